@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/types.h"
+
+/// What a scene says of an organ, validated by the loader (scenes/scene.h), SI units.
+namespace hpdm {
+
+enum class BasisType { kBSpline, kBernstein };
+
+struct LatticeOptions {
+  BasisType basis = BasisType::kBSpline;
+  std::array<int, 3> degree = {2, 2, 2};  ///< B-spline: 1..3; Bernstein: 1 or more.
+  std::array<int, 3> cells = {4, 4, 4};   ///< B-spline only; Bernstein is one cell.
+  double margin = 0.02;                   ///< m, added on every side of the organ's box.
+};
+
+enum class EnergyType { kMetric, kStrain };
+enum class StrainMeasure { kSmall, kFinite };
+enum class MaterialLaw { kNeoHookean, kStVenantKirchhoff };
+enum class SolverType { kCholesky, kGaussSeidel };
+enum class EnergyDomain { kBox, kOrgan };
+
+struct EnergyOptions {
+  EnergyType type = EnergyType::kMetric;
+  StrainMeasure strain = StrainMeasure::kSmall;
+  MaterialLaw law = MaterialLaw::kNeoHookean;
+  SolverType solver = SolverType::kCholesky;
+  EnergyDomain domain = EnergyDomain::kOrgan;  ///< Metric only.
+  double alpha = 2000;                         ///< Pa; metric only.
+  double beta = 0.05;                          ///< N; metric only.
+};
+
+struct MaterialOptions {
+  double young = 5000;         ///< Pa.
+  double poisson = 0.45;       ///< 0 <= nu < 0.5.
+  double density = 1060;       ///< kg/m^3.
+  double relaxation_time = 0;  ///< s.
+};
+
+struct Box {
+  Vector3d min = Vector3d::Zero();
+  Vector3d max = Vector3d::Zero();
+};
+struct Sphere {
+  Vector3d centre = Vector3d::Zero();
+  double radius = 0;
+};
+/// A box in fractions (0..1) of the posed organ's axis-aligned bounding box.
+struct BoxFraction {
+  Vector3d min = Vector3d::Zero();
+  Vector3d max = Vector3d::Ones();
+};
+
+/// Tissue inside the region is held: rigidly, or by a spring per volume. Regions are in the world
+/// frame (m), applied to the posed rest shape.
+struct SupportOptions {
+  std::variant<Box, BoxFraction, Sphere> region;
+  std::optional<double> stiffness;  ///< Pa/m^2; absent: fixed.
+};
+
+enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
+
+struct OrganOptions {
+  std::string name;
+  std::string mesh;         ///< Path of the mesh file, absolute or relative to the working folder.
+  double unit_m = 1;        ///< Metres per unit of the mesh file.
+  Isometry3d X_WO = Isometry3d::Identity();  ///< Pose, applied after the unit.
+  OrganModelType model = OrganModelType::kHpdm;
+  std::string texture;      ///< Path, or empty.
+  LatticeOptions lattice;
+  EnergyOptions energy;
+  MaterialOptions material;
+  std::vector<SupportOptions> supports;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,197 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/types.h"
+
+/// The values that threads exchange. Each type crosses exactly the edges named here:
+///
+///     device -> haptic loop --ToolState--> deformation loop --SceneSnapshot--> render loop
+///                  ^------ContactPatch---------'     '---SceneSnapshot--> telemetry loop
+///                  '--------------- HapticSample queue (every tick) ---------^
+///
+/// Latest-value edges are a TripleBuffer, every-item edges an SpscQueue. Everything but
+/// SceneSnapshot has a fixed size, so writing one in place allocates nothing; a SceneSnapshot's
+/// arrays are sized before the threads start.
+namespace hpdm {
+
+inline constexpr int kMaxInstruments = 2;
+
+/// The five tracked axes of a laparoscopic device about its trocar:
+/// pitch (rad), yaw (rad), insertion (m), roll (rad), jaw (0 closed .. 1 open).
+using JointVector = Eigen::Matrix<double, 5, 1>;
+enum Joint { kPitch = 0, kYaw = 1, kInsertion = 2, kRoll = 3, kJaw = 4 };
+
+/// Efforts on the three actuated axes: pitch (N m), yaw (N m), insertion (N).
+using AxisEffort = Vector3d;
+
+/// One reading of one device. Haptic thread only, or device driver -> haptic loop.
+struct DeviceSample {
+  std::uint64_t sequence = 0;  ///< Rises by one with every new reading of the device.
+  Nanoseconds time_ns = 0;     ///< When the reading was taken.
+  JointVector joints = JointVector::Zero();
+  bool valid = false;  ///< False: the device answered nothing usable; the pose is the last one.
+};
+
+/// Pose of one instrument in the world.
+struct ToolPose {
+  Isometry3d X_WT = Isometry3d::Identity();  ///< Tool frame: origin at the tip, z from the tip to
+                                             ///< the trocar (along the shaft), y the jaw's axis.
+  Vector3d p_trocar_W = Vector3d::Zero();    ///< m; fixed.
+  Vector3d v_tip_W = Vector3d::Zero();       ///< m/s, filtered.
+  double jaw = 1;                            ///< 0 closed .. 1 open.
+};
+
+/// Haptic loop -> deformation loop, latest value, every tick.
+struct ToolState {
+  std::uint64_t tick = 0;
+  Nanoseconds time_ns = 0;         ///< Scheduled time of the tick.
+  Nanoseconds device_time_ns = 0;  ///< Of the newest device sample in it.
+  int tool_count = 0;
+  std::array<ToolPose, kMaxInstruments> tools;
+};
+
+/// A mass-spring node as in Eq. 29: the spring k1 to the released position p_original and N
+/// springs k2_i of rest length d_i to neighbours p_i, which nothing moves.
+struct ReactionNode {
+  static constexpr int kMaxNeighbours = 12;
+  struct Neighbour {
+    Vector3d edge = Vector3d::Zero();  ///< p_original - p_i, m.
+    double rest_length = 0;            ///< d_i, m.
+    double k2 = 0;                     ///< N/m.
+  };
+  double k1 = 0;  ///< N/m.
+  int neighbour_count = 0;
+  std::array<Neighbour, kMaxNeighbours> neighbours;
+};
+
+/// A surface vertex near a tool, prefetched for the haptic loop.
+struct PatchPoint {
+  Vector3d p_original_W = Vector3d::Zero();  ///< Where it is when the tools let go, m.
+  Vector3d normal_W = Vector3d::Zero();      ///< Outward unit normal there.
+  ReactionNode node;
+};
+
+enum class ContactKind : std::uint8_t { kNone = 0, kPress = 1, kGrasp = 2 };
+
+/// The surface around one tool, as the haptic loop needs it between two deformation steps: a
+/// bounded set of triangles with what Eq. 29 needs at their corners. Beyond the set's border the
+/// haptic loop feels no contact; at 1.5 times the patch's radius a step and 30 steps a second that
+/// is never reached by a hand (the cap is reported by PatchRadius in contact.h).
+struct ToolPatch {
+  static constexpr int kMaxPoints = 64;
+  static constexpr int kMaxTriangles = 96;
+  int organ = -1;  ///< Index of the organ, -1 when none is near.
+  ContactKind kind = ContactKind::kNone;
+  int point_count = 0;
+  int triangle_count = 0;
+  std::array<PatchPoint, kMaxPoints> points;
+  std::array<std::array<std::uint8_t, 3>, kMaxTriangles> triangles;
+
+  // Grasp only: the grasped tissue's node and where it sits in the jaws.
+  ReactionNode grasp_node;
+  Vector3d p_grasp_original_W = Vector3d::Zero();  ///< Released position of the grasped tissue.
+  Vector3d p_grasp_T = Vector3d::Zero();           ///< The same point in the tool frame.
+
+  // The step's own solution, for the log and the displays.
+  Vector3d contact_W = Vector3d::Zero();        ///< Deformed contact point, m.
+  Vector3d force_on_tissue_W = Vector3d::Zero();  ///< From the lattice's energy, N.
+  bool shaft_contact = false;                   ///< The shaft touches tissue too.
+};
+
+/// How one deformation step went; logged in both clocks so that a replay can obey it.
+struct StepRecord {
+  std::uint64_t number = 0;         ///< Of the step, from 1.
+  std::uint64_t input_tick = 0;     ///< Tick whose ToolState it used.
+  Nanoseconds time_ns = 0;          ///< When it started.
+  Nanoseconds device_time_ns = 0;   ///< Of the newest device sample in it.
+  Nanoseconds compute_ns = 0;       ///< 0 in lockstep: nothing measured is logged there.
+  int iterations = 0;               ///< Of the relaxation, summed over the organs.
+  double residual = 0;              ///< Largest relative residual of the relaxation.
+  std::uint32_t flags = 0;          ///< StepFlag, or-ed.
+};
+
+/// What can go wrong in a step, each with its remedy.
+enum StepFlag : std::uint32_t {
+  kStepOk = 0,
+  kStepBudgetSpent = 1u << 0,     ///< Gauss-Seidel stopped early: raise iterations, or "cholesky".
+  kStepNotFinite = 1u << 1,       ///< A NaN was caught and the organ put to rest: report the scene.
+  kStepContactsDropped = 1u << 2,  ///< More contacts than kMaxContacts: the deepest were kept.
+  kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
+};
+
+/// Deformation loop -> haptic loop, latest value, every step.
+struct ContactPatch {
+  StepRecord step;
+  int tool_count = 0;
+  std::array<ToolPatch, kMaxInstruments> tools;
+};
+
+/// One organ as the step left it.
+struct OrganSnapshot {
+  Points control_displacements;  ///< n x 3, m, world axes (U).
+  Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>
+      vertices;  ///< V x 3, m, world; 0 x 3 on the telemetry edge, whose readers rebuild them.
+};
+
+/// Deformation loop -> render loop and -> telemetry loop, latest value, every step.
+struct SceneSnapshot {
+  StepRecord step;
+  std::vector<OrganSnapshot> organs;
+  int tool_count = 0;
+  std::array<ToolPose, kMaxInstruments> tools;     ///< As the step used them.
+  std::array<ToolPatch, kMaxInstruments> patches;  ///< As published to the haptic loop.
+};
+
+/// Why a tick was skipped (design: threads).
+struct SkippedTicks {
+  std::uint32_t late_wake_up = 0;  ///< The scheduler woke the thread late.
+  std::uint32_t long_compute = 0;  ///< The previous tick's own computing took over a period.
+  std::uint32_t stalled = 0;       ///< The host took the core: wall time without CPU time.
+  std::uint32_t Total() const { return late_wake_up + long_compute + stalled; }
+};
+
+/// What the force guard did in a tick; or-ed.
+enum GuardFlag : std::uint32_t {
+  kGuardOk = 0,
+  kGuardNotFinite = 1u << 0,   ///< NaN or infinity replaced by the last safe force.
+  kGuardClamped = 1u << 1,     ///< Longer than the device's force limit.
+  kGuardSlewed = 1u << 2,      ///< The step exceeded the slew limit.
+  kGuardRampIn = 1u << 3,      ///< Start-up ramp in progress.
+  kGuardStalePatch = 1u << 4,  ///< The patch is old: the force decays.
+  kGuardDeviceInvalid = 1u << 5,  ///< The device gave no valid pose: the force decays.
+  kGuardDisabled = 1u << 6,       ///< Forces are switched off or the emergency stop is pressed.
+};
+
+/// One instrument in one haptic tick.
+struct ToolSample {
+  JointVector joints = JointVector::Zero();
+  Vector3d p_tip_W = Vector3d::Zero();    ///< m.
+  Vector3d v_tip_W = Vector3d::Zero();    ///< m/s.
+  Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand before the guard, N.
+  Vector3d force_W = Vector3d::Zero();    ///< Force on the hand sent to the device, N.
+  AxisEffort effort = AxisEffort::Zero();  ///< The same through J^T.
+  double depth = 0;                       ///< Of the tip below the released surface, m; 0 if none.
+  int organ = -1;                         ///< In contact with, -1 for none.
+  ContactKind kind = ContactKind::kNone;
+  std::uint32_t guard_flags = 0;  ///< GuardFlag.
+  bool device_valid = false;
+};
+
+/// Haptic loop -> telemetry loop, every tick through a queue.
+struct HapticSample {
+  std::uint64_t tick = 0;          ///< Number of the period, counting skipped ones.
+  Nanoseconds time_ns = 0;         ///< Scheduled time.
+  Nanoseconds device_time_ns = 0;  ///< Of the device sample used.
+  std::uint64_t patch_number = 0;  ///< ContactPatch::step.number used; 0 before the first.
+  Nanoseconds patch_age_ns = 0;    ///< time_ns minus the patch's device time.
+  Nanoseconds wake_late_ns = 0;    ///< Wake-up minus schedule; 0 in lockstep.
+  Nanoseconds compute_ns = 0;      ///< Wall time of the tick; 0 in lockstep.
+  SkippedTicks skipped;            ///< Periods skipped just before this one, by cause.
+  int tool_count = 0;
+  std::array<ToolSample, kMaxInstruments> tools;
+};
+
+}  // namespace hpdm

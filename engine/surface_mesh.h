@@ -1,0 +1,23 @@
+#pragma once
+
+#include "engine/types.h"
+
+namespace hpdm {
+
+/// A triangle surface. Closed and oriented outwards when it bounds an organ's tissue; nothing in
+/// the type enforces that (mesh_facts.h tells).
+struct SurfaceMesh {
+  Points vertices;                         ///< V x 3, m.
+  Triangles triangles;                     ///< F x 3.
+  TextureCoordinates texture_coordinates;  ///< V x 2, or 0 x 2 when the mesh has none.
+};
+
+/// Unit normals of the vertices, V x 3: the area-weighted mean of the triangles around each one.
+/// A vertex without area gets a zero row. `normals` is resized only when its size differs, so a
+/// caller that keeps it allocates nothing.
+void VertexNormals(const Points& vertices, const Triangles& triangles, Points* normals);
+
+/// Volume enclosed by a closed surface, m^3 (divergence theorem); negative when it faces inwards.
+double EnclosedVolume(const Points& vertices, const Triangles& triangles);
+
+}  // namespace hpdm

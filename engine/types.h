@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace hpdm {
+
+/// Rows are points or vectors: V x 3, metres unless a docstring says otherwise.
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// Rows are triangles, counter-clockwise seen from outside: F x 3 vertex indices.
+using Triangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// Rows are texture coordinates, one a vertex: V x 2, in [0, 1].
+using TextureCoordinates = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Nanoseconds since the session began. Times that are compared or logged are integers, so that
+/// they are exact in both clocks; everything else is SI in double.
+using Nanoseconds = std::int64_t;
+
+inline constexpr Nanoseconds kNanosecondsPerSecond = 1'000'000'000;
+
+inline double ToSeconds(Nanoseconds t) { return static_cast<double>(t) * 1e-9; }
+
+}  // namespace hpdm
