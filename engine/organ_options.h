@@ -68,11 +68,11 @@ enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
 
 struct OrganOptions {
   std::string name;
-  std::string mesh;         ///< Path of the mesh file, absolute or relative to the working folder.
-  double unit_m = 1;        ///< Metres per unit of the mesh file.
+  std::string mesh;   ///< Path of the mesh file, absolute or relative to the working folder.
+  double unit_m = 1;  ///< Metres per unit of the mesh file.
   Isometry3d X_WO = Isometry3d::Identity();  ///< Pose, applied after the unit.
   OrganModelType model = OrganModelType::kHpdm;
-  std::string texture;      ///< Path, or empty.
+  std::string texture;  ///< Path, or empty.
   LatticeOptions lattice;
   EnergyOptions energy;
   MaterialOptions material;

@@ -96,29 +96,29 @@ struct ToolPatch {
   Vector3d p_grasp_T = Vector3d::Zero();           ///< The same point in the tool frame.
 
   // The step's own solution, for the log and the displays.
-  Vector3d contact_W = Vector3d::Zero();        ///< Deformed contact point, m.
+  Vector3d contact_W = Vector3d::Zero();          ///< Deformed contact point, m.
   Vector3d force_on_tissue_W = Vector3d::Zero();  ///< From the lattice's energy, N.
-  bool shaft_contact = false;                   ///< The shaft touches tissue too.
+  bool shaft_contact = false;                     ///< The shaft touches tissue too.
 };
 
 /// How one deformation step went; logged in both clocks so that a replay can obey it.
 struct StepRecord {
-  std::uint64_t number = 0;         ///< Of the step, from 1.
-  std::uint64_t input_tick = 0;     ///< Tick whose ToolState it used.
-  Nanoseconds time_ns = 0;          ///< When it started.
-  Nanoseconds device_time_ns = 0;   ///< Of the newest device sample in it.
-  Nanoseconds compute_ns = 0;       ///< 0 in lockstep: nothing measured is logged there.
-  int iterations = 0;               ///< Of the relaxation, summed over the organs.
-  double residual = 0;              ///< Largest relative residual of the relaxation.
-  std::uint32_t flags = 0;          ///< StepFlag, or-ed.
+  std::uint64_t number = 0;        ///< Of the step, from 1.
+  std::uint64_t input_tick = 0;    ///< Tick whose ToolState it used.
+  Nanoseconds time_ns = 0;         ///< When it started.
+  Nanoseconds device_time_ns = 0;  ///< Of the newest device sample in it.
+  Nanoseconds compute_ns = 0;      ///< 0 in lockstep: nothing measured is logged there.
+  int iterations = 0;              ///< Of the relaxation, summed over the organs.
+  double residual = 0;             ///< Largest relative residual of the relaxation.
+  std::uint32_t flags = 0;         ///< StepFlag, or-ed.
 };
 
 /// What can go wrong in a step, each with its remedy.
 enum StepFlag : std::uint32_t {
   kStepOk = 0,
-  kStepBudgetSpent = 1u << 0,     ///< Gauss-Seidel stopped early: raise iterations, or "cholesky".
-  kStepNotFinite = 1u << 1,       ///< A NaN was caught and the organ put to rest: report the scene.
-  kStepContactsDropped = 1u << 2,  ///< More contacts than kMaxContacts: the deepest were kept.
+  kStepBudgetSpent = 1u << 0,  ///< Gauss-Seidel stopped early: raise iterations, or "cholesky".
+  kStepNotFinite = 1u << 1,    ///< A NaN was caught and the organ put to rest: report the scene.
+  kStepContactsDropped = 1u << 2,      ///< More contacts than kMaxContacts: the deepest were kept.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
 };
 
@@ -156,11 +156,11 @@ struct SkippedTicks {
 /// What the force guard did in a tick; or-ed.
 enum GuardFlag : std::uint32_t {
   kGuardOk = 0,
-  kGuardNotFinite = 1u << 0,   ///< NaN or infinity replaced by the last safe force.
-  kGuardClamped = 1u << 1,     ///< Longer than the device's force limit.
-  kGuardSlewed = 1u << 2,      ///< The step exceeded the slew limit.
-  kGuardRampIn = 1u << 3,      ///< Start-up ramp in progress.
-  kGuardStalePatch = 1u << 4,  ///< The patch is old: the force decays.
+  kGuardNotFinite = 1u << 0,      ///< NaN or infinity replaced by the last safe force.
+  kGuardClamped = 1u << 1,        ///< Longer than the device's force limit.
+  kGuardSlewed = 1u << 2,         ///< The step exceeded the slew limit.
+  kGuardRampIn = 1u << 3,         ///< Start-up ramp in progress.
+  kGuardStalePatch = 1u << 4,     ///< The patch is old: the force decays.
   kGuardDeviceInvalid = 1u << 5,  ///< The device gave no valid pose: the force decays.
   kGuardDisabled = 1u << 6,       ///< Forces are switched off or the emergency stop is pressed.
 };
@@ -168,13 +168,13 @@ enum GuardFlag : std::uint32_t {
 /// One instrument in one haptic tick.
 struct ToolSample {
   JointVector joints = JointVector::Zero();
-  Vector3d p_tip_W = Vector3d::Zero();    ///< m.
-  Vector3d v_tip_W = Vector3d::Zero();    ///< m/s.
+  Vector3d p_tip_W = Vector3d::Zero();     ///< m.
+  Vector3d v_tip_W = Vector3d::Zero();     ///< m/s.
   Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand before the guard, N.
-  Vector3d force_W = Vector3d::Zero();    ///< Force on the hand sent to the device, N.
+  Vector3d force_W = Vector3d::Zero();     ///< Force on the hand sent to the device, N.
   AxisEffort effort = AxisEffort::Zero();  ///< The same through J^T.
-  double depth = 0;                       ///< Of the tip below the released surface, m; 0 if none.
-  int organ = -1;                         ///< In contact with, -1 for none.
+  double depth = 0;                        ///< Of the tip below the released surface, m; 0 if none.
+  int organ = -1;                          ///< In contact with, -1 for none.
   ContactKind kind = ContactKind::kNone;
   std::uint32_t guard_flags = 0;  ///< GuardFlag.
   bool device_valid = false;

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 
 namespace hpdm {
 

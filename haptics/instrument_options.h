@@ -13,21 +13,21 @@ namespace hpdm {
 /// Engine are not available: every value below is assumed, from devices of its class, and can be
 /// overridden in the scene ([instrument.device]).
 struct DeviceProfile {
-  double mass = 0.15;               ///< kg, moving along the insertion axis (assumed).
-  double rotational_inertia = 3e-3;  ///< kg m^2, about the trocar: pitch and yaw (assumed).
-  double damping = 0.5;             ///< N s/m along the insertion axis (assumed).
-  double rotational_damping = 0.01;  ///< N m s/rad, pitch and yaw (assumed).
-  double friction = 0.1;            ///< N, Coulomb, insertion (assumed).
-  double rotational_friction = 2e-3;  ///< N m, Coulomb, pitch and yaw (assumed).
-  double encoder_step = 2.5e-5;     ///< m, insertion (assumed).
-  double angle_encoder_step = 1e-4;  ///< rad, pitch, yaw and roll (assumed).
+  double mass = 0.15;                    ///< kg, moving along the insertion axis (assumed).
+  double rotational_inertia = 3e-3;      ///< kg m^2, about the trocar: pitch and yaw (assumed).
+  double damping = 0.5;                  ///< N s/m along the insertion axis (assumed).
+  double rotational_damping = 0.01;      ///< N m s/rad, pitch and yaw (assumed).
+  double friction = 0.1;                 ///< N, Coulomb, insertion (assumed).
+  double rotational_friction = 2e-3;     ///< N m, Coulomb, pitch and yaw (assumed).
+  double encoder_step = 2.5e-5;          ///< m, insertion (assumed).
+  double angle_encoder_step = 1e-4;      ///< rad, pitch, yaw and roll (assumed).
   double jaw_encoder_step = 1.0 / 1024;  ///< Of the jaw's full range (assumed).
-  double max_force = 8.9;           ///< N, at the tip and on the insertion axis (assumed).
-  double max_torque = 1.0;          ///< N m, pitch and yaw (assumed).
-  double max_force_rate = 2000;     ///< N/s: the guard's slew limit (assumed).
-  double max_angle = 1.2;           ///< rad, pitch and yaw from the home direction (assumed).
-  double min_insertion = 0.02;      ///< m (assumed).
-  double max_insertion = 0.30;      ///< m (assumed).
+  double max_force = 8.9;                ///< N, at the tip and on the insertion axis (assumed).
+  double max_torque = 1.0;               ///< N m, pitch and yaw (assumed).
+  double max_force_rate = 2000;          ///< N/s: the guard's slew limit (assumed).
+  double max_angle = 1.2;                ///< rad, pitch and yaw from the home direction (assumed).
+  double min_insertion = 0.02;           ///< m (assumed).
+  double max_insertion = 0.30;           ///< m (assumed).
 };
 
 enum class InstrumentType { kProbe, kGrasper, kScissors, kHook };

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+namespace hpdm {
+
+/// Hands the latest value from one writing thread to one reading thread. Wait-free on both sides:
+/// one atomic exchange each, no lock, no fence, no copy and no allocation. The reader never sees a
+/// value half written and never an older one than before; values in between may be skipped.
+///
+///     writer: back_ (private) --Publish--> middle (shared index + "new" bit) --Update--> reader:
+///     front_
+///
+/// Each of the three slots belongs to exactly one of writer, middle and reader at any time; the
+/// exchange with acquire-release order passes ownership, so plain reads and writes of the slot are
+/// race-free. Values live in place: a slot given to the writer holds whatever an earlier Publish
+/// left in it, so the writer must set every field.
+template <typename T>
+class TripleBuffer {
+ public:
+  /// All three slots start as copies of `initial`, so arrays inside T keep their sizes.
+  explicit TripleBuffer(const T& initial = T()) : slots_{initial, initial, initial} {}
+  TripleBuffer(const TripleBuffer&) = delete;
+  TripleBuffer& operator=(const TripleBuffer&) = delete;
+
+  /// Writer only: the slot to fill in. Wait-free.
+  T& Back() { return slots_[back_]; }
+
+  /// Writer only: hands the filled slot over. Wait-free, one atomic exchange.
+  void Publish() { back_ = middle_.exchange(back_ | kNew, std::memory_order_acq_rel) & kIndex; }
+
+  /// Reader only: takes the newest value if there is one since the last call; true if there was.
+  /// Wait-free, at most one atomic exchange.
+  bool Update() {
+    if ((middle_.load(std::memory_order_relaxed) & kNew) == 0) return false;
+    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+    return true;
+  }
+
+  /// Reader only: the value of the last successful Update (the initial one before). Wait-free.
+  const T& Front() const { return slots_[front_]; }
+
+ private:
+  static constexpr std::uint32_t kIndex = 3;
+  static constexpr std::uint32_t kNew = 4;
+
+  std::array<T, 3> slots_;
+  alignas(64) std::uint32_t back_ = 0;                 // writer's
+  alignas(64) std::atomic<std::uint32_t> middle_ = 1;  // shared
+  alignas(64) std::uint32_t front_ = 2;                // reader's
+};
+
+}  // namespace hpdm
