@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/direct_manipulation.h"
+#include "engine/types.h"
+
+namespace hpdm {
+
+/// What the tools ask of one organ in one step: m contact rows, each a material point of the
+/// surface with its lattice row b. Sized once; a step fills it in place.
+///
+/// A grasp row is bilateral: the point goes to `target`. A press row is unilateral: the point stays
+/// on or below the plane through `target` with the outward normal n, n . (x - target) <= 0, and the
+/// force on the tissue is -n f_n with f_n >= 0.
+class ContactSet {
+ public:
+  enum class RowKind : std::uint8_t { kPress, kGrasp };
+  struct Row {
+    RowKind kind = RowKind::kPress;
+    int tool = 0;
+    bool shaft = false;                     ///< Of the tool's shaft, not of its tip or jaws.
+    Vector3d p_rest_W = Vector3d::Zero();   ///< Rest position of the material point, m.
+    Vector3d target_W = Vector3d::Zero();   ///< m.
+    Vector3d normal_W = Vector3d::UnitZ();  ///< Outward unit normal; press only.
+    Vector3d force_W = Vector3d::Zero();    ///< Result: force on the tissue, N.
+  };
+
+  /// `n`: control points of the organ.
+  explicit ContactSet(int n) : weights_(ContactWeights::Zero(kMaxContacts, n)) {}
+
+  void Clear() { size_ = 0; }
+  int size() const { return size_; }
+
+  /// The new row, its weights zero, to be filled in; nullptr when kMaxContacts is reached.
+  Row* Add() {
+    if (size_ == kMaxContacts) return nullptr;
+    weights_.row(size_).setZero();
+    rows_[size_] = Row();
+    return &rows_[size_++];
+  }
+  Row& operator[](int i) { return rows_[i]; }
+  const Row& operator[](int i) const { return rows_[i]; }
+
+  /// m x n, of the rows in use.
+  auto Weights() const { return weights_.topRows(size_); }
+  auto WeightRow(int i) { return weights_.row(i); }
+
+ private:
+  int size_ = 0;
+  std::array<Row, kMaxContacts> rows_;
+  ContactWeights weights_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,73 @@
+#include "engine/lattice.h"
+
+#include <numeric>
+
+#include "engine/check.h"
+
+namespace hpdm {
+
+Lattice::Lattice(const OrientedBox& box, const LatticeOptions& options)
+    : box_(box), basis_(options), kept_(basis_.count()), column_(basis_.count()) {
+  HPDM_CHECK((box.lengths.array() > 0).all());
+  std::iota(kept_.begin(), kept_.end(), 0);
+  std::iota(column_.begin(), column_.end(), 0);
+}
+
+void Lattice::DropControlPointsWithoutTissue(const Quadrature& tissue) {
+  const WeightMatrix weights = Weights(tissue.points);
+  const Eigen::VectorXd volume = weights.transpose() * tissue.weights;
+  const double cell_volume =
+      box_.Volume() / (basis_.axis(0).cells() * basis_.axis(1).cells() * basis_.axis(2).cells());
+  std::vector<int> kept;
+  for (int a = 0; a < size(); ++a) {
+    if (volume[a] > 1e-9 * cell_volume) kept.push_back(kept_[a]);
+  }
+  kept_ = std::move(kept);
+  column_.assign(basis_.count(), -1);
+  for (int a = 0; a < size(); ++a) column_[kept_[a]] = a;
+}
+
+Points Lattice::ControlPoints() const {
+  const int ny = basis_.axis(1).count();
+  const int nz = basis_.axis(2).count();
+  Points points(size(), 3);
+  for (int a = 0; a < size(); ++a) {
+    const int i = kept_[a] / (ny * nz), j = kept_[a] / nz % ny, k = kept_[a] % nz;
+    points.row(a) = box_.FromUnit(Vector3d(basis_.axis(0).Greville(i), basis_.axis(1).Greville(j),
+                                           basis_.axis(2).Greville(k)));
+  }
+  return points;
+}
+
+WeightMatrix Lattice::Weights(const Points& points) const {
+  WeightMatrix weights(points.rows(), size());
+  weights.reserve(Eigen::VectorXi::Constant(points.rows(), std::min(basis_.support(), size())));
+  std::array<std::vector<double>, 3> values;
+  for (int d = 0; d < 3; ++d) values[d].resize(basis_.axis(d).support());
+  for (Eigen::Index v = 0; v < points.rows(); ++v) {
+    const Vector3d c = box_.ToUnit(points.row(v).transpose());
+    std::array<int, 3> first;
+    for (int d = 0; d < 3; ++d) first[d] = basis_.axis(d).Evaluate(c[d], values[d].data());
+    for (int i = 0; i < basis_.axis(0).support(); ++i) {
+      for (int j = 0; j < basis_.axis(1).support(); ++j) {
+        const double ij = values[0][i] * values[1][j];
+        for (int k = 0; k < basis_.axis(2).support(); ++k) {
+          const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
+          if (column >= 0) weights.insert(v, column) = ij * values[2][k];
+        }
+      }
+    }
+  }
+  weights.makeCompressed();
+  return weights;
+}
+
+OrientedBox BoundingLatticeBox(const Points& vertices, const Matrix3d& axes, double margin) {
+  HPDM_CHECK(vertices.rows() > 0);
+  const Points local = vertices * axes;
+  const Vector3d low = local.colwise().minCoeff().transpose().array() - margin;
+  const Vector3d high = local.colwise().maxCoeff().transpose().array() + margin;
+  return {.origin_W = axes * low, .axes = axes, .lengths = high - low};
+}
+
+}  // namespace hpdm

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <array>
+#include <vector>
+
+#include "engine/basis.h"
+#include "engine/oriented_box.h"
+#include "engine/quadrature.h"
+
+namespace hpdm {
+
+/// Rows are points, columns control points: V x n, basis values phi_a(x_v).
+using WeightMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+/// The free-form-deformation lattice of one organ (Eq. 1-5): an oriented box, a tensor basis over
+/// it, and the control points that are kept. The map is x = X + sum_a phi_a(X) U_a with control
+/// displacements U (n x 3, m, world axes); with U = 0 it is the identity whatever was dropped.
+/// Constant once built; read by any thread.
+class Lattice {
+ public:
+  /// All control points kept.
+  Lattice(const OrientedBox& box, const LatticeOptions& options);
+
+  /// Keeps only the control points whose function has tissue: integral of phi_a over `tissue` above
+  /// 1e-9 of a cell's volume. A function with less carries no energy and moves nothing.
+  void DropControlPointsWithoutTissue(const Quadrature& tissue);
+
+  const OrientedBox& box() const { return box_; }
+  const TensorBasis& basis() const { return basis_; }
+
+  /// Number of kept control points, n.
+  int size() const { return static_cast<int>(kept_.size()); }
+  /// Grid index (TensorBasis::Index) of each kept control point, n.
+  const std::vector<int>& kept() const { return kept_; }
+  /// Column of a grid index, or -1 when that control point was dropped.
+  int Column(int grid_index) const { return column_[grid_index]; }
+
+  /// Rest positions of the kept control points, n x 3, world, m (Greville points, so that Eq. 4
+  /// with nothing dropped reproduces the rest shape).
+  Points ControlPoints() const;
+
+  /// Basis values at `points` (V x 3, world, m): V x n. Rows sum to one where no function with
+  /// support there was dropped.
+  WeightMatrix Weights(const Points& points) const;
+
+ private:
+  OrientedBox box_;
+  TensorBasis basis_;
+  std::vector<int> kept_;
+  std::vector<int> column_;
+};
+
+/// The box of Eq. 1 around `vertices` (V x 3, world, m): parallel to `axes` (columns: unit
+/// vectors), enlarged by `margin` (m) on every side.
+OrientedBox BoundingLatticeBox(const Points& vertices, const Matrix3d& axes, double margin);
+
+}  // namespace hpdm

@@ -1,0 +1,111 @@
+#include "engine/metric_energy.h"
+
+#include <array>
+
+#include "engine/check.h"
+
+namespace hpdm {
+namespace {
+
+// Integral over the tissue of the tensor functions with the degree reduced by one along `axis`:
+// one value for each pair of neighbouring grid points along that axis.
+std::vector<double> DifferenceWeights(const Lattice& lattice, const Quadrature& tissue, int axis) {
+  std::array<UnivariateBasis, 3> bases = {lattice.basis().axis(0), lattice.basis().axis(1),
+                                          lattice.basis().axis(2)};
+  bases[axis] = bases[axis].DerivativeBasis();
+  std::array<std::vector<double>, 3> values;
+  for (int d = 0; d < 3; ++d) values[d].resize(bases[d].support());
+  const int ny = bases[1].count();
+  const int nz = bases[2].count();
+  std::vector<double> weights(static_cast<std::size_t>(bases[0].count()) * ny * nz, 0.0);
+  for (Eigen::Index q = 0; q < tissue.points.rows(); ++q) {
+    const Vector3d c = lattice.box().ToUnit(tissue.points.row(q).transpose());
+    std::array<int, 3> first;
+    for (int d = 0; d < 3; ++d) first[d] = bases[d].Evaluate(c[d], values[d].data());
+    for (int i = 0; i < bases[0].support(); ++i) {
+      for (int j = 0; j < bases[1].support(); ++j) {
+        for (int k = 0; k < bases[2].support(); ++k) {
+          weights[((first[0] + i) * ny + first[1] + j) * nz + first[2] + k] +=
+              tissue.weights[q] * values[0][i] * values[1][j] * values[2][k];
+        }
+      }
+    }
+  }
+  return weights;
+}
+
+// Adds the energy weight/2 |sum_i coefficients[i] U_{columns[i]}|^2.
+template <std::size_t N>
+void AddSquare(const std::array<int, N>& columns, const std::array<double, N>& coefficients,
+               double weight, std::vector<Eigen::Triplet<double>>* entries) {
+  for (std::size_t i = 0; i < N; ++i) {
+    for (std::size_t j = 0; j < N; ++j) {
+      entries->emplace_back(columns[i], columns[j], weight * coefficients[i] * coefficients[j]);
+    }
+  }
+}
+
+}  // namespace
+
+ScalarStiffness MetricStiffness(const Lattice& lattice, const Quadrature& tissue, double alpha,
+                                double beta) {
+  HPDM_CHECK(alpha > 0 && beta >= 0);
+  const TensorBasis& basis = lattice.basis();
+  const std::array<int, 3> count = {basis.axis(0).count(), basis.axis(1).count(),
+                                    basis.axis(2).count()};
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<double> weights = DifferenceWeights(lattice, tissue, axis);
+    const double h = lattice.box().lengths[axis] * basis.axis(axis).spacing();
+    // Pairs along `axis` form a grid that is one shorter there.
+    std::array<int, 3> pairs = count;
+    pairs[axis] -= 1;
+    const auto weight = [&](const std::array<int, 3>& p) {
+      return weights[(static_cast<std::size_t>(p[0]) * pairs[1] + p[1]) * pairs[2] + p[2]];
+    };
+    const auto column = [&](std::array<int, 3> p, int step) {
+      p[axis] += step;
+      return lattice.Column(basis.Index(p[0], p[1], p[2]));
+    };
+    std::array<int, 3> p;
+    for (p[0] = 0; p[0] < pairs[0]; ++p[0]) {
+      for (p[1] = 0; p[1] < pairs[1]; ++p[1]) {
+        for (p[2] = 0; p[2] < pairs[2]; ++p[2]) {
+          const double first = weight(p);
+          const int a = column(p, 0), b = column(p, 1);
+          if (first <= 0 || a < 0 || b < 0) continue;
+          AddSquare<2>({a, b}, {-1, 1}, alpha * first / (h * h), &entries);
+          if (p[axis] + 1 == pairs[axis] || beta == 0) continue;
+          std::array<int, 3> next = p;
+          next[axis] += 1;
+          const double second = weight(next);
+          const int c = column(p, 2);
+          if (second <= 0 || c < 0) continue;
+          AddSquare<3>({a, b, c}, {1, -2, 1}, beta * (first + second) / 2 / (h * h * h * h),
+                       &entries);
+        }
+      }
+    }
+  }
+  ScalarStiffness stiffness(lattice.size(), lattice.size());
+  stiffness.setFromTriplets(entries.begin(), entries.end());
+  return stiffness;
+}
+
+Quadrature BoxQuadrature(const OrientedBox& box, const std::array<int, 3>& per_axis) {
+  const Eigen::Index total = static_cast<Eigen::Index>(per_axis[0]) * per_axis[1] * per_axis[2];
+  Quadrature quadrature{Points(total, 3), Eigen::VectorXd::Constant(
+                                              total, box.Volume() / static_cast<double>(total))};
+  Eigen::Index row = 0;
+  for (int i = 0; i < per_axis[0]; ++i) {
+    for (int j = 0; j < per_axis[1]; ++j) {
+      for (int k = 0; k < per_axis[2]; ++k) {
+        const Vector3d c((i + 0.5) / per_axis[0], (j + 0.5) / per_axis[1], (k + 0.5) / per_axis[2]);
+        quadrature.points.row(row++) = box.FromUnit(c);
+      }
+    }
+  }
+  return quadrature;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,169 @@
+#include "engine/relaxation.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/support.h"
+
+namespace hpdm {
+namespace {
+
+// A 0.2 x 0.15 x 0.1 m block held at its bottom, with a few contacts on its top.
+class RelaxationTest : public testing::Test {
+ protected:
+  RelaxationTest() : contacts_(lattice_.size()), U_(Points::Zero(lattice_.size(), 3)) {}
+
+  static OrientedBox Block() {
+    return {Vector3d::Zero(), Matrix3d::Identity(), Vector3d(0.2, 0.15, 0.1)};
+  }
+  static ScalarStiffness Stiffness(const Lattice& lattice) {
+    const Quadrature tissue = BoxQuadrature(lattice.box(), {12, 12, 12});
+    SupportOptions bottom;
+    bottom.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.2)};
+    std::vector<double> held;
+    return MetricStiffness(lattice, tissue, 2000, 0.05) +
+           SupportStiffness(lattice, tissue, {bottom}, {Vector3d::Zero(), lattice.box().lengths},
+                            2000, &held);
+  }
+
+  void AddContact(ContactSet::RowKind kind, const Vector3d& p, const Vector3d& move) {
+    ContactSet::Row* row = contacts_.Add();
+    ASSERT_NE(row, nullptr);
+    row->kind = kind;
+    row->p_rest_W = p;
+    row->target_W = p + move;
+    contacts_.WeightRow(contacts_.size() - 1) = lattice_.Weights(p.transpose()).toDense().row(0);
+  }
+  Vector3d PositionOf(int i) const {
+    return contacts_[i].p_rest_W + (contacts_.Weights().row(i) * U_).transpose();
+  }
+
+  Lattice lattice_{Block(), LatticeOptions()};
+  ScalarStiffness K_ = Stiffness(lattice_);
+  ContactSet contacts_;
+  Points U_;
+  std::unique_ptr<Relaxation> cholesky_ = MakeCholeskyRelaxation(K_);
+  std::unique_ptr<Relaxation> gauss_seidel_ = MakeGaussSeidelRelaxation(K_, {.tolerance = 1e-9});
+};
+
+constexpr auto kGrasp = ContactSet::RowKind::kGrasp;
+constexpr auto kPress = ContactSet::RowKind::kPress;
+
+TEST_F(RelaxationTest, WithoutContactTheOrganIsAtRest) {
+  for (Relaxation* relaxation : {cholesky_.get(), gauss_seidel_.get()}) {
+    U_.setConstant(0.01);
+    relaxation->Relax(&contacts_, &U_);
+    EXPECT_EQ(U_.norm(), 0);
+  }
+}
+
+TEST_F(RelaxationTest, GraspedPointsGoToTheirTargets) {
+  AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.01, 0, 0.02));
+  AddContact(kGrasp, Vector3d(0.15, 0.1, 0.1), Vector3d(0, -0.01, -0.005));
+  for (Relaxation* relaxation : {cholesky_.get(), gauss_seidel_.get()}) {
+    const RelaxationResult result = relaxation->Relax(&contacts_, &U_);
+    EXPECT_TRUE(result.converged);
+    for (int i = 0; i < 2; ++i) {
+      // The pad compliance and the tolerance are both 1e-9 of the change.
+      EXPECT_LT((PositionOf(i) - contacts_[i].target_W).norm(), 1e-9);
+    }
+  }
+}
+
+TEST_F(RelaxationTest, ForcesBalanceTheEnergysGradient) {
+  AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.01, 0, 0.02));
+  AddContact(kPress, Vector3d(0.15, 0.1, 0.1), Vector3d(0, 0, -0.01));
+  cholesky_->Relax(&contacts_, &U_);
+  Points load = Points::Zero(lattice_.size(), 3);
+  for (int i = 0; i < 2; ++i) {
+    load += contacts_.Weights().row(i).transpose() * contacts_[i].force_W.transpose();
+  }
+  EXPECT_LT((K_ * U_ - load).norm(), 1e-10 * load.norm());
+}
+
+TEST_F(RelaxationTest, PressingNeverPulls) {
+  // The second press asks the tissue to rise to it: it stays free, and the first is exact.
+  AddContact(kPress, Vector3d(0.05, 0.05, 0.1), Vector3d(0, 0, -0.01));
+  AddContact(kPress, Vector3d(0.15, 0.1, 0.1), Vector3d(0, 0, 0.01));
+  for (Relaxation* relaxation : {cholesky_.get(), gauss_seidel_.get()}) {
+    relaxation->Relax(&contacts_, &U_);
+    EXPECT_NEAR(PositionOf(0).z(), 0.09, 1e-9);
+    EXPECT_LT(contacts_[0].force_W.z(), 0);
+    EXPECT_EQ(contacts_[0].force_W.head<2>().norm(), 0);  // frictionless
+    EXPECT_EQ(contacts_[1].force_W.norm(), 0);
+    EXPECT_LT(PositionOf(1).z(), 0.11);
+  }
+}
+
+TEST_F(RelaxationTest, PressReleasedByItsNeighbourIsLetGo) {
+  // A deep press beside a shallow one carries the tissue below the shallow one.
+  AddContact(kPress, Vector3d(0.10, 0.07, 0.1), Vector3d(0, 0, -0.02));
+  AddContact(kPress, Vector3d(0.11, 0.07, 0.1), Vector3d(0, 0, -0.001));
+  for (Relaxation* relaxation : {cholesky_.get(), gauss_seidel_.get()}) {
+    relaxation->Relax(&contacts_, &U_);
+    EXPECT_EQ(contacts_[1].force_W.norm(), 0);
+    EXPECT_LT(PositionOf(1).z(), contacts_[1].target_W.z());
+  }
+}
+
+TEST_F(RelaxationTest, GaussSeidelAgreesWithCholesky) {
+  AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.01, 0, 0.02));
+  AddContact(kGrasp, Vector3d(0.06, 0.05, 0.1), Vector3d(0.01, 0, 0.015));
+  AddContact(kPress, Vector3d(0.15, 0.1, 0.1), Vector3d(0, 0, -0.01));
+  cholesky_->Relax(&contacts_, &U_);
+  const Points direct = U_;
+  U_.setZero();
+  const RelaxationResult result = gauss_seidel_->Relax(&contacts_, &U_);
+  EXPECT_TRUE(result.converged) << result.residual;
+  // Residual 1e-9 times the condition of K (about 1e4).
+  EXPECT_LT((U_ - direct).norm(), 1e-5 * direct.norm());
+}
+
+TEST_F(RelaxationTest, ResultDoesNotDependOnTheMovedControlPoints) {
+  AddContact(kPress, Vector3d(0.15, 0.1, 0.1), Vector3d(0, 0, -0.01));
+  gauss_seidel_->Relax(&contacts_, &U_);
+  const Points from_rest = U_;
+  U_.setZero();
+  const Points change = (contacts_[0].target_W - contacts_[0].p_rest_W).transpose();
+  MoveDirectly(contacts_.Weights(), change, U_);
+  gauss_seidel_->Relax(&contacts_, &U_);
+  EXPECT_LT((U_ - from_rest).norm(), 1e-5 * from_rest.norm());
+}
+
+TEST_F(RelaxationTest, CoincidentContactsShareTheirForce) {
+  for (const double apart : {0.0, 1e-12, 1e-6}) {
+    contacts_.Clear();
+    for (int i = 0; i < 4; ++i) {
+      AddContact(kGrasp, Vector3d(0.05 + i * apart, 0.05, 0.1), Vector3d(0, 0, 0.01));
+    }
+    cholesky_->Relax(&contacts_, &U_);
+    Vector3d total = Vector3d::Zero();
+    for (int i = 0; i < 4; ++i) {
+      EXPECT_NEAR(PositionOf(i).z(), 0.11, 1e-7);
+      total += contacts_[i].force_W;
+    }
+    contacts_.Clear();
+    AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0, 0, 0.01));
+    cholesky_->Relax(&contacts_, &U_);
+    // Points 1e-6 m apart that rise alike also hold the surface's slope there, which costs 1.4 %.
+    EXPECT_NEAR(total.z() / contacts_[0].force_W.z(), 1, 0.02);
+  }
+}
+
+TEST_F(RelaxationTest, ThirtyTwoGraspedPointsInACentimetreStayFinite) {
+  srand(1);
+  for (int i = 0; i < kMaxContacts; ++i) {
+    const Vector3d offset = 0.005 * Vector3d::Random();
+    AddContact(kGrasp, Vector3d(0.1, 0.07, 0.09) + offset, Vector3d(0, 0, 0.02));
+  }
+  EXPECT_EQ(contacts_.Add(), nullptr);
+  cholesky_->Relax(&contacts_, &U_);
+  EXPECT_TRUE(U_.allFinite());
+  // All points ask for the same lift, so it is reachable.
+  for (int i = 0; i < kMaxContacts; ++i) {
+    EXPECT_LT((PositionOf(i) - contacts_[i].target_W).norm(), 1e-4);
+  }
+  EXPECT_LT(U_.rowwise().norm().maxCoeff(), 0.1);
+}
+
+}  // namespace
+}  // namespace hpdm
