@@ -16,7 +16,7 @@ enum class BasisType { kBSpline, kBernstein };
 struct LatticeOptions {
   BasisType basis = BasisType::kBSpline;
   std::array<int, 3> degree = {2, 2, 2};  ///< B-spline: 1..3; Bernstein: 1 or more.
-  std::array<int, 3> cells = {4, 4, 4};   ///< B-spline only; Bernstein is one cell.
+  std::array<int, 3> cells = {4, 4, 4};   ///< B-spline; Bernstein is one cell, {1, 1, 1}.
   double margin = 0.02;                   ///< m, added on every side of the organ's box.
 };
 
@@ -77,6 +77,17 @@ struct OrganOptions {
   EnergyOptions energy;
   MaterialOptions material;
   std::vector<SupportOptions> supports;
+};
+
+/// A static load on a round patch of an organ's surface: the kernel cos(pi d / 2R) of the distance
+/// d < R to the centre, over the surface's area, normalised to one. Exactly one of force and
+/// displacement is given.
+struct LoadOptions {
+  std::string organ;                       ///< Its name.
+  Vector3d p_centre_W = Vector3d::Zero();  ///< m, on the posed rest shape.
+  double radius = 0;                       ///< R, m.
+  std::optional<Vector3d> force_W;         ///< N, sum over the patch.
+  std::optional<Vector3d> displacement_W;  ///< m, mean over the patch weighted by the kernel.
 };
 
 }  // namespace hpdm

@@ -38,6 +38,7 @@ enum class HandScript { kPalpate, kTap, kSlide, kGraspLift, kGraspPull, kRandom 
 struct HandOptions {
   HandScript script = HandScript::kPalpate;
   std::uint32_t seed = 1;
+  std::string organ;               ///< Name of the organ it goes to; the loader fills in the first.
   std::optional<Vector3d> target;  ///< World point on the organ's surface, m; absent: where the
                                    ///< line from the trocar to the organ's centre enters it.
   double depth = 0.015;            ///< m: how deep the hand means to press (or lift, or pull).

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "engine/types.h"
 
 namespace hpdm {
@@ -11,5 +13,15 @@ struct LaparoscopeOptions {
   double angle = 0;                               ///< rad, of the optics: 0, 30 or 45 degrees.
   double field_of_view = 1.2;                     ///< rad, across the circular picture.
 };
+
+/// Diameter of the circular picture on the camera's sensor, m: it spans the longer side of a 1/3
+/// inch sensor, 4.8 mm x 3.6 mm (assumed; laparoscopes differ).
+inline constexpr double kImageCircleDiameter = 4.8e-3;
+
+/// Field of view (rad) across the circular picture of a distortion-free lens of the given focal
+/// length (m): 2 atan(diameter / 2f).
+inline double FieldOfView(double focal_length) {
+  return 2 * std::atan(kImageCircleDiameter / (2 * focal_length));
+}
 
 }  // namespace hpdm

@@ -1,0 +1,106 @@
+#include "scenes/not_yet.h"
+
+#include <string>
+#include <string_view>
+
+namespace hpdm {
+namespace {
+
+enum class Refused {
+  kAlways,   // the key or table, whatever it holds
+  kNonZero,  // a number that is not zero, or an array that holds one
+  kString,   // the one string
+};
+
+struct Rule {
+  std::string_view key;  // without the [index] of arrays
+  Refused refused;
+  std::string_view value;  // kString only
+  std::string_view remedy;
+};
+
+// What scene.h reads but nothing behind it computes yet. To add a feature, delete its line.
+constexpr Rule kRules[] = {
+    {"scene.background", Refused::kAlways, "", "remove the key"},
+    {"scene.gravity", Refused::kNonZero, "", "remove the key or give [0, 0, 0]"},
+    {"organ.model", Refused::kString, "continuum", "use \"hpdm\""},
+    {"organ.model", Refused::kString, "mass_spring", "use \"hpdm\""},
+    {"organ.model", Refused::kString, "rigid", "use \"hpdm\""},
+    {"organ.texture", Refused::kAlways, "", "remove the key"},
+    {"organ.energy.type", Refused::kString, "strain", "use \"metric\""},
+    {"organ.energy.strain", Refused::kAlways, "", "remove the key"},
+    {"organ.energy.law", Refused::kAlways, "", "remove the key"},
+    {"organ.material.relaxation_time", Refused::kNonZero, "", "remove the key or give 0"},
+    {"instrument.type", Refused::kString, "scissors", "use \"probe\" or \"grasper\""},
+    {"instrument.type", Refused::kString, "hook", "use \"probe\" or \"grasper\""},
+    {"instrument.friction", Refused::kNonZero, "", "remove the key or give 0"},
+    {"instrument.reaction", Refused::kString, "lattice", "use \"paper\""},
+    {"load", Refused::kAlways, "", "remove the [[load]] tables"},
+};
+
+bool IsNonZero(const TomlValue& value) {
+  if (const auto* integer = std::get_if<std::int64_t>(&value.value)) return *integer != 0;
+  if (const auto* number = std::get_if<double>(&value.value)) return *number != 0;
+  if (const auto* elements = std::get_if<TomlArray>(&value.value)) {
+    for (const TomlValue& element : *elements) {
+      if (IsNonZero(element)) return true;
+    }
+  }
+  return false;
+}
+
+bool Matches(const Rule& rule, const TomlValue& value) {
+  switch (rule.refused) {
+    case Refused::kAlways:
+      return true;
+    case Refused::kNonZero:
+      return IsNonZero(value);
+    case Refused::kString: {
+      const auto* text = std::get_if<std::string>(&value.value);
+      return text != nullptr && *text == rule.value;
+    }
+  }
+  return false;
+}
+
+class Walk {
+ public:
+  explicit Walk(const TomlDocument& document) : document_(document) {}
+
+  /// `key` is the path as the rules write it, `shown` the one of the messages.
+  void Visit(const TomlValue& value, const std::string& key, const std::string& shown) const {
+    for (const Rule& rule : kRules) {
+      if (rule.key == key && Matches(rule, value)) Refuse(rule, value, shown);
+    }
+    if (const auto* entries = std::get_if<TomlTable>(&value.value)) {
+      const std::string dot = key.empty() ? "" : ".";
+      for (const TomlEntry& entry : *entries) {
+        Visit(entry.value, key + dot + entry.key, shown + dot + entry.key);
+      }
+    } else if (const auto* elements = std::get_if<TomlArray>(&value.value)) {
+      for (std::size_t i = 0; i < elements->size(); ++i) {
+        const TomlValue& element = (*elements)[i];
+        if (!std::holds_alternative<TomlTable>(element.value)) continue;
+        Visit(element, key, shown + "[" + std::to_string(i) + "]");
+      }
+    }
+  }
+
+ private:
+  [[noreturn]] void Refuse(const Rule& rule, const TomlValue& value,
+                           const std::string& shown) const {
+    std::string message = "this version does not have this feature yet";
+    // Of a [[load]] the place tells more than its text.
+    if (rule.refused != Refused::kAlways) message += " (" + ValueText(value) + ")";
+    message.append("; ").append(rule.remedy);
+    FailAt(document_, value.place, shown, message);
+  }
+
+  const TomlDocument& document_;
+};
+
+}  // namespace
+
+void RefuseNotYet(const TomlDocument& document) { Walk(document).Visit(document.root, "", ""); }
+
+}  // namespace hpdm

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+/// Every table of a scene file and the keys it may hold, in the order of scenes/README.md. The
+/// loader refuses all others; a test holds the README to this list.
+namespace hpdm {
+
+inline constexpr std::string_view kRootKeys[] = {"scene",      "timing", "organ",
+                                                 "instrument", "load",   "laparoscope"};
+inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
+inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
+                                                   "patch_delay_ticks"};
+
+inline constexpr std::string_view kOrganKeys[] = {
+    "name", "mesh", "unit", "model", "texture", "pose", "lattice", "energy", "material", "support"};
+inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
+inline constexpr std::string_view kLatticeKeys[] = {"basis", "degree", "cells", "margin"};
+inline constexpr std::string_view kEnergyKeys[] = {"type",   "strain", "law", "solver",
+                                                   "domain", "alpha",  "beta"};
+inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density",
+                                                     "relaxation_time"};
+inline constexpr std::string_view kSupportKeys[] = {"box", "box_fraction", "sphere", "fixed",
+                                                    "stiffness"};
+inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
+inline constexpr std::string_view kSphereKeys[] = {"centre", "radius"};
+
+inline constexpr std::string_view kInstrumentKeys[] = {
+    "name",     "type",     "trocar", "mesh", "tip_radius", "shaft_radius",
+    "friction", "reaction", "k1",     "k2",   "device",     "hand"};
+inline constexpr std::string_view kDeviceKeys[] = {"profile",
+                                                   "mass",
+                                                   "rotational_inertia",
+                                                   "damping",
+                                                   "rotational_damping",
+                                                   "friction",
+                                                   "rotational_friction",
+                                                   "encoder_step",
+                                                   "angle_encoder_step",
+                                                   "jaw_encoder_step",
+                                                   "max_force",
+                                                   "max_torque",
+                                                   "max_force_rate",
+                                                   "max_angle",
+                                                   "min_insertion",
+                                                   "max_insertion"};
+inline constexpr std::string_view kHandKeys[] = {
+    "script", "seed", "organ", "target", "depth", "speed", "stiffness", "damping", "tremor"};
+
+inline constexpr std::string_view kLoadKeys[] = {"organ", "point", "radius", "force",
+                                                 "displacement"};
+inline constexpr std::string_view kLaparoscopeKeys[] = {"position", "target", "angle_deg",
+                                                        "field_of_view_deg", "focal_length"};
+
+struct SceneTable {
+  std::string_view path;  ///< As in the file's headers: "organ.lattice"; empty for the file itself.
+  std::span<const std::string_view> keys;
+};
+
+inline constexpr SceneTable kSceneTables[] = {
+    {"", kRootKeys},
+    {"scene", kSceneKeys},
+    {"timing", kTimingKeys},
+    {"organ", kOrganKeys},
+    {"organ.pose", kPoseKeys},
+    {"organ.lattice", kLatticeKeys},
+    {"organ.energy", kEnergyKeys},
+    {"organ.material", kMaterialKeys},
+    {"organ.support", kSupportKeys},
+    {"organ.support.box", kBoxKeys},
+    {"organ.support.box_fraction", kBoxKeys},
+    {"organ.support.sphere", kSphereKeys},
+    {"instrument", kInstrumentKeys},
+    {"instrument.device", kDeviceKeys},
+    {"instrument.hand", kHandKeys},
+    {"load", kLoadKeys},
+    {"laparoscope", kLaparoscopeKeys},
+};
+
+}  // namespace hpdm

@@ -1,0 +1,203 @@
+#include "scenes/scene_keys.h"
+#include "scenes/scene_parts.h"
+
+namespace hpdm {
+namespace {
+
+// Binomial coefficients of this degree are exact in double, and (30 + 1)^3 control points are far
+// beyond what a step can solve for.
+constexpr int kMaxBernsteinDegree = 30;
+constexpr int kMaxCells = 64;
+
+void ReadUnit(const TableReader& table, double* unit_m) {
+  constexpr double kMaxUnit = 1000;
+  if (!table.HasString("unit")) {
+    table.ReadNumber("unit", Interval::Positive(kMaxUnit, "metres per unit"), unit_m);
+    return;
+  }
+  constexpr std::pair<std::string_view, double> kUnits[] = {{"m", 1.0}, {"mm", 1e-3}};
+  std::string text;
+  table.ReadString("unit", &text);
+  for (const auto& [name, metres] : kUnits) {
+    if (name == text) {
+      *unit_m = metres;
+      return;
+    }
+  }
+  table.Fail("unit", "is not a known unit", "give \"m\", \"mm\" or metres per unit as a number");
+}
+
+Isometry3d ReadPose(const TableReader& table) {
+  Vector3d position = Vector3d::Zero(), rotation_deg = Vector3d::Zero();
+  table.ReadVector("position", kCoordinate, &position);
+  table.ReadVector("rotation_deg", Interval::Within(360, "degrees"), &rotation_deg);
+  const Eigen::AngleAxisd about_x(Radians(rotation_deg.x()), Vector3d::UnitX());
+  const Eigen::AngleAxisd about_y(Radians(rotation_deg.y()), Vector3d::UnitY());
+  const Eigen::AngleAxisd about_z(Radians(rotation_deg.z()), Vector3d::UnitZ());
+  Isometry3d X_WO = Isometry3d::Identity();
+  X_WO.linear() = (about_z * about_y * about_x).toRotationMatrix();
+  X_WO.translation() = position;
+  return X_WO;
+}
+
+LatticeOptions ReadLattice(const TableReader& table) {
+  LatticeOptions lattice;
+  table.ReadChoice("basis",
+                   {{"bspline", BasisType::kBSpline}, {"bernstein", BasisType::kBernstein}},
+                   &lattice.basis);
+  const bool bspline = lattice.basis == BasisType::kBSpline;
+  table.ReadIntegers("degree", 1, bspline ? 3 : kMaxBernsteinDegree, &lattice.degree);
+  if (!bspline) {
+    if (table.Has("cells")) {
+      table.Fail("cells", "belongs to basis = \"bspline\"",
+                 "remove it: a Bernstein lattice is one cell");
+    }
+    lattice.cells = {1, 1, 1};
+  }
+  table.ReadIntegers("cells", 1, kMaxCells, &lattice.cells);
+  table.ReadNumber("margin", Interval::NotNegative(1, "m"), &lattice.margin);
+  return lattice;
+}
+
+EnergyOptions ReadEnergy(const TableReader& table) {
+  EnergyOptions energy;
+  table.ReadChoice("type", {{"metric", EnergyType::kMetric}, {"strain", EnergyType::kStrain}},
+                   &energy.type);
+  const bool metric = energy.type == EnergyType::kMetric;
+  for (const std::string_view key : {"domain", "alpha", "beta"}) {
+    if (!metric && table.Has(key)) {
+      table.Fail(key, "belongs to type = \"metric\"", "remove it or change the type");
+    }
+  }
+  for (const std::string_view key : {"strain", "law"}) {
+    if (metric && table.Has(key)) {
+      table.Fail(key, "belongs to type = \"strain\"", "remove it or change the type");
+    }
+  }
+  table.ReadChoice("strain", {{"small", StrainMeasure::kSmall}, {"finite", StrainMeasure::kFinite}},
+                   &energy.strain);
+  table.ReadChoice(
+      "law", {{"neo_hookean", MaterialLaw::kNeoHookean}, {"stvk", MaterialLaw::kStVenantKirchhoff}},
+      &energy.law);
+  table.ReadChoice(
+      "solver", {{"cholesky", SolverType::kCholesky}, {"gauss_seidel", SolverType::kGaussSeidel}},
+      &energy.solver);
+  table.ReadChoice("domain", {{"box", EnergyDomain::kBox}, {"organ", EnergyDomain::kOrgan}},
+                   &energy.domain);
+  table.ReadNumber("alpha", Interval::NotNegative(1e12, "Pa"), &energy.alpha);
+  table.ReadNumber("beta", Interval::NotNegative(1e12, "N"), &energy.beta);
+  if (energy.alpha == 0 && energy.beta == 0) {
+    table.Fail("beta", "alpha and beta are both zero", "without them nothing resists: give alpha");
+  }
+  return energy;
+}
+
+MaterialOptions ReadMaterial(const TableReader& table) {
+  MaterialOptions material;
+  table.ReadNumber("young", Interval::Positive(1e12, "Pa"), &material.young);
+  table.ReadNumber("poisson", {.min = 0, .max = 0.5, .below_max = true}, &material.poisson);
+  table.ReadNumber("density", Interval::Positive(30000, "kg/m^3"), &material.density);
+  table.ReadNumber("relaxation_time", Interval::NotNegative(1000, "s"), &material.relaxation_time);
+  return material;
+}
+
+void ReadCorners(const TableReader& table, const Interval& range, Vector3d* min, Vector3d* max) {
+  for (const std::string_view key : {"min", "max"}) table.Require(key, "give both corners");
+  table.ReadVector("min", range, min);
+  table.ReadVector("max", range, max);
+  if (!(min->array() < max->array()).all()) {
+    table.Fail("max", "is not above min in every coordinate", "a region must hold some volume");
+  }
+}
+
+SupportOptions ReadSupport(const TableReader& table) {
+  table.RefuseBoth("box", "box_fraction");
+  table.RefuseBoth("box", "sphere");
+  table.RefuseBoth("box_fraction", "sphere");
+  SupportOptions support;
+  if (const auto box = table.Table("box", kBoxKeys)) {
+    Box region;
+    ReadCorners(*box, kCoordinate, &region.min, &region.max);
+    support.region = region;
+  } else if (const auto fraction = table.Table("box_fraction", kBoxKeys)) {
+    BoxFraction region;
+    ReadCorners(*fraction, {.min = 0, .max = 1}, &region.min, &region.max);
+    support.region = region;
+  } else if (const auto sphere = table.Table("sphere", kSphereKeys)) {
+    Sphere region;
+    sphere->Require("centre", "give it as [x, y, z] in m");
+    sphere->Require("radius", "give it in m");
+    sphere->ReadVector("centre", kCoordinate, &region.centre);
+    sphere->ReadNumber("radius", Interval::Positive(kMaxCoordinate, "m"), &region.radius);
+    support.region = region;
+  } else {
+    table.Fail("has no region", "give box, box_fraction or sphere");
+  }
+
+  table.RefuseBoth("fixed", "stiffness");
+  bool fixed = false;
+  if (table.ReadBoolean("fixed", &fixed) && !fixed) {
+    table.Fail("fixed", "leaves the support without effect",
+               "give fixed = true, or stiffness instead of it");
+  }
+  double stiffness = 0;
+  if (table.ReadNumber("stiffness", Interval::Positive(1e15, "Pa/m^2"), &stiffness)) {
+    support.stiffness = stiffness;
+  } else if (!fixed) {
+    table.Fail("does not say how it holds the tissue", "give fixed = true or stiffness");
+  }
+  return support;
+}
+
+}  // namespace
+
+OrganOptions ReadOrgan(const TableReader& table) {
+  OrganOptions organ;
+  table.Require("name", "name the organ");
+  table.ReadName("name", &organ.name);
+  table.Require("mesh", "name a mesh file (OBJ, STL or PLY)");
+  table.ReadFile("mesh", &organ.mesh);
+  ReadUnit(table, &organ.unit_m);
+  table.ReadChoice("model",
+                   {{"hpdm", OrganModelType::kHpdm},
+                    {"continuum", OrganModelType::kContinuum},
+                    {"mass_spring", OrganModelType::kMassSpring},
+                    {"rigid", OrganModelType::kRigid}},
+                   &organ.model);
+  table.ReadFile("texture", &organ.texture);
+  if (const auto pose = table.Table("pose", kPoseKeys)) organ.X_WO = ReadPose(*pose);
+  if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
+    organ.lattice = ReadLattice(*lattice);
+  }
+  if (const auto energy = table.Table("energy", kEnergyKeys)) organ.energy = ReadEnergy(*energy);
+  if (const auto material = table.Table("material", kMaterialKeys)) {
+    organ.material = ReadMaterial(*material);
+  }
+  for (const TableReader& support : table.Tables("support", kSupportKeys)) {
+    organ.supports.push_back(ReadSupport(support));
+  }
+  return organ;
+}
+
+LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs) {
+  LoadOptions load;
+  table.Require("organ", "name the organ that the load acts on");
+  table.ReadString("organ", &load.organ);
+  RequireOrgan(table, "organ", load.organ, organs);
+  table.Require("point", "give the load's centre as [x, y, z] in m");
+  table.ReadVector("point", kCoordinate, &load.p_centre_W);
+  table.Require("radius", "give the radius of the loaded surface in m");
+  table.ReadNumber("radius", Interval::Positive(kMaxCoordinate, "m"), &load.radius);
+  table.RefuseBoth("force", "displacement");
+  Vector3d value = Vector3d::Zero();
+  if (table.ReadVector("force", Interval::Within(1e6, "N"), &value)) {
+    load.force_W = value;
+  } else if (table.ReadVector("displacement", kCoordinate, &value)) {
+    load.displacement_W = value;
+  } else {
+    table.Fail("loads nothing", "give force or displacement as [x, y, z]");
+  }
+  return load;
+}
+
+}  // namespace hpdm

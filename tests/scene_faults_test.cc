@@ -1,0 +1,213 @@
+#include "tests/scene_fixture.h"
+
+namespace hpdm {
+namespace {
+
+TEST_F(SceneTest, MessageNamesFileLineColumnKeyValueAndRemedy) {
+  EXPECT_EQ(LoadError(kOrgan + "\n  [organ.material]\n  young = -5\n"),
+            "s.toml:6:11: organ[0].material.young: is out of range (-5); give a number above 0 and "
+            "at most 1e+12, in Pa");
+}
+
+TEST_F(SceneTest, UnreadableFilesAreNamed) {
+  const auto error = [](const std::filesystem::path& path) {
+    return ErrorOf([&] { LoadScene(path); });
+  };
+  EXPECT_EQ(error("no/such.toml"),
+            "no/such.toml: cannot be read: No such file or directory; check the name and the "
+            "rights of the scene file");
+  EXPECT_TRUE(Contains(error(folder_.path()), "it is a folder; name a scene file"));
+  EXPECT_TRUE(Contains(error("/dev/zero"), "is larger than 1048576 bytes"));
+  EXPECT_TRUE(Contains(error("line\nbreak.toml"), "line\\nbreak.toml: cannot be read"));
+}
+
+TEST_F(SceneTest, SyntaxErrorsCarryTheParsersPlace) {
+  EXPECT_TRUE(StartsWith(LoadError("[scene]\nname = \n"), "s.toml:2:"));
+  EXPECT_TRUE(Contains(LoadError("[scene\n"), "TOML syntax: "));
+  EXPECT_TRUE(StartsWith(LoadError(kOrgan + "name='again'\n"), "s.toml:4:"));
+  EXPECT_TRUE(Contains(LoadError("a = \"\xff\xfe\"\n"), "s.toml:1:"));
+}
+
+struct BadScene {
+  const char* text;     // after kOrgan
+  const char* place;    // LINE:COLUMN
+  const char* subject;  // key.path
+  const char* problem;  // part of what is wrong
+  const char* remedy;   // part of it
+};
+
+std::string Describe(const BadScene& c) { return std::string("scene:\n") + c.text; }
+
+TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
+  // kOrgan takes lines 1 to 3, so each case begins on line 4.
+  const BadScene cases[] = {
+      // unknown keys
+      {"untt='mm'", "4:1", "organ[0].untt", "is not a known key", "did you mean unit?"},
+      {"zzz=1", "4:1", "organ[0].zzz", "is not a known key",
+       "known here are name, mesh, unit, model, texture, pose, lattice, energy, material, support"},
+      {"[laproscope]", "4:2", "laproscope", "is not a known key", "did you mean laparoscope?"},
+      {"pose.rotation=[0,0,0]", "4:6", "organ[0].pose.rotation", "is not a known key",
+       "did you mean rotation_deg?"},
+      {"'a\\b'=1", "4:1", "organ[0].a\\b", "is not a known key", "known here are"},
+      {"\"a\\nb\"=1", "4:1", "organ[0].a\\nb", "is not a known key", "known here are"},
+      // types and lengths
+      {"texture=3", "4:9", "organ[0].texture", "is an integer (3)", "give a string in quotes"},
+      {"unit=true", "4:6", "organ[0].unit", "is a boolean (true)", "give a number"},
+      {"unit=1979-05-27", "4:6", "organ[0].unit", "is a date", "give a number"},
+      {"lattice.margin='2'", "4:16", "organ[0].lattice.margin", "is a string (\"2\")", "in m"},
+      {"lattice.degree=2.0", "4:16", "organ[0].lattice.degree", "is a number (2)", "integer"},
+      {"lattice=4", "4:9", "organ[0].lattice", "is an integer (4)", "one table"},
+      {"[organ.support]\nfixed=true", "4:1", "organ[0].support", "is a table", "[[...]]"},
+      {"support=[1]", "4:10", "organ[0].support", "is an integer (1)", "[[...]]"},
+      {"pose.position=[1,2]", "4:15", "organ[0].pose.position", "has 2 elements ([1, 2])",
+       "give three numbers, [x, y, z]"},
+      {"pose.position=1", "4:15", "organ[0].pose.position", "is an integer (1)", "three numbers"},
+      {"pose.position=[1,'a',2]", "4:18", "organ[0].pose.position", "is a string", "a number"},
+      {"lattice.cells=[4,4]", "4:15", "organ[0].lattice.cells", "has 2 elements", "three"},
+      // values that are not finite or out of range
+      {"unit=nan", "4:6", "organ[0].unit", "is not finite (nan)", "above 0"},
+      {"pose.position=[0,inf,0]", "4:18", "organ[0].pose.position", "is not finite (inf)", "in m"},
+      {"unit=0", "4:6", "organ[0].unit", "is out of range (0)", "above 0"},
+      {"unit='cm'", "4:6", "organ[0].unit", "is not a known unit (\"cm\")", "\"m\", \"mm\" or"},
+      {"pose.position=[0,0,150]", "4:20", "organ[0].pose.position", "out of range (150)", "in m"},
+      {"lattice.margin=-0.1", "4:16", "organ[0].lattice.margin", "out of range (-0.1)", "in m"},
+      {"lattice.degree=0", "4:16", "organ[0].lattice.degree", "out of range (0)", "from 1 to 3"},
+      {"lattice.degree=[2,4,2]", "4:19", "organ[0].lattice.degree", "range (4)", "from 1 to 3"},
+      {"lattice.cells=[0,4,4]", "4:16", "organ[0].lattice.cells", "range (0)", "from 1 to 64"},
+      {"lattice.cells=[4,4,65]", "4:20", "organ[0].lattice.cells", "range (65)", "from 1 to 64"},
+      {"lattice={basis='bernstein',degree=0}", "4:35", "organ[0].lattice.degree", "range (0)",
+       "from 1 to 30"},
+      {"lattice={basis='bernstein',cells=[4,4,4]}", "4:34", "organ[0].lattice.cells",
+       "belongs to basis = \"bspline\" ([4, 4, 4])", "remove it"},
+      {"lattice.basis='nurbs'", "4:15", "organ[0].lattice.basis", "(\"nurbs\")",
+       "give one of \"bspline\", \"bernstein\""},
+      {"energy={alpha=0,beta=0}", "4:22", "organ[0].energy.beta", "both zero", "give alpha"},
+      {"energy.alpha=-1", "4:14", "organ[0].energy.alpha", "out of range (-1)", "in Pa"},
+      {"material.poisson=0.5", "4:18", "organ[0].material.poisson", "out of range (0.5)",
+       "give a number at least 0 and below 0.5"},
+      {"material.poisson=-0.1", "4:18", "organ[0].material.poisson", "(-0.1)", "below 0.5"},
+      {"material.density=0", "4:18", "organ[0].material.density", "(0)", "in kg/m^3"},
+      // supports
+      {"[[organ.support]]\nfixed=true", "4:1", "organ[0].support[0]", "has no region",
+       "give box, box_fraction or sphere"},
+      {"[[organ.support]]\nsphere={centre=[0,0,0],radius=1}", "4:1", "organ[0].support[0]",
+       "does not say how", "fixed = true or stiffness"},
+      {"[[organ.support]]\nfixed=true\nstiffness=1\nsphere={centre=[0,0,0],radius=1}", "6:11",
+       "organ[0].support[0].stiffness", "together with fixed (1)", "keep one"},
+      {"[[organ.support]]\nfixed=false\nsphere={centre=[0,0,0],radius=1}", "5:7",
+       "organ[0].support[0].fixed", "without effect (false)", "stiffness"},
+      {"[[organ.support]]\nfixed=true\nsphere={centre=[0,0,0],radius=0}", "6:31",
+       "organ[0].support[0].sphere.radius", "out of range (0)", "above 0"},
+      {"[[organ.support]]\nfixed=true\nsphere={centre=[0,0,0]}", "6:8",
+       "organ[0].support[0].sphere.radius", "is missing", "give it in m"},
+      {"[[organ.support]]\nbox={min=[0,0,1],max=[1,1,0]}", "5:22", "organ[0].support[0].box.max",
+       "not above min in every coordinate ([1, 1, 0])", "some volume"},
+      {"[[organ.support]]\nbox_fraction={min=[0,0,0],max=[1,1,2]}", "5:36",
+       "organ[0].support[0].box_fraction.max", "out of range (2)", "at most 1"},
+      {"[[organ.support]]\nbox={min=[0,0,0],max=[1,1,1]}\nsphere={}", "6:8",
+       "organ[0].support[0].sphere", "together with box", "keep one"},
+      // names, files, missing keys
+      {"[[organ]]\nname='liver'\nmesh='m.obj'", "5:6", "organ[1].name", "is taken (\"liver\")",
+       "its own name"},
+      {"[[organ]]\nmesh='m.obj'", "4:1", "organ[1].name", "is missing", "name the organ"},
+      {"[[organ]]\nname='b'", "4:1", "organ[1].mesh", "is missing", "OBJ, STL or PLY"},
+      {"[[organ]]\nname=' '\nmesh='m.obj'", "5:6", "organ[1].name", "is not a name", "64"},
+      {"[[organ]]\nname='b'\nmesh='no.obj'", "6:6", "organ[1].mesh",
+       "there is no such file (\"no.obj\")", "it was looked for at no.obj"},
+      {"[[organ]]\nname='b'\nmesh='meshes'", "6:6", "organ[1].mesh", "no such file", "folder"},
+      {"[[organ]]\nname='b'\nmesh=\"m.obj\\u0000\"", "6:6", "organ[1].mesh", "control character",
+       "remove it"},
+      {"[[instrument]]\nname='p'", "4:1", "instrument[0].trocar", "is missing", "in m"},
+      {"[[instrument]]\nname='p'\ntrocar=[50,-120,160]", "6:9", "instrument[0].trocar", "(50)",
+       "at most 10, in m"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[[instrument]]\nname='p'\ntrocar=[0,0,0]", "8:6",
+       "instrument[1].name", "is taken", "its own name"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[[instrument]]\nname='q'\ntrocar=[0,0,0]\n"
+       "[[instrument]]\nname='r'\ntrocar=[0,0,0]",
+       "10:1", "instrument[2]", "one instrument too many", "2 at most"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ntip_radius=0", "7:12", "instrument[0].tip_radius",
+       "out of range (0)", "above 0"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[instrument.device]\nmin_insertion=0.5", "8:15",
+       "instrument[0].device.min_insertion", "leaves no travel", "above min_insertion"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ndevice.profile='omega'", "7:16",
+       "instrument[0].device.profile", "(\"omega\")", "\"impulse_engine\""},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\nhand.organ='lung'", "7:12",
+       "instrument[0].hand.organ", "(\"lung\")", "the scene's organs are \"liver\""},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\nhand.script='grasp_lift'", "7:13",
+       "instrument[0].hand.script", "needs an instrument with jaws", "type = \"grasper\""},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\nhand.seed=-1", "7:11", "instrument[0].hand.seed",
+       "out of range (-1)", "from 0 to 4294967295"},
+      // timing and view
+      {"[timing]\nhaptic_hz=0", "5:11", "timing.haptic_hz", "out of range (0)", "from 100"},
+      {"[timing]\nrender_hz=1000", "5:11", "timing.render_hz", "(1000)", "to 240"},
+      {"[timing]\nhaptic_hz=100\ndeformation_hz=200", "6:16", "timing.deformation_hz",
+       "is above haptic_hz = 100 (200)", "faster"},
+      {"[timing]\nhaptic_hz=9223372036854775807", "5:11", "timing.haptic_hz", "out of range",
+       "to 10000"},
+      {"[laparoscope]\nangle_deg=20", "5:11", "laparoscope.angle_deg", "(20)", "0, 30 or 45"},
+      {"[laparoscope]\nfocal_length=0.003\nfield_of_view_deg=70", "5:14",
+       "laparoscope.focal_length", "together with field_of_view_deg", "keep one"},
+      {"[laparoscope]\nfield_of_view_deg=180", "5:19", "laparoscope.field_of_view_deg", "(180)",
+       "at most 120"},
+      {"[laparoscope]\nposition=[0,0,0]", "4:1", "laparoscope.target", "within 1 mm", "before it"},
+  };
+  for (const BadScene& c : cases) {
+    SCOPED_TRACE(Describe(c));
+    const std::string error = ReadError(kOrgan + c.text + "\n");
+    EXPECT_TRUE(StartsWith(error, std::string("s.toml:") + c.place + ": "));
+    EXPECT_TRUE(Contains(error, std::string(": ") + c.subject + ": "));
+    EXPECT_TRUE(Contains(error, c.problem));
+    EXPECT_TRUE(Contains(error.substr(std::min(error.size(), error.find("; "))), c.remedy));
+  }
+  EXPECT_EQ(ReadError(""),
+            "s.toml:1:1: organ: is missing; describe at least one organ in an "
+            "[[organ]] table");
+}
+
+TEST_F(SceneTest, FaultyLoadsAreNamed) {
+  const auto error = [&](const std::string& load) { return ReadError(kOrgan + load); };
+  EXPECT_TRUE(Contains(error("[[load]]\norgan='lung'\n"),
+                       "s.toml:5:7: load[0].organ: is not the name of an organ (\"lung\"); the "
+                       "scene's organs are \"liver\""));
+  const std::string load = "[[load]]\norgan='liver'\npoint=[0,0,0]\nradius=0.01\n";
+  EXPECT_TRUE(Contains(error(load), "s.toml:4:1: load[0]: loads nothing; give force or"));
+  EXPECT_TRUE(Contains(error(load + "force=[0,0,1]\ndisplacement=[0,0,1]\n"),
+                       "load[0].displacement: cannot be given together with force"));
+}
+
+TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
+  const BadScene cases[] = {
+      {"model='continuum'", "4:7", "organ[0].model", "(\"continuum\")", "use \"hpdm\""},
+      {"model='mass_spring'", "4:7", "organ[0].model", "(\"mass_spring\")", "use \"hpdm\""},
+      {"model='rigid'", "4:7", "organ[0].model", "(\"rigid\")", "use \"hpdm\""},
+      {"energy.type='strain'", "4:13", "organ[0].energy.type", "(\"strain\")", "use \"metric\""},
+      {"energy.strain='small'", "4:15", "organ[0].energy.strain", "", "remove the key"},
+      {"energy.law='stvk'", "4:12", "organ[0].energy.law", "", "remove the key"},
+      {"material.relaxation_time=0.1", "4:26", "organ[0].material.relaxation_time", "(0.1)",
+       "give 0"},
+      {"texture='t.png'", "4:9", "organ[0].texture", "", "remove the key"},
+      {"[scene]\nbackground='t.png'", "5:12", "scene.background", "", "remove the key"},
+      {"[scene]\ngravity=[0,0,-9.81]", "5:9", "scene.gravity", "([0, 0, -9.81])", "give [0, 0, 0]"},
+      {"[[load]]\norgan='liver'", "4:1", "load", "", "remove the [[load]] tables"},
+      {"[[instrument]]\ntype='scissors'", "5:6", "instrument[0].type", "(\"scissors\")",
+       "\"probe\" or \"grasper\""},
+      {"[[instrument]]\ntype='hook'", "5:6", "instrument[0].type", "(\"hook\")", "\"grasper\""},
+      {"[[instrument]]\nreaction='lattice'", "5:10", "instrument[0].reaction", "(\"lattice\")",
+       "use \"paper\""},
+      {"[[instrument]]\nfriction=0.1", "5:10", "instrument[0].friction", "(0.1)", "give 0"},
+  };
+  for (const BadScene& c : cases) {
+    SCOPED_TRACE(Describe(c));
+    const std::string error = LoadError(kOrgan + c.text + "\n");
+    EXPECT_TRUE(StartsWith(error, std::string("s.toml:") + c.place + ": " + c.subject +
+                                      ": this version does not have this feature yet"));
+    EXPECT_TRUE(Contains(error, c.problem));
+    EXPECT_TRUE(Contains(error, c.remedy));
+  }
+  // The values that mean "without the feature" are welcome.
+  Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "model='hpdm'\nmaterial.relaxation_time=0\n" +
+       kInstrument + "friction=0.0\n");
+}
+
+}  // namespace
+}  // namespace hpdm
