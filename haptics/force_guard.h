@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+
+#include "engine/snapshots.h"
+
+namespace hpdm {
+
+struct ForceGuardOptions {
+  double max_force = 8.9;                ///< N, length of the force vector.
+  double max_torque = 1.0;               ///< N m, on the pitch and on the yaw axis.
+  double max_force_rate = 2000;          ///< N/s.
+  double period = 1e-3;                  ///< s, of the haptic loop.
+  double ramp_in = 0.5;                  ///< s, from no authority to full authority.
+  double decay_time = 0.05;              ///< s, time constant of the loss of authority.
+  Nanoseconds stale_age_ns = 133333333;  ///< Patch age beyond which the force decays: four
+                                         ///< deformation periods, at 30 Hz.
+};
+
+/// Makes one tool's force safe to display. In each tick, in this order:
+///
+///  1. replace: a force that is not finite gives way to the last finite one;
+///  2. clamp: to the device's force limit as a vector and to its axis limits through J^T, by
+///     scaling, so that the direction is kept;
+///  3. authority: a gain in [0, 1] multiplies the force. It starts at 0 and rises linearly in
+///     `ramp_in`; while the force is not finite, the patch is stale or absent or the device is
+///     invalid, it falls exponentially with `decay_time`; it rises again when they are well;
+///  4. slew: the step from the last displayed force is shortened to max_force_rate period.
+///
+/// The order matters. Clamping before the gain bounds the start-up force by gain max_force even
+/// for a wild input. The slew limit stands last, so nothing can step behind it, and needs no second
+/// clamp: its result lies on the segment between the last displayed force and the clamped one,
+/// both inside the same ball. (The axis limits form a set that turns with the tip; the device
+/// saturates what the slew may leave outside of it in a tick.) After skipped ticks the gain falls
+/// by the time that has passed, but rises and slews as for one period: the safe side of each.
+///
+/// One exemption: when the device's force is off (disabled, emergency stop, not homed) the motors
+/// have already let go, so the result is 0 at once, past the slew limit, and start-up begins anew.
+///
+/// Haptic thread; wait-free, no allocation, never throws.
+class ForceGuard {
+ public:
+  explicit ForceGuard(const ForceGuardOptions& options) : options_(options) {}
+
+  struct Input {
+    Vector3d reaction_W = Vector3d::Zero();  ///< Force on the hand, N.
+    Matrix3d J = Matrix3d::Zero();           ///< d p_tip_W / d (pitch, yaw, insertion).
+    double elapsed = 0;                      ///< s since the last tick that ran.
+    bool has_patch = false;
+    Nanoseconds patch_age_ns = 0;
+    bool device_valid = false;
+    bool force_on = false;  ///< Device::ForceOn().
+  };
+  struct Output {
+    Vector3d force_W = Vector3d::Zero();  ///< N, always finite.
+    std::uint32_t flags = kGuardOk;       ///< GuardFlag, or-ed.
+  };
+  Output Filter(const Input& input) noexcept;
+
+ private:
+  ForceGuardOptions options_;
+  double gain_ = 0;
+  Vector3d last_finite_ = Vector3d::Zero();  // clamped, before the gain
+  Vector3d force_ = Vector3d::Zero();        // last displayed
+};
+
+}  // namespace hpdm

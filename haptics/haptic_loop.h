@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <stop_token>
+#include <vector>
+
+#include "engine/snapshots.h"
+#include "engine/spsc_queue.h"
+#include "engine/triple_buffer.h"
+#include "haptics/device.h"
+#include "haptics/force_guard.h"
+#include "haptics/haptic_clock.h"
+#include "haptics/impulse_engine.h"
+#include "haptics/tip_contact.h"
+
+namespace hpdm {
+
+/// One instrument as the haptic loop needs it.
+struct HapticInstrument {
+  Device* device = nullptr;  ///< Not owned; outlives the loop, which owns its use while it runs.
+  ImpulseEngineKinematics kinematics;
+  double tip_radius = 0.0025;  ///< m.
+  ForceGuardOptions guard;
+};
+
+/// The loop between hand and tissue, 1 kHz: see the stages of Tick.
+///
+///     device --> [haptic loop] --ToolState--> deformation loop
+///       ^             |  ^------ContactPatch------'
+///       '---effort----'  '--HapticSample, every tick--> telemetry loop
+///
+/// Built on the main thread. Tick and RunRealClock belong to one thread, the haptic thread (or the
+/// only one, in lockstep); a tick is wait-free, with no allocation, lock, log, exception or system
+/// call but the clock's and the device's. A full sample queue loses the sample and counts it
+/// (SpscQueue::Overflows).
+class HapticLoop {
+ public:
+  /// What the loop is wired to: writer of tool_states, reader of patches, producer of samples.
+  struct Edges {
+    TripleBuffer<ToolState>& tool_states;
+    TripleBuffer<ContactPatch>& patches;
+    SpscQueue<HapticSample>& samples;
+  };
+
+  /// At most kMaxInstruments, in the order of the tools in every snapshot. period_ns > 0.
+  HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds period_ns, const Edges& edges);
+
+  /// One tick: number of its period, scheduled session time, and what is known of its timing. The
+  /// sample pushed at the end carries this tick's own wake-up lateness and compute time (up to the
+  /// push itself).
+  void Tick(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) noexcept;
+
+  /// Ticks on the real clock from start_ns (session time of tick 0) until `stop` or end_tick.
+  TickCount RunRealClock(std::stop_token stop, HapticClock& clock, Nanoseconds start_ns,
+                         std::uint64_t end_tick = std::numeric_limits<std::uint64_t>::max());
+
+ private:
+  // One instrument's state through the stages of a tick.
+  struct Tool {
+    explicit Tool(const HapticInstrument& given) : instrument(given), guard(given.guard) {}
+    HapticInstrument instrument;
+    TipContact contact;
+    ForceGuard guard;
+    DeviceSample sample;       // newest valid joints, valid as of this tick
+    bool has_pose = false;     // false before the first valid sample
+    Nanoseconds moved_ns = 0;  // device time of `pose`
+    ToolPose pose;
+    Matrix3d J = Matrix3d::Zero();
+    ContactResult result;
+    ForceGuard::Output safe;
+    AxisEffort effort = AxisEffort::Zero();
+  };
+
+  void ReadDevices(Nanoseconds now);
+  void MoveTools();
+  void TakePatch(Nanoseconds scheduled);
+  void EvaluateContacts();
+  void GuardForces(Nanoseconds scheduled);
+  void WriteEfforts();
+  void PublishToolState(std::uint64_t tick, Nanoseconds scheduled);
+  void PushSample(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing);
+
+  std::vector<Tool> tools_;
+  Nanoseconds period_ns_;
+  Edges edges_;
+  bool has_run_ = false;
+  Nanoseconds last_scheduled_ns_ = 0;
+  Nanoseconds device_time_ns_ = 0;  // of the newest valid device sample
+  std::uint64_t patch_number_ = 0;  // 0 before the first patch
+  Nanoseconds patch_age_ns_ = 0;
+  HapticSample sample_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+
+#include "engine/types.h"
+#include "haptics/hand_script.h"
+#include "haptics/instrument_options.h"
+
+namespace hpdm {
+
+/// Minimum-jerk course of a movement from 0 to 1 over the normalised time tau in [0, 1]:
+/// s = 10 tau^3 - 15 tau^4 + 6 tau^5 (Flash and Hogan 1985). Ends at rest with zero acceleration;
+/// its greatest speed is 15/8 = 1.875 times the mean, at tau = 1/2.
+struct MinimumJerk {
+  static double Position(double tau) { return tau * tau * tau * (10 + tau * (-15 + tau * 6)); }
+  /// ds/dtau.
+  static double Velocity(double tau) { return 30 * tau * tau * (1 - tau) * (1 - tau); }
+};
+
+/// What the hand means to do at an instant.
+struct HandIntent {
+  Vector3d p_W = Vector3d::Zero();  ///< Of the tip's centre, m, tremor included.
+  Vector3d v_W = Vector3d::Zero();  ///< m/s.
+  double roll = 0;                  ///< rad.
+  double jaw = 1;                   ///< 0 closed .. 1 open.
+};
+
+/// A simulated trainee's hand: it follows a script (hand_script.h) with minimum-jerk movements,
+/// trembles, and holds the instrument through an impedance, so that the displayed force moves it.
+///
+/// Tremor: on each world axis four sinusoids, one in each hertz from 8 to 12 Hz with seeded
+/// frequency and phase and amplitude tremor / 2, so that its root mean square is that of one
+/// sinusoid of amplitude `tremor`. It has its own seed: without tremor the script is the same.
+///
+/// Deterministic: the same options and site give the same intent at the same times. One thread;
+/// wait-free, no allocation after construction.
+class SimulatedHand {
+ public:
+  /// Throws InputError when the options or the site make no movement possible.
+  SimulatedHand(const HandOptions& options, const HandSite& site);
+
+  /// Intent at hand time t_ns >= 0. Times never decrease from call to call.
+  HandIntent At(Nanoseconds t_ns);
+
+  /// Force of the hand on the instrument's tip, N: an isotropic spring and damper from the tip
+  /// (p_W m, v_W m/s) to the intent.
+  Vector3d Force(const HandIntent& intent, const Vector3d& p_W, const Vector3d& v_W) const {
+    return stiffness_ * (intent.p_W - p_W) + damping_ * (intent.v_W - v_W);
+  }
+
+  double stiffness() const { return stiffness_; }  ///< N/m.
+  double damping() const { return damping_; }      ///< N s/m.
+
+ private:
+  struct Sinusoid {
+    double angular_frequency = 0;  // rad/s
+    double phase = 0;              // rad
+  };
+  static constexpr int kSinusoids = 4;
+
+  void AddTremor(double t, HandIntent* intent) const;
+
+  HandScriptPlan plan_;
+  double stiffness_;
+  double damping_;
+  double tremor_;
+  std::array<std::array<Sinusoid, kSinusoids>, 3> sinusoids_;
+  WayPoint from_;
+  WayPoint to_;
+  Nanoseconds departed_ns_ = 0;  // when the hand left from_
+};
+
+}  // namespace hpdm

@@ -1,0 +1,402 @@
+#include "haptics/haptic_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <limits>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "haptics/hand_script.h"
+#include "haptics/sim_device.h"
+#include "tests/contact_patches.h"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define HPDM_COUNTS_ALLOCATIONS 0
+#else
+#define HPDM_COUNTS_ALLOCATIONS 1
+#endif
+
+#if HPDM_COUNTS_ALLOCATIONS
+// Every heap allocation of this executable passes here: operator new calls malloc. glibc exports
+// its own under these names for exactly that.
+thread_local long allocations = 0;
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(old, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+}
+#endif
+
+namespace hpdm {
+namespace {
+
+constexpr Nanoseconds kPeriod = 1'000'000;
+constexpr double kStiffness = 120;     // N/m
+constexpr double kTipRadius = 0.0025;  // m
+const Vector3d kTrocar(0, 0, 0.1);     // straight above the patches' middle
+
+ImpulseEngineKinematics Kinematics() { return {kTrocar, -Vector3d::UnitZ(), DeviceProfile{}}; }
+
+// A device whose pose the test sets.
+class FakeDevice : public Device {
+ public:
+  DeviceSample Read(Nanoseconds now) noexcept override {
+    return {.sequence = ++reads_, .time_ns = now, .joints = joints, .valid = valid};
+  }
+  void Write(const AxisEffort& effort) noexcept override { written = effort; }
+  void Home() override { force_.Home(); }
+  void EnableForce(bool on) noexcept override { force_.Enable(on); }
+  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
+  bool ForceOn() const noexcept override { return force_.On(); }
+  DeviceLimits limits() const noexcept override { return LimitsOf({}); }
+
+  void MoveTip(const Vector3d& p_W) { joints = Kinematics().Inverse(p_W, 0, 1).joints; }
+
+  JointVector joints = JointVector::Zero();
+  bool valid = true;
+  AxisEffort written = AxisEffort::Zero();
+
+ private:
+  ForceSwitch force_;
+  std::uint64_t reads_ = 0;
+};
+
+// A loop with one fake device over a plane at z = 0, ticked in virtual time.
+class Bench {
+ public:
+  Bench() {
+    device.MoveTip({0, 0, 0.01});
+    device.Home();
+    device.EnableForce(true);
+    loop = std::make_unique<HapticLoop>(
+        std::vector<HapticInstrument>{{&device, Kinematics(), kTipRadius, {}}}, kPeriod,
+        HapticLoop::Edges{tool_states, patches, samples});
+  }
+
+  void PublishPatch() {
+    ContactPatch& patch = patches.Back();
+    patch = {};
+    patch.step.number = ++step;
+    patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
+    patch.tool_count = 1;
+    patch.tools[0] = PlanePatch(7, 0.03, kStiffness);
+    patches.Publish();
+  }
+
+  HapticSample Tick() {
+    loop->Tick(tick, static_cast<Nanoseconds>(tick) * kPeriod, {});
+    ++tick;
+    HapticSample sample;
+    EXPECT_TRUE(samples.Pop(&sample));
+    return sample;
+  }
+
+  // Past the ramp-in, with a fresh patch every 33 ticks.
+  void Settle() {
+    for (int i = 0; i < 600; ++i) {
+      if (i % 33 == 0) PublishPatch();
+      Tick();
+    }
+  }
+
+  FakeDevice device;
+  TripleBuffer<ToolState> tool_states;
+  TripleBuffer<ContactPatch> patches;
+  SpscQueue<HapticSample> samples{64};
+  std::unique_ptr<HapticLoop> loop;
+  std::uint64_t tick = 0;
+  std::uint64_t step = 0;
+};
+
+TEST(HapticLoop, ForceAppearsAndDisappearsWithinOneTick) {
+  Bench bench;
+  bench.Settle();
+  EXPECT_EQ(bench.Tick().tools[0].force_W, Vector3d::Zero());
+  bench.device.MoveTip({0, 0, kTipRadius - 0.01});
+  const ToolSample touching = bench.Tick().tools[0];
+  // 1.2 N in the first tick: below the slew limit of 2 N a tick.
+  EXPECT_NEAR(touching.force_W.z(), 1.2, 1e-12);
+  EXPECT_NEAR(touching.depth, 0.01, 1e-14);
+  EXPECT_EQ(touching.organ, 0);
+  EXPECT_EQ(touching.kind, ContactKind::kPress);
+  EXPECT_EQ(touching.guard_flags, kGuardOk);
+  // The shaft points down, so a force up is an effort back along the insertion axis.
+  EXPECT_NEAR(bench.device.written[kInsertion], -1.2, 1e-12);
+  EXPECT_EQ(touching.effort, bench.device.written);
+  bench.device.MoveTip({0, 0, 0.003});
+  const ToolSample away = bench.Tick().tools[0];
+  EXPECT_EQ(away.force_W, Vector3d::Zero());
+  EXPECT_EQ(away.kind, ContactKind::kNone);
+  EXPECT_EQ(bench.device.written, AxisEffort::Zero());
+}
+
+TEST(HapticLoop, EffortsDoTheWorkOfTheLoggedForce) {
+  Bench bench;
+  bench.Settle();
+  bench.device.MoveTip({0.01, -0.013, -0.004});
+  const HapticSample sample = bench.Tick();
+  const ToolSample& tool = sample.tools[0];
+  ASSERT_GT(tool.force_W.norm(), 0.1);
+  EXPECT_EQ(tool.effort, Kinematics().Jacobian(tool.joints).transpose() * tool.force_W);
+}
+
+TEST(HapticLoop, EveryTickPublishesItsToolStateAndOneSample) {
+  Bench bench;
+  for (std::uint64_t tick = 0; tick < 100; ++tick) {
+    bench.device.MoveTip({1e-4 * static_cast<double>(tick), 0, 0.02});
+    const HapticSample sample = bench.Tick();
+    EXPECT_EQ(sample.tick, tick);
+    EXPECT_EQ(sample.time_ns, static_cast<Nanoseconds>(tick) * kPeriod);
+    EXPECT_EQ(sample.tool_count, 1);
+    EXPECT_EQ(sample.compute_ns, 0);  // nothing measured is logged in virtual time
+    HapticSample second;
+    EXPECT_FALSE(bench.samples.Pop(&second));
+    ASSERT_TRUE(bench.tool_states.Update());
+    const ToolState& state = bench.tool_states.Front();
+    EXPECT_EQ(state.tick, tick);
+    EXPECT_EQ(state.time_ns, sample.time_ns);
+    EXPECT_EQ(state.device_time_ns, sample.device_time_ns);
+    EXPECT_EQ(state.tools[0].X_WT.translation(), sample.tools[0].p_tip_W);
+    EXPECT_EQ(state.tools[0].p_trocar_W, kTrocar);
+  }
+}
+
+TEST(HapticLoop, SamplesNameTheirPatchAndItsAge) {
+  Bench bench;
+  HapticSample sample = bench.Tick();
+  EXPECT_EQ(sample.patch_number, 0u);
+  EXPECT_EQ(sample.tools[0].guard_flags, kGuardStalePatch);
+  bench.PublishPatch();  // of the device time of tick 1
+  bench.Tick();
+  sample = bench.Tick();
+  EXPECT_EQ(sample.patch_number, 1u);
+  EXPECT_EQ(sample.patch_age_ns, kPeriod);
+}
+
+TEST(HapticLoop, VelocitySettlesOnTheTipsOwn) {
+  Bench bench;
+  const Vector3d velocity(0.05, -0.02, 0.03);
+  Vector3d measured = Vector3d::Zero();
+  for (int i = 0; i < 100; ++i) {
+    bench.device.MoveTip(Vector3d(0, 0, 0.02) + i * 1e-3 * velocity);
+    measured = bench.Tick().tools[0].v_tip_W;
+  }
+  // 100 ms are 19 time constants of the 30 Hz filter.
+  EXPECT_LT((measured - velocity).norm(), 1e-6);
+}
+
+TEST(HapticLoop, AStoppedDeformationLoopFadesTheForceOut) {
+  Bench bench;
+  bench.Settle();
+  bench.device.MoveTip({0, 0, kTipRadius - 0.01});
+  bench.PublishPatch();
+  double last = bench.Tick().tools[0].force_W.norm();
+  ASSERT_NEAR(last, 1.2, 1e-12);
+  for (int i = 0; i < 500; ++i) {
+    const HapticSample sample = bench.Tick();
+    EXPECT_LE(sample.tools[0].force_W.norm(), last);
+    EXPECT_EQ(sample.tools[0].guard_flags & kGuardStalePatch,
+              sample.patch_age_ns > ForceGuardOptions{}.stale_age_ns ? kGuardStalePatch : 0u);
+    last = sample.tools[0].force_W.norm();
+  }
+  // 367 ms of decay at 50 ms.
+  EXPECT_LT(last, 1e-3);
+}
+
+TEST(HapticLoop, UnusableDeviceAnswersKeepThePoseAndFadeTheForceOut) {
+  Bench bench;
+  bench.Settle();
+  bench.device.MoveTip({0, 0, kTipRadius - 0.01});
+  const Vector3d p = bench.Tick().tools[0].p_tip_W;
+  bench.device.joints[kYaw] = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i < 100; ++i) {
+    const ToolSample tool = bench.Tick().tools[0];
+    EXPECT_EQ(tool.p_tip_W, p);
+    EXPECT_FALSE(tool.device_valid);
+    EXPECT_TRUE(tool.guard_flags & kGuardDeviceInvalid);
+    EXPECT_TRUE(bench.device.written.allFinite());
+    EXPECT_EQ(tool.v_tip_W, Vector3d::Zero());
+  }
+  EXPECT_LT(bench.device.written.norm(), 1.2 * std::exp(-1.9));
+}
+
+TEST(HapticLoop, EmergencyStopIsZeroInTheNextTick) {
+  Bench bench;
+  bench.Settle();
+  bench.device.MoveTip({0, 0, kTipRadius - 0.01});
+  ASSERT_GT(bench.Tick().tools[0].force_W.norm(), 1);
+  std::thread([&] { bench.device.EmergencyStop(); }).join();
+  const ToolSample tool = bench.Tick().tools[0];
+  EXPECT_EQ(tool.force_W, Vector3d::Zero());
+  EXPECT_EQ(bench.device.written, AxisEffort::Zero());
+  EXPECT_EQ(tool.guard_flags, kGuardDisabled);
+}
+
+TEST(HapticLoop, AFullSampleQueueIsCountedAndDoesNotStopTheLoop) {
+  Bench bench;
+  for (int i = 0; i < 100; ++i) bench.loop->Tick(i, i * kPeriod, {});
+  EXPECT_EQ(bench.samples.Overflows(), 100u - 64u);
+  ASSERT_TRUE(bench.tool_states.Update());
+  EXPECT_EQ(bench.tool_states.Front().tick, 99u);
+}
+
+// Two simulated hands over full patches, as in a session.
+struct SimulatedSession {
+  SimulatedSession() {
+    std::vector<HapticInstrument> instruments;
+    for (int i = 0; i < kMaxInstruments; ++i) {
+      HandOptions options;
+      options.seed = static_cast<std::uint32_t>(i + 1);
+      options.script = i == 0 ? HandScript::kPalpate : HandScript::kRandom;
+      const HandSite site{Vector3d::Zero(), Vector3d::UnitZ(), kTrocar, 0.2};
+      devices.push_back(
+          std::make_unique<SimDevice>(DeviceProfile{}, Kinematics(), SimulatedHand(options, site)));
+      devices.back()->Home();
+      devices.back()->EnableForce(true);
+      instruments.push_back({devices.back().get(), Kinematics(), kTipRadius, {}});
+    }
+    loop = std::make_unique<HapticLoop>(instruments, kPeriod,
+                                        HapticLoop::Edges{tool_states, patches, samples});
+  }
+
+  void PublishPatch(std::uint64_t tick) {
+    ContactPatch& patch = patches.Back();
+    patch.step.number = ++step;
+    patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
+    patch.tool_count = kMaxInstruments;
+    for (ToolPatch& tool : patch.tools) tool = SpherePatch(8, 0.04, 0.1, kStiffness);
+    patches.Publish();
+  }
+
+  void Run(std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t tick = begin; tick < end; ++tick) {
+      if (tick % 33 == 0) PublishPatch(tick);
+      loop->Tick(tick, static_cast<Nanoseconds>(tick) * kPeriod, {});
+      HapticSample sample;
+      while (samples.Pop(&sample)) log.push_back(sample);
+    }
+  }
+
+  std::vector<std::unique_ptr<SimDevice>> devices;
+  TripleBuffer<ToolState> tool_states;
+  TripleBuffer<ContactPatch> patches;
+  SpscQueue<HapticSample> samples{64};
+  std::unique_ptr<HapticLoop> loop;
+  std::uint64_t step = 0;
+  std::vector<HapticSample> log;
+};
+
+TEST(HapticLoop, LockstepRunsAreIdenticalAndNoForceStepExceedsTheSlewLimit) {
+  SimulatedSession a, b;
+  a.Run(0, 10'000);
+  b.Run(0, 10'000);
+  ASSERT_EQ(a.log.size(), 10'000u);
+  const double longest = ForceGuardOptions{}.max_force_rate * 1e-3;
+  int in_contact = 0;
+  for (std::size_t i = 0; i < a.log.size(); ++i) {
+    for (int k = 0; k < kMaxInstruments; ++k) {
+      const ToolSample &from_a = a.log[i].tools[k], &from_b = b.log[i].tools[k];
+      ASSERT_EQ(from_a.joints, from_b.joints);
+      ASSERT_EQ(from_a.force_W, from_b.force_W);
+      ASSERT_EQ(from_a.effort, from_b.effort);
+      in_contact += from_a.kind != ContactKind::kNone;
+      if (i > 0) {
+        ASSERT_LE((from_a.force_W - a.log[i - 1].tools[k].force_W).norm(), longest * (1 + 1e-12));
+      }
+    }
+  }
+  EXPECT_GT(in_contact, 2000);
+}
+
+// The first press of the palpation, at rest: hand spring and tissue share the intended depth.
+TEST(HapticLoop, HandAndTissueSettleWhereTheirSpringsBalance) {
+  SimulatedSession session;
+  session.Run(0, 6'000);
+  double deepest = 0;
+  for (const HapticSample& sample : session.log) {
+    deepest = std::max(deepest, sample.tools[0].depth);
+  }
+  // The hand means the tip's centre to go 15 mm deep, so its sphere 17.5 mm: the tissue gives
+  // 300 / (300 + 120) of that. The sphere's facets, friction (0.1 N), tremor and the curvature
+  // under the offset point (20 mm on R = 100 mm: 2 mm) move it.
+  EXPECT_NEAR(deepest, 0.0175 * 300 / 420, 0.003);
+}
+
+#if HPDM_COUNTS_ALLOCATIONS
+TEST(HapticLoop, AllocatesNothingInAThousandTicks) {
+  SimulatedSession session;
+  session.Run(0, 700);
+  session.log.reserve(3000);
+  const long before = allocations;
+  session.Run(700, 1700);
+  EXPECT_EQ(allocations, before);
+  // The counter works.
+  std::make_unique<HapticSample>();
+  EXPECT_GT(allocations, before);
+}
+#endif
+
+// On the machine's own clock: no claim of timing, only that the accounts are right.
+TEST(HapticLoop, RealClockRunAccountsForEveryPeriodAndMeasuresEveryTick) {
+  Bench bench;
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  MonotonicHapticClock clock(now.tv_sec * kNanosecondsPerSecond + now.tv_nsec);
+  SpscQueue<HapticSample> samples(1024);
+  HapticLoop loop({{&bench.device, Kinematics(), kTipRadius, {}}}, kPeriod,
+                  {bench.tool_states, bench.patches, samples});
+  const TickCount count = loop.RunRealClock({}, clock, 2 * kPeriod, 200);
+  EXPECT_GE(clock.Now(), 201 * kPeriod);
+  EXPECT_EQ(count.Periods(), 200u);
+  HapticSample sample;
+  std::uint64_t ticks = 0, next = 0;
+  while (samples.Pop(&sample)) {
+    ++ticks;
+    next += sample.skipped.Total();
+    EXPECT_EQ(sample.tick, next++);
+    EXPECT_GT(sample.compute_ns, 0);
+    EXPECT_GE(sample.wake_late_ns, 0);
+    EXPECT_LT(sample.wake_late_ns, kPeriod);
+  }
+  EXPECT_EQ(ticks, count.ticks);
+}
+
+TEST(HapticLoop, StopRequestEndsTheRun) {
+  Bench bench;
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  MonotonicHapticClock clock(now.tv_sec * kNanosecondsPerSecond + now.tv_nsec);
+  TickCount count;
+  {
+    std::jthread haptic(
+        [&](std::stop_token stop) { count = bench.loop->RunRealClock(stop, clock, 0); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }  // the destructor asks for the stop and joins
+  EXPECT_GT(count.Periods(), 0u);
+}
+
+}  // namespace
+}  // namespace hpdm
