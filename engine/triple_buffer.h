@@ -10,7 +10,7 @@ namespace hpdm {
 /// one atomic exchange each, no lock, no fence, no copy and no allocation. The reader never sees a
 /// value half written and never an older one than before; values in between may be skipped.
 ///
-///     writer: back_ (private) --Publish--> middle (shared index + "new" bit) --Update--> reader:
+///     writer's back_ --Publish--> middle_ (shared: index and "new" bit) --Update--> reader's
 ///     front_
 ///
 /// Each of the three slots belongs to exactly one of writer, middle and reader at any time; the
@@ -21,12 +21,12 @@ template <typename T>
 class TripleBuffer {
  public:
   /// All three slots start as copies of `initial`, so arrays inside T keep their sizes.
-  explicit TripleBuffer(const T& initial = T()) : slots_{initial, initial, initial} {}
+  explicit TripleBuffer(const T& initial = T()) : slots_{{{initial}, {initial}, {initial}}} {}
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
   /// Writer only: the slot to fill in. Wait-free.
-  T& Back() { return slots_[back_]; }
+  T& Back() { return slots_[back_].value; }
 
   /// Writer only: hands the filled slot over. Wait-free, one atomic exchange.
   void Publish() { back_ = middle_.exchange(back_ | kNew, std::memory_order_acq_rel) & kIndex; }
@@ -40,13 +40,18 @@ class TripleBuffer {
   }
 
   /// Reader only: the value of the last successful Update (the initial one before). Wait-free.
-  const T& Front() const { return slots_[front_]; }
+  const T& Front() const { return slots_[front_].value; }
 
  private:
   static constexpr std::uint32_t kIndex = 3;
   static constexpr std::uint32_t kNew = 4;
 
-  std::array<T, 3> slots_;
+  // On cache lines of its own, so that the writer and the reader never share one.
+  struct alignas(64) Slot {
+    T value;
+  };
+
+  std::array<Slot, 3> slots_;
   alignas(64) std::uint32_t back_ = 0;                 // writer's
   alignas(64) std::atomic<std::uint32_t> middle_ = 1;  // shared
   alignas(64) std::uint32_t front_ = 2;                // reader's
