@@ -45,7 +45,7 @@ void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
   PushSample(tick, scheduled, timing);
 }
 
-TickCount HapticLoop::RunRealClock(std::stop_token stop, HapticClock& clock, Nanoseconds start_ns,
+TickCount HapticLoop::RunRealClock(std::stop_token stop, LoopClock& clock, Nanoseconds start_ns,
                                    std::uint64_t end_tick) {
   return RunOnSchedule({start_ns, period_ns_, end_tick}, stop, clock,
                        [this](std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) {

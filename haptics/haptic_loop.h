@@ -6,12 +6,12 @@
 #include <stop_token>
 #include <vector>
 
+#include "engine/loop_schedule.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
 #include "engine/triple_buffer.h"
 #include "haptics/device.h"
 #include "haptics/force_guard.h"
-#include "haptics/haptic_clock.h"
 #include "haptics/impulse_engine.h"
 #include "haptics/tip_contact.h"
 
@@ -53,7 +53,7 @@ class HapticLoop {
   void Tick(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) noexcept;
 
   /// Ticks on the real clock from start_ns (session time of tick 0) until `stop` or end_tick.
-  TickCount RunRealClock(std::stop_token stop, HapticClock& clock, Nanoseconds start_ns,
+  TickCount RunRealClock(std::stop_token stop, LoopClock& clock, Nanoseconds start_ns,
                          std::uint64_t end_tick = std::numeric_limits<std::uint64_t>::max());
 
  private:

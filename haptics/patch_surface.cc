@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/closest_point.h"
+
 namespace hpdm {
 namespace {
 
@@ -22,45 +24,6 @@ bool InRange(const std::array<std::uint8_t, 3>& corners, int point_count) {
 }
 
 }  // namespace
-
-Vector3d ClosestWeights(const Vector3d& p, const Vector3d& a, const Vector3d& b,
-                        const Vector3d& c) {
-  const Vector3d ab = b - a, ac = c - a;
-  const Vector3d ap = p - a;
-  const double ab_ap = ab.dot(ap), ac_ap = ac.dot(ap);
-  if (ab_ap <= 0 && ac_ap <= 0) return {1, 0, 0};
-
-  const Vector3d bp = p - b;
-  const double ab_bp = ab.dot(bp), ac_bp = ac.dot(bp);
-  if (ab_bp >= 0 && ac_bp <= ab_bp) return {0, 1, 0};
-
-  const double area_c = ab_ap * ac_bp - ab_bp * ac_ap;
-  if (area_c <= 0 && ab_ap >= 0 && ab_bp <= 0) {
-    const double along = ab_ap / (ab_ap - ab_bp);
-    return {1 - along, along, 0};
-  }
-
-  const Vector3d cp = p - c;
-  const double ab_cp = ab.dot(cp), ac_cp = ac.dot(cp);
-  if (ac_cp >= 0 && ab_cp <= ac_cp) return {0, 0, 1};
-
-  const double area_b = ab_cp * ac_ap - ab_ap * ac_cp;
-  if (area_b <= 0 && ac_ap >= 0 && ac_cp <= 0) {
-    const double along = ac_ap / (ac_ap - ac_cp);
-    return {1 - along, 0, along};
-  }
-
-  const double area_a = ab_bp * ac_cp - ab_cp * ac_bp;
-  const double to_c = ac_bp - ab_bp, to_b = ab_cp - ac_cp;
-  if (area_a <= 0 && to_c >= 0 && to_b >= 0) {
-    const double along = to_c / (to_c + to_b);
-    return {0, 1 - along, along};
-  }
-
-  const double total = area_a + area_b + area_c;
-  const double v = area_b / total, w = area_c / total;
-  return {1 - v - w, v, w};
-}
 
 void PatchSurface::Build(const ToolPatch& patch) noexcept {
   triangle_count_ = 0;
@@ -139,7 +102,8 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
   const auto try_triangle = [&](int t) {
     const Corners& corners = triangles_[t];
     const Vector3d weights =
-        ClosestWeights(c_W, points_W_[corners[0]], points_W_[corners[1]], points_W_[corners[2]]);
+        ClosestOnTriangle(c_W, points_W_[corners[0]], points_W_[corners[1]], points_W_[corners[2]])
+            .barycentric;
     const Vector3d offset = c_W - Interpolated(points_W_, corners, weights);
     const double distance = offset.norm();
     if (distance < best.distance) best = {t, weights, offset, distance};

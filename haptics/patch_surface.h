@@ -7,11 +7,6 @@
 
 namespace hpdm {
 
-/// Closest point of a triangle a b c to p, as barycentric weights (Ericson, Real-Time Collision
-/// Detection, 2005, 5.1.5): a zero weight says that it lies on the opposite edge, two that it is a
-/// vertex. The triangle must have an area.
-Vector3d ClosestWeights(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c);
-
 /// Where a point stands over the surface of a patch.
 struct SurfaceFoot {
   std::array<std::uint8_t, 3> corners = {};  ///< Indices into ToolPatch::points.

@@ -17,20 +17,17 @@ Vector3d RandomPoint(std::mt19937* random, double size) {
   return p;
 }
 
-TEST(ClosestPoint, IsNoFartherThanAnyPointOfTheTriangle) {
+TEST(ClosestPoint, NoPointOfTheTriangleIsCloser) {
   std::mt19937 random(1);
-  for (int trial = 0; trial < 500; ++trial) {
+  for (int trial = 0; trial < 20'000; ++trial) {
     const Vector3d a = RandomPoint(&random, 1), b = RandomPoint(&random, 1),
                    c = RandomPoint(&random, 1), p = RandomPoint(&random, 2);
     const TrianglePoint closest = ClosestOnTriangle(p, a, b, c);
     EXPECT_GE(closest.barycentric.minCoeff(), 0);
     EXPECT_NEAR(closest.barycentric.sum(), 1, 1e-12);
-    const double distance = (closest.point - p).norm();
-    for (int i = 0; i <= 20; ++i) {
-      for (int j = 0; i + j <= 20; ++j) {
-        const Vector3d q = (i * a + j * b + (20 - i - j) * c) / 20;
-        EXPECT_LE(distance, (q - p).norm() + 1e-12);
-      }
+    // Closest in a convex set if and only if no corner lies ahead; slivers cost some digits.
+    for (const Vector3d& corner : {a, b, c}) {
+      EXPECT_LE((p - closest.point).dot(corner - closest.point), 1e-9);
     }
   }
 }

@@ -362,9 +362,7 @@ TEST(HapticLoop, AllocatesNothingInAThousandTicks) {
 // On the machine's own clock: no claim of timing, only that the accounts are right.
 TEST(HapticLoop, RealClockRunAccountsForEveryPeriodAndMeasuresEveryTick) {
   Bench bench;
-  timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  MonotonicHapticClock clock(now.tv_sec * kNanosecondsPerSecond + now.tv_nsec);
+  RealLoopClock clock{SessionClock()};
   SpscQueue<HapticSample> samples(1024);
   HapticLoop loop({{&bench.device, Kinematics(), kTipRadius, {}}}, kPeriod,
                   {bench.tool_states, bench.patches, samples});
@@ -386,9 +384,7 @@ TEST(HapticLoop, RealClockRunAccountsForEveryPeriodAndMeasuresEveryTick) {
 
 TEST(HapticLoop, StopRequestEndsTheRun) {
   Bench bench;
-  timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  MonotonicHapticClock clock(now.tv_sec * kNanosecondsPerSecond + now.tv_nsec);
+  RealLoopClock clock{SessionClock()};
   TickCount count;
   {
     std::jthread haptic(

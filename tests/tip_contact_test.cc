@@ -72,21 +72,6 @@ ToolPatch Solid(bool cube, double h) {
   return patch;
 }
 
-TEST(ClosestPoint, NoPointOfTheTriangleIsCloser) {
-  HandRandom random(1);
-  for (int i = 0; i < 20'000; ++i) {
-    const std::array<Vector3d, 3> corners = {RandomVector(&random, 1), RandomVector(&random, 1),
-                                             RandomVector(&random, 1)};
-    const Vector3d p = RandomVector(&random, 2);
-    const Vector3d w = ClosestWeights(p, corners[0], corners[1], corners[2]);
-    EXPECT_GE(w.minCoeff(), 0);
-    EXPECT_NEAR(w.sum(), 1, 1e-12);
-    const Vector3d q = w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2];
-    // Closest in a convex set if and only if no corner lies ahead; slivers cost some digits.
-    for (const Vector3d& corner : corners) EXPECT_LE((p - q).dot(corner - q), 1e-9);
-  }
-}
-
 TEST(PatchSurface, GapOverAPlaneIsTheHeight) {
   HandRandom random(2);
   const ToolPatch patch = PlanePatch(8, 0.03, kStiffness);

@@ -4,37 +4,37 @@
 #include <limits>
 #include <stop_token>
 
+#include "engine/session_clock.h"
 #include "engine/snapshots.h"
 
 namespace hpdm {
 
-/// The clock of a haptic thread: session time, the thread's own CPU time, and an absolute sleep.
-class HapticClock {
+/// The clock of a loop: session time, the thread's own CPU time, and an absolute sleep.
+class LoopClock {
  public:
-  virtual ~HapticClock() = default;
+  virtual ~LoopClock() = default;
   virtual Nanoseconds Now() noexcept = 0;                  ///< Session time, monotonic.
   virtual Nanoseconds ThreadCpuTime() noexcept = 0;        ///< Of the calling thread.
   virtual void SleepUntil(Nanoseconds time) noexcept = 0;  ///< Returns at `time` or later.
 };
 
-/// CLOCK_MONOTONIC, CLOCK_THREAD_CPUTIME_ID and clock_nanosleep with TIMER_ABSTIME. No allocation.
-class MonotonicHapticClock : public HapticClock {
+/// The session's real clock. No allocation.
+class RealLoopClock : public LoopClock {
  public:
-  /// origin_ns: CLOCK_MONOTONIC at session time 0.
-  explicit MonotonicHapticClock(Nanoseconds origin_ns) : origin_ns_(origin_ns) {}
-  Nanoseconds Now() noexcept override;
-  Nanoseconds ThreadCpuTime() noexcept override;
-  void SleepUntil(Nanoseconds time) noexcept override;
+  explicit RealLoopClock(const SessionClock& clock) : clock_(clock) {}
+  Nanoseconds Now() noexcept override { return clock_.Now(); }
+  Nanoseconds ThreadCpuTime() noexcept override { return hpdm::ThreadCpuTime(); }
+  void SleepUntil(Nanoseconds time) noexcept override { clock_.SleepUntil(time); }
 
  private:
-  Nanoseconds origin_ns_;
+  SessionClock clock_;
 };
 
 /// What a tick is told about its own timing. In lockstep the default: nothing measured.
 struct TickTiming {
   Nanoseconds wake_late_ns = 0;  ///< Wake-up minus schedule.
   SkippedTicks skipped;          ///< Periods skipped just before this tick.
-  HapticClock* clock = nullptr;  ///< For the tick to measure its own compute time; null: 0.
+  LoopClock* clock = nullptr;    ///< For the tick to measure its own compute time; null: 0.
 };
 
 /// Period k of a schedule is [start + k period, start + (k + 1) period).
@@ -61,9 +61,9 @@ struct TickCount {
 /// accumulates. Periods beyond the end are not counted: ticks + skipped == end_tick after a full
 /// run, and the number of elapsed periods after a stop.
 ///
-/// Haptic thread. Makes no allocation and no system call but the clock's.
+/// The loop's own thread. Makes no allocation and no system call but the clock's.
 template <typename Body>
-TickCount RunOnSchedule(const TickSchedule& schedule, std::stop_token stop, HapticClock& clock,
+TickCount RunOnSchedule(const TickSchedule& schedule, std::stop_token stop, LoopClock& clock,
                         Body&& body) {
   const auto scheduled_at = [&](std::uint64_t tick) {
     return schedule.start_ns + static_cast<Nanoseconds>(tick) * schedule.period_ns;

@@ -1,4 +1,4 @@
-#include "haptics/haptic_clock.h"
+#include "engine/loop_schedule.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 constexpr Nanoseconds kPeriod = 1'000'000;
 
 // Time that moves only when told: a sleep arrives `oversleep` late, a body takes what it says.
-class FakeClock : public HapticClock {
+class FakeClock : public LoopClock {
  public:
   Nanoseconds Now() noexcept override { return now; }
   Nanoseconds ThreadCpuTime() noexcept override { return cpu; }
@@ -39,7 +39,7 @@ struct Ran {
   TickTiming timing;
 };
 
-TEST(HapticSchedule, AnOnTimeRunHasATickInEveryPeriod) {
+TEST(LoopSchedule, AnOnTimeRunHasATickInEveryPeriod) {
   FakeClock clock;
   std::vector<Ran> ran;
   const TickCount count =
@@ -57,7 +57,7 @@ TEST(HapticSchedule, AnOnTimeRunHasATickInEveryPeriod) {
   }
 }
 
-TEST(HapticSchedule, EachSkippedPeriodHasItsCause) {
+TEST(LoopSchedule, EachSkippedPeriodHasItsCause) {
   FakeClock clock;
   std::vector<Ran> ran;
   const TickCount count = RunOnSchedule(
@@ -102,7 +102,7 @@ TEST(HapticSchedule, EachSkippedPeriodHasItsCause) {
   }
 }
 
-TEST(HapticSchedule, TicksAndSkipsAreTheElapsedPeriodsUnderRandomTrouble) {
+TEST(LoopSchedule, TicksAndSkipsAreTheElapsedPeriodsUnderRandomTrouble) {
   HandRandom random(1);
   for (int run = 0; run < 200; ++run) {
     FakeClock clock;
@@ -133,7 +133,7 @@ TEST(HapticSchedule, TicksAndSkipsAreTheElapsedPeriodsUnderRandomTrouble) {
   }
 }
 
-TEST(HapticSchedule, AStallThatOutlastsTheEndIsCutThere) {
+TEST(LoopSchedule, AStallThatOutlastsTheEndIsCutThere) {
   FakeClock clock;
   const TickCount count = RunOnSchedule(
       {0, kPeriod, 10}, {}, clock,
