@@ -1,0 +1,152 @@
+#include "render/mesh_view.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "engine/check.h"
+
+namespace hpdm {
+namespace {
+
+GLsizeiptr ByteCount(const PointsF& points) {
+  return static_cast<GLsizeiptr>(points.size()) * static_cast<GLsizeiptr>(sizeof(float));
+}
+
+void SetInput(GLuint index, const GlObject& buffer) {
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+  glVertexAttribPointer(index, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+  glEnableVertexAttribArray(index);
+}
+
+/// New storage each time, so that the driver need not wait until the last frame has let go of the
+/// old one.
+void Replace(const GlObject& buffer, const PointsF& points) {
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+  glBufferData(GL_ARRAY_BUFFER, ByteCount(points), points.data(), GL_STREAM_DRAW);
+}
+
+}  // namespace
+
+void VertexNormalsF(const PointsF& vertices, const Triangles& triangles, PointsF* normals) {
+  if (normals->rows() != vertices.rows()) normals->resize(vertices.rows(), 3);
+  normals->setZero();
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+    const int i = triangles(t, 0), j = triangles(t, 1), k = triangles(t, 2);
+    const Eigen::RowVector3f a = vertices.row(i);
+    const Eigen::RowVector3f edge_ab = vertices.row(j) - a, edge_ac = vertices.row(k) - a;
+    const Eigen::RowVector3f twice_area_normal = edge_ab.cross(edge_ac);
+    normals->row(i) += twice_area_normal;
+    normals->row(j) += twice_area_normal;
+    normals->row(k) += twice_area_normal;
+  }
+  for (Eigen::Index v = 0; v < normals->rows(); ++v) {
+    const float length = normals->row(v).norm();
+    if (length > 0) normals->row(v) /= length;
+  }
+}
+
+bool IsClosed(const SurfaceMesh& mesh) {
+  // Half-edges (from, to), sorted; each needs its opposite exactly once.
+  std::vector<std::pair<int, int>> edges;
+  edges.reserve(static_cast<std::size_t>(mesh.triangles.size()));
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (int c = 0; c < 3; ++c) {
+      edges.emplace_back(mesh.triangles(t, c), mesh.triangles(t, (c + 1) % 3));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return false;
+  for (const auto& [from, to] : edges) {
+    if (!std::binary_search(edges.begin(), edges.end(), std::pair(to, from))) return false;
+  }
+  return EnclosedVolume(mesh.vertices, mesh.triangles) > 0;
+}
+
+CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease) {
+  const Eigen::Index face_count = mesh.triangles.rows();
+  Points face_normals(face_count, 3);  // twice the area long
+  std::vector<std::vector<int>> faces_of(static_cast<std::size_t>(mesh.vertices.rows()));
+  for (Eigen::Index t = 0; t < face_count; ++t) {
+    const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0));
+    const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1));
+    const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2));
+    face_normals.row(t) = (b - a).cross(c - a);
+    for (int corner = 0; corner < 3; ++corner) {
+      faces_of[mesh.triangles(t, corner)].push_back(static_cast<int>(t));
+    }
+  }
+
+  CreasedMesh creased;
+  creased.closed = IsClosed(mesh);
+  creased.mesh.vertices.resize(3 * face_count, 3);
+  creased.mesh.triangles.resize(face_count, 3);
+  creased.normals.resize(3 * face_count, 3);
+  for (Eigen::Index t = 0; t < face_count; ++t) {
+    const Vector3d own = face_normals.row(t).transpose().normalized();
+    for (int corner = 0; corner < 3; ++corner) {
+      const int vertex = mesh.triangles(t, corner);
+      Vector3d sum = Vector3d::Zero();
+      for (const int other : faces_of[vertex]) {
+        const Vector3d normal = face_normals.row(other);
+        if (own.dot(normal.normalized()) >= std::cos(crease)) sum += normal;
+      }
+      const Eigen::Index row = 3 * t + corner;
+      creased.mesh.vertices.row(row) = mesh.vertices.row(vertex);
+      creased.mesh.triangles(t, corner) = static_cast<int>(row);
+      creased.normals.row(row) = sum.normalized().cast<float>();
+    }
+  }
+  return creased;
+}
+
+MeshView::MeshView(const SurfaceMesh& rest)
+    : closed_(IsClosed(rest)), triangles_(rest.triangles), rest_(rest.vertices.cast<float>()) {
+  VertexNormalsF(rest_, triangles_, &normals_);
+  CreateLayout();
+}
+
+MeshView::MeshView(const CreasedMesh& creased)
+    : closed_(creased.closed),
+      triangles_(creased.mesh.triangles),
+      rest_(creased.mesh.vertices.cast<float>()),
+      normals_(creased.normals) {
+  CreateLayout();
+}
+
+void MeshView::CreateLayout() {
+  Upload(rest_, normals_);
+  Replace(rest_buffer_, rest_);
+  glBindVertexArray(layout_.name());
+  SetInput(0, position_buffer_);
+  SetInput(1, normal_buffer_);
+  SetInput(2, rest_buffer_);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer_.name());
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER,
+               static_cast<GLsizeiptr>(triangles_.size()) * static_cast<GLsizeiptr>(sizeof(int)),
+               triangles_.data(), GL_STATIC_DRAW);
+  glBindVertexArray(0);
+}
+
+void MeshView::Upload(const PointsF& vertices, const PointsF& normals) {
+  Replace(position_buffer_, vertices);
+  Replace(normal_buffer_, normals);
+}
+
+void MeshView::SetVertices(const PointsF& vertices) {
+  HPDM_CHECK(vertices.rows() == rest_.rows());
+  VertexNormalsF(vertices, triangles_, &normals_);
+  Upload(vertices, normals_);
+}
+
+void MeshView::Draw() const {
+  if (closed_) glEnable(GL_CULL_FACE);
+  glBindVertexArray(layout_.name());
+  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(triangles_.size()), GL_UNSIGNED_INT, nullptr);
+  glDisable(GL_CULL_FACE);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/surface_mesh.h"
+#include "render/gl_object.h"
+
+namespace hpdm {
+
+/// V x 3, single precision, as the graphics card takes them.
+using PointsF = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// Unit normals of the vertices as VertexNormals (engine/surface_mesh.h) gives them, in single
+/// precision. `normals` is resized only when its size differs.
+void VertexNormalsF(const PointsF& vertices, const Triangles& triangles, PointsF* normals);
+
+/// Whether every edge joins two triangles that run along it in opposite directions, and the
+/// surface faces outwards: then no triangle seen from behind is ever visible from outside.
+bool IsClosed(const SurfaceMesh& mesh);
+
+/// The mesh with every edge sharper than `crease` (rad, between the triangles' normals) cut open:
+/// one vertex a triangle's corner (3 F) with a normal averaged, weighted by area, over the
+/// triangles around the corner that are within the angle. Instruments keep their edges with it.
+struct CreasedMesh {
+  SurfaceMesh mesh;
+  PointsF normals;      ///< 3 F x 3.
+  bool closed = false;  ///< IsClosed of the mesh before the cuts.
+};
+CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
+
+/// One mesh on the graphics card: indices and rest positions stay, positions and normals are
+/// replaced when the mesh deforms. Render thread only.
+///
+/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 2
+/// rest position (the frame of the tissue's pattern). 3 is left to texture coordinates.
+///
+/// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
+/// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
+class MeshView {
+ public:
+  /// A deforming mesh: smooth normals. Starts at rest.
+  explicit MeshView(const SurfaceMesh& rest);
+  /// A rigid mesh with its own normals.
+  explicit MeshView(const CreasedMesh& creased);
+
+  /// Moves the vertices (V x 3, m; V as at construction, anything else is a bug), recomputes the
+  /// normals and uploads both. Allocates nothing.
+  void SetVertices(const PointsF& vertices);
+
+  /// Draws the triangles with the program in use; of a closed mesh only those that face the
+  /// viewer, which takes a quarter off a frame of the software renderer.
+  void Draw() const;
+
+ private:
+  void Upload(const PointsF& vertices, const PointsF& normals);
+  void CreateLayout();
+
+  bool closed_;
+  Triangles triangles_;  // F x 3
+  PointsF rest_;         // V x 3
+  PointsF normals_;      // V x 3
+  GlObject layout_{GlKind::kVertexArray};
+  GlObject position_buffer_{GlKind::kBuffer};
+  GlObject normal_buffer_{GlKind::kBuffer};
+  GlObject rest_buffer_{GlKind::kBuffer};
+  GlObject index_buffer_{GlKind::kBuffer};
+};
+
+}  // namespace hpdm

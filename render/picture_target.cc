@@ -1,0 +1,73 @@
+#include "render/picture_target.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <string>
+
+#include "engine/error.h"
+
+namespace hpdm {
+namespace {
+
+void RequireComplete(int width, int height) {
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  throw MachineError("OpenGL: no framebuffer of " + std::to_string(width) + "x" +
+                     std::to_string(height) + " pixels; choose a smaller picture");
+}
+
+}  // namespace
+
+PictureTarget::PictureTarget(int width, int height, int samples)
+    : width_(width), height_(height), rgba_(std::size_t{4} * width * height) {
+  GLint max_samples = 1;
+  glGetIntegerv(GL_MAX_SAMPLES, &max_samples);
+  const GLint count = std::min<GLint>(samples > 1 ? samples : 0, max_samples);
+
+  glBindFramebuffer(GL_FRAMEBUFFER, drawn_.name());
+  glBindRenderbuffer(GL_RENDERBUFFER, drawn_colour_.name());
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, count, GL_RGBA8, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                            drawn_colour_.name());
+  glBindRenderbuffer(GL_RENDERBUFFER, drawn_depth_.name());
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, count, GL_DEPTH_COMPONENT24, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
+                            drawn_depth_.name());
+  RequireComplete(width, height);
+
+  glBindFramebuffer(GL_FRAMEBUFFER, resolved_.name());
+  glBindRenderbuffer(GL_RENDERBUFFER, resolved_colour_.name());
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                            resolved_colour_.name());
+  RequireComplete(width, height);
+}
+
+void PictureTarget::Bind() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, drawn_.name());
+  glViewport(0, 0, width_, height_);
+}
+
+void PictureTarget::Read(Image* image) {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, drawn_.name());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.name());
+  glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
+  // Four bytes a pixel is the framebuffer's own layout; drivers convert to three slowly.
+  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, rgba_.data());
+
+  image->width = width_;
+  image->height = height_;
+  image->rgb.resize(std::size_t{3} * width_ * height_);
+  std::uint8_t* out = image->rgb.data();
+  for (int y = height_ - 1; y >= 0; --y) {
+    const std::uint8_t* in = rgba_.data() + std::size_t{4} * width_ * y;
+    for (int x = 0; x < width_; ++x, in += 4, out += 3) {
+      out[0] = in[0];
+      out[1] = in[1];
+      out[2] = in[2];
+    }
+  }
+}
+
+}  // namespace hpdm

@@ -1,0 +1,159 @@
+#include "render/render_loop.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <thread>
+#include <utility>
+
+#include "engine/check.h"
+#include "engine/error.h"
+#include "render/egl_context.h"
+#include "render/picture_target.h"
+
+namespace hpdm {
+namespace {
+
+// A triple buffer cannot wake its reader. Looking twice a millisecond adds a quarter of one to a
+// picture's age and costs about 1 % of a core.
+constexpr std::chrono::microseconds kPollPeriod(500);
+
+double LargestDisplacement(const PointsF& vertices, const PointsF& rest) {
+  HPDM_CHECK(vertices.rows() == rest.rows());
+  float largest2 = 0;
+  for (Eigen::Index v = 0; v < rest.rows(); ++v) {
+    // std::max keeps its first argument when the second is not a number.
+    largest2 = std::max(largest2, (vertices.row(v) - rest.row(v)).squaredNorm());
+  }
+  return std::sqrt(static_cast<double>(largest2));
+}
+
+}  // namespace
+
+struct RenderLoop::Drawing {
+  Drawing(const RenderLoop& loop)
+      : target(loop.options_.width, loop.options_.height, loop.options_.samples),
+        view(loop.organs_, loop.instruments_) {}
+
+  EglContext context;  // first: the others need it
+  PictureTarget target;
+  SceneView view;
+};
+
+RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
+                       const LaparoscopeOptions& scope, const RenderOptions& options,
+                       TripleBuffer<SceneSnapshot>& snapshots, Clock clock)
+    : organs_(std::move(organs)),
+      instruments_(std::move(instruments)),
+      scope_(scope, options.width, options.height),
+      options_(options),
+      snapshots_(snapshots),
+      clock_(std::move(clock)) {
+  if (!(options_.max_hz > 0)) {
+    throw InputError("timing: render_hz = " + std::to_string(options_.max_hz) +
+                     " draws nothing; choose more than 0");
+  }
+  if (!options_.frame_folder.empty()) sink_.emplace(options_.frame_folder, options_.frame_fps);
+  for (const OrganView& organ : organs_) rest_.push_back(organ.rest->vertices.cast<float>());
+}
+
+RenderLoop::~RenderLoop() { EndOnThisThread(); }
+
+void RenderLoop::StartOnThisThread() {
+  if (drawing_) return;
+  drawing_ = std::make_unique<Drawing>(*this);
+  statistics_.renderer = drawing_->context.renderer();
+  // Drivers finish their shaders at the first use, which takes up to a quarter of a second: that
+  // is spent here, on the buffer's initial value, and not in the first frame.
+  Image unused;
+  drawing_->target.Bind();
+  drawing_->view.Draw(snapshots_.Front(), scope_);
+  drawing_->target.Read(&unused);
+}
+
+void RenderLoop::EndOnThisThread() {
+  if (!drawing_) return;
+  // Without its context nothing can be freed one by one, and trying ends the program.
+  if (!drawing_->context.MakeCurrent()) static_cast<void>(drawing_.release());
+  drawing_.reset();
+}
+
+const std::string& RenderLoop::failure() const {
+  return failure_.empty() && sink_ ? sink_->failure() : failure_;
+}
+
+bool RenderLoop::Frame() {
+  if (!failure_.empty()) return false;
+  if (!snapshots_.Update()) return false;
+  try {
+    StartOnThisThread();
+  } catch (const MachineError& error) {
+    failure_ = error.what();
+    return false;
+  }
+  const SceneSnapshot& snapshot = snapshots_.Front();
+  const Nanoseconds start_ns = clock_();
+  DrawNewest(snapshot);
+  if (!failure_.empty()) return false;
+  const Nanoseconds read_ns = clock_();
+  CountDropped(snapshot.step.number);
+  KeepDeepest(snapshot);
+  if (sink_) sink_->Add(image_, snapshot.step.time_ns);
+  ++statistics_.drawn;
+  statistics_.compute.Add(clock_() - start_ns);
+  statistics_.device_to_photon.Add(read_ns - snapshot.step.device_time_ns);
+  return true;
+}
+
+void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
+  std::string reason = drawing_->context.Failure();
+  if (reason.empty()) {
+    drawing_->target.Bind();
+    drawing_->view.Draw(snapshot, scope_);
+    drawing_->target.Read(&image_);
+    reason = drawing_->context.Failure();
+  }
+  if (!reason.empty()) failure_ = "rendering ended: " + reason + "; the session goes on without";
+}
+
+void RenderLoop::CountDropped(std::uint64_t number) {
+  if (number > last_number_ + 1) statistics_.dropped += number - last_number_ - 1;
+  last_number_ = number;
+}
+
+void RenderLoop::KeepDeepest(const SceneSnapshot& snapshot) {
+  double displacement = 0;
+  for (std::size_t o = 0; o < rest_.size(); ++o) {
+    displacement =
+        std::max(displacement, LargestDisplacement(snapshot.organs[o].vertices, rest_[o]));
+  }
+  if (displacement <= deepest_displacement_) return;
+  deepest_displacement_ = displacement;
+  deepest_image_ = image_;
+}
+
+void RenderLoop::Run(std::stop_token stop) {
+  try {
+    StartOnThisThread();
+  } catch (const MachineError& error) {
+    failure_ = error.what();
+    return;
+  }
+  // A frame may start half a period early on its place in an even sequence, so that steps that
+  // arrive at max_hz with jitter are all drawn at once, while the mean rate stays within max_hz.
+  const auto period_ns =
+      static_cast<Nanoseconds>(static_cast<double>(kNanosecondsPerSecond) / options_.max_hz);
+  Nanoseconds earliest_ns = clock_();
+  while (!stop.stop_requested() && failure_.empty()) {
+    const Nanoseconds now_ns = clock_();
+    if (now_ns >= earliest_ns && Frame()) {
+      earliest_ns = std::max(earliest_ns + period_ns, now_ns + period_ns / 2);
+    } else {
+      std::this_thread::sleep_for(kPollPeriod);
+    }
+  }
+  EndOnThisThread();
+}
+
+}  // namespace hpdm

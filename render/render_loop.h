@@ -1,0 +1,124 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/histogram.h"
+#include "engine/snapshots.h"
+#include "engine/triple_buffer.h"
+#include "render/frame_sink.h"
+#include "render/image_file.h"
+#include "render/laparoscope.h"
+#include "render/scene_view.h"
+
+namespace hpdm {
+
+struct RenderOptions {
+  int width = 640;                     ///< px.
+  int height = 480;                    ///< px.
+  int samples = 4;                     ///< A pixel, against jagged edges; 1: none.
+  double max_hz = 30;                  ///< Frames a second at most, in Run.
+  std::filesystem::path frame_folder;  ///< PNG frames go here; empty: none are written.
+  double frame_fps = 30;               ///< Of the PNG frames, in session time.
+};
+
+/// What the loop did. Written by the render thread; others read it after the loop has ended.
+struct RenderStatistics {
+  std::uint64_t drawn = 0;     ///< Frames.
+  std::uint64_t dropped = 0;   ///< Steps that were replaced by a newer one before being drawn.
+  Histogram compute;           ///< ns a frame: draw, read back, keep.
+  Histogram device_to_photon;  ///< ns from the newest device sample shown to the read-back's end.
+  std::string renderer;        ///< The OpenGL renderer; empty before the start.
+};
+
+/// The render loop: draws the newest SceneSnapshot through the laparoscope and keeps the picture.
+///
+///     deformation loop --SceneSnapshot--> [ Update -> draw -> read back -> keep ] -> image()
+///                       (triple buffer)                                          \-> PNG frames
+///
+/// Everything from StartOnThisThread to EndOnThisThread happens on one thread, which owns the
+/// OpenGL context: either a thread of its own that calls Run (real clock), or the session's only
+/// thread that calls Frame after each step (lockstep clock). The rest may be read before the start
+/// and after the end.
+///
+/// Frames are dropped, never queued: a slow frame is followed by the newest step. Nothing that
+/// goes wrong after the start is thrown or stops the session: the loop ends and failure() says why.
+class RenderLoop {
+ public:
+  using Clock = std::function<Nanoseconds()>;
+
+  /// Set-up, any thread; touches no OpenGL. The meshes that the views point to, and `snapshots`,
+  /// must outlive the loop, which is the buffer's only reader; every slot of the buffer must hold
+  /// an organ for each view. `clock` tells session time (ns), the scale of the snapshots' times; a
+  /// virtual one makes every measured time 0 or a whole step. Throws InputError for options that
+  /// cannot be met.
+  RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
+             const LaparoscopeOptions& scope, const RenderOptions& options,
+             TripleBuffer<SceneSnapshot>& snapshots, Clock clock);
+  /// Ends on this thread when that was not done.
+  ~RenderLoop();
+  RenderLoop(const RenderLoop&) = delete;
+  RenderLoop& operator=(const RenderLoop&) = delete;
+
+  /// Makes the calling thread the render thread: creates the context, shaders and meshes. Throws
+  /// MachineError when the machine cannot draw. A second call does nothing. A program that wants
+  /// to know early whether Run will find a context constructs and drops an EglContext.
+  void StartOnThisThread();
+
+  /// Draws the newest snapshot if it has not been drawn yet; true when image() is a new picture.
+  /// Starts on this thread if need be (then a machine that cannot draw ends in failure()).
+  bool Frame();
+
+  /// Frame() whenever a snapshot arrives, on average at most max_hz times a second, until a stop
+  /// is asked for or drawing fails. Starts and ends on the calling thread.
+  void Run(std::stop_token stop);
+
+  /// Frees everything that belongs to OpenGL. The thread that started. The pictures stay.
+  void EndOnThisThread();
+
+  /// The last picture; empty before the first.
+  const Image& image() const { return image_; }
+  /// The picture at the deepest contact so far: the largest displacement of an organ's vertex
+  /// from rest; empty before the first frame.
+  const Image& deepest_image() const { return deepest_image_; }
+  double deepest_displacement() const { return deepest_displacement_; }  ///< m.
+
+  const RenderStatistics& statistics() const { return statistics_; }
+  std::uint64_t frames_written() const { return sink_ ? sink_->written() : 0; }
+  const Laparoscope& scope() const { return scope_; }
+
+  /// Why drawing ended, or else why no more PNG frames are written: one line. Empty while all is
+  /// well.
+  const std::string& failure() const;
+
+ private:
+  struct Drawing;  // what lives on the graphics card
+
+  void DrawNewest(const SceneSnapshot& snapshot);
+  void KeepDeepest(const SceneSnapshot& snapshot);
+  void CountDropped(std::uint64_t number);
+
+  std::vector<OrganView> organs_;
+  std::vector<InstrumentView> instruments_;
+  Laparoscope scope_;
+  RenderOptions options_;
+  TripleBuffer<SceneSnapshot>& snapshots_;
+  Clock clock_;
+  std::vector<PointsF> rest_;  // per organ, V x 3
+  std::unique_ptr<Drawing> drawing_;
+  std::optional<FrameSink> sink_;
+  Image image_;
+  Image deepest_image_;
+  double deepest_displacement_ = -1;
+  std::uint64_t last_number_ = 0;
+  RenderStatistics statistics_;
+  std::string failure_;
+};
+
+}  // namespace hpdm

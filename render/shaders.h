@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "render/gl_object.h"
+
+namespace hpdm {
+
+/// A linked OpenGL program. Render thread only.
+class ShaderProgram {
+ public:
+  /// Compiles and links; the parts of a stage are joined in order after the version line. Throws
+  /// MachineError with the program's name, the stage and the driver's log in one line.
+  ShaderProgram(std::string name, const std::vector<const char*>& vertex_parts,
+                const std::vector<const char*>& fragment_parts);
+
+  void Use() const;
+  /// Location of a uniform for glUniform*. An unknown name is a bug.
+  int Uniform(const char* uniform) const;
+  /// Connects a uniform block to a binding point. An unknown name is a bug.
+  void BindBlock(const char* block, unsigned binding) const;
+
+ private:
+  std::string name_;
+  GlObject program_{GlKind::kProgram};
+};
+
+}  // namespace hpdm

@@ -1,0 +1,86 @@
+#include "render/image_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "engine/error.h"
+
+namespace hpdm {
+namespace {
+
+std::filesystem::path TestFile(const char* name) {
+  return std::filesystem::path(testing::TempDir()) / (std::string("hpdm_image_") + name);
+}
+
+/// Odd sides, so that any padding of rows shows.
+Image Noise(int width, int height) {
+  Image image{width, height, {}};
+  std::mt19937 random(7);
+  for (int i = 0; i < 3 * width * height; ++i) {
+    image.rgb.push_back(static_cast<std::uint8_t>(random()));
+  }
+  return image;
+}
+
+template <typename Function>
+std::string InputErrorOf(Function function) {
+  try {
+    function();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no InputError";
+}
+
+TEST(ImageFile, PngKeepsEveryByte) {
+  const Image image = Noise(37, 23);
+  const auto file = TestFile("round_trip.png");
+  WritePng(file, image);
+  const Image read = ReadPng(file);
+  EXPECT_EQ(read.width, 37);
+  EXPECT_EQ(read.height, 23);
+  EXPECT_EQ(read.rgb, image.rgb);
+}
+
+TEST(ImageFile, TheSamePictureGivesTheSameFile) {
+  std::vector<std::uint8_t> first, second;
+  EncodePng(Noise(64, 48), &first);
+  EncodePng(Noise(64, 48), &second);
+  EXPECT_EQ(first, second);
+}
+
+TEST(ImageFile, AWriteThatFailsNamesTheFileAndTheReason) {
+  const std::string message =
+      InputErrorOf([] { WritePng("/nonexistent-folder/picture.png", Noise(4, 4)); });
+  EXPECT_NE(message.find("/nonexistent-folder/picture.png"), std::string::npos) << message;
+  EXPECT_NE(message.find("No such file"), std::string::npos) << message;
+}
+
+TEST(ImageFile, AFullDiskIsNoticed) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  const std::string message = InputErrorOf([] { WritePng("/dev/full", Noise(64, 64)); });
+  EXPECT_NE(message.find("No space left"), std::string::npos) << message;
+}
+
+TEST(ImageFile, AReadThatFailsNamesTheFile) {
+  const auto missing = TestFile("missing.png");
+  EXPECT_NE(InputErrorOf([&] { ReadPng(missing); }).find(missing.string()), std::string::npos);
+
+  const auto text = TestFile("text.png");
+  std::ofstream(text) << "no picture";
+  EXPECT_NE(InputErrorOf([&] { ReadPng(text); }).find(text.string()), std::string::npos);
+
+  std::vector<std::uint8_t> bytes;
+  EncodePng(Noise(64, 48), &bytes);
+  bytes.resize(bytes.size() / 2);
+  const auto cut = TestFile("cut.png");
+  std::string failure;
+  ASSERT_TRUE(WriteBytes(cut, bytes, &failure)) << failure;
+  EXPECT_NE(InputErrorOf([&] { ReadPng(cut); }).find(cut.string()), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,305 @@
+#include "render/render_loop.h"
+
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <thread>
+
+#include "engine/error.h"
+#include "render/egl_context.h"
+
+namespace hpdm {
+namespace {
+
+/// An ellipsoid of 0.2 x 0.14 x 0.09 m about the origin with 2 n^2 triangles.
+SurfaceMesh Ellipsoid(int n) {
+  SurfaceMesh mesh;
+  mesh.vertices.resize(n * n + 2, 3);
+  mesh.triangles.resize(2 * n * n, 3);
+  const auto at = [n](int ring, int s) { return ring * n + s % n; };
+  int t = 0;
+  for (int r = 0; r < n; ++r) {
+    for (int s = 0; s < n; ++s) {
+      const double a = 2 * std::numbers::pi * s / n, b = std::numbers::pi * (r + 1) / (n + 1);
+      mesh.vertices.row(at(r, s)) << 0.1 * std::cos(a) * std::sin(b),
+          0.07 * std::sin(a) * std::sin(b), 0.045 * std::cos(b);
+      if (r + 1 == n) continue;
+      mesh.triangles.row(t++) << at(r, s), at(r + 1, s), at(r + 1, s + 1);
+      mesh.triangles.row(t++) << at(r, s), at(r + 1, s + 1), at(r, s + 1);
+    }
+  }
+  mesh.vertices.row(n * n) << 0, 0, 0.045;
+  mesh.vertices.row(n * n + 1) << 0, 0, -0.045;
+  for (int s = 0; s < n; ++s) {
+    mesh.triangles.row(t++) << n * n, at(0, s), at(0, s + 1);
+    mesh.triangles.row(t++) << n * n + 1, at(n - 1, s + 1), at(n - 1, s);
+  }
+  return mesh;
+}
+
+double Luminance(const std::uint8_t* rgb) {
+  return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+/// Metal is grey, tissue red: by how much the red exceeds the green.
+double Redness(const std::uint8_t* rgb) { return rgb[0] / (rgb[1] + 1.0); }
+
+class RenderLoopTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      EglContext probe;
+    } catch (const MachineError& error) {
+      GTEST_SKIP() << error.what();
+    }
+    scope_.p_scope_W = Vector3d(-0.04, -0.12, 0.18);
+    scope_.p_target_W = Vector3d(0, 0, 0.045);
+    options_.width = 320;
+    options_.height = 240;
+    rest_snapshot_.organs.resize(1);
+    rest_snapshot_.organs[0].vertices = rest_.vertices.cast<float>();
+    rest_snapshot_.tool_count = 1;
+    // The instrument hovers over the organ, off the line of sight to its middle.
+    rest_snapshot_.tools[0].X_WT = ToolAt(Vector3d(0.03, 0, 0.065));
+  }
+
+  static Isometry3d ToolAt(const Vector3d& p_tip_W) {
+    Isometry3d X_WT = Isometry3d::Identity();
+    X_WT.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d(1, 0.4, 1))
+                        .toRotationMatrix();
+    X_WT.translation() = p_tip_W;
+    return X_WT;
+  }
+
+  /// The rest snapshot with a dent of `depth` (m), 30 mm wide, in the top of the organ.
+  SceneSnapshot Dented(double depth) const {
+    SceneSnapshot snapshot = rest_snapshot_;
+    for (int v = 0; v < rest_.vertices.rows(); ++v) {
+      const double d = (rest_.vertices.row(v) - Eigen::RowVector3d(0, 0, 0.045)).norm() / 0.03;
+      if (d < 1) {
+        snapshot.organs[0].vertices(v, 2) -=
+            static_cast<float>(depth * std::pow(std::cos(std::numbers::pi / 2 * d), 2));
+      }
+    }
+    return snapshot;
+  }
+
+  std::unique_ptr<RenderLoop> MakeLoop() {
+    buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
+    number_ = 0;
+    return std::make_unique<RenderLoop>(std::vector<OrganView>{{&rest_}},
+                                        std::vector<InstrumentView>{{}}, scope_, options_, *buffer_,
+                                        [this] { return clock_ns_; });
+  }
+
+  void Publish(const SceneSnapshot& snapshot) {
+    SceneSnapshot& back = buffer_->Back();
+    back = snapshot;
+    back.step.number = ++number_;
+    buffer_->Publish();
+  }
+
+  /// The picture of one snapshot.
+  Image Picture(const SceneSnapshot& snapshot) {
+    const auto loop = MakeLoop();
+    Publish(snapshot);
+    EXPECT_TRUE(loop->Frame()) << loop->failure();
+    return loop->image();
+  }
+
+  const SurfaceMesh rest_ = Ellipsoid(26);
+  LaparoscopeOptions scope_;
+  RenderOptions options_;
+  SceneSnapshot rest_snapshot_;
+  std::unique_ptr<TripleBuffer<SceneSnapshot>> buffer_;
+  std::uint64_t number_ = 0;
+  Nanoseconds clock_ns_ = 0;
+};
+
+TEST_F(RenderLoopTest, PictureIsLitInsideTheCircleAndBlackOutside) {
+  const Image image = Picture(rest_snapshot_);
+  const Laparoscope scope(scope_, 320, 240);
+  int inside = 0, lit = 0;
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      const double r = std::hypot(x + 0.5 - 160, y + 0.5 - 120);
+      // The soft edge is 1.2 % of the radius or 1.5 px wide: 2 px off it nothing is left of it.
+      if (r > scope.circle_radius_px() + 2) {
+        ASSERT_EQ(Luminance(image.At(x, y)), 0) << x << ", " << y;
+      } else if (r < scope.circle_radius_px() - 2) {
+        ++inside;
+        lit += image.At(x, y)[0] > 10;
+      }
+    }
+  }
+  EXPECT_GT(lit, 0.99 * inside);
+  EXPECT_GT(image.At(160, 120)[0], 80);         // the organ, facing the light
+  EXPECT_GT(Redness(image.At(160, 120)), 1.5);  // and red
+  EXPECT_LT(image.At(160, 6)[0], 80);           // the background is darker
+}
+
+TEST_F(RenderLoopTest, TheInstrumentAppearsWhereItsTipProjects) {
+  const Image image = Picture(rest_snapshot_);
+  const Laparoscope scope(scope_, 320, 240);
+  for (const double along : {0.0, 0.01, 0.03}) {  // m up the shaft from the tip's centre
+    const Vector3d pixel = scope.Project(rest_snapshot_.tools[0].X_WT * Vector3d(0, 0, along));
+    const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
+    EXPECT_LT(Redness(image.At(x, y)), 1.25) << along;
+  }
+  // Its radius of 2.5 mm is 2.5 px here; 8 px to the side, and beyond the tip, is tissue again.
+  const Vector3d tip = scope.Project(rest_snapshot_.tools[0].X_WT.translation());
+  const int x = static_cast<int>(tip.x()), y = static_cast<int>(tip.y());
+  EXPECT_GT(Redness(image.At(x - 8, y)), 1.5);
+  EXPECT_GT(Redness(image.At(x, y + 8)), 1.5);
+}
+
+TEST_F(RenderLoopTest, ADentChangesThePictureThereAndNowhereElse) {
+  const Image rest = Picture(rest_snapshot_);
+  const Image dented = Picture(Dented(0.012));
+  const Laparoscope scope(scope_, 320, 240);
+  const Vector3d middle = scope.Project(Vector3d(0, 0, 0.045));
+  // Vertices move within 30 mm of the dent's middle; normals change one edge further, and the
+  // triangles that blend them reach another edge: 20 mm each at most.
+  const double reach = 0.07 * scope.focal_length_px() / middle.z();
+  int changed = 0;
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      const double change = std::abs(Luminance(rest.At(x, y)) - Luminance(dented.At(x, y)));
+      if (std::hypot(x - middle.x(), y - middle.y()) > reach) {
+        ASSERT_EQ(change, 0) << x << ", " << y;
+      }
+      changed += change > 8;  // of 255: what an eye notices beside the old picture
+    }
+  }
+  EXPECT_GT(changed, 400);  // a dent of 60 mm covers some 2,000 px
+}
+
+TEST_F(RenderLoopTest, TwoLoopsDrawTheSamePixels) {
+  for (const double depth : {0.0, 0.004, 0.011}) {
+    EXPECT_EQ(Picture(Dented(depth)).rgb, Picture(Dented(depth)).rgb);
+  }
+}
+
+TEST_F(RenderLoopTest, DrawsOnlyWhatIsNewAndDropsWhatIsOld) {
+  const auto loop = MakeLoop();
+  EXPECT_FALSE(loop->Frame());
+  EXPECT_EQ(loop->image().width, 0);
+  for (const double depth : {0.002, 0.02, 0.005}) Publish(Dented(depth));
+  EXPECT_TRUE(loop->Frame());
+  EXPECT_FALSE(loop->Frame());
+  EXPECT_EQ(loop->statistics().drawn, 1u);
+  EXPECT_EQ(loop->statistics().dropped, 2u);
+  EXPECT_NEAR(loop->deepest_displacement(), 0.005, 1e-8);  // single precision of 0.1 m
+  EXPECT_FALSE(loop->statistics().renderer.empty());
+}
+
+TEST_F(RenderLoopTest, KeepsThePictureOfTheLargestDisplacement) {
+  const auto loop = MakeLoop();
+  Image deepest;
+  for (const double depth : {0.0, 0.006, 0.010, 0.007}) {
+    Publish(Dented(depth));
+    ASSERT_TRUE(loop->Frame()) << loop->failure();
+    if (depth == 0.010) deepest = loop->image();
+  }
+  EXPECT_EQ(loop->deepest_image().rgb, deepest.rgb);
+  EXPECT_NE(loop->image().rgb, deepest.rgb);
+  EXPECT_NEAR(loop->deepest_displacement(), 0.010, 1e-8);
+}
+
+TEST_F(RenderLoopTest, TimesAreCountedOnTheSessionsClock) {
+  const auto loop = MakeLoop();
+  SceneSnapshot snapshot = rest_snapshot_;
+  snapshot.step.device_time_ns = 20'000'000;
+  clock_ns_ = 50'000'000;
+  Publish(snapshot);
+  ASSERT_TRUE(loop->Frame()) << loop->failure();
+  EXPECT_EQ(loop->statistics().device_to_photon.max(), 30'000'000);
+  EXPECT_EQ(loop->statistics().compute.max(), 0);
+}
+
+TEST_F(RenderLoopTest, WritesAFilmOfSessionTime) {
+  options_.frame_folder = std::filesystem::path(testing::TempDir()) / "hpdm_film";
+  options_.frame_fps = 15;
+  std::filesystem::remove_all(options_.frame_folder);
+  const auto loop = MakeLoop();
+  for (int step = 0; step < 30; ++step) {  // one second at 30 steps a second
+    SceneSnapshot snapshot = Dented(0.0005 * step);
+    snapshot.step.time_ns = step * kNanosecondsPerSecond / 30;
+    Publish(snapshot);
+    ASSERT_TRUE(loop->Frame()) << loop->failure();
+  }
+  EXPECT_EQ(loop->failure(), "");
+  EXPECT_EQ(loop->frames_written(), 15u);
+  EXPECT_TRUE(std::filesystem::exists(options_.frame_folder / "frame_000014.png"));
+  EXPECT_FALSE(std::filesystem::exists(options_.frame_folder / "frame_000015.png"));
+  EXPECT_EQ(ReadPng(options_.frame_folder / "frame_000000.png").rgb, Picture(Dented(0)).rgb);
+}
+
+TEST_F(RenderLoopTest, AGlErrorEndsRenderingWithOneLineAndNoException) {
+  const auto loop = MakeLoop();
+  Publish(rest_snapshot_);
+  ASSERT_TRUE(loop->Frame());
+  const Image before = loop->image();
+  glEnable(0xFFFF);
+  Publish(Dented(0.01));
+  EXPECT_FALSE(loop->Frame());
+  EXPECT_NE(loop->failure().find("GL_INVALID_ENUM"), std::string::npos) << loop->failure();
+  EXPECT_EQ(loop->failure().find('\n'), std::string::npos);
+  Publish(Dented(0.01));
+  EXPECT_FALSE(loop->Frame());
+  EXPECT_EQ(loop->image().rgb, before.rgb);
+  EXPECT_EQ(loop->statistics().drawn, 1u);
+}
+
+TEST_F(RenderLoopTest, ALostContextEndsRenderingAndIsFreedSafely) {
+  auto loop = MakeLoop();
+  Publish(rest_snapshot_);
+  ASSERT_TRUE(loop->Frame());
+  { EglContext taker; }  // leaves no context current on this thread
+  Publish(Dented(0.01));
+  EXPECT_FALSE(loop->Frame());
+  EXPECT_NE(loop->failure().find("no longer current"), std::string::npos) << loop->failure();
+  loop.reset();
+}
+
+TEST_F(RenderLoopTest, RunDrawsOnItsOwnThreadNoFasterThanAskedAndStops) {
+  options_.max_hz = 25;
+  buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
+  const auto begin = std::chrono::steady_clock::now();
+  RenderLoop loop({{&rest_}}, {{}}, scope_, options_, *buffer_, [begin] {
+    return std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin).count();
+  });
+  Nanoseconds ran_ns = 0;
+  {
+    std::jthread thread([&loop](std::stop_token stop) { loop.Run(stop); });
+    const SceneSnapshot dented = Dented(0.01);
+    for (int step = 0; step < 120; ++step) {
+      Publish(dented);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    ran_ns = std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin).count();
+  }
+  EXPECT_EQ(loop.failure(), "");
+  const RenderStatistics& statistics = loop.statistics();
+  EXPECT_GE(statistics.drawn, 1u);
+  // The mean rate is bounded; half a period's head start and the first frame make two more.
+  EXPECT_LE(statistics.drawn, ToSeconds(ran_ns) * 25 + 2);
+  EXPECT_GT(statistics.dropped, 0u);
+  EXPECT_LE(statistics.drawn + statistics.dropped, 120u);
+  EXPECT_EQ(loop.image().width, 320);
+}
+
+TEST_F(RenderLoopTest, OptionsThatCannotBeMetAreRefusedAtSetUp) {
+  options_.max_hz = 0;
+  EXPECT_THROW(MakeLoop(), InputError);
+  options_.max_hz = 30;
+  options_.frame_folder = "/dev/null/frames";
+  EXPECT_THROW(MakeLoop(), InputError);
+}
+
+}  // namespace
+}  // namespace hpdm
