@@ -1,0 +1,93 @@
+#include "scenes/mesh_assets.h"
+
+#include <memory>
+
+#include "engine/error.h"
+#include "scenes/implicit_shapes.h"
+#include "scenes/instrument_mesh.h"
+#include "scenes/obj_writer.h"
+#include "scenes/surface_mesher.h"
+
+namespace hpdm {
+namespace {
+
+struct Recipe {
+  MeshAsset asset;
+  std::unique_ptr<ImplicitShape> (*shape)();  ///< Null: the probe.
+  int outer_triangles;
+  int cavity_triangles;  ///< 0 for a solid.
+  double wall;           ///< m.
+};
+
+const std::vector<Recipe>& Recipes() {
+  static const std::vector<Recipe> recipes = {
+      {{"liver_274", "liver of 1.5 l, 274 triangles", true}, LiverShape, 274, 0, 0},
+      {{"liver_1332", "liver of 1.5 l, 1,332 triangles", true}, LiverShape, 1332, 0, 0},
+      {{"liver_5000", "liver of 1.5 l, 5,000 triangles", true}, LiverShape, 5000, 0, 0},
+      {{"liver_30000", "liver of 1.5 l, 30,000 triangles", false}, LiverShape, 30000, 0, 0},
+      {{"liver_120000", "liver of 1.5 l, 120,000 triangles", false}, LiverShape, 120000, 0, 0},
+      {{"stomach_2132", "stomach, solid, 2,132 triangles", true}, StomachShape, 2132, 0, 0},
+      {{"stomach_hollow", "stomach with a wall of 5 mm, 2,132 + 1,668 triangles", true},
+       StomachShape,
+       2132,
+       1668,
+       5e-3},
+      {{"gallbladder", "gallbladder with a wall of 3 mm, 900 + 600 triangles", true},
+       GallbladderShape,
+       900,
+       600,
+       3e-3},
+      {{"probe_562", "palpation probe, 562 triangles, in the tool frame", true},
+       nullptr,
+       562,
+       0,
+       0},
+  };
+  return recipes;
+}
+
+const Recipe& FindRecipe(const std::string& name) {
+  std::string names;
+  for (const Recipe& recipe : Recipes()) {
+    if (recipe.asset.name == name) return recipe;
+    names += " " + recipe.asset.name;
+  }
+  throw InputError("mesh asset '" + name + "' is unknown; choose from:" + names);
+}
+
+}  // namespace
+
+const std::vector<MeshAsset>& MeshAssets() {
+  static const std::vector<MeshAsset> assets = [] {
+    std::vector<MeshAsset> all;
+    for (const Recipe& recipe : Recipes()) all.push_back(recipe.asset);
+    return all;
+  }();
+  return assets;
+}
+
+SurfaceMesh MakeMeshAsset(const std::string& name) {
+  const Recipe& recipe = FindRecipe(name);
+  if (recipe.shape == nullptr) return ProbeMesh();
+  const std::unique_ptr<ImplicitShape> shape = recipe.shape();
+  SurfaceMesherOptions options;
+  options.triangle_count = recipe.outer_triangles;
+  const SurfaceMesh outer = MeshImplicitSurface(*shape, options);
+  if (recipe.cavity_triangles == 0) return outer;
+  options.triangle_count = recipe.cavity_triangles;
+  options.level = -recipe.wall;
+  return Joined(outer, TurnedInsideOut(MeshImplicitSurface(*shape, options)));
+}
+
+std::string MeshAssetObj(const std::string& name, const SurfaceMesh& mesh) {
+  const Recipe& recipe = FindRecipe(name);
+  const std::string frame =
+      recipe.shape == nullptr
+          ? "metres; origin at the centre of the tip's ball, z along the shaft to the trocar"
+          : "metres; origin at the centre of volume, x to the patient's left, y to the head, "
+            "z to the front";
+  return ObjText(mesh,
+                 recipe.asset.description + "\n" + frame + "\nmade by: hpdm generate " + name);
+}
+
+}  // namespace hpdm

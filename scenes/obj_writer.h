@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "engine/surface_mesh.h"
+
+namespace hpdm {
+
+/// A mesh as Wavefront OBJ text: `comment` (lines without '#'), then vertices in metres to the
+/// micrometre and triangles. The same mesh gives the same bytes.
+std::string ObjText(const SurfaceMesh& mesh, const std::string& comment);
+
+/// Writes a text file; throws InputError (path and remedy) when that fails.
+void WriteTextFile(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace hpdm
