@@ -1,0 +1,263 @@
+#include "lcmtypes/codec.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hpdm {
+namespace {
+
+template <typename Vector>
+void Copy(const Vector& from, double* to) {
+  std::copy(from.data(), from.data() + from.size(), to);
+}
+
+Vector3d ToVector(const double (&from)[3]) { return {from[0], from[1], from[2]}; }
+
+bool IsKind(int kind) { return kind >= 0 && kind <= static_cast<int>(ContactKind::kGrasp); }
+
+bool IsToolCount(int count, std::size_t held) {
+  return count >= 0 && count <= kMaxInstruments && static_cast<std::size_t>(count) == held;
+}
+
+std::int64_t Signed(std::uint64_t number) { return static_cast<std::int64_t>(number); }
+std::uint64_t Unsigned(std::int64_t number) { return static_cast<std::uint64_t>(number); }
+
+std::int32_t ReadBigEndian(const std::uint8_t* bytes) {
+  return static_cast<std::int32_t>(std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 |
+                                   std::uint32_t{bytes[2]} << 8 | std::uint32_t{bytes[3]});
+}
+
+}  // namespace
+
+void ToMessage(const HapticSample& sample, tool_t* message) {
+  message->tool_count = sample.tool_count;
+  message->tick = Signed(sample.tick);
+  message->time_ns = sample.time_ns;
+  message->device_time_ns = sample.device_time_ns;
+  message->tools.resize(sample.tool_count);
+  for (int i = 0; i < sample.tool_count; ++i) {
+    const ToolSample& from = sample.tools[i];
+    tool_input_t& to = message->tools[i];
+    Copy(from.joints, to.joints);
+    Copy(from.p_tip_W, to.p_tip);
+    Copy(from.v_tip_W, to.v_tip);
+    to.device_valid = from.device_valid;
+  }
+}
+
+bool FromMessage(const tool_t& message, HapticSample* sample) {
+  if (!IsToolCount(message.tool_count, message.tools.size())) return false;
+  sample->tool_count = message.tool_count;
+  sample->tick = Unsigned(message.tick);
+  sample->time_ns = message.time_ns;
+  sample->device_time_ns = message.device_time_ns;
+  for (int i = 0; i < message.tool_count; ++i) {
+    const tool_input_t& from = message.tools[i];
+    ToolSample& to = sample->tools[i];
+    to.joints = Eigen::Map<const JointVector>(from.joints);
+    to.p_tip_W = ToVector(from.p_tip);
+    to.v_tip_W = ToVector(from.v_tip);
+    to.device_valid = from.device_valid != 0;
+  }
+  return true;
+}
+
+void ToMessage(const HapticSample& sample, force_t* message) {
+  message->tool_count = sample.tool_count;
+  message->tick = Signed(sample.tick);
+  message->time_ns = sample.time_ns;
+  message->patch_number = Signed(sample.patch_number);
+  message->patch_age_ns = sample.patch_age_ns;
+  message->wake_late_ns = sample.wake_late_ns;
+  message->compute_ns = sample.compute_ns;
+  message->skipped_late_wake_up = static_cast<std::int32_t>(sample.skipped.late_wake_up);
+  message->skipped_long_compute = static_cast<std::int32_t>(sample.skipped.long_compute);
+  message->skipped_stalled = static_cast<std::int32_t>(sample.skipped.stalled);
+  message->tools.resize(sample.tool_count);
+  for (int i = 0; i < sample.tool_count; ++i) {
+    const ToolSample& from = sample.tools[i];
+    tool_force_t& to = message->tools[i];
+    Copy(from.reaction_W, to.reaction);
+    Copy(from.force_W, to.force);
+    Copy(from.effort, to.effort);
+    to.depth = from.depth;
+    to.organ = from.organ;
+    to.kind = static_cast<std::int8_t>(from.kind);
+    to.guard_flags = static_cast<std::int32_t>(from.guard_flags);
+  }
+}
+
+bool FromMessage(const force_t& message, HapticSample* sample) {
+  if (!IsToolCount(message.tool_count, message.tools.size())) return false;
+  sample->tool_count = message.tool_count;
+  sample->tick = Unsigned(message.tick);
+  sample->time_ns = message.time_ns;
+  sample->patch_number = Unsigned(message.patch_number);
+  sample->patch_age_ns = message.patch_age_ns;
+  sample->wake_late_ns = message.wake_late_ns;
+  sample->compute_ns = message.compute_ns;
+  sample->skipped.late_wake_up = static_cast<std::uint32_t>(message.skipped_late_wake_up);
+  sample->skipped.long_compute = static_cast<std::uint32_t>(message.skipped_long_compute);
+  sample->skipped.stalled = static_cast<std::uint32_t>(message.skipped_stalled);
+  for (int i = 0; i < message.tool_count; ++i) {
+    const tool_force_t& from = message.tools[i];
+    if (!IsKind(from.kind)) return false;
+    ToolSample& to = sample->tools[i];
+    to.reaction_W = ToVector(from.reaction);
+    to.force_W = ToVector(from.force);
+    to.effort = ToVector(from.effort);
+    to.depth = from.depth;
+    to.organ = from.organ;
+    to.kind = static_cast<ContactKind>(from.kind);
+    to.guard_flags = static_cast<std::uint32_t>(from.guard_flags);
+  }
+  return true;
+}
+
+void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t* message) {
+  const StepRecord& step = scene.step;
+  message->tool_count = scene.tool_count;
+  message->step = Signed(step.number);
+  message->input_tick = Signed(step.input_tick);
+  message->visible_tick = visible_tick;
+  message->time_ns = step.time_ns;
+  message->device_time_ns = step.device_time_ns;
+  message->compute_ns = step.compute_ns;
+  message->iterations = step.iterations;
+  message->residual = step.residual;
+  message->flags = static_cast<std::int32_t>(step.flags);
+  message->tools.resize(scene.tool_count);
+  for (int i = 0; i < scene.tool_count; ++i) {
+    const ToolPose& pose = scene.tools[i];
+    const ToolPatch& patch = scene.patches[i];
+    tool_contact_t& to = message->tools[i];
+    const Vector3d p_tip_W = pose.X_WT.translation();
+    const Eigen::Quaterniond rotation(pose.X_WT.linear());
+    Copy(p_tip_W, to.p_tip);
+    to.orientation[0] = rotation.w();
+    to.orientation[1] = rotation.x();
+    to.orientation[2] = rotation.y();
+    to.orientation[3] = rotation.z();
+    Copy(pose.p_trocar_W, to.p_trocar);
+    Copy(pose.v_tip_W, to.v_tip);
+    to.jaw = pose.jaw;
+    to.organ = patch.organ;
+    to.kind = static_cast<std::int8_t>(patch.kind);
+    Copy(patch.contact_W, to.p_contact);
+    Copy(patch.force_on_tissue_W, to.force_on_tissue);
+    to.shaft_contact = patch.shaft_contact;
+  }
+}
+
+bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* visible_tick) {
+  if (!IsToolCount(message.tool_count, message.tools.size())) return false;
+  scene->tool_count = message.tool_count;
+  *visible_tick = message.visible_tick;
+  StepRecord& step = scene->step;
+  step.number = Unsigned(message.step);
+  step.input_tick = Unsigned(message.input_tick);
+  step.time_ns = message.time_ns;
+  step.device_time_ns = message.device_time_ns;
+  step.compute_ns = message.compute_ns;
+  step.iterations = message.iterations;
+  step.residual = message.residual;
+  step.flags = static_cast<std::uint32_t>(message.flags);
+  for (int i = 0; i < message.tool_count; ++i) {
+    const tool_contact_t& from = message.tools[i];
+    if (!IsKind(from.kind)) return false;
+    ToolPose& pose = scene->tools[i];
+    ToolPatch& patch = scene->patches[i];
+    const Eigen::Quaterniond rotation(from.orientation[0], from.orientation[1], from.orientation[2],
+                                      from.orientation[3]);
+    // Written so that NaN is refused too; a rounding away from 1 is some 1e-16.
+    if (!(std::abs(rotation.squaredNorm() - 1) < 1e-9)) return false;
+    pose.X_WT = Isometry3d::Identity();
+    pose.X_WT.linear() = rotation.toRotationMatrix();
+    pose.X_WT.translation() = ToVector(from.p_tip);
+    pose.p_trocar_W = ToVector(from.p_trocar);
+    pose.v_tip_W = ToVector(from.v_tip);
+    pose.jaw = from.jaw;
+    patch.organ = from.organ;
+    patch.kind = static_cast<ContactKind>(from.kind);
+    patch.contact_W = ToVector(from.p_contact);
+    patch.force_on_tissue_W = ToVector(from.force_on_tissue);
+    patch.shaft_contact = from.shaft_contact != 0;
+  }
+  return true;
+}
+
+void ToMessage(const StepRecord& step, int organ, const Points& displacements, organ_t* message) {
+  message->step = Signed(step.number);
+  message->time_ns = step.time_ns;
+  message->organ = organ;
+  message->value_count = static_cast<std::int32_t>(displacements.size());
+  message->displacements.resize(displacements.size());
+  for (Eigen::Index i = 0; i < displacements.size(); ++i) {
+    message->displacements[i] = static_cast<float>(displacements.data()[i]);
+  }
+}
+
+bool FromMessage(const organ_t& message, Points* displacements) {
+  const std::size_t values = message.displacements.size();
+  if (message.value_count < 0 || static_cast<std::size_t>(message.value_count) != values ||
+      values % 3 != 0 || message.organ < 0) {
+    return false;
+  }
+  displacements->resize(static_cast<Eigen::Index>(values / 3), 3);
+  std::copy(message.displacements.begin(), message.displacements.end(), displacements->data());
+  return true;
+}
+
+void ToMessage(const DeviceSample& sample, int instrument, device_t* message) {
+  message->sequence = Signed(sample.sequence);
+  message->time_ns = sample.time_ns;
+  message->instrument = instrument;
+  Copy(sample.joints, message->joints);
+  message->valid = sample.valid;
+}
+
+bool FromMessage(const device_t& message, DeviceSample* sample, int* instrument) {
+  if (message.instrument < 0 || message.instrument >= kMaxInstruments) return false;
+  *instrument = message.instrument;
+  sample->sequence = Unsigned(message.sequence);
+  sample->time_ns = message.time_ns;
+  sample->joints = Eigen::Map<const JointVector>(message.joints);
+  sample->valid = message.valid != 0;
+  return true;
+}
+
+bool CountsFit(std::span<const std::uint8_t> bytes, std::span<const int> element_sizes) {
+  constexpr std::size_t kHashBytes = 8;
+  constexpr std::size_t kCountBytes = 4;
+  if (bytes.size() < kHashBytes + kCountBytes * element_sizes.size()) return false;
+  std::int64_t wanted = 0;
+  for (std::size_t i = 0; i < element_sizes.size(); ++i) {
+    const std::int64_t count = ReadBigEndian(bytes.data() + kHashBytes + kCountBytes * i);
+    if (count < 0) return false;
+    wanted += count * element_sizes[i];
+  }
+  return wanted <= static_cast<std::int64_t>(bytes.size());
+}
+
+std::span<const int> ElementSizes(const tool_t&) {
+  static const int sizes[] = {tool_input_t()._getEncodedSizeNoHash()};
+  return sizes;
+}
+std::span<const int> ElementSizes(const force_t&) {
+  static const int sizes[] = {tool_force_t()._getEncodedSizeNoHash()};
+  return sizes;
+}
+std::span<const int> ElementSizes(const contact_t&) {
+  static const int sizes[] = {tool_contact_t()._getEncodedSizeNoHash()};
+  return sizes;
+}
+std::span<const int> ElementSizes(const organ_t&) {
+  static const int sizes[] = {4};
+  return sizes;
+}
+std::span<const int> ElementSizes(const mesh_t&) {
+  static const int sizes[] = {4, 4, 4};
+  return sizes;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <lcm/lcm_coretypes.h>
+
+#include <cstdint>
+#include <exception>
+#include <span>
+#include <vector>
+
+#include "engine/snapshots.h"
+#include "hpdm/contact_t.hpp"
+#include "hpdm/device_t.hpp"
+#include "hpdm/event_t.hpp"
+#include "hpdm/force_t.hpp"
+#include "hpdm/mesh_t.hpp"
+#include "hpdm/organ_t.hpp"
+#include "hpdm/stats_t.hpp"
+#include "hpdm/tool_t.hpp"
+
+/// Snapshots <-> LCM messages <-> bytes. Pure functions: no state, no file, no network. What a
+/// replay needs crosses in double and comes back bit for bit; what is only drawn crosses in float.
+/// Messages are reused by their owner, so that converting into one allocates only when it grows.
+/// `sequence` is the sender's and is left alone.
+///
+/// FromMessage returns false, its outputs unspecified, where a message holds a value that no sender
+/// of ours writes (a count beyond kMaxInstruments, an unknown contact kind, no unit quaternion).
+namespace hpdm {
+
+inline constexpr char kToolChannel[] = "HPDM_TOOL";
+inline constexpr char kForceChannel[] = "HPDM_FORCE";
+inline constexpr char kContactChannel[] = "HPDM_CONTACT";
+inline constexpr char kOrganChannel[] = "HPDM_ORGAN";
+inline constexpr char kMeshChannel[] = "HPDM_MESH";
+inline constexpr char kStatsChannel[] = "HPDM_STATS";
+inline constexpr char kEventChannel[] = "HPDM_EVENT";
+inline constexpr char kDeviceChannel[] = "HPDM_DEVICE";
+
+/// A haptic tick is two messages: what went in and what came out. Each FromMessage sets its own
+/// fields of the sample and leaves the others (tool_count, tick and time_ns are in both).
+void ToMessage(const HapticSample& sample, tool_t* message);
+void ToMessage(const HapticSample& sample, force_t* message);
+bool FromMessage(const tool_t& message, HapticSample* sample);
+bool FromMessage(const force_t& message, HapticSample* sample);
+
+/// A step whose patch no tick has used.
+inline constexpr std::int64_t kNeverVisible = -1;
+
+/// A deformation step without its displacements. `visible_tick`: the first tick that used its
+/// patch, or kNeverVisible. Back, the orientation is exact to a rounding (it crosses as a
+/// quaternion), and the patches hold the step's solution only, no surface.
+void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t* message);
+bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* visible_tick);
+
+/// One organ's control displacements (n x 3), in float. Back, `displacements` is resized.
+void ToMessage(const StepRecord& step, int organ, const Points& displacements, organ_t* message);
+bool FromMessage(const organ_t& message, Points* displacements);
+
+/// One reading of instrument `instrument`; time_ns is the driver's.
+void ToMessage(const DeviceSample& sample, int instrument, device_t* message);
+bool FromMessage(const device_t& message, DeviceSample* sample, int* instrument);
+
+/// Bytes of a message with its type's hash, in `buffer` (resized), valid until it changes.
+template <typename Message>
+std::span<const std::uint8_t> EncodeMessage(const Message& message,
+                                            std::vector<std::uint8_t>* buffer) {
+  buffer->resize(static_cast<std::size_t>(message.getEncodedSize()));
+  const int size = message.encode(buffer->data(), 0, static_cast<int>(buffer->size()));
+  return {buffer->data(), static_cast<std::size_t>(size > 0 ? size : 0)};
+}
+
+/// Whether the array counts at a message's start are such that its arrays can fit into the bytes.
+/// The generated decoders trust the counts and would reserve up to 2^31 elements for a flipped bit.
+bool CountsFit(std::span<const std::uint8_t> bytes, std::span<const int> element_sizes);
+
+/// Encoded bytes that an element of each of a type's arrays takes, in the order of the counts.
+std::span<const int> ElementSizes(const tool_t&);
+std::span<const int> ElementSizes(const force_t&);
+std::span<const int> ElementSizes(const contact_t&);
+std::span<const int> ElementSizes(const organ_t&);
+std::span<const int> ElementSizes(const mesh_t&);
+template <typename Message>
+std::span<const int> ElementSizes(const Message&) {
+  return {};
+}
+
+/// Any bytes -> message; false when they are not exactly one message of this type. Reserves no more
+/// memory than a small multiple of `bytes` and never throws, whatever the bytes are.
+template <typename Message>
+bool DecodeMessage(std::span<const std::uint8_t> bytes, Message* message) {
+  if (bytes.size() > INT32_MAX || !CountsFit(bytes, ElementSizes(*message))) return false;
+  const int size = static_cast<int>(bytes.size());
+  try {
+    return message->decode(bytes.data(), 0, size) == size;
+  } catch (const std::exception&) {  // a string's length of zero or less
+    return false;
+  }
+}
+
+}  // namespace hpdm

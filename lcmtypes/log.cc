@@ -1,0 +1,224 @@
+#include "lcmtypes/log.h"
+
+#include <fcntl.h>
+#include <stdio_ext.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <lcm/lcm-cpp.hpp>
+
+#include "engine/error.h"
+
+namespace hpdm {
+namespace {
+
+// An event in the file: sync word, event number (8), time stamp (8), channel length (4), data
+// length (4), channel, data; big-endian.
+constexpr std::array<std::uint8_t, 4> kSync = {0xED, 0xA1, 0xDA, 0x01};
+constexpr std::uint64_t kHeaderBytes = 28;
+constexpr std::uint32_t kMaxChannelBytes = 999;  // as liblcm accepts them
+
+constexpr std::size_t kWriteBufferBytes = 1 << 18;
+constexpr std::size_t kReadWindowBytes = 1 << 20;
+
+std::uint32_t Big32(const std::uint8_t* p) {
+  return std::uint32_t{p[0]} << 24 | std::uint32_t{p[1]} << 16 | std::uint32_t{p[2]} << 8 | p[3];
+}
+std::uint64_t Big64(const std::uint8_t* p) { return std::uint64_t{Big32(p)} << 32 | Big32(p + 4); }
+
+}  // namespace
+
+std::string LogState::Explain() const {
+  const std::string lost = ", " + std::to_string(dropped) + " events lost; ";
+  switch (failure) {
+    case LogFailure::kNone:
+      return "";
+    case LogFailure::kWrite:
+      return std::string("the log cannot be written (") + std::strerror(error) + ")" + lost +
+             "free space or choose another --out";
+    case LogFailure::kVanished:
+      return "the log was deleted while it was written" + lost +
+             "leave the session folder alone until the session ends";
+  }
+  return "";
+}
+
+SessionLog::SessionLog(const std::string& path, std::int64_t epoch_us)
+    : stream_buffer_(kWriteBufferBytes),
+      file_(std::make_unique<lcm::LogFile>(path, "w")),
+      epoch_us_(epoch_us),
+      last_us_(epoch_us) {
+  if (!file_->good()) {
+    throw InputError(path + ": cannot create the log (" + std::strerror(errno) +
+                     "): choose a folder that exists and can be written");
+  }
+  std::setvbuf(file_->getFilePtr(), stream_buffer_.data(), _IOFBF, stream_buffer_.size());
+}
+
+SessionLog::~SessionLog() { Close(); }
+
+void SessionLog::Write(const char* channel, Nanoseconds time,
+                       std::span<const std::uint8_t> data) noexcept {
+  if (!file_) {
+    ++state_.dropped;
+    return;
+  }
+  last_us_ = std::max(last_us_, epoch_us_ + time / 1000);
+  lcm::LogEvent event;
+  event.eventnum = 0;  // numbered by the file
+  event.timestamp = last_us_;
+  event.channel = channel;  // our names fit into the string itself: no allocation
+  event.datalen = static_cast<std::int32_t>(data.size());
+  event.data = const_cast<std::uint8_t*>(data.data());  // only read
+  ++state_.events;
+  state_.bytes += kHeaderBytes + event.channel.size() + data.size();
+  if (file_->writeEvent(&event) != 0) Fail(LogFailure::kWrite, errno);
+}
+
+void SessionLog::Flush() noexcept {
+  if (!file_) return;
+  std::FILE* stream = file_->getFilePtr();
+  if (std::fflush(stream) != 0) {
+    Fail(LogFailure::kWrite, errno);
+    return;
+  }
+  struct stat status;
+  if (fstat(fileno(stream), &status) != 0) {
+    Fail(LogFailure::kWrite, errno);
+    return;
+  }
+  if (status.st_nlink == 0) {
+    Fail(LogFailure::kVanished, ENOENT);
+    return;
+  }
+  flushed_events_ = state_.events;
+  flushed_bytes_ = state_.bytes;
+}
+
+void SessionLog::Close() noexcept {
+  Flush();
+  file_.reset();
+}
+
+void SessionLog::Fail(LogFailure failure, int error) noexcept {
+  state_.failure = failure;
+  state_.error = error;
+  state_.dropped += state_.events - flushed_events_;
+  state_.events = flushed_events_;
+  state_.bytes = flushed_bytes_;
+  // What the stream still holds would be written by closing it: it goes, and the torn event that
+  // is in the file already is cut off. Where even that fails, a reader skips the torn tail.
+  std::FILE* stream = file_->getFilePtr();
+  __fpurge(stream);
+  [[maybe_unused]] const int cut = ftruncate(fileno(stream), static_cast<off_t>(flushed_bytes_));
+  file_.reset();
+}
+
+LogReader::File::File(const std::string& path)
+    : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (descriptor_ < 0) {
+    throw InputError(path + ": cannot open the log (" + std::strerror(errno) +
+                     "): give the path of a session.lcmlog");
+  }
+}
+
+LogReader::File::~File() { close(descriptor_); }
+
+LogReader::LogReader(const std::string& path) : file_(path) {
+  struct stat status;
+  if (fstat(file_.descriptor(), &status) != 0 || !S_ISREG(status.st_mode)) {
+    throw InputError(path + ": not a regular file: give the path of a session.lcmlog");
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+/// The file's bytes [at, at + bytes), valid until the next call; null where the file ends before.
+const std::uint8_t* LogReader::View(std::uint64_t at, std::uint64_t bytes) {
+  if (at > size_ || bytes > size_ - at) return nullptr;
+  if (at < window_start_ || at + bytes > window_start_ + window_.size()) {
+    const std::uint64_t wanted =
+        std::min<std::uint64_t>(std::max<std::uint64_t>(bytes, kReadWindowBytes), size_ - at);
+    window_.resize(wanted);
+    window_start_ = at;
+    std::uint64_t got = 0;
+    while (got < wanted) {
+      const ssize_t n = pread(file_.descriptor(), window_.data() + got, wanted - got,
+                              static_cast<off_t>(at + got));
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) break;  // the file shrank, or cannot be read any further
+      got += static_cast<std::uint64_t>(n);
+    }
+    window_.resize(got);
+    if (got < wanted) size_ = at + got;
+    if (got < bytes) return nullptr;
+  }
+  return window_.data() + (at - window_start_);
+}
+
+/// Reads the event that starts at `at`; its size in the file, or 0 where none intact starts there.
+std::uint64_t LogReader::ReadEventAt(std::uint64_t at, LogEvent* event) {
+  const std::uint8_t* header = View(at, kHeaderBytes);
+  if (header == nullptr || !std::equal(kSync.begin(), kSync.end(), header)) return 0;
+  const std::uint32_t channel_bytes = Big32(header + 20);
+  const std::uint32_t data_bytes = Big32(header + 24);
+  event->number = static_cast<std::int64_t>(Big64(header + 4));
+  event->time_us = static_cast<std::int64_t>(Big64(header + 12));
+  if (channel_bytes == 0 || channel_bytes > kMaxChannelBytes || data_bytes > INT32_MAX) return 0;
+
+  const std::uint64_t bytes = kHeaderBytes + channel_bytes + data_bytes;
+  if (bytes > size_ - at) return 0;
+  // What follows tells a wrong length apart before its bytes are read.
+  const std::uint64_t follows = std::min<std::uint64_t>(kSync.size(), size_ - at - bytes);
+  const std::uint8_t* next = View(at + bytes, follows);
+  if (next == nullptr || !std::equal(next, next + follows, kSync.begin())) return 0;
+
+  const std::uint8_t* body = View(at + kHeaderBytes, bytes - kHeaderBytes);
+  if (body == nullptr) return 0;
+  event->channel.assign(reinterpret_cast<const char*>(body), channel_bytes);
+  event->data.assign(body + channel_bytes, body + channel_bytes + data_bytes);
+  return bytes;
+}
+
+/// Where the next sync word at or after `from` starts; the file's size where there is none.
+std::uint64_t LogReader::FindSync(std::uint64_t from) {
+  while (from + kSync.size() <= size_) {
+    const std::uint64_t window_end = window_start_ + window_.size();
+    const bool in_window = from >= window_start_ && from + kSync.size() <= window_end;
+    const std::uint64_t bytes =
+        std::min<std::uint64_t>(in_window ? window_end - from : kReadWindowBytes, size_ - from);
+    const std::uint8_t* begin = View(from, bytes);
+    if (begin == nullptr) break;
+    const std::uint8_t* found = std::search(begin, begin + bytes, kSync.begin(), kSync.end());
+    if (found != begin + bytes) return from + static_cast<std::uint64_t>(found - begin);
+    from += bytes - (kSync.size() - 1);  // a word may straddle two windows
+  }
+  return size_;
+}
+
+bool LogReader::Next(LogEvent* event) {
+  const std::uint64_t start = position_;
+  while (position_ < size_) {
+    if (const std::uint64_t bytes = ReadEventAt(position_, event)) {
+      if (position_ > start) {
+        ++damaged_stretches_;
+        damaged_bytes_ += position_ - start;
+      }
+      position_ += bytes;
+      intact_end_ = position_;
+      return true;
+    }
+    position_ = FindSync(position_ + 1);
+  }
+  if (size_ > start) {
+    ++damaged_stretches_;
+    damaged_bytes_ += size_ - start;
+  }
+  position_ = std::max(position_, size_);
+  return false;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,251 @@
+#include "lcmtypes/telemetry_loop.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <lcm/lcm-cpp.hpp>
+#include <thread>
+
+#include "engine/error.h"
+
+namespace hpdm {
+namespace {
+
+constexpr std::chrono::milliseconds kPollPeriod(5);
+constexpr Nanoseconds kStatisticsPeriod = kNanosecondsPerSecond;
+constexpr Nanoseconds kFlushPeriod = kNanosecondsPerSecond / 10;
+
+// Samples reach the telemetry within a poll of their tick; a step this much ahead of them means
+// that the haptic loop has stopped, and the interval is closed without it.
+constexpr Nanoseconds kSamplePatience = kNanosecondsPerSecond / 2;
+
+// Steps that may wait for their first use, and first uses that may wait for their step: two
+// seconds at 30 Hz, far beyond any hand-over. An older step was replaced before it was used.
+constexpr std::size_t kMaxWaiting = 64;
+
+std::unique_ptr<lcm::LCM> ConnectLive() {
+  const char* variable = std::getenv("LCM_DEFAULT_URL");
+  const std::string url = variable != nullptr && *variable != '\0' ? variable : kLocalUrl;
+  auto live = std::make_unique<lcm::LCM>(url);
+  if (!live->good()) {
+    throw MachineError("--live: LCM cannot open " + url +
+                       ": set LCM_DEFAULT_URL, or give the machine a multicast route "
+                       "(ip route add 239.255.76.67 dev lo)");
+  }
+  return live;
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+}  // namespace
+
+TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, TripleBuffer<SceneSnapshot>* scenes,
+                             const std::string& log_path, const TelemetryOptions& options,
+                             const SessionInfo& info)
+    : samples_(samples),
+      scenes_(scenes),
+      options_(options),
+      live_(options.live ? ConnectLive() : nullptr),
+      log_(log_path, options.epoch_us),
+      statistics_(options.haptic_period) {
+  if (!options.timeline_path.empty()) {
+    timeline_.emplace(options.timeline_path, options.timeline_interval, info.instruments);
+  }
+  AddEvent(EventSeverity::kInfo, "session.start", "instruments: " + Joined(info.instruments));
+  for (std::size_t i = 0; i < info.organs.size(); ++i) {
+    for (mesh_t& part : SplitMesh(static_cast<int>(i), info.organs[i])) {
+      mesh_parts_.push_back(std::move(part));
+    }
+  }
+  std::int64_t sequence = 0;
+  for (mesh_t& part : mesh_parts_) {
+    part.sequence = ++sequence;
+    log_.Write(kMeshChannel, 0, EncodeMessage(part, &buffer_));
+  }
+  if (!live_) mesh_parts_.clear();
+}
+
+TelemetryLoop::~TelemetryLoop() { Finish(); }
+
+void TelemetryLoop::Drain() noexcept {
+  if (finished_) return;
+  HapticSample sample;
+  while (samples_->Pop(&sample)) HandleSample(sample);
+  if (scenes_->Update()) HandleScene(scenes_->Front());
+  PublishMeshPart();
+  if (now_ - last_flush_ >= kFlushPeriod) {
+    log_.Flush();
+    last_flush_ = now_;
+  }
+  ReportLogFailure();
+}
+
+void TelemetryLoop::Run(std::stop_token stop) noexcept {
+  while (!stop.stop_requested()) {
+    Drain();
+    std::this_thread::sleep_for(kPollPeriod);
+  }
+  Finish();
+}
+
+void TelemetryLoop::Finish() noexcept {
+  if (finished_) return;
+  Drain();
+  for (contact_t& contact : waiting_) WriteContact(&contact, kNeverVisible);
+  waiting_.clear();
+  if (!statistics_.interval_empty()) CloseInterval(now_ + options_.haptic_period);
+  AddEvent(EventSeverity::kInfo, "session.end", "the session was closed");
+  if (timeline_) timeline_complete_ = timeline_->Close();
+  log_.Close();
+  ReportLogFailure();
+  finished_ = true;
+}
+
+void TelemetryLoop::AddEvent(EventSeverity severity, const std::string& name,
+                             const std::string& text) noexcept {
+  ++event_.sequence;
+  event_.time_ns = now_;
+  event_.severity = static_cast<std::int8_t>(severity);
+  event_.name = name;
+  event_.text = text;
+  Send(kEventChannel, now_, event_);
+}
+
+TelemetrySummary TelemetryLoop::Summary() const {
+  TelemetrySummary summary;
+  summary.session = statistics_.Summary();
+  summary.log = log_.state();
+  summary.queue_overflows = samples_->Overflows();
+  summary.live_messages = live_messages_;
+  summary.live_errors = live_errors_;
+  summary.timeline_complete = timeline_complete_;
+  return summary;
+}
+
+void TelemetryLoop::HandleSample(const HapticSample& sample) {
+  AdvanceTo(sample.time_ns, 0);
+  statistics_.Add(sample);
+  ToMessage(sample, &tool_);
+  ++tool_.sequence;
+  Send(kToolChannel, sample.time_ns, tool_);
+  ToMessage(sample, &force_);
+  ++force_.sequence;
+  Send(kForceChannel, sample.time_ns, force_);
+  if (timeline_) timeline_->Add(sample);
+  if (sample.patch_number > 0) ResolveVisible(sample.patch_number, sample.tick);
+}
+
+void TelemetryLoop::HandleScene(const SceneSnapshot& scene) {
+  const StepRecord& step = scene.step;
+  AdvanceTo(step.time_ns, kSamplePatience);
+  statistics_.Add(step);
+  for (std::size_t i = 0; i < scene.organs.size(); ++i) {
+    ToMessage(step, static_cast<int>(i), scene.organs[i].control_displacements, &organ_);
+    ++organ_.sequence;
+    Send(kOrganChannel, step.time_ns, organ_);
+  }
+
+  contact_t contact;
+  ToMessage(scene, kNeverVisible, &contact);
+  const std::uint64_t newest_used = first_uses_.empty() ? 0 : first_uses_.back().first;
+  if (step.number > newest_used) {
+    waiting_.push_back(std::move(contact));
+    if (waiting_.size() > kMaxWaiting) {
+      WriteContact(&waiting_.front(), kNeverVisible);
+      waiting_.pop_front();
+    }
+    return;
+  }
+  const auto use = std::find_if(first_uses_.begin(), first_uses_.end(),
+                                [&](const auto& u) { return u.first == step.number; });
+  WriteContact(&contact,
+               use == first_uses_.end() ? kNeverVisible : static_cast<std::int64_t>(use->second));
+}
+
+/// A tick used the patch of step `patch_number`: steps up to that one have met their first use, or
+/// never will.
+void TelemetryLoop::ResolveVisible(std::uint64_t patch_number, std::uint64_t tick) {
+  if (!first_uses_.empty() && patch_number <= first_uses_.back().first) return;
+  first_uses_.emplace_back(patch_number, tick);
+  if (first_uses_.size() > kMaxWaiting) first_uses_.pop_front();
+  while (!waiting_.empty() && static_cast<std::uint64_t>(waiting_.front().step) <= patch_number) {
+    const bool used = static_cast<std::uint64_t>(waiting_.front().step) == patch_number;
+    WriteContact(&waiting_.front(), used ? static_cast<std::int64_t>(tick) : kNeverVisible);
+    waiting_.pop_front();
+  }
+}
+
+void TelemetryLoop::WriteContact(contact_t* message, std::int64_t visible_tick) {
+  message->visible_tick = visible_tick;
+  message->sequence = ++contact_sequence_;
+  Send(kContactChannel, message->time_ns, *message);
+}
+
+/// Closes the interval of whole seconds that ends at or before `time`, once `time` is `patience`
+/// beyond its end.
+void TelemetryLoop::AdvanceTo(Nanoseconds time, Nanoseconds patience) {
+  if (time - patience >= statistics_.interval_start() + kStatisticsPeriod) {
+    CloseInterval((time - patience) / kStatisticsPeriod * kStatisticsPeriod);
+  }
+  now_ = std::max(now_, time);
+}
+
+void TelemetryLoop::CloseInterval(Nanoseconds end) {
+  statistics_.CloseInterval(end, &stats_);
+  ++stats_.sequence;
+  const std::uint64_t overflows = samples_->Overflows();
+  stats_.queue_overflows = static_cast<std::int64_t>(overflows);
+  stats_.log_events = static_cast<std::int64_t>(log_.state().events);
+  stats_.log_dropped = static_cast<std::int64_t>(log_.state().dropped);
+  stats_.live_errors = static_cast<std::int64_t>(live_errors_);
+  Send(kStatsChannel, end, stats_);
+  if (overflows > overflows_reported_) {
+    AddEvent(EventSeverity::kWarning, "telemetry.overflow",
+             std::to_string(overflows - overflows_reported_) +
+                 " ticks found the telemetry queue full and are not in the log");
+    overflows_reported_ = overflows;
+  }
+  if (stats_.deformation.missed > 0) {
+    AddEvent(EventSeverity::kWarning, "telemetry.steps_lost",
+             std::to_string(stats_.deformation.missed) +
+                 " deformation steps were replaced before the telemetry read them");
+  }
+}
+
+/// One part a call at most, so that the meshes never crowd out the ticks.
+void TelemetryLoop::PublishMeshPart() {
+  if (!live_ || mesh_parts_.empty()) return;
+  if (next_part_ == mesh_parts_.size()) {
+    if (now_ < next_repeat_) return;
+    next_part_ = 0;
+  }
+  if (next_part_ == 0) next_repeat_ = now_ + options_.mesh_repeat;
+  mesh_t& part = mesh_parts_[next_part_++];
+  part.sequence = ++mesh_sequence_;
+  Publish(kMeshChannel, EncodeMessage(part, &buffer_));
+}
+
+void TelemetryLoop::ReportLogFailure() {
+  if (log_failure_reported_ || log_.state().failure == LogFailure::kNone) return;
+  log_failure_reported_ = true;
+  AddEvent(EventSeverity::kError, "log.failed", log_.state().Explain());
+}
+
+template <typename Message>
+void TelemetryLoop::Send(const char* channel, Nanoseconds time, const Message& message) {
+  const std::span<const std::uint8_t> bytes = EncodeMessage(message, &buffer_);
+  log_.Write(channel, time, bytes);
+  Publish(channel, bytes);
+}
+
+void TelemetryLoop::Publish(const char* channel, std::span<const std::uint8_t> bytes) {
+  if (!live_) return;
+  const int status = live_->publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size()));
+  ++(status == 0 ? live_messages_ : live_errors_);
+}
+
+}  // namespace hpdm

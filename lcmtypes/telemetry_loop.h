@@ -1,0 +1,146 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/snapshots.h"
+#include "engine/spsc_queue.h"
+#include "engine/triple_buffer.h"
+#include "lcmtypes/codec.h"
+#include "lcmtypes/log.h"
+#include "lcmtypes/mesh_codec.h"
+#include "lcmtypes/session_statistics.h"
+#include "lcmtypes/timeline.h"
+
+namespace lcm {
+class LCM;
+}
+
+namespace hpdm {
+
+struct TelemetryOptions {
+  bool live = false;          ///< Publish over LCM too: on LCM_DEFAULT_URL, or else kLocalUrl.
+  std::int64_t epoch_us = 0;  ///< Wall time of the session's start, microseconds since 1970, for
+                              ///< the log's time stamps; 0 in the lockstep clock.
+  std::string timeline_path;  ///< Of timeline.csv; empty: none.
+  Nanoseconds timeline_interval = 10'000'000;           ///< 100 Hz.
+  Nanoseconds haptic_period = 1'000'000;                ///< 1 / haptic_hz.
+  Nanoseconds mesh_repeat = 3 * kNanosecondsPerSecond;  ///< Between two live repeats.
+};
+
+/// LCM's default multicast group, kept on this machine.
+inline constexpr char kLocalUrl[] = "udpm://239.255.76.67:7667?ttl=0";
+
+/// What a session is made of, by index.
+struct SessionInfo {
+  std::vector<std::string> instruments;
+  std::vector<OrganDescription> organs;
+};
+
+enum class EventSeverity : std::int8_t { kInfo = 0, kWarning = 1, kError = 2 };
+
+struct TelemetrySummary {
+  SessionSummary session;
+  LogState log;
+  std::uint64_t queue_overflows = 0;  ///< Ticks that found the sample queue full.
+  std::uint64_t live_messages = 0;    ///< Published.
+  std::uint64_t live_errors = 0;      ///< Refused by the network.
+  bool timeline_complete = true;      ///< False: rows could not be written.
+};
+
+/// Reader of the haptic loop's samples and of the deformation loop's snapshots (their control
+/// displacements; vertices are ignored): writes every one into the session log, thins the samples
+/// into the time line, keeps the statistics, and publishes live when asked.
+///
+///     HapticSample queue (every tick) --> Drain --> session.lcmlog, timeline.csv
+///     SceneSnapshot (latest value) ----->   '-----> LCM, only with options.live
+///
+/// Everything but the constructor runs on one thread: its own (Run, real clock) or the one that
+/// runs everything (Drain, Finish; lockstep clock). Nothing here ever makes the haptic or the
+/// deformation loop wait: a telemetry thread that a disk or a network holds up lets the queue
+/// overflow, which is counted. Nothing measured here is logged, so that the same samples, drained
+/// in the same portions, give the same bytes.
+class TelemetryLoop {
+ public:
+  /// Writes the meshes and the session's first event into the log. The edges outlive the loop.
+  /// Throws InputError where a file cannot be created and MachineError where live publishing was
+  /// asked for and no network lets it. Without options.live no socket is opened.
+  TelemetryLoop(SpscQueue<HapticSample>* samples, TripleBuffer<SceneSnapshot>* scenes,
+                const std::string& log_path, const TelemetryOptions& options,
+                const SessionInfo& info);
+  ~TelemetryLoop();
+  TelemetryLoop(const TelemetryLoop&) = delete;
+  TelemetryLoop& operator=(const TelemetryLoop&) = delete;
+
+  /// Handles everything that is queued, and the newest snapshot. Never throws.
+  void Drain() noexcept;
+
+  /// Drains every 5 ms until a stop is requested, then once more, and finishes. Stop the writing
+  /// loops before this one.
+  void Run(std::stop_token stop) noexcept;
+
+  /// Drains, closes the last interval and the files. Later calls of Drain and Finish do nothing.
+  void Finish() noexcept;
+
+  /// Logs and publishes an event at the newest time seen. `name` is short and stable
+  /// ("log.failed"), `text` one sentence. Events of the lockstep clock must hold nothing measured.
+  void AddEvent(EventSeverity severity, const std::string& name, const std::string& text) noexcept;
+
+  TelemetrySummary Summary() const;
+
+ private:
+  void HandleSample(const HapticSample& sample);
+  void HandleScene(const SceneSnapshot& scene);
+  void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);
+  void WriteContact(contact_t* message, std::int64_t visible_tick);
+  void AdvanceTo(Nanoseconds time, Nanoseconds patience);
+  void CloseInterval(Nanoseconds end);
+  void PublishMeshPart();
+  void ReportLogFailure();
+  template <typename Message>
+  void Send(const char* channel, Nanoseconds time, const Message& message);
+  void Publish(const char* channel, std::span<const std::uint8_t> bytes);
+
+  SpscQueue<HapticSample>* samples_;
+  TripleBuffer<SceneSnapshot>* scenes_;
+  TelemetryOptions options_;
+  std::unique_ptr<lcm::LCM> live_;  // absent unless asked for
+  SessionLog log_;
+  std::optional<Timeline> timeline_;
+  SessionStatistics statistics_;
+  bool timeline_complete_ = true;
+  bool finished_ = false;
+  bool log_failure_reported_ = false;
+  std::uint64_t overflows_reported_ = 0;
+  std::uint64_t live_messages_ = 0;
+  std::uint64_t live_errors_ = 0;
+
+  Nanoseconds now_ = 0;  // newest session time seen
+  Nanoseconds last_flush_ = 0;
+
+  // Steps that wait for the tick that first uses their patch, and the latest such ticks.
+  std::deque<contact_t> waiting_;
+  std::deque<std::pair<std::uint64_t, std::uint64_t>> first_uses_;  // patch number, tick
+
+  std::vector<mesh_t> mesh_parts_;  // for the live repeats
+  std::size_t next_part_ = 0;
+  Nanoseconds next_repeat_ = 0;
+  std::int64_t mesh_sequence_ = 0;
+
+  // Reused, so that a steady session allocates nothing here. Sequence numbers count in them.
+  tool_t tool_{};
+  force_t force_{};
+  organ_t organ_{};
+  stats_t stats_{};
+  event_t event_{};
+  std::int64_t contact_sequence_ = 0;
+  std::vector<std::uint8_t> buffer_;
+};
+
+}  // namespace hpdm

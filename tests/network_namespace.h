@@ -1,0 +1,42 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
+
+/// Tests that speak multicast run in a private network namespace, so that nothing reaches, or comes
+/// from, a real network: the test starts its own executable again inside one, with a filter that
+/// names it and kInsideVariable set.
+namespace hpdm {
+
+inline constexpr char kInsideVariable[] = "HPDM_TEST_NAMESPACE";
+
+inline bool InsideNetworkNamespace() { return std::getenv(kInsideVariable) != nullptr; }
+
+/// How to enter a namespace here ("unshare -n", or with a user namespace), or empty where that is
+/// refused.
+inline std::string NetworkNamespaceCommand() {
+  for (const char* command : {"unshare -n", "unshare -rn"}) {
+    const std::string trial =
+        std::string(command) +
+        " sh -c 'ip link set lo up && ip link set lo multicast on && ip route "
+        "add 239.255.76.67 dev lo' >/dev/null 2>&1";
+    if (std::system(trial.c_str()) == 0) return command;
+  }
+  return {};
+}
+
+/// Runs the tests `filter` of this executable inside a namespace with LCM's multicast group on the
+/// loopback; the exit status as std::system gives it.
+inline int RunInNetworkNamespace(const std::string& enter, const std::string& filter) {
+  const std::string command =
+      enter +
+      " sh -c 'ip link set lo up; ip link set lo multicast on; ip route add 239.255.76.67 dev lo; "
+      "unset LCM_DEFAULT_URL; " +
+      kInsideVariable + "=1 exec \"$0\" --gtest_filter=" + filter + "' /proc/" +
+      std::to_string(getpid()) + "/exe";
+  return std::system(command.c_str());
+}
+
+}  // namespace hpdm

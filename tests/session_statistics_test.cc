@@ -1,0 +1,123 @@
+#include "lcmtypes/session_statistics.h"
+
+#include <gtest/gtest.h>
+
+namespace hpdm {
+namespace {
+
+constexpr Nanoseconds kPeriod = 1'000'000;
+
+HapticSample Tick(std::uint64_t tick, double force, double depth) {
+  HapticSample sample;
+  sample.tick = tick;
+  sample.time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
+  sample.tool_count = 1;
+  sample.tools[0].force_W = Vector3d(0, 0.6 * force, -0.8 * force);  // of length `force`
+  sample.tools[0].depth = depth;
+  sample.tools[0].kind = force > 0 ? ContactKind::kPress : ContactKind::kNone;
+  return sample;
+}
+
+StepRecord Step(std::uint64_t number, Nanoseconds time) {
+  StepRecord step;
+  step.number = number;
+  step.time_ns = time;
+  step.compute_ns = 10;
+  return step;
+}
+
+// Ticks 1..6, of which 4 is skipped; in contact in 2, 3 and 6 with 1, 3 and 2 N. Tick 3's force
+// stands through the skipped period.
+TEST(SessionStatistics, AgreesWithASeriesComputedByHand) {
+  SessionStatistics statistics(kPeriod);
+  statistics.Add(Tick(1, 0, 0));
+  statistics.Add(Tick(2, 1, 0.002));
+  statistics.Add(Tick(3, 3, 0.005));
+  HapticSample late = Tick(5, 0, 0);
+  late.skipped.stalled = 1;
+  statistics.Add(late);
+  statistics.Add(Tick(6, 2, 0.004));
+
+  const SessionSummary summary = statistics.Summary();
+  EXPECT_EQ(summary.ticks, 5u);
+  EXPECT_EQ(summary.ticks_lost, 0u);
+  EXPECT_EQ(summary.skipped.stalled, 1u);
+  EXPECT_EQ(summary.skipped.Total(), 1u);
+  ASSERT_EQ(summary.tool_count, 1);
+  const ToolSummary& tool = summary.tools[0];
+  // Sums of a few decimal numbers: exact to a rounding.
+  EXPECT_NEAR(tool.peak_force, 3, 1e-12);
+  EXPECT_NEAR(tool.deepest_press, 0.005, 1e-12);
+  EXPECT_NEAR(tool.contact_time, 4e-3, 1e-12) << "ticks 2, 3, the skipped 4, and 6";
+  EXPECT_NEAR(tool.mean_force, (1 + 3 + 3 + 2) / 4.0, 1e-12);
+  EXPECT_NEAR(summary.haptic_hz, 800, 1e-9) << "four ticks more in 5 ms";
+}
+
+TEST(SessionStatistics, TicksMissingWithoutACauseAreLost) {
+  SessionStatistics statistics(kPeriod);
+  statistics.Add(Tick(10, 0, 0));
+  HapticSample sample = Tick(20, 0, 0);
+  sample.skipped.late_wake_up = 4;
+  statistics.Add(sample);
+  EXPECT_EQ(statistics.Summary().ticks_lost, 5u) << "11..19 are nine, four of them skipped";
+}
+
+TEST(SessionStatistics, StepNumbersTellTheStepsLost) {
+  SessionStatistics statistics(kPeriod);
+  statistics.Add(Step(2, 100'000'000));
+  statistics.Add(Step(3, 150'000'000));
+  statistics.Add(Step(6, 300'000'000));
+  const SessionSummary summary = statistics.Summary();
+  EXPECT_EQ(summary.steps, 3u);
+  EXPECT_EQ(summary.steps_lost, 3u) << "1, 4 and 5";
+  EXPECT_NEAR(summary.deformation_hz, 20, 1e-9) << "steps 2 to 6 ran 50 ms apart";
+  EXPECT_EQ(summary.step_compute.max(), 10);
+}
+
+TEST(SessionStatistics, IntervalsStartAfreshAndTheSessionGoesOn) {
+  SessionStatistics statistics(kPeriod);
+  for (std::uint64_t tick = 0; tick < 1000; ++tick) {
+    HapticSample sample = Tick(tick, 0, 0);
+    sample.wake_late_ns = tick < 990 ? 5 : 60;
+    sample.compute_ns = 7;
+    sample.patch_number = tick < 100 ? 0 : 1;
+    sample.patch_age_ns = 33;
+    statistics.Add(sample);
+  }
+  for (std::uint64_t n = 1; n <= 30; ++n) statistics.Add(Step(n, 0));
+  stats_t stats{};
+  statistics.CloseInterval(kNanosecondsPerSecond, &stats);
+  EXPECT_EQ(stats.time_ns, kNanosecondsPerSecond);
+  EXPECT_EQ(stats.interval_ns, kNanosecondsPerSecond);
+  EXPECT_EQ(stats.haptic.cycles, 1000);
+  EXPECT_DOUBLE_EQ(stats.haptic.rate_hz, 1000);
+  EXPECT_EQ(stats.haptic.compute.p99_ns, 7);
+  EXPECT_EQ(stats.wake_late.count, 1000);
+  EXPECT_EQ(stats.wake_late.p50_ns, 5);
+  EXPECT_EQ(stats.wake_late.p99_ns, 5) << "990 of 1000 do not exceed it";
+  EXPECT_EQ(stats.wake_late.p999_ns, 60);
+  EXPECT_EQ(stats.wake_late.max_ns, 60);
+  EXPECT_EQ(stats.patch_age.count, 900) << "no age before the first patch";
+  EXPECT_EQ(stats.deformation.cycles, 30);
+  EXPECT_DOUBLE_EQ(stats.deformation.rate_hz, 30);
+  EXPECT_TRUE(statistics.interval_empty());
+
+  statistics.Add(Tick(1000, 0, 0));
+  EXPECT_FALSE(statistics.interval_empty());
+  statistics.CloseInterval(2 * kNanosecondsPerSecond, &stats);
+  EXPECT_EQ(stats.haptic.cycles, 1);
+  EXPECT_EQ(stats.wake_late.max_ns, 0);
+  EXPECT_EQ(statistics.Summary().ticks, 1001u);
+  EXPECT_EQ(statistics.Summary().wake_late.max(), 60);
+}
+
+TEST(SessionStatistics, ASessionWithoutTicksIsAllZero) {
+  const SessionSummary summary = SessionStatistics(kPeriod).Summary();
+  EXPECT_EQ(summary.ticks, 0u);
+  EXPECT_EQ(summary.haptic_hz, 0);
+  EXPECT_EQ(summary.deformation_hz, 0);
+  EXPECT_EQ(summary.tool_count, 0);
+}
+
+}  // namespace
+}  // namespace hpdm
