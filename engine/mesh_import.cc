@@ -1,0 +1,148 @@
+#include "engine/mesh_import.h"
+
+#include <assimp/scene.h>
+
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "engine/error.h"
+#include "engine/mesh_file.h"
+#include "engine/polygon.h"
+
+namespace hpdm {
+namespace {
+
+[[noreturn]] void Refuse(const std::string& path, const std::string& what) {
+  throw InputError(path + ": " + what);
+}
+
+void CopyVertices(const aiMesh& part, Eigen::Index base, SurfaceMesh* mesh) {
+  for (unsigned v = 0; v < part.mNumVertices; ++v) {
+    const Eigen::Index row = base + v;
+    const aiVector3D& p = part.mVertices[v];
+    mesh->vertices.row(row) << p.x, p.y, p.z;
+    if (part.HasTextureCoords(0)) {
+      const aiVector3D& uv = part.mTextureCoords[0][v];
+      mesh->texture_coordinates.row(row) << uv.x, uv.y;
+    }
+  }
+}
+
+/// Polygons are split here and not by assimp, whose triangulation takes cubic time, leaves holes in
+/// polygons that it cannot split, and ends the program when its mesh is not as it expects.
+void CopyFaces(const aiMesh& part, Eigen::Index base, const Points& vertices,
+               std::vector<std::array<int, 3>>* triangles) {
+  const auto vertex = [&](const aiFace& face, int corner) {
+    return static_cast<int>(base) + static_cast<int>(face.mIndices[corner]);
+  };
+  Points corners;
+  for (unsigned f = 0; f < part.mNumFaces; ++f) {
+    const aiFace& face = part.mFaces[f];
+    const int count = static_cast<int>(face.mNumIndices);
+    if (count == 3) {
+      triangles->push_back({vertex(face, 0), vertex(face, 1), vertex(face, 2)});
+      continue;
+    }
+    corners.resize(count, 3);
+    for (int c = 0; c < count; ++c) corners.row(c) = vertices.row(vertex(face, c));
+    for (const std::array<int, 3>& t : TriangulatePolygon(corners)) {
+      triangles->push_back({vertex(face, t[0]), vertex(face, t[1]), vertex(face, t[2])});
+    }
+  }
+}
+
+/// What assimp made of the file must be what was counted in it: a reader that goes astray must not
+/// pass for a mesh.
+void CheckAgainst(const MeshFile& file, const aiScene& scene, const std::string& path) {
+  std::int64_t faces = 0, corners = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    faces += part.mNumFaces;
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      const aiFace& face = part.mFaces[f];
+      corners += face.mNumIndices;
+      for (unsigned c = 0; c < face.mNumIndices; ++c) {
+        if (face.mIndices[c] >= part.mNumVertices) {
+          Refuse(path, "a face names a vertex that does not exist; export the mesh again");
+        }
+      }
+    }
+  }
+  if (faces != file.faces || corners != file.corners) {
+    Refuse(path, "was read only in part; convert it to another of .obj, .stl and .ply");
+  }
+}
+
+SurfaceMesh Merge(const aiScene& scene) {
+  Eigen::Index vertex_count = 0;
+  bool textured = false;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    vertex_count += scene.mMeshes[m]->mNumVertices;
+    textured = textured || scene.mMeshes[m]->HasTextureCoords(0);
+  }
+  SurfaceMesh mesh;
+  mesh.vertices.resize(vertex_count, 3);
+  mesh.texture_coordinates.setZero(textured ? vertex_count : 0, 2);
+  std::vector<std::array<int, 3>> triangles;
+  Eigen::Index base = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    CopyVertices(part, base, &mesh);
+    CopyFaces(part, base, mesh.vertices, &triangles);
+    base += part.mNumVertices;
+  }
+  mesh.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    mesh.triangles.row(static_cast<Eigen::Index>(t)) << triangles[t][0], triangles[t][1],
+        triangles[t][2];
+  }
+  return mesh;
+}
+
+SurfaceMesh ReadWithAssimp(const MeshFile& file, const std::string& path) {
+  Assimp::Importer importer;  // logs nothing: no logger is ever created
+  const aiScene* scene =
+      importer.ReadFileFromMemory(file.bytes.data(), file.bytes.size(), 0, file.format.c_str());
+  if (scene == nullptr) {
+    Refuse(path, "cannot be read; convert it to another of .obj, .stl and .ply");
+  }
+  CheckAgainst(file, *scene, path);
+  return Merge(*scene);
+}
+
+}  // namespace
+
+ImportedMesh ImportMesh(const std::string& path, double metres_per_unit) {
+  if (!(metres_per_unit > 0) || !std::isfinite(metres_per_unit)) {
+    Refuse(path, "the unit must be a positive number of metres; give m, mm or metres per unit");
+  }
+  const MeshFile file = ReadMeshFile(path);
+  ImportedMesh imported;
+  imported.mesh = ReadWithAssimp(file, path);
+  // In the file's own unit, so that no unit, however odd, can make a repair go wrong.
+  int texture_seams = 0;
+  JoinIdenticalVertices(&imported.mesh, &texture_seams);
+  const auto joined = imported.mesh.vertices.rows();
+  const MeshFacts as_read = ComputeMeshFacts(imported.mesh);
+  imported.repairs = RepairMesh(&imported.mesh);
+  imported.repairs.texture_seams += texture_seams;
+  if (file.format != "stl") {
+    imported.repairs.welded_vertices += static_cast<int>(file.referenced - joined);
+    imported.repairs.unreferenced_vertices += static_cast<int>(file.vertices - file.referenced);
+  }
+  const MeshFacts facts = ComputeMeshFacts(imported.mesh);
+  if (facts.degenerate_triangles == facts.triangles) {
+    Refuse(path, "has no triangle with an area; export the mesh again");
+  }
+  imported.mesh.vertices *= metres_per_unit;
+  imported.as_read = Scaled(as_read, metres_per_unit);
+  if (!imported.mesh.vertices.allFinite()) {
+    Refuse(path, "coordinates overflow in metres; check the unit");
+  }
+  return imported;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,211 @@
+#include "engine/mesh_repair.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <tuple>
+
+#include "engine/mesh_orientation.h"
+
+namespace hpdm {
+namespace {
+
+using Index = Eigen::Index;
+
+std::size_t At(Index i) { return static_cast<std::size_t>(i); }
+
+/// Joins points within a tolerance of an earlier one, by a hash grid of cells four tolerances wide:
+/// few points have more than one cell to search, and no cell can hold more than about a hundred.
+class Welder {
+ public:
+  Welder(const Points& points, double tolerance)
+      : points_(points),
+        tolerance_(tolerance),
+        cell_(4 * tolerance),
+        origin_(points.colwise().minCoeff()),
+        heads_(std::bit_ceil(At(2 * points.rows())), -1),
+        next_(At(points.rows()), -1) {}
+
+  /// For each point the first one that it is joined to (itself if none).
+  std::vector<int> Weld() {
+    std::vector<int> first(At(points_.rows()));
+    for (int v = 0; v < static_cast<int>(points_.rows()); ++v) {
+      const int found = FindNear(v);
+      first[At(v)] = found >= 0 ? found : v;
+      if (found < 0) Insert(v);
+    }
+    return first;
+  }
+
+ private:
+  using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+
+  Cell CellOf(const Vector3d& p) const {
+    return ((p - origin_) / cell_).array().floor().matrix().cast<std::int64_t>();
+  }
+
+  int& Head(const Cell& cell) {
+    std::uint64_t hash = 0;
+    for (int d = 0; d < 3; ++d) {
+      hash = (hash ^ static_cast<std::uint64_t>(cell[d])) * 0x9E3779B97F4A7C15u;
+      hash ^= hash >> 29;
+    }
+    return heads_[hash & (heads_.size() - 1)];
+  }
+
+  int FindNear(int v) {
+    const Vector3d p = points_.row(v);
+    const Vector3d reach = Vector3d::Constant(tolerance_);
+    const Cell low = CellOf(p - reach), high = CellOf(p + reach);
+    int nearest = -1;
+    for (std::int64_t i = low.x(); i <= high.x(); ++i) {
+      for (std::int64_t j = low.y(); j <= high.y(); ++j) {
+        for (std::int64_t k = low.z(); k <= high.z(); ++k) {
+          for (int other = Head({i, j, k}); other >= 0; other = next_[At(other)]) {
+            const bool near = (points_.row(other).transpose() - p).norm() <= tolerance_;
+            if (near && (nearest < 0 || other < nearest)) nearest = other;
+          }
+        }
+      }
+    }
+    return nearest;
+  }
+
+  void Insert(int v) {
+    int& head = Head(CellOf(points_.row(v)));
+    next_[At(v)] = head;
+    head = v;
+  }
+
+  const Points& points_;
+  double tolerance_, cell_;
+  Vector3d origin_;
+  std::vector<int> heads_, next_;
+};
+
+/// Gives the corners of each triangle the vertex that theirs is joined to.
+void JoinTo(const std::vector<int>& first, SurfaceMesh* mesh, int* joined, int* texture_seams) {
+  const TextureCoordinates& uv = mesh->texture_coordinates;
+  std::vector<bool> seam(first.size());
+  for (Index v = 0; v < mesh->vertices.rows(); ++v) {
+    const int kept = first[At(v)];
+    if (kept == v) continue;
+    ++*joined;
+    if (uv.rows() > 0 && uv.row(v) != uv.row(kept)) seam[At(kept)] = true;
+  }
+  *texture_seams += static_cast<int>(std::count(seam.begin(), seam.end(), true));
+  for (Index t = 0; t < mesh->triangles.rows(); ++t) {
+    for (int c = 0; c < 3; ++c) mesh->triangles(t, c) = first[At(mesh->triangles(t, c))];
+  }
+}
+
+void WeldVertices(SurfaceMesh* mesh, MeshRepairs* repairs) {
+  const Points& p = mesh->vertices;
+  const double diagonal = (p.colwise().maxCoeff() - p.colwise().minCoeff()).norm();
+  const std::vector<int> first = diagonal > 0 ? Welder(p, kWeldTolerance * diagonal).Weld()
+                                              : std::vector<int>(At(p.rows()), 0);
+  JoinTo(first, mesh, &repairs->welded_vertices, &repairs->texture_seams);
+}
+
+void DropTriangles(Triangles* triangles, MeshRepairs* repairs) {
+  struct Entry {
+    std::array<int, 3> corners;  // ascending
+    int triangle;
+    auto operator<=>(const Entry&) const = default;
+  };
+  std::vector<Entry> entries;
+  entries.reserve(At(triangles->rows()));
+  for (int t = 0; t < static_cast<int>(triangles->rows()); ++t) {
+    std::array<int, 3> corners = {(*triangles)(t, 0), (*triangles)(t, 1), (*triangles)(t, 2)};
+    std::sort(corners.begin(), corners.end());
+    if (corners[0] == corners[1] || corners[1] == corners[2]) {
+      ++repairs->degenerate_triangles;
+    } else {
+      entries.push_back({corners, t});
+    }
+  }
+  std::sort(entries.begin(), entries.end());
+  std::vector<int> kept;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (i > 0 && entries[i].corners == entries[i - 1].corners) {
+      ++repairs->duplicate_triangles;
+    } else {
+      kept.push_back(entries[i].triangle);
+    }
+  }
+  std::sort(kept.begin(), kept.end());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    triangles->row(static_cast<Index>(i)) = triangles->row(kept[i]).eval();
+  }
+  triangles->conservativeResize(static_cast<Index>(kept.size()), 3);
+}
+
+/// Returns how many vertices were dropped, welded ones included.
+int DropVertices(SurfaceMesh* mesh) {
+  std::vector<int> number(At(mesh->vertices.rows()), -1);
+  for (Index t = 0; t < mesh->triangles.rows(); ++t) {
+    for (int c = 0; c < 3; ++c) number[At(mesh->triangles(t, c))] = 0;
+  }
+  int count = 0;
+  for (Index v = 0; v < mesh->vertices.rows(); ++v) {
+    if (number[At(v)] < 0) continue;
+    mesh->vertices.row(count) = mesh->vertices.row(v).eval();
+    if (mesh->texture_coordinates.rows() > 0) {
+      mesh->texture_coordinates.row(count) = mesh->texture_coordinates.row(v).eval();
+    }
+    number[At(v)] = count++;
+  }
+  const int dropped = static_cast<int>(mesh->vertices.rows()) - count;
+  mesh->vertices.conservativeResize(count, 3);
+  if (mesh->texture_coordinates.rows() > 0) mesh->texture_coordinates.conservativeResize(count, 2);
+  for (Index t = 0; t < mesh->triangles.rows(); ++t) {
+    for (int c = 0; c < 3; ++c) mesh->triangles(t, c) = number[At(mesh->triangles(t, c))];
+  }
+  return dropped;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, int>> MeshRepairs::List() const {
+  std::vector<std::pair<std::string, int>> list = {{"welded_vertices", welded_vertices},
+                                                   {"degenerate_triangles", degenerate_triangles},
+                                                   {"duplicate_triangles", duplicate_triangles},
+                                                   {"unreferenced_vertices", unreferenced_vertices},
+                                                   {"reoriented_triangles", reoriented_triangles},
+                                                   {"texture_seams", texture_seams}};
+  std::erase_if(list, [](const auto& repair) { return repair.second == 0; });
+  return list;
+}
+
+void JoinIdenticalVertices(SurfaceMesh* mesh, int* texture_seams) {
+  const Points& p = mesh->vertices;
+  const auto place = [&p](int v) { return std::make_tuple(p(v, 0), p(v, 1), p(v, 2)); };
+  std::vector<int> order(At(p.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int v, int w) {
+    return std::make_tuple(place(v), v) < std::make_tuple(place(w), w);
+  });
+  std::vector<int> first(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool repeats = i > 0 && place(order[i]) == place(order[i - 1]);
+    first[At(order[i])] = repeats ? first[At(order[i - 1])] : order[i];
+  }
+  int joined = 0;
+  JoinTo(first, mesh, &joined, texture_seams);
+  DropVertices(mesh);
+}
+
+MeshRepairs RepairMesh(SurfaceMesh* mesh) {
+  MeshRepairs repairs;
+  if (mesh->vertices.rows() == 0) return repairs;
+  WeldVertices(mesh, &repairs);
+  DropTriangles(&mesh->triangles, &repairs);
+  repairs.unreferenced_vertices = DropVertices(mesh) - repairs.welded_vertices;
+  repairs.reoriented_triangles = OrientTriangles(mesh->vertices, &mesh->triangles);
+  return repairs;
+}
+
+}  // namespace hpdm

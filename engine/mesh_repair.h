@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/surface_mesh.h"
+
+namespace hpdm {
+
+/// What was mended in a mesh, counted.
+struct MeshRepairs {
+  int welded_vertices = 0;       ///< Joined to another one at the same place.
+  int degenerate_triangles = 0;  ///< Dropped: two corners at the same place.
+  int duplicate_triangles = 0;   ///< Dropped: the same corners as another one, whichever way round.
+  int unreferenced_vertices = 0;  ///< Dropped: no triangle names them.
+  int reoriented_triangles = 0;   ///< Turned round (mesh_orientation.h).
+  int texture_seams = 0;  ///< Vertices that had several texture coordinates and kept the first.
+
+  /// Those that are not zero, as (name, count).
+  std::vector<std::pair<std::string, int>> List() const;
+};
+
+/// Vertices closer than this fraction of the bounding box's diagonal are one vertex: 0.3 um on a
+/// liver, above the rounding of 32-bit coordinates and far below any edge.
+inline constexpr double kWeldTolerance = 1e-6;
+
+/// Joins vertices at exactly the same place, which STL and texture seams repeat: no repair but a
+/// way of writing. Each keeps its first texture coordinate; those that had several are counted in
+/// `texture_seams`. O(V log V).
+void JoinIdenticalVertices(SurfaceMesh* mesh, int* texture_seams);
+
+/// Mends `mesh` in place, in this order: weld, drop degenerate and duplicate triangles, drop
+/// unreferenced vertices, orient. Needles whose corners differ stay, since dropping one would open
+/// a crack. A vertex keeps one texture coordinate, so that a texture's seams do not cut the tissue
+/// open: across a seam the texture is smeared over one row of triangles. Coordinates must be finite
+/// and indices in range. The order of what remains is the mesh's own; O((V + F) log F).
+MeshRepairs RepairMesh(SurfaceMesh* mesh);
+
+}  // namespace hpdm

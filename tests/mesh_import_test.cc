@@ -1,0 +1,404 @@
+#include "engine/mesh_import.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <locale>
+#include <map>
+
+#include "engine/error.h"
+#include "engine/mesh_file.h"
+#include "tests/mesh_shapes.h"
+
+namespace hpdm {
+namespace {
+
+std::string Write(const std::string& name, const std::string& content) {
+  const std::string folder = testing::TempDir() + "mesh_import_test/";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder + name, std::ios::binary) << content;
+  return folder + name;
+}
+
+ImportedMesh Import(const std::string& name, const std::string& content, double unit = 1) {
+  return ImportMesh(Write(name, content), unit);
+}
+
+/// The error of an import that must be refused; checks that it is one line that names the file.
+std::string Refusal(const std::string& path) {
+  try {
+    ImportMesh(path, 1);
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    EXPECT_EQ(text.rfind(path + ": ", 0), 0u) << text;
+    EXPECT_NE(text.find(';'), std::string::npos) << "no remedy: " << text;
+    return text;
+  }
+  ADD_FAILURE() << path << " was accepted";
+  return "";
+}
+
+template <typename T>
+std::string Raw(const std::vector<T>& values) {
+  return std::string(reinterpret_cast<const char*>(values.data()), sizeof(T) * values.size());
+}
+
+const char kCubeObj[] =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+    "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+std::string BinaryStl(const SurfaceMesh& mesh, std::uint32_t claimed) {
+  std::string bytes = "solid misleading";
+  bytes.resize(80);
+  bytes += Raw<std::uint32_t>({claimed});
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    std::vector<float> facet(3, 0.f);
+    for (int c = 0; c < 3; ++c) {
+      for (int d = 0; d < 3; ++d) {
+        facet.push_back(static_cast<float>(mesh.vertices(mesh.triangles(t, c), d)));
+      }
+    }
+    bytes += Raw(facet) + std::string("\xff\xff", 2);
+  }
+  return bytes;
+}
+
+void ExpectUnitCube(const ImportedMesh& imported, double side = 1) {
+  const MeshFacts facts = ComputeMeshFacts(imported.mesh);
+  EXPECT_EQ(facts.vertices, 8);
+  EXPECT_EQ(facts.triangles, 12);
+  EXPECT_TRUE(facts.Closed());
+  EXPECT_EQ(facts.inconsistent_edges, 0);
+  // Coordinates are 0 and 1 exactly; the unit is one rounding.
+  EXPECT_NEAR(facts.volume_m3, side * side * side, 1e-14 * side * side * side);
+}
+
+TEST(MeshImport, QuadrilateralsOfAnObjBecomeTrianglesInMetres) {
+  const ImportedMesh cube = Import("cube.obj", kCubeObj, 1e-3);
+  ExpectUnitCube(cube, 1e-3);
+  EXPECT_TRUE(cube.repairs.List().empty());
+}
+
+TEST(MeshImport, ObjIndicesMayCountBackAndLinesMayContinue) {
+  ExpectUnitCube(Import("negative.OBJ",
+                        "mtllib C:\\no\\such.mtl\n# path C:\\\nv +0 .0 0. 1\nv 1e0 0 0\nv 1 1 "
+                        "0\r\nv 0 1 0\rv 0 0 \\\n1\nv 1 0 1 0.5 0.5 0.5\nv 1 1 1\nv 0 1 1\n"
+                        "l 1 2\np 3\nusemtl tissue\ng part\n"
+                        "f -5 -6 -7 -8\nf 5//1 6//1 7//1 8//1\nf 1 2\\\n 6 5\nf 2 3 7 6 # side\n"
+                        "o other\nf 3 4 8 7\nf 4 1 5 8"));
+}
+
+TEST(MeshImport, TextureSeamsDoNotCutTheSurface) {
+  const ImportedMesh cube =
+      Import("textured.obj",
+             "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+             "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+             "f 4/1 3/2 2/3 1/4\nf 5/1 6/2 7/3 8/4\nf 1/1 2/2 6/3 5/4\nf 2/1 3/2 7/3 6/4\n"
+             "f 3/1 4/2 8/3 7/4\nf 4/1 1/2 5/3 8/4\n");
+  ExpectUnitCube(cube);
+  ASSERT_EQ(cube.mesh.texture_coordinates.rows(), 8);
+  EXPECT_EQ(cube.mesh.texture_coordinates(0, 0), 0);  // vertex 4 of the file comes first: vt 1
+  EXPECT_GT(cube.repairs.texture_seams, 0);
+  EXPECT_EQ(cube.repairs.welded_vertices, 0);
+}
+
+TEST(MeshImport, EveryEncodingGivesTheSameCube) {
+  const SurfaceMesh box = MakeBox(Vector3d::Zero(), Vector3d::Ones());
+  ExpectUnitCube(Import("binary.stl", BinaryStl(box, 12)));
+  ExpectUnitCube(Import("trailing.stl", BinaryStl(box, 12) + "trailing bytes"));
+
+  std::string text = "solid a\\\n";
+  for (Eigen::Index t = 0; t < 12; ++t) {
+    text += "FACET NORMAL nan -nan(ind) 1\n outer loop\n";
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::RowVector3d p = box.vertices.row(box.triangles(t, c));
+      text += "vertex " + std::to_string(p.x()) + "\t" + std::to_string(p.y()) + " " +
+              std::to_string(p.z()) + "\n";
+    }
+    text += "endloop endfacet\n";
+    if (t == 5) text += "endsolid a\nsolid b\n";
+  }
+  ExpectUnitCube(Import("text.stl", text + "endsolid b\n"));
+
+  const std::string header =
+      " 1.0\ncomment c\nobj_info o\nelement note 2\nproperty list uchar short values\n"
+      "element vertex 8\nproperty uchar red\nproperty double x\nproperty float y\nproperty short "
+      "z\n"
+      "element face 12\nproperty int flag\nproperty list uchar uint vertex_indices\nend_header\n";
+  std::string ascii = "ply\nformat ascii" + header + "2 7 7\n0\n";
+  std::string little = "ply\nformat binary_little_endian" + header,
+              big = "ply\nformat binary_big_endian" + header;
+  const auto add = [&](auto value) {
+    std::string raw = Raw<decltype(value)>({value});
+    little += raw;
+    std::reverse(raw.begin(), raw.end());
+    big += raw;
+  };
+  add(std::uint8_t{2}), add(std::int16_t{7}), add(std::int16_t{7}), add(std::uint8_t{0});
+  for (Eigen::Index v = 0; v < 8; ++v) {
+    const Eigen::RowVector3d p = box.vertices.row(v);
+    add(std::uint8_t{10}), add(p.x()), add(static_cast<float>(p.y()));
+    add(static_cast<std::int16_t>(p.z()));
+    ascii += "10 " + std::to_string(p.x()) + " " + std::to_string(p.y()) + "\n" +
+             std::to_string(static_cast<int>(p.z())) + "\n";
+  }
+  for (Eigen::Index t = 0; t < 12; ++t) {
+    add(std::int32_t{-1}), add(std::uint8_t{3});
+    ascii += "-1 3";
+    for (int c = 0; c < 3; ++c) {
+      add(static_cast<std::uint32_t>(box.triangles(t, c)));
+      ascii += ' ';
+      ascii += std::to_string(box.triangles(t, c));
+    }
+    ascii += "\n";
+  }
+  ExpectUnitCube(Import("ascii.ply", ascii));
+  ExpectUnitCube(Import("little.ply", little));
+  ExpectUnitCube(Import("big.ply", big));
+}
+
+TEST(MeshImport, BinaryPlyMayBeginWithALineFeedAndBeLong) {
+  // 0x0A as the lowest byte of the first coordinate; over 1 MB, so that blocks are joined.
+  const SurfaceMesh sphere = MakeSphere(6);
+  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                      std::to_string(sphere.vertices.rows()) +
+                      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                      std::to_string(sphere.triangles.rows()) +
+                      "\nproperty list uchar int vertex_index\nend_header\n";
+  const std::size_t body = bytes.size();
+  for (Eigen::Index v = 0; v < sphere.vertices.rows(); ++v) {
+    for (int d = 0; d < 3; ++d) bytes += Raw<float>({static_cast<float>(sphere.vertices(v, d))});
+  }
+  for (Eigen::Index t = 0; t < sphere.triangles.rows(); ++t) {
+    bytes += '\3';
+    for (int c = 0; c < 3; ++c) bytes += Raw<std::int32_t>({sphere.triangles(t, c)});
+  }
+  bytes[body] = '\n';
+  ASSERT_GT(bytes.size(), std::size_t{1} << 20);
+  const ImportedMesh imported = Import("long.ply", bytes);
+  const MeshFacts facts = ComputeMeshFacts(imported.mesh);
+  EXPECT_EQ(facts.triangles, 81920);
+  EXPECT_TRUE(facts.Closed());
+  // 32-bit coordinates.
+  EXPECT_NEAR(facts.volume_m3, EnclosedVolume(sphere.vertices, sphere.triangles), 1e-5);
+}
+
+TEST(MeshImport, ConcavePolygonsAreSplitAtEveryUnit) {
+  // An extruded arrow; its area is 2.5, its volume 2.5. A splitter with an absolute tolerance would
+  // lose the triangles of the small one.
+  const std::string obj =
+      "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 .5 0\nv 0 2 0\nv 0 0 1\nv 2 0 1\nv 2 2 1\nv 1 .5 1\nv 0 2 1\n"
+      "f 5 4 3 2 1\nf 6 7 8 9 10\nf 1 2 7 6\nf 2 3 8 7\nf 3 4 9 8\nf 4 5 10 9\nf 5 1 6 10\n";
+  for (const double unit : {1e-9, 1.0, 1e9}) {
+    const MeshFacts facts = ComputeMeshFacts(Import("arrow.obj", obj, unit).mesh);
+    EXPECT_TRUE(facts.Closed());
+    EXPECT_NEAR(facts.volume_m3 / std::pow(unit, 3), 2.5, 1e-12);  // round-off
+  }
+}
+
+TEST(MeshImport, CountsRepairsAgainstTheFile) {
+  std::string shifted = "v 9 9 9\nv 0 0 1e-8\n";  // the first one is unused
+  shifted += std::string(kCubeObj).substr(0, std::string(kCubeObj).find("f "));
+  // Vertex 2 repeats vertex 3; the first face is there twice and the second is turned round.
+  shifted += "f 6 5 4 3\nf 6 5 4 3\nf 10 9 8 7\nf 2 4 8 7\nf 4 5 9 8\nf 5 6 10 9\nf 6 3 7 10\n";
+  const ImportedMesh cube = Import("faults.obj", shifted);
+  const MeshFacts facts = ComputeMeshFacts(cube.mesh);
+  EXPECT_EQ(facts.vertices, 8);
+  EXPECT_TRUE(facts.Closed());
+  EXPECT_EQ(cube.repairs.welded_vertices, 1);
+  EXPECT_EQ(cube.repairs.unreferenced_vertices, 1);
+  EXPECT_EQ(cube.repairs.duplicate_triangles, 2);
+  EXPECT_EQ(cube.repairs.reoriented_triangles, 2);
+  EXPECT_GT(cube.as_read.boundary_edges, 0);
+}
+
+/// Writes 1,5 for 1.5 and 1.000 for 1000.
+struct CommaPoint : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+  char do_thousands_sep() const override { return '.'; }
+  std::string do_grouping() const override { return "\3"; }
+};
+
+TEST(MeshImport, DoesNotDependOnTheLocale) {
+  const std::string path = Write("locale.obj", "v 0.5 0 0\nv 1234.5 0 0\nv 0 1.25 0\nf 1 2 3\n");
+  const ImportedMesh plain = ImportMesh(path, 1);
+  const std::locale before = std::locale::global(std::locale(std::locale(), new CommaPoint));
+  const ImportedMesh comma = ImportMesh(path, 1);
+  std::locale::global(before);
+  EXPECT_EQ(plain.mesh.vertices, comma.mesh.vertices);
+  EXPECT_EQ(comma.mesh.vertices(1, 0), 1234.5);
+}
+
+TEST(MeshImport, RefusesFilesThatAreNoMesh) {
+  EXPECT_NE(Refusal("/no/such/file.obj").find("no such file"), std::string::npos);
+  std::filesystem::create_directories(testing::TempDir() + "mesh_import_test/folder.obj");
+  Refusal(testing::TempDir() + "mesh_import_test/folder.obj");
+  Refusal(Write("mesh.fbx", "Kaydara"));
+  Refusal(Write("noise.obj", std::string(5000, '\0')));
+  Refusal(Write("prose.stl", "solid ground is what this is"));
+  Refusal(Write("short.stl", "x"));
+  Refusal(Write("flat.obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n"));
+  Refusal(Write("point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"));
+}
+
+TEST(MeshImport, RefusesClaimsThatTheFileCannotHold) {
+  const SurfaceMesh box = MakeBox(Vector3d::Zero(), Vector3d::Ones());
+  EXPECT_NE(Refusal(Write("claims.stl", BinaryStl(box, 4'000'000'000u))).find("4000000000"),
+            std::string::npos);
+  const auto ply = [](const std::string& format, const std::string& vertices,
+                      const std::string& faces, const std::string& body) {
+    return "ply\nformat " + format + " 1.0\nelement vertex " + vertices +
+           "\nproperty float x\nproperty float y\nproperty float z\nelement face " + faces +
+           "\nproperty list int int vertex_indices\nend_header\n" + body;
+  };
+  const std::string corners(36, '\0');
+  Refusal(Write("vertices.ply", ply("ascii", "353535235358", "1", "0 0 0\n")));
+  Refusal(Write("vertices2.ply", ply("ascii", "9000000", "1", "0 0 0\n")));
+  Refusal(Write("overflow.ply", ply("ascii", "99999999999999999999", "1", "0 0 0\n")));
+  Refusal(Write("negative.ply", ply("ascii", "-3", "1", "0 0 0\n")));
+  Refusal(Write("faces.ply", ply("binary_little_endian", "3", "1000000", corners)));
+  Refusal(Write("list.ply", ply("binary_little_endian", "3", "1",
+                                corners + Raw<std::int32_t>({2'000'000'000, 0, 1, 2}))));
+  Refusal(Write("minus.ply",
+                ply("binary_little_endian", "3", "1", corners + Raw<std::int32_t>({-1, 0, 1, 2}))));
+  Refusal(Write("index.ply",
+                ply("binary_little_endian", "3", "1", corners + Raw<std::int32_t>({3, 0, 1, 3}))));
+  Refusal(Write("truncated.ply", ply("ascii", "3", "1", "0 0 0\n1 0 0\n0 1")));
+}
+
+TEST(MeshImport, RefusesBadNumbersAndIndicesByLine) {
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  const auto line = [&](const std::string& name, const std::string& added) {
+    return Refusal(Write(name, triangle + added + "\nf 1 2 3\n")).find("line 4") !=
+           std::string::npos;
+  };
+  EXPECT_TRUE(line("nan.obj", "v nan 0 0"));
+  EXPECT_TRUE(line("inf.obj", "v 0 inf 0"));
+  EXPECT_TRUE(line("large.obj", "v 0 0 1e39"));
+  EXPECT_TRUE(line("comma.obj", "v 0,5 0 0"));
+  EXPECT_TRUE(line("missing.obj", "v 0 0"));
+  EXPECT_TRUE(line("index.obj", "f 1 2 4"));
+  EXPECT_TRUE(line("huge.obj", "f 1 2 99999999999999999999"));
+  EXPECT_TRUE(line("zero.obj", "f 0 1 2"));
+  EXPECT_TRUE(line("word.obj", "f a b c"));
+  EXPECT_TRUE(line("texture.obj", "f 1/9 2/9 3/9"));
+  EXPECT_THROW(Import("unit.obj", triangle + "f 1 2 3", 0), InputError);
+  EXPECT_THROW(Import("unit.obj", triangle + "f 1 2 3", std::nan("")), InputError);
+  EXPECT_THROW(Import("unit.obj", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\nf 1 2 3", 1e300), InputError);
+}
+
+struct Outcome {
+  std::string refusal;  ///< Part of the message; empty when accepted.
+  int vertices = 0, triangles = 0;
+  bool closed = false;
+};
+
+/// Every file of the shared folder of other importers' regression files.
+const std::map<std::string, Outcome> kNasty = {
+    {"assimp_3DSMaxExport.STL", {"", 1042, 2000, false}},  // components touch along edges
+    {"assimp_OutOfMemory.off", {"unknown kind"}},
+    {"assimp_Spider_ascii.stl", {"", 722, 1312, false}},
+    {"assimp_box_UTF16BE.obj", {"UTF-16"}},
+    {"assimp_box_longline.obj", {"line 24: a face with more than 256 corners"}},
+    {"assimp_box_without_lineending.obj", {"", 8, 12, true}},
+    {"assimp_concave_polygon.obj", {"", 64, 64, false}},
+    {"assimp_crash-30d6d0f7.ply", {"line 7: unknown type"}},
+    {"assimp_cube_binary_RN_newline.ply", {"", 8, 12, true}},
+    {"assimp_cube_binary_starts_with_nl.ply", {"", 8, 12, true}},
+    {"assimp_empty.obj", {"empty"}},
+    {"assimp_empty.off", {"unknown kind"}},
+    {"assimp_empty.ply", {"empty"}},
+    {"assimp_formatDetection_noext", {"unknown kind"}},
+    {"assimp_invalid.off", {"unknown kind"}},
+    {"assimp_issue623.ply", {"one element 'face'"}},
+    {"assimp_malformed.obj", {"line 28: face index '0'"}},
+    {"assimp_malformed2.obj", {"line 23: a face with fewer than 3 corners"}},
+    {"assimp_multiple_spaces.obj", {"", 3, 1, false}},
+    {"assimp_number_formats.obj", {"line 11: expected a finite number"}},
+    {"assimp_point_cloud.obj", {"no faces"}},
+    {"assimp_regr_3429812.obj", {"", 4, 4, true}},  // a quadrilateral and its two other halves
+    {"assimp_sphereWithHole.stl", {"", 146, 285, false}},
+    {"assimp_testline.obj", {"no faces"}},
+    {"assimp_testmixed.obj", {"", 8, 12, true}},
+    {"assimp_triangle_with_empty_solid.stl", {"", 3, 1, false}},
+    {"assimp_triangle_with_two_solids.stl", {"", 6, 2, false}},
+    {"tinyobj_invalid-face-definition.obj", {"line 15: a face with fewer than 3 corners"}},
+    {"tinyobj_invalid-relative-texture-index.obj", {"line 2: face index '-2'"}},
+    {"tinyobj_invalid-relative-vertex-index.obj", {"line 1: face index '-4'"}},
+    {"tinyobj_issue-140-zero-face-idx.obj", {"line 16: face index '0'"}},
+    {"tinyobj_issue-161-inconsistent-f.obj", {"", 8, 12, true}},
+    {"tinyobj_issue-295-trianguation-failure.obj", {"", 16, 28, true}},
+    {"tinyobj_leading-decimal-dot.obj", {"", 3, 1, false}},
+    {"tinyobj_leading-zero-in-exponent.obj", {"", 3, 1, false}},
+    {"tinyobj_test-nan.obj", {"line 12: expected a finite number"}},
+};
+
+void ExpectSound(const SurfaceMesh& mesh) {
+  ASSERT_GT(mesh.triangles.rows(), 0);
+  EXPECT_TRUE(mesh.vertices.allFinite());
+  EXPECT_GE(mesh.triangles.minCoeff(), 0);
+  EXPECT_LT(mesh.triangles.maxCoeff(), mesh.vertices.rows());
+  EXPECT_EQ(ComputeMeshFacts(mesh).inconsistent_edges, 0);
+}
+
+TEST(MeshImport, EveryNastyFileHasItsExpectedOutcome) {
+  const std::string folder = kSharedData + "nasty/";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no shared data: " << folder;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    SCOPED_TRACE(name);
+    ASSERT_TRUE(kNasty.contains(name)) << "no expected outcome";
+    const Outcome& expected = kNasty.at(name);
+    if (!expected.refusal.empty()) {
+      const std::string message = Refusal(folder + name);
+      EXPECT_NE(message.find(expected.refusal), std::string::npos) << message;
+      continue;
+    }
+    const ImportedMesh imported = ImportMesh(folder + name, 1);
+    ExpectSound(imported.mesh);
+    const MeshFacts facts = ComputeMeshFacts(imported.mesh);
+    EXPECT_EQ(facts.vertices, expected.vertices);
+    EXPECT_EQ(facts.triangles, expected.triangles);
+    EXPECT_EQ(facts.Closed(), expected.closed);
+  }
+}
+
+TEST(MeshImport, TheOrgansBecomeClosedSurfaces) {
+  const std::string folder = kSharedData + "organs/";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no shared data: " << folder;
+  for (const auto& [name, unit] :
+       std::map<std::string, double>{{"sofa_liver.obj", 0.031},
+                                     {"sofa_liver2.obj", 0.093},
+                                     {"sofa_liver-smooth.obj", 0.031},
+                                     {"sofaenv_gallbladder_collision.stl", 1e-3},
+                                     {"sofaenv_gallbladder_visual.stl", 1e-3},
+                                     {"sofaenv_liver_collision.stl", 1e-3}}) {
+    SCOPED_TRACE(name);
+    const ImportedMesh imported = ImportMesh(folder + name, unit);
+    ExpectSound(imported.mesh);
+    const MeshFacts facts = ComputeMeshFacts(imported.mesh);
+    EXPECT_TRUE(facts.Closed());
+    EXPECT_EQ(facts.genus, 0);
+    EXPECT_GT(facts.volume_m3, 30e-6);  // 30 ml: the smallest is a gallbladder
+  }
+}
+
+TEST(MeshImport, ADirtyLiverIsReportedAsReadAndMended) {
+  const std::string path = kSharedData + "organs/sofaenv_liver_collision.stl";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data: " << path;
+  const ImportedMesh liver = ImportMesh(path, 1e-3);
+  EXPECT_EQ(liver.as_read.triangles, 479);
+  EXPECT_EQ(liver.as_read.boundary_edges, 31);
+  EXPECT_EQ(liver.as_read.nonmanifold_edges, 2);
+  EXPECT_EQ(liver.as_read.inconsistent_edges, 28);
+  EXPECT_EQ(liver.as_read.degenerate_triangles, 1);
+  // Its cracks and needles are vertices a tenth of a micrometre apart.
+  EXPECT_EQ(liver.repairs.welded_vertices, 99);
+  EXPECT_EQ(liver.repairs.degenerate_triangles, 153);
+}
+
+}  // namespace
+}  // namespace hpdm
