@@ -1,4 +1,6 @@
-#include "tools/inspect.h"
+#include <CLI/CLI.hpp>
+
+#include "tools/commands.h"
 
 #include <gtest/gtest.h>
 

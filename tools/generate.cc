@@ -1,4 +1,6 @@
-#include "tools/generate.h"
+#include <CLI/CLI.hpp>
+
+#include "tools/commands.h"
 
 #include <cstdio>
 #include <filesystem>

@@ -1,0 +1,147 @@
+#include "engine/deformation_loop.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/check.h"
+
+namespace hpdm {
+
+DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
+                                 const std::vector<ToolOptions>& tools,
+                                 const DeformationEdges& edges,
+                                 std::function<Nanoseconds()> stopwatch)
+    : models_(organs), edges_(edges), stopwatch_(std::move(stopwatch)) {
+  HPDM_CHECK(tools.size() <= kMaxInstruments);
+  states_.reserve(organs.size());
+  for (const OrganModel& model : organs) states_.emplace_back(model);
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    contacts_.emplace_back(static_cast<int>(t), tools[t]);
+  }
+}
+
+void DeformationLoop::Step(const ToolState& tools, Nanoseconds now_ns) {
+  const Nanoseconds started = stopwatch_ ? stopwatch_() : 0;
+  ++record_.number;
+  record_.input_tick = tools.tick;
+  record_.time_ns = now_ns;
+  record_.device_time_ns = tools.device_time_ns;
+  record_.flags = kStepOk;
+
+  Collide(tools);
+  RepositionControlPoints();
+  Relax();
+  RelocateVertices();
+  BuildContactPatch(tools);
+  record_.compute_ns = stopwatch_ ? stopwatch_() - started : 0;
+  Publish(tools);
+}
+
+const ToolState& DeformationLoop::NewestTools() {
+  edges_.tools.Update();
+  return edges_.tools.Front();
+}
+
+void DeformationLoop::Collide(const ToolState& tools) {
+  for (OrganState& state : states_) {
+    state.tree.Refit(state.vertices);
+    state.contacts.Clear();
+  }
+  for (std::size_t t = 0; t < contacts_.size(); ++t) {
+    if (!contacts_[t].AddContacts(tools.tools[t], models_, &states_)) {
+      record_.flags |= kStepContactsDropped;
+    }
+  }
+}
+
+// Stage A (Eq. 26-28): the contacts go where the tools ask, by the least change of the lattice.
+void DeformationLoop::RepositionControlPoints() {
+  for (OrganState& state : states_) {
+    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxContacts, 3> change(
+        state.contacts.size(), 3);
+    for (int i = 0; i < state.contacts.size(); ++i) {
+      const ContactSet::Row& row = state.contacts[i];
+      const Vector3d p =
+          row.p_rest_W +
+          (state.contacts.Weights().row(i) * state.control_displacements).transpose();
+      Vector3d move = row.target_W - p;
+      if (row.kind == ContactSet::RowKind::kPress) {
+        move = std::min(0.0, row.normal_W.dot(move)) * row.normal_W;
+      }
+      change.row(i) = move;
+    }
+    MoveDirectly(state.contacts.Weights(), change, state.control_displacements);
+  }
+}
+
+// Stage B: the least energy that obeys the contacts.
+void DeformationLoop::Relax() {
+  record_.iterations = 0;
+  record_.residual = 0;
+  for (OrganState& state : states_) {
+    state.relaxed = state.relaxation->Relax(&state.contacts, &state.control_displacements);
+    if (!state.control_displacements.allFinite()) {
+      state.control_displacements.setZero();
+      state.contacts.Clear();
+      record_.flags |= kStepNotFinite;
+    }
+    if (!state.relaxed.converged) record_.flags |= kStepBudgetSpent;
+    if (state.relaxed.regularised) record_.flags |= kStepContactsRegularised;
+    record_.iterations += state.relaxed.iterations;
+    record_.residual = std::max(record_.residual, state.relaxed.residual);
+  }
+}
+
+// Stage C (Eq. 4): x = X + B U.
+void DeformationLoop::RelocateVertices() {
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    states_[o].vertices = models_[o].rest().vertices;
+    states_[o].vertices.noalias() += models_[o].weights() * states_[o].control_displacements;
+  }
+}
+
+// Stage D: what the haptic loop needs until the next step.
+void DeformationLoop::BuildContactPatch(const ToolState& tools) {
+  ContactPatch& patch = edges_.patch.Back();
+  patch.tool_count = static_cast<int>(contacts_.size());
+  for (std::size_t t = 0; t < contacts_.size(); ++t) {
+    contacts_[t].FillPatch(tools.tools[t], models_, &states_, &patch.tools[t]);
+  }
+}
+
+void DeformationLoop::Publish(const ToolState& tools) {
+  edges_.patch.Back().step = record_;
+  PublishScene(tools, &edges_.render);
+  PublishScene(tools, &edges_.telemetry);
+  edges_.patch.Publish();
+}
+
+void DeformationLoop::PublishScene(const ToolState& tools, TripleBuffer<SceneSnapshot>* edge) {
+  SceneSnapshot& scene = edge->Back();
+  scene.step = record_;
+  scene.tool_count = tools.tool_count;
+  scene.tools = tools.tools;
+  scene.patches = edges_.patch.Back().tools;
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    scene.organs[o].control_displacements = states_[o].control_displacements;
+    if (scene.organs[o].vertices.rows() > 0) {
+      scene.organs[o].vertices = states_[o].vertices.cast<float>();
+    }
+  }
+  edge->Publish();
+}
+
+SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,
+                            bool with_vertices) {
+  SceneSnapshot scene;
+  scene.tool_count = tool_count;
+  for (const OrganModel& model : organs) {
+    OrganSnapshot organ;
+    organ.control_displacements = Points::Zero(model.lattice().size(), 3);
+    if (with_vertices) organ.vertices = model.rest().vertices.cast<float>();
+    scene.organs.push_back(std::move(organ));
+  }
+  return scene;
+}
+
+}  // namespace hpdm

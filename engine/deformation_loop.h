@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "engine/organ.h"
+#include "engine/snapshots.h"
+#include "engine/tool_contact.h"
+#include "engine/triple_buffer.h"
+
+namespace hpdm {
+
+/// The edges of the deformation loop (snapshots.h): one reader's end, three writers' ends.
+struct DeformationEdges {
+  TripleBuffer<ToolState>& tools;
+  TripleBuffer<ContactPatch>& patch;
+  TripleBuffer<SceneSnapshot>& render;
+  TripleBuffer<SceneSnapshot>& telemetry;
+};
+
+/// The ~30 Hz loop: moves the organs under the tools (design: one deformation step). All methods
+/// but the constructor belong to the deformation thread; they never throw, log or lock.
+class DeformationLoop {
+ public:
+  /// `organs` and what `edges` names must outlive the loop. `stopwatch` gives the session time for
+  /// StepRecord::compute_ns; without one (lockstep) nothing is measured.
+  DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
+                  const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr);
+
+  /// One step, begun at session time `now_ns`, from the given tool state; published on all edges.
+  void Step(const ToolState& tools, Nanoseconds now_ns);
+
+  /// The newest tool state on the edge.
+  const ToolState& NewestTools();
+
+  /// How the last step went.
+  const StepRecord& record() const { return record_; }
+  const OrganState& organ(int i) const { return states_[i]; }
+
+ private:
+  void Collide(const ToolState& tools);
+  void RepositionControlPoints();
+  void Relax();
+  void RelocateVertices();
+  void BuildContactPatch(const ToolState& tools);
+  void Publish(const ToolState& tools);
+  void PublishScene(const ToolState& tools, TripleBuffer<SceneSnapshot>* edge);
+
+  const std::vector<OrganModel>& models_;
+  DeformationEdges edges_;
+  std::function<Nanoseconds()> stopwatch_;
+  std::vector<OrganState> states_;
+  std::vector<ToolContact> contacts_;  // one a tool
+  StepRecord record_;
+};
+
+/// A snapshot of the rest state whose arrays have the organs' sizes; without vertices for readers
+/// that rebuild them.
+SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,
+                            bool with_vertices);
+
+}  // namespace hpdm

@@ -1,0 +1,98 @@
+#include "engine/organ.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+#include "engine/error.h"
+#include "engine/interior.h"
+#include "engine/mesh_import.h"
+
+namespace hpdm {
+namespace {
+
+// Cells that the tissue is sampled in: the lattice's own, or for a Bernstein lattice, which is one
+// cell, as many as it has control intervals, at least 4.
+std::array<int, 3> SamplingCells(const LatticeOptions& options) {
+  if (options.basis == BasisType::kBSpline) return options.cells;
+  return {std::max(options.degree[0], 4), std::max(options.degree[1], 4),
+          std::max(options.degree[2], 4)};
+}
+
+}  // namespace
+
+OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
+    : options_(options),
+      rest_(std::move(rest)),
+      topology_(rest_.vertices.rows(), rest_.triangles),
+      lattice_(BoundingLatticeBox(rest_.vertices, options.X_WO.linear(), options.lattice.margin),
+               options.lattice) {
+  const std::string where = "organ \"" + options.name + "\": ";
+  VertexNormals(rest_.vertices, rest_.triangles, &rest_normals_);
+
+  const std::array<int, 3> cells = SamplingCells(options.lattice);
+  const TissueQuadrature sampled = SampleTissue(rest_, lattice_.box(), cells);
+  tissue_volume_ = sampled.Volume();
+  centre_of_volume_W_ = CentreOfVolume(sampled);
+  const Quadrature tissue{sampled.points, sampled.weights};
+  const bool over_organ = options.energy.domain == EnergyDomain::kOrgan;
+  if (over_organ) lattice_.DropControlPointsWithoutTissue(tissue);
+  weights_ = lattice_.Weights(rest_.vertices);
+
+  // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
+  // lumped weights, whose sum is exact.
+  const Quadrature domain =
+      over_organ ? tissue
+                 : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+  std::vector<double> held;
+  stiffness_ = MetricStiffness(lattice_, domain, options.energy.alpha, options.energy.beta) +
+               SupportStiffness(lattice_, tissue, options.supports,
+                                AxisAlignedBounds(rest_.vertices), options.energy.alpha, &held);
+  for (std::size_t s = 0; s < held.size(); ++s) {
+    if (held[s] > 0) continue;
+    throw InputError(where + "support " + std::to_string(s + 1) +
+                     " holds no tissue; move or enlarge its region");
+  }
+  if (options.supports.empty()) {
+    warnings_.push_back(where +
+                        "no [[organ.support]]: a weak spring ties all of it to its rest place");
+  }
+}
+
+std::unique_ptr<Relaxation> OrganModel::MakeRelaxation() const {
+  return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(stiffness_)
+                                                         : MakeGaussSeidelRelaxation(stiffness_);
+}
+
+void OrganModel::LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const {
+  row.setZero();
+  for (int k = 0; k < 3; ++k) {
+    const int vertex = rest_.triangles(at.triangle, k);
+    for (WeightMatrix::InnerIterator it(weights_, vertex); it; ++it) {
+      row[it.index()] += at.barycentric[k] * it.value();
+    }
+  }
+}
+
+OrganState::OrganState(const OrganModel& model)
+    : control_displacements(Points::Zero(model.lattice().size(), 3)),
+      vertices(model.rest().vertices),
+      tree(model.rest().vertices, model.rest().triangles),
+      contacts(model.lattice().size()),
+      neighbourhoods(model.rest().triangles, model.topology()),
+      relaxation(model.MakeRelaxation()) {}
+
+SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
+  ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);
+  for (const auto& [what, count] : imported.repairs.List()) {
+    repairs->push_back(options.mesh + ": mended: " + what + " (" + std::to_string(count) + ")");
+  }
+  Points& vertices = imported.mesh.vertices;
+  for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
+    vertices.row(v) = options.X_WO * Vector3d(vertices.row(v));
+  }
+  return std::move(imported.mesh);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,272 @@
+// End to end: the hpdm program on real scenes, as a user runs it.
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "engine/error.h"
+#include "render/egl_context.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+const fs::path kSource = HPDM_SOURCE_DIR;
+const fs::path kProgram = fs::path(HPDM_BINARY_DIR) / "tools" / "hpdm";
+const fs::path kSharedData = kSource.parent_path() / "shared" / "data";
+
+std::string ReadFile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+class Flow : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() / (std::string("hpdm_flow_") + test->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Outcome Hpdm(const std::string& arguments) const {
+    const std::string out = folder_ / "stdout", err = folder_ / "stderr";
+    const std::string command =
+        kProgram.string() + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadFile(out), ReadFile(err)};
+  }
+  std::string Folder(const std::string& name) const { return folder_ / name; }
+
+  static std::string WhyNoPicture() {
+    try {
+      EglContext context;
+      return "";
+    } catch (const MachineError& error) {
+      return error.what();
+    }
+  }
+
+  fs::path folder_;
+};
+
+#define SKIP_WITHOUT_EGL()                                        \
+  if (const std::string why = WhyNoPicture(); !why.empty()) {     \
+    GTEST_SKIP() << "no picture can be drawn here: " << why;      \
+  }
+
+const std::string kScene = (kSource / "scenes" / "liver_palpation.toml").string();
+
+TEST_F(Flow, LockstepRunGivesTheSameLogAndPictureTwice) {
+  SKIP_WITHOUT_EGL();
+  for (const char* name : {"a", "b"}) {
+    const Outcome outcome = Hpdm("run " + kScene + " --clock lockstep --seconds 3 --fps 1 --out " +
+                                 Folder(name));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  for (const char* file : {"session.lcmlog", "timeline.csv", "deepest.png", "last.png"}) {
+    const std::string a = ReadFile(folder_ / "a" / file), b = ReadFile(folder_ / "b" / file);
+    EXPECT_GT(a.size(), 1000u) << file;
+    EXPECT_TRUE(a == b) << file << " differs between two lockstep runs";
+  }
+}
+
+TEST_F(Flow, HandFeelsTheLiverAndTheLiverIsDented) {
+  SKIP_WITHOUT_EGL();
+  const Outcome outcome =
+      Hpdm("run " + kScene + " --clock lockstep --seconds 4 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  EXPECT_EQ(summary, Json::parse(ReadFile(folder_ / "s" / "summary.json")));
+  EXPECT_EQ(summary["haptic"]["ticks"], 4000);
+  EXPECT_EQ(summary["log"]["ticks"], 4000);
+  EXPECT_EQ(summary["log"]["ticks_lost"], 0);
+  const Json& probe = summary["tools"][0];
+  EXPECT_GT(probe["peak_force_N"], 0.3);
+  EXPECT_LT(probe["peak_force_N"], 8.9);
+  EXPECT_GT(probe["contact_time_s"], 0.5);
+  EXPECT_GT(probe["deepest_press_m"], 0.005);
+  EXPECT_LT(probe["deepest_press_m"], 0.03);
+}
+
+TEST_F(Flow, RealClockAccountsForEveryTickAndStepsAtThirtyHertz) {
+  SKIP_WITHOUT_EGL();
+  const Outcome outcome = Hpdm("run " + kScene + " --seconds 3 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  const Json& haptic = summary["haptic"];
+  EXPECT_EQ(haptic["ticks"].get<long>() + haptic["skipped"]["total"].get<long>(), 3000);
+  // How many are skipped is the machine's affair; that every one that ran is in the log is ours.
+  EXPECT_EQ(summary["log"]["ticks"], haptic["ticks"]);
+  EXPECT_GT(summary["deformation"]["steps"], 0);
+  for (const char* file : {"session.lcmlog", "scene.toml", "summary.json", "timeline.csv",
+                           "deepest.png", "last.png"}) {
+    EXPECT_TRUE(fs::exists(folder_ / "s" / file)) << file;
+  }
+}
+
+TEST_F(Flow, TwoInstrumentsShareTheLiver) {
+  SKIP_WITHOUT_EGL();
+  std::string text = ReadFile(kScene);
+  const std::string mesh = "meshes/";
+  for (std::size_t at = text.find(mesh); at != std::string::npos; at = text.find(mesh, at + 100)) {
+    text.insert(at, (kSource / "scenes").string() + "/");
+  }
+  text += R"(
+[[instrument]]
+name = "grasper"
+type = "grasper"
+trocar = [-0.06, -0.12, 0.15]
+  [instrument.hand]
+  script = "grasp_lift"
+  seed = 3
+)";
+  std::ofstream(folder_ / "two.toml") << text;
+  const Outcome outcome = Hpdm("run " + Folder("two.toml") +
+                               " --clock lockstep --seconds 6 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json tools = Json::parse(outcome.out)["tools"];
+  ASSERT_EQ(tools.size(), 2u);
+  for (const Json& tool : tools) EXPECT_GT(tool["contact_time_s"], 0.5) << tool["name"];
+}
+
+TEST_F(Flow, SameSessionRunsOnAnotherLiverByMeshUnitAndPose) {
+  SKIP_WITHOUT_EGL();
+  const fs::path mesh = kSharedData / "organs" / "sofa_liver-smooth.obj";
+  if (!fs::exists(mesh)) GTEST_SKIP() << "shared test data is absent: " << mesh;
+  std::string text = ReadFile(kScene);
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  };
+  replace("mesh = \"meshes/liver_1332.obj\"", "mesh = \"" + mesh.string() + "\"");
+  replace("unit = \"m\"", "unit = 0.031");
+  replace("meshes/probe", (kSource / "scenes" / "meshes" / "probe").string());
+  replace("  [organ.lattice]",
+          "  [organ.pose]\n  position = [0.08, 0.02, -0.1]\n\n  [organ.lattice]");
+  std::ofstream(folder_ / "other.toml") << text;
+  const Outcome outcome = Hpdm("run " + Folder("other.toml") +
+                               " --clock lockstep --seconds 4 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(Json::parse(outcome.out)["tools"][0]["contact_time_s"], 0.5);
+}
+
+TEST_F(Flow, InterruptClosesTheLogAndWritesTheSummary) {
+  SKIP_WITHOUT_EGL();
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string out = Folder(std::to_string(signal));
+    const pid_t child = fork();
+    if (child == 0) {
+      freopen("/dev/null", "w", stdout);
+      execl(kProgram.c_str(), "hpdm", "run", kScene.c_str(), "--out", out.c_str(), nullptr);
+      _exit(127);
+    }
+    // Ready once the log holds more than its first events.
+    const fs::path log = fs::path(out) / "session.lcmlog";
+    for (int i = 0; i < 600; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      std::error_code none;
+      if (fs::file_size(log, none) > 300'000 && !none) break;
+    }
+    ASSERT_EQ(kill(child, signal), 0);
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    const Json summary = Json::parse(ReadFile(fs::path(out) / "summary.json"));
+    EXPECT_TRUE(summary["interrupted"]);
+    EXPECT_EQ(summary["log"]["ticks"], summary["haptic"]["ticks"]);
+  }
+}
+
+TEST_F(Flow, BadInputIsOneLineAndExitTwo) {
+  std::ofstream(folder_ / "typo.toml") << "[scene]\nnmae = \"x\"\n";
+  const std::string missing = Folder("missing.toml"), typo = Folder("typo.toml");
+  for (const std::string& arguments :
+       {std::string(), std::string("fly"), "run " + missing, "check " + missing, "check " + typo,
+        "inspect " + Folder("missing.obj"), "run " + kScene + " --device piano",
+        "run " + kScene + " --clock lockstep", "run " + kScene + " --size wide --out " + Folder("x"),
+        "run " + kScene + " --window", "generate nothing --out " + Folder("g")}) {
+    const Outcome outcome = Hpdm(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1)
+        << arguments << "\n" << outcome.err;
+  }
+}
+
+TEST_F(Flow, SessionFolderIsNeverOverwritten) {
+  SKIP_WITHOUT_EGL();
+  const std::string run =
+      "run " + kScene + " --clock lockstep --seconds 0.1 --fps 0 --out " + Folder("s");
+  ASSERT_EQ(Hpdm(run).exit_code, 0);
+  const std::string log = ReadFile(folder_ / "s" / "session.lcmlog");
+  const Outcome again = Hpdm(run);
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("--out"), std::string::npos);
+  EXPECT_EQ(ReadFile(folder_ / "s" / "session.lcmlog"), log);
+}
+
+TEST_F(Flow, CheckSaysWhatWouldBeBuilt) {
+  const Outcome outcome = Hpdm("check --json " + kScene);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json facts = Json::parse(outcome.out);
+  const Json& liver = facts["organs"][0];
+  EXPECT_EQ(liver["triangles"], 1332);
+  EXPECT_NEAR(liver["tissue_volume_m3"].get<double>(), 1.5e-3, 0.05e-3);
+  EXPECT_GT(liver["control_points"], 100);
+  EXPECT_LT(liver["control_points"], 217);
+}
+
+TEST_F(Flow, InspectStatesTheFactsOfAMesh) {
+  const Outcome outcome =
+      Hpdm("inspect --json " + (kSource / "scenes" / "meshes" / "liver_274.obj").string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json facts = Json::parse(outcome.out);
+  EXPECT_EQ(facts["triangles"], 274);
+  EXPECT_EQ(facts["vertices"], 139);
+  EXPECT_EQ(facts["boundary_edges"], 0);
+  EXPECT_EQ(facts["nonmanifold_edges"], 0);
+  EXPECT_EQ(facts["components"], 1);
+  EXPECT_NEAR(facts["volume_m3"].get<double>(), 1.5e-3, 0.1e-3);
+  EXPECT_TRUE(facts.contains("repairs"));
+}
+
+TEST_F(Flow, InstalledEngineCanBeEmbedded) {
+  const std::string prefix = Folder("prefix"), build = Folder("embed");
+  const auto shell = [&](const std::string& command) {
+    return std::system((command + " >>" + Folder("log") + " 2>&1").c_str());
+  };
+  ASSERT_EQ(shell("cmake --install " HPDM_BINARY_DIR " --prefix " + prefix), 0)
+      << ReadFile(folder_ / "log");
+  ASSERT_EQ(shell("cmake -S " + (kSource / "tests" / "embed").string() + " -B " + build +
+                  " -DCMAKE_PREFIX_PATH=" + prefix + " -DCMAKE_CXX_FLAGS='" HPDM_LINK_FLAGS "'"),
+            0)
+      << ReadFile(folder_ / "log");
+  ASSERT_EQ(shell("cmake --build " + build), 0) << ReadFile(folder_ / "log");
+  ASSERT_EQ(shell(build + "/embed " + prefix + "/share/hpdm/scenes/meshes/liver_274.obj"), 0)
+      << ReadFile(folder_ / "log");
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace hpdm {
+
+/// Each adds one subcommand whose work runs while the command line is parsed. Bad input throws
+/// InputError, a machine that lacks something MachineError, a failed check CLI::RuntimeError(1).
+void AddRunCommand(CLI::App& app);
+void AddCheckCommand(CLI::App& app);
+void AddInspectCommand(CLI::App& app);
+void AddGenerateCommand(CLI::App& app);
+
+}  // namespace hpdm

@@ -1,0 +1,303 @@
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <fstream>
+#include <iostream>
+#include <latch>
+#include <limits>
+#include <memory>
+#include <thread>
+
+#include "engine/error.h"
+#include "engine/loop_schedule.h"
+#include "engine/realtime.h"
+#include "engine/session_clock.h"
+#include "render/egl_context.h"
+#include "tools/commands.h"
+#include "tools/plot_timeline.h"
+#include "tools/python_plot.h"
+#include "tools/run_summary.h"
+#include "tools/session.h"
+#include "tools/session_folder.h"
+
+namespace hpdm {
+namespace {
+
+struct RunOptions {
+  std::string scene;
+  double seconds = 0;  // 0: until a signal
+  std::string out = "out/session";
+  double frames_per_second = 2;
+  std::string size = "640x480";
+  std::string clock = "real";
+  std::string device = "sim";
+  bool headless = false;
+  bool window = false;
+  bool live = false;
+  bool require_realtime = false;
+  bool json = false;
+
+  bool Lockstep() const { return clock == "lockstep"; }
+};
+
+// SIGINT and SIGTERM ask for a clean end. They are blocked before any thread is started, which
+// inherits that, and taken here by the main thread alone.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGINT);
+    sigaddset(&signals_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+  // True when one came within the time (less than a second).
+  bool WaitFor(long nanoseconds) const {
+    const timespec wait = {0, nanoseconds};
+    return sigtimedwait(&signals_, nullptr, &wait) > 0;
+  }
+
+ private:
+  sigset_t signals_;
+};
+
+// The loops of one session and what they need to run.
+struct Loops {
+  Session& session;
+  HapticLoop& haptics;
+  DeformationLoop& deformation;
+  RenderLoop& render;
+  TelemetryLoop& telemetry;
+  const StopSignals& signals;
+  std::uint64_t end_tick;
+};
+
+// The real clock, one thread a loop:
+//
+//     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz) --SceneSnapshot--> render
+//        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
+//        '-effort-'  '---HapticSample queue, every tick------------------------^
+//
+// The loops start together once every thread has asked for its real-time state. The haptic thread
+// ends the session at its last tick; the telemetry ends last, so that it drains everything.
+RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool require_realtime) {
+  RunRecord record;
+  RealtimeReport process, haptic, deformation;
+  std::latch ready(2), go(1);
+  std::atomic<bool> haptic_done = false;
+  RealtimeOptions locked;
+  locked.lock_memory = true;
+  process = RequestRealtime(locked);
+
+  std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
+  std::jthread deformation_thread([&](std::stop_token stop) {
+    deformation =
+        RequestRealtime({.fifo_priority = 40, .prefault_stack = true, .core_from_last = 1});
+    ready.count_down();
+    go.wait();
+    RealLoopClock loop_clock(clock);
+    const int hz = loops.session.scene().timing.deformation_hz;
+    record.deformation =
+        RunOnSchedule({.start_ns = clock.Now(), .period_ns = kNanosecondsPerSecond / hz}, stop,
+                      loop_clock, [&](std::uint64_t, Nanoseconds due, const TickTiming& timing) {
+                        record.deformation_wake_late.Add(timing.wake_late_ns);
+                        loops.deformation.Step(loops.deformation.NewestTools(), due);
+                      });
+  });
+  std::jthread haptic_thread([&](std::stop_token stop) {
+    haptic = RequestRealtime({.fifo_priority = 80, .prefault_stack = true, .core_from_last = 0});
+    ready.count_down();
+    go.wait();
+    RealLoopClock loop_clock(clock);
+    record.haptic = loops.haptics.RunRealClock(stop, loop_clock, clock.Now(), loops.end_tick);
+    haptic_done = true;
+  });
+  std::jthread render_thread([&](std::stop_token stop) {
+    go.wait();
+    loops.render.Run(stop);
+  });
+
+  ready.wait();
+  record.realtime = {{"process", process}, {"haptic", haptic}, {"deformation", deformation}};
+  std::string refused;
+  for (const auto& [thread, report] : record.realtime) {
+    if (!report.Complete()) refused = thread + " thread: " + report.Lines().front();
+  }
+  const bool may_run = !require_realtime || refused.empty();
+  if (may_run) loops.session.EnableForces(true);
+  go.count_down();
+  while (may_run && !haptic_done && !record.interrupted) {
+    record.interrupted = loops.signals.WaitFor(20'000'000);
+  }
+  for (std::jthread* thread :
+       {&haptic_thread, &deformation_thread, &render_thread, &telemetry_thread}) {
+    thread->request_stop();
+    thread->join();
+  }
+  loops.session.EnableForces(false);
+  if (!may_run) {
+    throw MachineError("--require-rt: " + refused +
+                       "; run as root or raise the rtprio and memlock limits");
+  }
+  return record;
+}
+
+// The lockstep clock: one thread, virtual time. Step j takes the tool state of tick
+// ceil(j haptic_hz / deformation_hz) and is seen patch_delay_ticks later. It is computed when it
+// becomes visible, from the state kept at its start, which gives the same result.
+RunRecord RunInLockstep(const Loops& loops) {
+  RunRecord record;
+  record.lockstep = true;
+  const TimingOptions& timing = loops.session.scene().timing;
+  const std::uint64_t delay = timing.patch_delay_ticks;
+  const auto step_tick = [&](std::uint64_t step) {
+    return (step * timing.haptic_hz + timing.deformation_hz - 1) / timing.deformation_hz;
+  };
+  std::deque<ToolState> begun;
+  std::uint64_t steps_begun = 0;
+  loops.session.EnableForces(true);
+  for (std::uint64_t tick = 0; tick < loops.end_tick && !record.interrupted; ++tick) {
+    if (!begun.empty() && tick == begun.front().tick + delay) {
+      loops.deformation.Step(begun.front(), begun.front().time_ns);
+      begun.pop_front();
+      ++record.deformation.ticks;
+      loops.render.Frame();
+      loops.telemetry.Drain();
+      record.interrupted = loops.signals.WaitFor(0);
+    }
+    loops.haptics.Tick(tick, static_cast<Nanoseconds>(tick) * loops.session.haptic_period_ns(), {});
+    ++record.haptic.ticks;
+    if (tick == step_tick(steps_begun)) {
+      begun.push_back(loops.deformation.NewestTools());
+      ++steps_begun;
+    }
+  }
+  loops.session.EnableForces(false);
+  loops.telemetry.Finish();
+  loops.render.EndOnThisThread();
+  return record;
+}
+
+RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session,
+                              const SessionFolder& folder) {
+  RenderOptions render;
+  char end;
+  if (std::sscanf(options.size.c_str(), "%dx%d%c", &render.width, &render.height, &end) != 2) {
+    throw InputError("--size " + options.size + ": is not WIDTHxHEIGHT, such as 640x480");
+  }
+  render.max_hz = session.scene().timing.render_hz;
+  if (options.frames_per_second > 0) {
+    render.frame_folder = folder.File("frames");
+    render.frame_fps = options.frames_per_second;
+  }
+  return render;
+}
+
+TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const Session& session,
+                                    const SessionFolder& folder) {
+  TelemetryOptions telemetry;
+  telemetry.live = options.live;
+  telemetry.timeline_path = folder.File("timeline.csv");
+  telemetry.haptic_period = session.haptic_period_ns();
+  if (!options.Lockstep()) {
+    telemetry.epoch_us = std::chrono::duration_cast<std::chrono::microseconds>(
+                             std::chrono::system_clock::now().time_since_epoch())
+                             .count();
+  }
+  return telemetry;
+}
+
+void WritePicture(const Image& image, const SessionFolder& folder, const std::string& name) {
+  if (image.width > 0) WritePng(folder.File(name), image);
+}
+
+void Run(const RunOptions& options) {
+  if (options.window) {
+    throw InputError("--window: this version draws without a window; leave it out");
+  }
+  if (options.device != "sim") {
+    throw InputError("--device " + options.device +
+                     ": this version has the simulated device only; use --device sim");
+  }
+  if (options.Lockstep() && options.seconds <= 0) {
+    throw InputError("--clock lockstep: its length is missing; add --seconds N");
+  }
+  const StopSignals signals;  // before any thread
+  Session session(LoadScene(options.scene));
+  for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
+  EglContext();  // a machine that cannot draw says so before the session starts
+  const SessionFolder folder(options.out, session.scene());
+
+  const SessionClock clock;
+  std::function<Nanoseconds()> stopwatch;
+  if (!options.Lockstep()) stopwatch = [&clock] { return clock.Now(); };
+  HapticLoop haptics(session.HapticInstruments(), session.haptic_period_ns(),
+                     {session.tool_states, session.patches, session.samples});
+  DeformationLoop deformation(
+      session.organs(), session.DeformationTools(),
+      {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes},
+      stopwatch);
+  RenderLoop render(
+      session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope,
+      RenderOptionsOf(options, session, folder), *session.render_scenes,
+      stopwatch ? stopwatch : [] { return Nanoseconds{0}; });
+  TelemetryLoop telemetry(&session.samples, session.telemetry_scenes.get(),
+                          folder.File("session.lcmlog"),
+                          TelemetryOptionsOf(options, session, folder), session.Info());
+  const std::uint64_t end_tick =
+      options.seconds > 0 ? static_cast<std::uint64_t>(
+                                std::llround(options.seconds * session.scene().timing.haptic_hz))
+                          : std::numeric_limits<std::uint64_t>::max();
+  const Loops loops{session, haptics, deformation, render, telemetry, signals, end_tick};
+  const RunRecord record = options.Lockstep()
+                               ? RunInLockstep(loops)
+                               : RunOnRealClock(loops, clock, options.require_realtime);
+
+  WritePicture(render.deepest_image(), folder, "deepest.png");
+  WritePicture(render.image(), folder, "last.png");
+  const std::string no_plot = RunPlotScript(
+      kPlotTimelineScript, {folder.File("timeline.csv"), folder.File("timeline.png")});
+  if (!no_plot.empty()) std::cerr << "hpdm: note: " << no_plot << "\n";
+  const nlohmann::ordered_json summary = RunSummary(session, record, telemetry.Summary(), &render);
+  std::ofstream(folder.File("summary.json")) << summary.dump(2) << "\n";
+  if (options.json) {
+    std::cout << summary.dump(2) << "\n";
+  } else {
+    std::cout << ReadableSummary(summary) << "session folder: " << folder.path().string()
+              << " (deepest.png, timeline.png, summary.json, session.lcmlog)\n";
+  }
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app) {
+  auto options = std::make_shared<RunOptions>();
+  CLI::App* run = app.add_subcommand("run", "Run a session of a scene");
+  run->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
+  run->add_option("--seconds", options->seconds, "Length; without it, until SIGINT or SIGTERM")
+      ->check(CLI::Range(0.001, 1e6));
+  run->add_option("--out", options->out, "Session folder to make")->capture_default_str();
+  run->add_flag("--headless", options->headless, "Draw without a window (always, for now)");
+  run->add_flag("--window", options->window, "Draw in a window (not in this version)");
+  run->add_option("--fps", options->frames_per_second,
+                  "Pictures a second kept in frames/; 0 keeps none")
+      ->check(CLI::Range(0.0, 240.0))
+      ->capture_default_str();
+  run->add_option("--size", options->size, "Picture, WIDTHxHEIGHT")->capture_default_str();
+  run->add_option("--clock", options->clock, "real, or lockstep: one thread, virtual time")
+      ->check(CLI::IsMember({"real", "lockstep"}))
+      ->capture_default_str();
+  run->add_option("--device", options->device, "Device that moves the instruments: sim")
+      ->capture_default_str();
+  run->add_flag("--live", options->live,
+                "Publish over LCM too (LCM_DEFAULT_URL, or this machine's multicast)");
+  run->add_flag("--require-rt", options->require_realtime,
+                "Exit with 3 when the system refuses real-time scheduling or memory locking");
+  run->add_flag("--json", options->json, "Print the summary as JSON");
+  run->callback([options] { Run(*options); });
+}
+
+}  // namespace hpdm

@@ -1,0 +1,153 @@
+#include "tools/run_summary.h"
+
+#include <cstdio>
+
+#include "tools/json_figures.h"
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json SkippedToJson(const SkippedTicks& skipped) {
+  return {{"total", skipped.Total()},
+          {"late_wake_up", skipped.late_wake_up},
+          {"long_compute", skipped.long_compute},
+          {"stalled", skipped.stalled}};
+}
+
+Json HapticToJson(const RunRecord& record, const SessionSummary& session) {
+  return {{"rate_hz", session.haptic_hz},
+          {"ticks", record.haptic.ticks},
+          {"skipped", SkippedToJson(record.haptic.skipped)},
+          {"wake_up", ToJson(session.wake_late)},
+          {"compute", ToJson(session.compute)},
+          {"patch_age", ToJson(session.patch_age)}};
+}
+
+Json DeformationToJson(const RunRecord& record, const SessionSummary& session) {
+  return {{"rate_hz", session.deformation_hz},
+          {"steps", record.deformation.ticks},
+          {"skipped", SkippedToJson(record.deformation.skipped)},
+          {"wake_up", ToJson(record.deformation_wake_late)},
+          {"compute", ToJson(session.step_compute)}};
+}
+
+Json RenderToJson(const RenderLoop& render, double seconds) {
+  const RenderStatistics& statistics = render.statistics();
+  return {{"rate_hz", seconds > 0 ? static_cast<double>(statistics.drawn) / seconds : 0},
+          {"frames", statistics.drawn},
+          {"dropped", statistics.dropped},
+          {"frames_written", render.frames_written()},
+          {"compute", ToJson(statistics.compute)},
+          {"device_to_photon", ToJson(statistics.device_to_photon)},
+          {"renderer", statistics.renderer},
+          {"failure", render.failure()}};
+}
+
+Json ToolsToJson(const Session& session, const SessionSummary& summary) {
+  Json tools = Json::array();
+  for (int t = 0; t < summary.tool_count; ++t) {
+    const ToolSummary& tool = summary.tools[t];
+    tools.push_back({{"name", session.scene().instruments[t].name},
+                     {"peak_force_N", tool.peak_force},
+                     {"mean_force_N", tool.mean_force},
+                     {"contact_time_s", tool.contact_time},
+                     {"deepest_press_m", tool.deepest_press}});
+  }
+  return tools;
+}
+
+Json RealtimeToJson(const RunRecord& record) {
+  Json threads = Json::object();
+  for (const auto& [thread, report] : record.realtime) threads[thread] = report.Lines();
+  return threads;
+}
+
+std::string Line(const char* format, auto... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+std::string LoopLine(const char* name, const Json& loop, const char* unit_count) {
+  return Line(
+      "%-12s %8.2f Hz  %8ld %-7s %4ld skipped   wake-up p99 %8.1f us   compute p50 %8.1f p99 %8.1f "
+      "us\n",
+      name, loop["rate_hz"].get<double>(), loop[unit_count].get<long>(), unit_count,
+      loop["skipped"]["total"].get<long>(), loop["wake_up"]["p99_us"].get<double>(),
+      loop["compute"]["p50_us"].get<double>(), loop["compute"]["p99_us"].get<double>());
+}
+
+}  // namespace
+
+Json RunSummary(const Session& session, const RunRecord& record, const TelemetrySummary& telemetry,
+                const RenderLoop* render) {
+  const SessionSummary& figures = telemetry.session;
+  const double seconds =
+      static_cast<double>(record.haptic.Periods()) * ToSeconds(session.haptic_period_ns());
+  Json summary = {{"scene", session.scene().name},
+                  {"clock", record.lockstep ? "lockstep" : "real"},
+                  {"seconds", seconds},
+                  {"interrupted", record.interrupted},
+                  {"haptic", HapticToJson(record, figures)},
+                  {"deformation", DeformationToJson(record, figures)}};
+  if (render != nullptr) summary["render"] = RenderToJson(*render, seconds);
+  summary["tools"] = ToolsToJson(session, figures);
+  summary["log"] = {{"events", telemetry.log.events},
+                    {"dropped", telemetry.log.dropped},
+                    {"bytes", telemetry.log.bytes},
+                    {"ticks", figures.ticks},
+                    {"ticks_lost", telemetry.queue_overflows},
+                    {"steps_lost", figures.steps_lost},
+                    {"failure", telemetry.log.Explain()}};
+  summary["realtime"] = RealtimeToJson(record);
+  summary["remarks"] = session.remarks();
+  return summary;
+}
+
+std::string ReadableSummary(const Json& summary) {
+  std::string text =
+      Line("%s: %.1f s on the %s clock%s\n", summary["scene"].get<std::string>().c_str(),
+           summary["seconds"].get<double>(), summary["clock"].get<std::string>().c_str(),
+           summary["interrupted"].get<bool>() ? ", interrupted" : "");
+  text += LoopLine("haptic", summary["haptic"], "ticks");
+  const Json& skipped = summary["haptic"]["skipped"];
+  if (skipped["total"].get<long>() > 0) {
+    text += Line(
+        "             skipped for: late wake-up %ld, long compute %ld, host took the core %ld\n",
+        skipped["late_wake_up"].get<long>(), skipped["long_compute"].get<long>(),
+        skipped["stalled"].get<long>());
+  }
+  text += LoopLine("deformation", summary["deformation"], "steps");
+  if (summary.contains("render")) {
+    const Json& render = summary["render"];
+    text += Line("%-12s %8.2f Hz  %8ld frames  %4ld dropped   compute p50 %8.1f p99 %8.1f us\n",
+                 "render", render["rate_hz"].get<double>(), render["frames"].get<long>(),
+                 render["dropped"].get<long>(), render["compute"]["p50_us"].get<double>(),
+                 render["compute"]["p99_us"].get<double>());
+    const std::string failure = render["failure"];
+    if (!failure.empty()) text += "             " + failure + "\n";
+  }
+  text += Line("patch age at the haptic tick: p50 %.1f ms, p99 %.1f ms\n",
+               summary["haptic"]["patch_age"]["p50_us"].get<double>() / 1000,
+               summary["haptic"]["patch_age"]["p99_us"].get<double>() / 1000);
+  for (const Json& tool : summary["tools"]) {
+    text +=
+        Line("%s: peak force %.2f N, mean %.2f N over %.1f s of contact, deepest press %.1f mm\n",
+             tool["name"].get<std::string>().c_str(), tool["peak_force_N"].get<double>(),
+             tool["mean_force_N"].get<double>(), tool["contact_time_s"].get<double>(),
+             1000 * tool["deepest_press_m"].get<double>());
+  }
+  const Json& log = summary["log"];
+  text += Line("log: %ld events, %.1f MB, %ld ticks lost\n", log["events"].get<long>(),
+               static_cast<double>(log["bytes"].get<long>()) / 1e6, log["ticks_lost"].get<long>());
+  const std::string failure = log["failure"];
+  if (!failure.empty()) text += "log: " + failure + "\n";
+  for (const auto& [thread, lines] : summary["realtime"].items()) {
+    for (const Json& line : lines) text += thread + ": " + line.get<std::string>() + "\n";
+  }
+  return text;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/histogram.h"
+#include "engine/loop_schedule.h"
+#include "engine/realtime.h"
+#include "lcmtypes/telemetry_loop.h"
+#include "render/render_loop.h"
+#include "tools/session.h"
+
+namespace hpdm {
+
+/// What the threads of a run left behind.
+struct RunRecord {
+  bool interrupted = false;  ///< By a signal, before the asked time was over.
+  bool lockstep = false;
+  TickCount haptic;
+  TickCount deformation;
+  Histogram deformation_wake_late;                               ///< ns; real clock only.
+  std::vector<std::pair<std::string, RealtimeReport>> realtime;  ///< By thread.
+};
+
+/// summary.json: rates, percentiles, skipped ticks by cause, forces, the real-time state granted.
+/// `render` is null when nothing was drawn.
+nlohmann::ordered_json RunSummary(const Session& session, const RunRecord& record,
+                                  const TelemetrySummary& telemetry, const RenderLoop* render);
+
+/// The same for people, a few lines.
+std::string ReadableSummary(const nlohmann::ordered_json& summary);
+
+}  // namespace hpdm

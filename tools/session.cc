@@ -1,0 +1,149 @@
+#include "tools/session.h"
+
+#include <utility>
+
+#include "engine/error.h"
+#include "engine/mesh_import.h"
+#include "haptics/sim_device.h"
+
+namespace hpdm {
+
+Session::Session(Scene scene) : scene_(std::move(scene)) {
+  BuildOrgans();
+  BuildInstruments();
+  const int tools = static_cast<int>(scene_.instruments.size());
+  render_scenes = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
+  telemetry_scenes =
+      std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, false));
+}
+
+void Session::BuildOrgans() {
+  organs_.reserve(scene_.organs.size());
+  for (const OrganOptions& options : scene_.organs) {
+    organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
+    const std::vector<std::string>& warnings = organs_.back().warnings();
+    remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
+  }
+}
+
+void Session::BuildInstruments() {
+  for (const InstrumentOptions& instrument : scene_.instruments) {
+    instrument_meshes_.push_back(instrument.mesh.empty() ? SurfaceMesh()
+                                                         : ImportMesh(instrument.mesh, 1.0).mesh);
+    const HandSite site = SiteOf(instrument);
+    kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
+                             instrument.device);
+    devices_.push_back(std::make_unique<SimDevice>(instrument.device, kinematics_.back(),
+                                                   SimulatedHand(instrument.hand, site)));
+  }
+}
+
+// Where a hand goes when the scene does not say: where the line from its trocar to the middle of
+// the organ's tissue enters the surface.
+HandSite Session::SiteOf(const InstrumentOptions& instrument) const {
+  const OrganModel* organ = nullptr;
+  for (const OrganModel& candidate : organs_) {
+    if (candidate.options().name == instrument.hand.organ) organ = &candidate;
+  }
+  if (organ == nullptr) {
+    throw InputError("instrument \"" + instrument.name + "\": no organ for the hand to go to");
+  }
+  const SurfaceMesh& rest = organ->rest();
+  const SurfaceTree tree(rest.vertices, rest.triangles);
+  const Box bounds = AxisAlignedBounds(rest.vertices);
+  const double size = (bounds.max - bounds.min).norm();
+  SurfacePoint at;
+  if (instrument.hand.target.has_value()) {
+    at = tree.Closest(*instrument.hand.target, 10 * size).at;
+  } else {
+    at = tree.FirstEntry(instrument.p_trocar_W, organ->centre_of_volume_W()).at;
+  }
+  if (at.triangle < 0) {
+    throw InputError("instrument \"" + instrument.name +
+                     "\": its hand finds no surface of organ \"" + instrument.hand.organ +
+                     "\"; set instrument.hand.target near it, or the trocar outside of it");
+  }
+  HandSite site;
+  site.p_target_W = at.Position(rest.vertices, rest.triangles);
+  site.normal_W = InterpolatedNormal(rest.vertices, rest.triangles, organ->topology(), at);
+  site.p_trocar_W = instrument.p_trocar_W;
+  site.organ_size = size;
+  return site;
+}
+
+void Session::EnableForces(bool on) {
+  for (const std::unique_ptr<Device>& device : devices_) {
+    if (on) device->Home();
+    device->EnableForce(on);
+  }
+}
+
+std::vector<HapticInstrument> Session::HapticInstruments() const {
+  std::vector<HapticInstrument> instruments;
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    const InstrumentOptions& options = scene_.instruments[i];
+    ForceGuardOptions guard;
+    guard.max_force = options.device.max_force;
+    guard.max_torque = options.device.max_torque;
+    guard.max_force_rate = options.device.max_force_rate;
+    guard.period = 1.0 / scene_.timing.haptic_hz;
+    guard.stale_age_ns = 4 * kNanosecondsPerSecond / scene_.timing.deformation_hz;
+    instruments.push_back({devices_[i].get(), kinematics_[i], options.tip_radius, guard});
+  }
+  return instruments;
+}
+
+std::vector<ToolOptions> Session::DeformationTools() const {
+  std::vector<ToolOptions> tools;
+  for (const InstrumentOptions& options : scene_.instruments) {
+    tools.push_back({.tip_radius = options.tip_radius,
+                     .shaft_radius = options.shaft_radius,
+                     .can_grasp = options.type == InstrumentType::kGrasper,
+                     .k1 = options.k1,
+                     .k2 = options.k2});
+  }
+  return tools;
+}
+
+std::vector<OrganView> Session::OrganViews() const {
+  std::vector<OrganView> views;
+  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest()});
+  return views;
+}
+
+std::vector<InstrumentView> Session::InstrumentViews() const {
+  std::vector<InstrumentView> views;
+  for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
+    const bool drawn_as_capsule = instrument_meshes_[i].vertices.rows() == 0;
+    views.push_back({.mesh = drawn_as_capsule ? nullptr : &instrument_meshes_[i],
+                     .tip_radius = scene_.instruments[i].tip_radius,
+                     .shaft_radius = scene_.instruments[i].shaft_radius});
+  }
+  return views;
+}
+
+SessionInfo Session::Info() const {
+  SessionInfo info;
+  for (const InstrumentOptions& options : scene_.instruments) {
+    info.instruments.push_back(options.name);
+  }
+  for (const OrganModel& organ : organs_) {
+    const Lattice& lattice = organ.lattice();
+    const TensorBasis& basis = lattice.basis();
+    LatticeDescription description;
+    description.basis = basis.axis(0).type();
+    for (int d = 0; d < 3; ++d) {
+      description.degree[d] = basis.axis(d).degree();
+      description.cells[d] = basis.axis(d).cells();
+    }
+    description.origin_W = lattice.box().origin_W;
+    description.axes = lattice.box().axes;
+    description.lengths = lattice.box().lengths;
+    description.kept = lattice.kept();
+    info.organs.push_back(
+        {organ.options().name, organ.rest().vertices, organ.rest().triangles, description});
+  }
+  return info;
+}
+
+}  // namespace hpdm

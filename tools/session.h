@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/deformation_loop.h"
+#include "engine/organ.h"
+#include "engine/snapshots.h"
+#include "engine/spsc_queue.h"
+#include "engine/triple_buffer.h"
+#include "haptics/hand_script.h"
+#include "haptics/haptic_loop.h"
+#include "lcmtypes/telemetry_loop.h"
+#include "render/render_loop.h"
+#include "scenes/scene.h"
+
+namespace hpdm {
+
+/// Everything that a scene describes, built and owned in one place: the constant organs, the
+/// devices, and the edges between the loops (snapshots.h). The loops themselves are made by the
+/// command that runs them, which is where the threads are wired. Main thread.
+class Session {
+ public:
+  /// Builds what `scene` says. Throws InputError.
+  explicit Session(Scene scene);
+
+  const Scene& scene() const { return scene_; }
+  const std::vector<OrganModel>& organs() const { return organs_; }
+  /// Repairs of the meshes and things that are probably not meant, one line each.
+  const std::vector<std::string>& remarks() const { return remarks_; }
+
+  Nanoseconds haptic_period_ns() const { return kNanosecondsPerSecond / scene_.timing.haptic_hz; }
+
+  /// Homes the devices and switches their forces on (or off, at the end).
+  void EnableForces(bool on);
+
+  // What the loops are made of.
+  std::vector<HapticInstrument> HapticInstruments() const;
+  std::vector<ToolOptions> DeformationTools() const;
+  std::vector<OrganView> OrganViews() const;
+  std::vector<InstrumentView> InstrumentViews() const;
+  SessionInfo Info() const;
+
+  // The edges. Two seconds of samples fit the queue: a telemetry thread that a disk holds up for
+  // less loses nothing.
+  TripleBuffer<ToolState> tool_states;
+  TripleBuffer<ContactPatch> patches;
+  std::unique_ptr<TripleBuffer<SceneSnapshot>> render_scenes;
+  std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_scenes;
+  SpscQueue<HapticSample> samples{2048};
+
+ private:
+  void BuildOrgans();
+  void BuildInstruments();
+  HandSite SiteOf(const InstrumentOptions& instrument) const;
+
+  Scene scene_;
+  std::vector<OrganModel> organs_;
+  std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
+  std::vector<ImpulseEngineKinematics> kinematics_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::vector<std::string> remarks_;
+};
+
+}  // namespace hpdm

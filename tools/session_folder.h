@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "scenes/scene.h"
+
+namespace hpdm {
+
+/// The folder that a session leaves behind.
+///
+///     session.lcmlog   every tick and step (lcmtypes/)
+///     scene.toml       the scene as it was read
+///     summary.json     the session in figures
+///     timeline.csv     force and depth at 100 Hz, timeline.png its plot
+///     deepest.png      the picture at the deepest contact, last.png the last one
+///     frames/          pictures at --fps
+class SessionFolder {
+ public:
+  /// Makes the folder and copies the scene's text. Throws InputError when the folder cannot be
+  /// written, or already holds a session, which is never overwritten.
+  SessionFolder(const std::filesystem::path& path, const Scene& scene);
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path File(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace hpdm
