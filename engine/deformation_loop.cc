@@ -47,7 +47,9 @@ void DeformationLoop::Collide(const ToolState& tools) {
     state.tree.Refit(state.vertices);
     state.contacts.Clear();
   }
-  for (std::size_t t = 0; t < contacts_.size(); ++t) {
+  // No tool has a pose before the haptic loop's first tick.
+  HPDM_CHECK(tools.tool_count <= static_cast<int>(contacts_.size()));
+  for (int t = 0; t < tools.tool_count; ++t) {
     if (!contacts_[t].AddContacts(tools.tools[t], models_, &states_)) {
       record_.flags |= kStepContactsDropped;
     }
@@ -103,8 +105,8 @@ void DeformationLoop::RelocateVertices() {
 // Stage D: what the haptic loop needs until the next step.
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   ContactPatch& patch = edges_.patch.Back();
-  patch.tool_count = static_cast<int>(contacts_.size());
-  for (std::size_t t = 0; t < contacts_.size(); ++t) {
+  patch.tool_count = tools.tool_count;
+  for (int t = 0; t < tools.tool_count; ++t) {
     contacts_[t].FillPatch(tools.tools[t], models_, &states_, &patch.tools[t]);
   }
 }

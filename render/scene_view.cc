@@ -111,7 +111,7 @@ void SceneView::UploadFrame(const SceneSnapshot& snapshot, const Laparoscope& sc
   // Centred on the target and wide enough to hold the scope.
   frame.cavity_W = WithW(scope.X_WC().translation() + distance * axis_W, 1.15 * distance);
   for (int t = 0; t < kMaxInstruments; ++t) {
-    const bool drawn = t < static_cast<int>(instruments_.size());
+    const bool drawn = t < static_cast<int>(instruments_.size()) && t < snapshot.tool_count;
     const Isometry3d& X_WT = snapshot.tools[t].X_WT;
     frame.tool_tip_W[t] = WithW(X_WT.translation(), drawn ? instruments_[t].tip_radius : 0);
     frame.tool_axis_W[t] = WithW(X_WT.linear().col(2), drawn ? instruments_[t].shaft_radius : 0);
@@ -123,7 +123,6 @@ void SceneView::UploadFrame(const SceneSnapshot& snapshot, const Laparoscope& sc
 
 void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
-  HPDM_CHECK(snapshot.tool_count >= static_cast<int>(instruments_.size()));
   UploadFrame(snapshot, scope);
 
   glEnable(GL_DEPTH_TEST);
@@ -136,7 +135,10 @@ void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 2 * 97);
 
   metal_.program.Use();
-  for (std::size_t t = 0; t < instruments_.size(); ++t) {
+  // Instruments have no pose before the first tick.
+  const std::size_t tools =
+      std::min(instruments_.size(), static_cast<std::size_t>(snapshot.tool_count));
+  for (std::size_t t = 0; t < tools; ++t) {
     metal_.SetMesh(snapshot.tools[t].X_WT.matrix().cast<float>(), instruments_[t].colour);
     instruments_[t].mesh.Draw();
   }

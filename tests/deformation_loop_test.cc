@@ -68,6 +68,14 @@ TEST_F(DeformationLoopTest, FreeToolLeavesTheOrganAtRest) {
   EXPECT_EQ(patch_.Front().tools[1].organ, -1);  // out of reach
 }
 
+TEST_F(DeformationLoopTest, StepBeforeTheFirstTickTouchesNothing) {
+  Start();
+  loop_->Step(loop_->NewestTools(), 0);  // nothing was published yet: tips at the origin, inside
+  patch_.Update();
+  EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
+  EXPECT_EQ(patch_.Front().tool_count, 0);
+}
+
 TEST_F(DeformationLoopTest, PressedSurfaceFollowsTheTip) {
   Start();
   for (double z = 0.055; z > 0.035; z -= 0.001) Step(ToolAt(Vector3d(0.02, 0.01, z)));
