@@ -23,6 +23,19 @@ Vector3d ProjectToLevel(const ImplicitShape& shape, const Vector3d& p, double le
   return q;
 }
 
+Vector3d NearestSurfacePoint(const ImplicitShape& shape, const Vector3d& p) {
+  constexpr double kTolerance = 1e-9;
+  Vector3d foot = ProjectToLevel(shape, p, 0);
+  for (int iteration = 0; iteration < 200; ++iteration) {
+    const Vector3d gradient = shape.Sample(foot).gradient;
+    const Vector3d offset = p - foot;
+    const Vector3d along = offset - gradient * (gradient.dot(offset) / gradient.squaredNorm());
+    if (along.norm() < kTolerance) break;
+    foot = ProjectToLevel(shape, foot + 0.5 * along, 0);
+  }
+  return foot;
+}
+
 FieldSample SmoothUnion(const FieldSample& a, const FieldSample& b, double rounding) {
   const FieldSample& low = a.value < b.value ? a : b;
   const FieldSample& high = a.value < b.value ? b : a;

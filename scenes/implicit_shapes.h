@@ -38,6 +38,11 @@ class ImplicitShape {
 /// of at most 5 mm; where the gradient vanishes the point stays as it is.
 Vector3d ProjectToLevel(const ImplicitShape& shape, const Vector3d& p, double level);
 
+/// The surface's point nearest to p, for p no deeper than the surface's radius of curvature: steps
+/// along the surface, halved for convergence near sharp rounds, until p lies on the normal. Where
+/// shapes are joined the field is less than the distance, and this finds the distance.
+Vector3d NearestSurfacePoint(const ImplicitShape& shape, const Vector3d& p);
+
 /// Union (smallest value) of two fields, rounded where they differ by less than `rounding` (m) so
 /// that the gradient is continuous: min(a, b) - h^2 rounding / 4, h = 1 - |a - b| / rounding.
 FieldSample SmoothUnion(const FieldSample& a, const FieldSample& b, double rounding);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "engine/error.h"
@@ -107,17 +108,21 @@ class Marcher {
     const Vector3d outwards =
         Position(Corner(node, outside[0])) - Position(Corner(node, inside[0]));
     if (inside_count == 2) {
-      const int a = vertex(inside[0], outside[0]), b = vertex(inside[0], outside[1]);
-      const int c = vertex(inside[1], outside[1]), d = vertex(inside[1], outside[0]);
+      const int a = vertex(inside[0], outside[0]);
+      const int b = vertex(inside[0], outside[1]);
+      const int c = vertex(inside[1], outside[1]);
+      const int d = vertex(inside[1], outside[0]);
       Add(a, b, c, outwards);
       Add(a, c, d, outwards);
-    } else if (inside_count == 1) {
-      Add(vertex(inside[0], outside[0]), vertex(inside[0], outside[1]),
-          vertex(inside[0], outside[2]), outwards);
-    } else {
-      Add(vertex(inside[0], outside[0]), vertex(inside[1], outside[0]),
-          vertex(inside[2], outside[0]), outwards);
+      return;
     }
+    // One statement a vertex: the order in which they are made must not depend on the compiler.
+    const bool one_inside = inside_count == 1;
+    std::array<int, 3> corners;
+    for (int k = 0; k < 3; ++k) {
+      corners[k] = one_inside ? vertex(inside[0], outside[k]) : vertex(inside[k], outside[0]);
+    }
+    Add(corners[0], corners[1], corners[2], outwards);
   }
 
   void Add(int a, int b, int c, const Vector3d& outwards) {

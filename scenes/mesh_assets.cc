@@ -76,7 +76,9 @@ SurfaceMesh MakeMeshAsset(const std::string& name) {
   if (recipe.cavity_triangles == 0) return outer;
   options.triangle_count = recipe.cavity_triangles;
   options.level = -recipe.wall;
-  return Joined(outer, TurnedInsideOut(MeshImplicitSurface(*shape, options)));
+  SurfaceMesh cavity = MeshImplicitSurface(*shape, options);
+  DeepenToDistance(*shape, &cavity);
+  return Joined(outer, TurnedInsideOut(cavity));
 }
 
 std::string MeshAssetObj(const std::string& name, const SurfaceMesh& mesh) {

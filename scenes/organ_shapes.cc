@@ -57,7 +57,7 @@ class Liver : public ImplicitShape {
       MillimetreEllipsoid(-22, -46, 13, 14, 46, 15, {1, 0, 0}, {0, 1, -0.6});
   // The fissure that the round ligament cuts into the inferior border.
   const Ellipsoid notch_ = MillimetreEllipsoid(28, -24, 40, 5, 20, 24, {1, 0.25, 0});
-  // The groove of the falciform ligament over the dome, 2 mm deep.
+  // The shallow groove of the falciform ligament over the dome.
   const Ellipsoid falciform_ = MillimetreEllipsoid(20, 25, 105, 7, 75, 40);
 };
 
@@ -66,7 +66,7 @@ class Stomach : public ImplicitShape {
  public:
   FieldSample Sample(const Vector3d& p_O) const override {
     const Vector3d p = p_O + centre_;
-    return SmoothUnion(body_.Sample(p), oesophagus_.Sample(p), 18 * kMillimetre);
+    return SmoothUnion(body_.Sample(p), oesophagus_.Sample(p), 22 * kMillimetre);
   }
 
   Bounds bounds() const override {
@@ -75,14 +75,14 @@ class Stomach : public ImplicitShape {
 
  private:
   // Found by meshing: the centre of the volume within the outer surface.
-  const Vector3d centre_ = kMillimetre * Vector3d(32.04, 9.38, -2.13);
+  const Vector3d centre_ = kMillimetre * Vector3d(31.68, 9.76, -2.21);
 
   const SweptBall body_{{MillimetreNode(58, 92, -16, 38), MillimetreNode(58, 66, -12, 47),
                          MillimetreNode(52, 24, -4, 43), MillimetreNode(35, -32, 6, 36),
                          MillimetreNode(-2, -80, 12, 32), MillimetreNode(-48, -86, 12, 25),
                          MillimetreNode(-80, -62, 8, 16), MillimetreNode(-94, -42, 2, 12)}};
-  const SweptBall oesophagus_{{MillimetreNode(30, 44, -8, 15), MillimetreNode(8, 64, -10, 11.5),
-                               MillimetreNode(-6, 96, -14, 10.5)}};
+  const SweptBall oesophagus_{{MillimetreNode(32, 42, -8, 16), MillimetreNode(6, 62, -10, 12.5),
+                               MillimetreNode(-18, 88, -14, 12)}};
 };
 
 /// A tube from the fundus (below, in front) to the neck, whose bend leads to the cystic duct.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "engine/error.h"
 #include "scenes/editable_mesh.h"
@@ -88,6 +89,16 @@ double LevelVolume(const ImplicitShape& shape, double level, const SurfaceMesh& 
                    tetrahedron(ab, bc, ca);
   }
   return fine_volume + (fine_volume - coarse_volume) / 3;
+}
+
+void DeepenToDistance(const ImplicitShape& shape, SurfaceMesh* mesh) {
+  for (Eigen::Index v = 0; v < mesh->vertices.rows(); ++v) {
+    const Vector3d p = mesh->vertices.row(v);
+    const double depth = -shape.Sample(p).value;
+    const Vector3d foot = NearestSurfacePoint(shape, p);
+    const Vector3d gradient = shape.Sample(foot).gradient;
+    mesh->vertices.row(v) = foot - gradient * (depth / gradient.norm());
+  }
 }
 
 SurfaceMesh TurnedInsideOut(SurfaceMesh mesh) {

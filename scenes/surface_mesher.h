@@ -24,6 +24,11 @@ SurfaceMesh MeshImplicitSurface(const ImplicitShape& shape, const SurfaceMesherO
 /// triangulation's error falls with the square of its edge length.
 double LevelVolume(const ImplicitShape& shape, double level, const SurfaceMesh& mesh);
 
+/// Moves the vertices of a mesh of a negative level to the depth below the surface that the level
+/// names, measured as distance: joined shapes' fields fall short of it. What a wall needs to be
+/// equally thick everywhere.
+void DeepenToDistance(const ImplicitShape& shape, SurfaceMesh* mesh);
+
 /// The same surface facing the other way (a cavity's).
 SurfaceMesh TurnedInsideOut(SurfaceMesh mesh);
 

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "engine/error.h"
 #include "scenes/editable_mesh.h"
@@ -95,6 +98,22 @@ TEST(ImplicitShapes, ProjectionEndsOnTheLevel) {
     // The projection's own tolerance is 1e-10 m.
     EXPECT_NEAR(liver->Sample(ProjectToLevel(*liver, p, 1e-3)).value, 1e-3, 2e-10);
   }
+}
+
+TEST(ImplicitShapes, NearestSurfacePointIsNearestWhereTheFieldFallsShort) {
+  const auto stomach = StomachShape();
+  const SurfaceMesh surface = MarchTetrahedra(*stomach, 0, 3e-3);
+  int checked = 0;
+  for (const Vector3d& p : PointsAround(*stomach, 2000)) {
+    const double value = stomach->Sample(p).value;
+    if (value > -4e-3 || value < -6e-3) continue;
+    const Vector3d foot = NearestSurfacePoint(*stomach, p);
+    EXPECT_NEAR(stomach->Sample(foot).value, 0, 1e-9);
+    // The surface's own triangulation: chords of 3 mm on rounds of 12 mm or more.
+    EXPECT_NEAR((p - foot).norm(), DistanceToMesh(p, surface), 2e-4);
+    ++checked;
+  }
+  EXPECT_GT(checked, 20);
 }
 
 TEST(MarchingTetrahedra, SurfaceIsClosedOutwardAndOfTheRightVolume) {
