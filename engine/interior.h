@@ -10,7 +10,8 @@ namespace hpdm {
 
 struct InteriorOptions {
   /// Samples along the longest side of the box (rounded up to a power of two times the cells) that
-  /// decide what is tissue near the surface; a wall needs two across. The cost grows with its square.
+  /// decide what is tissue near the surface; a wall needs two across. The cost grows with its
+  /// square.
   int resolution = 128;
   /// Gauss points along each axis of a cell that lies wholly inside: 1..5.
   int gauss_points = 3;
@@ -33,12 +34,12 @@ struct TissueQuadrature {
 /// inside the box, cell by cell of its division into cells[k] equal parts along each axis.
 ///
 /// A cell without surface in it is inside or outside as a whole and gets tensor Gauss points. One
-/// that the surface crosses is split into eighths down to the resolution; the smallest parts that it
-/// cuts count by the volume on the tissue's side of the nearest triangle's plane; and the many points
-/// are reduced to few (moment_compression.h).
+/// that the surface crosses is split into eighths down to the resolution; the smallest parts that
+/// it cuts count by the volume on the tissue's side of the nearest triangle's plane; and the many
+/// points are reduced to few (moment_compression.h).
 ///
-/// The cells are those of the integration, not of a basis: a B-spline lattice takes its own cells, a
-/// Bernstein lattice, which is one cell, about as many as its degree.
+/// The cells are those of the integration, not of a basis: a B-spline lattice takes its own cells,
+/// a Bernstein lattice, which is one cell, about as many as its degree.
 ///
 /// All decisions are relative to the box: a scaled body gets scaled points. Deterministic; one
 /// thread; set-up only. Throws InputError when the mesh has no tissue inside the box.

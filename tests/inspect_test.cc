@@ -1,14 +1,12 @@
-#include <CLI/CLI.hpp>
-
-#include "tools/commands.h"
-
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "engine/error.h"
+#include "tools/commands.h"
 
 namespace hpdm {
 namespace {

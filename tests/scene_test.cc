@@ -11,11 +11,11 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST_F(SceneTest, ShippedLiverSceneLoads) {
-  const std::string text = ReadAll(fs::path(HPDM_SOURCE_DIR) / "scenes/liver_palpation.toml");
-  const Scene scene = Load(text);
+  const fs::path path = fs::path(HPDM_SOURCE_DIR) / "scenes/liver_palpation.toml";
+  const Scene scene = LoadScene(path);
   EXPECT_EQ(scene.name, "liver palpation");
-  EXPECT_EQ(scene.source_text, text);
-  EXPECT_EQ(scene.path, folder_.path() / "s.toml");
+  EXPECT_EQ(scene.source_text, ReadAll(path));
+  EXPECT_EQ(scene.path, path);
   ASSERT_EQ(scene.organs.size(), 1u);
   EXPECT_EQ(scene.organs[0].supports.size(), 1u);
   ASSERT_EQ(scene.instruments.size(), 1u);

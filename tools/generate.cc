@@ -1,7 +1,4 @@
 #include <CLI/CLI.hpp>
-
-#include "tools/commands.h"
-
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -13,6 +10,7 @@
 #include "engine/surface_mesh.h"
 #include "scenes/mesh_assets.h"
 #include "scenes/obj_writer.h"
+#include "tools/commands.h"
 
 namespace hpdm {
 namespace {

@@ -1,7 +1,4 @@
 #include <CLI/CLI.hpp>
-
-#include "tools/commands.h"
-
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +9,7 @@
 #include "engine/error.h"
 #include "engine/mesh_facts.h"
 #include "engine/mesh_import.h"
+#include "tools/commands.h"
 
 namespace hpdm {
 namespace {

@@ -12,7 +12,8 @@ Session::Session(Scene scene) : scene_(std::move(scene)) {
   BuildOrgans();
   BuildInstruments();
   const int tools = static_cast<int>(scene_.instruments.size());
-  render_scenes = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
+  render_scenes =
+      std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
   telemetry_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, false));
 }
