@@ -14,6 +14,8 @@
 #include <thread>
 
 #include "engine/error.h"
+#include "lcmtypes/codec.h"
+#include "lcmtypes/log.h"
 #include "render/egl_context.h"
 
 namespace hpdm {
@@ -106,6 +108,53 @@ TEST_F(Flow, HandFeelsTheLiverAndTheLiverIsDented) {
   EXPECT_GT(probe["contact_time_s"], 0.5);
   EXPECT_GT(probe["deepest_press_m"], 0.005);
   EXPECT_LT(probe["deepest_press_m"], 0.03);
+}
+
+// What the log says of one session's haptic ticks.
+struct LoggedTicks {
+  std::uint64_t count = 0;
+  std::uint64_t gaps = 0;         // numbers that are neither logged nor counted as skipped
+  double largest_force_step = 0;  // N, from tick to tick
+};
+
+LoggedTicks ReadTicks(const fs::path& log) {
+  LogReader reader(log.string());
+  LogEvent event;
+  force_t message;
+  HapticSample sample;
+  LoggedTicks ticks;
+  std::uint64_t next = 0;
+  std::array<Vector3d, kMaxInstruments> last;
+  last.fill(Vector3d::Zero());
+  while (reader.Next(&event)) {
+    if (event.channel != kForceChannel) continue;
+    if (!DecodeMessage(event.data, &message) || !FromMessage(message, &sample)) return {};
+    ++ticks.count;
+    if (sample.tick != next + sample.skipped.Total()) ++ticks.gaps;
+    next = sample.tick + 1;
+    for (int t = 0; t < sample.tool_count; ++t) {
+      const Vector3d& force = sample.tools[t].force_W;
+      ticks.largest_force_step = std::max(ticks.largest_force_step, (force - last[t]).norm());
+      last[t] = force;
+    }
+  }
+  EXPECT_EQ(reader.damaged_stretches(), 0u);
+  return ticks;
+}
+
+TEST_F(Flow, EveryTickIsLoggedOnceAndNoForceStepExceedsTheSlewLimit) {
+  SKIP_WITHOUT_EGL();
+  const std::string common = " --seconds 5 --fps 0 --json --out ";
+  for (const std::string clock : {"real", "lockstep"}) {
+    const Outcome outcome = Hpdm("run " + kScene + " --clock " + clock + common + Folder(clock));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const LoggedTicks ticks = ReadTicks(folder_ / clock / "session.lcmlog");
+    EXPECT_EQ(ticks.count, Json::parse(outcome.out)["haptic"]["ticks"]) << clock;
+    EXPECT_EQ(ticks.gaps, 0u) << clock;
+    EXPECT_GT(ticks.largest_force_step, 0) << clock;
+    // DeviceProfile::max_force_rate over one period of 1 ms.
+    EXPECT_LE(ticks.largest_force_step, 2000 * 1e-3 * (1 + 1e-12)) << clock;
+  }
 }
 
 TEST_F(Flow, RealClockAccountsForEveryTickAndStepsAtThirtyHertz) {
