@@ -30,7 +30,7 @@ namespace {
 struct RunOptions {
   std::string scene;
   double seconds = 0;  // 0: until a signal
-  std::string out = "out/session";
+  std::string out;     // empty: a free name
   double frames_per_second = 2;
   std::string size = "640x480";
   std::string clock = "real";
@@ -229,7 +229,9 @@ void Run(const RunOptions& options) {
   Session session(LoadScene(options.scene));
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   EglContext();  // a machine that cannot draw says so before the session starts
-  const SessionFolder folder(options.out, session.scene());
+  const SessionFolder folder(
+      options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
+      session.scene());
 
   const SessionClock clock;
   std::function<Nanoseconds()> stopwatch;
@@ -279,7 +281,7 @@ void AddRunCommand(CLI::App& app) {
   run->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
   run->add_option("--seconds", options->seconds, "Length; without it, until SIGINT or SIGTERM")
       ->check(CLI::Range(0.001, 1e6));
-  run->add_option("--out", options->out, "Session folder to make")->capture_default_str();
+  run->add_option("--out", options->out, "Session folder to make [out/session_N]");
   run->add_flag("--headless", options->headless, "Draw without a window (always, for now)");
   run->add_flag("--window", options->window, "Draw in a window (not in this version)");
   run->add_option("--fps", options->frames_per_second,

@@ -26,4 +26,13 @@ SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& sce
   }
 }
 
+std::filesystem::path SessionFolder::FreeName() {
+  int number = 1;
+  const auto name = [&] {
+    return std::filesystem::path("out") / ("session_" + std::to_string(number));
+  };
+  while (std::filesystem::exists(name())) ++number;
+  return name();
+}
+
 }  // namespace hpdm

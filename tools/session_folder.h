@@ -21,6 +21,9 @@ class SessionFolder {
   /// written, or already holds a session, which is never overwritten.
   SessionFolder(const std::filesystem::path& path, const Scene& scene);
 
+  /// out/session_1, or the first number after it that is free.
+  static std::filesystem::path FreeName();
+
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path File(const std::string& name) const { return path_ / name; }
 
