@@ -124,7 +124,7 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool req
   record.realtime = {{"process", process}, {"haptic", haptic}, {"deformation", deformation}};
   std::string refused;
   for (const auto& [thread, report] : record.realtime) {
-    if (!report.Complete()) refused = thread + " thread: " + report.Lines().front();
+    if (refused.empty() && !report.Complete()) refused = thread + ": " + report.FirstRefusal();
   }
   const bool may_run = !require_realtime || refused.empty();
   if (may_run) loops.session.EnableForces(true);
