@@ -90,6 +90,20 @@ TEST_F(Flow, LockstepRunGivesTheSameLogAndPictureTwice) {
   }
 }
 
+TEST_F(Flow, LockstepLosesNoTickHoweverRareTheStepsAre) {
+  SKIP_WITHOUT_EGL();
+  std::ofstream(folder_ / "rare.toml")
+      << "[timing]\nhaptic_hz = 5000\ndeformation_hz = 1\n[[organ]]\nname = \"liver\"\nmesh = \""
+      << (kSource / "scenes" / "meshes" / "liver_274.obj").string()
+      << "\"\n[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
+  const Outcome outcome = Hpdm("run " + Folder("rare.toml") +
+                               " --clock lockstep --seconds 3 --fps 0 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  EXPECT_EQ(summary["log"]["ticks"], 15000);
+  EXPECT_EQ(summary["log"]["ticks_lost"], 0);
+}
+
 TEST_F(Flow, HandFeelsTheLiverAndTheLiverIsDented) {
   SKIP_WITHOUT_EGL();
   const Outcome outcome =

@@ -149,6 +149,7 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool req
 // ceil(j haptic_hz / deformation_hz) and is seen patch_delay_ticks later. It is computed when it
 // becomes visible, from the state kept at its start, which gives the same result.
 RunRecord RunInLockstep(const Loops& loops) {
+  constexpr std::uint64_t kDrainTicks = 1024;
   RunRecord record;
   record.lockstep = true;
   const TimingOptions& timing = loops.session.scene().timing;
@@ -160,6 +161,8 @@ RunRecord RunInLockstep(const Loops& loops) {
   std::uint64_t steps_begun = 0;
   loops.session.EnableForces(true);
   for (std::uint64_t tick = 0; tick < loops.end_tick && !record.interrupted; ++tick) {
+    // The queue holds at least this many samples, however rare the steps are.
+    if (tick % kDrainTicks == 0) loops.telemetry.Drain();
     if (!begun.empty() && tick == begun.front().tick + delay) {
       loops.deformation.Step(begun.front(), begun.front().time_ns);
       begun.pop_front();
