@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
-#include <fstream>
 #include <iostream>
 #include <latch>
 #include <limits>
@@ -17,7 +16,9 @@
 #include "engine/realtime.h"
 #include "engine/session_clock.h"
 #include "render/egl_context.h"
+#include "scenes/obj_writer.h"
 #include "tools/commands.h"
+#include "tools/json_figures.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
 #include "tools/run_summary.h"
@@ -259,19 +260,29 @@ void Run(const RunOptions& options) {
                                ? RunInLockstep(loops)
                                : RunOnRealClock(loops, clock, options.require_realtime);
 
-  WritePicture(render.deepest_image(), folder, "deepest.png");
-  WritePicture(render.image(), folder, "last.png");
+  // A disk that fills up must not cost the summary: it is told after it.
+  std::string not_kept = telemetry.Summary().log.Explain();
+  const auto keep = [&not_kept](const auto& write) {
+    try {
+      write();
+    } catch (const InputError& error) {
+      if (not_kept.empty()) not_kept = error.what();
+    }
+  };
+  keep([&] { WritePicture(render.deepest_image(), folder, "deepest.png"); });
+  keep([&] { WritePicture(render.image(), folder, "last.png"); });
   const std::string no_plot = RunPlotScript(
       kPlotTimelineScript, {folder.File("timeline.csv"), folder.File("timeline.png")});
   if (!no_plot.empty()) std::cerr << "hpdm: note: " << no_plot << "\n";
   const nlohmann::ordered_json summary = RunSummary(session, record, telemetry.Summary(), &render);
-  std::ofstream(folder.File("summary.json")) << summary.dump(2) << "\n";
+  keep([&] { WriteTextFile(folder.File("summary.json"), JsonText(summary) + "\n"); });
   if (options.json) {
-    std::cout << summary.dump(2) << "\n";
+    std::cout << JsonText(summary) << "\n";
   } else {
     std::cout << ReadableSummary(summary) << "session folder: " << folder.path().string()
               << " (deepest.png, timeline.png, summary.json, session.lcmlog)\n";
   }
+  if (!not_kept.empty()) throw InputError(folder.path().string() + ": incomplete: " + not_kept);
 }
 
 }  // namespace
