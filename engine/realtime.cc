@@ -130,11 +130,13 @@ std::string Line(std::string what, const RealtimeGrant& grant) {
 
 }  // namespace
 
-bool RealtimeReport::Complete() const {
-  for (const RealtimeGrant* grant : {&fifo, &locked_memory, &prefaulted_stack, &pinned}) {
-    if (grant->asked && !grant->granted) return false;
+std::string RealtimeReport::FirstRefusal() const {
+  const RealtimeGrant* grants[] = {&fifo, &locked_memory, &prefaulted_stack, &pinned};
+  const std::vector<std::string> lines = Lines();
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (grants[i]->asked && !grants[i]->granted) return lines[i];
   }
-  return true;
+  return "";
 }
 
 std::vector<std::string> RealtimeReport::Lines() const {

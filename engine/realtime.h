@@ -34,7 +34,9 @@ struct RealtimeReport {
   int core = -1;          ///< Pinned to, -1 without.
 
   /// Everything asked for was granted.
-  bool Complete() const;
+  bool Complete() const { return FirstRefusal().empty(); }
+  /// The line of the first request that was refused; empty when complete.
+  std::string FirstRefusal() const;
   /// One line a request: "SCHED_FIFO 80: granted", "locked memory: refused (...)".
   std::vector<std::string> Lines() const;
 };

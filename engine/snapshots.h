@@ -77,9 +77,9 @@ struct PatchPoint {
 enum class ContactKind : std::uint8_t { kNone = 0, kPress = 1, kGrasp = 2 };
 
 /// The surface around one tool, as the haptic loop needs it between two deformation steps: a
-/// bounded set of triangles with what Eq. 29 needs at their corners. Beyond the set's border the
-/// haptic loop feels no contact; at 1.5 times the patch's radius a step and 30 steps a second that
-/// is never reached by a hand (the cap is reported by PatchRadius in contact.h).
+/// bounded set of triangles with what Eq. 29 needs at their corners, nearest first. Beyond the
+/// set's border the haptic loop feels no contact until the next patch. The caps bound the set, so
+/// its radius shrinks with the mesh's edges: about 5 edges, 12 mm on a surface of 2.5 mm edges.
 struct ToolPatch {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
@@ -118,7 +118,8 @@ enum StepFlag : std::uint32_t {
   kStepOk = 0,
   kStepBudgetSpent = 1u << 0,  ///< Gauss-Seidel stopped early: raise iterations, or "cholesky".
   kStepNotFinite = 1u << 1,    ///< A NaN was caught and the organ put to rest: report the scene.
-  kStepContactsDropped = 1u << 2,      ///< More contacts than kMaxContacts: the deepest were kept.
+  kStepContactsDropped = 1u << 2,  ///< More contacts than kMaxContacts on one organ: the first
+                                   ///< tool's were kept, its jaws' before its shaft's.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
 };
 

@@ -20,7 +20,7 @@ TimingOptions ReadTiming(const TableReader& table) {
                "the deformation loop must not be the faster one");
   }
   timing.patch_delay_ticks = (timing.haptic_hz + timing.deformation_hz - 1) / timing.deformation_hz;
-  table.ReadInteger("patch_delay_ticks", 0, 10000, &timing.patch_delay_ticks);
+  table.ReadInteger("patch_delay_ticks", 1, 10000, &timing.patch_delay_ticks);
   return timing;
 }
 

@@ -84,11 +84,9 @@ EnergyOptions ReadEnergy(const TableReader& table) {
       &energy.solver);
   table.ReadChoice("domain", {{"box", EnergyDomain::kBox}, {"organ", EnergyDomain::kOrgan}},
                    &energy.domain);
-  table.ReadNumber("alpha", Interval::NotNegative(1e12, "Pa"), &energy.alpha);
+  // Not zero: beta alone leaves every linear map without energy, and fixed supports scale with it.
+  table.ReadNumber("alpha", Interval::Positive(1e12, "Pa"), &energy.alpha);
   table.ReadNumber("beta", Interval::NotNegative(1e12, "N"), &energy.beta);
-  if (energy.alpha == 0 && energy.beta == 0) {
-    table.Fail("beta", "alpha and beta are both zero", "without them nothing resists: give alpha");
-  }
   return energy;
 }
 

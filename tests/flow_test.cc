@@ -50,10 +50,11 @@ class Flow : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  Outcome Hpdm(const std::string& arguments) const {
+  // `before`: shell commands that the program starts after.
+  Outcome Hpdm(const std::string& arguments, const std::string& before = "") const {
     const std::string out = folder_ / "stdout", err = folder_ / "stderr";
     const std::string command =
-        kProgram.string() + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+        before + kProgram.string() + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadFile(out), ReadFile(err)};
   }
@@ -90,6 +91,34 @@ TEST_F(Flow, LockstepRunGivesTheSameLogAndPictureTwice) {
     EXPECT_GT(a.size(), 1000u) << file;
     EXPECT_TRUE(a == b) << file << " differs between two lockstep runs";
   }
+}
+
+TEST_F(Flow, LockstepLosesNoTickHoweverRareTheStepsAre) {
+  SKIP_WITHOUT_EGL();
+  std::ofstream(folder_ / "rare.toml")
+      << "[timing]\nhaptic_hz = 5000\ndeformation_hz = 1\n[[organ]]\nname = \"liver\"\nmesh = \""
+      << (kSource / "scenes" / "meshes" / "liver_274.obj").string()
+      << "\"\n[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
+  const Outcome outcome = Hpdm("run " + Folder("rare.toml") +
+                               " --clock lockstep --seconds 3 --fps 0 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  EXPECT_EQ(summary["log"]["ticks"], 15000);
+  EXPECT_EQ(summary["log"]["ticks_lost"], 0);
+}
+
+TEST_F(Flow, AFullDiskIsToldAfterTheSummary) {
+  SKIP_WITHOUT_EGL();
+  // A file cannot grow beyond this limit, which the program meets as it meets a full disk.
+  const Outcome outcome =
+      Hpdm("run " + kScene + " --clock lockstep --seconds 3 --fps 0 --json --out " + Folder("s"),
+           "trap '' XFSZ; ulimit -f 1000; ");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("incomplete: the log cannot be written"), std::string::npos)
+      << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  EXPECT_GT(summary["log"]["dropped"], 0);
+  EXPECT_EQ(summary, Json::parse(ReadFile(folder_ / "s" / "summary.json")));
 }
 
 TEST_F(Flow, HandFeelsTheLiverAndTheLiverIsDented) {

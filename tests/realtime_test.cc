@@ -56,6 +56,14 @@ TEST(Realtime, AnImpossiblePriorityIsRefusedWithItsReason) {
   EXPECT_EQ(policy, SCHED_OTHER);
   EXPECT_NE(report.fifo.why_not.find("1 to 99"), std::string::npos) << report.fifo.why_not;
   EXPECT_NE(report.Lines()[0].find("refused"), std::string::npos);
+  EXPECT_EQ(report.FirstRefusal(), report.Lines()[0]);
+}
+
+TEST(Realtime, TheRefusalThatIsNamedIsNotARequestThatWasNotMade) {
+  RealtimeReport report;
+  report.locked_memory = {.asked = true, .granted = false, .why_not = "the limit is 8 kB"};
+  EXPECT_FALSE(report.Complete());
+  EXPECT_EQ(report.FirstRefusal(), "locked memory: refused (the limit is 8 kB)");
 }
 
 TEST(Realtime, TheStackIsTouchedWithoutHarm) {

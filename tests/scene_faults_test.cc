@@ -81,7 +81,7 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
        "belongs to basis = \"bspline\" ([4, 4, 4])", "remove it"},
       {"lattice.basis='nurbs'", "4:15", "organ[0].lattice.basis", "(\"nurbs\")",
        "give one of \"bspline\", \"bernstein\""},
-      {"energy={alpha=0,beta=0}", "4:22", "organ[0].energy.beta", "both zero", "give alpha"},
+      {"energy={alpha=0,beta=1}", "4:15", "organ[0].energy.alpha", "out of range (0)", "above 0"},
       {"energy.alpha=-1", "4:14", "organ[0].energy.alpha", "out of range (-1)", "in Pa"},
       {"material.poisson=0.5", "4:18", "organ[0].material.poisson", "out of range (0.5)",
        "give a number at least 0 and below 0.5"},
@@ -139,6 +139,7 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
        "out of range (-1)", "from 0 to 4294967295"},
       // timing and view
       {"[timing]\nhaptic_hz=0", "5:11", "timing.haptic_hz", "out of range (0)", "from 100"},
+      {"[timing]\npatch_delay_ticks=0", "5:19", "timing.patch_delay_ticks", "(0)", "from 1"},
       {"[timing]\nrender_hz=1000", "5:11", "timing.render_hz", "(1000)", "to 240"},
       {"[timing]\nhaptic_hz=100\ndeformation_hz=200", "6:16", "timing.deformation_hz",
        "is above haptic_hz = 100 (200)", "faster"},

@@ -227,7 +227,7 @@ TEST_F(SceneTest, PatchDelayIsOneStepUnlessGiven) {
   EXPECT_EQ(Load(kOrgan).timing.patch_delay_ticks, 34);
   EXPECT_EQ(Load(kOrgan + "[timing]\n").timing.patch_delay_ticks, 34);
   EXPECT_EQ(Load(kOrgan + "[timing]\ndeformation_hz=100\n").timing.patch_delay_ticks, 10);
-  EXPECT_EQ(Load(kOrgan + "[timing]\npatch_delay_ticks=0\n").timing.patch_delay_ticks, 0);
+  EXPECT_EQ(Load(kOrgan + "[timing]\npatch_delay_ticks=1\n").timing.patch_delay_ticks, 1);
 }
 
 TEST_F(SceneTest, FileNamesStartAtTheScenesFolder) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/commands.h"
+#include "tools/json_figures.h"
 #include "tools/session.h"
 
 namespace hpdm {
@@ -41,7 +42,7 @@ void Check(const std::string& scene, bool as_json) {
   }
   facts["remarks"] = session.remarks();
   if (as_json) {
-    std::cout << facts.dump(2) << "\n";
+    std::cout << JsonText(facts) << "\n";
     return;
   }
   std::cout << facts["scene"].get<std::string>() << ": sound\n";

@@ -43,7 +43,7 @@ void WriteAsset(const std::string& name, const std::filesystem::path& folder) {
 void Generate(const GenerateOptions& options) {
   if (options.list) return ListAssets();
   if (options.out.empty()) {
-    throw InputError("hpdm generate: no output folder; give --out DIR, or --list for the names");
+    throw InputError("generate: no output folder; give --out DIR, or --list for the names");
   }
   std::vector<std::string> names = options.names;
   if (names.empty()) {
@@ -65,7 +65,10 @@ void Generate(const GenerateOptions& options) {
 void AddGenerateCommand(CLI::App& app) {
   const auto options = std::make_shared<GenerateOptions>();
   CLI::App* command = app.add_subcommand("generate", "Make the project's meshes from their shapes");
-  command->add_option("names", options->names, "Assets to make; all of scenes/meshes by default");
+  std::vector<std::string> known;
+  for (const MeshAsset& asset : MeshAssets()) known.push_back(asset.name);
+  command->add_option("names", options->names, "Assets to make; all of scenes/meshes by default")
+      ->check(CLI::IsMember(known).description(""));  // before anything is written
   command->add_option("--out", options->out, "Folder to write NAME.obj to; made when missing");
   command->add_flag("--list", options->list, "List the assets and stop");
   command->callback([options] { Generate(*options); });

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <new>
 
 #include "engine/error.h"
 #include "tools/commands.h"
@@ -28,6 +29,9 @@ int main(int argc, char** argv) {
     return 2;
   } catch (const hpdm::MachineError& error) {
     std::fprintf(stderr, "hpdm: %s\n", error.what());
+    return 3;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "hpdm: out of memory; take fewer lattice cells or a coarser mesh\n");
     return 3;
   }
   return 0;

@@ -10,6 +10,7 @@
 #include "engine/mesh_facts.h"
 #include "engine/mesh_import.h"
 #include "tools/commands.h"
+#include "tools/json_figures.h"
 
 namespace hpdm {
 namespace {
@@ -62,8 +63,7 @@ void PrintJson(const std::string& path, const MeshFacts& facts, const ImportedMe
                      {"degenerate_triangles", as_read.degenerate_triangles},
                      {"components", as_read.components},
                      {"volume_m3", as_read.volume_m3}};
-  // A path need not be UTF-8.
-  std::puts(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+  std::puts(JsonText(json).c_str());
 }
 
 void PrintText(const std::string& path, const MeshFacts& facts, const ImportedMesh& imported) {

@@ -1,10 +1,17 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "engine/histogram.h"
 
 namespace hpdm {
+
+/// Indented text of what a command reports. A path in it need not be UTF-8, which JSON must be: its
+/// odd bytes become replacement characters.
+inline std::string JsonText(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
 
 /// Percentiles of durations, in microseconds: mean, p50, p90, p99, p99.9, max, and their number.
 inline nlohmann::ordered_json ToJson(const Histogram& histogram) {

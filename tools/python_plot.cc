@@ -32,7 +32,7 @@ std::string RunPlotScript(const std::string& script, const std::vector<std::stri
   int status = 0;
   waitpid(child, &status, 0);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
-  return "no plot: the plot script failed; install python3-matplotlib";
+  return "no plot: the plot script failed; install python3-matplotlib, or free space";
 }
 
 }  // namespace hpdm

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
-#include <fstream>
 #include <iostream>
 #include <latch>
 #include <limits>
@@ -17,7 +16,9 @@
 #include "engine/realtime.h"
 #include "engine/session_clock.h"
 #include "render/egl_context.h"
+#include "scenes/obj_writer.h"
 #include "tools/commands.h"
+#include "tools/json_figures.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
 #include "tools/run_summary.h"
@@ -124,7 +125,7 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool req
   record.realtime = {{"process", process}, {"haptic", haptic}, {"deformation", deformation}};
   std::string refused;
   for (const auto& [thread, report] : record.realtime) {
-    if (!report.Complete()) refused = thread + " thread: " + report.Lines().front();
+    if (refused.empty() && !report.Complete()) refused = thread + ": " + report.FirstRefusal();
   }
   const bool may_run = !require_realtime || refused.empty();
   if (may_run) loops.session.EnableForces(true);
@@ -149,6 +150,7 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool req
 // ceil(j haptic_hz / deformation_hz) and is seen patch_delay_ticks later. It is computed when it
 // becomes visible, from the state kept at its start, which gives the same result.
 RunRecord RunInLockstep(const Loops& loops) {
+  constexpr std::uint64_t kDrainTicks = 1024;
   RunRecord record;
   record.lockstep = true;
   const TimingOptions& timing = loops.session.scene().timing;
@@ -160,6 +162,8 @@ RunRecord RunInLockstep(const Loops& loops) {
   std::uint64_t steps_begun = 0;
   loops.session.EnableForces(true);
   for (std::uint64_t tick = 0; tick < loops.end_tick && !record.interrupted; ++tick) {
+    // The queue holds at least this many samples, however rare the steps are.
+    if (tick % kDrainTicks == 0) loops.telemetry.Drain();
     if (!begun.empty() && tick == begun.front().tick + delay) {
       loops.deformation.Step(begun.front(), begun.front().time_ns);
       begun.pop_front();
@@ -258,19 +262,29 @@ void Run(const RunOptions& options) {
                                ? RunInLockstep(loops)
                                : RunOnRealClock(loops, clock, options.require_realtime);
 
-  WritePicture(render.deepest_image(), folder, "deepest.png");
-  WritePicture(render.image(), folder, "last.png");
+  // A disk that fills up must not cost the summary: it is told after it.
+  std::string not_kept = telemetry.Summary().log.Explain();
+  const auto keep = [&not_kept](const auto& write) {
+    try {
+      write();
+    } catch (const InputError& error) {
+      if (not_kept.empty()) not_kept = error.what();
+    }
+  };
+  keep([&] { WritePicture(render.deepest_image(), folder, "deepest.png"); });
+  keep([&] { WritePicture(render.image(), folder, "last.png"); });
   const std::string no_plot = RunPlotScript(
       kPlotTimelineScript, {folder.File("timeline.csv"), folder.File("timeline.png")});
   if (!no_plot.empty()) std::cerr << "hpdm: note: " << no_plot << "\n";
   const nlohmann::ordered_json summary = RunSummary(session, record, telemetry.Summary(), &render);
-  std::ofstream(folder.File("summary.json")) << summary.dump(2) << "\n";
+  keep([&] { WriteTextFile(folder.File("summary.json"), JsonText(summary) + "\n"); });
   if (options.json) {
-    std::cout << summary.dump(2) << "\n";
+    std::cout << JsonText(summary) << "\n";
   } else {
     std::cout << ReadableSummary(summary) << "session folder: " << folder.path().string()
               << " (deepest.png, timeline.png, summary.json, session.lcmlog)\n";
   }
+  if (!not_kept.empty()) throw InputError(folder.path().string() + ": incomplete: " + not_kept);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "tools/session.h"
 
+#include <cstdio>
 #include <utility>
 
 #include "engine/error.h"
@@ -34,6 +35,16 @@ void Session::BuildInstruments() {
     const HandSite site = SiteOf(instrument);
     kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                              instrument.device);
+    if (!kinematics_.back().Inverse(site.p_target_W, 0, 1).reachable) {
+      const double distance = (site.p_target_W - instrument.p_trocar_W).norm();
+      char text[160];
+      std::snprintf(text, sizeof text,
+                    ": the hand's target is %.0f mm from the trocar, the shaft reaches %.0f to "
+                    "%.0f mm; move the trocar or the target",
+                    1000 * distance, 1000 * instrument.device.min_insertion,
+                    1000 * instrument.device.max_insertion);
+      remarks_.push_back("instrument \"" + instrument.name + "\"" + text);
+    }
     devices_.push_back(std::make_unique<SimDevice>(instrument.device, kinematics_.back(),
                                                    SimulatedHand(instrument.hand, site)));
   }
