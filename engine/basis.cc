@@ -61,6 +61,17 @@ int UnivariateBasis::Evaluate(double c, double* values) const {
   return cell;
 }
 
+int UnivariateBasis::EvaluateDerivatives(double c, double* derivatives) const {
+  // N_i^p' = (N_{i-1}^{p-1} - N_i^{p-1}) / h, by collecting the sum of DerivativeBasis() for P_i.
+  const int first = DerivativeBasis().Evaluate(c, derivatives);
+  derivatives[degree_] = 0;
+  for (int i = degree_; i >= 0; --i) {
+    const double before = i > 0 ? derivatives[i - 1] : 0;
+    derivatives[i] = (before - derivatives[i]) / spacing();
+  }
+  return first;
+}
+
 UnivariateBasis UnivariateBasis::DerivativeBasis() const {
   HPDM_CHECK(degree_ >= 1);
   return UnivariateBasis(type_, degree_ - 1, cells_);

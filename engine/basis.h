@@ -28,6 +28,10 @@ class UnivariateBasis {
   /// to [0, 1]. No allocation.
   int Evaluate(double c, double* values) const;
 
+  /// Derivatives d/dc of the same functions; returns first. `c` is clamped to [0, 1]. Requires
+  /// degree >= 1. Set-up only: a Bernstein basis allocates.
+  int EvaluateDerivatives(double c, double* derivatives) const;
+
   /// The basis of degree - 1 whose functions weight the differences of neighbouring control
   /// values in the derivative: d/dc sum_i P_i N_i^p = sum_i (P_{i+1} - P_i) / spacing() N_i^{p-1}.
   /// Requires degree >= 1; degree 0 is the indicator of a cell.

@@ -7,14 +7,51 @@
 namespace hpdm {
 namespace {
 
+// A stiffness as blocks of three unknowns, one a control point.
+class ScalarBlocks {
+ public:
+  explicit ScalarBlocks(const ScalarStiffness& K) : K_(K), diagonal_(K.diagonal()) {}
+  Eigen::Index size() const { return K_.rows(); }
+  Matrix3d Diagonal(Eigen::Index a) const { return diagonal_[a] * Matrix3d::Identity(); }
+  Vector3d RowTimes(Eigen::Index a, const Points& U) const {
+    Vector3d sum = Vector3d::Zero();
+    for (ScalarStiffness::InnerIterator it(K_, a); it; ++it) {
+      sum += it.value() * U.row(it.index()).transpose();
+    }
+    return sum;
+  }
+
+ private:
+  ScalarStiffness K_;
+  Eigen::VectorXd diagonal_;
+};
+
+class FullBlocks {
+ public:
+  explicit FullBlocks(const FullStiffness& K) : K_(K) {}
+  Eigen::Index size() const { return K_.rows() / 3; }
+  Matrix3d Diagonal(Eigen::Index a) const { return K_.block<3, 3>(3 * a, 3 * a); }
+  Vector3d RowTimes(Eigen::Index a, const Points& U) const {
+    const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
+    return K_.middleCols<3>(3 * a).transpose() * u;  // symmetric; columns lie together in memory
+  }
+
+ private:
+  FullStiffness K_;
+};
+
 // Minimises the augmented Lagrangian
 //     1/2 U^T K U - sum_i f_i . (x_i - t_i) + kappa_i/2 |P_i (x_i - t_i)|^2
 // one control point (three unknowns) at a time, with P_i = I for a grasp and n n^T for a press in
 // contact; after every sweep f_i <- f_i - kappa_i P_i (x_i - t_i).
+template <class Blocks>
 class GaussSeidelRelaxation final : public Relaxation {
  public:
-  GaussSeidelRelaxation(const ScalarStiffness& K, const GaussSeidelOptions& options)
-      : K_(K), diagonal_(K.diagonal()), options_(options), pull_(K.rows(), 3), load_(K.rows(), 3) {}
+  template <class Stiffness>
+  GaussSeidelRelaxation(const Stiffness& K, const GaussSeidelOptions& options)
+      : K_(K), diagonal_(K_.size()), options_(options), load_(K_.size(), 3) {
+    for (Eigen::Index a = 0; a < K_.size(); ++a) diagonal_[a] = K_.Diagonal(a).trace() / 3;
+  }
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
     RelaxationResult result;
@@ -62,12 +99,9 @@ class GaussSeidelRelaxation final : public Relaxation {
 
   void Sweep(const ContactSet& contacts, Points* U) {
     const auto weights = contacts.Weights();
-    for (Eigen::Index a = 0; a < K_.rows(); ++a) {
-      Vector3d gradient = Vector3d::Zero();
-      for (ScalarStiffness::InnerIterator it(K_, a); it; ++it) {
-        gradient += it.value() * U->row(it.index()).transpose();
-      }
-      Matrix3d block = diagonal_[a] * Matrix3d::Identity();
+    for (Eigen::Index a = 0; a < K_.size(); ++a) {
+      Vector3d gradient = K_.RowTimes(a, *U);
+      Matrix3d block = K_.Diagonal(a);
       for (int i = 0; i < contacts.size(); ++i) {
         const double w = weights(i, a);
         if (w == 0) continue;
@@ -105,16 +139,15 @@ class GaussSeidelRelaxation final : public Relaxation {
         load_.col(d) += contacts[i].force_W[d] * contacts.Weights().row(i).transpose();
       }
     }
-    pull_.noalias() = K_ * U;
     const double load = load_.norm();
-    return load > 0 ? (pull_ - load_).norm() / load : 0;
+    for (Eigen::Index a = 0; a < K_.size(); ++a) load_.row(a) -= K_.RowTimes(a, U).transpose();
+    return load > 0 ? load_.norm() / load : 0;
   }
 
-  ScalarStiffness K_;
-  Eigen::VectorXd diagonal_;
+  Blocks K_;
+  Eigen::VectorXd diagonal_;  // n: mean over the three axes
   GaussSeidelOptions options_;
-  Points pull_;  // n x 3: K U
-  Points load_;  // n x 3: B^T f
+  Points load_;  // n x 3: B^T f, then less K U
   double largest_change_ = 0;
   std::array<Vector3d, kMaxContacts> off_target_;  // x_i - t_i
   std::array<double, kMaxContacts> penalty_{};
@@ -124,7 +157,12 @@ class GaussSeidelRelaxation final : public Relaxation {
 
 std::unique_ptr<Relaxation> MakeGaussSeidelRelaxation(const ScalarStiffness& K,
                                                       const GaussSeidelOptions& options) {
-  return std::make_unique<GaussSeidelRelaxation>(K, options);
+  return std::make_unique<GaussSeidelRelaxation<ScalarBlocks>>(K, options);
+}
+
+std::unique_ptr<Relaxation> MakeGaussSeidelRelaxation(const FullStiffness& K,
+                                                      const GaussSeidelOptions& options) {
+  return std::make_unique<GaussSeidelRelaxation<FullBlocks>>(K, options);
 }
 
 }  // namespace hpdm

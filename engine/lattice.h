@@ -44,6 +44,11 @@ class Lattice {
   /// support there was dropped.
   WeightMatrix Weights(const Points& points) const;
 
+  /// Gradients of the basis functions at `points` (V x 3, world, m): element d is V x n and holds
+  /// d phi_a / d x_d along the world axis d, 1/m. Rows sum to zero where those of Weights() sum to
+  /// one. Set-up only.
+  std::array<WeightMatrix, 3> GradientWeights(const Points& points) const;
+
  private:
   OrientedBox box_;
   TensorBasis basis_;

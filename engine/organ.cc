@@ -36,33 +36,55 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};
-  const bool over_organ = options.energy.domain == EnergyDomain::kOrgan;
-  if (over_organ) lattice_.DropControlPointsWithoutTissue(tissue);
+  const bool over_box =
+      options.energy.type == EnergyType::kMetric && options.energy.domain == EnergyDomain::kBox;
+  if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
   weights_ = lattice_.Weights(rest_.vertices);
 
-  // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
-  // lumped weights, whose sum is exact.
-  const Quadrature domain =
-      over_organ ? tissue
-                 : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
-  std::vector<double> held;
-  stiffness_ = MetricStiffness(lattice_, domain, options.energy.alpha, options.energy.beta) +
-               SupportStiffness(lattice_, tissue, options.supports,
-                                AxisAlignedBounds(rest_.vertices), options.energy.alpha, &held);
-  for (std::size_t s = 0; s < held.size(); ++s) {
-    if (held[s] > 0) continue;
-    throw InputError(where + "support " + std::to_string(s + 1) +
+  std::vector<Quadrature> regions;
+  const Box bounds = AxisAlignedBounds(rest_.vertices);
+  for (const SupportOptions& support : options.supports) {
+    regions.push_back(SampleSupport(rest_, support, bounds, ControlPointSpacing(lattice_)));
+    if (regions.back().weights.size() > 0) continue;
+    throw InputError(where + "support " + std::to_string(regions.size()) +
                      " holds no tissue; move or enlarge its region");
   }
+  stiffness_ = BuildStiffness(tissue, cells, regions);
   if (options.supports.empty()) {
     warnings_.push_back(where +
                         "no [[organ.support]]: a weak spring ties all of it to its rest place");
   }
 }
 
+LatticeStiffness OrganModel::BuildStiffness(const Quadrature& tissue,
+                                            const std::array<int, 3>& cells,
+                                            const std::vector<Quadrature>& regions) const {
+  const EnergyOptions& energy = options_.energy;
+  const bool strain = energy.type == EnergyType::kStrain;
+  const ScalarStiffness supports =
+      SupportStiffness(lattice_, tissue, options_.supports, regions,
+                       strain ? options_.material.young : energy.alpha);
+  if (strain) {
+    FullStiffness K = StrainStiffness(lattice_, tissue, options_.material, Dilatation::kProjected);
+    AddAlongEachAxis(supports, &K);
+    return K;
+  }
+  // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
+  // lumped weights, whose sum is exact.
+  const Quadrature domain =
+      energy.domain == EnergyDomain::kOrgan
+          ? tissue
+          : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+  return ScalarStiffness(MetricStiffness(lattice_, domain, energy.alpha, energy.beta) + supports);
+}
+
 std::unique_ptr<Relaxation> OrganModel::MakeRelaxation() const {
-  return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(stiffness_)
-                                                         : MakeGaussSeidelRelaxation(stiffness_);
+  return std::visit(
+      [this](const auto& K) {
+        return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)
+                                                               : MakeGaussSeidelRelaxation(K);
+      },
+      stiffness_);
 }
 
 void OrganModel::LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "engine/collision.h"
@@ -15,6 +17,9 @@
 
 namespace hpdm {
 
+/// One matrix for all three axes, or one that couples them.
+using LatticeStiffness = std::variant<ScalarStiffness, FullStiffness>;
+
 /// The constant part of an organ, built once from its options and mesh; read by any thread.
 class OrganModel {
  public:
@@ -27,9 +32,10 @@ class OrganModel {
   const Points& rest_normals() const { return rest_normals_; }  ///< V x 3, unit.
   const SurfaceTopology& topology() const { return topology_; }
   const Lattice& lattice() const { return lattice_; }
-  const WeightMatrix& weights() const { return weights_; }         ///< V x n.
-  const ScalarStiffness& stiffness() const { return stiffness_; }  ///< n x n, N/m, with supports.
-  double tissue_volume() const { return tissue_volume_; }          ///< m^3.
+  const WeightMatrix& weights() const { return weights_; }  ///< V x n.
+  /// N/m, with supports: n x n for the metric energy, 3n x 3n for the strain energy.
+  const LatticeStiffness& stiffness() const { return stiffness_; }
+  double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
   const Vector3d& centre_of_volume_W() const { return centre_of_volume_W_; }  ///< m.
   /// Things that work but are probably not meant, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -41,13 +47,16 @@ class OrganModel {
   void LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const;
 
  private:
+  LatticeStiffness BuildStiffness(const Quadrature& tissue, const std::array<int, 3>& cells,
+                                  const std::vector<Quadrature>& regions) const;
+
   OrganOptions options_;
   SurfaceMesh rest_;
   Points rest_normals_;
   SurfaceTopology topology_;
   Lattice lattice_;
   WeightMatrix weights_;
-  ScalarStiffness stiffness_;
+  LatticeStiffness stiffness_;
   double tissue_volume_ = 0;
   Vector3d centre_of_volume_W_ = Vector3d::Zero();
   std::vector<std::string> warnings_;

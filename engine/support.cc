@@ -1,5 +1,14 @@
 #include "engine/support.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/check.h"
+#include "engine/error.h"
+#include "engine/interior.h"
+#include "engine/mixed_dilatation.h"
+
 namespace hpdm {
 namespace {
 
@@ -8,7 +17,33 @@ bool Inside(const Vector3d& min, const Vector3d& max, const Vector3d& p) {
 }
 
 constexpr double kWeakSpring = 1e-3;
-constexpr double kFixedPenalty = 1e4;
+constexpr double kFixedPenalty = 256;
+// Most cells along an axis of a support's region: more would follow nothing but rounding.
+constexpr double kMaxRegionCells = 32;
+
+// An axis-aligned box that holds the region's part of the organ; empty (max < min) when there is
+// none.
+Box RegionBounds(const SupportOptions& support, const Box& bounds) {
+  Box region;
+  if (const Box* box = std::get_if<Box>(&support.region)) {
+    region = *box;
+  } else if (const Sphere* sphere = std::get_if<Sphere>(&support.region)) {
+    region = {sphere->centre.array() - sphere->radius, sphere->centre.array() + sphere->radius};
+  } else {
+    const BoxFraction& fraction = std::get<BoxFraction>(support.region);
+    const Vector3d size = bounds.max - bounds.min;
+    region = {bounds.min + fraction.min.cwiseProduct(size),
+              bounds.min + fraction.max.cwiseProduct(size)};
+  }
+  return {region.min.cwiseMax(bounds.min), region.max.cwiseMin(bounds.max)};
+}
+
+ScalarStiffness FixedStiffness(const Lattice& lattice, const Quadrature& region, double stiffness) {
+  const CoarserSplines splines(lattice, region);
+  const Eigen::MatrixXd P = splines.Project(lattice.Weights(region.points));
+  const Eigen::MatrixXd S = stiffness * P.transpose() * P;
+  return S.sparseView();
+}
 
 }  // namespace
 
@@ -27,29 +62,67 @@ Box AxisAlignedBounds(const Points& vertices) {
   return {vertices.colwise().minCoeff().transpose(), vertices.colwise().maxCoeff().transpose()};
 }
 
-double FixedSupportStiffness(double modulus, double length) {
-  return kFixedPenalty * modulus / (length * length);
+Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& support,
+                         const Box& bounds, double spacing) {
+  const Box region = RegionBounds(support, bounds);
+  const Vector3d size = region.max - region.min;
+  Quadrature inside{Points(0, 3), Eigen::VectorXd(0)};
+  if (!(size.array() > 0).all()) return inside;
+  // A sphere's edge is as sharp as its samples, so it gets finer cells.
+  const bool is_sphere = std::holds_alternative<Sphere>(support.region);
+  const double cell = is_sphere ? spacing / 4 : spacing;
+  std::array<int, 3> cells;
+  for (int d = 0; d < 3; ++d) {
+    cells[d] = static_cast<int>(std::clamp(std::ceil(size[d] / cell), 1.0, kMaxRegionCells));
+  }
+  const OrientedBox box{region.min, Matrix3d::Identity(), size};
+  TissueQuadrature sampled;
+  try {
+    sampled = SampleTissue(rest_W, box, cells, {.resolution = 64});
+  } catch (const InputError&) {
+    return inside;  // no tissue in the box
+  }
+  inside.points.resize(sampled.points.rows(), 3);
+  inside.weights.resize(sampled.weights.size());
+  Eigen::Index kept = 0;
+  for (Eigen::Index q = 0; q < sampled.weights.size(); ++q) {
+    // Points of a box lie in it but for up to a sample's size.
+    if (is_sphere && !InRegion(support, bounds, sampled.points.row(q).transpose())) continue;
+    inside.points.row(kept) = sampled.points.row(q);
+    inside.weights[kept++] = sampled.weights[q];
+  }
+  inside.points.conservativeResize(kept, 3);
+  inside.weights.conservativeResize(kept);
+  return inside;
+}
+
+double ControlPointSpacing(const Lattice& lattice) {
+  double sum = 0;
+  for (int d = 0; d < 3; ++d) sum += lattice.box().lengths[d] * lattice.basis().axis(d).spacing();
+  return sum / 3;
 }
 
 ScalarStiffness SupportStiffness(const Lattice& lattice, const Quadrature& tissue,
-                                 const std::vector<SupportOptions>& supports, const Box& bounds,
-                                 double modulus, std::vector<double>* tissue_in_supports) {
-  const double length = lattice.box().lengths.mean();
-  Eigen::VectorXd spring = Eigen::VectorXd::Zero(tissue.weights.size());  // N/m at each point
-  tissue_in_supports->assign(supports.size(), 0.0);
+                                 const std::vector<SupportOptions>& supports,
+                                 const std::vector<Quadrature>& regions, double modulus) {
+  HPDM_CHECK(regions.size() == supports.size());
+  const double h = ControlPointSpacing(lattice);
+  const auto springs = [&lattice](const Quadrature& region, double stiffness) {
+    const WeightMatrix weights = lattice.Weights(region.points);
+    return ScalarStiffness(stiffness * weights.transpose() * region.weights.asDiagonal() * weights);
+  };
+  if (supports.empty()) {
+    const double length = lattice.box().lengths.mean();
+    return springs(tissue, kWeakSpring * modulus / (length * length));
+  }
+  ScalarStiffness sum(lattice.size(), lattice.size());
   for (std::size_t s = 0; s < supports.size(); ++s) {
-    const double stiffness = supports[s].stiffness.value_or(FixedSupportStiffness(modulus, length));
-    for (Eigen::Index q = 0; q < spring.size(); ++q) {
-      if (!InRegion(supports[s], bounds, tissue.points.row(q).transpose())) continue;
-      spring[q] += stiffness * tissue.weights[q];
-      (*tissue_in_supports)[s] += tissue.weights[q];
-    }
+    if (regions[s].weights.size() == 0) continue;
+    sum += supports[s].stiffness
+               ? springs(regions[s], *supports[s].stiffness)
+               : FixedStiffness(lattice, regions[s], kFixedPenalty * modulus / (h * h));
   }
-  if (spring.maxCoeff() <= 0) {
-    spring = kWeakSpring * modulus / (length * length) * tissue.weights;
-  }
-  const WeightMatrix weights = lattice.Weights(tissue.points);
-  return ScalarStiffness(weights.transpose() * spring.asDiagonal() * weights);
+  return sum;
 }
 
 }  // namespace hpdm

@@ -44,6 +44,30 @@ TEST(Lattice, ReproducesAnyAffineMap) {
   }
 }
 
+TEST(Lattice, GradientsAreTheDerivativesOfTheWeights) {
+  const SurfaceMesh mesh = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 1, SomePose());
+  for (const LatticeOptions& options : AllLattices()) {
+    const Lattice lattice(BoundingLatticeBox(mesh.vertices, SomePose().linear(), 0.01), options);
+    // Away from the cells' faces, where the slope of linear splines jumps.
+    Points points(50, 3);
+    srand(1);
+    for (int q = 0; q < 50; ++q) {
+      points.row(q) = lattice.box().FromUnit((Vector3d::Random() * 0.9 + Vector3d::Ones()) / 2);
+    }
+    const auto gradients = lattice.GradientWeights(points);
+    for (int d = 0; d < 3; ++d) {
+      constexpr double kStep = 1e-6;
+      Points ahead = points, behind = points;
+      ahead.col(d).array() += kStep;
+      behind.col(d).array() -= kStep;
+      const Eigen::MatrixXd difference =
+          Eigen::MatrixXd(lattice.Weights(ahead) - lattice.Weights(behind)) / (2 * kStep);
+      // Round-off of the difference, 1e-16 / 1e-6, against slopes of about 1 / cell, 30 per m.
+      EXPECT_LT((Eigen::MatrixXd(gradients[d]) - difference).norm(), 1e-7 * difference.norm());
+    }
+  }
+}
+
 TEST(Lattice, BoxHoldsTheVerticesAndTheMargin) {
   const SurfaceMesh mesh = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2, SomePose());
   const OrientedBox box = BoundingLatticeBox(mesh.vertices, SomePose().linear(), 0.02);

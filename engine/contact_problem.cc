@@ -1,0 +1,89 @@
+#include "engine/contact_problem.h"
+
+#include <Eigen/Cholesky>
+
+namespace hpdm {
+
+void ContactProblem::Build(const ContactSet& contacts) {
+  size_ = 0;
+  for (int i = 0; i < contacts.size(); ++i) {
+    const ContactSet::Row& row = contacts[i];
+    if (row.kind == ContactSet::RowKind::kPress) {
+      equations_[size_++] = {i, -row.normal_W, true};
+    } else {
+      for (int d = 0; d < 3; ++d) equations_[size_++] = {i, Vector3d::Unit(d), false};
+    }
+  }
+  change_.resize(size_);
+  forces_.setZero(size_);
+  compliance_.resize(size_, size_);
+  for (int e = 0; e < size_; ++e) {
+    const ContactSet::Row& row = contacts[equations_[e].row];
+    change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
+  }
+}
+
+RelaxationResult ContactProblem::Solve() {
+  RelaxationResult result;
+  // Presses that would be free without force start inactive.
+  for (int e = 0; e < size_; ++e) active_[e] = !equations_[e].unilateral || change_[e] > 0;
+  // Each round releases the presses that would pull and adds those that would be pierced.
+  constexpr int kMaxRounds = 2 * kMaxContacts;
+  bool changed = true;
+  while (changed && result.iterations < kMaxRounds) {
+    ++result.iterations;
+    result.regularised = SolveActive();
+    changed = UpdateActiveSet();
+  }
+  result.converged = !changed;
+  return result;
+}
+
+// Forces of the active equations so that they hold; the others get none. True when the equations
+// are (nearly) dependent.
+bool ContactProblem::SolveActive() {
+  forces_.setZero();
+  int count = 0;
+  for (int e = 0; e < size_; ++e) {
+    if (active_[e]) active_list_[count++] = e;
+  }
+  if (count == 0) return false;
+  active_compliance_.resize(count, count);
+  active_forces_.resize(count);
+  for (int i = 0; i < count; ++i) {
+    active_forces_[i] = change_[active_list_[i]];
+    for (int j = 0; j < count; ++j) {
+      active_compliance_(i, j) = compliance_(active_list_[i], active_list_[j]);
+    }
+  }
+  // A pad compliance of 1e-9 of the softest contact: coincident contacts share their force, and
+  // others move by one part in 1e9.
+  const double pad = 1e-9 * active_compliance_.diagonal().maxCoeff();
+  active_compliance_.diagonal().array() += pad;
+  const Eigen::LDLT<Eigen::Ref<Matrix>> factor(active_compliance_);
+  factor.solveInPlace(active_forces_);
+  for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
+  return factor.vectorD().minCoeff() < 10 * pad;
+}
+
+bool ContactProblem::UpdateActiveSet() {
+  bool changed = false;
+  const double slack = 1e-9 * change_.cwiseAbs().maxCoeff();  // round-off of the solve, in any unit
+  for (int e = 0; e < size_; ++e) {
+    if (!equations_[e].unilateral) continue;
+    if (active_[e] ? forces_[e] < 0 : change_[e] - compliance_.row(e).dot(forces_) > slack) {
+      active_[e] = !active_[e];
+      changed = true;
+    }
+  }
+  return changed;
+}
+
+void ContactProblem::WriteForces(ContactSet* contacts) const {
+  for (int i = 0; i < contacts->size(); ++i) (*contacts)[i].force_W.setZero();
+  for (int e = 0; e < size_; ++e) {
+    (*contacts)[equations_[e].row].force_W += forces_[e] * equations_[e].axis_W;
+  }
+}
+
+}  // namespace hpdm

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+
+#include "engine/contact_set.h"
+
+namespace hpdm {
+
+/// How a relaxation ended.
+struct RelaxationResult {
+  int iterations = 0;        ///< Sweeps (Gauss-Seidel), Newton steps, or changes of the active set.
+  double residual = 0;       ///< |gradient of the energy - B^T f| / |B^T f|, or 0 without force.
+  bool converged = true;     ///< False when the iteration budget was spent first.
+  bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
+};
+
+/// The contacts of one step in their compliance space: E scalar equations, of which each moves one
+/// contact point along one axis, coupled by the compliance W (E x E, m/N),
+///     W f = change            where a contact is held (grasp),
+///     0 <= f, W f >= change, f (W f - change) = 0   where it presses.
+/// A grasp row gives three equations along the world axes; a press one, along minus its normal,
+/// with f the pressing force f_n and `change` how deep the tool is below the point.
+/// Solved by an active-set method. Sized once; deformation thread; allocates nothing.
+class ContactProblem {
+ public:
+  static constexpr int kMaxEquations = 3 * kMaxContacts;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                               kMaxEquations, kMaxEquations>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEquations, 1>;
+  struct Equation {
+    int row = 0;  ///< Of the contact set.
+    Vector3d axis_W = Vector3d::Zero();
+    bool unilateral = false;
+  };
+
+  /// Lists the equations of `contacts`; `change` is how far each target lies from the point's rest
+  /// position along the axis.
+  void Build(const ContactSet& contacts);
+
+  int size() const { return size_; }
+  const Equation& operator[](int e) const { return equations_[e]; }
+  Matrix& compliance() { return compliance_; }      ///< E x E, to be filled in before Solve().
+  Vector& change() { return change_; }              ///< E, m.
+  const Vector& forces() const { return forces_; }  ///< E, N, of Solve().
+
+  /// Sets the forces. The rounds are bounded; a cycle keeps the last forces, not converged.
+  RelaxationResult Solve();
+
+  /// The rows' forces on the tissue: sum of forces times axes.
+  void WriteForces(ContactSet* contacts) const;
+
+ private:
+  bool SolveActive();
+  bool UpdateActiveSet();
+
+  int size_ = 0;
+  std::array<Equation, kMaxEquations> equations_;
+  std::array<bool, kMaxEquations> active_{};
+  std::array<int, kMaxEquations> active_list_{};
+  Matrix compliance_;
+  Matrix active_compliance_;
+  Vector change_;
+  Vector active_forces_;
+  Vector forces_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+
+#include "engine/contact_problem.h"
+#include "engine/metric_energy.h"
+#include "engine/strain_energy.h"
+
+namespace hpdm {
+
+/// The compliance between the equations of `problem` (built from `contacts`) from the response to a
+/// unit force along each: W_eg = axis_e . (b_e U_g), with column g of `response` (3n x >= E) the
+/// displacements U_g.
+void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,
+                    ContactProblem* problem);
+
+/// What a lattice of constant stiffness K answers to loads: U = K^-1 R, with K factorised once.
+/// Owned by one thread; Respond() and Deform() allocate nothing.
+class LatticeResponse {
+ public:
+  virtual ~LatticeResponse() = default;
+
+  /// The response to a unit force along every equation of `problem` (built from `contacts`), kept
+  /// for Deform(), and with it the problem's compliance W = B_c K^-1 B_c^T.
+  virtual void Respond(const ContactSet& contacts, ContactProblem* problem) = 0;
+
+  /// U (n x 3, m) under the problem's forces; of the last Respond().
+  virtual void Deform(const ContactProblem& problem, Points* U) const = 0;
+
+  /// R -> K^-1 R in place: columns of 3n loads (N), of control point a along d in row 3 a + d.
+  virtual void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
+};
+
+/// Cholesky factorisations. Throw InputError when K is not positive definite.
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K);
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K);
+
+}  // namespace hpdm
