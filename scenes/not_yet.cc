@@ -27,15 +27,11 @@ constexpr Rule kRules[] = {
     {"organ.model", Refused::kString, "mass_spring", "use \"hpdm\""},
     {"organ.model", Refused::kString, "rigid", "use \"hpdm\""},
     {"organ.texture", Refused::kAlways, "", "remove the key"},
-    {"organ.energy.type", Refused::kString, "strain", "use \"metric\""},
-    {"organ.energy.strain", Refused::kAlways, "", "remove the key"},
-    {"organ.energy.law", Refused::kAlways, "", "remove the key"},
     {"organ.material.relaxation_time", Refused::kNonZero, "", "remove the key or give 0"},
     {"instrument.type", Refused::kString, "scissors", "use \"probe\" or \"grasper\""},
     {"instrument.type", Refused::kString, "hook", "use \"probe\" or \"grasper\""},
     {"instrument.friction", Refused::kNonZero, "", "remove the key or give 0"},
     {"instrument.reaction", Refused::kString, "lattice", "use \"paper\""},
-    {"load", Refused::kAlways, "", "remove the [[load]] tables"},
 };
 
 bool IsNonZero(const TomlValue& value) {
@@ -90,7 +86,6 @@ class Walk {
   [[noreturn]] void Refuse(const Rule& rule, const TomlValue& value,
                            const std::string& shown) const {
     std::string message = "this version does not have this feature yet";
-    // Of a [[load]] the place tells more than its text.
     if (rule.refused != Refused::kAlways) message += " (" + ValueText(value) + ")";
     message.append("; ").append(rule.remedy);
     FailAt(document_, value.place, shown, message);

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/surface_mesh.h"
+
+namespace hpdm {
+
+/// A point of a surface triangle that carries part of a load.
+struct SurfaceSample {
+  int triangle = 0;
+  Vector3d barycentric = Vector3d::Zero();  ///< Of the triangle's corners; sums to one.
+  double weight = 0;                        ///< Share of the load, > 0.
+};
+
+/// The load patch of radius R around a point: the kernel cos(pi d / 2R) of the distance d < R to
+/// the point, integrated over the surface's area and normalised, so that the weights sum to one.
+/// Triangles are split until their sides are at most `resolution` x R, so the samples follow the
+/// surface and not its triangulation; a patch inside one triangle works as well.
+///
+/// Only triangles that face as the surface nearest to the point does take part (their normals are
+/// less than 90 degrees apart): the other side of a thin wall or a sharp edge does not.
+///
+/// `point` in the mesh's frame, m; at most R away from the surface. Deterministic; set-up only.
+/// Throws InputError when no surface lies within the radius.
+std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d& point,
+                                         double radius, double resolution = 0.125);
+
+/// Where a sample lies among the vertices (V x 3): the mesh's own, displaced ones or displacements.
+Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices);
+
+}  // namespace hpdm
