@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "engine/contact_set.h"
+
+namespace hpdm {
+
+/// m x n over vertices of which each contact touches a few: the weights that are not zero, gathered
+/// once a step so that what follows costs the contacts' own vertices and not the mesh.
+class ContactRows {
+ public:
+  struct Entry {
+    int vertex = 0;
+    double weight = 0;
+  };
+
+  /// `n`: vertices of the organ.
+  explicit ContactRows(Eigen::Index n);
+
+  void Gather(const ContactSet& contacts);
+  int size() const { return size_; }
+  const Entry* begin(int row) const { return entries_.data() + first_[row]; }
+  const Entry* end(int row) const { return entries_.data() + first_[row + 1]; }
+
+  /// Weighted sum of `values` (n x 3) over a row's vertices.
+  Vector3d Sum(int row, const Points& values) const;
+
+ private:
+  int size_ = 0;
+  std::array<std::size_t, kMaxContacts + 1> first_{};
+  std::vector<Entry> entries_;
+};
+
+/// m x m, one number a pair of contact rows, for x, y and z alike: W, m/N.
+using ContactCompliance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                                        kMaxContacts, kMaxContacts>;
+using ContactPoints = std::array<Vector3d, kMaxContacts>;
+
+/// Finds the forces f that make the contact points x = p_free + W f obey the contacts
+/// (contact_set.h): a grasp row goes to its target; a press row stays below its plane, pushes only,
+/// and does not push while it is free. Finite when contacts coincide. Deformation thread; allocates
+/// nothing.
+class ContactForces {
+ public:
+  struct Outcome {
+    int rounds = 0;            ///< Changes of the set of presses that push.
+    bool converged = true;     ///< False when the rounds ran out; the forces are the last ones.
+    bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
+  };
+
+  /// `compliance`: W, symmetric with a positive diagonal; `p_free_W`: the m contact points without
+  /// contact forces, m; `targets_W`: what stands for the rows' targets, m. Fills the rows' forces.
+  Outcome Solve(const ContactCompliance& compliance, const ContactPoints& p_free_W,
+                const ContactPoints& targets_W, ContactSet* contacts);
+
+ private:
+  bool SolvePushing(const ContactCompliance& compliance, const ContactPoints& p_free_W,
+                    const ContactPoints& targets_W, ContactSet* contacts);
+  bool UpdatePushing(const ContactCompliance& compliance, const ContactPoints& p_free_W,
+                     const ContactPoints& targets_W, const ContactSet& contacts);
+  void AddEquation(int row, const Vector3d& axis);
+
+  static constexpr int kMaxEquations = 3 * kMaxContacts;
+  std::array<bool, kMaxContacts> pushes_{};
+  int equations_ = 0;
+  std::array<int, kMaxEquations> row_{};
+  std::array<Vector3d, kMaxEquations> axis_;
+  double scale_ = 0;  // m, largest change that the contacts ask for
+};
+
+}  // namespace hpdm

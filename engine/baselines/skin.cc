@@ -1,0 +1,67 @@
+#include "engine/baselines/skin.h"
+
+#include <cmath>
+
+#include "engine/error.h"
+#include "engine/support.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kLeastAreaShare = 1e-3;
+constexpr double kWeakSpring = 1e-3;  // as SupportStiffness ties an organ without supports
+
+}  // namespace
+
+Eigen::VectorXd VertexAreas(const SurfaceMesh& mesh) {
+  Eigen::VectorXd areas = Eigen::VectorXd::Zero(mesh.vertices.rows());
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0));
+    const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1));
+    const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2));
+    const double area = (b - a).cross(c - a).norm() / 2;
+    for (int k = 0; k < 3; ++k) areas[mesh.triangles(t, k)] += area / 3;
+  }
+  return areas;
+}
+
+Skin MeasureSkin(const SurfaceMesh& rest, const std::string& name) {
+  Skin skin;
+  skin.areas = VertexAreas(rest);
+  const double volume = EnclosedVolume(rest.vertices, rest.triangles);
+  // A sphere, the fullest body, has 6 sqrt(pi) volume = area^1.5; a millionth of that is none.
+  if (!(volume > 1e-6 * std::pow(skin.areas.sum(), 1.5) / (6 * std::sqrt(M_PI)))) {
+    throw InputError("organ \"" + name +
+                     "\": its surface encloses no volume; close it, turn it outwards or use "
+                     "model = \"hpdm\"");
+  }
+  skin.areas = skin.areas.cwiseMax(kLeastAreaShare * skin.areas.mean());
+  skin.area = skin.areas.sum();
+  skin.thickness = volume / skin.area;
+  return skin;
+}
+
+Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
+                              const std::vector<SupportOptions>& supports, double modulus,
+                              const std::string& name) {
+  const Box bounds = AxisAlignedBounds(rest.vertices);
+  const double length = (bounds.max - bounds.min).mean();
+  const Eigen::VectorXd volumes = skin.Volumes();
+  if (supports.empty()) return kWeakSpring * modulus / (length * length) * volumes;
+  Eigen::VectorXd springs = Eigen::VectorXd::Zero(volumes.size());
+  for (std::size_t s = 0; s < supports.size(); ++s) {
+    const double stiffness = supports[s].stiffness.value_or(FixedSupportStiffness(modulus, length));
+    int held = 0;
+    for (Eigen::Index v = 0; v < springs.size(); ++v) {
+      if (!InRegion(supports[s], bounds, rest.vertices.row(v).transpose())) continue;
+      springs[v] += stiffness * volumes[v];
+      ++held;
+    }
+    if (held > 0) continue;
+    throw InputError("organ \"" + name + "\": support " + std::to_string(s + 1) +
+                     " holds no vertex; move or enlarge its region");
+  }
+  return springs;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <string>
+
+#include "engine/baselines/contact_forces.h"
+#include "engine/baselines/skin.h"
+#include "engine/baselines/sparse_cholesky.h"
+#include "engine/relaxation.h"
+
+namespace hpdm {
+
+/// Energy of a displaced surface as a matrix over its vertices, V x V, N/m:
+///     E(u) = 1/2 int tension |grad u|^2 + bending |Laplace u|^2 da = 1/2 u^T K u.
+/// It is the elastic surface of Terzopoulos, Platt, Barr and Fleischer, "Elastically Deformable
+/// Models" (SIGGRAPH 1987): first and second fundamental form, Eq. 13-18 of the paper, about the
+/// rest shape. There the metric's force acts on positions with the weight alpha = 4 eta (G - G0)
+/// (the variation of eta |G - G0|^2; Eq. 17 lost the 4), which vanishes at rest; here, as for the
+/// lattice, constant weights act on displacements, so that K can be factorised once. Like the
+/// lattice's "metric" energy it is free of translations but not of rotations.
+///
+/// The grid's differences become those of the organ's own triangles: linear elements for the
+/// metric (cotangent weights; Pinkall and Polthier 1993) and L^T M^-1 L for the curvature, with
+/// vertex areas M (as Botsch and Sorkine 2008 discretise the linearised thin shell). Both are
+/// symmetric and positive semi-definite with zero row sums on any mesh, obtuse triangles included.
+/// Triangles without area count as nothing. `tension` in N/m, `bending` in N m.
+ScalarStiffness SurfaceStiffness(const SurfaceMesh& rest, const Eigen::VectorXd& areas,
+                                 double tension, double bending);
+
+struct SurfaceContinuumOptions {
+  double alpha = 2000;         ///< Pa; the surface's tension is alpha x thickness (skin.h).
+  double beta = 0.2;           ///< N; its bending stiffness is beta x thickness.
+  double density = 1060;       ///< kg/m^3.
+  double damping = 20;         ///< 1/s, force per momentum: C = damping M.
+  double time_step = 1. / 30;  ///< s; infinity: every step is the static solution.
+  /// Computes RelaxationResult::residual, the static one, at the cost of a product with K.
+  bool report_residual = true;
+};
+
+/// The surface model that the paper compares with: the semi-implicit scheme of Terzopoulos et al.,
+/// section 6, on displacements u with v = (u_t - u_{t-dt}) / dt:
+///     (K + M/dt^2 + C/2dt) u_{t+dt} = (M/dt^2 + C/2dt) u_t + (M/dt - C/2) v_t + B^T f,
+/// stable for any dt. The matrix is constant and factorised once; a step is one pair of triangular
+/// solves, and the contact forces f follow from the rows' compliance between the two (the contacts
+/// hold at t + dt, exactly). Unlike the lattice, the surface has its own motion: `U` of Relax is
+/// only set, and steps must be taken in order.
+class SurfaceContinuum final : public Relaxation {
+ public:
+  /// `rest`: closed; `ground_springs`: V, N/m (GroundSprings). Throws InputError (`name`: the
+  /// organ's) when the surface cannot be measured or, for an infinite time step, nothing holds it.
+  SurfaceContinuum(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
+                   const SurfaceContinuumOptions& options, const std::string& name);
+
+  /// One time step. Contact rows are over the V vertices; `U` (V x 3, m) is the displacement at its
+  /// end. Deformation thread; allocates nothing.
+  RelaxationResult Relax(ContactSet* contacts, Points* U) override;
+
+  /// Starts from the displacement `u` (V x 3, m) without velocity.
+  void Reset(const Points& u);
+
+  const ScalarStiffness& stiffness() const { return K_; }  ///< V x V, N/m, with ground springs.
+  const Points& velocity() const { return v_; }            ///< V x 3, m/s.
+  double Mass() const { return mass_.sum(); }              ///< kg.
+  /// Multiplications of a step without contacts.
+  std::int64_t StepMultiplications() const;
+
+ private:
+  SurfaceContinuum(const SurfaceMesh& rest, const Skin& skin, const Eigen::VectorXd& ground_springs,
+                   const SurfaceContinuumOptions& options, const std::string& name);
+  ScalarStiffness StepMatrix() const;
+  double StaticResidual(const ContactSet& contacts);
+
+  SurfaceContinuumOptions options_;
+  Eigen::VectorXd mass_;  // V, kg
+  ScalarStiffness K_;
+  SparseCholesky factor_;
+  Points u_;                  // V x 3, m
+  Points v_;                  // V x 3, m/s
+  Points solution_;           // V x 3, in factor order
+  Points pull_;               // V x 3, N: K u
+  Eigen::MatrixXd response_;  // V x kMaxContacts: L^-1 P B^T
+  ContactRows rows_;
+  ContactForces forces_;
+  ContactCompliance compliance_;
+  ContactPoints p_free_W_;
+  ContactPoints targets_W_;
+};
+
+}  // namespace hpdm
