@@ -12,5 +12,6 @@ void AddRunCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddInspectCommand(CLI::App& app);
 void AddGenerateCommand(CLI::App& app);
+void AddSolveCommand(CLI::App& app);
 
 }  // namespace hpdm

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   hpdm::AddRunCommand(app);
   hpdm::AddCheckCommand(app);
   hpdm::AddInspectCommand(app);
+  hpdm::AddSolveCommand(app);
   hpdm::AddGenerateCommand(app);
   try {
     app.parse(argc, argv);

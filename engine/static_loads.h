@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/lattice_response.h"
+#include "engine/organ.h"
+
+namespace hpdm {
+
+/// Where an organ rests under its loads.
+struct StaticSolution {
+  Points control_displacements;             ///< n x 3, m, world axes.
+  Points vertex_displacements;              ///< V x 3, m.
+  std::vector<Vector3d> load_forces;        ///< N, on the tissue, one a load.
+  std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
+  double residual = 0;                      ///< |K U - R| / |R|, 0 without load.
+
+  /// Of the first load: displacement along its force over the force, m/N; 0 without force.
+  double Compliance() const;
+};
+
+/// The loads of one organ: forces that are given, and displacements whose forces are found, all
+/// acting together, each spread by the kernel of SurfaceKernel. Small displacement (constant
+/// stiffness). Set-up factorises the stiffness once; Solve may be called again and again.
+class StaticLoads {
+ public:
+  /// `model` must outlive this. Throws InputError when a load touches no surface.
+  StaticLoads(const OrganModel& model, const std::vector<LoadOptions>& loads);
+
+  StaticSolution Solve() const;
+
+ private:
+  const OrganModel& model_;
+  std::vector<LoadOptions> loads_;
+  std::unique_ptr<LatticeResponse> response_;
+  Eigen::MatrixXd rows_;  // 3n x 3m: column 3 i + d puts a unit force along d on load i's patch
+};
+
+}  // namespace hpdm
