@@ -11,6 +11,13 @@ namespace {
 
 constexpr double kBorderTolerance = 1e-6;  // m, sideways of the border
 constexpr double kInside = -1e-9;          // smallest weight of a point inside a triangle
+constexpr double kSameFoot = 1e-6;         // m, between the last foot and the patch
+// Offset surface's area over the released one's: 0 at the centre of curvature, where the foot runs
+// away. A foot that is held has no reason to go so far: 0.1 is two thirds of the way down to the
+// centre of a sphere, where the foot moves three times as fast as the tip.
+constexpr double kLeastArea = 1e-6;
+constexpr double kLeastAreaHeld = 0.1;
+constexpr double kLeastTurnCosine = 0.998;  // 3.6 degrees a search: more leads to another side
 constexpr int kMaxNewtonSteps = 12;
 constexpr int kMaxMarch = 16;
 constexpr double kLeastCosine = 0.2;  // between interpolated and face normal
@@ -65,7 +72,39 @@ void PatchSurface::Build(const ToolPatch& patch) noexcept {
   }
 }
 
-bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept {
+bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) noexcept {
+  const bool found =
+      (has_last_ && FindFootFromLast(c_W, reach, foot)) || FindFootFromClosest(c_W, reach, foot);
+  has_last_ = found;
+  if (found) {
+    p_last_W_ = Interpolated(points_W_, foot->corners, foot->weights);
+    normal_last_W_ = foot->normal_W;
+  }
+  return found;
+}
+
+bool PatchSurface::FindFootFromLast(const Vector3d& c_W, double reach, SurfaceFoot* foot) const {
+  Closest start = FindClosest(p_last_W_);
+  if (start.triangle < 0 || start.distance > kSameFoot) return false;  // not in this patch
+  start.offset_W = c_W - p_last_W_;
+  start.distance = start.offset_W.norm();
+  if (FollowNormals(c_W, start, kLeastAreaHeld, foot) &&
+      foot->normal_W.dot(normal_last_W_) >= kLeastTurnCosine) {
+    return foot->gap <= reach;
+  }
+
+  // Near the centre of curvature or beyond it: the last foot holds.
+  const double gap = start.offset_W.dot(normal_last_W_);
+  const double sideways = (start.offset_W - gap * normal_last_W_).norm();
+  if (gap > reach || sideways > std::abs(gap)) return false;
+  foot->corners = triangles_[start.triangle];
+  foot->weights = start.weights;
+  foot->normal_W = normal_last_W_;
+  foot->gap = gap;
+  return true;
+}
+
+bool PatchSurface::FindFootFromClosest(const Vector3d& c_W, double reach, SurfaceFoot* foot) const {
   const Closest closest = FindClosest(c_W);
   if (closest.triangle < 0) return false;
 
@@ -78,7 +117,7 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
   const bool outside = closest.offset_W.dot(inside_face ? face_normal : normal) >= 0;
   if (outside && closest.distance > reach) return false;
 
-  if (FollowNormals(c_W, closest, foot)) return foot->gap <= reach;
+  if (FollowNormals(c_W, closest, kLeastArea, foot)) return foot->gap <= reach;
 
   if (IsOnBorder(closest)) {
     const Vector3d sideways = closest.offset_W - closest.offset_W.dot(face_normal) * face_normal;
@@ -120,7 +159,7 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
   return best;
 }
 
-bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
+bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start, double least_area,
                                  SurfaceFoot* foot) const {
   int triangle = start.triangle;
   Vector3d weights = start.weights;
@@ -130,7 +169,6 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
     const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W_[corners[0]];
     const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
     const Vector3d m1 = normals_W_[corners[1]] - n0, m2 = normals_W_[corners[2]] - n0;
-    const double scale = std::sqrt(std::max(e1.squaredNorm(), e2.squaredNorm()));
 
     // Newton's method for p(w) + t n(w) = c in the weights w1, w2 and t.
     double w1 = weights[1], w2 = weights[2];
@@ -143,7 +181,7 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
       const Vector3d c1_c2 = c1.cross(c2);
       const double determinant = c1_c2.dot(n);
       // Positive: the offset surface has not folded over, c lies before the centre of curvature.
-      if (!(determinant > 1e-6 * scale * scale)) return false;
+      if (!(determinant > least_area * e1.cross(e2).dot(n))) return false;
       const double d1 = missing.dot(c2.cross(n)) / determinant;
       const double d2 = missing.dot(n.cross(c1)) / determinant;
       const double dt = missing.dot(c1_c2) / determinant;

@@ -27,6 +27,13 @@ struct SurfaceFoot {
 /// crease, c beyond the centre of curvature) the foot is the closest point, with the sign from the
 /// triangle's own normal inside a face and from the interpolated one on edges and at vertices.
 ///
+/// Under a sharp convex edge there are several such q, one a side, and deeper than the radius of
+/// curvature none, while the deformed tissue still presses from where the tip came in. So a tip in
+/// contact keeps its side: the search starts at the last foot until Forget is called, also in the
+/// next patch, whose released surface is the same. Where that leads nowhere near (the normal would
+/// turn by more than 3.6 degrees), the last foot and its normal hold as long as c lies within 45
+/// degrees of that normal. Otherwise the search starts at the closest point.
+///
 /// There is no foot when the closest point lies on the patch's border (an edge of one triangle
 /// only) and c is more than 1 um sideways of it: the tip is beyond the patch. Triangles without an
 /// area, with corners out of range or not finite are left out of the search, but what they join is
@@ -38,8 +45,12 @@ class PatchSurface {
   /// Packs a new patch: O(triangles).
   void Build(const ToolPatch& patch) noexcept;
 
-  /// Finds the foot of c_W (m) if its gap is at most `reach` (m); false when there is none.
-  bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
+  /// Finds the foot of c_W (m) if its gap is at most `reach` (m); false when there is none. The
+  /// next search starts from it.
+  bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) noexcept;
+
+  /// The next search starts at the closest point: the tip is no longer in contact.
+  void Forget() noexcept { has_last_ = false; }
 
  private:
   static constexpr int kMaxPoints = ToolPatch::kMaxPoints;
@@ -54,7 +65,11 @@ class PatchSurface {
     double distance = 0;
   };
   Closest FindClosest(const Vector3d& c_W) const;
-  bool FollowNormals(const Vector3d& c_W, const Closest& start, SurfaceFoot* foot) const;
+  bool FindFootFromLast(const Vector3d& c_W, double reach, SurfaceFoot* foot) const;
+  bool FindFootFromClosest(const Vector3d& c_W, double reach, SurfaceFoot* foot) const;
+  // `least_area`: of the offset surface at c over the released one, at every step.
+  bool FollowNormals(const Vector3d& c_W, const Closest& start, double least_area,
+                     SurfaceFoot* foot) const;
   bool IsOnBorder(const Closest& closest) const;
   Vector3d Interpolated(const std::array<Vector3d, kMaxPoints>& values, const Corners& corners,
                         const Vector3d& weights) const {
@@ -62,6 +77,9 @@ class PatchSurface {
            weights[2] * values[corners[2]];
   }
 
+  bool has_last_ = false;
+  Vector3d p_last_W_ = Vector3d::Zero();  // the last foot, on the released surface
+  Vector3d normal_last_W_ = Vector3d::Zero();
   int triangle_count_ = 0;
   std::array<Vector3d, kMaxPoints> points_W_;
   std::array<Vector3d, kMaxPoints> normals_W_;  // zero where the patch gives none

@@ -11,18 +11,22 @@ void TipContact::SetPatch(const ToolPatch& patch) noexcept {
   surface_.Build(patch);
 }
 
-ContactResult TipContact::Evaluate(const Isometry3d& X_WT, double jaw,
-                                   double tip_radius) const noexcept {
+ContactResult TipContact::Evaluate(const Isometry3d& X_WT, double jaw, double tip_radius) noexcept {
+  const bool grasps = patch_ != nullptr && patch_->kind == ContactKind::kGrasp && jaw <= kJawLetsGo;
+  if (patch_ == nullptr || patch_->organ < 0 || grasps) surface_.Forget();
   if (patch_ == nullptr || patch_->organ < 0) return {};
-  if (patch_->kind == ContactKind::kGrasp && jaw <= kJawLetsGo) return EvaluateGrasp(X_WT);
+  if (grasps) return EvaluateGrasp(X_WT);
   return EvaluatePress(X_WT.translation(), tip_radius);
 }
 
-ContactResult TipContact::EvaluatePress(const Vector3d& p_tip_W, double tip_radius) const {
+ContactResult TipContact::EvaluatePress(const Vector3d& p_tip_W, double tip_radius) {
   SurfaceFoot foot;
   if (!surface_.FindFoot(p_tip_W, tip_radius, &foot)) return {};
   const double depth = tip_radius - foot.gap;
-  if (!(depth > 0)) return {};
+  if (!(depth > 0)) {
+    surface_.Forget();
+    return {};
+  }
 
   ContactResult result;
   result.normal_W = foot.normal_W;

@@ -40,10 +40,10 @@ class TipContact {
   void ClearPatch() noexcept { patch_ = nullptr; }
 
   /// X_WT: the tool's pose; jaw 0 closed .. 1 open; tip_radius in m.
-  ContactResult Evaluate(const Isometry3d& X_WT, double jaw, double tip_radius) const noexcept;
+  ContactResult Evaluate(const Isometry3d& X_WT, double jaw, double tip_radius) noexcept;
 
  private:
-  ContactResult EvaluatePress(const Vector3d& p_tip_W, double tip_radius) const;
+  ContactResult EvaluatePress(const Vector3d& p_tip_W, double tip_radius);
   ContactResult EvaluateGrasp(const Isometry3d& X_WT) const;
 
   const ToolPatch* patch_ = nullptr;

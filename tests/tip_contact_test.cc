@@ -293,6 +293,37 @@ TEST(TipContact, UnusableTrianglesAreLeftOutAndOpenNoBorder) {
   EXPECT_NEAR(Press(patch, {0.001, 0.002, 0}).depth, kRadius, 1e-12);
 }
 
+// A thin part of an organ, pressed deeper than its centre of curvature: the closest point of the
+// released surface is then on the sides, and under the centre none faces the tip.
+TEST(TipContact, APressThroughTheCentreOfCurvatureKeepsItsSide) {
+  constexpr double kCurvature = 0.006, kStep = 1e-4;
+  const ToolPatch patch = SpherePatch(7, 0.005, kCurvature, kStiffness);
+  TipContact contact;
+  contact.SetPatch(patch);
+  const auto press = [&](double height) {
+    return contact.Evaluate(Isometry3d(Eigen::Translation3d(2e-4, 1e-4, height)), 1, kRadius);
+  };
+  Vector3d last = Vector3d::Zero();
+  const auto expect_continuous = [&](double height) {
+    const ContactResult result = press(height);
+    // The press itself is k a step, and the normal may turn by 3.6 degrees (0.064 rad) in one.
+    EXPECT_LT((result.reaction_W - last).norm(),
+              1.1 * kStiffness * kStep + 0.064 * result.reaction_W.norm())
+        << height;
+    last = result.reaction_W;
+    return result;
+  };
+  const int steps = static_cast<int>((kRadius + 1.5 * kCurvature) / kStep);
+  for (int i = 0; i <= steps; ++i) expect_continuous(kRadius - i * kStep);
+  EXPECT_GT(last.z(), 0.9 * kStiffness * steps * kStep);  // all but along the axis
+  // The next patch of the same surface changes nothing.
+  const ToolPatch next = patch;
+  contact.SetPatch(next);
+  expect_continuous(kRadius - steps * kStep);
+  for (int i = steps; i >= -1; --i) expect_continuous(kRadius - i * kStep);
+  EXPECT_EQ(last, Vector3d::Zero());
+}
+
 TEST(TipContact, EmptyAndDistantPatchesGiveNothing) {
   ToolPatch empty;
   EXPECT_EQ(Press(empty, {0, 0, 0}).kind, ContactKind::kNone);
