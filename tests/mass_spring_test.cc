@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "tests/counted_allocations.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
@@ -233,6 +234,22 @@ TEST(MassSpring, SubstepCostIsLinearInTheVertices) {
   // Edges, shear and flexion springs: three of each a vertex, and the vertex.
   EXPECT_NEAR(visits(2) / 162, 10, 1);
   EXPECT_NEAR(visits(4) / 2562, 10, 1);
+}
+
+TEST(MassSpring, StepAllocatesNothing) {
+  if (!kCountsAllocations) GTEST_SKIP() << "a sanitizer's allocator is in use";
+  const SurfaceMesh rest = Body();
+  MassSpring model = Model(rest);
+  Points U = Points::Zero(rest.vertices.rows(), 3);
+  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  for (int i = 0; i < kMaxContacts; ++i) {
+    AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002));
+  }
+  const long before = AllocationsOfThisThread();
+  for (int step = 0; step < 3; ++step) model.Relax(&contacts, &U);
+  contacts.Clear();
+  for (int step = 0; step < 3; ++step) model.Relax(&contacts, &U);
+  EXPECT_EQ(AllocationsOfThisThread(), before);
 }
 
 TEST(MassSpring, MassIsThatOfTheEnclosedTissue) {

@@ -4,9 +4,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <limits>
 
 #include "engine/error.h"
+#include "tests/counted_allocations.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
@@ -75,6 +77,61 @@ TEST(SurfaceContinuum, EnergyOfASphereIsThatOfTheSmoothSurface) {
   // take about 0.2 % of the area.
   EXPECT_NEAR(energy(30, 0) / (0.5 * 30 * 2. / 3 * 4 * M_PI * R * R), 1, 0.005);
   EXPECT_NEAR(energy(0, 0.003) / (0.5 * 0.003 * 16 * M_PI / 3), 1, 0.01);
+}
+
+// The metric energy of Terzopoulos et al., int eta |G - G0|^2 da, of a mesh moved to `p`, and its
+// force as Eq. 17 has it: minus the sum over triangles of area alpha_ij d_i phi_a d_j p.
+double MetricEnergy(const SurfaceMesh& rest, const Points& p, double eta, double factor,
+                    Points* forces) {
+  using Frame = Eigen::Matrix<double, 3, 2>;
+  double energy = 0;
+  forces->setZero(p.rows(), 3);
+  for (Eigen::Index t = 0; t < rest.triangles.rows(); ++t) {
+    const Eigen::RowVector3i corner = rest.triangles.row(t);
+    Frame X, x;  // two edges at rest and now
+    for (int k = 0; k < 2; ++k) {
+      X.col(k) = (rest.vertices.row(corner[k + 1]) - rest.vertices.row(corner[0])).transpose();
+      x.col(k) = (p.row(corner[k + 1]) - p.row(corner[0])).transpose();
+    }
+    const Frame tangents = Eigen::HouseholderQR<Frame>(X).householderQ() * Frame::Identity();
+    const Eigen::Matrix2d inverse = (tangents.transpose() * X).inverse();
+    const double area = X.col(0).cross(X.col(1)).norm() / 2;
+    const Frame gradient = x * inverse;  // columns d_j p, in coordinates where G0 is the identity
+    const Eigen::Matrix2d change = gradient.transpose() * gradient - Eigen::Matrix2d::Identity();
+    energy += area * eta * change.squaredNorm();
+    const Frame stress = factor * eta * area * gradient * change * inverse.transpose();
+    for (int k = 0; k < 2; ++k) {
+      forces->row(corner[k + 1]) -= stress.col(k).transpose();
+      forces->row(corner[0]) += stress.col(k).transpose();
+    }
+  }
+  return energy;
+}
+
+TEST(SurfaceContinuum, TheMetricsWeightIsFourEtaTimesItsChange) {
+  // Why the header departs from the printed alpha = eta (G - G0).
+  const SurfaceMesh rest = Body(1);
+  srand(3);
+  const Points p = rest.vertices + 0.005 * Points::Random(rest.vertices.rows(), 3);
+  const Points direction = Points::Random(p.rows(), 3);
+  Points forces, unused;
+  MetricEnergy(rest, p, 5, 4, &forces);
+  const double step = 1e-6;  // m: truncation and round-off are both below 1e-6 of the slope
+  const double slope = (MetricEnergy(rest, p + step * direction, 5, 4, &unused) -
+                        MetricEnergy(rest, p - step * direction, 5, 4, &unused)) /
+                       (2 * step);
+  EXPECT_NEAR(-forces.cwiseProduct(direction).sum() / slope, 1, 1e-6);
+}
+
+TEST(SurfaceContinuum, SmallGrowthCostsWhatTheMetricEnergySays) {
+  const SurfaceMesh rest = Body();
+  const double growth = 1e-6, eta = 5;
+  const Points u = growth * rest.vertices;
+  Points unused;
+  const double metric = MetricEnergy(rest, rest.vertices + u, eta, 4, &unused);
+  const ScalarStiffness K = SurfaceStiffness(rest, VertexAreas(rest), 8 * eta, 0);
+  // Second-order terms of the growth, and 1e-16 / growth of round-off.
+  EXPECT_NEAR(0.5 * (u.transpose() * (K * u)).trace() / metric, 1, 1e-5);
 }
 
 TEST(SurfaceContinuum, TranslationCostsNothingAndRotationDoesNot) {
@@ -243,6 +300,22 @@ TEST(SurfaceContinuum, FixedRegionStaysAndTheRestMoves) {
   // What the tool pushes with, the supports hold.
   const Vector3d reaction = (ground.asDiagonal() * U).colwise().sum();
   EXPECT_LT((reaction - contacts[0].force_W).norm(), 1e-9 * reaction.norm());
+}
+
+TEST(SurfaceContinuum, StepAllocatesNothing) {
+  if (!kCountsAllocations) GTEST_SKIP() << "a sanitizer's allocator is in use";
+  const SurfaceMesh rest = Body();
+  SurfaceContinuum model = Model(rest, 1. / 30);
+  Points U = Points::Zero(rest.vertices.rows(), 3);
+  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  for (int i = 0; i < kMaxContacts; ++i) {
+    AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002));
+  }
+  const long before = AllocationsOfThisThread();
+  for (int step = 0; step < 3; ++step) model.Relax(&contacts, &U);
+  contacts.Clear();
+  for (int step = 0; step < 3; ++step) model.Relax(&contacts, &U);
+  EXPECT_EQ(AllocationsOfThisThread(), before);
 }
 
 TEST(SurfaceContinuum, MassIsThatOfTheEnclosedTissue) {

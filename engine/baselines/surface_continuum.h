@@ -15,7 +15,8 @@ namespace hpdm {
 /// Models" (SIGGRAPH 1987): first and second fundamental form, Eq. 13-18 of the paper, about the
 /// rest shape. There the metric's force acts on positions with the weight alpha = 4 eta (G - G0)
 /// (the variation of eta |G - G0|^2; Eq. 17 lost the 4), which vanishes at rest; here, as for the
-/// lattice, constant weights act on displacements, so that K can be factorised once. Like the
+/// lattice, constant weights act on displacements, so that K can be factorised once: for small
+/// displacements without rotation eta |G - G0|^2 is this energy with tension = 8 eta. Like the
 /// lattice's "metric" energy it is free of translations but not of rotations.
 ///
 /// The grid's differences become those of the organ's own triangles: linear elements for the
@@ -27,8 +28,10 @@ ScalarStiffness SurfaceStiffness(const SurfaceMesh& rest, const Eigen::VectorXd&
                                  double tension, double bending);
 
 struct SurfaceContinuumOptions {
-  double alpha = 2000;         ///< Pa; the surface's tension is alpha x thickness (skin.h).
-  double beta = 0.2;           ///< N; its bending stiffness is beta x thickness.
+  double alpha = 2000;  ///< Pa; the surface's tension is alpha x thickness (skin.h).
+  /// N; the bending stiffness is beta x thickness. The default, alpha (20 mm)^2, gives a 15 mm
+  /// press the width that it has on a quadratic lattice of 6^3 cells with the same alpha.
+  double beta = 0.8;
   double density = 1060;       ///< kg/m^3.
   double damping = 20;         ///< 1/s, force per momentum: C = damping M.
   double time_step = 1. / 30;  ///< s; infinity: every step is the static solution.

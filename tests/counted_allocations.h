@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+
+/// Counts the heap allocations of an executable, for tests that a loop makes none. To be included
+/// by one source file of it. Sanitizers bring an allocator of their own: nothing is counted then.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+
+inline constexpr bool kCountsAllocations = false;
+inline long AllocationsOfThisThread() { return 0; }
+
+#else
+
+inline constexpr bool kCountsAllocations = true;
+inline thread_local long allocations_of_this_thread = 0;
+inline long AllocationsOfThisThread() { return allocations_of_this_thread; }
+
+// operator new and Eigen both end here. glibc lets a program put its own in front.
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_realloc(void*, std::size_t);
+
+void* malloc(std::size_t size) {
+  ++allocations_of_this_thread;
+  return __libc_malloc(size);
+}
+void* realloc(void* old, std::size_t size) {
+  ++allocations_of_this_thread;
+  return __libc_realloc(old, size);
+}
+}
+
+#endif
