@@ -1,5 +1,7 @@
 #include "engine/baselines/press_volume.h"
 
+#include "engine/baselines/surface_error.h"
+
 #include <cmath>
 
 #include "engine/baselines/skin.h"
@@ -44,7 +46,7 @@ PressOutcome MeasurePress(const SurfaceMesh& rest, const WeightMatrix& weights,
   }
   outcome.force_W = contacts[0].force_W;
   outcome.vertices = rest.vertices + weights * U;
-  outcome.volume_change = RelativeVolumeChange(rest, outcome.vertices);
+  outcome.volume_change = RelativeVolumeChange(rest, outcome.vertices - rest.vertices);
   return outcome;
 }
 
@@ -52,11 +54,6 @@ WeightMatrix VertexWeights(Eigen::Index vertex_count) {
   WeightMatrix identity(vertex_count, vertex_count);
   identity.setIdentity();
   return identity;
-}
-
-double RelativeVolumeChange(const SurfaceMesh& rest, const Points& vertices) {
-  const double volume = EnclosedVolume(rest.vertices, rest.triangles);
-  return EnclosedVolume(vertices, rest.triangles) / volume - 1;
 }
 
 }  // namespace hpdm

@@ -35,7 +35,4 @@ PressOutcome MeasurePress(const SurfaceMesh& rest, const WeightMatrix& weights,
 /// Every vertex moves by itself: the identity, V x V.
 WeightMatrix VertexWeights(Eigen::Index vertex_count);
 
-/// Relative change of the volume that the surface encloses.
-double RelativeVolumeChange(const SurfaceMesh& rest, const Points& vertices);
-
 }  // namespace hpdm
