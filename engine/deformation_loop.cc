@@ -111,26 +111,31 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   }
 }
 
+// The haptic loop's patch goes first: what it waits for is not held up by the copies for the eye.
 void DeformationLoop::Publish(const ToolState& tools) {
-  edges_.patch.Back().step = record_;
-  PublishScene(tools, &edges_.render);
-  PublishScene(tools, &edges_.telemetry);
+  ContactPatch& patch = edges_.patch.Back();
+  patch.step = record_;
+  for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
+    edge->Back().patches = patch.tools;
+  }
   edges_.patch.Publish();
+  for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
+    FillScene(tools, &edge->Back());
+    edge->Publish();
+  }
 }
 
-void DeformationLoop::PublishScene(const ToolState& tools, TripleBuffer<SceneSnapshot>* edge) {
-  SceneSnapshot& scene = edge->Back();
-  scene.step = record_;
-  scene.tool_count = tools.tool_count;
-  scene.tools = tools.tools;
-  scene.patches = edges_.patch.Back().tools;
+// All but the patches.
+void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) const {
+  scene->step = record_;
+  scene->tool_count = tools.tool_count;
+  scene->tools = tools.tools;
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    scene.organs[o].control_displacements = states_[o].control_displacements;
-    if (scene.organs[o].vertices.rows() > 0) {
-      scene.organs[o].vertices = states_[o].vertices.cast<float>();
+    scene->organs[o].control_displacements = states_[o].control_displacements;
+    if (scene->organs[o].vertices.rows() > 0) {
+      scene->organs[o].vertices = states_[o].vertices.cast<float>();
     }
   }
-  edge->Publish();
 }
 
 SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,

@@ -44,7 +44,7 @@ class DeformationLoop {
   void RelocateVertices();
   void BuildContactPatch(const ToolState& tools);
   void Publish(const ToolState& tools);
-  void PublishScene(const ToolState& tools, TripleBuffer<SceneSnapshot>* edge);
+  void FillScene(const ToolState& tools, SceneSnapshot* scene) const;
 
   const std::vector<OrganModel>& models_;
   DeformationEdges edges_;

@@ -118,8 +118,8 @@ enum StepFlag : std::uint32_t {
   kStepOk = 0,
   kStepBudgetSpent = 1u << 0,  ///< Gauss-Seidel stopped early: raise iterations, or "cholesky".
   kStepNotFinite = 1u << 1,    ///< A NaN was caught and the organ put to rest: report the scene.
-  kStepContactsDropped = 1u << 2,  ///< More contacts than kMaxContacts on one organ: the first
-                                   ///< tool's were kept, its jaws' before its shaft's.
+  kStepContactsDropped = 1u << 2,      ///< More contacts than kMaxContacts on one organ: the first
+                                       ///< tool's were kept, its jaws' before its shaft's.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
 };
 

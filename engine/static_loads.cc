@@ -16,8 +16,7 @@ Points ElasticForce(const LatticeStiffness& stiffness, const Points& U) {
     force = *scalar * U;
   } else {
     UnknownMap(force.data(), force.size()) =
-        std::get<FullStiffness>(stiffness) *
-        Eigen::Map<const Eigen::VectorXd>(U.data(), U.size());
+        std::get<FullStiffness>(stiffness) * Eigen::Map<const Eigen::VectorXd>(U.data(), U.size());
   }
   return force;
 }
@@ -32,8 +31,8 @@ double StaticSolution::Compliance() const {
 StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>& loads)
     : model_(model),
       loads_(loads),
-      response_(std::visit([](const auto& K) { return MakeLatticeResponse(K); },
-                           model.stiffness())),
+      response_(
+          std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness())),
       rows_(Eigen::MatrixXd::Zero(3 * model.lattice().size(),
                                   3 * static_cast<Eigen::Index>(loads.size()))) {
   Eigen::RowVectorXd row(model.lattice().size());

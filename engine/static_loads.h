@@ -9,11 +9,11 @@ namespace hpdm {
 
 /// Where an organ rests under its loads.
 struct StaticSolution {
-  Points control_displacements;             ///< n x 3, m, world axes.
-  Points vertex_displacements;              ///< V x 3, m.
-  std::vector<Vector3d> load_forces;        ///< N, on the tissue, one a load.
+  Points control_displacements;              ///< n x 3, m, world axes.
+  Points vertex_displacements;               ///< V x 3, m.
+  std::vector<Vector3d> load_forces;         ///< N, on the tissue, one a load.
   std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
-  double residual = 0;                      ///< |K U - R| / |R|, 0 without load.
+  double residual = 0;                       ///< |K U - R| / |R|, 0 without load.
 
   /// Of the first load: displacement along its force over the force, m/N; 0 without force.
   double Compliance() const;

@@ -79,6 +79,48 @@ class Flow : public testing::Test {
 
 const std::string kScene = (kSource / "scenes" / "liver_palpation.toml").string();
 
+// What the log says of one session's haptic ticks.
+struct LoggedTicks {
+  std::uint64_t count = 0;
+  std::uint64_t gaps = 0;           // numbers that are neither logged nor counted as skipped
+  std::uint64_t grasping = 0;       // ticks with tissue in the jaws
+  double largest_force_step = 0;    // N, from tick to tick
+  double largest_displacement = 0;  // m, of a control point
+};
+
+LoggedTicks ReadTicks(const fs::path& log) {
+  LogReader reader(log.string());
+  LogEvent event;
+  force_t message;
+  HapticSample sample;
+  LoggedTicks ticks;
+  std::uint64_t next = 0;
+  std::array<Vector3d, kMaxInstruments> last;
+  last.fill(Vector3d::Zero());
+  while (reader.Next(&event)) {
+    if (event.channel == kOrganChannel) {
+      organ_t organ;
+      Points U;
+      if (!DecodeMessage(event.data, &organ) || !FromMessage(organ, &U)) return {};
+      ticks.largest_displacement =
+          std::max(ticks.largest_displacement, U.rowwise().norm().maxCoeff());
+    }
+    if (event.channel != kForceChannel) continue;
+    if (!DecodeMessage(event.data, &message) || !FromMessage(message, &sample)) return {};
+    ++ticks.count;
+    if (sample.tick != next + sample.skipped.Total()) ++ticks.gaps;
+    next = sample.tick + 1;
+    for (int t = 0; t < sample.tool_count; ++t) {
+      ticks.grasping += sample.tools[t].kind == ContactKind::kGrasp;
+      const Vector3d& force = sample.tools[t].force_W;
+      ticks.largest_force_step = std::max(ticks.largest_force_step, (force - last[t]).norm());
+      last[t] = force;
+    }
+  }
+  EXPECT_EQ(reader.damaged_stretches(), 0u);
+  return ticks;
+}
+
 TEST_F(Flow, LockstepRunGivesTheSameLogAndPictureTwice) {
   SKIP_WITHOUT_EGL();
   for (const char* name : {"a", "b"}) {
@@ -137,38 +179,7 @@ TEST_F(Flow, HandFeelsTheLiverAndTheLiverIsDented) {
   EXPECT_GT(probe["contact_time_s"], 0.5);
   EXPECT_GT(probe["deepest_press_m"], 0.005);
   EXPECT_LT(probe["deepest_press_m"], 0.03);
-}
-
-// What the log says of one session's haptic ticks.
-struct LoggedTicks {
-  std::uint64_t count = 0;
-  std::uint64_t gaps = 0;         // numbers that are neither logged nor counted as skipped
-  double largest_force_step = 0;  // N, from tick to tick
-};
-
-LoggedTicks ReadTicks(const fs::path& log) {
-  LogReader reader(log.string());
-  LogEvent event;
-  force_t message;
-  HapticSample sample;
-  LoggedTicks ticks;
-  std::uint64_t next = 0;
-  std::array<Vector3d, kMaxInstruments> last;
-  last.fill(Vector3d::Zero());
-  while (reader.Next(&event)) {
-    if (event.channel != kForceChannel) continue;
-    if (!DecodeMessage(event.data, &message) || !FromMessage(message, &sample)) return {};
-    ++ticks.count;
-    if (sample.tick != next + sample.skipped.Total()) ++ticks.gaps;
-    next = sample.tick + 1;
-    for (int t = 0; t < sample.tool_count; ++t) {
-      const Vector3d& force = sample.tools[t].force_W;
-      ticks.largest_force_step = std::max(ticks.largest_force_step, (force - last[t]).norm());
-      last[t] = force;
-    }
-  }
-  EXPECT_EQ(reader.damaged_stretches(), 0u);
-  return ticks;
+  EXPECT_GT(ReadTicks(folder_ / "s" / "session.lcmlog").largest_displacement, 0.005);
 }
 
 TEST_F(Flow, EveryTickIsLoggedOnceAndNoForceStepExceedsTheSlewLimit) {
@@ -183,6 +194,9 @@ TEST_F(Flow, EveryTickIsLoggedOnceAndNoForceStepExceedsTheSlewLimit) {
     EXPECT_GT(ticks.largest_force_step, 0) << clock;
     // DeviceProfile::max_force_rate over one period of 1 ms.
     EXPECT_LE(ticks.largest_force_step, 2000 * 1e-3 * (1 + 1e-12)) << clock;
+    // A palpating hand moves by less than 0.2 mm a tick into a tissue of less than 300 N/m, so
+    // even a skipped tick or two make no more than this.
+    EXPECT_LT(ticks.largest_force_step, 0.2) << clock;
   }
 }
 
@@ -225,6 +239,7 @@ trocar = [-0.06, -0.12, 0.15]
   const Json tools = Json::parse(outcome.out)["tools"];
   ASSERT_EQ(tools.size(), 2u);
   for (const Json& tool : tools) EXPECT_GT(tool["contact_time_s"], 0.5) << tool["name"];
+  EXPECT_GT(ReadTicks(folder_ / "s" / "session.lcmlog").grasping, 500u);
 }
 
 TEST_F(Flow, SameSessionRunsOnAnotherLiverByMeshUnitAndPose) {
@@ -274,6 +289,7 @@ TEST_F(Flow, InterruptClosesTheLogAndWritesTheSummary) {
     const Json summary = Json::parse(ReadFile(fs::path(out) / "summary.json"));
     EXPECT_TRUE(summary["interrupted"]);
     EXPECT_EQ(summary["log"]["ticks"], summary["haptic"]["ticks"]);
+    EXPECT_EQ(ReadTicks(log).count, summary["haptic"]["ticks"]);
   }
 }
 

@@ -1,7 +1,6 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -9,6 +8,7 @@
 #include <latch>
 #include <limits>
 #include <memory>
+#include <stop_token>
 #include <thread>
 
 #include "engine/error.h"
@@ -65,6 +65,28 @@ class StopSignals {
   sigset_t signals_;
 };
 
+RealtimeOptions ProcessRealtime() {
+  RealtimeOptions options;
+  options.lock_memory = true;
+  return options;
+}
+
+RealtimeOptions HapticRealtime() {
+  return {.fifo_priority = 80, .prefault_stack = true, .core_from_last = 0};
+}
+
+// Asks for what a session would, before anything of it exists. Throws MachineError.
+void RequireRealtime() {
+  RealtimeReport process = RequestRealtime(ProcessRealtime());
+  RealtimeReport haptic;
+  std::jthread([&] { haptic = RequestRealtime(HapticRealtime()); }).join();
+  for (const RealtimeReport& report : {process, haptic}) {
+    if (report.Complete()) continue;
+    throw MachineError("--require-rt: " + report.FirstRefusal() +
+                       "; run as root or raise the rtprio and memlock limits");
+  }
+}
+
 // The loops of one session and what they need to run.
 struct Loops {
   Session& session;
@@ -82,23 +104,23 @@ struct Loops {
 //        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
 //        '-effort-'  '---HapticSample queue, every tick------------------------^
 //
-// The loops start together once every thread has asked for its real-time state. The haptic thread
-// ends the session at its last tick; the telemetry ends last, so that it drains everything.
-RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool require_realtime) {
+// The two loops with a deadline start together, once each has asked for its real-time state. The
+// haptic thread ends the session at its last tick; the telemetry ends last, so that it drains
+// everything.
+RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   RunRecord record;
-  RealtimeReport process, haptic, deformation;
-  std::latch ready(2), go(1);
-  std::atomic<bool> haptic_done = false;
-  RealtimeOptions locked;
-  locked.lock_memory = true;
-  process = RequestRealtime(locked);
+  const RealtimeReport process = RequestRealtime(ProcessRealtime());
+  RealtimeReport haptic, deformation;
+  loops.session.EnableForces(true);
+  std::latch start(2);
+  std::stop_source over;
 
   std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
+  std::jthread render_thread([&](std::stop_token stop) { loops.render.Run(stop); });
   std::jthread deformation_thread([&](std::stop_token stop) {
     deformation =
         RequestRealtime({.fifo_priority = 40, .prefault_stack = true, .core_from_last = 1});
-    ready.count_down();
-    go.wait();
+    start.arrive_and_wait();
     RealLoopClock loop_clock(clock);
     const int hz = loops.session.scene().timing.deformation_hz;
     record.deformation =
@@ -109,28 +131,14 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool req
                       });
   });
   std::jthread haptic_thread([&](std::stop_token stop) {
-    haptic = RequestRealtime({.fifo_priority = 80, .prefault_stack = true, .core_from_last = 0});
-    ready.count_down();
-    go.wait();
+    haptic = RequestRealtime(HapticRealtime());
+    start.arrive_and_wait();
     RealLoopClock loop_clock(clock);
     record.haptic = loops.haptics.RunRealClock(stop, loop_clock, clock.Now(), loops.end_tick);
-    haptic_done = true;
-  });
-  std::jthread render_thread([&](std::stop_token stop) {
-    go.wait();
-    loops.render.Run(stop);
+    over.request_stop();
   });
 
-  ready.wait();
-  record.realtime = {{"process", process}, {"haptic", haptic}, {"deformation", deformation}};
-  std::string refused;
-  for (const auto& [thread, report] : record.realtime) {
-    if (refused.empty() && !report.Complete()) refused = thread + ": " + report.FirstRefusal();
-  }
-  const bool may_run = !require_realtime || refused.empty();
-  if (may_run) loops.session.EnableForces(true);
-  go.count_down();
-  while (may_run && !haptic_done && !record.interrupted) {
+  while (!over.stop_requested() && !record.interrupted) {
     record.interrupted = loops.signals.WaitFor(20'000'000);
   }
   for (std::jthread* thread :
@@ -139,10 +147,7 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock, bool req
     thread->join();
   }
   loops.session.EnableForces(false);
-  if (!may_run) {
-    throw MachineError("--require-rt: " + refused +
-                       "; run as root or raise the rtprio and memlock limits");
-  }
+  record.realtime = {{"process", process}, {"haptic", haptic}, {"deformation", deformation}};
   return record;
 }
 
@@ -185,18 +190,13 @@ RunRecord RunInLockstep(const Loops& loops) {
   return record;
 }
 
-RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session,
-                              const SessionFolder& folder) {
+RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session) {
   RenderOptions render;
   char end;
   if (std::sscanf(options.size.c_str(), "%dx%d%c", &render.width, &render.height, &end) != 2) {
     throw InputError("--size " + options.size + ": is not WIDTHxHEIGHT, such as 640x480");
   }
   render.max_hz = session.scene().timing.render_hz;
-  if (options.frames_per_second > 0) {
-    render.frame_folder = folder.File("frames");
-    render.frame_fps = options.frames_per_second;
-  }
   return render;
 }
 
@@ -232,10 +232,16 @@ void Run(const RunOptions& options) {
   const StopSignals signals;  // before any thread
   Session session(LoadScene(options.scene));
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
+  RenderOptions render_options = RenderOptionsOf(options, session);
   EglContext();  // a machine that cannot draw says so before the session starts
+  if (options.require_realtime) RequireRealtime();
   const SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene());
+  if (options.frames_per_second > 0) {
+    render_options.frame_folder = folder.File("frames");
+    render_options.frame_fps = options.frames_per_second;
+  }
 
   const SessionClock clock;
   std::function<Nanoseconds()> stopwatch;
@@ -247,9 +253,8 @@ void Run(const RunOptions& options) {
       {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes},
       stopwatch);
   RenderLoop render(
-      session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope,
-      RenderOptionsOf(options, session, folder), *session.render_scenes,
-      stopwatch ? stopwatch : [] { return Nanoseconds{0}; });
+      session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
+      *session.render_scenes, stopwatch ? stopwatch : [] { return Nanoseconds{0}; });
   TelemetryLoop telemetry(&session.samples, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),
                           TelemetryOptionsOf(options, session, folder), session.Info());
@@ -258,9 +263,7 @@ void Run(const RunOptions& options) {
                                 std::llround(options.seconds * session.scene().timing.haptic_hz))
                           : std::numeric_limits<std::uint64_t>::max();
   const Loops loops{session, haptics, deformation, render, telemetry, signals, end_tick};
-  const RunRecord record = options.Lockstep()
-                               ? RunInLockstep(loops)
-                               : RunOnRealClock(loops, clock, options.require_realtime);
+  const RunRecord record = options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, clock);
 
   // A disk that fills up must not cost the summary: it is told after it.
   std::string not_kept = telemetry.Summary().log.Explain();

@@ -70,13 +70,17 @@ std::string Line(const char* format, auto... values) {
   return text;
 }
 
-std::string LoopLine(const char* name, const Json& loop, const char* unit_count) {
-  return Line(
-      "%-12s %8.2f Hz  %8ld %-7s %4ld skipped   wake-up p99 %8.1f us   compute p50 %8.1f p99 %8.1f "
-      "us\n",
-      name, loop["rate_hz"].get<double>(), loop[unit_count].get<long>(), unit_count,
-      loop["skipped"]["total"].get<long>(), loop["wake_up"]["p99_us"].get<double>(),
-      loop["compute"]["p50_us"].get<double>(), loop["compute"]["p99_us"].get<double>());
+// A lockstep run measures no time: `timed` is false.
+std::string LoopLine(const char* name, const Json& loop, const char* unit_count, bool timed) {
+  std::string line =
+      Line("%-12s %8.2f Hz  %8ld %-7s %4ld skipped", name, loop["rate_hz"].get<double>(),
+           loop[unit_count].get<long>(), unit_count, loop["skipped"]["total"].get<long>());
+  if (timed) {
+    line += Line("   wake-up p99 %8.1f us   compute p50 %8.1f p99 %8.1f us",
+                 loop["wake_up"]["p99_us"].get<double>(), loop["compute"]["p50_us"].get<double>(),
+                 loop["compute"]["p99_us"].get<double>());
+  }
+  return line + "\n";
 }
 
 }  // namespace
@@ -111,7 +115,8 @@ std::string ReadableSummary(const Json& summary) {
       Line("%s: %.1f s on the %s clock%s\n", summary["scene"].get<std::string>().c_str(),
            summary["seconds"].get<double>(), summary["clock"].get<std::string>().c_str(),
            summary["interrupted"].get<bool>() ? ", interrupted" : "");
-  text += LoopLine("haptic", summary["haptic"], "ticks");
+  const bool timed = summary["clock"] != "lockstep";
+  text += LoopLine("haptic", summary["haptic"], "ticks", timed);
   const Json& skipped = summary["haptic"]["skipped"];
   if (skipped["total"].get<long>() > 0) {
     text += Line(
@@ -119,7 +124,7 @@ std::string ReadableSummary(const Json& summary) {
         skipped["late_wake_up"].get<long>(), skipped["long_compute"].get<long>(),
         skipped["stalled"].get<long>());
   }
-  text += LoopLine("deformation", summary["deformation"], "steps");
+  text += LoopLine("deformation", summary["deformation"], "steps", timed);
   if (summary.contains("render")) {
     const Json& render = summary["render"];
     text += Line("%-12s %8.2f Hz  %8ld frames  %4ld dropped   compute p50 %8.1f p99 %8.1f us\n",

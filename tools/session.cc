@@ -9,7 +9,8 @@
 
 namespace hpdm {
 
-Session::Session(Scene scene) : scene_(std::move(scene)) {
+Session::Session(Scene scene)
+    : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)), scene_(std::move(scene)) {
   BuildOrgans();
   BuildInstruments();
   const int tools = static_cast<int>(scene_.instruments.size());

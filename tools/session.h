@@ -48,7 +48,7 @@ class Session {
   TripleBuffer<ContactPatch> patches;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render_scenes;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_scenes;
-  SpscQueue<HapticSample> samples{2048};
+  SpscQueue<HapticSample> samples;
 
  private:
   void BuildOrgans();

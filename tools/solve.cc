@@ -1,10 +1,9 @@
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <memory>
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "engine/baselines/surface_error.h"
@@ -71,21 +70,20 @@ void Solve(const SolveOptions& options) {
   const StaticSolution solution = loads.Solve();
   WriteSurfaceTable(options.out, {model.rest().vertices, solution.vertex_displacements});
 
-  Json figures = {{"scene", scene.name},
-                  {"control_points", model.lattice().size()},
-                  {"compliance_m_per_N", solution.Compliance()},
-                  {"largest_displacement_m",
-                   solution.vertex_displacements.rowwise().norm().maxCoeff()},
-                  {"volume_change",
-                   RelativeVolumeChange(model.rest(), solution.vertex_displacements)},
-                  {"residual", solution.residual},
-                  {"setup_ms", setup_ms},
-                  {"step_us", MedianSolveMicroseconds(loads)}};
+  Json figures = {
+      {"scene", scene.name},
+      {"control_points", model.lattice().size()},
+      {"compliance_m_per_N", solution.Compliance()},
+      {"largest_displacement_m", solution.vertex_displacements.rowwise().norm().maxCoeff()},
+      {"volume_change", RelativeVolumeChange(model.rest(), solution.vertex_displacements)},
+      {"residual", solution.residual},
+      {"setup_ms", setup_ms},
+      {"step_us", MedianSolveMicroseconds(loads)}};
   for (std::size_t i = 0; i < scene.loads.size(); ++i) {
     const Vector3d& f = solution.load_forces[i];
     const Vector3d& u = solution.load_displacements[i];
-    figures["loads"].push_back({{"force_N", {f.x(), f.y(), f.z()}},
-                                {"displacement_m", {u.x(), u.y(), u.z()}}});
+    figures["loads"].push_back(
+        {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
   }
   if (!options.reference.empty()) {
     const SurfaceTable reference = ReadSurfaceTable(options.reference);
@@ -94,8 +92,8 @@ void Solve(const SolveOptions& options) {
                        " vertices, the organ " + std::to_string(model.rest().vertices.rows()) +
                        "; give the reference of the same mesh");
     }
-    figures["error"] = RelativeSurfaceError(model.rest(), solution.vertex_displacements,
-                                            reference.displacements);
+    figures["error"] =
+        RelativeSurfaceError(model.rest(), solution.vertex_displacements, reference.displacements);
   }
   if (options.json) {
     std::cout << figures.dump(2) << "\n";

@@ -1,10 +1,9 @@
 #include "engine/baselines/press_volume.h"
 
-#include "engine/baselines/surface_error.h"
-
 #include <cmath>
 
 #include "engine/baselines/skin.h"
+#include "engine/baselines/surface_error.h"
 #include "engine/check.h"
 
 namespace hpdm {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLeastAreaShare = 1e-3;
 constexpr double kFixedPenalty = 1e4;  // of modulus / length^2: holds a vertex, well conditioned
-constexpr double kWeakSpring = 1e-3;  // as SupportStiffness ties an organ without supports
+constexpr double kWeakSpring = 1e-3;   // as SupportStiffness ties an organ without supports
 
 }  // namespace
 
@@ -51,7 +51,8 @@ Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
   if (supports.empty()) return kWeakSpring * modulus / (length * length) * volumes;
   Eigen::VectorXd springs = Eigen::VectorXd::Zero(volumes.size());
   for (std::size_t s = 0; s < supports.size(); ++s) {
-    const double stiffness = supports[s].stiffness.value_or(kFixedPenalty * modulus / (length * length));
+    const double stiffness =
+        supports[s].stiffness.value_or(kFixedPenalty * modulus / (length * length));
     int held = 0;
     for (Eigen::Index v = 0; v < springs.size(); ++v) {
       if (!InRegion(supports[s], bounds, rest.vertices.row(v).transpose())) continue;

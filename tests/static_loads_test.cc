@@ -1,0 +1,102 @@
+#include "engine/static_loads.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/error.h"
+#include "tests/shapes.h"
+
+namespace hpdm {
+namespace {
+
+// An ellipsoid of 0.1 x 0.07 x 0.05 m half-axes (times `scale`) held in its lower part.
+OrganModel Organ(EnergyType energy, double scale = 1) {
+  OrganOptions options;
+  options.name = "ellipsoid";
+  options.energy.type = energy;
+  options.energy.beta *= scale * scale;
+  options.lattice.margin *= scale;
+  SupportOptions bottom;
+  bottom.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.27)};
+  options.supports.push_back(bottom);
+  return OrganModel(options, Ellipsoid(scale * Vector3d(0.1, 0.07, 0.05), 3));
+}
+
+LoadOptions LoadAt(const Vector3d& p, double radius) {
+  LoadOptions load;
+  load.organ = "ellipsoid";
+  load.p_centre_W = p;
+  load.radius = radius;
+  return load;
+}
+
+LoadOptions Force(const Vector3d& p, const Vector3d& force) {
+  LoadOptions load = LoadAt(p, 0.015);
+  load.force_W = force;
+  return load;
+}
+
+const Vector3d kTop(0.01, 0.005, 0.0494), kSide(0.0985, 0.008, 0.007);
+
+class StaticLoadsTest : public testing::TestWithParam<EnergyType> {
+ protected:
+  OrganModel organ_ = Organ(GetParam());
+};
+INSTANTIATE_TEST_SUITE_P(Energies, StaticLoadsTest,
+                         testing::Values(EnergyType::kMetric, EnergyType::kStrain));
+
+TEST_P(StaticLoadsTest, SolutionBalancesTheLoads) {
+  const StaticSolution solution =
+      StaticLoads(organ_, {Force(kTop, {0.2, 0, -1}), Force(kSide, {-0.5, 0, 0})}).Solve();
+  EXPECT_LT(solution.residual, 1e-10);  // round-off times the condition of K, about 1e5
+  EXPECT_GT(solution.Compliance(), 0);
+}
+
+TEST_P(StaticLoadsTest, LoadsSuperpose) {
+  const LoadOptions a = Force(kTop, {0.2, 0, -1}), b = Force(kSide, {-0.5, 0, 0});
+  const Points together = StaticLoads(organ_, {a, b}).Solve().vertex_displacements;
+  const Points apart = StaticLoads(organ_, {a}).Solve().vertex_displacements +
+                       StaticLoads(organ_, {b}).Solve().vertex_displacements;
+  EXPECT_LT((together - apart).norm(), 1e-10 * together.norm());
+}
+
+TEST_P(StaticLoadsTest, WorkIsReciprocal) {
+  // Maxwell and Betti: u at b from a force at a, times the force at b, is the same the other way.
+  const Vector3d fa(0.2, 0, -1), fb(-0.5, 0.1, 0);
+  const StaticSolution from_a =
+      StaticLoads(organ_, {Force(kTop, fa), Force(kSide, Vector3d::Zero())}).Solve();
+  const StaticSolution from_b =
+      StaticLoads(organ_, {Force(kTop, Vector3d::Zero()), Force(kSide, fb)}).Solve();
+  const double ab = from_a.load_displacements[1].dot(fb);
+  const double ba = from_b.load_displacements[0].dot(fa);
+  EXPECT_NEAR(ab / ba, 1, 1e-9);
+}
+
+TEST_P(StaticLoadsTest, PrescribedDisplacementTakesTheForceThatMakesIt) {
+  const Vector3d force(0.2, 0, -1);
+  const StaticSolution by_force = StaticLoads(organ_, {Force(kTop, force)}).Solve();
+  LoadOptions load = LoadAt(kTop, 0.015);
+  load.displacement_W = by_force.load_displacements[0];
+  const StaticSolution by_displacement = StaticLoads(organ_, {load}).Solve();
+  EXPECT_LT((by_displacement.load_forces[0] - force).norm(), 1e-9 * force.norm());
+  EXPECT_LT((by_displacement.vertex_displacements - by_force.vertex_displacements).norm(),
+            1e-9 * by_force.vertex_displacements.norm());
+}
+
+TEST_P(StaticLoadsTest, BodyRescaledByAThousandHasTheSameShape) {
+  // Forces grow with the square of the length at equal stress.
+  const double scale = 1000;
+  const OrganModel large = Organ(GetParam(), scale);
+  LoadOptions load = LoadAt(scale * kTop, scale * 0.015);
+  load.force_W = scale * scale * Vector3d(0.2, 0, -1);
+  const Points big = StaticLoads(large, {load}).Solve().vertex_displacements / scale;
+  const Points small = StaticLoads(organ_, {Force(kTop, {0.2, 0, -1})}).Solve().vertex_displacements;
+  EXPECT_LT((big - small).norm(), 1e-6 * small.norm());
+}
+
+TEST(StaticLoads, LoadAwayFromTheSurfaceIsRefused) {
+  const OrganModel organ = Organ(EnergyType::kMetric);
+  EXPECT_THROW(StaticLoads(organ, {Force(Vector3d(0, 0, 0.2), {0, 0, -1})}), InputError);
+}
+
+}  // namespace
+}  // namespace hpdm
