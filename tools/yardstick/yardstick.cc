@@ -108,7 +108,7 @@ Solved Solve(const Case& c, const TetraMesh& mesh) {
                        finite ? TetraLaw::kNeoHookean : TetraLaw::kSmallStrain);
   const TetraProblem problem = MakeTetraProblem(body, c.rest, c.organ.supports, c.loads);
   TetraSolveOptions options;
-  options.load_steps = finite ? 2 : 1;
+  options.load_steps = finite ? 4 : 1;
   Solved solved;
   solved.solution = SolveTetra(body, problem, options);
   if (!solved.solution.converged) throw InputError(c.name + ": no equilibrium; lower the load");
@@ -189,16 +189,21 @@ void Regenerate(const std::string& scene, const std::string& folder,
   json["coarser_quadratic"] = Json::array();
   for (std::size_t i = 0; i + 1 < levels.size(); ++i) add("coarser_quadratic", levels[i], true);
   json["linear"] = Json::array();
-  for (const int corners : linear)
-    add("linear", Solve(c, MeshOf(c, corners, Grading::kEven, 0.03)), false);
-  for (const int corners : graded)
-    add("linear", Solve(c, MeshOf(c, corners, Grading::kLoads, 0.03)), true);
-
   WriteCsv(folder + "/" + c.name + ".csv", c, best.u);
-  std::ofstream file(folder + "/" + c.name + ".json");
-  file << json.dump(2) << '\n';
-  if (!file) throw InputError(folder + ": cannot be written; check the folder");
-  std::printf("%s\n", json.dump(2).c_str());
+  const auto write = [&] {  // after each mesh: the larger ones take minutes
+    std::ofstream file(folder + "/" + c.name + ".json");
+    file << json.dump(2) << '\n';
+    if (!file) throw InputError(folder + ": cannot be written; check the folder");
+  };
+  write();
+  for (const int corners : linear) {
+    add("linear", Solve(c, MeshOf(c, corners, Grading::kEven, 0.03)), false);
+    write();
+  }
+  for (const int corners : graded) {
+    add("linear", Solve(c, MeshOf(c, corners, Grading::kLoads, 0.03)), true);
+    write();
+  }
 }
 
 }  // namespace
