@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <fstream>
 #include <random>
 
 #include "engine/baselines/tetra_solver.h"
@@ -219,8 +221,8 @@ struct Bar {
     problem = MakeTetraProblem(body, box, {support}, {});
     TetraLoad load;
     const TetraMesh& mesh = body.mesh();
-    // Kuhn's tetrahedra give the middles of the face's sides and diagonals equal shares in the mean
-    // (corners of a quadratic face carry nothing); for linear ones every node is as good.
+    // Equal shares are no even traction; by Saint-Venant's principle that matters over a width.
+    // Corners of a quadratic face carry nothing under even traction.
     for (int n = quadratic ? mesh.corners : 0; n < mesh.nodes.rows(); ++n) {
       if (mesh.nodes(n, 0) > scale * (kLength - 1e-9)) end.push_back(n);
     }
@@ -311,6 +313,33 @@ TEST(TetraFem, UnheldBodyIsRefused) {
   TetraProblem problem = EmptyProblem(body);
   problem.forces(0, 0) = 1;
   EXPECT_THROW(SolveTetra(body, problem), InputError);
+}
+
+TEST(TetraLaw, ConvexTangentKeepsThePositivePart) {
+  const TetraMaterial material(Material(5000, 0.45), TetraLaw::kNeoHookean);
+  const Matrix3d squeezed = Vector3d(0.3, 1, 1).asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix9d> exact(material.Tangent(squeezed, false));
+  const Eigen::SelfAdjointEigenSolver<Matrix9d> convex(material.Tangent(squeezed, true));
+  ASSERT_LT(exact.eigenvalues()[0], 0);  // so that there is something to remove
+  EXPECT_LT((convex.eigenvalues() - exact.eigenvalues().cwiseMax(0.0)).norm(),
+            1e-12 * exact.eigenvalues().norm());  // rounding
+}
+
+TEST(TetraMesh, FaultyGmshFilesAreRefused) {
+  const std::string head = "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n";
+  const std::string path = testing::TempDir() + "hpdm_tetra.msh";
+  const auto read = [&](const std::string& text) {
+    std::ofstream(path) << text;
+    return ReadGmsh(path);
+  };
+  EXPECT_NEAR(TetraVolume(read(head + "1 4 1 1 4 1 2 3 4\n$ENDELM\n")), 1.0 / 6, 1e-15);
+  EXPECT_NEAR(TetraVolume(read(head + "1 4 1 1 4 1 3 2 4\n")), 1.0 / 6, 1e-15);  // turned round
+  EXPECT_THROW(read(head), InputError);                                          // ends early
+  EXPECT_THROW(read(head + "1 4 1 1 4 1 2 3 9\n"), InputError);                  // no such node
+  EXPECT_THROW(read(head + "1 4 1 1 4 1 2 3 3\n"), InputError);                  // no volume
+  EXPECT_THROW(read("$NOD\n999999999\n"), InputError);                           // senseless count
+  EXPECT_THROW(read(""), InputError);
+  EXPECT_THROW(ReadGmsh("/nonexistent.msh"), InputError);
 }
 
 TEST(TetraMesh, PointsAreFoundAndAffineFieldsInterpolated) {

@@ -34,9 +34,21 @@ TetraSolver::TetraSolver(const TetraMesh& mesh)
 
 bool TetraSolver::Factorise(const BlockMatrix& K) {
   K_ = &K;
+  inverse_diagonal_.resize(static_cast<std::size_t>(K.rows()));
+  for (int i = 0; i < K.rows(); ++i) {
+    for (int e = K.Start(i); e < K.Start(i + 1); ++e) {
+      if (K.Column(e) == i) inverse_diagonal_[static_cast<std::size_t>(i)] = K.Block(e).inverse();
+    }
+  }
+  fresh_ = false;
+  const bool serves = fresh_iterations_ > 0 && last_iterations_ <= 2 * fresh_iterations_ + 10;
+  return serves || Refactor();
+}
+
+bool TetraSolver::Refactor() {
+  const BlockMatrix& K = *K_;
   // Coarse matrix P^T K P: a middle node moves with half of each of its two corners.
   coarse_.SetZero();
-  inverse_diagonal_.resize(static_cast<std::size_t>(K.rows()));
   struct Parents {
     int count;
     int node[2];
@@ -51,7 +63,6 @@ bool TetraSolver::Factorise(const BlockMatrix& K) {
     const Parents rows = parents(i);
     for (int e = K.Start(i); e < K.Start(i + 1); ++e) {
       const Parents columns = parents(K.Column(e));
-      if (K.Column(e) == i) inverse_diagonal_[static_cast<std::size_t>(i)] = K.Block(e).inverse();
       for (int r = 0; r < rows.count; ++r) {
         for (int c = 0; c < columns.count; ++c) {
           coarse_.At(rows.node[r], columns.node[c]) += rows.weight * columns.weight * K.Block(e);
@@ -63,6 +74,8 @@ bool TetraSolver::Factorise(const BlockMatrix& K) {
   if (!analysed_) factor_.analyzePattern(lower);
   analysed_ = true;
   factor_.factorize(lower);
+  fresh_ = true;
+  fresh_iterations_ = 0;
   return factor_.info() == Eigen::Success;
 }
 
@@ -108,6 +121,14 @@ Points TetraSolver::Precondition(const Points& residual) const {
 }
 
 bool TetraSolver::Solve(const Points& b, double tolerance, Points* x) {
+  const Points start = *x;
+  if (TrySolve(b, tolerance, x)) return true;
+  if (fresh_ || !Refactor()) return false;
+  *x = start;
+  return TrySolve(b, tolerance, x);
+}
+
+bool TetraSolver::TrySolve(const Points& b, double tolerance, Points* x) {
   if (x->rows() != b.rows()) *x = Points::Zero(b.rows(), 3);
   Points Kp;
   K_->Multiply(*x, &Kp);
@@ -117,14 +138,21 @@ bool TetraSolver::Solve(const Points& b, double tolerance, Points* x) {
   Points z = Precondition(residual);
   Points p = z;
   double rz = Dot(residual, z);
-  for (int i = 0; i < kMostIterations; ++i) {
+  // Beyond this an old factor does not pay any more.
+  const int most = fresh_ ? kMostIterations : 10 * fresh_iterations_ + 50;
+  last_iterations_ = 0;
+  for (int i = 0; i < most; ++i) {
     ++iterations_;
+    ++last_iterations_;
     K_->Multiply(p, &Kp);
     const double curvature = Dot(p, Kp);
     if (!(curvature > 0) || !(rz > 0)) return false;
     *x += rz / curvature * p;
     residual -= rz / curvature * Kp;
-    if (residual.norm() <= goal) return true;
+    if (residual.norm() <= goal) {
+      if (fresh_iterations_ == 0) fresh_iterations_ = last_iterations_;
+      return true;
+    }
     z = Precondition(residual);
     const double next = Dot(residual, z);
     p = z + next / rz * p;

@@ -15,8 +15,9 @@ class TetraSolver {
  public:
   explicit TetraSolver(const TetraMesh& mesh);
 
-  /// Prepares for K, which is kept by reference until the next call. False when K is not positive
-  /// definite on the corners' elements.
+  /// Prepares for K, which is kept by reference until the next call. The factor of an earlier, near
+  /// enough K is kept as preconditioner while it serves. False when K is not positive definite on
+  /// the corners' elements.
   bool Factorise(const BlockMatrix& K);
 
   /// Adds to x until |b - K x| <= tolerance |b|; both N x 3. False when K turns out not to be
@@ -26,7 +27,8 @@ class TetraSolver {
   int iterations() const { return iterations_; }  ///< Of all solves so far.
 
  private:
-  void AddToCoarse(int i, int j, const Matrix3d& block);
+  bool Refactor();
+  bool TrySolve(const Points& b, double tolerance, Points* x);
   Points Precondition(const Points& residual) const;
 
   const TetraMesh& mesh_;
@@ -35,6 +37,9 @@ class TetraSolver {
   std::vector<Matrix3d> inverse_diagonal_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor_;
   bool analysed_ = false;
+  bool fresh_ = false;        // the factor is of the present K
+  int fresh_iterations_ = 0;  // of the first solve after the factorisation; 0 before it
+  int last_iterations_ = 0;
   int iterations_ = 0;
 };
 

@@ -39,24 +39,52 @@ Case LoadCase(const std::string& path) {
           LoadPosedMesh(scene.organs[0], &repairs)};
 }
 
-/// Fills the case's organ with about `corners` corner nodes, all of one size or graded from a
-/// third of the radius at the loads to a fifteenth of the organ's length.
-TetraMesh MeshOf(const Case& c, int corners, bool graded) {
+/// Distance from p to the border of a support's region, m.
+double DistanceToBorder(const SupportOptions& support, const Box& bounds, const Vector3d& p) {
+  if (const Sphere* sphere = std::get_if<Sphere>(&support.region)) {
+    return std::abs((p - sphere->centre).norm() - sphere->radius);
+  }
+  Box box;
+  if (const Box* given = std::get_if<Box>(&support.region)) {
+    box = *given;
+  } else {
+    const BoxFraction& fraction = std::get<BoxFraction>(support.region);
+    const Vector3d size = bounds.max - bounds.min;
+    box = {bounds.min + fraction.min.cwiseProduct(size),
+           bounds.min + fraction.max.cwiseProduct(size)};
+  }
+  const Vector3d below = box.min - p, above = p - box.max;
+  const Vector3d outside = below.cwiseMax(above);  // negative: depth below each pair of faces
+  return outside.maxCoeff() > 0 ? outside.cwiseMax(0.0).norm() : -outside.maxCoeff();
+}
+
+enum class Grading { kEven, kLoads, kLoadsAndSupports };
+
+/// Fills the case's organ with about `corners` corner nodes: all of one size; graded from a third
+/// of the radius at the loads to a fifteenth of the organ's length; or also towards the borders of
+/// the supports, where the stress is singular. The mesh's surface keeps within `distance` of a
+/// far element's size.
+TetraMesh MeshOf(const Case& c, int corners, Grading grading, double distance) {
   const Box bounds = AxisAlignedBounds(c.rest.vertices);
   const double length = (bounds.max - bounds.min).maxCoeff();
   double scale = 1;
   const auto size = [&](const Vector3d& p) {
     double least = length / 15;
+    if (grading == Grading::kEven) return scale * least;
     for (const LoadOptions& load : c.loads) {
-      if (!graded) continue;
       const double beyond = std::max(0.0, (p - load.p_centre_W).norm() - load.radius);
       least = std::min(least, load.radius / 3 + 0.25 * beyond);
+    }
+    if (grading == Grading::kLoadsAndSupports) {
+      for (const SupportOptions& support : c.organ.supports) {
+        least = std::min(least, length / 45 + 0.4 * DistanceToBorder(support, bounds, p));
+      }
     }
     return scale * least;
   };
   TetraMesh mesh;
   for (int attempt = 0; attempt < 6; ++attempt) {
-    mesh = FillWithTetrahedra(c.rest, size, 0.03 * scale * length / 15);
+    mesh = FillWithTetrahedra(c.rest, size, distance * scale * length / 15);
     const double ratio = static_cast<double>(mesh.corners) / corners;
     if (std::abs(ratio - 1) < 0.06) break;
     scale *= std::cbrt(ratio);
@@ -128,12 +156,13 @@ void Regenerate(const std::string& scene, const std::string& folder,
   const Case c = LoadCase(scene);
   std::vector<Solved> levels;
   for (const int corners : quadratic) {
-    levels.push_back(Solve(c, Quadratic(MeshOf(c, corners, true))));
+    levels.push_back(Solve(c, Quadratic(MeshOf(c, corners, Grading::kLoadsAndSupports, 0.01))));
   }
   const Solved& best = levels.back();
   Json json;
   json["case"] = c.name;
-  json["elements"] = "quadratic tetrahedra, graded towards the loads";
+  json["elements"] =
+      "quadratic tetrahedra, graded towards the loads and the borders of the supports";
   json["strain"] =
       c.organ.energy.strain == StrainMeasure::kFinite ? "finite, stable Neo-Hookean" : "small";
   json["error_measure"] =
@@ -160,14 +189,21 @@ void Regenerate(const std::string& scene, const std::string& folder,
   json["coarser_quadratic"] = Json::array();
   for (std::size_t i = 0; i + 1 < levels.size(); ++i) add("coarser_quadratic", levels[i], true);
   json["linear"] = Json::array();
-  for (const int corners : linear) add("linear", Solve(c, MeshOf(c, corners, false)), false);
-  for (const int corners : graded) add("linear", Solve(c, MeshOf(c, corners, true)), true);
-
   WriteCsv(folder + "/" + c.name + ".csv", c, best.u);
-  std::ofstream file(folder + "/" + c.name + ".json");
-  file << json.dump(2) << '\n';
-  if (!file) throw InputError(folder + ": cannot be written; check the folder");
-  std::printf("%s\n", json.dump(2).c_str());
+  const auto write = [&] {  // after each mesh: the larger ones take minutes
+    std::ofstream file(folder + "/" + c.name + ".json");
+    file << json.dump(2) << '\n';
+    if (!file) throw InputError(folder + ": cannot be written; check the folder");
+  };
+  write();
+  for (const int corners : linear) {
+    add("linear", Solve(c, MeshOf(c, corners, Grading::kEven, 0.03)), false);
+    write();
+  }
+  for (const int corners : graded) {
+    add("linear", Solve(c, MeshOf(c, corners, Grading::kLoads, 0.03)), true);
+    write();
+  }
 }
 
 }  // namespace
