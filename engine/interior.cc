@@ -81,7 +81,8 @@ class TissueSampler {
       : box_(box),
         scale_(box.lengths.maxCoeff()),
         cells_(cells),
-        cell_size_(box.lengths.array() / scale_ / Eigen::Array3d(cells[0], cells[1], cells[2])),
+        cell_size_((box.lengths / scale_).unaryExpr(&TissueSampler::Snap).array() /
+                   Eigen::Array3d(cells[0], cells[1], cells[2])),
         options_(options),
         gauss_(MakeGaussRule(options.gauss_points)),
         block_gauss_(MakeGaussRule(kBlockGaussPoints)),
@@ -116,8 +117,16 @@ class TissueSampler {
   }
 
  private:
+  // Rounds to a billionth of the box, so that the round-off of a body's unit or place cannot decide
+  // on which side of a plane a point lies: a rescaled body gets the rescaled points.
+  static double Snap(double value) {
+    constexpr double kGrid = 1 << 30;
+    return std::round(value * kGrid) / kGrid;
+  }
+
   Points ToBox(const Points& p_W) const {
-    return (p_W.rowwise() - box_.origin_W.transpose()) * (box_.axes / scale_);
+    const Points p = (p_W.rowwise() - box_.origin_W.transpose()) * (box_.axes / scale_);
+    return p.unaryExpr(&TissueSampler::Snap);
   }
 
   int CellNumber(int i, int j, int k) const { return i + cells_[0] * (j + cells_[1] * k); }

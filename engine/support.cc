@@ -73,7 +73,8 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
   const double cell = is_sphere ? spacing / 4 : spacing;
   std::array<int, 3> cells;
   for (int d = 0; d < 3; ++d) {
-    cells[d] = static_cast<int>(std::clamp(std::ceil(size[d] / cell), 1.0, kMaxRegionCells));
+    // Less a billionth, so that round-off does not add a cell to a region of whole ones.
+    cells[d] = static_cast<int>(std::clamp(std::ceil(size[d] / cell - 1e-9), 1.0, kMaxRegionCells));
   }
   const OrientedBox box{region.min, Matrix3d::Identity(), size};
   TissueQuadrature sampled;
