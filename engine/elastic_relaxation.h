@@ -10,7 +10,7 @@ namespace hpdm {
 /// Budget and tolerance of Newton's method. Counts, not milliseconds, so that a lockstep run is
 /// reproducible.
 struct NewtonOptions {
-  int max_iterations = 4;   ///< A step; the next one goes on where this one ended.
+  int max_iterations = 3;   ///< A step; the next one goes on where this one ended.
   double tolerance = 1e-6;  ///< Of the residual |dE/dU - B^T f| / |B^T f|.
 };
 

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "engine/elastic_relaxation.h"
 #include "engine/error.h"
 #include "engine/interior.h"
 #include "engine/mesh_import.h"
@@ -90,8 +89,8 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
   }
 }
 
-std::unique_ptr<Relaxation> OrganModel::MakeRelaxation() const {
-  if (finite_strain_) return MakeNewtonRelaxation(*finite_strain_);
+std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(const NewtonOptions& newton) const {
+  if (finite_strain_) return MakeNewtonRelaxation(*finite_strain_, newton);
   return std::visit(
       [this](const auto& K) {
         return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)

@@ -9,7 +9,7 @@
 
 #include "engine/collision.h"
 #include "engine/contact_set.h"
-#include "engine/finite_strain_energy.h"
+#include "engine/elastic_relaxation.h"
 #include "engine/lattice.h"
 #include "engine/organ_options.h"
 #include "engine/relaxation.h"
@@ -44,8 +44,8 @@ class OrganModel {
   /// Things that work but are probably not meant, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// A new solver for the energy as the options ask.
-  std::unique_ptr<Relaxation> MakeRelaxation() const;
+  /// A new solver for the energy as the options ask; `newton` is the budget of finite strain.
+  std::unique_ptr<Relaxation> MakeRelaxation(const NewtonOptions& newton = {}) const;
 
   /// Lattice row b of a surface point: `row` (n) = sum of corner weights x their lattice rows.
   void LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const;
