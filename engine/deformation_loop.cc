@@ -22,6 +22,8 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
 
 void DeformationLoop::Step(const ToolState& tools, Nanoseconds now_ns) {
   const Nanoseconds started = stopwatch_ ? stopwatch_() : 0;
+  // A contact that the first step finds may have been there for long: a second.
+  const double dt = record_.number > 0 ? ToSeconds(now_ns - record_.time_ns) : 1;
   ++record_.number;
   record_.input_tick = tools.tick;
   record_.time_ns = now_ns;
@@ -30,7 +32,7 @@ void DeformationLoop::Step(const ToolState& tools, Nanoseconds now_ns) {
 
   Collide(tools);
   RepositionControlPoints();
-  Relax();
+  Relax(dt);
   RelocateVertices();
   BuildContactPatch(tools);
   record_.compute_ns = stopwatch_ ? stopwatch_() - started : 0;
@@ -76,12 +78,13 @@ void DeformationLoop::RepositionControlPoints() {
   }
 }
 
-// Stage B: the least energy that obeys the contacts.
-void DeformationLoop::Relax() {
+// Stage B: the least energy that obeys the contacts, `dt` (s) after the last step.
+void DeformationLoop::Relax(double dt) {
   record_.iterations = 0;
   record_.residual = 0;
   for (OrganState& state : states_) {
-    state.relaxed = state.relaxation->Relax(&state.contacts, &state.control_displacements);
+    state.relaxed = state.recovery.Relax(dt, state.relaxation.get(), &state.contacts,
+                                         &state.control_displacements);
     if (!state.control_displacements.allFinite()) {
       state.control_displacements.setZero();
       state.contacts.Clear();

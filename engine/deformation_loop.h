@@ -40,7 +40,7 @@ class DeformationLoop {
  private:
   void Collide(const ToolState& tools);
   void RepositionControlPoints();
-  void Relax();
+  void Relax(double dt);
   void RelocateVertices();
   void BuildContactPatch(const ToolState& tools);
   void Publish(const ToolState& tools);

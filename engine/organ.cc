@@ -49,36 +49,48 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
     throw InputError(where + "support " + std::to_string(regions.size()) +
                      " holds no tissue; move or enlarge its region");
   }
-  stiffness_ = BuildStiffness(tissue, cells, regions);
+  BuildEnergy(tissue, cells, regions);
   if (options.supports.empty()) {
     warnings_.push_back(where +
                         "no [[organ.support]]: a weak spring ties all of it to its rest place");
   }
 }
 
-LatticeStiffness OrganModel::BuildStiffness(const Quadrature& tissue,
-                                            const std::array<int, 3>& cells,
-                                            const std::vector<Quadrature>& regions) const {
+void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
+                             const std::vector<Quadrature>& regions) {
   const EnergyOptions& energy = options_.energy;
   const bool strain = energy.type == EnergyType::kStrain;
   const ScalarStiffness supports =
       SupportStiffness(lattice_, tissue, options_.supports, regions,
                        strain ? options_.material.young : energy.alpha);
-  if (strain) {
-    FullStiffness K = StrainStiffness(lattice_, tissue, options_.material, Dilatation::kProjected);
-    AddAlongEachAxis(supports, &K);
-    return K;
+  if (!strain) {
+    // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
+    // lumped weights, whose sum is exact.
+    const Quadrature domain =
+        energy.domain == EnergyDomain::kOrgan
+            ? tissue
+            : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+    stiffness_ =
+        ScalarStiffness(MetricStiffness(lattice_, domain, energy.alpha, energy.beta) + supports);
+    return;
   }
-  // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
-  // lumped weights, whose sum is exact.
-  const Quadrature domain =
-      energy.domain == EnergyDomain::kOrgan
-          ? tissue
-          : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
-  return ScalarStiffness(MetricStiffness(lattice_, domain, energy.alpha, energy.beta) + supports);
+  const bool finite = energy.strain == StrainMeasure::kFinite;
+  FullStiffness K = StrainStiffness(lattice_, tissue, options_.material,
+                                    finite ? Dilatation::kPointwise : Dilatation::kProjected);
+  AddAlongEachAxis(supports, &K);
+  stiffness_ = std::move(K);
+  if (!finite) return;
+  finite_strain_.emplace(lattice_, tissue, HyperelasticLaw(energy.law, ToLame(options_.material)),
+                         supports);
+  if (energy.solver == SolverType::kGaussSeidel) {
+    warnings_.push_back("organ \"" + options_.name +
+                        "\": finite strain is solved by Newton's method with Cholesky "
+                        "factors, not by gauss_seidel");
+  }
 }
 
-std::unique_ptr<Relaxation> OrganModel::MakeRelaxation() const {
+std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(const NewtonOptions& newton) const {
+  if (finite_strain_) return MakeNewtonRelaxation(*finite_strain_, newton);
   return std::visit(
       [this](const auto& K) {
         return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)
@@ -103,7 +115,8 @@ OrganState::OrganState(const OrganModel& model)
       tree(model.rest().vertices, model.rest().triangles),
       contacts(model.lattice().size()),
       neighbourhoods(model.rest().triangles, model.topology()),
-      relaxation(model.MakeRelaxation()) {}
+      relaxation(model.MakeRelaxation()),
+      recovery(model.options().material.relaxation_time, model.lattice().size()) {}
 
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);

@@ -2,18 +2,21 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "engine/collision.h"
 #include "engine/contact_set.h"
+#include "engine/elastic_relaxation.h"
 #include "engine/lattice.h"
 #include "engine/organ_options.h"
 #include "engine/relaxation.h"
 #include "engine/support.h"
 #include "engine/surface_mesh.h"
 #include "engine/surface_topology.h"
+#include "engine/viscous_recovery.h"
 
 namespace hpdm {
 
@@ -33,22 +36,23 @@ class OrganModel {
   const SurfaceTopology& topology() const { return topology_; }
   const Lattice& lattice() const { return lattice_; }
   const WeightMatrix& weights() const { return weights_; }  ///< V x n.
-  /// N/m, with supports: n x n for the metric energy, 3n x 3n for the strain energy.
+  /// N/m, with supports: n x n for the metric energy, 3n x 3n for the strain energy (finite strain:
+  /// at rest).
   const LatticeStiffness& stiffness() const { return stiffness_; }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
   const Vector3d& centre_of_volume_W() const { return centre_of_volume_W_; }  ///< m.
   /// Things that work but are probably not meant, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// A new solver for `stiffness()` as the options ask.
-  std::unique_ptr<Relaxation> MakeRelaxation() const;
+  /// A new solver for the energy as the options ask; `newton` is the budget of finite strain.
+  std::unique_ptr<Relaxation> MakeRelaxation(const NewtonOptions& newton = {}) const;
 
   /// Lattice row b of a surface point: `row` (n) = sum of corner weights x their lattice rows.
   void LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const;
 
  private:
-  LatticeStiffness BuildStiffness(const Quadrature& tissue, const std::array<int, 3>& cells,
-                                  const std::vector<Quadrature>& regions) const;
+  void BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
+                   const std::vector<Quadrature>& regions);
 
   OrganOptions options_;
   SurfaceMesh rest_;
@@ -57,6 +61,7 @@ class OrganModel {
   Lattice lattice_;
   WeightMatrix weights_;
   LatticeStiffness stiffness_;
+  std::optional<FiniteStrainEnergy> finite_strain_;
   double tissue_volume_ = 0;
   Vector3d centre_of_volume_W_ = Vector3d::Zero();
   std::vector<std::string> warnings_;
@@ -72,6 +77,7 @@ struct OrganState {
   ContactSet contacts;           ///< Filled by collide, forces set by relax.
   NeighbourhoodSearch neighbourhoods;
   std::unique_ptr<Relaxation> relaxation;
+  ViscousRecovery recovery;  ///< Around `relaxation`.
   RelaxationResult relaxed;  ///< How the last relaxation ended.
 };
 

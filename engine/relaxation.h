@@ -8,10 +8,11 @@
 
 namespace hpdm {
 
-/// Stage B of a step: the control displacements of least energy 1/2 U^T K U that obey the contacts,
-///     K U = B^T f,   grasp: x = target,   press: f = -n f_n, f_n >= 0, g = n.(target - x) >= 0,
+/// Stage B of a step: the control displacements of least energy E(U) that obey the contacts,
+///     dE/dU = B^T f,   grasp: x = target,   press: f = -n f_n, f_n >= 0, g = n.(target - x) >= 0,
 ///     f_n g = 0
-/// with contact points x = p_rest + B U (design: one deformation step).
+/// with contact points x = p_rest + B U (design: one deformation step). Below: E = 1/2 U^T K U with
+/// K constant; elastic_relaxation.h: strain of any size.
 class Relaxation {
  public:
   virtual ~Relaxation() = default;

@@ -116,7 +116,7 @@ struct StepRecord {
 /// What can go wrong in a step, each with its remedy.
 enum StepFlag : std::uint32_t {
   kStepOk = 0,
-  kStepBudgetSpent = 1u << 0,  ///< Gauss-Seidel stopped early: raise iterations, or "cholesky".
+  kStepBudgetSpent = 1u << 0,  ///< The relaxation stopped early: fewer cells, or "cholesky".
   kStepNotFinite = 1u << 1,    ///< A NaN was caught and the organ put to rest: report the scene.
   kStepContactsDropped = 1u << 2,      ///< More contacts than kMaxContacts on one organ: the first
                                        ///< tool's were kept, its jaws' before its shaft's.

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "engine/relaxation.h"
+
+namespace hpdm {
+
+/// Tissue that recovers with a relaxation time tau (Kelvin-Voigt: a damper tau K beside every
+/// spring), around any relaxation: the contact forces f and the displacements obey
+///     K (U + tau dU/dt) = B^T f,
+/// so a contact feels S (delta + tau d delta/dt) and what is let go decays as exp(-t / tau). Over a
+/// step of length dt in which the forces stay the same this has the exact solution
+///     U(dt) = e U(0) + (1 - e) V,   K V = B^T f,   e = exp(-dt / tau),
+/// and U obeys the contacts where V, the rest state of the same forces, obeys them with the targets
+/// moved away from e U(0) by 1 / (1 - e). With a nonlinear energy, V is its minimum and U follows
+/// it in the same way.
+///
+/// Deformation thread; allocates nothing.
+class ViscousRecovery {
+ public:
+  /// `relaxation_time` (s): 0 for none, which leaves the relaxation's own result. `n`: control
+  /// points.
+  ViscousRecovery(double relaxation_time, int n);
+
+  /// As Relaxation::Relax() of `relaxation`, `dt` (s) after the last call; less than 0.1 ms counts
+  /// as that.
+  RelaxationResult Relax(double dt, Relaxation* relaxation, ContactSet* contacts, Points* U);
+
+ private:
+  double relaxation_time_;
+  Points U_;  // n x 3: where the last step ended
+  Points V_;  // n x 3
+};
+
+}  // namespace hpdm
