@@ -27,7 +27,7 @@ CoarserSplines::CoarserSplines(const Lattice& lattice, const Quadrature& tissue)
   const WeightMatrix values = coarser.Weights(tissue.points);
   weighted_values_ = tissue.weights.asDiagonal() * values;
   Eigen::MatrixXd mass = Eigen::MatrixXd(WeightMatrix(values.transpose() * weighted_values_));
-  mass.diagonal() *= 1 + 1e-10;
+  mass.diagonal() *= 1 + 1e-8;
   const Eigen::LLT<Eigen::MatrixXd> llt(mass);
   HPDM_CHECK(llt.info() == Eigen::Success);
   factor_ = llt.matrixL();

@@ -12,7 +12,7 @@ namespace hpdm {
 class CoarserSplines {
  public:
   /// Functions without tissue are left out; nearly dependent ones (slivers of tissue) are damped by
-  /// 1e-10 of their own square.
+  /// 1e-8 of their own square.
   CoarserSplines(const Lattice& lattice, const Quadrature& tissue);
 
   /// `fields` (Q x k): values of k fields at the tissue's points. Returns P (m x k) such that
