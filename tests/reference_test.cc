@@ -75,8 +75,11 @@ TEST_P(Reference, HasConvergedFarBelowWhatItMeasures) {
   const nlohmann::json facts = nlohmann::json::parse(file);
   const double change = facts["coarser_quadratic"].back()["error"];
   EXPECT_LT(change, 0.05);
-  // Linear tetrahedra of 4,000 nodes, which the models are to beat, are at least twice as far.
-  for (const auto& mesh : facts["linear"]) EXPECT_GT(double{mesh["error"]}, 2 * change);
+  // The even linear meshes, which the models are to beat, are at least twice as far.
+  for (const auto& mesh : facts["linear"]) {
+    if (mesh["graded"]) continue;
+    EXPECT_GT(double{mesh["error"]}, 2 * change);
+  }
 }
 
 }  // namespace
