@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "engine/error.h"
 #include "engine/surface_kernel.h"
 
 namespace hpdm {
@@ -35,6 +36,12 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
           std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness())),
       rows_(Eigen::MatrixXd::Zero(3 * model.lattice().size(),
                                   3 * static_cast<Eigen::Index>(loads.size()))) {
+  if (model.options().energy.type == EnergyType::kStrain &&
+      model.options().energy.strain == StrainMeasure::kFinite) {
+    throw InputError("organ \"" + model.options().name +
+                     "\": static loads are solved for small strain only in this version; set "
+                     "energy.strain = \"small\"");
+  }
   Eigen::RowVectorXd row(model.lattice().size());
   for (std::size_t i = 0; i < loads.size(); ++i) {
     for (const SurfaceSample& sample :

@@ -24,7 +24,8 @@ struct StaticSolution {
 /// stiffness). Set-up factorises the stiffness once; Solve may be called again and again.
 class StaticLoads {
  public:
-  /// `model` must outlive this. Throws InputError when a load touches no surface.
+  /// `model` must outlive this. Throws InputError when a load touches no surface, and for
+  /// finite strain.
   StaticLoads(const OrganModel& model, const std::vector<LoadOptions>& loads);
 
   StaticSolution Solve() const;

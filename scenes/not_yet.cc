@@ -27,7 +27,6 @@ constexpr Rule kRules[] = {
     {"organ.model", Refused::kString, "mass_spring", "use \"hpdm\""},
     {"organ.model", Refused::kString, "rigid", "use \"hpdm\""},
     {"organ.texture", Refused::kAlways, "", "remove the key"},
-    {"organ.material.relaxation_time", Refused::kNonZero, "", "remove the key or give 0"},
     {"instrument.type", Refused::kString, "scissors", "use \"probe\" or \"grasper\""},
     {"instrument.type", Refused::kString, "hook", "use \"probe\" or \"grasper\""},
     {"instrument.friction", Refused::kNonZero, "", "remove the key or give 0"},

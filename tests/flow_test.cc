@@ -332,6 +332,28 @@ TEST_F(Flow, CheckSaysWhatWouldBeBuilt) {
   EXPECT_LT(liver["control_points"], 512);
 }
 
+// The lattice's promise: no worse than linear tetrahedra of about 4,000 nodes on solid organs.
+TEST_F(Flow, SolveIsNoWorseThanThousandsOfLinearTetrahedra) {
+  for (const std::string name : {"liver_press", "liver_lift", "beam"}) {
+    const std::string reference = (kSource / "tests" / "reference" / name).string();
+    const Outcome outcome =
+        Hpdm("solve --json " + (kSource / "scenes" / "cases" / name).string() + ".toml --out " +
+             Folder(name + ".csv") + " --reference " + reference + ".csv");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Json figures = Json::parse(outcome.out);
+    for (const Json& linear : Json::parse(ReadFile(reference + ".json"))["linear"]) {
+      if (linear["nodes"] < 3500 || linear["nodes"] > 4500) continue;
+      EXPECT_LT(figures["error"], linear["error"]) << name;
+    }
+    EXPECT_LT(figures["control_points"], 250);
+    EXPECT_LT(figures["residual"], 1e-9);
+    EXPECT_GT(figures["compliance_m_per_N"], 0);
+    EXPECT_GT(figures["setup_ms"], 0);
+    EXPECT_GT(figures["step_us"], 0);
+    EXPECT_EQ(ReadFile(folder_ / (name + ".csv")).substr(0, 15), "x,y,z,ux,uy,uz\n");
+  }
+}
+
 TEST_F(Flow, InspectStatesTheFactsOfAMesh) {
   const Outcome outcome =
       Hpdm("inspect --json " + (kSource / "scenes" / "meshes" / "liver_274.obj").string());

@@ -1,13 +1,12 @@
 #include "engine/baselines/press_volume.h"
 
-#include "engine/baselines/surface_error.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "engine/baselines/mass_spring.h"
 #include "engine/baselines/surface_continuum.h"
+#include "engine/baselines/surface_error.h"
 #include "tests/shapes.h"
 
 namespace hpdm {

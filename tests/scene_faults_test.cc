@@ -181,8 +181,6 @@ TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
       {"model='continuum'", "4:7", "organ[0].model", "(\"continuum\")", "use \"hpdm\""},
       {"model='mass_spring'", "4:7", "organ[0].model", "(\"mass_spring\")", "use \"hpdm\""},
       {"model='rigid'", "4:7", "organ[0].model", "(\"rigid\")", "use \"hpdm\""},
-      {"material.relaxation_time=0.1", "4:26", "organ[0].material.relaxation_time", "(0.1)",
-       "give 0"},
       {"texture='t.png'", "4:9", "organ[0].texture", "", "remove the key"},
       {"[scene]\nbackground='t.png'", "5:12", "scene.background", "", "remove the key"},
       {"[scene]\ngravity=[0,0,-9.81]", "5:9", "scene.gravity", "([0, 0, -9.81])", "give [0, 0, 0]"},
@@ -202,8 +200,7 @@ TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
     EXPECT_TRUE(Contains(error, c.remedy));
   }
   // The values that mean "without the feature" are welcome.
-  Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "model='hpdm'\nmaterial.relaxation_time=0\n" +
-       kInstrument + "friction=0.0\n");
+  Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "model='hpdm'\n" + kInstrument + "friction=0.0\n");
 }
 
 }  // namespace
