@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "engine/contact_problem.h"
 #include "engine/contact_set.h"
 
 namespace hpdm {
@@ -39,35 +40,11 @@ using ContactCompliance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 using ContactPoints = std::array<Vector3d, kMaxContacts>;
 
 /// Finds the forces f that make the contact points x = p_free + W f obey the contacts
-/// (contact_set.h): a grasp row goes to its target; a press row stays below its plane, pushes only,
-/// and does not push while it is free. Finite when contacts coincide. Deformation thread; allocates
-/// nothing.
-class ContactForces {
- public:
-  struct Outcome {
-    int rounds = 0;            ///< Changes of the set of presses that push.
-    bool converged = true;     ///< False when the rounds ran out; the forces are the last ones.
-    bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
-  };
-
-  /// `compliance`: W, symmetric with a positive diagonal; `p_free_W`: the m contact points without
-  /// contact forces, m; `targets_W`: what stands for the rows' targets, m. Fills the rows' forces.
-  Outcome Solve(const ContactCompliance& compliance, const ContactPoints& p_free_W,
-                const ContactPoints& targets_W, ContactSet* contacts);
-
- private:
-  bool SolvePushing(const ContactCompliance& compliance, const ContactPoints& p_free_W,
-                    const ContactPoints& targets_W, ContactSet* contacts);
-  bool UpdatePushing(const ContactCompliance& compliance, const ContactPoints& p_free_W,
-                     const ContactPoints& targets_W, const ContactSet& contacts);
-  void AddEquation(int row, const Vector3d& axis);
-
-  static constexpr int kMaxEquations = 3 * kMaxContacts;
-  std::array<bool, kMaxContacts> pushes_{};
-  int equations_ = 0;
-  std::array<int, kMaxEquations> row_{};
-  std::array<Vector3d, kMaxEquations> axis_;
-  double scale_ = 0;  // m, largest change that the contacts ask for
-};
+/// (contact_set.h), and writes them into the rows. `compliance`: W, symmetric with a positive
+/// diagonal; `p_free_W`: the m contact points without contact forces, m; `targets_W`: what stands
+/// for the rows' targets, m; `problem` is the memory. Deformation thread; allocates nothing.
+RelaxationResult SolveContactForces(const ContactCompliance& compliance,
+                                    const ContactPoints& p_free_W, const ContactPoints& targets_W,
+                                    ContactProblem* problem, ContactSet* contacts);
 
 }  // namespace hpdm

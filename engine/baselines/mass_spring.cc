@@ -161,9 +161,9 @@ void MassSpring::SolveContacts(double share, RelaxationResult* result, ContactSe
     const bool moves = row.kind == ContactSet::RowKind::kGrasp || row.normal_W.dot(way) < 0;
     targets_W_[i] = moves ? Vector3d(start_W_[i] + share * way) : row.target_W;
   }
-  const ContactForces::Outcome outcome =
-      forces_.Solve(compliance_, p_free_W_, targets_W_, contacts);
-  result->iterations += outcome.rounds;
+  const RelaxationResult outcome =
+      SolveContactForces(compliance_, p_free_W_, targets_W_, &problem_, contacts);
+  result->iterations += outcome.iterations;
   result->converged = result->converged && outcome.converged;
   result->regularised = result->regularised || outcome.regularised;
   for (int i = 0; i < m; ++i) {

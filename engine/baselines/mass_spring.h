@@ -111,7 +111,7 @@ class MassSpring final : public Relaxation {
   Points v_;                        // V x 3, m/s
   Points force_;                    // V x 3, N
   ContactRows rows_;
-  ContactForces forces_;
+  ContactProblem problem_;
   ContactCompliance compliance_;  // h^2 B M^-1 B^T
   ContactPoints start_W_;         // contact points when the step began
   ContactPoints p_free_W_;

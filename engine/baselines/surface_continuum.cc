@@ -123,11 +123,7 @@ RelaxationResult SurfaceContinuum::Relax(ContactSet* contacts, Points* U) {
       p_free_W_[i] += (*contacts)[i].p_rest_W;
       targets_W_[i] = (*contacts)[i].target_W;
     }
-    const ContactForces::Outcome outcome =
-        forces_.Solve(compliance_, p_free_W_, targets_W_, contacts);
-    result.iterations = outcome.rounds;
-    result.converged = outcome.converged;
-    result.regularised = outcome.regularised;
+    result = SolveContactForces(compliance_, p_free_W_, targets_W_, &problem_, contacts);
     for (int i = 0; i < m; ++i) {
       for (int d = 0; d < 3; ++d) solution_.col(d) += (*contacts)[i].force_W[d] * Y.col(i);
     }

@@ -82,7 +82,7 @@ class SurfaceContinuum final : public Relaxation {
   Points pull_;               // V x 3, N: K u
   Eigen::MatrixXd response_;  // V x kMaxContacts: L^-1 P B^T
   ContactRows rows_;
-  ContactForces forces_;
+  ContactProblem problem_;
   ContactCompliance compliance_;
   ContactPoints p_free_W_;
   ContactPoints targets_W_;
