@@ -47,9 +47,10 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
     for (const SurfaceSample& sample :
          SurfaceKernel(model.rest(), loads[i].p_centre_W, loads[i].radius)) {
       model.LatticeRow({sample.triangle, sample.barycentric}, row);
-      for (int d = 0; d < 3; ++d) {
-        rows_(Eigen::seqN(d, model.lattice().size(), 3), 3 * static_cast<Eigen::Index>(i) + d) +=
-            sample.weight * row.transpose();
+      for (Eigen::Index a = 0; a < row.size(); ++a) {
+        for (int d = 0; d < 3; ++d) {
+          rows_(3 * a + d, 3 * static_cast<Eigen::Index>(i) + d) += sample.weight * row[a];
+        }
       }
     }
   }
