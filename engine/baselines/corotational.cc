@@ -26,12 +26,7 @@ CorotationalBody::CorotationalBody(TetraMesh mesh, const MaterialOptions& materi
   const Matrix9d C =
       TetraMaterial(material, TetraLaw::kSmallStrain).Tangent(Matrix3d::Identity(), false);
   for (Eigen::Index e = 0; e < mesh_.elements.rows(); ++e) {
-    Matrix3d edges;
-    for (int k = 1; k < 4; ++k) {
-      edges.col(k - 1) =
-          (mesh_.nodes.row(mesh_.elements(e, k)) - mesh_.nodes.row(mesh_.elements(e, 0)))
-              .transpose();
-    }
+    const Matrix3d edges = CornerEdges(mesh_, e);
     Eigen::Matrix<double, 4, 3> gradients;
     gradients.bottomRows(3) = edges.inverse();
     gradients.row(0) = -gradients.bottomRows(3).colwise().sum();

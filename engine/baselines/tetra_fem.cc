@@ -29,12 +29,7 @@ constexpr double kFar = 0.13819660112501052, kNear = 0.58541019662496845;
 TetraBody::TetraBody(TetraMesh mesh, const MaterialOptions& material, TetraLaw law)
     : mesh_(std::move(mesh)), options_(material), material_(material, law) {
   for (Eigen::Index e = 0; e < mesh_.elements.rows(); ++e) {
-    Matrix3d edges;
-    for (int k = 1; k < 4; ++k) {
-      edges.col(k - 1) =
-          (mesh_.nodes.row(mesh_.elements(e, k)) - mesh_.nodes.row(mesh_.elements(e, 0)))
-              .transpose();
-    }
+    const Matrix3d edges = CornerEdges(mesh_, e);
     Element element;
     element.volume = edges.determinant() / 6;
     element.gradients.bottomRows(3) = edges.inverse();

@@ -57,4 +57,15 @@ std::vector<TetraPoint> Locate(const TetraMesh& mesh, const Points& points);
 /// Values of the shape functions (4 or 10) at barycentric coordinates.
 Eigen::VectorXd ShapeFunctions(bool quadratic, const Eigen::Vector4d& barycentric);
 
+/// Edges of element e from its first corner to the other three, as columns, m; the determinant is
+/// six times its volume.
+inline Matrix3d CornerEdges(const TetraMesh& mesh, Eigen::Index e) {
+  Matrix3d edges;
+  for (int k = 1; k < 4; ++k) {
+    edges.col(k - 1) =
+        (mesh.nodes.row(mesh.elements(e, k)) - mesh.nodes.row(mesh.elements(e, 0))).transpose();
+  }
+  return edges;
+}
+
 }  // namespace hpdm
