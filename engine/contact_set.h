@@ -24,7 +24,9 @@ class ContactSet {
     Vector3d p_rest_W = Vector3d::Zero();   ///< Rest position of the material point, m.
     Vector3d target_W = Vector3d::Zero();   ///< m.
     Vector3d normal_W = Vector3d::UnitZ();  ///< Outward unit normal; press only.
-    Vector3d force_W = Vector3d::Zero();    ///< Result: force on the tissue, N.
+    Matrix3d local_compliance_W = Matrix3d::Zero();  ///< C_loc: added to the point's own block of
+                                                     ///< the compliance, m/N, symmetric.
+    Vector3d force_W = Vector3d::Zero();             ///< Result: force on the tissue, N.
   };
 
   /// `n`: control points of the organ.

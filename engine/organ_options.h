@@ -13,11 +13,19 @@ namespace hpdm {
 
 enum class BasisType { kBSpline, kBernstein };
 
+/// Finer splines that are added where a load or a tip is: the functions of a B-spline basis over
+/// `refinement` times as many cells that are nearest to the contact. Small strain only.
+struct LocalFunctionOptions {
+  int functions = 0;   ///< At most so many a contact; 0: none.
+  int refinement = 3;  ///< Cells of the finer splines a cell of the lattice and axis, 2..6.
+};
+
 struct LatticeOptions {
   BasisType basis = BasisType::kBSpline;
   std::array<int, 3> degree = {2, 2, 2};  ///< B-spline: 1..3; Bernstein: 1 or more.
   std::array<int, 3> cells = {4, 4, 4};   ///< B-spline; Bernstein is one cell, {1, 1, 1}.
   double margin = 0.02;                   ///< m, added on every side of the organ's box.
+  LocalFunctionOptions local;
 };
 
 enum class EnergyType { kMetric, kStrain };
