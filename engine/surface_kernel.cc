@@ -14,6 +14,12 @@ namespace {
 
 using Corners = std::array<Vector3d, 3>;
 
+/// Slack of every choice between two quadratures (which side is cut, whether one is, whether a
+/// triangle faces the load), relative to what is compared: equal sides and right angles are common,
+/// and round-off, which depends on the body's unit and place, must not choose for them. Lengths
+/// differ by it only by accident.
+constexpr double kSlack = 1e-9;
+
 Corners CornersOf(const SurfaceMesh& mesh, int triangle) {
   Corners corners;
   for (int k = 0; k < 3; ++k) {
@@ -59,12 +65,12 @@ class Patch {
     double length = 0;
     for (int k = 0; k < 3; ++k) {
       const double side = (part.points[(k + 1) % 3] - part.points[k]).norm();
-      if (side > length) {
+      if (side > length * (1 + kSlack)) {
         length = side;
         longest = k;
       }
     }
-    if (length > longest_side_) {
+    if (length > longest_side_ * (1 + kSlack)) {
       const int i = longest, j = (longest + 1) % 3;
       Part first = part, second = part;
       first.points[j] = second.points[i] = (part.points[i] + part.points[j]) / 2;
@@ -108,7 +114,8 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
     const Corners unit = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
     for (int t = 0; t < mesh.triangles.rows(); ++t) {
       const Corners c = CornersOf(mesh, t);
-      if ((c[1] - c[0]).cross(c[2] - c[0]).dot(facing) > 0) patch.Add(t, {c, unit});
+      const Vector3d normal = (c[1] - c[0]).cross(c[2] - c[0]);
+      if (normal.dot(facing) > kSlack * normal.norm() * facing.norm()) patch.Add(t, {c, unit});
     }
     double sum = 0;
     for (const SurfaceSample& sample : patch.samples) sum += sample.weight;
