@@ -6,8 +6,8 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "engine/interior.h"
 #include "engine/mixed_dilatation.h"
+#include "engine/tissue_cache.h"
 
 namespace hpdm {
 namespace {
@@ -79,7 +79,7 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
   const OrientedBox box{region.min, Matrix3d::Identity(), size};
   TissueQuadrature sampled;
   try {
-    sampled = SampleTissue(rest_W, box, cells, {.resolution = 64});
+    sampled = CachedTissue(rest_W, box, cells, {.resolution = 64});
   } catch (const InputError&) {
     return inside;  // no tissue in the box
   }
