@@ -173,14 +173,16 @@ SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
           radius, ResolvedRadius(at, radius)};
 }
 
-OrganState::OrganState(const OrganModel& model)
-    : control_displacements(Points::Zero(model.lattice().size(), 3)),
+OrganState::OrganState(const OrganModel& model, int tools)
+    : control_displacements(Points::Zero(model.lattice().size() + model.LocalSlots(tools), 3)),
       vertices(model.rest().vertices),
       tree(model.rest().vertices, model.rest().triangles),
-      contacts(model.lattice().size()),
+      contacts(model.lattice().size(), model.local() != nullptr ? model.local()->size() : 0,
+               model.LocalSlots(tools)),
       neighbourhoods(model.rest().triangles, model.topology()),
-      relaxation(model.MakeRelaxation(0)),
-      recovery(model.options().material.relaxation_time, model.lattice().size()) {}
+      relaxation(model.MakeRelaxation(model.LocalSlots(tools))),
+      recovery(model.options().material.relaxation_time,
+               static_cast<int>(control_displacements.rows())) {}
 
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);

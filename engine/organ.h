@@ -98,9 +98,11 @@ class OrganModel {
 
 /// The part of an organ that a step changes. Owned by the deformation thread.
 struct OrganState {
-  explicit OrganState(const OrganModel& model);
+  /// For at most `tools` tools.
+  OrganState(const OrganModel& model, int tools);
 
-  Points control_displacements;  ///< n x 3, m, world axes: U. Set by reposition and relax.
+  Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by
+                                 ///< reposition and relax.
   Points vertices;               ///< V x 3, m, world: X + B U. Set by relocate.
   SurfaceTree tree;              ///< Over `vertices`. Refitted by collide.
   ContactSet contacts;           ///< Filled by collide, forces set by relax.

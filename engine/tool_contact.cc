@@ -56,18 +56,27 @@ void FillPaperNode(const OrganModel& model, int vertex, const ToolOptions& optio
 
 }  // namespace
 
-bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
-                              std::vector<OrganState>* states) {
+void ToolContact::Follow(const ToolPose& tool, const std::vector<OrganModel>& models,
+                         std::vector<OrganState>* states) {
   FollowTip(tool, models, states);
   UpdateGrasp(tool, models, states);
+  p_tip_last_W_ = tool.X_WT.translation();
+  jaw_last_ = tool.jaw;
+  started_ = true;
+}
+
+Vector3d ToolContact::RestPoint(const std::vector<OrganModel>& models) const {
+  const SurfaceMesh& rest = models[organ_].rest();
+  return at_.Position(rest.vertices, rest.triangles);
+}
+
+bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
+                              std::vector<OrganState>* states) {
   bool complete = organ_ < 0 || AddTipRows(tool, models, states);
   shaft_touches_ = false;
   for (std::size_t o = 0; o < models.size(); ++o) {
     complete = AddShaftRow(tool, models[o], &(*states)[o]) && complete;
   }
-  p_tip_last_W_ = tool.X_WT.translation();
-  jaw_last_ = tool.jaw;
-  started_ = true;
   return complete;
 }
 
