@@ -100,8 +100,7 @@ void DeformationLoop::Relax(double dt) {
 // Stage C (Eq. 4): x = X + B U.
 void DeformationLoop::RelocateVertices() {
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    states_[o].vertices = models_[o].rest().vertices;
-    states_[o].vertices.noalias() += models_[o].weights() * states_[o].control_displacements;
+    models_[o].relocation().Relocate(states_[o].control_displacements, &states_[o].vertices);
   }
 }
 
@@ -147,7 +146,7 @@ SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_coun
   scene.tool_count = tool_count;
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;
-    organ.control_displacements = Points::Zero(model.lattice().size(), 3);
+    organ.control_displacements = Points::Zero(model.control_points(), 3);
     if (with_vertices) organ.vertices = model.rest().vertices.cast<float>();
     scene.organs.push_back(std::move(organ));
   }

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/check.h"
 #include "engine/error.h"
 #include "engine/interior.h"
 #include "engine/mesh_import.h"
@@ -25,35 +26,63 @@ std::array<int, 3> SamplingCells(const LatticeOptions& options) {
 OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
     : options_(options),
       rest_(std::move(rest)),
-      topology_(rest_.vertices.rows(), rest_.triangles),
-      lattice_(BoundingLatticeBox(rest_.vertices, options.X_WO.linear(), options.lattice.margin),
-               options.lattice) {
-  const std::string where = "organ \"" + options.name + "\": ";
+      topology_(rest_.vertices.rows(), rest_.triangles) {
   VertexNormals(rest_.vertices, rest_.triangles, &rest_normals_);
+  if (options.model == OrganModelType::kHpdm) {
+    BuildLatticeModel();
+  } else {
+    BuildSurfaceModel();
+  }
+  relocation_.emplace(rest_.vertices, weights_);
+  if (options.supports.empty()) {
+    warnings_.push_back("organ \"" + options.name +
+                        "\": no [[organ.support]]: a weak spring ties all of it to its rest place");
+  }
+}
 
-  const std::array<int, 3> cells = SamplingCells(options.lattice);
-  const TissueQuadrature sampled = SampleTissue(rest_, lattice_.box(), cells);
+void OrganModel::BuildLatticeModel() {
+  lattice_.emplace(
+      BoundingLatticeBox(rest_.vertices, options_.X_WO.linear(), options_.lattice.margin),
+      options_.lattice);
+  const std::array<int, 3> cells = SamplingCells(options_.lattice);
+  const TissueQuadrature sampled = SampleTissue(rest_, lattice_->box(), cells);
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};
   const bool over_box =
-      options.energy.type == EnergyType::kMetric && options.energy.domain == EnergyDomain::kBox;
-  if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
-  weights_ = lattice_.Weights(rest_.vertices);
+      options_.energy.type == EnergyType::kMetric && options_.energy.domain == EnergyDomain::kBox;
+  if (!over_box) lattice_->DropControlPointsWithoutTissue(tissue);
+  weights_ = lattice_->Weights(rest_.vertices);
 
   std::vector<Quadrature> regions;
   const Box bounds = AxisAlignedBounds(rest_.vertices);
-  for (const SupportOptions& support : options.supports) {
-    regions.push_back(SampleSupport(rest_, support, bounds, ControlPointSpacing(lattice_)));
+  for (const SupportOptions& support : options_.supports) {
+    regions.push_back(SampleSupport(rest_, support, bounds, ControlPointSpacing(*lattice_)));
     if (regions.back().weights.size() > 0) continue;
-    throw InputError(where + "support " + std::to_string(regions.size()) +
+    throw InputError("organ \"" + options_.name + "\": support " + std::to_string(regions.size()) +
                      " holds no tissue; move or enlarge its region");
   }
   BuildEnergy(tissue, cells, regions);
-  if (options.supports.empty()) {
-    warnings_.push_back(where +
-                        "no [[organ.support]]: a weak spring ties all of it to its rest place");
+}
+
+void OrganModel::BuildSurfaceModel() {
+  const Skin skin = MeasureSkin(rest_, options_.name);
+  const Eigen::VectorXd ground =
+      GroundSprings(rest_, skin, options_.supports, options_.material.young, options_.name);
+  tissue_volume_ = EnclosedVolume(rest_.vertices, rest_.triangles);
+  centre_of_volume_W_ = EnclosedCentre(rest_.vertices, rest_.triangles);
+  weights_ = VertexWeights(rest_.vertices.rows());
+  if (options_.model == OrganModelType::kMassSpring) {
+    springs_.emplace(rest_, ground,
+                     MassSpringOf(options_.material, skin.thickness, options_.time_step),
+                     options_.name);
+    return;
   }
+  HPDM_CHECK(options_.model == OrganModelType::kContinuum);
+  continuum_.emplace(rest_, ground,
+                     ContinuumOf(options_.material, skin.thickness, options_.time_step),
+                     options_.name);
+  stiffness_ = continuum_->stiffness();
 }
 
 void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
@@ -61,7 +90,7 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
   const EnergyOptions& energy = options_.energy;
   const bool strain = energy.type == EnergyType::kStrain;
   const ScalarStiffness supports =
-      SupportStiffness(lattice_, tissue, options_.supports, regions,
+      SupportStiffness(*lattice_, tissue, options_.supports, regions,
                        strain ? options_.material.young : energy.alpha);
   if (!strain) {
     // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
@@ -69,18 +98,18 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
     const Quadrature domain =
         energy.domain == EnergyDomain::kOrgan
             ? tissue
-            : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+            : BoxQuadrature(lattice_->box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
     stiffness_ =
-        ScalarStiffness(MetricStiffness(lattice_, domain, energy.alpha, energy.beta) + supports);
+        ScalarStiffness(MetricStiffness(*lattice_, domain, energy.alpha, energy.beta) + supports);
     return;
   }
   const bool finite = energy.strain == StrainMeasure::kFinite;
-  FullStiffness K = StrainStiffness(lattice_, tissue, options_.material,
+  FullStiffness K = StrainStiffness(*lattice_, tissue, options_.material,
                                     finite ? Dilatation::kPointwise : Dilatation::kProjected);
   AddAlongEachAxis(supports, &K);
   stiffness_ = std::move(K);
   if (!finite) return;
-  finite_strain_.emplace(lattice_, tissue, HyperelasticLaw(energy.law, ToLame(options_.material)),
+  finite_strain_.emplace(*lattice_, tissue, HyperelasticLaw(energy.law, ToLame(options_.material)),
                          supports);
   if (energy.solver == SolverType::kGaussSeidel) {
     warnings_.push_back("organ \"" + options_.name +
@@ -90,6 +119,8 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
 }
 
 std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(const NewtonOptions& newton) const {
+  if (continuum_) return std::make_unique<SurfaceContinuum>(*continuum_);
+  if (springs_) return std::make_unique<MassSpring>(*springs_);
   if (finite_strain_) return MakeNewtonRelaxation(*finite_strain_, newton);
   return std::visit(
       [this](const auto& K) {
@@ -110,13 +141,13 @@ void OrganModel::LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorX
 }
 
 OrganState::OrganState(const OrganModel& model)
-    : control_displacements(Points::Zero(model.lattice().size(), 3)),
+    : control_displacements(Points::Zero(model.control_points(), 3)),
       vertices(model.rest().vertices),
       tree(model.rest().vertices, model.rest().triangles),
-      contacts(model.lattice().size()),
+      contacts(model.control_points()),
       neighbourhoods(model.rest().triangles, model.topology()),
       relaxation(model.MakeRelaxation()),
-      recovery(model.options().material.relaxation_time, model.lattice().size()) {}
+      recovery(model.options().material.relaxation_time, model.control_points()) {}
 
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);

@@ -7,12 +7,15 @@
 #include <variant>
 #include <vector>
 
+#include "engine/baselines/mass_spring.h"
+#include "engine/baselines/surface_continuum.h"
 #include "engine/collision.h"
 #include "engine/contact_set.h"
 #include "engine/elastic_relaxation.h"
 #include "engine/lattice.h"
 #include "engine/organ_options.h"
 #include "engine/relaxation.h"
+#include "engine/relocation.h"
 #include "engine/support.h"
 #include "engine/surface_mesh.h"
 #include "engine/surface_topology.h"
@@ -34,11 +37,16 @@ class OrganModel {
   const SurfaceMesh& rest() const { return rest_; }
   const Points& rest_normals() const { return rest_normals_; }  ///< V x 3, unit.
   const SurfaceTopology& topology() const { return topology_; }
-  const Lattice& lattice() const { return lattice_; }
-  const WeightMatrix& weights() const { return weights_; }  ///< V x n.
-  /// N/m, with supports: n x n for the metric energy, 3n x 3n for the strain energy (finite strain:
-  /// at rest).
+  /// Of model "hpdm"; in the surface models every vertex is a control point of its own (n = V).
+  const std::optional<Lattice>& lattice() const { return lattice_; }
+  int control_points() const { return static_cast<int>(weights_.cols()); }  ///< n.
+  const WeightMatrix& weights() const { return weights_; }                  ///< V x n.
+  const Relocation& relocation() const { return *relocation_; }             ///< Eq. 4.
+  /// N/m, with supports: n x n for the metric energy and the continuum, 3n x 3n for the strain
+  /// energy (finite strain: at rest). Not of mass_spring, whose stiffness changes as it moves.
   const LatticeStiffness& stiffness() const { return stiffness_; }
+  /// The springs of model "mass_spring" at rest, to copy; nullptr for the other models.
+  const MassSpring* springs() const { return springs_ ? &*springs_ : nullptr; }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
   const Vector3d& centre_of_volume_W() const { return centre_of_volume_W_; }  ///< m.
   /// Things that work but are probably not meant, one line each.
@@ -51,6 +59,8 @@ class OrganModel {
   void LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const;
 
  private:
+  void BuildLatticeModel();
+  void BuildSurfaceModel();
   void BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
                    const std::vector<Quadrature>& regions);
 
@@ -58,10 +68,13 @@ class OrganModel {
   SurfaceMesh rest_;
   Points rest_normals_;
   SurfaceTopology topology_;
-  Lattice lattice_;
+  std::optional<Lattice> lattice_;
   WeightMatrix weights_;
+  std::optional<Relocation> relocation_;
   LatticeStiffness stiffness_;
   std::optional<FiniteStrainEnergy> finite_strain_;
+  std::optional<SurfaceContinuum> continuum_;
+  std::optional<MassSpring> springs_;
   double tissue_volume_ = 0;
   Vector3d centre_of_volume_W_ = Vector3d::Zero();
   std::vector<std::string> warnings_;

@@ -178,8 +178,6 @@ TEST_F(SceneTest, FaultyLoadsAreNamed) {
 
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
   const BadScene cases[] = {
-      {"model='continuum'", "4:7", "organ[0].model", "(\"continuum\")", "use \"hpdm\""},
-      {"model='mass_spring'", "4:7", "organ[0].model", "(\"mass_spring\")", "use \"hpdm\""},
       {"model='rigid'", "4:7", "organ[0].model", "(\"rigid\")", "use \"hpdm\""},
       {"texture='t.png'", "4:9", "organ[0].texture", "", "remove the key"},
       {"[scene]\nbackground='t.png'", "5:12", "scene.background", "", "remove the key"},
