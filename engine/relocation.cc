@@ -118,7 +118,7 @@ void Relocation::RelocatePlainly(const Points& U, Points* x) const {
 }
 
 void Relocation::Multiply(SumBlock sum_block, const Points& U, bool from_rest, Points* x) const {
-  HPDM_CHECK(U.rows() == control_points_ && x->rows() == rest_.rows());
+  HPDM_CHECK(U.rows() >= control_points_ && x->rows() == rest_.rows());
   std::ptrdiff_t at = 0;
   for (const Block& block : blocks_) {
     Sums sum;

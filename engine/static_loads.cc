@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "engine/baselines/spring_rest.h"
 #include "engine/error.h"
 #include "engine/surface_kernel.h"
 
@@ -10,16 +11,46 @@ namespace {
 
 using UnknownMap = Eigen::Map<Eigen::VectorXd>;
 
-// K U for either form of the stiffness; U is n x 3.
-Points ElasticForce(const LatticeStiffness& stiffness, const Points& U) {
-  Points force = Points::Zero(U.rows(), 3);
-  if (const auto* scalar = std::get_if<ScalarStiffness>(&stiffness)) {
-    force = *scalar * U;
-  } else {
-    UnknownMap(force.data(), force.size()) =
-        std::get<FullStiffness>(stiffness) * Eigen::Map<const Eigen::VectorXd>(U.data(), U.size());
+// What holds U in place: the stiffness times U; U is (n + slots) x 3.
+Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& active,
+                             const Points& U) {
+  Eigen::VectorXd force(U.size());
+  if (model.springs() != nullptr) {
+    Eigen::Map<Points>(force.data(), U.rows(), 3) = model.springs()->RestoringForces(U);
+    return force;
+  }
+  if (const auto* scalar = std::get_if<ScalarStiffness>(&model.stiffness())) {
+    Eigen::Map<Points>(force.data(), U.rows(), 3) = *scalar * U;
+    return force;
+  }
+  const auto& K = std::get<FullStiffness>(model.stiffness());
+  // With X = K^-1 C: K U + C V = K (U + X V), and C^T U + D V = X^T of that + S V.
+  const auto displacement = [&U](Eigen::Index a) { return U.row(a).transpose(); };
+  Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(U.data(), K.rows());
+  const Eigen::Index n = K.rows() / 3;
+  for (int s = 0; s < active.slots(); ++s) {
+    if (active.Function(s) < 0) continue;
+    moved += model.local()->Coupling(active.Function(s)) * displacement(n + s);
+  }
+  force.setZero();
+  force.head(K.rows()) = K * moved;
+  for (int s = 0; s < active.slots(); ++s) {
+    if (active.Function(s) < 0) continue;
+    auto own = force.segment<3>(K.rows() + 3 * s);
+    own = model.local()->Coupling(active.Function(s)).transpose() * force.head(K.rows());
+    for (int t = 0; t < active.slots(); ++t) {
+      if (active.Function(t) < 0) continue;
+      own += model.local()->ReducedStiffness(active.Function(s), active.Function(t)) *
+             displacement(n + t);
+    }
   }
   return force;
+}
+
+std::unique_ptr<LatticeResponse> MakeResponse(const OrganModel& model, int slots) {
+  if (!model.lattice()) return nullptr;
+  if (model.local() != nullptr) return MakeLatticeResponse(*model.local(), slots);
+  return std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness());
 }
 
 }  // namespace
@@ -32,37 +63,64 @@ double StaticSolution::Compliance() const {
 StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>& loads)
     : model_(model),
       loads_(loads),
-      response_(
-          std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness())),
-      rows_(Eigen::MatrixXd::Zero(3 * model.lattice().size(),
+      active_(model.local() != nullptr ? model.local()->size() : 0,
+              model.LocalSlots(static_cast<int>(loads.size()))),
+      response_(MakeResponse(model, active_.slots())),
+      rows_(Eigen::MatrixXd::Zero(3 * (model.control_points() + active_.slots()),
                                   3 * static_cast<Eigen::Index>(loads.size()))) {
-  if (model.options().energy.type == EnergyType::kStrain &&
+  if (model.lattice() && model.options().energy.type == EnergyType::kStrain &&
       model.options().energy.strain == StrainMeasure::kFinite) {
     throw InputError("organ \"" + model.options().name +
                      "\": static loads are solved for small strain only in this version; set "
                      "energy.strain = \"small\"");
   }
-  Eigen::RowVectorXd row(model.lattice().size());
+  if (model.local() != nullptr) {
+    std::vector<Vector3d> centres;
+    for (const LoadOptions& load : loads) centres.push_back(load.p_centre_W);
+    active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
+    response_->Follow(active_);
+  }
+  if (model.options().model == OrganModelType::kContinuum) {
+    surface_.emplace(std::get<ScalarStiffness>(model.stiffness()),
+                     "organ \"" + model.options().name +
+                         "\": nothing holds its surface; add an [[organ.support]]");
+  }
+  Eigen::RowVectorXd row(rows_.rows() / 3);
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    for (const SurfaceSample& sample :
-         SurfaceKernel(model.rest(), loads[i].p_centre_W, loads[i].radius)) {
-      model.LatticeRow({sample.triangle, sample.barycentric}, row);
-      for (Eigen::Index a = 0; a < row.size(); ++a) {
-        for (int d = 0; d < 3; ++d) {
-          rows_(3 * a + d, 3 * static_cast<Eigen::Index>(i) + d) += sample.weight * row[a];
-        }
+    const SurfacePoint at = NearestSurfacePoint(model.rest(), loads[i].p_centre_W);
+    dents_.push_back(model.Dent(at, loads[i].radius));
+    row.setZero();
+    for (const SurfaceSample& sample : SurfaceKernel(model.rest(), loads[i].p_centre_W,
+                                                     model.ResolvedRadius(at, loads[i].radius))) {
+      model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, active_, row);
+    }
+    for (Eigen::Index a = 0; a < row.size(); ++a) {
+      for (int d = 0; d < 3; ++d) {
+        rows_(3 * a + d, 3 * static_cast<Eigen::Index>(i) + d) = row[a];
       }
     }
   }
 }
 
-StaticSolution StaticLoads::Solve() const {
-  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
-  Eigen::MatrixXd columns = rows_;
-  response_->Solve(columns);
-  const Eigen::MatrixXd compliance = rows_.transpose() * columns;  // 3m x 3m
+int StaticLoads::local_functions() const {
+  int count = 0;
+  for (int s = 0; s < active_.slots(); ++s) count += active_.Function(s) >= 0;
+  return count;
+}
 
-  // Given forces first, then those that make the prescribed displacements.
+// Columns of loads to displacements, in place.
+void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
+  if (!surface_) return response_->Solve(*columns);
+  for (Eigen::Index c = 0; c < columns->cols(); ++c) {
+    surface_->Solve(Eigen::Map<Points>(columns->col(c).data(), columns->rows() / 3, 3));
+  }
+}
+
+// Given forces first, then those that make the prescribed displacements of patches that are at
+// `free` without load.
+Eigen::VectorXd StaticLoads::Forces(const Eigen::MatrixXd& compliance,
+                                    const Eigen::VectorXd& free) const {
+  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * m);
   Eigen::VectorXd wanted = Eigen::VectorXd::Zero(3 * m);
   std::vector<Eigen::Index> held;
@@ -74,30 +132,63 @@ StaticSolution StaticLoads::Solve() const {
     for (int d = 0; d < 3; ++d) held.push_back(3 * i + d);
   }
   if (!held.empty()) {
-    const Eigen::VectorXd missing = wanted(held) - Eigen::VectorXd(compliance * force)(held);
+    const Eigen::VectorXd missing = wanted(held) - Eigen::VectorXd(free + compliance * force)(held);
     const Eigen::MatrixXd coupling = compliance(held, held);
     const Eigen::VectorXd found = coupling.ldlt().solve(missing);
     force(held) = found;
   }
+  return force;
+}
 
+StaticSolution StaticLoads::Solve() const {
+  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   StaticSolution solution;
-  solution.control_displacements.resize(model_.lattice().size(), 3);
+  solution.control_displacements.resize(rows_.rows() / 3, 3);
   UnknownMap U(solution.control_displacements.data(), rows_.rows());
-  U = columns * force;
-  solution.vertex_displacements = model_.weights() * solution.control_displacements;
-  const Eigen::VectorXd moved = compliance * force;
+  Eigen::VectorXd force, moved;
+  if (model_.springs() != nullptr) {
+    SpringRest at = RestUnderLoads(
+        *model_.springs(), rows_,
+        [this](const auto& compliance, const auto& free) { return Forces(compliance, free); },
+        model_.options().name);
+    U = Eigen::Map<const Eigen::VectorXd>(at.displacements.data(), U.size());
+    force = std::move(at.forces);
+    moved = rows_.transpose() * U;
+  } else {
+    Eigen::MatrixXd columns = rows_;
+    Respond(&columns);
+    Eigen::MatrixXd compliance = rows_.transpose() * columns;  // 3m x 3m
+    for (Eigen::Index i = 0; i < m; ++i) {
+      compliance.block<3, 3>(3 * i, 3 * i) += dents_[static_cast<std::size_t>(i)].Compliance();
+    }
+    force = Forces(compliance, Eigen::VectorXd::Zero(3 * m));
+    U = columns * force;
+    moved = compliance * force;
+  }
+  solution.vertex_displacements.resize(model_.rest().vertices.rows(), 3);
+  model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
+  model_.AddLocalDisplacements(active_, solution.control_displacements,
+                               &solution.vertex_displacements);
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    model_.AddDent(dents_[i], loads_[i].p_centre_W,
+                   force.segment<3>(3 * static_cast<Eigen::Index>(i)),
+                   &solution.vertex_displacements);
+  }
   for (Eigen::Index i = 0; i < m; ++i) {
     solution.load_forces.emplace_back(force.segment<3>(3 * i));
     solution.load_displacements.emplace_back(moved.segment<3>(3 * i));
   }
-  const Points elastic = ElasticForce(model_.stiffness(), solution.control_displacements);
-  const Eigen::VectorXd applied = rows_ * force;
-  const double size = applied.norm();
-  if (size > 0) {
-    solution.residual =
-        (Eigen::Map<const Eigen::VectorXd>(elastic.data(), elastic.size()) - applied).norm() / size;
-  }
   return solution;
+}
+
+double StaticLoads::Residual(const StaticSolution& solution) const {
+  Eigen::VectorXd applied = Eigen::VectorXd::Zero(rows_.rows());
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    applied += rows_.middleCols<3>(3 * static_cast<Eigen::Index>(i)) * solution.load_forces[i];
+  }
+  const double size = applied.norm();
+  if (size == 0) return 0;
+  return (ElasticForce(model_, active_, solution.control_displacements) - applied).norm() / size;
 }
 
 }  // namespace hpdm

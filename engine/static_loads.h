@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "engine/baselines/sparse_cholesky.h"
 #include "engine/lattice_response.h"
 #include "engine/organ.h"
 
@@ -9,11 +11,10 @@ namespace hpdm {
 
 /// Where an organ rests under its loads.
 struct StaticSolution {
-  Points control_displacements;              ///< n x 3, m, world axes.
+  Points control_displacements;              ///< (n + local functions) x 3, m, world axes.
   Points vertex_displacements;               ///< V x 3, m.
   std::vector<Vector3d> load_forces;         ///< N, on the tissue, one a load.
   std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
-  double residual = 0;                       ///< |K U - R| / |R|, 0 without load.
 
   /// Of the first load: displacement along its force over the force, m/N; 0 without force.
   double Compliance() const;
@@ -21,7 +22,8 @@ struct StaticSolution {
 
 /// The loads of one organ: forces that are given, and displacements whose forces are found, all
 /// acting together, each spread by the kernel of SurfaceKernel. Small displacement (constant
-/// stiffness). Set-up factorises the stiffness once; Solve may be called again and again.
+/// stiffness): set-up factorises it once. Only mass_spring iterates, to rest. Solve may be called
+/// again and again.
 class StaticLoads {
  public:
   /// `model` must outlive this. Throws InputError when a load touches no surface, and for
@@ -30,11 +32,24 @@ class StaticLoads {
 
   StaticSolution Solve() const;
 
+  /// |K U - R| / |R| of a solution, 0 without load.
+  double Residual(const StaticSolution& solution) const;
+
+  /// Local functions in use.
+  int local_functions() const;
+
  private:
+  void Respond(Eigen::MatrixXd* columns) const;
+  Eigen::VectorXd Forces(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& free) const;
+
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
-  std::unique_ptr<LatticeResponse> response_;
-  Eigen::MatrixXd rows_;  // 3n x 3m: column 3 i + d puts a unit force along d on load i's patch
+  ActiveFunctions active_;
+  std::vector<SurfaceDent> dents_;             // one a load
+  std::unique_ptr<LatticeResponse> response_;  // of a lattice
+  std::optional<SparseCholesky> surface_;      // of the continuum
+  Eigen::MatrixXd
+      rows_;  // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch
 };
 
 }  // namespace hpdm
