@@ -41,8 +41,8 @@ MassSpringOptions MassSpringOf(const MaterialOptions& material, double thickness
                                double time_step) {
   const double modulus = material.young / (1 - material.poisson * material.poisson);
   MassSpringOptions options;
-  options.alpha = 0.3 * modulus;
-  options.home = 0.01 * modulus / (thickness * thickness);
+  options.alpha = 3.2 * modulus;
+  options.home = 0.32 * modulus / (thickness * thickness);
   options.density = material.density;
   options.time_step = time_step;
   return options;
