@@ -60,10 +60,10 @@ void OrganModel::BuildLatticeModel() {
       options_.energy.type == EnergyType::kMetric && options_.energy.domain == EnergyDomain::kBox;
   if (!over_box) lattice_->DropControlPointsWithoutTissue(tissue);
   weights_ = lattice_->Weights(rest_.vertices);
-  thickness_ = LocalThickness(rest_, rest_normals_);
   resolution_ =
       kResolvedCells *
       lattice_->box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
+  thickness_ = LocalThickness(rest_, rest_normals_, 2 * resolution_);
 
   std::vector<Quadrature> regions;
   const Box bounds = AxisAlignedBounds(rest_.vertices);
@@ -201,7 +201,7 @@ double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
   for (int k = 0; k < 3; ++k) {
     thickness += at.barycentric[k] * thickness_[rest_.triangles(at.triangle, k)];
   }
-  return std::max(radius, std::min(thickness / 2, resolution_));
+  return std::max(radius, thickness / 2);
 }
 
 SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {

@@ -96,7 +96,7 @@ class OrganModel {
   std::optional<Lattice> lattice_;
   WeightMatrix weights_;
   std::optional<Relocation> relocation_;
-  Eigen::VectorXd thickness_;  // V, m
+  Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   LatticeStiffness stiffness_;
   std::optional<LocalFunctions> local_;

@@ -36,7 +36,7 @@ Points Snapped(const Points& values, const Eigen::RowVector3d& origin, double un
 
 }  // namespace
 
-Eigen::VectorXd LocalThickness(const SurfaceMesh& mesh, const Points& normals) {
+Eigen::VectorXd LocalThickness(const SurfaceMesh& mesh, const Points& normals, double at_most) {
   const Eigen::RowVector3d low = mesh.vertices.colwise().minCoeff();
   const double extent = (mesh.vertices.colwise().maxCoeff() - low).maxCoeff();
   const SurfaceMesh unit{Snapped(mesh.vertices, low, extent), mesh.triangles, {}};
@@ -45,10 +45,11 @@ Eigen::VectorXd LocalThickness(const SurfaceMesh& mesh, const Points& normals) {
   Eigen::VectorXd thickness(unit.vertices.rows());
   for (Eigen::Index v = 0; v < thickness.size(); ++v) {
     const Vector3d normal = directions.row(v);
-    thickness[v] =
-        normal.squaredNorm() == 0
-            ? extent
-            : 2 * extent * InscribedRadius(unit, tree, unit.vertices.row(v), normal, 0.5);
+    thickness[v] = at_most;
+    if (normal.squaredNorm() == 0) continue;
+    const double largest = at_most / (2 * extent);
+    const double radius = InscribedRadius(unit, tree, unit.vertices.row(v), normal, largest);
+    if (radius < largest) thickness[v] = 2 * extent * radius;
   }
   return thickness;
 }

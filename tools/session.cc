@@ -156,6 +156,9 @@ SessionInfo Session::Info() const {
     description.axes = lattice.box().axes;
     description.lengths = lattice.box().lengths;
     description.kept = lattice.kept();
+    if (organ.local() != nullptr) {
+      description.local_refinement = organ.options().lattice.local.refinement;
+    }
     info.organs.back().lattice = description;
   }
   return info;
