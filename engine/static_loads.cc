@@ -2,7 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 
+#include "engine/baselines/spring_rest.h"
 #include "engine/error.h"
 #include "engine/surface_kernel.h"
 
@@ -15,6 +17,10 @@ using UnknownMap = Eigen::Map<Eigen::VectorXd>;
 Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& active,
                              const Points& U) {
   Eigen::VectorXd force(U.size());
+  if (model.springs() != nullptr) {
+    Eigen::Map<Points>(force.data(), U.rows(), 3) = model.springs()->RestoringForces(U);
+    return force;
+  }
   if (const auto* scalar = std::get_if<ScalarStiffness>(&model.stiffness())) {
     Eigen::Map<Points>(force.data(), U.rows(), 3) = *scalar * U;
     return force;
@@ -44,8 +50,15 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& act
 }
 
 std::unique_ptr<LatticeResponse> MakeResponse(const OrganModel& model, int slots) {
+  if (!model.lattice()) return nullptr;
   if (model.local() != nullptr) return MakeLatticeResponse(*model.local(), slots);
   return std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness());
+}
+
+// m: sides of the parts that a pressure's surface is split into.
+double SampleSize(const OrganModel& model) {
+  return model.lattice() ? ControlPointSpacing(*model.lattice()) / 4
+                         : std::numeric_limits<double>::infinity();
 }
 
 // Columns 3 load + d: the row's weights along d.
@@ -70,11 +83,18 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
       active_(model.local() != nullptr ? model.local()->size() : 0,
               model.LocalSlots(static_cast<int>(loads.size()))),
       response_(MakeResponse(model, active_.slots())),
-      rows_(Eigen::MatrixXd::Zero(3 * (model.lattice().size() + active_.slots()),
+      rows_(Eigen::MatrixXd::Zero(3 * (model.control_points() + active_.slots()),
                                   3 * static_cast<Eigen::Index>(loads.size()))),
       pressures_(Eigen::VectorXd::Zero(rows_.rows())),
       pressure_force_(loads.size(), Vector3d::Zero()) {
-  if (model.options().energy.type == EnergyType::kStrain &&
+  if (model.springs() != nullptr) {
+    for (const LoadOptions& load : loads) {
+      if (!load.pressure) continue;
+      throw InputError("organ \"" + model.options().name +
+                       "\": model = \"mass_spring\" takes no pressure; give a force");
+    }
+  }
+  if (model.lattice() && model.options().energy.type == EnergyType::kStrain &&
       model.options().energy.strain == StrainMeasure::kFinite) {
     throw InputError("organ \"" + model.options().name +
                      "\": static loads are solved for small strain only in this version; set "
@@ -87,6 +107,11 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
     }
     active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
     response_->Follow(active_);
+  }
+  if (model.options().model == OrganModelType::kContinuum) {
+    surface_.emplace(std::get<ScalarStiffness>(model.stiffness()),
+                     "organ \"" + model.options().name +
+                         "\": nothing holds its surface; add an [[organ.support]]");
   }
   dents_.resize(loads.size());
   for (std::size_t i = 0; i < loads.size(); ++i) {
@@ -106,8 +131,7 @@ void StaticLoads::AddPatch(std::size_t load) {
   Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(rows_.rows() / 3);
   for (const SurfaceSample& sample :
        SurfaceKernel(model_.rest(), p_centre_W, model_.ResolvedRadius(at, radius))) {
-    model_.AddToRow(AtSample(sample, model_.rest().triangles, model_.rest().vertices),
-                    sample.weight, active_, row);
+    model_.AddToRow({sample.triangle, sample.barycentric}, sample.weight, active_, row);
   }
   PutOnEachAxis(row, load, &rows_);
 }
@@ -116,7 +140,7 @@ void StaticLoads::AddPressure(std::size_t load) {
   const SurfaceMesh& rest = model_.rest();
   const std::vector<SurfaceSample> samples =
       SurfaceInRegion(rest, loads_[load].region, AxisAlignedBounds(rest.vertices),
-                      ControlPointSpacing(model_.lattice()) / 4);
+                      SampleSize(model_));
   Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(rows_.rows() / 3), row = mean;
   double area = 0;
   for (const SurfaceSample& sample : samples) {
@@ -126,7 +150,7 @@ void StaticLoads::AddPressure(std::size_t load) {
     const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
     const Vector3d force = -*loads_[load].pressure * sample.weight * normal;
     row.setZero();
-    model_.AddToRow(AtSample(sample, rest.triangles, rest.vertices), 1, active_, row);
+    model_.AddToRow({sample.triangle, sample.barycentric}, 1, active_, row);
     mean += sample.weight * row;
     Eigen::Map<Points>(pressures_.data(), row.size(), 3) += row.transpose() * force.transpose();
     pressure_force_[load] += force;
@@ -145,19 +169,19 @@ int StaticLoads::local_functions() const {
   return count;
 }
 
-StaticSolution StaticLoads::Solve() const {
-  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
-  Eigen::MatrixXd columns(rows_.rows(), 3 * m + 1);
-  columns << rows_, pressures_;
-  response_->Solve(columns);
-  const Eigen::MatrixXd response = rows_.transpose() * columns;
-  Eigen::MatrixXd compliance = response.leftCols(3 * m);  // 3m x 3m
-  const Eigen::VectorXd pressed = response.col(3 * m);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    compliance.block<3, 3>(3 * i, 3 * i) += dents_[static_cast<std::size_t>(i)].Compliance();
+// Columns of loads to displacements, in place.
+void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
+  if (!surface_) return response_->Solve(*columns);
+  for (Eigen::Index c = 0; c < columns->cols(); ++c) {
+    surface_->Solve(Eigen::Map<Points>(columns->col(c).data(), columns->rows() / 3, 3));
   }
+}
 
-  // Given forces first, then those that make the prescribed displacements.
+// Given forces first, then those that make the prescribed displacements of patches that are at
+// `free` without load.
+Eigen::VectorXd StaticLoads::Forces(const Eigen::MatrixXd& compliance,
+                                    const Eigen::VectorXd& free) const {
+  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * m);
   Eigen::VectorXd wanted = Eigen::VectorXd::Zero(3 * m);
   std::vector<Eigen::Index> held;
@@ -169,19 +193,44 @@ StaticSolution StaticLoads::Solve() const {
     for (int d = 0; d < 3; ++d) held.push_back(3 * i + d);
   }
   if (!held.empty()) {
-    const Eigen::VectorXd missing =
-        wanted(held) - Eigen::VectorXd(compliance * force + pressed)(held);
+    const Eigen::VectorXd missing = wanted(held) - Eigen::VectorXd(free + compliance * force)(held);
     const Eigen::MatrixXd coupling = compliance(held, held);
     const Eigen::VectorXd found = coupling.ldlt().solve(missing);
     force(held) = found;
   }
+  return force;
+}
 
+StaticSolution StaticLoads::Solve() const {
+  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   StaticSolution solution;
   solution.control_displacements.resize(rows_.rows() / 3, 3);
   UnknownMap U(solution.control_displacements.data(), rows_.rows());
-  U = columns.leftCols(3 * m) * force + columns.col(3 * m);
-  solution.vertex_displacements =
-      model_.weights() * solution.control_displacements.topRows(model_.lattice().size());
+  Eigen::VectorXd force, moved;
+  if (model_.springs() != nullptr) {
+    SpringRest at = RestUnderLoads(
+        *model_.springs(), rows_,
+        [this](const auto& compliance, const auto& free) { return Forces(compliance, free); },
+        model_.options().name);
+    U = Eigen::Map<const Eigen::VectorXd>(at.displacements.data(), U.size());
+    force = std::move(at.forces);
+    moved = rows_.transpose() * U;
+  } else {
+    Eigen::MatrixXd columns(rows_.rows(), 3 * m + 1);
+    columns << rows_, pressures_;
+    Respond(&columns);
+    const Eigen::MatrixXd response = rows_.transpose() * columns;
+    Eigen::MatrixXd compliance = response.leftCols(3 * m);  // 3m x 3m
+    const Eigen::VectorXd pressed = response.col(3 * m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      compliance.block<3, 3>(3 * i, 3 * i) += dents_[static_cast<std::size_t>(i)].Compliance();
+    }
+    force = Forces(compliance, pressed);
+    U = columns.leftCols(3 * m) * force + columns.col(3 * m);
+    moved = compliance * force + pressed;
+  }
+  solution.vertex_displacements.resize(model_.rest().vertices.rows(), 3);
+  model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
   for (std::size_t i = 0; i < loads_.size(); ++i) {
@@ -190,7 +239,6 @@ StaticSolution StaticLoads::Solve() const {
                    force.segment<3>(3 * static_cast<Eigen::Index>(i)),
                    &solution.vertex_displacements);
   }
-  const Eigen::VectorXd moved = compliance * force + pressed;
   for (Eigen::Index i = 0; i < m; ++i) {
     solution.load_forces.emplace_back(force.segment<3>(3 * i) +
                                       pressure_force_[static_cast<std::size_t>(i)]);

@@ -39,7 +39,7 @@ Accuracy Solve(const std::string& name, int cells, int local_functions) {
   std::ifstream file(kSource / "tests/reference" / (name + ".json"));
   const nlohmann::json facts = nlohmann::json::parse(file);
   return {
-      model.lattice().size() + loads.local_functions(),
+      model.control_points() + loads.local_functions(),
       RelativeSurfaceError(model.rest(), solution.vertex_displacements, reference.displacements),
       solution.Compliance() / facts["compliance_m_per_N"].get<double>(),
       facts["linear"].at(1)["error"].get<double>()};
