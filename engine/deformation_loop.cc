@@ -12,7 +12,7 @@ namespace {
 
 // All but the vertices.
 void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
-  const int n = model.lattice().size();
+  const int n = model.control_points();
   const ActiveFunctions& active = state.contacts.local;
   shape->control_displacements = state.control_displacements.topRows(n);
   shape->local_displacements = state.control_displacements.bottomRows(active.slots());
@@ -98,7 +98,7 @@ void DeformationLoop::Refine(int tool_count) {
                   models_[o].options().lattice.local.functions);
     for (int s = 0; s < active.slots(); ++s) {
       if (!active.Changed(s)) continue;
-      const int row = models_[o].lattice().size() + s;
+      const int row = models_[o].control_points() + s;
       state.control_displacements.row(row).setZero();
       state.recovery.Forget(row);
     }
@@ -147,10 +147,7 @@ void DeformationLoop::Relax(double dt) {
 // Stage C (Eq. 4): x = X + B U.
 void DeformationLoop::RelocateVertices() {
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    states_[o].vertices = models_[o].rest().vertices;
-    states_[o].vertices.noalias() +=
-        models_[o].weights() *
-        states_[o].control_displacements.topRows(models_[o].lattice().size());
+    models_[o].relocation().Relocate(states_[o].control_displacements, &states_[o].vertices);
     models_[o].AddLocalDisplacements(states_[o].contacts.local, states_[o].control_displacements,
                                      &states_[o].vertices);
   }
@@ -199,7 +196,7 @@ SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_coun
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;
     const int slots = model.LocalSlots(tool_count);
-    organ.control_displacements = Points::Zero(model.lattice().size(), 3);
+    organ.control_displacements = Points::Zero(model.control_points(), 3);
     organ.local_functions.assign(slots, -1);
     organ.local_displacements = Points::Zero(slots, 3);
     if (with_vertices) organ.vertices = model.rest().vertices.cast<float>();

@@ -33,40 +33,67 @@ std::array<int, 3> SamplingCells(const LatticeOptions& options) {
 }  // namespace
 
 OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
-    : options_(options),
-      rest_(std::move(rest)),
-      topology_(rest_.vertices.rows(), rest_.triangles),
-      lattice_(BoundingLatticeBox(rest_.vertices, options.X_WO.linear(), options.lattice.margin),
-               options.lattice) {
-  const std::string where = "organ \"" + options.name + "\": ";
+    : options_(options), rest_(std::move(rest)), topology_(rest_.vertices.rows(), rest_.triangles) {
   VertexNormals(rest_.vertices, rest_.triangles, &rest_normals_);
+  if (options.model == OrganModelType::kHpdm) {
+    BuildLatticeModel();
+  } else {
+    BuildSurfaceModel();
+  }
+  relocation_.emplace(rest_.vertices, weights_);
+  if (options.supports.empty()) {
+    warnings_.push_back("organ \"" + options.name +
+                        "\": no [[organ.support]]: a weak spring ties all of it to its rest place");
+  }
+}
 
-  const std::array<int, 3> cells = SamplingCells(options.lattice);
-  const TissueQuadrature sampled = SampleTissue(rest_, lattice_.box(), cells);
+void OrganModel::BuildLatticeModel() {
+  lattice_.emplace(
+      BoundingLatticeBox(rest_.vertices, options_.X_WO.linear(), options_.lattice.margin),
+      options_.lattice);
+  const std::array<int, 3> cells = SamplingCells(options_.lattice);
+  const TissueQuadrature sampled = SampleTissue(rest_, lattice_->box(), cells);
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};
   const bool over_box =
-      options.energy.type == EnergyType::kMetric && options.energy.domain == EnergyDomain::kBox;
-  if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
-  weights_ = lattice_.Weights(rest_.vertices);
-  resolution_ = kResolvedCells *
-                lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
+      options_.energy.type == EnergyType::kMetric && options_.energy.domain == EnergyDomain::kBox;
+  if (!over_box) lattice_->DropControlPointsWithoutTissue(tissue);
+  weights_ = lattice_->Weights(rest_.vertices);
+  resolution_ =
+      kResolvedCells *
+      lattice_->box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
   thickness_ = LocalThickness(rest_, rest_normals_, 2 * resolution_);
 
   std::vector<Quadrature> regions;
   const Box bounds = AxisAlignedBounds(rest_.vertices);
-  for (const SupportOptions& support : options.supports) {
-    regions.push_back(SampleSupport(rest_, support, bounds, ControlPointSpacing(lattice_)));
+  for (const SupportOptions& support : options_.supports) {
+    regions.push_back(SampleSupport(rest_, support, bounds, ControlPointSpacing(*lattice_)));
     if (regions.back().weights.size() > 0) continue;
-    throw InputError(where + "support " + std::to_string(regions.size()) +
+    throw InputError("organ \"" + options_.name + "\": support " + std::to_string(regions.size()) +
                      " holds no tissue; move or enlarge its region");
   }
   BuildEnergy(tissue, cells, regions);
-  if (options.supports.empty()) {
-    warnings_.push_back(where +
-                        "no [[organ.support]]: a weak spring ties all of it to its rest place");
+}
+
+void OrganModel::BuildSurfaceModel() {
+  const Skin skin = MeasureSkin(rest_, options_.name);
+  const Eigen::VectorXd ground =
+      GroundSprings(rest_, skin, options_.supports, options_.material.young, options_.name);
+  tissue_volume_ = EnclosedVolume(rest_.vertices, rest_.triangles);
+  centre_of_volume_W_ = EnclosedCentre(rest_.vertices, rest_.triangles);
+  weights_ = VertexWeights(rest_.vertices.rows());
+  if (options_.model == OrganModelType::kMassSpring) {
+    springs_.emplace(rest_, ground,
+                     MassSpringOf(options_.material, skin.thickness, options_.time_step),
+                     options_.name);
+    return;
   }
+  HPDM_CHECK(options_.model == OrganModelType::kContinuum);
+  continuum_.emplace(rest_, ground,
+                     ContinuumOf(options_.material, skin.thickness, options_.time_step),
+                     options_.name);
+  stiffness_ = continuum_->stiffness();
 }
 
 void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
@@ -74,7 +101,7 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
   const EnergyOptions& energy = options_.energy;
   const bool strain = energy.type == EnergyType::kStrain;
   const ScalarStiffness supports =
-      SupportStiffness(lattice_, tissue, options_.supports, regions,
+      SupportStiffness(*lattice_, tissue, options_.supports, regions,
                        strain ? options_.material.young : energy.alpha);
   if (!strain) {
     // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
@@ -82,25 +109,25 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
     const Quadrature domain =
         energy.domain == EnergyDomain::kOrgan
             ? tissue
-            : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+            : BoxQuadrature(lattice_->box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
     stiffness_ =
-        ScalarStiffness(MetricStiffness(lattice_, domain, energy.alpha, energy.beta) + supports);
+        ScalarStiffness(MetricStiffness(*lattice_, domain, energy.alpha, energy.beta) + supports);
     return;
   }
   const bool finite = energy.strain == StrainMeasure::kFinite;
   const Dilatation dilatation = finite ? Dilatation::kPointwise : Dilatation::kProjected;
-  FullStiffness K = StrainStiffness(lattice_, tissue, options_.material, dilatation);
+  FullStiffness K = StrainStiffness(*lattice_, tissue, options_.material, dilatation);
   AddAlongEachAxis(supports, &K);
   if (options_.lattice.local.functions > 0) {
     HPDM_CHECK(!finite && options_.lattice.basis == BasisType::kBSpline &&
                energy.solver == SolverType::kCholesky);
-    local_.emplace(lattice_, options_.lattice.local, tissue, options_.material, dilatation, regions,
-                   K);
+    local_.emplace(*lattice_, options_.lattice.local, tissue, options_.material, dilatation,
+                   regions, K);
     local_weights_ = local_->finer().Weights(rest_.vertices);
   }
   stiffness_ = std::move(K);
   if (!finite) return;
-  finite_strain_.emplace(lattice_, tissue, HyperelasticLaw(energy.law, ToLame(options_.material)),
+  finite_strain_.emplace(*lattice_, tissue, HyperelasticLaw(energy.law, ToLame(options_.material)),
                          supports);
   if (energy.solver == SolverType::kGaussSeidel) {
     warnings_.push_back("organ \"" + options_.name +
@@ -111,6 +138,8 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
 
 std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
                                                        const NewtonOptions& newton) const {
+  if (continuum_) return std::make_unique<SurfaceContinuum>(*continuum_);
+  if (springs_) return std::make_unique<MassSpring>(*springs_);
   if (local_) return MakeCholeskyRelaxation(*local_, slots);
   if (finite_strain_) return MakeNewtonRelaxation(*finite_strain_, newton);
   return std::visit(
@@ -125,14 +154,21 @@ int OrganModel::LocalSlots(int contacts) const {
   return local_ ? contacts * options_.lattice.local.functions : 0;
 }
 
-void OrganModel::AddToRow(const Vector3d& p_rest_W, double weight, const ActiveFunctions& active,
+void OrganModel::AddToRow(const SurfacePoint& at, double weight, const ActiveFunctions& active,
                           Eigen::Ref<Eigen::RowVectorXd> row) const {
-  lattice_.ForEachFunction(p_rest_W,
-                           [&](int column, double value) { row[column] += weight * value; });
+  if (!lattice_) {
+    for (int k = 0; k < 3; ++k) {
+      row[rest_.triangles(at.triangle, k)] += weight * at.barycentric[k];
+    }
+    return;
+  }
+  const Vector3d p_rest_W = at.Position(rest_.vertices, rest_.triangles);
+  lattice_->ForEachFunction(p_rest_W,
+                            [&](int column, double value) { row[column] += weight * value; });
   if (active.slots() == 0) return;
   local_->finer().ForEachFunction(p_rest_W, [&](int candidate, double value) {
     const int slot = active.Slot(candidate);
-    if (slot >= 0) row[lattice_.size() + slot] += weight * value;
+    if (slot >= 0) row[control_points() + slot] += weight * value;
   });
 }
 
@@ -140,7 +176,7 @@ void OrganModel::AddLocalDisplacements(const ActiveFunctions& active, const Poin
                                        Points* vertices) const {
   for (int slot = 0; slot < active.slots(); ++slot) {
     if (active.Function(slot) < 0) continue;
-    const auto displacement = U.row(lattice_.size() + slot);
+    const auto displacement = U.row(control_points() + slot);
     for (Eigen::SparseMatrix<double>::InnerIterator it(local_weights_, active.Function(slot)); it;
          ++it) {
       vertices->row(it.index()) += it.value() * displacement;
@@ -160,7 +196,7 @@ void OrganModel::AddDent(const SurfaceDent& dent, const Vector3d& p_rest_W, cons
 }
 
 double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
-  if (options_.energy.type != EnergyType::kStrain) return radius;
+  if (!lattice_ || options_.energy.type != EnergyType::kStrain) return radius;
   double thickness = 0;
   for (int k = 0; k < 3; ++k) {
     thickness += at.barycentric[k] * thickness_[rest_.triangles(at.triangle, k)];
@@ -174,10 +210,10 @@ SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
 }
 
 OrganState::OrganState(const OrganModel& model, int tools)
-    : control_displacements(Points::Zero(model.lattice().size() + model.LocalSlots(tools), 3)),
+    : control_displacements(Points::Zero(model.control_points() + model.LocalSlots(tools), 3)),
       vertices(model.rest().vertices),
       tree(model.rest().vertices, model.rest().triangles),
-      contacts(model.lattice().size(), model.local() != nullptr ? model.local()->size() : 0,
+      contacts(model.control_points(), model.local() != nullptr ? model.local()->size() : 0,
                model.LocalSlots(tools)),
       neighbourhoods(model.rest().triangles, model.topology()),
       relaxation(model.MakeRelaxation(model.LocalSlots(tools))),

@@ -7,6 +7,8 @@
 #include <variant>
 #include <vector>
 
+#include "engine/baselines/mass_spring.h"
+#include "engine/baselines/surface_continuum.h"
 #include "engine/collision.h"
 #include "engine/contact_set.h"
 #include "engine/elastic_relaxation.h"
@@ -15,6 +17,7 @@
 #include "engine/local_functions.h"
 #include "engine/organ_options.h"
 #include "engine/relaxation.h"
+#include "engine/relocation.h"
 #include "engine/support.h"
 #include "engine/surface_mesh.h"
 #include "engine/surface_topology.h"
@@ -36,11 +39,16 @@ class OrganModel {
   const SurfaceMesh& rest() const { return rest_; }
   const Points& rest_normals() const { return rest_normals_; }  ///< V x 3, unit.
   const SurfaceTopology& topology() const { return topology_; }
-  const Lattice& lattice() const { return lattice_; }
-  const WeightMatrix& weights() const { return weights_; }  ///< V x n.
-  /// N/m, with supports: n x n for the metric energy, 3n x 3n for the strain energy (finite strain:
-  /// at rest).
+  /// Of model "hpdm"; in the surface models every vertex is a control point of its own (n = V).
+  const std::optional<Lattice>& lattice() const { return lattice_; }
+  int control_points() const { return static_cast<int>(weights_.cols()); }  ///< n.
+  const WeightMatrix& weights() const { return weights_; }                  ///< V x n.
+  const Relocation& relocation() const { return *relocation_; }             ///< Eq. 4.
+  /// N/m, with supports: n x n for the metric energy and the continuum, 3n x 3n for the strain
+  /// energy (finite strain: at rest). Not of mass_spring, whose stiffness changes as it moves.
   const LatticeStiffness& stiffness() const { return stiffness_; }
+  /// The springs of model "mass_spring" at rest, to copy; nullptr for the other models.
+  const MassSpring* springs() const { return springs_ ? &*springs_ : nullptr; }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
   const Vector3d& centre_of_volume_W() const { return centre_of_volume_W_; }  ///< m.
   /// Things that work but are probably not meant, one line each.
@@ -54,9 +62,9 @@ class OrganModel {
   const LocalFunctions* local() const { return local_.has_value() ? &*local_ : nullptr; }
   /// Slots for local functions at `contacts` places: 0 when the organ has none.
   int LocalSlots(int contacts) const;
-  /// Adds weight x the basis values at a rest point (m) to `row` (n + slots of `active`): of the
-  /// lattice, then of the local functions in use. No allocation.
-  void AddToRow(const Vector3d& p_rest_W, double weight, const ActiveFunctions& active,
+  /// Adds weight x the basis values at a point of the surface to `row` (n + slots of `active`): of
+  /// the lattice (or of the triangle's corners), then of the local functions in use. No allocation.
+  void AddToRow(const SurfacePoint& at, double weight, const ActiveFunctions& active,
                 Eigen::Ref<Eigen::RowVectorXd> row) const;
 
   /// Adds to `vertices` (V x 3, m) what the local functions in use move them by; `U` ((n + slots) x
@@ -76,6 +84,8 @@ class OrganModel {
   SurfaceDent Dent(const SurfacePoint& at, double radius) const;
 
  private:
+  void BuildLatticeModel();
+  void BuildSurfaceModel();
   void BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
                    const std::vector<Quadrature>& regions);
 
@@ -83,14 +93,17 @@ class OrganModel {
   SurfaceMesh rest_;
   Points rest_normals_;
   SurfaceTopology topology_;
-  Lattice lattice_;
+  std::optional<Lattice> lattice_;
   WeightMatrix weights_;
+  std::optional<Relocation> relocation_;
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   LatticeStiffness stiffness_;
   std::optional<LocalFunctions> local_;
   Eigen::SparseMatrix<double> local_weights_;  // V x N: basis values of the local functions
   std::optional<FiniteStrainEnergy> finite_strain_;
+  std::optional<SurfaceContinuum> continuum_;
+  std::optional<MassSpring> springs_;
   double tissue_volume_ = 0;
   Vector3d centre_of_volume_W_ = Vector3d::Zero();
   std::vector<std::string> warnings_;

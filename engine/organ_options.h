@@ -80,6 +80,8 @@ struct OrganOptions {
   double unit_m = 1;  ///< Metres per unit of the mesh file.
   Isometry3d X_WO = Isometry3d::Identity();  ///< Pose, applied after the unit.
   OrganModelType model = OrganModelType::kHpdm;
+  double time_step = 1. / 30;  ///< s, between deformation steps; kContinuum and kMassSpring only,
+                               ///< which have a motion of their own.
   std::string texture;  ///< Path, or empty.
   LatticeOptions lattice;
   EnergyOptions energy;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "engine/baselines/spring_rest.h"
 #include "engine/error.h"
 #include "engine/surface_kernel.h"
 
@@ -14,6 +15,10 @@ using UnknownMap = Eigen::Map<Eigen::VectorXd>;
 Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& active,
                              const Points& U) {
   Eigen::VectorXd force(U.size());
+  if (model.springs() != nullptr) {
+    Eigen::Map<Points>(force.data(), U.rows(), 3) = model.springs()->RestoringForces(U);
+    return force;
+  }
   if (const auto* scalar = std::get_if<ScalarStiffness>(&model.stiffness())) {
     Eigen::Map<Points>(force.data(), U.rows(), 3) = *scalar * U;
     return force;
@@ -43,6 +48,7 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& act
 }
 
 std::unique_ptr<LatticeResponse> MakeResponse(const OrganModel& model, int slots) {
+  if (!model.lattice()) return nullptr;
   if (model.local() != nullptr) return MakeLatticeResponse(*model.local(), slots);
   return std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness());
 }
@@ -60,9 +66,9 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
       active_(model.local() != nullptr ? model.local()->size() : 0,
               model.LocalSlots(static_cast<int>(loads.size()))),
       response_(MakeResponse(model, active_.slots())),
-      rows_(Eigen::MatrixXd::Zero(3 * (model.lattice().size() + active_.slots()),
+      rows_(Eigen::MatrixXd::Zero(3 * (model.control_points() + active_.slots()),
                                   3 * static_cast<Eigen::Index>(loads.size()))) {
-  if (model.options().energy.type == EnergyType::kStrain &&
+  if (model.lattice() && model.options().energy.type == EnergyType::kStrain &&
       model.options().energy.strain == StrainMeasure::kFinite) {
     throw InputError("organ \"" + model.options().name +
                      "\": static loads are solved for small strain only in this version; set "
@@ -74,6 +80,11 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
     active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
     response_->Follow(active_);
   }
+  if (model.options().model == OrganModelType::kContinuum) {
+    surface_.emplace(std::get<ScalarStiffness>(model.stiffness()),
+                     "organ \"" + model.options().name +
+                         "\": nothing holds its surface; add an [[organ.support]]");
+  }
   Eigen::RowVectorXd row(rows_.rows() / 3);
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const SurfacePoint at = NearestSurfacePoint(model.rest(), loads[i].p_centre_W);
@@ -81,8 +92,7 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
     row.setZero();
     for (const SurfaceSample& sample : SurfaceKernel(model.rest(), loads[i].p_centre_W,
                                                      model.ResolvedRadius(at, loads[i].radius))) {
-      model.AddToRow(AtSample(sample, model.rest().triangles, model.rest().vertices), sample.weight,
-                     active_, row);
+      model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, active_, row);
     }
     for (Eigen::Index a = 0; a < row.size(); ++a) {
       for (int d = 0; d < 3; ++d) {
@@ -98,16 +108,19 @@ int StaticLoads::local_functions() const {
   return count;
 }
 
-StaticSolution StaticLoads::Solve() const {
-  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
-  Eigen::MatrixXd columns = rows_;
-  response_->Solve(columns);
-  Eigen::MatrixXd compliance = rows_.transpose() * columns;  // 3m x 3m
-  for (Eigen::Index i = 0; i < m; ++i) {
-    compliance.block<3, 3>(3 * i, 3 * i) += dents_[static_cast<std::size_t>(i)].Compliance();
+// Columns of loads to displacements, in place.
+void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
+  if (!surface_) return response_->Solve(*columns);
+  for (Eigen::Index c = 0; c < columns->cols(); ++c) {
+    surface_->Solve(Eigen::Map<Points>(columns->col(c).data(), columns->rows() / 3, 3));
   }
+}
 
-  // Given forces first, then those that make the prescribed displacements.
+// Given forces first, then those that make the prescribed displacements of patches that are at
+// `free` without load.
+Eigen::VectorXd StaticLoads::Forces(const Eigen::MatrixXd& compliance,
+                                    const Eigen::VectorXd& free) const {
+  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * m);
   Eigen::VectorXd wanted = Eigen::VectorXd::Zero(3 * m);
   std::vector<Eigen::Index> held;
@@ -119,18 +132,41 @@ StaticSolution StaticLoads::Solve() const {
     for (int d = 0; d < 3; ++d) held.push_back(3 * i + d);
   }
   if (!held.empty()) {
-    const Eigen::VectorXd missing = wanted(held) - Eigen::VectorXd(compliance * force)(held);
+    const Eigen::VectorXd missing = wanted(held) - Eigen::VectorXd(free + compliance * force)(held);
     const Eigen::MatrixXd coupling = compliance(held, held);
     const Eigen::VectorXd found = coupling.ldlt().solve(missing);
     force(held) = found;
   }
+  return force;
+}
 
+StaticSolution StaticLoads::Solve() const {
+  const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   StaticSolution solution;
   solution.control_displacements.resize(rows_.rows() / 3, 3);
   UnknownMap U(solution.control_displacements.data(), rows_.rows());
-  U = columns * force;
-  solution.vertex_displacements =
-      model_.weights() * solution.control_displacements.topRows(model_.lattice().size());
+  Eigen::VectorXd force, moved;
+  if (model_.springs() != nullptr) {
+    SpringRest at = RestUnderLoads(
+        *model_.springs(), rows_,
+        [this](const auto& compliance, const auto& free) { return Forces(compliance, free); },
+        model_.options().name);
+    U = Eigen::Map<const Eigen::VectorXd>(at.displacements.data(), U.size());
+    force = std::move(at.forces);
+    moved = rows_.transpose() * U;
+  } else {
+    Eigen::MatrixXd columns = rows_;
+    Respond(&columns);
+    Eigen::MatrixXd compliance = rows_.transpose() * columns;  // 3m x 3m
+    for (Eigen::Index i = 0; i < m; ++i) {
+      compliance.block<3, 3>(3 * i, 3 * i) += dents_[static_cast<std::size_t>(i)].Compliance();
+    }
+    force = Forces(compliance, Eigen::VectorXd::Zero(3 * m));
+    U = columns * force;
+    moved = compliance * force;
+  }
+  solution.vertex_displacements.resize(model_.rest().vertices.rows(), 3);
+  model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
   for (std::size_t i = 0; i < loads_.size(); ++i) {
@@ -138,7 +174,6 @@ StaticSolution StaticLoads::Solve() const {
                    force.segment<3>(3 * static_cast<Eigen::Index>(i)),
                    &solution.vertex_displacements);
   }
-  const Eigen::VectorXd moved = compliance * force;
   for (Eigen::Index i = 0; i < m; ++i) {
     solution.load_forces.emplace_back(force.segment<3>(3 * i));
     solution.load_displacements.emplace_back(moved.segment<3>(3 * i));

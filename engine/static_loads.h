@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "engine/baselines/sparse_cholesky.h"
 #include "engine/lattice_response.h"
 #include "engine/organ.h"
 
@@ -20,7 +22,8 @@ struct StaticSolution {
 
 /// The loads of one organ: forces that are given, and displacements whose forces are found, all
 /// acting together, each spread by the kernel of SurfaceKernel. Small displacement (constant
-/// stiffness). Set-up factorises the stiffness once; Solve may be called again and again.
+/// stiffness): set-up factorises it once. Only mass_spring iterates, to rest. Solve may be called
+/// again and again.
 class StaticLoads {
  public:
   /// `model` must outlive this. Throws InputError when a load touches no surface, and for
@@ -36,11 +39,15 @@ class StaticLoads {
   int local_functions() const;
 
  private:
+  void Respond(Eigen::MatrixXd* columns) const;
+  Eigen::VectorXd Forces(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& free) const;
+
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
   ActiveFunctions active_;
-  std::vector<SurfaceDent> dents_;  // one a load
-  std::unique_ptr<LatticeResponse> response_;
+  std::vector<SurfaceDent> dents_;             // one a load
+  std::unique_ptr<LatticeResponse> response_;  // of a lattice
+  std::optional<SparseCholesky> surface_;      // of the continuum
   Eigen::MatrixXd
       rows_;  // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch
 };

@@ -32,4 +32,19 @@ double EnclosedVolume(const Points& vertices, const Triangles& triangles) {
   return six_volumes / 6;
 }
 
+Vector3d EnclosedCentre(const Points& vertices, const Triangles& triangles) {
+  const Vector3d origin = vertices.row(0);
+  double six_volumes = 0;
+  Vector3d moment = Vector3d::Zero();  // four times the centre of each tetrahedron, by volume
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+    const Vector3d a = vertices.row(triangles(t, 0)).transpose() - origin;
+    const Vector3d b = vertices.row(triangles(t, 1)).transpose() - origin;
+    const Vector3d c = vertices.row(triangles(t, 2)).transpose() - origin;
+    const double six_volume = a.dot(b.cross(c));
+    six_volumes += six_volume;
+    moment += six_volume * (a + b + c);
+  }
+  return origin + moment / (4 * six_volumes);
+}
+
 }  // namespace hpdm

@@ -20,4 +20,7 @@ void VertexNormals(const Points& vertices, const Triangles& triangles, Points* n
 /// Volume enclosed by a closed surface, m^3 (divergence theorem); negative when it faces inwards.
 double EnclosedVolume(const Points& vertices, const Triangles& triangles);
 
+/// Centre of that volume, m; of a surface that encloses some.
+Vector3d EnclosedCentre(const Points& vertices, const Triangles& triangles);
+
 }  // namespace hpdm

@@ -171,7 +171,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
     row->tool = tool_;
     row->p_rest_W = grasped_[i].at.Position(rest.vertices, rest.triangles);
     row->target_W = tool.X_WT * grasped_[i].p_T;
-    model.AddToRow(row->p_rest_W, 1, state.contacts.local,
+    model.AddToRow(grasped_[i].at, 1, state.contacts.local,
                    state.contacts.WeightRow(state.contacts.size() - 1));
   }
   if (grasped_count_ > 0 || gap_ > kNear) return true;
@@ -183,8 +183,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
   row->normal_W = normal;
   row->target_W = tool.X_WT.translation() - options_.tip_radius * normal;
-  model.AddToRow(row->p_rest_W, 1, state.contacts.local,
-                 state.contacts.WeightRow(state.contacts.size() - 1));
+  model.AddToRow(at_, 1, state.contacts.local, state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
 }
 
@@ -206,7 +205,7 @@ bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, Org
   row->p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
   row->normal_W = normal;
   row->target_W = on_axis - options_.shaft_radius * normal;
-  model.AddToRow(row->p_rest_W, 1, state->contacts.local,
+  model.AddToRow(hit.at, 1, state->contacts.local,
                  state->contacts.WeightRow(state->contacts.size() - 1));
   shaft_touches_ = true;
   return true;

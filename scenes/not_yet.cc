@@ -23,8 +23,6 @@ struct Rule {
 constexpr Rule kRules[] = {
     {"scene.background", Refused::kAlways, "", "remove the key"},
     {"scene.gravity", Refused::kNonZero, "", "remove the key or give [0, 0, 0]"},
-    {"organ.model", Refused::kString, "continuum", "use \"hpdm\""},
-    {"organ.model", Refused::kString, "mass_spring", "use \"hpdm\""},
     {"organ.model", Refused::kString, "rigid", "use \"hpdm\""},
     {"organ.texture", Refused::kAlways, "", "remove the key"},
     {"instrument.type", Refused::kString, "scissors", "use \"probe\" or \"grasper\""},

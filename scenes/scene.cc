@@ -90,6 +90,7 @@ Scene ReadScene(const TomlDocument& document) {
       table.Fail("is one organ too many", "a scene has " + std::to_string(kMaxOrgans) + " at most");
     }
     OrganOptions organ = ReadOrgan(table);
+    organ.time_step = 1.0 / scene.timing.deformation_hz;
     RefuseTakenName(table, organ, scene.organs);
     scene.organs.push_back(std::move(organ));
   }

@@ -178,6 +178,12 @@ OrganOptions ReadOrgan(const TableReader& table) {
                     {"mass_spring", OrganModelType::kMassSpring},
                     {"rigid", OrganModelType::kRigid}},
                    &organ.model);
+  if (organ.model != OrganModelType::kHpdm) {
+    for (const std::string_view key : {"lattice", "energy"}) {
+      if (!table.Has(key)) continue;
+      table.Fail(key, "belongs to model = \"hpdm\"", "remove the table or change the model");
+    }
+  }
   table.ReadFile("texture", &organ.texture);
   if (const auto pose = table.Table("pose", kPoseKeys)) organ.X_WO = ReadPose(*pose);
   if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
@@ -189,6 +195,10 @@ OrganOptions ReadOrgan(const TableReader& table) {
   }
   if (const auto material = table.Table("material", kMaterialKeys)) {
     organ.material = ReadMaterial(*material);
+    if (organ.model != OrganModelType::kHpdm && material->Has("relaxation_time")) {
+      material->Fail("relaxation_time", "belongs to model = \"hpdm\"",
+                     "remove it: the model has a damping of its own");
+    }
   }
   for (const TableReader& support : table.Tables("support", kSupportKeys)) {
     organ.supports.push_back(ReadSupport(support));

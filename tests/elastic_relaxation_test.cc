@@ -204,7 +204,7 @@ TEST(OrganModel, BuildsTheEnergyItIsAskedFor) {
     row->p_rest_W = mesh.vertices.row(top);
     row->target_W = row->p_rest_W + push;
     state.contacts.WeightRow(0) = model.weights().row(top).toDense();
-    Points U = Points::Zero(model.lattice().size(), 3);
+    Points U = Points::Zero(model.control_points(), 3);
     EXPECT_TRUE(state.relaxation->Relax(&state.contacts, &U).converged);
     forces.push_back(state.contacts[0].force_W.norm());
     EXPECT_GT(forces.back(), 0);

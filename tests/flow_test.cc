@@ -182,6 +182,28 @@ TEST_F(Flow, HandFeelsTheLiverAndTheLiverIsDented) {
   EXPECT_GT(ReadTicks(folder_ / "s" / "session.lcmlog").largest_displacement, 0.005);
 }
 
+TEST_F(Flow, SurfaceModelsRunASessionThatDentsTheOrganAndIsFelt) {
+  const std::string mesh = (kSource / "scenes" / "meshes" / "liver_1332.obj").string();
+  for (const std::string model : {"continuum", "mass_spring"}) {
+    std::ofstream(folder_ / "s.toml")
+        << "[[organ]]\nname = \"liver\"\nmesh = \"" + mesh + "\"\nmodel = \"" + model + "\"\n" + R"(
+  [[organ.support]]
+  box_fraction = { min = [0.0, 0.67, 0.0], max = [1.0, 1.0, 1.0] }
+  fixed = true
+[[instrument]]
+name = "probe"
+trocar = [0.05, -0.12, 0.16]
+)";
+    EXPECT_EQ(Hpdm("check " + Folder("s.toml")).exit_code, 0);
+    const Outcome outcome =
+        Hpdm("run " + Folder("s.toml") + " --clock lockstep --seconds 3 --fps 0 --json --out " +
+             Folder(model));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_GT(Json::parse(outcome.out)["tools"][0]["peak_force_N"], 0.3) << model;
+    EXPECT_GT(ReadTicks(folder_ / model / "session.lcmlog").largest_displacement, 0.005) << model;
+  }
+}
+
 TEST_F(Flow, EveryTickIsLoggedOnceAndNoForceStepExceedsTheSlewLimit) {
   SKIP_WITHOUT_EGL();
   const std::string common = " --seconds 5 --fps 0 --json --out ";

@@ -176,10 +176,23 @@ TEST_F(SceneTest, FaultyLoadsAreNamed) {
                        "load[0].displacement: cannot be given together with force"));
 }
 
+TEST_F(SceneTest, SurfaceModelsTakeNoLatticeEnergyOrRelaxationTime) {
+  for (const std::string model : {"continuum", "mass_spring"}) {
+    const std::string organ = kOrgan + "model='" + model + "'\n";
+    for (const std::string table : {"lattice", "energy"}) {
+      EXPECT_TRUE(Contains(ReadError(organ + "[organ." + table + "]\n"),
+                           "organ[0]." + table + ": belongs to model = \"hpdm\""));
+    }
+    EXPECT_TRUE(Contains(ReadError(organ + "[organ.material]\nrelaxation_time=1\n"),
+                         "organ[0].material.relaxation_time: belongs to model = \"hpdm\""));
+    const Scene scene = Load("[timing]\ndeformation_hz=50\n" + organ);
+    EXPECT_NE(scene.organs[0].model, OrganModelType::kHpdm);
+    EXPECT_EQ(scene.organs[0].time_step, 1.0 / 50);
+  }
+}
+
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
   const BadScene cases[] = {
-      {"model='continuum'", "4:7", "organ[0].model", "(\"continuum\")", "use \"hpdm\""},
-      {"model='mass_spring'", "4:7", "organ[0].model", "(\"mass_spring\")", "use \"hpdm\""},
       {"model='rigid'", "4:7", "organ[0].model", "(\"rigid\")", "use \"hpdm\""},
       {"texture='t.png'", "4:9", "organ[0].texture", "", "remove the key"},
       {"[scene]\nbackground='t.png'", "5:12", "scene.background", "", "remove the key"},

@@ -13,25 +13,74 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const char* ModelName(OrganModelType model) {
+  switch (model) {
+    case OrganModelType::kHpdm:
+      return "hpdm";
+    case OrganModelType::kContinuum:
+      return "continuum";
+    case OrganModelType::kMassSpring:
+      return "mass_spring";
+    case OrganModelType::kRigid:
+      return "rigid";
+  }
+  return "";
+}
+
 Json OrganFacts(const OrganModel& organ) {
-  const Lattice& lattice = organ.lattice();
-  // Unknowns that are coupled: one axis at a time (metric), or all three (strain).
-  const bool strain = organ.options().energy.type == EnergyType::kStrain;
-  const double unknowns = lattice.size() * (strain ? 3.0 : 1.0);
-  const Vector3d size = 1000 * lattice.box().lengths;
-  return {{"name", organ.options().name},
-          {"mesh", organ.options().mesh},
-          {"vertices", organ.rest().vertices.rows()},
-          {"triangles", organ.rest().triangles.rows()},
-          {"tissue_volume_m3", organ.tissue_volume()},
-          {"lattice_mm", {size.x(), size.y(), size.z()}},
-          {"control_points", lattice.size()},
-          {"control_points_dropped", lattice.basis().count() - lattice.size()},
-          {"supports", organ.options().supports.size()},
-          {"cost",
-           {{"unknowns", unknowns},
-            {"relocation_flops", 6.0 * static_cast<double>(organ.weights().nonZeros())},
-            {"matrix_bytes", 8 * unknowns * unknowns}}}};
+  Json facts = {{"name", organ.options().name},
+                {"mesh", organ.options().mesh},
+                {"model", ModelName(organ.options().model)},
+                {"vertices", organ.rest().vertices.rows()},
+                {"triangles", organ.rest().triangles.rows()},
+                {"tissue_volume_m3", organ.tissue_volume()},
+                {"control_points", organ.control_points()},
+                {"supports", organ.options().supports.size()}};
+  // Unknowns that are coupled: one axis at a time (metric, continuum), or all three.
+  double unknowns = organ.control_points();
+  if (organ.lattice()) {
+    const Lattice& lattice = *organ.lattice();
+    const Vector3d size = 1000 * lattice.box().lengths;
+    facts["lattice_mm"] = {size.x(), size.y(), size.z()};
+    facts["control_points_dropped"] = lattice.basis().count() - lattice.size();
+    if (organ.options().energy.type == EnergyType::kStrain) unknowns *= 3;
+    facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
+  } else if (organ.springs() != nullptr) {
+    unknowns *= 3;
+    facts["cost"]["springs"] = organ.springs()->springs().size();
+    facts["cost"]["substeps"] = organ.springs()->substeps();
+  } else {
+    const auto& K = std::get<ScalarStiffness>(organ.stiffness());
+    facts["cost"]["matrix_bytes"] = 12 * K.nonZeros();  // sparse: a number and its column
+  }
+  facts["cost"]["unknowns"] = unknowns;
+  facts["cost"]["relocation_flops"] = 6.0 * static_cast<double>(organ.weights().nonZeros());
+  return facts;
+}
+
+void PrintOrgan(const Json& organ) {
+  std::printf("organ %s: %ld vertices, %ld triangles, %.3f l of tissue\n",
+              organ["name"].get<std::string>().c_str(), organ["vertices"].get<long>(),
+              organ["triangles"].get<long>(), 1000 * organ["tissue_volume_m3"].get<double>());
+  if (organ.contains("lattice_mm")) {
+    std::printf(
+        "  lattice of %.0f x %.0f x %.0f mm, %ld control points (%ld without tissue dropped)\n",
+        organ["lattice_mm"][0].get<double>(), organ["lattice_mm"][1].get<double>(),
+        organ["lattice_mm"][2].get<double>(), organ["control_points"].get<long>(),
+        organ["control_points_dropped"].get<long>());
+  } else {
+    std::printf("  model %s on the vertices\n", organ["model"].get<std::string>().c_str());
+  }
+  const Json& cost = organ["cost"];
+  std::printf("  %.0f coupled unknowns, ", cost["unknowns"].get<double>());
+  if (cost.contains("springs")) {
+    std::printf("%ld springs, %ld substeps a step; ", cost["springs"].get<long>(),
+                cost["substeps"].get<long>());
+  } else {
+    std::printf("%.1f MB a matrix; ", cost["matrix_bytes"].get<double>() / 1e6);
+  }
+  std::printf("%.2f Mflop to relocate the vertices\n",
+              cost["relocation_flops"].get<double>() / 1e6);
 }
 
 void Check(const std::string& scene, bool as_json) {
@@ -48,20 +97,7 @@ void Check(const std::string& scene, bool as_json) {
     return;
   }
   std::cout << facts["scene"].get<std::string>() << ": sound\n";
-  for (const Json& organ : facts["organs"]) {
-    std::printf("organ %s: %ld vertices, %ld triangles, %.3f l of tissue\n",
-                organ["name"].get<std::string>().c_str(), organ["vertices"].get<long>(),
-                organ["triangles"].get<long>(), 1000 * organ["tissue_volume_m3"].get<double>());
-    std::printf(
-        "  lattice of %.0f x %.0f x %.0f mm, %ld control points (%ld without tissue dropped)\n",
-        organ["lattice_mm"][0].get<double>(), organ["lattice_mm"][1].get<double>(),
-        organ["lattice_mm"][2].get<double>(), organ["control_points"].get<long>(),
-        organ["control_points_dropped"].get<long>());
-    const Json& cost = organ["cost"];
-    std::printf("  %.0f coupled unknowns, %.1f MB a matrix; %.2f Mflop to relocate the vertices\n",
-                cost["unknowns"].get<double>(), cost["matrix_bytes"].get<double>() / 1e6,
-                cost["relocation_flops"].get<double>() / 1e6);
-  }
+  for (const Json& organ : facts["organs"]) PrintOrgan(organ);
   for (const Json& name : facts["instruments"]) {
     std::printf("instrument %s\n", name.get<std::string>().c_str());
   }

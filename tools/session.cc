@@ -141,7 +141,10 @@ SessionInfo Session::Info() const {
     info.instruments.push_back(options.name);
   }
   for (const OrganModel& organ : organs_) {
-    const Lattice& lattice = organ.lattice();
+    info.organs.push_back(
+        {organ.options().name, organ.rest().vertices, organ.rest().triangles, std::nullopt});
+    if (!organ.lattice()) continue;
+    const Lattice& lattice = *organ.lattice();
     const TensorBasis& basis = lattice.basis();
     LatticeDescription description;
     description.basis = basis.axis(0).type();
@@ -156,8 +159,7 @@ SessionInfo Session::Info() const {
     if (organ.local() != nullptr) {
       description.local_refinement = organ.options().lattice.local.refinement;
     }
-    info.organs.push_back(
-        {organ.options().name, organ.rest().vertices, organ.rest().triangles, description});
+    info.organs.back().lattice = description;
   }
   return info;
 }

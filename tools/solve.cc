@@ -72,7 +72,7 @@ void Solve(const SolveOptions& options) {
 
   Json figures = {
       {"scene", scene.name},
-      {"control_points", model.lattice().size()},
+      {"control_points", model.control_points()},
       {"local_functions", loads.local_functions()},
       {"compliance_m_per_N", solution.Compliance()},
       {"largest_displacement_m", solution.vertex_displacements.rowwise().norm().maxCoeff()},
@@ -103,7 +103,7 @@ void Solve(const SolveOptions& options) {
   std::printf(
       "%s: %d control points and %d local functions, compliance %.4g m/N, largest displacement "
       "%.2f mm\n",
-      scene.name.c_str(), model.lattice().size(), loads.local_functions(), solution.Compliance(),
+      scene.name.c_str(), model.control_points(), loads.local_functions(), solution.Compliance(),
       1000 * figures["largest_displacement_m"].get<double>());
   std::printf("set up in %.0f ms, solved in %.0f us, residual %.1e\n", setup_ms,
               figures["step_us"].get<double>(), loads.Residual(solution));

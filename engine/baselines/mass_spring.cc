@@ -37,6 +37,17 @@ double StableStep(double largest_eigenvalue) {
 
 }  // namespace
 
+MassSpringOptions MassSpringOf(const MaterialOptions& material, double thickness,
+                               double time_step) {
+  const double modulus = material.young / (1 - material.poisson * material.poisson);
+  MassSpringOptions options;
+  options.alpha = 3.2 * modulus;
+  options.home = 0.32 * modulus / (thickness * thickness);
+  options.density = material.density;
+  options.time_step = time_step;
+  return options;
+}
+
 MassSpring::MassSpring(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
                        const MassSpringOptions& options, const std::string& name)
     : MassSpring(rest, MeasureSkin(rest, name), ground_springs, options) {}
@@ -85,6 +96,16 @@ double MassSpring::SpringEnergy(const Points& p) const {
     energy += spring.stiffness / 2 * stretch * stretch;
   }
   return energy;
+}
+
+Points MassSpring::RestoringForces(const Points& u) const {
+  Points forces(u.rows(), 3);
+  SpringForces(rest_ + u, &forces);
+  return ground_.asDiagonal() * u - forces;
+}
+
+double MassSpring::StoredEnergy(const Points& u) const {
+  return SpringEnergy(rest_ + u) + u.cwiseProduct(ground_.asDiagonal() * u).sum() / 2;
 }
 
 double MassSpring::StableSubstepAtRest() const {
@@ -136,8 +157,12 @@ RelaxationResult MassSpring::Relax(ContactSet* contacts, Points* U) {
   }
   for (int i = 0; i < m; ++i) (*contacts)[i].force_W = force_sum_[i] / substeps_;
   result.residual = StaticResidual(*contacts);
-  if (!p_.allFinite()) result.converged = false;
   *U = p_ - rest_;
+  if (!p_.allFinite()) {  // the caller reports it; the next step starts at rest
+    result.converged = false;
+    p_ = rest_;
+    v_.setZero();
+  }
   return result;
 }
 

@@ -49,10 +49,4 @@ PressOutcome MeasurePress(const SurfaceMesh& rest, const WeightMatrix& weights,
   return outcome;
 }
 
-WeightMatrix VertexWeights(Eigen::Index vertex_count) {
-  WeightMatrix identity(vertex_count, vertex_count);
-  identity.setIdentity();
-  return identity;
-}
-
 }  // namespace hpdm

@@ -32,7 +32,4 @@ struct PressOutcome {
 PressOutcome MeasurePress(const SurfaceMesh& rest, const WeightMatrix& weights,
                           const SurfacePress& press, int ramp, int hold, Relaxation* relaxation);
 
-/// Every vertex moves by itself: the identity, V x V.
-WeightMatrix VertexWeights(Eigen::Index vertex_count);
-
 }  // namespace hpdm

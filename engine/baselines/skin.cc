@@ -66,4 +66,10 @@ Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
   return springs;
 }
 
+WeightMatrix VertexWeights(Eigen::Index vertex_count) {
+  WeightMatrix identity(vertex_count, vertex_count);
+  identity.setIdentity();
+  return identity;
+}
+
 }  // namespace hpdm

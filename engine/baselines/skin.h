@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/lattice.h"
 #include "engine/organ_options.h"
 #include "engine/surface_mesh.h"
 
@@ -35,5 +36,8 @@ Skin MeasureSkin(const SurfaceMesh& rest, const std::string& name);
 Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
                               const std::vector<SupportOptions>& supports, double modulus,
                               const std::string& name);
+
+/// Every vertex is its own control point: the identity, V x V.
+WeightMatrix VertexWeights(Eigen::Index vertex_count);
 
 }  // namespace hpdm

@@ -72,4 +72,12 @@ void SparseCholesky::SolveUpper(Points* x) const {
   }
 }
 
+void SparseCholesky::Solve(Eigen::Ref<Points> x) const {
+  Points ordered(size(), 3);
+  for (Eigen::Index i = 0; i < size(); ++i) ordered.row(place_[i]) = x.row(i);
+  SolveLower(&ordered);
+  SolveUpper(&ordered);
+  for (Eigen::Index i = 0; i < size(); ++i) x.row(i) = ordered.row(place_[i]);
+}
+
 }  // namespace hpdm

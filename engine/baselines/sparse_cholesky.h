@@ -30,6 +30,8 @@ class SparseCholesky {
   void SolveLowerSparse(Eigen::Ref<Eigen::VectorXd> x) const;
   /// x <- L^-T x, n x 3, in factor order.
   void SolveUpper(Points* x) const;
+  /// x <- A^-1 x, n x 3, in the order of A. Allocates.
+  void Solve(Eigen::Ref<Points> x) const;
 
  private:
   std::vector<int> place_;          // n

@@ -53,6 +53,17 @@ ScalarStiffness WithGround(const SurfaceMesh& rest, const Skin& skin,
 
 }  // namespace
 
+SurfaceContinuumOptions ContinuumOf(const MaterialOptions& material, double thickness,
+                                    double time_step) {
+  const double modulus = material.young / (1 - material.poisson * material.poisson);
+  SurfaceContinuumOptions options;
+  options.alpha = 0.18 * modulus;
+  options.beta = 0.32 * modulus * thickness * thickness;
+  options.density = material.density;
+  options.time_step = time_step;
+  return options;
+}
+
 ScalarStiffness SurfaceStiffness(const SurfaceMesh& rest, const Eigen::VectorXd& areas,
                                  double tension, double bending) {
   const ScalarStiffness L = CotangentLaplacian(rest);
@@ -135,6 +146,11 @@ RelaxationResult SurfaceContinuum::Relax(ContactSet* contacts, Points* U) {
     u_.row(v) = next;
   }
   *U = u_;
+  if (!u_.allFinite()) {  // the caller reports it; the next step starts at rest
+    Reset(Points::Zero(u_.rows(), 3));
+    result.converged = false;
+    return result;
+  }
   if (options_.report_residual) result.residual = StaticResidual(*contacts);
   return result;
 }
