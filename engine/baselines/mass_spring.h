@@ -35,7 +35,7 @@ struct MassSpringOptions {
 /// What the springs are for a material, from the organ's `thickness` (m, skin.h): alpha = 3.2 E'
 /// and home = 0.32 E' / thickness^2 with E' = E / (1 - nu^2). No springs on a surface are that
 /// material: the two factors are those of a search in steps of 10^0.5 that answer
-/// scenes/cases/liver_press.toml about best, 91 % off quadratic tetrahedra with 1.03 of their
+/// scenes/cases/liver_press.toml about best, 91 % off quadratic tetrahedra with 1.02 of their
 /// compliance. Without springs to rest a flat part has next to nothing against a press (several
 /// times too soft); stiffer edges than these gain 0.3 % and cost substeps.
 MassSpringOptions MassSpringOf(const MaterialOptions& material, double thickness, double time_step);
