@@ -25,6 +25,8 @@ class CholeskyRelaxation final : public Relaxation {
     return result;
   }
 
+  const LatticeCompliance* compliance() const override { return response_.get(); }
+
  private:
   std::unique_ptr<LatticeResponse> response_;
   ContactProblem problem_;

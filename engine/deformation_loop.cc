@@ -107,10 +107,15 @@ void DeformationLoop::RelocateVertices() {
 
 // Stage D: what the haptic loop needs until the next step.
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
+  for (OrganState& state : states_) state.tips.Clear();
+  for (int t = 0; t < tools.tool_count; ++t) contacts_[t].AddTip(models_, &states_);
+  for (OrganState& state : states_) {
+    if (state.tips.size() > 0) state.tips.Condense(*state.relaxation->compliance());
+  }
   ContactPatch& patch = edges_.patch.Back();
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
-    contacts_[t].FillPatch(tools.tools[t], models_, &states_, &patch.tools[t]);
+    contacts_[t].FillPatch(tools.tools[t], models_, states_, &patch.tools[t]);
   }
 }
 
@@ -119,7 +124,7 @@ void DeformationLoop::Publish(const ToolState& tools) {
   ContactPatch& patch = edges_.patch.Back();
   patch.step = record_;
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
-    edge->Back().patches = patch.tools;
+    for (int t = 0; t < patch.tool_count; ++t) edge->Back().contacts[t] = patch.tools[t];
   }
   edges_.patch.Publish();
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
@@ -128,7 +133,7 @@ void DeformationLoop::Publish(const ToolState& tools) {
   }
 }
 
-// All but the patches.
+// All but the contacts.
 void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) const {
   scene->step = record_;
   scene->tool_count = tools.tool_count;

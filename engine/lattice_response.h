@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "engine/contact_problem.h"
+#include "engine/lattice_compliance.h"
 #include "engine/metric_energy.h"
 #include "engine/strain_energy.h"
 
@@ -16,10 +17,8 @@ void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::Ma
 
 /// What a lattice of constant stiffness K answers to loads: U = K^-1 R, with K factorised once.
 /// Owned by one thread; Respond() and Deform() allocate nothing.
-class LatticeResponse {
+class LatticeResponse : public LatticeCompliance {
  public:
-  virtual ~LatticeResponse() = default;
-
   /// The response to a unit force along every equation of `problem` (built from `contacts`), kept
   /// for Deform(), and with it the problem's compliance W = B_c K^-1 B_c^T.
   virtual void Respond(const ContactSet& contacts, ContactProblem* problem) = 0;

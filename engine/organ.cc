@@ -109,6 +109,22 @@ void OrganModel::LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorX
   }
 }
 
+void OrganModel::LatticeRow(const KernelWeights& kernel, Eigen::Ref<Eigen::RowVectorXd> row) const {
+  row.setZero();
+  for (int i = 0; i < kernel.count; ++i) {
+    const SparseRow vertex = LatticeRow(kernel.vertices[i]);
+    for (std::size_t k = 0; k < vertex.weights.size(); ++k) {
+      row[vertex.control_points[k]] += kernel.weights[i] * vertex.weights[k];
+    }
+  }
+}
+
+SparseRow OrganModel::LatticeRow(int vertex) const {
+  const int first = weights_.outerIndexPtr()[vertex];
+  const auto count = static_cast<std::size_t>(weights_.outerIndexPtr()[vertex + 1] - first);
+  return {{weights_.innerIndexPtr() + first, count}, {weights_.valuePtr() + first, count}};
+}
+
 OrganState::OrganState(const OrganModel& model)
     : control_displacements(Points::Zero(model.lattice().size(), 3)),
       vertices(model.rest().vertices),
@@ -116,7 +132,14 @@ OrganState::OrganState(const OrganModel& model)
       contacts(model.lattice().size()),
       neighbourhoods(model.rest().triangles, model.topology()),
       relaxation(model.MakeRelaxation()),
-      recovery(model.options().material.relaxation_time, model.lattice().size()) {}
+      recovery(model.options().material.relaxation_time, model.lattice().size()),
+      tips(model.lattice().size()) {
+  if (relaxation->compliance() == nullptr) return;
+  vertex_compliances.reserve(static_cast<std::size_t>(vertices.rows()));
+  for (int v = 0; v < vertices.rows(); ++v) {
+    vertex_compliances.push_back(relaxation->compliance()->PointCompliance(model.LatticeRow(v)));
+  }
+}
 
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);

@@ -14,8 +14,10 @@
 #include "engine/organ_options.h"
 #include "engine/relaxation.h"
 #include "engine/support.h"
+#include "engine/surface_kernel.h"
 #include "engine/surface_mesh.h"
 #include "engine/surface_topology.h"
+#include "engine/tip_compliance.h"
 #include "engine/viscous_recovery.h"
 
 namespace hpdm {
@@ -49,6 +51,10 @@ class OrganModel {
 
   /// Lattice row b of a surface point: `row` (n) = sum of corner weights x their lattice rows.
   void LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// The same of a patch: w^T B.
+  void LatticeRow(const KernelWeights& kernel, Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// Of a vertex.
+  SparseRow LatticeRow(int vertex) const;
 
  private:
   void BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
@@ -79,6 +85,10 @@ struct OrganState {
   std::unique_ptr<Relaxation> relaxation;
   ViscousRecovery recovery;  ///< Around `relaxation`.
   RelaxationResult relaxed;  ///< How the last relaxation ended.
+
+  TipCompliance tips;  ///< Of the tools on the organ. Filled when the contact patches are built.
+  /// Own compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
+  std::vector<Matrix3d> vertex_compliances;
 };
 
 /// The posed rest surface of an organ: reads options.mesh, applies unit_m, then X_WO. Throws

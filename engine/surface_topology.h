@@ -26,8 +26,13 @@ class SurfaceTopology {
   std::vector<int> triangles_;  // 3 F
 };
 
-/// Outward unit normal at a surface point, interpolated from its triangle's corners, each the
-/// area-weighted mean of the triangles around it. Zero where nothing has area. No allocation.
+/// Outward unit normal at a vertex: the area-weighted mean of the triangles around it. Zero where
+/// nothing has area. No allocation.
+Vector3d VertexNormal(const Points& vertices, const Triangles& triangles,
+                      const SurfaceTopology& topology, int vertex);
+
+/// Outward unit normal at a surface point, interpolated from its triangle's corners. Zero
+/// where nothing has area. No allocation.
 Vector3d InterpolatedNormal(const Points& vertices, const Triangles& triangles,
                             const SurfaceTopology& topology, const SurfacePoint& at);
 

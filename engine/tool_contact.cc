@@ -29,31 +29,6 @@ SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertice
   return best;
 }
 
-// Eq. 29 with the rest neighbours of a vertex and hand-set stiffness (reaction = "paper").
-void FillPaperNode(const OrganModel& model, int vertex, const ToolOptions& options,
-                   ReactionNode* node) {
-  const Triangles& triangles = model.rest().triangles;
-  std::array<int, ReactionNode::kMaxNeighbours> ring;
-  int count = 0;
-  for (int t : model.topology().TrianglesAround(vertex)) {
-    for (int k = 0; k < 3; ++k) {
-      const int w = triangles(t, k);
-      const auto end = ring.begin() + count;
-      if (w == vertex || count == ReactionNode::kMaxNeighbours ||
-          std::find(ring.begin(), end, w) != end) {
-        continue;
-      }
-      ring[count++] = w;
-    }
-  }
-  node->k1 = options.k1;
-  node->neighbour_count = count;
-  for (int i = 0; i < count; ++i) {
-    const Vector3d edge = model.rest().vertices.row(vertex) - model.rest().vertices.row(ring[i]);
-    node->neighbours[i] = {edge, edge.norm(), options.k2};
-  }
-}
-
 }  // namespace
 
 bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
@@ -164,16 +139,23 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
     row->target_W = tool.X_WT * grasped_[i].p_T;
     model.LatticeRow(grasped_[i].at, state.contacts.WeightRow(state.contacts.size() - 1));
   }
-  if (grasped_count_ > 0 || gap_ > kNear) return true;
-  const Vector3d normal = InterpolatedNormal(state.vertices, rest.triangles, model.topology(), at_);
-  if (normal.squaredNorm() == 0) return true;
+  if (grasped_count_ > 0) return true;
+  const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
+  GatherKernel(rest, around_, at_, facing, std::max(options_.tip_radius, kLeastRadius), &kernel_);
+  normal_.setZero();
+  for (int i = 0; i < kernel_.count; ++i) {
+    normal_ += kernel_.weights[i] *
+               VertexNormal(state.vertices, rest.triangles, model.topology(), kernel_.vertices[i]);
+  }
+  normal_.stableNormalize();
+  if (gap_ > kNear || normal_.squaredNorm() == 0) return true;
   ContactSet::Row* row = state.contacts.Add();
   if (row == nullptr) return false;
   row->tool = tool_;
-  row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
-  row->normal_W = normal;
-  row->target_W = tool.X_WT.translation() - options_.tip_radius * normal;
-  model.LatticeRow(at_, state.contacts.WeightRow(state.contacts.size() - 1));
+  row->p_rest_W = kernel_.Mean(rest.vertices);
+  row->normal_W = normal_;
+  row->target_W = tool.X_WT.translation() - options_.tip_radius * normal_;
+  model.LatticeRow(kernel_, state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
 }
 
@@ -200,54 +182,35 @@ bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, Org
   return true;
 }
 
-void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
-                            std::vector<OrganState>* states, ToolPatch* patch) {
-  patch->organ = organ_;
-  patch->kind = ContactKind::kNone;
-  patch->point_count = 0;
-  patch->triangle_count = 0;
-  patch->contact_W = tool.X_WT.translation();
-  patch->force_on_tissue_W.setZero();
-  patch->shaft_contact = shaft_touches_;
+void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   touching_ = false;
+  force_W_.setZero();
+  C_loc_.setZero();
+  tip_ = -1;
   if (organ_ < 0) return;
-
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
-  const SurfaceMesh& rest = model.rest();
-  for (int i = 0; i < state.contacts.size(); ++i) {
-    const ContactSet::Row& row = state.contacts[i];
-    if (row.tool == tool_ && !row.shaft) patch->force_on_tissue_W += row.force_W;
+  ContactSet& contacts = state.contacts;
+  const bool has_lattice =
+      options_.reaction == ReactionType::kLattice && state.relaxation->compliance() != nullptr;
+  for (int i = 0; i < contacts.size(); ++i) {
+    const ContactSet::Row& row = contacts[i];
+    if (row.tool != tool_ || row.shaft) continue;
+    force_W_ += row.force_W;
+    C_loc_ = row.local_compliance_W;
+    if (!has_lattice) continue;
+    if (tip_ < 0) tip_ = state.tips.AddTip();
+    const Vector3d x_W = row.p_rest_W +
+                         (contacts.Weights().row(i) * state.control_displacements).transpose() +
+                         row.local_compliance_W * row.force_W;
+    state.tips.AddRow(row.local_compliance_W, x_W, row.force_W) = contacts.Weights().row(i);
   }
-  touching_ = patch->force_on_tissue_W.squaredNorm() > 0;
-  patch->contact_W = at_.Position(state.vertices, rest.triangles);
-
-  patch->kind = ContactKind::kPress;
-  std::array<int, ToolPatch::kMaxPoints> vertex;
-  for (int i = 0; i < around_.count; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const int v = rest.triangles(around_.triangles[i], k);
-      const auto end = vertex.begin() + patch->point_count;
-      const auto found = std::find(vertex.begin(), end, v);
-      patch->triangles[i][k] = static_cast<std::uint8_t>(found - vertex.begin());
-      if (found != end) continue;
-      PatchPoint& point = patch->points[patch->point_count];
-      point.p_original_W = rest.vertices.row(v);
-      point.normal_W = model.rest_normals().row(v);
-      FillPaperNode(model, v, options_, &point.node);
-      vertex[patch->point_count++] = v;
-    }
-  }
-  patch->triangle_count = around_.count;
-
-  if (grasped_count_ == 0) return;
-  patch->kind = ContactKind::kGrasp;
-  int corner;
-  grasped_[0].at.barycentric.maxCoeff(&corner);
-  FillPaperNode(model, rest.triangles(grasped_[0].at.triangle, corner), options_,
-                &patch->grasp_node);
-  patch->p_grasp_original_W = grasped_[0].at.Position(rest.vertices, rest.triangles);
-  patch->p_grasp_T = grasped_[0].p_T;
+  touching_ = force_W_.squaredNorm() > 0;
+  if (!has_lattice || tip_ >= 0 || grasped_count_ > 0) return;
+  // No row: the tip is too far away to touch in this step, but it may before the next one.
+  tip_ = state.tips.AddTip();
+  model.LatticeRow(
+      kernel_, state.tips.AddRow(Matrix3d::Zero(), kernel_.Mean(state.vertices), Vector3d::Zero()));
 }
 
 }  // namespace hpdm

@@ -129,7 +129,7 @@ void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t*
   message->tools.resize(scene.tool_count);
   for (int i = 0; i < scene.tool_count; ++i) {
     const ToolPose& pose = scene.tools[i];
-    const ToolPatch& patch = scene.patches[i];
+    const ToolContactState& contact = scene.contacts[i];
     tool_contact_t& to = message->tools[i];
     const Vector3d p_tip_W = pose.X_WT.translation();
     const Eigen::Quaterniond rotation(pose.X_WT.linear());
@@ -141,11 +141,11 @@ void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t*
     Copy(pose.p_trocar_W, to.p_trocar);
     Copy(pose.v_tip_W, to.v_tip);
     to.jaw = pose.jaw;
-    to.organ = patch.organ;
-    to.kind = static_cast<std::int8_t>(patch.kind);
-    Copy(patch.contact_W, to.p_contact);
-    Copy(patch.force_on_tissue_W, to.force_on_tissue);
-    to.shaft_contact = patch.shaft_contact;
+    to.organ = contact.organ;
+    to.kind = static_cast<std::int8_t>(contact.kind);
+    Copy(contact.contact_W, to.p_contact);
+    Copy(contact.force_on_tissue_W, to.force_on_tissue);
+    to.shaft_contact = contact.shaft_contact;
   }
 }
 
@@ -166,7 +166,7 @@ bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* v
     const tool_contact_t& from = message.tools[i];
     if (!IsKind(from.kind)) return false;
     ToolPose& pose = scene->tools[i];
-    ToolPatch& patch = scene->patches[i];
+    ToolContactState& contact = scene->contacts[i];
     const Eigen::Quaterniond rotation(from.orientation[0], from.orientation[1], from.orientation[2],
                                       from.orientation[3]);
     // Written so that NaN is refused too; a rounding away from 1 is some 1e-16.
@@ -177,11 +177,11 @@ bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* v
     pose.p_trocar_W = ToVector(from.p_trocar);
     pose.v_tip_W = ToVector(from.v_tip);
     pose.jaw = from.jaw;
-    patch.organ = from.organ;
-    patch.kind = static_cast<ContactKind>(from.kind);
-    patch.contact_W = ToVector(from.p_contact);
-    patch.force_on_tissue_W = ToVector(from.force_on_tissue);
-    patch.shaft_contact = from.shaft_contact != 0;
+    contact.organ = from.organ;
+    contact.kind = static_cast<ContactKind>(from.kind);
+    contact.contact_W = ToVector(from.p_contact);
+    contact.force_on_tissue_W = ToVector(from.force_on_tissue);
+    contact.shaft_contact = from.shaft_contact != 0;
   }
   return true;
 }

@@ -125,11 +125,11 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     sent.tools[i].p_trocar_W = random.Vector();
     sent.tools[i].v_tip_W = random.Vector();
     sent.tools[i].jaw = 0.25;
-    sent.patches[i].organ = i;
-    sent.patches[i].kind = ContactKind::kPress;
-    sent.patches[i].contact_W = random.Vector();
-    sent.patches[i].force_on_tissue_W = random.Vector();
-    sent.patches[i].shaft_contact = i == 1;
+    sent.contacts[i].organ = i;
+    sent.contacts[i].kind = ContactKind::kPress;
+    sent.contacts[i].contact_W = random.Vector();
+    sent.contacts[i].force_on_tissue_W = random.Vector();
+    sent.contacts[i].shaft_contact = i == 1;
   }
   contact_t message{};
   ToMessage(sent, 1240, &message);
@@ -153,11 +153,11 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     EXPECT_EQ(received.tools[i].p_trocar_W, sent.tools[i].p_trocar_W);
     EXPECT_EQ(received.tools[i].v_tip_W, sent.tools[i].v_tip_W);
     EXPECT_EQ(received.tools[i].jaw, sent.tools[i].jaw);
-    EXPECT_EQ(received.patches[i].organ, sent.patches[i].organ);
-    EXPECT_EQ(received.patches[i].kind, sent.patches[i].kind);
-    EXPECT_EQ(received.patches[i].contact_W, sent.patches[i].contact_W);
-    EXPECT_EQ(received.patches[i].force_on_tissue_W, sent.patches[i].force_on_tissue_W);
-    EXPECT_EQ(received.patches[i].shaft_contact, sent.patches[i].shaft_contact);
+    EXPECT_EQ(received.contacts[i].organ, sent.contacts[i].organ);
+    EXPECT_EQ(received.contacts[i].kind, sent.contacts[i].kind);
+    EXPECT_EQ(received.contacts[i].contact_W, sent.contacts[i].contact_W);
+    EXPECT_EQ(received.contacts[i].force_on_tissue_W, sent.contacts[i].force_on_tissue_W);
+    EXPECT_EQ(received.contacts[i].shaft_contact, sent.contacts[i].shaft_contact);
   }
 }
 
