@@ -13,6 +13,7 @@ class CholeskyRelaxation final : public Relaxation {
       : response_(std::move(response)) {}
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
+    response_->Follow(contacts->local);  // also for compliance(), which is asked without contacts
     if (contacts->size() == 0) {
       U->setZero();
       return {};
@@ -36,6 +37,10 @@ class CholeskyRelaxation final : public Relaxation {
 
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const ScalarStiffness& K) {
   return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(K));
+}
+
+std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots) {
+  return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(functions, slots));
 }
 
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K) {

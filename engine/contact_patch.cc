@@ -44,7 +44,7 @@ Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
 }  // namespace
 
 void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
-                            const std::vector<OrganState>& states, ToolPatch* patch) const {
+                            std::vector<OrganState>* states, ToolPatch* patch) const {
   static_cast<ToolContactState&>(*patch) = {};
   patch->organ = organ_;
   patch->point_count = 0;
@@ -57,11 +57,11 @@ void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>&
   if (organ_ < 0) return;
 
   const OrganModel& model = models[organ_];
-  const OrganState& state = states[organ_];
+  OrganState& state = (*states)[organ_];
   const Triangles& triangles = model.rest().triangles;
   patch->kind = grasped_count_ > 0 ? ContactKind::kGrasp : ContactKind::kPress;
   patch->force_on_tissue_W = force_W_;
-  FillPatchPoints(model, state, patch);
+  FillPatchPoints(model, &state, patch);
   if (tip_ >= 0) {
     FillLatticeContact(state, patch);
     patch->p_grasp_T = tool.X_WT.inverse() * patch->contact_W;
@@ -78,7 +78,7 @@ void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>&
 }
 
 // The triangles, and at their corners what belongs to the vertex alone.
-void ToolContact::FillPatchPoints(const OrganModel& model, const OrganState& state,
+void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
                                   ToolPatch* patch) const {
   const Triangles& triangles = model.rest().triangles;
   std::array<int, ToolPatch::kMaxPoints> vertex;
@@ -93,7 +93,8 @@ void ToolContact::FillPatchPoints(const OrganModel& model, const OrganState& sta
     }
   }
   patch->triangle_count = around_.count;
-  const bool has_other = tip_ >= 0 && state.tips.size() > 1;
+  const bool has_other = tip_ >= 0 && state->tips.size() > 1;
+  const ActiveFunctions& local = state->contacts.local;
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];
     PatchPoint& point = patch->points[i];
@@ -103,10 +104,15 @@ void ToolContact::FillPatchPoints(const OrganModel& model, const OrganState& sta
       FillPaperNode(model, v, options_, &point.node);
       continue;
     }
-    const SparseRow b = model.LatticeRow(v);
-    point.p_original_W = state.tips.Released(b, state.vertices.row(v));
-    point.compliance_W = state.vertex_compliances[v];
-    point.coupling_W = has_other ? state.tips.Coupling(b, 1 - tip_) : Matrix3d::Zero();
+    SparseRow b = model.LatticeRow(v);
+    if (local.slots() > 0) {
+      auto row = state->tips.ScratchRow();
+      model.AddToRow(model.rest().vertices.row(v), 1, local, row);
+      b = state->tips.Compress(row);
+    }
+    point.p_original_W = state->tips.Released(b, state->vertices.row(v));
+    point.compliance_W = state->vertex_compliances[v];
+    point.coupling_W = has_other ? state->tips.Coupling(b, 1 - tip_) : Matrix3d::Zero();
   }
 }
 

@@ -1,6 +1,8 @@
 #include "engine/deformation_loop.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <utility>
 
 #include "engine/check.h"
@@ -14,7 +16,8 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     : models_(organs), edges_(edges), stopwatch_(std::move(stopwatch)) {
   HPDM_CHECK(tools.size() <= kMaxInstruments);
   states_.reserve(organs.size());
-  for (const OrganModel& model : organs) states_.emplace_back(model);
+  for (const OrganModel& model : organs)
+    states_.emplace_back(model, static_cast<int>(tools.size()));
   for (std::size_t t = 0; t < tools.size(); ++t) {
     contacts_.emplace_back(static_cast<int>(t), tools[t]);
   }
@@ -52,8 +55,37 @@ void DeformationLoop::Collide(const ToolState& tools) {
   // No tool has a pose before the haptic loop's first tick.
   HPDM_CHECK(tools.tool_count <= static_cast<int>(contacts_.size()));
   for (int t = 0; t < tools.tool_count; ++t) {
+    contacts_[t].Follow(tools.tools[t], models_, &states_);
+  }
+  Refine(tools.tool_count);
+  for (int t = 0; t < tools.tool_count; ++t) {
     if (!contacts_[t].AddContacts(tools.tools[t], models_, &states_)) {
       record_.flags |= kStepContactsDropped;
+    }
+  }
+}
+
+// Local functions go where the tips are, or are about to be.
+void DeformationLoop::Refine(int tool_count) {
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    const LocalFunctions* local = models_[o].local();
+    if (local == nullptr) continue;
+    std::array<Vector3d, kMaxInstruments> points;
+    std::size_t count = 0;
+    for (int t = 0; t < tool_count; ++t) {
+      if (contacts_[t].organ() == static_cast<int>(o)) {
+        points[count++] = contacts_[t].RestPoint(models_);
+      }
+    }
+    OrganState& state = states_[o];
+    ActiveFunctions& active = state.contacts.local;
+    active.Follow(local->centres(), std::span(points.data(), count),
+                  models_[o].options().lattice.local.functions);
+    for (int s = 0; s < active.slots(); ++s) {
+      if (!active.Changed(s)) continue;
+      const int row = models_[o].lattice().size() + s;
+      state.control_displacements.row(row).setZero();
+      state.recovery.Forget(row);
     }
   }
 }
@@ -101,7 +133,11 @@ void DeformationLoop::Relax(double dt) {
 void DeformationLoop::RelocateVertices() {
   for (std::size_t o = 0; o < states_.size(); ++o) {
     states_[o].vertices = models_[o].rest().vertices;
-    states_[o].vertices.noalias() += models_[o].weights() * states_[o].control_displacements;
+    states_[o].vertices.noalias() +=
+        models_[o].weights() *
+        states_[o].control_displacements.topRows(models_[o].lattice().size());
+    models_[o].AddLocalDisplacements(states_[o].contacts.local, states_[o].control_displacements,
+                                     &states_[o].vertices);
   }
 }
 
@@ -115,7 +151,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   ContactPatch& patch = edges_.patch.Back();
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
-    contacts_[t].FillPatch(tools.tools[t], models_, states_, &patch.tools[t]);
+    contacts_[t].FillPatch(tools.tools[t], models_, &states_, &patch.tools[t]);
   }
 }
 
@@ -139,7 +175,8 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->tool_count = tools.tool_count;
   scene->tools = tools.tools;
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    scene->organs[o].control_displacements = states_[o].control_displacements;
+    scene->organs[o].control_displacements =
+        states_[o].control_displacements.topRows(models_[o].lattice().size());
     if (scene->organs[o].vertices.rows() > 0) {
       scene->organs[o].vertices = states_[o].vertices.cast<float>();
     }

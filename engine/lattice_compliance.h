@@ -12,7 +12,10 @@ struct SparseRow {
   std::span<const double> weights;
 };
 
-/// What a lattice of n control points answers to small loads: dU = K^-1 dR.
+/// b K^-1 b^T from K^-1 (3n x 3n).
+Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b);
+
+/// What a lattice of n control points (with local functions: their slots follow) answers to small loads: dU = K^-1 dR.
 class LatticeCompliance {
  public:
   virtual ~LatticeCompliance() = default;
@@ -22,7 +25,7 @@ class LatticeCompliance {
   /// thread; allocates nothing.
   virtual void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const = 0;
 
-  /// b K^-1 b^T (m/N) at rest. At set-up, where the rows are many.
+  /// b K^-1 b^T (m/N) at rest and without local functions. At set-up, where the rows are many.
   virtual Matrix3d PointCompliance(const SparseRow& b) const = 0;
 };
 

@@ -134,18 +134,7 @@ class FullResponse final : public LatticeResponse {
     }
   }
 
-  Matrix3d PointCompliance(const SparseRow& b) const override {
-    Matrix3d sum = Matrix3d::Zero();
-    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
-      Matrix3d row = Matrix3d::Zero();
-      for (std::size_t j = 0; j < b.control_points.size(); ++j) {
-        row +=
-            b.weights[j] * inverse_.block<3, 3>(3 * b.control_points[j], 3 * b.control_points[i]);
-      }
-      sum += b.weights[i] * row;
-    }
-    return (sum + sum.transpose()) / 2;
-  }
+  Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
 
  private:
   Eigen::Index n_;
@@ -154,6 +143,18 @@ class FullResponse final : public LatticeResponse {
 };
 
 }  // namespace
+
+Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+    Matrix3d row = Matrix3d::Zero();
+    for (std::size_t j = 0; j < b.control_points.size(); ++j) {
+      row += b.weights[j] * inverse.block<3, 3>(3 * b.control_points[j], 3 * b.control_points[i]);
+    }
+    sum += b.weights[i] * row;
+  }
+  return (sum + sum.transpose()) / 2;
+}
 
 void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,
                     ContactProblem* problem) {

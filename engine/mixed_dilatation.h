@@ -19,6 +19,11 @@ class CoarserSplines {
   /// |P c|^2 = int (projection of fields c)^2 dV.
   Eigen::MatrixXd Project(const WeightMatrix& fields) const;
 
+  /// int psi_b field_k dV (m x k) of such fields, and the inner products int psi psi^T dV (m x m)
+  /// as a lower Cholesky factor: Project(fields) = factor^-1 Moments(fields).
+  WeightMatrix Moments(const WeightMatrix& fields) const;
+  const Eigen::MatrixXd& factor() const { return factor_; }
+
  private:
   WeightMatrix weighted_values_;  // Q x m: w_q psi_b(x_q)
   Eigen::MatrixXd factor_;        // m x m, lower: L with L L^T = int psi psi^T dV

@@ -9,11 +9,10 @@ namespace hpdm {
 
 /// Where an organ rests under its loads.
 struct StaticSolution {
-  Points control_displacements;              ///< n x 3, m, world axes.
+  Points control_displacements;              ///< (n + local functions) x 3, m, world axes.
   Points vertex_displacements;               ///< V x 3, m.
   std::vector<Vector3d> load_forces;         ///< N, on the tissue, one a load.
   std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
-  double residual = 0;                       ///< |K U - R| / |R|, 0 without load.
 
   /// Of the first load: displacement along its force over the force, m/N; 0 without force.
   double Compliance() const;
@@ -30,11 +29,20 @@ class StaticLoads {
 
   StaticSolution Solve() const;
 
+  /// |K U - R| / |R| of a solution, 0 without load.
+  double Residual(const StaticSolution& solution) const;
+
+  /// Local functions in use.
+  int local_functions() const;
+
  private:
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
+  ActiveFunctions active_;
+  std::vector<SurfaceDent> dents_;  // one a load
   std::unique_ptr<LatticeResponse> response_;
-  Eigen::MatrixXd rows_;  // 3n x 3m: column 3 i + d puts a unit force along d on load i's patch
+  Eigen::MatrixXd
+      rows_;  // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch
 };
 
 }  // namespace hpdm

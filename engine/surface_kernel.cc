@@ -45,6 +45,8 @@ struct Part {
   Corners barycentric;
 };
 
+constexpr int kDepth = 64;  // of bisection; the sides shrink by half in two or three
+
 struct Kernel {
   Vector3d point;
   double radius;
@@ -57,7 +59,6 @@ struct Kernel {
 // halves of a bisection are at least as deep as they are short, so the stack holds them.
 template <class Add>
 void Integrate(const Kernel& kernel, const Corners& corners, int* budget, const Add& add) {
-  constexpr int kDepth = 64;  // side / 2^(64 / 3): any triangle in double precision
   std::array<Part, kDepth> stack;
   int size = 0;
   stack[size++] = {corners, {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}};
@@ -139,44 +140,55 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
   throw InputError(message.str());
 }
 
+SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point) {
+  const Nearest nearest = FindNearest(mesh, point);
+  return {nearest.triangle, nearest.at.barycentric};
+}
+
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
-                  const Vector3d& facing, double radius, KernelWeights* kernel) noexcept {
-  kernel->count = 0;
-  const auto slot = [&](int vertex) -> double* {
-    for (int i = 0; i < kernel->count; ++i) {
-      if (kernel->vertices[i] == vertex) return &kernel->weights[i];
+                  const Vector3d& facing, double radius, KernelPatch* kernel) noexcept {
+  kernel->sample_count = 0;
+  kernel->vertex_count = 0;
+  const auto add_to_vertex = [&](int vertex, double weight) {
+    int i = 0;
+    while (i < kernel->vertex_count && kernel->vertices[i] != vertex) ++i;
+    if (i == KernelPatch::kMaxVertices) return;
+    if (i == kernel->vertex_count) {
+      kernel->vertices[i] = vertex;
+      kernel->weights[i] = 0;
+      ++kernel->vertex_count;
     }
-    if (kernel->count == KernelWeights::kMaxVertices) return nullptr;
-    kernel->vertices[kernel->count] = vertex;
-    kernel->weights[kernel->count] = 0;
-    return &kernel->weights[kernel->count++];
-  };
-  const auto add = [&](int triangle, const Vector3d& weights) {
-    for (int k = 0; k < 3; ++k) {
-      if (double* weight = slot(mesh.triangles(triangle, k))) *weight += weights[k];
-    }
+    kernel->weights[i] += weight;
   };
 
   const Vector3d point = at.Position(mesh.vertices, mesh.triangles);
-  int budget = KernelWeights::kMaxSamples;
+  // Room for what is left unsplit on the stack and of the other triangles.
+  int budget = KernelPatch::kMaxSamples - kDepth - Neighbourhood::kMaxTriangles;
   double sum = 0;
   for (int i = 0; i < around.count; ++i) {
     const int t = around.triangles[i];
     const Corners c = CornersOf(mesh, t);
     if (!FacesAs(facing, c)) continue;
     Vector3d over_triangle = Vector3d::Zero();
-    Integrate({point, radius, KernelWeights::kResolution * radius}, c, &budget,
+    Integrate({point, radius, KernelPatch::kResolution * radius}, c, &budget,
               [&](const Vector3d& barycentric, double weight) {
+                kernel->samples[kernel->sample_count++] = {
+                    barycentric[0] * c[0] + barycentric[1] * c[1] + barycentric[2] * c[2], weight};
                 over_triangle += weight * barycentric;
                 sum += weight;
               });
-    if (over_triangle.sum() > 0) add(t, over_triangle);
+    if (over_triangle.sum() == 0) continue;
+    for (int k = 0; k < 3; ++k) add_to_vertex(mesh.triangles(t, k), over_triangle[k]);
   }
-  if (sum > 0) {
-    for (int i = 0; i < kernel->count; ++i) kernel->weights[i] /= sum;
-  } else {
-    add(at.triangle, at.barycentric);  // nothing faces that way: the point alone
+  if (!(sum > 0)) {  // nothing faces that way: the point alone
+    sum = 1;
+    kernel->samples[kernel->sample_count++] = {point, 1};
+    for (int k = 0; k < 3; ++k) {
+      add_to_vertex(mesh.triangles(at.triangle, k), at.barycentric[k]);
+    }
   }
+  for (int i = 0; i < kernel->sample_count; ++i) kernel->samples[i].weight /= sum;
+  for (int i = 0; i < kernel->vertex_count; ++i) kernel->weights[i] /= sum;
 }
 
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices) {

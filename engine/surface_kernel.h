@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "engine/collision.h"
 #include "engine/surface_mesh.h"
 #include "engine/surface_topology.h"
 
@@ -28,20 +29,27 @@ struct SurfaceSample {
 std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d& point,
                                          double radius, double resolution = 0.125);
 
-/// The same kernel gathered at the surface's vertices: shares w that sum to one, so that the patch
-/// is at x_c = sum w x_v, wherever the vertices x_v are.
-struct KernelWeights {
+/// The same kernel as a step needs it, of fixed size: samples by their rest positions, for lattice
+/// rows, and gathered at the surface's vertices, for means of what vertices carry. Either's weights
+/// sum to one.
+struct KernelPatch {
   static constexpr int kMaxVertices = 64;
-  static constexpr int kMaxSamples = 4096;     ///< About 250 on triangles larger than the kernel.
+  static constexpr int kMaxSamples = 1024;     ///< About 250 on triangles larger than the kernel.
   static constexpr double kResolution = 0.25;  ///< Longest side of a sample's part, of the radius.
-  int count = 0;
+  struct Sample {
+    Vector3d p_rest = Vector3d::Zero();  ///< m.
+    double weight = 0;
+  };
+  int sample_count = 0;
+  std::array<Sample, kMaxSamples> samples;
+  int vertex_count = 0;
   std::array<int, kMaxVertices> vertices;
   std::array<double, kMaxVertices> weights;
 
-  /// sum w of the rows of `values` (V x 3).
+  /// Mean of the rows of `values` (V x 3).
   Vector3d Mean(const Points& values) const {
     Vector3d sum = Vector3d::Zero();
-    for (int i = 0; i < count; ++i) sum += weights[i] * values.row(vertices[i]).transpose();
+    for (int i = 0; i < vertex_count; ++i) sum += weights[i] * values.row(vertices[i]).transpose();
     return sum;
   }
 };
@@ -49,10 +57,12 @@ struct KernelWeights {
 /// SurfaceKernel() for a step: about `at`, over the triangles of `around` (collected around it)
 /// whose rest normals are less than 90 degrees from `facing`. Distances, areas and normals are
 /// those of `mesh`, at rest. Where `around` ends before the kernel does (96 triangles: edges short
-/// beside the radius) the kernel is cut there; past kMaxSamples samples triangles count unsplit.
+/// beside the radius) the kernel is cut there; when the samples run out parts count unsplit.
 /// Deformation thread; bounded, allocates nothing.
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
-                  const Vector3d& facing, double radius, KernelWeights* kernel) noexcept;
+                  const Vector3d& facing, double radius, KernelPatch* kernel) noexcept;
+/// The point of the mesh nearest to `point` (m); triangle -1 for a mesh without triangles. O(F).
+SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point);
 
 /// Where a sample lies among the vertices (V x 3): the mesh's own, displaced ones or displacements.
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices);

@@ -21,7 +21,7 @@ auto Product(const SparseRow& b, const Columns& response) {
 
 TipCompliance::TipCompliance(int n)
     : n_(n),
-      weights_(kMaxRows, n),
+      weights_(kMaxRows + 1, n),
       columns_(n),
       values_(n),
       response_(3 * n, 3 * kMaxRows),
@@ -39,16 +39,20 @@ int TipCompliance::AddTip() {
   return tip_count_++;
 }
 
+SparseRow TipCompliance::Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
+  std::size_t entries = 0;
+  for (int a = 0; a < n_; ++a) {
+    if (row[a] == 0) continue;
+    columns_[entries] = a;
+    values_[entries++] = row[a];
+  }
+  return {{columns_.data(), entries}, {values_.data(), entries}};
+}
+
 void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
   row_compliance_.resize(3 * row_count_, 3 * row_count_);
   for (int i = 0; i < row_count_; ++i) {
-    std::size_t entries = 0;
-    for (int a = 0; a < n_; ++a) {
-      if (weights_(i, a) == 0) continue;
-      columns_[entries] = a;
-      values_[entries++] = weights_(i, a);
-    }
-    const SparseRow b{{columns_.data(), entries}, {values_.data(), entries}};
+    const SparseRow b = Compress(weights_.row(i));
     lattice.RespondTo(b, response_.middleCols<3>(3 * i));
     for (int j = 0; j <= i; ++j) {
       const Matrix3d C = Product(b, response_.middleCols<3>(3 * j));

@@ -21,7 +21,7 @@ namespace hpdm {
 /// Sized once for the organ; a step fills it in place. Deformation thread; allocates nothing.
 class TipCompliance {
  public:
-  /// `n`: control points of the organ.
+  /// `n`: control points of the organ and slots for its local functions.
   explicit TipCompliance(int n);
 
   void Clear();
@@ -37,6 +37,13 @@ class TipCompliance {
     return weights_.row(row_count_++);
   }
   int size() const { return tip_count_; }
+
+  /// A zero row for another point, and its entries that are not zero; until the next of either.
+  auto ScratchRow() {
+    weights_.row(kMaxRows).setZero();
+    return weights_.row(kMaxRows);
+  }
+  SparseRow Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row);
 
   /// Computes all that follows.
   void Condense(const LatticeCompliance& lattice);
@@ -77,7 +84,7 @@ class TipCompliance {
   int row_count_ = 0;
   std::array<Row, kMaxRows> rows_;
   std::array<Tip, kMaxTips> tips_;
-  ContactWeights weights_;        // kMaxRows x n
+  ContactWeights weights_;        // (kMaxRows + 1) x n: the rows and a scratch one
   std::vector<int> columns_;      // n: of the row at hand, where it is not zero
   std::vector<double> values_;    // n
   Eigen::MatrixXd response_;      // 3n x 3 rows: K^-1 b_i^T

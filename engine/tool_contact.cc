@@ -31,18 +31,27 @@ SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertice
 
 }  // namespace
 
-bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
-                              std::vector<OrganState>* states) {
+void ToolContact::Follow(const ToolPose& tool, const std::vector<OrganModel>& models,
+                         std::vector<OrganState>* states) {
   FollowTip(tool, models, states);
   UpdateGrasp(tool, models, states);
+  p_tip_last_W_ = tool.X_WT.translation();
+  jaw_last_ = tool.jaw;
+  started_ = true;
+}
+
+Vector3d ToolContact::RestPoint(const std::vector<OrganModel>& models) const {
+  const SurfaceMesh& rest = models[organ_].rest();
+  return at_.Position(rest.vertices, rest.triangles);
+}
+
+bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
+                              std::vector<OrganState>* states) {
   bool complete = organ_ < 0 || AddTipRows(tool, models, states);
   shaft_touches_ = false;
   for (std::size_t o = 0; o < models.size(); ++o) {
     complete = AddShaftRow(tool, models[o], &(*states)[o]) && complete;
   }
-  p_tip_last_W_ = tool.X_WT.translation();
-  jaw_last_ = tool.jaw;
-  started_ = true;
   return complete;
 }
 
@@ -137,13 +146,14 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
     row->tool = tool_;
     row->p_rest_W = grasped_[i].at.Position(rest.vertices, rest.triangles);
     row->target_W = tool.X_WT * grasped_[i].p_T;
-    model.LatticeRow(grasped_[i].at, state.contacts.WeightRow(state.contacts.size() - 1));
+    model.AddToRow(row->p_rest_W, 1, state.contacts.local,
+                   state.contacts.WeightRow(state.contacts.size() - 1));
   }
   if (grasped_count_ > 0) return true;
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
   GatherKernel(rest, around_, at_, facing, std::max(options_.tip_radius, kLeastRadius), &kernel_);
   normal_.setZero();
-  for (int i = 0; i < kernel_.count; ++i) {
+  for (int i = 0; i < kernel_.vertex_count; ++i) {
     normal_ += kernel_.weights[i] *
                VertexNormal(state.vertices, rest.triangles, model.topology(), kernel_.vertices[i]);
   }
@@ -155,7 +165,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   row->p_rest_W = kernel_.Mean(rest.vertices);
   row->normal_W = normal_;
   row->target_W = tool.X_WT.translation() - options_.tip_radius * normal_;
-  model.LatticeRow(kernel_, state.contacts.WeightRow(state.contacts.size() - 1));
+  AddKernelToRow(model, state, state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
 }
 
@@ -177,7 +187,8 @@ bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, Org
   row->p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
   row->normal_W = normal;
   row->target_W = on_axis - options_.shaft_radius * normal;
-  model.LatticeRow(hit.at, state->contacts.WeightRow(state->contacts.size() - 1));
+  model.AddToRow(row->p_rest_W, 1, state->contacts.local,
+                 state->contacts.WeightRow(state->contacts.size() - 1));
   shaft_touches_ = true;
   return true;
 }
@@ -209,8 +220,15 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
   if (!has_lattice || tip_ >= 0 || grasped_count_ > 0) return;
   // No row: the tip is too far away to touch in this step, but it may before the next one.
   tip_ = state.tips.AddTip();
-  model.LatticeRow(
-      kernel_, state.tips.AddRow(Matrix3d::Zero(), kernel_.Mean(state.vertices), Vector3d::Zero()));
+  AddKernelToRow(model, state, state.tips.AddRow(Matrix3d::Zero(), kernel_.Mean(state.vertices),
+                                                 Vector3d::Zero()));
+}
+
+void ToolContact::AddKernelToRow(const OrganModel& model, const OrganState& state,
+                                 Eigen::Ref<Eigen::RowVectorXd> row) const {
+  for (int i = 0; i < kernel_.sample_count; ++i) {
+    model.AddToRow(kernel_.samples[i].p_rest, kernel_.samples[i].weight, state.contacts.local, row);
+  }
 }
 
 }  // namespace hpdm

@@ -39,6 +39,14 @@ class ToolContact {
 
   ToolContact(int tool, const ToolOptions& options) : tool_(tool), options_(options) {}
 
+  /// Finds what the tip is at and what the jaws hold.
+  void Follow(const ToolPose& tool, const std::vector<OrganModel>& models,
+              std::vector<OrganState>* states);
+
+  /// The organ that the tip is at, -1 when it is at none, and where on its rest surface (m).
+  int organ() const { return organ_; }
+  Vector3d RestPoint(const std::vector<OrganModel>& models) const;
+
   /// Adds this tool's rows to the organs' contact sets. False when a set was full.
   bool AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
                    std::vector<OrganState>* states);
@@ -48,7 +56,7 @@ class ToolContact {
 
   /// The patch for the haptic loop, from the condensed tips.
   void FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
-                 const std::vector<OrganState>& states, ToolPatch* patch) const;
+                 std::vector<OrganState>* states, ToolPatch* patch) const;
 
  private:
   struct Grasped {
@@ -66,8 +74,10 @@ class ToolContact {
   bool AddTipRows(const ToolPose& tool, const std::vector<OrganModel>& models,
                   std::vector<OrganState>* states);
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
+  void AddKernelToRow(const OrganModel& model, const OrganState& state,
+                      Eigen::Ref<Eigen::RowVectorXd> row) const;
   void FillLatticeContact(const OrganState& state, ToolPatch* patch) const;
-  void FillPatchPoints(const OrganModel& model, const OrganState& state, ToolPatch* patch) const;
+  void FillPatchPoints(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
 
   int tool_;
   ToolOptions options_;
@@ -80,7 +90,7 @@ class ToolContact {
   SurfacePoint at_;                      // material point under the tip
   Neighbourhood around_;                 // of at_, at rest
   double gap_ = 0;                       // m, signed, from the tip's surface
-  KernelWeights kernel_;                 // of the press, about at_
+  KernelPatch kernel_;                   // of the press, about at_
   Vector3d normal_ = Vector3d::Zero();   // of the press
   Vector3d force_W_ = Vector3d::Zero();  // on the tissue, of tip or jaws in the last step
   int tip_ = -1;                         // among the organ's tips; -1: reaction "paper"

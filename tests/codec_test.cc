@@ -130,6 +130,14 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     sent.contacts[i].contact_W = random.Vector();
     sent.contacts[i].force_on_tissue_W = random.Vector();
     sent.contacts[i].shaft_contact = i == 1;
+    sent.contacts[i].reaction = i == 1 ? ReactionType::kPaper : ReactionType::kLattice;
+    sent.contacts[i].p_original_W = random.Vector();
+    sent.contacts[i].normal_W = random.Vector();
+    for (int d = 0; d < 3; ++d) {
+      sent.contacts[i].compliance_W.col(d) = random.Vector();
+      sent.contacts[i].coupling_W.col(d) = random.Vector();
+    }
+    sent.contacts[i].kernel_radius = random.Real();
   }
   contact_t message{};
   ToMessage(sent, 1240, &message);
@@ -158,6 +166,12 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     EXPECT_EQ(received.contacts[i].contact_W, sent.contacts[i].contact_W);
     EXPECT_EQ(received.contacts[i].force_on_tissue_W, sent.contacts[i].force_on_tissue_W);
     EXPECT_EQ(received.contacts[i].shaft_contact, sent.contacts[i].shaft_contact);
+    EXPECT_EQ(received.contacts[i].reaction, sent.contacts[i].reaction);
+    EXPECT_EQ(received.contacts[i].p_original_W, sent.contacts[i].p_original_W);
+    EXPECT_EQ(received.contacts[i].normal_W, sent.contacts[i].normal_W);
+    EXPECT_EQ(received.contacts[i].compliance_W, sent.contacts[i].compliance_W);
+    EXPECT_EQ(received.contacts[i].coupling_W, sent.contacts[i].coupling_W);
+    EXPECT_EQ(received.contacts[i].kernel_radius, sent.contacts[i].kernel_radius);
   }
 }
 
