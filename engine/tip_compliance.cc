@@ -98,9 +98,7 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
     const Row& row = rows_[i];
     displacement_.noalias() += response_.middleCols<3>(3 * i) * row.force_W;
     tips_[row.tip].force_W += row.force_W;
-    for (int t = 0; t < tip_count_; ++t) {
-      tips_[t].x_W += share_.block<3, 3>(3 * i, 3 * t).transpose() * row.x_W;
-    }
+    tips_[row.tip].x_W += share_.block<3, 3>(3 * i, 3 * row.tip).transpose() * row.x_W;
   }
   for (int a = 0; a < tip_count_; ++a) {
     tips_[a].p_original_W = tips_[a].x_W;

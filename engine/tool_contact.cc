@@ -11,6 +11,12 @@ namespace {
 // Rows of presses that are farther away than this would never act in one step.
 constexpr double kNear = 0.005;
 
+// m a step: how fast the contact of a still tip slips to where the dent is deepest.
+constexpr double kOwnSlip = 1e-4;
+
+// Of the way to the dented surface's normal that the contact's goes in a step.
+constexpr double kNormalShare = 0.25;
+
 // Closest point to `p` among the neighbourhood's triangles as they are now.
 SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
                        const Triangles& triangles, const Vector3d& p) {
@@ -65,13 +71,29 @@ void ToolContact::FollowTip(const ToolPose& tool, const std::vector<OrganModel>&
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
   if (grasped_count_ == 0) {  // else the contact is what the jaws hold
-    at_ = ClosestIn(around_, state.vertices, model.rest().triangles, p_tip);
+    const SurfacePoint closest =
+        ClosestIn(around_, state.vertices, model.rest().triangles, p_tip);
+    at_ = touching_ ? SlipTowards(closest, p_tip - p_tip_last_W_, model) : closest;
     Recentre(models, states);
   }
   const Vector3d offset = p_tip - at_.Position(state.vertices, model.rest().triangles);
   const Vector3d normal =
       InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), at_);
   gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - options_.tip_radius;
+}
+
+// In a dent as narrow as the tip the closest point jumps from side to side. So the contact slips over
+// the tissue no faster than the tip's motion along the surface explains, and a little by itself.
+SurfacePoint ToolContact::SlipTowards(const SurfacePoint& closest, const Vector3d& motion_W,
+                                      const OrganModel& model) const {
+  const SurfaceMesh& rest = model.rest();
+  const double along = std::abs(motion_W.dot(normal_));
+  const double across = (motion_W - motion_W.dot(normal_) * normal_).norm();
+  const double longest = 2 * across + 0.2 * along + kOwnSlip;
+  const Vector3d p = at_.Position(rest.vertices, rest.triangles);
+  const Vector3d slip = closest.Position(rest.vertices, rest.triangles) - p;
+  if (slip.norm() <= longest) return closest;
+  return ClosestIn(around_, rest.vertices, rest.triangles, p + longest / slip.norm() * slip);
 }
 
 bool ToolContact::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
@@ -152,12 +174,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   if (grasped_count_ > 0) return true;
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
   GatherKernel(rest, around_, at_, facing, std::max(options_.tip_radius, kLeastRadius), &kernel_);
-  normal_.setZero();
-  for (int i = 0; i < kernel_.vertex_count; ++i) {
-    normal_ += kernel_.weights[i] *
-               VertexNormal(state.vertices, rest.triangles, model.topology(), kernel_.vertices[i]);
-  }
-  normal_.stableNormalize();
+  UpdateNormal(model, state);
   if (gap_ > kNear || normal_.squaredNorm() == 0) return true;
   ContactSet::Row* row = state.contacts.Add();
   if (row == nullptr) return false;
@@ -167,6 +184,25 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   row->target_W = tool.X_WT.translation() - options_.tip_radius * normal_;
   AddKernelToRow(model, state, state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
+}
+
+// The normal of the deformed surface, which is that of the last step's dent. While the contact lasts
+// it goes there gradually, and at once as the rest surface turns: in a narrow dent the normal
+// depends so much on where the dent is that the two would chase each other.
+void ToolContact::UpdateNormal(const OrganModel& model, const OrganState& state) {
+  Vector3d normal = Vector3d::Zero();
+  for (int i = 0; i < kernel_.vertex_count; ++i) {
+    normal += kernel_.weights[i] * VertexNormal(state.vertices, model.rest().triangles,
+                                                model.topology(), kernel_.vertices[i]);
+  }
+  normal.stableNormalize();
+  const Vector3d rest_normal = kernel_.Mean(model.rest_normals()).stableNormalized();
+  if (touching_) {
+    const Vector3d followed = normal_ + rest_normal - rest_normal_;
+    normal = (followed + kNormalShare * (normal - followed)).stableNormalized();
+  }
+  normal_ = normal;
+  rest_normal_ = rest_normal;
 }
 
 bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state) {

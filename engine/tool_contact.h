@@ -66,6 +66,8 @@ class ToolContact {
 
   void FollowTip(const ToolPose& tool, const std::vector<OrganModel>& models,
                  std::vector<OrganState>* states);
+  SurfacePoint SlipTowards(const SurfacePoint& closest, const Vector3d& motion_W,
+                           const OrganModel& model) const;
   bool FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   bool FindNearest(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   void Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
@@ -76,6 +78,7 @@ class ToolContact {
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
+  void UpdateNormal(const OrganModel& model, const OrganState& state);
   void FillLatticeContact(const OrganState& state, ToolPatch* patch) const;
   void FillPatchPoints(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
 
@@ -92,6 +95,7 @@ class ToolContact {
   double gap_ = 0;                       // m, signed, from the tip's surface
   KernelPatch kernel_;                   // of the press, about at_
   Vector3d normal_ = Vector3d::Zero();   // of the press
+  Vector3d rest_normal_ = Vector3d::Zero();  // at the same place
   Vector3d force_W_ = Vector3d::Zero();  // on the tissue, of tip or jaws in the last step
   int tip_ = -1;                         // among the organ's tips; -1: reaction "paper"
   Matrix3d C_loc_ = Matrix3d::Zero();    // of the press row in the last step

@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kNeighbourDistance = 1e8;  // m
+constexpr double kNeighbourDistance = 1e10;  // m
 
 // Tips at one place are one contact: the share of their compliance that keeps them apart, as in the
 // step's contact problem.

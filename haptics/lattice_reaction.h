@@ -31,8 +31,8 @@ void TipForces(const LatticeTip& a, const LatticeTip& c, const Matrix3d& couplin
 
 /// S = C^-1 as a node of Eq. 29: k1 is the smallest eigenvalue of S, and each of the other two
 /// eigenvectors e carries a neighbour p_original - L e at its rest length L with the rest of its
-/// eigenvalue. The neighbours are 1e8 m away: a spring turns by delta / L as its end moves by
-/// delta, so at 1,000 m the force of 1 cm would be wrong by 1e-5, and here by 1e-10. C must be
+/// eigenvalue. The neighbours are 1e10 m away: a spring turns by delta / L as its end moves by
+/// delta, so at 1,000 m the force of 1 cm would be wrong by 1e-5, and here by 1e-12. C must be
 /// positive definite. Any thread; wait-free, no allocation.
 ReactionNode NodeOfCompliance(const Matrix3d& C) noexcept;
 

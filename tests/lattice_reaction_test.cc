@@ -31,7 +31,7 @@ TEST(LatticeReaction, Equation29WithItsNeighboursIsTheCompliancesInverse) {
     for (const double size : {1e-7, 1e-4, 0.03}) {  // m
       const Vector3d delta = size * RandomVector(&random);
       const Vector3d force = C.ldlt().solve(delta);
-      // The neighbours' directions turn by delta / 1e8 m; what is left is round-off.
+      // The neighbours' directions turn by delta / 1e10 m; what is left is round-off.
       EXPECT_LT((ForceOnTissue(node, delta) - force).norm(), 1e-9 * force.norm());
     }
   }
