@@ -15,8 +15,9 @@ namespace hpdm {
 /// together. With W = B K^-1 B^T + C_loc over the rows of all tips and T the identities stacked per
 /// tip,
 ///     S = T^T W^-1 T,   C = S^-1,   f = T^T (row forces),   p_original = x - C f:
-/// where each tip's point x goes when all of them let go. Of a press, x is its row's point; of jaws,
-/// the mean of theirs with the weights W^-1 T C, which f turns about least. For presses C = W.
+/// where each tip's point x goes when all of them let go. Of a press, x is its row's point; of
+/// jaws, the mean of theirs with the weights W^-1 T C, which f turns about least. For presses C =
+/// W.
 ///
 /// Sized once for the organ; a step fills it in place. Deformation thread; allocates nothing.
 class TipCompliance {

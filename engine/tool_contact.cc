@@ -71,8 +71,7 @@ void ToolContact::FollowTip(const ToolPose& tool, const std::vector<OrganModel>&
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
   if (grasped_count_ == 0) {  // else the contact is what the jaws hold
-    const SurfacePoint closest =
-        ClosestIn(around_, state.vertices, model.rest().triangles, p_tip);
+    const SurfacePoint closest = ClosestIn(around_, state.vertices, model.rest().triangles, p_tip);
     at_ = touching_ ? SlipTowards(closest, p_tip - p_tip_last_W_, model) : closest;
     Recentre(models, states);
   }
@@ -82,8 +81,9 @@ void ToolContact::FollowTip(const ToolPose& tool, const std::vector<OrganModel>&
   gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - options_.tip_radius;
 }
 
-// In a dent as narrow as the tip the closest point jumps from side to side. So the contact slips over
-// the tissue no faster than the tip's motion along the surface explains, and a little by itself.
+// In a dent as narrow as the tip the closest point jumps from side to side. So the contact slips
+// over the tissue no faster than the tip's motion along the surface explains, and a little by
+// itself.
 SurfacePoint ToolContact::SlipTowards(const SurfacePoint& closest, const Vector3d& motion_W,
                                       const OrganModel& model) const {
   const SurfaceMesh& rest = model.rest();
@@ -186,8 +186,8 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   return true;
 }
 
-// The normal of the deformed surface, which is that of the last step's dent. While the contact lasts
-// it goes there gradually, and at once as the rest surface turns: in a narrow dent the normal
+// The normal of the deformed surface, which is that of the last step's dent. While the contact
+// lasts it goes there gradually, and at once as the rest surface turns: in a narrow dent the normal
 // depends so much on where the dent is that the two would chase each other.
 void ToolContact::UpdateNormal(const OrganModel& model, const OrganState& state) {
   Vector3d normal = Vector3d::Zero();
@@ -256,8 +256,9 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
   if (!has_lattice || tip_ >= 0 || grasped_count_ > 0) return;
   // No row: the tip is too far away to touch in this step, but it may before the next one.
   tip_ = state.tips.AddTip();
-  AddKernelToRow(model, state, state.tips.AddRow(Matrix3d::Zero(), kernel_.Mean(state.vertices),
-                                                 Vector3d::Zero()));
+  AddKernelToRow(
+      model, state,
+      state.tips.AddRow(Matrix3d::Zero(), kernel_.Mean(state.vertices), Vector3d::Zero()));
 }
 
 void ToolContact::AddKernelToRow(const OrganModel& model, const OrganState& state,

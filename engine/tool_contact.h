@@ -88,17 +88,17 @@ class ToolContact {
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;
 
-  int organ_ = -1;                       // nearest to the tip, or in contact
-  bool touching_ = false;                // the tip carried a force in the last step
-  SurfacePoint at_;                      // material point under the tip
-  Neighbourhood around_;                 // of at_, at rest
-  double gap_ = 0;                       // m, signed, from the tip's surface
-  KernelPatch kernel_;                   // of the press, about at_
-  Vector3d normal_ = Vector3d::Zero();   // of the press
+  int organ_ = -1;                           // nearest to the tip, or in contact
+  bool touching_ = false;                    // the tip carried a force in the last step
+  SurfacePoint at_;                          // material point under the tip
+  Neighbourhood around_;                     // of at_, at rest
+  double gap_ = 0;                           // m, signed, from the tip's surface
+  KernelPatch kernel_;                       // of the press, about at_
+  Vector3d normal_ = Vector3d::Zero();       // of the press
   Vector3d rest_normal_ = Vector3d::Zero();  // at the same place
-  Vector3d force_W_ = Vector3d::Zero();  // on the tissue, of tip or jaws in the last step
-  int tip_ = -1;                         // among the organ's tips; -1: reaction "paper"
-  Matrix3d C_loc_ = Matrix3d::Zero();    // of the press row in the last step
+  Vector3d force_W_ = Vector3d::Zero();      // on the tissue, of tip or jaws in the last step
+  int tip_ = -1;                             // among the organ's tips; -1: reaction "paper"
+  Matrix3d C_loc_ = Matrix3d::Zero();        // of the press row in the last step
   bool shaft_touches_ = false;
 
   int grasped_count_ = 0;
