@@ -221,8 +221,9 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
     const double difference = std::abs(felt[1].norm() / felt[0].norm() - 1);
     std::printf("F %.4f N, %.4f N on the finer surface\n", felt[0].norm(), felt[1].norm());
     mean += difference / 4;
-    // The lattice's rows agree to 1e-3; what is left is where the dented facets, up to 20 mm long,
-    // make the tip slip to. On the steepest of the four slopes that is 5.7 %.
+    // The rows agree (below). The tissue's samples make the stiffness differ by 0.5 %, and the rest
+    // is where the dented facets, up to 20 mm long, make the tip slip to: 5.7 % on the steepest of
+    // the four slopes, 1.4 % elsewhere.
     EXPECT_LT(difference, 0.07) << at.transpose();
   }
   std::printf("mean difference of |F|: %.2f %%\n", 100 * mean);
@@ -258,20 +259,23 @@ TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
 }
 
 // The row of a press is the surface's, not its triangles'.
-TEST(FeltForceOfTheLiver, ComplianceDoesNotDependOnTheTriangulation) {
+TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
   const SurfaceMesh coarse = Load(options);
   Bench on_coarse(options, coarse), on_fine(options, SplitFlat(SplitFlat(coarse)));
   for (const Vector3d& at : {Vector3d(0.03, -0.02, 0), Vector3d(0.02, -0.035, 0),
                              Vector3d(0.01, -0.01, 0), Vector3d(0.045, -0.015, 0)}) {
-    // Not yet touching: the contact is the same point of the surface.
+    // Near, but not yet touching: the contact is the same point of the surface.
     const ToolPose tool = Bench::At(on_coarse.Top(at.x(), at.y()) + Vector3d(0, 0, 0.004));
     on_coarse.Step(tool);
     on_fine.Step(tool);
-    const Matrix3d C = on_coarse.Patch().compliance_W;
-    // Samples of R / 4 lie differently in large and in small triangles.
-    EXPECT_LT((on_fine.Patch().compliance_W - C).norm(), 2e-3 * C.norm()) << at.transpose();
-    EXPECT_LT((on_fine.Patch().p_original_W - on_coarse.Patch().p_original_W).norm(), 1e-4);
+    const ContactSet& rows = on_coarse.loop().organ(0).contacts;
+    const ContactSet& fine_rows = on_fine.loop().organ(0).contacts;
+    ASSERT_EQ(rows.size(), 1);
+    ASSERT_EQ(fine_rows.size(), 1);
+    // Samples of R / 4 may lie differently in large and in small triangles.
+    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 1e-3 * rows.Weights().norm());
+    EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 1e-6);
   }
 }
 
