@@ -8,6 +8,21 @@
 #include "engine/check.h"
 
 namespace hpdm {
+namespace {
+
+// All but the vertices.
+void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
+  const int n = model.lattice().size();
+  const ActiveFunctions& active = state.contacts.local;
+  shape->control_displacements = state.control_displacements.topRows(n);
+  shape->local_displacements = state.control_displacements.bottomRows(active.slots());
+  for (int s = 0; s < active.slots(); ++s) {
+    const int function = active.Function(s);
+    shape->local_functions[s] = function < 0 ? -1 : model.local()->finer().kept()[function];
+  }
+}
+
+}  // namespace
 
 DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const std::vector<ToolOptions>& tools,
@@ -175,8 +190,7 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->tool_count = tools.tool_count;
   scene->tools = tools.tools;
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    scene->organs[o].control_displacements =
-        states_[o].control_displacements.topRows(models_[o].lattice().size());
+    FillShape(models_[o], states_[o], &scene->organs[o]);
     if (scene->organs[o].vertices.rows() > 0) {
       scene->organs[o].vertices = states_[o].vertices.cast<float>();
     }
@@ -189,7 +203,10 @@ SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_coun
   scene.tool_count = tool_count;
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;
+    const int slots = model.LocalSlots(tool_count);
     organ.control_displacements = Points::Zero(model.lattice().size(), 3);
+    organ.local_functions.assign(slots, -1);
+    organ.local_displacements = Points::Zero(slots, 3);
     if (with_vertices) organ.vertices = model.rest().vertices.cast<float>();
     scene.organs.push_back(std::move(organ));
   }

@@ -80,6 +80,11 @@ double KernelSinking(double d_over_R) { return Table().At(d_over_R); }
 
 double MeanKernelSinking() { return Table().mean(); }
 
+double DentShape(double d, double radius, double resolved_radius) {
+  if (radius >= resolved_radius || d >= 4 * resolved_radius) return 0;
+  return KernelSinking(d / radius) / radius - KernelSinking(d / resolved_radius) / resolved_radius;
+}
+
 SurfaceDent::SurfaceDent(const MaterialOptions& material, const Vector3d& normal_W, double radius,
                          double resolved_radius)
     : normal_W_(normal_W), radius_(radius), resolved_radius_(resolved_radius) {
@@ -93,13 +98,6 @@ SurfaceDent::SurfaceDent(const MaterialOptions& material, const Vector3d& normal
 
 Matrix3d SurfaceDent::Compliance() const {
   return MeanKernelSinking() * (1 / radius_ - 1 / resolved_radius_) * factor_W_;
-}
-
-Matrix3d SurfaceDent::At(double d) const {
-  if (d >= Reach()) return Matrix3d::Zero();
-  return (KernelSinking(d / radius_) / radius_ -
-          KernelSinking(d / resolved_radius_) / resolved_radius_) *
-         factor_W_;
 }
 
 }  // namespace hpdm

@@ -14,13 +14,18 @@ double KernelSinking(double d_over_R);
 /// The same, averaged over the load with the kernel's own weights: 0.6729.
 double MeanKernelSinking();
 
+/// g(d / radius) / radius - g(d / resolved_radius) / resolved_radius with g = KernelSinking, 1/m:
+/// the shape of the dent below. Zero for equal radii, and beyond four times the resolved one, where
+/// it has faded to less than 1e-3 of the resolved radius' own load.
+double DentShape(double d, double radius, double resolved_radius);
+
 /// What a load on a small patch does beyond what a lattice resolves. A force f with the kernel of
 /// `radius` is given to the lattice with the kernel of the larger `resolved_radius`, as which it
 /// comes to the same away from the patch, and the difference of the two is a half-space's:
 ///
-///     u(d) = H f (g(d / radius) / radius - g(d / resolved_radius) / resolved_radius)
+///     u(d) = H f DentShape(d, radius, resolved_radius)
 ///
-/// with g = KernelSinking and H = ((1 - nu^2) n n^T + (1 + nu)(1 - nu/2)(I - n n^T)) / E, which
+/// with H = ((1 - nu^2) n n^T + (1 + nu)(1 - nu/2)(I - n n^T)) / E, which
 /// along the surface is the mean over directions (Cerruti). Small strain. Zero when the radii are
 /// equal. Any thread, no allocation.
 class SurfaceDent {
@@ -35,11 +40,14 @@ class SurfaceDent {
   Matrix3d Compliance() const;
   /// Displacement at the distance `d` (m) from the patch's centre along the surface for a unit
   /// force, m/N. Zero beyond Reach().
-  Matrix3d At(double d) const;
-  /// m: where the dent has faded to less than 1e-3 of that of `resolved_radius`' own load.
+  Matrix3d At(double d) const { return DentShape(d, radius_, resolved_radius_) * factor_W_; }
   double Reach() const { return radius_ < resolved_radius_ ? 4 * resolved_radius_ : 0; }
 
   const Vector3d& normal_W() const { return normal_W_; }
+  double radius() const { return radius_; }
+  double resolved_radius() const { return resolved_radius_; }
+  /// H, m^2/N.
+  const Matrix3d& factor_W() const { return factor_W_; }
 
  private:
   Vector3d normal_W_ = Vector3d::UnitZ();

@@ -1,18 +1,28 @@
 #include "engine/surface_kernel.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <sstream>
+#include <utility>
 
 #include "engine/closest_point.h"
 #include "engine/error.h"
+#include "engine/support.h"
 
 namespace hpdm {
 namespace {
 
 using Corners = std::array<Vector3d, 3>;
+
+/// Slack of every choice between two quadratures (which side is cut, whether one is, whether a
+/// triangle faces the load), relative to what is compared: equal sides and right angles are common,
+/// and round-off, which depends on the body's unit and place, must not choose for them. Lengths
+/// differ by it only by accident.
+constexpr double kSlack = 1e-9;
 
 Corners CornersOf(const SurfaceMesh& mesh, int triangle) {
   Corners corners;
@@ -47,18 +57,13 @@ struct Part {
 
 constexpr int kDepth = 64;  // of bisection; the sides shrink by half in two or three
 
-struct Kernel {
-  Vector3d point;
-  double radius;
-  double longest_side;  // of a part that counts as one sample
-};
-
-// Integrates the kernel over one triangle: bisects the longest side until it is short enough,
-// leaving out what is beyond the radius, and calls `add(barycentric, area x kernel)` at the
-// centroid of each part. After `budget` samples the parts left count unsplit. No allocation: the
-// halves of a bisection are at least as deep as they are short, so the stack holds them.
-template <class Add>
-void Integrate(const Kernel& kernel, const Corners& corners, int* budget, const Add& add) {
+// Splits a triangle into parts that count with a density at their centroids: bisects the longest
+// side until none is longer than `longest_side`, leaving out parts with apart(centroid, side), and
+// calls `add(barycentric, area x density(centroid))` where that is not zero. After `budget` calls
+// the parts left count unsplit. No allocation: what waits on the stack is a part a bisection.
+template <class Apart, class Density, class Add>
+void Integrate(const Corners& corners, double longest_side, int* budget, const Apart& apart,
+               const Density& density, const Add& add) {
   std::array<Part, kDepth> stack;
   int size = 0;
   stack[size++] = {corners, {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}};
@@ -66,19 +71,17 @@ void Integrate(const Kernel& kernel, const Corners& corners, int* budget, const 
     const Part part = stack[--size];
     const auto& [a, b, c] = part.points;
     int longest = 0;
-    double length2 = 0;
+    double length = 0;
     for (int k = 0; k < 3; ++k) {
-      const double side2 = (part.points[(k + 1) % 3] - part.points[k]).squaredNorm();
-      if (side2 > length2) {
-        length2 = side2;
+      const double side = (part.points[(k + 1) % 3] - part.points[k]).norm();
+      if (side > length * (1 + kSlack)) {
+        length = side;
         longest = k;
       }
     }
-    const double length = std::sqrt(length2);
-    const double distance = ((a + b + c) / 3 - kernel.point).norm();
-    // No corner is farther from the centroid than two thirds of the longest side.
-    if (distance >= kernel.radius + length * 2 / 3) continue;
-    if (length > kernel.longest_side && *budget > 0 && size + 2 <= kDepth) {
+    const Vector3d centroid = (a + b + c) / 3;
+    if (apart(centroid, length)) continue;
+    if (length > longest_side * (1 + kSlack) && *budget > 0 && size + 2 <= kDepth) {
       const int i = longest, j = (longest + 1) % 3;
       Part& first = stack[size++] = part;
       Part& second = stack[size++] = part;
@@ -87,16 +90,33 @@ void Integrate(const Kernel& kernel, const Corners& corners, int* budget, const 
           (part.barycentric[i] + part.barycentric[j]) / 2;
       continue;
     }
-    const double area = (b - a).cross(c - a).norm() / 2;
-    if (distance >= kernel.radius || area <= 0) continue;
+    const double weight = density(centroid) * (b - a).cross(c - a).norm() / 2;
+    if (!(weight > 0)) continue;
     --*budget;
-    add((part.barycentric[0] + part.barycentric[1] + part.barycentric[2]) / 3,
-        area * std::cos(std::numbers::pi * distance / (2 * kernel.radius)));
+    add((part.barycentric[0] + part.barycentric[1] + part.barycentric[2]) / 3, weight);
   }
 }
 
+// The same with the kernel about a point.
+template <class Add>
+void IntegrateKernel(const Vector3d& point, double radius, double resolution,
+                     const Corners& corners, int* budget, const Add& add) {
+  Integrate(
+      corners, resolution * radius, budget,
+      // No corner is farther from the centroid than two thirds of the longest side.
+      [&](const Vector3d& centroid, double side) {
+        return (centroid - point).norm() >= radius + side * 2 / 3;
+      },
+      [&](const Vector3d& centroid) {
+        const double distance = (centroid - point).norm();
+        return distance < radius ? std::cos(std::numbers::pi * distance / (2 * radius)) : 0.0;
+      },
+      add);
+}
+
 bool FacesAs(const Vector3d& facing, const Corners& c) {
-  return (c[1] - c[0]).cross(c[2] - c[0]).dot(facing) > 0;
+  const Vector3d normal = (c[1] - c[0]).cross(c[2] - c[0]);
+  return normal.dot(facing) > kSlack * normal.norm() * facing.norm();
 }
 
 }  // namespace
@@ -118,11 +138,11 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
     for (int t = 0; t < mesh.triangles.rows(); ++t) {
       const Corners c = CornersOf(mesh, t);
       if (!FacesAs(facing, c)) continue;
-      Integrate({point, radius, resolution * radius}, c, &budget,
-                [&](const Vector3d& barycentric, double weight) {
-                  samples.push_back({t, barycentric, weight});
-                  sum += weight;
-                });
+      IntegrateKernel(point, radius, resolution, c, &budget,
+                      [&](const Vector3d& barycentric, double weight) {
+                        samples.push_back({t, barycentric, weight});
+                        sum += weight;
+                      });
     }
     if (sum > 0) {
       for (SurfaceSample& sample : samples) sample.weight /= sum;
@@ -170,13 +190,14 @@ void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const Su
     const Corners c = CornersOf(mesh, t);
     if (!FacesAs(facing, c)) continue;
     Vector3d over_triangle = Vector3d::Zero();
-    Integrate({point, radius, KernelPatch::kResolution * radius}, c, &budget,
-              [&](const Vector3d& barycentric, double weight) {
-                kernel->samples[kernel->sample_count++] = {
-                    barycentric[0] * c[0] + barycentric[1] * c[1] + barycentric[2] * c[2], weight};
-                over_triangle += weight * barycentric;
-                sum += weight;
-              });
+    IntegrateKernel(point, radius, KernelPatch::kResolution, c, &budget,
+                    [&](const Vector3d& barycentric, double weight) {
+                      kernel->samples[kernel->sample_count++] = {
+                          barycentric[0] * c[0] + barycentric[1] * c[1] + barycentric[2] * c[2],
+                          weight};
+                      over_triangle += weight * barycentric;
+                      sum += weight;
+                    });
     if (over_triangle.sum() == 0) continue;
     for (int k = 0; k < 3; ++k) add_to_vertex(mesh.triangles(t, k), over_triangle[k]);
   }
@@ -189,6 +210,25 @@ void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const Su
   }
   for (int i = 0; i < kernel->sample_count; ++i) kernel->samples[i].weight /= sum;
   for (int i = 0; i < kernel->vertex_count; ++i) kernel->weights[i] /= sum;
+}
+
+std::vector<SurfaceSample> SurfaceInRegion(const SurfaceMesh& mesh,
+                                           const std::optional<Region>& region, const Box& bounds,
+                                           double longest_side) {
+  std::vector<SurfaceSample> samples;
+  int budget = std::numeric_limits<int>::max();
+  for (int t = 0; t < mesh.triangles.rows(); ++t) {
+    Integrate(
+        CornersOf(mesh, t), longest_side, &budget, [](const Vector3d&, double) { return false; },
+        [&](const Vector3d& p) { return !region || InRegion(*region, bounds, p) ? 1.0 : 0.0; },
+        [&](const Vector3d& barycentric, double area) {
+          samples.push_back({t, barycentric, area});
+        });
+  }
+  if (samples.empty()) {
+    throw InputError("pressure: its region holds no surface; move or enlarge it");
+  }
+  return samples;
 }
 
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices) {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "engine/collision.h"
+#include "engine/organ_options.h"
 #include "engine/surface_mesh.h"
 #include "engine/surface_topology.h"
 
@@ -61,6 +63,15 @@ struct KernelPatch {
 /// Deformation thread; bounded, allocates nothing.
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
                   const Vector3d& facing, double radius, KernelPatch* kernel) noexcept;
+
+/// The surface inside a region (support.h; `bounds` for fractions), or all of it: weights are
+/// areas, m^2. Triangles are split until their sides are at most `longest_side` (m), and each part
+/// counts wholly or not, by its centroid. Deterministic; set-up only. Throws InputError when the
+/// region holds no surface.
+std::vector<SurfaceSample> SurfaceInRegion(const SurfaceMesh& mesh,
+                                           const std::optional<Region>& region, const Box& bounds,
+                                           double longest_side);
+
 /// The point of the mesh nearest to `point` (m); triangle -1 for a mesh without triangles. O(F).
 SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point);
 
