@@ -13,6 +13,7 @@ class CholeskyRelaxation final : public Relaxation {
       : response_(std::move(response)) {}
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
+    response_->Follow(contacts->local);  // also for compliance(), which is asked without contacts
     if (contacts->size() == 0) {
       U->setZero();
       return {};
@@ -24,6 +25,8 @@ class CholeskyRelaxation final : public Relaxation {
     response_->Deform(problem_, U);
     return result;
   }
+
+  const LatticeCompliance* compliance() const override { return response_.get(); }
 
  private:
   std::unique_ptr<LatticeResponse> response_;

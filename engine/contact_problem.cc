@@ -20,11 +20,23 @@ void ContactProblem::Build(const ContactSet& contacts) {
   for (int e = 0; e < size_; ++e) {
     const ContactSet::Row& row = contacts[equations_[e].row];
     change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
+    local_[e] = row.local_compliance_W * equations_[e].axis_W;
+  }
+}
+
+void ContactProblem::AddLocalCompliance() {
+  for (int e = 0; e < size_; ++e) {
+    for (int g = 0; g < size_; ++g) {
+      if (equations_[e].row == equations_[g].row) {
+        compliance_(e, g) += equations_[e].axis_W.dot(local_[g]);
+      }
+    }
   }
 }
 
 RelaxationResult ContactProblem::Solve() {
   RelaxationResult result;
+  AddLocalCompliance();
   // Presses that would be free without force start inactive.
   for (int e = 0; e < size_; ++e) active_[e] = !equations_[e].unilateral || change_[e] > 0;
   // Each round releases the presses that would pull and adds those that would be pierced.

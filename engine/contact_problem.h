@@ -20,6 +20,7 @@ struct RelaxationResult {
 ///     0 <= f, W f >= change, f (W f - change) = 0   where it presses.
 /// A grasp row gives three equations along the world axes; a press one, along minus its normal,
 /// with f the pressing force f_n and `change` how deep the tool is below the point.
+/// The rows' local compliance (ContactSet::Row) adds to their points' own blocks of W.
 /// Solved by an active-set method. Sized once; deformation thread; allocates nothing.
 class ContactProblem {
  public:
@@ -39,22 +40,26 @@ class ContactProblem {
 
   int size() const { return size_; }
   const Equation& operator[](int e) const { return equations_[e]; }
-  Matrix& compliance() { return compliance_; }      ///< E x E, to be filled in before Solve().
+  /// E x E, of the lattice alone, to be filled in before each Solve().
+  Matrix& compliance() { return compliance_; }
   Vector& change() { return change_; }              ///< E, m.
   const Vector& forces() const { return forces_; }  ///< E, N, of Solve().
 
-  /// Sets the forces. The rounds are bounded; a cycle keeps the last forces, not converged.
+  /// Adds the local compliance and sets the forces. The rounds are bounded; a cycle keeps the last
+  /// forces, not converged.
   RelaxationResult Solve();
 
   /// The rows' forces on the tissue: sum of forces times axes.
   void WriteForces(ContactSet* contacts) const;
 
  private:
+  void AddLocalCompliance();
   bool SolveActive();
   bool UpdateActiveSet();
 
   int size_ = 0;
   std::array<Equation, kMaxEquations> equations_;
+  std::array<Vector3d, kMaxEquations> local_;  // C_loc axis
   std::array<bool, kMaxEquations> active_{};
   std::array<int, kMaxEquations> active_list_{};
   Matrix compliance_;

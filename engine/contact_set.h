@@ -5,6 +5,7 @@
 
 #include "engine/active_functions.h"
 #include "engine/direct_manipulation.h"
+#include "engine/half_space.h"
 #include "engine/types.h"
 
 namespace hpdm {
@@ -25,7 +26,8 @@ class ContactSet {
     Vector3d p_rest_W = Vector3d::Zero();   ///< Rest position of the material point, m.
     Vector3d target_W = Vector3d::Zero();   ///< m.
     Vector3d normal_W = Vector3d::UnitZ();  ///< Outward unit normal; press only.
-    Matrix3d local_compliance_W = Matrix3d::Zero();  ///< C_loc: added to the point's own block of
+    SurfaceDent dent;                                ///< What the tip does below the resolution.
+    Matrix3d local_compliance_W = Matrix3d::Zero();  ///< C_loc, the dent's: added to the point's own block of
                                                      ///< the compliance, m/N, symmetric.
     Vector3d force_W = Vector3d::Zero();             ///< Result: force on the tissue, N.
   };

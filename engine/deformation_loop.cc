@@ -20,6 +20,12 @@ void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* 
     const int function = active.Function(s);
     shape->local_functions[s] = function < 0 ? -1 : model.local()->finer().kept()[function];
   }
+  shape->dent_count = 0;
+  for (int i = 0; i < state.contacts.size(); ++i) {
+    const ContactSet::Row& row = state.contacts[i];
+    if (row.local_compliance_W.isZero(0) || shape->dent_count == kMaxInstruments) continue;
+    shape->dents[shape->dent_count++] = AppliedDent(row.dent, row.p_rest_W, row.force_W);
+  }
 }
 
 }  // namespace
@@ -155,6 +161,11 @@ void DeformationLoop::RelocateVertices() {
 
 // Stage D: what the haptic loop needs until the next step.
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
+  for (OrganState& state : states_) state.tips.Clear();
+  for (int t = 0; t < tools.tool_count; ++t) contacts_[t].AddTip(models_, &states_);
+  for (OrganState& state : states_) {
+    if (state.tips.size() > 0) state.tips.Condense(*state.relaxation->compliance());
+  }
   ContactPatch& patch = edges_.patch.Back();
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
@@ -167,7 +178,7 @@ void DeformationLoop::Publish(const ToolState& tools) {
   ContactPatch& patch = edges_.patch.Back();
   patch.step = record_;
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
-    edge->Back().patches = patch.tools;
+    for (int t = 0; t < patch.tool_count; ++t) edge->Back().contacts[t] = patch.tools[t];
   }
   edges_.patch.Publish();
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
@@ -176,7 +187,7 @@ void DeformationLoop::Publish(const ToolState& tools) {
   }
 }
 
-// All but the patches.
+// All but the contacts.
 void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) const {
   scene->step = record_;
   scene->tool_count = tools.tool_count;
@@ -185,6 +196,9 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
     FillShape(models_[o], states_[o], &scene->organs[o]);
     if (scene->organs[o].vertices.rows() > 0) {
       scene->organs[o].vertices = states_[o].vertices.cast<float>();
+      for (int i = 0; i < scene->organs[o].dent_count; ++i) {
+        models_[o].AddDent(scene->organs[o].dents[i], &scene->organs[o].vertices);
+      }
     }
   }
 }

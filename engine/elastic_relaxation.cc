@@ -13,7 +13,7 @@ namespace {
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space. The first step is taken whole, so
 // that the contacts hold from there on; points that obey them are a convex set, in which the later
 // steps go downhill, as far as the energy falls.
-class NewtonRelaxation final : public Relaxation {
+class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(FiniteStrainEnergy energy, const NewtonOptions& options)
       : energy_(std::move(energy)),
@@ -24,11 +24,15 @@ class NewtonRelaxation final : public Relaxation {
         step_(U_),
         load_(U_),
         K_(3 * U_.rows(), 3 * U_.rows()),
-        columns_(3 * U_.rows(), 1 + ContactProblem::kMaxEquations) {}
+        columns_(3 * U_.rows(), 1 + ContactProblem::kMaxEquations) {
+    energy_.Hessian(U_, false, &K_);
+    at_rest_ = MakeLatticeResponse(K_);
+  }
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
     RelaxationResult result;
-    if (contacts->size() == 0) {
+    has_tangent_ = contacts->size() > 0;
+    if (!has_tangent_) {
       U_.setZero();
       *U = U_;
       return result;
@@ -49,6 +53,25 @@ class NewtonRelaxation final : public Relaxation {
     *U = U_;
     if (!U_.allFinite()) U_.setZero();  // the caller reports it; the next step starts at rest
     return result;
+  }
+
+  const LatticeCompliance* compliance() const override { return this; }
+
+  // With the last Newton step's tangent.
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    if (!has_tangent_) {
+      at_rest_->RespondTo(b, response);
+      return;
+    }
+    response.setZero();
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      for (int d = 0; d < 3; ++d) response(3 * b.control_points[i] + d, d) += b.weights[i];
+    }
+    factor_.solveInPlace(response);
+  }
+
+  Matrix3d PointCompliance(const SparseRow& b) const override {
+    return at_rest_->PointCompliance(b);
   }
 
  private:
@@ -125,6 +148,8 @@ class NewtonRelaxation final : public Relaxation {
   FullStiffness K_;          // 3n x 3n
   Eigen::MatrixXd columns_;  // 3n x (1 + equations): -K^-1 g, then the responses
   Eigen::LLT<FullStiffness> factor_;
+  bool has_tangent_ = false;                  // factor_ holds the last step's
+  std::unique_ptr<LatticeResponse> at_rest_;  // K^-1 of U = 0
   ContactProblem problem_;
 };
 

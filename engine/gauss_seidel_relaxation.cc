@@ -1,7 +1,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <memory>
 
+#include "engine/lattice_response.h"
 #include "engine/relaxation.h"
 
 namespace hpdm {
@@ -43,13 +45,19 @@ class FullBlocks {
 // Minimises the augmented Lagrangian
 //     1/2 U^T K U - sum_i f_i . (x_i - t_i) + kappa_i/2 |P_i (x_i - t_i)|^2
 // one control point (three unknowns) at a time, with P_i = I for a grasp and n n^T for a press in
-// contact; after every sweep f_i <- f_i - kappa_i P_i (x_i - t_i).
+// contact; after every sweep f_i <- f_i - kappa_i P_i (x_i - t_i). The local part C_loc f_i of x_i
+// is taken with the new force: f_i <- (I + kappa_i P_i C_loc P_i)^-1 (f_i - kappa_i P_i (b_i U -
+// t_i)).
 template <class Blocks>
 class GaussSeidelRelaxation final : public Relaxation {
  public:
   template <class Stiffness>
   GaussSeidelRelaxation(const Stiffness& K, const GaussSeidelOptions& options)
-      : K_(K), diagonal_(K_.size()), options_(options), load_(K_.size(), 3) {
+      : K_(K),
+        response_(MakeLatticeResponse(K)),
+        diagonal_(K_.size()),
+        options_(options),
+        load_(K_.size(), 3) {
     for (Eigen::Index a = 0; a < K_.size(); ++a) diagonal_[a] = K_.Diagonal(a).trace() / 3;
   }
 
@@ -73,6 +81,8 @@ class GaussSeidelRelaxation final : public Relaxation {
     return result;
   }
 
+  const LatticeCompliance* compliance() const override { return response_.get(); }
+
  private:
   void Start(ContactSet* contacts, const Points& U) {
     largest_change_ = 0;
@@ -86,15 +96,25 @@ class GaussSeidelRelaxation final : public Relaxation {
       // Twice the contact's stiffness against its own control points alone, which is above the
       // stiffness of the whole lattice: the forces then converge about as fast as the sweeps do.
       penalty_[i] = 2 / (b.array().square() / diagonal_.transpose().array()).sum();
+      stiffness_[i] = PenaltyStiffness(row, penalty_[i]);
     }
+  }
+
+  // (P / kappa + P C_loc P)^+: kappa P without local compliance.
+  static Matrix3d PenaltyStiffness(const ContactSet::Row& row, double penalty) {
+    const Matrix3d& C = row.local_compliance_W;
+    if (row.kind == ContactSet::RowKind::kGrasp) {
+      return (Matrix3d::Identity() / penalty + C).inverse();
+    }
+    const Vector3d& n = row.normal_W;
+    return n * n.transpose() / (1 / penalty + n.dot(C * n));
   }
 
   // Force that the augmented Lagrangian puts on row i's point now.
   Vector3d AugmentedForce(const ContactSet::Row& row, int i) const {
-    if (row.kind == ContactSet::RowKind::kGrasp) return row.force_W - penalty_[i] * off_target_[i];
-    const double f_n =
-        -row.normal_W.dot(row.force_W) + penalty_[i] * row.normal_W.dot(off_target_[i]);
-    return f_n > 0 ? Vector3d(-f_n * row.normal_W) : Vector3d::Zero();
+    const Vector3d force = stiffness_[i] * (row.force_W / penalty_[i] - off_target_[i]);
+    const bool pulls = row.kind == ContactSet::RowKind::kPress && row.normal_W.dot(force) >= 0;
+    return pulls ? Vector3d::Zero() : force;
   }
 
   void Sweep(const ContactSet& contacts, Points* U) {
@@ -107,12 +127,8 @@ class GaussSeidelRelaxation final : public Relaxation {
         if (w == 0) continue;
         const Vector3d force = AugmentedForce(contacts[i], i);
         gradient -= w * force;
-        if (contacts[i].kind == ContactSet::RowKind::kGrasp) {
-          block.diagonal().array() += penalty_[i] * w * w;
-        } else if (force.squaredNorm() > 0) {
-          const Vector3d& n = contacts[i].normal_W;
-          block += penalty_[i] * w * w * n * n.transpose();
-        }
+        const bool grasps = contacts[i].kind == ContactSet::RowKind::kGrasp;
+        if (grasps || force.squaredNorm() > 0) block += w * w * stiffness_[i];
       }
       const Vector3d change = -(block.inverse() * gradient);
       U->row(a) += change.transpose();
@@ -145,11 +161,13 @@ class GaussSeidelRelaxation final : public Relaxation {
   }
 
   Blocks K_;
+  std::unique_ptr<LatticeResponse> response_;
   Eigen::VectorXd diagonal_;  // n: mean over the three axes
   GaussSeidelOptions options_;
   Points load_;  // n x 3: B^T f, then less K U
   double largest_change_ = 0;
-  std::array<Vector3d, kMaxContacts> off_target_;  // x_i - t_i
+  std::array<Vector3d, kMaxContacts> off_target_;  // x_i - t_i, without the local part
+  std::array<Matrix3d, kMaxContacts> stiffness_;   // N/m, of the penalty on off_target_
   std::array<double, kMaxContacts> penalty_{};
 };
 

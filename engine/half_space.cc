@@ -81,7 +81,7 @@ double KernelSinking(double d_over_R) { return Table().At(d_over_R); }
 double MeanKernelSinking() { return Table().mean(); }
 
 double DentShape(double d, double radius, double resolved_radius) {
-  if (radius >= resolved_radius || d >= 4 * resolved_radius) return 0;
+  if (d >= DentReach(radius, resolved_radius)) return 0;
   return KernelSinking(d / radius) / radius - KernelSinking(d / resolved_radius) / resolved_radius;
 }
 

@@ -15,9 +15,14 @@ double KernelSinking(double d_over_R);
 double MeanKernelSinking();
 
 /// g(d / radius) / radius - g(d / resolved_radius) / resolved_radius with g = KernelSinking, 1/m:
-/// the shape of the dent below. Zero for equal radii, and beyond four times the resolved one, where
-/// it has faded to less than 1e-3 of the resolved radius' own load.
+/// the shape of the dent below. Zero beyond DentReach().
 double DentShape(double d, double radius, double resolved_radius);
+
+/// m: where the shape has faded to less than 1e-3 of the resolved radius' own part; zero for equal
+/// radii, which leave no dent.
+inline double DentReach(double radius, double resolved_radius) {
+  return radius < resolved_radius ? 4 * resolved_radius : 0;
+}
 
 /// What a load on a small patch does beyond what a lattice resolves. A force f with the kernel of
 /// `radius` is given to the lattice with the kernel of the larger `resolved_radius`, as which it
@@ -39,9 +44,8 @@ class SurfaceDent {
   /// Mean displacement of the patch (weighted by its kernel) for a unit force: C_loc, m/N.
   Matrix3d Compliance() const;
   /// Displacement at the distance `d` (m) from the patch's centre along the surface for a unit
-  /// force, m/N. Zero beyond Reach().
+  /// force, m/N.
   Matrix3d At(double d) const { return DentShape(d, radius_, resolved_radius_) * factor_W_; }
-  double Reach() const { return radius_ < resolved_radius_ ? 4 * resolved_radius_ : 0; }
 
   const Vector3d& normal_W() const { return normal_W_; }
   double radius() const { return radius_; }

@@ -1,33 +1,44 @@
 #include "engine/lattice_response.h"
 
 #include <Eigen/Cholesky>
+#include <string>
 
 #include "engine/error.h"
 
 namespace hpdm {
 namespace {
 
-using Factor = Eigen::LLT<Eigen::MatrixXd>;
-
 // The unknowns of U as one vector (Points are row-major).
 Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()}; }
 
-// x, y and z respond alike and apart: one solve a contact row, whatever its equations.
+// A contact's row b has few entries, one for each function that is not zero there (27 of quadratic
+// splines), so a product with the columns of K^-1 that they name is several times cheaper than two
+// triangular solves; K^-1 costs six times the factorisation, once.
+Eigen::MatrixXd Inverse(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy) {
+  const Eigen::LLT<Eigen::MatrixXd> factor(K);
+  if (factor.info() != Eigen::Success) {
+    throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
+  }
+  return factor.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));
+}
+
+// x, y and z respond alike and apart: one column a contact row, whatever its equations.
 class ScalarResponse final : public LatticeResponse {
  public:
   explicit ScalarResponse(const ScalarStiffness& K)
-      : factor_(Eigen::MatrixXd(K)), response_(K.rows(), kMaxContacts) {
-    if (factor_.info() != Eigen::Success) {
-      throw InputError(
-          "lattice stiffness is not positive definite; add an [[organ.support]] or raise alpha");
-    }
-  }
+      : inverse_(Inverse(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
+        response_(K.rows(), kMaxContacts) {}
 
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {
-    auto response = response_.leftCols(contacts.size());
-    response = contacts.Weights().transpose();
-    factor_.solveInPlace(response);
-    row_compliance_.noalias() = contacts.Weights() * response;
+    for (int i = 0; i < contacts.size(); ++i) {
+      auto response = response_.col(i);
+      response.setZero();
+      for (Eigen::Index a = 0; a < inverse_.rows(); ++a) {
+        const double weight = contacts.Weights()(i, a);
+        if (weight != 0) response += weight * inverse_.col(a);
+      }
+    }
+    row_compliance_.noalias() = contacts.Weights() * response_.leftCols(contacts.size());
     for (int e = 0; e < problem->size(); ++e) {
       const ContactProblem::Equation& first = (*problem)[e];
       for (int g = 0; g <= e; ++g) {
@@ -50,34 +61,46 @@ class ScalarResponse final : public LatticeResponse {
 
   void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override {
     for (Eigen::Index c = 0; c < columns.cols(); ++c) {
-      Eigen::Map<Points> loads(columns.col(c).data(), factor_.rows(), 3);
-      loads = factor_.solve(loads).eval();
+      Eigen::Map<Points> loads(columns.col(c).data(), inverse_.rows(), 3);
+      loads = (inverse_ * loads).eval();
     }
   }
 
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    response.setZero();
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      for (Eigen::Index c = 0; c < inverse_.rows(); ++c) {
+        const double moved = b.weights[i] * inverse_(c, b.control_points[i]);
+        for (int d = 0; d < 3; ++d) response(3 * c + d, d) += moved;
+      }
+    }
+  }
+
+  Matrix3d PointCompliance(const SparseRow& b) const override {
+    double sum = 0;
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      for (std::size_t j = 0; j < b.control_points.size(); ++j) {
+        sum += b.weights[i] * b.weights[j] * inverse_(b.control_points[j], b.control_points[i]);
+      }
+    }
+    return sum * Matrix3d::Identity();
+  }
+
  private:
-  Factor factor_;
+  Eigen::MatrixXd inverse_;   // n x n
   Eigen::MatrixXd response_;  // n x kMaxContacts: K^-1 B^T
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxContacts,
                 kMaxContacts>
       row_compliance_;  // m x m: B K^-1 B^T
 };
 
-// The axes are coupled: 3n x 3n. A contact's row b has few entries, one for each function that is
-// not zero there (27 of quadratic splines), so a product with the columns of K^-1 that they name is
-// several times cheaper than two triangular solves; K^-1 costs six times the factorisation, once.
+// The axes are coupled: 3n x 3n.
 class FullResponse final : public LatticeResponse {
  public:
   explicit FullResponse(const FullStiffness& K)
-      : n_(K.rows() / 3), response_(K.rows(), ContactProblem::kMaxEquations) {
-    const Factor factor(K);
-    if (factor.info() != Eigen::Success) {
-      throw InputError(
-          "lattice stiffness is not positive definite; add an [[organ.support]] or use fewer "
-          "[organ.lattice] cells");
-    }
-    inverse_ = factor.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));
-  }
+      : n_(K.rows() / 3),
+        inverse_(Inverse(K, "add an [[organ.support]] or use fewer [organ.lattice] cells")),
+        response_(K.rows(), ContactProblem::kMaxEquations) {}
 
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {
     const int equations = problem->size();
@@ -104,6 +127,15 @@ class FullResponse final : public LatticeResponse {
     columns = (inverse_ * columns).eval();
   }
 
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    response.setZero();
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      response += b.weights[i] * inverse_.middleCols<3>(3 * b.control_points[i]);
+    }
+  }
+
+  Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
+
  private:
   Eigen::Index n_;
   Eigen::MatrixXd inverse_;   // 3n x 3n
@@ -111,6 +143,18 @@ class FullResponse final : public LatticeResponse {
 };
 
 }  // namespace
+
+Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+    Matrix3d row = Matrix3d::Zero();
+    for (std::size_t j = 0; j < b.control_points.size(); ++j) {
+      row += b.weights[j] * inverse.block<3, 3>(3 * b.control_points[j], 3 * b.control_points[i]);
+    }
+    sum += b.weights[i] * row;
+  }
+  return (sum + sum.transpose()) / 2;
+}
 
 void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,
                     ContactProblem* problem) {

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "engine/contact_problem.h"
+#include "engine/lattice_compliance.h"
 #include "engine/local_functions.h"
 #include "engine/metric_energy.h"
 #include "engine/strain_energy.h"
@@ -17,7 +18,7 @@ void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::Ma
 
 /// What a lattice of constant stiffness K answers to loads: U = K^-1 R, with K factorised once.
 /// Owned by one thread; Respond() and Deform() allocate nothing.
-class LatticeResponse {
+class LatticeResponse : public LatticeCompliance {
  public:
   virtual ~LatticeResponse() = default;
 

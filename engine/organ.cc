@@ -184,15 +184,19 @@ void OrganModel::AddLocalDisplacements(const ActiveFunctions& active, const Poin
   }
 }
 
-void OrganModel::AddDent(const SurfaceDent& dent, const Vector3d& p_rest_W, const Vector3d& force_W,
-                         Points* vertices) const {
-  const double reach = dent.Reach();
-  for (Eigen::Index v = 0; v < vertices->rows(); ++v) {
-    const double distance2 = (rest_.vertices.row(v).transpose() - p_rest_W).squaredNorm();
-    if (distance2 >= reach * reach) continue;
-    if (rest_normals_.row(v).dot(dent.normal_W()) <= 0) continue;
-    vertices->row(v) += (dent.At(std::sqrt(distance2)) * force_W).transpose();
-  }
+SparseRow OrganModel::LatticeRow(int vertex) const {
+  const int first = weights_.outerIndexPtr()[vertex];
+  const auto count = static_cast<std::size_t>(weights_.outerIndexPtr()[vertex + 1] - first);
+  return {{weights_.innerIndexPtr() + first, count}, {weights_.valuePtr() + first, count}};
+}
+
+DentSnapshot AppliedDent(const SurfaceDent& dent, const Vector3d& p_rest_W,
+                         const Vector3d& force_W) {
+  return {.p_rest_W = p_rest_W,
+          .normal_W = dent.normal_W(),
+          .radius = dent.radius(),
+          .resolved_radius = dent.resolved_radius(),
+          .strength_W = dent.factor_W() * force_W};
 }
 
 double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
@@ -218,7 +222,14 @@ OrganState::OrganState(const OrganModel& model, int tools)
       neighbourhoods(model.rest().triangles, model.topology()),
       relaxation(model.MakeRelaxation(model.LocalSlots(tools))),
       recovery(model.options().material.relaxation_time,
-               static_cast<int>(control_displacements.rows())) {}
+               static_cast<int>(control_displacements.rows())),
+      tips(static_cast<int>(control_displacements.rows())) {
+  if (relaxation->compliance() == nullptr) return;
+  vertex_compliances.reserve(static_cast<std::size_t>(vertices.rows()));
+  for (int v = 0; v < vertices.rows(); ++v) {
+    vertex_compliances.push_back(relaxation->compliance()->PointCompliance(model.LatticeRow(v)));
+  }
+}
 
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,10 +18,13 @@
 #include "engine/local_functions.h"
 #include "engine/organ_options.h"
 #include "engine/relaxation.h"
+#include "engine/snapshots.h"
 #include "engine/relocation.h"
 #include "engine/support.h"
+#include "engine/surface_kernel.h"
 #include "engine/surface_mesh.h"
 #include "engine/surface_topology.h"
+#include "engine/tip_compliance.h"
 #include "engine/viscous_recovery.h"
 
 namespace hpdm {
@@ -58,6 +62,8 @@ class OrganModel {
   /// the budget of finite strain.
   std::unique_ptr<Relaxation> MakeRelaxation(int slots, const NewtonOptions& newton = {}) const;
 
+  /// Lattice row of a vertex, without local functions.
+  SparseRow LatticeRow(int vertex) const;
   /// Candidates for local functions, or nullptr when the organ has none.
   const LocalFunctions* local() const { return local_.has_value() ? &*local_ : nullptr; }
   /// Slots for local functions at `contacts` places: 0 when the organ has none.
@@ -71,10 +77,10 @@ class OrganModel {
   /// 3, m). No allocation.
   void AddLocalDisplacements(const ActiveFunctions& active, const Points& U,
                              Points* vertices) const;
-  /// Adds dent.At(distance to the rest point `p_rest_W`) x force_W (N) to the vertices on that
-  /// side of the surface. O(V), no allocation.
-  void AddDent(const SurfaceDent& dent, const Vector3d& p_rest_W, const Vector3d& force_W,
-               Points* vertices) const;
+  /// Adds a dent to `vertices` (V x 3, m, of any scalar), on its side of the surface. O(V), no
+  /// allocation.
+  template <typename Vertices>
+  void AddDent(const DentSnapshot& dent, Vertices* vertices) const;
 
   /// The radius (m, at least `radius`) of the kernel with which a force on a patch of `radius` is
   /// given to the lattice (half_space.h): what its finest functions resolve, or half of the
@@ -109,6 +115,23 @@ class OrganModel {
   std::vector<std::string> warnings_;
 };
 
+template <typename Vertices>
+void OrganModel::AddDent(const DentSnapshot& dent, Vertices* vertices) const {
+  const double reach = DentReach(dent.radius, dent.resolved_radius);
+  for (Eigen::Index v = 0; v < vertices->rows(); ++v) {
+    const double distance2 = (rest_.vertices.row(v).transpose() - dent.p_rest_W).squaredNorm();
+    if (distance2 >= reach * reach) continue;
+    if (rest_normals_.row(v).dot(dent.normal_W) <= 0) continue;
+    const Vector3d moved =
+        DentShape(std::sqrt(distance2), dent.radius, dent.resolved_radius) * dent.strength_W;
+    vertices->row(v) += moved.transpose().template cast<typename Vertices::Scalar>();
+  }
+}
+
+/// What a force on the tissue (N) at a rest point (m) makes of a dent.
+DentSnapshot AppliedDent(const SurfaceDent& dent, const Vector3d& p_rest_W,
+                         const Vector3d& force_W);
+
 /// The part of an organ that a step changes. Owned by the deformation thread.
 struct OrganState {
   /// For at most `tools` tools.
@@ -116,13 +139,17 @@ struct OrganState {
 
   Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by
                                  ///< reposition and relax.
-  Points vertices;               ///< V x 3, m, world: X + B U. Set by relocate.
+  Points vertices;               ///< V x 3, m, world: X + B U, without dents. Set by relocate.
   SurfaceTree tree;              ///< Over `vertices`. Refitted by collide.
   ContactSet contacts;           ///< Filled by collide, forces set by relax.
   NeighbourhoodSearch neighbourhoods;
   std::unique_ptr<Relaxation> relaxation;
   ViscousRecovery recovery;  ///< Around `relaxation`.
   RelaxationResult relaxed;  ///< How the last relaxation ended.
+
+  TipCompliance tips;  ///< Of the tools on the organ. Filled when the contact patches are built.
+  /// Own compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
+  std::vector<Matrix3d> vertex_compliances;
 };
 
 /// The posed rest surface of an organ: reads options.mesh, applies unit_m, then X_WO. Throws

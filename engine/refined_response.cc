@@ -83,6 +83,19 @@ class RefinedResponse final : public LatticeResponse {
     for (Eigen::Index c = 0; c < columns.cols(); ++c) SolveColumn(columns.col(c));
   }
 
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    response.setZero();
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      for (int d = 0; d < 3; ++d) response(3 * b.control_points[i] + d, d) += b.weights[i];
+    }
+    Solve(response);
+  }
+
+  // Without local functions.
+  Matrix3d PointCompliance(const SparseRow& b) const override {
+    return PointBlock(functions_.inverse(), b);
+  }
+
  private:
   static constexpr double kRegularisation = 1e-9;
 

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "engine/contact_problem.h"
+#include "engine/lattice_compliance.h"
 #include "engine/local_functions.h"
 #include "engine/metric_energy.h"
 #include "engine/strain_energy.h"
@@ -12,14 +13,18 @@ namespace hpdm {
 /// Stage B of a step: the control displacements of least energy E(U) that obey the contacts,
 ///     dE/dU = B^T f,   grasp: x = target,   press: f = -n f_n, f_n >= 0, g = n.(target - x) >= 0,
 ///     f_n g = 0
-/// with contact points x = p_rest + B U (design: one deformation step). Below: E = 1/2 U^T K U with
-/// K constant; elastic_relaxation.h: strain of any size.
+/// with contact points x = p_rest + B U + C_loc f (design: one deformation step). Below: E = 1/2
+/// U^T K U with K constant; elastic_relaxation.h: strain of any size.
 class Relaxation {
  public:
   virtual ~Relaxation() = default;
   /// `U` (n x 3, m): in, where to start (the moved control points of stage A; only iterative
   /// solvers use it); out, the solution. Fills the rows' forces. Deformation thread.
   virtual RelaxationResult Relax(ContactSet* contacts, Points* U) = 0;
+
+  /// What the lattice answers to a small change of the loads, for the contact patch; lives as long
+  /// as this. nullptr: there is no such compliance, and the hand feels reaction "paper".
+  virtual const LatticeCompliance* compliance() const { return nullptr; }
 };
 
 /// Iteration budget and tolerance of Gauss-Seidel. Counts, not milliseconds, so that a lockstep run
@@ -37,7 +42,8 @@ std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K);
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots);
 
 /// The paper's solver, extended by the contacts: one block of three unknowns a control point, the
-/// contacts by an augmented Lagrangian whose multipliers rise once a sweep.
+/// contacts by an augmented Lagrangian whose multipliers rise once a sweep. Its compliance() comes
+/// from a Cholesky factorisation of the same K at set-up.
 std::unique_ptr<Relaxation> MakeGaussSeidelRelaxation(const ScalarStiffness& K,
                                                       const GaussSeidelOptions& options = {});
 std::unique_ptr<Relaxation> MakeGaussSeidelRelaxation(const FullStiffness& K,

@@ -67,38 +67,61 @@ struct ReactionNode {
   std::array<Neighbour, kMaxNeighbours> neighbours;
 };
 
+/// Where a tool's reaction force comes from: the lattice's own compliance, or springs set by hand.
+enum class ReactionType : std::uint8_t { kLattice = 0, kPaper = 1 };
+
 /// A surface vertex near a tool, prefetched for the haptic loop.
 struct PatchPoint {
   Vector3d p_original_W = Vector3d::Zero();  ///< Where it is when the tools let go, m.
   Vector3d normal_W = Vector3d::Zero();      ///< Outward unit normal there.
-  ReactionNode node;
+  /// kLattice: C of the contact if it were here, m/N, symmetric positive definite; the mean over
+  /// the corners of the contact's triangle is ToolContactState::compliance_W.
+  Matrix3d compliance_W = Matrix3d::Zero();
+  Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: likewise to the other tool's tip.
+  ReactionNode node;                       ///< kPaper.
 };
 
 enum class ContactKind : std::uint8_t { kNone = 0, kPress = 1, kGrasp = 2 };
+
+/// The contact of one tool's tip as the step solved it.
+struct ToolContactState {
+  int organ = -1;  ///< Index of the organ, -1 when none is near.
+  ContactKind kind = ContactKind::kNone;
+  ReactionType reaction = ReactionType::kPaper;
+  bool shaft_contact = false;                     ///< The shaft touches tissue too.
+  Vector3d contact_W = Vector3d::Zero();          ///< Deformed contact point x_c, m.
+  Vector3d force_on_tissue_W = Vector3d::Zero();  ///< f_c, from the lattice's energy, N.
+
+  // kLattice: with x the contact point, the force on the tissue is C^-1 (x - p_original).
+  Vector3d p_original_W = Vector3d::Zero();  ///< Where x_c goes when all tips let go, m.
+  Vector3d normal_W = Vector3d::Zero();      ///< Press: the outward unit normal of the contact.
+  Matrix3d compliance_W = Matrix3d::Zero();  ///< C, m/N.
+  Matrix3d coupling_W = Matrix3d::Zero();    ///< C_ac: what a force on the other tool's tip moves x
+                                             ///< by, m/N; zero when that is not on the organ.
+  double kernel_radius = 0;                  ///< R, m; press.
+};
 
 /// The surface around one tool, as the haptic loop needs it between two deformation steps: a
 /// bounded set of triangles with what Eq. 29 needs at their corners, nearest first. Beyond the
 /// set's border the haptic loop feels no contact until the next patch. The caps bound the set, so
 /// its radius shrinks with the mesh's edges: about 5 edges, 12 mm on a surface of 2.5 mm edges.
-struct ToolPatch {
+struct ToolPatch : ToolContactState {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
-  int organ = -1;  ///< Index of the organ, -1 when none is near.
-  ContactKind kind = ContactKind::kNone;
   int point_count = 0;
   int triangle_count = 0;
   std::array<PatchPoint, kMaxPoints> points;
   std::array<std::array<std::uint8_t, 3>, kMaxTriangles> triangles;
 
-  // Grasp only: the grasped tissue's node and where it sits in the jaws.
-  ReactionNode grasp_node;
-  Vector3d p_grasp_original_W = Vector3d::Zero();  ///< Released position of the grasped tissue.
-  Vector3d p_grasp_T = Vector3d::Zero();           ///< The same point in the tool frame.
+  // kLattice, press: the contact's place on the released surface.
+  int contact_triangle = -1;                    ///< Among the triangles; -1: not there.
+  Vector3d contact_weights = Vector3d::Zero();  ///< Of its corners.
+  Vector3d p_tip_W = Vector3d::Zero();          ///< The tip as the step used it, m.
+  bool pressed = false;                         ///< It carried a force.
 
-  // The step's own solution, for the log and the displays.
-  Vector3d contact_W = Vector3d::Zero();          ///< Deformed contact point, m.
-  Vector3d force_on_tissue_W = Vector3d::Zero();  ///< From the lattice's energy, N.
-  bool shaft_contact = false;                     ///< The shaft touches tissue too.
+  // Grasp: where the grasped tissue sits in the jaws; it moves rigidly with them.
+  Vector3d p_grasp_T = Vector3d::Zero();  ///< m, tool frame.
+  ReactionNode grasp_node;                ///< kPaper; p_original_W is its released position.
 };
 
 /// How one deformation step went; logged in both clocks so that a replay can obey it.
@@ -157,8 +180,8 @@ struct SceneSnapshot {
   StepRecord step;
   std::vector<OrganSnapshot> organs;
   int tool_count = 0;
-  std::array<ToolPose, kMaxInstruments> tools;     ///< As the step used them.
-  std::array<ToolPatch, kMaxInstruments> patches;  ///< As published to the haptic loop.
+  std::array<ToolPose, kMaxInstruments> tools;             ///< As the step used them.
+  std::array<ToolContactState, kMaxInstruments> contacts;  ///< As published to the haptic loop.
 };
 
 /// Why a tick was skipped (design: threads).

@@ -235,8 +235,8 @@ StaticSolution StaticLoads::Solve() const {
                                &solution.vertex_displacements);
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     if (loads_[i].pressure) continue;
-    model_.AddDent(dents_[i], loads_[i].p_centre_W,
-                   force.segment<3>(3 * static_cast<Eigen::Index>(i)),
+    model_.AddDent(AppliedDent(dents_[i], loads_[i].p_centre_W,
+                               force.segment<3>(3 * static_cast<Eigen::Index>(i))),
                    &solution.vertex_displacements);
   }
   for (Eigen::Index i = 0; i < m; ++i) {

@@ -49,32 +49,27 @@ Nearest FindNearest(const SurfaceMesh& mesh, const Vector3d& point) {
   return nearest;
 }
 
-/// The part of one triangle's barycentric domain that is still to be integrated.
+// The part of one triangle's barycentric domain that is still to be integrated.
 struct Part {
   Corners points;
   Corners barycentric;
 };
 
-/// Splits triangles into parts that count with a density at their centroids.
-class Patch {
- public:
-  /// `apart(a, b, c)`: the density is zero all over that part.
-  Patch(double longest_side,
-        std::function<bool(const Vector3d&, const Vector3d&, const Vector3d&)> apart,
-        std::function<double(const Vector3d&)> density)
-      : longest_side_(longest_side), apart_(std::move(apart)), density_(std::move(density)) {}
+constexpr int kDepth = 64;  // of bisection; the sides shrink by half in two or three
 
-  void Add(int triangle, const Corners& corners) {
-    AddPart(triangle, {corners, {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}});
-  }
-
-  std::vector<SurfaceSample> samples;
-
- private:
-  /// Bisects the longest side until it is short enough.
-  void AddPart(int triangle, const Part& part) {
+// Splits a triangle into parts that count with a density at their centroids: bisects the longest
+// side until none is longer than `longest_side`, leaving out parts with apart(centroid, side), and
+// calls `add(barycentric, area x density(centroid))` where that is not zero. After `budget` calls
+// the parts left count unsplit. No allocation: what waits on the stack is a part a bisection.
+template <class Apart, class Density, class Add>
+void Integrate(const Corners& corners, double longest_side, int* budget, const Apart& apart,
+               const Density& density, const Add& add) {
+  std::array<Part, kDepth> stack;
+  int size = 0;
+  stack[size++] = {corners, {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}};
+  while (size > 0) {
+    const Part part = stack[--size];
     const auto& [a, b, c] = part.points;
-    if (apart_(a, b, c)) return;
     int longest = 0;
     double length = 0;
     for (int k = 0; k < 3; ++k) {
@@ -84,26 +79,45 @@ class Patch {
         longest = k;
       }
     }
-    if (length > longest_side_ * (1 + kSlack)) {
+    const Vector3d centroid = (a + b + c) / 3;
+    if (apart(centroid, length)) continue;
+    if (length > longest_side * (1 + kSlack) && *budget > 0 && size + 2 <= kDepth) {
       const int i = longest, j = (longest + 1) % 3;
-      Part first = part, second = part;
+      Part& first = stack[size++] = part;
+      Part& second = stack[size++] = part;
       first.points[j] = second.points[i] = (part.points[i] + part.points[j]) / 2;
       first.barycentric[j] = second.barycentric[i] =
           (part.barycentric[i] + part.barycentric[j]) / 2;
-      AddPart(triangle, first);
-      AddPart(triangle, second);
-      return;
+      continue;
     }
-    const double weight = density_((a + b + c) / 3) * (b - a).cross(c - a).norm() / 2;
-    if (!(weight > 0)) return;
-    samples.push_back(
-        {triangle, (part.barycentric[0] + part.barycentric[1] + part.barycentric[2]) / 3, weight});
+    const double weight = density(centroid) * (b - a).cross(c - a).norm() / 2;
+    if (!(weight > 0)) continue;
+    --*budget;
+    add((part.barycentric[0] + part.barycentric[1] + part.barycentric[2]) / 3, weight);
   }
+}
 
-  double longest_side_;
-  std::function<bool(const Vector3d&, const Vector3d&, const Vector3d&)> apart_;
-  std::function<double(const Vector3d&)> density_;
-};
+// The same with the kernel about a point.
+template <class Add>
+void IntegrateKernel(const Vector3d& point, double radius, double resolution,
+                     const Corners& corners, int* budget, const Add& add) {
+  Integrate(
+      corners, resolution * radius, budget,
+      // No corner is farther from the centroid than two thirds of the longest side.
+      [&](const Vector3d& centroid, double side) {
+        return (centroid - point).norm() >= radius + side * 2 / 3;
+      },
+      [&](const Vector3d& centroid) {
+        const double distance = (centroid - point).norm();
+        return distance < radius ? std::cos(std::numbers::pi * distance / (2 * radius)) : 0.0;
+      },
+      add);
+}
+
+bool FacesAs(const Vector3d& facing, const Corners& c) {
+  const Vector3d normal = (c[1] - c[0]).cross(c[2] - c[0]);
+  return normal.dot(facing) > kSlack * normal.norm() * facing.norm();
+}
 
 }  // namespace
 
@@ -118,25 +132,21 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
       facing +=
           nearest.at.barycentric[k] * normals.row(mesh.triangles(nearest.triangle, k)).transpose();
     }
-    Patch patch(
-        resolution * radius,
-        [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-          return (ClosestOnTriangle(point, a, b, c).point - point).norm() >= radius;
-        },
-        [&](const Vector3d& p) {
-          const double distance = std::min((p - point).norm(), radius);
-          return std::cos(std::numbers::pi * distance / (2 * radius));
-        });
+    std::vector<SurfaceSample> samples;
+    double sum = 0;
+    int budget = std::numeric_limits<int>::max();
     for (int t = 0; t < mesh.triangles.rows(); ++t) {
       const Corners c = CornersOf(mesh, t);
-      const Vector3d normal = (c[1] - c[0]).cross(c[2] - c[0]);
-      if (normal.dot(facing) > kSlack * normal.norm() * facing.norm()) patch.Add(t, c);
+      if (!FacesAs(facing, c)) continue;
+      IntegrateKernel(point, radius, resolution, c, &budget,
+                      [&](const Vector3d& barycentric, double weight) {
+                        samples.push_back({t, barycentric, weight});
+                        sum += weight;
+                      });
     }
-    double sum = 0;
-    for (const SurfaceSample& sample : patch.samples) sum += sample.weight;
     if (sum > 0) {
-      for (SurfaceSample& sample : patch.samples) sample.weight /= sum;
-      return patch.samples;
+      for (SurfaceSample& sample : samples) sample.weight /= sum;
+      return samples;
     }
   }
   std::ostringstream message;
@@ -155,17 +165,68 @@ SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point)
   return {nearest.triangle, nearest.at.barycentric};
 }
 
+void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
+                  const Vector3d& facing, double radius, KernelPatch* kernel) noexcept {
+  kernel->sample_count = 0;
+  kernel->vertex_count = 0;
+  const auto add_to_vertex = [&](int vertex, double weight) {
+    int i = 0;
+    while (i < kernel->vertex_count && kernel->vertices[i] != vertex) ++i;
+    if (i == KernelPatch::kMaxVertices) return;
+    if (i == kernel->vertex_count) {
+      kernel->vertices[i] = vertex;
+      kernel->weights[i] = 0;
+      ++kernel->vertex_count;
+    }
+    kernel->weights[i] += weight;
+  };
+
+  const Vector3d point = at.Position(mesh.vertices, mesh.triangles);
+  // Room for what is left unsplit on the stack and of the other triangles.
+  int budget = KernelPatch::kMaxSamples - kDepth - Neighbourhood::kMaxTriangles;
+  double sum = 0;
+  for (int i = 0; i < around.count; ++i) {
+    const int t = around.triangles[i];
+    const Corners c = CornersOf(mesh, t);
+    if (!FacesAs(facing, c)) continue;
+    Vector3d over_triangle = Vector3d::Zero();
+    IntegrateKernel(point, radius, KernelPatch::kResolution, c, &budget,
+                    [&](const Vector3d& barycentric, double weight) {
+                      kernel->samples[kernel->sample_count++] = {t, barycentric, weight};
+                      over_triangle += weight * barycentric;
+                      sum += weight;
+                    });
+    if (over_triangle.sum() == 0) continue;
+    for (int k = 0; k < 3; ++k) add_to_vertex(mesh.triangles(t, k), over_triangle[k]);
+  }
+  if (!(sum > 0)) {  // nothing faces that way: the point alone
+    sum = 1;
+    kernel->samples[kernel->sample_count++] = {at.triangle, at.barycentric, 1};
+    for (int k = 0; k < 3; ++k) {
+      add_to_vertex(mesh.triangles(at.triangle, k), at.barycentric[k]);
+    }
+  }
+  for (int i = 0; i < kernel->sample_count; ++i) kernel->samples[i].weight /= sum;
+  for (int i = 0; i < kernel->vertex_count; ++i) kernel->weights[i] /= sum;
+}
+
 std::vector<SurfaceSample> SurfaceInRegion(const SurfaceMesh& mesh,
                                            const std::optional<Region>& region, const Box& bounds,
                                            double longest_side) {
-  Patch patch(
-      longest_side, [](const Vector3d&, const Vector3d&, const Vector3d&) { return false; },
-      [&](const Vector3d& p) { return !region || InRegion(*region, bounds, p) ? 1.0 : 0.0; });
-  for (int t = 0; t < mesh.triangles.rows(); ++t) patch.Add(t, CornersOf(mesh, t));
-  if (patch.samples.empty()) {
+  std::vector<SurfaceSample> samples;
+  int budget = std::numeric_limits<int>::max();
+  for (int t = 0; t < mesh.triangles.rows(); ++t) {
+    Integrate(
+        CornersOf(mesh, t), longest_side, &budget, [](const Vector3d&, double) { return false; },
+        [&](const Vector3d& p) { return !region || InRegion(*region, bounds, p) ? 1.0 : 0.0; },
+        [&](const Vector3d& barycentric, double area) {
+          samples.push_back({t, barycentric, area});
+        });
+  }
+  if (samples.empty()) {
     throw InputError("pressure: its region holds no surface; move or enlarge it");
   }
-  return patch.samples;
+  return samples;
 }
 
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices) {

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "engine/collision.h"
 #include "engine/organ_options.h"
 #include "engine/surface_mesh.h"
+#include "engine/surface_topology.h"
 
 namespace hpdm {
 
@@ -28,6 +30,35 @@ struct SurfaceSample {
 /// Throws InputError when no surface lies within the radius.
 std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d& point,
                                          double radius, double resolution = 0.125);
+
+/// The same kernel as a step needs it, of fixed size: samples by their rest positions, for lattice
+/// rows, and gathered at the surface's vertices, for means of what vertices carry. Either's weights
+/// sum to one.
+struct KernelPatch {
+  static constexpr int kMaxVertices = 64;
+  static constexpr int kMaxSamples = 1024;     ///< About 250 on triangles larger than the kernel.
+  static constexpr double kResolution = 0.25;  ///< Longest side of a sample's part, of the radius.
+  int sample_count = 0;
+  std::array<SurfaceSample, kMaxSamples> samples;
+  int vertex_count = 0;
+  std::array<int, kMaxVertices> vertices;
+  std::array<double, kMaxVertices> weights;
+
+  /// Mean of the rows of `values` (V x 3).
+  Vector3d Mean(const Points& values) const {
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i < vertex_count; ++i) sum += weights[i] * values.row(vertices[i]).transpose();
+    return sum;
+  }
+};
+
+/// SurfaceKernel() for a step: about `at`, over the triangles of `around` (collected around it)
+/// whose rest normals are less than 90 degrees from `facing`. Distances, areas and normals are
+/// those of `mesh`, at rest. Where `around` ends before the kernel does (96 triangles: edges short
+/// beside the radius) the kernel is cut there; when the samples run out parts count unsplit.
+/// Deformation thread; bounded, allocates nothing.
+void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
+                  const Vector3d& facing, double radius, KernelPatch* kernel) noexcept;
 
 /// The surface inside a region (support.h; `bounds` for fractions), or all of it: weights are
 /// areas, m^2. Triangles are split until their sides are at most `longest_side` (m), and each part

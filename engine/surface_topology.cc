@@ -25,16 +25,20 @@ SurfaceTopology::SurfaceTopology(Eigen::Index vertex_count, const Triangles& tri
   }
 }
 
+Vector3d VertexNormal(const Points& vertices, const Triangles& triangles,
+                      const SurfaceTopology& topology, int vertex) {
+  Vector3d normal = Vector3d::Zero();
+  for (int t : topology.TrianglesAround(vertex)) normal += TwiceAreaNormal(vertices, triangles, t);
+  const double length = normal.norm();
+  return length > 0 ? Vector3d(normal / length) : Vector3d::Zero();
+}
+
 Vector3d InterpolatedNormal(const Points& vertices, const Triangles& triangles,
                             const SurfaceTopology& topology, const SurfacePoint& at) {
   Vector3d normal = Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {
-    Vector3d corner = Vector3d::Zero();
-    for (int t : topology.TrianglesAround(triangles(at.triangle, k))) {
-      corner += TwiceAreaNormal(vertices, triangles, t);
-    }
-    const double length = corner.norm();
-    if (length > 0) normal += at.barycentric[k] / length * corner;
+    normal +=
+        at.barycentric[k] * VertexNormal(vertices, triangles, topology, triangles(at.triangle, k));
   }
   const double length = normal.norm();
   return length > 0 ? Vector3d(normal / length) : Vector3d::Zero();

@@ -21,13 +21,26 @@ class SurfaceTopology {
             static_cast<std::size_t>(first_[vertex + 1] - first_[vertex])};
   }
 
+  /// A vertex with triangles as a surface point.
+  SurfacePoint AtVertex(const Triangles& triangles, int vertex) const {
+    const int triangle = TrianglesAround(vertex).front();
+    Vector3d corner = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) corner[k] = triangles(triangle, k) == vertex;
+    return {triangle, corner};
+  }
+
  private:
   std::vector<int> first_;      // V + 1
   std::vector<int> triangles_;  // 3 F
 };
 
-/// Outward unit normal at a surface point, interpolated from its triangle's corners, each the
-/// area-weighted mean of the triangles around it. Zero where nothing has area. No allocation.
+/// Outward unit normal at a vertex: the area-weighted mean of the triangles around it. Zero where
+/// nothing has area. No allocation.
+Vector3d VertexNormal(const Points& vertices, const Triangles& triangles,
+                      const SurfaceTopology& topology, int vertex);
+
+/// Outward unit normal at a surface point, interpolated from its triangle's corners. Zero
+/// where nothing has area. No allocation.
 Vector3d InterpolatedNormal(const Points& vertices, const Triangles& triangles,
                             const SurfaceTopology& topology, const SurfacePoint& at);
 

@@ -11,6 +11,12 @@ namespace {
 // Rows of presses that are farther away than this would never act in one step.
 constexpr double kNear = 0.005;
 
+// m a step: how fast the contact of a still tip slips to where the dent is deepest.
+constexpr double kOwnSlip = 1e-4;
+
+// Of the way to the dented surface's normal that the contact's goes in a step.
+constexpr double kNormalShare = 0.25;
+
 // Closest point to `p` among the neighbourhood's triangles as they are now.
 SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
                        const Triangles& triangles, const Vector3d& p) {
@@ -27,31 +33,6 @@ SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertice
     best = {t, closest.barycentric};
   }
   return best;
-}
-
-// Eq. 29 with the rest neighbours of a vertex and hand-set stiffness (reaction = "paper").
-void FillPaperNode(const OrganModel& model, int vertex, const ToolOptions& options,
-                   ReactionNode* node) {
-  const Triangles& triangles = model.rest().triangles;
-  std::array<int, ReactionNode::kMaxNeighbours> ring;
-  int count = 0;
-  for (int t : model.topology().TrianglesAround(vertex)) {
-    for (int k = 0; k < 3; ++k) {
-      const int w = triangles(t, k);
-      const auto end = ring.begin() + count;
-      if (w == vertex || count == ReactionNode::kMaxNeighbours ||
-          std::find(ring.begin(), end, w) != end) {
-        continue;
-      }
-      ring[count++] = w;
-    }
-  }
-  node->k1 = options.k1;
-  node->neighbour_count = count;
-  for (int i = 0; i < count; ++i) {
-    const Vector3d edge = model.rest().vertices.row(vertex) - model.rest().vertices.row(ring[i]);
-    node->neighbours[i] = {edge, edge.norm(), options.k2};
-  }
 }
 
 }  // namespace
@@ -90,13 +71,29 @@ void ToolContact::FollowTip(const ToolPose& tool, const std::vector<OrganModel>&
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
   if (grasped_count_ == 0) {  // else the contact is what the jaws hold
-    at_ = ClosestIn(around_, state.vertices, model.rest().triangles, p_tip);
+    const SurfacePoint closest = ClosestIn(around_, state.vertices, model.rest().triangles, p_tip);
+    at_ = touching_ ? SlipTowards(closest, p_tip - p_tip_last_W_, model) : closest;
     Recentre(models, states);
   }
   const Vector3d offset = p_tip - at_.Position(state.vertices, model.rest().triangles);
   const Vector3d normal =
       InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), at_);
   gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - options_.tip_radius;
+}
+
+// In a dent as narrow as the tip the closest point jumps from side to side. So the contact slips
+// over the tissue no faster than the tip's motion along the surface explains, and a little by
+// itself.
+SurfacePoint ToolContact::SlipTowards(const SurfacePoint& closest, const Vector3d& motion_W,
+                                      const OrganModel& model) const {
+  const SurfaceMesh& rest = model.rest();
+  const double along = std::abs(motion_W.dot(normal_));
+  const double across = (motion_W - motion_W.dot(normal_) * normal_).norm();
+  const double longest = 2 * across + 0.2 * along + kOwnSlip;
+  const Vector3d p = at_.Position(rest.vertices, rest.triangles);
+  const Vector3d slip = closest.Position(rest.vertices, rest.triangles) - p;
+  if (slip.norm() <= longest) return closest;
+  return ClosestIn(around_, rest.vertices, rest.triangles, p + longest / slip.norm() * slip);
 }
 
 bool ToolContact::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
@@ -174,17 +171,43 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
     model.AddToRow(grasped_[i].at, 1, state.contacts.local,
                    state.contacts.WeightRow(state.contacts.size() - 1));
   }
-  if (grasped_count_ > 0 || gap_ > kNear) return true;
-  const Vector3d normal = InterpolatedNormal(state.vertices, rest.triangles, model.topology(), at_);
-  if (normal.squaredNorm() == 0) return true;
+  if (grasped_count_ > 0) return true;
+  const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
+  const double radius = std::max(options_.tip_radius, kLeastRadius);
+  GatherKernel(rest, around_, at_, facing, radius, &kernel_);
+  dent_ = model.Dent(at_, radius);
+  GatherKernel(rest, around_, at_, facing, dent_.resolved_radius(), &resolved_);
+  UpdateNormal(model, state);
+  if (gap_ > kNear || normal_.squaredNorm() == 0) return true;
   ContactSet::Row* row = state.contacts.Add();
   if (row == nullptr) return false;
   row->tool = tool_;
-  row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
-  row->normal_W = normal;
-  row->target_W = tool.X_WT.translation() - options_.tip_radius * normal;
-  model.AddToRow(at_, 1, state.contacts.local, state.contacts.WeightRow(state.contacts.size() - 1));
+  row->p_rest_W = kernel_.Mean(rest.vertices);
+  row->normal_W = normal_;
+  row->target_W = tool.X_WT.translation() - options_.tip_radius * normal_;
+  row->dent = dent_;
+  row->local_compliance_W = dent_.Compliance();
+  AddKernelToRow(model, state, state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
+}
+
+// The normal of the deformed surface, which is that of the last step's dent. While the contact
+// lasts it goes there gradually, and at once as the rest surface turns: in a narrow dent the normal
+// depends so much on where the dent is that the two would chase each other.
+void ToolContact::UpdateNormal(const OrganModel& model, const OrganState& state) {
+  Vector3d normal = Vector3d::Zero();
+  for (int i = 0; i < kernel_.vertex_count; ++i) {
+    normal += kernel_.weights[i] * VertexNormal(state.vertices, model.rest().triangles,
+                                                model.topology(), kernel_.vertices[i]);
+  }
+  normal.stableNormalize();
+  const Vector3d rest_normal = kernel_.Mean(model.rest_normals()).stableNormalized();
+  if (touching_) {
+    const Vector3d followed = normal_ + rest_normal - rest_normal_;
+    normal = (followed + kNormalShare * (normal - followed)).stableNormalized();
+  }
+  normal_ = normal;
+  rest_normal_ = rest_normal;
 }
 
 bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state) {
@@ -211,54 +234,44 @@ bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, Org
   return true;
 }
 
-void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
-                            std::vector<OrganState>* states, ToolPatch* patch) {
-  patch->organ = organ_;
-  patch->kind = ContactKind::kNone;
-  patch->point_count = 0;
-  patch->triangle_count = 0;
-  patch->contact_W = tool.X_WT.translation();
-  patch->force_on_tissue_W.setZero();
-  patch->shaft_contact = shaft_touches_;
+void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   touching_ = false;
+  force_W_.setZero();
+  C_loc_.setZero();
+  tip_ = -1;
   if (organ_ < 0) return;
-
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
-  const SurfaceMesh& rest = model.rest();
-  for (int i = 0; i < state.contacts.size(); ++i) {
-    const ContactSet::Row& row = state.contacts[i];
-    if (row.tool == tool_ && !row.shaft) patch->force_on_tissue_W += row.force_W;
+  ContactSet& contacts = state.contacts;
+  const bool has_lattice =
+      options_.reaction == ReactionType::kLattice && state.relaxation->compliance() != nullptr;
+  for (int i = 0; i < contacts.size(); ++i) {
+    const ContactSet::Row& row = contacts[i];
+    if (row.tool != tool_ || row.shaft) continue;
+    force_W_ += row.force_W;
+    C_loc_ = row.local_compliance_W;
+    if (!has_lattice) continue;
+    if (tip_ < 0) tip_ = state.tips.AddTip();
+    const Vector3d x_W = row.p_rest_W +
+                         (contacts.Weights().row(i) * state.control_displacements).transpose() +
+                         row.local_compliance_W * row.force_W;
+    state.tips.AddRow(row.local_compliance_W, x_W, row.force_W) = contacts.Weights().row(i);
   }
-  touching_ = patch->force_on_tissue_W.squaredNorm() > 0;
-  patch->contact_W = at_.Position(state.vertices, rest.triangles);
+  touching_ = force_W_.squaredNorm() > 0;
+  if (!has_lattice || tip_ >= 0 || grasped_count_ > 0) return;
+  // No row: the tip is too far away to touch in this step, but it may before the next one.
+  tip_ = state.tips.AddTip();
+  C_loc_ = dent_.Compliance();
+  AddKernelToRow(model, state,
+                 state.tips.AddRow(C_loc_, kernel_.Mean(state.vertices), Vector3d::Zero()));
+}
 
-  patch->kind = ContactKind::kPress;
-  std::array<int, ToolPatch::kMaxPoints> vertex;
-  for (int i = 0; i < around_.count; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const int v = rest.triangles(around_.triangles[i], k);
-      const auto end = vertex.begin() + patch->point_count;
-      const auto found = std::find(vertex.begin(), end, v);
-      patch->triangles[i][k] = static_cast<std::uint8_t>(found - vertex.begin());
-      if (found != end) continue;
-      PatchPoint& point = patch->points[patch->point_count];
-      point.p_original_W = rest.vertices.row(v);
-      point.normal_W = model.rest_normals().row(v);
-      FillPaperNode(model, v, options_, &point.node);
-      vertex[patch->point_count++] = v;
-    }
+void ToolContact::AddKernelToRow(const OrganModel& model, const OrganState& state,
+                                 Eigen::Ref<Eigen::RowVectorXd> row) const {
+  for (int i = 0; i < resolved_.sample_count; ++i) {
+    const SurfaceSample& sample = resolved_.samples[i];
+    model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, state.contacts.local, row);
   }
-  patch->triangle_count = around_.count;
-
-  if (grasped_count_ == 0) return;
-  patch->kind = ContactKind::kGrasp;
-  int corner;
-  grasped_[0].at.barycentric.maxCoeff(&corner);
-  FillPaperNode(model, rest.triangles(grasped_[0].at.triangle, corner), options_,
-                &patch->grasp_node);
-  patch->p_grasp_original_W = grasped_[0].at.Position(rest.vertices, rest.triangles);
-  patch->p_grasp_T = grasped_[0].p_T;
 }
 
 }  // namespace hpdm

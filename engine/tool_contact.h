@@ -13,7 +13,8 @@ struct ToolOptions {
   double tip_radius = 0.0025;    ///< m.
   double shaft_radius = 0.0025;  ///< m.
   bool can_grasp = false;
-  double k1 = 120;  ///< N/m, Eq. 29 with rest neighbours.
+  ReactionType reaction = ReactionType::kLattice;
+  double k1 = 120;  ///< N/m, Eq. 29 with rest neighbours (kPaper).
   double k2 = 10;   ///< N/m.
 };
 
@@ -23,6 +24,9 @@ struct ToolOptions {
 /// The tip's contact follows its own neighbourhood while it lasts, so a tip that has dented the
 /// tissue deeply, or a thin part, is not taken to be on the other side. A free tip that crossed the
 /// surface since the last step starts where it entered, however far it has come.
+///
+/// A press acts on the patch of GatherKernel() with R = max(tip radius, 1 mm) about the point
+/// under the tip, along the kernel's mean of the vertex normals.
 class ToolContact {
  public:
   static constexpr double kReach = 0.06;         ///< m: no patch beyond this distance.
@@ -31,6 +35,7 @@ class ToolContact {
   static constexpr double kJawClosed = 0.3;      ///< Closing past this grasps,
   static constexpr double kJawOpen = 0.5;        ///< opening past this lets go.
   static constexpr int kMaxGraspRows = 15;       ///< One row of 16 is left for the shaft.
+  static constexpr double kLeastRadius = 0.001;  ///< m, of the kernel.
 
   ToolContact(int tool, const ToolOptions& options) : tool_(tool), options_(options) {}
 
@@ -46,9 +51,12 @@ class ToolContact {
   bool AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
                    std::vector<OrganState>* states);
 
-  /// After the relaxation: whether the tip still presses, and the patch for the haptic loop.
+  /// After the relaxation: whether the tip still presses. Adds it to its organ's tips.
+  void AddTip(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
+
+  /// The patch for the haptic loop, from the condensed tips.
   void FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
-                 std::vector<OrganState>* states, ToolPatch* patch);
+                 std::vector<OrganState>* states, ToolPatch* patch) const;
 
  private:
   struct Grasped {
@@ -58,6 +66,8 @@ class ToolContact {
 
   void FollowTip(const ToolPose& tool, const std::vector<OrganModel>& models,
                  std::vector<OrganState>* states);
+  SurfacePoint SlipTowards(const SurfacePoint& closest, const Vector3d& motion_W,
+                           const OrganModel& model) const;
   bool FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   bool FindNearest(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   void Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
@@ -66,6 +76,11 @@ class ToolContact {
   bool AddTipRows(const ToolPose& tool, const std::vector<OrganModel>& models,
                   std::vector<OrganState>* states);
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
+  void AddKernelToRow(const OrganModel& model, const OrganState& state,
+                      Eigen::Ref<Eigen::RowVectorXd> row) const;
+  void UpdateNormal(const OrganModel& model, const OrganState& state);
+  void FillLatticeContact(const OrganState& state, ToolPatch* patch) const;
+  void FillPatchPoints(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
 
   int tool_;
   ToolOptions options_;
@@ -73,11 +88,19 @@ class ToolContact {
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;
 
-  int organ_ = -1;         // nearest to the tip, or in contact
-  bool touching_ = false;  // the tip carried a force in the last step
-  SurfacePoint at_;        // material point under the tip
-  Neighbourhood around_;   // of at_, at rest
-  double gap_ = 0;         // m, signed, from the tip's surface
+  int organ_ = -1;                           // nearest to the tip, or in contact
+  bool touching_ = false;                    // the tip carried a force in the last step
+  SurfacePoint at_;                          // material point under the tip
+  Neighbourhood around_;                     // of at_, at rest
+  double gap_ = 0;                           // m, signed, from the tip's surface
+  KernelPatch kernel_;                       // of the press, about at_
+  KernelPatch resolved_;                     // with which the lattice gets it
+  SurfaceDent dent_;                         // the difference
+  Vector3d normal_ = Vector3d::Zero();       // of the press
+  Vector3d rest_normal_ = Vector3d::Zero();  // at the same place
+  Vector3d force_W_ = Vector3d::Zero();      // on the tissue, of tip or jaws in the last step
+  int tip_ = -1;                             // among the organ's tips; -1: reaction "paper"
+  Matrix3d C_loc_ = Matrix3d::Zero();        // of the press row in the last step
   bool shaft_touches_ = false;
 
   int grasped_count_ = 0;

@@ -17,14 +17,20 @@ RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation, Conta
   const double e = std::exp(-elapsed);
   const double done = -std::expm1(-elapsed);  // 1 - e, also where e is almost 1
   std::array<Vector3d, kMaxContacts> targets;
+  std::array<Matrix3d, kMaxContacts> local_compliances;
   for (int i = 0; i < contacts->size(); ++i) {
     ContactSet::Row& row = (*contacts)[i];
     targets[i] = row.target_W;
+    local_compliances[i] = row.local_compliance_W;
+    row.local_compliance_W /= done;
     const Vector3d kept = e * (contacts->Weights().row(i) * U_).transpose();
     row.target_W = row.p_rest_W + (row.target_W - row.p_rest_W - kept) / done;
   }
   const RelaxationResult result = relaxation->Relax(contacts, &V_);
-  for (int i = 0; i < contacts->size(); ++i) (*contacts)[i].target_W = targets[i];
+  for (int i = 0; i < contacts->size(); ++i) {
+    (*contacts)[i].target_W = targets[i];
+    (*contacts)[i].local_compliance_W = local_compliances[i];
+  }
   U_ = e * U_ + done * V_;
   *U = U_;
   if (!U_.allFinite()) {  // the caller reports it; the next step starts at rest

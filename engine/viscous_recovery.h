@@ -11,7 +11,8 @@ namespace hpdm {
 /// step of length dt in which the forces stay the same this has the exact solution
 ///     U(dt) = e U(0) + (1 - e) V,   K V = B^T f,   e = exp(-dt / tau),
 /// and U obeys the contacts where V, the rest state of the same forces, obeys them with the targets
-/// moved away from e U(0) by 1 / (1 - e). With a nonlinear energy, V is its minimum and U follows
+/// moved away from e U(0) by 1 / (1 - e) and a local compliance, which answers at once, as much
+/// larger. With a nonlinear energy, V is its minimum and U follows
 /// it in the same way.
 ///
 /// Deformation thread; allocates nothing.

@@ -105,14 +105,20 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
 
 void HapticLoop::EvaluateContacts() {
   for (Tool& tool : tools_) {
-    tool.result = tool.contact.Evaluate(tool.pose.X_WT, tool.pose.jaw, tool.instrument.tip_radius);
+    tool.contact.Locate(tool.pose.X_WT, tool.pose.jaw, tool.instrument.tip_radius);
+  }
+  static_assert(kMaxInstruments == 2);
+  if (tools_.size() == 2) {
+    TipContact::Solve(&tools_[0].contact, &tools_[1].contact);
+  } else {
+    for (Tool& tool : tools_) TipContact::Solve(&tool.contact);
   }
 }
 
 void HapticLoop::GuardForces(Nanoseconds scheduled) {
   const Nanoseconds elapsed = has_run_ ? scheduled - last_scheduled_ns_ : period_ns_;
   for (Tool& tool : tools_) {
-    tool.safe = tool.guard.Filter({.reaction_W = tool.result.reaction_W,
+    tool.safe = tool.guard.Filter({.reaction_W = tool.contact.result().reaction_W,
                                    .J = tool.J,
                                    .elapsed = ToSeconds(elapsed),
                                    .has_patch = patch_number_ > 0,
@@ -155,12 +161,12 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
     sample_.tools[i] = {.joints = tool.sample.joints,
                         .p_tip_W = tool.pose.X_WT.translation(),
                         .v_tip_W = tool.pose.v_tip_W,
-                        .reaction_W = tool.result.reaction_W,
+                        .reaction_W = tool.contact.result().reaction_W,
                         .force_W = tool.safe.force_W,
                         .effort = tool.effort,
-                        .depth = tool.result.depth,
-                        .organ = tool.result.organ,
-                        .kind = tool.result.kind,
+                        .depth = tool.contact.result().depth,
+                        .organ = tool.contact.result().organ,
+                        .kind = tool.contact.result().kind,
                         .guard_flags = tool.safe.flags,
                         .device_valid = tool.sample.valid};
   }

@@ -68,7 +68,6 @@ class HapticLoop {
     Nanoseconds moved_ns = 0;  // device time of `pose`
     ToolPose pose;
     Matrix3d J = Matrix3d::Zero();
-    ContactResult result;
     ForceGuard::Output safe;
     AxisEffort effort = AxisEffort::Zero();
   };

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "engine/types.h"
+#include "engine/snapshots.h"
 
 /// What a scene says of an instrument, validated by the loader (scenes/scene.h), SI units.
 namespace hpdm {
@@ -31,7 +31,6 @@ struct DeviceProfile {
 };
 
 enum class InstrumentType { kProbe, kGrasper, kScissors, kHook };
-enum class ReactionType { kLattice, kPaper };
 enum class HandScript { kPalpate, kTap, kSlide, kGraspLift, kGraspPull, kRandom };
 
 /// A simulated trainee's hand (simulated_hand.h).
@@ -56,7 +55,7 @@ struct InstrumentOptions {
   double tip_radius = 0.0025;              ///< m.
   double shaft_radius = 0.0025;            ///< m.
   double friction = 0;                     ///< Coulomb coefficient.
-  ReactionType reaction = ReactionType::kPaper;
+  ReactionType reaction = ReactionType::kLattice;
   double k1 = 120;  ///< N/m, Eq. 29 ("paper").
   double k2 = 10;   ///< N/m, Eq. 29 ("paper").
   DeviceProfile device;

@@ -72,6 +72,12 @@ void PatchSurface::Build(const ToolPatch& patch) noexcept {
   }
 }
 
+void PatchSurface::StartAt(const Corners& corners, const Vector3d& weights) noexcept {
+  has_last_ = true;
+  p_last_W_ = Interpolated(points_W_, corners, weights);
+  normal_last_W_ = Interpolated(normals_W_, corners, weights).normalized();
+}
+
 bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) noexcept {
   const bool found =
       (has_last_ && FindFootFromLast(c_W, reach, foot)) || FindFootFromClosest(c_W, reach, foot);

@@ -49,6 +49,9 @@ class PatchSurface {
   /// next search starts from it.
   bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) noexcept;
 
+  /// The next search starts at this point of the patch, one that is known to be under the tip.
+  void StartAt(const std::array<std::uint8_t, 3>& corners, const Vector3d& weights) noexcept;
+
   /// The next search starts at the closest point: the tip is no longer in contact.
   void Forget() noexcept { has_last_ = false; }
 

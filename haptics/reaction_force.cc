@@ -20,7 +20,15 @@ Vector3d ForceOnTissue(const ReactionNode& node, const Vector3d& delta_W) noexce
     const Vector3d l = edge + delta_W;
     const double length = std::max(l.norm(), kShortest * d);
     // Both zero: a spring without rest length whose ends meet, which has no force.
-    if (length > 0) force += k2 * (1 - d / length) * l;
+    if (!(length > 0)) continue;
+    // |l| - d by the spring's change of length, which |l| - d itself loses when the edge is long
+    // beside delta: |l|^2 - |edge|^2 = (2 edge + delta) . delta.
+    const double at_start = edge.norm();
+    const double change =
+        length > kShortest * d
+            ? (2 * edge + delta_W).dot(delta_W) / (length + at_start) + (at_start - d)
+            : length - d;
+    force += k2 * change / length * l;
   }
   return force;
 }

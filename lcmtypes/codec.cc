@@ -19,6 +19,20 @@ bool IsToolCount(int count, std::size_t held) {
   return count >= 0 && count <= kMaxInstruments && static_cast<std::size_t>(count) == held;
 }
 
+void Copy(const Matrix3d& from, double (&to)[3][3]) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) to[i][j] = from(i, j);
+  }
+}
+
+Matrix3d ToMatrix(const double (&from)[3][3]) {
+  Matrix3d to;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) to(i, j) = from[i][j];
+  }
+  return to;
+}
+
 std::int64_t Signed(std::uint64_t number) { return static_cast<std::int64_t>(number); }
 std::uint64_t Unsigned(std::int64_t number) { return static_cast<std::uint64_t>(number); }
 
@@ -129,7 +143,7 @@ void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t*
   message->tools.resize(scene.tool_count);
   for (int i = 0; i < scene.tool_count; ++i) {
     const ToolPose& pose = scene.tools[i];
-    const ToolPatch& patch = scene.patches[i];
+    const ToolContactState& contact = scene.contacts[i];
     tool_contact_t& to = message->tools[i];
     const Vector3d p_tip_W = pose.X_WT.translation();
     const Eigen::Quaterniond rotation(pose.X_WT.linear());
@@ -141,11 +155,17 @@ void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t*
     Copy(pose.p_trocar_W, to.p_trocar);
     Copy(pose.v_tip_W, to.v_tip);
     to.jaw = pose.jaw;
-    to.organ = patch.organ;
-    to.kind = static_cast<std::int8_t>(patch.kind);
-    Copy(patch.contact_W, to.p_contact);
-    Copy(patch.force_on_tissue_W, to.force_on_tissue);
-    to.shaft_contact = patch.shaft_contact;
+    to.organ = contact.organ;
+    to.kind = static_cast<std::int8_t>(contact.kind);
+    Copy(contact.contact_W, to.p_contact);
+    Copy(contact.force_on_tissue_W, to.force_on_tissue);
+    to.shaft_contact = contact.shaft_contact;
+    to.reaction = static_cast<std::int8_t>(contact.reaction);
+    Copy(contact.p_original_W, to.p_original);
+    Copy(contact.normal_W, to.normal);
+    Copy(contact.compliance_W, to.compliance);
+    Copy(contact.coupling_W, to.coupling);
+    to.kernel_radius = contact.kernel_radius;
   }
 }
 
@@ -164,9 +184,9 @@ bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* v
   step.flags = static_cast<std::uint32_t>(message.flags);
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_contact_t& from = message.tools[i];
-    if (!IsKind(from.kind)) return false;
+    if (!IsKind(from.kind) || from.reaction < 0 || from.reaction > 1) return false;
     ToolPose& pose = scene->tools[i];
-    ToolPatch& patch = scene->patches[i];
+    ToolContactState& contact = scene->contacts[i];
     const Eigen::Quaterniond rotation(from.orientation[0], from.orientation[1], from.orientation[2],
                                       from.orientation[3]);
     // Written so that NaN is refused too; a rounding away from 1 is some 1e-16.
@@ -177,11 +197,17 @@ bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* v
     pose.p_trocar_W = ToVector(from.p_trocar);
     pose.v_tip_W = ToVector(from.v_tip);
     pose.jaw = from.jaw;
-    patch.organ = from.organ;
-    patch.kind = static_cast<ContactKind>(from.kind);
-    patch.contact_W = ToVector(from.p_contact);
-    patch.force_on_tissue_W = ToVector(from.force_on_tissue);
-    patch.shaft_contact = from.shaft_contact != 0;
+    contact.organ = from.organ;
+    contact.kind = static_cast<ContactKind>(from.kind);
+    contact.contact_W = ToVector(from.p_contact);
+    contact.force_on_tissue_W = ToVector(from.force_on_tissue);
+    contact.shaft_contact = from.shaft_contact != 0;
+    contact.reaction = static_cast<ReactionType>(from.reaction);
+    contact.p_original_W = ToVector(from.p_original);
+    contact.normal_W = ToVector(from.normal);
+    contact.compliance_W = ToMatrix(from.compliance);
+    contact.coupling_W = ToMatrix(from.coupling);
+    contact.kernel_radius = from.kernel_radius;
   }
   return true;
 }

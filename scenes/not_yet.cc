@@ -28,7 +28,6 @@ constexpr Rule kRules[] = {
     {"instrument.type", Refused::kString, "scissors", "use \"probe\" or \"grasper\""},
     {"instrument.type", Refused::kString, "hook", "use \"probe\" or \"grasper\""},
     {"instrument.friction", Refused::kNonZero, "", "remove the key or give 0"},
-    {"instrument.reaction", Refused::kString, "lattice", "use \"paper\""},
 };
 
 bool IsNonZero(const TomlValue& value) {

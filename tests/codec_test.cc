@@ -125,11 +125,19 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     sent.tools[i].p_trocar_W = random.Vector();
     sent.tools[i].v_tip_W = random.Vector();
     sent.tools[i].jaw = 0.25;
-    sent.patches[i].organ = i;
-    sent.patches[i].kind = ContactKind::kPress;
-    sent.patches[i].contact_W = random.Vector();
-    sent.patches[i].force_on_tissue_W = random.Vector();
-    sent.patches[i].shaft_contact = i == 1;
+    sent.contacts[i].organ = i;
+    sent.contacts[i].kind = ContactKind::kPress;
+    sent.contacts[i].contact_W = random.Vector();
+    sent.contacts[i].force_on_tissue_W = random.Vector();
+    sent.contacts[i].shaft_contact = i == 1;
+    sent.contacts[i].reaction = i == 1 ? ReactionType::kPaper : ReactionType::kLattice;
+    sent.contacts[i].p_original_W = random.Vector();
+    sent.contacts[i].normal_W = random.Vector();
+    for (int d = 0; d < 3; ++d) {
+      sent.contacts[i].compliance_W.col(d) = random.Vector();
+      sent.contacts[i].coupling_W.col(d) = random.Vector();
+    }
+    sent.contacts[i].kernel_radius = random.Real();
   }
   contact_t message{};
   ToMessage(sent, 1240, &message);
@@ -153,11 +161,17 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     EXPECT_EQ(received.tools[i].p_trocar_W, sent.tools[i].p_trocar_W);
     EXPECT_EQ(received.tools[i].v_tip_W, sent.tools[i].v_tip_W);
     EXPECT_EQ(received.tools[i].jaw, sent.tools[i].jaw);
-    EXPECT_EQ(received.patches[i].organ, sent.patches[i].organ);
-    EXPECT_EQ(received.patches[i].kind, sent.patches[i].kind);
-    EXPECT_EQ(received.patches[i].contact_W, sent.patches[i].contact_W);
-    EXPECT_EQ(received.patches[i].force_on_tissue_W, sent.patches[i].force_on_tissue_W);
-    EXPECT_EQ(received.patches[i].shaft_contact, sent.patches[i].shaft_contact);
+    EXPECT_EQ(received.contacts[i].organ, sent.contacts[i].organ);
+    EXPECT_EQ(received.contacts[i].kind, sent.contacts[i].kind);
+    EXPECT_EQ(received.contacts[i].contact_W, sent.contacts[i].contact_W);
+    EXPECT_EQ(received.contacts[i].force_on_tissue_W, sent.contacts[i].force_on_tissue_W);
+    EXPECT_EQ(received.contacts[i].shaft_contact, sent.contacts[i].shaft_contact);
+    EXPECT_EQ(received.contacts[i].reaction, sent.contacts[i].reaction);
+    EXPECT_EQ(received.contacts[i].p_original_W, sent.contacts[i].p_original_W);
+    EXPECT_EQ(received.contacts[i].normal_W, sent.contacts[i].normal_W);
+    EXPECT_EQ(received.contacts[i].compliance_W, sent.contacts[i].compliance_W);
+    EXPECT_EQ(received.contacts[i].coupling_W, sent.contacts[i].coupling_W);
+    EXPECT_EQ(received.contacts[i].kernel_radius, sent.contacts[i].kernel_radius);
   }
 }
 

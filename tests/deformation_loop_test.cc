@@ -147,7 +147,9 @@ TEST_F(DeformationLoopTest, ProbeCannotGrasp) {
 }
 
 TEST_F(DeformationLoopTest, PatchIsBoundedAndConsistent) {
-  Start();
+  ToolOptions paper;
+  paper.reaction = ReactionType::kPaper;
+  Start(paper);
   Step(ToolAt(Vector3d(0.02, 0.01, 0.05)));
   const ToolPatch& patch = patch_.Front().tools[0];
   EXPECT_GT(patch.triangle_count, 10);

@@ -64,8 +64,8 @@ TEST(SurfaceDent, MeanOfItsShapeIsItsCompliance) {
 
 TEST(SurfaceDent, FadesContinuouslyAwayFromThePatch) {
   const SurfaceDent dent(kTissue, Vector3d::UnitZ(), 0.0025, 0.02);
-  EXPECT_LT(dent.At(0.999 * dent.Reach())(2, 2), 1e-3 * dent.At(0)(2, 2));
-  EXPECT_EQ(dent.At(1.001 * dent.Reach()).norm(), 0);
+  EXPECT_LT(dent.At(0.999 * DentReach(0.0025, 0.02))(2, 2), 1e-3 * dent.At(0)(2, 2));
+  EXPECT_EQ(dent.At(1.001 * DentReach(0.0025, 0.02)).norm(), 0);
 }
 
 TEST(SurfaceDent, SoftestAcrossTheNormalAndSymmetric) {

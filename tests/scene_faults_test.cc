@@ -225,8 +225,6 @@ TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
       {"[[instrument]]\ntype='scissors'", "5:6", "instrument[0].type", "(\"scissors\")",
        "\"probe\" or \"grasper\""},
       {"[[instrument]]\ntype='hook'", "5:6", "instrument[0].type", "(\"hook\")", "\"grasper\""},
-      {"[[instrument]]\nreaction='lattice'", "5:10", "instrument[0].reaction", "(\"lattice\")",
-       "use \"paper\""},
       {"[[instrument]]\nfriction=0.1", "5:10", "instrument[0].friction", "(0.1)", "give 0"},
   };
   for (const BadScene& c : cases) {

@@ -360,7 +360,7 @@ TEST(TipContact, GraspFollowsTheJawAndLetsGoWithinTheTick) {
   patch.kind = ContactKind::kGrasp;
   patch.grasp_node.k1 = 200;
   patch.p_grasp_T = Vector3d(0, 0, -0.001);
-  patch.p_grasp_original_W = Vector3d(0, 0, 0.004);
+  patch.p_original_W = Vector3d(0, 0, 0.004);
   TipContact contact;
   contact.SetPatch(patch);
   const Isometry3d X_WT =
@@ -368,7 +368,7 @@ TEST(TipContact, GraspFollowsTheJawAndLetsGoWithinTheTick) {
 
   const ContactResult held = contact.Evaluate(X_WT, 0.1, kRadius);
   EXPECT_EQ(held.kind, ContactKind::kGrasp);
-  const Vector3d delta = X_WT * patch.p_grasp_T - patch.p_grasp_original_W;
+  const Vector3d delta = X_WT * patch.p_grasp_T - patch.p_original_W;
   EXPECT_LT((held.reaction_W + 200 * delta).norm(), 1e-14);
   EXPECT_LT(held.reaction_W.z(), 0);  // lifted tissue pulls the hand down
 

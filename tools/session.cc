@@ -112,6 +112,7 @@ std::vector<ToolOptions> Session::DeformationTools() const {
     tools.push_back({.tip_radius = options.tip_radius,
                      .shaft_radius = options.shaft_radius,
                      .can_grasp = options.type == InstrumentType::kGrasper,
+                     .reaction = options.reaction,
                      .k1 = options.k1,
                      .k2 = options.k2});
   }

@@ -1,0 +1,151 @@
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "engine/tool_contact.h"
+
+namespace hpdm {
+namespace {
+
+// Eq. 29 with the rest neighbours of a vertex and hand-set stiffness (reaction = "paper").
+void FillPaperNode(const OrganModel& model, int vertex, const ToolOptions& options,
+                   ReactionNode* node) {
+  const Triangles& triangles = model.rest().triangles;
+  std::array<int, ReactionNode::kMaxNeighbours> ring;
+  int count = 0;
+  for (int t : model.topology().TrianglesAround(vertex)) {
+    for (int k = 0; k < 3; ++k) {
+      const int w = triangles(t, k);
+      const auto end = ring.begin() + count;
+      if (w == vertex || count == ReactionNode::kMaxNeighbours ||
+          std::find(ring.begin(), end, w) != end) {
+        continue;
+      }
+      ring[count++] = w;
+    }
+  }
+  node->k1 = options.k1;
+  node->neighbour_count = count;
+  for (int i = 0; i < count; ++i) {
+    const Vector3d edge = model.rest().vertices.row(vertex) - model.rest().vertices.row(ring[i]);
+    node->neighbours[i] = {edge, edge.norm(), options.k2};
+  }
+}
+
+// G with G `from` G^T = `to`; the identity when one of them is not positive definite.
+Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
+  const Eigen::LLT<Matrix3d> root_from(from), root_to(to);
+  if (root_from.info() != Eigen::Success || root_to.info() != Eigen::Success) {
+    return Matrix3d::Identity();
+  }
+  const Matrix3d inverse = root_from.matrixL().solve(Matrix3d::Identity());
+  return Matrix3d(root_to.matrixL()) * inverse;
+}
+
+}  // namespace
+
+void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
+                            std::vector<OrganState>* states, ToolPatch* patch) const {
+  static_cast<ToolContactState&>(*patch) = {};
+  patch->organ = organ_;
+  patch->point_count = 0;
+  patch->triangle_count = 0;
+  patch->contact_triangle = -1;
+  patch->pressed = false;
+  patch->p_tip_W = tool.X_WT.translation();
+  patch->contact_W = patch->p_tip_W;
+  patch->shaft_contact = shaft_touches_;
+  if (organ_ < 0) return;
+
+  const OrganModel& model = models[organ_];
+  OrganState& state = (*states)[organ_];
+  const Triangles& triangles = model.rest().triangles;
+  patch->kind = grasped_count_ > 0 ? ContactKind::kGrasp : ContactKind::kPress;
+  patch->force_on_tissue_W = force_W_;
+  FillPatchPoints(model, &state, patch);
+  if (tip_ >= 0) {
+    FillLatticeContact(state, patch);
+    patch->p_grasp_T = tool.X_WT.inverse() * patch->contact_W;
+    return;
+  }
+  patch->reaction = ReactionType::kPaper;
+  patch->contact_W = at_.Position(state.vertices, triangles);
+  if (grasped_count_ == 0) return;
+  int corner;
+  grasped_[0].at.barycentric.maxCoeff(&corner);
+  FillPaperNode(model, triangles(grasped_[0].at.triangle, corner), options_, &patch->grasp_node);
+  patch->p_original_W = grasped_[0].at.Position(model.rest().vertices, triangles);
+  patch->p_grasp_T = grasped_[0].p_T;
+}
+
+// The triangles, and at their corners what belongs to the vertex alone.
+void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
+                                  ToolPatch* patch) const {
+  const Triangles& triangles = model.rest().triangles;
+  std::array<int, ToolPatch::kMaxPoints> vertex;
+  for (int i = 0; i < around_.count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const int v = triangles(around_.triangles[i], k);
+      const auto end = vertex.begin() + patch->point_count;
+      const auto found = std::find(vertex.begin(), end, v);
+      patch->triangles[i][k] = static_cast<std::uint8_t>(found - vertex.begin());
+      if (found != end) continue;
+      vertex[patch->point_count++] = v;
+    }
+  }
+  patch->triangle_count = around_.count;
+  const bool has_other = tip_ >= 0 && state->tips.size() > 1;
+  const ActiveFunctions& local = state->contacts.local;
+  for (int i = 0; i < patch->point_count; ++i) {
+    const int v = vertex[i];
+    PatchPoint& point = patch->points[i];
+    point.normal_W = model.rest_normals().row(v);
+    if (tip_ < 0) {
+      point.p_original_W = model.rest().vertices.row(v);
+      FillPaperNode(model, v, options_, &point.node);
+      continue;
+    }
+    SparseRow b = model.LatticeRow(v);
+    if (local.slots() > 0) {
+      auto row = state->tips.ScratchRow();
+      model.AddToRow(model.topology().AtVertex(triangles, v), 1, local, row);
+      b = state->tips.Compress(row);
+    }
+    point.p_original_W = state->tips.Released(b, state->vertices.row(v));
+    point.compliance_W = state->vertex_compliances[v];
+    point.coupling_W = has_other ? state->tips.Coupling(b, 1 - tip_) : Matrix3d::Zero();
+  }
+}
+
+// The contact as the step solved it, and the points' compliances so that their interpolation gives
+// the contact's own at its place: they vary over the surface as they do at rest, under a factor
+// that takes in the kernel and the tangent, and under the local part.
+void ToolContact::FillLatticeContact(const OrganState& state, ToolPatch* patch) const {
+  const TipCompliance::Tip& tip = state.tips[tip_];
+  patch->reaction = ReactionType::kLattice;
+  patch->contact_W = tip.x_W;
+  patch->p_original_W = tip.p_original_W;
+  patch->compliance_W = state.tips.Between(tip_, tip_);
+  if (state.tips.size() > 1) patch->coupling_W = state.tips.Between(tip_, 1 - tip_);
+  if (patch->kind == ContactKind::kGrasp) return;
+  patch->normal_W = normal_;
+  patch->kernel_radius = std::max(options_.tip_radius, kLeastRadius);
+  patch->pressed = touching_;
+  patch->contact_triangle = 0;  // the neighbourhood's first
+  patch->contact_weights = at_.barycentric;
+
+  Matrix3d compliance = Matrix3d::Zero(), coupling = Matrix3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const PatchPoint& corner = patch->points[patch->triangles[0][k]];
+    compliance += at_.barycentric[k] * corner.compliance_W;
+    coupling += at_.barycentric[k] * corner.coupling_W;
+  }
+  const Matrix3d G = Congruence(compliance, patch->compliance_W - C_loc_);
+  const Matrix3d more_coupling = patch->coupling_W - coupling;
+  for (int i = 0; i < patch->point_count; ++i) {
+    PatchPoint& point = patch->points[i];
+    point.compliance_W = (G * point.compliance_W * G.transpose() + C_loc_).eval();
+    point.coupling_W += more_coupling;
+  }
+}
+
+}  // namespace hpdm
