@@ -166,48 +166,48 @@ SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point)
 }
 
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
-                  const Vector3d& facing, double radius, KernelPatch* kernel) noexcept {
+                  const Vector3d& facing, double radius, KernelSamples* kernel) noexcept {
   kernel->sample_count = 0;
-  kernel->vertex_count = 0;
-  const auto add_to_vertex = [&](int vertex, double weight) {
-    int i = 0;
-    while (i < kernel->vertex_count && kernel->vertices[i] != vertex) ++i;
-    if (i == KernelPatch::kMaxVertices) return;
-    if (i == kernel->vertex_count) {
-      kernel->vertices[i] = vertex;
-      kernel->weights[i] = 0;
-      ++kernel->vertex_count;
-    }
-    kernel->weights[i] += weight;
-  };
-
   const Vector3d point = at.Position(mesh.vertices, mesh.triangles);
   // Room for what is left unsplit on the stack and of the other triangles.
-  int budget = KernelPatch::kMaxSamples - kDepth - Neighbourhood::kMaxTriangles;
+  int budget = KernelSamples::kMaxSamples - kDepth - Neighbourhood::kMaxTriangles;
   double sum = 0;
   for (int i = 0; i < around.count; ++i) {
     const int t = around.triangles[i];
     const Corners c = CornersOf(mesh, t);
     if (!FacesAs(facing, c)) continue;
-    Vector3d over_triangle = Vector3d::Zero();
-    IntegrateKernel(point, radius, KernelPatch::kResolution, c, &budget,
+    IntegrateKernel(point, radius, KernelSamples::kResolution, c, &budget,
                     [&](const Vector3d& barycentric, double weight) {
                       kernel->samples[kernel->sample_count++] = {t, barycentric, weight};
-                      over_triangle += weight * barycentric;
                       sum += weight;
                     });
-    if (over_triangle.sum() == 0) continue;
-    for (int k = 0; k < 3; ++k) add_to_vertex(mesh.triangles(t, k), over_triangle[k]);
   }
   if (!(sum > 0)) {  // nothing faces that way: the point alone
     sum = 1;
     kernel->samples[kernel->sample_count++] = {at.triangle, at.barycentric, 1};
-    for (int k = 0; k < 3; ++k) {
-      add_to_vertex(mesh.triangles(at.triangle, k), at.barycentric[k]);
-    }
   }
   for (int i = 0; i < kernel->sample_count; ++i) kernel->samples[i].weight /= sum;
-  for (int i = 0; i < kernel->vertex_count; ++i) kernel->weights[i] /= sum;
+}
+
+void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
+                  const Vector3d& facing, double radius, KernelPatch* kernel) noexcept {
+  GatherKernel(mesh, around, at, facing, radius, static_cast<KernelSamples*>(kernel));
+  kernel->vertex_count = 0;
+  for (int s = 0; s < kernel->sample_count; ++s) {
+    const SurfaceSample& sample = kernel->samples[s];
+    for (int k = 0; k < 3; ++k) {
+      const int vertex = mesh.triangles(sample.triangle, k);
+      int i = 0;
+      while (i < kernel->vertex_count && kernel->vertices[i] != vertex) ++i;
+      if (i == KernelPatch::kMaxVertices) continue;
+      if (i == kernel->vertex_count) {
+        kernel->vertices[i] = vertex;
+        kernel->weights[i] = 0;
+        ++kernel->vertex_count;
+      }
+      kernel->weights[i] += sample.weight * sample.barycentric[k];
+    }
+  }
 }
 
 std::vector<SurfaceSample> SurfaceInRegion(const SurfaceMesh& mesh,

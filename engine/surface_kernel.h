@@ -34,12 +34,16 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
 /// The same kernel as a step needs it, of fixed size: samples by their rest positions, for lattice
 /// rows, and gathered at the surface's vertices, for means of what vertices carry. Either's weights
 /// sum to one.
-struct KernelPatch {
-  static constexpr int kMaxVertices = 64;
-  static constexpr int kMaxSamples = 1024;     ///< About 250 on triangles larger than the kernel.
+struct KernelSamples {
+  static constexpr int kMaxSamples = 2560;     ///< About 250 on triangles larger than the kernel.
   static constexpr double kResolution = 0.25;  ///< Longest side of a sample's part, of the radius.
   int sample_count = 0;
   std::array<SurfaceSample, kMaxSamples> samples;
+};
+
+/// The same with the share of each vertex.
+struct KernelPatch : KernelSamples {
+  static constexpr int kMaxVertices = 64;
   int vertex_count = 0;
   std::array<int, kMaxVertices> vertices;
   std::array<double, kMaxVertices> weights;
@@ -54,9 +58,11 @@ struct KernelPatch {
 
 /// SurfaceKernel() for a step: about `at`, over the triangles of `around` (collected around it)
 /// whose rest normals are less than 90 degrees from `facing`. Distances, areas and normals are
-/// those of `mesh`, at rest. Where `around` ends before the kernel does (96 triangles: edges short
-/// beside the radius) the kernel is cut there; when the samples run out parts count unsplit.
-/// Deformation thread; bounded, allocates nothing.
+/// those of `mesh`, at rest. Where `around` ends before the kernel does (edges short beside the
+/// radius) the kernel is cut there; when the samples run out parts count unsplit. Deformation
+/// thread; bounded, allocates nothing.
+void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
+                  const Vector3d& facing, double radius, KernelSamples* kernel) noexcept;
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
                   const Vector3d& facing, double radius, KernelPatch* kernel) noexcept;
 

@@ -51,13 +51,13 @@ NeighbourhoodSearch::NeighbourhoodSearch(const Triangles& triangles,
       triangle_stamp_(triangles.rows(), 0),
       vertex_stamp_(triangles.size() == 0 ? 0 : triangles.maxCoeff() + 1, 0) {}
 
-void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at, int max_vertices,
-                                  Neighbourhood* result) {
+void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at,
+                                  const Limits& limits, Neighbourhood* result) {
   ++stamp_;
   result->count = 0;
   const Vector3d centre = at.Position(vertices, triangles_);
   const Vector3d facing = TwiceAreaNormal(vertices, triangles_, at.triangle);
-  // The border is a heap of the nearest triangles seen but not taken; a neighbourhood of 96 has a
+  // The border is a heap of the nearest triangles seen but not taken; a neighbourhood has a
   // border well below this bound, and what does not fit is left out.
   constexpr int kMaxBorder = 1024;
   std::array<std::pair<double, int>, kMaxBorder> border;
@@ -70,12 +70,12 @@ void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at
   };
   triangle_stamp_[at.triangle] = stamp_;
   push(0, at.triangle);
-  while (border_size > 0 && result->count < Neighbourhood::kMaxTriangles) {
+  while (border_size > 0 && result->count < limits.triangles) {
     std::pop_heap(border.begin(), border.begin() + border_size, std::greater<>());
     const int t = border[--border_size].second;
     int new_vertices = 0;
     for (int k = 0; k < 3; ++k) new_vertices += vertex_stamp_[triangles_(t, k)] != stamp_;
-    if (vertex_count + new_vertices > max_vertices) continue;
+    if (vertex_count + new_vertices > limits.vertices) continue;
     vertex_count += new_vertices;
     result->triangles[result->count++] = t;
     for (int k = 0; k < 3; ++k) {
@@ -85,9 +85,11 @@ void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at
         if (triangle_stamp_[neighbour] == stamp_) continue;
         triangle_stamp_[neighbour] = stamp_;
         if (TwiceAreaNormal(vertices, triangles_, neighbour).dot(facing) <= 0) continue;
-        const Vector3d middle =
-            vertices(triangles_.row(neighbour), Eigen::all).colwise().mean().transpose();
-        push((middle - centre).norm(), neighbour);
+        const Eigen::Matrix3d corners = vertices(triangles_.row(neighbour), Eigen::all);
+        const Eigen::RowVector3d middle = corners.colwise().mean();
+        const double distance = (middle.transpose() - centre).norm();
+        const double size = (corners.rowwise() - middle).rowwise().norm().maxCoeff();
+        if (distance - size < limits.reach) push(distance, neighbour);
       }
     }
   }

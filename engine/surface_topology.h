@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -46,7 +47,7 @@ Vector3d InterpolatedNormal(const Points& vertices, const Triangles& triangles,
 
 /// The triangles around one surface point, nearest first.
 struct Neighbourhood {
-  static constexpr int kMaxTriangles = 96;
+  static constexpr int kMaxTriangles = 1024;
   int count = 0;
   std::array<int, kMaxTriangles> triangles;
 };
@@ -59,10 +60,14 @@ class NeighbourhoodSearch {
   NeighbourhoodSearch(const Triangles& triangles, const SurfaceTopology& topology);
 
   /// Triangles connected to `at` over shared vertices, in order of the distance of their centres
-  /// from it, facing the same way as the one at `at`, at most Neighbourhood::kMaxTriangles of them
-  /// and at most `max_vertices` distinct corners. Distances and facing are those of `vertices`
-  /// (V x 3).
-  void Collect(const Points& vertices, const SurfacePoint& at, int max_vertices,
+  /// from it, facing the same way as the one at `at`, within `limits`. Distances and facing are
+  /// those of `vertices` (V x 3).
+  struct Limits {
+    int triangles = Neighbourhood::kMaxTriangles;            ///< At most kMaxTriangles.
+    int vertices = std::numeric_limits<int>::max();          ///< Distinct corners.
+    double reach = std::numeric_limits<double>::infinity();  ///< m: of a triangle's nearest part.
+  };
+  void Collect(const Points& vertices, const SurfacePoint& at, const Limits& limits,
                Neighbourhood* result);
 
  private:

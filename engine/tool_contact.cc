@@ -124,7 +124,8 @@ bool ToolContact::FindNearest(const Vector3d& p_tip_W, const std::vector<OrganSt
 
 void ToolContact::Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   (*states)[organ_].neighbourhoods.Collect(models[organ_].rest().vertices, at_,
-                                           ToolPatch::kMaxPoints, &around_);
+                                           {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints},
+                                           &around_);
 }
 
 void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
@@ -176,7 +177,9 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   const double radius = std::max(options_.tip_radius, kLeastRadius);
   GatherKernel(rest, around_, at_, facing, radius, &kernel_);
   dent_ = model.Dent(at_, radius);
-  GatherKernel(rest, around_, at_, facing, dent_.resolved_radius(), &resolved_);
+  state.neighbourhoods.Collect(rest.vertices, at_, {.reach = dent_.resolved_radius()},
+                               &resolved_around_);
+  GatherKernel(rest, resolved_around_, at_, facing, dent_.resolved_radius(), &resolved_);
   UpdateNormal(model, state);
   if (gap_ > kNear || normal_.squaredNorm() == 0) return true;
   ContactSet::Row* row = state.contacts.Add();

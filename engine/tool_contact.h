@@ -94,7 +94,8 @@ class ToolContact {
   Neighbourhood around_;                     // of at_, at rest
   double gap_ = 0;                           // m, signed, from the tip's surface
   KernelPatch kernel_;                       // of the press, about at_
-  KernelPatch resolved_;                     // with which the lattice gets it
+  Neighbourhood resolved_around_;            // at rest, as wide as the lattice resolves
+  KernelSamples resolved_;                   // with which the lattice gets it
   SurfaceDent dent_;                         // the difference
   Vector3d normal_ = Vector3d::Zero();       // of the press
   Vector3d rest_normal_ = Vector3d::Zero();  // at the same place

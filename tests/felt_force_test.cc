@@ -171,7 +171,7 @@ TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
       // As above; Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which
       // are far stiffer against each other than together.
       const double tolerance = GetParam().first == SolverType::kGaussSeidel ? 1e-3 : 1e-6;
-      EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm()) << lift << ' ' << t;
+      EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm() + 1e-7) << lift << ' ' << t;
     }
   }
   EXPECT_EQ(bench_.Patch().kind, ContactKind::kGrasp);
@@ -274,7 +274,7 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
     ASSERT_EQ(rows.size(), 1);
     ASSERT_EQ(fine_rows.size(), 1);
     // Samples of R / 4 may lie differently in large and in small triangles.
-    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 1e-3 * rows.Weights().norm());
+    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 2e-3 * rows.Weights().norm());
     EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 1e-6);
   }
 }
@@ -317,7 +317,12 @@ TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
   const auto energy = [&] {
     const Points& U = bench.loop().organ(0).control_displacements;
     const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
-    return 0.5 * u.dot(std::get<FullStiffness>(bench.model().stiffness()) * u);
+    const ContactSet& contacts = bench.loop().organ(0).contacts;
+    double sum = 0.5 * u.dot(std::get<FullStiffness>(bench.model().stiffness()) * u);
+    for (int i = 0; i < contacts.size(); ++i) {  // and the dent below its resolution
+      sum += 0.5 * contacts[i].force_W.dot(contacts[i].local_compliance_W * contacts[i].force_W);
+    }
+    return sum;
   };
   double work = 0;
   Vector3d last = Vector3d::Zero();
