@@ -14,7 +14,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     : models_(organs), edges_(edges), stopwatch_(std::move(stopwatch)) {
   HPDM_CHECK(tools.size() <= kMaxInstruments);
   states_.reserve(organs.size());
-  for (const OrganModel& model : organs) states_.emplace_back(model);
+  for (const OrganModel& model : organs) states_.emplace_back(model, stopwatch_);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     contacts_.emplace_back(static_cast<int>(t), tools[t]);
   }

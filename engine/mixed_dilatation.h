@@ -19,6 +19,12 @@ class CoarserSplines {
   /// |P c|^2 = int (projection of fields c)^2 dV.
   Eigen::MatrixXd Project(const WeightMatrix& fields) const;
 
+  /// Q x m: w_q psi_b(x_q), whose transpose times a field's values gives its moments int psi_b f
+  /// dV.
+  const WeightMatrix& weighted_values() const { return weighted_values_; }
+  /// m x m, lower triangle: L with L L^T = int psi psi^T dV; L^-1 times moments is Project().
+  const Eigen::MatrixXd& factor() const { return factor_; }
+
  private:
   WeightMatrix weighted_values_;  // Q x m: w_q psi_b(x_q)
   Eigen::MatrixXd factor_;        // m x m, lower: L with L L^T = int psi psi^T dV

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "engine/error.h"
+#include "engine/finite_metric_energy.h"
+#include "engine/finite_strain_energy.h"
 #include "engine/interior.h"
 #include "engine/mesh_import.h"
 
@@ -60,6 +62,7 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
                              const std::vector<Quadrature>& regions) {
   const EnergyOptions& energy = options_.energy;
   const bool strain = energy.type == EnergyType::kStrain;
+  const bool finite = energy.strain == StrainMeasure::kFinite;
   const ScalarStiffness supports =
       SupportStiffness(lattice_, tissue, options_.supports, regions,
                        strain ? options_.material.young : energy.alpha);
@@ -70,18 +73,24 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
         energy.domain == EnergyDomain::kOrgan
             ? tissue
             : BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
-    stiffness_ =
-        ScalarStiffness(MetricStiffness(lattice_, domain, energy.alpha, energy.beta) + supports);
-    return;
+    if (!finite) {
+      stiffness_ =
+          ScalarStiffness(MetricStiffness(lattice_, domain, energy.alpha, energy.beta) + supports);
+      return;
+    }
+    finite_energy_ =
+        std::make_unique<FiniteMetricEnergy>(lattice_, domain, energy.alpha, energy.beta, supports);
+    FullStiffness K;
+    finite_energy_->Clone()->Hessian(Points::Zero(lattice_.size(), 3), false, &K);
+    stiffness_ = std::move(K);
+  } else {
+    FullStiffness K = StrainStiffness(lattice_, tissue, options_.material, Dilatation::kProjected);
+    AddAlongEachAxis(supports, &K);
+    stiffness_ = std::move(K);
+    if (!finite) return;
+    finite_energy_ = std::make_unique<FiniteStrainEnergy>(
+        lattice_, tissue, energy.law, ToLame(options_.material), Dilatation::kProjected, supports);
   }
-  const bool finite = energy.strain == StrainMeasure::kFinite;
-  FullStiffness K = StrainStiffness(lattice_, tissue, options_.material,
-                                    finite ? Dilatation::kPointwise : Dilatation::kProjected);
-  AddAlongEachAxis(supports, &K);
-  stiffness_ = std::move(K);
-  if (!finite) return;
-  finite_strain_.emplace(lattice_, tissue, HyperelasticLaw(energy.law, ToLame(options_.material)),
-                         supports);
   if (energy.solver == SolverType::kGaussSeidel) {
     warnings_.push_back("organ \"" + options_.name +
                         "\": finite strain is solved by Newton's method with Cholesky "
@@ -89,8 +98,13 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
   }
 }
 
-std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(const NewtonOptions& newton) const {
-  if (finite_strain_) return MakeNewtonRelaxation(*finite_strain_, newton);
+std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(std::function<Nanoseconds()> clock) const {
+  if (finite_energy_ != nullptr) {
+    return MakeNewtonRelaxation(*finite_energy_,
+                                {.max_iterations = options_.energy.newton_iterations,
+                                 .budget = options_.energy.newton_budget,
+                                 .clock = std::move(clock)});
+  }
   return std::visit(
       [this](const auto& K) {
         return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)
@@ -109,13 +123,13 @@ void OrganModel::LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorX
   }
 }
 
-OrganState::OrganState(const OrganModel& model)
+OrganState::OrganState(const OrganModel& model, std::function<Nanoseconds()> clock)
     : control_displacements(Points::Zero(model.lattice().size(), 3)),
       vertices(model.rest().vertices),
       tree(model.rest().vertices, model.rest().triangles),
       contacts(model.lattice().size()),
       neighbourhoods(model.rest().triangles, model.topology()),
-      relaxation(model.MakeRelaxation()),
+      relaxation(model.MakeRelaxation(std::move(clock))),
       recovery(model.options().material.relaxation_time, model.lattice().size()) {}
 
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {

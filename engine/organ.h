@@ -1,8 +1,8 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -36,16 +36,19 @@ class OrganModel {
   const SurfaceTopology& topology() const { return topology_; }
   const Lattice& lattice() const { return lattice_; }
   const WeightMatrix& weights() const { return weights_; }  ///< V x n.
-  /// N/m, with supports: n x n for the metric energy, 3n x 3n for the strain energy (finite strain:
-  /// at rest).
+  /// N/m, with supports: n x n for the metric energy, 3n x 3n for the strain energy and for
+  /// finite strain of either (at rest).
   const LatticeStiffness& stiffness() const { return stiffness_; }
+  /// The energy of finite strain (Clone() it to use it), or nullptr for a constant stiffness.
+  const ElasticEnergy* finite_energy() const { return finite_energy_.get(); }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
   const Vector3d& centre_of_volume_W() const { return centre_of_volume_W_; }  ///< m.
   /// Things that work but are probably not meant, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// A new solver for the energy as the options ask; `newton` is the budget of finite strain.
-  std::unique_ptr<Relaxation> MakeRelaxation(const NewtonOptions& newton = {}) const;
+  /// A new solver for the energy as the options ask. `clock` (session time) makes the budget of
+  /// finite strain count; without one (lockstep) iterations alone do.
+  std::unique_ptr<Relaxation> MakeRelaxation(std::function<Nanoseconds()> clock = nullptr) const;
 
   /// Lattice row b of a surface point: `row` (n) = sum of corner weights x their lattice rows.
   void LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const;
@@ -61,7 +64,7 @@ class OrganModel {
   Lattice lattice_;
   WeightMatrix weights_;
   LatticeStiffness stiffness_;
-  std::optional<FiniteStrainEnergy> finite_strain_;
+  std::unique_ptr<const ElasticEnergy> finite_energy_;
   double tissue_volume_ = 0;
   Vector3d centre_of_volume_W_ = Vector3d::Zero();
   std::vector<std::string> warnings_;
@@ -69,7 +72,8 @@ class OrganModel {
 
 /// The part of an organ that a step changes. Owned by the deformation thread.
 struct OrganState {
-  explicit OrganState(const OrganModel& model);
+  /// `clock`: as of OrganModel::MakeRelaxation.
+  explicit OrganState(const OrganModel& model, std::function<Nanoseconds()> clock = nullptr);
 
   Points control_displacements;  ///< n x 3, m, world axes: U. Set by reposition and relax.
   Points vertices;               ///< V x 3, m, world: X + B U. Set by relocate.

@@ -1,8 +1,10 @@
 #include "engine/static_loads.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <utility>
 
-#include "engine/error.h"
+#include "engine/static_newton.h"
 #include "engine/surface_kernel.h"
 
 namespace hpdm {
@@ -33,15 +35,11 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
     : model_(model),
       loads_(loads),
       response_(
-          std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness())),
+          model.finite_energy() == nullptr
+              ? std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness())
+              : nullptr),
       rows_(Eigen::MatrixXd::Zero(3 * model.lattice().size(),
                                   3 * static_cast<Eigen::Index>(loads.size()))) {
-  if (model.options().energy.type == EnergyType::kStrain &&
-      model.options().energy.strain == StrainMeasure::kFinite) {
-    throw InputError("organ \"" + model.options().name +
-                     "\": static loads are solved for small strain only in this version; set "
-                     "energy.strain = \"small\"");
-  }
   Eigen::RowVectorXd row(model.lattice().size());
   for (std::size_t i = 0; i < loads.size(); ++i) {
     for (const SurfaceSample& sample :
@@ -56,7 +54,39 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
   }
 }
 
+StaticSolution StaticLoads::SolveFinite() const {
+  const std::size_t m = loads_.size();
+  const Eigen::Index equations = rows_.cols();
+  StaticLoadRows rows{rows_, Eigen::VectorXd::Zero(equations), Eigen::VectorXd::Zero(equations),
+                      std::vector<bool>(3 * m, false)};
+  for (std::size_t i = 0; i < m; ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    if (loads_[i].force_W.has_value()) rows.forces.segment<3>(at) = *loads_[i].force_W;
+    if (!loads_[i].displacement_W.has_value()) continue;
+    rows.moves.segment<3>(at) = *loads_[i].displacement_W;
+    std::fill_n(rows.held.begin() + at, 3, true);
+  }
+  const std::unique_ptr<ElasticEnergy> energy = model_.finite_energy()->Clone();
+  StaticNewtonSolution found = SolveStaticLoads(rows, energy.get());
+
+  StaticSolution solution;
+  solution.control_displacements = std::move(found.U);
+  solution.vertex_displacements = model_.weights() * solution.control_displacements;
+  solution.residual = found.residual;
+  solution.share = found.share;
+  solution.iterations = found.iterations;
+  const Eigen::VectorXd moved =
+      rows_.transpose() * UnknownMap(solution.control_displacements.data(), rows_.rows());
+  for (std::size_t i = 0; i < m; ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    solution.load_forces.emplace_back(found.forces.segment<3>(at));
+    solution.load_displacements.emplace_back(moved.segment<3>(at));
+  }
+  return solution;
+}
+
 StaticSolution StaticLoads::Solve() const {
+  if (response_ == nullptr) return SolveFinite();
   const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   Eigen::MatrixXd columns = rows_;
   response_->Solve(columns);

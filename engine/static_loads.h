@@ -13,27 +13,31 @@ struct StaticSolution {
   Points vertex_displacements;               ///< V x 3, m.
   std::vector<Vector3d> load_forces;         ///< N, on the tissue, one a load.
   std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
-  double residual = 0;                       ///< |K U - R| / |R|, 0 without load.
+  double residual = 0;                       ///< |dE/dU - R| / |R|, 0 without load.
+  double share = 1;  ///< Of the loads that the organ carries: below 1 where Newton's method failed.
+  int iterations = 0;  ///< Of Newton's method; 0: one linear solve.
 
   /// Of the first load: displacement along its force over the force, m/N; 0 without force.
   double Compliance() const;
 };
 
 /// The loads of one organ: forces that are given, and displacements whose forces are found, all
-/// acting together, each spread by the kernel of SurfaceKernel. Small displacement (constant
-/// stiffness). Set-up factorises the stiffness once; Solve may be called again and again.
+/// acting together, each spread by the kernel of SurfaceKernel. With a constant stiffness set-up
+/// factorises it once; else the loads are raised step by step (static_newton.h). Solve may be
+/// called again and again.
 class StaticLoads {
  public:
-  /// `model` must outlive this. Throws InputError when a load touches no surface, and for
-  /// finite strain.
+  /// `model` must outlive this. Throws InputError when a load touches no surface.
   StaticLoads(const OrganModel& model, const std::vector<LoadOptions>& loads);
 
   StaticSolution Solve() const;
 
  private:
+  StaticSolution SolveFinite() const;
+
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
-  std::unique_ptr<LatticeResponse> response_;
+  std::unique_ptr<LatticeResponse> response_;  // of a constant stiffness, else null
   Eigen::MatrixXd rows_;  // 3n x 3m: column 3 i + d puts a unit force along d on load i's patch
 };
 
