@@ -98,7 +98,7 @@ class NewtonRelaxation final : public Relaxation {
 
   double Search(double energy) {
     const double slope = gradient_.cwiseProduct(step_).sum();
-    return SearchLength(U_, step_, energy, slope, 0, energy_.get(), &trial_);
+    return SearchLength(U_, step_, energy, slope, 0, energy_.get(), &trial_, &load_);
   }
 
   double Residual(const ContactSet& contacts) {

@@ -15,7 +15,7 @@ struct NewtonOptions {
   /// s; an iteration that would end later, as the longest one of this step did, is not begun. 0:
   /// no limit. Without a clock (lockstep) iterations alone count, so that a run is reproducible.
   double budget = 0;
-  std::function<Nanoseconds()> clock;  ///< Session time; must not throw or lock.
+  std::function<Nanoseconds()> clock = nullptr;  ///< Session time; must not throw or lock.
 };
 
 /// Least energy for displacements of any size, by Newton's method from where the last step ended

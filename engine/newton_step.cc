@@ -1,5 +1,7 @@
 #include "engine/newton_step.h"
 
+#include <cmath>
+
 namespace hpdm {
 
 bool NewtonFactor::Factorise(const Points& U, ElasticEnergy* energy) {
@@ -14,8 +16,9 @@ bool NewtonFactor::Factorise(const Points& U, ElasticEnergy* energy) {
 }
 
 double SearchLength(const Points& U, const Points& step, double value, double slope, double work,
-                    ElasticEnergy* energy, Points* trial) {
+                    ElasticEnergy* energy, Points* trial, Points* gradient) {
   constexpr double kSufficient = 1e-4;
+  constexpr double kFlattened = 0.1;
   constexpr int kMaxHalvings = 20;
   // Differences at the level of round-off are no reason to go shorter.
   const double slack = 1e-13 * std::abs(value);
@@ -24,6 +27,11 @@ double SearchLength(const Points& U, const Points& step, double value, double sl
     *trial = U + length * step;
     const double change = energy->Energy(*trial) - value - length * work;
     if (change <= kSufficient * length * (slope - work) + slack) return length;
+    if (length < 1) continue;
+    // Near the minimum the energy's change drowns in round-off before its slope does.
+    energy->Gradient(*trial, gradient);
+    const double slope_there = gradient->cwiseProduct(step).sum() - work;
+    if (std::abs(slope_there) <= kFlattened * std::abs(slope - work)) return length;
   }
   return 0;
 }

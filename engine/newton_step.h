@@ -25,10 +25,11 @@ class NewtonFactor {
 };
 
 /// Backtracking line search (Armijo): the largest of 1, 1/2, 1/4, ... such that from U along `step`
-/// (n x 3, m) the potential E(U) - work has fallen by 1e-4 of what its slope promises; 0 when 2^-20
-/// is still too long. `value` is E(U), `slope` the derivative of E along the step at U, `work` (J)
-/// what given forces do along the whole step. `trial` (n x 3) is scratch.
+/// (n x 3, m) the potential E(U) - work has fallen by 1e-4 of what its slope promises, or 1 when
+/// its slope has fallen to a tenth there; 0 when 2^-20 is still too long. `value` is E(U), `slope`
+/// the derivative of E along the step at U, `work` (J) what given forces do along the whole step.
+/// `trial` and `gradient` (n x 3) are scratch.
 double SearchLength(const Points& U, const Points& step, double value, double slope, double work,
-                    ElasticEnergy* energy, Points* trial);
+                    ElasticEnergy* energy, Points* trial, Points* gradient);
 
 }  // namespace hpdm

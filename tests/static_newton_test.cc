@@ -1,0 +1,157 @@
+#include "engine/static_newton.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/static_loads.h"
+#include "tests/shapes.h"
+
+namespace hpdm {
+namespace {
+
+struct Kind {
+  EnergyType type;
+  MaterialLaw law;
+};
+constexpr Kind kNeoHookean{EnergyType::kStrain, MaterialLaw::kNeoHookean};
+constexpr Kind kStVenantKirchhoff{EnergyType::kStrain, MaterialLaw::kStVenantKirchhoff};
+constexpr Kind kMetric{EnergyType::kMetric, MaterialLaw::kNeoHookean};
+
+// An ellipsoid of 0.1 x 0.07 x 0.05 m half-axes (times `scale`) held in its lower part.
+OrganModel Organ(const Kind& kind, StrainMeasure strain = StrainMeasure::kFinite,
+                 double scale = 1) {
+  OrganOptions options;
+  options.name = "ellipsoid";
+  options.energy.type = kind.type;
+  options.energy.law = kind.law;
+  options.energy.strain = strain;
+  options.energy.alpha = 500;
+  options.energy.beta *= scale * scale;
+  options.lattice.margin *= scale;
+  SupportOptions bottom;
+  bottom.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.27)};
+  options.supports.push_back(bottom);
+  return OrganModel(options, Ellipsoid(scale * Vector3d(0.1, 0.07, 0.05), 3));
+}
+
+const Vector3d kTop(0.01, 0.005, 0.0494), kSide(0.0985, 0.008, 0.007);
+
+LoadOptions Force(const Vector3d& p, const Vector3d& force, double scale = 1) {
+  LoadOptions load;
+  load.organ = "ellipsoid";
+  load.p_centre_W = scale * p;
+  load.radius = scale * 0.015;
+  load.force_W = scale * scale * force;
+  return load;
+}
+
+LoadOptions Move(const Vector3d& p, const Vector3d& move) {
+  LoadOptions load = Force(p, Vector3d::Zero());
+  load.force_W.reset();
+  load.displacement_W = move;
+  return load;
+}
+
+class StaticNewtonTest : public testing::TestWithParam<Kind> {
+ protected:
+  OrganModel organ_ = Organ(GetParam());
+};
+INSTANTIATE_TEST_SUITE_P(Energies, StaticNewtonTest,
+                         testing::Values(kNeoHookean, kStVenantKirchhoff, kMetric));
+
+TEST_P(StaticNewtonTest, LargeForcesAreBalanced) {
+  const StaticSolution solution =
+      StaticLoads(organ_, {Force(kTop, {0.2, 0, 1}), Force(kSide, {0.5, 0, 0.2})}).Solve();
+  EXPECT_EQ(solution.share, 1);
+  EXPECT_LE(solution.residual, 1e-9);  // the tolerance
+  EXPECT_GT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.01);
+  // Its energy rises at the rate of the forces' work: the gradient once more, by difference.
+  const auto energy = organ_.finite_energy()->Clone();
+  const Points& U = solution.control_displacements;
+  const double h = 1e-6;
+  double work = 0;
+  const StaticSolution more = StaticLoads(organ_, {Force(kTop, (1 + h) * Vector3d(0.2, 0, 1)),
+                                                   Force(kSide, (1 + h) * Vector3d(0.5, 0, 0.2))})
+                                  .Solve();
+  for (int i = 0; i < 2; ++i) {
+    work += solution.load_forces[static_cast<std::size_t>(i)].dot(
+        more.load_displacements[static_cast<std::size_t>(i)] -
+        solution.load_displacements[static_cast<std::size_t>(i)]);
+  }
+  // h of curvature, and the residual's 1e-9 over h.
+  EXPECT_NEAR((energy->Energy(more.control_displacements) - energy->Energy(U)) / work, 1, 1e-2);
+}
+
+TEST_P(StaticNewtonTest, PrescribedDisplacementTakesTheForceThatMakesIt) {
+  const Vector3d force(0.2, 0, 0.8);
+  const StaticSolution by_force = StaticLoads(organ_, {Force(kTop, force)}).Solve();
+  const StaticSolution by_displacement =
+      StaticLoads(organ_, {Move(kTop, by_force.load_displacements[0])}).Solve();
+  // Residuals of 1e-9 times the condition of the load's own compliance.
+  EXPECT_LT((by_displacement.load_forces[0] - force).norm(), 1e-6 * force.norm());
+  EXPECT_LT((by_displacement.vertex_displacements - by_force.vertex_displacements).norm(),
+            1e-6 * by_force.vertex_displacements.norm());
+}
+
+TEST_P(StaticNewtonTest, HeldPointsAreWhereTheyShouldBe) {
+  const Vector3d move(0, 0.01, 0.03);
+  const StaticSolution solution =
+      StaticLoads(organ_, {Move(kTop, move), Force(kSide, {0.2, 0, 0})}).Solve();
+  EXPECT_EQ(solution.share, 1);
+  EXPECT_LE(solution.residual, 1e-9);
+  EXPECT_LT((solution.load_displacements[0] - move).norm(), 1e-12);
+  EXPECT_EQ(solution.load_forces[1], Vector3d(0.2, 0, 0));
+}
+
+TEST_P(StaticNewtonTest, SmallLoadsAgreeWithTheStiffnessAtRest) {
+  const StaticSolution finite = StaticLoads(organ_, {Force(kTop, {2e-5, 0, -1e-4})}).Solve();
+  const auto response = MakeLatticeResponse(std::get<FullStiffness>(organ_.stiffness()));
+  Points gradient = finite.control_displacements;
+  organ_.finite_energy()->Clone()->Gradient(finite.control_displacements, &gradient);
+  Eigen::MatrixXd U = Eigen::Map<Eigen::VectorXd>(gradient.data(), gradient.size());
+  response->Solve(U);
+  const Eigen::Map<const Points> linear(U.data(), gradient.rows(), 3);
+  // They differ by the strain, about 1e-6 m / 0.015 m.
+  EXPECT_LT((finite.control_displacements - linear).norm(), 1e-3 * linear.norm());
+}
+
+TEST_P(StaticNewtonTest, BodyRescaledByAThousandHasTheSameShape) {
+  const double scale = 1000;
+  const OrganModel large = Organ(GetParam(), StrainMeasure::kFinite, scale);
+  const Vector3d force(0.2, 0, 0.8);  // grows with the square of the length at equal stress
+  const Points big =
+      StaticLoads(large, {Force(kTop, force, scale)}).Solve().vertex_displacements / scale;
+  const Points small = StaticLoads(organ_, {Force(kTop, force)}).Solve().vertex_displacements;
+  EXPECT_LT((big - small).norm(), 1e-6 * small.norm());
+}
+
+TEST(StaticNewton, EquilibriumDoesNotDependOnTheLoadSteps) {
+  const OrganModel organ = Organ(kNeoHookean);
+  const auto energy = organ.finite_energy()->Clone();
+  StaticLoadRows rows{Eigen::MatrixXd::Zero(3 * organ.lattice().size(), 1),
+                      Eigen::VectorXd::Constant(1, 1.0),
+                      Eigen::VectorXd::Zero(1),
+                      {false}};
+  const WeightMatrix at = organ.lattice().Weights(kTop.transpose());
+  for (WeightMatrix::InnerIterator it(at, 0); it; ++it) {
+    rows.rows(3 * it.index() + 2, 0) = it.value();
+  }
+  const StaticNewtonSolution one = SolveStaticLoads(rows, energy.get(), {.load_steps = 1});
+  const StaticNewtonSolution many = SolveStaticLoads(rows, energy.get(), {.load_steps = 10});
+  EXPECT_LE(one.residual, 1e-9);
+  EXPECT_LT((one.U - many.U).norm(), 1e-7 * many.U.norm());  // 1e-9 times the stiffness's spread
+}
+
+TEST(StaticNewton, LoadBeyondWhatStVenantKirchhoffCarriesIsReported) {
+  const OrganModel organ = Organ(kStVenantKirchhoff);
+  const StaticSolution solution = StaticLoads(organ, {Force(kTop, {0, 0, -40})}).Solve();
+  EXPECT_LT(solution.share, 1);
+  EXPECT_GT(solution.share, 0);
+  EXPECT_LT(solution.residual, 1e-2);  // of the last share that was carried
+  // No more than the organ's own size: bounded.
+  EXPECT_LT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.2);
+  // The Neo-Hookean law carries it.
+  EXPECT_EQ(StaticLoads(Organ(kNeoHookean), {Force(kTop, {0, 0, -40})}).Solve().share, 1);
+}
+
+}  // namespace
+}  // namespace hpdm
