@@ -26,6 +26,9 @@ class ElasticEnergy {
   /// d^2E/dU^2 (3n x 3n, N/m, symmetric). With `semi_definite`, the part of each point or element
   /// is made positive semi-definite first, so that the sum is, and still exact where they are.
   virtual void Hessian(const Points& U, bool semi_definite, FullStiffness* K) = 0;
+  /// Share (0..1) of the tissue that is turned inside out, or compressed so far that its law has
+  /// stopped resisting: what lies there and the forces on it are not to be trusted.
+  virtual double CollapsedShare(const Points& U) = 0;
 };
 
 }  // namespace hpdm

@@ -1,6 +1,7 @@
 #include "engine/finite_metric_energy.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 #include "engine/check.h"
 
@@ -151,6 +152,18 @@ void FiniteMetricEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
       }
     }
   }
+}
+
+double FiniteMetricEnergy::CollapsedShare(const Points& U) {
+  // An edge's force falls with its length where 3 G < 1.
+  double collapsed = 0, all = 0;
+  x_ = rest_ + U;
+  for (const Edge& edge : edges_) {
+    const double G = ((x_.row(edge.b) - x_.row(edge.a)) * edge.inverse_h).squaredNorm();
+    all += edge.weight;
+    if (3 * G < 1) collapsed += edge.weight;
+  }
+  return collapsed / all;
 }
 
 }  // namespace hpdm

@@ -35,9 +35,10 @@ class FiniteMetricEnergy final : public ElasticEnergy {
   double Energy(const Points& U) override;
   double Gradient(const Points& U, Points* gradient) override;
   void Hessian(const Points& U, bool semi_definite, FullStiffness* K) override;
+  double CollapsedShare(const Points& U) override;
 
  private:
-  // w eta |g|^2-like terms: eta w (g . g - 1)^2 with g = (x_b - x_a) / h.
+  // eta w (g . g - 1)^2 with g = (x_b - x_a) / h.
   struct Edge {
     int a, b;
     double inverse_h, weight;  // 1/m; eta times m^3, J

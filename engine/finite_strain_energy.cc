@@ -182,6 +182,18 @@ void FiniteStrainEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
   }
 }
 
+double FiniteStrainEnergy::CollapsedShare(const Points& U) {
+  double collapsed = 0, all = 0;
+  for (const Cell& cell : cells_) {
+    GatherDeformation(cell, U);
+    for (Eigen::Index q = 0; q < cell.weights.size(); ++q) {
+      all += cell.weights[q];
+      if (law_.Collapsed(DeformationAt(q))) collapsed += cell.weights[q];
+    }
+  }
+  return collapsed / all;
+}
+
 // lambda D^T D with D = L^-1 int psi d theta / dU dV.
 void FiniteStrainEnergy::AddDilatationStiffness(const Points& U, FullStiffness* K) {
   dilatations_.setZero();

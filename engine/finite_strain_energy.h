@@ -32,6 +32,7 @@ class FiniteStrainEnergy final : public ElasticEnergy {
   double Energy(const Points& U) override;
   double Gradient(const Points& U, Points* gradient) override;
   void Hessian(const Points& U, bool semi_definite, FullStiffness* K) override;
+  double CollapsedShare(const Points& U) override;
 
  private:
   // The points of one lattice cell, on which the same functions are not zero.

@@ -33,6 +33,14 @@ constexpr double kM = 4.0 / 3, kL0 = 5.0 / 6, kAlpha0 = 11.0 / 5;
 HyperelasticLaw::HyperelasticLaw(MaterialLaw law, const LameParameters& lame)
     : law_(law), mu_(lame.mu), lambda_(lame.lambda) {}
 
+bool HyperelasticLaw::Collapsed(const Matrix3d& F) const {
+  if (!(F.determinant() > 0)) return true;
+  if (law_ != MaterialLaw::kStVenantKirchhoff) return false;
+  Eigen::SelfAdjointEigenSolver<Matrix3d> stretches;
+  stretches.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
+  return stretches.eigenvalues()[0] < 1.0 / 3;
+}
+
 double HyperelasticLaw::Dilatation(const Matrix3d& F) const {
   return law_ == MaterialLaw::kStVenantKirchhoff ? GreenStrain(F).trace() : F.determinant() - 1;
 }

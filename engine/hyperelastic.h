@@ -38,6 +38,9 @@ class HyperelasticLaw {
   /// dP/dF, Pa, symmetric; indefinite in strong compression.
   Matrix9d Tangent(const Matrix3d& F) const;
 
+  /// Inverted, or (St. Venant-Kirchhoff) a principal stretch below 1/sqrt(3).
+  bool Collapsed(const Matrix3d& F) const;
+
   /// theta, and what it is made of: for a theta that is averaged over a neighbourhood
   /// (FiniteStrainEnergy), beside a law with lambda = 0.
   double Dilatation(const Matrix3d& F) const;

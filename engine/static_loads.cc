@@ -75,6 +75,7 @@ StaticSolution StaticLoads::SolveFinite() const {
   solution.residual = found.residual;
   solution.share = found.share;
   solution.iterations = found.iterations;
+  solution.collapsed = energy->CollapsedShare(solution.control_displacements);
   const Eigen::VectorXd moved =
       rows_.transpose() * UnknownMap(solution.control_displacements.data(), rows_.rows());
   for (std::size_t i = 0; i < m; ++i) {

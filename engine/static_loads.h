@@ -15,7 +15,8 @@ struct StaticSolution {
   std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
   double residual = 0;                       ///< |dE/dU - R| / |R|, 0 without load.
   double share = 1;  ///< Of the loads that the organ carries: below 1 where Newton's method failed.
-  int iterations = 0;  ///< Of Newton's method; 0: one linear solve.
+  double collapsed = 0;  ///< Share of the tissue where the law has failed (ElasticEnergy).
+  int iterations = 0;    ///< Of Newton's method; 0: one linear solve.
 
   /// Of the first load: displacement along its force over the force, m/N; 0 without force.
   double Compliance() const;

@@ -44,7 +44,8 @@ class StaticNewton {
 
   StaticNewtonSolution Solve() {
     double size = 1.0 / options_.load_steps;
-    for (int halvings = 0; state_.share < 1 && halvings <= options_.max_halvings;) {
+    for (int halvings = 0; state_.share < 1 && halvings <= options_.max_halvings &&
+                           state_.iterations < options_.max_total;) {
       const StaticNewtonSolution before = state_;
       state_.share = state_.share + size > 1 - 1e-9 ? 1 : state_.share + size;
       if (Equilibrate()) {
@@ -69,7 +70,7 @@ class StaticNewton {
     const double tolerance =
         state_.share < 1 ? std::max(options_.tolerance, 1e-3) : options_.tolerance;
     double value = energy_->Gradient(state_.U, &gradient_);
-    for (int i = 0; i < options_.max_iterations; ++i) {
+    for (int i = 0; i < options_.max_iterations && state_.iterations < options_.max_total; ++i) {
       ++state_.iterations;
       if (!factor_.Factorise(state_.U, energy_)) return false;
       SolveStep();

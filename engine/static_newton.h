@@ -19,7 +19,8 @@ struct StaticNewtonOptions {
   double tolerance = 1e-9;  ///< Of the residual |dE/dU - R f| / |R f|.
   int load_steps = 4;       ///< Equal shares of the loads to begin with; a failed one is halved,
   int max_halvings = 6;     ///< at most so often in a row.
-  int max_iterations = 40;  ///< Newton iterations a load step.
+  int max_iterations = 25;  ///< Newton iterations a load step,
+  int max_total = 150;      ///< and in all.
 };
 
 /// Where the lattice rests under the loads, or how far it came.

@@ -17,8 +17,9 @@ inline constexpr std::string_view kOrganKeys[] = {
     "name", "mesh", "unit", "model", "texture", "pose", "lattice", "energy", "material", "support"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {"basis", "degree", "cells", "margin"};
-inline constexpr std::string_view kEnergyKeys[] = {"type",   "strain", "law", "solver",
-                                                   "domain", "alpha",  "beta"};
+inline constexpr std::string_view kEnergyKeys[] = {
+    "type",         "strain", "law", "solver", "domain", "alpha", "beta", "newton_iterations",
+    "newton_budget"};
 inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density",
                                                      "relaxation_time"};
 inline constexpr std::string_view kSupportKeys[] = {"box", "box_fraction", "sphere", "fixed",

@@ -60,17 +60,17 @@ INSTANTIATE_TEST_SUITE_P(Energies, StaticNewtonTest,
 
 TEST_P(StaticNewtonTest, LargeForcesAreBalanced) {
   const StaticSolution solution =
-      StaticLoads(organ_, {Force(kTop, {0.2, 0, 1}), Force(kSide, {0.5, 0, 0.2})}).Solve();
+      StaticLoads(organ_, {Force(kTop, {0.6, 0, 3}), Force(kSide, {1.5, 0, 0.6})}).Solve();
   EXPECT_EQ(solution.share, 1);
   EXPECT_LE(solution.residual, 1e-9);  // the tolerance
-  EXPECT_GT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.01);
+  EXPECT_GT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.006);
   // Its energy rises at the rate of the forces' work: the gradient once more, by difference.
   const auto energy = organ_.finite_energy()->Clone();
   const Points& U = solution.control_displacements;
   const double h = 1e-6;
   double work = 0;
-  const StaticSolution more = StaticLoads(organ_, {Force(kTop, (1 + h) * Vector3d(0.2, 0, 1)),
-                                                   Force(kSide, (1 + h) * Vector3d(0.5, 0, 0.2))})
+  const StaticSolution more = StaticLoads(organ_, {Force(kTop, (1 + h) * Vector3d(0.6, 0, 3)),
+                                                   Force(kSide, (1 + h) * Vector3d(1.5, 0, 0.6))})
                                   .Solve();
   for (int i = 0; i < 2; ++i) {
     work += solution.load_forces[static_cast<std::size_t>(i)].dot(
@@ -114,43 +114,56 @@ TEST_P(StaticNewtonTest, SmallLoadsAgreeWithTheStiffnessAtRest) {
   EXPECT_LT((finite.control_displacements - linear).norm(), 1e-3 * linear.norm());
 }
 
+// A force along z on the point `p` of the organ.
+StaticLoadRows PointForce(const OrganModel& organ, const Vector3d& p, double force) {
+  StaticLoadRows rows{Eigen::MatrixXd::Zero(3 * organ.lattice().size(), 1),
+                      Eigen::VectorXd::Constant(1, force),
+                      Eigen::VectorXd::Zero(1),
+                      {false}};
+  const WeightMatrix at = organ.lattice().Weights(p.transpose());
+  for (WeightMatrix::InnerIterator it(at, 0); it; ++it) {
+    rows.rows(3 * it.index() + 2, 0) = it.value();
+  }
+  return rows;
+}
+
 TEST_P(StaticNewtonTest, BodyRescaledByAThousandHasTheSameShape) {
   const double scale = 1000;
   const OrganModel large = Organ(GetParam(), StrainMeasure::kFinite, scale);
-  const Vector3d force(0.2, 0, 0.8);  // grows with the square of the length at equal stress
+  const double force = 0.8;  // grows with the square of the length at equal stress
+  const auto small_energy = organ_.finite_energy()->Clone();
+  const auto large_energy = large.finite_energy()->Clone();
+  const Points small = SolveStaticLoads(PointForce(organ_, kTop, force), small_energy.get()).U;
   const Points big =
-      StaticLoads(large, {Force(kTop, force, scale)}).Solve().vertex_displacements / scale;
-  const Points small = StaticLoads(organ_, {Force(kTop, force)}).Solve().vertex_displacements;
-  EXPECT_LT((big - small).norm(), 1e-6 * small.norm());
+      SolveStaticLoads(PointForce(large, scale * kTop, scale * scale * force), large_energy.get())
+          .U /
+      scale;
+  const Points difference = organ_.weights() * (big - small);
+  EXPECT_LT(difference.norm(), 1e-6 * (organ_.weights() * small).norm());
 }
 
 TEST(StaticNewton, EquilibriumDoesNotDependOnTheLoadSteps) {
   const OrganModel organ = Organ(kNeoHookean);
   const auto energy = organ.finite_energy()->Clone();
-  StaticLoadRows rows{Eigen::MatrixXd::Zero(3 * organ.lattice().size(), 1),
-                      Eigen::VectorXd::Constant(1, 1.0),
-                      Eigen::VectorXd::Zero(1),
-                      {false}};
-  const WeightMatrix at = organ.lattice().Weights(kTop.transpose());
-  for (WeightMatrix::InnerIterator it(at, 0); it; ++it) {
-    rows.rows(3 * it.index() + 2, 0) = it.value();
-  }
+  const StaticLoadRows rows = PointForce(organ, kTop, 1);
   const StaticNewtonSolution one = SolveStaticLoads(rows, energy.get(), {.load_steps = 1});
   const StaticNewtonSolution many = SolveStaticLoads(rows, energy.get(), {.load_steps = 10});
   EXPECT_LE(one.residual, 1e-9);
   EXPECT_LT((one.U - many.U).norm(), 1e-7 * many.U.norm());  // 1e-9 times the stiffness's spread
 }
 
-TEST(StaticNewton, LoadBeyondWhatStVenantKirchhoffCarriesIsReported) {
-  const OrganModel organ = Organ(kStVenantKirchhoff);
-  const StaticSolution solution = StaticLoads(organ, {Force(kTop, {0, 0, -40})}).Solve();
+TEST(StaticNewton, CollapseOfStVenantKirchhoffIsBoundedAndReported) {
+  // Pressed to 9 mm of the 100 mm body, by a patch of 15 mm, the law's tissue under the load has
+  // lost its resistance: no equilibrium follows on from there.
+  const LoadOptions press = Move(kTop, {0, 0, -0.02});
+  const StaticSolution solution = StaticLoads(Organ(kStVenantKirchhoff), {press}).Solve();
   EXPECT_LT(solution.share, 1);
-  EXPECT_GT(solution.share, 0);
-  EXPECT_LT(solution.residual, 1e-2);  // of the last share that was carried
-  // No more than the organ's own size: bounded.
-  EXPECT_LT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.2);
-  // The Neo-Hookean law carries it.
-  EXPECT_EQ(StaticLoads(Organ(kNeoHookean), {Force(kTop, {0, 0, -40})}).Solve().share, 1);
+  EXPECT_GT(solution.share, 0.3);  // 0.45 measured
+  EXPECT_GT(solution.collapsed, 0);
+  EXPECT_LE(solution.residual, 1e-3);  // of the last share that was carried
+  EXPECT_LE(solution.iterations, StaticNewtonOptions().max_total);
+  EXPECT_LT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.02);
+  EXPECT_EQ(StaticLoads(Organ(kNeoHookean), {press}).Solve().share, 1);
 }
 
 }  // namespace

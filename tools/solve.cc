@@ -105,6 +105,7 @@ void Solve(const SolveOptions& options) {
       {"residual", solution.residual},
       {"load_share", solution.share},
       {"newton_iterations", solution.iterations},
+      {"collapsed_share", solution.collapsed},
       {"setup_ms", setup_ms},
       {"step_us", MedianSolveMicroseconds(loads)}};
   for (std::size_t i = 0; i < scene.loads.size(); ++i) {
@@ -124,6 +125,12 @@ void Solve(const SolveOptions& options) {
         RelativeSurfaceError(model.rest(), solution.vertex_displacements, reference.displacements);
   }
   Print(options, scene, figures);
+  if (solution.collapsed > 0) {
+    std::fprintf(stderr,
+                 "%s: warning: %.2g %% of the tissue is inverted or compressed beyond what its law "
+                 "resists; refine the lattice there, or take law = \"neo_hookean\"\n",
+                 scene.path.c_str(), 100 * solution.collapsed);
+  }
   if (solution.share < 1) {
     std::fprintf(stderr,
                  "%s: no equilibrium beyond %.3g of the loads, where the energy stops carrying "
