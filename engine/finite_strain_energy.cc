@@ -156,7 +156,8 @@ void FiniteStrainEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
       if (semi_definite) A = ProjectedToSemiDefinite(A);
     }
     // The (i, k) part couples displacements along i and k: sum_q G_q^T A_q^ik G_q with A^ik (3 x 3)
-    // over the directions of the two gradients. Part (k, i) is its transpose.
+    // over the directions of the two gradients. Part (k, i) is its transpose, and all of it lands
+    // below the diagonal first.
     product_.resize(cell.gradients.rows(), cell.gradients.cols());
     for (int i = 0; i < 3; ++i) {
       for (int k = i; k < 3; ++k) {
@@ -171,15 +172,16 @@ void FiniteStrainEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
         }
         block_.noalias() = cell.gradients.transpose() * product_;
         for (Eigen::Index b = 0; b < block_.cols(); ++b) {
-          for (Eigen::Index a = 0; a < block_.rows(); ++a) {
-            const int row = 3 * cell.columns[a] + i, column = 3 * cell.columns[b] + k;
+          for (Eigen::Index a = i == k ? b : 0; a < block_.rows(); ++a) {
+            const auto [column, row] =
+                std::minmax({3 * cell.columns[a] + i, 3 * cell.columns[b] + k});
             (*K)(row, column) += block_(a, b);
-            if (i != k) (*K)(column, row) += block_(a, b);
           }
         }
       }
     }
   }
+  K->triangularView<Eigen::StrictlyUpper>() = K->transpose();
 }
 
 double FiniteStrainEnergy::CollapsedShare(const Points& U) {
@@ -194,7 +196,7 @@ double FiniteStrainEnergy::CollapsedShare(const Points& U) {
   return collapsed / all;
 }
 
-// lambda D^T D with D = L^-1 int psi d theta / dU dV.
+// Below the diagonal: lambda D^T D with D = L^-1 int psi d theta / dU dV.
 void FiniteStrainEnergy::AddDilatationStiffness(const Points& U, FullStiffness* K) {
   dilatations_.setZero();
   for (const Cell& cell : cells_) {
@@ -216,7 +218,7 @@ void FiniteStrainEnergy::AddDilatationStiffness(const Points& U, FullStiffness* 
     }
   }
   factor_.triangularView<Eigen::Lower>().solveInPlace(dilatations_);
-  K->noalias() += lambda_ * dilatations_.transpose() * dilatations_;
+  K->selfadjointView<Eigen::Lower>().rankUpdate(dilatations_.transpose(), lambda_);
 }
 
 }  // namespace hpdm
