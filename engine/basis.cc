@@ -89,6 +89,8 @@ double UnivariateBasis::Greville(int i) const {
 TensorBasis::TensorBasis(const LatticeOptions& options)
     : axes_{UnivariateBasis(options.basis, options.degree[0], options.cells[0]),
             UnivariateBasis(options.basis, options.degree[1], options.cells[1]),
-            UnivariateBasis(options.basis, options.degree[2], options.cells[2])} {}
+            UnivariateBasis(options.basis, options.degree[2], options.cells[2])} {
+  for (const UnivariateBasis& axis : axes_) HPDM_CHECK(axis.support() <= kMaxSupport);
+}
 
 }  // namespace hpdm

@@ -53,6 +53,10 @@ class UnivariateBasis {
 /// Tensor product of three univariate bases; function (i, j, k) has index (i ny + j) nz + k.
 class TensorBasis {
  public:
+  /// Most functions that are not zero at a point, along one axis.
+  static constexpr int kMaxSupport = 64;
+
+  /// Requires degrees below kMaxSupport.
   explicit TensorBasis(const LatticeOptions& options);
 
   const UnivariateBasis& axis(int d) const { return axes_[d]; }

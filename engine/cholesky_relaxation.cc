@@ -36,6 +36,10 @@ std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const ScalarStiffness& K) {
   return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(K));
 }
 
+std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots) {
+  return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(functions, slots));
+}
+
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K) {
   return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(K));
 }

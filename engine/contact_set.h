@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "engine/active_functions.h"
 #include "engine/direct_manipulation.h"
 #include "engine/types.h"
 
@@ -29,8 +30,13 @@ class ContactSet {
     Vector3d force_W = Vector3d::Zero();             ///< Result: force on the tissue, N.
   };
 
-  /// `n`: control points of the organ.
-  explicit ContactSet(int n) : weights_(ContactWeights::Zero(kMaxContacts, n)) {}
+  /// `n`: control points of the organ; `candidates`, `slots`: of its local functions, whose columns
+  /// follow those of the control points.
+  explicit ContactSet(int n, int candidates = 0, int slots = 0)
+      : local(candidates, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
+
+  /// The local functions in use, chosen before rows are added.
+  ActiveFunctions local;
 
   void Clear() { size_ = 0; }
   int size() const { return size_; }
@@ -45,7 +51,7 @@ class ContactSet {
   Row& operator[](int i) { return rows_[i]; }
   const Row& operator[](int i) const { return rows_[i]; }
 
-  /// m x n, of the rows in use.
+  /// m x (n + slots), of the rows in use.
   auto Weights() const { return weights_.topRows(size_); }
   auto WeightRow(int i) { return weights_.row(i); }
 

@@ -1,11 +1,28 @@
 #include "engine/deformation_loop.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <utility>
 
 #include "engine/check.h"
 
 namespace hpdm {
+namespace {
+
+// All but the vertices.
+void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
+  const int n = model.lattice().size();
+  const ActiveFunctions& active = state.contacts.local;
+  shape->control_displacements = state.control_displacements.topRows(n);
+  shape->local_displacements = state.control_displacements.bottomRows(active.slots());
+  for (int s = 0; s < active.slots(); ++s) {
+    const int function = active.Function(s);
+    shape->local_functions[s] = function < 0 ? -1 : model.local()->finer().kept()[function];
+  }
+}
+
+}  // namespace
 
 DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const std::vector<ToolOptions>& tools,
@@ -14,7 +31,8 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     : models_(organs), edges_(edges), stopwatch_(std::move(stopwatch)) {
   HPDM_CHECK(tools.size() <= kMaxInstruments);
   states_.reserve(organs.size());
-  for (const OrganModel& model : organs) states_.emplace_back(model, stopwatch_);
+  for (const OrganModel& model : organs)
+    states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     contacts_.emplace_back(static_cast<int>(t), tools[t]);
   }
@@ -52,8 +70,37 @@ void DeformationLoop::Collide(const ToolState& tools) {
   // No tool has a pose before the haptic loop's first tick.
   HPDM_CHECK(tools.tool_count <= static_cast<int>(contacts_.size()));
   for (int t = 0; t < tools.tool_count; ++t) {
+    contacts_[t].Follow(tools.tools[t], models_, &states_);
+  }
+  Refine(tools.tool_count);
+  for (int t = 0; t < tools.tool_count; ++t) {
     if (!contacts_[t].AddContacts(tools.tools[t], models_, &states_)) {
       record_.flags |= kStepContactsDropped;
+    }
+  }
+}
+
+// Local functions go where the tips are, or are about to be.
+void DeformationLoop::Refine(int tool_count) {
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    const LocalFunctions* local = models_[o].local();
+    if (local == nullptr) continue;
+    std::array<Vector3d, kMaxInstruments> points;
+    std::size_t count = 0;
+    for (int t = 0; t < tool_count; ++t) {
+      if (contacts_[t].organ() == static_cast<int>(o)) {
+        points[count++] = contacts_[t].RestPoint(models_);
+      }
+    }
+    OrganState& state = states_[o];
+    ActiveFunctions& active = state.contacts.local;
+    active.Follow(local->centres(), std::span(points.data(), count),
+                  models_[o].options().lattice.local.functions);
+    for (int s = 0; s < active.slots(); ++s) {
+      if (!active.Changed(s)) continue;
+      const int row = models_[o].lattice().size() + s;
+      state.control_displacements.row(row).setZero();
+      state.recovery.Forget(row);
     }
   }
 }
@@ -101,7 +148,11 @@ void DeformationLoop::Relax(double dt) {
 void DeformationLoop::RelocateVertices() {
   for (std::size_t o = 0; o < states_.size(); ++o) {
     states_[o].vertices = models_[o].rest().vertices;
-    states_[o].vertices.noalias() += models_[o].weights() * states_[o].control_displacements;
+    states_[o].vertices.noalias() +=
+        models_[o].weights() *
+        states_[o].control_displacements.topRows(models_[o].lattice().size());
+    models_[o].AddLocalDisplacements(states_[o].contacts.local, states_[o].control_displacements,
+                                     &states_[o].vertices);
   }
 }
 
@@ -134,7 +185,7 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->tool_count = tools.tool_count;
   scene->tools = tools.tools;
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    scene->organs[o].control_displacements = states_[o].control_displacements;
+    FillShape(models_[o], states_[o], &scene->organs[o]);
     if (scene->organs[o].vertices.rows() > 0) {
       scene->organs[o].vertices = states_[o].vertices.cast<float>();
     }
@@ -147,7 +198,10 @@ SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_coun
   scene.tool_count = tool_count;
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;
+    const int slots = model.LocalSlots(tool_count);
     organ.control_displacements = Points::Zero(model.lattice().size(), 3);
+    organ.local_functions.assign(slots, -1);
+    organ.local_displacements = Points::Zero(slots, 3);
     if (with_vertices) organ.vertices = model.rest().vertices.cast<float>();
     scene.organs.push_back(std::move(organ));
   }

@@ -39,6 +39,7 @@ class DeformationLoop {
 
  private:
   void Collide(const ToolState& tools);
+  void Refine(int tool_count);
   void RepositionControlPoints();
   void Relax(double dt);
   void RelocateVertices();

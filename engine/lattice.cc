@@ -18,9 +18,15 @@ void Lattice::DropControlPointsWithoutTissue(const Quadrature& tissue) {
   const Eigen::VectorXd volume = weights.transpose() * tissue.weights;
   const double cell_volume =
       box_.Volume() / (basis_.axis(0).cells() * basis_.axis(1).cells() * basis_.axis(2).cells());
+  std::vector<bool> drop(size());
+  for (int a = 0; a < size(); ++a) drop[a] = !(volume[a] > 1e-9 * cell_volume);
+  DropControlPoints(drop);
+}
+
+void Lattice::DropControlPoints(const std::vector<bool>& drop) {
   std::vector<int> kept;
   for (int a = 0; a < size(); ++a) {
-    if (volume[a] > 1e-9 * cell_volume) kept.push_back(kept_[a]);
+    if (!drop[a]) kept.push_back(kept_[a]);
   }
   kept_ = std::move(kept);
   column_.assign(basis_.count(), -1);
@@ -42,21 +48,9 @@ Points Lattice::ControlPoints() const {
 WeightMatrix Lattice::Weights(const Points& points) const {
   WeightMatrix weights(points.rows(), size());
   weights.reserve(Eigen::VectorXi::Constant(points.rows(), std::min(basis_.support(), size())));
-  std::array<std::vector<double>, 3> values;
-  for (int d = 0; d < 3; ++d) values[d].resize(basis_.axis(d).support());
   for (Eigen::Index v = 0; v < points.rows(); ++v) {
-    const Vector3d c = box_.ToUnit(points.row(v).transpose());
-    std::array<int, 3> first;
-    for (int d = 0; d < 3; ++d) first[d] = basis_.axis(d).Evaluate(c[d], values[d].data());
-    for (int i = 0; i < basis_.axis(0).support(); ++i) {
-      for (int j = 0; j < basis_.axis(1).support(); ++j) {
-        const double ij = values[0][i] * values[1][j];
-        for (int k = 0; k < basis_.axis(2).support(); ++k) {
-          const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
-          if (column >= 0) weights.insert(v, column) = ij * values[2][k];
-        }
-      }
-    }
+    ForEachFunction(points.row(v).transpose(),
+                    [&](int column, double value) { weights.insert(v, column) = value; });
   }
   weights.makeCompressed();
   return weights;

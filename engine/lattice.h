@@ -26,6 +26,9 @@ class Lattice {
   /// 1e-9 of a cell's volume. A function with less carries no energy and moves nothing.
   void DropControlPointsWithoutTissue(const Quadrature& tissue);
 
+  /// Drops the kept control points a (columns as they are now) with drop[a].
+  void DropControlPoints(const std::vector<bool>& drop);
+
   const OrientedBox& box() const { return box_; }
   const TensorBasis& basis() const { return basis_; }
 
@@ -44,6 +47,11 @@ class Lattice {
   /// support there was dropped.
   WeightMatrix Weights(const Points& points) const;
 
+  /// Calls f(column, phi_column(p)) for each kept function that is not zero at `p_W` (m); outside
+  /// the box, for those at its nearest point. Any thread, no allocation.
+  template <typename Function>
+  void ForEachFunction(const Vector3d& p_W, Function&& f) const;
+
   /// Gradients of the basis functions at `points` (V x 3, world, m): element d is V x n and holds
   /// d phi_a / d x_d along the world axis d, 1/m. Rows sum to zero where those of Weights() sum to
   /// one. Set-up only.
@@ -55,6 +63,23 @@ class Lattice {
   std::vector<int> kept_;
   std::vector<int> column_;
 };
+
+template <typename Function>
+void Lattice::ForEachFunction(const Vector3d& p_W, Function&& f) const {
+  const Vector3d c = box_.ToUnit(p_W);
+  std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values;
+  std::array<int, 3> first;
+  for (int d = 0; d < 3; ++d) first[d] = basis_.axis(d).Evaluate(c[d], values[d].data());
+  for (int i = 0; i < basis_.axis(0).support(); ++i) {
+    for (int j = 0; j < basis_.axis(1).support(); ++j) {
+      const double ij = values[0][i] * values[1][j];
+      for (int k = 0; k < basis_.axis(2).support(); ++k) {
+        const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
+        if (column >= 0) f(column, ij * values[2][k]);
+      }
+    }
+  }
+}
 
 /// The box of Eq. 1 around `vertices` (V x 3, world, m): parallel to `axes` (columns: unit
 /// vectors), enlarged by `margin` (m) on every side.

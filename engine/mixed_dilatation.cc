@@ -33,8 +33,12 @@ CoarserSplines::CoarserSplines(const Lattice& lattice, const Quadrature& tissue)
   factor_ = llt.matrixL();
 }
 
+WeightMatrix CoarserSplines::Moments(const WeightMatrix& fields) const {
+  return weighted_values_.transpose() * fields;
+}
+
 Eigen::MatrixXd CoarserSplines::Project(const WeightMatrix& fields) const {
-  Eigen::MatrixXd moments = Eigen::MatrixXd(WeightMatrix(weighted_values_.transpose() * fields));
+  Eigen::MatrixXd moments = Eigen::MatrixXd(Moments(fields));
   factor_.triangularView<Eigen::Lower>().solveInPlace(moments);
   return moments;
 }

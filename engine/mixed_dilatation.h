@@ -19,10 +19,11 @@ class CoarserSplines {
   /// |P c|^2 = int (projection of fields c)^2 dV.
   Eigen::MatrixXd Project(const WeightMatrix& fields) const;
 
-  /// Q x m: w_q psi_b(x_q), whose transpose times a field's values gives its moments int psi_b f
-  /// dV.
+  /// int psi_b field_k dV (m x k) of such fields, and the inner products int psi psi^T dV (m x m)
+  /// as a lower Cholesky factor: Project(fields) = factor^-1 Moments(fields).
+  WeightMatrix Moments(const WeightMatrix& fields) const;
+  /// Q x m: w_q psi_b(x_q).
   const WeightMatrix& weighted_values() const { return weighted_values_; }
-  /// m x m, lower triangle: L with L L^T = int psi psi^T dV; L^-1 times moments is Project().
   const Eigen::MatrixXd& factor() const { return factor_; }
 
  private:

@@ -2,22 +2,32 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
+#include "engine/check.h"
 #include "engine/error.h"
 #include "engine/finite_metric_energy.h"
 #include "engine/finite_strain_energy.h"
 #include "engine/interior.h"
 #include "engine/mesh_import.h"
+#include "engine/thickness.h"
 
 namespace hpdm {
 namespace {
 
-// Cells that the tissue is sampled in: the lattice's own, or for a Bernstein lattice, which is one
-// cell, as many as it has control intervals, at least 4.
+// A kernel whose radius is this many mean edges of the finest cells is resolved by their functions
+// to a few per cent, wherever it lies among the cells.
+constexpr double kResolvedCells = 1.25;
+
+// Cells that the tissue is sampled in: those of the finest functions, or for a Bernstein lattice,
+// which is one cell, as many as it has control intervals, at least 4.
 std::array<int, 3> SamplingCells(const LatticeOptions& options) {
-  if (options.basis == BasisType::kBSpline) return options.cells;
+  if (options.basis == BasisType::kBSpline) {
+    const int finer = options.local.functions > 0 ? options.local.refinement : 1;
+    return {finer * options.cells[0], finer * options.cells[1], finer * options.cells[2]};
+  }
   return {std::max(options.degree[0], 4), std::max(options.degree[1], 4),
           std::max(options.degree[2], 4)};
 }
@@ -42,6 +52,9 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
       options.energy.type == EnergyType::kMetric && options.energy.domain == EnergyDomain::kBox;
   if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
   weights_ = lattice_.Weights(rest_.vertices);
+  resolution_ = kResolvedCells *
+                lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
+  thickness_ = LocalThickness(rest_, rest_normals_, 2 * resolution_);
 
   std::vector<Quadrature> regions;
   const Box bounds = AxisAlignedBounds(rest_.vertices);
@@ -86,6 +99,13 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
   } else {
     FullStiffness K = StrainStiffness(lattice_, tissue, options_.material, Dilatation::kProjected);
     AddAlongEachAxis(supports, &K);
+    if (options_.lattice.local.functions > 0) {
+      HPDM_CHECK(!finite && options_.lattice.basis == BasisType::kBSpline &&
+                 energy.solver == SolverType::kCholesky);
+      local_.emplace(lattice_, options_.lattice.local, tissue, options_.material,
+                     Dilatation::kProjected, regions, K);
+      local_weights_ = local_->finer().Weights(rest_.vertices);
+    }
     stiffness_ = std::move(K);
     if (!finite) return;
     finite_energy_ = std::make_unique<FiniteStrainEnergy>(
@@ -98,7 +118,9 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
   }
 }
 
-std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(std::function<Nanoseconds()> clock) const {
+std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
+                                                       std::function<Nanoseconds()> clock) const {
+  if (local_) return MakeCholeskyRelaxation(*local_, slots);
   if (finite_energy_ != nullptr) {
     return MakeNewtonRelaxation(*finite_energy_,
                                 {.max_iterations = options_.energy.newton_iterations,
@@ -113,24 +135,68 @@ std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(std::function<Nanoseconds
       stiffness_);
 }
 
-void OrganModel::LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const {
-  row.setZero();
-  for (int k = 0; k < 3; ++k) {
-    const int vertex = rest_.triangles(at.triangle, k);
-    for (WeightMatrix::InnerIterator it(weights_, vertex); it; ++it) {
-      row[it.index()] += at.barycentric[k] * it.value();
+int OrganModel::LocalSlots(int contacts) const {
+  return local_ ? contacts * options_.lattice.local.functions : 0;
+}
+
+void OrganModel::AddToRow(const Vector3d& p_rest_W, double weight, const ActiveFunctions& active,
+                          Eigen::Ref<Eigen::RowVectorXd> row) const {
+  lattice_.ForEachFunction(p_rest_W,
+                           [&](int column, double value) { row[column] += weight * value; });
+  if (active.slots() == 0) return;
+  local_->finer().ForEachFunction(p_rest_W, [&](int candidate, double value) {
+    const int slot = active.Slot(candidate);
+    if (slot >= 0) row[lattice_.size() + slot] += weight * value;
+  });
+}
+
+void OrganModel::AddLocalDisplacements(const ActiveFunctions& active, const Points& U,
+                                       Points* vertices) const {
+  for (int slot = 0; slot < active.slots(); ++slot) {
+    if (active.Function(slot) < 0) continue;
+    const auto displacement = U.row(lattice_.size() + slot);
+    for (Eigen::SparseMatrix<double>::InnerIterator it(local_weights_, active.Function(slot)); it;
+         ++it) {
+      vertices->row(it.index()) += it.value() * displacement;
     }
   }
 }
 
-OrganState::OrganState(const OrganModel& model, std::function<Nanoseconds()> clock)
-    : control_displacements(Points::Zero(model.lattice().size(), 3)),
+void OrganModel::AddDent(const SurfaceDent& dent, const Vector3d& p_rest_W, const Vector3d& force_W,
+                         Points* vertices) const {
+  const double reach = dent.Reach();
+  for (Eigen::Index v = 0; v < vertices->rows(); ++v) {
+    const double distance2 = (rest_.vertices.row(v).transpose() - p_rest_W).squaredNorm();
+    if (distance2 >= reach * reach) continue;
+    if (rest_normals_.row(v).dot(dent.normal_W()) <= 0) continue;
+    vertices->row(v) += (dent.At(std::sqrt(distance2)) * force_W).transpose();
+  }
+}
+
+double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
+  if (options_.energy.type != EnergyType::kStrain) return radius;
+  double thickness = 0;
+  for (int k = 0; k < 3; ++k) {
+    thickness += at.barycentric[k] * thickness_[rest_.triangles(at.triangle, k)];
+  }
+  return std::max(radius, thickness / 2);
+}
+
+SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
+  return {options_.material, InterpolatedNormal(rest_.vertices, rest_.triangles, topology_, at),
+          radius, ResolvedRadius(at, radius)};
+}
+
+OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)
+    : control_displacements(Points::Zero(model.lattice().size() + model.LocalSlots(tools), 3)),
       vertices(model.rest().vertices),
       tree(model.rest().vertices, model.rest().triangles),
-      contacts(model.lattice().size()),
+      contacts(model.lattice().size(), model.local() != nullptr ? model.local()->size() : 0,
+               model.LocalSlots(tools)),
       neighbourhoods(model.rest().triangles, model.topology()),
-      relaxation(model.MakeRelaxation(std::move(clock))),
-      recovery(model.options().material.relaxation_time, model.lattice().size()) {}
+      relaxation(model.MakeRelaxation(model.LocalSlots(tools), std::move(clock))),
+      recovery(model.options().material.relaxation_time,
+               static_cast<int>(control_displacements.rows())) {}
 
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);

@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -10,7 +11,9 @@
 #include "engine/collision.h"
 #include "engine/contact_set.h"
 #include "engine/elastic_relaxation.h"
+#include "engine/half_space.h"
 #include "engine/lattice.h"
+#include "engine/local_functions.h"
 #include "engine/organ_options.h"
 #include "engine/relaxation.h"
 #include "engine/support.h"
@@ -46,12 +49,36 @@ class OrganModel {
   /// Things that work but are probably not meant, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// A new solver for the energy as the options ask. `clock` (session time) makes the budget of
-  /// finite strain count; without one (lockstep) iterations alone do.
-  std::unique_ptr<Relaxation> MakeRelaxation(std::function<Nanoseconds()> clock = nullptr) const;
+  /// A new solver for the energy as the options ask, for local functions in `slots`. `clock`
+  /// (session time) makes the budget of finite strain count; without one (lockstep) iterations
+  /// alone do.
+  std::unique_ptr<Relaxation> MakeRelaxation(int slots,
+                                             std::function<Nanoseconds()> clock = nullptr) const;
 
-  /// Lattice row b of a surface point: `row` (n) = sum of corner weights x their lattice rows.
-  void LatticeRow(const SurfacePoint& at, Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// Candidates for local functions, or nullptr when the organ has none.
+  const LocalFunctions* local() const { return local_.has_value() ? &*local_ : nullptr; }
+  /// Slots for local functions at `contacts` places: 0 when the organ has none.
+  int LocalSlots(int contacts) const;
+  /// Adds weight x the basis values at a rest point (m) to `row` (n + slots of `active`): of the
+  /// lattice, then of the local functions in use. No allocation.
+  void AddToRow(const Vector3d& p_rest_W, double weight, const ActiveFunctions& active,
+                Eigen::Ref<Eigen::RowVectorXd> row) const;
+
+  /// Adds to `vertices` (V x 3, m) what the local functions in use move them by; `U` ((n + slots) x
+  /// 3, m). No allocation.
+  void AddLocalDisplacements(const ActiveFunctions& active, const Points& U,
+                             Points* vertices) const;
+  /// Adds dent.At(distance to the rest point `p_rest_W`) x force_W (N) to the vertices on that
+  /// side of the surface. O(V), no allocation.
+  void AddDent(const SurfaceDent& dent, const Vector3d& p_rest_W, const Vector3d& force_W,
+               Points* vertices) const;
+
+  /// The radius (m, at least `radius`) of the kernel with which a force on a patch of `radius` is
+  /// given to the lattice (half_space.h): what its finest functions resolve, or half of the
+  /// tissue's thickness there, whichever is smaller. No allocation.
+  double ResolvedRadius(const SurfacePoint& at, double radius) const;
+  /// The rest of what that force does. No allocation.
+  SurfaceDent Dent(const SurfacePoint& at, double radius) const;
 
  private:
   void BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
@@ -63,8 +90,12 @@ class OrganModel {
   SurfaceTopology topology_;
   Lattice lattice_;
   WeightMatrix weights_;
+  Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
+  double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   LatticeStiffness stiffness_;
   std::unique_ptr<const ElasticEnergy> finite_energy_;
+  std::optional<LocalFunctions> local_;
+  Eigen::SparseMatrix<double> local_weights_;  // V x N: basis values of the local functions
   double tissue_volume_ = 0;
   Vector3d centre_of_volume_W_ = Vector3d::Zero();
   std::vector<std::string> warnings_;
@@ -72,10 +103,11 @@ class OrganModel {
 
 /// The part of an organ that a step changes. Owned by the deformation thread.
 struct OrganState {
-  /// `clock`: as of OrganModel::MakeRelaxation.
-  explicit OrganState(const OrganModel& model, std::function<Nanoseconds()> clock = nullptr);
+  /// For at most `tools` tools. `clock`: as of OrganModel::MakeRelaxation.
+  OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock = nullptr);
 
-  Points control_displacements;  ///< n x 3, m, world axes: U. Set by reposition and relax.
+  Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by
+                                 ///< reposition and relax.
   Points vertices;               ///< V x 3, m, world: X + B U. Set by relocate.
   SurfaceTree tree;              ///< Over `vertices`. Refitted by collide.
   ContactSet contacts;           ///< Filled by collide, forces set by relax.

@@ -17,7 +17,7 @@ enum class BasisType { kBSpline, kBernstein };
 /// `refinement` times as many cells that are nearest to the contact. Small strain only.
 struct LocalFunctionOptions {
   int functions = 0;   ///< At most so many a contact; 0: none.
-  int refinement = 3;  ///< Cells of the finer splines a cell of the lattice and axis, 2..6.
+  int refinement = 2;  ///< Cells of the finer splines a cell of the lattice and axis, 2..6.
 };
 
 struct LatticeOptions {

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "engine/contact_problem.h"
+#include "engine/local_functions.h"
 #include "engine/metric_energy.h"
 #include "engine/strain_energy.h"
 
@@ -32,6 +33,8 @@ struct GaussSeidelOptions {
 /// when it is not.
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const ScalarStiffness& K);
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K);
+/// With local functions in at most `slots` slots; `functions` must outlive it.
+std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots);
 
 /// The paper's solver, extended by the contacts: one block of three unknowns a control point, the
 /// contacts by an augmented Lagrangian whose multipliers rise once a sweep.

@@ -9,11 +9,11 @@ namespace hpdm {
 
 /// Where an organ rests under its loads.
 struct StaticSolution {
-  Points control_displacements;              ///< n x 3, m, world axes.
+  Points control_displacements;              ///< (n + local functions) x 3, m, world axes.
   Points vertex_displacements;               ///< V x 3, m.
   std::vector<Vector3d> load_forces;         ///< N, on the tissue, one a load.
   std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
-  double residual = 0;                       ///< |dE/dU - R| / |R|, 0 without load.
+  double residual = 0;  ///< Finite strain: |dE/dU - R| / |R|; else see StaticLoads::Residual.
   double share = 1;  ///< Of the loads that the organ carries: below 1 where Newton's method failed.
   double collapsed = 0;  ///< Share of the tissue where the law has failed (ElasticEnergy).
   int iterations = 0;    ///< Of Newton's method; 0: one linear solve.
@@ -23,9 +23,8 @@ struct StaticSolution {
 };
 
 /// The loads of one organ: forces that are given, and displacements whose forces are found, all
-/// acting together, each spread by the kernel of SurfaceKernel. With a constant stiffness set-up
-/// factorises it once; else the loads are raised step by step (static_newton.h). Solve may be
-/// called again and again.
+/// acting together, each spread by the kernel of SurfaceKernel. Small displacement (constant
+/// stiffness). Set-up factorises the stiffness once; Solve may be called again and again.
 class StaticLoads {
  public:
   /// `model` must outlive this. Throws InputError when a load touches no surface.
@@ -33,13 +32,23 @@ class StaticLoads {
 
   StaticSolution Solve() const;
 
+  /// |K U - R| / |R| of a solution (finite strain: |dE/dU - R| / |R|), 0 without load.
+  double Residual(const StaticSolution& solution) const;
+
+  /// Local functions in use.
+  int local_functions() const;
+
  private:
   StaticSolution SolveFinite() const;
+  void AddDents(StaticSolution* solution) const;
 
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
-  std::unique_ptr<LatticeResponse> response_;  // of a constant stiffness, else null
-  Eigen::MatrixXd rows_;  // 3n x 3m: column 3 i + d puts a unit force along d on load i's patch
+  ActiveFunctions active_;
+  std::vector<SurfaceDent> dents_;             // one a load
+  std::unique_ptr<LatticeResponse> response_;  // null for finite strain
+  Eigen::MatrixXd
+      rows_;  // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch
 };
 
 }  // namespace hpdm

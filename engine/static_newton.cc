@@ -78,7 +78,7 @@ class StaticNewton {
       double length = 1;
       if (i > 0 || held_.empty()) {
         const double slope = gradient_.cwiseProduct(step_).sum();
-        const double work = (loads_.rows * given_).dot(AsVector(&step_));
+        const double work = (loads_.rows * state_.forces).dot(AsVector(&step_));
         length =
             SearchLength(state_.U, step_, value, slope, work, energy_, &trial_, &trial_gradient_);
         if (length == 0) return false;
@@ -109,8 +109,10 @@ class StaticNewton {
     if (held_.empty()) return;
     const auto responses = columns.rightCols(held_rows_.cols());
     const Vector wanted = state_.share * loads_.moves(held_);
-    const Vector missing = wanted - held_rows_.transpose() * (AsVector(&state_.U) + step);
-    const Eigen::MatrixXd compliance = held_rows_.transpose() * responses;
+    const Vector missing = wanted - held_rows_.transpose() * (AsVector(&state_.U) + step) -
+                           Vector(loads_.local * given_)(held_);
+    const Eigen::MatrixXd compliance =
+        held_rows_.transpose() * responses + loads_.local(held_, held_);
     const Vector found = compliance.ldlt().solve(missing);
     state_.forces(held_) = found;
     step += responses * found;

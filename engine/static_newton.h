@@ -11,8 +11,9 @@ namespace hpdm {
 struct StaticLoadRows {
   Eigen::MatrixXd rows;    ///< 3n x e: the generalised force (N) of a unit force on an equation.
   Eigen::VectorXd forces;  ///< e, N; of held equations ignored.
-  Eigen::VectorXd moves;   ///< e, m: rows^T U of held equations, else ignored.
+  Eigen::VectorXd moves;   ///< e, m: rows^T U + local f of held equations, else ignored.
   std::vector<bool> held;  ///< e: the displacement is given and the force is found.
+  Eigen::MatrixXd local;   ///< e x e, m/N: moves the loads' points beside rows^T U.
 };
 
 struct StaticNewtonOptions {

@@ -128,6 +128,11 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
   throw InputError(message.str());
 }
 
+SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point) {
+  const Nearest nearest = FindNearest(mesh, point);
+  return {nearest.triangle, nearest.at.barycentric};
+}
+
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices) {
   Vector3d sum = Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "engine/collision.h"
 #include "engine/surface_mesh.h"
 
 namespace hpdm {
@@ -25,6 +26,9 @@ struct SurfaceSample {
 /// Throws InputError when no surface lies within the radius.
 std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d& point,
                                          double radius, double resolution = 0.125);
+
+/// The point of the mesh nearest to `point` (m); triangle -1 for a mesh without triangles. O(F).
+SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point);
 
 /// Where a sample lies among the vertices (V x 3): the mesh's own, displaced ones or displacements.
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices);

@@ -56,18 +56,27 @@ void FillPaperNode(const OrganModel& model, int vertex, const ToolOptions& optio
 
 }  // namespace
 
-bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
-                              std::vector<OrganState>* states) {
+void ToolContact::Follow(const ToolPose& tool, const std::vector<OrganModel>& models,
+                         std::vector<OrganState>* states) {
   FollowTip(tool, models, states);
   UpdateGrasp(tool, models, states);
+  p_tip_last_W_ = tool.X_WT.translation();
+  jaw_last_ = tool.jaw;
+  started_ = true;
+}
+
+Vector3d ToolContact::RestPoint(const std::vector<OrganModel>& models) const {
+  const SurfaceMesh& rest = models[organ_].rest();
+  return at_.Position(rest.vertices, rest.triangles);
+}
+
+bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
+                              std::vector<OrganState>* states) {
   bool complete = organ_ < 0 || AddTipRows(tool, models, states);
   shaft_touches_ = false;
   for (std::size_t o = 0; o < models.size(); ++o) {
     complete = AddShaftRow(tool, models[o], &(*states)[o]) && complete;
   }
-  p_tip_last_W_ = tool.X_WT.translation();
-  jaw_last_ = tool.jaw;
-  started_ = true;
   return complete;
 }
 
@@ -162,7 +171,8 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
     row->tool = tool_;
     row->p_rest_W = grasped_[i].at.Position(rest.vertices, rest.triangles);
     row->target_W = tool.X_WT * grasped_[i].p_T;
-    model.LatticeRow(grasped_[i].at, state.contacts.WeightRow(state.contacts.size() - 1));
+    model.AddToRow(row->p_rest_W, 1, state.contacts.local,
+                   state.contacts.WeightRow(state.contacts.size() - 1));
   }
   if (grasped_count_ > 0 || gap_ > kNear) return true;
   const Vector3d normal = InterpolatedNormal(state.vertices, rest.triangles, model.topology(), at_);
@@ -173,7 +183,8 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
   row->normal_W = normal;
   row->target_W = tool.X_WT.translation() - options_.tip_radius * normal;
-  model.LatticeRow(at_, state.contacts.WeightRow(state.contacts.size() - 1));
+  model.AddToRow(row->p_rest_W, 1, state.contacts.local,
+                 state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
 }
 
@@ -195,7 +206,8 @@ bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, Org
   row->p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
   row->normal_W = normal;
   row->target_W = on_axis - options_.shaft_radius * normal;
-  model.LatticeRow(hit.at, state->contacts.WeightRow(state->contacts.size() - 1));
+  model.AddToRow(row->p_rest_W, 1, state->contacts.local,
+                 state->contacts.WeightRow(state->contacts.size() - 1));
   shaft_touches_ = true;
   return true;
 }

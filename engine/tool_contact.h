@@ -34,6 +34,14 @@ class ToolContact {
 
   ToolContact(int tool, const ToolOptions& options) : tool_(tool), options_(options) {}
 
+  /// Finds what the tip is at and what the jaws hold.
+  void Follow(const ToolPose& tool, const std::vector<OrganModel>& models,
+              std::vector<OrganState>* states);
+
+  /// The organ that the tip is at, -1 when it is at none, and where on its rest surface (m).
+  int organ() const { return organ_; }
+  Vector3d RestPoint(const std::vector<OrganModel>& models) const;
+
   /// Adds this tool's rows to the organs' contact sets. False when a set was full.
   bool AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
                    std::vector<OrganState>* states);

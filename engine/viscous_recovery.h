@@ -17,13 +17,19 @@ namespace hpdm {
 /// Deformation thread; allocates nothing.
 class ViscousRecovery {
  public:
-  /// `relaxation_time` (s): 0 for none, which leaves the relaxation's own result. `n`: control
-  /// points.
+  /// `relaxation_time` (s): 0 for none, which leaves the relaxation's own result. `n`: rows
+  /// of U.
   ViscousRecovery(double relaxation_time, int n);
 
   /// As Relaxation::Relax() of `relaxation`, `dt` (s) after the last call; less than 0.1 ms counts
   /// as that.
   RelaxationResult Relax(double dt, Relaxation* relaxation, ContactSet* contacts, Points* U);
+
+  /// Unknown `row` means something else from now on: it starts at rest.
+  void Forget(int row) {
+    U_.row(row).setZero();
+    V_.row(row).setZero();
+  }
 
  private:
   double relaxation_time_;

@@ -186,25 +186,66 @@ bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* v
   return true;
 }
 
-void ToMessage(const StepRecord& step, int organ, const Points& displacements, organ_t* message) {
+void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, organ_t* message) {
   message->step = Signed(step.number);
   message->time_ns = step.time_ns;
   message->organ = organ;
+  const Points& displacements = shape.control_displacements;
   message->value_count = static_cast<std::int32_t>(displacements.size());
-  message->displacements.resize(displacements.size());
-  for (Eigen::Index i = 0; i < displacements.size(); ++i) {
-    message->displacements[i] = static_cast<float>(displacements.data()[i]);
+  message->displacements.assign(displacements.data(), displacements.data() + displacements.size());
+  message->local_functions.clear();
+  message->local_displacements.clear();
+  for (std::size_t slot = 0; slot < shape.local_functions.size(); ++slot) {
+    if (shape.local_functions[slot] < 0) continue;
+    message->local_functions.push_back(shape.local_functions[slot]);
+    for (int d = 0; d < 3; ++d) {
+      const auto row = static_cast<Eigen::Index>(slot);
+      message->local_displacements.push_back(static_cast<float>(shape.local_displacements(row, d)));
+    }
+  }
+  message->local_count = static_cast<std::int32_t>(message->local_functions.size());
+  message->local_value_count = static_cast<std::int32_t>(message->local_displacements.size());
+  message->dent_count = shape.dent_count;
+  message->dents.resize(shape.dent_count);
+  for (int i = 0; i < shape.dent_count; ++i) {
+    const DentSnapshot& from = shape.dents[i];
+    dent_t& to = message->dents[i];
+    Copy(from.p_rest_W, to.centre);
+    Copy(from.normal_W, to.normal);
+    Copy(from.strength_W, to.strength);
+    to.radius = from.radius;
+    to.resolved_radius = from.resolved_radius;
   }
 }
 
-bool FromMessage(const organ_t& message, Points* displacements) {
-  const std::size_t values = message.displacements.size();
-  if (message.value_count < 0 || static_cast<std::size_t>(message.value_count) != values ||
-      values % 3 != 0 || message.organ < 0) {
+bool FromMessage(const organ_t& message, OrganSnapshot* shape) {
+  const auto holds = [](std::int32_t count, const auto& array) {
+    return count >= 0 && static_cast<std::size_t>(count) == array.size();
+  };
+  if (!holds(message.value_count, message.displacements) ||
+      !holds(message.local_count, message.local_functions) ||
+      !holds(message.local_value_count, message.local_displacements) ||
+      !holds(message.dent_count, message.dents) || message.value_count % 3 != 0 ||
+      message.displacements.size() % 3 != 0 ||
+      message.local_displacements.size() != 3 * message.local_functions.size() ||
+      message.dent_count > kMaxInstruments || message.organ < 0) {
     return false;
   }
-  displacements->resize(static_cast<Eigen::Index>(values / 3), 3);
-  std::copy(message.displacements.begin(), message.displacements.end(), displacements->data());
+  const auto take = [](const std::vector<float>& values, Points* points) {
+    points->resize(static_cast<Eigen::Index>(values.size() / 3), 3);
+    std::copy(values.begin(), values.end(), points->data());
+  };
+  take(message.displacements, &shape->control_displacements);
+  take(message.local_displacements, &shape->local_displacements);
+  shape->local_functions = message.local_functions;
+  shape->dent_count = message.dent_count;
+  for (int i = 0; i < message.dent_count; ++i) {
+    const dent_t& from = message.dents[i];
+    DentSnapshot& to = shape->dents[i];
+    if (!(from.radius > 0) || !(from.resolved_radius >= from.radius)) return false;
+    to = {Eigen::Map<const Vector3d>(from.centre), Eigen::Map<const Vector3d>(from.normal),
+          from.radius, from.resolved_radius, Eigen::Map<const Vector3d>(from.strength)};
+  }
   return true;
 }
 
@@ -252,7 +293,7 @@ std::span<const int> ElementSizes(const contact_t&) {
   return sizes;
 }
 std::span<const int> ElementSizes(const organ_t&) {
-  static const int sizes[] = {4};
+  static const int sizes[] = {4, 4, 4, dent_t()._getEncodedSizeNoHash()};
   return sizes;
 }
 std::span<const int> ElementSizes(const mesh_t&) {

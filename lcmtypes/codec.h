@@ -51,9 +51,10 @@ inline constexpr std::int64_t kNeverVisible = -1;
 void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t* message);
 bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* visible_tick);
 
-/// One organ's control displacements (n x 3), in float. Back, `displacements` is resized.
-void ToMessage(const StepRecord& step, int organ, const Points& displacements, organ_t* message);
-bool FromMessage(const organ_t& message, Points* displacements);
+/// One organ's shape, displacements in float, without its vertices and its empty slots. Back, the
+/// arrays are resized.
+void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, organ_t* message);
+bool FromMessage(const organ_t& message, OrganSnapshot* shape);
 
 /// One reading of instrument `instrument`; time_ns is the driver's.
 void ToMessage(const DeviceSample& sample, int instrument, device_t* message);

@@ -29,6 +29,7 @@ mesh_t Header(int organ, const OrganDescription& description) {
   if (!description.lattice) return part;
   const LatticeDescription& lattice = *description.lattice;
   part.total_kept = static_cast<std::int32_t>(lattice.kept.size());
+  part.local_refinement = lattice.local_refinement;
   part.basis = lattice.basis == BasisType::kBSpline ? kBSplineCode : kBernsteinCode;
   for (int d = 0; d < 3; ++d) {
     part.degree[d] = lattice.degree[d];
@@ -51,7 +52,7 @@ bool SameWhole(const mesh_t& a, const mesh_t& b) {
   return a.organ == b.organ && a.part_count == b.part_count && a.name == b.name &&
          a.total_vertices == b.total_vertices && a.total_triangles == b.total_triangles &&
          a.total_kept == b.total_kept && a.basis == b.basis &&
-         std::equal(a.degree, a.degree + 3, b.degree) &&
+         a.local_refinement == b.local_refinement && std::equal(a.degree, a.degree + 3, b.degree) &&
          std::equal(a.cells, a.cells + 3, b.cells) &&
          std::memcmp(a.origin, b.origin, sizeof a.origin) == 0 &&
          std::memcmp(a.axes, b.axes, sizeof a.axes) == 0 &&
@@ -76,6 +77,10 @@ const char* ReadLattice(const mesh_t& part, LatticeDescription* lattice) {
     lattice->lengths[d] = part.lengths[d];
     for (int k = 0; k < 3; ++k) lattice->axes(k, d) = part.axes[d][k];
   }
+  if (part.local_refinement < 0 || part.local_refinement > kMaxFunctionsPerAxis) {
+    return "refinement out of range";
+  }
+  lattice->local_refinement = part.local_refinement;
   if (!lattice->origin_W.allFinite()) return "box not finite";
   if (!lattice->lengths.allFinite() || lattice->lengths.minCoeff() <= 0)
     return "box without volume";

@@ -20,6 +20,8 @@ struct LatticeDescription {
   Matrix3d axes = Matrix3d::Identity();  ///< Columns: unit vectors of the box's edges, world.
   Vector3d lengths = Vector3d::Ones();   ///< Edge lengths, m.
   std::vector<int> kept;                 ///< Grid index of each row of the displacements, n.
+  /// Cells of the finer splines that local functions come from, for each cell and axis; 0: none.
+  int local_refinement = 0;
 };
 
 /// What never changes of an organ during a session.

@@ -144,7 +144,7 @@ void TelemetryLoop::HandleScene(const SceneSnapshot& scene) {
   AdvanceTo(step.time_ns, kSamplePatience);
   statistics_.Add(step);
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
-    ToMessage(step, static_cast<int>(i), scene.organs[i].control_displacements, &organ_);
+    ToMessage(step, static_cast<int>(i), scene.organs[i], &organ_);
     ++organ_.sequence;
     Send(kOrganChannel, step.time_ns, organ_);
   }

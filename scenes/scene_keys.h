@@ -16,7 +16,8 @@ inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz"
 inline constexpr std::string_view kOrganKeys[] = {
     "name", "mesh", "unit", "model", "texture", "pose", "lattice", "energy", "material", "support"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
-inline constexpr std::string_view kLatticeKeys[] = {"basis", "degree", "cells", "margin"};
+inline constexpr std::string_view kLatticeKeys[] = {
+    "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};
 inline constexpr std::string_view kEnergyKeys[] = {
     "type",         "strain", "law", "solver", "domain", "alpha", "beta", "newton_iterations",
     "newton_budget"};

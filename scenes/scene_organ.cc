@@ -8,6 +8,8 @@ namespace {
 // beyond what a step can solve for.
 constexpr int kMaxBernsteinDegree = 30;
 constexpr int kMaxCells = 64;
+constexpr int kMaxLocalFunctions = 250;
+constexpr int kMaxLocalRefinement = 6;
 
 void ReadUnit(const TableReader& table, double* unit_m) {
   constexpr double kMaxUnit = 1000;
@@ -56,7 +58,21 @@ LatticeOptions ReadLattice(const TableReader& table) {
   }
   table.ReadIntegers("cells", 1, kMaxCells, &lattice.cells);
   table.ReadNumber("margin", Interval::NotNegative(1, "m"), &lattice.margin);
+  table.ReadInteger("local_functions", 0, kMaxLocalFunctions, &lattice.local.functions);
+  table.ReadInteger("local_refinement", 2, kMaxLocalRefinement, &lattice.local.refinement);
   return lattice;
+}
+
+// Local functions refine splines whose stiffness is constant and factorised.
+void CheckLocalFunctions(const TableReader& lattice, const OrganOptions& organ) {
+  if (organ.lattice.local.functions == 0) return;
+  const auto refuse = [&lattice](const char* needs) {
+    lattice.Fail("local_functions", std::string("needs ") + needs, "change that or give 0");
+  };
+  if (organ.lattice.basis != BasisType::kBSpline) refuse("basis = \"bspline\"");
+  if (organ.energy.type != EnergyType::kStrain) refuse("energy.type = \"strain\"");
+  if (organ.energy.strain != StrainMeasure::kSmall) refuse("energy.strain = \"small\"");
+  if (organ.energy.solver != SolverType::kCholesky) refuse("energy.solver = \"cholesky\"");
 }
 
 EnergyOptions ReadEnergy(const TableReader& table) {
@@ -173,6 +189,9 @@ OrganOptions ReadOrgan(const TableReader& table) {
     organ.lattice = ReadLattice(*lattice);
   }
   if (const auto energy = table.Table("energy", kEnergyKeys)) organ.energy = ReadEnergy(*energy);
+  if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
+    CheckLocalFunctions(*lattice, organ);
+  }
   if (const auto material = table.Table("material", kMaterialKeys)) {
     organ.material = ReadMaterial(*material);
   }

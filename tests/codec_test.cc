@@ -162,19 +162,51 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
 }
 
 TEST(Codec, DisplacementsComeBackInFloatAndFitOneDatagram) {
-  Points sent = Points::Random(1000, 3) * 0.05;
+  OrganSnapshot sent;
+  sent.control_displacements = Points::Random(1000, 3) * 0.05;
+  sent.local_functions = std::vector<int>(128, 7);
+  sent.local_displacements = Points::Random(128, 3) * 0.05;
+  sent.dent_count = kMaxInstruments;
+  for (DentSnapshot& dent : sent.dents) {
+    dent = {Vector3d::Random(), Vector3d::UnitX(), 0.0025, 0.02, Vector3d::Random()};
+  }
   organ_t message{};
   ToMessage(StepRecord(), 1, sent, &message);
   EXPECT_LT(message.getEncodedSize(), 60'000);
-  Points received;
+  OrganSnapshot received;
   ASSERT_TRUE(FromMessage(Carry(message), &received));
-  ASSERT_EQ(received.rows(), sent.rows());
   // Half a unit in the last place of a float, relative to the largest value.
-  EXPECT_LT((received - sent).cwiseAbs().maxCoeff(), 0.05 * 6e-8);
+  const auto expect_near = [](const Points& a, const Points& b) {
+    ASSERT_EQ(a.rows(), b.rows());
+    EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 0.05 * 6e-8);
+  };
+  expect_near(received.control_displacements, sent.control_displacements);
+  expect_near(received.local_displacements, sent.local_displacements);
+  EXPECT_EQ(received.local_functions, sent.local_functions);
+  ASSERT_EQ(received.dent_count, sent.dent_count);
+  for (int i = 0; i < sent.dent_count; ++i) {
+    EXPECT_EQ(received.dents[i].p_rest_W, sent.dents[i].p_rest_W);
+    EXPECT_EQ(received.dents[i].normal_W, sent.dents[i].normal_W);
+    EXPECT_EQ(received.dents[i].strength_W, sent.dents[i].strength_W);
+    EXPECT_EQ(received.dents[i].radius, sent.dents[i].radius);
+    EXPECT_EQ(received.dents[i].resolved_radius, sent.dents[i].resolved_radius);
+  }
 
-  ToMessage(StepRecord(), 0, Points(0, 3), &message);
+  ToMessage(StepRecord(), 0, OrganSnapshot(), &message);
   ASSERT_TRUE(FromMessage(Carry(message), &received));
-  EXPECT_EQ(received.rows(), 0) << "a rigid organ has no control points";
+  EXPECT_EQ(received.control_displacements.rows(), 0) << "a rigid organ has no control points";
+}
+
+TEST(Codec, EmptySlotsStayAtHome) {
+  OrganSnapshot sent;
+  sent.local_functions = {-1, 12, -1, 3};
+  sent.local_displacements = Points::Random(4, 3);
+  organ_t message{};
+  ToMessage(StepRecord(), 0, sent, &message);
+  OrganSnapshot received;
+  ASSERT_TRUE(FromMessage(Carry(message), &received));
+  EXPECT_EQ(received.local_functions, (std::vector<int>{12, 3}));
+  EXPECT_LT((received.local_displacements.row(1) - sent.local_displacements.row(3)).norm(), 1e-6);
 }
 
 TEST(Codec, ADeviceReadingComesBack) {
@@ -220,8 +252,16 @@ TEST(Codec, ValuesThatNoSenderWritesAreRefused) {
   organ_t organ{};
   organ.value_count = 4;
   organ.displacements.resize(4);
-  Points points;
-  EXPECT_FALSE(FromMessage(organ, &points));
+  OrganSnapshot shape;
+  EXPECT_FALSE(FromMessage(organ, &shape));
+  organ = {};
+  organ.local_count = 1;
+  organ.local_functions.resize(1);
+  EXPECT_FALSE(FromMessage(organ, &shape)) << "a local function without its displacement";
+  organ = {};
+  organ.dent_count = kMaxInstruments + 1;
+  organ.dents.resize(kMaxInstruments + 1);
+  EXPECT_FALSE(FromMessage(organ, &shape));
 }
 
 TEST(Codec, EveryPrefixAndAnotherTypeAreRefused) {
@@ -274,7 +314,12 @@ TEST(Codec, FlippedBitsNeverCrashADecoder) {
   ToMessage(sample, &tool);
   DecodeWithFlippedBits(tool, 1);
   organ_t organ{};
-  ToMessage(StepRecord(), 0, Points::Random(10, 3), &organ);
+  OrganSnapshot shape;
+  shape.control_displacements = Points::Random(10, 3);
+  shape.local_functions = {1, 2};
+  shape.local_displacements = Points::Random(2, 3);
+  shape.dent_count = 1;
+  ToMessage(StepRecord(), 0, shape, &organ);
   DecodeWithFlippedBits(organ, 2);
   event_t event{};
   event.name = "name";

@@ -291,7 +291,7 @@ TEST(OrganModel, BuildsTheEnergyItIsAskedFor) {
     bottom.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)};
     options.supports.push_back(bottom);
     const OrganModel model(options, mesh);
-    OrganState state(model);
+    OrganState state(model, 1);
     Eigen::Index top = 0;
     mesh.vertices.col(2).maxCoeff(&top);
     ContactSet::Row* row = state.contacts.Add();

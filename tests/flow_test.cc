@@ -100,10 +100,10 @@ LoggedTicks ReadTicks(const fs::path& log) {
   while (reader.Next(&event)) {
     if (event.channel == kOrganChannel) {
       organ_t organ;
-      Points U;
-      if (!DecodeMessage(event.data, &organ) || !FromMessage(organ, &U)) return {};
-      ticks.largest_displacement =
-          std::max(ticks.largest_displacement, U.rowwise().norm().maxCoeff());
+      OrganSnapshot shape;
+      if (!DecodeMessage(event.data, &organ) || !FromMessage(organ, &shape)) return {};
+      ticks.largest_displacement = std::max(
+          ticks.largest_displacement, shape.control_displacements.rowwise().norm().maxCoeff());
     }
     if (event.channel != kForceChannel) continue;
     if (!DecodeMessage(event.data, &message) || !FromMessage(message, &sample)) return {};

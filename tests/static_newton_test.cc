@@ -119,7 +119,8 @@ StaticLoadRows PointForce(const OrganModel& organ, const Vector3d& p, double for
   StaticLoadRows rows{Eigen::MatrixXd::Zero(3 * organ.lattice().size(), 1),
                       Eigen::VectorXd::Constant(1, force),
                       Eigen::VectorXd::Zero(1),
-                      {false}};
+                      {false},
+                      Eigen::MatrixXd::Zero(1, 1)};
   const WeightMatrix at = organ.lattice().Weights(p.transpose());
   for (WeightMatrix::InnerIterator it(at, 0); it; ++it) {
     rows.rows(3 * it.index() + 2, 0) = it.value();

@@ -153,6 +153,9 @@ SessionInfo Session::Info() const {
     description.axes = lattice.box().axes;
     description.lengths = lattice.box().lengths;
     description.kept = lattice.kept();
+    if (organ.local() != nullptr) {
+      description.local_refinement = organ.options().lattice.local.refinement;
+    }
     info.organs.push_back(
         {organ.options().name, organ.rest().vertices, organ.rest().triangles, description});
   }

@@ -69,10 +69,12 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& figures)
     std::cout << figures.dump(2) << "\n";
     return;
   }
-  std::printf("%s: %d control points, compliance %.4g m/N, largest displacement %.2f mm\n",
-              scene.name.c_str(), figures["control_points"].get<int>(),
-              figures["compliance_m_per_N"].get<double>(),
-              1000 * figures["largest_displacement_m"].get<double>());
+  std::printf(
+      "%s: %d control points and %d local functions, compliance %.4g m/N, largest displacement "
+      "%.2f mm\n",
+      scene.name.c_str(), figures["control_points"].get<int>(),
+      figures["local_functions"].get<int>(), figures["compliance_m_per_N"].get<double>(),
+      1000 * figures["largest_displacement_m"].get<double>());
   const int iterations = figures["newton_iterations"].get<int>();
   std::printf("set up in %.0f ms, %s in %.0f us, residual %.1e\n",
               figures["setup_ms"].get<double>(),
@@ -99,10 +101,11 @@ void Solve(const SolveOptions& options) {
   Json figures = {
       {"scene", scene.name},
       {"control_points", model.lattice().size()},
+      {"local_functions", loads.local_functions()},
       {"compliance_m_per_N", solution.Compliance()},
       {"largest_displacement_m", solution.vertex_displacements.rowwise().norm().maxCoeff()},
       {"volume_change", RelativeVolumeChange(model.rest(), solution.vertex_displacements)},
-      {"residual", solution.residual},
+      {"residual", loads.Residual(solution)},
       {"load_share", solution.share},
       {"newton_iterations", solution.iterations},
       {"collapsed_share", solution.collapsed},

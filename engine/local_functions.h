@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "engine/active_functions.h"
+#include "engine/lattice.h"
+#include "engine/strain_energy.h"
+
+namespace hpdm {
+
+/// The finer splines that an organ can add where it is touched: hierarchical refinement (Forsey,
+/// Bartels 1988) over `refinement` times as many cells, of which only a few near the contacts are
+/// in use at a time (active_functions.h). Candidates are all of them that have tissue and none in a
+/// support's region.
+///
+/// With control displacements U (n) and those of the local functions in use, V (m), the energy is
+///
+///     1/2 [U V] [K  C; C^T  D] [U V]^T,
+///
+/// K as without them. C and D are the elastic blocks of strain_energy.h, in which what is projected
+/// of the dilatation of a local function couples to U only: its own volume is kept point by point,
+/// so the sum stays convex. All that a set of functions needs is here, so a change of the set costs
+/// a small dense factorisation and none of K (lattice_response.h): X = K^-1 C and the reduced
+/// stiffness S = D - C^T X.
+///
+/// Constant once built; read by any thread. Memory about 24 (3n + n) N bytes for N candidates.
+class LocalFunctions {
+ public:
+  /// `K` (3n x 3n): of `lattice` over `tissue` by StrainStiffness with `dilatation`, with supports
+  /// in `regions`. `tissue` must resolve the finer cells. Throws InputError when K is not positive
+  /// definite.
+  LocalFunctions(const Lattice& lattice, const LocalFunctionOptions& options,
+                 const Quadrature& tissue, const MaterialOptions& material, Dilatation dilatation,
+                 const std::vector<Quadrature>& regions, const FullStiffness& K);
+
+  /// Candidates, N, and control points of the lattice, n.
+  int size() const { return finer_.size(); }
+  int control_points() const { return static_cast<int>(inverse_.rows()) / 3; }
+  const Lattice& finer() const { return finer_; }
+  /// N x 3, m, world, rest: where each acts most.
+  const Points& centres() const { return centres_; }
+
+  /// K^-1 (3n x 3n, m/N).
+  const Eigen::MatrixXd& inverse() const { return inverse_; }
+  /// The columns 3 a .. 3 a + 2 of X (3n x 3).
+  auto Coupling(int a) const { return coupling_.block(0, 3 * a, inverse_.rows(), 3); }
+  /// S_ab (3 x 3, N/m), without allocation.
+  Matrix3d ReducedStiffness(int a, int b) const;
+
+ private:
+  Lattice finer_;
+  Points centres_;
+  Eigen::MatrixXd inverse_;
+  // A candidate couples to U directly and through the projected dilatation p: C = c + H^T d with
+  // few entries in c (3n x 3N) and d (m x 3N). `sparse_` is [c; d]; `coupling_` is Z [c; d] with
+  // Z = [I H^T]^T K^-1 [I H^T], its first 3n rows X.
+  Eigen::SparseMatrix<double> sparse_;
+  Eigen::MatrixXd coupling_;
+  Eigen::SparseMatrix<double> own_;  // 3N x 3N: D
+};
+
+}  // namespace hpdm
