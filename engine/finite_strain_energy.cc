@@ -21,8 +21,8 @@ FiniteStrainEnergy::FiniteStrainEnergy(const Lattice& lattice, const Quadrature&
                                        MaterialLaw law, const LameParameters& lame,
                                        Dilatation dilatation, const ScalarStiffness& supports)
     : n_(lattice.size()),
-      law_(law, dilatation == Dilatation::kProjected ? LameParameters{lame.mu, 0} : lame),
-      lambda_(dilatation == Dilatation::kProjected ? lame.lambda : 0),
+      law_(law, {lame.mu, ShareLambda(lame, dilatation).pointwise}),
+      lambda_(ShareLambda(lame, dilatation).projected),
       supports_(supports),
       support_stiffness_(FullStiffness::Zero(3 * n_, 3 * n_)) {
   AddAlongEachAxis(supports, &support_stiffness_);

@@ -17,7 +17,7 @@ namespace hpdm {
 /// Dilatation::kProjected takes the projection of theta on splines one degree lower in its place
 /// (mixed_dilatation.h), so that nearly incompressible tissue does not lock; the limit of small
 /// strain is StrainStiffness with the same. W_0, whose bulk modulus is that of nu = 0, stays
-/// pointwise and resists inversion at each point, whatever the averages.
+/// pointwise and resist inversion at each point, whatever the averages.
 class FiniteStrainEnergy final : public ElasticEnergy {
  public:
   /// `tissue`: world, m, m^3. `supports` (n x n, N/m): S, alike along each axis.
