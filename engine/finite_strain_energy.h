@@ -16,8 +16,8 @@ namespace hpdm {
 ///
 /// Dilatation::kProjected takes the projection of theta on splines one degree lower in its place
 /// (mixed_dilatation.h), so that nearly incompressible tissue does not lock; the limit of small
-/// strain is StrainStiffness with the same. W_0, whose bulk modulus is that of nu = 0, stays
-/// pointwise and resist inversion at each point, whatever the averages.
+/// strain is StrainStiffness with the same, and as there (ShareLambda) a part of lambda stays
+/// pointwise, which with W_0 resists inversion at each point, whatever the averages.
 class FiniteStrainEnergy final : public ElasticEnergy {
  public:
   /// `tissue`: world, m, m^3. `supports` (n x n, N/m): S, alike along each axis.
@@ -56,7 +56,7 @@ class FiniteStrainEnergy final : public ElasticEnergy {
   void AddDilatationStiffness(const Points& U, FullStiffness* K);
 
   int n_;
-  HyperelasticLaw law_;  // W, or W_0 with projection
+  HyperelasticLaw law_;  // W with the pointwise part of lambda
   double lambda_;        // Pa, of the projected dilatation; 0 without
   ScalarStiffness supports_;
   FullStiffness support_stiffness_;  // 3n x 3n: S along each axis
