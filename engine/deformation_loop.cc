@@ -38,7 +38,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   HPDM_CHECK(tools.size() <= kMaxInstruments);
   states_.reserve(organs.size());
   for (const OrganModel& model : organs)
-    states_.emplace_back(model, static_cast<int>(tools.size()));
+    states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     contacts_.emplace_back(static_cast<int>(t), tools[t]);
   }

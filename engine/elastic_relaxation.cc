@@ -1,9 +1,9 @@
 #include "engine/elastic_relaxation.h"
 
-#include <Eigen/Cholesky>
-#include <utility>
+#include <algorithm>
 
 #include "engine/lattice_response.h"
+#include "engine/newton_step.h"
 
 namespace hpdm {
 namespace {
@@ -15,18 +15,19 @@ namespace {
 // steps go downhill, as far as the energy falls.
 class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
  public:
-  NewtonRelaxation(FiniteStrainEnergy energy, const NewtonOptions& options)
-      : energy_(std::move(energy)),
+  NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options)
+      : energy_(energy.Clone()),
         options_(options),
-        U_(Points::Zero(energy_.control_points(), 3)),
+        factor_(energy.control_points()),
+        U_(Points::Zero(energy.control_points(), 3)),
         trial_(U_),
         gradient_(U_),
         step_(U_),
         load_(U_),
-        K_(3 * U_.rows(), 3 * U_.rows()),
         columns_(3 * U_.rows(), 1 + ContactProblem::kMaxEquations) {
-    energy_.Hessian(U_, false, &K_);
-    at_rest_ = MakeLatticeResponse(K_);
+    FullStiffness K(3 * U_.rows(), 3 * U_.rows());
+    energy_->Hessian(U_, false, &K);
+    at_rest_ = MakeLatticeResponse(K);
   }
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
@@ -38,17 +39,19 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       return result;
     }
     result.converged = false;
-    double energy = energy_.Gradient(U_, &gradient_);
-    while (!result.converged && result.iterations < options_.max_iterations) {
-      Factorise();
+    StartWatch();
+    double energy = energy_->Gradient(U_, &gradient_);
+    while (!result.converged && result.iterations < options_.max_iterations &&
+           TimeForAnother(result.iterations)) {
+      if (!factor_.Factorise(U_, energy_.get())) break;
       result.regularised = SolveStep(*contacts).regularised;
-      const bool whole = result.iterations == 0 || Search(energy);
-      if (whole) U_ += step_;
+      const double length = result.iterations == 0 ? 1 : Search(energy);
+      U_ += length * step_;
       ++result.iterations;
-      energy = energy_.Gradient(U_, &gradient_);
+      energy = energy_->Gradient(U_, &gradient_);
       problem_.WriteForces(contacts);
       result.residual = Residual(*contacts);
-      result.converged = whole && result.residual <= options_.tolerance;
+      result.converged = length == 1 && result.residual <= options_.tolerance;
     }
     *U = U_;
     if (!U_.allFinite()) U_.setZero();  // the caller reports it; the next step starts at rest
@@ -67,7 +70,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     for (std::size_t i = 0; i < b.control_points.size(); ++i) {
       for (int d = 0; d < 3; ++d) response(3 * b.control_points[i] + d, d) += b.weights[i];
     }
-    factor_.solveInPlace(response);
+    factor_.SolveInPlace(response);
   }
 
   Matrix3d PointCompliance(const SparseRow& b) const override {
@@ -75,15 +78,19 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
  private:
-  // The Hessian at U as Cholesky factors, projected only when it must be.
-  void Factorise() {
-    for (const bool semi_definite : {false, true}) {
-      energy_.Hessian(U_, semi_definite, &K_);
-      // Semi-definite tangents may leave a direction without any stiffness.
-      if (semi_definite) K_.diagonal() *= 1 + 1e-9;
-      factor_.compute(K_);
-      if (factor_.info() == Eigen::Success) return;
-    }
+  void StartWatch() {
+    if (!options_.clock) return;
+    started_ = iteration_began_ = options_.clock();
+    longest_ = 0;
+  }
+
+  // Whether an iteration as long as the longest so far would end within the budget.
+  bool TimeForAnother(int iterations) {
+    if (!options_.clock || options_.budget <= 0) return true;
+    const Nanoseconds now = options_.clock();
+    longest_ = std::max(longest_, now - iteration_began_);
+    iteration_began_ = now;
+    return iterations == 0 || ToSeconds(now - started_ + longest_) <= options_.budget;
   }
 
   // The step d and the forces f.
@@ -96,7 +103,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
           contacts.Weights().row(problem_[e].row).transpose() * problem_[e].axis_W.transpose();
     }
     auto columns = columns_.leftCols(1 + equations);
-    factor_.solveInPlace(columns);
+    factor_.SolveInPlace(columns);
 
     const Eigen::Map<const Points> free_step(columns_.col(0).data(), U_.rows(), 3);
     trial_ = U_ + free_step;
@@ -113,20 +120,9 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return result;
   }
 
-  // Backtracks until the energy has fallen by 1e-4 of what its slope promises (Armijo). True for
-  // the whole step, which is left to the caller; else moves U itself.
-  bool Search(double energy) {
+  double Search(double energy) {
     const double slope = gradient_.cwiseProduct(step_).sum();
-    double length = 1;
-    for (int halving = 0; halving < 12; ++halving, length /= 2) {
-      trial_ = U_ + length * step_;
-      // Differences at the level of round-off are no reason to stop.
-      const double slack = 1e-13 * energy;
-      if (energy_.Energy(trial_) <= energy + 1e-4 * length * slope + slack) break;
-    }
-    if (length == 1) return true;
-    U_ = trial_;
-    return false;
+    return SearchLength(U_, step_, energy, slope, 0, energy_.get(), &trial_, &load_);
   }
 
   double Residual(const ContactSet& contacts) {
@@ -138,24 +134,24 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return load > 0 ? (gradient_ - load_).norm() / load : 0;
   }
 
-  FiniteStrainEnergy energy_;
+  std::unique_ptr<ElasticEnergy> energy_;
   NewtonOptions options_;
-  Points U_;                 // n x 3: where the last step ended
-  Points trial_;             // n x 3
-  Points gradient_;          // n x 3, N: dE/dU at U_
-  Points step_;              // n x 3: d
-  Points load_;              // n x 3, N: B^T f
-  FullStiffness K_;          // 3n x 3n
-  Eigen::MatrixXd columns_;  // 3n x (1 + equations): -K^-1 g, then the responses
-  Eigen::LLT<FullStiffness> factor_;
+  NewtonFactor factor_;
+  Points U_;                                  // n x 3: where the last step ended
+  Points trial_;                              // n x 3
+  Points gradient_;                           // n x 3, N: dE/dU at U_
+  Points step_;                               // n x 3: d
+  Points load_;                               // n x 3, N: B^T f
+  Eigen::MatrixXd columns_;                   // 3n x (1 + equations): -K^-1 g, then the responses
   bool has_tangent_ = false;                  // factor_ holds the last step's
   std::unique_ptr<LatticeResponse> at_rest_;  // K^-1 of U = 0
   ContactProblem problem_;
+  Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Relaxation> MakeNewtonRelaxation(const FiniteStrainEnergy& energy,
+std::unique_ptr<Relaxation> MakeNewtonRelaxation(const ElasticEnergy& energy,
                                                  const NewtonOptions& options) {
   return std::make_unique<NewtonRelaxation>(energy, options);
 }

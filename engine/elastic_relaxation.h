@@ -1,25 +1,29 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 
-#include "engine/finite_strain_energy.h"
+#include "engine/elastic_energy.h"
 #include "engine/relaxation.h"
 
 namespace hpdm {
 
-/// Budget and tolerance of Newton's method. Counts, not milliseconds, so that a lockstep run is
-/// reproducible.
+/// Budget and tolerance of Newton's method in one step. The next step goes on where this one ended.
 struct NewtonOptions {
-  int max_iterations = 3;   ///< A step; the next one goes on where this one ended.
+  int max_iterations = 3;   ///< At least one is made.
   double tolerance = 1e-6;  ///< Of the residual |dE/dU - B^T f| / |B^T f|.
+  /// s; an iteration that would end later, as the longest one of this step did, is not begun. 0:
+  /// no limit. Without a clock (lockstep) iterations alone count, so that a run is reproducible.
+  double budget = 0;
+  std::function<Nanoseconds()> clock = nullptr;  ///< Session time; must not throw or lock.
 };
 
-/// Least energy for strain of any size, by Newton's method from where the last step ended (not from
-/// stage A's control points, whose dents under the contacts are a worse start), with line search
-/// and, where the Hessian is indefinite, its positive part. The contacts hold exactly after every
-/// iteration; what a spent budget leaves is the residual of the equilibrium. Without contact the
-/// organ is at rest.
-std::unique_ptr<Relaxation> MakeNewtonRelaxation(const FiniteStrainEnergy& energy,
+/// Least energy for displacements of any size, by Newton's method from where the last step ended
+/// (not from stage A's control points, whose dents under the contacts are a worse start), with line
+/// search and, where the Hessian is indefinite, its positive part. The contacts hold exactly after
+/// every iteration; what a spent budget leaves is the residual of the equilibrium. Without contact
+/// the organ is at rest. `energy` is copied.
+std::unique_ptr<Relaxation> MakeNewtonRelaxation(const ElasticEnergy& energy,
                                                  const NewtonOptions& options = {});
 
 }  // namespace hpdm

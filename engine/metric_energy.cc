@@ -1,18 +1,31 @@
 #include "engine/metric_energy.h"
 
-#include <array>
+#include <map>
 
 #include "engine/check.h"
 
 namespace hpdm {
 namespace {
 
-// Integral over the tissue of the tensor functions with the degree reduced by one along `axis`:
-// one value for each pair of neighbouring grid points along that axis.
-std::vector<double> DifferenceWeights(const Lattice& lattice, const Quadrature& tissue, int axis) {
+// Adds the energy weight/2 |sum_i coefficients[i] U_{columns[i]}|^2.
+template <std::size_t N>
+void AddSquare(const std::array<int, N>& columns, const std::array<double, N>& coefficients,
+               double weight, std::vector<Eigen::Triplet<double>>* entries) {
+  for (std::size_t i = 0; i < N; ++i) {
+    for (std::size_t j = 0; j < N; ++j) {
+      entries->emplace_back(columns[i], columns[j], weight * coefficients[i] * coefficients[j]);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::pair<GridPoint, double>> DifferenceWeights(const Lattice& lattice,
+                                                            const Quadrature& tissue,
+                                                            const std::vector<int>& axes) {
   std::array<UnivariateBasis, 3> bases = {lattice.basis().axis(0), lattice.basis().axis(1),
                                           lattice.basis().axis(2)};
-  bases[axis] = bases[axis].DerivativeBasis();
+  for (const int axis : axes) bases[axis] = bases[axis].DerivativeBasis();
   std::array<std::vector<double>, 3> values;
   for (int d = 0; d < 3; ++d) values[d].resize(bases[d].support());
   const int ny = bases[1].count();
@@ -31,60 +44,46 @@ std::vector<double> DifferenceWeights(const Lattice& lattice, const Quadrature& 
       }
     }
   }
-  return weights;
-}
-
-// Adds the energy weight/2 |sum_i coefficients[i] U_{columns[i]}|^2.
-template <std::size_t N>
-void AddSquare(const std::array<int, N>& columns, const std::array<double, N>& coefficients,
-               double weight, std::vector<Eigen::Triplet<double>>* entries) {
-  for (std::size_t i = 0; i < N; ++i) {
-    for (std::size_t j = 0; j < N; ++j) {
-      entries->emplace_back(columns[i], columns[j], weight * coefficients[i] * coefficients[j]);
+  std::vector<std::pair<GridPoint, double>> groups;
+  GridPoint p;
+  std::size_t at = 0;
+  for (p[0] = 0; p[0] < bases[0].count(); ++p[0]) {
+    for (p[1] = 0; p[1] < ny; ++p[1]) {
+      for (p[2] = 0; p[2] < nz; ++p[2], ++at) {
+        if (weights[at] > 0) groups.emplace_back(p, weights[at]);
+      }
     }
   }
+  return groups;
 }
-
-}  // namespace
 
 ScalarStiffness MetricStiffness(const Lattice& lattice, const Quadrature& tissue, double alpha,
                                 double beta) {
-  HPDM_CHECK(alpha > 0 && beta >= 0);
+  HPDM_CHECK(alpha >= 0 && beta >= 0);
   const TensorBasis& basis = lattice.basis();
-  const std::array<int, 3> count = {basis.axis(0).count(), basis.axis(1).count(),
-                                    basis.axis(2).count()};
   std::vector<Eigen::Triplet<double>> entries;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<double> weights = DifferenceWeights(lattice, tissue, axis);
     const double h = lattice.box().lengths[axis] * basis.axis(axis).spacing();
-    // Pairs along `axis` form a grid that is one shorter there.
-    std::array<int, 3> pairs = count;
-    pairs[axis] -= 1;
-    const auto weight = [&](const std::array<int, 3>& p) {
-      return weights[(static_cast<std::size_t>(p[0]) * pairs[1] + p[1]) * pairs[2] + p[2]];
-    };
-    const auto column = [&](std::array<int, 3> p, int step) {
+    const auto column = [&](GridPoint p, int step) {
       p[axis] += step;
       return lattice.Column(basis.Index(p[0], p[1], p[2]));
     };
-    std::array<int, 3> p;
-    for (p[0] = 0; p[0] < pairs[0]; ++p[0]) {
-      for (p[1] = 0; p[1] < pairs[1]; ++p[1]) {
-        for (p[2] = 0; p[2] < pairs[2]; ++p[2]) {
-          const double first = weight(p);
-          const int a = column(p, 0), b = column(p, 1);
-          if (first <= 0 || a < 0 || b < 0) continue;
-          AddSquare<2>({a, b}, {-1, 1}, alpha * first / (h * h), &entries);
-          if (p[axis] + 1 == pairs[axis] || beta == 0) continue;
-          std::array<int, 3> next = p;
-          next[axis] += 1;
-          const double second = weight(next);
-          const int c = column(p, 2);
-          if (second <= 0 || c < 0) continue;
-          AddSquare<3>({a, b, c}, {1, -2, 1}, beta * (first + second) / 2 / (h * h * h * h),
-                       &entries);
-        }
-      }
+    std::map<GridPoint, double> weights;
+    for (const auto& [p, weight] : DifferenceWeights(lattice, tissue, {axis})) {
+      weights.emplace(p, weight);
+    }
+    for (const auto& [p, first] : weights) {
+      const int a = column(p, 0), b = column(p, 1);
+      if (a < 0 || b < 0) continue;
+      AddSquare<2>({a, b}, {-1, 1}, alpha * first / (h * h), &entries);
+      GridPoint next = p;
+      ++next[axis];
+      const auto second = weights.find(next);
+      if (beta == 0 || second == weights.end()) continue;
+      const int c = column(p, 2);
+      if (c < 0) continue;
+      AddSquare<3>({a, b, c}, {1, -2, 1}, beta * (first + second->second) / 2 / (h * h * h * h),
+                   &entries);
     }
   }
   ScalarStiffness stiffness(lattice.size(), lattice.size());

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <array>
+#include <utility>
 #include <vector>
 
 #include "engine/lattice.h"
@@ -22,6 +24,16 @@ using ScalarStiffness = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 /// `tissue`: points over the organ, or over the whole box (BoxQuadrature). alpha in Pa, beta in N.
 ScalarStiffness MetricStiffness(const Lattice& lattice, const Quadrature& tissue, double alpha,
                                 double beta);
+
+/// Grid indices (i, j, k) of a control point.
+using GridPoint = std::array<int, 3>;
+
+/// Integral over the tissue of the tensor functions with the degree reduced by one along each of
+/// `axes`, which multiply the lattice's differences there: for each group of neighbours along those
+/// axes with tissue, the grid point of least indices and the integral, m^3, > 0.
+std::vector<std::pair<GridPoint, double>> DifferenceWeights(const Lattice& lattice,
+                                                            const Quadrature& tissue,
+                                                            const std::vector<int>& axes);
 
 /// The midpoints of per_axis[0] x per_axis[1] x per_axis[2] equal cells. World, m, m^3.
 Quadrature BoxQuadrature(const OrientedBox& box, const std::array<int, 3>& per_axis);

@@ -22,6 +22,8 @@ class CoarserSplines {
   /// int psi_b field_k dV (m x k) of such fields, and the inner products int psi psi^T dV (m x m)
   /// as a lower Cholesky factor: Project(fields) = factor^-1 Moments(fields).
   WeightMatrix Moments(const WeightMatrix& fields) const;
+  /// Q x m: w_q psi_b(x_q).
+  const WeightMatrix& weighted_values() const { return weighted_values_; }
   const Eigen::MatrixXd& factor() const { return factor_; }
 
  private:

@@ -8,6 +8,8 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
+#include "engine/finite_metric_energy.h"
+#include "engine/finite_strain_energy.h"
 #include "engine/mesh_import.h"
 #include "engine/thickness.h"
 #include "engine/tissue_cache.h"
@@ -100,6 +102,7 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
                              const std::vector<Quadrature>& regions) {
   const EnergyOptions& energy = options_.energy;
   const bool strain = energy.type == EnergyType::kStrain;
+  const bool finite = energy.strain == StrainMeasure::kFinite;
   const ScalarStiffness supports =
       SupportStiffness(*lattice_, tissue, options_.supports, regions,
                        strain ? options_.material.young : energy.alpha);
@@ -110,25 +113,31 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
         energy.domain == EnergyDomain::kOrgan
             ? tissue
             : BoxQuadrature(lattice_->box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
-    stiffness_ =
-        ScalarStiffness(MetricStiffness(*lattice_, domain, energy.alpha, energy.beta) + supports);
-    return;
+    if (!finite) {
+      stiffness_ =
+          ScalarStiffness(MetricStiffness(*lattice_, domain, energy.alpha, energy.beta) + supports);
+      return;
+    }
+    finite_energy_ = std::make_unique<FiniteMetricEnergy>(*lattice_, domain, energy.alpha,
+                                                          energy.beta, supports);
+    FullStiffness K;
+    finite_energy_->Clone()->Hessian(Points::Zero(lattice_->size(), 3), false, &K);
+    stiffness_ = std::move(K);
+  } else {
+    FullStiffness K = StrainStiffness(*lattice_, tissue, options_.material, Dilatation::kProjected);
+    AddAlongEachAxis(supports, &K);
+    if (options_.lattice.local.functions > 0) {
+      HPDM_CHECK(!finite && options_.lattice.basis == BasisType::kBSpline &&
+                 energy.solver == SolverType::kCholesky);
+      local_.emplace(*lattice_, options_.lattice.local, tissue, options_.material,
+                     Dilatation::kProjected, regions, K);
+      local_weights_ = local_->finer().Weights(rest_.vertices);
+    }
+    stiffness_ = std::move(K);
+    if (!finite) return;
+    finite_energy_ = std::make_unique<FiniteStrainEnergy>(
+        *lattice_, tissue, energy.law, ToLame(options_.material), Dilatation::kProjected, supports);
   }
-  const bool finite = energy.strain == StrainMeasure::kFinite;
-  const Dilatation dilatation = finite ? Dilatation::kPointwise : Dilatation::kProjected;
-  FullStiffness K = StrainStiffness(*lattice_, tissue, options_.material, dilatation);
-  AddAlongEachAxis(supports, &K);
-  if (options_.lattice.local.functions > 0) {
-    HPDM_CHECK(!finite && options_.lattice.basis == BasisType::kBSpline &&
-               energy.solver == SolverType::kCholesky);
-    local_.emplace(*lattice_, options_.lattice.local, tissue, options_.material, dilatation,
-                   regions, K);
-    local_weights_ = local_->finer().Weights(rest_.vertices);
-  }
-  stiffness_ = std::move(K);
-  if (!finite) return;
-  finite_strain_.emplace(*lattice_, tissue, HyperelasticLaw(energy.law, ToLame(options_.material)),
-                         supports);
   if (energy.solver == SolverType::kGaussSeidel) {
     warnings_.push_back("organ \"" + options_.name +
                         "\": finite strain is solved by Newton's method with Cholesky "
@@ -137,11 +146,16 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
 }
 
 std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
-                                                       const NewtonOptions& newton) const {
+                                                       std::function<Nanoseconds()> clock) const {
   if (continuum_) return std::make_unique<SurfaceContinuum>(*continuum_);
   if (springs_) return std::make_unique<MassSpring>(*springs_);
   if (local_) return MakeCholeskyRelaxation(*local_, slots);
-  if (finite_strain_) return MakeNewtonRelaxation(*finite_strain_, newton);
+  if (finite_energy_ != nullptr) {
+    return MakeNewtonRelaxation(*finite_energy_,
+                                {.max_iterations = options_.energy.newton_iterations,
+                                 .budget = options_.energy.newton_budget,
+                                 .clock = std::move(clock)});
+  }
   return std::visit(
       [this](const auto& K) {
         return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)
@@ -213,14 +227,14 @@ SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
           radius, ResolvedRadius(at, radius)};
 }
 
-OrganState::OrganState(const OrganModel& model, int tools)
+OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)
     : control_displacements(Points::Zero(model.control_points() + model.LocalSlots(tools), 3)),
       vertices(model.rest().vertices),
       tree(model.rest().vertices, model.rest().triangles),
       contacts(model.control_points(), model.local() != nullptr ? model.local()->size() : 0,
                model.LocalSlots(tools)),
       neighbourhoods(model.rest().triangles, model.topology()),
-      relaxation(model.MakeRelaxation(model.LocalSlots(tools))),
+      relaxation(model.MakeRelaxation(model.LocalSlots(tools), std::move(clock))),
       recovery(model.options().material.relaxation_time,
                static_cast<int>(control_displacements.rows())),
       tips(static_cast<int>(control_displacements.rows())) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,8 +50,11 @@ class OrganModel {
   const WeightMatrix& weights() const { return weights_; }                  ///< V x n.
   const Relocation& relocation() const { return *relocation_; }             ///< Eq. 4.
   /// N/m, with supports: n x n for the metric energy and the continuum, 3n x 3n for the strain
-  /// energy (finite strain: at rest). Not of mass_spring, whose stiffness changes as it moves.
+  /// energy and for finite strain of either (at rest). Not of mass_spring, whose stiffness changes
+  /// as it moves.
   const LatticeStiffness& stiffness() const { return stiffness_; }
+  /// The energy of finite strain (Clone() it to use it), or nullptr for a constant stiffness.
+  const ElasticEnergy* finite_energy() const { return finite_energy_.get(); }
   /// The springs of model "mass_spring" at rest, to copy; nullptr for the other models.
   const MassSpring* springs() const { return springs_ ? &*springs_ : nullptr; }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
@@ -58,9 +62,11 @@ class OrganModel {
   /// Things that work but are probably not meant, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// A new solver for the energy as the options ask, for local functions in `slots`; `newton` is
-  /// the budget of finite strain.
-  std::unique_ptr<Relaxation> MakeRelaxation(int slots, const NewtonOptions& newton = {}) const;
+  /// A new solver for the energy as the options ask, for local functions in `slots`. `clock`
+  /// (session time) makes the budget of finite strain count; without one (lockstep) iterations
+  /// alone do.
+  std::unique_ptr<Relaxation> MakeRelaxation(int slots,
+                                             std::function<Nanoseconds()> clock = nullptr) const;
 
   /// Lattice row of a vertex, without local functions.
   SparseRow LatticeRow(int vertex) const;
@@ -105,9 +111,9 @@ class OrganModel {
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   LatticeStiffness stiffness_;
+  std::unique_ptr<const ElasticEnergy> finite_energy_;
   std::optional<LocalFunctions> local_;
   Eigen::SparseMatrix<double> local_weights_;  // V x N: basis values of the local functions
-  std::optional<FiniteStrainEnergy> finite_strain_;
   std::optional<SurfaceContinuum> continuum_;
   std::optional<MassSpring> springs_;
   double tissue_volume_ = 0;
@@ -134,8 +140,8 @@ DentSnapshot AppliedDent(const SurfaceDent& dent, const Vector3d& p_rest_W,
 
 /// The part of an organ that a step changes. Owned by the deformation thread.
 struct OrganState {
-  /// For at most `tools` tools.
-  OrganState(const OrganModel& model, int tools);
+  /// For at most `tools` tools. `clock`: as of OrganModel::MakeRelaxation.
+  OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock = nullptr);
 
   Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by
                                  ///< reposition and relax.

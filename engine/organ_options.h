@@ -40,8 +40,10 @@ struct EnergyOptions {
   MaterialLaw law = MaterialLaw::kNeoHookean;
   SolverType solver = SolverType::kCholesky;
   EnergyDomain domain = EnergyDomain::kOrgan;  ///< Metric only.
-  double alpha = 2000;                         ///< Pa; metric only.
+  double alpha = 2000;                         ///< Pa; metric only (finite strain: eta).
   double beta = 0.05;                          ///< N; metric only.
+  int newton_iterations = 3;                   ///< Most a step; finite strain only.
+  double newton_budget = 0.02;                 ///< s a step in the real clock; finite strain only.
 };
 
 struct MaterialOptions {

@@ -1,11 +1,14 @@
 #include "engine/static_loads.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "engine/baselines/spring_rest.h"
 #include "engine/error.h"
+#include "engine/static_newton.h"
 #include "engine/surface_kernel.h"
 
 namespace hpdm {
@@ -50,7 +53,7 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& act
 }
 
 std::unique_ptr<LatticeResponse> MakeResponse(const OrganModel& model, int slots) {
-  if (!model.lattice()) return nullptr;
+  if (!model.lattice() || model.finite_energy() != nullptr) return nullptr;
   if (model.local() != nullptr) return MakeLatticeResponse(*model.local(), slots);
   return std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness());
 }
@@ -87,18 +90,12 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
                                   3 * static_cast<Eigen::Index>(loads.size()))),
       pressures_(Eigen::VectorXd::Zero(rows_.rows())),
       pressure_force_(loads.size(), Vector3d::Zero()) {
-  if (model.springs() != nullptr) {
-    for (const LoadOptions& load : loads) {
-      if (!load.pressure) continue;
-      throw InputError("organ \"" + model.options().name +
-                       "\": model = \"mass_spring\" takes no pressure; give a force");
-    }
-  }
-  if (model.lattice() && model.options().energy.type == EnergyType::kStrain &&
-      model.options().energy.strain == StrainMeasure::kFinite) {
+  for (const LoadOptions& load : loads) {
+    if (!load.pressure || (model.finite_energy() == nullptr && model.springs() == nullptr))
+      continue;
     throw InputError("organ \"" + model.options().name +
-                     "\": static loads are solved for small strain only in this version; set "
-                     "energy.strain = \"small\"");
+                     "\": a pressure needs a constant stiffness; give a force, or take "
+                     "strain = \"small\" and not mass_spring");
   }
   if (model.local() != nullptr) {
     std::vector<Vector3d> centres;
@@ -138,9 +135,8 @@ void StaticLoads::AddPatch(std::size_t load) {
 
 void StaticLoads::AddPressure(std::size_t load) {
   const SurfaceMesh& rest = model_.rest();
-  const std::vector<SurfaceSample> samples =
-      SurfaceInRegion(rest, loads_[load].region, AxisAlignedBounds(rest.vertices),
-                      SampleSize(model_));
+  const std::vector<SurfaceSample> samples = SurfaceInRegion(
+      rest, loads_[load].region, AxisAlignedBounds(rest.vertices), SampleSize(model_));
   Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(rows_.rows() / 3), row = mean;
   double area = 0;
   for (const SurfaceSample& sample : samples) {
@@ -177,6 +173,51 @@ void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
   }
 }
 
+StaticSolution StaticLoads::SolveFinite() const {
+  const std::size_t m = loads_.size();
+  const Eigen::Index equations = rows_.cols();
+  StaticLoadRows rows{rows_, Eigen::VectorXd::Zero(equations), Eigen::VectorXd::Zero(equations),
+                      std::vector<bool>(3 * m, false), Eigen::MatrixXd::Zero(equations, equations)};
+  for (std::size_t i = 0; i < m; ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    rows.local.block<3, 3>(at, at) = dents_[i].Compliance();
+    if (loads_[i].force_W.has_value()) rows.forces.segment<3>(at) = *loads_[i].force_W;
+    if (!loads_[i].displacement_W.has_value()) continue;
+    rows.moves.segment<3>(at) = *loads_[i].displacement_W;
+    std::fill_n(rows.held.begin() + at, 3, true);
+  }
+  const std::unique_ptr<ElasticEnergy> energy = model_.finite_energy()->Clone();
+  StaticNewtonSolution found = SolveStaticLoads(rows, energy.get());
+
+  StaticSolution solution;
+  solution.control_displacements = std::move(found.U);
+  solution.residual = found.residual;
+  solution.share = found.share;
+  solution.iterations = found.iterations;
+  solution.collapsed = energy->CollapsedShare(solution.control_displacements);
+  solution.vertex_displacements.resize(model_.rest().vertices.rows(), 3);
+  model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
+  AddDents(found.forces, &solution);
+  const Eigen::VectorXd moved =
+      rows_.transpose() * UnknownMap(solution.control_displacements.data(), rows_.rows()) +
+      rows.local * found.forces;
+  for (std::size_t i = 0; i < m; ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    solution.load_forces.emplace_back(found.forces.segment<3>(at));
+    solution.load_displacements.emplace_back(moved.segment<3>(at));
+  }
+  return solution;
+}
+
+void StaticLoads::AddDents(const Eigen::VectorXd& forces, StaticSolution* solution) const {
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    if (loads_[i].pressure) continue;
+    model_.AddDent(AppliedDent(dents_[i], loads_[i].p_centre_W,
+                               forces.segment<3>(3 * static_cast<Eigen::Index>(i))),
+                   &solution->vertex_displacements);
+  }
+}
+
 // Given forces first, then those that make the prescribed displacements of patches that are at
 // `free` without load.
 Eigen::VectorXd StaticLoads::Forces(const Eigen::MatrixXd& compliance,
@@ -202,6 +243,7 @@ Eigen::VectorXd StaticLoads::Forces(const Eigen::MatrixXd& compliance,
 }
 
 StaticSolution StaticLoads::Solve() const {
+  if (model_.finite_energy() != nullptr) return SolveFinite();
   const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
   StaticSolution solution;
   solution.control_displacements.resize(rows_.rows() / 3, 3);
@@ -233,12 +275,7 @@ StaticSolution StaticLoads::Solve() const {
   model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
-  for (std::size_t i = 0; i < loads_.size(); ++i) {
-    if (loads_[i].pressure) continue;
-    model_.AddDent(AppliedDent(dents_[i], loads_[i].p_centre_W,
-                               force.segment<3>(3 * static_cast<Eigen::Index>(i))),
-                   &solution.vertex_displacements);
-  }
+  AddDents(force, &solution);
   for (Eigen::Index i = 0; i < m; ++i) {
     solution.load_forces.emplace_back(force.segment<3>(3 * i) +
                                       pressure_force_[static_cast<std::size_t>(i)]);
@@ -248,6 +285,7 @@ StaticSolution StaticLoads::Solve() const {
 }
 
 double StaticLoads::Residual(const StaticSolution& solution) const {
+  if (model_.finite_energy() != nullptr) return solution.residual;
   Eigen::VectorXd applied = pressures_;
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     if (loads_[i].pressure) continue;

@@ -18,8 +18,9 @@ inline constexpr std::string_view kOrganKeys[] = {
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};
-inline constexpr std::string_view kEnergyKeys[] = {"type",   "strain", "law", "solver",
-                                                   "domain", "alpha",  "beta"};
+inline constexpr std::string_view kEnergyKeys[] = {
+    "type",         "strain", "law", "solver", "domain", "alpha", "beta", "newton_iterations",
+    "newton_budget"};
 inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density",
                                                      "relaxation_time"};
 inline constexpr std::string_view kSupportKeys[] = {"box", "box_fraction", "sphere", "fixed",

@@ -85,10 +85,8 @@ EnergyOptions ReadEnergy(const TableReader& table) {
       table.Fail(key, "belongs to type = \"metric\"", "remove it or change the type");
     }
   }
-  for (const std::string_view key : {"strain", "law"}) {
-    if (metric && table.Has(key)) {
-      table.Fail(key, "belongs to type = \"strain\"", "remove it or change the type");
-    }
+  if (metric && table.Has("law")) {
+    table.Fail("law", "belongs to type = \"strain\"", "remove it or change the type");
   }
   table.ReadChoice("strain", {{"small", StrainMeasure::kSmall}, {"finite", StrainMeasure::kFinite}},
                    &energy.strain);
@@ -100,6 +98,13 @@ EnergyOptions ReadEnergy(const TableReader& table) {
       &energy.solver);
   table.ReadChoice("domain", {{"box", EnergyDomain::kBox}, {"organ", EnergyDomain::kOrgan}},
                    &energy.domain);
+  for (const std::string_view key : {"newton_iterations", "newton_budget"}) {
+    if (energy.strain == StrainMeasure::kSmall && table.Has(key)) {
+      table.Fail(key, "belongs to strain = \"finite\"", "remove it or change the strain");
+    }
+  }
+  table.ReadInteger("newton_iterations", 1, 1000, &energy.newton_iterations);
+  table.ReadNumber("newton_budget", Interval::NotNegative(10, "s"), &energy.newton_budget);
   // Not zero: beta alone leaves every linear map without energy, and fixed supports scale with it.
   table.ReadNumber("alpha", Interval::Positive(1e12, "Pa"), &energy.alpha);
   table.ReadNumber("beta", Interval::NotNegative(1e12, "N"), &energy.beta);

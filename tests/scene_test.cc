@@ -41,7 +41,7 @@ model = "continuum"
 texture = "t.png"
 pose = { position = [1, 2, 3], rotation_deg = [90, 0, 90] }
 lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01 }
-energy = { type = "strain", strain = "finite", law = "stvk", solver = "gauss_seidel" }
+energy = { type = "strain", strain = "finite", law = "stvk", solver = "gauss_seidel", newton_iterations = 5, newton_budget = 0.01 }
 material = { young = 1000, poisson = 0.3, density = 900, relaxation_time = 0.2 }
 support = [ { box = { min = [0, 0, 0], max = [1, 2, 3] }, fixed = true },
             { sphere = { centre = [1, 2, 3], radius = 0.5 }, stiffness = 1e6 },
@@ -51,7 +51,7 @@ name = "b"
 mesh = "m.obj"
 unit = "mm"
 lattice = { basis = "bernstein", degree = 4 }
-energy = { type = "metric", domain = "box", alpha = 11, beta = 0.5 }
+energy = { type = "metric", strain = "finite", domain = "box", alpha = 11, beta = 0.5 }
 [[instrument]]
 name = "left"
 type = "grasper"
@@ -141,6 +141,8 @@ focal_length = 0.0024
   EXPECT_EQ(a.energy.strain, StrainMeasure::kFinite);
   EXPECT_EQ(a.energy.law, MaterialLaw::kStVenantKirchhoff);
   EXPECT_EQ(a.energy.solver, SolverType::kGaussSeidel);
+  EXPECT_EQ(a.energy.newton_iterations, 5);
+  EXPECT_EQ(a.energy.newton_budget, 0.01);
   EXPECT_EQ(a.material.young, 1000);
   EXPECT_EQ(a.material.poisson, 0.3);
   EXPECT_EQ(a.material.density, 900);
@@ -158,6 +160,7 @@ focal_length = 0.0024
   EXPECT_EQ(b.lattice.degree, (std::array{4, 4, 4}));
   EXPECT_EQ(b.lattice.cells, (std::array{1, 1, 1}));
   EXPECT_EQ(b.energy.domain, EnergyDomain::kBox);
+  EXPECT_EQ(b.energy.strain, StrainMeasure::kFinite);
   EXPECT_EQ(b.energy.alpha, 11);
   EXPECT_EQ(b.energy.beta, 0.5);
 

@@ -148,14 +148,6 @@ TEST(StaticLoads, PressureWithoutSurfaceIsRefused) {
   EXPECT_THROW(StaticLoads(organ, {Pressure(1, Sphere{Vector3d(0, 0, 1), 0.1})}), InputError);
 }
 
-TEST(StaticLoads, FiniteStrainIsRefusedNotLinearised) {
-  OrganOptions options;
-  options.energy.type = EnergyType::kStrain;
-  options.energy.strain = StrainMeasure::kFinite;
-  const OrganModel organ(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
-  EXPECT_THROW(StaticLoads(organ, {Force(kTop, {0, 0, -1})}), InputError);
-}
-
 TEST(StaticLoads, LoadAwayFromTheSurfaceIsRefused) {
   const OrganModel organ = Organ(EnergyType::kMetric);
   EXPECT_THROW(StaticLoads(organ, {Force(Vector3d(0, 0, 0.2), {0, 0, -1})}), InputError);
