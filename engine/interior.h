@@ -15,9 +15,10 @@ struct InteriorOptions {
   int resolution = 128;
   /// Gauss points along each axis of a cell that lies wholly inside: 1..5.
   int gauss_points = 3;
-  /// The samples of a cell that the surface crosses are reduced to at most 35 points (degree 4)
-  /// that keep the integral of every polynomial up to this total degree: 0..8.
-  int moment_degree = 4;
+  /// The samples of a cell that the surface crosses are reduced to at most 54 points (degree 3)
+  /// that keep the integral of every polynomial of at most this degree along each axis and twice it
+  /// in total (moment_compression.h): 0..6.
+  int moment_degree = 3;
 };
 
 /// Points and weights that integrate over the tissue: int f dV = sum_q weights_q f(points_q).

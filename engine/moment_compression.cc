@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMaxDegree = 8;
+constexpr int kMaxDegree = 6;
 
 /// Legendre polynomials P_0..P_degree of t (Bonnet's recursion): better conditioned than monomials.
 std::array<double, kMaxDegree + 1> Legendre(int degree, double t) {
@@ -35,8 +35,8 @@ MatrixXd Polynomials(int degree, const Points& points) {
                z = Legendre(degree, points(q, 2));
     Index m = 0;
     for (int i = 0; i <= degree; ++i) {
-      for (int j = 0; i + j <= degree; ++j) {
-        for (int k = 0; i + j + k <= degree; ++k) {
+      for (int j = 0; j <= degree; ++j) {
+        for (int k = 0; k <= std::min(degree, 2 * degree - i - j); ++k) {
           values(m++, q) = x[static_cast<std::size_t>(i)] * y[static_cast<std::size_t>(j)] *
                            z[static_cast<std::size_t>(k)];
         }
@@ -75,7 +75,9 @@ void EliminateWeights(const MatrixXd& values, VectorXd* weights) {
 
 }  // namespace
 
-int MomentCount(int degree) { return (degree + 1) * (degree + 2) * (degree + 3) / 6; }
+int MomentCount(int degree) {
+  return (degree + 1) * (degree + 1) * (degree + 1) - degree * (degree + 1) * (degree + 2) / 6;
+}
 
 void CompressMoments(int degree, Points* points, VectorXd* weights) {
   HPDM_CHECK(degree >= 0 && degree <= kMaxDegree && points->rows() == weights->size());

@@ -8,9 +8,9 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "engine/interior.h"
 #include "engine/mesh_import.h"
 #include "engine/thickness.h"
+#include "engine/tissue_cache.h"
 
 namespace hpdm {
 namespace {
@@ -42,7 +42,7 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
   VertexNormals(rest_.vertices, rest_.triangles, &rest_normals_);
 
   const std::array<int, 3> cells = SamplingCells(options.lattice);
-  const TissueQuadrature sampled = SampleTissue(rest_, lattice_.box(), cells);
+  const TissueQuadrature sampled = CachedTissue(rest_, lattice_.box(), cells);
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};

@@ -65,10 +65,13 @@ struct BoxFraction {
   Vector3d max = Vector3d::Ones();
 };
 
+/// A part of space around an organ, on its posed rest shape.
+using Region = std::variant<Box, BoxFraction, Sphere>;
+
 /// Tissue inside the region is held: rigidly, or by a spring per volume. Regions are in the world
 /// frame (m), applied to the posed rest shape.
 struct SupportOptions {
-  std::variant<Box, BoxFraction, Sphere> region;
+  Region region;
   std::optional<double> stiffness;  ///< Pa/m^2; absent: fixed.
 };
 
@@ -87,15 +90,19 @@ struct OrganOptions {
   std::vector<SupportOptions> supports;
 };
 
-/// A static load on a round patch of an organ's surface: the kernel cos(pi d / 2R) of the distance
-/// d < R to the centre, over the surface's area, normalised to one. Exactly one of force and
-/// displacement is given.
+/// A static load: exactly one of force, displacement and pressure is given.
+///
+/// A force or a displacement acts on a round patch of an organ's surface: the kernel cos(pi d / 2R)
+/// of the distance d < R to the centre, over the surface's area, normalised to one. A pressure acts
+/// against the outward normal, at rest, of all of the surface or of its part in a region.
 struct LoadOptions {
   std::string organ;                       ///< Its name.
-  Vector3d p_centre_W = Vector3d::Zero();  ///< m, on the posed rest shape.
-  double radius = 0;                       ///< R, m.
+  Vector3d p_centre_W = Vector3d::Zero();  ///< m, on the posed rest shape; not for a pressure.
+  double radius = 0;                       ///< R, m; not for a pressure.
   std::optional<Vector3d> force_W;         ///< N, sum over the patch.
   std::optional<Vector3d> displacement_W;  ///< m, mean over the patch weighted by the kernel.
+  std::optional<double> pressure;          ///< Pa; negative: a pull.
+  std::optional<Region> region;            ///< Of a pressure; absent: the whole surface.
 };
 
 }  // namespace hpdm

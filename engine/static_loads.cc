@@ -1,6 +1,7 @@
 #include "engine/static_loads.h"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 #include "engine/error.h"
 #include "engine/surface_kernel.h"
@@ -47,6 +48,15 @@ std::unique_ptr<LatticeResponse> MakeResponse(const OrganModel& model, int slots
   return std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness());
 }
 
+// Columns 3 load + d: the row's weights along d.
+void PutOnEachAxis(const Eigen::RowVectorXd& row, std::size_t load, Eigen::MatrixXd* columns) {
+  for (Eigen::Index a = 0; a < row.size(); ++a) {
+    for (int d = 0; d < 3; ++d) {
+      (*columns)(3 * a + d, 3 * static_cast<Eigen::Index>(load) + d) = row[a];
+    }
+  }
+}
+
 }  // namespace
 
 double StaticSolution::Compliance() const {
@@ -61,7 +71,9 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
               model.LocalSlots(static_cast<int>(loads.size()))),
       response_(MakeResponse(model, active_.slots())),
       rows_(Eigen::MatrixXd::Zero(3 * (model.lattice().size() + active_.slots()),
-                                  3 * static_cast<Eigen::Index>(loads.size()))) {
+                                  3 * static_cast<Eigen::Index>(loads.size()))),
+      pressures_(Eigen::VectorXd::Zero(rows_.rows())),
+      pressure_force_(loads.size(), Vector3d::Zero()) {
   if (model.options().energy.type == EnergyType::kStrain &&
       model.options().energy.strain == StrainMeasure::kFinite) {
     throw InputError("organ \"" + model.options().name +
@@ -70,26 +82,61 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
   }
   if (model.local() != nullptr) {
     std::vector<Vector3d> centres;
-    for (const LoadOptions& load : loads) centres.push_back(load.p_centre_W);
+    for (const LoadOptions& load : loads) {
+      if (!load.pressure) centres.push_back(load.p_centre_W);
+    }
     active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
     response_->Follow(active_);
   }
-  Eigen::RowVectorXd row(rows_.rows() / 3);
+  dents_.resize(loads.size());
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    const SurfacePoint at = NearestSurfacePoint(model.rest(), loads[i].p_centre_W);
-    dents_.push_back(model.Dent(at, loads[i].radius));
-    row.setZero();
-    for (const SurfaceSample& sample : SurfaceKernel(model.rest(), loads[i].p_centre_W,
-                                                     model.ResolvedRadius(at, loads[i].radius))) {
-      model.AddToRow(AtSample(sample, model.rest().triangles, model.rest().vertices), sample.weight,
-                     active_, row);
-    }
-    for (Eigen::Index a = 0; a < row.size(); ++a) {
-      for (int d = 0; d < 3; ++d) {
-        rows_(3 * a + d, 3 * static_cast<Eigen::Index>(i) + d) = row[a];
-      }
+    if (loads[i].pressure) {
+      AddPressure(i);
+    } else {
+      AddPatch(i);
     }
   }
+}
+
+void StaticLoads::AddPatch(std::size_t load) {
+  const Vector3d& p_centre_W = loads_[load].p_centre_W;
+  const double radius = loads_[load].radius;
+  const SurfacePoint at = NearestSurfacePoint(model_.rest(), p_centre_W);
+  dents_[load] = model_.Dent(at, radius);
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(rows_.rows() / 3);
+  for (const SurfaceSample& sample :
+       SurfaceKernel(model_.rest(), p_centre_W, model_.ResolvedRadius(at, radius))) {
+    model_.AddToRow(AtSample(sample, model_.rest().triangles, model_.rest().vertices),
+                    sample.weight, active_, row);
+  }
+  PutOnEachAxis(row, load, &rows_);
+}
+
+void StaticLoads::AddPressure(std::size_t load) {
+  const SurfaceMesh& rest = model_.rest();
+  const std::vector<SurfaceSample> samples =
+      SurfaceInRegion(rest, loads_[load].region, AxisAlignedBounds(rest.vertices),
+                      ControlPointSpacing(model_.lattice()) / 4);
+  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(rows_.rows() / 3), row = mean;
+  double area = 0;
+  for (const SurfaceSample& sample : samples) {
+    const auto corner = [&](int k) -> Vector3d {
+      return rest.vertices.row(rest.triangles(sample.triangle, k));
+    };
+    const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+    const Vector3d force = -*loads_[load].pressure * sample.weight * normal;
+    row.setZero();
+    model_.AddToRow(AtSample(sample, rest.triangles, rest.vertices), 1, active_, row);
+    mean += sample.weight * row;
+    Eigen::Map<Points>(pressures_.data(), row.size(), 3) += row.transpose() * force.transpose();
+    pressure_force_[load] += force;
+    area += sample.weight;
+  }
+  // All around a body only round-off remains.
+  if (pressure_force_[load].norm() < 1e-9 * std::abs(*loads_[load].pressure) * area) {
+    pressure_force_[load].setZero();
+  }
+  PutOnEachAxis(mean / area, load, &rows_);
 }
 
 int StaticLoads::local_functions() const {
@@ -100,9 +147,12 @@ int StaticLoads::local_functions() const {
 
 StaticSolution StaticLoads::Solve() const {
   const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());
-  Eigen::MatrixXd columns = rows_;
+  Eigen::MatrixXd columns(rows_.rows(), 3 * m + 1);
+  columns << rows_, pressures_;
   response_->Solve(columns);
-  Eigen::MatrixXd compliance = rows_.transpose() * columns;  // 3m x 3m
+  const Eigen::MatrixXd response = rows_.transpose() * columns;
+  Eigen::MatrixXd compliance = response.leftCols(3 * m);  // 3m x 3m
+  const Eigen::VectorXd pressed = response.col(3 * m);
   for (Eigen::Index i = 0; i < m; ++i) {
     compliance.block<3, 3>(3 * i, 3 * i) += dents_[static_cast<std::size_t>(i)].Compliance();
   }
@@ -119,7 +169,8 @@ StaticSolution StaticLoads::Solve() const {
     for (int d = 0; d < 3; ++d) held.push_back(3 * i + d);
   }
   if (!held.empty()) {
-    const Eigen::VectorXd missing = wanted(held) - Eigen::VectorXd(compliance * force)(held);
+    const Eigen::VectorXd missing =
+        wanted(held) - Eigen::VectorXd(compliance * force + pressed)(held);
     const Eigen::MatrixXd coupling = compliance(held, held);
     const Eigen::VectorXd found = coupling.ldlt().solve(missing);
     force(held) = found;
@@ -128,27 +179,30 @@ StaticSolution StaticLoads::Solve() const {
   StaticSolution solution;
   solution.control_displacements.resize(rows_.rows() / 3, 3);
   UnknownMap U(solution.control_displacements.data(), rows_.rows());
-  U = columns * force;
+  U = columns.leftCols(3 * m) * force + columns.col(3 * m);
   solution.vertex_displacements =
       model_.weights() * solution.control_displacements.topRows(model_.lattice().size());
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
   for (std::size_t i = 0; i < loads_.size(); ++i) {
+    if (loads_[i].pressure) continue;
     model_.AddDent(dents_[i], loads_[i].p_centre_W,
                    force.segment<3>(3 * static_cast<Eigen::Index>(i)),
                    &solution.vertex_displacements);
   }
-  const Eigen::VectorXd moved = compliance * force;
+  const Eigen::VectorXd moved = compliance * force + pressed;
   for (Eigen::Index i = 0; i < m; ++i) {
-    solution.load_forces.emplace_back(force.segment<3>(3 * i));
+    solution.load_forces.emplace_back(force.segment<3>(3 * i) +
+                                      pressure_force_[static_cast<std::size_t>(i)]);
     solution.load_displacements.emplace_back(moved.segment<3>(3 * i));
   }
   return solution;
 }
 
 double StaticLoads::Residual(const StaticSolution& solution) const {
-  Eigen::VectorXd applied = Eigen::VectorXd::Zero(rows_.rows());
+  Eigen::VectorXd applied = pressures_;
   for (std::size_t i = 0; i < loads_.size(); ++i) {
+    if (loads_[i].pressure) continue;
     applied += rows_.middleCols<3>(3 * static_cast<Eigen::Index>(i)) * solution.load_forces[i];
   }
   const double size = applied.norm();

@@ -9,18 +9,21 @@ namespace hpdm {
 
 /// Where an organ rests under its loads.
 struct StaticSolution {
-  Points control_displacements;              ///< (n + local functions) x 3, m, world axes.
-  Points vertex_displacements;               ///< V x 3, m.
-  std::vector<Vector3d> load_forces;         ///< N, on the tissue, one a load.
-  std::vector<Vector3d> load_displacements;  ///< m, kernel-weighted mean u, one a load.
+  Points control_displacements;       ///< (n + local functions) x 3, m, world axes.
+  Points vertex_displacements;        ///< V x 3, m.
+  std::vector<Vector3d> load_forces;  ///< N, on the tissue, one a load.
+  /// m, one a load: u's mean weighted by the kernel, or over the area that a pressure acts on.
+  std::vector<Vector3d> load_displacements;
 
-  /// Of the first load: displacement along its force over the force, m/N; 0 without force.
+  /// Of the first load: displacement along its force over the force, m/N; 0 without force,
+  /// as of a pressure all around a body.
   double Compliance() const;
 };
 
 /// The loads of one organ: forces that are given, and displacements whose forces are found, all
-/// acting together, each spread by the kernel of SurfaceKernel. Small displacement (constant
-/// stiffness). Set-up factorises the stiffness once; Solve may be called again and again.
+/// acting together, each spread by the kernel of SurfaceKernel, and pressures over the surface.
+/// Small displacement (constant stiffness). Set-up factorises the stiffness once; Solve may be
+/// called again and again.
 class StaticLoads {
  public:
   /// `model` must outlive this. Throws InputError when a load touches no surface, and for
@@ -36,13 +39,18 @@ class StaticLoads {
   int local_functions() const;
 
  private:
+  void AddPressure(std::size_t load);
+  void AddPatch(std::size_t load);
+
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
   ActiveFunctions active_;
   std::vector<SurfaceDent> dents_;  // one a load
   std::unique_ptr<LatticeResponse> response_;
-  Eigen::MatrixXd
-      rows_;  // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch
+  // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch.
+  Eigen::MatrixXd rows_;
+  Eigen::VectorXd pressures_;             // 3(n + slots), N: what all pressures put on U
+  std::vector<Vector3d> pressure_force_;  // N, one a load: a pressure's resultant
 };
 
 }  // namespace hpdm

@@ -6,8 +6,8 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "engine/interior.h"
 #include "engine/mixed_dilatation.h"
+#include "engine/tissue_cache.h"
 
 namespace hpdm {
 namespace {
@@ -47,12 +47,12 @@ ScalarStiffness FixedStiffness(const Lattice& lattice, const Quadrature& region,
 
 }  // namespace
 
-bool InRegion(const SupportOptions& support, const Box& bounds, const Vector3d& p_W) {
-  if (const Box* box = std::get_if<Box>(&support.region)) return Inside(box->min, box->max, p_W);
-  if (const Sphere* sphere = std::get_if<Sphere>(&support.region)) {
+bool InRegion(const Region& region, const Box& bounds, const Vector3d& p_W) {
+  if (const Box* box = std::get_if<Box>(&region)) return Inside(box->min, box->max, p_W);
+  if (const Sphere* sphere = std::get_if<Sphere>(&region)) {
     return (p_W - sphere->centre).norm() <= sphere->radius;
   }
-  const BoxFraction& fraction = std::get<BoxFraction>(support.region);
+  const BoxFraction& fraction = std::get<BoxFraction>(region);
   const Vector3d size = bounds.max - bounds.min;
   return Inside(bounds.min + fraction.min.cwiseProduct(size),
                 bounds.min + fraction.max.cwiseProduct(size), p_W);
@@ -79,7 +79,7 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
   const OrientedBox box{region.min, Matrix3d::Identity(), size};
   TissueQuadrature sampled;
   try {
-    sampled = SampleTissue(rest_W, box, cells, {.resolution = 64});
+    sampled = CachedTissue(rest_W, box, cells, {.resolution = 64});
   } catch (const InputError&) {
     return inside;  // no tissue in the box
   }
@@ -88,7 +88,7 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
   Eigen::Index kept = 0;
   for (Eigen::Index q = 0; q < sampled.weights.size(); ++q) {
     // Points of a box lie in it but for up to a sample's size.
-    if (is_sphere && !InRegion(support, bounds, sampled.points.row(q).transpose())) continue;
+    if (is_sphere && !InRegion(support.region, bounds, sampled.points.row(q).transpose())) continue;
     inside.points.row(kept) = sampled.points.row(q);
     inside.weights[kept++] = sampled.weights[q];
   }

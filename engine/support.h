@@ -12,7 +12,7 @@ namespace hpdm {
 
 /// True when the world point (m) lies in the region; box fractions refer to `bounds`, the posed
 /// organ's axis-aligned bounding box.
-bool InRegion(const SupportOptions& support, const Box& bounds, const Vector3d& p_W);
+bool InRegion(const Region& region, const Box& bounds, const Vector3d& p_W);
 
 /// Axis-aligned bounding box of the vertices (V x 3, m).
 Box AxisAlignedBounds(const Points& vertices);

@@ -1,18 +1,28 @@
 #include "engine/surface_kernel.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <sstream>
+#include <utility>
 
 #include "engine/closest_point.h"
 #include "engine/error.h"
+#include "engine/support.h"
 
 namespace hpdm {
 namespace {
 
 using Corners = std::array<Vector3d, 3>;
+
+/// Slack of every choice between two quadratures (which side is cut, whether one is, whether a
+/// triangle faces the load), relative to what is compared: equal sides and right angles are common,
+/// and round-off, which depends on the body's unit and place, must not choose for them. Lengths
+/// differ by it only by accident.
+constexpr double kSlack = 1e-9;
 
 Corners CornersOf(const SurfaceMesh& mesh, int triangle) {
   Corners corners;
@@ -45,50 +55,54 @@ struct Part {
   Corners barycentric;
 };
 
+/// Splits triangles into parts that count with a density at their centroids.
 class Patch {
  public:
-  Patch(const Vector3d& point, double radius, double longest_side)
-      : point_(point), radius_(radius), longest_side_(longest_side) {}
+  /// `apart(a, b, c)`: the density is zero all over that part.
+  Patch(double longest_side,
+        std::function<bool(const Vector3d&, const Vector3d&, const Vector3d&)> apart,
+        std::function<double(const Vector3d&)> density)
+      : longest_side_(longest_side), apart_(std::move(apart)), density_(std::move(density)) {}
 
-  /// Bisects the longest side until it is short enough, leaving out what is beyond the radius;
-  /// each part counts with the kernel at its centroid.
-  void Add(int triangle, const Part& part) {
-    const auto& [a, b, c] = part.points;
-    if ((ClosestOnTriangle(point_, a, b, c).point - point_).norm() >= radius_) return;
-    int longest = 0;
-    double length = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double side = (part.points[(k + 1) % 3] - part.points[k]).norm();
-      if (side > length) {
-        length = side;
-        longest = k;
-      }
-    }
-    if (length > longest_side_) {
-      const int i = longest, j = (longest + 1) % 3;
-      Part first = part, second = part;
-      first.points[j] = second.points[i] = (part.points[i] + part.points[j]) / 2;
-      first.barycentric[j] = second.barycentric[i] =
-          (part.barycentric[i] + part.barycentric[j]) / 2;
-      Add(triangle, first);
-      Add(triangle, second);
-      return;
-    }
-    const double distance = ((a + b + c) / 3 - point_).norm();
-    const double area = (b - a).cross(c - a).norm() / 2;
-    if (distance >= radius_ || area <= 0) return;
-    const double kernel = std::cos(std::numbers::pi * distance / (2 * radius_));
-    samples.push_back({triangle,
-                       (part.barycentric[0] + part.barycentric[1] + part.barycentric[2]) / 3,
-                       area * kernel});
+  void Add(int triangle, const Corners& corners) {
+    AddPart(triangle, {corners, {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}});
   }
 
   std::vector<SurfaceSample> samples;
 
  private:
-  Vector3d point_;
-  double radius_;
+  /// Bisects the longest side until it is short enough.
+  void AddPart(int triangle, const Part& part) {
+    const auto& [a, b, c] = part.points;
+    if (apart_(a, b, c)) return;
+    int longest = 0;
+    double length = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double side = (part.points[(k + 1) % 3] - part.points[k]).norm();
+      if (side > length * (1 + kSlack)) {
+        length = side;
+        longest = k;
+      }
+    }
+    if (length > longest_side_ * (1 + kSlack)) {
+      const int i = longest, j = (longest + 1) % 3;
+      Part first = part, second = part;
+      first.points[j] = second.points[i] = (part.points[i] + part.points[j]) / 2;
+      first.barycentric[j] = second.barycentric[i] =
+          (part.barycentric[i] + part.barycentric[j]) / 2;
+      AddPart(triangle, first);
+      AddPart(triangle, second);
+      return;
+    }
+    const double weight = density_((a + b + c) / 3) * (b - a).cross(c - a).norm() / 2;
+    if (!(weight > 0)) return;
+    samples.push_back(
+        {triangle, (part.barycentric[0] + part.barycentric[1] + part.barycentric[2]) / 3, weight});
+  }
+
   double longest_side_;
+  std::function<bool(const Vector3d&, const Vector3d&, const Vector3d&)> apart_;
+  std::function<double(const Vector3d&)> density_;
 };
 
 }  // namespace
@@ -104,11 +118,19 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
       facing +=
           nearest.at.barycentric[k] * normals.row(mesh.triangles(nearest.triangle, k)).transpose();
     }
-    Patch patch(point, radius, resolution * radius);
-    const Corners unit = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
+    Patch patch(
+        resolution * radius,
+        [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+          return (ClosestOnTriangle(point, a, b, c).point - point).norm() >= radius;
+        },
+        [&](const Vector3d& p) {
+          const double distance = std::min((p - point).norm(), radius);
+          return std::cos(std::numbers::pi * distance / (2 * radius));
+        });
     for (int t = 0; t < mesh.triangles.rows(); ++t) {
       const Corners c = CornersOf(mesh, t);
-      if ((c[1] - c[0]).cross(c[2] - c[0]).dot(facing) > 0) patch.Add(t, {c, unit});
+      const Vector3d normal = (c[1] - c[0]).cross(c[2] - c[0]);
+      if (normal.dot(facing) > kSlack * normal.norm() * facing.norm()) patch.Add(t, c);
     }
     double sum = 0;
     for (const SurfaceSample& sample : patch.samples) sum += sample.weight;
@@ -131,6 +153,19 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
 SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point) {
   const Nearest nearest = FindNearest(mesh, point);
   return {nearest.triangle, nearest.at.barycentric};
+}
+
+std::vector<SurfaceSample> SurfaceInRegion(const SurfaceMesh& mesh,
+                                           const std::optional<Region>& region, const Box& bounds,
+                                           double longest_side) {
+  Patch patch(
+      longest_side, [](const Vector3d&, const Vector3d&, const Vector3d&) { return false; },
+      [&](const Vector3d& p) { return !region || InRegion(*region, bounds, p) ? 1.0 : 0.0; });
+  for (int t = 0; t < mesh.triangles.rows(); ++t) patch.Add(t, CornersOf(mesh, t));
+  if (patch.samples.empty()) {
+    throw InputError("pressure: its region holds no surface; move or enlarge it");
+  }
+  return patch.samples;
 }
 
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/collision.h"
+#include "engine/organ_options.h"
 #include "engine/surface_mesh.h"
 
 namespace hpdm {
@@ -26,6 +28,14 @@ struct SurfaceSample {
 /// Throws InputError when no surface lies within the radius.
 std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d& point,
                                          double radius, double resolution = 0.125);
+
+/// The surface inside a region (support.h; `bounds` for fractions), or all of it: weights are
+/// areas, m^2. Triangles are split until their sides are at most `longest_side` (m), and each part
+/// counts wholly or not, by its centroid. Deterministic; set-up only. Throws InputError when the
+/// region holds no surface.
+std::vector<SurfaceSample> SurfaceInRegion(const SurfaceMesh& mesh,
+                                           const std::optional<Region>& region, const Box& bounds,
+                                           double longest_side);
 
 /// The point of the mesh nearest to `point` (m); triangle -1 for a mesh without triangles. O(F).
 SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point);

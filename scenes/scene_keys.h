@@ -49,8 +49,9 @@ inline constexpr std::string_view kDeviceKeys[] = {"profile",
 inline constexpr std::string_view kHandKeys[] = {
     "script", "seed", "organ", "target", "depth", "speed", "stiffness", "damping", "tremor"};
 
-inline constexpr std::string_view kLoadKeys[] = {"organ", "point", "radius", "force",
-                                                 "displacement"};
+inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radius",
+                                                 "force", "displacement", "pressure",
+                                                 "box",   "box_fraction", "sphere"};
 inline constexpr std::string_view kLaparoscopeKeys[] = {"position", "target", "angle_deg",
                                                         "field_of_view_deg", "focal_length"};
 
@@ -76,6 +77,9 @@ inline constexpr SceneTable kSceneTables[] = {
     {"instrument.device", kDeviceKeys},
     {"instrument.hand", kHandKeys},
     {"load", kLoadKeys},
+    {"load.box", kBoxKeys},
+    {"load.box_fraction", kBoxKeys},
+    {"load.sphere", kSphereKeys},
     {"laparoscope", kLaparoscopeKeys},
 };
 

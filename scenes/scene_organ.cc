@@ -124,29 +124,37 @@ void ReadCorners(const TableReader& table, const Interval& range, Vector3d* min,
   }
 }
 
-SupportOptions ReadSupport(const TableReader& table) {
+/// Absent when the table holds none.
+std::optional<Region> ReadRegion(const TableReader& table) {
   table.RefuseBoth("box", "box_fraction");
   table.RefuseBoth("box", "sphere");
   table.RefuseBoth("box_fraction", "sphere");
-  SupportOptions support;
   if (const auto box = table.Table("box", kBoxKeys)) {
     Box region;
     ReadCorners(*box, kCoordinate, &region.min, &region.max);
-    support.region = region;
-  } else if (const auto fraction = table.Table("box_fraction", kBoxKeys)) {
+    return region;
+  }
+  if (const auto fraction = table.Table("box_fraction", kBoxKeys)) {
     BoxFraction region;
     ReadCorners(*fraction, {.min = 0, .max = 1}, &region.min, &region.max);
-    support.region = region;
-  } else if (const auto sphere = table.Table("sphere", kSphereKeys)) {
+    return region;
+  }
+  if (const auto sphere = table.Table("sphere", kSphereKeys)) {
     Sphere region;
     sphere->Require("centre", "give it as [x, y, z] in m");
     sphere->Require("radius", "give it in m");
     sphere->ReadVector("centre", kCoordinate, &region.centre);
     sphere->ReadNumber("radius", Interval::Positive(kMaxCoordinate, "m"), &region.radius);
-    support.region = region;
-  } else {
-    table.Fail("has no region", "give box, box_fraction or sphere");
+    return region;
   }
+  return std::nullopt;
+}
+
+SupportOptions ReadSupport(const TableReader& table) {
+  SupportOptions support;
+  const std::optional<Region> region = ReadRegion(table);
+  if (!region) table.Fail("has no region", "give box, box_fraction or sphere");
+  support.region = *region;
 
   table.RefuseBoth("fixed", "stiffness");
   bool fixed = false;
@@ -201,6 +209,20 @@ LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& 
   table.Require("organ", "name the organ that the load acts on");
   table.ReadString("organ", &load.organ);
   RequireOrgan(table, "organ", load.organ, organs);
+  for (const std::string_view other : {"force", "displacement", "point", "radius"}) {
+    table.RefuseBoth(other, "pressure");
+  }
+  double pressure = 0;
+  if (table.ReadNumber("pressure", Interval::Within(1e9, "Pa"), &pressure)) {
+    load.pressure = pressure;
+    load.region = ReadRegion(table);
+    return load;
+  }
+  for (const std::string_view key : {"box", "box_fraction", "sphere"}) {
+    if (table.Has(key)) {
+      table.Fail(key, "is the region of a pressure", "remove it or give pressure");
+    }
+  }
   table.Require("point", "give the load's centre as [x, y, z] in m");
   table.ReadVector("point", kCoordinate, &load.p_centre_W);
   table.Require("radius", "give the radius of the loaded surface in m");
@@ -212,7 +234,7 @@ LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& 
   } else if (table.ReadVector("displacement", kCoordinate, &value)) {
     load.displacement_W = value;
   } else {
-    table.Fail("loads nothing", "give force or displacement as [x, y, z]");
+    table.Fail("loads nothing", "give force or displacement as [x, y, z], or pressure");
   }
   return load;
 }

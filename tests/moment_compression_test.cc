@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -37,7 +38,7 @@ double Moment(const Rule& rule, int i, int j, int k) {
 }
 
 TEST(MomentCompression, KeepsEveryMomentOnFewPositivePoints) {
-  for (const int degree : {0, 1, 2, 4, 5}) {
+  for (const int degree : {0, 1, 2, 3, 4}) {
     for (const int count : {100, 5000}) {
       const Rule many = RandomRule(count, 17);
       Rule few = many;
@@ -46,8 +47,8 @@ TEST(MomentCompression, KeepsEveryMomentOnFewPositivePoints) {
       EXPECT_EQ(few.points.rows(), few.weights.size());
       EXPECT_GT(few.weights.minCoeff(), 0);
       for (int i = 0; i <= degree; ++i) {
-        for (int j = 0; i + j <= degree; ++j) {
-          for (int k = 0; i + j + k <= degree; ++k) {
+        for (int j = 0; j <= degree; ++j) {
+          for (int k = 0; k <= std::min(degree, 2 * degree - i - j); ++k) {
             // Round-off of some ten eliminations with a well-conditioned basis.
             EXPECT_NEAR(Moment(few, i, j, k), Moment(many, i, j, k), 1e-11 * many.weights.sum());
           }
@@ -79,7 +80,7 @@ TEST(MomentCompression, CopesWithPointsOnALine) {
   line.points.col(0).setLinSpaced(-1, 1);
   Rule few = line;
   CompressMoments(4, &few.points, &few.weights);
-  EXPECT_LE(few.weights.size(), 35);
+  EXPECT_LE(few.weights.size(), MomentCount(4));
   EXPECT_GT(few.weights.minCoeff(), 0);
   // Round-off.
   EXPECT_NEAR(Moment(few, 4, 0, 0), Moment(line, 4, 0, 0), 1e-9);

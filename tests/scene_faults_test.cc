@@ -174,6 +174,16 @@ TEST_F(SceneTest, FaultyLoadsAreNamed) {
   EXPECT_TRUE(Contains(error(load), "s.toml:4:1: load[0]: loads nothing; give force or"));
   EXPECT_TRUE(Contains(error(load + "force=[0,0,1]\ndisplacement=[0,0,1]\n"),
                        "load[0].displacement: cannot be given together with force"));
+  EXPECT_TRUE(Contains(error(load + "pressure=10\n"),
+                       "load[0].pressure: cannot be given together with point"));
+  EXPECT_TRUE(Contains(
+      error(load + "force=[0,0,1]\nsphere={centre=[0,0,0],radius=1}\n"),
+      "load[0].sphere: is the region of a pressure (a table); remove it or give pressure"));
+  EXPECT_TRUE(
+      Contains(error("[[load]]\norgan='liver'\npressure=1\nbox={min=[0,0,1],max=[1,1,0]}\n"),
+               "load[0].box.max: is not above min in every coordinate"));
+  EXPECT_TRUE(Contains(error("[[load]]\norgan='liver'\npressure=2e9\n"),
+                       "load[0].pressure: is out of range (2e+09)"));
 }
 
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {

@@ -105,6 +105,10 @@ organ = "b"
 point = [0, 1, 0]
 radius = 0.012
 displacement = [0, 0, 0.04]
+[[load]]
+organ = "b"
+pressure = -250
+sphere = { centre = [0, 1, 0], radius = 0.5 }
 [laparoscope]
 position = [0.1, -0.2, 0.3]
 target = [0.01, 0.02, 0.03]
@@ -197,13 +201,16 @@ focal_length = 0.0024
   EXPECT_EQ(s.instruments[1].type, InstrumentType::kHook);
   EXPECT_EQ(s.instruments[1].reaction, ReactionType::kLattice);
 
-  ASSERT_EQ(s.loads.size(), 2u);
+  ASSERT_EQ(s.loads.size(), 3u);
   EXPECT_EQ(s.loads[0].organ, "a");
   EXPECT_EQ(s.loads[0].p_centre_W, Vector3d(1, 0, 0));
   EXPECT_EQ(s.loads[0].radius, 0.015);
   EXPECT_EQ(s.loads[0].force_W, Vector3d(0, 0, -1));
   EXPECT_EQ(s.loads[0].displacement_W, std::nullopt);
   EXPECT_EQ(s.loads[1].displacement_W, Vector3d(0, 0, 0.04));
+  EXPECT_EQ(s.loads[1].pressure, std::nullopt);
+  EXPECT_EQ(s.loads[2].pressure, -250);
+  EXPECT_EQ(std::get<Sphere>(s.loads[2].region.value()).radius, 0.5);
 
   EXPECT_EQ(s.laparoscope.p_scope_W, Vector3d(0.1, -0.2, 0.3));
   EXPECT_EQ(s.laparoscope.p_target_W, Vector3d(0.01, 0.02, 0.03));

@@ -73,6 +73,32 @@ TEST(SurfaceKernel, TriangulationDoesNotMatter) {
               0.01 * spread);
 }
 
+TEST(SurfaceKernel, RoundOffDoesNotChooseTheSamples) {
+  // Equilateral triangles and a point on an edge of a box: every side and every right angle ties,
+  // and scale and place change the rounding of each.
+  const double kHeight = std::sqrt(3) / 2;
+  const SurfaceMesh tile = MakeMesh({{0, 0, 0}, {1, 0, 0}, {0.5, kHeight, 0}, {1.5, kHeight, 0}},
+                                    {{0, 1, 2}, {1, 3, 2}});
+  const SurfaceMesh box = MakeBox(Vector3d::Zero(), Vector3d::Ones());
+  for (const auto& [rest, point, radius] :
+       {std::tuple(tile, Vector3d(0.7, 0.4, 0), 0.25), std::tuple(box, Vector3d(0.4, 0, 1), 0.5)}) {
+    const std::vector<SurfaceSample> expected = SurfaceKernel(rest, point, radius);
+    for (const double scale : {1e-3, 0.37, 3.0, 1e3}) {
+      SurfaceMesh mesh = rest;
+      const Vector3d shift = scale * Vector3d(0.1, -0.7, 0.3);
+      mesh.vertices = (scale * mesh.vertices).rowwise() + shift.transpose();
+      const std::vector<SurfaceSample> samples =
+          SurfaceKernel(mesh, scale * point + shift, scale * radius);
+      ASSERT_EQ(samples.size(), expected.size());
+      for (std::size_t s = 0; s < samples.size(); ++s) {
+        EXPECT_EQ(samples[s].triangle, expected[s].triangle);
+        EXPECT_EQ(samples[s].barycentric, expected[s].barycentric);  // halves: exact
+        EXPECT_NEAR(samples[s].weight, expected[s].weight, 1e-12);   // round-off
+      }
+    }
+  }
+}
+
 TEST(SurfaceKernel, NamesTheNearestPointWhenTheLoadMissesTheSurface) {
   try {
     SurfaceKernel(MakeBox(Vector3d::Zero(), Vector3d::Ones()), Vector3d(0.5, 0.5, 2), 0.1);

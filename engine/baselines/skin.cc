@@ -55,7 +55,7 @@ Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
         supports[s].stiffness.value_or(kFixedPenalty * modulus / (length * length));
     int held = 0;
     for (Eigen::Index v = 0; v < springs.size(); ++v) {
-      if (!InRegion(supports[s], bounds, rest.vertices.row(v).transpose())) continue;
+      if (!InRegion(supports[s].region, bounds, rest.vertices.row(v).transpose())) continue;
       springs[v] += stiffness * volumes[v];
       ++held;
     }

@@ -85,7 +85,7 @@ TetraProblem MakeTetraProblem(const TetraBody& body, const SurfaceMesh& rest,
     for (std::size_t q = 0; q < rule.size(); ++q) {
       const Vector3d p_W = corners.transpose() * rule[q].barycentric;
       for (std::size_t s = 0; s < supports.size(); ++s) {
-        if (!InRegion(supports[s], bounds, p_W)) continue;
+        if (!InRegion(supports[s].region, bounds, p_W)) continue;
         holds[s] = held = true;
         springs += supports[s].stiffness.value_or(fixed) * volume * rule[q].weight * shapes[q] *
                    shapes[q].transpose();
@@ -106,6 +106,9 @@ TetraProblem MakeTetraProblem(const TetraBody& body, const SurfaceMesh& rest,
     }
   }
   for (const LoadOptions& load : loads) {
+    if (load.pressure) {
+      throw InputError("a pressure is not solved with tetrahedra; give a force or a displacement");
+    }
     problem.loads.push_back({PatchRow(mesh, rest, load), load.force_W, load.displacement_W});
   }
   return problem;
