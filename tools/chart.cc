@@ -52,16 +52,47 @@ fs::path ReferenceFolder(const ChartOptions& options, const std::string& scene) 
   return fs::path(scene).parent_path() / "../../tests/reference";
 }
 
-void Chart(const ChartOptions& options) {
-  const std::vector<std::string> scenes =
-      options.cases.empty() ? ScenesIn("scenes/cases") : options.cases;
-  // All input before any measurement: a missing file costs no minutes.
-  std::vector<StaticCase> cases;
-  std::vector<CaseReference> references;
-  for (const std::string& scene : scenes) {
-    cases.push_back(LoadStaticCase(scene));
-    references.push_back(LoadCaseReference(cases.back(), ReferenceFolder(options, scene)));
+struct ChartCase {
+  StaticCase load_case;
+  CaseReference reference;
+};
+
+ChartCase LoadChartCase(const ChartOptions& options, const std::string& scene) {
+  ChartCase loaded;
+  loaded.load_case = LoadStaticCase(scene);
+  for (const LoadOptions& load : loaded.load_case.scene.loads) {
+    if (!load.pressure.has_value()) continue;
+    throw InputError(scene +
+                     ": has a pressure, which no instrument's patch gives; chart cases of forces "
+                     "and displacements");
   }
+  loaded.reference = LoadCaseReference(loaded.load_case, ReferenceFolder(options, scene));
+  return loaded;
+}
+
+// All input before any measurement: a missing file costs no minutes. Cases that are named must all
+// be there; of scenes/cases those are taken that can be.
+std::vector<ChartCase> LoadChartCases(const ChartOptions& options,
+                                      std::vector<std::string>* remarks) {
+  std::vector<ChartCase> cases;
+  if (!options.cases.empty()) {
+    for (const std::string& scene : options.cases) cases.push_back(LoadChartCase(options, scene));
+    return cases;
+  }
+  for (const std::string& scene : ScenesIn("scenes/cases")) {
+    try {
+      cases.push_back(LoadChartCase(options, scene));
+    } catch (const InputError& error) {
+      remarks->push_back(std::string("left out: ") + error.what());
+    }
+  }
+  if (cases.empty()) throw InputError("scenes/cases: " + remarks->front());
+  return cases;
+}
+
+void Chart(const ChartOptions& options) {
+  std::vector<std::string> remarks;
+  const std::vector<ChartCase> cases = LoadChartCases(options, &remarks);
   const fs::path out(options.out);
   std::error_code error;
   fs::create_directories(out, error);
@@ -73,10 +104,9 @@ void Chart(const ChartOptions& options) {
   const MachineFacts machine = ThisMachine();
   const std::vector<ChartFamily> families = ChartFamilies(options.quick);
   std::vector<ChartPoint> points;
-  std::vector<std::string> remarks;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
+  for (const ChartCase& each : cases) {
     const ChartSweep sweep =
-        SweepCase(cases[i], references[i], families, [](const ChartPoint& point) {
+        SweepCase(each.load_case, each.reference, families, [](const ChartPoint& point) {
           std::fprintf(stderr, "%s: %s: %.1f %%, %.0f us\n", point.load_case.c_str(),
                        Describe(point).c_str(), 100 * point.error, point.StepMicroseconds());
         });
