@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/error.h"
+#include "tests/one_organ.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
@@ -21,7 +22,7 @@ OrganOptions Options() {
 class DeformationLoopTest : public testing::Test {
  protected:
   explicit DeformationLoopTest(const OrganOptions& options = Options())
-      : models_({OrganModel(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3))}) {}
+      : models_(OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3))) {}
 
   // Shaft along z, tip's centre at p.
   static ToolPose ToolAt(const Vector3d& p, double jaw = 1) {

@@ -8,6 +8,7 @@
 
 #include "engine/deformation_loop.h"
 #include "haptics/tip_contact.h"
+#include "tests/one_organ.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
@@ -64,7 +65,7 @@ SurfaceMesh SplitFlat(const SurfaceMesh& mesh) {
 class Bench {
  public:
   Bench(const OrganOptions& options, const SurfaceMesh& rest, const ToolOptions& tool = {})
-      : models_({OrganModel(options, rest)}),
+      : models_(OneOrgan(options, rest)),
         loop_(models_, {tool, tool}, {tools_, patch_, render_, telemetry_}) {}
 
   static ToolPose At(const Vector3d& p, double jaw = 1) {
@@ -274,7 +275,7 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
     ASSERT_EQ(rows.size(), 1);
     ASSERT_EQ(fine_rows.size(), 1);
     // Samples of R / 4 may lie differently in large and in small triangles.
-    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 2e-3 * rows.Weights().norm());
+    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 4e-3 * rows.Weights().norm());
     EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 1e-6);
   }
 }

@@ -17,7 +17,7 @@ namespace {
 /// The surface's displacement in a case by its first load's force, on `tissue` as sampled.
 Points Displacement(const OrganModel& model, const LoadOptions& load, const Quadrature& tissue) {
   const OrganOptions& options = model.options();
-  const Lattice& lattice = model.lattice();
+  const Lattice& lattice = *model.lattice();
   std::vector<Quadrature> regions;
   const Box bounds = AxisAlignedBounds(model.rest().vertices);
   for (const SupportOptions& support : options.supports) {
@@ -51,7 +51,7 @@ TEST_P(QuadraturePoints, DoublingThemChangesTheResultByLessThanOnePercent) {
   const OrganModel model(scene.organs.at(0), LoadPosedMesh(scene.organs[0], &repairs));
   const auto sample = [&](const InteriorOptions& options) {
     const TissueQuadrature tissue =
-        SampleTissue(model.rest(), model.lattice().box(), scene.organs[0].lattice.cells, options);
+        SampleTissue(model.rest(), model.lattice()->box(), scene.organs[0].lattice.cells, options);
     return Quadrature{tissue.points, tissue.weights};
   };
   const auto displacement = [&](const Quadrature& tissue) {

@@ -207,21 +207,6 @@ TEST_F(SceneTest, SurfaceModelsTakeNoLatticeEnergyOrRelaxationTime) {
   }
 }
 
-TEST_F(SceneTest, SurfaceModelsTakeNoLatticeEnergyOrRelaxationTime) {
-  for (const std::string model : {"continuum", "mass_spring"}) {
-    const std::string organ = kOrgan + "model='" + model + "'\n";
-    for (const std::string table : {"lattice", "energy"}) {
-      EXPECT_TRUE(Contains(ReadError(organ + "[organ." + table + "]\n"),
-                           "organ[0]." + table + ": belongs to model = \"hpdm\""));
-    }
-    EXPECT_TRUE(Contains(ReadError(organ + "[organ.material]\nrelaxation_time=1\n"),
-                         "organ[0].material.relaxation_time: belongs to model = \"hpdm\""));
-    const Scene scene = Load("[timing]\ndeformation_hz=50\n" + organ);
-    EXPECT_NE(scene.organs[0].model, OrganModelType::kHpdm);
-    EXPECT_EQ(scene.organs[0].time_step, 1.0 / 50);
-  }
-}
-
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
   const BadScene cases[] = {
       {"model='rigid'", "4:7", "organ[0].model", "(\"rigid\")", "use \"hpdm\""},

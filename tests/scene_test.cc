@@ -37,7 +37,7 @@ patch_delay_ticks = 7
 name = "a"
 mesh = "m.obj"
 unit = 0.031
-model = "continuum"
+model = "hpdm"
 texture = "t.png"
 pose = { position = [1, 2, 3], rotation_deg = [90, 0, 90] }
 lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01 }
@@ -128,7 +128,7 @@ focal_length = 0.0024
   EXPECT_EQ(a.name, "a");
   EXPECT_EQ(a.mesh, (folder_.path() / "m.obj").string());
   EXPECT_EQ(a.unit_m, 0.031);
-  EXPECT_EQ(a.model, OrganModelType::kContinuum);
+  EXPECT_EQ(a.model, OrganModelType::kHpdm);
   EXPECT_EQ(a.texture, (folder_.path() / "t.png").string());
   // About x first, y goes to z; then about z, which leaves z alone. 1e-15: round-off of a sine.
   EXPECT_TRUE((a.X_WO * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 4), 1e-15));

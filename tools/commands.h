@@ -13,5 +13,7 @@ void AddCheckCommand(CLI::App& app);
 void AddInspectCommand(CLI::App& app);
 void AddGenerateCommand(CLI::App& app);
 void AddSolveCommand(CLI::App& app);
+void AddChartCommand(CLI::App& app);
+void AddBenchCommand(CLI::App& app);
 
 }  // namespace hpdm

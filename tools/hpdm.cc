@@ -15,6 +15,8 @@ int main(int argc, char** argv) {
   hpdm::AddCheckCommand(app);
   hpdm::AddInspectCommand(app);
   hpdm::AddSolveCommand(app);
+  hpdm::AddChartCommand(app);
+  hpdm::AddBenchCommand(app);
   hpdm::AddGenerateCommand(app);
   try {
     app.parse(argc, argv);

@@ -1,23 +1,20 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/error.h"
 #include "engine/static_loads.h"
-#include "scenes/scene.h"
 #include "tools/commands.h"
+#include "tools/static_case.h"
 #include "tools/surface_table.h"
+#include "tools/timing.h"
 
 namespace hpdm {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
 
 struct SolveOptions {
   std::string scene;
@@ -26,42 +23,9 @@ struct SolveOptions {
   bool json = false;
 };
 
-double Milliseconds(Clock::time_point since) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
-}
-
 // Median of repeated solves, loads to vertices; of finite strain, the time of one iteration.
-double MedianSolveMicroseconds(const StaticLoads& loads) {
-  constexpr std::size_t kMost = 21;
-  constexpr double kLongEnough_ms = 2000;
-  std::vector<double> times;
-  double spent = 0;
-  while (times.size() < kMost && spent < kLongEnough_ms) {
-    const Clock::time_point start = Clock::now();
-    const int iterations = loads.Solve().iterations;
-    const double elapsed = Milliseconds(start);
-    spent += elapsed;
-    times.push_back(1000 * elapsed / std::max(iterations, 1));
-  }
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
-}
-
-// The organ that the loads act on: all of one organ's.
-OrganOptions LoadedOrgan(const Scene& scene) {
-  if (scene.loads.empty()) {
-    throw InputError(scene.path.string() + ": has nothing to solve; add a [[load]] table");
-  }
-  for (const LoadOptions& load : scene.loads) {
-    if (load.organ != scene.loads[0].organ) {
-      throw InputError(scene.path.string() + ": loads act on \"" + scene.loads[0].organ +
-                       "\" and \"" + load.organ + "\"; solve one organ a scene");
-    }
-  }
-  return *std::find_if(scene.organs.begin(), scene.organs.end(), [&](const OrganOptions& organ) {
-    return organ.name == scene.loads[0].organ;
-  });
+double MedianSolveMicroseconds(const StaticLoads& loads, int iterations) {
+  return Time([&] { loads.Solve(); }, {3, 21, 2}).median_us / std::max(iterations, 1);
 }
 
 void Print(const SolveOptions& options, const Scene& scene, const Json& figures) {
@@ -87,14 +51,12 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& figures)
 }
 
 void Solve(const SolveOptions& options) {
-  const Scene scene = LoadScene(options.scene);
-  const OrganOptions organ = LoadedOrgan(scene);
-  std::vector<std::string> repairs;
-  SurfaceMesh rest = LoadPosedMesh(organ, &repairs);
-  const Clock::time_point start = Clock::now();
-  const OrganModel model(organ, std::move(rest));
+  const StaticCase load_case = LoadStaticCase(options.scene);
+  const Scene& scene = load_case.scene;
+  const TimingClock::time_point start = TimingClock::now();
+  const OrganModel model(load_case.organ, load_case.rest);
   const StaticLoads loads(model, scene.loads);
-  const double setup_ms = Milliseconds(start);
+  const double setup_ms = MillisecondsSince(start);
   const StaticSolution solution = loads.Solve();
   WriteSurfaceTable(options.out, {model.rest().vertices, solution.vertex_displacements});
 
@@ -110,7 +72,7 @@ void Solve(const SolveOptions& options) {
       {"newton_iterations", solution.iterations},
       {"collapsed_share", solution.collapsed},
       {"setup_ms", setup_ms},
-      {"step_us", MedianSolveMicroseconds(loads)}};
+      {"step_us", MedianSolveMicroseconds(loads, solution.iterations)}};
   for (std::size_t i = 0; i < scene.loads.size(); ++i) {
     const Vector3d& f = solution.load_forces[i];
     const Vector3d& u = solution.load_displacements[i];
@@ -118,14 +80,9 @@ void Solve(const SolveOptions& options) {
         {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
   }
   if (!options.reference.empty()) {
-    const SurfaceTable reference = ReadSurfaceTable(options.reference);
-    if (reference.positions.rows() != model.rest().vertices.rows()) {
-      throw InputError(options.reference + ": has " + std::to_string(reference.positions.rows()) +
-                       " vertices, the organ " + std::to_string(model.rest().vertices.rows()) +
-                       "; give the reference of the same mesh");
-    }
     figures["error"] =
-        RelativeSurfaceError(model.rest(), solution.vertex_displacements, reference.displacements);
+        RelativeSurfaceError(model.rest(), solution.vertex_displacements,
+                             ReadReferenceDisplacements(options.reference, model.rest()));
   }
   Print(options, scene, figures);
   if (solution.collapsed > 0) {

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "engine/organ.h"
+
+namespace hpdm {
+
+/// A scene's organs where there is one.
+inline std::vector<OrganModel> OneOrgan(const OrganOptions& options, SurfaceMesh rest) {
+  std::vector<OrganModel> organs;
+  organs.emplace_back(options, std::move(rest));
+  return organs;
+}
+
+}  // namespace hpdm

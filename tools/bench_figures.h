@@ -1,0 +1,64 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/power_law.h"
+#include "tools/timing.h"
+
+namespace hpdm {
+
+/// How many times as long one thing takes as another that was timed in turn with it: the ratios of
+/// the rounds.
+struct RatioSpread {
+  double median = 0;
+  double low = 0;   ///< 10 % of the rounds are below,
+  double high = 0;  ///< 10 % above.
+};
+RatioSpread RatioOf(const std::vector<double>& slow_us, const std::vector<double>& fast_us);
+
+/// Table 1 of the paper: the surface continuum against a lattice, each pressed by a tip, without
+/// and with a second organ (and tip).
+struct ModelComparison {
+  std::string lattice;    ///< In words.
+  std::string continuum;  ///< How it is stepped.
+  bool second_organ = false;
+  Timing lattice_step, continuum_step;
+  double lattice_residual = 0, continuum_residual = 0;  ///< |K U - B^T f| / |B^T f|.
+  RatioSpread ratio;                                    ///< Lattice steps a continuum step.
+};
+std::vector<ModelComparison> CompareModels(bool quick);
+
+/// Table 2: whole deformation steps (collision to publishing) on livers of two sizes.
+struct MeshComparison {
+  std::string energy;  ///< Of the lattice, in words.
+  int instruments = 0;
+  int polygons = 0;  ///< Of all instruments, posed in every step.
+  Timing coarse, fine;
+  int coarse_triangles = 0, fine_triangles = 0;
+  RatioSpread ratio;  ///< Fine over coarse.
+};
+std::vector<MeshComparison> CompareMeshes(bool quick);
+
+/// Cost against size.
+struct CostCurve {
+  std::string what;
+  std::string of;  ///< "vertices" or "control points".
+  std::vector<double> size;
+  std::vector<double> us;  ///< Minima.
+  PowerLaw law;            ///< Of the sizes from `fitted_from` on.
+  double fitted_from = 0;
+};
+std::vector<CostCurve> CostOfVertices(bool quick);
+std::vector<CostCurve> CostOfControlPoints(bool quick);
+
+/// Everything that `hpdm bench` measures.
+struct BenchFigures {
+  std::vector<ModelComparison> models;
+  std::vector<MeshComparison> meshes;
+  std::vector<CostCurve> costs;
+};
+
+std::string BenchMarkdown(const BenchFigures& figures, const std::string& machine);
+
+}  // namespace hpdm

@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/check.h"
+#include "tools/bench_figures.h"
+#include "tools/report_text.h"
+
+namespace hpdm {
+namespace {
+
+std::string Rate(const Timing& step) { return WithCommas(std::llround(1e6 / step.median_us)); }
+
+std::string Spread(const RatioSpread& ratio) {
+  return Format("%.3g (%.3g-%.3g)", ratio.median, ratio.low, ratio.high);
+}
+
+// The row with the second organ stands beside the one without.
+std::string ModelTable(const std::vector<ModelComparison>& rows) {
+  std::string text =
+      "| lattice | surface continuum | lattice, steps/s | continuum, steps/s | ratio | two organs: "
+      "lattice | continuum | ratio | residuals |\n|---|---|---|---|---|---|---|---|---|\n";
+  for (const ModelComparison& row : rows) {
+    if (row.second_organ) continue;
+    const auto both = std::find_if(rows.begin(), rows.end(), [&](const ModelComparison& other) {
+      return other.second_organ && other.lattice == row.lattice && other.continuum == row.continuum;
+    });
+    text += Format("| %s | %s | %s | %s | %s |", row.lattice.c_str(), row.continuum.c_str(),
+                   Rate(row.lattice_step).c_str(), Rate(row.continuum_step).c_str(),
+                   Spread(row.ratio).c_str());
+    text += both == rows.end()
+                ? std::string(" - | - | - |")
+                : Format(" %s | %s | %s |", Rate(both->lattice_step).c_str(),
+                         Rate(both->continuum_step).c_str(), Spread(both->ratio).c_str());
+    text += Format(" %.0e / %.0e |\n", row.lattice_residual, row.continuum_residual);
+  }
+  return text;
+}
+
+std::string MeshTable(const std::vector<MeshComparison>& rows) {
+  if (rows.empty()) return "";
+  std::string text = Format(
+      "| lattice | instruments | %s triangles, steps/s | %s triangles, steps/s | ratio of the "
+      "times |\n|---|---|---|---|---|\n",
+      WithCommas(rows[0].coarse_triangles).c_str(), WithCommas(rows[0].fine_triangles).c_str());
+  for (const MeshComparison& row : rows) {
+    const std::string instruments = row.instruments == 0
+                                        ? std::string("none")
+                                        : Format("%d, of %s polygons together", row.instruments,
+                                                 WithCommas(row.polygons).c_str());
+    text += Format("| %s | %s | %s | %s | %s |\n", row.energy.c_str(), instruments.c_str(),
+                   Rate(row.coarse).c_str(), Rate(row.fine).c_str(), Spread(row.ratio).c_str());
+  }
+  return text;
+}
+
+std::string CostTable(const std::vector<CostCurve>& curves) {
+  std::string text =
+      "| cost | from | to | exponent | r^2 | fitted from |\n|---|---|---|---|---|---|\n";
+  for (const CostCurve& curve : curves) {
+    text += Format("| %s | %s %s: %s | %s: %s | %.2f | %.3f | %s |\n", curve.what.c_str(),
+                   WithCommas(std::llround(curve.size.front())).c_str(), curve.of.c_str(),
+                   Duration(curve.us.front()).c_str(),
+                   WithCommas(std::llround(curve.size.back())).c_str(),
+                   Duration(curve.us.back()).c_str(), curve.law.exponent, curve.law.r_squared,
+                   WithCommas(std::llround(curve.fitted_from)).c_str());
+  }
+  return text;
+}
+
+}  // namespace
+
+RatioSpread RatioOf(const std::vector<double>& slow_us, const std::vector<double>& fast_us) {
+  HPDM_CHECK(!slow_us.empty() && slow_us.size() == fast_us.size());
+  std::vector<double> ratios(slow_us.size());
+  for (std::size_t i = 0; i < ratios.size(); ++i) ratios[i] = slow_us[i] / fast_us[i];
+  std::sort(ratios.begin(), ratios.end());
+  const auto at = [&](double share) {
+    return ratios[static_cast<std::size_t>(std::lround(share * double(ratios.size() - 1)))];
+  };
+  return {at(0.5), at(0.1), at(0.9)};
+}
+
+std::string BenchMarkdown(const BenchFigures& figures, const std::string& machine) {
+  return "The paper's Table 1: deformation steps per second under a tip's press, without and with "
+         "a second organ under a second tip (reposition, relax, relocate; medians; ratios of steps "
+         "timed in turn, in brackets their 10 and 90 %; residual |K U - B^T f| / |B^T f|).\n\n" +
+         ModelTable(figures.models) +
+         "\nThe paper's Table 2: whole deformation steps per second (collide to publish), "
+         "instruments pressing.\n\n" +
+         MeshTable(figures.meshes) +
+         "\nCost against size: minima; exponents by least squares in log-log over the sizes from "
+         "\"fitted from\" on.\n\n" +
+         CostTable(figures.costs) + "\nTimes: " + machine + ".\n";
+}
+
+}  // namespace hpdm

@@ -1,0 +1,145 @@
+#include "tools/chart_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <typename T>
+Json OrNull(const std::optional<T>& value) {
+  return value.has_value() ? Json(*value) : Json();
+}
+
+void Add(const std::string& name, const std::optional<Timing>& timing, Json* json) {
+  (*json)[name + "_us"] = timing ? Json(timing->median_us) : Json();
+  (*json)[name + "_min_us"] = timing ? Json(timing->minimum_us) : Json();
+}
+
+// As RFC 4180 asks: a file name may hold anything.
+std::string Quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+bool Counts(const ChartPoint& point) {
+  return point.converged && std::isfinite(point.error) && std::isfinite(point.StepMicroseconds());
+}
+
+double Sum(const ChartPoint& point, double Timing::*which) {
+  if (!point.response) return std::numeric_limits<double>::infinity();
+  return (*point.response).*which + (point.relocation_30k ? (*point.relocation_30k).*which : 0);
+}
+
+}  // namespace
+
+double ChartPoint::StepMicroseconds() const { return Sum(*this, &Timing::median_us); }
+double ChartPoint::StepMinimumMicroseconds() const { return Sum(*this, &Timing::minimum_us); }
+
+Json ToJson(const ChartPoint& point) {
+  Json json = {{"case", point.load_case},
+               {"hollow", point.hollow ? 1 : 0},
+               {"model", point.model},
+               {"energy", point.energy},
+               {"strain", point.strain},
+               {"basis", point.basis},
+               {"degree", point.degree},
+               {"cells", point.cells},
+               {"unknowns", point.unknowns},
+               {"solver", point.solver},
+               {"local_functions", point.local_functions},
+               {"local_refinement", point.local_refinement},
+               {"error", std::isfinite(point.error) ? Json(point.error) : Json()},
+               {"compliance_ratio", OrNull(point.compliance_ratio)},
+               {"fitted", point.fitted ? 1 : 0},
+               {"iterations", OrNull(point.iterations)},
+               {"residual", OrNull(point.residual)},
+               {"converged", point.converged ? 1 : 0},
+               {"setup_ms", OrNull(point.setup_ms)}};
+  Add("response", point.response, &json);
+  Add("relocation", point.relocation, &json);
+  Add("relocation_30k", point.relocation_30k, &json);
+  json["step_us"] = point.response ? Json(point.StepMicroseconds()) : Json();
+  json["step_min_us"] = point.response ? Json(point.StepMinimumMicroseconds()) : Json();
+  return json;
+}
+
+std::string ChartCsv(const std::vector<ChartPoint>& points,
+                     const std::vector<std::string>& header) {
+  std::string text;
+  for (const std::string& line : header) text += "# " + line + "\n";
+  bool first = true;
+  const Json names = ToJson(ChartPoint());
+  for (const auto& [name, value] : names.items()) {
+    text += (first ? "" : ",") + name;
+    first = false;
+  }
+  text += "\n";
+  for (const ChartPoint& point : points) {
+    first = true;
+    const Json values = ToJson(point);
+    for (const auto& [name, value] : values.items()) {
+      if (!first) text += ",";
+      first = false;
+      if (value.is_string()) {
+        text += Quoted(value.get<std::string>());
+      } else if (!value.is_null()) {
+        text += value.dump();
+      }
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::vector<std::size_t> ParetoFront(const std::vector<ChartPoint>& points) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (Counts(points[i])) order.push_back(i);
+  }
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const double first = points[a].StepMicroseconds(), second = points[b].StepMicroseconds();
+    return first != second ? first < second : points[a].error < points[b].error;
+  });
+  std::vector<std::size_t> front;
+  for (const std::size_t i : order) {
+    if (front.empty() || points[i].error < points[front.back()].error) front.push_back(i);
+  }
+  return front;
+}
+
+const ChartPoint* BestWithin(const std::vector<ChartPoint>& points, double budget_us) {
+  const ChartPoint* best = nullptr;
+  for (const std::size_t i : ParetoFront(points)) {
+    if (points[i].StepMicroseconds() <= budget_us) best = &points[i];
+  }
+  return best;
+}
+
+std::string Describe(const ChartPoint& point) {
+  if (point.model != "hpdm") return point.model;
+  static const char* const kDegrees[] = {"", "linear ", "quadratic ", "cubic "};
+  std::string text = point.energy;
+  if (point.energy == "metric" || point.strain == "finite") text += " (" + point.strain + ")";
+  if (point.basis == "bspline") {
+    text += std::string(", ") + kDegrees[point.degree] + "B-spline " + std::to_string(point.cells) +
+            "^3";
+  } else {
+    text += ", Bernstein of degree " + std::to_string(point.degree);
+  }
+  if (point.local_functions > 0) {
+    text += " + " + std::to_string(point.local_functions) + " local (1/" +
+            std::to_string(point.local_refinement) + ")";
+  }
+  text += ", n " + std::to_string(point.unknowns);
+  if (point.solver == "gauss_seidel") text += ", Gauss-Seidel";
+  return text;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdarg>
+#include <cstdio>
+#include <string>
+
+namespace hpdm {
+
+/// printf into a string, up to 511 characters.
+[[gnu::format(printf, 1, 2)]] inline std::string Format(const char* format, ...) {
+  char text[512];
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  return text;
+}
+
+/// A duration in the unit that people would choose.
+inline std::string Duration(double us) {
+  if (us < 99.5) return Format("%.3g us", us);
+  if (us < 999.5) return Format("%.0f us", us);
+  if (us < 999.5e3) return Format("%.3g ms", us / 1e3);
+  return Format("%.3g s", us / 1e6);
+}
+
+/// 1,234,567.
+inline std::string WithCommas(long long number) {
+  const std::string digits = std::to_string(number < 0 ? -number : number);
+  std::string text = number < 0 ? "-" : "";
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
+    text += digits[i];
+  }
+  return text;
+}
+
+}  // namespace hpdm
