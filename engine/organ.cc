@@ -65,7 +65,7 @@ void OrganModel::BuildLatticeModel() {
   resolution_ =
       kResolvedCells *
       lattice_->box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
-  thickness_ = LocalThickness(rest_, rest_normals_, 2 * resolution_);
+  thickness_ = LocalThickness(rest_, rest_normals_, 3 * resolution_);
 
   std::vector<Quadrature> regions;
   const Box bounds = AxisAlignedBounds(rest_.vertices);
@@ -219,7 +219,7 @@ double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
   for (int k = 0; k < 3; ++k) {
     thickness += at.barycentric[k] * thickness_[rest_.triangles(at.triangle, k)];
   }
-  return std::max(radius, thickness / 2);
+  return std::max(radius, thickness / 3);
 }
 
 SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {

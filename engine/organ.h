@@ -89,7 +89,7 @@ class OrganModel {
   void AddDent(const DentSnapshot& dent, Vertices* vertices) const;
 
   /// The radius (m, at least `radius`) of the kernel with which a force on a patch of `radius` is
-  /// given to the lattice (half_space.h): what its finest functions resolve, or half of the
+  /// given to the lattice (half_space.h): what its finest functions resolve, or a third of the
   /// tissue's thickness there, whichever is smaller. No allocation.
   double ResolvedRadius(const SurfacePoint& at, double radius) const;
   /// The rest of what that force does. No allocation.

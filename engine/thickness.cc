@@ -1,5 +1,8 @@
 #include "engine/thickness.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "engine/collision.h"
 
 namespace hpdm {
@@ -7,6 +10,13 @@ namespace {
 
 constexpr int kMaxShrinks = 30;
 constexpr double kSameFacets = 0.5;  // cos 60 degrees
+// A ball in the corner of two faces at right angles is 1.41 radii away from their edge.
+constexpr double kCover = 1.5;
+
+struct Ball {
+  Vector3d centre;
+  double radius;
+};
 
 double InscribedRadius(const SurfaceMesh& mesh, const SurfaceTree& tree, const Vector3d& p,
                        const Vector3d& normal, double largest) {
@@ -42,14 +52,29 @@ Eigen::VectorXd LocalThickness(const SurfaceMesh& mesh, const Points& normals, d
   const SurfaceMesh unit{Snapped(mesh.vertices, low, extent), mesh.triangles, {}};
   const Points directions = Snapped(normals, Eigen::RowVector3d::Zero(), 1);
   const SurfaceTree tree(unit.vertices, unit.triangles);
+  const double largest = at_most / (2 * extent);
+  std::vector<Ball> balls;
+  std::vector<Eigen::Index> uncovered;
+  for (Eigen::Index v = 0; v < unit.vertices.rows(); ++v) {
+    uncovered.push_back(v);
+    const Vector3d p = unit.vertices.row(v), normal = directions.row(v);
+    const bool has_normal = normal.squaredNorm() > 0;
+    const double radius = has_normal ? InscribedRadius(unit, tree, p, normal, largest) : largest;
+    balls.push_back({p - radius * normal, radius});
+  }
+  std::stable_sort(balls.begin(), balls.end(),
+                   [](const Ball& a, const Ball& b) { return a.radius > b.radius; });
   Eigen::VectorXd thickness(unit.vertices.rows());
-  for (Eigen::Index v = 0; v < thickness.size(); ++v) {
-    const Vector3d normal = directions.row(v);
-    thickness[v] = at_most;
-    if (normal.squaredNorm() == 0) continue;
-    const double largest = at_most / (2 * extent);
-    const double radius = InscribedRadius(unit, tree, unit.vertices.row(v), normal, largest);
-    if (radius < largest) thickness[v] = 2 * extent * radius;
+  for (const Ball& ball : balls) {
+    std::erase_if(uncovered, [&](Eigen::Index v) {
+      const double reach = kCover * ball.radius;
+      if (!((unit.vertices.row(v).transpose() - ball.centre).squaredNorm() <= reach * reach)) {
+        return false;
+      }
+      thickness[v] = ball.radius < largest ? 2 * extent * ball.radius : at_most;
+      return true;
+    });
+    if (uncovered.empty()) break;
   }
   return thickness;
 }

@@ -274,8 +274,9 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
     const ContactSet& fine_rows = on_fine.loop().organ(0).contacts;
     ASSERT_EQ(rows.size(), 1);
     ASSERT_EQ(fine_rows.size(), 1);
-    // Samples of R / 4 may lie differently in large and in small triangles.
-    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 4e-3 * rows.Weights().norm());
+    // Samples of R / 4 may lie differently in large and in small triangles, and the tissue's
+    // thickness, which bounds R, is interpolated between other vertices.
+    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 0.02 * rows.Weights().norm());
     EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 1e-6);
   }
 }

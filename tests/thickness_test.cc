@@ -26,11 +26,21 @@ TEST(LocalThickness, OfAHollowSphereIsItsWall) {
   EXPECT_NEAR(thickness.mean(), 0.003, 0.0003);  // facets of both spheres: 0.2 mm
 }
 
-TEST(LocalThickness, FadesTowardsAnEdge) {
-  // The corner's normal runs along the box's diagonal; a ball there shrinks to nothing.
-  const Eigen::VectorXd thickness =
-      Thickness(MakeBox(Vector3d::Zero(), Vector3d(0.1, 0.1, 0.02)), 0.3);
-  EXPECT_LT(thickness.maxCoeff(), 0.0501);
+// Its ends are covered by the ball in the middle of the block, or nearly so.
+TEST(LocalThickness, OfABlockIsThatOfItsMiddleUpToItsEdges) {
+  const SurfaceMesh block = MakeBox(Vector3d::Zero(), Vector3d(0.1, 0.1, 0.1));
+  const Eigen::VectorXd thickness = Thickness(block, 0.3);
+  EXPECT_LE(thickness.maxCoeff(), 0.1 * (1 + 1e-9));
+}
+
+TEST(LocalThickness, OfAWedgeFadesTowardsItsEdge) {
+  // Sides 1 : 4 on a base of 0.05 m: the edge is far from any ball, in its own radii.
+  const SurfaceMesh wedge = MakeMesh(
+      {{0, 0, 0}, {0.05, 0, 0}, {0.025, 0, 0.2}, {0, 0.2, 0}, {0.05, 0.2, 0}, {0.025, 0.2, 0.2}},
+      {{0, 1, 2}, {3, 5, 4}, {0, 3, 4}, {0, 4, 1}, {1, 4, 5}, {1, 5, 2}, {2, 5, 3}, {2, 3, 0}});
+  const Eigen::VectorXd thickness = Thickness(wedge, 0.3);
+  EXPECT_LT(thickness[2], 0.02);
+  EXPECT_LT(thickness[5], 0.02);
 }
 
 TEST(LocalThickness, ScalesWithTheBody) {
