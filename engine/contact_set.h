@@ -26,10 +26,11 @@ class ContactSet {
     Vector3d p_rest_W = Vector3d::Zero();   ///< Rest position of the material point, m.
     Vector3d target_W = Vector3d::Zero();   ///< m.
     Vector3d normal_W = Vector3d::UnitZ();  ///< Outward unit normal; press only.
-    SurfaceDent dent;                                ///< What the tip does below the resolution.
-    Matrix3d local_compliance_W = Matrix3d::Zero();  ///< C_loc, the dent's: added to the point's own block of
-                                                     ///< the compliance, m/N, symmetric.
-    Vector3d force_W = Vector3d::Zero();             ///< Result: force on the tissue, N.
+    SurfaceDent dent;                       ///< What the tip does below the resolution.
+    Matrix3d local_compliance_W =
+        Matrix3d::Zero();                 ///< C_loc, the dent's: added to the point's own block of
+                                          ///< the compliance, m/N, symmetric.
+    Vector3d force_W = Vector3d::Zero();  ///< Result: force on the tissue, N.
   };
 
   /// `n`: control points of the organ; `candidates`, `slots`: of its local functions, whose columns

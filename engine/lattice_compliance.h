@@ -15,7 +15,8 @@ struct SparseRow {
 /// b K^-1 b^T from K^-1 (3n x 3n).
 Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b);
 
-/// What a lattice of n control points (with local functions: their slots follow) answers to small loads: dU = K^-1 dR.
+/// What a lattice of n control points (with local functions: their slots follow) answers to small
+/// loads: dU = K^-1 dR.
 class LatticeCompliance {
  public:
   virtual ~LatticeCompliance() = default;

@@ -24,7 +24,7 @@ namespace hpdm {
 /// a small dense factorisation and none of K (lattice_response.h): X = K^-1 C and the reduced
 /// stiffness S = D - C^T X.
 ///
-/// Constant once built; read by any thread. Memory about 24 (3n + n) N bytes for N candidates.
+/// Constant once built; read by any thread.
 class LocalFunctions {
  public:
   /// `K` (3n x 3n): of `lattice` over `tissue` by StrainStiffness with `dilatation`, with supports
@@ -45,6 +45,11 @@ class LocalFunctions {
   const Eigen::MatrixXd& inverse() const { return inverse_; }
   /// The columns 3 a .. 3 a + 2 of X (3n x 3).
   auto Coupling(int a) const { return coupling_.block(0, 3 * a, inverse_.rows(), 3); }
+  /// Memory of the largest arrays.
+  double Bytes() const {
+    return 8.0 * static_cast<double>(inverse_.size() + coupling_.size()) +
+           12.0 * static_cast<double>(sparse_.nonZeros() + own_.nonZeros());
+  }
   /// S_ab (3 x 3, N/m), without allocation.
   Matrix3d ReducedStiffness(int a, int b) const;
 

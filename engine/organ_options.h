@@ -87,7 +87,7 @@ struct OrganOptions {
   OrganModelType model = OrganModelType::kHpdm;
   double time_step = 1. / 30;  ///< s, between deformation steps; kContinuum and kMassSpring only,
                                ///< which have a motion of their own.
-  std::string texture;  ///< Path, or empty.
+  std::string texture;         ///< Path, or empty.
   LatticeOptions lattice;
   EnergyOptions energy;
   MaterialOptions material;

@@ -25,7 +25,8 @@ class Relocation {
   /// `rest`: X, V x 3, m; `weights`: B, V x n.
   Relocation(const Points& rest, const WeightMatrix& weights);
 
-  /// x = X + B U. `U`: n x 3, m, finite (further rows are not read); `x`: V x 3, m, already of that size.
+  /// x = X + B U. `U`: n x 3, m, finite (further rows are not read); `x`: V x 3, m, already of that
+  /// size.
   void Relocate(const Points& U, Points* x) const;
   /// u = B U, the same without X.
   void Displace(const Points& U, Points* u) const;

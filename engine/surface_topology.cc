@@ -1,6 +1,7 @@
 #include "engine/surface_topology.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace hpdm {
@@ -85,11 +86,14 @@ void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at
         if (triangle_stamp_[neighbour] == stamp_) continue;
         triangle_stamp_[neighbour] = stamp_;
         if (TwiceAreaNormal(vertices, triangles_, neighbour).dot(facing) <= 0) continue;
-        const Eigen::Matrix3d corners = vertices(triangles_.row(neighbour), Eigen::all);
-        const Eigen::RowVector3d middle = corners.colwise().mean();
-        const double distance = (middle.transpose() - centre).norm();
-        const double size = (corners.rowwise() - middle).rowwise().norm().maxCoeff();
-        if (distance - size < limits.reach) push(distance, neighbour);
+        const Vector3d a = vertices.row(triangles_(neighbour, 0)),
+                       b = vertices.row(triangles_(neighbour, 1)),
+                       c = vertices.row(triangles_(neighbour, 2));
+        const Vector3d middle = (a + b + c) / 3;
+        const double distance = (middle - centre).norm();
+        const double size2 = std::max(
+            {(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()});
+        if (distance - std::sqrt(size2) < limits.reach) push(distance, neighbour);
       }
     }
   }

@@ -172,7 +172,8 @@ TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
       // As above; Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which
       // are far stiffer against each other than together.
       const double tolerance = GetParam().first == SolverType::kGaussSeidel ? 1e-3 : 1e-6;
-      EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm() + 1e-7) << lift << ' ' << t;
+      EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm() + 1e-7)
+          << lift << ' ' << t;
     }
   }
   EXPECT_EQ(bench_.Patch().kind, ContactKind::kGrasp);
@@ -276,7 +277,7 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
     ASSERT_EQ(fine_rows.size(), 1);
     // Samples of R / 4 may lie differently in large and in small triangles, and the tissue's
     // thickness, which bounds R, is interpolated between other vertices.
-    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 0.02 * rows.Weights().norm());
+    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 0.03 * rows.Weights().norm());
     EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 1e-6);
   }
 }

@@ -45,6 +45,11 @@ Json OrganFacts(const OrganModel& organ) {
     facts["control_points_dropped"] = lattice.basis().count() - lattice.size();
     if (organ.options().energy.type == EnergyType::kStrain) unknowns *= 3;
     facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
+    if (organ.local() != nullptr) {
+      facts["local_functions"] = organ.options().lattice.local.functions;
+      facts["local_candidates"] = organ.local()->size();
+      facts["cost"]["local_bytes"] = organ.local()->Bytes();
+    }
   } else if (organ.springs() != nullptr) {
     unknowns *= 3;
     facts["cost"]["springs"] = organ.springs()->springs().size();
@@ -68,6 +73,11 @@ void PrintOrgan(const Json& organ) {
         organ["lattice_mm"][0].get<double>(), organ["lattice_mm"][1].get<double>(),
         organ["lattice_mm"][2].get<double>(), organ["control_points"].get<long>(),
         organ["control_points_dropped"].get<long>());
+    if (organ.contains("local_functions")) {
+      std::printf("  at most %ld of %ld local functions a contact, %.1f MB for them\n",
+                  organ["local_functions"].get<long>(), organ["local_candidates"].get<long>(),
+                  organ["cost"]["local_bytes"].get<double>() / 1e6);
+    }
   } else {
     std::printf("  model %s on the vertices\n", organ["model"].get<std::string>().c_str());
   }

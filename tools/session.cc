@@ -31,6 +31,13 @@ void Session::BuildOrgans() {
 
 void Session::BuildInstruments() {
   for (const InstrumentOptions& instrument : scene_.instruments) {
+    for (const OrganModel& organ : organs_) {
+      if (instrument.reaction == ReactionType::kPaper || organ.lattice()) continue;
+      remarks_.push_back(
+          "instrument \"" + instrument.name + "\": organ \"" + organ.options().name +
+          "\" has no lattice whose force it could feel; it feels the default springs "
+          "of reaction = \"paper\" there");
+    }
     instrument_meshes_.push_back(instrument.mesh.empty() ? SurfaceMesh()
                                                          : ImportMesh(instrument.mesh, 1.0).mesh);
     const HandSite site = SiteOf(instrument);
