@@ -11,22 +11,11 @@ namespace {
 // The unknowns of U as one vector (Points are row-major).
 Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()}; }
 
-// A contact's row b has few entries, one for each function that is not zero there (27 of quadratic
-// splines), so a product with the columns of K^-1 that they name is several times cheaper than two
-// triangular solves; K^-1 costs six times the factorisation, once.
-Eigen::MatrixXd Inverse(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(K);
-  if (factor.info() != Eigen::Success) {
-    throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
-  }
-  return factor.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));
-}
-
 // x, y and z respond alike and apart: one column a contact row, whatever its equations.
 class ScalarResponse final : public LatticeResponse {
  public:
   explicit ScalarResponse(const ScalarStiffness& K)
-      : inverse_(Inverse(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
+      : inverse_(InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
         response_(K.rows(), kMaxContacts) {}
 
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {
@@ -99,7 +88,8 @@ class FullResponse final : public LatticeResponse {
  public:
   explicit FullResponse(const FullStiffness& K)
       : n_(K.rows() / 3),
-        inverse_(Inverse(K, "add an [[organ.support]] or use fewer [organ.lattice] cells")),
+        inverse_(
+            InverseStiffness(K, "add an [[organ.support]] or use fewer [organ.lattice] cells")),
         response_(K.rows(), ContactProblem::kMaxEquations) {}
 
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {
@@ -154,6 +144,18 @@ Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b) {
     sum += b.weights[i] * row;
   }
   return (sum + sum.transpose()) / 2;
+}
+
+Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy) {
+  // Functions with little tissue have little stiffness; with a unit diagonal they do not look like
+  // motions without any.
+  const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * K * scale.asDiagonal());
+  constexpr double kLeast = 1e-13;
+  if (factor.info() != Eigen::Success || !(factor.rcond() > kLeast)) {
+    throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
+  }
+  return scale.asDiagonal() * factor.solve(Eigen::MatrixXd(scale.asDiagonal()));
 }
 
 void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,

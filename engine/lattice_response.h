@@ -38,6 +38,13 @@ class LatticeResponse : public LatticeCompliance {
   virtual void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
 };
 
+/// K^-1. A contact's row b has few entries, one for each function that is not zero there (27 of
+/// quadratic splines), so a product with the columns of K^-1 that they name is several times
+/// cheaper than two triangular solves; K^-1 costs six times the factorisation, once. Throws
+/// InputError
+/// (`remedy`) when K is not positive definite, or to round-off only.
+Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy);
+
 /// Cholesky factorisations. Throw InputError when K is not positive definite.
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K);
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K);

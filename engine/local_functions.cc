@@ -1,9 +1,8 @@
 #include "engine/local_functions.h"
 
-#include <Eigen/Cholesky>
 #include <array>
 
-#include "engine/error.h"
+#include "engine/lattice_response.h"
 #include "engine/mixed_dilatation.h"
 
 namespace hpdm {
@@ -46,13 +45,7 @@ LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOption
                                const FullStiffness& K)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
       centres_(finer_.ControlPoints()) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(K);
-  if (factor.info() != Eigen::Success) {
-    throw InputError(
-        "lattice stiffness is not positive definite; add an [[organ.support]] or use fewer "
-        "[organ.lattice] cells");
-  }
-  inverse_ = factor.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));
+  inverse_ = InverseStiffness(K, "add an [[organ.support]] or use fewer [organ.lattice] cells");
 
   const LameParameters lame = ToLame(material);
   const auto [pointwise, projected] = ShareLambda(lame, dilatation);

@@ -223,13 +223,12 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
     const double difference = std::abs(felt[1].norm() / felt[0].norm() - 1);
     std::printf("F %.4f N, %.4f N on the finer surface\n", felt[0].norm(), felt[1].norm());
     mean += difference / 4;
-    // The rows agree (below). The tissue's samples make the stiffness differ by 0.5 %, and the rest
-    // is where the dented facets, up to 20 mm long, make the tip slip to: 5.7 % on the steepest of
-    // the four slopes, 1.4 % elsewhere.
-    EXPECT_LT(difference, 0.07) << at.transpose();
+    // The tissue's samples make the stiffness differ by 0.5 %; the thickness that bounds the
+    // kernel is interpolated, and the contact slips over facets: 0.4 % at most here.
+    EXPECT_LT(difference, 0.03) << at.transpose();
   }
   std::printf("mean difference of |F|: %.2f %%\n", 100 * mean);
-  EXPECT_LT(mean, 0.03);
+  EXPECT_LT(mean, 0.01);
 }
 
 // A slide of 30 mm at 0.1 m/s, 10 mm deep, with the session's delay of 34 ticks.
@@ -257,7 +256,7 @@ TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
   std::printf("slide: largest tick step %.4f N of %.3f N\n", largest, largest_force);
   // A patch arrives with the contact 3.4 to 6.8 mm behind: its normal has turned by what the dent's
   // slope and the facets' 0.2 rad make of that.
-  EXPECT_LT(largest, 0.1 * largest_force);
+  EXPECT_LT(largest, 0.03 * largest_force);
 }
 
 // The row of a press is the surface's, not its triangles'.
@@ -309,7 +308,7 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
   EXPECT_GT(largest_force, 0.1);
   // A step's 1.7 mm of motion makes up to 0.1 N; the dent is as narrow as the tip, and how its
   // walls turn the contact is felt when a patch arrives.
-  EXPECT_LT(largest, 0.45);
+  EXPECT_LT(largest, 0.2);
 }
 
 // The work of the felt force over a slow press is the energy that the lattice stores.
