@@ -153,5 +153,19 @@ TEST(StaticLoads, LoadAwayFromTheSurfaceIsRefused) {
   EXPECT_THROW(StaticLoads(organ, {Force(Vector3d(0, 0, 0.2), {0, 0, -1})}), InputError);
 }
 
+// Of linear splines over one cell a fixed support holds the mean only: the organ would turn about
+// it.
+TEST(StaticLoads, ALatticeThatLeavesARotationFreeIsRefused) {
+  OrganOptions options;
+  options.name = "ellipsoid";
+  options.energy.type = EnergyType::kStrain;
+  options.lattice.basis = BasisType::kBernstein;
+  options.lattice.degree = {1, 1, 1};
+  options.lattice.cells = {1, 1, 1};
+  options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.27)}, {}});
+  const OrganModel organ(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3));
+  EXPECT_THROW(StaticLoads(organ, {Force(kTop, {0, 0, -1})}), InputError);
+}
+
 }  // namespace
 }  // namespace hpdm
