@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,10 @@ class ActiveFunctions {
       : function_(slots, -1), slot_(candidates, -1), wanted_(candidates), order_(candidates) {}
 
   int slots() const { return static_cast<int>(function_.size()); }
+  /// Slots that are not empty.
+  int used() const {
+    return slots() - static_cast<int>(std::count(function_.begin(), function_.end(), -1));
+  }
   /// The candidate in a slot, or -1.
   int Function(int slot) const { return function_[slot]; }
   /// The slot of a candidate, or -1.

@@ -60,6 +60,16 @@ FiniteMetricEnergy::FiniteMetricEnergy(const Lattice& lattice, const Quadrature&
   }
 }
 
+// Of x along the square's two directions.
+std::pair<Vector3d, Vector3d> FiniteMetricEnergy::Differences(const Square& square) const {
+  Vector3d g = Vector3d::Zero(), k = Vector3d::Zero();
+  for (int c = 0; c < 4; ++c) {
+    g += kFirst[c] * square.inverse_g * x_.row(square.corners[c]).transpose();
+    k += kSecond[c] * square.inverse_k * x_.row(square.corners[c]).transpose();
+  }
+  return {g, k};
+}
+
 double FiniteMetricEnergy::Energy(const Points& U) {
   double energy = U.cwiseProduct(linear_ * U).sum() / 2;
   x_ = rest_ + U;
@@ -68,11 +78,7 @@ double FiniteMetricEnergy::Energy(const Points& U) {
     energy += edge.weight * (G - 1) * (G - 1);
   }
   for (const Square& square : squares_) {
-    Vector3d g = Vector3d::Zero(), k = Vector3d::Zero();
-    for (int c = 0; c < 4; ++c) {
-      g += kFirst[c] * square.inverse_g * x_.row(square.corners[c]).transpose();
-      k += kSecond[c] * square.inverse_k * x_.row(square.corners[c]).transpose();
-    }
+    const auto [g, k] = Differences(square);
     const double G = g.dot(k);
     energy += square.weight * G * G;
   }
@@ -93,11 +99,7 @@ double FiniteMetricEnergy::Gradient(const Points& U, Points* gradient) {
     gradient->row(edge.a) -= force.transpose();
   }
   for (const Square& square : squares_) {
-    Vector3d g = Vector3d::Zero(), k = Vector3d::Zero();
-    for (int c = 0; c < 4; ++c) {
-      g += kFirst[c] * square.inverse_g * x_.row(square.corners[c]).transpose();
-      k += kSecond[c] * square.inverse_k * x_.row(square.corners[c]).transpose();
-    }
+    const auto [g, k] = Differences(square);
     const double G = g.dot(k);
     energy += square.weight * G * G;
     for (int c = 0; c < 4; ++c) {
@@ -129,11 +131,7 @@ void FiniteMetricEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
     K->block<3, 3>(3 * edge.b, 3 * edge.a) -= H;
   }
   for (const Square& square : squares_) {
-    Vector3d g = Vector3d::Zero(), k = Vector3d::Zero();
-    for (int c = 0; c < 4; ++c) {
-      g += kFirst[c] * square.inverse_g * x_.row(square.corners[c]).transpose();
-      k += kSecond[c] * square.inverse_k * x_.row(square.corners[c]).transpose();
-    }
+    const auto [g, k] = Differences(square);
     // By (g, k): 2 w ((k, g) (k, g)^T + g . k [0 I; I 0]).
     Eigen::Matrix<double, 6, 1> slope;
     slope << k, g;

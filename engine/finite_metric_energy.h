@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "engine/elastic_energy.h"
@@ -48,6 +49,7 @@ class FiniteMetricEnergy final : public ElasticEnergy {
     int corners[4];
     double inverse_g, inverse_k, weight;
   };
+  std::pair<Vector3d, Vector3d> Differences(const Square& square) const;
 
   Points rest_;             // n x 3: control points at rest
   ScalarStiffness linear_;  // n x n: second differences and supports

@@ -11,6 +11,7 @@
 #include "engine/finite_metric_energy.h"
 #include "engine/finite_strain_energy.h"
 #include "engine/mesh_import.h"
+#include "engine/surface_kernel.h"
 #include "engine/thickness.h"
 #include "engine/tissue_cache.h"
 
@@ -225,6 +226,16 @@ double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
 SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
   return {options_.material, InterpolatedNormal(rest_.vertices, rest_.triangles, topology_, at),
           radius, ResolvedRadius(at, radius)};
+}
+
+SurfaceDent OrganModel::AddLoadToRow(const Vector3d& p_centre_W, double radius,
+                                     const ActiveFunctions& active,
+                                     Eigen::Ref<Eigen::RowVectorXd> row) const {
+  const SurfaceDent dent = Dent(NearestSurfacePoint(rest_, p_centre_W), radius);
+  for (const SurfaceSample& sample : SurfaceKernel(rest_, p_centre_W, dent.resolved_radius())) {
+    AddToRow({sample.triangle, sample.barycentric}, sample.weight, active, row);
+  }
+  return dent;
 }
 
 OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)

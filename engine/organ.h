@@ -94,6 +94,11 @@ class OrganModel {
   double ResolvedRadius(const SurfacePoint& at, double radius) const;
   /// The rest of what that force does. No allocation.
   SurfaceDent Dent(const SurfacePoint& at, double radius) const;
+  /// Adds a load's patch of `radius` (m) around the rest point `p_centre_W` (m) to `row`, as the
+  /// lattice gets it, and returns the rest of what it does. Set-up only; throws InputError when no
+  /// surface lies within the radius.
+  SurfaceDent AddLoadToRow(const Vector3d& p_centre_W, double radius, const ActiveFunctions& active,
+                           Eigen::Ref<Eigen::RowVectorXd> row) const;
 
  private:
   void BuildLatticeModel();

@@ -121,15 +121,8 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
 }
 
 void StaticLoads::AddPatch(std::size_t load) {
-  const Vector3d& p_centre_W = loads_[load].p_centre_W;
-  const double radius = loads_[load].radius;
-  const SurfacePoint at = NearestSurfacePoint(model_.rest(), p_centre_W);
-  dents_[load] = model_.Dent(at, radius);
   Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(rows_.rows() / 3);
-  for (const SurfaceSample& sample :
-       SurfaceKernel(model_.rest(), p_centre_W, model_.ResolvedRadius(at, radius))) {
-    model_.AddToRow({sample.triangle, sample.barycentric}, sample.weight, active_, row);
-  }
+  dents_[load] = model_.AddLoadToRow(loads_[load].p_centre_W, loads_[load].radius, active_, row);
   PutOnEachAxis(row, load, &rows_);
 }
 
@@ -157,12 +150,6 @@ void StaticLoads::AddPressure(std::size_t load) {
     pressure_force_[load].setZero();
   }
   PutOnEachAxis(mean / area, load, &rows_);
-}
-
-int StaticLoads::local_functions() const {
-  int count = 0;
-  for (int s = 0; s < active_.slots(); ++s) count += active_.Function(s) >= 0;
-  return count;
 }
 
 // Columns of loads to displacements, in place.

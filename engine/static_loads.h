@@ -41,7 +41,7 @@ class StaticLoads {
   double Residual(const StaticSolution& solution) const;
 
   /// Local functions in use.
-  int local_functions() const;
+  int local_functions() const { return active_.used(); }
 
  private:
   void AddPressure(std::size_t load);

@@ -18,6 +18,14 @@ RepeatOptions Repeats(bool quick) {
   return quick ? RepeatOptions{3, 100, 20} : RepeatOptions{5, 500, 300};
 }
 
+CostCurve EmptyCurve(const char* what, const char* of, double fitted_from) {
+  CostCurve curve;
+  curve.what = what;
+  curve.of = of;
+  curve.fitted_from = fitted_from;
+  return curve;
+}
+
 void Add(double size, const Timing& timing, CostCurve* curve) {
   curve->size.push_back(size);
   curve->us.push_back(timing.minimum_us);
@@ -37,11 +45,7 @@ void Fit(CostCurve* curve) {
 
 std::vector<CostCurve> CostOfVertices(bool quick) {
   const auto curve = [](const char* what) {
-    CostCurve empty;
-    empty.what = what;
-    empty.of = "vertices";
-    empty.fitted_from = kVerticesFittedFrom;
-    return empty;
+    return EmptyCurve(what, "vertices", kVerticesFittedFrom);
   };
   CostCurve relocation = curve("relocate (strain, 6^3 cells)");
   CostCurve refit = curve("refit the collision tree");
@@ -76,11 +80,7 @@ std::vector<CostCurve> CostOfVertices(bool quick) {
 
 std::vector<CostCurve> CostOfControlPoints(bool quick) {
   const auto curve = [](const char* what) {
-    CostCurve empty;
-    empty.what = what;
-    empty.of = "control points";
-    empty.fitted_from = kControlPointsFittedFrom;
-    return empty;
+    return EmptyCurve(what, "control points", kControlPointsFittedFrom);
   };
   CostCurve strain = curve("step, strain, Cholesky, liver_1332");
   CostCurve setup = curve("set-up, strain");

@@ -95,22 +95,12 @@ void LoadedBody::AddPatches() {
 }
 
 void LoadedBody::AddLatticeRow(std::size_t load) {
-  const SurfaceMesh& rest = case_.rest;
   const LoadOptions& options = case_.scene.loads[load];
-  const SurfacePoint at = NearestSurfacePoint(rest, options.p_centre_W);
-  dents_.push_back(organ_->Dent(at, options.radius));
-  auto row = contacts_.WeightRow(static_cast<int>(load));
-  for (const SurfaceSample& sample :
-       SurfaceKernel(rest, options.p_centre_W, organ_->ResolvedRadius(at, options.radius))) {
-    organ_->AddToRow({sample.triangle, sample.barycentric}, sample.weight, contacts_.local, row);
-  }
+  dents_.push_back(organ_->AddLoadToRow(options.p_centre_W, options.radius, contacts_.local,
+                                        contacts_.WeightRow(static_cast<int>(load))));
 }
 
-int LoadedBody::local_functions() const {
-  int count = 0;
-  for (int s = 0; s < contacts_.local.slots(); ++s) count += contacts_.local.Function(s) >= 0;
-  return count;
-}
+int LoadedBody::local_functions() const { return contacts_.local.used(); }
 
 void LoadedBody::AddDents(Points* vertices) const {
   organ_->AddLocalDisplacements(contacts_.local, U_, vertices);
