@@ -44,6 +44,17 @@ struct ToolPose {
   double jaw = 1;                            ///< 0 closed .. 1 open.
 };
 
+/// The contact of a tip as the haptic loop has it in a tick: which material point it presses and
+/// how. The step puts its own contact there, so that the two never disagree about the place.
+struct TipTouch {
+  int organ = -1;                                 ///< -1: the tip touches nothing that it knows of.
+  int triangle = -1;                              ///< Of the organ's mesh.
+  Vector3d weights = Vector3d::Zero();            ///< Barycentric in it.
+  Vector3d normal_W = Vector3d::Zero();           ///< Outward, unit.
+  Vector3d force_direction_W = Vector3d::Zero();  ///< Of the force on the tissue, over its normal
+                                                  ///< part: -normal without friction.
+};
+
 /// Haptic loop -> deformation loop, latest value, every tick.
 struct ToolState {
   std::uint64_t tick = 0;
@@ -51,6 +62,7 @@ struct ToolState {
   Nanoseconds device_time_ns = 0;  ///< Of the newest device sample in it.
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;
+  std::array<TipTouch, kMaxInstruments> touches;
 };
 
 /// A mass-spring node as in Eq. 29: the spring k1 to the released position p_original and N
@@ -202,6 +214,7 @@ enum GuardFlag : std::uint32_t {
   kGuardStalePatch = 1u << 4,     ///< The patch is old: the force decays.
   kGuardDeviceInvalid = 1u << 5,  ///< The device gave no valid pose: the force decays.
   kGuardDisabled = 1u << 6,       ///< Forces are switched off or the emergency stop is pressed.
+  kGuardPassivity = 1u << 7,      ///< The passivity controller damps.
 };
 
 /// One instrument in one haptic tick.
@@ -216,7 +229,11 @@ struct ToolSample {
   int organ = -1;                          ///< In contact with, -1 for none.
   ContactKind kind = ContactKind::kNone;
   std::uint32_t guard_flags = 0;  ///< GuardFlag.
+  double energy = 0;   ///< J, that the hand has put in, as the passivity observer has it.
+  double damping = 0;  ///< N s/m that the passivity controller adds in this tick.
+  Nanoseconds device_time_ns = 0;  ///< Of this device's sample.
   bool device_valid = false;
+  bool force_on = false;  ///< Device::ForceOn().
 };
 
 /// Haptic loop -> telemetry loop, every tick through a queue.

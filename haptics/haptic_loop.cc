@@ -168,7 +168,9 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .organ = tool.contact.result().organ,
                         .kind = tool.contact.result().kind,
                         .guard_flags = tool.safe.flags,
-                        .device_valid = tool.sample.valid};
+                        .device_time_ns = tool.sample.time_ns,
+                        .device_valid = tool.sample.valid,
+                        .force_on = tool.instrument.device->ForceOn()};
   }
   sample_.compute_ns =
       timing.clock == nullptr ? 0 : timing.clock->Now() - scheduled - timing.wake_late_ns;

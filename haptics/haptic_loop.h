@@ -22,7 +22,8 @@ struct HapticInstrument {
   Device* device = nullptr;  ///< Not owned; outlives the loop, which owns its use while it runs.
   ImpulseEngineKinematics kinematics;
   double tip_radius = 0.0025;  ///< m.
-  ForceGuardOptions guard;
+  ForceGuardOptions guard = {};
+  double friction = 0;  ///< Coulomb coefficient of the tip on tissue.
 };
 
 /// The loop between hand and tissue, 1 kHz: see the stages of Tick.

@@ -55,6 +55,8 @@ void ToMessage(const HapticSample& sample, tool_t* message) {
     Copy(from.joints, to.joints);
     Copy(from.p_tip_W, to.p_tip);
     Copy(from.v_tip_W, to.v_tip);
+    to.device_time_ns = from.device_time_ns;
+    to.force_on = from.force_on;
     to.device_valid = from.device_valid;
   }
 }
@@ -71,6 +73,8 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
     to.joints = Eigen::Map<const JointVector>(from.joints);
     to.p_tip_W = ToVector(from.p_tip);
     to.v_tip_W = ToVector(from.v_tip);
+    to.device_time_ns = from.device_time_ns;
+    to.force_on = from.force_on != 0;
     to.device_valid = from.device_valid != 0;
   }
   return true;
@@ -97,6 +101,8 @@ void ToMessage(const HapticSample& sample, force_t* message) {
     to.depth = from.depth;
     to.organ = from.organ;
     to.kind = static_cast<std::int8_t>(from.kind);
+    to.energy = from.energy;
+    to.damping = from.damping;
     to.guard_flags = static_cast<std::int32_t>(from.guard_flags);
   }
 }
@@ -123,6 +129,8 @@ bool FromMessage(const force_t& message, HapticSample* sample) {
     to.depth = from.depth;
     to.organ = from.organ;
     to.kind = static_cast<ContactKind>(from.kind);
+    to.energy = from.energy;
+    to.damping = from.damping;
     to.guard_flags = static_cast<std::uint32_t>(from.guard_flags);
   }
   return true;

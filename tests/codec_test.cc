@@ -44,6 +44,10 @@ HapticSample RandomSample(Random* random, int tool_count) {
     t.organ = 2 * i - 1;
     t.kind = i == 0 ? ContactKind::kNone : ContactKind::kGrasp;
     t.guard_flags = kGuardClamped | 0x80000000u;
+    t.energy = 0.125 * (i + 1);
+    t.damping = 3.5 * i;
+    t.device_time_ns = 123456789 + i;
+    t.force_on = i == 0;
     t.device_valid = i == 1;
   }
   return s;
@@ -73,6 +77,10 @@ void ExpectSame(const HapticSample& a, const HapticSample& b) {
     EXPECT_EQ(s.organ, t.organ);
     EXPECT_EQ(s.kind, t.kind);
     EXPECT_EQ(s.guard_flags, t.guard_flags);
+    EXPECT_EQ(s.energy, t.energy);
+    EXPECT_EQ(s.damping, t.damping);
+    EXPECT_EQ(s.device_time_ns, t.device_time_ns);
+    EXPECT_EQ(s.force_on, t.force_on);
     EXPECT_EQ(s.device_valid, t.device_valid);
   }
 }

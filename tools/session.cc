@@ -108,7 +108,8 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
     guard.max_force_rate = options.device.max_force_rate;
     guard.period = 1.0 / scene_.timing.haptic_hz;
     guard.stale_age_ns = 4 * kNanosecondsPerSecond / scene_.timing.deformation_hz;
-    instruments.push_back({devices_[i].get(), kinematics_[i], options.tip_radius, guard});
+    instruments.push_back(
+        {devices_[i].get(), kinematics_[i], options.tip_radius, guard, options.friction});
   }
   return instruments;
 }
