@@ -27,11 +27,13 @@ Json ToJson(const HandReport& hand) {
           {"contact_ticks", f.contact_ticks},
           {"missed_ticks", f.missed_ticks},
           {"false_ticks", f.false_ticks},
+          {"shaft_ticks", f.shaft_ticks},
           {"reference_tick_error", f.tick_error},
           {"reference_largest_tick_error", f.largest_tick_error},
           {"paper_error", f.paper_error},
           {"paper_fitted_error", f.paper_fitted_error},
           {"paper_fitted_k1_N_per_m", f.paper_fitted_k1},
+          {"paper_fitted_k2_N_per_m", f.paper_fitted_k2},
           {"course", hand.course}};
 }
 
@@ -77,19 +79,20 @@ std::string AccuracyHead() {
              "reference's "
              "peak; target %.0f, aim %.0f; comb in %% of the force, target %.0f.\n",
              100 * kErrorTarget, 100 * kErrorAim, 100 * kCombTarget) +
-         Format("%-24s %-8s %7s %6s %6s %6s %8s %8s %7s %6s %6s %8s %6s %6s %5s\n", "case", "tool",
-                "peak N", "error", "of |F|", "comb", "step N", "(ref.)", "contact", "missed",
-                "false", "ref.tick", "paper", "fitted", "k1");
+         Format("%-24s %-8s %7s %6s %6s %6s %8s %8s %7s %6s %6s %6s %8s %6s %6s %5s %5s\n", "case",
+                "tool", "peak N", "error", "of |F|", "comb", "step N", "(ref.)", "contact",
+                "missed", "false", "shaft", "ref.tick", "paper", "fitted", "k1", "k2");
 }
 
 std::string AccuracyRow(const HandReport& hand) {
   const ForceFigures& f = hand.figures;
-  return Format("%-24s %-8s %7.3f %6s %6s %6s %8.4f %8.4f %7d %6d %6d %8.1e %6s %6s %5.0f\n",
-                hand.case_name.c_str(), f.instrument.c_str(), f.peak, Percent(f.error).c_str(),
-                Percent(f.magnitude_error).c_str(), Percent(f.comb).c_str(), f.largest_step,
-                f.reference_largest_step, f.contact_ticks, f.missed_ticks, f.false_ticks,
-                f.largest_tick_error, Percent(f.paper_error).c_str(),
-                Percent(f.paper_fitted_error).c_str(), f.paper_fitted_k1);
+  return Format(
+      "%-24s %-8s %7.3f %6s %6s %6s %8.4f %8.4f %7d %6d %6d %6d %8.1e %6s %6s %5.1f %5.1f\n",
+      hand.case_name.c_str(), f.instrument.c_str(), f.peak, Percent(f.error).c_str(),
+      Percent(f.magnitude_error).c_str(), Percent(f.comb).c_str(), f.largest_step,
+      f.reference_largest_step, f.contact_ticks, f.missed_ticks, f.false_ticks, f.shaft_ticks,
+      f.largest_tick_error, Percent(f.paper_error).c_str(), Percent(f.paper_fitted_error).c_str(),
+      f.paper_fitted_k1, f.paper_fitted_k2);
 }
 
 std::string AccuracyTips(const std::vector<TipAccuracy>& tips) {
@@ -108,7 +111,7 @@ std::string AccuracyMarkdown(const std::vector<HandReport>& hands,
                              const std::vector<TipAccuracy>& tips) {
   std::string text =
       "| hand | peak | error, at most 5 % | comb, at most 1 % | largest step in a tick (the whole "
-      "model's) | the paper's Eq. 29, k1 fitted (default) |\n|---|---|---|---|---|---|\n";
+      "model's) | the paper's Eq. 29, k1 and k2 fitted (default) |\n|---|---|---|---|---|---|\n";
   for (const HandReport& hand : hands) {
     const ForceFigures& f = hand.figures;
     text += Format("| `%s`, %s | %.2f N | %s %% | %s | %.3f N (%.3f) | %s %% (%s %%) |\n",

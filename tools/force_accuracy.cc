@@ -114,6 +114,7 @@ class Trial {
       for (std::size_t i = 0; i < accuracy->courses.size(); ++i) {
         ForceCourse& course = accuracy->courses[i];
         course.reference.push_back(-step.contacts[i].force_on_tissue_W);
+        course.shaft_ticks += step.contacts[i].shaft_contact;
         course.reference_tick.push_back(sample.tools[i].reaction_W);
       }
       accuracy->residual = std::max(accuracy->residual, step.step.residual);
@@ -165,35 +166,58 @@ class Trial {
   Motion motion_;
 };
 
-// k1 >= 0 with which force + (k1 - k1 of force) d force / d k1 is nearest to the reference.
-double FittedK1(const ForceSignal& force, const ForceSignal& stiffer, double k1, double more,
-                const ForceSignal& reference) {
-  double product = 0, square = 0;
-  for (std::size_t t = 0; t < force.size(); ++t) {
-    const Vector3d slope = (stiffer[t] - force[t]) / more;
-    product += slope.dot(reference[t] - force[t]);
-    square += slope.squaredNorm();
+// The springs of Eq. 29 whose force, linear in them, is nearest to the reference: base + (k - k of
+// base) . slopes, k >= 0, by least squares over the time.
+struct Springs {
+  double k1 = 0;
+  double k2 = 0;
+};
+Springs FittedSprings(const Springs& at, const ForceSignal& base, const ForceSignal& more_k1,
+                      const ForceSignal& more_k2, double more, const ForceSignal& reference) {
+  Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d y = Eigen::Vector2d::Zero();
+  for (std::size_t t = 0; t < base.size(); ++t) {
+    Eigen::Matrix<double, 3, 2> slope;
+    slope << (more_k1[t] - base[t]) / more, (more_k2[t] - base[t]) / more;
+    A += slope.transpose() * slope;
+    y += slope.transpose() * (reference[t] - base[t] + slope * Eigen::Vector2d(at.k1, at.k2));
   }
-  return square > 0 ? std::max(k1 + product / square, 0.0) : k1;
+  // The best of both springs together, each alone, and none: |F - reference|^2 up to a constant.
+  Eigen::Vector2d best = Eigen::Vector2d::Zero();
+  const auto try_springs = [&](const Eigen::Vector2d& k) {
+    const auto misfit = [&](const Eigen::Vector2d& v) { return v.dot(A * v) - 2 * y.dot(v); };
+    if (k.allFinite() && k.minCoeff() >= 0 && misfit(k) < misfit(best)) best = k;
+  };
+  try_springs(A.ldlt().solve(y));
+  try_springs({y[0] / A(0, 0), 0});
+  try_springs({0, y[1] / A(1, 1)});
+  return {best[0], best[1]};
 }
 
-void PlayPapers(Trial* trial, std::vector<ForceCourse>* courses, std::vector<double>* fitted_k1) {
+void PlayPapers(Trial* trial, std::vector<ForceCourse>* courses, std::vector<Springs>* fitted) {
+  constexpr double kMore = 10;  // N/m
   std::vector<ToolOptions> options = trial->session().DeformationTools();
   for (ToolOptions& tool : options) tool.reaction = ReactionType::kPaper;
-  const std::vector<ForceSignal> paper = trial->PlayPaper(options);
-  std::vector<ToolOptions> stiffer = options;
-  constexpr double kMore = 100;  // N/m
-  for (ToolOptions& tool : stiffer) tool.k1 += kMore;
-  const std::vector<ForceSignal> stiffer_paper = trial->PlayPaper(stiffer);
+  const auto play = [&](double more_k1, double more_k2) {
+    std::vector<ToolOptions> stiffer = options;
+    for (ToolOptions& tool : stiffer) {
+      tool.k1 += more_k1;
+      tool.k2 += more_k2;
+    }
+    return trial->PlayPaper(stiffer);
+  };
+  const std::vector<ForceSignal> paper = play(0, 0);
+  const std::vector<ForceSignal> more_k1 = play(kMore, 0), more_k2 = play(0, kMore);
   for (std::size_t i = 0; i < options.size(); ++i) {
-    options[i].k1 =
-        FittedK1(paper[i], stiffer_paper[i], options[i].k1, kMore, (*courses)[i].reference);
-    fitted_k1->push_back(options[i].k1);
+    fitted->push_back(FittedSprings({options[i].k1, options[i].k2}, paper[i], more_k1[i],
+                                    more_k2[i], kMore, (*courses)[i].reference));
+    options[i].k1 = fitted->back().k1;
+    options[i].k2 = fitted->back().k2;
   }
-  const std::vector<ForceSignal> fitted = trial->PlayPaper(options);
+  const std::vector<ForceSignal> best = play(0, 0);
   for (std::size_t i = 0; i < options.size(); ++i) {
     (*courses)[i].paper = paper[i];
-    (*courses)[i].paper_fitted = fitted[i];
+    (*courses)[i].paper_fitted = best[i];
   }
 }
 
@@ -206,6 +230,7 @@ ForceSignal Magnitude(const ForceSignal& force) {
 ForceFigures FiguresOf(const ForceCourse& course, const TimingOptions& timing) {
   ForceFigures figures;
   figures.peak = PeakForce(course.reference);
+  figures.shaft_ticks = course.shaft_ticks;
   for (std::size_t t = 0; t < course.reference.size(); ++t) {
     const bool acts = course.reference[t].squaredNorm() > 0;
     const bool felt = course.production[t].squaredNorm() > 0;
@@ -240,12 +265,13 @@ ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds) {
   accuracy.courses.resize(scene.instruments.size());
   trial.RecordProduction(&accuracy.courses);
   trial.PlayReference(&accuracy);
-  std::vector<double> fitted_k1;
-  PlayPapers(&trial, &accuracy.courses, &fitted_k1);
+  std::vector<Springs> fitted;
+  PlayPapers(&trial, &accuracy.courses, &fitted);
   for (std::size_t i = 0; i < accuracy.courses.size(); ++i) {
     accuracy.figures.push_back(FiguresOf(accuracy.courses[i], scene.timing));
     accuracy.figures.back().instrument = scene.instruments[i].name;
-    accuracy.figures.back().paper_fitted_k1 = fitted_k1[i];
+    accuracy.figures.back().paper_fitted_k1 = fitted[i].k1;
+    accuracy.figures.back().paper_fitted_k2 = fitted[i].k2;
   }
   return accuracy;
 }

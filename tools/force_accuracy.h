@@ -15,8 +15,9 @@ struct ForceCourse {
   ForceSignal reference;       ///< Of the whole model solved at every tick: minus the step's f_c.
   ForceSignal reference_tick;  ///< Eq. 29 in the tick with that step's patch.
   ForceSignal paper;           ///< As production, with rest neighbours (reaction = "paper").
-  ForceSignal paper_fitted;    ///< The same with the k1 that fits the reference best.
+  ForceSignal paper_fitted;    ///< The same with the k1 and k2 that fit the reference best.
   std::vector<double> depth;   ///< m, production's.
+  int shaft_ticks = 0;         ///< In which the shaft touched tissue, in the reference.
 };
 
 /// Figures of a course (force_signal.h); errors are over the reference's peak.
@@ -27,6 +28,7 @@ struct ForceFigures {
   int contact_ticks = 0;       ///< In which the reference acts.
   int missed_ticks = 0;        ///< Of those, in which production does not.
   int false_ticks = 0;         ///< In which production acts and the reference does not.
+  int shaft_ticks = 0;         ///< In which the shaft touches tissue.
   double error = 0;            ///< ContactError of production.
   double magnitude_error = 0;  ///< The same of |F| alone.
   double comb = 0;             ///< Comb of production at deformation_hz; NaN: no long contact.
@@ -36,7 +38,8 @@ struct ForceFigures {
   double largest_tick_error = 0;      ///< Largest difference of the two, over the peak.
   double paper_error = 0;             ///< ContactError of paper, with the scene's k1 and k2,
   double paper_fitted_error = 0;      ///< and of paper_fitted,
-  double paper_fitted_k1 = 0;         ///< N/m, with this k1 and the scene's k2.
+  double paper_fitted_k1 = 0;         ///< N/m, with these.
+  double paper_fitted_k2 = 0;         ///< N/m.
 };
 
 struct ForceAccuracy {
@@ -50,8 +53,9 @@ struct ForceAccuracy {
 /// Lets the scene's simulated hands work for `seconds` in lockstep (lockstep.h), records their
 /// joints, and plays these to two others: the same loops with a whole deformation step before every
 /// tick that sees its patch at once, which is the reference; and production with reaction =
-/// "paper". k1 is fitted by least squares over the ticks of contact, in which the force is linear
-/// in it. Main thread. Throws InputError as a session does, and when the scene has no instrument.
+/// "paper". Its springs are fitted, k1 and k2 >= 0, by least squares on all ticks (the force is
+/// linear in them but where a press cannot pull). Main thread. Throws InputError as a session does,
+/// and when the scene has no instrument.
 ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds);
 
 }  // namespace hpdm

@@ -18,13 +18,13 @@ COLUMNS = 4
 # Column of the tables, label, look.
 LINES = (
     ("paper", "the paper's Eq. 29, rest neighbours", {"color": "#bbbbbb", "lw": 0.8}),
-    ("paper_fitted", "the same, k1 fitted", {"color": "#e08214", "lw": 1.0}),
+    ("paper_fitted", "the same, k1 and k2 fitted", {"color": "#e08214", "lw": 1.0}),
     ("reference", "whole model at every tick", {"color": "black", "lw": 2.4, "alpha": 0.35}),
     ("production", "the haptic loop", {"color": "#1f77b4", "lw": 0.9}),
 )
 ERRORS = (
     ("paper_error", "the paper's Eq. 29, rest neighbours", "#bbbbbb"),
-    ("paper_fitted_error", "the same, k1 fitted", "#e08214"),
+    ("paper_fitted_error", "the same, k1 and k2 fitted", "#e08214"),
     ("error", "the haptic loop", "#1f77b4"),
 )
 
