@@ -270,6 +270,7 @@ ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds) {
   for (std::size_t i = 0; i < accuracy.courses.size(); ++i) {
     accuracy.figures.push_back(FiguresOf(accuracy.courses[i], scene.timing));
     accuracy.figures.back().instrument = scene.instruments[i].name;
+    accuracy.figures.back().script = scene.instruments[i].hand.script;
     accuracy.figures.back().paper_fitted_k1 = fitted[i].k1;
     accuracy.figures.back().paper_fitted_k2 = fitted[i].k2;
   }

@@ -23,7 +23,7 @@ struct ForceCourse {
 /// Figures of a course (force_signal.h); errors are over the reference's peak.
 struct ForceFigures {
   std::string instrument;
-  std::string script;
+  HandScript script = HandScript::kPalpate;
   double peak = 0;             ///< N, the reference's.
   int contact_ticks = 0;       ///< In which the reference acts.
   int missed_ticks = 0;        ///< Of those, in which production does not.
