@@ -12,19 +12,20 @@ extern char** environ;
 
 namespace hpdm {
 
-int RunChild(const std::vector<std::string>& words) {
+int RunChild(const std::vector<std::string>& words, bool quiet) {
   std::vector<std::string> kept = words;
   std::vector<char*> argv;
   for (std::string& word : kept) argv.push_back(word.data());
   argv.push_back(nullptr);
 
-  posix_spawn_file_actions_t quiet;
-  posix_spawn_file_actions_init(&quiet);
-  posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int output : {1, 2}) {
+    if (quiet) posix_spawn_file_actions_addopen(&actions, output, "/dev/null", O_WRONLY, 0);
+  }
   pid_t child = 0;
-  const int error = posix_spawn(&child, argv[0], &quiet, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&quiet);
+  const int error = posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
   if (error != 0) {
     throw MachineError(words[0] + ": " + std::strerror(error));
   }

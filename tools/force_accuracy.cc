@@ -80,7 +80,6 @@ class Trial {
         ticks_(static_cast<std::size_t>(std::lround(seconds * scene.timing.haptic_hz))) {}
 
   const Session& session() const { return session_; }
-  std::size_t ticks() const { return ticks_; }
 
   void RecordProduction(std::vector<ForceCourse>* courses) {
     LoopPair loops(session_, session_.HapticInstruments(), session_.DeformationTools());
