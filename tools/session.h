@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "scenes/scene.h"
+#include "tools/device_choice.h"
 
 namespace hpdm {
 
@@ -22,11 +24,16 @@ namespace hpdm {
 /// command that runs them, which is where the threads are wired. Main thread.
 class Session {
  public:
-  /// Builds what `scene` says. Throws InputError.
-  explicit Session(Scene scene);
+  /// Builds what `scene` says, with the devices that `device_arguments` choose (ChooseDevices).
+  /// Throws InputError.
+  explicit Session(Scene scene, const std::vector<std::string>& device_arguments = {});
 
   const Scene& scene() const { return scene_; }
   const std::vector<OrganModel>& organs() const { return organs_; }
+  /// What moves each instrument.
+  const std::vector<DeviceChoice>& device_choices() const { return choices_; }
+  /// Length of the longest trace when every instrument plays one, else 0.
+  Nanoseconds trace_length() const { return trace_length_; }
   /// Repairs of the meshes and things that are probably not meant, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -49,17 +56,25 @@ class Session {
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render_scenes;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_scenes;
   SpscQueue<HapticSample> samples;
+  /// Of the instruments that are driven from outside, null for the others; and the forces for them.
+  std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> external_readings{};
+  SpscQueue<HapticSample> external_forces;
+  bool HasExternalDevice() const;
 
  private:
   void BuildOrgans();
   void BuildInstruments();
+  std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
+  std::unique_ptr<Device> BuildTraceDevice(std::size_t instrument, const HandSite& site);
   HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
   std::vector<OrganModel> organs_;
   std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
   std::vector<ImpulseEngineKinematics> kinematics_;
+  std::vector<DeviceChoice> choices_;
   std::vector<std::unique_ptr<Device>> devices_;
+  Nanoseconds trace_length_ = 0;
   std::vector<std::string> remarks_;
 };
 
