@@ -240,19 +240,27 @@ void WritePicture(const Image& image, const SessionFolder& folder, const std::st
   if (image.width > 0) WritePng(folder.File(name), image);
 }
 
+void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& devices) {
+  bool ends = options.seconds > 0 || !devices.empty();
+  for (const DeviceChoice& device : devices) {
+    if (device.type == DeviceChoice::Type::kLcm) {
+      throw InputError("--clock lockstep: an external driver lives in real time; use --clock real");
+    }
+    ends &= options.seconds > 0 || device.type == DeviceChoice::Type::kTrace;
+  }
+  if (!ends) throw InputError("--clock lockstep: its length is missing; add --seconds N");
+}
+
 void Run(const RunOptions& options) {
   if (options.window) {
     throw InputError("--window: this version draws without a window; leave it out");
   }
   const StopSignals signals;  // before any thread
-  Session session(LoadScene(options.scene), options.devices);
+  Scene scene = LoadScene(options.scene);
+  std::vector<DeviceChoice> devices = ChooseDevices(options.devices, scene.instruments);
+  if (options.Lockstep()) CheckLockstep(options, devices);
+  Session session(std::move(scene), std::move(devices));
   const double seconds = options.seconds > 0 ? options.seconds : ToSeconds(session.trace_length());
-  if (options.Lockstep() && seconds <= 0) {
-    throw InputError("--clock lockstep: its length is missing; add --seconds N");
-  }
-  if (options.Lockstep() && session.HasExternalDevice()) {
-    throw InputError("--clock lockstep: an external driver lives in real time; use --clock real");
-  }
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
   EglContext();  // a machine that cannot draw says so before the session starts

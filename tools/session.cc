@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/check.h"
 #include "engine/error.h"
 #include "engine/mesh_import.h"
 #include "haptics/external_device.h"
@@ -50,11 +51,13 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
 
 }  // namespace
 
-Session::Session(Scene scene, const std::vector<std::string>& device_arguments)
+Session::Session(Scene scene, std::vector<DeviceChoice> devices)
     : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
       external_forces(64),
       scene_(std::move(scene)),
-      choices_(ChooseDevices(device_arguments, scene_.instruments)) {
+      choices_(std::move(devices)) {
+  HPDM_CHECK(choices_.size() == scene_.instruments.size());
+  ReadTraces();
   BuildOrgans();
   BuildInstruments();
   const int tools = static_cast<int>(scene_.instruments.size());
@@ -62,6 +65,14 @@ Session::Session(Scene scene, const std::vector<std::string>& device_arguments)
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
   telemetry_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, false));
+}
+
+// Before what takes longer, so that a bad trace is told at once.
+void Session::ReadTraces() {
+  for (const DeviceChoice& choice : choices_) {
+    traces_.push_back(choice.type == DeviceChoice::Type::kTrace ? ReadTraceFile(choice.trace)
+                                                                : TraceFile());
+  }
 }
 
 void Session::BuildOrgans() {
@@ -125,7 +136,7 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
 
 std::unique_ptr<Device> Session::BuildTraceDevice(std::size_t instrument, const HandSite& site) {
   const InstrumentOptions& options = scene_.instruments[instrument];
-  const TraceFile file = ReadTraceFile(choices_[instrument].trace);
+  const TraceFile& file = traces_[instrument];
   const TraceMotion motion(file.rows);
   TraceMapping mapping{.scale = options.trace.scale,
                        .R_WF = options.trace.R_WF,

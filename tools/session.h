@@ -12,6 +12,7 @@
 #include "engine/triple_buffer.h"
 #include "haptics/hand_script.h"
 #include "haptics/haptic_loop.h"
+#include "haptics/trace_file.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "scenes/scene.h"
@@ -24,9 +25,10 @@ namespace hpdm {
 /// command that runs them, which is where the threads are wired. Main thread.
 class Session {
  public:
-  /// Builds what `scene` says, with the devices that `device_arguments` choose (ChooseDevices).
-  /// Throws InputError.
-  explicit Session(Scene scene, const std::vector<std::string>& device_arguments = {});
+  /// Builds what `scene` says, with its own devices. Throws InputError.
+  explicit Session(const Scene& scene) : Session(scene, ChooseDevices({}, scene.instruments)) {}
+  /// The same with a chosen device for each instrument.
+  Session(Scene scene, std::vector<DeviceChoice> devices);
 
   const Scene& scene() const { return scene_; }
   const std::vector<OrganModel>& organs() const { return organs_; }
@@ -62,6 +64,7 @@ class Session {
   bool HasExternalDevice() const;
 
  private:
+  void ReadTraces();
   void BuildOrgans();
   void BuildInstruments();
   std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
@@ -73,6 +76,7 @@ class Session {
   std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
+  std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none
   std::vector<std::unique_ptr<Device>> devices_;
   Nanoseconds trace_length_ = 0;
   std::vector<std::string> remarks_;
