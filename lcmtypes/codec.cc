@@ -87,6 +87,7 @@ void ToMessage(const HapticSample& sample, force_t* message) {
   message->patch_number = Signed(sample.patch_number);
   message->patch_age_ns = sample.patch_age_ns;
   message->wake_late_ns = sample.wake_late_ns;
+  message->written_ns = sample.written_ns;
   message->compute_ns = sample.compute_ns;
   message->skipped_late_wake_up = static_cast<std::int32_t>(sample.skipped.late_wake_up);
   message->skipped_long_compute = static_cast<std::int32_t>(sample.skipped.long_compute);
@@ -115,6 +116,7 @@ bool FromMessage(const force_t& message, HapticSample* sample) {
   sample->patch_number = Unsigned(message.patch_number);
   sample->patch_age_ns = message.patch_age_ns;
   sample->wake_late_ns = message.wake_late_ns;
+  sample->written_ns = message.written_ns;
   sample->compute_ns = message.compute_ns;
   sample->skipped.late_wake_up = static_cast<std::uint32_t>(message.skipped_late_wake_up);
   sample->skipped.long_compute = static_cast<std::uint32_t>(message.skipped_long_compute);
@@ -144,6 +146,7 @@ void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t*
   message->visible_tick = visible_tick;
   message->time_ns = step.time_ns;
   message->device_time_ns = step.device_time_ns;
+  message->wake_late_ns = step.wake_late_ns;
   message->compute_ns = step.compute_ns;
   message->iterations = step.iterations;
   message->residual = step.residual;
@@ -186,6 +189,7 @@ bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* v
   step.input_tick = Unsigned(message.input_tick);
   step.time_ns = message.time_ns;
   step.device_time_ns = message.device_time_ns;
+  step.wake_late_ns = message.wake_late_ns;
   step.compute_ns = message.compute_ns;
   step.iterations = message.iterations;
   step.residual = message.residual;
@@ -332,6 +336,10 @@ std::span<const int> ElementSizes(const organ_t&) {
 }
 std::span<const int> ElementSizes(const mesh_t&) {
   static const int sizes[] = {4, 4, 4};
+  return sizes;
+}
+std::span<const int> ElementSizes(const stats_t&) {
+  static const int sizes[] = {bin_t()._getEncodedSizeNoHash()};
   return sizes;
 }
 

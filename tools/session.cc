@@ -1,5 +1,6 @@
 #include "tools/session.h"
 
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -10,7 +11,9 @@
 namespace hpdm {
 
 Session::Session(Scene scene)
-    : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)), scene_(std::move(scene)) {
+    : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
+      frames(2 * static_cast<std::size_t>(std::ceil(scene.timing.render_hz)) + 1),
+      scene_(std::move(scene)) {
   BuildOrgans();
   BuildInstruments();
   const int tools = static_cast<int>(scene_.instruments.size());
