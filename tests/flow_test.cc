@@ -105,6 +105,10 @@ LoggedTicks ReadTicks(const fs::path& log) {
       ticks.largest_displacement = std::max(
           ticks.largest_displacement, shape.control_displacements.rowwise().norm().maxCoeff());
     }
+    if (event.channel == kToolChannel) {
+      tool_t input;
+      if (!DecodeMessage(event.data, &input) || !FromMessage(input, &sample)) return {};
+    }
     if (event.channel != kForceChannel) continue;
     if (!DecodeMessage(event.data, &message) || !FromMessage(message, &sample)) return {};
     ++ticks.count;

@@ -21,6 +21,7 @@
 #include "tools/json_figures.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
+#include "tools/realtime_threads.h"
 #include "tools/run_summary.h"
 #include "tools/session.h"
 #include "tools/session_folder.h"
@@ -65,16 +66,6 @@ class StopSignals {
   sigset_t signals_;
 };
 
-RealtimeOptions ProcessRealtime() {
-  RealtimeOptions options;
-  options.lock_memory = true;
-  return options;
-}
-
-RealtimeOptions HapticRealtime() {
-  return {.fifo_priority = 80, .prefault_stack = true, .core_from_last = 0};
-}
-
 // Asks for what a session would, before anything of it exists. Throws MachineError.
 void RequireRealtime() {
   RealtimeReport process = RequestRealtime(ProcessRealtime());
@@ -103,6 +94,7 @@ struct Loops {
 //     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz) --SceneSnapshot--> render
 //        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
 //        '-effort-'  '---HapticSample queue, every tick------------------------^
+//                                   StepSample queue, every step ---------------'
 //
 // The two loops with a deadline start together, once each has asked for its real-time state. The
 // haptic thread ends the session at its last tick; the telemetry ends last, so that it drains
@@ -118,8 +110,7 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
   std::jthread render_thread([&](std::stop_token stop) { loops.render.Run(stop); });
   std::jthread deformation_thread([&](std::stop_token stop) {
-    deformation =
-        RequestRealtime({.fifo_priority = 40, .prefault_stack = true, .core_from_last = 1});
+    deformation = RequestRealtime(DeformationRealtime());
     start.arrive_and_wait();
     RealLoopClock loop_clock(clock);
     const int hz = loops.session.scene().timing.deformation_hz;
@@ -155,7 +146,6 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
 // ceil(j haptic_hz / deformation_hz) and is seen patch_delay_ticks later. It is computed when it
 // becomes visible, from the state kept at its start, which gives the same result.
 RunRecord RunInLockstep(const Loops& loops) {
-  constexpr std::uint64_t kDrainTicks = 1024;
   RunRecord record;
   record.lockstep = true;
   const TimingOptions& timing = loops.session.scene().timing;
@@ -167,8 +157,8 @@ RunRecord RunInLockstep(const Loops& loops) {
   std::uint64_t steps_begun = 0;
   loops.session.EnableForces(true);
   for (std::uint64_t tick = 0; tick < loops.end_tick && !record.interrupted; ++tick) {
-    // The queue holds at least this many samples, however rare the steps are.
-    if (tick % kDrainTicks == 0) loops.telemetry.Drain();
+    // The queue holds two seconds of samples, and steps may be rarer.
+    if (tick % timing.haptic_hz == 0) loops.telemetry.Drain();
     if (!begun.empty() && tick == begun.front().tick + delay) {
       loops.deformation.Step(begun.front(), begun.front().time_ns);
       begun.pop_front();
@@ -250,12 +240,13 @@ void Run(const RunOptions& options) {
                      {session.tool_states, session.patches, session.samples});
   DeformationLoop deformation(
       session.organs(), session.DeformationTools(),
-      {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes},
+      {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes,
+       &session.steps},
       stopwatch);
   RenderLoop render(
       session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
       *session.render_scenes, stopwatch ? stopwatch : [] { return Nanoseconds{0}; });
-  TelemetryLoop telemetry(&session.samples, session.telemetry_scenes.get(),
+  TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),
                           TelemetryOptionsOf(options, session, folder), session.Info());
   const std::uint64_t end_tick =

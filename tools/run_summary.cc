@@ -103,7 +103,7 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                     {"bytes", telemetry.log.bytes},
                     {"ticks", figures.ticks},
                     {"ticks_lost", telemetry.queue_overflows},
-                    {"steps_lost", figures.steps_lost},
+                    {"steps_lost", telemetry.step_overflows},
                     {"failure", telemetry.log.Explain()}};
   summary["realtime"] = RealtimeToJson(record);
   summary["remarks"] = session.remarks();

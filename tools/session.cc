@@ -10,7 +10,9 @@
 namespace hpdm {
 
 Session::Session(Scene scene)
-    : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)), scene_(std::move(scene)) {
+    : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
+      steps(2 * static_cast<std::size_t>(scene.timing.deformation_hz)),
+      scene_(std::move(scene)) {
   BuildOrgans();
   BuildInstruments();
   const int tools = static_cast<int>(scene_.instruments.size());

@@ -42,13 +42,14 @@ class Session {
   std::vector<InstrumentView> InstrumentViews() const;
   SessionInfo Info() const;
 
-  // The edges. Two seconds of samples fit the queue: a telemetry thread that a disk holds up for
+  // The edges. Two seconds of samples and steps fit the queues: a telemetry thread that a disk holds up for
   // less loses nothing.
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render_scenes;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_scenes;
   SpscQueue<HapticSample> samples;
+  SpscQueue<StepSample> steps;
 
  private:
   void BuildOrgans();
