@@ -1,5 +1,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <utility>
 
 #include "engine/tool_contact.h"
 
@@ -49,10 +50,9 @@ void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>&
   patch->organ = organ_;
   patch->point_count = 0;
   patch->triangle_count = 0;
-  patch->contact_triangle = -1;
-  patch->pressed = false;
-  patch->p_tip_W = tool.X_WT.translation();
-  patch->contact_W = patch->p_tip_W;
+  patch->tilt_W.setZero();
+  patch->tilt_rate_W.setZero();
+  patch->contact_W = tool.X_WT.translation();
   patch->shaft_contact = shaft_touches_;
   if (organ_ < 0) return;
 
@@ -63,7 +63,7 @@ void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>&
   patch->force_on_tissue_W = force_W_;
   FillPatchPoints(model, &state, patch);
   if (tip_ >= 0) {
-    FillLatticeContact(state, patch);
+    FillLatticeContact(model, &state, patch);
     patch->p_grasp_T = tool.X_WT.inverse() * patch->contact_W;
     return;
   }
@@ -83,6 +83,7 @@ void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
   const Triangles& triangles = model.rest().triangles;
   std::array<int, ToolPatch::kMaxPoints> vertex;
   for (int i = 0; i < around_.count; ++i) {
+    patch->mesh_triangles[i] = around_.triangles[i];
     for (int k = 0; k < 3; ++k) {
       const int v = triangles(around_.triangles[i], k);
       const auto end = vertex.begin() + patch->point_count;
@@ -94,7 +95,6 @@ void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
   }
   patch->triangle_count = around_.count;
   const bool has_other = tip_ >= 0 && state->tips.size() > 1;
-  const ActiveFunctions& local = state->contacts.local;
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];
     PatchPoint& point = patch->points[i];
@@ -104,48 +104,92 @@ void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
       FillPaperNode(model, v, options_, &point.node);
       continue;
     }
-    SparseRow b = model.LatticeRow(v);
-    if (local.slots() > 0) {
-      auto row = state->tips.ScratchRow();
-      model.AddToRow(model.topology().AtVertex(triangles, v), 1, local, row);
-      b = state->tips.Compress(row);
-    }
+    const SparseRow b = VertexRow(model, v, state);
     point.p_original_W = state->tips.Released(b, state->vertices.row(v));
     point.compliance_W = state->vertex_compliances[v];
     point.coupling_W = has_other ? state->tips.Coupling(b, 1 - tip_) : Matrix3d::Zero();
   }
 }
 
-// The contact as the step solved it, and the points' compliances so that their interpolation gives
-// the contact's own at its place: they vary over the surface as they do at rest, under a factor
-// that takes in the kernel and the tangent, and under the local part.
-void ToolContact::FillLatticeContact(const OrganState& state, ToolPatch* patch) const {
-  const TipCompliance::Tip& tip = state.tips[tip_];
+// The lattice's row at a vertex, until the next.
+SparseRow ToolContact::VertexRow(const OrganModel& model, int vertex, OrganState* state) const {
+  const ActiveFunctions& local = state->contacts.local;
+  if (local.slots() == 0) return model.LatticeRow(vertex);
+  auto row = state->tips.ScratchRow();
+  model.AddToRow(model.topology().AtVertex(model.rest().triangles, vertex), 1, local, row);
+  return state->tips.Compress(row);
+}
+
+// The contact as the step solved it, and the points' values so that their interpolation gives the
+// contact's own at its place. The compliances vary over the surface as they do at rest, under a
+// factor that takes in the kernel and the tangent, and under the local part.
+void ToolContact::FillLatticeContact(const OrganModel& model, OrganState* state,
+                                     ToolPatch* patch) const {
+  const TipCompliance::Tip& tip = state->tips[tip_];
   patch->reaction = ReactionType::kLattice;
   patch->contact_W = tip.x_W;
   patch->p_original_W = tip.p_original_W;
-  patch->compliance_W = state.tips.Between(tip_, tip_);
-  if (state.tips.size() > 1) patch->coupling_W = state.tips.Between(tip_, 1 - tip_);
-  if (patch->kind == ContactKind::kGrasp) return;
+  patch->compliance_W = state->tips.Between(tip_, tip_);
+  const bool has_other = state->tips.size() > 1;
+  if (has_other) patch->coupling_W = state->tips.Between(tip_, 1 - tip_);
+  if (patch->kind == ContactKind::kGrasp) {
+    // For the press that is left when the jaws open.
+    const double radius = std::max(options_.tip_radius, kLeastRadius);
+    const Matrix3d C_loc = model.Dent(at_, radius).Compliance();
+    for (int i = 0; i < patch->point_count; ++i) patch->points[i].compliance_W += C_loc;
+    return;
+  }
   patch->normal_W = normal_;
   patch->kernel_radius = std::max(options_.tip_radius, kLeastRadius);
-  patch->pressed = touching_;
-  patch->contact_triangle = 0;  // the neighbourhood's first
-  patch->contact_weights = at_.barycentric;
+  FillTilt(model, state, patch);
 
+  Vector3d p_original = Vector3d::Zero();
   Matrix3d compliance = Matrix3d::Zero(), coupling = Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) {
-    const PatchPoint& corner = patch->points[patch->triangles[0][k]];
-    compliance += at_.barycentric[k] * corner.compliance_W;
-    coupling += at_.barycentric[k] * corner.coupling_W;
+    const int v = model.rest().triangles(at_.triangle, k);
+    const double weight = at_.barycentric[k];
+    const SparseRow b = VertexRow(model, v, state);
+    p_original += weight * state->tips.Released(b, state->vertices.row(v));
+    compliance += weight * state->vertex_compliances[v];
+    if (has_other) coupling += weight * state->tips.Coupling(b, 1 - tip_);
   }
+  const Vector3d further = tip.p_original_W - p_original;
   const Matrix3d G = Congruence(compliance, patch->compliance_W - C_loc_);
   const Matrix3d more_coupling = patch->coupling_W - coupling;
   for (int i = 0; i < patch->point_count; ++i) {
     PatchPoint& point = patch->points[i];
+    point.p_original_W += further;
     point.compliance_W = (G * point.compliance_W * G.transpose() + C_loc_).eval();
     point.coupling_W += more_coupling;
   }
+}
+
+// By the triangle of the contact: the lattice is smooth over it.
+void ToolContact::FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const {
+  const Points& rest = model.rest().vertices;
+  const Eigen::RowVector3i corners = model.rest().triangles.row(at_.triangle);
+  Matrix3d p_rest, p, dp;  // a corner a column; dp: by a unit of f_n
+  for (int k = 0; k < 3; ++k) {
+    p_rest.col(k) = rest.row(corners[k]);
+    p.col(k) = state->vertices.row(corners[k]);
+    dp.col(k) =
+        state->tips.Coupling(VertexRow(model, corners[k], state), tip_) * (friction_ - normal_);
+  }
+  const auto edges = [](const Matrix3d& corner) {
+    return std::pair<Vector3d, Vector3d>(corner.col(1) - corner.col(0),
+                                         corner.col(2) - corner.col(0));
+  };
+  const auto [a_rest, b_rest] = edges(p_rest);
+  const auto [a, b] = edges(p);
+  const auto [da, db] = edges(dp);
+  const Vector3d area = a.cross(b);
+  const double size = area.norm();
+  const Vector3d face_rest = a_rest.cross(b_rest);
+  if (!(size > 0) || !(face_rest.squaredNorm() > 0)) return;
+  const Vector3d n = area / size;
+  const Vector3d rate = (da.cross(b) + a.cross(db)) / size;
+  patch->tilt_W = n - face_rest.normalized();
+  patch->tilt_rate_W = rate - n.dot(rate) * n;
 }
 
 }  // namespace hpdm

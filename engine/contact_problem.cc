@@ -1,6 +1,7 @@
 #include "engine/contact_problem.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace hpdm {
 
@@ -9,9 +10,10 @@ void ContactProblem::Build(const ContactSet& contacts) {
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactSet::Row& row = contacts[i];
     if (row.kind == ContactSet::RowKind::kPress) {
-      equations_[size_++] = {i, -row.normal_W, true};
+      equations_[size_++] = {i, -row.normal_W, row.friction_W - row.normal_W, true};
     } else {
-      for (int d = 0; d < 3; ++d) equations_[size_++] = {i, Vector3d::Unit(d), false};
+      for (int d = 0; d < 3; ++d)
+        equations_[size_++] = {i, Vector3d::Unit(d), Vector3d::Unit(d), false};
     }
   }
   change_.resize(size_);
@@ -20,7 +22,7 @@ void ContactProblem::Build(const ContactSet& contacts) {
   for (int e = 0; e < size_; ++e) {
     const ContactSet::Row& row = contacts[equations_[e].row];
     change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
-    local_[e] = row.local_compliance_W * equations_[e].axis_W;
+    local_[e] = row.local_compliance_W * equations_[e].force_W;
   }
 }
 
@@ -72,10 +74,23 @@ bool ContactProblem::SolveActive() {
   // others move by one part in 1e9.
   const double pad = 1e-9 * active_compliance_.diagonal().maxCoeff();
   active_compliance_.diagonal().array() += pad;
+  if (HasFriction()) {
+    const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(active_compliance_);
+    active_forces_ = factor.solve(active_forces_).eval();
+    for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
+    return factor.matrixLU().diagonal().cwiseAbs().minCoeff() < 10 * pad;
+  }
   const Eigen::LDLT<Eigen::Ref<Matrix>> factor(active_compliance_);
   factor.solveInPlace(active_forces_);
   for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
   return factor.vectorD().minCoeff() < 10 * pad;
+}
+
+bool ContactProblem::HasFriction() const {
+  for (int e = 0; e < size_; ++e) {
+    if (equations_[e].force_W != equations_[e].axis_W) return true;
+  }
+  return false;
 }
 
 bool ContactProblem::UpdateActiveSet() {
@@ -94,7 +109,7 @@ bool ContactProblem::UpdateActiveSet() {
 void ContactProblem::WriteForces(ContactSet* contacts) const {
   for (int i = 0; i < contacts->size(); ++i) (*contacts)[i].force_W.setZero();
   for (int e = 0; e < size_; ++e) {
-    (*contacts)[equations_[e].row].force_W += forces_[e] * equations_[e].axis_W;
+    (*contacts)[equations_[e].row].force_W += forces_[e] * equations_[e].force_W;
   }
 }
 

@@ -20,7 +20,8 @@ struct RelaxationResult {
 ///     W f = change            where a contact is held (grasp),
 ///     0 <= f, W f >= change, f (W f - change) = 0   where it presses.
 /// A grasp row gives three equations along the world axes; a press one, along minus its normal,
-/// with f the pressing force f_n and `change` how deep the tool is below the point.
+/// with f the pressing force f_n and `change` how deep the tool is below the point. With
+/// friction a press's force is not along its axis, and W is not symmetric.
 /// The rows' local compliance (ContactSet::Row) adds to their points' own blocks of W.
 /// Solved by an active-set method. Sized once; deformation thread; allocates nothing.
 class ContactProblem {
@@ -30,8 +31,9 @@ class ContactProblem {
                                kMaxEquations, kMaxEquations>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEquations, 1>;
   struct Equation {
-    int row = 0;  ///< Of the contact set.
-    Vector3d axis_W = Vector3d::Zero();
+    int row = 0;                          ///< Of the contact set.
+    Vector3d axis_W = Vector3d::Zero();   ///< Along which the point moves.
+    Vector3d force_W = Vector3d::Zero();  ///< On the tissue, of f = 1.
     bool unilateral = false;
   };
 
@@ -56,11 +58,12 @@ class ContactProblem {
  private:
   void AddLocalCompliance();
   bool SolveActive();
+  bool HasFriction() const;
   bool UpdateActiveSet();
 
   int size_ = 0;
   std::array<Equation, kMaxEquations> equations_;
-  std::array<Vector3d, kMaxEquations> local_;  // C_loc axis
+  std::array<Vector3d, kMaxEquations> local_;  // C_loc force
   std::array<bool, kMaxEquations> active_{};
   std::array<int, kMaxEquations> active_list_{};
   Matrix compliance_;

@@ -15,18 +15,19 @@ namespace hpdm {
 ///
 /// A grasp row is bilateral: the point goes to `target`. A press row is unilateral: the point stays
 /// on or below the plane through `target` with the outward normal n, n . (x - target) <= 0, and the
-/// force on the tissue is -n f_n with f_n >= 0.
+/// force on the tissue is f_n (friction - n) with f_n >= 0.
 class ContactSet {
  public:
   enum class RowKind : std::uint8_t { kPress, kGrasp };
   struct Row {
     RowKind kind = RowKind::kPress;
     int tool = 0;
-    bool shaft = false;                     ///< Of the tool's shaft, not of its tip or jaws.
-    Vector3d p_rest_W = Vector3d::Zero();   ///< Rest position of the material point, m.
-    Vector3d target_W = Vector3d::Zero();   ///< m.
-    Vector3d normal_W = Vector3d::UnitZ();  ///< Outward unit normal; press only.
-    SurfaceDent dent;                       ///< What the tip does below the resolution.
+    bool shaft = false;                      ///< Of the tool's shaft, not of its tip or jaws.
+    Vector3d p_rest_W = Vector3d::Zero();    ///< Rest position of the material point, m.
+    Vector3d target_W = Vector3d::Zero();    ///< m.
+    Vector3d normal_W = Vector3d::UnitZ();   ///< Outward unit normal; press only.
+    Vector3d friction_W = Vector3d::Zero();  ///< Press: tangential force on the tissue over f_n.
+    SurfaceDent dent;                        ///< What the tip does below the resolution.
     Matrix3d local_compliance_W =
         Matrix3d::Zero();                 ///< C_loc, the dent's: added to the point's own block of
                                           ///< the compliance, m/N, symmetric.

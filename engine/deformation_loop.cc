@@ -84,7 +84,7 @@ void DeformationLoop::Collide(const ToolState& tools) {
   // No tool has a pose before the haptic loop's first tick.
   HPDM_CHECK(tools.tool_count <= static_cast<int>(contacts_.size()));
   for (int t = 0; t < tools.tool_count; ++t) {
-    contacts_[t].Follow(tools.tools[t], models_, &states_);
+    contacts_[t].Follow(tools.tools[t], tools.touches[t], models_, &states_);
   }
   Refine(tools.tool_count);
   for (int t = 0; t < tools.tool_count; ++t) {

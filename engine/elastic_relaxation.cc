@@ -106,7 +106,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     Eigen::Map<Points>(columns_.col(0).data(), U_.rows(), 3) = -gradient_;
     for (int e = 0; e < equations; ++e) {
       Eigen::Map<Points>(columns_.col(1 + e).data(), U_.rows(), 3).noalias() =
-          contacts.Weights().row(problem_[e].row).transpose() * problem_[e].axis_W.transpose();
+          contacts.Weights().row(problem_[e].row).transpose() * problem_[e].force_W.transpose();
     }
     auto columns = columns_.leftCols(1 + equations);
     factor_.SolveInPlace(columns);

@@ -30,12 +30,10 @@ class ScalarResponse final : public LatticeResponse {
     row_compliance_.noalias() = contacts.Weights() * response_.leftCols(contacts.size());
     for (int e = 0; e < problem->size(); ++e) {
       const ContactProblem::Equation& first = (*problem)[e];
-      for (int g = 0; g <= e; ++g) {
+      for (int g = 0; g < problem->size(); ++g) {
         const ContactProblem::Equation& second = (*problem)[g];
-        const double compliance =
-            row_compliance_(first.row, second.row) * first.axis_W.dot(second.axis_W);
-        problem->compliance()(e, g) = compliance;
-        problem->compliance()(g, e) = compliance;
+        problem->compliance()(e, g) =
+            row_compliance_(first.row, second.row) * first.axis_W.dot(second.force_W);
       }
     }
   }
@@ -43,7 +41,7 @@ class ScalarResponse final : public LatticeResponse {
   void Deform(const ContactProblem& problem, Points* U) const override {
     U->setZero();
     for (int e = 0; e < problem.size(); ++e) {
-      const Vector3d force = problem.forces()[e] * problem[e].axis_W;
+      const Vector3d force = problem.forces()[e] * problem[e].force_W;
       for (int d = 0; d < 3; ++d) U->col(d) += force[d] * response_.col(problem[e].row);
     }
   }
@@ -95,14 +93,14 @@ class FullResponse final : public LatticeResponse {
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {
     const int equations = problem->size();
     for (int e = 0; e < equations; ++e) {
-      const auto& [row, axis, unilateral] = (*problem)[e];
+      const auto& [row, axis, force, unilateral] = (*problem)[e];
       auto response = response_.col(e);
       response.setZero();
       for (Eigen::Index a = 0; a < n_; ++a) {
         const double weight = contacts.Weights()(row, a);
         if (weight == 0) continue;
         for (int d = 0; d < 3; ++d) {
-          if (axis[d] != 0) response += weight * axis[d] * inverse_.col(3 * a + d);
+          if (force[d] != 0) response += weight * force[d] * inverse_.col(3 * a + d);
         }
       }
     }
@@ -165,7 +163,7 @@ void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::Ma
     Vector3d moved = Vector3d::Zero();
     int at = -1;  // the equations of one contact follow each other
     for (int e = 0; e < problem->size(); ++e) {
-      const auto& [row, axis, unilateral] = (*problem)[e];
+      const auto& [row, axis, force, unilateral] = (*problem)[e];
       if (row != at) moved.noalias() = (contacts.Weights().row(row) * U).transpose();
       at = row;
       problem->compliance()(e, g) = axis.dot(moved);

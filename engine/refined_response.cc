@@ -64,10 +64,10 @@ class RefinedResponse final : public LatticeResponse {
     Follow(contacts.local);
     const int equations = problem->size();
     for (int e = 0; e < equations; ++e) {
-      const auto& [row, axis, unilateral] = (*problem)[e];
+      const auto& [row, axis, force, unilateral] = (*problem)[e];
       auto load = response_.col(e);
       for (Eigen::Index a = 0; 3 * a < load.size(); ++a) {
-        load.segment<3>(3 * a) = contacts.Weights()(row, a) * axis;
+        load.segment<3>(3 * a) = contacts.Weights()(row, a) * force;
       }
     }
     Solve(response_.leftCols(equations));

@@ -49,12 +49,12 @@ struct ToolPose {
 /// The contact of a tip as the haptic loop has it in a tick: which material point it presses and
 /// how. The step puts its own contact there, so that the two never disagree about the place.
 struct TipTouch {
-  int organ = -1;                                 ///< -1: the tip touches nothing that it knows of.
-  int triangle = -1;                              ///< Of the organ's mesh.
-  Vector3d weights = Vector3d::Zero();            ///< Barycentric in it.
-  Vector3d normal_W = Vector3d::Zero();           ///< Outward, unit.
-  Vector3d force_direction_W = Vector3d::Zero();  ///< Of the force on the tissue, over its normal
-                                                  ///< part: -normal without friction.
+  bool known = false;                      ///< False: the tick had no patch to tell from.
+  int organ = -1;                          ///< -1: the tip touches nothing.
+  int triangle = -1;                       ///< Of the organ's mesh.
+  Vector3d weights = Vector3d::Zero();     ///< Barycentric in it.
+  Vector3d normal_W = Vector3d::Zero();    ///< Outward, unit.
+  Vector3d friction_W = Vector3d::Zero();  ///< Tangential force on the tissue over the normal one.
 };
 
 /// Haptic loop -> deformation loop, latest value, every tick.
@@ -116,9 +116,10 @@ struct ToolContactState {
 };
 
 /// The surface around one tool, as the haptic loop needs it between two deformation steps: a
-/// bounded set of triangles with what Eq. 29 needs at their corners, nearest first. Beyond the
-/// set's border the haptic loop feels no contact until the next patch. The caps bound the set, so
-/// its radius shrinks with the mesh's edges: about 5 edges, 12 mm on a surface of 2.5 mm edges.
+/// bounded set of triangles with what Eq. 29 needs at their corners, nearest first. A contact that
+/// slides to the set's border stays there, and no new one is made beyond it, until the next patch.
+/// The caps bound the set, so its radius shrinks with the mesh's edges: about 5 edges, 12 mm on a
+/// surface of 2.5 mm edges.
 struct ToolPatch : ToolContactState {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
@@ -126,12 +127,11 @@ struct ToolPatch : ToolContactState {
   int triangle_count = 0;
   std::array<PatchPoint, kMaxPoints> points;
   std::array<std::array<std::uint8_t, 3>, kMaxTriangles> triangles;
+  std::array<int, kMaxTriangles> mesh_triangles{};  ///< Their numbers in the organ's mesh.
 
-  // kLattice, press: the contact's place on the released surface.
-  int contact_triangle = -1;                    ///< Among the triangles; -1: not there.
-  Vector3d contact_weights = Vector3d::Zero();  ///< Of its corners.
-  Vector3d p_tip_W = Vector3d::Zero();          ///< The tip as the step used it, m.
-  bool pressed = false;                         ///< It carried a force.
+  // kLattice, press: how the pressed surface's normal leaves the released one's.
+  Vector3d tilt_W = Vector3d::Zero();       ///< By the step's forces.
+  Vector3d tilt_rate_W = Vector3d::Zero();  ///< 1/N: more for a unit more of f_n at this tip.
 
   // Grasp: where the grasped tissue sits in the jaws; it moves rigidly with them.
   Vector3d p_grasp_T = Vector3d::Zero();  ///< m, tool frame.

@@ -11,11 +11,9 @@ namespace {
 // Rows of presses that are farther away than this would never act in one step.
 constexpr double kNear = 0.005;
 
-// m a step: how fast the contact of a still tip slips to where the dent is deepest.
-constexpr double kOwnSlip = 1e-4;
-
-// Of the way to the dented surface's normal that the contact's goes in a step.
-constexpr double kNormalShare = 0.25;
+// Cosine between the shaft's axis and the normal of what it touches, at most: a shaft that enters
+// the surface end on goes down the dent of its own tip.
+constexpr double kMostEndOn = 0.7;
 
 // Closest point to `p` among the neighbourhood's triangles as they are now.
 SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
@@ -37,9 +35,9 @@ SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertice
 
 }  // namespace
 
-void ToolContact::Follow(const ToolPose& tool, const std::vector<OrganModel>& models,
-                         std::vector<OrganState>* states) {
-  FollowTip(tool, models, states);
+void ToolContact::Follow(const ToolPose& tool, const TipTouch& touch,
+                         const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
+  FollowTip(tool, touch, models, states);
   UpdateGrasp(tool, models, states);
   p_tip_last_W_ = tool.X_WT.translation();
   jaw_last_ = tool.jaw;
@@ -61,39 +59,30 @@ bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel
   return complete;
 }
 
-void ToolContact::FollowTip(const ToolPose& tool, const std::vector<OrganModel>& models,
+void ToolContact::FollowTip(const ToolPose& tool, const TipTouch& touch,
+                            const std::vector<OrganModel>& models,
                             std::vector<OrganState>* states) {
   const Vector3d p_tip = tool.X_WT.translation();
-  if (!touching_ && grasped_count_ == 0) {
+  normal_.setZero();
+  friction_.setZero();
+  if (grasped_count_ == 0 && touch.organ >= 0) {
+    organ_ = touch.organ;
+    at_ = {touch.triangle, touch.weights};
+    normal_ = touch.normal_W;
+    friction_ = touch.friction_W;
+  } else if (grasped_count_ == 0 && (!touching_ || touch.known)) {
     if (!FindEntry(p_tip, *states) && !FindNearest(p_tip, *states)) return;
-    Recentre(models, states);
-  }
+  } else if (grasped_count_ == 0) {
+    const OrganState& state = (*states)[organ_];
+    at_ = ClosestIn(around_, state.vertices, models[organ_].rest().triangles, p_tip);
+  }  // else the contact is what the jaws hold
+  Recentre(models, states);
   const OrganModel& model = models[organ_];
-  OrganState& state = (*states)[organ_];
-  if (grasped_count_ == 0) {  // else the contact is what the jaws hold
-    const SurfacePoint closest = ClosestIn(around_, state.vertices, model.rest().triangles, p_tip);
-    at_ = touching_ ? SlipTowards(closest, p_tip - p_tip_last_W_, model) : closest;
-    Recentre(models, states);
-  }
+  const OrganState& state = (*states)[organ_];
   const Vector3d offset = p_tip - at_.Position(state.vertices, model.rest().triangles);
   const Vector3d normal =
       InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), at_);
   gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - options_.tip_radius;
-}
-
-// In a dent as narrow as the tip the closest point jumps from side to side. So the contact slips
-// over the tissue no faster than the tip's motion along the surface explains, and a little by
-// itself.
-SurfacePoint ToolContact::SlipTowards(const SurfacePoint& closest, const Vector3d& motion_W,
-                                      const OrganModel& model) const {
-  const SurfaceMesh& rest = model.rest();
-  const double along = std::abs(motion_W.dot(normal_));
-  const double across = (motion_W - motion_W.dot(normal_) * normal_).norm();
-  const double longest = 2 * across + 0.2 * along + kOwnSlip;
-  const Vector3d p = at_.Position(rest.vertices, rest.triangles);
-  const Vector3d slip = closest.Position(rest.vertices, rest.triangles) - p;
-  if (slip.norm() <= longest) return closest;
-  return ClosestIn(around_, rest.vertices, rest.triangles, p + longest / slip.norm() * slip);
 }
 
 bool ToolContact::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
@@ -180,13 +169,14 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   state.neighbourhoods.Collect(rest.vertices, at_, {.reach = dent_.resolved_radius()},
                                &resolved_around_);
   GatherKernel(rest, resolved_around_, at_, facing, dent_.resolved_radius(), &resolved_);
-  UpdateNormal(model, state);
+  if (normal_.squaredNorm() == 0) normal_ = KernelNormal(model, state);
   if (gap_ > kNear || normal_.squaredNorm() == 0) return true;
   ContactSet::Row* row = state.contacts.Add();
   if (row == nullptr) return false;
   row->tool = tool_;
-  row->p_rest_W = kernel_.Mean(rest.vertices);
+  row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
   row->normal_W = normal_;
+  row->friction_W = friction_;
   row->target_W = tool.X_WT.translation() - options_.tip_radius * normal_;
   row->dent = dent_;
   row->local_compliance_W = dent_.Compliance();
@@ -194,35 +184,30 @@ bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>
   return true;
 }
 
-// The normal of the deformed surface, which is that of the last step's dent. While the contact
-// lasts it goes there gradually, and at once as the rest surface turns: in a narrow dent the normal
-// depends so much on where the dent is that the two would chase each other.
-void ToolContact::UpdateNormal(const OrganModel& model, const OrganState& state) {
+// Of the surface as the last step left it.
+Vector3d ToolContact::KernelNormal(const OrganModel& model, const OrganState& state) const {
   Vector3d normal = Vector3d::Zero();
   for (int i = 0; i < kernel_.vertex_count; ++i) {
     normal += kernel_.weights[i] * VertexNormal(state.vertices, model.rest().triangles,
                                                 model.topology(), kernel_.vertices[i]);
   }
-  normal.stableNormalize();
-  const Vector3d rest_normal = kernel_.Mean(model.rest_normals()).stableNormalized();
-  if (touching_) {
-    const Vector3d followed = normal_ + rest_normal - rest_normal_;
-    normal = (followed + kNormalShare * (normal - followed)).stableNormalized();
-  }
-  normal_ = normal;
-  rest_normal_ = rest_normal;
+  return normal.stableNormalized();
 }
 
 bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state) {
   const SurfaceMesh& rest = model.rest();
-  // The first two diameters belong to the tip.
-  const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * options_.tip_radius);
+  // The first two diameters belong to the tip, and what is below the surface with it.
+  const double below = organ_ >= 0 ? std::max(-gap_, 0.0) : 0;
+  const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * options_.tip_radius + below);
   const SurfaceHit hit =
       state->tree.ClosestToSegment(start, tool.p_trocar_W, options_.shaft_radius);
   if (hit.at.triangle < 0) return true;
-  const Vector3d normal =
+  const Vector3d facing =
       InterpolatedNormal(state->vertices, rest.triangles, model.topology(), hit.at);
-  if (normal.squaredNorm() == 0) return true;
+  const Vector3d axis = tool.X_WT.linear().col(2);
+  const double end_on = axis.dot(facing);
+  if (facing.squaredNorm() == 0 || std::abs(end_on) > kMostEndOn) return true;
+  const Vector3d normal = (facing - end_on * axis).normalized();
   ContactSet::Row* row = state->contacts.Add();
   if (row == nullptr) return false;
   const Vector3d on_axis = start + hit.along * (tool.p_trocar_W - start);
@@ -266,7 +251,8 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
   tip_ = state.tips.AddTip();
   C_loc_ = dent_.Compliance();
   AddKernelToRow(model, state,
-                 state.tips.AddRow(C_loc_, kernel_.Mean(state.vertices), Vector3d::Zero()));
+                 state.tips.AddRow(C_loc_, at_.Position(state.vertices, model.rest().triangles),
+                                   Vector3d::Zero()));
 }
 
 void ToolContact::AddKernelToRow(const OrganModel& model, const OrganState& state,

@@ -21,12 +21,14 @@ struct ToolOptions {
 /// Follows the contact of one tool with the organs from step to step: which material point the tip
 /// presses, what the jaws hold, where the shaft touches. Deformation thread; allocates nothing.
 ///
-/// The tip's contact follows its own neighbourhood while it lasts, so a tip that has dented the
-/// tissue deeply, or a thin part, is not taken to be on the other side. A free tip that crossed the
-/// surface since the last step starts where it entered, however far it has come.
+/// The tip's contact belongs to the haptic loop (TipTouch), which follows it at its own rate. Only
+/// where that had no patch to tell from does the step find it: a tip that pressed in the last step
+/// goes on in that one's neighbourhood, so a deep press or a thin part is not taken to be on the
+/// other side. A free tip that crossed the surface since the last step starts where it entered,
+/// however far it has come.
 ///
 /// A press acts on the patch of GatherKernel() with R = max(tip radius, 1 mm) about the point
-/// under the tip, along the kernel's mean of the vertex normals.
+/// under the tip.
 class ToolContact {
  public:
   static constexpr double kReach = 0.06;         ///< m: no patch beyond this distance.
@@ -40,7 +42,7 @@ class ToolContact {
   ToolContact(int tool, const ToolOptions& options) : tool_(tool), options_(options) {}
 
   /// Finds what the tip is at and what the jaws hold.
-  void Follow(const ToolPose& tool, const std::vector<OrganModel>& models,
+  void Follow(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
               std::vector<OrganState>* states);
 
   /// The organ that the tip is at, -1 when it is at none, and where on its rest surface (m).
@@ -64,10 +66,8 @@ class ToolContact {
     Vector3d p_T = Vector3d::Zero();
   };
 
-  void FollowTip(const ToolPose& tool, const std::vector<OrganModel>& models,
+  void FollowTip(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
                  std::vector<OrganState>* states);
-  SurfacePoint SlipTowards(const SurfacePoint& closest, const Vector3d& motion_W,
-                           const OrganModel& model) const;
   bool FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   bool FindNearest(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   void Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
@@ -78,8 +78,10 @@ class ToolContact {
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
-  void UpdateNormal(const OrganModel& model, const OrganState& state);
-  void FillLatticeContact(const OrganState& state, ToolPatch* patch) const;
+  Vector3d KernelNormal(const OrganModel& model, const OrganState& state) const;
+  void FillLatticeContact(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
+  void FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
+  SparseRow VertexRow(const OrganModel& model, int vertex, OrganState* state) const;
   void FillPatchPoints(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
 
   int tool_;
@@ -88,20 +90,20 @@ class ToolContact {
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;
 
-  int organ_ = -1;                           // nearest to the tip, or in contact
-  bool touching_ = false;                    // the tip carried a force in the last step
-  SurfacePoint at_;                          // material point under the tip
-  Neighbourhood around_;                     // of at_, at rest
-  double gap_ = 0;                           // m, signed, from the tip's surface
-  KernelPatch kernel_;                       // of the press, about at_
-  Neighbourhood resolved_around_;            // at rest, as wide as the lattice resolves
-  KernelSamples resolved_;                   // with which the lattice gets it
-  SurfaceDent dent_;                         // the difference
-  Vector3d normal_ = Vector3d::Zero();       // of the press
-  Vector3d rest_normal_ = Vector3d::Zero();  // at the same place
-  Vector3d force_W_ = Vector3d::Zero();      // on the tissue, of tip or jaws in the last step
-  int tip_ = -1;                             // among the organ's tips; -1: reaction "paper"
-  Matrix3d C_loc_ = Matrix3d::Zero();        // of the press row in the last step
+  int organ_ = -1;                        // nearest to the tip, or in contact
+  bool touching_ = false;                 // the tip carried a force in the last step
+  SurfacePoint at_;                       // material point under the tip
+  Neighbourhood around_;                  // of at_, at rest
+  double gap_ = 0;                        // m, signed, from the tip's surface
+  KernelPatch kernel_;                    // of the press, about at_
+  Neighbourhood resolved_around_;         // at rest, as wide as the lattice resolves
+  KernelSamples resolved_;                // with which the lattice gets it
+  SurfaceDent dent_;                      // the difference
+  Vector3d normal_ = Vector3d::Zero();    // of the press; zero: not known yet
+  Vector3d friction_ = Vector3d::Zero();  // of the press: tangential over normal force
+  Vector3d force_W_ = Vector3d::Zero();   // on the tissue, of tip or jaws in the last step
+  int tip_ = -1;                          // among the organ's tips; -1: reaction "paper"
+  Matrix3d C_loc_ = Matrix3d::Zero();     // of the press row in the last step
   bool shaft_touches_ = false;
 
   int grasped_count_ = 0;

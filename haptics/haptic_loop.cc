@@ -25,7 +25,7 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
   for (HapticInstrument& instrument : instruments) {
     HPDM_CHECK(instrument.device != nullptr);
     instrument.guard.period = ToSeconds(period_ns);
-    Tool& tool = tools_.emplace_back(instrument);
+    Tool& tool = tools_.emplace_back(instrument, ToSeconds(period_ns));
     // Until the device answers, the tool waits at the least insertion with its jaw open.
     tool.sample.joints[kInsertion] = instrument.kinematics.limits().min_joints[kInsertion];
     tool.sample.joints[kJaw] = 1;
@@ -105,7 +105,10 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
 
 void HapticLoop::EvaluateContacts() {
   for (Tool& tool : tools_) {
-    tool.contact.Locate(tool.pose.X_WT, tool.pose.jaw, tool.instrument.tip_radius);
+    tool.contact.Locate({.X_WT = tool.pose.X_WT,
+                         .jaw = tool.pose.jaw,
+                         .tip_radius = tool.instrument.tip_radius,
+                         .friction = tool.instrument.friction});
   }
   static_assert(kMaxInstruments == 2);
   if (tools_.size() == 2) {
@@ -144,7 +147,10 @@ void HapticLoop::PublishToolState(std::uint64_t tick, Nanoseconds scheduled) {
   state.time_ns = scheduled;
   state.device_time_ns = device_time_ns_;
   state.tool_count = static_cast<int>(tools_.size());
-  for (std::size_t i = 0; i < tools_.size(); ++i) state.tools[i] = tools_[i].pose;
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    state.tools[i] = tools_[i].pose;
+    state.touches[i] = tools_[i].contact.touch();
+  }
   edges_.tool_states.Publish();
 }
 

@@ -60,7 +60,8 @@ class HapticLoop {
  private:
   // One instrument's state through the stages of a tick.
   struct Tool {
-    explicit Tool(const HapticInstrument& given) : instrument(given), guard(given.guard) {}
+    Tool(const HapticInstrument& given, double period)
+        : instrument(given), contact(period), guard(given.guard) {}
     HapticInstrument instrument;
     TipContact contact;
     ForceGuard guard;

@@ -13,22 +13,26 @@ constexpr double kNeighbourDistance = 1e10;  // m
 // step's contact problem.
 constexpr double kApart = 1e-9;
 
+// Of the force on the tissue, by f_n.
+Vector3d Direction(const LatticeTip& tip) { return tip.friction_W - tip.normal_W; }
+
 // Two presses: f >= 0, A f >= depth, f . (A f - depth) = 0.
 void SolvePresses(const LatticeTip& a, const LatticeTip& c, const Matrix3d& C_ac, double* f_a,
                   double* f_c) {
-  const double A_aa = (1 + kApart) * a.normal_W.dot(a.compliance_W * a.normal_W);
-  const double A_cc = (1 + kApart) * c.normal_W.dot(c.compliance_W * c.normal_W);
-  const double A_ac = a.normal_W.dot(C_ac * c.normal_W);
-  const double determinant = A_aa * A_cc - A_ac * A_ac;
-  *f_a = std::max(0.0, a.depth / A_aa);
-  *f_c = std::max(0.0, c.depth / A_cc);
+  const double A_aa = -(1 + kApart) * a.normal_W.dot(a.compliance_W * Direction(a));
+  const double A_cc = -(1 + kApart) * c.normal_W.dot(c.compliance_W * Direction(c));
+  const double A_ac = -a.normal_W.dot(C_ac * Direction(c));
+  const double A_ca = -c.normal_W.dot(C_ac.transpose() * Direction(a));
+  const double determinant = A_aa * A_cc - A_ac * A_ca;
+  *f_a = A_aa > 0 ? std::max(0.0, a.depth / A_aa) : 0;
+  *f_c = A_cc > 0 ? std::max(0.0, c.depth / A_cc) : 0;
   if (!(determinant > 0)) return;  // interpolated apart: each by itself
   const double both_a = (A_cc * a.depth - A_ac * c.depth) / determinant;
-  const double both_c = (A_aa * c.depth - A_ac * a.depth) / determinant;
+  const double both_c = (A_aa * c.depth - A_ca * a.depth) / determinant;
   if (both_a >= 0 && both_c >= 0) {
     *f_a = both_a;
     *f_c = both_c;
-  } else if (A_ac * *f_a >= c.depth) {
+  } else if (A_ca * *f_a >= c.depth) {
     *f_c = 0;  // a alone keeps the tissue away from c
   } else {
     *f_a = 0;
@@ -50,9 +54,9 @@ LatticeTip BesideHeld(const LatticeTip& a, const LatticeTip& c, const Matrix3d& 
 
 Vector3d TipForce(const LatticeTip& tip) noexcept {
   if (tip.holds) return tip.compliance_W.ldlt().solve(tip.p_current_W - tip.p_original_W);
-  const double compliance = tip.normal_W.dot(tip.compliance_W * tip.normal_W);
+  const double compliance = -tip.normal_W.dot(tip.compliance_W * Direction(tip));
   if (!(compliance > 0) || !(tip.depth > 0)) return Vector3d::Zero();
-  return -tip.depth / compliance * tip.normal_W;
+  return tip.depth / compliance * Direction(tip);
 }
 
 void TipForces(const LatticeTip& a, const LatticeTip& c, const Matrix3d& coupling_W,
@@ -60,8 +64,8 @@ void TipForces(const LatticeTip& a, const LatticeTip& c, const Matrix3d& couplin
   if (!a.holds && !c.holds) {
     double f_a, f_c;
     SolvePresses(a, c, coupling_W, &f_a, &f_c);
-    *force_a_W = -f_a * a.normal_W;
-    *force_c_W = -f_c * c.normal_W;
+    *force_a_W = f_a * Direction(a);
+    *force_c_W = f_c * Direction(c);
     return;
   }
   if (!c.holds) {

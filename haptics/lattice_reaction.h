@@ -14,12 +14,14 @@ struct LatticeTip {
   Matrix3d compliance_W = Matrix3d::Zero();  ///< C, m/N, symmetric positive definite.
   Vector3d p_current_W = Vector3d::Zero();   ///< Grasp: m.
   Vector3d normal_W = Vector3d::Zero();      ///< Press: outward, unit.
+  Vector3d friction_W = Vector3d::Zero();    ///< Press: tangential force on the tissue over f_n.
   double depth =
       0;  ///< Press: of the tip under the released point, n . (p_original - x_tip) + r, m.
 };
 
 /// The forces on the tissue, N, of one tip alone:
-///     press:  F = -n f_n,  f_n = max(0, depth / (n^T C n));      grasp:  F = C^-1 delta.
+///     press:  F = f_n a with a = friction - n,  f_n = max(0, depth / (-n^T C a));
+///     grasp:  F = C^-1 delta.
 /// Any thread; wait-free, no allocation.
 Vector3d TipForce(const LatticeTip& tip) noexcept;
 

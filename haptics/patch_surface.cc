@@ -11,13 +11,10 @@ namespace {
 
 constexpr double kBorderTolerance = 1e-6;  // m, sideways of the border
 constexpr double kInside = -1e-9;          // smallest weight of a point inside a triangle
-constexpr double kSameFoot = 1e-6;         // m, between the last foot and the patch
+constexpr double kSameFoot = 0.005;        // m, between a contact and a patch that goes on with it
 // Offset surface's area over the released one's: 0 at the centre of curvature, where the foot runs
-// away. A foot that is held has no reason to go so far: 0.1 is two thirds of the way down to the
-// centre of a sphere, where the foot moves three times as fast as the tip.
+// away.
 constexpr double kLeastArea = 1e-6;
-constexpr double kLeastAreaHeld = 0.1;
-constexpr double kLeastTurnCosine = 0.998;  // 3.6 degrees a search: more leads to another side
 constexpr int kMaxNewtonSteps = 12;
 constexpr int kMaxMarch = 16;
 constexpr double kLeastCosine = 0.2;  // between interpolated and face normal
@@ -62,6 +59,7 @@ void PatchSurface::Build(const ToolPatch& patch) noexcept {
     if (!usable) continue;
     const Vector3d centre = (a + b + c) / 3;
     triangles_[slot] = corners;
+    mesh_triangles_[slot] = patch.mesh_triangles[t];
     face_normals_W_[slot] = twice_area.normalized();
     centre_x_[slot] = centre.x();
     centre_y_[slot] = centre.y();
@@ -72,68 +70,121 @@ void PatchSurface::Build(const ToolPatch& patch) noexcept {
   }
 }
 
-void PatchSurface::StartAt(const Corners& corners, const Vector3d& weights) noexcept {
-  has_last_ = true;
-  p_last_W_ = Interpolated(points_W_, corners, weights);
-  normal_last_W_ = Interpolated(normals_W_, corners, weights).normalized();
-}
-
-bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) noexcept {
-  const bool found =
-      (has_last_ && FindFootFromLast(c_W, reach, foot)) || FindFootFromClosest(c_W, reach, foot);
-  has_last_ = found;
-  if (found) {
-    p_last_W_ = Interpolated(points_W_, foot->corners, foot->weights);
-    normal_last_W_ = foot->normal_W;
-  }
-  return found;
-}
-
-bool PatchSurface::FindFootFromLast(const Vector3d& c_W, double reach, SurfaceFoot* foot) const {
-  Closest start = FindClosest(p_last_W_);
-  if (start.triangle < 0 || start.distance > kSameFoot) return false;  // not in this patch
-  start.offset_W = c_W - p_last_W_;
-  start.distance = start.offset_W.norm();
-  if (FollowNormals(c_W, start, kLeastAreaHeld, foot) &&
-      foot->normal_W.dot(normal_last_W_) >= kLeastTurnCosine) {
-    return foot->gap <= reach;
-  }
-
-  // Near the centre of curvature or beyond it: the last foot holds.
-  const double gap = start.offset_W.dot(normal_last_W_);
-  const double sideways = (start.offset_W - gap * normal_last_W_).norm();
-  if (gap > reach || sideways > std::abs(gap)) return false;
-  foot->corners = triangles_[start.triangle];
-  foot->weights = start.weights;
-  foot->normal_W = normal_last_W_;
-  foot->gap = gap;
-  return true;
-}
-
-bool PatchSurface::FindFootFromClosest(const Vector3d& c_W, double reach, SurfaceFoot* foot) const {
+bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept {
   const Closest closest = FindClosest(c_W);
   if (closest.triangle < 0) return false;
 
-  const Corners& corners = triangles_[closest.triangle];
   const Vector3d& face_normal = face_normals_W_[closest.triangle];
-  Vector3d normal = Interpolated(normals_W_, corners, closest.weights);
-  // Opposed or missing vertex normals leave the face's own.
-  normal = normal.norm() > kLeastCosine ? normal.normalized() : face_normal;
+  const Vector3d normal = NormalAt(closest.triangle, closest.weights);
   const bool inside_face = closest.weights.minCoeff() > 0;
   const bool outside = closest.offset_W.dot(inside_face ? face_normal : normal) >= 0;
   if (outside && closest.distance > reach) return false;
 
-  if (FollowNormals(c_W, closest, kLeastArea, foot)) return foot->gap <= reach;
+  if (FollowNormals(c_W, closest, foot)) return foot->gap <= reach;
 
   if (IsOnBorder(closest)) {
     const Vector3d sideways = closest.offset_W - closest.offset_W.dot(face_normal) * face_normal;
     if (sideways.norm() > kBorderTolerance) return false;
   }
-  foot->corners = corners;
-  foot->weights = closest.weights;
+  Put(closest.triangle, closest.weights, foot);
   foot->gap = outside ? closest.distance : -closest.distance;
   foot->normal_W = closest.distance > kSettled ? Vector3d(closest.offset_W / foot->gap) : normal;
   return true;
+}
+
+bool PatchSurface::FindEntry(const Vector3d& a_W, const Vector3d& b_W,
+                             SurfaceFoot* foot) const noexcept {
+  const Vector3d way = b_W - a_W;
+  double earliest = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < triangle_count_; ++t) {
+    const Corners& corners = triangles_[t];
+    const Vector3d &p0 = points_W_[corners[0]], &n = face_normals_W_[t];
+    const double slope = way.dot(n);
+    if (!(slope < 0)) continue;
+    const double along = (p0 - a_W).dot(n) / slope;
+    if (!(along >= 0 && along <= 1 && along < earliest)) continue;
+    const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
+    const Vector3d offset = a_W + along * way - p0;
+    const double area = e1.cross(e2).dot(n);
+    const double w1 = offset.cross(e2).dot(n) / area, w2 = e1.cross(offset).dot(n) / area;
+    if (std::min({w1, w2, 1 - w1 - w2}) < 0) continue;
+    earliest = along;
+    Put(t, Vector3d(1 - w1 - w2, w1, w2), foot);
+    foot->gap = foot->normal_W.dot(b_W - a_W - along * way);
+  }
+  return earliest <= 1;
+}
+
+bool PatchSurface::Find(int mesh_triangle, const Vector3d& weights, const Vector3d& p_W,
+                        SurfaceFoot* foot) const noexcept {
+  for (int t = 0; t < triangle_count_ && mesh_triangle >= 0; ++t) {
+    if (mesh_triangles_[t] != mesh_triangle) continue;
+    Put(t, weights, foot);
+    return true;
+  }
+  const Closest closest = FindClosest(p_W);
+  if (closest.triangle < 0 || closest.distance > kSameFoot) return false;
+  Put(closest.triangle, closest.weights, foot);
+  return true;
+}
+
+void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
+  int triangle = foot->triangle;
+  Vector3d weights = foot->weights;
+  Vector3d left = d_W;  // of the way
+  for (int march = 0; march < kMaxMarch; ++march) {
+    const Corners& corners = triangles_[triangle];
+    const Vector3d &p0 = points_W_[corners[0]], &n = face_normals_W_[triangle];
+    const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
+    const double area = e1.cross(e2).dot(n);
+    Vector3d change(0, left.cross(e2).dot(n) / area, e1.cross(left).dot(n) / area);
+    change[0] = -change[1] - change[2];
+    // As far as the first edge that is in the way.
+    double along = 1;
+    int edge = -1;
+    for (int i = 0; i < 3; ++i) {
+      if (!(change[i] < 0) || weights[i] + along * change[i] >= 0) continue;
+      along = std::max(-weights[i] / change[i], 0.0);
+      edge = i;
+    }
+    weights += along * change;
+    if (edge < 0) break;
+    weights[edge] = 0;
+    left *= 1 - along;
+    const std::uint8_t from = corners[(edge + 1) % 3], to = corners[(edge + 2) % 3];
+    const std::uint8_t next = left_of_[to][from];
+    if (next >= triangle_count_) {  // along the border
+      const Vector3d direction = (points_W_[to] - points_W_[from]).normalized();
+      const Vector3d rest = left.dot(direction) * direction;
+      if ((left - rest).norm() < kSettled) break;  // it was already
+      left = rest;
+      continue;
+    }
+    const double w_from = weights[(edge + 1) % 3], w_to = weights[(edge + 2) % 3];
+    triangle = next;
+    for (int i = 0; i < 3; ++i) {
+      const std::uint8_t corner = triangles_[next][i];
+      weights[i] = corner == from ? w_from : corner == to ? w_to : 0;
+    }
+  }
+  weights = weights.cwiseMax(0.0);
+  Put(triangle, weights / weights.sum(), foot);
+}
+
+// All but the gap.
+void PatchSurface::Put(int triangle, const Vector3d& weights, SurfaceFoot* foot) const {
+  foot->triangle = triangle;
+  foot->mesh_triangle = mesh_triangles_[triangle];
+  foot->corners = triangles_[triangle];
+  foot->weights = weights;
+  foot->normal_W = NormalAt(triangle, weights);
+}
+
+// Opposed or missing vertex normals leave the face's own.
+Vector3d PatchSurface::NormalAt(int triangle, const Vector3d& weights) const {
+  const Vector3d normal = Interpolated(normals_W_, triangles_[triangle], weights);
+  const double length = normal.norm();
+  return length > kLeastCosine ? Vector3d(normal / length) : face_normals_W_[triangle];
 }
 
 PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
@@ -165,7 +216,7 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
   return best;
 }
 
-bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start, double least_area,
+bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
                                  SurfaceFoot* foot) const {
   int triangle = start.triangle;
   Vector3d weights = start.weights;
@@ -187,7 +238,7 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start, doub
       const Vector3d c1_c2 = c1.cross(c2);
       const double determinant = c1_c2.dot(n);
       // Positive: the offset surface has not folded over, c lies before the centre of curvature.
-      if (!(determinant > least_area * e1.cross(e2).dot(n))) return false;
+      if (!(determinant > kLeastArea * e1.cross(e2).dot(n))) return false;
       const double d1 = missing.dot(c2.cross(n)) / determinant;
       const double d2 = missing.dot(n.cross(c1)) / determinant;
       const double dt = missing.dot(c1_c2) / determinant;
@@ -206,8 +257,7 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start, doub
       const double length = n.norm();
       if (n.dot(face_normals_W_[triangle]) < kLeastCosine * length) return false;
       if (std::abs(t) * length > kMostStretch * start.distance + kSettled) return false;
-      foot->corners = corners;
-      foot->weights = weights;
+      Put(triangle, weights, foot);
       foot->normal_W = n / length;
       foot->gap = t * length;
       return true;

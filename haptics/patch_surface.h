@@ -9,35 +9,31 @@ namespace hpdm {
 
 /// Where a point stands over the surface of a patch.
 struct SurfaceFoot {
-  std::array<std::uint8_t, 3> corners = {};  ///< Indices into ToolPatch::points.
+  int triangle = -1;                         ///< Among the surface's packed triangles.
+  int mesh_triangle = -1;                    ///< Its number in the organ's mesh.
+  std::array<std::uint8_t, 3> corners = {};  ///< Its corners among ToolPatch::points.
   Vector3d weights = Vector3d::Zero();       ///< Barycentric; they sum to 1.
-  Vector3d normal_W = Vector3d::Zero();      ///< Outward, unit.
+  Vector3d normal_W = Vector3d::Zero();      ///< Outward, unit, interpolated.
   double gap = 0;                            ///< m, along the normal; negative inside.
 };
 
-/// The released surface of one ToolPatch, packed for the question of every tick: where does the
-/// tip's centre stand over it? At most 96 triangles, so the cost does not depend on the mesh.
+/// The released surface of one ToolPatch, packed for the questions of every tick: where does a free
+/// tip's centre stand over it, and where does a contact get to that slides along it? At most
+/// ToolPatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
 ///
-/// The answer is the point q whose interpolated vertex normal passes through the centre c,
+/// A free tip's foot is the point q whose interpolated vertex normal passes through the centre c,
 /// c = q + t n(q) (Phong projection: Panozzo, Baran, Diamanti, Sorkine-Hornung 2013), found by
-/// Newton's method from the closest point and marched from triangle to triangle. Neighbours
-/// share the vertex normals, so foot, normal and gap change continuously as c moves, above and
-/// below the surface. The closest point itself does not do: below a convex edge it jumps from one
-/// side to the other and the force's direction with it. Where no such q exists (missing normals, a
-/// crease, c beyond the centre of curvature) the foot is the closest point, with the sign from the
-/// triangle's own normal inside a face and from the interpolated one on edges and at vertices.
+/// Newton's method from the closest point and marched from triangle to triangle. Where no such q
+/// exists (missing normals, a crease, c beyond the centre of curvature) the foot is the closest
+/// point, with the sign from the triangle's own normal inside a face and from the interpolated one
+/// on edges and at vertices. There is no foot when the closest point lies on the patch's border (an
+/// edge of one triangle only) and c is more than 1 um sideways of it: the tip is beyond the patch.
 ///
-/// Under a sharp convex edge there are several such q, one a side, and deeper than the radius of
-/// curvature none, while the deformed tissue still presses from where the tip came in. So a tip in
-/// contact keeps its side: the search starts at the last foot until Forget is called, also in the
-/// next patch, whose released surface is the same. Where that leads nowhere near (the normal would
-/// turn by more than 3.6 degrees), the last foot and its normal hold as long as c lies within 45
-/// degrees of that normal. Otherwise the search starts at the closest point.
+/// A tip in contact has no use for the closest point, which jumps from side to side under a convex
+/// edge and lies on another side in a thin part: its contact walks along the surface.
 ///
-/// There is no foot when the closest point lies on the patch's border (an edge of one triangle
-/// only) and c is more than 1 um sideways of it: the tip is beyond the patch. Triangles without an
-/// area, with corners out of range or not finite are left out of the search, but what they join is
-/// no border.
+/// Triangles without an area, with corners out of range or not finite are left out of the search,
+/// but what they join is no border.
 ///
 /// Haptic thread; wait-free, no allocation, never throws.
 class PatchSurface {
@@ -45,15 +41,27 @@ class PatchSurface {
   /// Packs a new patch: O(triangles).
   void Build(const ToolPatch& patch) noexcept;
 
-  /// Finds the foot of c_W (m) if its gap is at most `reach` (m); false when there is none. The
-  /// next search starts from it.
-  bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) noexcept;
+  /// The foot of c_W (m) if its gap is at most `reach` (m); false when there is none.
+  bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
 
-  /// The next search starts at this point of the patch, one that is known to be under the tip.
-  void StartAt(const std::array<std::uint8_t, 3>& corners, const Vector3d& weights) noexcept;
+  /// Where the way from a_W to b_W (m) first crosses the surface from outside; false when it does
+  /// not. The gap is that of b_W.
+  bool FindEntry(const Vector3d& a_W, const Vector3d& b_W, SurfaceFoot* foot) const noexcept;
 
-  /// The next search starts at the closest point: the tip is no longer in contact.
-  void Forget() noexcept { has_last_ = false; }
+  /// The foot at a point of the surface, with c_W's gap: `mesh_triangle` is its triangle's number
+  /// in the organ's mesh, p_W the point itself, for a patch without that triangle. False when the
+  /// patch has no surface within 5 mm of p_W.
+  bool Find(int mesh_triangle, const Vector3d& weights, const Vector3d& p_W,
+            SurfaceFoot* foot) const noexcept;
+
+  /// Moves a foot along the surface by d_W (m), of which only the tangential part counts, from
+  /// triangle to triangle; at the border it stays.
+  void Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept;
+
+  /// The foot's point, m.
+  Vector3d Position(const SurfaceFoot& foot) const noexcept {
+    return Interpolated(points_W_, foot.corners, foot.weights);
+  }
 
  private:
   static constexpr int kMaxPoints = ToolPatch::kMaxPoints;
@@ -68,11 +76,9 @@ class PatchSurface {
     double distance = 0;
   };
   Closest FindClosest(const Vector3d& c_W) const;
-  bool FindFootFromLast(const Vector3d& c_W, double reach, SurfaceFoot* foot) const;
-  bool FindFootFromClosest(const Vector3d& c_W, double reach, SurfaceFoot* foot) const;
-  // `least_area`: of the offset surface at c over the released one, at every step.
-  bool FollowNormals(const Vector3d& c_W, const Closest& start, double least_area,
-                     SurfaceFoot* foot) const;
+  bool FollowNormals(const Vector3d& c_W, const Closest& start, SurfaceFoot* foot) const;
+  void Put(int triangle, const Vector3d& weights, SurfaceFoot* foot) const;
+  Vector3d NormalAt(int triangle, const Vector3d& weights) const;
   bool IsOnBorder(const Closest& closest) const;
   Vector3d Interpolated(const std::array<Vector3d, kMaxPoints>& values, const Corners& corners,
                         const Vector3d& weights) const {
@@ -80,13 +86,11 @@ class PatchSurface {
            weights[2] * values[corners[2]];
   }
 
-  bool has_last_ = false;
-  Vector3d p_last_W_ = Vector3d::Zero();  // the last foot, on the released surface
-  Vector3d normal_last_W_ = Vector3d::Zero();
   int triangle_count_ = 0;
   std::array<Vector3d, kMaxPoints> points_W_;
   std::array<Vector3d, kMaxPoints> normals_W_;  // zero where the patch gives none
   std::array<Corners, kMaxTriangles> triangles_;
+  std::array<int, kMaxTriangles> mesh_triangles_;
   std::array<Vector3d, kMaxTriangles> face_normals_W_;  // unit
   // Spheres around the triangles, to leave most of them out.
   std::array<double, kMaxTriangles> centre_x_, centre_y_, centre_z_, radius_;

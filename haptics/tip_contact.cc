@@ -1,5 +1,6 @@
 #include "haptics/tip_contact.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -8,87 +9,83 @@
 namespace hpdm {
 namespace {
 
-// A foot is followed from the step's contact to the tip's place in the first tick of a patch: in
-// stretches of 1 mm, over which it does not lose its way, as far as they go.
-constexpr double kStretch = 0.001;  // m
-constexpr int kMaxStretches = 10;
+// How far a contact slips by its tip's motion along the surface and against it. Under a convex
+// surface a press of half the radius of curvature slides twice as far as its tip.
+constexpr double kSlipAlong = 2;
+constexpr double kSlipAgainst = 0.5;
+
+// m: a tip that moves farther in a tick may have passed a wall.
+constexpr double kFarInATick = 5e-4;
+
+// Turn of the normal by tilt_rate, at most: its linear law ends there.
+constexpr double kMostTilt = 0.5;
+
+// Ticks of one patch that tell how the force was going on.
+constexpr int kTicksToExtrapolate = 3;
 
 template <class Value>
-Value AtFoot(const ToolPatch& patch, const std::array<std::uint8_t, 3>& corners,
-             const Vector3d& weights, Value PatchPoint::*member) {
-  return weights[0] * (patch.points[corners[0]].*member) +
-         weights[1] * (patch.points[corners[1]].*member) +
-         weights[2] * (patch.points[corners[2]].*member);
+Value AtFoot(const ToolPatch& patch, const SurfaceFoot& foot, Value PatchPoint::*member) {
+  return foot.weights[0] * (patch.points[foot.corners[0]].*member) +
+         foot.weights[1] * (patch.points[foot.corners[1]].*member) +
+         foot.weights[2] * (patch.points[foot.corners[2]].*member);
 }
 
 }  // namespace
 
+TipContact::TipContact(double period) : fade_(std::exp(-period / kFade)) {}
+
 void TipContact::SetPatch(const ToolPatch& patch) noexcept {
+  const bool same_organ = patch_ != nullptr && patch_->organ == patch.organ;
   patch_ = &patch;
   surface_.Build(patch);
   is_new_ = true;
-  follows_ = false;
-  p_offset_W_.setZero();
-  normal_offset_W_.setZero();
-  const int t = patch.contact_triangle;
-  if (patch.reaction != ReactionType::kLattice || t < 0 || t >= patch.triangle_count) return;
-  const auto& corners = patch.triangles[t];
-  const Vector3d& weights = patch.contact_weights;
-  const Vector3d p_W = AtFoot(patch, corners, weights, &PatchPoint::p_original_W);
-  const Vector3d normal_W =
-      AtFoot(patch, corners, weights, &PatchPoint::normal_W).stableNormalized();
-  p_offset_W_ = patch.p_original_W - p_W;
-  normal_offset_W_ = patch.normal_W - normal_W;
-  if (!patch.pressed) return;
-  follows_ = true;
-  taken_back_W_ = p_W + patch.kernel_radius * normal_W - patch.p_tip_W;
-  surface_.StartAt(corners, weights);
+  if (!touching_) return;
+  if (!same_organ || !surface_.Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_)) {
+    LoseContact();
+  }
 }
 
-void TipContact::Locate(const Isometry3d& X_WT, double jaw, double tip_radius) noexcept {
+void TipContact::ClearPatch() noexcept {
+  patch_ = nullptr;
+  LoseContact();
+}
+
+void TipContact::LoseContact() {
+  touching_ = false;
+  force_W_.setZero();
+  moved_W_.setZero();
+  friction_W_.setZero();
+}
+
+void TipContact::Locate(const TipMotion& tip) noexcept {
   result_ = {};
   in_lattice_ = false;
-  const bool grasps = patch_ != nullptr && patch_->kind == ContactKind::kGrasp && jaw <= kJawLetsGo;
-  if (patch_ == nullptr || patch_->organ < 0 || grasps) surface_.Forget();
-  if (patch_ == nullptr || patch_->organ < 0) return;
-  if (grasps) {
-    LocateGrasp(X_WT);
+  if (patch_ == nullptr || patch_->organ < 0) {
+    LoseContact();
+  } else if (patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo) {
+    LoseContact();
+    LocateGrasp(tip);
   } else {
-    LocatePress(X_WT.translation(), tip_radius);
+    LocatePress(tip);
   }
-  is_new_ = false;
+  p_tip_last_W_ = tip.X_WT.translation();
+  started_ = true;
 }
 
-ContactResult TipContact::Evaluate(const Isometry3d& X_WT, double jaw, double tip_radius) noexcept {
-  Locate(X_WT, jaw, tip_radius);
+ContactResult TipContact::Evaluate(const TipMotion& tip) noexcept {
+  Locate(tip);
   Solve(this);
   return result_;
 }
 
-void TipContact::LocatePress(const Vector3d& p_tip_W, double tip_radius) {
-  if (patch_->reaction == ReactionType::kLattice) {
-    LocateInLattice(p_tip_W, tip_radius);
-  } else {
-    PressPaper(p_tip_W, tip_radius);
-  }
-  if (result_.kind == ContactKind::kNone && !in_lattice_) LoseContact();
-}
-
-void TipContact::LoseContact() {
-  surface_.Forget();
-  follows_ = false;
-}
-
-void TipContact::LocateGrasp(const Isometry3d& X_WT) {
-  const Vector3d p_W = X_WT * patch_->p_grasp_T;
+void TipContact::LocateGrasp(const TipMotion& tip) {
+  const Vector3d p_W = tip.X_WT * patch_->p_grasp_T;
+  result_.organ = patch_->organ;
+  result_.kind = ContactKind::kGrasp;
   if (patch_->reaction == ReactionType::kPaper) {
-    result_.organ = patch_->organ;
-    result_.kind = ContactKind::kGrasp;
     result_.reaction_W = ForceOnHand(patch_->grasp_node, p_W - patch_->p_original_W);
     return;
   }
-  result_.organ = patch_->organ;
-  result_.kind = ContactKind::kGrasp;
   in_lattice_ = true;
   tip_ = {.holds = true,
           .p_original_W = patch_->p_original_W,
@@ -97,53 +94,104 @@ void TipContact::LocateGrasp(const Isometry3d& X_WT) {
   coupling_W_ = patch_->coupling_W;
 }
 
-bool TipContact::FindFoot(const Vector3d& p_tip_W, double tip_radius, SurfaceFoot* foot) {
-  if (!follows_) return surface_.FindFoot(p_tip_W, tip_radius + p_offset_W_.norm(), foot);
-  // The depth decides whether it still touches, not the gap of the tip that is taken back.
-  const double reach = tip_radius + taken_back_W_.norm() + p_offset_W_.norm();
-  const Vector3d end_W = p_tip_W + taken_back_W_;
-  if (is_new_) {
-    const Vector3d start_W = patch_->p_tip_W + taken_back_W_;
-    const Vector3d way = end_W - start_W;
-    const int stretches = std::min(kMaxStretches, static_cast<int>(way.norm() / kStretch));
-    for (int i = 1; i <= stretches; ++i) {
-      if (!surface_.FindFoot(start_W + i / (stretches + 1.0) * way, reach, foot)) break;
+void TipContact::LocatePress(const TipMotion& tip) {
+  const bool was_touching = touching_;
+  if (!was_touching && !FindContact(tip)) return;
+  touching_ = true;
+  EvaluateAtFoot(tip);
+  if (was_touching) Slide(tip);
+  p_foot_W_ = surface_.Position(foot_);
+  if (patch_->reaction == ReactionType::kPaper) {
+    if (tip_.depth > 0) {
+      PressPaper();
+    } else {
+      LoseContact();
     }
+    return;
   }
-  return surface_.FindFoot(end_W, reach, foot);
-}
-
-void TipContact::LocateInLattice(const Vector3d& p_tip_W, double tip_radius) {
-  SurfaceFoot foot;
-  if (!FindFoot(p_tip_W, tip_radius, &foot)) return;
-  const Vector3d& w = foot.weights;
-  LatticeTip tip;
-  tip.p_original_W = AtFoot(*patch_, foot.corners, w, &PatchPoint::p_original_W) + p_offset_W_;
-  tip.normal_W = (AtFoot(*patch_, foot.corners, w, &PatchPoint::normal_W).stableNormalized() +
-                  normal_offset_W_)
-                     .stableNormalized();
-  tip.depth = tip.normal_W.dot(tip.p_original_W - p_tip_W) + tip_radius;
-  tip.compliance_W = AtFoot(*patch_, foot.corners, w, &PatchPoint::compliance_W);
+  if (!was_touching) Sticks(tip);
+  tip_.friction_W = friction_W_;
   in_lattice_ = true;
-  tip_ = tip;
-  coupling_W_ = AtFoot(*patch_, foot.corners, w, &PatchPoint::coupling_W);
 }
 
-void TipContact::PressPaper(const Vector3d& p_tip_W, double tip_radius) {
-  SurfaceFoot foot;
-  if (!surface_.FindFoot(p_tip_W, tip_radius, &foot)) return;
-  const double depth = tip_radius - foot.gap;
-  if (!(depth > 0)) return;
-  result_.normal_W = foot.normal_W;
-  result_.depth = depth;
+bool TipContact::FindContact(const TipMotion& tip) {
+  const Vector3d& p_tip_W = tip.X_WT.translation();
+  if (started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick &&
+      surface_.FindEntry(p_tip_last_W_, p_tip_W, &foot_)) {
+    return true;
+  }
+  return surface_.FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius;
+}
+
+void TipContact::EvaluateAtFoot(const TipMotion& tip) {
+  tip_ = {};
+  tip_.p_original_W = AtFoot(*patch_, foot_, &PatchPoint::p_original_W);
+  tip_.normal_W = foot_.normal_W;
+  if (patch_->reaction == ReactionType::kLattice) {
+    const double more = foot_.normal_W.dot(patch_->force_on_tissue_W - force_W_);  // of f_n
+    Vector3d turn = more * patch_->tilt_rate_W;
+    turn *= std::min(1.0, kMostTilt / std::max(turn.norm(), 1e-300));
+    tip_.normal_W = (foot_.normal_W + patch_->tilt_W + turn).stableNormalized();
+    tip_.compliance_W = AtFoot(*patch_, foot_, &PatchPoint::compliance_W);
+    coupling_W_ = AtFoot(*patch_, foot_, &PatchPoint::coupling_W);
+  }
+  tip_.depth = tip_.normal_W.dot(tip_.p_original_W - tip.X_WT.translation()) + tip.tip_radius;
+}
+
+// Whether friction holds the contact where it is; sets the friction that acts.
+bool TipContact::Sticks(const TipMotion& tip) {
+  friction_W_.setZero();
+  if (!(tip.friction > 0) || patch_->reaction == ReactionType::kPaper) return false;
+  const Vector3d& n = tip_.normal_W;
+  const Vector3d target_W = tip.X_WT.translation() - tip.tip_radius * n;
+  const Vector3d hold_W = tip_.compliance_W.ldlt().solve(target_W - tip_.p_original_W - moved_W_);
+  const double pressing = -n.dot(hold_W);
+  if (!(pressing > 0)) return false;
+  const Vector3d share_W = (hold_W + pressing * n) / pressing;
+  const double share = share_W.norm();
+  friction_W_ = share > tip.friction ? Vector3d(tip.friction / share * share_W) : share_W;
+  return share <= tip.friction;
+}
+
+// x_tip - r n - x_c along the surface: how far the point that is pressed lies beside the tip, m.
+Vector3d TipContact::Beside(const TipMotion& tip) const {
+  const Vector3d& n = tip_.normal_W;
+  Vector3d offset_W = tip.X_WT.translation() - tip_.p_original_W - moved_W_;
+  if (patch_->reaction == ReactionType::kLattice) {
+    LatticeTip moved = tip_;
+    moved.friction_W = friction_W_;
+    moved.depth += n.dot(moved_W_);
+    offset_W -= tip_.compliance_W * TipForce(moved);
+  }
+  return offset_W - n.dot(offset_W) * n;
+}
+
+void TipContact::Slide(const TipMotion& tip) {
+  if (Sticks(tip)) return;
+  const Vector3d beside_W = Beside(tip);
+  const Vector3d way_W = tip.X_WT.translation() - p_tip_last_W_;
+  const double against = tip_.normal_W.dot(way_W);
+  const double longest =
+      kSlipAlong * (way_W - against * tip_.normal_W).norm() + kSlipAgainst * std::abs(against);
+  const SurfaceFoot before = foot_;
+  surface_.Walk(std::min(1.0, longest / std::max(beside_W.norm(), 1e-300)) * beside_W, &foot_);
+  EvaluateAtFoot(tip);
+  if (Beside(tip).squaredNorm() <= beside_W.squaredNorm()) return;
+  foot_ = before;
+  EvaluateAtFoot(tip);
+}
+
+void TipContact::PressPaper() {
+  result_.normal_W = tip_.normal_W;
+  result_.depth = tip_.depth;
   result_.organ = patch_->organ;
   result_.kind = ContactKind::kPress;
-  const Vector3d delta_W = -depth * foot.normal_W;
+  const Vector3d delta_W = -tip_.depth * tip_.normal_W;
   for (int i = 0; i < 3; ++i) {
     result_.reaction_W +=
-        foot.weights[i] * ForceOnHand(patch_->points[foot.corners[i]].node, delta_W);
+        foot_.weights[i] * ForceOnHand(patch_->points[foot_.corners[i]].node, delta_W);
   }
-  result_.reaction_W -= std::min(result_.reaction_W.dot(foot.normal_W), 0.0) * foot.normal_W;
+  result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
 }
 
 void TipContact::Feel(const Vector3d& force_on_tissue_W) {
@@ -152,6 +200,7 @@ void TipContact::Feel(const Vector3d& force_on_tissue_W) {
       LoseContact();
       return;
     }
+    force_W_ = force_on_tissue_W;
     result_.organ = patch_->organ;
     result_.kind = ContactKind::kPress;
     result_.normal_W = tip_.normal_W;
@@ -162,8 +211,35 @@ void TipContact::Feel(const Vector3d& force_on_tissue_W) {
   result_.reaction_W = ForceOnHand(NodeOfCompliance(tip_.compliance_W), delta_W);
 }
 
+// A patch that lasted for less than three ticks says nothing of the force's own course, and has
+// nothing to be faded in from.
+void TipContact::FadeIn() {
+  const Vector3d raw_W = result_.reaction_W;
+  if (is_new_ && ticks_of_patch_ >= kTicksToExtrapolate) {
+    offset_W_ += 2 * raw_last_W_ - raw_before_W_ - raw_W;
+  } else {
+    offset_W_ *= fade_;
+  }
+  if (is_new_) ticks_of_patch_ = 0;
+  is_new_ = false;
+  ++ticks_of_patch_;
+  raw_before_W_ = raw_last_W_;
+  raw_last_W_ = raw_W;
+  if (result_.kind == ContactKind::kNone) {
+    offset_W_.setZero();
+    return;
+  }
+  // Never more than there is of the force itself, so that it ends with it, and no pull.
+  offset_W_ *= std::min(1.0, raw_W.norm() / std::max(offset_W_.norm(), 1e-300));
+  Vector3d& felt_W = result_.reaction_W;
+  felt_W += offset_W_;
+  felt_W -= std::min(felt_W.dot(result_.normal_W), 0.0) * result_.normal_W;
+}
+
 void TipContact::Solve(TipContact* tip) noexcept {
+  tip->moved_W_.setZero();
   if (tip->in_lattice_) tip->Feel(TipForce(tip->tip_));
+  tip->FadeIn();
 }
 
 void TipContact::Solve(TipContact* a, TipContact* c) noexcept {
@@ -176,8 +252,24 @@ void TipContact::Solve(TipContact* a, TipContact* c) noexcept {
   const Matrix3d coupling_W = a->coupling_W_ + c->coupling_W_.transpose() - a->patch_->coupling_W;
   Vector3d force_a_W, force_c_W;
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
+  a->moved_W_ = coupling_W * force_c_W;
+  c->moved_W_ = coupling_W.transpose() * force_a_W;
   a->Feel(force_a_W);
   c->Feel(force_c_W);
+  a->FadeIn();
+  c->FadeIn();
+}
+
+TipTouch TipContact::touch() const noexcept {
+  TipTouch touch;
+  touch.known = patch_ != nullptr;
+  if (!touching_) return touch;
+  touch.organ = patch_->organ;
+  touch.triangle = foot_.mesh_triangle;
+  touch.weights = foot_.weights;
+  touch.normal_W = tip_.normal_W;
+  touch.friction_W = friction_W_;
+  return touch;
 }
 
 }  // namespace hpdm

@@ -25,6 +25,7 @@ inline ToolPatch PlanePatch(int size, double half_width, double k1) {
   }
   const auto add = [&](int a, int b, int c) {
     if (patch.triangle_count == ToolPatch::kMaxTriangles) return;
+    patch.mesh_triangles[patch.triangle_count] = patch.triangle_count;
     patch.triangles[patch.triangle_count++] = {
         static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b), static_cast<std::uint8_t>(c)};
   };

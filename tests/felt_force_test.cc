@@ -82,15 +82,23 @@ class Bench {
     ToolState state;
     state.tool_count = 2;
     state.tools = {a, c};
+    for (int t = 0; t < 2; ++t) state.touches[t] = contacts_[t].touch();
     loop_.Step(state, time_ns_ += 33'000'000);
     patch_.Update();
     for (int t = 0; t < 2; ++t) contacts_[t].SetPatch(patch_.Front().tools[t]);
   }
   // One tick's forces on the hands.
   void Tick(const ToolPose& a, const ToolPose& c = Away()) {
-    contacts_[0].Locate(a.X_WT, a.jaw, ToolOptions().tip_radius);
-    contacts_[1].Locate(c.X_WT, c.jaw, ToolOptions().tip_radius);
+    const auto motion = [](const ToolPose& tool) {
+      return TipMotion{.X_WT = tool.X_WT, .jaw = tool.jaw, .tip_radius = ToolOptions().tip_radius};
+    };
+    contacts_[0].Locate(motion(a));
+    contacts_[1].Locate(motion(c));
     TipContact::Solve(&contacts_[0], &contacts_[1]);
+  }
+  // Ticks until the last patch's force has faded in and the contacts are where they stay.
+  void Settle(const ToolPose& a, const ToolPose& c = Away()) {
+    for (int i = 0; i < 250; ++i) Tick(a, c);
   }
   Vector3d Hand(int t = 0) const { return contacts_[t].result().reaction_W; }
   const ToolPatch& Patch(int t = 0) { return patch_.Front().tools[t]; }
@@ -109,8 +117,11 @@ class Bench {
     for (double z = -0.004; z < depth + 1e-9; z += 0.001) {
       tool = At(top - (z - ToolOptions().tip_radius) * normal);
       Step(tool);
+      Tick(tool);
     }
-    for (int i = 0; i < 10; ++i) Step(tool);
+    Settle(tool);
+    Step(tool);
+    Settle(tool);
     return tool;
   }
 
@@ -124,6 +135,11 @@ class Bench {
   std::array<TipContact, 2> contacts_;
   Nanoseconds time_ns_ = 0;
 };
+
+// Steps and ticks of still tools until the surface's turn by the force, which the tick gets from
+// the step and the step from the tick, is the same in both: each round leaves a tenth of the
+// difference.
+constexpr int kRounds = 8;
 
 class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeasure>> {
  protected:
@@ -146,8 +162,10 @@ class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeas
 TEST_P(FeltForce, IsTheStepsOwnWhereTheToolsHaveNotMoved) {
   for (double z = 0.056; z > 0.04; z -= 0.003) {
     const ToolPose a = Bench::At({0.02, 0.01, z}), c = Bench::At({-0.01, 0.01, z + 0.002});
-    bench_.Step(a, c);
-    bench_.Tick(a, c);
+    for (int i = 0; i < kRounds; ++i) {
+      bench_.Step(a, c);
+      bench_.Settle(a, c);
+    }
     for (int t = 0; t < 2; ++t) {
       const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
       // The relaxations leave 1e-6 of the deepest contact's depth.
@@ -165,8 +183,10 @@ TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
   bench_.Step(Bench::At(top, 0), press);
   for (double lift = 0.003; lift < 0.013; lift += 0.003) {
     const ToolPose jaws = Bench::At(top + Vector3d(0.2 * lift, 0, lift), 0);
-    bench_.Step(jaws, press);
-    bench_.Tick(jaws, press);
+    for (int i = 0; i < kRounds; ++i) {
+      bench_.Step(jaws, press);
+      bench_.Settle(jaws, press);
+    }
     for (int t = 0; t < 2; ++t) {
       const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
       // As above; Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which
@@ -195,8 +215,8 @@ TEST(FeltForceOfTheLiver, MeetsTheNextStepsAsTheTipGoesDeeper) {
   const Vector3d felt = bench.Hand();
   bench.Step(deeper);
   const Vector3d force = bench.Patch().force_on_tissue_W;
-  // 2 mm of 10, in which the contact slips and turns on the dented slope: 4 % here.
-  EXPECT_LT((felt + force).norm(), 0.06 * force.norm());
+  // 2 mm of 10, in which the contact slips and the surface turns under it: by their linear laws.
+  EXPECT_LT((felt + force).norm(), 0.02 * force.norm());
 }
 
 TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
@@ -216,7 +236,6 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
     for (int i = 0; i < 2; ++i) {
       Bench& bench = i == 0 ? on_coarse : on_fine;
       const ToolPose tool = bench.PressTo(top, 0.010, normal);
-      bench.Tick(tool);
       felt[i] = bench.Hand();
       bench.Step(Bench::Away());
     }
@@ -254,9 +273,9 @@ TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
     ASSERT_GT(last.norm(), 0) << tick;
   }
   std::printf("slide: largest tick step %.4f N of %.3f N\n", largest, largest_force);
-  // A patch arrives with the contact 3.4 to 6.8 mm behind: its normal has turned by what the dent's
-  // slope and the facets' 0.2 rad make of that.
-  EXPECT_LT(largest, 0.03 * largest_force);
+  // A patch knows the compliance and the turn of the surface where the contact was 3.4 to 6.8 mm
+  // before; what it changes is faded in over 20 ticks. The facets turn by 0.2 rad, 7 mm apart.
+  EXPECT_LT(largest, 0.015 * largest_force);
 }
 
 // The row of a press is the surface's, not its triangles'.
@@ -306,9 +325,8 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
   }
   std::printf("gallbladder: largest tick step %.4f N of %.3f N\n", largest, largest_force);
   EXPECT_GT(largest_force, 0.1);
-  // A step's 1.7 mm of motion makes up to 0.1 N; the dent is as narrow as the tip, and how its
-  // walls turn the contact is felt when a patch arrives.
-  EXPECT_LT(largest, 0.2);
+  // A tick's motion of 0.05 mm makes 0.003 N at most; the rest is patches that fade in.
+  EXPECT_LT(largest, 0.03 * largest_force);
 }
 
 // The work of the felt force over a slow press is the energy that the lattice stores.
@@ -336,7 +354,7 @@ TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
     last = bench.Hand();
   }
   EXPECT_GT(work, 1e-4);
-  // The contact slips over the tissue without friction, but no faster than 0.1 mm a step.
+  // The contact slips over the tissue without friction, but no farther than its tip's motion.
   EXPECT_NEAR(work, energy(), 0.03 * work);
 }
 

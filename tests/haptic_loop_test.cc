@@ -211,8 +211,9 @@ TEST(HapticLoop, VelocitySettlesOnTheTipsOwn) {
 TEST(HapticLoop, AStoppedDeformationLoopFadesTheForceOut) {
   Bench bench;
   bench.Settle();
-  bench.device.MoveTip({0, 0, kTipRadius - 0.01});
   bench.PublishPatch();
+  bench.Tick();
+  bench.device.MoveTip({0, 0, kTipRadius - 0.01});
   double last = bench.Tick().tools[0].force_W.norm();
   ASSERT_NEAR(last, 1.2, 1e-12);
   for (int i = 0; i < 500; ++i) {

@@ -21,10 +21,14 @@ Vector3d RandomVector(HandRandom* random, double size) {
   return {random->Uniform(-size, size), random->Uniform(-size, size), random->Uniform(-size, size)};
 }
 
+TipMotion At(const Vector3d& p_tip_W, double radius = kRadius) {
+  return {.X_WT = Isometry3d(Eigen::Translation3d(p_tip_W)), .tip_radius = radius};
+}
+
 ContactResult Press(const ToolPatch& patch, const Vector3d& p_tip_W, double radius = kRadius) {
   TipContact contact;
   contact.SetPatch(patch);
-  return contact.Evaluate(Isometry3d(Eigen::Translation3d(p_tip_W)), 1, radius);
+  return contact.Evaluate(At(p_tip_W, radius));
 }
 
 bool Foot(const ToolPatch& patch, const Vector3d& p_W, SurfaceFoot* foot) {
@@ -49,6 +53,7 @@ ToolPatch Solid(bool cube, double h) {
     const Vector3d pa = patch.points[a].p_original_W, pb = patch.points[b].p_original_W,
                    pc = patch.points[c].p_original_W;
     if ((pb - pa).cross(pc - pa).dot(pa + pb + pc) < 0) std::swap(b, c);
+    patch.mesh_triangles[patch.triangle_count] = patch.triangle_count;
     patch.triangles[patch.triangle_count++] = {
         static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b), static_cast<std::uint8_t>(c)};
   };
@@ -184,8 +189,7 @@ TEST(TipContact, ForceIsContinuousWhileSliding) {
         } else {
           p.z() = kRadius - depth;
         }
-        const ContactResult result =
-            contact.Evaluate(Isometry3d(Eigen::Translation3d(p)), 1, kRadius);
+        const ContactResult result = contact.Evaluate(At(p));
         ASSERT_EQ(result.kind, ContactKind::kPress);
         if (step > 0) {
           steepest = std::max(steepest, (result.reaction_W - last).norm() / 1e-6);
@@ -294,15 +298,13 @@ TEST(TipContact, UnusableTrianglesAreLeftOutAndOpenNoBorder) {
 }
 
 // A thin part of an organ, pressed deeper than its centre of curvature: the closest point of the
-// released surface is then on the sides, and under the centre none faces the tip.
+// released surface is then on the sides, and the foot on the side of the press is no equilibrium.
 TEST(TipContact, APressThroughTheCentreOfCurvatureKeepsItsSide) {
   constexpr double kCurvature = 0.006, kStep = 1e-4;
   const ToolPatch patch = SpherePatch(7, 0.005, kCurvature, kStiffness);
   TipContact contact;
   contact.SetPatch(patch);
-  const auto press = [&](double height) {
-    return contact.Evaluate(Isometry3d(Eigen::Translation3d(2e-4, 1e-4, height)), 1, kRadius);
-  };
+  const auto press = [&](double height) { return contact.Evaluate(At({2e-4, 1e-4, height})); };
   Vector3d last = Vector3d::Zero();
   const auto expect_continuous = [&](double height) {
     const ContactResult result = press(height);
@@ -330,7 +332,7 @@ TEST(TipContact, EmptyAndDistantPatchesGiveNothing) {
   empty.organ = 0;
   EXPECT_EQ(Press(empty, {0, 0, 0}).kind, ContactKind::kNone);
   TipContact contact;  // before any patch
-  EXPECT_EQ(contact.Evaluate(Isometry3d::Identity(), 1, kRadius).kind, ContactKind::kNone);
+  EXPECT_EQ(contact.Evaluate(At(Vector3d::Zero())).kind, ContactKind::kNone);
   ToolPatch wild = PlanePatch(7, 0.03, kStiffness);
   wild.point_count = 1000;
   wild.triangle_count = 1000;
@@ -366,18 +368,19 @@ TEST(TipContact, GraspFollowsTheJawAndLetsGoWithinTheTick) {
   const Isometry3d X_WT =
       Eigen::Translation3d(0, 0, 0.02) * Eigen::AngleAxisd(0.5, Vector3d::UnitX());
 
-  const ContactResult held = contact.Evaluate(X_WT, 0.1, kRadius);
+  const ContactResult held = contact.Evaluate({.X_WT = X_WT, .jaw = 0.1, .tip_radius = kRadius});
   EXPECT_EQ(held.kind, ContactKind::kGrasp);
   const Vector3d delta = X_WT * patch.p_grasp_T - patch.p_original_W;
   EXPECT_LT((held.reaction_W + 200 * delta).norm(), 1e-14);
   EXPECT_LT(held.reaction_W.z(), 0);  // lifted tissue pulls the hand down
 
-  EXPECT_EQ(contact.Evaluate(X_WT, 0.5, kRadius).kind, ContactKind::kGrasp);
-  const ContactResult opened = contact.Evaluate(X_WT, 0.51, kRadius);
+  EXPECT_EQ(contact.Evaluate({.X_WT = X_WT, .jaw = 0.5, .tip_radius = kRadius}).kind,
+            ContactKind::kGrasp);
+  const ContactResult opened = contact.Evaluate({.X_WT = X_WT, .jaw = 0.51, .tip_radius = kRadius});
   EXPECT_EQ(opened.kind, ContactKind::kNone);
   EXPECT_EQ(opened.reaction_W, Vector3d::Zero());
   // Opened while pressed into the surface: what is left is the press.
-  EXPECT_EQ(contact.Evaluate(Isometry3d::Identity(), 1, kRadius).kind, ContactKind::kPress);
+  EXPECT_EQ(contact.Evaluate(At(Vector3d::Zero())).kind, ContactKind::kPress);
 }
 
 TEST(TipContact, DoesNotDependOnWhereTheWorldsOriginIs) {

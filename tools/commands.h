@@ -16,5 +16,6 @@ void AddReplayCommand(CLI::App& app);
 void AddSolveCommand(CLI::App& app);
 void AddChartCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
+void AddHapticsCommand(CLI::App& app);
 
 }  // namespace hpdm

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   hpdm::AddSolveCommand(app);
   hpdm::AddChartCommand(app);
   hpdm::AddBenchCommand(app);
+  hpdm::AddHapticsCommand(app);
   hpdm::AddGenerateCommand(app);
   try {
     app.parse(argc, argv);

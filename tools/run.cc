@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <iostream>
 #include <latch>
 #include <limits>
@@ -19,6 +18,7 @@
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/lockstep.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
 #include "tools/realtime_threads.h"
@@ -142,37 +142,24 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   return record;
 }
 
-// The lockstep clock: one thread, virtual time. Step j takes the tool state of tick
-// ceil(j haptic_hz / deformation_hz) and is seen patch_delay_ticks later. It is computed when it
-// becomes visible, from the state kept at its start, which gives the same result.
+// The lockstep clock: one thread, virtual time.
 RunRecord RunInLockstep(const Loops& loops) {
   RunRecord record;
   record.lockstep = true;
   const TimingOptions& timing = loops.session.scene().timing;
-  const std::uint64_t delay = timing.patch_delay_ticks;
-  const auto step_tick = [&](std::uint64_t step) {
-    return (step * timing.haptic_hz + timing.deformation_hz - 1) / timing.deformation_hz;
-  };
-  std::deque<ToolState> begun;
-  std::uint64_t steps_begun = 0;
+  Lockstep clock(timing, &loops.haptics, &loops.deformation);
   loops.session.EnableForces(true);
-  for (std::uint64_t tick = 0; tick < loops.end_tick && !record.interrupted; ++tick) {
+  while (clock.tick() < loops.end_tick && !record.interrupted) {
     // The queue holds two seconds of samples, and steps may be rarer.
-    if (tick % timing.haptic_hz == 0) loops.telemetry.Drain();
-    if (!begun.empty() && tick == begun.front().tick + delay) {
-      loops.deformation.Step(begun.front(), begun.front().time_ns);
-      begun.pop_front();
+    if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
+    if (clock.StepIfDue()) {
       ++record.deformation.ticks;
       loops.render.Frame();
       loops.telemetry.Drain();
       record.interrupted = loops.signals.WaitFor(0);
     }
-    loops.haptics.Tick(tick, static_cast<Nanoseconds>(tick) * loops.session.haptic_period_ns(), {});
+    clock.Tick();
     ++record.haptic.ticks;
-    if (tick == step_tick(steps_begun)) {
-      begun.push_back(loops.deformation.NewestTools());
-      ++steps_begun;
-    }
   }
   loops.session.EnableForces(false);
   loops.telemetry.Finish();

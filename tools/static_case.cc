@@ -63,6 +63,10 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
   try {
     const nlohmann::json json = nlohmann::json::parse(file);
     reference.compliance = json.at("compliance_m_per_N");
+    for (const nlohmann::json& load : json.value("loads", nlohmann::json::array())) {
+      const nlohmann::json& u = load.at("displacement_m");
+      reference.load_displacements.emplace_back(u.at(0), u.at(1), u.at(2));
+    }
     for (const nlohmann::json& mesh : json.at("linear")) {
       reference.linear.push_back(
           {mesh.at("nodes"), mesh.at("graded"), mesh.at("error"), mesh.at("compliance_ratio")});

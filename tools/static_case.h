@@ -34,8 +34,9 @@ struct LinearTetrahedra {
 
 /// A case's answer by quadratic tetrahedra (tests/reference/README.md).
 struct CaseReference {
-  Points displacements;   ///< V x 3, m.
-  double compliance = 0;  ///< Of the first load, m/N.
+  Points displacements;                      ///< V x 3, m.
+  double compliance = 0;                     ///< Of the first load, m/N.
+  std::vector<Vector3d> load_displacements;  ///< m, one a load (none for a pressure).
   std::vector<LinearTetrahedra> linear;
 };
 
