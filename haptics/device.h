@@ -17,6 +17,9 @@ struct DeviceLimits {
   JointVector encoder_steps = JointVector::Zero();  ///< One count of each axis; 0: continuous.
 };
 
+/// A device whose newest reading is older than this stands still as far as anyone knows.
+inline constexpr Nanoseconds kHeldAfter = 5'000'000;
+
 /// The three conditions under which a device displays force: homed, enabled, and no emergency stop
 /// since it was homed. Every Device holds one.
 ///

@@ -35,8 +35,9 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
 
 void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
                       const TickTiming& timing) noexcept {
-  ReadDevices(scheduled + timing.wake_late_ns);
-  MoveTools();
+  const Nanoseconds now = scheduled + timing.wake_late_ns;
+  ReadDevices(now);
+  MoveTools(now);
   TakePatch(scheduled);
   EvaluateContacts();
   GuardForces(scheduled);
@@ -66,18 +67,22 @@ void HapticLoop::ReadDevices(Nanoseconds now) {
   }
 }
 
-void HapticLoop::MoveTools() {
+void HapticLoop::MoveTools(Nanoseconds now) {
   for (Tool& tool : tools_) {
     const ImpulseEngineKinematics& kinematics = tool.instrument.kinematics;
     const JointVector& joints = tool.sample.joints;
     const Isometry3d X_WT = kinematics.Forward(joints);
     const double dt = ToSeconds(tool.sample.time_ns - tool.moved_ns);
+    const auto blend = [](double seconds) {
+      return 1 - std::exp(-2 * std::numbers::pi * kVelocityCutoff * seconds);
+    };
     if (!tool.sample.valid) {
       tool.pose.v_tip_W.setZero();
     } else if (tool.has_pose && dt > 0) {
       const Vector3d raw = (X_WT.translation() - tool.pose.X_WT.translation()) / dt;
-      const double blend = 1 - std::exp(-2 * std::numbers::pi * kVelocityCutoff * dt);
-      tool.pose.v_tip_W += blend * (raw - tool.pose.v_tip_W);
+      tool.pose.v_tip_W += blend(dt) * (raw - tool.pose.v_tip_W);
+    } else if (now - tool.sample.time_ns > kHeldAfter) {
+      tool.pose.v_tip_W *= 1 - blend(ToSeconds(period_ns_));
     }
     tool.has_pose |= tool.sample.valid;
     tool.moved_ns = tool.sample.time_ns;
@@ -182,6 +187,7 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
   }
   sample_.compute_ns =
       timing.clock == nullptr ? 0 : timing.clock->Now() - scheduled - timing.wake_late_ns;
+  if (edges_.link != nullptr) edges_.link->Push(sample_);
   edges_.samples.Push(sample_);
 }
 

@@ -30,7 +30,7 @@ struct HapticInstrument {
 ///
 ///     device --> [haptic loop] --ToolState--> deformation loop
 ///       ^             |  ^------ContactPatch------'
-///       '---effort----'  '--HapticSample, every tick--> telemetry loop
+///       '---effort----'  '--HapticSample, every tick--> telemetry loop, link of external devices
 ///
 /// Built on the main thread. Tick and RunRealClock belong to one thread, the haptic thread (or the
 /// only one, in lockstep); a tick is wait-free, with no allocation, lock, log, exception or system
@@ -38,11 +38,13 @@ struct HapticInstrument {
 /// (SpscQueue::Overflows).
 class HapticLoop {
  public:
-  /// What the loop is wired to: writer of tool_states, reader of patches, producer of samples.
+  /// What the loop is wired to: writer of tool_states, reader of patches, producer of samples and,
+  /// where devices are driven from outside, of the same for their link.
   struct Edges {
     TripleBuffer<ToolState>& tool_states;
     TripleBuffer<ContactPatch>& patches;
     SpscQueue<HapticSample>& samples;
+    SpscQueue<HapticSample>* link = nullptr;
   };
 
   /// At most kMaxInstruments, in the order of the tools in every snapshot. period_ns > 0.
@@ -76,7 +78,7 @@ class HapticLoop {
   };
 
   void ReadDevices(Nanoseconds now);
-  void MoveTools();
+  void MoveTools(Nanoseconds now);
   void TakePatch(Nanoseconds scheduled);
   void EvaluateContacts();
   void GuardForces(Nanoseconds scheduled);

@@ -47,6 +47,16 @@ struct HandOptions {
   double tremor = 1e-4;            ///< m, amplitude at 8-12 Hz.
 };
 
+/// A recorded motion that moves the instrument (trace_file.h, trace_device.h).
+struct TraceOptions {
+  std::string file;                      ///< Path; empty: the scene names none.
+  double scale = 1;                      ///< m per unit of the file's px, py, pz.
+  Matrix3d R_WF = Matrix3d::Identity();  ///< From the file's axes to the world's.
+  std::optional<Vector3d> position;      ///< m, of the file's origin; absent: fitted so that the
+                                         ///< deepest row lies as deep as the hand means to press.
+  double speed = 1;                      ///< Times as fast as recorded.
+};
+
 struct InstrumentOptions {
   std::string name;
   InstrumentType type = InstrumentType::kProbe;
@@ -60,6 +70,7 @@ struct InstrumentOptions {
   double k2 = 10;   ///< N/m, Eq. 29 ("paper").
   DeviceProfile device;
   HandOptions hand;
+  TraceOptions trace;
 };
 
 }  // namespace hpdm

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <thread>
 
@@ -23,18 +22,6 @@ constexpr Nanoseconds kSamplePatience = kNanosecondsPerSecond / 2;
 // While the haptic loop stands still, older ones are replaced before a tick can use them.
 constexpr std::size_t kMaxWaiting = 1024;
 
-std::unique_ptr<lcm::LCM> ConnectLive() {
-  const char* variable = std::getenv("LCM_DEFAULT_URL");
-  const std::string url = variable != nullptr && *variable != '\0' ? variable : kLocalUrl;
-  auto live = std::make_unique<lcm::LCM>(url);
-  if (!live->good()) {
-    throw MachineError("--live: LCM cannot open " + url +
-                       ": set LCM_DEFAULT_URL, or give the machine a multicast route "
-                       "(ip route add 239.255.76.67 dev lo)");
-  }
-  return live;
-}
-
 std::string Joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
@@ -54,9 +41,10 @@ TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSam
       steps_(steps),
       scenes_(scenes),
       options_(options),
-      live_(options.live ? ConnectLive() : nullptr),
+      live_(options.live ? Connect(NetworkUrl(), "--live") : nullptr),
       log_(log_path, options.epoch_us),
-      statistics_(options.haptic_period) {
+      statistics_(options.haptic_period),
+      instruments_(info.instruments) {
   if (!options.timeline_path.empty()) {
     timeline_.emplace(options.timeline_path, options.timeline_interval, info.instruments);
   }
@@ -142,9 +130,27 @@ void TelemetryLoop::HandleSample(const HapticSample& sample) {
   Send(kToolChannel, sample.time_ns, tool_);
   ToMessage(sample, &force_);
   ++force_.sequence;
-  Send(kForceChannel, sample.time_ns, force_);
+  Send(kForceChannel, sample.time_ns, force_, !options_.forces_linked);
+  ReportDevices(sample);
   if (timeline_) timeline_->Add(sample);
   if (sample.patch_number > 0) ResolveVisible(sample.patch_number, sample.patch_tick);
+}
+
+void TelemetryLoop::ReportDevices(const HapticSample& sample) {
+  for (std::size_t i = 0; i < instruments_.size() && static_cast<int>(i) < sample.tool_count; ++i) {
+    const bool lost = !sample.tools[i].device_valid;
+    if (lost == device_lost_[i]) continue;
+    device_lost_[i] = lost;
+    if (lost) {
+      AddEvent(EventSeverity::kWarning, "device.lost",
+               instruments_[i] +
+                   ": its device gives no usable pose; the last one stands and the "
+                   "force fades out");
+    } else {
+      AddEvent(EventSeverity::kInfo, "device.back",
+               instruments_[i] + ": its device gives poses; the force comes in");
+    }
+  }
 }
 
 void TelemetryLoop::HandleStep(const StepSample& sample) {
@@ -248,10 +254,11 @@ void TelemetryLoop::ReportLogFailure() {
 }
 
 template <typename Message>
-void TelemetryLoop::Send(const char* channel, Nanoseconds time, const Message& message) {
+void TelemetryLoop::Send(const char* channel, Nanoseconds time, const Message& message,
+                         bool publish) {
   const std::span<const std::uint8_t> bytes = EncodeMessage(message, &buffer_);
   log_.Write(channel, time, bytes);
-  Publish(channel, bytes);
+  if (publish) Publish(channel, bytes);
 }
 
 void TelemetryLoop::Publish(const char* channel, std::span<const std::uint8_t> bytes) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
 #include "lcmtypes/mesh_codec.h"
+#include "lcmtypes/network.h"
 #include "lcmtypes/session_statistics.h"
 #include "lcmtypes/timeline.h"
 
@@ -25,17 +27,15 @@ class LCM;
 namespace hpdm {
 
 struct TelemetryOptions {
-  bool live = false;          ///< Publish over LCM too: on LCM_DEFAULT_URL, or else kLocalUrl.
-  std::int64_t epoch_us = 0;  ///< Wall time of the session's start, microseconds since 1970, for
-                              ///< the log's time stamps; 0 in the lockstep clock.
-  std::string timeline_path;  ///< Of timeline.csv; empty: none.
+  bool live = false;           ///< Publish over LCM too, on NetworkUrl().
+  bool forces_linked = false;  ///< A DeviceLink publishes HPDM_FORCE: here it is only logged.
+  std::int64_t epoch_us = 0;   ///< Wall time of the session's start, microseconds since 1970, for
+                               ///< the log's time stamps; 0 in the lockstep clock.
+  std::string timeline_path;   ///< Of timeline.csv; empty: none.
   Nanoseconds timeline_interval = 10'000'000;           ///< 100 Hz.
   Nanoseconds haptic_period = 1'000'000;                ///< 1 / haptic_hz.
   Nanoseconds mesh_repeat = 3 * kNanosecondsPerSecond;  ///< Between two live repeats.
 };
-
-/// LCM's default multicast group, kept on this machine.
-inline constexpr char kLocalUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 
 /// What a session is made of, by index.
 struct SessionInfo {
@@ -101,6 +101,7 @@ class TelemetryLoop {
 
  private:
   void HandleSample(const HapticSample& sample);
+  void ReportDevices(const HapticSample& sample);
   void HandleStep(const StepSample& step);
   void HandleShapes(const SceneSnapshot& scene);
   void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);
@@ -110,7 +111,7 @@ class TelemetryLoop {
   void PublishMeshPart();
   void ReportLogFailure();
   template <typename Message>
-  void Send(const char* channel, Nanoseconds time, const Message& message);
+  void Send(const char* channel, Nanoseconds time, const Message& message, bool publish = true);
   void Publish(const char* channel, std::span<const std::uint8_t> bytes);
 
   SpscQueue<HapticSample>* samples_;
@@ -125,6 +126,8 @@ class TelemetryLoop {
   bool finished_ = false;
   bool log_failure_reported_ = false;
   std::uint64_t overflows_reported_ = 0;
+  std::vector<std::string> instruments_;
+  std::array<bool, kMaxInstruments> device_lost_{};
   std::uint64_t live_messages_ = 0;
   std::uint64_t live_errors_ = 0;
 

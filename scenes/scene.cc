@@ -70,6 +70,15 @@ void RequireOrgan(const TableReader& table, std::string_view key, const std::str
   table.Fail(key, "is not the name of an organ", "the scene's organs are " + names);
 }
 
+void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rotation) {
+  Vector3d degrees;
+  if (!table.ReadVector(key, Interval::Within(360, "degrees"), &degrees)) return;
+  const Eigen::AngleAxisd about_x(Radians(degrees.x()), Vector3d::UnitX());
+  const Eigen::AngleAxisd about_y(Radians(degrees.y()), Vector3d::UnitY());
+  const Eigen::AngleAxisd about_z(Radians(degrees.z()), Vector3d::UnitZ());
+  *rotation = (about_z * about_y * about_x).toRotationMatrix();
+}
+
 Scene ReadScene(const TomlDocument& document) {
   Scene scene;
   scene.path = document.path;

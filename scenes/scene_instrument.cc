@@ -74,6 +74,18 @@ HandOptions ReadHand(const TableReader& table, InstrumentType type,
   return hand;
 }
 
+TraceOptions ReadTrace(const TableReader& table) {
+  TraceOptions trace;
+  table.ReadFile("file", &trace.file);
+  table.ReadNumber("scale", Interval::Positive(1000, "m per unit of the file"), &trace.scale);
+  ReadRotation(table, "rotation_deg", &trace.R_WF);
+  Vector3d position = Vector3d::Zero();
+  if (table.ReadVector("position", kCoordinate, &position)) trace.position = position;
+  table.ReadNumber("speed", {.min = 0.01, .max = 100, .unit = "times as fast as recorded"},
+                   &trace.speed);
+  return trace;
+}
+
 }  // namespace
 
 InstrumentOptions ReadInstrument(const TableReader& table,
@@ -112,6 +124,7 @@ InstrumentOptions ReadInstrument(const TableReader& table,
   if (const auto hand = table.Table("hand", kHandKeys)) {
     instrument.hand = ReadHand(*hand, instrument.type, organs);
   }
+  if (const auto trace = table.Table("trace", kTraceKeys)) instrument.trace = ReadTrace(*trace);
   return instrument;
 }
 

@@ -29,8 +29,8 @@ inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
 inline constexpr std::string_view kSphereKeys[] = {"centre", "radius"};
 
 inline constexpr std::string_view kInstrumentKeys[] = {
-    "name",     "type",     "trocar", "mesh", "tip_radius", "shaft_radius",
-    "friction", "reaction", "k1",     "k2",   "device",     "hand"};
+    "name",     "type", "trocar", "mesh",   "tip_radius", "shaft_radius", "friction",
+    "reaction", "k1",   "k2",     "device", "hand",       "trace"};
 inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "mass",
                                                    "rotational_inertia",
@@ -49,6 +49,9 @@ inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "max_insertion"};
 inline constexpr std::string_view kHandKeys[] = {
     "script", "seed", "organ", "target", "depth", "speed", "stiffness", "damping", "tremor"};
+
+inline constexpr std::string_view kTraceKeys[] = {"file", "scale", "rotation_deg", "position",
+                                                  "speed"};
 
 inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radius",
                                                  "force", "displacement", "pressure",
@@ -77,6 +80,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"instrument", kInstrumentKeys},
     {"instrument.device", kDeviceKeys},
     {"instrument.hand", kHandKeys},
+    {"instrument.trace", kTraceKeys},
     {"load", kLoadKeys},
     {"load.box", kBoxKeys},
     {"load.box_fraction", kBoxKeys},

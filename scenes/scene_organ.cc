@@ -30,14 +30,12 @@ void ReadUnit(const TableReader& table, double* unit_m) {
 }
 
 Isometry3d ReadPose(const TableReader& table) {
-  Vector3d position = Vector3d::Zero(), rotation_deg = Vector3d::Zero();
+  Vector3d position = Vector3d::Zero();
+  Matrix3d rotation = Matrix3d::Identity();
   table.ReadVector("position", kCoordinate, &position);
-  table.ReadVector("rotation_deg", Interval::Within(360, "degrees"), &rotation_deg);
-  const Eigen::AngleAxisd about_x(Radians(rotation_deg.x()), Vector3d::UnitX());
-  const Eigen::AngleAxisd about_y(Radians(rotation_deg.y()), Vector3d::UnitY());
-  const Eigen::AngleAxisd about_z(Radians(rotation_deg.z()), Vector3d::UnitZ());
+  ReadRotation(table, "rotation_deg", &rotation);
   Isometry3d X_WO = Isometry3d::Identity();
-  X_WO.linear() = (about_z * about_y * about_x).toRotationMatrix();
+  X_WO.linear() = rotation;
   X_WO.translation() = position;
   return X_WO;
 }

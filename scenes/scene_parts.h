@@ -17,6 +17,9 @@ inline constexpr Interval kCoordinate = Interval::Within(kMaxCoordinate, "m");
 
 inline double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
+/// Reads angles about x, y and z in degrees: R = Rz Ry Rx, about the world's x axis first.
+void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rotation);
+
 /// The whole form, features of later versions included: LoadScene without RefuseNotYet.
 Scene ReadScene(const TomlDocument& document);
 

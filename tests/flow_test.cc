@@ -17,6 +17,7 @@
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
 #include "render/egl_context.h"
+#include "tests/network_namespace.h"
 
 namespace hpdm {
 namespace {
@@ -271,6 +272,93 @@ trocar = [-0.06, -0.12, 0.15]
   EXPECT_GT(ReadTicks(folder_ / "s" / "session.lcmlog").grasping, 500u);
 }
 
+// Recorded two-arm teleoperation in robot coordinates: fitted to the organ, each arm presses it.
+TEST_F(Flow, RecordedArmsPressTheLiverAndTheSessionLastsAsLongAsTheyDo) {
+  SKIP_WITHOUT_EGL();
+  const fs::path left = kSharedData / "traces" / "desk_taurus_S10_T1_left.csv";
+  const fs::path right = kSharedData / "traces" / "desk_taurus_S10_T1_right.csv";
+  if (!fs::exists(left)) GTEST_SKIP() << "shared test data is absent: " << left;
+  std::ofstream(folder_ / "arms.toml") << "[[organ]]\nname = \"liver\"\nmesh = \""
+                                       << (kSource / "scenes" / "meshes" / "liver_274.obj").string()
+                                       << R"("
+  [[organ.support]]
+  box_fraction = { min = [0.0, 0.67, 0.0], max = [1.0, 1.0, 1.0] }
+  fixed = true
+[[instrument]]
+name = "left"
+trocar = [0.08, -0.12, 0.16]
+  [instrument.trace]
+  file = ")" << left.string() << R"("
+  speed = 4
+[[instrument]]
+name = "right"
+type = "grasper"
+trocar = [-0.04, -0.12, 0.16]
+  [instrument.trace]
+  speed = 4
+)";
+  const std::string device = " --device right=trace:" + right.string();
+  const Outcome check = Hpdm("check --json " + Folder("arms.toml"));
+  ASSERT_EQ(check.exit_code, 0) << check.err;
+  const Json instruments = Json::parse(check.out)["instruments"];
+  EXPECT_EQ(instruments[0]["device"], "trace:" + left.string());
+  EXPECT_EQ(instruments[1]["device"], "sim");
+
+  const Outcome outcome = Hpdm("run " + Folder("arms.toml") + device +
+                               " --clock lockstep --fps 0 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  // 28.827648 s at four times the speed; the last tick begins at or before its end.
+  EXPECT_EQ(summary["haptic"]["ticks"], 7207);
+  ASSERT_EQ(summary["tools"].size(), 2u);
+  for (const Json& tool : summary["tools"]) {
+    EXPECT_GT(tool["contact_time_s"], 0.5) << tool;
+    EXPECT_GT(tool["peak_force_N"], 0.1) << tool;
+  }
+  for (const Json& remark : summary["remarks"]) {
+    if (remark.get<std::string>().find("plays") == std::string::npos) continue;
+    EXPECT_NE(remark.get<std::string>().find("1 gap, the longest of 1.66 s"), std::string::npos);
+    EXPECT_EQ(remark.get<std::string>().find("out of the device's reach"), std::string::npos);
+  }
+}
+
+// The example driver as a user starts it, against the real clock, in a network of its own.
+TEST_F(Flow, AnExternalDriverMovesTheProbeAndIsMissedWhenItGoes) {
+  SKIP_WITHOUT_EGL();
+  const std::string enter = NetworkNamespaceCommand();
+  if (enter.empty()) GTEST_SKIP() << "network namespaces are refused here";
+  std::ofstream(folder_ / "session.sh")
+      << "ip link set lo up; ip link set lo multicast on; ip route add 239.255.76.67 dev lo\n"
+      << "unset LCM_DEFAULT_URL\n"
+      << kProgram.string() << " run " << kScene << " --device lcm --seconds 4 --fps 0 --json --out "
+      << Folder("s") << " & session=$!\n"
+      << (kProgram.parent_path() / "hpdm_example_driver").string()
+      << " & driver=$!\n"
+      // Two seconds of log, or half a minute of patience.
+      << "for i in $(seq 300); do sleep 0.1; [ -n \"$(find " << Folder("s")
+      << "/session.lcmlog -size +1000k 2>/dev/null)\" ] && break; done\n"
+      << "kill $driver; wait $session\n";
+  ASSERT_EQ(std::system((enter + " sh " + Folder("session.sh") + " >" + Folder("out") + " 2>" +
+                         Folder("err"))
+                            .c_str()),
+            0)
+      << ReadFile(folder_ / "err");
+  const Json summary = Json::parse(ReadFile(folder_ / "s" / "summary.json"));
+  const Json& link = summary["device_link"];
+  EXPECT_GT(link["received"], 500) << "of a driver of 1 kHz";
+  EXPECT_EQ(link["refused"], 0);
+  EXPECT_EQ(link["sent"].get<long>() + link["overflows"].get<long>(), summary["haptic"]["ticks"]);
+  std::vector<std::string> events;
+  LogReader reader((folder_ / "s" / "session.lcmlog").string());
+  event_t message;
+  for (LogEvent event; reader.Next(&event);) {
+    if (event.channel != kEventChannel || !DecodeMessage(event.data, &message)) continue;
+    if (message.name.starts_with("device.")) events.push_back(message.name);
+  }
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back(), "device.lost");
+}
+
 TEST_F(Flow, SameSessionRunsOnAnotherLiverByMeshUnitAndPose) {
   SKIP_WITHOUT_EGL();
   const fs::path mesh = kSharedData / "organs" / "sofa_liver-smooth.obj";
@@ -328,6 +416,9 @@ TEST_F(Flow, BadInputIsOneLineAndExitTwo) {
   for (const std::string& arguments :
        {std::string(), std::string("fly"), "run " + missing, "check " + missing, "check " + typo,
         "inspect " + Folder("missing.obj"), "run " + kScene + " --device piano",
+        "run " + kScene + " --device nobody=sim", "run " + kScene + " --device trace:" + missing,
+        "run " + kScene + " --device trace:" + typo,
+        "run " + kScene + " --device lcm --clock lockstep --seconds 1",
         "run " + kScene + " --clock lockstep",
         "run " + kScene + " --size wide --out " + Folder("x"), "run " + kScene + " --window",
         "generate nothing --out " + Folder("g")}) {

@@ -143,6 +143,12 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
        "instrument[0].hand.script", "needs an instrument with jaws", "type = \"grasper\""},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\nhand.seed=-1", "7:11", "instrument[0].hand.seed",
        "out of range (-1)", "from 0 to 4294967295"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ntrace.file='no.csv'", "7:12",
+       "instrument[0].trace.file", "there is no such file (\"no.csv\")", "scene's folder"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ntrace.speed=0", "7:13",
+       "instrument[0].trace.speed", "out of range (0)", "at least 0.01 and at most 100"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ntrace.scale=-1", "7:13",
+       "instrument[0].trace.scale", "out of range (-1)", "above 0"},
       // timing and view
       {"[timing]\nhaptic_hz=0", "5:11", "timing.haptic_hz", "out of range (0)", "from 100"},
       {"[timing]\npatch_delay_ticks=0", "5:19", "timing.patch_delay_ticks", "(0)", "from 1"},

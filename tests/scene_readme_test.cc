@@ -47,6 +47,9 @@ std::string Dump(const Scene& scene) {
     if (h.target) out << h.target->transpose();
     out << ' ' << h.depth << ' ' << h.speed << ' ' << h.stiffness << ' ' << h.damping << ' '
         << h.tremor << '\n';
+    out << i.trace.file << ' ' << i.trace.scale << '\n' << i.trace.R_WF << '\n';
+    if (i.trace.position) out << i.trace.position->transpose();
+    out << ' ' << i.trace.speed << '\n';
   }
   const LaparoscopeOptions& l = scene.laparoscope;
   out << l.p_scope_W.transpose() << ' ' << l.p_target_W.transpose() << ' ' << l.angle << ' '
@@ -114,6 +117,7 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   written += kInstrument + defaults("instrument");
   written += "[instrument.device]\n" + defaults("instrument.device");
   written += "[instrument.hand]\n" + defaults("instrument.hand");
+  written += "[instrument.trace]\n" + defaults("instrument.trace");
   written += "[laparoscope]\n" + defaults("laparoscope");
   EXPECT_EQ(Dump(Load(written)), Dump(Load(kOrgan + kInstrument))) << written;
   while (!readme.empty()) {

@@ -233,6 +233,22 @@ TEST_F(SceneTest, EveryHandScriptIsRead) {
   }
 }
 
+TEST_F(SceneTest, ATracesPlaceIsReadAndIsFittedUnlessGiven) {
+  folder_.Write("r.csv", "");
+  const Scene scene = Load(kOrgan + kInstrument +
+                           "trace={file='r.csv',scale=0.001,rotation_deg=[0,0,90],"
+                           "position=[0.1,0.2,0.3],speed=2}\n" +
+                           "[[instrument]]\nname='q'\ntrocar=[0,0,1]\n");
+  const TraceOptions& trace = scene.instruments[0].trace;
+  EXPECT_EQ(trace.file, (folder_.path() / "r.csv").string());
+  EXPECT_EQ(trace.scale, 0.001);
+  EXPECT_LT((trace.R_WF * Vector3d::UnitX() - Vector3d::UnitY()).norm(), 1e-15);
+  EXPECT_EQ(trace.position, Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(trace.speed, 2);
+  EXPECT_EQ(scene.instruments[1].trace.file, "");
+  EXPECT_EQ(scene.instruments[1].trace.position, std::nullopt);
+}
+
 TEST_F(SceneTest, PatchDelayIsOneStepUnlessGiven) {
   EXPECT_EQ(Load(kOrgan).timing.patch_delay_ticks, 34);
   EXPECT_EQ(Load(kOrgan + "[timing]\n").timing.patch_delay_ticks, 34);

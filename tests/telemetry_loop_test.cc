@@ -396,6 +396,33 @@ TEST(TelemetryLoop, AFolderThatDoesNotExistIsAnInputError) {
                InputError);
 }
 
+TEST(TelemetryLoop, ADeviceThatIsLostAndComesBackIsTwoEventsAtTheirTicks) {
+  const ScratchFolder folder;
+  {
+    SpscQueue<HapticSample> samples(1024);
+    StepEdges edges;
+    TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", {},
+                            TwoProbesAndALiver());
+    for (std::uint64_t tick = 0; tick < 300; ++tick) {
+      HapticSample sample = Sample(tick, 0);
+      sample.tools[1].device_valid = tick < 100 || tick >= 250;
+      samples.Push(sample);
+    }
+  }
+  std::vector<event_t> devices;
+  const LogContents log = ReadLog(folder / "session.lcmlog");
+  for (const event_t& event : log.events) {
+    if (event.name.starts_with("device.")) devices.push_back(event);
+  }
+  ASSERT_EQ(devices.size(), 2u);
+  EXPECT_EQ(devices[0].name, "device.lost");
+  EXPECT_EQ(devices[0].time_ns, 100 * kPeriod);
+  EXPECT_EQ(devices[0].severity, event_t::WARNING);
+  EXPECT_TRUE(devices[0].text.starts_with("right: "));
+  EXPECT_EQ(devices[1].name, "device.back");
+  EXPECT_EQ(devices[1].time_ns, 250 * kPeriod);
+}
+
 int OpenSockets() {
   int sockets = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
@@ -529,6 +556,20 @@ TEST(TelemetryLoop, LivePublishesEveryMessageAndRepeatsTheMesh) {
     std::string error;
     EXPECT_TRUE(JoinMesh({&receiver.meshes[repeat * parts], parts}, &organ, &error)) << error;
   }
+  // A link to an external driver publishes the forces itself: nobody hears them twice.
+  options.forces_linked = true;
+  {
+    TelemetryLoop linked(&samples, &scenes, folder / "linked.lcmlog", options,
+                         TwoProbesAndALiver());
+    receiver = {};
+    for (std::uint64_t tick = 0; tick < 50; ++tick) samples.Push(Sample(tick, 0));
+  }
+  while (lcm.handleTimeout(200) > 0) {
+  }
+  EXPECT_EQ(receiver.last_sequence[kToolChannel], 50);
+  EXPECT_EQ(receiver.last_sequence.count(kForceChannel), 0u);
+  EXPECT_EQ(ReadLog(folder / "linked.lcmlog").ticks.size(), 50u);
+
   // The log holds the mesh once and everything else as it was published.
   const LogContents log = ReadLog(folder / "session.lcmlog");
   EXPECT_EQ(log.meshes.size(), parts);

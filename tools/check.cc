@@ -98,8 +98,9 @@ void Check(const std::string& scene, bool as_json) {
   Json facts = {
       {"scene", session.scene().name}, {"organs", Json::array()}, {"instruments", Json::array()}};
   for (const OrganModel& organ : session.organs()) facts["organs"].push_back(OrganFacts(organ));
-  for (const InstrumentOptions& instrument : session.scene().instruments) {
-    facts["instruments"].push_back(instrument.name);
+  for (std::size_t i = 0; i < session.scene().instruments.size(); ++i) {
+    facts["instruments"].push_back({{"name", session.scene().instruments[i].name},
+                                    {"device", session.device_choices()[i].Text()}});
   }
   facts["remarks"] = session.remarks();
   if (as_json) {
@@ -108,8 +109,9 @@ void Check(const std::string& scene, bool as_json) {
   }
   std::cout << facts["scene"].get<std::string>() << ": sound\n";
   for (const Json& organ : facts["organs"]) PrintOrgan(organ);
-  for (const Json& name : facts["instruments"]) {
-    std::printf("instrument %s\n", name.get<std::string>().c_str());
+  for (const Json& instrument : facts["instruments"]) {
+    std::printf("instrument %s: device %s\n", instrument["name"].get<std::string>().c_str(),
+                instrument["device"].get<std::string>().c_str());
   }
   for (const Json& remark : facts["remarks"]) {
     std::printf("note: %s\n", remark.get<std::string>().c_str());

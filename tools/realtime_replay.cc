@@ -2,10 +2,12 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <latch>
 #include <memory>
 #include <stop_token>
 #include <thread>
+#include <utility>
 
 #include "engine/session_clock.h"
 #include "haptics/device.h"
@@ -84,68 +86,64 @@ class TraceTickDevice : public Device {
   std::size_t next_ = 0;  // after the sample that counts now
 };
 
-// Takes the ticks as they come and sets them against the log.
+// Takes the ticks as they come.
 class Meter {
  public:
-  Meter(const std::vector<TraceTick>& trace, RealtimeReplay* replay)
-      : trace_(trace), replay_(*replay) {}
+  // `trace`: what to compare the forces with, or null.
+  Meter(Nanoseconds period, const std::vector<TraceTick>* trace)
+      : statistics_(period), trace_(trace) {}
 
   void Drain(SpscQueue<HapticSample>* samples) {
     for (HapticSample sample; samples->Pop(&sample);) Add(sample);
   }
-  void Finish() {
-    for (int t = 0; t < replay_.tool_count; ++t) replay_.forces[t] = forces_.Of(t);
+  void Report(RealtimeReplay* replay) const {
+    replay->session = statistics_.Summary();
+    replay->period = period_;
+    replay->compared = compared_;
+    for (int t = 0; t < kMaxInstruments; ++t) replay->forces[t] = forces_.Of(t);
   }
 
  private:
   void Add(const HapticSample& sample) {
+    statistics_.Add(sample);
     const Nanoseconds woke = sample.time_ns + sample.wake_late_ns;
-    if (last_woke_ > 0) replay_.period.Add(woke - last_woke_);
+    if (last_woke_ > 0) period_.Add(woke - last_woke_);
     last_woke_ = woke;
-    replay_.wake_late.Add(sample.wake_late_ns);
-    replay_.compute.Add(sample.compute_ns);
-    if (sample.patch_number > 0) replay_.patch_age.Add(sample.patch_age_ns);
-    while (next_ < trace_.size() && trace_[next_].tick < sample.tick) ++next_;
-    if (next_ == trace_.size() || trace_[next_].tick != sample.tick || !trace_[next_].has_output) {
-      return;
-    }
-    HapticSample logged;
-    logged.tool_count = sample.tool_count;
-    for (int t = 0; t < sample.tool_count; ++t) {
-      logged.tools[t].force_W = trace_[next_].tools[t].force_W;
-    }
-    forces_.Add(logged, sample);
-    ++replay_.compared;
+    if (trace_ != nullptr) Compare(sample);
   }
 
-  const std::vector<TraceTick>& trace_;
-  RealtimeReplay& replay_;
+  void Compare(const HapticSample& sample) {
+    while (next_ < trace_->size() && (*trace_)[next_].tick < sample.tick) ++next_;
+    if (next_ == trace_->size()) return;
+    const TraceTick& tick = (*trace_)[next_];
+    if (tick.tick != sample.tick || !tick.has_output) return;
+    HapticSample logged;
+    logged.tool_count = sample.tool_count;
+    for (int t = 0; t < sample.tool_count; ++t) logged.tools[t].force_W = tick.tools[t].force_W;
+    forces_.Add(logged, sample);
+    ++compared_;
+  }
+
+  SessionStatistics statistics_;
+  const std::vector<TraceTick>* trace_;
+  Histogram period_;
   ForceDifferences forces_;
+  std::uint64_t compared_ = 0;
   std::size_t next_ = 0;
   Nanoseconds last_woke_ = 0;
 };
 
-}  // namespace
-
 // As in a session (run.cc), but that nothing is drawn or written:
 //
-//     log -> haptic (1 kHz) --ToolState--> deformation (30 Hz)
-//               |  ^------ContactPatch--------'
-//               '---HapticSample queue--> this thread: latencies, forces
-RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session) {
-  RequireSameScene(log, *session);
-  const std::vector<TraceTick> trace = ReadTrace(log.path());
-  std::vector<HapticInstrument> instruments = session->HapticInstruments();
-  std::vector<std::unique_ptr<TraceTickDevice>> devices;
-  for (HapticInstrument& instrument : instruments) {
-    devices.push_back(std::make_unique<TraceTickDevice>(trace, static_cast<int>(devices.size()),
-                                                        session->haptic_period_ns(),
-                                                        instrument.device->limits()));
-    instrument.device = devices.back().get();
-  }
-
+//     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz)
+//                  |  ^------ContactPatch--------'
+//                  '---HapticSample queue--> this thread: the meter
+//
+// `started` is called on the haptic thread with the session time of tick 0.
+RealtimeReplay Play(std::vector<HapticInstrument> instruments, std::uint64_t ticks,
+                    const std::function<void(Nanoseconds)>& started, Meter* meter,
+                    Session* session) {
   RealtimeReplay replay;
-  replay.tool_count = static_cast<int>(instruments.size());
   const SessionClock clock;
   HapticLoop haptics(std::move(instruments), session->haptic_period_ns(),
                      {session->tool_states, session->patches, session->samples});
@@ -155,7 +153,6 @@ RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session) {
       [&clock] { return clock.Now(); });
   RealtimeReport haptic_report, deformation_report;
   const RealtimeReport process = RequestRealtime(ProcessRealtime());
-  Meter meter(trace, &replay);
   std::latch start(2);
   std::stop_source over;
   {
@@ -175,21 +172,48 @@ RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session) {
       start.arrive_and_wait();
       RealLoopClock loop_clock(clock);
       const Nanoseconds begin = clock.Now();
-      for (const auto& device : devices) device->Start(begin);
-      replay.haptic = haptics.RunRealClock(stop, loop_clock, begin, trace.back().tick + 1);
+      started(begin);
+      replay.haptic = haptics.RunRealClock(stop, loop_clock, begin, ticks);
       over.request_stop();
     });
     while (!over.stop_requested()) {
-      meter.Drain(&session->samples);
+      meter->Drain(&session->samples);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
   }  // joins
-  meter.Drain(&session->samples);
-  meter.Finish();
+  meter->Drain(&session->samples);
+  meter->Report(&replay);
   replay.overflows = session->samples.Overflows();
   replay.realtime = {
       {"process", process}, {"haptic", haptic_report}, {"deformation", deformation_report}};
   return replay;
+}
+
+}  // namespace
+
+RealtimeReplay PlayInRealTime(std::uint64_t ticks, Session* session) {
+  Meter meter(session->haptic_period_ns(), nullptr);
+  session->EnableForces(true);
+  return Play(
+      session->HapticInstruments(), ticks, [](Nanoseconds) {}, &meter, session);
+}
+
+RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session) {
+  RequireSameScene(log, *session);
+  const std::vector<TraceTick> trace = ReadTrace(log.path());
+  std::vector<HapticInstrument> instruments = session->HapticInstruments();
+  std::vector<std::unique_ptr<TraceTickDevice>> devices;
+  for (HapticInstrument& instrument : instruments) {
+    devices.push_back(std::make_unique<TraceTickDevice>(trace, static_cast<int>(devices.size()),
+                                                        session->haptic_period_ns(),
+                                                        instrument.device->limits()));
+    instrument.device = devices.back().get();
+  }
+  Meter meter(session->haptic_period_ns(), &trace);
+  const auto start_devices = [&devices](Nanoseconds begin) {
+    for (const auto& device : devices) device->Start(begin);
+  };
+  return Play(std::move(instruments), trace.back().tick + 1, start_devices, &meter, session);
 }
 
 }  // namespace hpdm

@@ -7,6 +7,7 @@
 #include <latch>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <thread>
 
@@ -14,6 +15,8 @@
 #include "engine/loop_schedule.h"
 #include "engine/realtime.h"
 #include "engine/session_clock.h"
+#include "lcmtypes/device_link.h"
+#include "lcmtypes/network.h"
 #include "render/egl_context.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
@@ -36,7 +39,7 @@ struct RunOptions {
   double frames_per_second = 2;
   std::string size = "640x480";
   std::string clock = "real";
-  std::string device = "sim";
+  std::vector<std::string> devices;
   bool headless = false;
   bool window = false;
   bool live = false;
@@ -85,6 +88,7 @@ struct Loops {
   DeformationLoop& deformation;
   RenderLoop& render;
   TelemetryLoop& telemetry;
+  DeviceLink* link;  // null without external devices
   const StopSignals& signals;
   std::uint64_t end_tick;
 };
@@ -95,6 +99,8 @@ struct Loops {
 //        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
 //        '-effort-'  '---HapticSample queue, every tick------------------------^
 //                                   StepSample queue, every step ---------------'
+//
+// External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample --> HPDM_FORCE.
 //
 // The two loops with a deadline start together, once each has asked for its real-time state. The
 // haptic thread ends the session at its last tick; the telemetry ends last, so that it drains
@@ -107,6 +113,19 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   std::latch start(2);
   std::stop_source over;
 
+  std::jthread receive_thread, send_thread;
+  if (loops.link != nullptr) {
+    RealtimeOptions realtime;
+    realtime.fifo_priority = DeviceLink::kPriority;
+    receive_thread = std::jthread([&, realtime](std::stop_token stop) {
+      RequestRealtime(realtime);
+      loops.link->Receive(stop);
+    });
+    send_thread = std::jthread([&, realtime](std::stop_token stop) {
+      RequestRealtime(realtime);
+      loops.link->Send(stop);
+    });
+  }
   std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
   std::jthread render_thread([&](std::stop_token stop) { loops.render.Run(stop); });
   std::jthread deformation_thread([&](std::stop_token stop) {
@@ -132,11 +151,13 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   while (!over.stop_requested() && !record.interrupted) {
     record.interrupted = loops.signals.WaitFor(20'000'000);
   }
-  for (std::jthread* thread :
-       {&haptic_thread, &deformation_thread, &render_thread, &telemetry_thread}) {
+  for (std::jthread* thread : {&haptic_thread, &deformation_thread, &render_thread,
+                               &telemetry_thread, &receive_thread, &send_thread}) {
+    if (!thread->joinable()) continue;
     thread->request_stop();
     thread->join();
   }
+  if (loops.link != nullptr) record.link = loops.link->Summary();
   loops.session.EnableForces(false);
   record.realtime = {{"process", process}, {"haptic", haptic}, {"deformation", deformation}};
   return record;
@@ -181,6 +202,7 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const Session& se
                                     const SessionFolder& folder) {
   TelemetryOptions telemetry;
   telemetry.live = options.live;
+  telemetry.forces_linked = session.HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
   telemetry.haptic_period = session.haptic_period_ns();
   if (!options.Lockstep()) {
@@ -195,23 +217,37 @@ void WritePicture(const Image& image, const SessionFolder& folder, const std::st
   if (image.width > 0) WritePng(folder.File(name), image);
 }
 
+void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& devices) {
+  bool ends = options.seconds > 0 || !devices.empty();
+  for (const DeviceChoice& device : devices) {
+    if (device.type == DeviceChoice::Type::kLcm) {
+      throw InputError("--clock lockstep: an external driver lives in real time; use --clock real");
+    }
+    ends &= options.seconds > 0 || device.type == DeviceChoice::Type::kTrace;
+  }
+  if (!ends) throw InputError("--clock lockstep: its length is missing; add --seconds N");
+}
+
 void Run(const RunOptions& options) {
   if (options.window) {
     throw InputError("--window: this version draws without a window; leave it out");
   }
-  if (options.device != "sim") {
-    throw InputError("--device " + options.device +
-                     ": this version has the simulated device only; use --device sim");
-  }
-  if (options.Lockstep() && options.seconds <= 0) {
-    throw InputError("--clock lockstep: its length is missing; add --seconds N");
-  }
   const StopSignals signals;  // before any thread
-  Session session(LoadScene(options.scene));
+  Scene scene = LoadScene(options.scene);
+  std::vector<DeviceChoice> devices = ChooseDevices(options.devices, scene.instruments);
+  if (options.Lockstep()) CheckLockstep(options, devices);
+  Session session(std::move(scene), std::move(devices));
+  const double seconds = options.seconds > 0 ? options.seconds : ToSeconds(session.trace_length());
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
   EglContext();  // a machine that cannot draw says so before the session starts
   if (options.require_realtime) RequireRealtime();
+  const SessionClock clock;
+  std::optional<DeviceLink> link;
+  if (session.HasExternalDevice()) {
+    link.emplace(NetworkUrl(), clock,
+                 DeviceLink::Edges{session.external_readings, session.external_forces});
+  }
   const SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene());
@@ -220,11 +256,11 @@ void Run(const RunOptions& options) {
     render_options.frame_fps = options.frames_per_second;
   }
 
-  const SessionClock clock;
   std::function<Nanoseconds()> stopwatch;
   if (!options.Lockstep()) stopwatch = [&clock] { return clock.Now(); };
   HapticLoop haptics(session.HapticInstruments(), session.haptic_period_ns(),
-                     {session.tool_states, session.patches, session.samples});
+                     {session.tool_states, session.patches, session.samples,
+                      session.HasExternalDevice() ? &session.external_forces : nullptr});
   DeformationLoop deformation(
       session.organs(), session.DeformationTools(),
       {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes,
@@ -237,10 +273,11 @@ void Run(const RunOptions& options) {
                           folder.File("session.lcmlog"),
                           TelemetryOptionsOf(options, session, folder), session.Info());
   const std::uint64_t end_tick =
-      options.seconds > 0 ? static_cast<std::uint64_t>(
-                                std::llround(options.seconds * session.scene().timing.haptic_hz))
-                          : std::numeric_limits<std::uint64_t>::max();
-  const Loops loops{session, haptics, deformation, render, telemetry, signals, end_tick};
+      seconds > 0
+          ? static_cast<std::uint64_t>(std::llround(seconds * session.scene().timing.haptic_hz))
+          : std::numeric_limits<std::uint64_t>::max();
+  const Loops loops{session, haptics, deformation, render, telemetry, link ? &*link : nullptr,
+                    signals, end_tick};
   const RunRecord record = options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, clock);
 
   // A disk that fills up must not cost the summary: it is told after it.
@@ -274,7 +311,8 @@ void AddRunCommand(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* run = app.add_subcommand("run", "Run a session of a scene");
   run->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
-  run->add_option("--seconds", options->seconds, "Length; without it, until SIGINT or SIGTERM")
+  run->add_option("--seconds", options->seconds,
+                  "Length; without it, until SIGINT or SIGTERM, or the end of the traces")
       ->check(CLI::Range(0.001, 1e6));
   run->add_option("--out", options->out, "Session folder to make [out/session_N]");
   run->add_flag("--headless", options->headless, "Draw without a window (always, for now)");
@@ -287,8 +325,9 @@ void AddRunCommand(CLI::App& app) {
   run->add_option("--clock", options->clock, "real, or lockstep: one thread, virtual time")
       ->check(CLI::IsMember({"real", "lockstep"}))
       ->capture_default_str();
-  run->add_option("--device", options->device, "Device that moves the instruments: sim")
-      ->capture_default_str();
+  run->add_option("--device", options->devices,
+                  "What moves the instruments: sim, trace:FILE (CSV) or lcm (an external driver); "
+                  "NAME=... for one of them; repeatable [the scene's trace, or sim]");
   run->add_flag("--live", options->live,
                 "Publish over LCM too (LCM_DEFAULT_URL, or this machine's multicast)");
   run->add_flag("--require-rt", options->require_realtime,

@@ -50,12 +50,21 @@ Json ToolsToJson(const Session& session, const SessionSummary& summary) {
   for (int t = 0; t < summary.tool_count; ++t) {
     const ToolSummary& tool = summary.tools[t];
     tools.push_back({{"name", session.scene().instruments[t].name},
+                     {"device", session.device_choices()[t].Text()},
                      {"peak_force_N", tool.peak_force},
                      {"mean_force_N", tool.mean_force},
                      {"contact_time_s", tool.contact_time},
                      {"deepest_press_m", tool.deepest_press}});
   }
   return tools;
+}
+
+Json LinkToJson(const DeviceLinkSummary& link) {
+  return {{"received", link.received},
+          {"refused", link.refused},
+          {"sent", link.sent},
+          {"send_errors", link.send_errors},
+          {"overflows", link.overflows}};
 }
 
 Json RealtimeToJson(const RunRecord& record) {
@@ -105,6 +114,7 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                     {"ticks_lost", telemetry.queue_overflows},
                     {"steps_lost", telemetry.step_overflows},
                     {"failure", telemetry.log.Explain()}};
+  if (record.link) summary["device_link"] = LinkToJson(*record.link);
   summary["realtime"] = RealtimeToJson(record);
   summary["remarks"] = session.remarks();
   return summary;
@@ -149,6 +159,12 @@ std::string ReadableSummary(const Json& summary) {
                static_cast<double>(log["bytes"].get<long>()) / 1e6, log["ticks_lost"].get<long>());
   const std::string failure = log["failure"];
   if (!failure.empty()) text += "log: " + failure + "\n";
+  if (summary.contains("device_link")) {
+    const Json& link = summary["device_link"];
+    text +=
+        Line("device link: %ld readings received, %ld refused, %ld forces sent\n",
+             link["received"].get<long>(), link["refused"].get<long>(), link["sent"].get<long>());
+  }
   for (const auto& [thread, lines] : summary["realtime"].items()) {
     for (const Json& line : lines) text += thread + ": " + line.get<std::string>() + "\n";
   }

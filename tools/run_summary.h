@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "engine/histogram.h"
 #include "engine/loop_schedule.h"
 #include "engine/realtime.h"
+#include "lcmtypes/device_link.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "tools/session.h"
@@ -21,6 +23,7 @@ struct RunRecord {
   TickCount haptic;
   TickCount deformation;
   Histogram deformation_wake_late;                               ///< ns; real clock only.
+  std::optional<DeviceLinkSummary> link;                         ///< With external devices.
   std::vector<std::pair<std::string, RealtimeReport>> realtime;  ///< By thread.
 };
 

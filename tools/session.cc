@@ -1,18 +1,64 @@
 #include "tools/session.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
+#include "engine/check.h"
 #include "engine/error.h"
 #include "engine/mesh_import.h"
+#include "haptics/external_device.h"
 #include "haptics/sim_device.h"
+#include "haptics/trace_device.h"
 
 namespace hpdm {
+namespace {
 
-Session::Session(Scene scene)
+// What playing a trace will be like, one line.
+std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
+                        const TraceMapping& mapping, const TraceDevice& device, bool fitted) {
+  char text[256];
+  std::snprintf(text, sizeof text, "plays %.1f s, %zu rows", ToSeconds(device.duration()),
+                file.rows.size());
+  std::string remark = text;
+  if (file.place == TracePlace::kTip) {
+    const Vector3d& p = mapping.position_W;
+    std::snprintf(text, sizeof text,
+                  " (%zu places), up to %.3f m/s, file's origin at [%.4f, %.4f, %.4f]%s",
+                  motion.places().size(), mapping.speed * mapping.scale * motion.fastest(), p.x(),
+                  p.y(), p.z(), fitted ? " (fitted)" : "");
+    remark += text;
+  } else if (file.place == TracePlace::kNone) {
+    remark += ", the tip stands still";
+  }
+  if (const TraceMotion::Gaps gaps = motion.gaps(); gaps.count > 0) {
+    std::snprintf(text, sizeof text, "; %zu gap%s, the longest of %.2f s, bridged by a smooth move",
+                  gaps.count, gaps.count == 1 ? "" : "s", ToSeconds(gaps.longest_ns));
+    remark += text;
+  }
+  if (const double share = device.ClampedShare(); share > 0) {
+    std::snprintf(text, sizeof text,
+                  "; %.2g %% of the rows are out of the device's reach and clamped: move it by "
+                  "instrument.trace",
+                  100 * share);
+    remark += text;
+  }
+  for (std::size_t i = 0; i < file.unread_columns.size(); ++i) {
+    remark += (i == 0 ? "; not read: " : ", ") + file.unread_columns[i];
+  }
+  return remark + " [" + file.path + "]";
+}
+
+}  // namespace
+
+Session::Session(Scene scene, std::vector<DeviceChoice> devices)
     : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
       steps(2 * static_cast<std::size_t>(scene.timing.deformation_hz)),
-      scene_(std::move(scene)) {
+      external_forces(64),
+      scene_(std::move(scene)),
+      choices_(std::move(devices)) {
+  HPDM_CHECK(choices_.size() == scene_.instruments.size());
+  ReadTraces();
   BuildOrgans();
   BuildInstruments();
   const int tools = static_cast<int>(scene_.instruments.size());
@@ -20,6 +66,14 @@ Session::Session(Scene scene)
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
   telemetry_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, false));
+}
+
+// Before what takes longer, so that a bad trace is told at once.
+void Session::ReadTraces() {
+  for (const DeviceChoice& choice : choices_) {
+    traces_.push_back(choice.type == DeviceChoice::Type::kTrace ? ReadTraceFile(choice.trace)
+                                                                : TraceFile());
+  }
 }
 
 void Session::BuildOrgans() {
@@ -45,7 +99,9 @@ void Session::BuildInstruments() {
     const HandSite site = SiteOf(instrument);
     kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                              instrument.device);
-    if (!kinematics_.back().Inverse(site.p_target_W, 0, 1).reachable) {
+    const std::size_t index = kinematics_.size() - 1;
+    if (choices_[index].type == DeviceChoice::Type::kSim &&
+        !kinematics_.back().Inverse(site.p_target_W, 0, 1).reachable) {
       const double distance = (site.p_target_W - instrument.p_trocar_W).norm();
       char text[160];
       std::snprintf(text, sizeof text,
@@ -55,9 +111,52 @@ void Session::BuildInstruments() {
                     1000 * instrument.device.max_insertion);
       remarks_.push_back("instrument \"" + instrument.name + "\"" + text);
     }
-    devices_.push_back(std::make_unique<SimDevice>(instrument.device, kinematics_.back(),
-                                                   SimulatedHand(instrument.hand, site)));
+    devices_.push_back(BuildDevice(index, site));
   }
+  for (const DeviceChoice& choice : choices_) {
+    if (choice.type != DeviceChoice::Type::kTrace) trace_length_ = 0;
+  }
+}
+
+std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandSite& site) {
+  const InstrumentOptions& options = scene_.instruments[instrument];
+  switch (choices_[instrument].type) {
+    case DeviceChoice::Type::kTrace:
+      return BuildTraceDevice(instrument, site);
+    case DeviceChoice::Type::kLcm: {
+      auto device = std::make_unique<ExternalDevice>(kinematics_[instrument].limits());
+      external_readings[instrument] = &device->readings();
+      return device;
+    }
+    case DeviceChoice::Type::kSim:
+      break;
+  }
+  return std::make_unique<SimDevice>(options.device, kinematics_[instrument],
+                                     SimulatedHand(options.hand, site));
+}
+
+std::unique_ptr<Device> Session::BuildTraceDevice(std::size_t instrument, const HandSite& site) {
+  const InstrumentOptions& options = scene_.instruments[instrument];
+  const TraceFile& file = traces_[instrument];
+  const TraceMotion motion(file.rows);
+  TraceMapping mapping{.scale = options.trace.scale,
+                       .R_WF = options.trace.R_WF,
+                       .position_W = options.trace.position.value_or(Vector3d::Zero()),
+                       .speed = options.trace.speed};
+  if (!options.trace.position) {
+    mapping = Fitted(mapping, motion, site.p_target_W - options.hand.depth * site.normal_W,
+                     site.normal_W);
+  }
+  auto device = std::make_unique<TraceDevice>(file, motion, mapping, kinematics_[instrument]);
+  trace_length_ = std::max(trace_length_, device->duration());
+  remarks_.push_back("instrument \"" + options.name +
+                     "\": " + TraceRemark(file, motion, mapping, *device, !options.trace.position));
+  return device;
+}
+
+bool Session::HasExternalDevice() const {
+  return std::any_of(external_readings.begin(), external_readings.end(),
+                     [](const auto* readings) { return readings != nullptr; });
 }
 
 // Where a hand goes when the scene does not say: where the line from its trocar to the middle of

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,9 +12,11 @@
 #include "engine/triple_buffer.h"
 #include "haptics/hand_script.h"
 #include "haptics/haptic_loop.h"
+#include "haptics/trace_file.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "scenes/scene.h"
+#include "tools/device_choice.h"
 
 namespace hpdm {
 
@@ -22,11 +25,17 @@ namespace hpdm {
 /// command that runs them, which is where the threads are wired. Main thread.
 class Session {
  public:
-  /// Builds what `scene` says. Throws InputError.
-  explicit Session(Scene scene);
+  /// Builds what `scene` says, with its own devices. Throws InputError.
+  explicit Session(const Scene& scene) : Session(scene, ChooseDevices({}, scene.instruments)) {}
+  /// The same with a chosen device for each instrument.
+  Session(Scene scene, std::vector<DeviceChoice> devices);
 
   const Scene& scene() const { return scene_; }
   const std::vector<OrganModel>& organs() const { return organs_; }
+  /// What moves each instrument.
+  const std::vector<DeviceChoice>& device_choices() const { return choices_; }
+  /// Length of the longest trace when every instrument plays one, else 0.
+  Nanoseconds trace_length() const { return trace_length_; }
   /// Repairs of the meshes and things that are probably not meant, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -42,25 +51,35 @@ class Session {
   std::vector<InstrumentView> InstrumentViews() const;
   SessionInfo Info() const;
 
-  // The edges. Two seconds of samples and steps fit the queues: a telemetry thread that a disk holds up for
-  // less loses nothing.
+  // The edges. Two seconds of samples and steps fit the queues: a telemetry thread that a disk
+  // holds up for less loses nothing.
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render_scenes;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_scenes;
   SpscQueue<HapticSample> samples;
   SpscQueue<StepSample> steps;
+  /// Of the instruments that are driven from outside, null for the others; and the forces for them.
+  std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> external_readings{};
+  SpscQueue<HapticSample> external_forces;
+  bool HasExternalDevice() const;
 
  private:
+  void ReadTraces();
   void BuildOrgans();
   void BuildInstruments();
+  std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
+  std::unique_ptr<Device> BuildTraceDevice(std::size_t instrument, const HandSite& site);
   HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
   std::vector<OrganModel> organs_;
   std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
   std::vector<ImpulseEngineKinematics> kinematics_;
+  std::vector<DeviceChoice> choices_;
+  std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none
   std::vector<std::unique_ptr<Device>> devices_;
+  Nanoseconds trace_length_ = 0;
   std::vector<std::string> remarks_;
 };
 

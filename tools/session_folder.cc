@@ -27,7 +27,9 @@ SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& sce
   const std::filesystem::path scene_folder = scene.path.parent_path();
   for (const OrganOptions& organ : scene.organs) CopyFile(organ.mesh, scene_folder);
   for (const InstrumentOptions& instrument : scene.instruments) {
-    if (!instrument.mesh.empty()) CopyFile(instrument.mesh, scene_folder);
+    for (const std::string& file : {instrument.mesh, instrument.trace.file}) {
+      if (!file.empty()) CopyFile(file, scene_folder);
+    }
   }
 }
 

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+namespace lcm {
+class LCM;
+}
+
+namespace hpdm {
+
+/// LCM's default multicast group, kept on this machine.
+inline constexpr char kLocalUrl[] = "udpm://239.255.76.67:7667?ttl=0";
+
+/// Where a session speaks LCM: LCM_DEFAULT_URL, or else kLocalUrl.
+std::string NetworkUrl();
+
+/// Opens `url` for `option` ("--live"). Throws MachineError where no network lets it.
+std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& option);
+
+/// The error of a network that lacks, for what `option` asked for.
+[[noreturn]] void FailToConnect(const std::string& url, const std::string& option);
+
+}  // namespace hpdm
