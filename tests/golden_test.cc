@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(Sessions, Golden,
                                          Case{"tap", 300, 13, ContactKind::kPress},
                                          Case{"grasp_pull", 500, 14, ContactKind::kGrasp},
                                          Case{"two_tools", 300, 15, ContactKind::kPress}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& golden) { return std::string(golden.param.name); });
 
 }  // namespace
 }  // namespace hpdm

@@ -559,7 +559,7 @@ TEST(TelemetryLoop, LivePublishesEveryMessageAndRepeatsTheMesh) {
   // A link to an external driver publishes the forces itself: nobody hears them twice.
   options.forces_linked = true;
   {
-    TelemetryLoop linked(&samples, &scenes, folder / "linked.lcmlog", options,
+    TelemetryLoop linked(&samples, &edges.steps, &edges.scenes, folder / "linked.lcmlog", options,
                          TwoProbesAndALiver());
     receiver = {};
     for (std::uint64_t tick = 0; tick < 50; ++tick) samples.Push(Sample(tick, 0));
