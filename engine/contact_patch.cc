@@ -1,5 +1,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "engine/tool_contact.h"
@@ -44,23 +45,27 @@ Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
 
 }  // namespace
 
-void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
-                            std::vector<OrganState>* states, ToolPatch* patch) const {
+void ToolContact::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel>& models,
+                            std::vector<OrganState>* states, ToolPatch* patch) {
   static_cast<ToolContactState&>(*patch) = {};
   patch->organ = organ_;
   patch->point_count = 0;
   patch->triangle_count = 0;
   patch->tilt_W.setZero();
   patch->tilt_rate_W.setZero();
-  patch->contact_W = tool.X_WT.translation();
+  patch->contact_W = tool_W.X_WT.translation();
+  patch->motion = {};
   patch->shaft_contact = shaft_touches_;
   if (organ_ < 0) return;
 
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
+  const ToolPose tool = SeenFrom(state, tool_W);
   const Triangles& triangles = model.rest().triangles;
+  patch->motion = model.options().motion;
   patch->kind = grasped_count_ > 0 ? ContactKind::kGrasp : ContactKind::kPress;
   patch->force_on_tissue_W = force_W_;
+  Prefetch(tool, model, &state);
   FillPatchPoints(model, &state, patch);
   if (tip_ >= 0) {
     FillLatticeContact(model, &state, patch);
@@ -77,15 +82,34 @@ void ToolContact::FillPatch(const ToolPose& tool, const std::vector<OrganModel>&
   patch->p_grasp_T = grasped_[0].p_T;
 }
 
+// Around where the tip will be, but with the contact well inside.
+void ToolContact::Prefetch(const ToolPose& tool, const OrganModel& model, OrganState* state) {
+  const SurfaceMesh& rest = model.rest();
+  const Vector3d p = at_.Position(rest.vertices, rest.triangles);
+  double reach2 = 0;
+  for (int i = 0; i < around_.count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d corner = rest.vertices.row(rest.triangles(around_.triangles[i], k));
+      reach2 = std::max(reach2, (corner - p).squaredNorm());
+    }
+  }
+  Vector3d ahead = kPrefetch * tool.v_tip_W;
+  const double longest = std::sqrt(reach2) / 3;
+  if (ahead.norm() > longest) ahead *= longest / ahead.norm();
+  const SurfacePoint centre = ClosestIn(around_, rest.vertices, rest.triangles, p + ahead);
+  state->neighbourhoods.Collect(rest.vertices, centre,
+                                {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints}, &prefetched_);
+}
+
 // The triangles, and at their corners what belongs to the vertex alone.
 void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
                                   ToolPatch* patch) const {
   const Triangles& triangles = model.rest().triangles;
   std::array<int, ToolPatch::kMaxPoints> vertex;
-  for (int i = 0; i < around_.count; ++i) {
-    patch->mesh_triangles[i] = around_.triangles[i];
+  for (int i = 0; i < prefetched_.count; ++i) {
+    patch->mesh_triangles[i] = prefetched_.triangles[i];
     for (int k = 0; k < 3; ++k) {
-      const int v = triangles(around_.triangles[i], k);
+      const int v = triangles(prefetched_.triangles[i], k);
       const auto end = vertex.begin() + patch->point_count;
       const auto found = std::find(vertex.begin(), end, v);
       patch->triangles[i][k] = static_cast<std::uint8_t>(found - vertex.begin());
@@ -93,7 +117,7 @@ void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
       vertex[patch->point_count++] = v;
     }
   }
-  patch->triangle_count = around_.count;
+  patch->triangle_count = prefetched_.count;
   const bool has_other = tip_ >= 0 && state->tips.size() > 1;
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];

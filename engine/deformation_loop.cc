@@ -77,7 +77,10 @@ const ToolState& DeformationLoop::NewestTools() {
 }
 
 void DeformationLoop::Collide(const ToolState& tools) {
-  for (OrganState& state : states_) {
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    OrganState& state = states_[o];
+    state.offset_last_W = state.offset_W;
+    state.offset_W = models_[o].options().motion.Offset(tools.time_ns);
     state.tree.Refit(state.vertices);
     state.contacts.Clear();
   }
@@ -198,7 +201,13 @@ void DeformationLoop::Publish(const ToolState& tools) {
   patch.step = record_;
   FillSample(tools);
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
-    for (int t = 0; t < patch.tool_count; ++t) edge->Back().contacts[t] = patch.tools[t];
+    for (int t = 0; t < patch.tool_count; ++t) {
+      ToolContactState& contact = edge->Back().contacts[t];
+      contact = patch.tools[t];
+      if (contact.organ < 0) continue;
+      contact.contact_W += states_[contact.organ].offset_W;
+      contact.p_original_W += states_[contact.organ].offset_W;
+    }
   }
   edges_.patch.Publish();
   if (edges_.steps != nullptr) edges_.steps->Push(sample_);
@@ -215,11 +224,13 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->tools = tools.tools;
   for (std::size_t o = 0; o < states_.size(); ++o) {
     FillShape(models_[o], states_[o], &scene->organs[o]);
+    scene->organs[o].offset_W = states_[o].offset_W;
     if (scene->organs[o].vertices.rows() > 0) {
       scene->organs[o].vertices = states_[o].vertices.cast<float>();
       for (int i = 0; i < scene->organs[o].dent_count; ++i) {
         models_[o].AddDent(scene->organs[o].dents[i], &scene->organs[o].vertices);
       }
+      scene->organs[o].vertices.rowwise() += states_[o].offset_W.transpose().cast<float>();
     }
   }
 }

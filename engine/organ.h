@@ -148,9 +148,12 @@ struct OrganState {
   /// For at most `tools` tools. `clock`: as of OrganModel::MakeRelaxation.
   OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock = nullptr);
 
+  Vector3d offset_W = Vector3d::Zero();       ///< Of the whole organ by its motion, m.
+  Vector3d offset_last_W = Vector3d::Zero();  ///< In the step before.
   Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by
                                  ///< reposition and relax.
-  Points vertices;               ///< V x 3, m, world: X + B U, without dents. Set by relocate.
+  Points vertices;               ///< V x 3, m, world: X + B U, without dents and the organ's
+                                 ///< offset. Set by relocate.
   SurfaceTree tree;              ///< Over `vertices`. Refitted by collide.
   ContactSet contacts;           ///< Filled by collide, forces set by relax.
   NeighbourhoodSearch neighbourhoods;

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/organ_motion.h"
 #include "engine/types.h"
 
 /// What a scene says of an organ, validated by the loader (scenes/scene.h), SI units.
@@ -88,6 +89,7 @@ struct OrganOptions {
   double time_step = 1. / 30;  ///< s, between deformation steps; kContinuum and kMassSpring only,
                                ///< which have a motion of their own.
   std::string texture;         ///< Path, or empty.
+  OrganMotion motion;
   LatticeOptions lattice;
   EnergyOptions energy;
   MaterialOptions material;

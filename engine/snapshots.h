@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/organ_motion.h"
 #include "engine/types.h"
 
 /// The values that threads exchange. Each type crosses exactly the edges named here:
@@ -120,9 +121,11 @@ struct ToolContactState {
 /// slides to the set's border stays there, and no new one is made beyond it, until the next patch.
 /// The caps bound the set, so its radius shrinks with the mesh's edges: about 5 edges, 12 mm on a
 /// surface of 2.5 mm edges.
+/// Its positions are those of an organ that stands still: `motion` carries them.
 struct ToolPatch : ToolContactState {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
+  OrganMotion motion;
   int point_count = 0;
   int triangle_count = 0;
   std::array<PatchPoint, kMaxPoints> points;
@@ -180,9 +183,11 @@ struct DentSnapshot {
 
 /// One organ as the step left it.
 struct OrganSnapshot {
-  Points control_displacements;      ///< n x 3, m, world axes (U).
-  std::vector<int> local_functions;  ///< Index in the finer splines' grid of each slot, or -1.
-  Points local_displacements;        ///< Slots x 3, m.
+  Vector3d offset_W = Vector3d::Zero();  ///< Of the whole organ, m: already in the vertices, not in
+                                         ///< the displacements and dents.
+  Points control_displacements;          ///< n x 3, m, world axes (U).
+  std::vector<int> local_functions;      ///< Index in the finer splines' grid of each slot, or -1.
+  Points local_displacements;            ///< Slots x 3, m.
   int dent_count = 0;
   std::array<DentSnapshot, kMaxInstruments> dents;
   Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>

@@ -15,25 +15,13 @@ constexpr double kNear = 0.005;
 // the surface end on goes down the dent of its own tip.
 constexpr double kMostEndOn = 0.7;
 
-// Closest point to `p` among the neighbourhood's triangles as they are now.
-SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
-                       const Triangles& triangles, const Vector3d& p) {
-  SurfacePoint best;
-  double best2 = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < neighbourhood.count; ++i) {
-    const int t = neighbourhood.triangles[i];
-    const TrianglePoint closest =
-        ClosestOnTriangle(p, vertices.row(triangles(t, 0)), vertices.row(triangles(t, 1)),
-                          vertices.row(triangles(t, 2)));
-    const double distance2 = (closest.point - p).squaredNorm();
-    if (distance2 >= best2) continue;
-    best2 = distance2;
-    best = {t, closest.barycentric};
-  }
-  return best;
-}
-
 }  // namespace
+
+ToolPose SeenFrom(const OrganState& state, ToolPose tool) {
+  tool.X_WT.translation() -= state.offset_W;
+  tool.p_trocar_W -= state.offset_W;
+  return tool;
+}
 
 void ToolContact::Follow(const ToolPose& tool, const TipTouch& touch,
                          const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
@@ -62,7 +50,7 @@ bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel
 void ToolContact::FollowTip(const ToolPose& tool, const TipTouch& touch,
                             const std::vector<OrganModel>& models,
                             std::vector<OrganState>* states) {
-  const Vector3d p_tip = tool.X_WT.translation();
+  const Vector3d p_tip_W = tool.X_WT.translation();
   normal_.setZero();
   friction_.setZero();
   if (grasped_count_ == 0 && touch.organ >= 0) {
@@ -71,25 +59,46 @@ void ToolContact::FollowTip(const ToolPose& tool, const TipTouch& touch,
     normal_ = touch.normal_W;
     friction_ = touch.friction_W;
   } else if (grasped_count_ == 0 && (!touching_ || touch.known)) {
-    if (!FindEntry(p_tip, *states) && !FindNearest(p_tip, *states)) return;
+    if (!FindEntry(p_tip_W, *states) && !FindNearest(p_tip_W, *states)) return;
   } else if (grasped_count_ == 0) {
     const OrganState& state = (*states)[organ_];
-    at_ = ClosestIn(around_, state.vertices, models[organ_].rest().triangles, p_tip);
+    at_ = ClosestIn(around_, state.vertices, models[organ_].rest().triangles,
+                    p_tip_W - state.offset_W);
   }  // else the contact is what the jaws hold
   Recentre(models, states);
   const OrganModel& model = models[organ_];
   const OrganState& state = (*states)[organ_];
-  const Vector3d offset = p_tip - at_.Position(state.vertices, model.rest().triangles);
+  const Vector3d offset =
+      p_tip_W - state.offset_W - at_.Position(state.vertices, model.rest().triangles);
   const Vector3d normal =
       InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), at_);
   gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - options_.tip_radius;
+}
+
+SurfacePoint ToolContact::ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
+                                    const Triangles& triangles, const Vector3d& p) {
+  SurfacePoint best;
+  double best2 = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < neighbourhood.count; ++i) {
+    const int t = neighbourhood.triangles[i];
+    const TrianglePoint closest =
+        ClosestOnTriangle(p, vertices.row(triangles(t, 0)), vertices.row(triangles(t, 1)),
+                          vertices.row(triangles(t, 2)));
+    const double distance2 = (closest.point - p).squaredNorm();
+    if (distance2 >= best2) continue;
+    best2 = distance2;
+    best = {t, closest.barycentric};
+  }
+  return best;
 }
 
 bool ToolContact::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
   organ_ = -1;
   double earliest = std::numeric_limits<double>::infinity();
   for (std::size_t o = 0; started_ && o < states.size(); ++o) {
-    const SurfaceHit entry = states[o].tree.FirstEntry(p_tip_last_W_, p_tip_W);
+    const OrganState& state = states[o];
+    const SurfaceHit entry =
+        state.tree.FirstEntry(p_tip_last_W_ - state.offset_last_W, p_tip_W - state.offset_W);
     if (entry.at.triangle < 0 || entry.along >= earliest) continue;
     earliest = entry.along;
     organ_ = static_cast<int>(o);
@@ -102,7 +111,7 @@ bool ToolContact::FindNearest(const Vector3d& p_tip_W, const std::vector<OrganSt
   organ_ = -1;
   double nearest = kReach;
   for (std::size_t o = 0; o < states.size(); ++o) {
-    const SurfaceHit hit = states[o].tree.Closest(p_tip_W, nearest);
+    const SurfaceHit hit = states[o].tree.Closest(p_tip_W - states[o].offset_W, nearest);
     if (hit.at.triangle < 0) continue;
     nearest = hit.distance;
     organ_ = static_cast<int>(o);
@@ -127,7 +136,8 @@ void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
   const Triangles& triangles = model.rest().triangles;
-  const Isometry3d X_TW = tool.X_WT.inverse();
+  const Isometry3d X_WT = SeenFrom(state, tool).X_WT;
+  const Isometry3d X_TW = X_WT.inverse();
   grasped_[grasped_count_++] = {at_, X_TW * at_.Position(state.vertices, triangles)};
   // Each vertex belongs to several triangles: take it with the first of those that lists it.
   std::array<int, kMaxGraspRows> taken;
@@ -138,7 +148,7 @@ void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
       const int v = triangles(t, k);
       const auto end = taken.begin() + taken_count;
       const Vector3d p_W = state.vertices.row(v);
-      if ((p_W - tool.X_WT.translation()).norm() > kGraspRadius) continue;
+      if ((p_W - X_WT.translation()).norm() > kGraspRadius) continue;
       if (std::find(taken.begin(), end, v) != end) continue;
       taken[taken_count++] = v;
       grasped_[grasped_count_++] = {{t, Vector3d::Unit(k)}, X_TW * p_W};
@@ -146,10 +156,11 @@ void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
   }
 }
 
-bool ToolContact::AddTipRows(const ToolPose& tool, const std::vector<OrganModel>& models,
+bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganModel>& models,
                              std::vector<OrganState>* states) {
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
+  const ToolPose tool = SeenFrom(state, tool_W);
   const SurfaceMesh& rest = model.rest();
   for (int i = 0; i < grasped_count_; ++i) {
     ContactSet::Row* row = state.contacts.Add();
@@ -194,7 +205,8 @@ Vector3d ToolContact::KernelNormal(const OrganModel& model, const OrganState& st
   return normal.stableNormalized();
 }
 
-bool ToolContact::AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state) {
+bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, OrganState* state) {
+  const ToolPose tool = SeenFrom(*state, tool_W);
   const SurfaceMesh& rest = model.rest();
   // The first two diameters belong to the tip, and what is below the surface with it.
   const double below = organ_ >= 0 ? std::max(-gap_, 0.0) : 0;

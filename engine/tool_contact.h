@@ -8,6 +8,9 @@
 
 namespace hpdm {
 
+/// The tool as an organ sees it that stands still (organ_motion.h).
+ToolPose SeenFrom(const OrganState& state, ToolPose tool);
+
 /// What the deformation loop knows of an instrument.
 struct ToolOptions {
   double tip_radius = 0.0025;    ///< m.
@@ -38,6 +41,8 @@ class ToolContact {
   static constexpr double kJawOpen = 0.5;        ///< opening past this lets go.
   static constexpr int kMaxGraspRows = 15;       ///< One row of 16 is left for the shaft.
   static constexpr double kLeastRadius = 0.001;  ///< m, of the kernel.
+  static constexpr double kPrefetch = 0.05;      ///< s: the middle of a patch's use at 30 Hz, which
+                                                 ///< begins one step after its input and lasts one.
 
   ToolContact(int tool, const ToolOptions& options) : tool_(tool), options_(options) {}
 
@@ -58,7 +63,7 @@ class ToolContact {
 
   /// The patch for the haptic loop, from the condensed tips.
   void FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
-                 std::vector<OrganState>* states, ToolPatch* patch) const;
+                 std::vector<OrganState>* states, ToolPatch* patch);
 
  private:
   struct Grasped {
@@ -68,6 +73,9 @@ class ToolContact {
 
   void FollowTip(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
                  std::vector<OrganState>* states);
+  // Closest point to `p` among the neighbourhood's triangles as they are now.
+  static SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
+                                const Triangles& triangles, const Vector3d& p);
   bool FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   bool FindNearest(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   void Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
@@ -82,6 +90,7 @@ class ToolContact {
   void FillLatticeContact(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
   void FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
   SparseRow VertexRow(const OrganModel& model, int vertex, OrganState* state) const;
+  void Prefetch(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void FillPatchPoints(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
 
   int tool_;
@@ -94,6 +103,7 @@ class ToolContact {
   bool touching_ = false;                 // the tip carried a force in the last step
   SurfacePoint at_;                       // material point under the tip
   Neighbourhood around_;                  // of at_, at rest
+  Neighbourhood prefetched_;              // of where it will be in the middle of a patch\'s use
   double gap_ = 0;                        // m, signed, from the tip's surface
   KernelPatch kernel_;                    // of the press, about at_
   Neighbourhood resolved_around_;         // at rest, as wide as the lattice resolves

@@ -10,8 +10,9 @@ namespace hpdm {
 /// A device whose driver runs elsewhere: its readings arrive in a triple buffer, which the driver's
 /// link writes, and its forces leave with the haptic loop's samples (HapticLoop::Edges::link).
 ///
-///     driver --> link --DeviceSample, latest--> [ExternalDevice] --> haptic loop --HapticSample-->
-///     link --> driver
+///     driver --> link --DeviceSample, latest--> [ExternalDevice] --> haptic loop
+///       ^          ^                                                     |
+///       '----------'---------------HapticSample, every tick--------------'
 ///
 /// Watchdog, by the session times of the Reads alone: without a new reading the last pose stands
 /// (from kHeldAfter on the haptic loop lets its velocity fade); after kLostAfter it is no longer

@@ -39,7 +39,7 @@ void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
   ReadDevices(now);
   MoveTools(now);
   TakePatch(scheduled);
-  EvaluateContacts();
+  EvaluateContacts(scheduled);
   GuardForces(scheduled);
   WriteEfforts();
   PublishToolState(tick, scheduled);
@@ -108,9 +108,10 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
   patch_age_ns_ = patch_number_ > 0 ? scheduled - patch.step.device_time_ns : 0;
 }
 
-void HapticLoop::EvaluateContacts() {
+void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
   for (Tool& tool : tools_) {
-    tool.contact.Locate({.X_WT = tool.pose.X_WT,
+    tool.contact.Locate({.time_ns = scheduled,
+                         .X_WT = tool.pose.X_WT,
                          .jaw = tool.pose.jaw,
                          .tip_radius = tool.instrument.tip_radius,
                          .friction = tool.instrument.friction});

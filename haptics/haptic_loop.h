@@ -80,7 +80,7 @@ class HapticLoop {
   void ReadDevices(Nanoseconds now);
   void MoveTools(Nanoseconds now);
   void TakePatch(Nanoseconds scheduled);
-  void EvaluateContacts();
+  void EvaluateContacts(Nanoseconds scheduled);
   void GuardForces(Nanoseconds scheduled);
   void WriteEfforts();
   void PublishToolState(std::uint64_t tick, Nanoseconds scheduled);

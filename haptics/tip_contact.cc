@@ -36,6 +36,7 @@ TipContact::TipContact(double period) : fade_(std::exp(-period / kFade)) {}
 
 void TipContact::SetPatch(const ToolPatch& patch) noexcept {
   const bool same_organ = patch_ != nullptr && patch_->organ == patch.organ;
+  started_ = started_ && same_organ;
   patch_ = &patch;
   surface_.Build(patch);
   is_new_ = true;
@@ -57,9 +58,10 @@ void TipContact::LoseContact() {
   friction_W_.setZero();
 }
 
-void TipContact::Locate(const TipMotion& tip) noexcept {
+void TipContact::Locate(TipMotion tip) noexcept {
   result_ = {};
   in_lattice_ = false;
+  if (patch_ != nullptr) tip.X_WT.translation() -= patch_->motion.Offset(tip.time_ns);
   if (patch_ == nullptr || patch_->organ < 0) {
     LoseContact();
   } else if (patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo) {

@@ -8,6 +8,7 @@ namespace hpdm {
 
 /// A tool's tip as a tick has it.
 struct TipMotion {
+  Nanoseconds time_ns = 0;                   ///< Scheduled time of the tick.
   Isometry3d X_WT = Isometry3d::Identity();  ///< Tool frame, origin at the tip's centre.
   double jaw = 1;                            ///< 0 closed .. 1 open.
   double tip_radius = 0;                     ///< m.
@@ -71,7 +72,7 @@ class TipContact {
   void ClearPatch() noexcept;
 
   /// Finds the contact.
-  void Locate(const TipMotion& tip) noexcept;
+  void Locate(TipMotion tip) noexcept;
 
   /// The force of the contact found, of one tip alone or of the two tips of a session, which share
   /// the tissue when both touch one organ. Both must have located theirs.
@@ -102,8 +103,8 @@ class TipContact {
   const ToolPatch* patch_ = nullptr;
   PatchSurface surface_;
   ContactResult result_;
-  bool started_ = false;  // p_tip_last_W_ is known
-  Vector3d p_tip_last_W_ = Vector3d::Zero();
+  bool started_ = false;                      // p_tip_last_W_ is known
+  Vector3d p_tip_last_W_ = Vector3d::Zero();  // as from the organ, which may move
 
   // The press, from tick to tick.
   bool touching_ = false;

@@ -25,8 +25,8 @@ namespace hpdm {
 ///            0 where they disagree in sign (Fritsch and Butland 1984); 0 at gaps and at the ends.
 ///
 /// So each value is continuous with its first derivative over all times, never leaves the range of
-/// the two rows kept that it lies between, and is never faster than twice their secant (1.875 times in a
-/// gap). Before the first row and after the last one it stands still.
+/// the two rows kept that it lies between, and is never faster than twice their secant (1.875 times
+/// in a gap). Before the first row and after the last one it stands still.
 ///
 /// Constant after construction; any thread may read it.
 class TraceMotion {

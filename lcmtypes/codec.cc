@@ -240,6 +240,7 @@ void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, or
   message->step = Signed(step.number);
   message->time_ns = step.time_ns;
   message->organ = organ;
+  Copy(shape.offset_W, message->offset);
   const Points& displacements = shape.control_displacements;
   message->value_count = static_cast<std::int32_t>(displacements.size());
   message->displacements.assign(displacements.data(), displacements.data() + displacements.size());
@@ -287,6 +288,7 @@ bool FromMessage(const organ_t& message, OrganSnapshot* shape) {
   };
   take(message.displacements, &shape->control_displacements);
   take(message.local_displacements, &shape->local_displacements);
+  shape->offset_W = ToVector(message.offset);
   shape->local_functions = message.local_functions;
   shape->dent_count = message.dent_count;
   for (int i = 0; i < message.dent_count; ++i) {

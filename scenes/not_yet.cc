@@ -27,7 +27,6 @@ constexpr Rule kRules[] = {
     {"organ.texture", Refused::kAlways, "", "remove the key"},
     {"instrument.type", Refused::kString, "scissors", "use \"probe\" or \"grasper\""},
     {"instrument.type", Refused::kString, "hook", "use \"probe\" or \"grasper\""},
-    {"instrument.friction", Refused::kNonZero, "", "remove the key or give 0"},
 };
 
 bool IsNonZero(const TomlValue& value) {

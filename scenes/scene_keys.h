@@ -13,11 +13,13 @@ inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks"};
 
-inline constexpr std::string_view kOrganKeys[] = {
-    "name", "mesh", "unit", "model", "texture", "pose", "lattice", "energy", "material", "support"};
+inline constexpr std::string_view kOrganKeys[] = {"name",    "mesh",     "unit",   "model",
+                                                  "texture", "pose",     "motion", "lattice",
+                                                  "energy",  "material", "support"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};
+inline constexpr std::string_view kMotionKeys[] = {"displacement", "frequency"};
 inline constexpr std::string_view kEnergyKeys[] = {
     "type",         "strain", "law", "solver", "domain", "alpha", "beta", "newton_iterations",
     "newton_budget"};
@@ -70,6 +72,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"timing", kTimingKeys},
     {"organ", kOrganKeys},
     {"organ.pose", kPoseKeys},
+    {"organ.motion", kMotionKeys},
     {"organ.lattice", kLatticeKeys},
     {"organ.energy", kEnergyKeys},
     {"organ.material", kMaterialKeys},

@@ -153,6 +153,15 @@ std::optional<Region> ReadRegion(const TableReader& table) {
   return std::nullopt;
 }
 
+OrganMotion ReadMotion(const TableReader& table) {
+  OrganMotion motion;
+  table.Require("displacement", "give how far it goes as [x, y, z] in m");
+  table.ReadVector("displacement", Interval::Within(0.1, "m"), &motion.displacement_W);
+  table.Require("frequency", "give it in Hz; 0.25 is a breath in four seconds");
+  table.ReadNumber("frequency", Interval::NotNegative(10, "Hz"), &motion.frequency);
+  return motion;
+}
+
 SupportOptions ReadSupport(const TableReader& table) {
   SupportOptions support;
   const std::optional<Region> region = ReadRegion(table);
@@ -197,6 +206,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
   }
   table.ReadFile("texture", &organ.texture);
   if (const auto pose = table.Table("pose", kPoseKeys)) organ.X_WO = ReadPose(*pose);
+  if (const auto motion = table.Table("motion", kMotionKeys)) organ.motion = ReadMotion(*motion);
   if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
     organ.lattice = ReadLattice(*lattice);
   }

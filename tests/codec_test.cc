@@ -194,6 +194,7 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
 TEST(Codec, DisplacementsComeBackInFloatAndFitOneDatagram) {
   OrganSnapshot sent;
   sent.control_displacements = Points::Random(1000, 3) * 0.05;
+  sent.offset_W = Vector3d(0.001, -0.002, 1.0 / 3);
   sent.local_functions = std::vector<int>(128, 7);
   sent.local_displacements = Points::Random(128, 3) * 0.05;
   sent.dent_count = kMaxInstruments;
@@ -212,6 +213,7 @@ TEST(Codec, DisplacementsComeBackInFloatAndFitOneDatagram) {
   };
   expect_near(received.control_displacements, sent.control_displacements);
   expect_near(received.local_displacements, sent.local_displacements);
+  EXPECT_EQ(received.offset_W, sent.offset_W);
   EXPECT_EQ(received.local_functions, sent.local_functions);
   ASSERT_EQ(received.dent_count, sent.dent_count);
   for (int i = 0; i < sent.dent_count; ++i) {

@@ -6,32 +6,11 @@
 #include <cstdlib>
 #include <memory>
 
-#include "engine/deformation_loop.h"
-#include "haptics/tip_contact.h"
-#include "tests/one_organ.h"
+#include "tests/felt_bench.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
 namespace {
-
-const std::string kMeshes = std::string(HPDM_SOURCE_DIR) + "/scenes/meshes/";
-
-OrganOptions SoftOrgan(const std::string& mesh, int cells) {
-  OrganOptions options;
-  options.name = mesh;
-  options.mesh = kMeshes + mesh;
-  options.energy.type = EnergyType::kStrain;
-  options.lattice.cells = {cells, cells, cells};
-  SupportOptions back;
-  back.region = BoxFraction{Vector3d(0, 0.7, 0), Vector3d(1, 1, 1)};
-  options.supports.push_back(back);
-  return options;
-}
-
-SurfaceMesh Load(const OrganOptions& options) {
-  std::vector<std::string> repairs;
-  return LoadPosedMesh(options, &repairs);
-}
 
 // The same surface with every triangle in four.
 SurfaceMesh SplitFlat(const SurfaceMesh& mesh) {
@@ -61,81 +40,6 @@ SurfaceMesh SplitFlat(const SurfaceMesh& mesh) {
   return split;
 }
 
-// One organ, two tools, no threads.
-class Bench {
- public:
-  Bench(const OrganOptions& options, const SurfaceMesh& rest, const ToolOptions& tool = {})
-      : models_(OneOrgan(options, rest)),
-        loop_(models_, {tool, tool}, {tools_, patch_, render_, telemetry_}) {}
-
-  static ToolPose At(const Vector3d& p, double jaw = 1) {
-    ToolPose tool;
-    tool.X_WT.translation() = p;
-    tool.p_trocar_W = p + Vector3d(0, 0, 0.3);
-    tool.jaw = jaw;
-    return tool;
-  }
-  static ToolPose Away() { return At(Vector3d(1, 1, 1)); }
-
-  // A step, and its patch in the hand's contacts.
-  void Step(const ToolPose& a, const ToolPose& c = Away()) {
-    ToolState state;
-    state.tool_count = 2;
-    state.tools = {a, c};
-    for (int t = 0; t < 2; ++t) state.touches[t] = contacts_[t].touch();
-    loop_.Step(state, time_ns_ += 33'000'000);
-    patch_.Update();
-    for (int t = 0; t < 2; ++t) contacts_[t].SetPatch(patch_.Front().tools[t]);
-  }
-  // One tick's forces on the hands.
-  void Tick(const ToolPose& a, const ToolPose& c = Away()) {
-    const auto motion = [](const ToolPose& tool) {
-      return TipMotion{.X_WT = tool.X_WT, .jaw = tool.jaw, .tip_radius = ToolOptions().tip_radius};
-    };
-    contacts_[0].Locate(motion(a));
-    contacts_[1].Locate(motion(c));
-    TipContact::Solve(&contacts_[0], &contacts_[1]);
-  }
-  // Ticks until the last patch's force has faded in and the contacts are where they stay.
-  void Settle(const ToolPose& a, const ToolPose& c = Away()) {
-    for (int i = 0; i < 250; ++i) Tick(a, c);
-  }
-  Vector3d Hand(int t = 0) const { return contacts_[t].result().reaction_W; }
-  const ToolPatch& Patch(int t = 0) { return patch_.Front().tools[t]; }
-  const OrganModel& model() const { return models_[0]; }
-  const DeformationLoop& loop() const { return loop_; }
-
-  // Where the straight line down from high above (x, y) meets the rest surface, m.
-  Vector3d Top(double x, double y) const {
-    const SurfaceTree tree(models_[0].rest().vertices, models_[0].rest().triangles);
-    const SurfaceHit hit = tree.FirstEntry(Vector3d(x, y, 1), Vector3d(x, y, -1));
-    return hit.at.Position(models_[0].rest().vertices, models_[0].rest().triangles);
-  }
-  // Presses against `normal` down to `depth` in steps of a millimetre; the tool's last pose.
-  ToolPose PressTo(const Vector3d& top, double depth, const Vector3d& normal = Vector3d::UnitZ()) {
-    ToolPose tool;
-    for (double z = -0.004; z < depth + 1e-9; z += 0.001) {
-      tool = At(top - (z - ToolOptions().tip_radius) * normal);
-      Step(tool);
-      Tick(tool);
-    }
-    Settle(tool);
-    Step(tool);
-    Settle(tool);
-    return tool;
-  }
-
- private:
-  std::vector<OrganModel> models_;
-  TripleBuffer<ToolState> tools_;
-  TripleBuffer<ContactPatch> patch_;
-  TripleBuffer<SceneSnapshot> render_{SizedSnapshot(models_, 2, true)};
-  TripleBuffer<SceneSnapshot> telemetry_{SizedSnapshot(models_, 2, false)};
-  DeformationLoop loop_;
-  std::array<TipContact, 2> contacts_;
-  Nanoseconds time_ns_ = 0;
-};
-
 // Steps and ticks of still tools until the surface's turn by the force, which the tick gets from
 // the step and the step from the tick, is the same in both: each round leaves a tenth of the
 // difference.
@@ -150,7 +54,7 @@ class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeas
     options.supports[0].region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)};
     return options;
   }
-  Bench bench_{Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2), Grasper()};
+  FeltBench bench_{Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2), Grasper()};
   static ToolOptions Grasper() {
     ToolOptions tool;
     tool.can_grasp = true;
@@ -161,7 +65,7 @@ class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeas
 // From the first step of a contact on, whatever the solver.
 TEST_P(FeltForce, IsTheStepsOwnWhereTheToolsHaveNotMoved) {
   for (double z = 0.056; z > 0.04; z -= 0.003) {
-    const ToolPose a = Bench::At({0.02, 0.01, z}), c = Bench::At({-0.01, 0.01, z + 0.002});
+    const ToolPose a = FeltBench::At({0.02, 0.01, z}), c = FeltBench::At({-0.01, 0.01, z + 0.002});
     for (int i = 0; i < kRounds; ++i) {
       bench_.Step(a, c);
       bench_.Settle(a, c);
@@ -178,11 +82,11 @@ TEST_P(FeltForce, IsTheStepsOwnWhereTheToolsHaveNotMoved) {
 
 TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
   const Vector3d top(0, 0, 0.0525);
-  const ToolPose press = Bench::At({0.03, 0, 0.044});
-  bench_.Step(Bench::At(top, 1), press);
-  bench_.Step(Bench::At(top, 0), press);
+  const ToolPose press = FeltBench::At({0.03, 0, 0.044});
+  bench_.Step(FeltBench::At(top, 1), press);
+  bench_.Step(FeltBench::At(top, 0), press);
   for (double lift = 0.003; lift < 0.013; lift += 0.003) {
-    const ToolPose jaws = Bench::At(top + Vector3d(0.2 * lift, 0, lift), 0);
+    const ToolPose jaws = FeltBench::At(top + Vector3d(0.2 * lift, 0, lift), 0);
     for (int i = 0; i < kRounds; ++i) {
       bench_.Step(jaws, press);
       bench_.Settle(jaws, press);
@@ -208,9 +112,9 @@ INSTANTIATE_TEST_SUITE_P(Relaxations, FeltForce,
 // Between two steps the tick extrapolates by the compliance: it meets the next step's force.
 TEST(FeltForceOfTheLiver, MeetsTheNextStepsAsTheTipGoesDeeper) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
-  Bench bench(options, Load(options));
+  FeltBench bench(options, Load(options));
   const ToolPose tool = bench.PressTo(bench.Top(0.03, -0.02), 0.010);
-  const ToolPose deeper = Bench::At(tool.X_WT.translation() - Vector3d(0, 0, 0.002));
+  const ToolPose deeper = FeltBench::At(tool.X_WT.translation() - Vector3d(0, 0, 0.002));
   bench.Tick(deeper);
   const Vector3d felt = bench.Hand();
   bench.Step(deeper);
@@ -223,7 +127,7 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
   const SurfaceMesh coarse = Load(options);
   const SurfaceMesh fine = SplitFlat(SplitFlat(coarse));
-  Bench on_coarse(options, coarse), on_fine(options, fine);
+  FeltBench on_coarse(options, coarse), on_fine(options, fine);
   const SurfaceTopology topology(coarse.vertices.rows(), coarse.triangles);
   double mean = 0;
   for (const Vector3d& at : {Vector3d(0.03, -0.02, 0), Vector3d(0.02, -0.035, 0),
@@ -234,10 +138,10 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
     const Vector3d normal = InterpolatedNormal(coarse.vertices, coarse.triangles, topology, place);
     Vector3d felt[2];
     for (int i = 0; i < 2; ++i) {
-      Bench& bench = i == 0 ? on_coarse : on_fine;
-      const ToolPose tool = bench.PressTo(top, 0.010, normal);
+      FeltBench& bench = i == 0 ? on_coarse : on_fine;
+      bench.PressTo(top, 0.010, normal);
       felt[i] = bench.Hand();
-      bench.Step(Bench::Away());
+      bench.Step(FeltBench::Away());
     }
     const double difference = std::abs(felt[1].norm() / felt[0].norm() - 1);
     std::printf("F %.4f N, %.4f N on the finer surface\n", felt[0].norm(), felt[1].norm());
@@ -253,7 +157,7 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
 // A slide of 30 mm at 0.1 m/s, 10 mm deep, with the session's delay of 34 ticks.
 TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 6);
-  Bench bench(options, Load(options));
+  FeltBench bench(options, Load(options));
   const Vector3d top = bench.Top(0.02, -0.02);
   const ToolPose start = bench.PressTo(top, 0.010);
   bench.Tick(start);
@@ -261,7 +165,7 @@ TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
   double largest = 0, largest_force = 0;
   ToolPose seen = start;
   for (int tick = 1; tick <= 300; ++tick) {
-    const ToolPose tool = Bench::At(start.X_WT.translation() + Vector3d(1e-4 * tick, 0, 0));
+    const ToolPose tool = FeltBench::At(start.X_WT.translation() + Vector3d(1e-4 * tick, 0, 0));
     if (tick % 34 == 0) {
       bench.Step(seen);
       seen = tool;
@@ -282,11 +186,11 @@ TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
 TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
   const SurfaceMesh coarse = Load(options);
-  Bench on_coarse(options, coarse), on_fine(options, SplitFlat(SplitFlat(coarse)));
+  FeltBench on_coarse(options, coarse), on_fine(options, SplitFlat(SplitFlat(coarse)));
   for (const Vector3d& at : {Vector3d(0.03, -0.02, 0), Vector3d(0.02, -0.035, 0),
                              Vector3d(0.01, -0.01, 0), Vector3d(0.045, -0.015, 0)}) {
     // Near, but not yet touching: the contact is the same point of the surface.
-    const ToolPose tool = Bench::At(on_coarse.Top(at.x(), at.y()) + Vector3d(0, 0, 0.004));
+    const ToolPose tool = FeltBench::At(on_coarse.Top(at.x(), at.y()) + Vector3d(0, 0, 0.004));
     on_coarse.Step(tool);
     on_fine.Step(tool);
     const ContactSet& rows = on_coarse.loop().organ(0).contacts;
@@ -304,16 +208,16 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
 TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
   OrganOptions options = SoftOrgan("gallbladder.obj", 4);
   options.supports[0].region = BoxFraction{Vector3d(0, 0, 0), Vector3d(1, 1, 0.27)};
-  Bench bench(options, Load(options));
+  FeltBench bench(options, Load(options));
   const Vector3d top = bench.Top(0.0013, 0.0047) + Vector3d(0, 0, ToolOptions().tip_radius);
   // Down 25 mm at 0.05 m/s, held, and back.
   double largest = 0, largest_force = 0;
   Vector3d last = Vector3d::Zero();
-  ToolPose seen = Bench::At(top + Vector3d(0, 0, 0.005));
+  ToolPose seen = FeltBench::At(top + Vector3d(0, 0, 0.005));
   bench.Step(seen);
   for (int tick = 0; tick <= 1500; ++tick) {
     const double depth = std::min({5e-5 * tick - 0.005, 0.025, 5e-5 * (1400 - tick)});
-    const ToolPose tool = Bench::At(top - Vector3d(0, 0, depth));
+    const ToolPose tool = FeltBench::At(top - Vector3d(0, 0, depth));
     if (tick % 34 == 0) {
       bench.Step(seen);
       seen = tool;
@@ -332,7 +236,7 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
 // The work of the felt force over a slow press is the energy that the lattice stores.
 TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
-  Bench bench(options, Load(options));
+  FeltBench bench(options, Load(options));
   const Vector3d top = bench.Top(0.03, -0.02) + Vector3d(0, 0, ToolOptions().tip_radius);
   const auto energy = [&] {
     const Points& U = bench.loop().organ(0).control_displacements;
@@ -347,7 +251,7 @@ TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
   double work = 0;
   Vector3d last = Vector3d::Zero();
   for (double z = -0.003; z < 0.010; z += 1e-4) {
-    const ToolPose tool = Bench::At(top - Vector3d(0, 0, z));
+    const ToolPose tool = FeltBench::At(top - Vector3d(0, 0, z));
     bench.Step(tool);
     bench.Tick(tool);
     work += 0.5 * (bench.Hand() + last).dot(Vector3d(0, 0, 1e-4));

@@ -44,7 +44,7 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
       // unknown keys
       {"untt='mm'", "4:1", "organ[0].untt", "is not a known key", "did you mean unit?"},
       {"zzz=1", "4:1", "organ[0].zzz", "is not a known key",
-       "known here are name, mesh, unit, model, texture, pose, lattice, energy, material, support"},
+       "known here are name, mesh, unit, model, texture, pose, motion, lattice, energy, material, support"},
       {"[laproscope]", "4:2", "laproscope", "is not a known key", "did you mean laparoscope?"},
       {"pose.rotation=[0,0,0]", "4:6", "organ[0].pose.rotation", "is not a known key",
        "did you mean rotation_deg?"},
@@ -222,7 +222,6 @@ TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
       {"[[instrument]]\ntype='scissors'", "5:6", "instrument[0].type", "(\"scissors\")",
        "\"probe\" or \"grasper\""},
       {"[[instrument]]\ntype='hook'", "5:6", "instrument[0].type", "(\"hook\")", "\"grasper\""},
-      {"[[instrument]]\nfriction=0.1", "5:10", "instrument[0].friction", "(0.1)", "give 0"},
   };
   for (const BadScene& c : cases) {
     SCOPED_TRACE(Describe(c));

@@ -40,6 +40,7 @@ unit = 0.031
 model = "hpdm"
 texture = "t.png"
 pose = { position = [1, 2, 3], rotation_deg = [90, 0, 90] }
+motion = { displacement = [0.001, 0.002, 0.003], frequency = 0.3 }
 lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01 }
 energy = { type = "strain", strain = "finite", law = "stvk", solver = "gauss_seidel", newton_iterations = 5, newton_budget = 0.01 }
 material = { young = 1000, poisson = 0.3, density = 900, relaxation_time = 0.2 }
@@ -133,6 +134,8 @@ focal_length = 0.0024
   // About x first, y goes to z; then about z, which leaves z alone. 1e-15: round-off of a sine.
   EXPECT_TRUE((a.X_WO * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 4), 1e-15));
   EXPECT_TRUE((a.X_WO * Vector3d(1, 0, 0)).isApprox(Vector3d(1, 3, 3), 1e-15));
+  EXPECT_EQ(a.motion.displacement_W, Vector3d(0.001, 0.002, 0.003));
+  EXPECT_EQ(a.motion.frequency, 0.3);
   EXPECT_EQ(a.lattice.basis, BasisType::kBSpline);
   EXPECT_EQ(a.lattice.degree, (std::array{1, 2, 3}));
   EXPECT_EQ(a.lattice.cells, (std::array{5, 6, 7}));

@@ -61,6 +61,7 @@ Points Rebuilt(const OrganDescription& organ, const OrganSnapshot& shape) {
           (DentShape(d, dent.radius, dent.resolved_radius) * dent.strength_W).transpose();
     }
   }
+  vertices.rowwise() += shape.offset_W.transpose();
   return vertices;
 }
 

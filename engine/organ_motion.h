@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "engine/types.h"
+
+namespace hpdm {
+
+/// The way of an organ that breathing carries: all of it moves to and fro along a line,
+///     offset(t) = displacement (1 - cos(2 pi frequency t)) / 2,
+/// from the posed shape at session time 0 to `displacement` and back. Everything that is computed
+/// for the organ is computed as if it stood still, with the tools moved by minus the offset. Any
+/// thread; no allocation.
+struct OrganMotion {
+  Vector3d displacement_W = Vector3d::Zero();  ///< m.
+  double frequency = 0;                        ///< Hz.
+
+  /// m, at session time t_ns.
+  Vector3d Offset(Nanoseconds t_ns) const {
+    return (1 - std::cos(2 * std::numbers::pi * frequency * ToSeconds(t_ns))) / 2 * displacement_W;
+  }
+};
+
+}  // namespace hpdm
