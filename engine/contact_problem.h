@@ -12,6 +12,7 @@ struct RelaxationResult {
   double residual = 0;       ///< |gradient of the energy - B^T f| / |B^T f|, or 0 without force.
   bool converged = true;     ///< False when the iteration budget was spent first.
   bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
+  bool out_of_time = false;  ///< Not converged because its clock said so.
 };
 
 /// The contacts of one step in their compliance space: E scalar equations, of which each moves one

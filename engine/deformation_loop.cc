@@ -35,7 +35,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const DeformationEdges& edges,
                                  std::function<Nanoseconds()> stopwatch)
     : models_(organs), edges_(edges), stopwatch_(std::move(stopwatch)) {
-  HPDM_CHECK(tools.size() <= kMaxInstruments);
+  HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   states_.reserve(organs.size());
   for (const OrganModel& model : organs)
     states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
@@ -62,6 +62,14 @@ void DeformationLoop::Step(const ToolState& tools, Nanoseconds now_ns, Nanosecon
   BuildContactPatch(tools);
   record_.compute_ns = stopwatch_ ? stopwatch_() - started : 0;
   Publish(tools);
+}
+
+void DeformationLoop::Obey(const StepSample& recorded) {
+  const auto organs = std::min(static_cast<std::size_t>(recorded.organ_count), states_.size());
+  for (std::size_t o = 0; o < organs; ++o) {
+    const OrganRelaxation& organ = recorded.organs[o];
+    if (organ.out_of_time) states_[o].relaxation->StopNextAfter(organ.iterations);
+  }
 }
 
 const ToolState& DeformationLoop::NewestTools() {
@@ -177,10 +185,22 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   }
 }
 
+void DeformationLoop::FillSample(const ToolState& tools) {
+  sample_.step = record_;
+  sample_.organ_count = static_cast<int>(states_.size());
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    sample_.organs[o] = {states_[o].relaxed.iterations, states_[o].relaxed.out_of_time};
+  }
+  sample_.tool_count = tools.tool_count;
+  sample_.tools = tools.tools;
+  for (int t = 0; t < tools.tool_count; ++t) sample_.contacts[t] = edges_.patch.Back().tools[t];
+}
+
 // The haptic loop's patch goes first: what it waits for is not held up by the copies for the eye.
 void DeformationLoop::Publish(const ToolState& tools) {
   ContactPatch& patch = edges_.patch.Back();
   patch.step = record_;
+  FillSample(tools);
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
     for (int t = 0; t < patch.tool_count; ++t) {
       ToolContactState& contact = edge->Back().contacts[t];
@@ -191,6 +211,7 @@ void DeformationLoop::Publish(const ToolState& tools) {
     }
   }
   edges_.patch.Publish();
+  if (edges_.steps != nullptr) edges_.steps->Push(sample_);
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
     FillScene(tools, &edge->Back());
     edge->Publish();

@@ -5,17 +5,19 @@
 
 #include "engine/organ.h"
 #include "engine/snapshots.h"
+#include "engine/spsc_queue.h"
 #include "engine/tool_contact.h"
 #include "engine/triple_buffer.h"
 
 namespace hpdm {
 
-/// The edges of the deformation loop (snapshots.h): one reader's end, three writers' ends.
+/// The edges of the deformation loop (snapshots.h): one reader's end, four writers' ends.
 struct DeformationEdges {
   TripleBuffer<ToolState>& tools;
   TripleBuffer<ContactPatch>& patch;
   TripleBuffer<SceneSnapshot>& render;
   TripleBuffer<SceneSnapshot>& telemetry;
+  SpscQueue<StepSample>* steps = nullptr;  ///< nullptr: nobody keeps every step.
 };
 
 /// The ~30 Hz loop: moves the organs under the tools (design: one deformation step). All methods
@@ -31,6 +33,10 @@ class DeformationLoop {
   /// `wake_late_ns`: what the schedule measured, for the step's record.
   void Step(const ToolState& tools, Nanoseconds now_ns, Nanoseconds wake_late_ns = 0);
 
+  /// For a replay: where a relaxation of the recorded step was out of time, that of the next Step
+  /// stops after as many iterations.
+  void Obey(const StepSample& recorded);
+
   /// The newest tool state on the edge.
   const ToolState& NewestTools();
 
@@ -45,6 +51,7 @@ class DeformationLoop {
   void Relax(double dt);
   void RelocateVertices();
   void BuildContactPatch(const ToolState& tools);
+  void FillSample(const ToolState& tools);
   void Publish(const ToolState& tools);
   void FillScene(const ToolState& tools, SceneSnapshot* scene) const;
 
@@ -54,6 +61,7 @@ class DeformationLoop {
   std::vector<OrganState> states_;
   std::vector<ToolContact> contacts_;  // one a tool
   StepRecord record_;
+  StepSample sample_;
 };
 
 /// A snapshot of the rest state whose arrays have the organs' sizes; without vertices for readers

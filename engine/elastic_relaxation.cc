@@ -1,6 +1,7 @@
 #include "engine/elastic_relaxation.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/lattice_response.h"
 #include "engine/newton_step.h"
@@ -32,6 +33,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
     RelaxationResult result;
+    const int recorded_end = std::exchange(stop_after_, 0);
     has_tangent_ = contacts->size() > 0;
     if (!has_tangent_) {
       U_.setZero();
@@ -41,8 +43,10 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     result.converged = false;
     StartWatch();
     double energy = energy_->Gradient(U_, &gradient_);
-    while (!result.converged && result.iterations < options_.max_iterations &&
-           TimeForAnother(result.iterations)) {
+    while (!result.converged && result.iterations < options_.max_iterations) {
+      result.out_of_time = recorded_end > 0 ? result.iterations == recorded_end
+                                            : !TimeForAnother(result.iterations);
+      if (result.out_of_time) break;
       if (!factor_.Factorise(U_, energy_.get())) break;
       result.regularised = SolveStep(*contacts).regularised;
       const double length = result.iterations == 0 ? 1 : Search(energy);
@@ -57,6 +61,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     if (!U_.allFinite()) U_.setZero();  // the caller reports it; the next step starts at rest
     return result;
   }
+
+  void StopNextAfter(int iterations) override { stop_after_ = iterations; }
 
   const LatticeCompliance* compliance() const override { return this; }
 
@@ -147,6 +153,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   std::unique_ptr<LatticeResponse> at_rest_;  // K^-1 of U = 0
   ContactProblem problem_;
   Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
+  int stop_after_ = 0;  // iterations of the next Relax; 0: as the options say
 };
 
 }  // namespace

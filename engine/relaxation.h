@@ -22,6 +22,10 @@ class Relaxation {
   /// solvers use it); out, the solution. Fills the rows' forces. Deformation thread.
   virtual RelaxationResult Relax(ContactSet* contacts, Points* U) = 0;
 
+  /// The next Relax, which no clock limits then, stops after `iterations` (> 0): where a recorded
+  /// one was out of time. Only relaxations with a clock have anything to do here.
+  virtual void StopNextAfter(int /*iterations*/) {}
+
   /// What the lattice answers to a small change of the loads, for the contact patch; lives as long
   /// as this. nullptr: there is no such compliance, and the hand feels reaction "paper".
   virtual const LatticeCompliance* compliance() const { return nullptr; }

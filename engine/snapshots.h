@@ -13,6 +13,7 @@
 ///                  |  ^------ContactPatch------'     '---SceneSnapshot--> telemetry loop
 ///                  '--------------- HapticSample queue (every tick) ---------^
 ///     render loop --FrameRecord queue (every frame)---------> telemetry loop
+///                                         StepSample queue (every step) -----^
 ///
 /// Latest-value edges are a TripleBuffer, every-item edges an SpscQueue. Everything but
 /// SceneSnapshot has a fixed size, so writing one in place allocates nothing; a SceneSnapshot's
@@ -20,6 +21,7 @@
 namespace hpdm {
 
 inline constexpr int kMaxInstruments = 2;
+inline constexpr int kMaxOrgans = 64;
 
 /// The five tracked axes of a laparoscopic device about its trocar:
 /// pitch (rad), yaw (rad), insertion (m), roll (rad), jaw (0 closed .. 1 open).
@@ -203,6 +205,23 @@ struct SceneSnapshot {
   std::array<ToolContactState, kMaxInstruments> contacts;  ///< As published to the haptic loop.
 };
 
+/// How one organ's relaxation ended.
+struct OrganRelaxation {
+  std::int32_t iterations = 0;
+  bool out_of_time = false;  ///< Its clock stopped it: a replay stops after as many iterations.
+};
+
+/// Deformation loop -> telemetry loop, every step through a queue: all of a step that a replay must
+/// obey or compares.
+struct StepSample {
+  StepRecord step;
+  int organ_count = 0;
+  std::array<OrganRelaxation, kMaxOrgans> organs;
+  int tool_count = 0;                                      ///< 0 before the first tick too.
+  std::array<ToolPose, kMaxInstruments> tools;             ///< As the step used them.
+  std::array<ToolContactState, kMaxInstruments> contacts;  ///< As published to the haptic loop.
+};
+
 /// Why a tick was skipped (design: threads).
 struct SkippedTicks {
   std::uint32_t late_wake_up = 0;  ///< The scheduler woke the thread late.
@@ -249,6 +268,7 @@ struct HapticSample {
   Nanoseconds time_ns = 0;         ///< Scheduled time.
   Nanoseconds device_time_ns = 0;  ///< Of the device sample used.
   std::uint64_t patch_number = 0;  ///< ContactPatch::step.number used; 0 before the first.
+  std::uint64_t patch_tick = 0;    ///< First tick that used that patch.
   Nanoseconds patch_age_ns = 0;    ///< time_ns minus the patch's device time.
   Nanoseconds wake_late_ns = 0;    ///< Wake-up minus schedule; 0 in lockstep.
   Nanoseconds written_ns = 0;      ///< Wake-up to the last effort written; 0 in lockstep.

@@ -133,13 +133,14 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
 void HapticLoop::GuardForces(Nanoseconds scheduled) {
   const Nanoseconds elapsed = has_run_ ? scheduled - last_scheduled_ns_ : period_ns_;
   for (Tool& tool : tools_) {
+    tool.force_on = tool.instrument.device->ForceOn();
     tool.safe = tool.guard.Filter({.reaction_W = tool.contact.result().reaction_W,
                                    .J = tool.J,
                                    .elapsed = ToSeconds(elapsed),
                                    .has_patch = patch_number_ > 0,
                                    .patch_age_ns = patch_age_ns_,
                                    .device_valid = tool.sample.valid,
-                                   .force_on = tool.instrument.device->ForceOn()});
+                                   .force_on = tool.force_on});
   }
   last_scheduled_ns_ = scheduled;
   has_run_ = true;
@@ -169,6 +170,7 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
   sample_.tick = tick;
   sample_.time_ns = scheduled;
   sample_.device_time_ns = device_time_ns_;
+  if (sample_.patch_number != patch_number_) sample_.patch_tick = tick;
   sample_.patch_number = patch_number_;
   sample_.patch_age_ns = patch_age_ns_;
   sample_.wake_late_ns = timing.wake_late_ns;
@@ -188,7 +190,7 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .guard_flags = tool.safe.flags,
                         .device_time_ns = tool.sample.time_ns,
                         .device_valid = tool.sample.valid,
-                        .force_on = tool.instrument.device->ForceOn()};
+                        .force_on = tool.force_on};
   }
   sample_.compute_ns = SinceWakeUp(scheduled, timing);
   if (edges_.link != nullptr) edges_.link->Push(sample_);

@@ -72,6 +72,7 @@ class HapticLoop {
     Nanoseconds moved_ns = 0;  // device time of `pose`
     ToolPose pose;
     Matrix3d J = Matrix3d::Zero();
+    bool force_on = false;  // read once a tick: a stop may come between two readings
     ForceGuard::Output safe;
     AxisEffort effort = AxisEffort::Zero();
   };

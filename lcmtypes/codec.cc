@@ -48,6 +48,10 @@ void ToMessage(const HapticSample& sample, tool_t* message) {
   message->tick = Signed(sample.tick);
   message->time_ns = sample.time_ns;
   message->device_time_ns = sample.device_time_ns;
+  message->wake_late_ns = sample.wake_late_ns;
+  message->skipped_late_wake_up = static_cast<std::int32_t>(sample.skipped.late_wake_up);
+  message->skipped_long_compute = static_cast<std::int32_t>(sample.skipped.long_compute);
+  message->skipped_stalled = static_cast<std::int32_t>(sample.skipped.stalled);
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolSample& from = sample.tools[i];
@@ -67,6 +71,10 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
   sample->tick = Unsigned(message.tick);
   sample->time_ns = message.time_ns;
   sample->device_time_ns = message.device_time_ns;
+  sample->wake_late_ns = message.wake_late_ns;
+  sample->skipped.late_wake_up = static_cast<std::uint32_t>(message.skipped_late_wake_up);
+  sample->skipped.long_compute = static_cast<std::uint32_t>(message.skipped_long_compute);
+  sample->skipped.stalled = static_cast<std::uint32_t>(message.skipped_stalled);
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_input_t& from = message.tools[i];
     ToolSample& to = sample->tools[i];
@@ -86,12 +94,8 @@ void ToMessage(const HapticSample& sample, force_t* message) {
   message->time_ns = sample.time_ns;
   message->patch_number = Signed(sample.patch_number);
   message->patch_age_ns = sample.patch_age_ns;
-  message->wake_late_ns = sample.wake_late_ns;
   message->written_ns = sample.written_ns;
   message->compute_ns = sample.compute_ns;
-  message->skipped_late_wake_up = static_cast<std::int32_t>(sample.skipped.late_wake_up);
-  message->skipped_long_compute = static_cast<std::int32_t>(sample.skipped.long_compute);
-  message->skipped_stalled = static_cast<std::int32_t>(sample.skipped.stalled);
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolSample& from = sample.tools[i];
@@ -115,12 +119,8 @@ bool FromMessage(const force_t& message, HapticSample* sample) {
   sample->time_ns = message.time_ns;
   sample->patch_number = Unsigned(message.patch_number);
   sample->patch_age_ns = message.patch_age_ns;
-  sample->wake_late_ns = message.wake_late_ns;
   sample->written_ns = message.written_ns;
   sample->compute_ns = message.compute_ns;
-  sample->skipped.late_wake_up = static_cast<std::uint32_t>(message.skipped_late_wake_up);
-  sample->skipped.long_compute = static_cast<std::uint32_t>(message.skipped_long_compute);
-  sample->skipped.stalled = static_cast<std::uint32_t>(message.skipped_stalled);
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_force_t& from = message.tools[i];
     if (!IsKind(from.kind)) return false;
@@ -138,9 +138,15 @@ bool FromMessage(const force_t& message, HapticSample* sample) {
   return true;
 }
 
-void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t* message) {
-  const StepRecord& step = scene.step;
-  message->tool_count = scene.tool_count;
+void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* message) {
+  const StepRecord& step = sample.step;
+  message->organ_count = sample.organ_count;
+  message->organs.resize(sample.organ_count);
+  for (int o = 0; o < sample.organ_count; ++o) {
+    message->organs[o].iterations = sample.organs[o].iterations;
+    message->organs[o].out_of_time = sample.organs[o].out_of_time;
+  }
+  message->tool_count = sample.tool_count;
   message->step = Signed(step.number);
   message->input_tick = Signed(step.input_tick);
   message->visible_tick = visible_tick;
@@ -151,10 +157,10 @@ void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t*
   message->iterations = step.iterations;
   message->residual = step.residual;
   message->flags = static_cast<std::int32_t>(step.flags);
-  message->tools.resize(scene.tool_count);
-  for (int i = 0; i < scene.tool_count; ++i) {
-    const ToolPose& pose = scene.tools[i];
-    const ToolContactState& contact = scene.contacts[i];
+  message->tools.resize(sample.tool_count);
+  for (int i = 0; i < sample.tool_count; ++i) {
+    const ToolPose& pose = sample.tools[i];
+    const ToolContactState& contact = sample.contacts[i];
     tool_contact_t& to = message->tools[i];
     const Vector3d p_tip_W = pose.X_WT.translation();
     const Eigen::Quaterniond rotation(pose.X_WT.linear());
@@ -180,11 +186,21 @@ void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t*
   }
 }
 
-bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* visible_tick) {
+bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* visible_tick) {
   if (!IsToolCount(message.tool_count, message.tools.size())) return false;
-  scene->tool_count = message.tool_count;
+  if (message.organ_count < 0 || message.organ_count > kMaxOrgans ||
+      static_cast<std::size_t>(message.organ_count) != message.organs.size()) {
+    return false;
+  }
+  sample->organ_count = message.organ_count;
+  for (int o = 0; o < message.organ_count; ++o) {
+    const organ_relaxation_t& from = message.organs[o];
+    if (from.iterations < 0) return false;
+    sample->organs[o] = {from.iterations, from.out_of_time != 0};
+  }
+  sample->tool_count = message.tool_count;
   *visible_tick = message.visible_tick;
-  StepRecord& step = scene->step;
+  StepRecord& step = sample->step;
   step.number = Unsigned(message.step);
   step.input_tick = Unsigned(message.input_tick);
   step.time_ns = message.time_ns;
@@ -197,8 +213,8 @@ bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* v
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_contact_t& from = message.tools[i];
     if (!IsKind(from.kind) || from.reaction < 0 || from.reaction > 1) return false;
-    ToolPose& pose = scene->tools[i];
-    ToolContactState& contact = scene->contacts[i];
+    ToolPose& pose = sample->tools[i];
+    ToolContactState& contact = sample->contacts[i];
     const Eigen::Quaterniond rotation(from.orientation[0], from.orientation[1], from.orientation[2],
                                       from.orientation[3]);
     // Written so that NaN is refused too; a rounding away from 1 is some 1e-16.
@@ -329,7 +345,8 @@ std::span<const int> ElementSizes(const force_t&) {
   return sizes;
 }
 std::span<const int> ElementSizes(const contact_t&) {
-  static const int sizes[] = {tool_contact_t()._getEncodedSizeNoHash()};
+  static const int sizes[] = {tool_contact_t()._getEncodedSizeNoHash(),
+                              organ_relaxation_t()._getEncodedSizeNoHash()};
   return sizes;
 }
 std::span<const int> ElementSizes(const organ_t&) {

@@ -45,11 +45,11 @@ bool FromMessage(const force_t& message, HapticSample* sample);
 /// A step whose patch no tick has used.
 inline constexpr std::int64_t kNeverVisible = -1;
 
-/// A deformation step without its displacements. `visible_tick`: the first tick that used its
+/// A deformation step. `visible_tick`: the first tick that used its
 /// patch, or kNeverVisible. Back, the orientation is exact to a rounding (it crosses as a
-/// quaternion), and the patches hold the step's solution only, no surface.
-void ToMessage(const SceneSnapshot& scene, std::int64_t visible_tick, contact_t* message);
-bool FromMessage(const contact_t& message, SceneSnapshot* scene, std::int64_t* visible_tick);
+/// quaternion).
+void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* message);
+bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* visible_tick);
 
 /// One organ's shape, displacements in float, without its vertices and its empty slots. Back, the
 /// arrays are resized.

@@ -25,7 +25,7 @@ struct SessionSummary {
   std::uint64_t ticks_lost = 0;  ///< Run, but lost on the way (queue overflow).
   SkippedTicks skipped;          ///< Not run, by cause.
   std::uint64_t steps = 0;       ///< That reached the telemetry.
-  std::uint64_t steps_lost = 0;  ///< Run, but replaced by the next before they were read.
+  std::uint64_t steps_lost = 0;  ///< Run, but lost on the way (queue overflow).
   std::uint64_t frames = 0;      ///< That reached the telemetry.
   double haptic_hz = 0;          ///< Ticks run a second, between the first and the last.
   double deformation_hz = 0;     ///< Steps a second, likewise, lost ones included.

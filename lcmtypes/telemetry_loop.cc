@@ -19,9 +19,9 @@ constexpr Nanoseconds kFlushPeriod = kNanosecondsPerSecond / 10;
 // that the haptic loop has stopped, and the interval is closed without it.
 constexpr Nanoseconds kSamplePatience = kNanosecondsPerSecond / 2;
 
-// Steps that may wait for their first use, and first uses that may wait for their step: two
-// seconds at 30 Hz, far beyond any hand-over. An older step was replaced before it was used.
-constexpr std::size_t kMaxWaiting = 64;
+// Steps that may wait for their first use: at least a second at any rate, far beyond any hand-over.
+// While the haptic loop stands still, older ones are replaced before a tick can use them.
+constexpr std::size_t kMaxWaiting = 1024;
 
 std::string Joined(const std::vector<std::string>& names) {
   std::string text;
@@ -31,10 +31,15 @@ std::string Joined(const std::vector<std::string>& names) {
 
 }  // namespace
 
-TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, TripleBuffer<SceneSnapshot>* scenes,
-                             const std::string& log_path, const TelemetryOptions& options,
-                             const SessionInfo& info)
+std::string SessionStartText(const SessionInfo& info) {
+  return "instruments: " + Joined(info.instruments);
+}
+
+TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSample>* steps,
+                             TripleBuffer<SceneSnapshot>* scenes, const std::string& log_path,
+                             const TelemetryOptions& options, const SessionInfo& info)
     : samples_(samples),
+      steps_(steps),
       scenes_(scenes),
       options_(options),
       live_(options.live ? Connect(NetworkUrl(), "--live") : nullptr),
@@ -45,7 +50,7 @@ TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, TripleBuffer<Scen
   if (!options.timeline_path.empty()) {
     timeline_.emplace(options.timeline_path, options.timeline_interval, info.instruments);
   }
-  AddEvent(EventSeverity::kInfo, "session.start", "instruments: " + Joined(info.instruments));
+  AddEvent(EventSeverity::kInfo, "session.start", SessionStartText(info));
   if (options.baseline.count() > 0) {
     char text[120];
     std::snprintf(text, sizeof text, "an empty loop woke late by %.1f us (p99), %.1f us at most",
@@ -72,7 +77,9 @@ void TelemetryLoop::Drain() noexcept {
   if (finished_) return;
   HapticSample sample;
   while (samples_->Pop(&sample)) HandleSample(sample);
-  if (scenes_->Update()) HandleScene(scenes_->Front());
+  StepSample step;
+  while (steps_->Pop(&step)) HandleStep(step);
+  if (scenes_->Update()) HandleShapes(scenes_->Front());
   FrameRecord frame;
   while (options_.frames != nullptr && options_.frames->Pop(&frame)) statistics_.Add(frame);
   PublishMeshPart();
@@ -119,6 +126,7 @@ TelemetrySummary TelemetryLoop::Summary() const {
   summary.session = statistics_.Summary();
   summary.log = log_.state();
   summary.queue_overflows = samples_->Overflows();
+  summary.step_overflows = steps_->Overflows();
   summary.live_messages = live_messages_;
   summary.live_errors = live_errors_;
   summary.timeline_complete = timeline_complete_;
@@ -136,7 +144,7 @@ void TelemetryLoop::HandleSample(const HapticSample& sample) {
   Send(kForceChannel, sample.time_ns, force_, !options_.forces_linked);
   ReportDevices(sample);
   if (timeline_) timeline_->Add(sample);
-  if (sample.patch_number > 0) ResolveVisible(sample.patch_number, sample.tick);
+  if (sample.patch_number > 0) ResolveVisible(sample.patch_number, sample.patch_tick);
 }
 
 void TelemetryLoop::ReportDevices(const HapticSample& sample) {
@@ -156,44 +164,48 @@ void TelemetryLoop::ReportDevices(const HapticSample& sample) {
   }
 }
 
-void TelemetryLoop::HandleScene(const SceneSnapshot& scene) {
-  const StepRecord& step = scene.step;
+void TelemetryLoop::HandleStep(const StepSample& sample) {
+  const StepRecord& step = sample.step;
   AdvanceTo(step.time_ns, kSamplePatience);
   statistics_.Add(step);
+  while (!first_uses_.empty() && first_uses_.front().first < step.number) first_uses_.pop_front();
+
+  contact_t contact;
+  ToMessage(sample, kNeverVisible, &contact);
+  if (!first_uses_.empty() && first_uses_.front().first == step.number) {
+    WriteContact(&contact, static_cast<std::int64_t>(first_uses_.front().second));
+    first_uses_.pop_front();
+  } else if (step.number < newest_used_) {
+    WriteContact(&contact, kNeverVisible);
+  } else {
+    waiting_.push_back(std::move(contact));
+    if (waiting_.size() <= kMaxWaiting) return;
+    WriteContact(&waiting_.front(), kNeverVisible);
+    waiting_.pop_front();
+  }
+}
+
+void TelemetryLoop::HandleShapes(const SceneSnapshot& scene) {
+  const StepRecord& step = scene.step;
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     ToMessage(step, static_cast<int>(i), scene.organs[i], &organ_);
     ++organ_.sequence;
     Send(kOrganChannel, step.time_ns, organ_);
   }
-
-  contact_t contact;
-  ToMessage(scene, kNeverVisible, &contact);
-  const std::uint64_t newest_used = first_uses_.empty() ? 0 : first_uses_.back().first;
-  if (step.number > newest_used) {
-    waiting_.push_back(std::move(contact));
-    if (waiting_.size() > kMaxWaiting) {
-      WriteContact(&waiting_.front(), kNeverVisible);
-      waiting_.pop_front();
-    }
-    return;
-  }
-  const auto use = std::find_if(first_uses_.begin(), first_uses_.end(),
-                                [&](const auto& u) { return u.first == step.number; });
-  WriteContact(&contact,
-               use == first_uses_.end() ? kNeverVisible : static_cast<std::int64_t>(use->second));
 }
 
-/// A tick used the patch of step `patch_number`: steps up to that one have met their first use, or
-/// never will.
+/// Tick `tick` was the first to use the patch of step `patch_number`: steps before that one which
+/// still wait were replaced unused.
 void TelemetryLoop::ResolveVisible(std::uint64_t patch_number, std::uint64_t tick) {
-  if (!first_uses_.empty() && patch_number <= first_uses_.back().first) return;
-  first_uses_.emplace_back(patch_number, tick);
-  if (first_uses_.size() > kMaxWaiting) first_uses_.pop_front();
+  if (patch_number <= newest_used_) return;
+  newest_used_ = patch_number;
+  bool resolved = false;
   while (!waiting_.empty() && static_cast<std::uint64_t>(waiting_.front().step) <= patch_number) {
-    const bool used = static_cast<std::uint64_t>(waiting_.front().step) == patch_number;
-    WriteContact(&waiting_.front(), used ? static_cast<std::int64_t>(tick) : kNeverVisible);
+    resolved = static_cast<std::uint64_t>(waiting_.front().step) == patch_number;
+    WriteContact(&waiting_.front(), resolved ? static_cast<std::int64_t>(tick) : kNeverVisible);
     waiting_.pop_front();
   }
+  if (!resolved) first_uses_.emplace_back(patch_number, tick);
 }
 
 void TelemetryLoop::WriteContact(contact_t* message, std::int64_t visible_tick) {
@@ -243,7 +255,7 @@ void TelemetryLoop::CloseInterval(Nanoseconds end) {
   if (stats_.deformation.missed > 0) {
     AddEvent(EventSeverity::kWarning, "telemetry.steps_lost",
              std::to_string(stats_.deformation.missed) +
-                 " deformation steps were replaced before the telemetry read them");
+                 " deformation steps found the telemetry queue full and are not in the log");
   }
 }
 

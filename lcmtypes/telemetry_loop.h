@@ -50,28 +50,33 @@ struct SessionInfo {
   std::vector<OrganDescription> organs;
 };
 
+/// Text of the event "session.start".
+std::string SessionStartText(const SessionInfo& info);
+
 enum class EventSeverity : std::int8_t { kInfo = 0, kWarning = 1, kError = 2 };
 
 struct TelemetrySummary {
   SessionSummary session;
   LogState log;
   std::uint64_t queue_overflows = 0;  ///< Ticks that found the sample queue full.
+  std::uint64_t step_overflows = 0;   ///< Steps that found the step queue full.
   std::uint64_t live_messages = 0;    ///< Published.
   std::uint64_t live_errors = 0;      ///< Refused by the network.
   bool timeline_complete = true;      ///< False: rows could not be written.
 };
 
-/// Reader of the haptic loop's samples and of the deformation loop's snapshots (their control
+/// Reader of the haptic loop's samples, of the deformation loop's steps and of its snapshots (their
 /// displacements; vertices are ignored): writes every one into the session log, thins the samples
 /// into the time line, keeps the statistics, and publishes live when asked.
 ///
 ///     HapticSample queue (every tick) --> Drain --> session.lcmlog, timeline.csv
+///     StepSample queue (every step) ---->   |
 ///     SceneSnapshot (latest value) ----->   '-----> LCM, only with options.live
 ///     FrameRecord queue (every frame) -->
 ///
 /// Everything but the constructor runs on one thread: its own (Run, real clock) or the one that
 /// runs everything (Drain, Finish; lockstep clock). Nothing here ever makes the haptic or the
-/// deformation loop wait: a telemetry thread that a disk or a network holds up lets the queue
+/// deformation loop wait: a telemetry thread that a disk or a network holds up lets the queues
 /// overflow, which is counted. Nothing measured here is logged, so that the same samples, drained
 /// in the same portions, give the same bytes.
 class TelemetryLoop {
@@ -79,9 +84,9 @@ class TelemetryLoop {
   /// Writes the meshes and the session's first event into the log. The edges outlive the loop.
   /// Throws InputError where a file cannot be created and MachineError where live publishing was
   /// asked for and no network lets it. Without options.live no socket is opened.
-  TelemetryLoop(SpscQueue<HapticSample>* samples, TripleBuffer<SceneSnapshot>* scenes,
-                const std::string& log_path, const TelemetryOptions& options,
-                const SessionInfo& info);
+  TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSample>* steps,
+                TripleBuffer<SceneSnapshot>* scenes, const std::string& log_path,
+                const TelemetryOptions& options, const SessionInfo& info);
   ~TelemetryLoop();
   TelemetryLoop(const TelemetryLoop&) = delete;
   TelemetryLoop& operator=(const TelemetryLoop&) = delete;
@@ -105,7 +110,8 @@ class TelemetryLoop {
  private:
   void HandleSample(const HapticSample& sample);
   void ReportDevices(const HapticSample& sample);
-  void HandleScene(const SceneSnapshot& scene);
+  void HandleStep(const StepSample& step);
+  void HandleShapes(const SceneSnapshot& scene);
   void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);
   void WriteContact(contact_t* message, std::int64_t visible_tick);
   void AdvanceTo(Nanoseconds time, Nanoseconds patience);
@@ -118,6 +124,7 @@ class TelemetryLoop {
   void Publish(const char* channel, std::span<const std::uint8_t> bytes);
 
   SpscQueue<HapticSample>* samples_;
+  SpscQueue<StepSample>* steps_;
   TripleBuffer<SceneSnapshot>* scenes_;
   TelemetryOptions options_;
   std::unique_ptr<lcm::LCM> live_;  // absent unless asked for
@@ -138,9 +145,11 @@ class TelemetryLoop {
   std::uint64_t frames_missed_ = 0;  // total when last asked
   Nanoseconds last_flush_ = 0;
 
-  // Steps that wait for the tick that first uses their patch, and the latest such ticks.
+  // Steps that wait for the tick that first uses their patch, and such ticks that wait for their
+  // step: whichever crosses its queue first.
   std::deque<contact_t> waiting_;
   std::deque<std::pair<std::uint64_t, std::uint64_t>> first_uses_;  // patch number, tick
+  std::uint64_t newest_used_ = 0;                                   // patch number
 
   std::vector<mesh_t> mesh_parts_;  // for the live repeats
   std::size_t next_part_ = 0;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/organ_options.h"
+#include "engine/snapshots.h"
 #include "engine/types.h"
 #include "haptics/instrument_options.h"
 #include "render/laparoscope_options.h"
@@ -35,8 +36,6 @@ struct Scene {
   std::vector<LoadOptions> loads;
   LaparoscopeOptions laparoscope;
 };
-
-inline constexpr int kMaxOrgans = 64;
 
 /// Reads and validates a scene file. File names in it start at the scene's folder; those returned
 /// are absolute or relative to the working folder, as `path` is, and exist.

@@ -126,7 +126,10 @@ TEST(Codec, NanAndInfinityCrossUnchanged) {
 
 TEST(Codec, AStepComesBackWithItsVisibleTick) {
   Random random(2);
-  SceneSnapshot sent;
+  StepSample sent;
+  sent.organ_count = 2;
+  sent.organs[0] = {3, false};
+  sent.organs[1] = {1, true};
   sent.step = {7, 1234, 5'000'000, 4'000'000, 70'000, 900'000, 3, 1e-7, kStepBudgetSpent};
   sent.tool_count = 2;
   for (int i = 0; i < 2; ++i) {
@@ -151,7 +154,7 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
   }
   contact_t message{};
   ToMessage(sent, 1240, &message);
-  SceneSnapshot received;
+  StepSample received;
   std::int64_t visible_tick = 0;
   ASSERT_TRUE(FromMessage(Carry(message), &received, &visible_tick));
   EXPECT_EQ(visible_tick, 1240);
@@ -164,6 +167,11 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
   EXPECT_EQ(received.step.iterations, sent.step.iterations);
   EXPECT_EQ(received.step.residual, sent.step.residual);
   EXPECT_EQ(received.step.flags, sent.step.flags);
+  ASSERT_EQ(received.organ_count, 2);
+  for (int o = 0; o < 2; ++o) {
+    EXPECT_EQ(received.organs[o].iterations, sent.organs[o].iterations);
+    EXPECT_EQ(received.organs[o].out_of_time, sent.organs[o].out_of_time);
+  }
   ASSERT_EQ(received.tool_count, 2);
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(received.tools[i].X_WT.translation(), sent.tools[i].X_WT.translation());
@@ -268,13 +276,17 @@ TEST(Codec, ValuesThatNoSenderWritesAreRefused) {
   force.tool_count = 3;
   EXPECT_FALSE(FromMessage(force, &sample));
 
-  SceneSnapshot scene;
-  scene.tool_count = 1;
+  StepSample step;
+  step.tool_count = 1;
   contact_t contact{};
-  ToMessage(scene, kNeverVisible, &contact);
+  ToMessage(step, kNeverVisible, &contact);
   contact.tools[0].orientation[0] = std::numeric_limits<double>::quiet_NaN();
   std::int64_t tick;
-  EXPECT_FALSE(FromMessage(contact, &scene, &tick));
+  EXPECT_FALSE(FromMessage(contact, &step, &tick));
+  ToMessage(step, kNeverVisible, &contact);
+  contact.organ_count = kMaxOrgans + 1;
+  contact.organs.resize(kMaxOrgans + 1);
+  EXPECT_FALSE(FromMessage(contact, &step, &tick));
 
   organ_t organ{};
   organ.value_count = 4;
@@ -359,6 +371,12 @@ TEST(Codec, FlippedBitsNeverCrashADecoder) {
   mesh_t mesh{};
   mesh.name = "liver";
   DecodeWithFlippedBits(mesh, 5);
+  contact_t contact{};
+  StepSample step;
+  step.tool_count = 1;
+  step.organ_count = 2;
+  ToMessage(step, 1, &contact);
+  DecodeWithFlippedBits(contact, 6);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -105,6 +106,10 @@ LoggedTicks ReadTicks(const fs::path& log) {
       if (!DecodeMessage(event.data, &organ) || !FromMessage(organ, &shape)) return {};
       ticks.largest_displacement = std::max(
           ticks.largest_displacement, shape.control_displacements.rowwise().norm().maxCoeff());
+    }
+    if (event.channel == kToolChannel) {
+      tool_t input;
+      if (!DecodeMessage(event.data, &input) || !FromMessage(input, &sample)) return {};
     }
     if (event.channel != kForceChannel) continue;
     if (!DecodeMessage(event.data, &message) || !FromMessage(message, &sample)) return {};
@@ -390,6 +395,61 @@ TEST_F(Flow, SameSessionRunsOnAnotherLiverByMeshUnitAndPose) {
   EXPECT_GT(Json::parse(outcome.out)["tools"][0]["contact_time_s"], 0.5);
 }
 
+TEST_F(Flow, ReplayOfASessionFolderIsTheSameBitForBitInBothClocks) {
+  SKIP_WITHOUT_EGL();
+  for (const std::string clock : {"real", "lockstep"}) {
+    ASSERT_EQ(
+        Hpdm("run " + kScene + " --clock " + clock + " --seconds 2 --fps 0 --out " + Folder(clock))
+            .exit_code,
+        0);
+    const Outcome outcome = Hpdm("replay --json --tolerance 0 " + Folder(clock));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    EXPECT_EQ(report["result"], "identical") << clock;
+    EXPECT_EQ(report["ticks"]["compared"], report["ticks"]["logged"]) << clock;
+    EXPECT_EQ(report["steps"]["compared"], report["steps"]["logged"]) << clock;
+    EXPECT_GT(report["forces"][0]["logged_peak_N"], 0.1) << clock;
+  }
+  // A scene of the same shapes but softer tissue plays, and differs from the first contact on.
+  std::string softer = ReadFile(folder_ / "lockstep" / "scene.toml");
+  softer.replace(softer.find("young = 5000"), 12, "young = 4000");
+  std::ofstream(folder_ / "lockstep" / "softer.toml") << softer;
+  const Outcome differs = Hpdm("replay --json " + Folder("lockstep") + " --scene " +
+                               (folder_ / "lockstep" / "softer.toml").string());
+  EXPECT_EQ(differs.exit_code, 1) << differs.err;
+  const Json report = Json::parse(differs.out);
+  EXPECT_EQ(report["result"], "differs");
+  for (const char* key : {"field", "logged", "replayed"}) {
+    EXPECT_TRUE(report["first_beyond_tolerance"].contains(key)) << key;
+  }
+  const Outcome other = Hpdm("replay " + Folder("lockstep") + " --scene " +
+                             (kSource / "tests" / "golden" / "press.toml").string());
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.err.find("is no log of"), std::string::npos) << other.err;
+}
+
+TEST_F(Flow, ReplayPlaysARecordedMotionInBothClocks) {
+  std::ofstream motion(folder_ / "motion.csv");
+  motion << "t,px,py,pz\n";
+  for (int row = 0; row < 60; ++row) {
+    motion << 0.02 * row << ",0,0," << 0.02 * std::cos(0.1 * row) << "\n";
+  }
+  motion.close();
+  const std::string command = "replay --json " + Folder("motion.csv") + " --scene " +
+                              (kSource / "tests" / "golden" / "press.toml").string();
+  for (const std::string clock : {"logged", "real"}) {
+    const Outcome outcome = Hpdm(command + " --clock " + clock);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    EXPECT_GT(report["tools"][0]["peak_force_N"], 0.05) << clock;
+    if (clock == "logged") {
+      EXPECT_EQ(report["ticks"], 1181) << "59 rows of 20 ms, both ends";
+    } else {
+      EXPECT_GT(report["latency"]["wake_up"]["count"], 0);
+    }
+  }
+}
+
 TEST_F(Flow, InterruptClosesTheLogAndWritesTheSummary) {
   SKIP_WITHOUT_EGL();
   for (const int signal : {SIGINT, SIGTERM}) {
@@ -452,9 +512,9 @@ TEST_F(Flow, BadInputIsOneLineAndExitTwo) {
         "run " + kScene + " --device nobody=sim", "run " + kScene + " --device trace:" + missing,
         "run " + kScene + " --device trace:" + typo,
         "run " + kScene + " --device lcm --clock lockstep --seconds 1",
-        "run " + kScene + " --clock lockstep",
-        "run " + kScene + " --size wide --out " + Folder("x"), "run " + kScene + " --window",
-        "generate nothing --out " + Folder("g")}) {
+        "run " + kScene + " --clock lockstep", "replay " + missing, "replay " + kScene,
+        std::string("replay motion.csv"), "run " + kScene + " --size wide --out " + Folder("x"),
+        "run " + kScene + " --window", "generate nothing --out " + Folder("g")}) {
     const Outcome outcome = Hpdm(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << arguments << "\n"

@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", HPDM_VERSION);
   hpdm::AddRunCommand(app);
+  hpdm::AddReplayCommand(app);
   hpdm::AddCheckCommand(app);
   hpdm::AddInspectCommand(app);
   hpdm::AddSolveCommand(app);

@@ -28,6 +28,7 @@
 #include "tools/lockstep.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
+#include "tools/realtime_threads.h"
 #include "tools/run_summary.h"
 #include "tools/session.h"
 #include "tools/session_folder.h"
@@ -71,17 +72,6 @@ class StopSignals {
  private:
   sigset_t signals_;
 };
-
-RealtimeOptions ProcessRealtime() {
-  RealtimeOptions options;
-  options.lock_memory = true;
-  options.keep_awake = true;
-  return options;
-}
-
-RealtimeOptions HapticRealtime() {
-  return {.fifo_priority = 80, .prefault_stack = true, .core_from_last = 0};
-}
 
 constexpr Nanoseconds kBaselineLength = kNanosecondsPerSecond;
 
@@ -130,8 +120,9 @@ struct Loops {
 //
 //     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz) --SceneSnapshot--> render
 //        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
-//        '-effort-'  '---HapticSample queue, every tick-------------------^  ^
-//                           render --FrameRecord queue, every frame----------'
+//        '-effort-'  '---HapticSample queue, every tick-------------------^  ^  ^
+//                                   StepSample queue, every step ---------'  |
+//                                 FrameRecord queue, every frame of render --'
 //
 // External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample --> HPDM_FORCE.
 //
@@ -162,8 +153,7 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
   std::jthread render_thread([&](std::stop_token stop) { loops.render.Run(stop); });
   std::jthread deformation_thread([&](std::stop_token stop) {
-    deformation =
-        RequestRealtime({.fifo_priority = 40, .prefault_stack = true, .core_from_last = 1});
+    deformation = RequestRealtime(DeformationRealtime());
     start.arrive_and_wait();
     RealLoopClock loop_clock(clock);
     const int hz = loops.session.scene().timing.deformation_hz;
@@ -198,14 +188,14 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
 
 // The lockstep clock: one thread, virtual time.
 RunRecord RunInLockstep(const Loops& loops) {
-  constexpr std::uint64_t kDrainTicks = 1024;
   RunRecord record;
   record.lockstep = true;
-  Lockstep clock(loops.session.scene().timing, &loops.haptics, &loops.deformation);
+  const TimingOptions& timing = loops.session.scene().timing;
+  Lockstep clock(timing, &loops.haptics, &loops.deformation);
   loops.session.EnableForces(true);
   while (clock.tick() < loops.end_tick && !record.interrupted) {
-    // The queue holds at least this many samples, however rare the steps are.
-    if (clock.tick() % kDrainTicks == 0) loops.telemetry.Drain();
+    // The queue holds two seconds of samples, and steps may be rarer.
+    if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
     if (clock.StepIfDue()) {
       ++record.deformation.ticks;
       loops.render.Frame();
@@ -303,13 +293,14 @@ void Run(const RunOptions& options) {
                       session.HasExternalDevice() ? &session.external_forces : nullptr});
   DeformationLoop deformation(
       session.organs(), session.DeformationTools(),
-      {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes},
+      {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes,
+       &session.steps},
       stopwatch);
   RenderLoop render(
       session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
       *session.render_scenes, stopwatch ? stopwatch : [] { return Nanoseconds{0}; },
       options.Lockstep() ? nullptr : &session.frames);
-  TelemetryLoop telemetry(&session.samples, session.telemetry_scenes.get(),
+  TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),
                           TelemetryOptionsOf(options, machine, folder, &session), session.Info());
   const std::uint64_t end_tick =

@@ -155,7 +155,7 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                     {"bytes", telemetry.log.bytes},
                     {"ticks", figures.ticks},
                     {"ticks_lost", telemetry.queue_overflows},
-                    {"steps_lost", figures.steps_lost},
+                    {"steps_lost", telemetry.step_overflows},
                     {"failure", telemetry.log.Explain()}};
   if (record.link) summary["device_link"] = LinkToJson(*record.link);
   if (!record.lockstep) summary["machine"] = MachineToJson(record, figures);

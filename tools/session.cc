@@ -54,6 +54,7 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
 
 Session::Session(Scene scene, std::vector<DeviceChoice> devices)
     : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
+      steps(2 * static_cast<std::size_t>(scene.timing.deformation_hz)),
       external_forces(64),
       frames(2 * static_cast<std::size_t>(std::ceil(scene.timing.render_hz)) + 1),
       scene_(std::move(scene)),

@@ -51,13 +51,14 @@ class Session {
   std::vector<InstrumentView> InstrumentViews() const;
   SessionInfo Info() const;
 
-  // The edges. Two seconds of samples and of frames fit their queues: a telemetry thread that a
+  // The edges. Two seconds of samples, steps and frames fit their queues: a telemetry thread that a
   // disk holds up for less loses nothing.
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render_scenes;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_scenes;
   SpscQueue<HapticSample> samples;
+  SpscQueue<StepSample> steps;
   /// Of the instruments that are driven from outside, null for the others; and the forces for them.
   std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> external_readings{};
   SpscQueue<HapticSample> external_forces;

@@ -24,6 +24,31 @@ SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& sce
     throw InputError(File("scene.toml").string() +
                      ": cannot be written; choose a writable folder with --out");
   }
+  const std::filesystem::path scene_folder = scene.path.parent_path();
+  for (const OrganOptions& organ : scene.organs) CopyFile(organ.mesh, scene_folder);
+  for (const InstrumentOptions& instrument : scene.instruments) {
+    for (const std::string& file : {instrument.mesh, instrument.trace.file}) {
+      if (!file.empty()) CopyFile(file, scene_folder);
+    }
+  }
+}
+
+// A file beside or above the scene's folder, or named absolutely, stays where it is: its name in
+// the copied scene must not lead out of the session's folder.
+void SessionFolder::CopyFile(const std::filesystem::path& file,
+                             const std::filesystem::path& scene_folder) const {
+  const std::filesystem::path name = file.lexically_relative(scene_folder);
+  if (name.empty() || *name.begin() == "..") return;
+  std::error_code error;
+  std::filesystem::create_directories(File(name.parent_path().string()), error);
+  if (!error) {
+    std::filesystem::copy_file(file, File(name.string()),
+                               std::filesystem::copy_options::skip_existing, error);
+  }
+  if (error) {
+    throw InputError(File(name.string()).string() + ": cannot be written (" + error.message() +
+                     "); choose a writable folder with --out");
+  }
 }
 
 std::filesystem::path SessionFolder::FreeName() {

@@ -10,7 +10,8 @@ namespace hpdm {
 /// The folder that a session leaves behind.
 ///
 ///     session.lcmlog   every tick and step (lcmtypes/)
-///     scene.toml       the scene as it was read
+///     scene.toml       the scene as it was read, and at their names in it those of its files that
+///                      lie below its own folder (meshes/...), so that the session can be replayed
 ///     summary.json     the session in figures
 ///     timeline.csv     force and depth at 100 Hz, timeline.png its plot
 ///     latency.csv      distributions of the latencies, latency.png their plot (real clock)
@@ -18,8 +19,8 @@ namespace hpdm {
 ///     frames/          pictures at --fps
 class SessionFolder {
  public:
-  /// Makes the folder and copies the scene's text. Throws InputError when the folder cannot be
-  /// written, or already holds a session, which is never overwritten.
+  /// Makes the folder and copies the scene's text and files. Throws InputError when the folder
+  /// cannot be written, or already holds a session, which is never overwritten.
   SessionFolder(const std::filesystem::path& path, const Scene& scene);
 
   /// out/session_1, or the first number after it that is free.
@@ -29,6 +30,8 @@ class SessionFolder {
   std::filesystem::path File(const std::string& name) const { return path_ / name; }
 
  private:
+  void CopyFile(const std::filesystem::path& file, const std::filesystem::path& scene_folder) const;
+
   std::filesystem::path path_;
 };
 
