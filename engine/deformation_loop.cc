@@ -44,13 +44,14 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   }
 }
 
-void DeformationLoop::Step(const ToolState& tools, Nanoseconds now_ns) {
+void DeformationLoop::Step(const ToolState& tools, Nanoseconds now_ns, Nanoseconds wake_late_ns) {
   const Nanoseconds started = stopwatch_ ? stopwatch_() : 0;
   // A contact that the first step finds may have been there for long: a second.
   const double dt = record_.number > 0 ? ToSeconds(now_ns - record_.time_ns) : 1;
   ++record_.number;
   record_.input_tick = tools.tick;
   record_.time_ns = now_ns;
+  record_.wake_late_ns = wake_late_ns;
   record_.device_time_ns = tools.device_time_ns;
   record_.flags = kStepOk;
 

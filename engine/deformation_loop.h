@@ -30,7 +30,8 @@ class DeformationLoop {
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr);
 
   /// One step, begun at session time `now_ns`, from the given tool state; published on all edges.
-  void Step(const ToolState& tools, Nanoseconds now_ns);
+  /// `wake_late_ns`: what the schedule measured, for the step's record.
+  void Step(const ToolState& tools, Nanoseconds now_ns, Nanoseconds wake_late_ns = 0);
 
   /// For a replay: where a relaxation of the recorded step was out of time, that of the next Step
   /// stops after as many iterations.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 namespace hpdm {
@@ -18,6 +19,14 @@ class Histogram {
     ++count_;
     if (v > max_) max_ = v;
     sum_ += static_cast<double>(v);
+  }
+
+  /// Adds another's values.
+  void Merge(const Histogram& other) {
+    for (std::size_t b = 0; b < bins_.size(); ++b) bins_[b] += other.bins_[b];
+    count_ += other.count_;
+    if (other.max_ > max_) max_ = other.max_;
+    sum_ += other.sum_;
   }
 
   std::uint64_t count() const { return count_; }
@@ -39,6 +48,15 @@ class Histogram {
       }
     }
     return max();
+  }
+
+  /// visit(largest value of the bin in ns, number of values in it) for each bin that holds any,
+  /// rising. The bins are the same in every histogram: counts of equal bins add up.
+  template <typename Visit>
+  void ForEachBin(Visit&& visit) const {
+    for (std::uint32_t b = 0; b < bins_.size(); ++b) {
+      if (bins_[b] > 0) visit(static_cast<std::int64_t>(UpperBound(b)), bins_[b]);
+    }
   }
 
  private:

@@ -33,9 +33,16 @@ class RealLoopClock : public LoopClock {
 /// What a tick is told about its own timing. In lockstep the default: nothing measured.
 struct TickTiming {
   Nanoseconds wake_late_ns = 0;  ///< Wake-up minus schedule.
-  SkippedTicks skipped;          ///< Periods skipped just before this tick.
+  SkippedTicks skipped = {};     ///< Periods skipped just before this tick.
   LoopClock* clock = nullptr;    ///< For the tick to measure its own compute time; null: 0.
 };
+
+/// How late the wake-up before a tick was: `wake_late_ns` of the tick and the periods that were
+/// over by then.
+inline Nanoseconds WakeUpLateness(Nanoseconds wake_late_ns, const SkippedTicks& skipped,
+                                  Nanoseconds period_ns) {
+  return wake_late_ns + static_cast<Nanoseconds>(skipped.late_wake_up) * period_ns;
+}
 
 /// Period k of a schedule is [start + k period, start + (k + 1) period).
 struct TickSchedule {

@@ -1,5 +1,6 @@
 #include "engine/realtime.h"
 
+#include <fcntl.h>
 #include <linux/capability.h>
 #include <pthread.h>
 #include <sched.h>
@@ -11,8 +12,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
-#include <mutex>
 
 namespace hpdm {
 namespace {
@@ -57,9 +58,30 @@ RealtimeGrant LockMemory() {
 }
 
 const RealtimeGrant& LockMemoryOnce() {
-  static std::once_flag once;
-  static RealtimeGrant grant;
-  std::call_once(once, [] { grant = LockMemory(); });
+  static const RealtimeGrant grant = LockMemory();
+  return grant;
+}
+
+// The request (a latency of 0 us) holds as long as the file is open: until the process ends.
+RealtimeGrant KeepAwake() {
+  RealtimeGrant grant{.asked = true, .granted = false, .why_not = {}};
+  const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+  if (file < 0 && errno == ENOENT) {
+    grant.asked = false;
+    grant.why_not = "the system has no /dev/cpu_dma_latency";
+    return grant;
+  }
+  const std::int32_t latency_us = 0;
+  grant.granted = file >= 0 && write(file, &latency_us, sizeof latency_us) == sizeof latency_us;
+  if (!grant.granted) {
+    grant.why_not = Reason(errno, "let this user write to /dev/cpu_dma_latency");
+    if (file >= 0) close(file);
+  }
+  return grant;
+}
+
+const RealtimeGrant& KeepAwakeOnce() {
+  static const RealtimeGrant grant = KeepAwake();
   return grant;
 }
 
@@ -131,7 +153,7 @@ std::string Line(std::string what, const RealtimeGrant& grant) {
 }  // namespace
 
 std::string RealtimeReport::FirstRefusal() const {
-  const RealtimeGrant* grants[] = {&fifo, &locked_memory, &prefaulted_stack, &pinned};
+  const RealtimeGrant* grants[] = {&fifo, &locked_memory, &prefaulted_stack, &pinned, &kept_awake};
   const std::vector<std::string> lines = Lines();
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (grants[i]->asked && !grants[i]->granted) return lines[i];
@@ -145,13 +167,15 @@ std::vector<std::string> RealtimeReport::Lines() const {
   std::string pin = "core";
   if (pinned.granted) pin.append(" ").append(std::to_string(core));
   return {Line(scheduler, fifo), Line("locked memory", locked_memory),
-          Line("pre-faulted stack", prefaulted_stack), Line(pin, pinned)};
+          Line("pre-faulted stack", prefaulted_stack), Line(pin, pinned),
+          Line("no deep idle", kept_awake)};
 }
 
 RealtimeReport RequestRealtime(const RealtimeOptions& options) noexcept {
   RealtimeReport report;
   prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);
   if (options.lock_memory) report.locked_memory = LockMemoryOnce();
+  if (options.keep_awake) report.kept_awake = KeepAwakeOnce();
   if (options.prefault_stack) {
     PrefaultStack();
     report.prefaulted_stack = {.asked = true, .granted = true, .why_not = {}};

@@ -11,11 +11,14 @@ struct RealtimeOptions {
   std::optional<int> fifo_priority;  ///< SCHED_FIFO, 1..99; absent: the normal scheduler.
   bool lock_memory = false;          ///< Of the whole process, present and future pages.
   bool prefault_stack = false;       ///< Touch kPrefaultBytes of this thread's stack.
+  /// Keep the machine's processors out of their deep idle states until the process ends: leaving
+  /// one takes up to some 100 us. Not asked for where the system offers no such promise.
+  bool keep_awake = false;
   /// Pin to a core, where the process may use more than two (else reported as not asked for): 0 the
   /// last one, 1 the one before, and so on, since interrupts and other programs tend to the first.
   /// On one or two cores pinning would make the loops wait for each other, and the scheduler does
   /// better.
-  std::optional<int> core_from_last;
+  std::optional<int> core_from_last = {};
 };
 
 /// One request and its answer.
@@ -30,6 +33,7 @@ struct RealtimeReport {
   RealtimeGrant locked_memory;
   RealtimeGrant prefaulted_stack;
   RealtimeGrant pinned;
+  RealtimeGrant kept_awake;
   int fifo_priority = 0;  ///< Granted, 0 without.
   int core = -1;          ///< Pinned to, -1 without.
 
@@ -46,10 +50,10 @@ inline constexpr int kPrefaultBytes = 256 * 1024;
 
 /// Asks for the calling thread (memory: for the process) what `options` name, each independently of
 /// the others, and reports what was granted. Soft resource limits are raised to the hard ones where
-/// that helps. Memory is locked by the first call that asks, and later calls report the same
-/// answer; it is not locked under a finite limit, where every later allocation could fail. Also
-/// takes the thread's timer slack down to 1 ns, which needs no rights. For set-up: it allocates and
-/// makes system calls. Never throws; any thread.
+/// that helps. Memory is locked and idle states are forbidden by the first call that asks, and
+/// later calls report the same answer; memory is not locked under a finite limit, where every later
+/// allocation could fail. Also takes the thread's timer slack down to 1 ns, which needs no rights.
+/// For set-up: it allocates and makes system calls. Never throws; any thread.
 RealtimeReport RequestRealtime(const RealtimeOptions& options) noexcept;
 
 }  // namespace hpdm

@@ -10,8 +10,9 @@
 /// The values that threads exchange. Each type crosses exactly the edges named here:
 ///
 ///     device -> haptic loop --ToolState--> deformation loop --SceneSnapshot--> render loop
-///                  ^------ContactPatch---------'     '---SceneSnapshot--> telemetry loop
+///                  |  ^------ContactPatch------'     '---SceneSnapshot--> telemetry loop
 ///                  '--------------- HapticSample queue (every tick) ---------^
+///     render loop --FrameRecord queue (every frame)---------> telemetry loop
 ///                                         StepSample queue (every step) -----^
 ///
 /// Latest-value edges are a TripleBuffer, every-item edges an SpscQueue. Everything but
@@ -147,6 +148,7 @@ struct StepRecord {
   std::uint64_t input_tick = 0;    ///< Tick whose ToolState it used.
   Nanoseconds time_ns = 0;         ///< When it started.
   Nanoseconds device_time_ns = 0;  ///< Of the newest device sample in it.
+  Nanoseconds wake_late_ns = 0;    ///< Wake-up minus schedule; 0 in lockstep.
   Nanoseconds compute_ns = 0;      ///< 0 in lockstep: nothing measured is logged there.
   int iterations = 0;              ///< Of the relaxation, summed over the organs.
   double residual = 0;             ///< Largest relative residual of the relaxation.
@@ -269,10 +271,18 @@ struct HapticSample {
   std::uint64_t patch_tick = 0;    ///< First tick that used that patch.
   Nanoseconds patch_age_ns = 0;    ///< time_ns minus the patch's device time.
   Nanoseconds wake_late_ns = 0;    ///< Wake-up minus schedule; 0 in lockstep.
+  Nanoseconds written_ns = 0;      ///< Wake-up to the last effort written; 0 in lockstep.
   Nanoseconds compute_ns = 0;      ///< Wall time of the tick; 0 in lockstep.
   SkippedTicks skipped;            ///< Periods skipped just before this one, by cause.
   int tool_count = 0;
   std::array<ToolSample, kMaxInstruments> tools;
+};
+
+/// Render loop -> telemetry loop, every frame through a queue; real clock only.
+struct FrameRecord {
+  Nanoseconds time_ns = 0;         ///< Session time at which the read-back had finished.
+  Nanoseconds device_time_ns = 0;  ///< Of the newest device sample shown.
+  Nanoseconds compute_ns = 0;      ///< Draw, read back, keep.
 };
 
 }  // namespace hpdm

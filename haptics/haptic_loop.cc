@@ -14,6 +14,11 @@ namespace {
 // delay of 5 ms is short beside the 33 ms of a deformation step, which uses it to look ahead.
 constexpr double kVelocityCutoff = 30;  // Hz
 
+// 0 in lockstep.
+Nanoseconds SinceWakeUp(Nanoseconds scheduled, const TickTiming& timing) {
+  return timing.clock == nullptr ? 0 : timing.clock->Now() - scheduled - timing.wake_late_ns;
+}
+
 }  // namespace
 
 HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds period_ns,
@@ -42,6 +47,7 @@ void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
   EvaluateContacts(scheduled);
   GuardForces(scheduled);
   WriteEfforts();
+  sample_.written_ns = SinceWakeUp(scheduled, timing);
   PublishToolState(tick, scheduled);
   PushSample(tick, scheduled, timing);
 }
@@ -186,8 +192,7 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .device_valid = tool.sample.valid,
                         .force_on = tool.force_on};
   }
-  sample_.compute_ns =
-      timing.clock == nullptr ? 0 : timing.clock->Now() - scheduled - timing.wake_late_ns;
+  sample_.compute_ns = SinceWakeUp(scheduled, timing);
   if (edges_.link != nullptr) edges_.link->Push(sample_);
   edges_.samples.Push(sample_);
 }

@@ -94,6 +94,7 @@ void ToMessage(const HapticSample& sample, force_t* message) {
   message->time_ns = sample.time_ns;
   message->patch_number = Signed(sample.patch_number);
   message->patch_age_ns = sample.patch_age_ns;
+  message->written_ns = sample.written_ns;
   message->compute_ns = sample.compute_ns;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
@@ -118,6 +119,7 @@ bool FromMessage(const force_t& message, HapticSample* sample) {
   sample->time_ns = message.time_ns;
   sample->patch_number = Unsigned(message.patch_number);
   sample->patch_age_ns = message.patch_age_ns;
+  sample->written_ns = message.written_ns;
   sample->compute_ns = message.compute_ns;
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_force_t& from = message.tools[i];
@@ -150,6 +152,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   message->visible_tick = visible_tick;
   message->time_ns = step.time_ns;
   message->device_time_ns = step.device_time_ns;
+  message->wake_late_ns = step.wake_late_ns;
   message->compute_ns = step.compute_ns;
   message->iterations = step.iterations;
   message->residual = step.residual;
@@ -202,6 +205,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   step.input_tick = Unsigned(message.input_tick);
   step.time_ns = message.time_ns;
   step.device_time_ns = message.device_time_ns;
+  step.wake_late_ns = message.wake_late_ns;
   step.compute_ns = message.compute_ns;
   step.iterations = message.iterations;
   step.residual = message.residual;
@@ -351,6 +355,10 @@ std::span<const int> ElementSizes(const organ_t&) {
 }
 std::span<const int> ElementSizes(const mesh_t&) {
   static const int sizes[] = {4, 4, 4};
+  return sizes;
+}
+std::span<const int> ElementSizes(const stats_t&) {
+  static const int sizes[] = {bin_t()._getEncodedSizeNoHash()};
   return sizes;
 }
 

@@ -79,6 +79,7 @@ std::span<const int> ElementSizes(const force_t&);
 std::span<const int> ElementSizes(const contact_t&);
 std::span<const int> ElementSizes(const organ_t&);
 std::span<const int> ElementSizes(const mesh_t&);
+std::span<const int> ElementSizes(const stats_t&);
 template <typename Message>
 std::span<const int> ElementSizes(const Message&) {
   return {};

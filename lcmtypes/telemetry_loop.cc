@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <lcm/lcm-cpp.hpp>
 #include <thread>
 
@@ -43,12 +44,20 @@ TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSam
       options_(options),
       live_(options.live ? Connect(NetworkUrl(), "--live") : nullptr),
       log_(log_path, options.epoch_us),
-      statistics_(options.haptic_period),
-      instruments_(info.instruments) {
+      statistics_(options.haptic_period, options.baseline),
+      instruments_(info.instruments),
+      stolen_(options.stolen_time ? options.stolen_time() : 0) {
   if (!options.timeline_path.empty()) {
     timeline_.emplace(options.timeline_path, options.timeline_interval, info.instruments);
   }
   AddEvent(EventSeverity::kInfo, "session.start", SessionStartText(info));
+  if (options.baseline.count() > 0) {
+    char text[120];
+    std::snprintf(text, sizeof text, "an empty loop woke late by %.1f us (p99), %.1f us at most",
+                  static_cast<double>(options.baseline.Percentile(0.99)) / 1000,
+                  static_cast<double>(options.baseline.max()) / 1000);
+    AddEvent(EventSeverity::kInfo, "realtime.baseline", text);
+  }
   for (std::size_t i = 0; i < info.organs.size(); ++i) {
     for (mesh_t& part : SplitMesh(static_cast<int>(i), info.organs[i])) {
       mesh_parts_.push_back(std::move(part));
@@ -71,6 +80,8 @@ void TelemetryLoop::Drain() noexcept {
   StepSample step;
   while (steps_->Pop(&step)) HandleStep(step);
   if (scenes_->Update()) HandleShapes(scenes_->Front());
+  FrameRecord frame;
+  while (options_.frames != nullptr && options_.frames->Pop(&frame)) statistics_.Add(frame);
   PublishMeshPart();
   if (now_ - last_flush_ >= kFlushPeriod) {
     log_.Flush();
@@ -212,10 +223,24 @@ void TelemetryLoop::AdvanceTo(Nanoseconds time, Nanoseconds patience) {
   now_ = std::max(now_, time);
 }
 
+void TelemetryLoop::CountStolenTime() {
+  if (!options_.stolen_time) return;
+  const Nanoseconds total = options_.stolen_time();
+  // The kernel's count may step back by a tick where it changes its mind.
+  if (total > stolen_) statistics_.AddStolen(total - stolen_);
+  stolen_ = std::max(stolen_, total);
+}
+
 void TelemetryLoop::CloseInterval(Nanoseconds end) {
+  CountStolenTime();
   statistics_.CloseInterval(end, &stats_);
   ++stats_.sequence;
   const std::uint64_t overflows = samples_->Overflows();
+  if (options_.frames != nullptr) {
+    const std::uint64_t frames_missed = options_.frames->Overflows();
+    stats_.render.missed = static_cast<std::int64_t>(frames_missed - frames_missed_);
+    frames_missed_ = frames_missed;
+  }
   stats_.queue_overflows = static_cast<std::int64_t>(overflows);
   stats_.log_events = static_cast<std::int64_t>(log_.state().events);
   stats_.log_dropped = static_cast<std::int64_t>(log_.state().dropped);

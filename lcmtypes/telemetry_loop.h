@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -10,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/histogram.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
 #include "engine/triple_buffer.h"
@@ -35,6 +37,11 @@ struct TelemetryOptions {
   Nanoseconds timeline_interval = 10'000'000;           ///< 100 Hz.
   Nanoseconds haptic_period = 1'000'000;                ///< 1 / haptic_hz.
   Nanoseconds mesh_repeat = 3 * kNanosecondsPerSecond;  ///< Between two live repeats.
+  SpscQueue<FrameRecord>* frames = nullptr;  ///< Of the render loop; null in the lockstep clock.
+  Histogram baseline = {};                   ///< Wake-ups of an empty loop before the session.
+  /// Time that the host has taken from the machine so far (stolen_time.h); null in the lockstep
+  /// clock. Asked once a second.
+  std::function<Nanoseconds()> stolen_time = nullptr;
 };
 
 /// What a session is made of, by index.
@@ -65,6 +72,7 @@ struct TelemetrySummary {
 ///     HapticSample queue (every tick) --> Drain --> session.lcmlog, timeline.csv
 ///     StepSample queue (every step) ---->   |
 ///     SceneSnapshot (latest value) ----->   '-----> LCM, only with options.live
+///     FrameRecord queue (every frame) -->
 ///
 /// Everything but the constructor runs on one thread: its own (Run, real clock) or the one that
 /// runs everything (Drain, Finish; lockstep clock). Nothing here ever makes the haptic or the
@@ -108,6 +116,7 @@ class TelemetryLoop {
   void WriteContact(contact_t* message, std::int64_t visible_tick);
   void AdvanceTo(Nanoseconds time, Nanoseconds patience);
   void CloseInterval(Nanoseconds end);
+  void CountStolenTime();
   void PublishMeshPart();
   void ReportLogFailure();
   template <typename Message>
@@ -131,7 +140,9 @@ class TelemetryLoop {
   std::uint64_t live_messages_ = 0;
   std::uint64_t live_errors_ = 0;
 
-  Nanoseconds now_ = 0;  // newest session time seen
+  Nanoseconds now_ = 0;              // newest session time seen
+  Nanoseconds stolen_ = 0;           // total when last asked
+  std::uint64_t frames_missed_ = 0;  // total when last asked
   Nanoseconds last_flush_ = 0;
 
   // Steps that wait for the tick that first uses their patch, and such ticks that wait for their

@@ -43,13 +43,15 @@ struct RenderLoop::Drawing {
 
 RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
                        const LaparoscopeOptions& scope, const RenderOptions& options,
-                       TripleBuffer<SceneSnapshot>& snapshots, Clock clock)
+                       TripleBuffer<SceneSnapshot>& snapshots, Clock clock,
+                       SpscQueue<FrameRecord>* frames)
     : organs_(std::move(organs)),
       instruments_(std::move(instruments)),
       scope_(scope, options.width, options.height),
       options_(options),
       snapshots_(snapshots),
-      clock_(std::move(clock)) {
+      clock_(std::move(clock)),
+      frames_(frames) {
   if (!(options_.max_hz > 0)) {
     throw InputError("timing: render_hz = " + std::to_string(options_.max_hz) +
                      " draws nothing; choose more than 0");
@@ -101,8 +103,11 @@ bool RenderLoop::Frame() {
   KeepDeepest(snapshot);
   if (sink_) sink_->Add(image_, snapshot.step.time_ns);
   ++statistics_.drawn;
-  statistics_.compute.Add(clock_() - start_ns);
-  statistics_.device_to_photon.Add(read_ns - snapshot.step.device_time_ns);
+  if (frames_ != nullptr) {
+    frames_->Push({.time_ns = read_ns,
+                   .device_time_ns = snapshot.step.device_time_ns,
+                   .compute_ns = clock_() - start_ns});
+  }
   return true;
 }
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/histogram.h"
 #include "engine/snapshots.h"
+#include "engine/spsc_queue.h"
 #include "engine/triple_buffer.h"
 #include "render/frame_sink.h"
 #include "render/image_file.h"
@@ -30,17 +30,16 @@ struct RenderOptions {
 
 /// What the loop did. Written by the render thread; others read it after the loop has ended.
 struct RenderStatistics {
-  std::uint64_t drawn = 0;     ///< Frames.
-  std::uint64_t dropped = 0;   ///< Steps that were replaced by a newer one before being drawn.
-  Histogram compute;           ///< ns a frame: draw, read back, keep.
-  Histogram device_to_photon;  ///< ns from the newest device sample shown to the read-back's end.
-  std::string renderer;        ///< The OpenGL renderer; empty before the start.
+  std::uint64_t drawn = 0;    ///< Frames.
+  std::uint64_t dropped = 0;  ///< Steps that were replaced by a newer one before being drawn.
+  std::string renderer;       ///< The OpenGL renderer; empty before the start.
 };
 
 /// The render loop: draws the newest SceneSnapshot through the laparoscope and keeps the picture.
 ///
 ///     deformation loop --SceneSnapshot--> [ Update -> draw -> read back -> keep ] -> image()
-///                       (triple buffer)                                          \-> PNG frames
+///                       (triple buffer)                              |          \-> PNG frames
+///                             telemetry loop <--FrameRecord queue----'
 ///
 /// Everything from StartOnThisThread to EndOnThisThread happens on one thread, which owns the
 /// OpenGL context: either a thread of its own that calls Run (real clock), or the session's only
@@ -55,12 +54,13 @@ class RenderLoop {
 
   /// Set-up, any thread; touches no OpenGL. The meshes that the views point to, and `snapshots`,
   /// must outlive the loop, which is the buffer's only reader; every slot of the buffer must hold
-  /// an organ for each view. `clock` tells session time (ns), the scale of the snapshots' times; a
-  /// virtual one makes every measured time 0 or a whole step. Throws InputError for options that
-  /// cannot be met.
+  /// an organ for each view. `clock` tells session time (ns), the scale of the snapshots' times.
+  /// `frames`, where given, gets the times of every frame, of which the loop is the only producer;
+  /// a full one loses the record and counts it. Throws InputError for options that cannot be met.
   RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
              const LaparoscopeOptions& scope, const RenderOptions& options,
-             TripleBuffer<SceneSnapshot>& snapshots, Clock clock);
+             TripleBuffer<SceneSnapshot>& snapshots, Clock clock,
+             SpscQueue<FrameRecord>* frames = nullptr);
   /// Ends on this thread when that was not done.
   ~RenderLoop();
   RenderLoop(const RenderLoop&) = delete;
@@ -110,7 +110,8 @@ class RenderLoop {
   RenderOptions options_;
   TripleBuffer<SceneSnapshot>& snapshots_;
   Clock clock_;
-  std::vector<PointsF> rest_;  // per organ, V x 3
+  SpscQueue<FrameRecord>* frames_;  // may be null
+  std::vector<PointsF> rest_;       // per organ, V x 3
   std::unique_ptr<Drawing> drawing_;
   std::optional<FrameSink> sink_;
   Image image_;

@@ -200,6 +200,22 @@ TEST(BenchFigures, MarkdownHasARowAComparison) {
       << text;
 }
 
+TEST(BenchFigures, MarkdownHasWhatWasMeasuredAndNothingElse) {
+  BenchFigures figures;
+  figures.ticks.emplace();
+  figures.ticks->coarse_triangles = 274;
+  figures.ticks->fine_triangles = 120000;
+  figures.ticks->ratio = {1.1, 1, 1.2};
+  for (int i = 1; i <= 4; ++i) figures.ticks->fine.Add(i);
+  const std::string text = BenchMarkdown(figures, "one core");
+  EXPECT_NE(text.find("| tick, 120,000 triangles | 0.00 | 0.00 | 0.00 | 0.00 |"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("Many triangles over few: 1.1 (1-1.2)."), std::string::npos) << text;
+  for (const char* other : {"Table 1", "Table 2", "Cost against size", "hand-over"}) {
+    EXPECT_EQ(text.find(other), std::string::npos) << other;
+  }
+}
+
 TEST(ReportText, NumbersReadAsPeopleWriteThem) {
   EXPECT_EQ(WithCommas(1234567), "1,234,567");
   EXPECT_EQ(WithCommas(-123), "-123");

@@ -29,6 +29,7 @@ HapticSample RandomSample(Random* random, int tool_count) {
   s.patch_number = static_cast<std::uint64_t>(random->Integer());
   s.patch_age_ns = random->Integer();
   s.wake_late_ns = random->Integer();
+  s.written_ns = random->Integer();
   s.compute_ns = random->Integer();
   s.skipped = {3, 4, 0xFFFFFFFFu};
   s.tool_count = tool_count;
@@ -60,6 +61,7 @@ void ExpectSame(const HapticSample& a, const HapticSample& b) {
   EXPECT_EQ(a.patch_number, b.patch_number);
   EXPECT_EQ(a.patch_age_ns, b.patch_age_ns);
   EXPECT_EQ(a.wake_late_ns, b.wake_late_ns);
+  EXPECT_EQ(a.written_ns, b.written_ns);
   EXPECT_EQ(a.compute_ns, b.compute_ns);
   EXPECT_EQ(a.skipped.late_wake_up, b.skipped.late_wake_up);
   EXPECT_EQ(a.skipped.long_compute, b.skipped.long_compute);
@@ -128,7 +130,7 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
   sent.organ_count = 2;
   sent.organs[0] = {3, false};
   sent.organs[1] = {1, true};
-  sent.step = {7, 1234, 5'000'000, 4'000'000, 900'000, 3, 1e-7, kStepBudgetSpent};
+  sent.step = {7, 1234, 5'000'000, 4'000'000, 70'000, 900'000, 3, 1e-7, kStepBudgetSpent};
   sent.tool_count = 2;
   for (int i = 0; i < 2; ++i) {
     const Eigen::AngleAxisd rotation(random.Real(), random.Vector().normalized());
@@ -160,6 +162,7 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
   EXPECT_EQ(received.step.input_tick, sent.step.input_tick);
   EXPECT_EQ(received.step.time_ns, sent.step.time_ns);
   EXPECT_EQ(received.step.device_time_ns, sent.step.device_time_ns);
+  EXPECT_EQ(received.step.wake_late_ns, sent.step.wake_late_ns);
   EXPECT_EQ(received.step.compute_ns, sent.step.compute_ns);
   EXPECT_EQ(received.step.iterations, sent.step.iterations);
   EXPECT_EQ(received.step.residual, sent.step.residual);
@@ -361,7 +364,10 @@ TEST(Codec, FlippedBitsNeverCrashADecoder) {
   event.name = "name";
   event.text = "text";
   DecodeWithFlippedBits(event, 3);
-  DecodeWithFlippedBits(stats_t{}, 4);
+  stats_t stats{};
+  stats.bins.resize(3);
+  stats.bin_count = 3;
+  DecodeWithFlippedBits(stats, 4);
   mesh_t mesh{};
   mesh.name = "liver";
   DecodeWithFlippedBits(mesh, 5);

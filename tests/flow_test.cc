@@ -241,8 +241,21 @@ TEST_F(Flow, RealClockAccountsForEveryTickAndStepsAtThirtyHertz) {
   // How many are skipped is the machine's affair; that every one that ran is in the log is ours.
   EXPECT_EQ(summary["log"]["ticks"], haptic["ticks"]);
   EXPECT_GT(summary["deformation"]["steps"], 0);
+  const Json& skipped = haptic["skipped"];
+  EXPECT_EQ(skipped["late_wake_up"].get<long>() + skipped["long_compute"].get<long>() +
+                skipped["stalled"].get<long>(),
+            skipped["total"].get<long>());
+  for (const char* latency : {"wake_up", "compute", "device_to_force"}) {
+    EXPECT_EQ(haptic[latency]["count"], haptic["ticks"]) << latency;
+  }
+  EXPECT_EQ(haptic["period"]["count"].get<long>(), haptic["ticks"].get<long>() - 1);
+  EXPECT_EQ(summary["render"]["device_to_photon"]["count"], summary["render"]["frames"]);
+  // An empty loop ran for a second before.
+  const Json& machine = summary["machine"];
+  EXPECT_EQ(machine["wake_up"]["count"].get<long>() + machine["skipped"]["total"].get<long>(),
+            1000);
   for (const char* file : {"session.lcmlog", "scene.toml", "summary.json", "timeline.csv",
-                           "deepest.png", "last.png"}) {
+                           "deepest.png", "last.png", "latency.csv", "latency.png"}) {
     EXPECT_TRUE(fs::exists(folder_ / "s" / file)) << file;
   }
 }
@@ -464,6 +477,30 @@ TEST_F(Flow, InterruptClosesTheLogAndWritesTheSummary) {
     EXPECT_EQ(summary["log"]["ticks"], summary["haptic"]["ticks"]);
     EXPECT_EQ(ReadTicks(log).count, summary["haptic"]["ticks"]);
   }
+}
+
+TEST_F(Flow, ARealTimeStateThatIsRefusedIsReportedAndExitThreeWhereItIsRequired) {
+  SKIP_WITHOUT_EGL();
+  // Neither the rights nor the limits for it, whoever runs this.
+  if (std::system("setpriv --bounding-set -sys_nice,-ipc_lock true 2>/dev/null") != 0 &&
+      geteuid() == 0) {
+    GTEST_SKIP() << "rights cannot be dropped here";
+  }
+  const std::string limits = "ulimit -r 0; ulimit -l 64; ";
+  const std::string without =
+      limits + (geteuid() == 0 ? "setpriv --bounding-set -sys_nice,-ipc_lock " : "");
+  const std::string run = "run " + kScene + " --seconds 0.2 --fps 0 --json --out ";
+  const Outcome refused = Hpdm(run + Folder("s") + " --require-rt", without);
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.err.find("--require-rt: locked memory: refused"), std::string::npos)
+      << refused.err;
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  EXPECT_FALSE(fs::exists(folder_ / "s")) << "nothing was begun";
+  const Outcome reported = Hpdm(run + Folder("s"), without);
+  ASSERT_EQ(reported.exit_code, 0) << reported.err;
+  const Json realtime = Json::parse(reported.out)["realtime"];
+  EXPECT_NE(realtime["haptic"][0].get<std::string>().find("SCHED_FIFO: refused"), std::string::npos)
+      << realtime;
 }
 
 TEST_F(Flow, BadInputIsOneLineAndExitTwo) {

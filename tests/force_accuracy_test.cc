@@ -34,15 +34,6 @@ Scene CaseScene(const std::string& name) {
   return {};
 }
 
-// Not so deep that the shaft, which begins 10 mm above the tip, comes to the tissue.
-Scene Shallow(Scene scene) {
-  for (InstrumentOptions& instrument : scene.instruments) {
-    if (instrument.hand.script == HandScript::kGraspPull) continue;
-    instrument.hand.depth = 0.006;
-  }
-  return scene;
-}
-
 ForceSignal Signal(int ticks, const std::function<double(double)>& force) {
   ForceSignal signal;
   for (int t = 0; t < ticks; ++t) signal.emplace_back(0, 0, force(t / kRate));
@@ -89,13 +80,12 @@ TEST(AccuracyCases, NeedAGrasper) {
 struct Claim {
   const char* name;
   double error;  // at most, of the peak
-  double comb;   // at most, of the force
 };
 
 class FeltForceOf : public testing::TestWithParam<Claim> {};
 
 TEST_P(FeltForceOf, AHandIsTheWholeModels) {
-  const ForceAccuracy accuracy = MeasureForceAccuracy(Shallow(CaseScene(GetParam().name)), 1.6);
+  const ForceAccuracy accuracy = MeasureForceAccuracy(CaseScene(GetParam().name), 1.6);
   for (const ForceFigures& figures : accuracy.figures) {
     std::printf("%s, %s: %.2f %% of %.3f N, comb %.2f %%, step %.4f N (%.4f), paper %.1f %%\n",
                 GetParam().name, figures.instrument.c_str(), 100 * figures.error, figures.peak,
@@ -105,10 +95,13 @@ TEST_P(FeltForceOf, AHandIsTheWholeModels) {
     EXPECT_GT(figures.contact_ticks, 100);
     EXPECT_EQ(figures.shaft_ticks, 0);
     EXPECT_LT(figures.error, GetParam().error);
-    // Where no time has passed since the step the tick gives the step's own force, to what the
-    // relaxation leaves of it.
-    EXPECT_LT(figures.largest_tick_error, 1e-6);
-    EXPECT_FALSE(figures.comb > GetParam().comb);  // unknown for the short contacts of a tap
+    // The patches' arrival is faded in: no rhythm of theirs and no step beyond the motion's own,
+    // which is that of the whole model (its contact may turn by a percent in a tick).
+    EXPECT_FALSE(figures.comb > 0.003);  // unknown for a tap's short contacts
+    EXPECT_LT(figures.largest_step, 1.2 * figures.reference_largest_step);
+    // Where no time has passed since the step the tick gives the step's own force, but for what the
+    // contact goes on in that tick.
+    EXPECT_LT(figures.tick_error, 0.01);
     // Rest neighbours know no direction: even the springs that fit this very pull best are far off.
     if (figures.script == HandScript::kGraspPull) {
       EXPECT_GT(figures.paper_fitted_error, 5 * figures.error);
@@ -116,13 +109,13 @@ TEST_P(FeltForceOf, AHandIsTheWholeModels) {
   }
 }
 
-// The step finds the contact's place and normal 33 ms late: 1 to 2 % of these presses. Jaws close
-// on what the next step has under them, which is a jump and no comb, but has its share of one.
+// The target is 0.05. What is left are the normal's direction, which the tick has by a rate of the
+// step before, and what jaws close on, which the next step decides.
 INSTANTIATE_TEST_SUITE_P(Hands, FeltForceOf,
-                         testing::Values(Claim{"press", 0.03, 0.005}, Claim{"slide", 0.03, 0.005},
-                                         Claim{"tap", 0.04, 0.01}, Claim{"grasp_pull", 0.02, 0.03},
-                                         Claim{"press_grasp_pull", 0.03, 0.03},
-                                         Claim{"slide_press", 0.04, 0.005}),
+                         testing::Values(Claim{"press", 0.02}, Claim{"slide", 0.02},
+                                         Claim{"tap", 0.01}, Claim{"grasp_pull", 0.02},
+                                         Claim{"press_grasp_pull", 0.02},
+                                         Claim{"slide_press", 0.02}, Claim{"slide_friction", 0.02}),
                          [](const auto& claim) { return claim.param.name; });
 
 // The force for the displacement that quadratic tetrahedra find under the same force.
@@ -178,7 +171,8 @@ TEST_F(FlowHaptics, OneCaseLeavesItsFiguresCourseAndPictures) {
 
 TEST_F(FlowHaptics, AnUnknownCaseNamesTheKnownOnes) {
   EXPECT_EQ(Hpdm("haptics " + scene_ + " --only pres --out measured"), 2);
-  EXPECT_NE(Read("stderr").find("--only pres: is no case; choose of press"), std::string::npos);
+  EXPECT_NE(Read("stderr").find("--only pres: is no case; choose of press, slide"),
+            std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "measured"));  // nothing was written
 }
 

@@ -4,132 +4,15 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <ctime>
 #include <limits>
 #include <memory>
 #include <thread>
 #include <vector>
 
-#include "haptics/hand_script.h"
-#include "haptics/sim_device.h"
-#include "tests/contact_patches.h"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define HPDM_COUNTS_ALLOCATIONS 0
-#else
-#define HPDM_COUNTS_ALLOCATIONS 1
-#endif
-
-#if HPDM_COUNTS_ALLOCATIONS
-// Every heap allocation of this executable passes here: operator new calls malloc. glibc exports
-// its own under these names for exactly that.
-thread_local long allocations = 0;
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-
-void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) {
-  ++allocations;
-  return __libc_realloc(old, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++allocations;
-  return __libc_memalign(alignment, size);
-}
-}
-#endif
+#include "tests/haptic_bench.h"
 
 namespace hpdm {
 namespace {
-
-constexpr Nanoseconds kPeriod = 1'000'000;
-constexpr double kStiffness = 120;     // N/m
-constexpr double kTipRadius = 0.0025;  // m
-const Vector3d kTrocar(0, 0, 0.1);     // straight above the patches' middle
-
-ImpulseEngineKinematics Kinematics() { return {kTrocar, -Vector3d::UnitZ(), DeviceProfile{}}; }
-
-// A device whose pose the test sets.
-class FakeDevice : public Device {
- public:
-  DeviceSample Read(Nanoseconds now) noexcept override {
-    return {.sequence = ++reads_, .time_ns = now, .joints = joints, .valid = valid};
-  }
-  void Write(const AxisEffort& effort) noexcept override { written = effort; }
-  void Home() override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
-  DeviceLimits limits() const noexcept override { return LimitsOf({}); }
-
-  void MoveTip(const Vector3d& p_W) { joints = Kinematics().Inverse(p_W, 0, 1).joints; }
-
-  JointVector joints = JointVector::Zero();
-  bool valid = true;
-  AxisEffort written = AxisEffort::Zero();
-
- private:
-  ForceSwitch force_;
-  std::uint64_t reads_ = 0;
-};
-
-// A loop with one fake device over a plane at z = 0, ticked in virtual time.
-class Bench {
- public:
-  Bench() {
-    device.MoveTip({0, 0, 0.01});
-    device.Home();
-    device.EnableForce(true);
-    loop = std::make_unique<HapticLoop>(
-        std::vector<HapticInstrument>{{&device, Kinematics(), kTipRadius, {}}}, kPeriod,
-        HapticLoop::Edges{tool_states, patches, samples});
-  }
-
-  void PublishPatch() {
-    ContactPatch& patch = patches.Back();
-    patch = {};
-    patch.step.number = ++step;
-    patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
-    patch.tool_count = 1;
-    patch.tools[0] = PlanePatch(7, 0.03, kStiffness);
-    patches.Publish();
-  }
-
-  HapticSample Tick() {
-    loop->Tick(tick, static_cast<Nanoseconds>(tick) * kPeriod, {});
-    ++tick;
-    HapticSample sample;
-    EXPECT_TRUE(samples.Pop(&sample));
-    return sample;
-  }
-
-  // Past the ramp-in, with a fresh patch every 33 ticks.
-  void Settle() {
-    for (int i = 0; i < 600; ++i) {
-      if (i % 33 == 0) PublishPatch();
-      Tick();
-    }
-  }
-
-  FakeDevice device;
-  TripleBuffer<ToolState> tool_states;
-  TripleBuffer<ContactPatch> patches;
-  SpscQueue<HapticSample> samples{64};
-  std::unique_ptr<HapticLoop> loop;
-  std::uint64_t tick = 0;
-  std::uint64_t step = 0;
-};
 
 TEST(HapticLoop, ForceAppearsAndDisappearsWithinOneTick) {
   Bench bench;
@@ -264,52 +147,6 @@ TEST(HapticLoop, AFullSampleQueueIsCountedAndDoesNotStopTheLoop) {
   EXPECT_EQ(bench.tool_states.Front().tick, 99u);
 }
 
-// Two simulated hands over full patches, as in a session.
-struct SimulatedSession {
-  SimulatedSession() {
-    std::vector<HapticInstrument> instruments;
-    for (int i = 0; i < kMaxInstruments; ++i) {
-      HandOptions options;
-      options.seed = static_cast<std::uint32_t>(i + 1);
-      options.script = i == 0 ? HandScript::kPalpate : HandScript::kRandom;
-      const HandSite site{Vector3d::Zero(), Vector3d::UnitZ(), kTrocar, 0.2};
-      devices.push_back(
-          std::make_unique<SimDevice>(DeviceProfile{}, Kinematics(), SimulatedHand(options, site)));
-      devices.back()->Home();
-      devices.back()->EnableForce(true);
-      instruments.push_back({devices.back().get(), Kinematics(), kTipRadius, {}});
-    }
-    loop = std::make_unique<HapticLoop>(instruments, kPeriod,
-                                        HapticLoop::Edges{tool_states, patches, samples});
-  }
-
-  void PublishPatch(std::uint64_t tick) {
-    ContactPatch& patch = patches.Back();
-    patch.step.number = ++step;
-    patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
-    patch.tool_count = kMaxInstruments;
-    for (ToolPatch& tool : patch.tools) tool = SpherePatch(8, 0.04, 0.1, kStiffness);
-    patches.Publish();
-  }
-
-  void Run(std::uint64_t begin, std::uint64_t end) {
-    for (std::uint64_t tick = begin; tick < end; ++tick) {
-      if (tick % 33 == 0) PublishPatch(tick);
-      loop->Tick(tick, static_cast<Nanoseconds>(tick) * kPeriod, {});
-      HapticSample sample;
-      while (samples.Pop(&sample)) log.push_back(sample);
-    }
-  }
-
-  std::vector<std::unique_ptr<SimDevice>> devices;
-  TripleBuffer<ToolState> tool_states;
-  TripleBuffer<ContactPatch> patches;
-  SpscQueue<HapticSample> samples{64};
-  std::unique_ptr<HapticLoop> loop;
-  std::uint64_t step = 0;
-  std::vector<HapticSample> log;
-};
-
 TEST(HapticLoop, LockstepRunsAreIdenticalAndNoForceStepExceedsTheSlewLimit) {
   SimulatedSession a, b;
   a.Run(0, 10'000);
@@ -345,20 +182,6 @@ TEST(HapticLoop, HandAndTissueSettleWhereTheirSpringsBalance) {
   // under the offset point (20 mm on R = 100 mm: 2 mm) move it.
   EXPECT_NEAR(deepest, 0.0175 * 300 / 420, 0.003);
 }
-
-#if HPDM_COUNTS_ALLOCATIONS
-TEST(HapticLoop, AllocatesNothingInAThousandTicks) {
-  SimulatedSession session;
-  session.Run(0, 700);
-  session.log.reserve(3000);
-  const long before = allocations;
-  session.Run(700, 1700);
-  EXPECT_EQ(allocations, before);
-  // The counter works.
-  std::make_unique<HapticSample>();
-  EXPECT_GT(allocations, before);
-}
-#endif
 
 // On the machine's own clock: no claim of timing, only that the accounts are right.
 TEST(HapticLoop, RealClockRunAccountsForEveryPeriodAndMeasuresEveryTick) {

@@ -80,5 +80,37 @@ TEST(Histogram, PercentilesOfLatenciesAreWithinABinOfTheExactOnes) {
   EXPECT_DOUBLE_EQ(histogram.mean(), sum / 100'000);
 }
 
+TEST(Histogram, MergedIsAsIfEveryValueHadBeenAddedToOne) {
+  Histogram all, odd, even;
+  for (std::int64_t v = 1; v < 2'000'000; v += v / 7 + 1) {
+    all.Add(v);
+    (v % 2 == 0 ? even : odd).Add(v);
+  }
+  odd.Merge(even);
+  EXPECT_EQ(odd.count(), all.count());
+  EXPECT_EQ(odd.max(), all.max());
+  EXPECT_DOUBLE_EQ(odd.mean(), all.mean());
+  for (double fraction : {0.1, 0.5, 0.99}) {
+    EXPECT_EQ(odd.Percentile(fraction), all.Percentile(fraction));
+  }
+}
+
+TEST(Histogram, BinsGivenAgainAreTheSameDistribution) {
+  Histogram given;
+  for (std::int64_t v = 0; v < 2'000'000; v += v / 7 + 1) given.Add(v);
+  Histogram taken;
+  std::int64_t last = -1;
+  given.ForEachBin([&](std::int64_t upper_ns, std::uint64_t count) {
+    EXPECT_GT(upper_ns, last);
+    last = upper_ns;
+    for (; count > 0; --count) taken.Add(upper_ns);
+  });
+  EXPECT_EQ(taken.count(), given.count());
+  // Below the last bin, where a histogram knows its largest value better than the bin's bound.
+  for (double fraction : {0.0, 0.1, 0.5, 0.9}) {
+    EXPECT_EQ(taken.Percentile(fraction), given.Percentile(fraction));
+  }
+}
+
 }  // namespace
 }  // namespace hpdm

@@ -66,6 +66,18 @@ TEST(Realtime, TheRefusalThatIsNamedIsNotARequestThatWasNotMade) {
   EXPECT_EQ(report.FirstRefusal(), "locked memory: refused (the limit is 8 kB)");
 }
 
+TEST(Realtime, DeepIdleIsRefusedOrGrantedOnceForAllAndNeverSilently) {
+  RealtimeOptions options;
+  options.keep_awake = true;
+  int policy = -1;
+  const RealtimeReport first = RequestOnAThread(options, &policy);
+  const RealtimeReport second = RequestOnAThread(options, &policy);
+  EXPECT_EQ(first.kept_awake.asked, access("/dev/cpu_dma_latency", F_OK) == 0);
+  EXPECT_EQ(first.kept_awake.granted, first.kept_awake.why_not.empty());
+  EXPECT_EQ(second.kept_awake.granted, first.kept_awake.granted);
+  EXPECT_EQ(second.kept_awake.why_not, first.kept_awake.why_not);
+}
+
 TEST(Realtime, TheStackIsTouchedWithoutHarm) {
   RealtimeOptions options;
   options.prefault_stack = true;

@@ -211,14 +211,26 @@ TEST_F(RenderLoopTest, KeepsThePictureOfTheLargestDisplacement) {
 }
 
 TEST_F(RenderLoopTest, TimesAreCountedOnTheSessionsClock) {
-  const auto loop = MakeLoop();
+  buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
+  SpscQueue<FrameRecord> frames(1);
+  // Every look at the clock takes a millisecond.
+  RenderLoop loop(
+      {{&rest_}}, {{}}, scope_, options_, *buffer_, [this] { return clock_ns_ += 1'000'000; },
+      &frames);
   SceneSnapshot snapshot = rest_snapshot_;
   snapshot.step.device_time_ns = 20'000'000;
   clock_ns_ = 50'000'000;
-  Publish(snapshot);
-  ASSERT_TRUE(loop->Frame()) << loop->failure();
-  EXPECT_EQ(loop->statistics().device_to_photon.max(), 30'000'000);
-  EXPECT_EQ(loop->statistics().compute.max(), 0);
+  for (int i = 0; i < 2; ++i) {
+    Publish(snapshot);
+    ASSERT_TRUE(loop.Frame()) << loop.failure();
+  }
+  FrameRecord frame;
+  ASSERT_TRUE(frames.Pop(&frame));
+  EXPECT_EQ(frame.time_ns, 52'000'000) << "begun at 51 ms, read back at the second look";
+  EXPECT_EQ(frame.compute_ns, 2'000'000) << "kept at the third";
+  EXPECT_EQ(frame.device_time_ns, 20'000'000);
+  EXPECT_FALSE(frames.Pop(&frame));
+  EXPECT_EQ(frames.Overflows(), 1u) << "the second frame found no room and did not wait";
 }
 
 TEST_F(RenderLoopTest, WritesAFilmOfSessionTime) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <utility>
+
 namespace hpdm {
 namespace {
 
@@ -71,7 +74,7 @@ TEST(SessionStatistics, StepNumbersTellTheStepsLost) {
   EXPECT_EQ(summary.steps, 3u);
   EXPECT_EQ(summary.steps_lost, 3u) << "1, 4 and 5";
   EXPECT_NEAR(summary.deformation_hz, 20, 1e-9) << "steps 2 to 6 ran 50 ms apart";
-  EXPECT_EQ(summary.step_compute.max(), 10);
+  EXPECT_EQ(summary.latencies[Latency::kDeformationCompute].max(), 10);
 }
 
 TEST(SessionStatistics, IntervalsStartAfreshAndTheSessionGoesOn) {
@@ -91,13 +94,13 @@ TEST(SessionStatistics, IntervalsStartAfreshAndTheSessionGoesOn) {
   EXPECT_EQ(stats.interval_ns, kNanosecondsPerSecond);
   EXPECT_EQ(stats.haptic.cycles, 1000);
   EXPECT_DOUBLE_EQ(stats.haptic.rate_hz, 1000);
-  EXPECT_EQ(stats.haptic.compute.p99_ns, 7);
-  EXPECT_EQ(stats.wake_late.count, 1000);
-  EXPECT_EQ(stats.wake_late.p50_ns, 5);
-  EXPECT_EQ(stats.wake_late.p99_ns, 5) << "990 of 1000 do not exceed it";
-  EXPECT_EQ(stats.wake_late.p999_ns, 60);
-  EXPECT_EQ(stats.wake_late.max_ns, 60);
-  EXPECT_EQ(stats.patch_age.count, 900) << "no age before the first patch";
+  EXPECT_EQ(stats.latencies[stats_t::HAPTIC_COMPUTE].p99_ns, 7);
+  EXPECT_EQ(stats.latencies[stats_t::HAPTIC_WAKE_UP].count, 1000);
+  EXPECT_EQ(stats.latencies[stats_t::HAPTIC_WAKE_UP].p50_ns, 5);
+  EXPECT_EQ(stats.latencies[stats_t::HAPTIC_WAKE_UP].p99_ns, 5) << "990 of 1000 do not exceed it";
+  EXPECT_EQ(stats.latencies[stats_t::HAPTIC_WAKE_UP].p999_ns, 60);
+  EXPECT_EQ(stats.latencies[stats_t::HAPTIC_WAKE_UP].max_ns, 60);
+  EXPECT_EQ(stats.latencies[stats_t::PATCH_AGE].count, 900) << "no age before the first patch";
   EXPECT_EQ(stats.deformation.cycles, 30);
   EXPECT_DOUBLE_EQ(stats.deformation.rate_hz, 30);
   EXPECT_TRUE(statistics.interval_empty());
@@ -106,9 +109,94 @@ TEST(SessionStatistics, IntervalsStartAfreshAndTheSessionGoesOn) {
   EXPECT_FALSE(statistics.interval_empty());
   statistics.CloseInterval(2 * kNanosecondsPerSecond, &stats);
   EXPECT_EQ(stats.haptic.cycles, 1);
-  EXPECT_EQ(stats.wake_late.max_ns, 0);
+  EXPECT_EQ(stats.latencies[stats_t::HAPTIC_WAKE_UP].max_ns, 0);
   EXPECT_EQ(statistics.Summary().ticks, 1001u);
-  EXPECT_EQ(statistics.Summary().wake_late.max(), 60);
+  EXPECT_EQ(statistics.Summary().latencies[Latency::kHapticWakeUp].max(), 60);
+}
+
+TEST(SessionStatistics, PeriodsRunFromWakeUpToWakeUpAndNotOverWhatWasLost) {
+  SessionStatistics statistics(kPeriod);
+  HapticSample sample = Tick(0, 0, 0);
+  statistics.Add(sample);
+  sample = Tick(1, 0, 0);
+  sample.wake_late_ns = 20;
+  statistics.Add(sample);
+  sample = Tick(4, 0, 0);  // 2 and 3 were skipped
+  sample.skipped.late_wake_up = 2;
+  statistics.Add(sample);
+  statistics.Add(Tick(7, 0, 0));  // 5 and 6 never came
+  const SessionSummary summary = statistics.Summary();
+  const Histogram& period = summary.latencies[Latency::kHapticPeriod];
+  EXPECT_EQ(period.count(), 2u);
+  EXPECT_EQ(period.max(), 3 * kPeriod - 20);
+  EXPECT_DOUBLE_EQ(period.mean(), (1 + 3) * kPeriod / 2.0) << "the 20 ns cancel";
+  EXPECT_EQ(summary.latencies[Latency::kHapticWakeUp].max(), 2 * kPeriod)
+      << "tick 4 ran on time, but the wake-up was meant for tick 2";
+}
+
+TEST(SessionStatistics, DeviceToForceIsTakenForEachToolWithAnAnswer) {
+  SessionStatistics statistics(kPeriod);
+  HapticSample sample = Tick(10, 0, 0);
+  sample.tool_count = 2;
+  sample.wake_late_ns = 5'000;
+  sample.written_ns = 2'000;
+  sample.tools[0].device_valid = true;
+  sample.tools[0].device_time_ns = sample.time_ns + 4'000;
+  sample.tools[1].device_valid = false;  // vanished: its age is no latency
+  statistics.Add(sample);
+  const SessionSummary summary = statistics.Summary();
+  EXPECT_EQ(summary.latencies[Latency::kDeviceToForce].count(), 1u);
+  EXPECT_EQ(summary.latencies[Latency::kDeviceToForce].max(), 5'000 + 2'000 - 4'000);
+}
+
+TEST(SessionStatistics, FramesAndStepsHaveTheirLatencies) {
+  SessionStatistics statistics(kPeriod);
+  for (std::int64_t n = 1; n <= 3; ++n) {
+    StepRecord step = Step(static_cast<std::uint64_t>(n), n * 33 * kPeriod);
+    step.wake_late_ns = n;
+    statistics.Add(step);
+    statistics.Add(FrameRecord{.time_ns = n * 40 * kPeriod,
+                               .device_time_ns = n * 40 * kPeriod - 25 * kPeriod,
+                               .compute_ns = 9});
+  }
+  const Latencies latencies = statistics.Summary().latencies;
+  EXPECT_EQ(latencies[Latency::kDeformationWakeUp].max(), 3);
+  EXPECT_EQ(latencies[Latency::kDeformationPeriod].count(), 2u);
+  EXPECT_EQ(latencies[Latency::kDeformationPeriod].max(), 33 * kPeriod + 1);
+  EXPECT_EQ(latencies[Latency::kRenderPeriod].max(), 40 * kPeriod);
+  EXPECT_EQ(latencies[Latency::kDeviceToPhoton].max(), 25 * kPeriod);
+  EXPECT_EQ(latencies[Latency::kRenderCompute].max(), 9);
+  EXPECT_EQ(statistics.Summary().frames, 3u);
+}
+
+// What a plot or a comparison of machines does with a log.
+TEST(SessionStatistics, TheBinsOfAllMessagesAddUpToTheSession) {
+  Histogram baseline;
+  for (int i = 0; i < 1000; ++i) baseline.Add(3000 + i);
+  SessionStatistics statistics(kPeriod, baseline);
+  std::map<std::pair<int, std::int64_t>, std::int64_t> bins;
+  stats_t stats{};
+  for (std::uint64_t tick = 0; tick < 5000; ++tick) {
+    HapticSample sample = Tick(tick, 0, 0);
+    sample.wake_late_ns = static_cast<Nanoseconds>(tick * tick % 70'001);
+    statistics.Add(sample);
+    if (tick % 1000 != 999) continue;
+    statistics.AddStolen(10'000'000);
+    statistics.CloseInterval(static_cast<Nanoseconds>(tick + 1) * kPeriod, &stats);
+    EXPECT_EQ(stats.bin_count, static_cast<int>(stats.bins.size()));
+    EXPECT_EQ(stats.stolen_ns, 10'000'000);
+    EXPECT_EQ(stats.latencies[stats_t::BASELINE_WAKE_UP].count, 1000) << "in every message";
+    for (const bin_t& bin : stats.bins) bins[{bin.distribution, bin.upper_ns}] += bin.count;
+  }
+  const SessionSummary summary = statistics.Summary();
+  EXPECT_EQ(summary.stolen_ns, 50'000'000);
+  std::map<std::pair<int, std::int64_t>, std::int64_t> expected;
+  summary.latencies.ForEach([&](std::size_t index, const Histogram& histogram) {
+    histogram.ForEachBin([&](std::int64_t upper_ns, std::uint64_t count) {
+      expected[{static_cast<int>(index), upper_ns}] = static_cast<std::int64_t>(count);
+    });
+  });
+  EXPECT_EQ(bins, expected);
 }
 
 TEST(SessionStatistics, ASessionWithoutTicksIsAllZero) {

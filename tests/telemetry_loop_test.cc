@@ -312,7 +312,8 @@ TEST(TelemetryLoop, StatisticsComeOnceASessionSecond) {
     EXPECT_EQ(log.stats[i].interval_ns, ticks[i] * kPeriod);
     EXPECT_DOUBLE_EQ(log.stats[i].haptic.rate_hz, 1000);
     EXPECT_DOUBLE_EQ(log.stats[i].deformation.rate_hz, 30);
-    EXPECT_EQ(log.stats[i].wake_late.max_ns, 0) << "nothing measured in lockstep";
+    EXPECT_EQ(log.stats[i].latencies[stats_t::HAPTIC_WAKE_UP].max_ns, 0)
+        << "nothing measured in lockstep";
   }
   EXPECT_EQ(summary.session.ticks, 2500u);
   EXPECT_EQ(summary.session.ticks_lost, 0u);
@@ -450,10 +451,14 @@ TEST(TelemetryLoop, OpensNoSocketUnlessLive) {
 TEST(TelemetryLoop, LosesNothingBetweenThreads) {
   constexpr std::uint64_t kTicks = 300;
   constexpr std::uint64_t kSteps = 10;
+  constexpr std::uint64_t kFrames = 15;
   const ScratchFolder folder;
   SpscQueue<HapticSample> samples(1024);
+  SpscQueue<FrameRecord> frames(1024);
   StepEdges edges;
-  TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", {},
+  TelemetryOptions options;
+  options.frames = &frames;
+  TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", options,
                           TwoProbesAndALiver());
   {
     std::jthread reader([&](std::stop_token stop) { telemetry.Run(stop); });
@@ -462,6 +467,12 @@ TEST(TelemetryLoop, LosesNothingBetweenThreads) {
         for (std::uint64_t n = 1; n <= kSteps; ++n) {
           edges.Publish(n, 33 * n);
           std::this_thread::sleep_for(std::chrono::milliseconds(30));
+        }
+      });
+      std::jthread render([&] {
+        for (std::uint64_t n = 1; n <= kFrames; ++n) {
+          frames.Push({.time_ns = static_cast<Nanoseconds>(n) * 30 * kPeriod, .compute_ns = 7});
+          std::this_thread::sleep_for(std::chrono::milliseconds(20));
         }
       });
       std::jthread haptic([&] {
@@ -480,6 +491,33 @@ TEST(TelemetryLoop, LosesNothingBetweenThreads) {
   EXPECT_EQ(summary.session.steps, kSteps);
   EXPECT_EQ(log.contacts.size(), kSteps);
   EXPECT_EQ(summary.queue_overflows, 0u);
+  EXPECT_EQ(summary.session.frames, kFrames);
+  std::int64_t logged_frames = 0;
+  for (const stats_t& stats : log.stats) logged_frames += stats.render.cycles;
+  EXPECT_EQ(logged_frames, static_cast<std::int64_t>(kFrames));
+}
+
+TEST(TelemetryLoop, TheMachinesOwnLatenessAndTheTimeItLostStandBesideTheSessions) {
+  const ScratchFolder folder;
+  TelemetryOptions options;
+  for (int i = 1; i <= 1000; ++i) options.baseline.Add(10 * i);
+  // The host takes 20 ms a second; its count starts anywhere, and once steps back.
+  const Nanoseconds stolen[] = {500, 520, 540, 530, 560};
+  int asked = 0;
+  options.stolen_time = [&] { return stolen[asked++] * kPeriod; };
+  const TelemetrySummary summary = RunLockstep(folder / "session.lcmlog", options, 3500);
+  EXPECT_EQ(asked, 5) << "at the start, and once a second";
+  EXPECT_EQ(summary.session.stolen_ns, 60 * kPeriod);
+  EXPECT_EQ(summary.session.latencies[Latency::kBaselineWakeUp].count(), 1000u);
+  const LogContents log = ReadLog(folder / "session.lcmlog");
+  ASSERT_EQ(log.stats.size(), 4u);
+  const std::int64_t expected[] = {20, 20, 0, 20};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(log.stats[i].stolen_ns, expected[i] * kPeriod) << i;
+    EXPECT_EQ(log.stats[i].latencies[stats_t::BASELINE_WAKE_UP].max_ns, 10'000);
+  }
+  EXPECT_EQ(log.events[1].name, "realtime.baseline");
+  EXPECT_NE(log.events[1].text.find("10.0 us at most"), std::string::npos) << log.events[1].text;
 }
 
 /// What arrived, in the order of its sequence numbers.

@@ -11,7 +11,11 @@ struct Hands {
   const char* name;
   std::optional<HandScript> first;
   std::optional<HandScript> second;
+  bool rub = false;  // with friction
 };
+
+// Coulomb: enough for a slide to stick and to slip.
+constexpr double kFriction = 0.3;
 
 constexpr Hands kHands[] = {
     {"press", HandScript::kPalpate, {}},
@@ -20,6 +24,8 @@ constexpr Hands kHands[] = {
     {"grasp_pull", {}, HandScript::kGraspPull},
     {"press_grasp_pull", HandScript::kPalpate, HandScript::kGraspPull},
     {"slide_press", HandScript::kSlide, HandScript::kPalpate},
+    {"slide_friction", HandScript::kSlide, {}, true},
+    {"slide_press_friction", HandScript::kSlide, HandScript::kPalpate, true},
 };
 
 Scene WithHands(const Scene& scene, const Hands& hands, StrainMeasure strain) {
@@ -34,6 +40,7 @@ Scene WithHands(const Scene& scene, const Hands& hands, StrainMeasure strain) {
     if (!script.has_value()) continue;
     trial.instruments.push_back(instrument);
     trial.instruments.back().hand.script = *script;
+    trial.instruments.back().friction = hands.rub ? kFriction : 0;
   }
   return trial;
 }

@@ -14,10 +14,10 @@ struct AccuracyCase {
   double seconds = 0;
 };
 
-/// The hands that press, slide, tap and pull what they grasp, alone and two at once, in small and
-/// in finite strain (without local functions, which that lacks). `scene` gives the organ, a first
-/// instrument and a second one that can grasp; throws InputError when it has fewer. `quick`: small
-/// strain and short.
+/// The hands that press, slide, tap and pull what they grasp, alone, two at once and with
+/// friction, in small and in finite strain (without local functions, which that lacks). `scene`
+/// gives the organ, a first instrument and a second one that can grasp; throws InputError when it
+/// has fewer. `quick`: small strain and short.
 std::vector<AccuracyCase> AccuracyCases(const Scene& scene, bool quick);
 
 }  // namespace hpdm

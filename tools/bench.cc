@@ -20,6 +20,7 @@ using Json = nlohmann::ordered_json;
 struct BenchOptions {
   std::string json;
   std::string out;
+  std::string only;
   bool quick = false;
 };
 
@@ -64,11 +65,31 @@ Json ToJson(const CostCurve& curve) {
           {"r_squared", curve.law.r_squared}};
 }
 
+Json ToJson(const TickFigures& ticks) {
+  return {{"coarse_triangles", ticks.coarse_triangles},
+          {"fine_triangles", ticks.fine_triangles},
+          {"coarse", ToJson(ticks.coarse)},
+          {"fine", ToJson(ticks.fine)},
+          {"with_new_patch", ToJson(ticks.with_new_patch)},
+          {"bare_loop", ToJson(ticks.bare)},
+          {"ratio", ToJson(ticks.ratio)}};
+}
+
+Json ToJson(const HandOverFigures& row) {
+  return {{"snapshot", row.snapshot},
+          {"bytes", row.bytes},
+          {"publish", ToJson(row.publish)},
+          {"update", ToJson(row.update)}};
+}
+
 Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
   Json json = {{"machine", ToJson(machine)}};
   for (const ModelComparison& row : figures.models) json["models"].push_back(ToJson(row));
   for (const MeshComparison& row : figures.meshes) json["meshes"].push_back(ToJson(row));
   for (const CostCurve& curve : figures.costs) json["costs"].push_back(ToJson(curve));
+  if (figures.ticks.has_value()) json["ticks"] = ToJson(*figures.ticks);
+  if (!figures.hand_overs.empty()) json["clock_reading_us"] = figures.clock_reading_ns / 1000;
+  for (const HandOverFigures& row : figures.hand_overs) json["hand_overs"].push_back(ToJson(row));
   return json;
 }
 
@@ -88,15 +109,25 @@ void Bench(const BenchOptions& options) {
     std::fprintf(stderr, "%5.1f s: %s\n", MillisecondsSince(start) / 1000, next);
   };
   BenchFigures figures;
-  progress("lattice and surface continuum");
-  figures.models = CompareModels(options.quick);
-  progress("coarse and fine triangles");
-  figures.meshes = CompareMeshes(options.quick);
-  progress("cost of vertices");
-  figures.costs = CostOfVertices(options.quick);
-  progress("cost of control points");
-  const std::vector<CostCurve> of_control_points = CostOfControlPoints(options.quick);
-  figures.costs.insert(figures.costs.end(), of_control_points.begin(), of_control_points.end());
+  const auto wanted = [&](const char* what, const char* words) {
+    const bool yes = options.only.empty() || options.only == what;
+    if (yes) progress(words);
+    return yes;
+  };
+  if (wanted("ticks", "haptic ticks")) figures.ticks = TimeTicks(options.quick);
+  if (wanted("hand-over", "hand-over of snapshots")) {
+    figures.clock_reading_ns = ClockReadingNanoseconds();
+    figures.hand_overs = TimeHandOvers(options.quick);
+  }
+  if (wanted("models", "lattice and surface continuum")) {
+    figures.models = CompareModels(options.quick);
+  }
+  if (wanted("meshes", "coarse and fine triangles")) figures.meshes = CompareMeshes(options.quick);
+  if (wanted("costs", "cost of vertices and of control points")) {
+    figures.costs = CostOfVertices(options.quick);
+    const std::vector<CostCurve> of_control_points = CostOfControlPoints(options.quick);
+    figures.costs.insert(figures.costs.end(), of_control_points.begin(), of_control_points.end());
+  }
   progress("done");
 
   const std::string markdown = BenchMarkdown(figures, ToText(machine));
@@ -117,6 +148,8 @@ void AddBenchCommand(CLI::App& app) {
       app.add_subcommand("bench", "Time the paper's tables and what the cost grows with");
   bench->add_option("--json", options->json, "File to write all figures to");
   bench->add_option("--out", options->out, "Folder for bench.json and bench.md; made when missing");
+  bench->add_option("--only", options->only, "Measure this alone")
+      ->check(CLI::IsMember({"ticks", "hand-over", "models", "meshes", "costs"}));
   bench->add_flag("--quick", options->quick, "Fewer repeats and smaller sizes");
   bench->callback([options] { Bench(*options); });
 }

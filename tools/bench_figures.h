@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/histogram.h"
 #include "tools/power_law.h"
 #include "tools/timing.h"
 
@@ -52,13 +55,39 @@ struct CostCurve {
 std::vector<CostCurve> CostOfVertices(bool quick);
 std::vector<CostCurve> CostOfControlPoints(bool quick);
 
-/// Everything that `hpdm bench` measures.
+/// Wall time of one haptic tick, two tools pressing and sliding on one liver, at 1 kHz under the
+/// real-time scheduler where it is granted; the same tick on a liver of few and of many triangles
+/// and a bare loop of arithmetic as long as a tick, in turn in the same periods: what the host adds
+/// to the bare loop it adds to the ticks.
+struct TickFigures {
+  int coarse_triangles = 0, fine_triangles = 0;
+  Histogram coarse, fine, bare;
+  Histogram with_new_patch;  ///< Ticks of both that take the patch of a step.
+  RatioSpread ratio;         ///< Fine over coarse: of the medians of blocks of ticks.
+};
+TickFigures TimeTicks(bool quick);
+
+/// Duration of the two sides of a snapshot's hand-over, ns, readings of the clock included.
+struct HandOverFigures {
+  std::string snapshot;
+  std::size_t bytes = 0;  ///< Of the snapshot itself, without its arrays.
+  Histogram publish, update;
+};
+std::vector<HandOverFigures> TimeHandOvers(bool quick);
+/// What the clock's own readings take of it, median.
+double ClockReadingNanoseconds();
+
+/// What `hpdm bench` measures: everything, or what was asked for.
 struct BenchFigures {
   std::vector<ModelComparison> models;
   std::vector<MeshComparison> meshes;
   std::vector<CostCurve> costs;
+  std::optional<TickFigures> ticks;
+  double clock_reading_ns = 0;
+  std::vector<HandOverFigures> hand_overs;
 };
 
+/// A section for each that was measured.
 std::string BenchMarkdown(const BenchFigures& figures, const std::string& machine);
 
 }  // namespace hpdm

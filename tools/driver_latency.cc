@@ -93,6 +93,7 @@ void Measure(double seconds) {
   HapticLoop loop({{&device, kinematics, 0.0025, {}}}, kPeriod,
                   {tool_states, patches, samples, &forces});
 
+  AskForPriority(kDriverPriority);  // LCM's own thread for the driver's socket inherits it
   Ear ear{clock, std::vector<Nanoseconds>(ticks)};
   const auto driver = Connect(NetworkUrl(), "hpdm_driver_latency");
   driver->subscribeFunction(kForceChannel, Hear, &ear)->setQueueCapacity(0);

@@ -8,6 +8,7 @@ namespace hpdm {
 inline RealtimeOptions ProcessRealtime() {
   RealtimeOptions options;
   options.lock_memory = true;
+  options.keep_awake = true;
   return options;
 }
 inline RealtimeOptions HapticRealtime() {

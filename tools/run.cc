@@ -17,10 +17,14 @@
 #include "engine/session_clock.h"
 #include "lcmtypes/device_link.h"
 #include "lcmtypes/network.h"
+#include "engine/stolen_time.h"
+#include "engine/wake_up_baseline.h"
 #include "render/egl_context.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/latency_table.h"
+#include "tools/plot_latency.h"
 #include "tools/lockstep.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
@@ -69,16 +73,35 @@ class StopSignals {
   sigset_t signals_;
 };
 
-// Asks for what a session would, before anything of it exists. Throws MachineError.
-void RequireRealtime() {
-  RealtimeReport process = RequestRealtime(ProcessRealtime());
-  RealtimeReport haptic;
-  std::jthread([&] { haptic = RequestRealtime(HapticRealtime()); }).join();
-  for (const RealtimeReport& report : {process, haptic}) {
-    if (report.Complete()) continue;
-    throw MachineError("--require-rt: " + report.FirstRefusal() +
-                       "; run as root or raise the rtprio and memlock limits");
+constexpr Nanoseconds kBaselineLength = kNanosecondsPerSecond;
+
+// What the machine grants, and how late it wakes a thread like the haptic one that does nothing.
+struct MachineState {
+  RealtimeReport process, haptic;
+  WakeUpBaseline baseline;
+
+  // Throws MachineError where something was refused.
+  void RequireRealtime() const {
+    for (const RealtimeReport& report : {process, haptic}) {
+      if (report.Complete()) continue;
+      throw MachineError("--require-rt: " + report.FirstRefusal() +
+                         "; run as root or raise the rtprio and memlock limits");
+    }
   }
+};
+
+// Asks for what a session would and wakes at its haptic rate for `baseline_ns`, before anything
+// else of it runs or a device displays a force.
+MachineState TryMachine(Nanoseconds period_ns, Nanoseconds baseline_ns) {
+  MachineState machine;
+  machine.process = RequestRealtime(ProcessRealtime());
+  std::jthread([&] {
+    machine.haptic = RequestRealtime(HapticRealtime());
+    RealLoopClock clock{SessionClock()};
+    const auto ticks = static_cast<std::uint64_t>(baseline_ns / period_ns);
+    machine.baseline = MeasureWakeUps({period_ns, period_ns, ticks}, {}, clock);
+  }).join();
+  return machine;
 }
 
 // The loops of one session and what they need to run.
@@ -97,8 +120,9 @@ struct Loops {
 //
 //     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz) --SceneSnapshot--> render
 //        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
-//        '-effort-'  '---HapticSample queue, every tick------------------------^
-//                                   StepSample queue, every step ---------------'
+//        '-effort-'  '---HapticSample queue, every tick-------------------^  ^  ^
+//                                   StepSample queue, every step ---------'  |
+//                                 FrameRecord queue, every frame of render --'
 //
 // External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample --> HPDM_FORCE.
 //
@@ -133,12 +157,11 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
     start.arrive_and_wait();
     RealLoopClock loop_clock(clock);
     const int hz = loops.session.scene().timing.deformation_hz;
-    record.deformation =
-        RunOnSchedule({.start_ns = clock.Now(), .period_ns = kNanosecondsPerSecond / hz}, stop,
-                      loop_clock, [&](std::uint64_t, Nanoseconds due, const TickTiming& timing) {
-                        record.deformation_wake_late.Add(timing.wake_late_ns);
-                        loops.deformation.Step(loops.deformation.NewestTools(), due);
-                      });
+    record.deformation = RunOnSchedule(
+        {.start_ns = clock.Now(), .period_ns = kNanosecondsPerSecond / hz}, stop, loop_clock,
+        [&](std::uint64_t, Nanoseconds due, const TickTiming& timing) {
+          loops.deformation.Step(loops.deformation.NewestTools(), due, timing.wake_late_ns);
+        });
   });
   std::jthread haptic_thread([&](std::stop_token stop) {
     haptic = RequestRealtime(HapticRealtime());
@@ -198,14 +221,17 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
   return render;
 }
 
-TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const Session& session,
-                                    const SessionFolder& folder) {
+TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineState& machine,
+                                    const SessionFolder& folder, Session* session) {
   TelemetryOptions telemetry;
   telemetry.live = options.live;
   telemetry.forces_linked = session.HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
-  telemetry.haptic_period = session.haptic_period_ns();
-  if (!options.Lockstep()) {
+  telemetry.haptic_period = session->haptic_period_ns();
+  if (!options.Lockstep()) {  // nothing measured is logged there
+    telemetry.frames = &session->frames;
+    telemetry.baseline = machine.baseline.wake_late;
+    telemetry.stolen_time = StolenTime;
     telemetry.epoch_us = std::chrono::duration_cast<std::chrono::microseconds>(
                              std::chrono::system_clock::now().time_since_epoch())
                              .count();
@@ -241,13 +267,17 @@ void Run(const RunOptions& options) {
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
   EglContext();  // a machine that cannot draw says so before the session starts
-  if (options.require_realtime) RequireRealtime();
   const SessionClock clock;
   std::optional<DeviceLink> link;
   if (session.HasExternalDevice()) {
     link.emplace(NetworkUrl(), clock,
                  DeviceLink::Edges{session.external_readings, session.external_forces});
   }
+  MachineState machine;
+  if (options.require_realtime || !options.Lockstep()) {
+    machine = TryMachine(session.haptic_period_ns(), options.Lockstep() ? 0 : kBaselineLength);
+  }
+  if (options.require_realtime) machine.RequireRealtime();
   const SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene());
@@ -268,17 +298,19 @@ void Run(const RunOptions& options) {
       stopwatch);
   RenderLoop render(
       session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
-      *session.render_scenes, stopwatch ? stopwatch : [] { return Nanoseconds{0}; });
+      *session.render_scenes, stopwatch ? stopwatch : [] { return Nanoseconds{0}; },
+      options.Lockstep() ? nullptr : &session.frames);
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),
-                          TelemetryOptionsOf(options, session, folder), session.Info());
+                          TelemetryOptionsOf(options, machine, folder, &session), session.Info());
   const std::uint64_t end_tick =
       seconds > 0
           ? static_cast<std::uint64_t>(std::llround(seconds * session.scene().timing.haptic_hz))
           : std::numeric_limits<std::uint64_t>::max();
   const Loops loops{session, haptics, deformation, render, telemetry, link ? &*link : nullptr,
                     signals, end_tick};
-  const RunRecord record = options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, clock);
+  RunRecord record = options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, clock);
+  record.baseline = machine.baseline;
 
   // A disk that fills up must not cost the summary: it is told after it.
   std::string not_kept = telemetry.Summary().log.Explain();
@@ -291,16 +323,25 @@ void Run(const RunOptions& options) {
   };
   keep([&] { WritePicture(render.deepest_image(), folder, "deepest.png"); });
   keep([&] { WritePicture(render.image(), folder, "last.png"); });
-  const std::string no_plot = RunPlotScript(
-      kPlotTimelineScript, {folder.File("timeline.csv"), folder.File("timeline.png")});
-  if (!no_plot.empty()) std::cerr << "hpdm: note: " << no_plot << "\n";
+  const auto plot = [&folder](const char* script, const char* table, const char* picture) {
+    const std::string missing = RunPlotScript(script, {folder.File(table), folder.File(picture)});
+    if (!missing.empty()) std::cerr << "hpdm: note: " << picture << ": " << missing << "\n";
+  };
+  plot(kPlotTimelineScript, "timeline.csv", "timeline.png");
+  if (!options.Lockstep()) {
+    keep([&] {
+      WriteTextFile(folder.File("latency.csv"),
+                    LatencyTable(telemetry.Summary().session.latencies));
+    });
+    plot(kPlotLatencyScript, "latency.csv", "latency.png");
+  }
   const nlohmann::ordered_json summary = RunSummary(session, record, telemetry.Summary(), &render);
   keep([&] { WriteTextFile(folder.File("summary.json"), JsonText(summary) + "\n"); });
   if (options.json) {
     std::cout << JsonText(summary) << "\n";
   } else {
     std::cout << ReadableSummary(summary) << "session folder: " << folder.path().string()
-              << " (deepest.png, timeline.png, summary.json, session.lcmlog)\n";
+              << " (deepest.png, timeline.png, latency.png, summary.json, session.lcmlog)\n";
   }
   if (!not_kept.empty()) throw InputError(folder.path().string() + ": incomplete: " + not_kept);
 }

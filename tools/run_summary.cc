@@ -1,6 +1,8 @@
 #include "tools/run_summary.h"
 
 #include <cstdio>
+#include <string_view>
+#include <thread>
 
 #include "tools/json_figures.h"
 
@@ -16,33 +18,50 @@ Json SkippedToJson(const SkippedTicks& skipped) {
           {"stalled", skipped.stalled}};
 }
 
+// Adds the latencies of one loop, by their names without the loop's.
+void AddLatencies(std::string_view loop, const Latencies& latencies, Json* json) {
+  latencies.ForEach([&](std::size_t index, const Histogram& histogram) {
+    const std::string_view name = kLatencyNames[index];
+    if (!name.starts_with(loop) || name[loop.size()] != '.') return;
+    (*json)[std::string(name.substr(loop.size() + 1))] = ToJson(histogram);
+  });
+}
+
 Json HapticToJson(const RunRecord& record, const SessionSummary& session) {
-  return {{"rate_hz", session.haptic_hz},
-          {"ticks", record.haptic.ticks},
-          {"skipped", SkippedToJson(record.haptic.skipped)},
-          {"wake_up", ToJson(session.wake_late)},
-          {"compute", ToJson(session.compute)},
-          {"patch_age", ToJson(session.patch_age)}};
+  Json haptic = {{"rate_hz", session.haptic_hz},
+                 {"ticks", record.haptic.ticks},
+                 {"skipped", SkippedToJson(record.haptic.skipped)}};
+  AddLatencies("haptic", session.latencies, &haptic);
+  return haptic;
 }
 
 Json DeformationToJson(const RunRecord& record, const SessionSummary& session) {
-  return {{"rate_hz", session.deformation_hz},
-          {"steps", record.deformation.ticks},
-          {"skipped", SkippedToJson(record.deformation.skipped)},
-          {"wake_up", ToJson(record.deformation_wake_late)},
-          {"compute", ToJson(session.step_compute)}};
+  Json deformation = {{"rate_hz", session.deformation_hz},
+                      {"steps", record.deformation.ticks},
+                      {"skipped", SkippedToJson(record.deformation.skipped)}};
+  AddLatencies("deformation", session.latencies, &deformation);
+  return deformation;
 }
 
-Json RenderToJson(const RenderLoop& render, double seconds) {
+Json RenderToJson(const RenderLoop& render, const SessionSummary& session, double seconds) {
   const RenderStatistics& statistics = render.statistics();
-  return {{"rate_hz", seconds > 0 ? static_cast<double>(statistics.drawn) / seconds : 0},
-          {"frames", statistics.drawn},
-          {"dropped", statistics.dropped},
-          {"frames_written", render.frames_written()},
-          {"compute", ToJson(statistics.compute)},
-          {"device_to_photon", ToJson(statistics.device_to_photon)},
-          {"renderer", statistics.renderer},
-          {"failure", render.failure()}};
+  Json json = {{"rate_hz", seconds > 0 ? static_cast<double>(statistics.drawn) / seconds : 0},
+               {"frames", statistics.drawn},
+               {"dropped", statistics.dropped},
+               {"frames_written", render.frames_written()}};
+  AddLatencies("render", session.latencies, &json);
+  json["renderer"] = statistics.renderer;
+  json["failure"] = render.failure();
+  return json;
+}
+
+// What the machine did by itself, beside which the session's own lateness stands.
+Json MachineToJson(const RunRecord& record, const SessionSummary& session) {
+  Json machine = {{"skipped", SkippedToJson(record.baseline.count.skipped)}};
+  AddLatencies("baseline", session.latencies, &machine);
+  machine["stolen_s"] = ToSeconds(session.stolen_ns);
+  machine["processors"] = std::thread::hardware_concurrency();
+  return machine;
 }
 
 Json ToolsToJson(const Session& session, const SessionSummary& summary) {
@@ -92,6 +111,30 @@ std::string LoopLine(const char* name, const Json& loop, const char* unit_count,
   return line + "\n";
 }
 
+std::string AgeLine(const char* name, const Json& age) {
+  return Line("%-16s p50 %9.3f ms, p99 %9.3f ms, p99.9 %9.3f ms, max %9.3f ms\n", name,
+              age["p50_us"].get<double>() / 1000, age["p99_us"].get<double>() / 1000,
+              age["p99_9_us"].get<double>() / 1000, age["max_us"].get<double>() / 1000);
+}
+
+// The session's wake-ups beside an empty loop's: tells a bad machine from a bad program.
+std::string MachineLines(const Json& summary) {
+  const Json& machine = summary["machine"];
+  std::string text;
+  for (const auto& [name, wake_up] : {std::pair{"session", summary["haptic"]["wake_up"]},
+                                      std::pair{"empty loop", machine["wake_up"]}}) {
+    text += Line("wake-up late by  p50 %9.1f us, p99 %9.1f us, p99.9 %9.1f us, max %9.1f us (%s)\n",
+                 wake_up["p50_us"].get<double>(), wake_up["p99_us"].get<double>(),
+                 wake_up["p99_9_us"].get<double>(), wake_up["max_us"].get<double>(), name);
+  }
+  const double stolen = machine["stolen_s"].get<double>();
+  if (stolen > 0) {
+    text += Line("the host took %.2f s from the machine's %d processors\n", stolen,
+                 machine["processors"].get<int>());
+  }
+  return text;
+}
+
 }  // namespace
 
 Json RunSummary(const Session& session, const RunRecord& record, const TelemetrySummary& telemetry,
@@ -105,7 +148,7 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                   {"interrupted", record.interrupted},
                   {"haptic", HapticToJson(record, figures)},
                   {"deformation", DeformationToJson(record, figures)}};
-  if (render != nullptr) summary["render"] = RenderToJson(*render, seconds);
+  if (render != nullptr) summary["render"] = RenderToJson(*render, figures, seconds);
   summary["tools"] = ToolsToJson(session, figures);
   summary["log"] = {{"events", telemetry.log.events},
                     {"dropped", telemetry.log.dropped},
@@ -115,6 +158,7 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                     {"steps_lost", telemetry.step_overflows},
                     {"failure", telemetry.log.Explain()}};
   if (record.link) summary["device_link"] = LinkToJson(*record.link);
+  if (!record.lockstep) summary["machine"] = MachineToJson(record, figures);
   summary["realtime"] = RealtimeToJson(record);
   summary["remarks"] = session.remarks();
   return summary;
@@ -130,7 +174,7 @@ std::string ReadableSummary(const Json& summary) {
   const Json& skipped = summary["haptic"]["skipped"];
   if (skipped["total"].get<long>() > 0) {
     text += Line(
-        "             skipped for: late wake-up %ld, long compute %ld, host took the core %ld\n",
+        "             skipped for: late wake-up %ld, own computing %ld, host took the core %ld\n",
         skipped["late_wake_up"].get<long>(), skipped["long_compute"].get<long>(),
         skipped["stalled"].get<long>());
   }
@@ -144,9 +188,14 @@ std::string ReadableSummary(const Json& summary) {
     const std::string failure = render["failure"];
     if (!failure.empty()) text += "             " + failure + "\n";
   }
-  text += Line("patch age at the haptic tick: p50 %.1f ms, p99 %.1f ms\n",
-               summary["haptic"]["patch_age"]["p50_us"].get<double>() / 1000,
-               summary["haptic"]["patch_age"]["p99_us"].get<double>() / 1000);
+  text += AgeLine("patch age", summary["haptic"]["patch_age"]);
+  if (timed) {
+    text += AgeLine("device to force", summary["haptic"]["device_to_force"]);
+    if (summary.contains("render")) {
+      text += AgeLine("device to photon", summary["render"]["device_to_photon"]);
+    }
+    text += MachineLines(summary);
+  }
   for (const Json& tool : summary["tools"]) {
     text +=
         Line("%s: peak force %.2f N, mean %.2f N over %.1f s of contact, deepest press %.1f mm\n",

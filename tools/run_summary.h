@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "engine/histogram.h"
 #include "engine/loop_schedule.h"
 #include "engine/realtime.h"
 #include "lcmtypes/device_link.h"
+#include "engine/wake_up_baseline.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "tools/session.h"
@@ -22,13 +22,13 @@ struct RunRecord {
   bool lockstep = false;
   TickCount haptic;
   TickCount deformation;
-  Histogram deformation_wake_late;                               ///< ns; real clock only.
+  WakeUpBaseline baseline;                                       ///< Real clock only.
   std::optional<DeviceLinkSummary> link;                         ///< With external devices.
   std::vector<std::pair<std::string, RealtimeReport>> realtime;  ///< By thread.
 };
 
-/// summary.json: rates, percentiles, skipped ticks by cause, forces, the real-time state granted.
-/// `render` is null when nothing was drawn.
+/// summary.json: rates, percentiles, skipped ticks by cause, forces, the real-time state granted
+/// and the machine's own wake-ups before the session. `render` is null when nothing was drawn.
 nlohmann::ordered_json RunSummary(const Session& session, const RunRecord& record,
                                   const TelemetrySummary& telemetry, const RenderLoop* render);
 

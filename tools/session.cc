@@ -1,6 +1,7 @@
 #include "tools/session.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -55,6 +56,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
     : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
       steps(2 * static_cast<std::size_t>(scene.timing.deformation_hz)),
       external_forces(64),
+      frames(2 * static_cast<std::size_t>(std::ceil(scene.timing.render_hz)) + 1),
       scene_(std::move(scene)),
       choices_(std::move(devices)) {
   HPDM_CHECK(choices_.size() == scene_.instruments.size());

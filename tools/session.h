@@ -51,8 +51,8 @@ class Session {
   std::vector<InstrumentView> InstrumentViews() const;
   SessionInfo Info() const;
 
-  // The edges. Two seconds of samples and steps fit the queues: a telemetry thread that a disk
-  // holds up for less loses nothing.
+  // The edges. Two seconds of samples, steps and frames fit their queues: a telemetry thread that a
+  // disk holds up for less loses nothing.
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render_scenes;
@@ -63,6 +63,7 @@ class Session {
   std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> external_readings{};
   SpscQueue<HapticSample> external_forces;
   bool HasExternalDevice() const;
+  SpscQueue<FrameRecord> frames;
 
  private:
   void ReadTraces();

@@ -14,6 +14,7 @@ namespace hpdm {
 ///                      lie below its own folder (meshes/...), so that the session can be replayed
 ///     summary.json     the session in figures
 ///     timeline.csv     force and depth at 100 Hz, timeline.png its plot
+///     latency.csv      distributions of the latencies, latency.png their plot (real clock)
 ///     deepest.png      the picture at the deepest contact, last.png the last one
 ///     frames/          pictures at --fps
 class SessionFolder {
