@@ -193,23 +193,19 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   }
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;
-  for (int t = 0; t < tools.tool_count; ++t) sample_.contacts[t] = edges_.patch.Back().tools[t];
+  for (int t = 0; t < tools.tool_count; ++t) {
+    ToolContactState& contact = sample_.contacts[t];
+    contact = edges_.patch.Back().tools[t];
+    if (contact.organ < 0) continue;
+    contact.contact_W += states_[contact.organ].offset_W;
+    contact.p_original_W += states_[contact.organ].offset_W;
+  }
 }
 
 // The haptic loop's patch goes first: what it waits for is not held up by the copies for the eye.
 void DeformationLoop::Publish(const ToolState& tools) {
-  ContactPatch& patch = edges_.patch.Back();
-  patch.step = record_;
+  edges_.patch.Back().step = record_;
   FillSample(tools);
-  for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
-    for (int t = 0; t < patch.tool_count; ++t) {
-      ToolContactState& contact = edge->Back().contacts[t];
-      contact = patch.tools[t];
-      if (contact.organ < 0) continue;
-      contact.contact_W += states_[contact.organ].offset_W;
-      contact.p_original_W += states_[contact.organ].offset_W;
-    }
-  }
   edges_.patch.Publish();
   if (edges_.steps != nullptr) edges_.steps->Push(sample_);
   for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
@@ -218,11 +214,11 @@ void DeformationLoop::Publish(const ToolState& tools) {
   }
 }
 
-// All but the contacts.
 void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) const {
   scene->step = record_;
   scene->tool_count = tools.tool_count;
   scene->tools = tools.tools;
+  scene->contacts = sample_.contacts;
   for (std::size_t o = 0; o < states_.size(); ++o) {
     FillShape(models_[o], states_[o], &scene->organs[o]);
     scene->organs[o].offset_W = states_[o].offset_W;

@@ -219,7 +219,7 @@ struct StepSample {
   std::array<OrganRelaxation, kMaxOrgans> organs;
   int tool_count = 0;                                      ///< 0 before the first tick too.
   std::array<ToolPose, kMaxInstruments> tools;             ///< As the step used them.
-  std::array<ToolContactState, kMaxInstruments> contacts;  ///< As published to the haptic loop.
+  std::array<ToolContactState, kMaxInstruments> contacts;  ///< In the world: moved with the organ.
 };
 
 /// Why a tick was skipped (design: threads).

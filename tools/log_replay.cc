@@ -127,16 +127,15 @@ class Player {
     for (; next_step_ < end; ++next_step_) {
       const StepSample& logged = log_.steps()[next_step_].sample;
       const std::uint64_t input = logged.step.input_tick;
-      ToolState tools;  // before the haptic loop's first tick: no tools
-      if (logged.tool_count > 0) {
-        tool_states_.erase(tool_states_.begin(), tool_states_.lower_bound(input));
-        const auto at = tool_states_.find(input);
-        if (at == tool_states_.end()) {
-          EndEarly("tick " + std::to_string(input) + ", which step " +
-                   std::to_string(logged.step.number) + " used, is not in the log before it");
-          return false;
-        }
+      ToolState tools;  // before the haptic loop's first tick: without tools
+      tool_states_.erase(tool_states_.begin(), tool_states_.lower_bound(input));
+      const auto at = tool_states_.find(input);
+      if (at != tool_states_.end() && (logged.tool_count > 0 || devices_.empty())) {
         tools = at->second;
+      } else if (logged.tool_count > 0) {
+        EndEarly("tick " + std::to_string(input) + ", which step " +
+                 std::to_string(logged.step.number) + " used, is not in the log before it");
+        return false;
       }
       deformation_.Obey(logged);
       deformation_.Step(tools, logged.step.time_ns);
