@@ -228,7 +228,7 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
                                     const SessionFolder& folder, Session* session) {
   TelemetryOptions telemetry;
   telemetry.live = options.live;
-  telemetry.forces_linked = session.HasExternalDevice();
+  telemetry.forces_linked = session->HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
   telemetry.haptic_period = session->haptic_period_ns();
   if (!options.Lockstep()) {  // nothing measured is logged there
