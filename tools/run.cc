@@ -15,17 +15,17 @@
 #include "engine/loop_schedule.h"
 #include "engine/realtime.h"
 #include "engine/session_clock.h"
-#include "lcmtypes/device_link.h"
-#include "lcmtypes/network.h"
 #include "engine/stolen_time.h"
 #include "engine/wake_up_baseline.h"
+#include "lcmtypes/device_link.h"
+#include "lcmtypes/network.h"
 #include "render/egl_context.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/latency_table.h"
-#include "tools/plot_latency.h"
 #include "tools/lockstep.h"
+#include "tools/plot_latency.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
 #include "tools/realtime_threads.h"
@@ -80,27 +80,30 @@ struct MachineState {
   RealtimeReport process, haptic;
   WakeUpBaseline baseline;
 
-  // Throws MachineError where something was refused.
-  void RequireRealtime() const {
-    for (const RealtimeReport& report : {process, haptic}) {
-      if (report.Complete()) continue;
-      throw MachineError("--require-rt: " + report.FirstRefusal() +
-                         "; run as root or raise the rtprio and memlock limits");
-    }
+  // The first refusal, or empty.
+  std::string Refusal() const {
+    return process.Complete() ? haptic.FirstRefusal() : process.FirstRefusal();
   }
 };
 
-// Asks for what a session would and wakes at its haptic rate for `baseline_ns`, before anything
-// else of it runs or a device displays a force.
-MachineState TryMachine(Nanoseconds period_ns, Nanoseconds baseline_ns) {
+// Asks for what a session would and wakes at its haptic rate for a second (not in virtual time),
+// before anything else of it runs or a device displays a force. Throws MachineError where something
+// was refused and required.
+MachineState TryMachine(const RunOptions& options, Nanoseconds period_ns) {
   MachineState machine;
+  if (options.Lockstep() && !options.require_realtime) return machine;
   machine.process = RequestRealtime(ProcessRealtime());
   std::jthread([&] {
     machine.haptic = RequestRealtime(HapticRealtime());
+    if (options.Lockstep() || (options.require_realtime && !machine.Refusal().empty())) return;
     RealLoopClock clock{SessionClock()};
-    const auto ticks = static_cast<std::uint64_t>(baseline_ns / period_ns);
+    const auto ticks = static_cast<std::uint64_t>(kBaselineLength / period_ns);
     machine.baseline = MeasureWakeUps({period_ns, period_ns, ticks}, {}, clock);
   }).join();
+  if (options.require_realtime && !machine.Refusal().empty()) {
+    throw MachineError("--require-rt: " + machine.Refusal() +
+                       "; run as root or raise the rtprio and memlock limits");
+  }
   return machine;
 }
 
@@ -225,7 +228,7 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
                                     const SessionFolder& folder, Session* session) {
   TelemetryOptions telemetry;
   telemetry.live = options.live;
-  telemetry.forces_linked = session.HasExternalDevice();
+  telemetry.forces_linked = session->HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
   telemetry.haptic_period = session->haptic_period_ns();
   if (!options.Lockstep()) {  // nothing measured is logged there
@@ -267,17 +270,13 @@ void Run(const RunOptions& options) {
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
   EglContext();  // a machine that cannot draw says so before the session starts
+  const MachineState machine = TryMachine(options, session.haptic_period_ns());
   const SessionClock clock;
   std::optional<DeviceLink> link;
   if (session.HasExternalDevice()) {
     link.emplace(NetworkUrl(), clock,
                  DeviceLink::Edges{session.external_readings, session.external_forces});
   }
-  MachineState machine;
-  if (options.require_realtime || !options.Lockstep()) {
-    machine = TryMachine(session.haptic_period_ns(), options.Lockstep() ? 0 : kBaselineLength);
-  }
-  if (options.require_realtime) machine.RequireRealtime();
   const SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene());
@@ -291,11 +290,10 @@ void Run(const RunOptions& options) {
   HapticLoop haptics(session.HapticInstruments(), session.haptic_period_ns(),
                      {session.tool_states, session.patches, session.samples,
                       session.HasExternalDevice() ? &session.external_forces : nullptr});
-  DeformationLoop deformation(
-      session.organs(), session.DeformationTools(),
-      {session.tool_states, session.patches, *session.render_scenes, *session.telemetry_scenes,
-       &session.steps},
-      stopwatch);
+  DeformationLoop deformation(session.organs(), session.DeformationTools(),
+                              {session.tool_states, session.patches, *session.render_scenes,
+                               *session.telemetry_scenes, &session.steps},
+                              stopwatch);
   RenderLoop render(
       session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
       *session.render_scenes, stopwatch ? stopwatch : [] { return Nanoseconds{0}; },
@@ -341,7 +339,8 @@ void Run(const RunOptions& options) {
     std::cout << JsonText(summary) << "\n";
   } else {
     std::cout << ReadableSummary(summary) << "session folder: " << folder.path().string()
-              << " (deepest.png, timeline.png, latency.png, summary.json, session.lcmlog)\n";
+              << " (deepest.png, timeline.png, " << (options.Lockstep() ? "" : "latency.png, ")
+              << "summary.json, session.lcmlog)\n";
   }
   if (!not_kept.empty()) throw InputError(folder.path().string() + ": incomplete: " + not_kept);
 }
