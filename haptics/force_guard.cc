@@ -33,8 +33,9 @@ ForceGuard::Output ForceGuard::Filter(const Input& input) noexcept {
     return output;
   }
 
+  double scale = 1;
   if (input.reaction_W.allFinite()) {
-    const double scale = ScaleWithin(options_, input.reaction_W, input.J);
+    scale = ScaleWithin(options_, input.reaction_W, input.J);
     if (scale < 1) output.flags |= kGuardClamped;
     last_finite_ = scale * input.reaction_W;
   } else {
@@ -63,6 +64,7 @@ ForceGuard::Output ForceGuard::Filter(const Input& input) noexcept {
     force_ += step;
   }
   output.force_W = force_;
+  output.authority = scale * gain_;
   return output;
 }
 

@@ -54,6 +54,7 @@ class ForceGuard {
   struct Output {
     Vector3d force_W = Vector3d::Zero();  ///< N, always finite.
     std::uint32_t flags = kGuardOk;       ///< GuardFlag, or-ed.
+    double authority = 0;  ///< The part of the reaction that clamp and authority let through.
   };
   Output Filter(const Input& input) noexcept;
 

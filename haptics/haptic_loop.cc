@@ -30,6 +30,7 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
   for (HapticInstrument& instrument : instruments) {
     HPDM_CHECK(instrument.device != nullptr);
     instrument.guard.period = ToSeconds(period_ns);
+    instrument.passivity.period = ToSeconds(period_ns);
     Tool& tool = tools_.emplace_back(instrument, ToSeconds(period_ns));
     // Until the device answers, the tool waits at the least insertion with its jaw open.
     tool.sample.joints[kInsertion] = instrument.kinematics.limits().min_joints[kInsertion];
@@ -45,9 +46,11 @@ void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
   MoveTools(now);
   TakePatch(scheduled);
   EvaluateContacts(scheduled);
+  DampContacts(now);
   GuardForces(scheduled);
   WriteEfforts();
   sample_.written_ns = SinceWakeUp(scheduled, timing);
+  ObserveEnergy();
   PublishToolState(tick, scheduled);
   PushSample(tick, scheduled, timing);
 }
@@ -130,17 +133,25 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
   }
 }
 
+void HapticLoop::DampContacts(Nanoseconds now) {
+  for (Tool& tool : tools_) {
+    tool.damping_force_W = tool.passivity.Damp(now, tool.sample, tool.pose.X_WT.translation(),
+                                               tool.J, tool.contact.result().reaction_W);
+  }
+}
+
 void HapticLoop::GuardForces(Nanoseconds scheduled) {
   const Nanoseconds elapsed = has_run_ ? scheduled - last_scheduled_ns_ : period_ns_;
   for (Tool& tool : tools_) {
     tool.force_on = tool.instrument.device->ForceOn();
-    tool.safe = tool.guard.Filter({.reaction_W = tool.contact.result().reaction_W,
-                                   .J = tool.J,
-                                   .elapsed = ToSeconds(elapsed),
-                                   .has_patch = patch_number_ > 0,
-                                   .patch_age_ns = patch_age_ns_,
-                                   .device_valid = tool.sample.valid,
-                                   .force_on = tool.force_on});
+    tool.safe =
+        tool.guard.Filter({.reaction_W = tool.contact.result().reaction_W + tool.damping_force_W,
+                           .J = tool.J,
+                           .elapsed = ToSeconds(elapsed),
+                           .has_patch = patch_number_ > 0,
+                           .patch_age_ns = patch_age_ns_,
+                           .device_valid = tool.sample.valid,
+                           .force_on = tool.force_on});
   }
   last_scheduled_ns_ = scheduled;
   has_run_ = true;
@@ -150,6 +161,14 @@ void HapticLoop::WriteEfforts() {
   for (Tool& tool : tools_) {
     tool.effort = tool.J.transpose() * tool.safe.force_W;
     tool.instrument.device->Write(tool.effort);
+  }
+}
+
+void HapticLoop::ObserveEnergy() {
+  for (Tool& tool : tools_) {
+    tool.passivity.Observe(tool.safe.force_W, tool.safe.authority,
+                           (tool.safe.flags & kGuardDisabled) == 0);
+    if (tool.passivity.damping() > 0) tool.safe.flags |= kGuardPassivity;
   }
 }
 
@@ -188,6 +207,8 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .organ = tool.contact.result().organ,
                         .kind = tool.contact.result().kind,
                         .guard_flags = tool.safe.flags,
+                        .energy = tool.passivity.energy(),
+                        .damping = tool.passivity.damping(),
                         .device_time_ns = tool.sample.time_ns,
                         .device_valid = tool.sample.valid,
                         .force_on = tool.force_on};

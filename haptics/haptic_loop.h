@@ -13,6 +13,7 @@
 #include "haptics/device.h"
 #include "haptics/force_guard.h"
 #include "haptics/impulse_engine.h"
+#include "haptics/passivity.h"
 #include "haptics/tip_contact.h"
 
 namespace hpdm {
@@ -24,6 +25,7 @@ struct HapticInstrument {
   double tip_radius = 0.0025;  ///< m.
   ForceGuardOptions guard = {};
   double friction = 0;  ///< Coulomb coefficient of the tip on tissue.
+  PassivityOptions passivity = {};
 };
 
 /// The loop between hand and tissue, 1 kHz: see the stages of Tick.
@@ -63,15 +65,17 @@ class HapticLoop {
   // One instrument's state through the stages of a tick.
   struct Tool {
     Tool(const HapticInstrument& given, double period)
-        : instrument(given), contact(period), guard(given.guard) {}
+        : instrument(given), contact(period), passivity(given.passivity), guard(given.guard) {}
     HapticInstrument instrument;
     TipContact contact;
+    PassivityControl passivity;
     ForceGuard guard;
     DeviceSample sample;       // newest valid joints, valid as of this tick
     bool has_pose = false;     // false before the first valid sample
     Nanoseconds moved_ns = 0;  // device time of `pose`
     ToolPose pose;
     Matrix3d J = Matrix3d::Zero();
+    Vector3d damping_force_W = Vector3d::Zero();
     bool force_on = false;  // read once a tick: a stop may come between two readings
     ForceGuard::Output safe;
     AxisEffort effort = AxisEffort::Zero();
@@ -81,8 +85,10 @@ class HapticLoop {
   void MoveTools(Nanoseconds now);
   void TakePatch(Nanoseconds scheduled);
   void EvaluateContacts(Nanoseconds scheduled);
+  void DampContacts(Nanoseconds now);
   void GuardForces(Nanoseconds scheduled);
   void WriteEfforts();
+  void ObserveEnergy();
   void PublishToolState(std::uint64_t tick, Nanoseconds scheduled);
   void PushSample(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing);
 

@@ -28,6 +28,8 @@ struct DeviceProfile {
   double max_angle = 1.2;                ///< rad, pitch and yaw from the home direction (assumed).
   double min_insertion = 0.02;           ///< m (assumed).
   double max_insertion = 0.30;           ///< m (assumed).
+  bool passivity_control = true;         ///< passivity.h; it acts only on what the device cannot
+                                         ///< damp itself.
 };
 
 enum class InstrumentType { kProbe, kGrasper, kScissors, kHook };

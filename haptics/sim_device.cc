@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/error.h"
+#include "haptics/device_axes.h"
 
 namespace hpdm {
 namespace {
@@ -22,9 +23,9 @@ SimDevice::SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics
                      const SimulatedHand& hand)
     : kinematics_(kinematics),
       hand_(hand),
-      inertia_(profile.rotational_inertia, profile.rotational_inertia, profile.mass),
-      damping_(profile.rotational_damping, profile.rotational_damping, profile.damping),
-      friction_(profile.rotational_friction, profile.rotational_friction, profile.friction),
+      inertia_(AxesOf(profile).inertia),
+      damping_(AxesOf(profile).damping),
+      friction_(AxesOf(profile).friction),
       max_effort_(profile.max_torque, profile.max_torque, profile.max_force),
       intent_(hand_.At(0)),
       joints_(kinematics_.Inverse(intent_.p_W, intent_.roll, intent_.jaw).joints) {

@@ -41,6 +41,7 @@ DeviceProfile ReadDevice(const TableReader& table) {
     table.Fail(key, "leaves no travel between min_insertion and max_insertion",
                "give max_insertion above min_insertion");
   }
+  table.ReadBoolean("passivity_control", &device.passivity_control);
   return device;
 }
 

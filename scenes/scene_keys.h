@@ -48,7 +48,8 @@ inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "max_force_rate",
                                                    "max_angle",
                                                    "min_insertion",
-                                                   "max_insertion"};
+                                                   "max_insertion",
+                                                   "passivity_control"};
 inline constexpr std::string_view kHandKeys[] = {
     "script", "seed", "organ", "target", "depth", "speed", "stiffness", "damping", "tremor"};
 

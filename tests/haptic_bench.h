@@ -49,13 +49,14 @@ class FakeDevice : public Device {
 // A loop with one fake device over a plane at z = 0, ticked in virtual time.
 class Bench {
  public:
-  Bench() {
+  explicit Bench(bool passivity_control = true) {
     device.MoveTip({0, 0, 0.01});
     device.Home();
     device.EnableForce(true);
-    loop = std::make_unique<HapticLoop>(
-        std::vector<HapticInstrument>{{&device, Kinematics(), kTipRadius, {}}}, kPeriod,
-        HapticLoop::Edges{tool_states, patches, samples});
+    HapticInstrument instrument{&device, Kinematics(), kTipRadius, {}};
+    instrument.passivity.control = passivity_control;
+    loop = std::make_unique<HapticLoop>(std::vector{instrument}, kPeriod,
+                                        HapticLoop::Edges{tool_states, patches, samples});
   }
 
   void PublishPatch() {
@@ -64,7 +65,7 @@ class Bench {
     patch.step.number = ++step;
     patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
     patch.tool_count = 1;
-    patch.tools[0] = PlanePatch(7, 0.03, kStiffness);
+    patch.tools[0] = PlanePatch(7, 0.03, stiffness);
     patches.Publish();
   }
 
@@ -84,6 +85,7 @@ class Bench {
     }
   }
 
+  double stiffness = kStiffness;  // N/m, of the patches to come
   FakeDevice device;
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;

@@ -147,6 +147,45 @@ TEST(HapticLoop, AFullSampleQueueIsCountedAndDoesNotStopTheLoop) {
   EXPECT_EQ(bench.tool_states.Front().tick, 99u);
 }
 
+TEST(HapticLoop, LoggedEnergyIsTheWorkOfTheLoggedForces) {
+  Bench bench;
+  bench.Settle();
+  ToolSample last = bench.Tick().tools[0];
+  double work = last.energy;
+  for (int i = 0; i < 300; ++i) {
+    bench.device.MoveTip({0.01 * std::sin(0.02 * i), 0, kTipRadius - 0.01 * std::sin(0.03 * i)});
+    const ToolSample tool = bench.Tick().tools[0];
+    work -= last.force_W.dot(tool.p_tip_W - last.p_tip_W);
+    EXPECT_NEAR(tool.energy, work, 1e-15);  // round-off
+    EXPECT_EQ(tool.damping, 0);             // 120 N/m is far below the device's limit
+    EXPECT_FALSE(tool.guard_flags & kGuardPassivity);
+    last = tool;
+  }
+  EXPECT_GT(work, 1e-4);
+}
+
+TEST(HapticLoop, AContactThatGivesEnergyIsDampedAndSaysSo) {
+  const auto shake = [](Bench* bench) {
+    bench->Settle();
+    ToolSample tool;
+    // By 0.2 mm to and fro about a depth of 1 mm: holding the force gives K (0.2 mm)^2 / 2 = 60 uJ
+    // a tick, of which the device takes less than 0.5 N s/m (0.2 mm)^2 / 1 ms + 0.1 N 0.2 mm = 40.
+    for (int i = 0; i < 40; ++i) {
+      bench->device.MoveTip({0, 0, kTipRadius - 0.001 + (i % 2 == 0 ? 1 : -1) * 1e-4});
+      tool = bench->Tick().tools[0];
+    }
+    return tool;
+  };
+  Bench damped, bare(false);
+  damped.stiffness = bare.stiffness = 3000;
+  const ToolSample on = shake(&damped), off = shake(&bare);
+  EXPECT_GT(on.damping, 0);
+  EXPECT_TRUE(on.guard_flags & kGuardPassivity);
+  EXPECT_NE(on.force_W, on.reaction_W);
+  EXPECT_EQ(off.damping, 0);
+  EXPECT_FALSE(off.guard_flags & kGuardPassivity);
+}
+
 TEST(HapticLoop, LockstepRunsAreIdenticalAndNoForceStepExceedsTheSlewLimit) {
   SimulatedSession a, b;
   a.Run(0, 10'000);

@@ -135,6 +135,8 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
        "out of range (0)", "above 0"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[instrument.device]\nmin_insertion=0.5", "8:15",
        "instrument[0].device.min_insertion", "leaves no travel", "above min_insertion"},
+      {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[instrument.device]\npassivity_control='on'",
+       "8:19", "instrument[0].device.passivity_control", "is a string (\"on\")", "true or false"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ndevice.profile='omega'", "7:16",
        "instrument[0].device.profile", "(\"omega\")", "\"impulse_engine\""},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\nhand.organ='lung'", "7:12",

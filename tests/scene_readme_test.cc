@@ -42,6 +42,7 @@ std::string Dump(const Scene& scene) {
                            d.max_angle, d.min_insertion, d.max_insertion}) {
       out << x << ' ';
     }
+    out << d.passivity_control;
     const HandOptions& h = i.hand;
     out << '\n' << static_cast<int>(h.script) << ' ' << h.seed << ' ' << h.organ << ' ';
     if (h.target) out << h.target->transpose();

@@ -81,6 +81,7 @@ max_force_rate = 6
 max_angle = 0.7
 min_insertion = 0.08
 max_insertion = 0.09
+passivity_control = false
 [instrument.hand]
 script = "grasp_pull"
 seed = 4294967295
@@ -195,6 +196,7 @@ focal_length = 0.0024
   EXPECT_EQ(d.max_angle, 0.7);
   EXPECT_EQ(d.min_insertion, 0.08);
   EXPECT_EQ(d.max_insertion, 0.09);
+  EXPECT_FALSE(d.passivity_control);
   EXPECT_EQ(i.hand.script, HandScript::kGraspPull);
   EXPECT_EQ(i.hand.seed, 4294967295u);
   EXPECT_EQ(i.hand.organ, "b");

@@ -93,6 +93,25 @@ void PrintOrgan(const Json& organ) {
               cost["relocation_flops"].get<double>() / 1e6);
 }
 
+Json ContactFacts(const Session::ContactFact& contact) {
+  const StiffestContact& at = contact.stiffest;
+  return {{"instrument", contact.instrument},
+          {"organ", contact.organ},
+          {"axis", AxisName(at.axis)},
+          {"at_m", {at.p_W.x(), at.p_W.y(), at.p_W.z()}},
+          {"stiffness_N_per_m", at.stiffness},
+          {"passive_to_N_per_m", at.limit.passivity},
+          {"stable_to_N_per_m", at.limit.stability}};
+}
+
+void PrintContact(const Json& contact) {
+  std::printf(
+      "  on organ %s: at most %.0f N/m (%s); its device is passive to %.0f, stable to %.0f\n",
+      contact["organ"].get<std::string>().c_str(), contact["stiffness_N_per_m"].get<double>(),
+      contact["axis"].get<std::string>().c_str(), contact["passive_to_N_per_m"].get<double>(),
+      contact["stable_to_N_per_m"].get<double>());
+}
+
 void Check(const std::string& scene, bool as_json) {
   const Session session(LoadScene(scene));
   Json facts = {
@@ -101,6 +120,10 @@ void Check(const std::string& scene, bool as_json) {
   for (std::size_t i = 0; i < session.scene().instruments.size(); ++i) {
     facts["instruments"].push_back({{"name", session.scene().instruments[i].name},
                                     {"device", session.device_choices()[i].Text()}});
+  }
+  facts["contacts"] = Json::array();
+  for (const Session::ContactFact& contact : session.contacts()) {
+    facts["contacts"].push_back(ContactFacts(contact));
   }
   facts["remarks"] = session.remarks();
   if (as_json) {
@@ -112,6 +135,9 @@ void Check(const std::string& scene, bool as_json) {
   for (const Json& instrument : facts["instruments"]) {
     std::printf("instrument %s: device %s\n", instrument["name"].get<std::string>().c_str(),
                 instrument["device"].get<std::string>().c_str());
+    for (const Json& contact : facts["contacts"]) {
+      if (contact["instrument"] == instrument["name"]) PrintContact(contact);
+    }
   }
   for (const Json& remark : facts["remarks"]) {
     std::printf("note: %s\n", remark.get<std::string>().c_str());

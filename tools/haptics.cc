@@ -17,6 +17,7 @@
 #include "tools/json_figures.h"
 #include "tools/plot_force_accuracy.h"
 #include "tools/python_plot.h"
+#include "tools/stability_map.h"
 #include "tools/tip_accuracy.h"
 
 namespace hpdm {
@@ -137,6 +138,19 @@ Json MeasureLatency(const HapticsOptions& options, const fs::path& folder) {
   return summary;
 }
 
+// How stiff it may be: stability.csv and .png.
+Json MeasureBoundary(const HapticsOptions& options) {
+  const StabilityMap map = MeasureStability({.quick = options.quick});
+  const std::string no_plot = WriteStability(map, options.out);
+  if (!no_plot.empty()) std::fprintf(stderr, "hpdm: note: %s\n", no_plot.c_str());
+  const double deviation = LargestDeviation(map);
+  if (!options.json) {
+    std::printf("Stability boundary without friction within %.2f %% of the exact roots.\n",
+                100 * deviation);
+  }
+  return {{"table", "stability.csv"}, {"deviation_from_roots", deviation}};
+}
+
 void Haptics(const HapticsOptions& options) {
   const std::vector<AccuracyCase> cases = ChosenCases(options);
   const fs::path out(options.out), session = out / "latency";
@@ -150,13 +164,14 @@ void Haptics(const HapticsOptions& options) {
                      "); choose another --out");
   }
   Json report = {{"force_accuracy", MeasureForces(options, cases)}};
+  if (options.Whole()) report["stability"] = MeasureBoundary(options);
   if (options.Whole()) report["latency"] = MeasureLatency(options, session);
   WriteTextFile(out / "haptics.json", JsonText(report) + "\n");
   if (options.json) {
     std::cout << JsonText(report) << "\n";
   } else {
     std::cout << out.string() << ": haptics.json, force_accuracy.md, force_courses.png, "
-              << "force_errors.png" << (options.Whole() ? ", latency/\n" : "\n");
+              << "force_errors.png" << (options.Whole() ? ", stability.png, latency/\n" : "\n");
   }
 }
 
@@ -164,8 +179,8 @@ void Haptics(const HapticsOptions& options) {
 
 void AddHapticsCommand(CLI::App& app) {
   const auto options = std::make_shared<HapticsOptions>();
-  CLI::App* haptics =
-      app.add_subcommand("haptics", "Measure and plot the force on the hand: accuracy, latency");
+  CLI::App* haptics = app.add_subcommand(
+      "haptics", "Measure and plot the force on the hand: accuracy, stability, latency");
   haptics->add_option("scene", options->scene, "Scene of the two hands; others lie beside it")
       ->capture_default_str();
   haptics->add_option("--out", options->out, "Folder to write to; made when missing")

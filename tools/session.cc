@@ -63,6 +63,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
   ReadTraces();
   BuildOrgans();
   BuildInstruments();
+  CompareStiffness();
   const int tools = static_cast<int>(scene_.instruments.size());
   render_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
@@ -161,6 +162,21 @@ bool Session::HasExternalDevice() const {
                      [](const auto* readings) { return readings != nullptr; });
 }
 
+void Session::CompareStiffness() {
+  // The simulated device answers at once: no delay but the hold.
+  const double period = ToSeconds(haptic_period_ns()), delay = 0;
+  for (std::size_t i = 0; i < kinematics_.size(); ++i) {
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    for (const OrganModel& organ : organs_) {
+      const auto stiffest = FindStiffestContact(organ, instrument, kinematics_[i], period, delay);
+      if (!stiffest) continue;
+      contacts_.push_back({instrument.name, organ.options().name, *stiffest});
+      const std::string remark = StiffnessRemark(instrument.name, organ.options().name, *stiffest);
+      if (!remark.empty()) remarks_.push_back(remark);
+    }
+  }
+}
+
 // Where a hand goes when the scene does not say: where the line from its trocar to the middle of
 // the organ's tissue enters the surface.
 HandSite Session::SiteOf(const InstrumentOptions& instrument) const {
@@ -211,8 +227,11 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
     guard.max_force_rate = options.device.max_force_rate;
     guard.period = 1.0 / scene_.timing.haptic_hz;
     guard.stale_age_ns = 4 * kNanosecondsPerSecond / scene_.timing.deformation_hz;
-    instruments.push_back(
-        {devices_[i].get(), kinematics_[i], options.tip_radius, guard, options.friction});
+    PassivityOptions passivity;
+    passivity.control = options.device.passivity_control;
+    passivity.device = AxesOf(options.device);
+    instruments.push_back({devices_[i].get(), kinematics_[i], options.tip_radius, guard,
+                           options.friction, passivity});
   }
   return instruments;
 }

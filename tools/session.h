@@ -16,6 +16,7 @@
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "scenes/scene.h"
+#include "tools/contact_stiffness.h"
 #include "tools/device_choice.h"
 
 namespace hpdm {
@@ -38,6 +39,15 @@ class Session {
   Nanoseconds trace_length() const { return trace_length_; }
   /// Repairs of the meshes and things that are probably not meant, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
+
+  /// Where each organ is stiffest for each instrument, against what its device displays; remarks()
+  /// names those beyond it.
+  struct ContactFact {
+    std::string instrument;
+    std::string organ;
+    StiffestContact stiffest;
+  };
+  const std::vector<ContactFact>& contacts() const { return contacts_; }
 
   Nanoseconds haptic_period_ns() const { return kNanosecondsPerSecond / scene_.timing.haptic_hz; }
 
@@ -69,6 +79,7 @@ class Session {
   void ReadTraces();
   void BuildOrgans();
   void BuildInstruments();
+  void CompareStiffness();
   std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
   std::unique_ptr<Device> BuildTraceDevice(std::size_t instrument, const HandSite& site);
   HandSite SiteOf(const InstrumentOptions& instrument) const;
@@ -82,6 +93,7 @@ class Session {
   std::vector<std::unique_ptr<Device>> devices_;
   Nanoseconds trace_length_ = 0;
   std::vector<std::string> remarks_;
+  std::vector<ContactFact> contacts_;
 };
 
 }  // namespace hpdm
