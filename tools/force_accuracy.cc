@@ -1,50 +1,23 @@
 #include "tools/force_accuracy.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
-#include <memory>
 #include <utility>
 
 #include "engine/error.h"
+#include "haptics/replay_device.h"
 #include "tools/lockstep.h"
 #include "tools/session.h"
 
 namespace hpdm {
 namespace {
 
-using JointCourse = std::vector<JointVector>;  // one a tick
-
-// A hand that was recorded: it feels nothing.
-class RecordedDevice : public Device {
- public:
-  RecordedDevice(const JointCourse& joints, Nanoseconds period_ns, const DeviceLimits& limits)
-      : joints_(joints), period_ns_(period_ns), limits_(limits) {}
-
-  DeviceSample Read(Nanoseconds now) noexcept override {
-    const auto tick = static_cast<std::size_t>(now / period_ns_);
-    return {.sequence = tick + 1,
-            .time_ns = now,
-            .joints = joints_[std::min(tick, joints_.size() - 1)],
-            .valid = true};
-  }
-  void Write(const AxisEffort&) noexcept override {}
-  void Home() override {}
-  void EnableForce(bool) noexcept override {}
-  void EmergencyStop() noexcept override {}
-  bool ForceOn() const noexcept override { return true; }
-  DeviceLimits limits() const noexcept override { return limits_; }
-
- private:
-  const JointCourse& joints_;
-  Nanoseconds period_ns_;
-  DeviceLimits limits_;
-};
-
-// What moved, as the production run had it.
-struct Motion {
-  std::vector<JointCourse> joints;  // one an instrument
-  std::vector<ToolState> tools;     // one a tick
+// One tick of the production run: what moved, and what the step was given.
+struct RecordedTick {
+  std::array<ToolSample, kMaxInstruments> samples;
+  ToolState tools;
 };
 
 // A haptic and a deformation loop of their own on a session's organs.
@@ -84,11 +57,9 @@ class Trial {
   void RecordProduction(std::vector<ForceCourse>* courses) {
     LoopPair loops(session_, session_.HapticInstruments(), session_.DeformationTools());
     session_.EnableForces(true);
-    RunLockstep(&loops, [&](const HapticSample& sample) {
-      motion_.tools.push_back(loops.deformation.NewestTools());
-      motion_.joints.resize(courses->size());
+    RunLockstep(&loops, nullptr, [&](const HapticSample& sample) {
+      motion_.push_back({sample.tools, loops.deformation.NewestTools()});
       for (std::size_t i = 0; i < courses->size(); ++i) {
-        motion_.joints[i].push_back(sample.tools[i].joints);
         (*courses)[i].production.push_back(sample.tools[i].reaction_W);
         (*courses)[i].depth.push_back(sample.tools[i].depth);
       }
@@ -99,10 +70,11 @@ class Trial {
   // A step before every tick. Its contacts are where the tick before left them; its tools where
   // this tick's will be.
   void PlayReference(ForceAccuracy* accuracy) {
-    const std::vector<std::unique_ptr<Device>> devices = RecordedDevices();
-    LoopPair loops(session_, Instruments(devices), session_.DeformationTools());
+    Hands hands = RecordedHands();
+    LoopPair loops(session_, Instruments(&hands), session_.DeformationTools());
     for (std::size_t tick = 0; tick < ticks_; ++tick) {
-      ToolState tools = motion_.tools[tick];
+      MoveTo(tick, &hands);
+      ToolState tools = motion_[tick].tools;
       tools.touches = loops.deformation.NewestTools().touches;
       const Nanoseconds now = static_cast<Nanoseconds>(tick) * session_.haptic_period_ns();
       loops.deformation.Step(tools, now);
@@ -123,10 +95,10 @@ class Trial {
 
   // Production with the springs of `options`, one an instrument.
   std::vector<ForceSignal> PlayPaper(const std::vector<ToolOptions>& options) {
-    const std::vector<std::unique_ptr<Device>> devices = RecordedDevices();
-    LoopPair loops(session_, Instruments(devices), options);
+    Hands hands = RecordedHands();
+    LoopPair loops(session_, Instruments(&hands), options);
     std::vector<ForceSignal> forces(options.size());
-    RunLockstep(&loops, [&](const HapticSample& sample) {
+    RunLockstep(&loops, &hands, [&](const HapticSample& sample) {
       for (std::size_t i = 0; i < forces.size(); ++i) {
         forces[i].push_back(sample.tools[i].reaction_W);
       }
@@ -135,34 +107,39 @@ class Trial {
   }
 
  private:
-  void RunLockstep(LoopPair* loops, const std::function<void(const HapticSample&)>& keep) const {
+  using Hands = std::vector<ReplayDevice>;  // one an instrument
+
+  // `hands`: those to move, if it is not the session's own that work.
+  void RunLockstep(LoopPair* loops, Hands* hands,
+                   const std::function<void(const HapticSample&)>& keep) const {
     Lockstep clock(session_.scene().timing, &loops->haptics, &loops->deformation);
     while (clock.tick() < ticks_) {
       clock.StepIfDue();
+      if (hands != nullptr) MoveTo(clock.tick(), hands);
       clock.Tick();
       keep(loops->Sample());
     }
   }
 
-  std::vector<std::unique_ptr<Device>> RecordedDevices() const {
-    std::vector<std::unique_ptr<Device>> devices;
-    const std::vector<HapticInstrument> instruments = session_.HapticInstruments();
-    for (std::size_t i = 0; i < instruments.size(); ++i) {
-      devices.push_back(std::make_unique<RecordedDevice>(
-          motion_.joints[i], session_.haptic_period_ns(), instruments[i].device->limits()));
+  Hands RecordedHands() const {
+    Hands hands;
+    for (const HapticInstrument& instrument : session_.HapticInstruments()) {
+      hands.emplace_back(instrument.device->limits());
     }
-    return devices;
+    return hands;
   }
-  std::vector<HapticInstrument> Instruments(
-      const std::vector<std::unique_ptr<Device>>& devices) const {
+  void MoveTo(std::size_t tick, Hands* hands) const {
+    for (std::size_t i = 0; i < hands->size(); ++i) (*hands)[i].Set(motion_[tick].samples[i]);
+  }
+  std::vector<HapticInstrument> Instruments(Hands* hands) const {
     std::vector<HapticInstrument> instruments = session_.HapticInstruments();
-    for (std::size_t i = 0; i < devices.size(); ++i) instruments[i].device = devices[i].get();
+    for (std::size_t i = 0; i < hands->size(); ++i) instruments[i].device = &(*hands)[i];
     return instruments;
   }
 
   Session session_;
   std::size_t ticks_;
-  Motion motion_;
+  std::vector<RecordedTick> motion_;
 };
 
 // The springs of Eq. 29 whose force, linear in them, is nearest to the reference: base + (k - k of
