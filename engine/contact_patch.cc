@@ -1,7 +1,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <utility>
 
 #include "engine/tool_contact.h"
 
@@ -52,7 +52,7 @@ void ToolContact::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel
   patch->point_count = 0;
   patch->triangle_count = 0;
   patch->tilt_W.setZero();
-  patch->tilt_rate_W.setZero();
+  patch->tilt_compliance_W.setZero();
   patch->contact_W = tool_W.X_WT.translation();
   patch->motion = {};
   patch->shaft_contact = shaft_touches_;
@@ -192,28 +192,26 @@ void ToolContact::FillLatticeContact(const OrganModel& model, OrganState* state,
 void ToolContact::FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const {
   const Points& rest = model.rest().vertices;
   const Eigen::RowVector3i corners = model.rest().triangles.row(at_.triangle);
-  Matrix3d p_rest, p, dp;  // a corner a column; dp: by a unit of f_n
+  std::array<Vector3d, 3> p_rest, p;
+  std::array<Matrix3d, 3> moved;  // by unit forces along the axes, a column each
   for (int k = 0; k < 3; ++k) {
-    p_rest.col(k) = rest.row(corners[k]);
-    p.col(k) = state->vertices.row(corners[k]);
-    dp.col(k) =
-        state->tips.Coupling(VertexRow(model, corners[k], state), tip_) * (friction_ - normal_);
+    p_rest[k] = rest.row(corners[k]);
+    p[k] = state->vertices.row(corners[k]);
+    moved[k] = state->tips.Coupling(VertexRow(model, corners[k], state), tip_);
   }
-  const auto edges = [](const Matrix3d& corner) {
-    return std::pair<Vector3d, Vector3d>(corner.col(1) - corner.col(0),
-                                         corner.col(2) - corner.col(0));
-  };
-  const auto [a_rest, b_rest] = edges(p_rest);
-  const auto [a, b] = edges(p);
-  const auto [da, db] = edges(dp);
-  const Vector3d area = a.cross(b);
-  const double size = area.norm();
-  const Vector3d face_rest = a_rest.cross(b_rest);
+  const Vector3d face_rest = (p_rest[1] - p_rest[0]).cross(p_rest[2] - p_rest[0]);
+  const Vector3d a = p[1] - p[0], b = p[2] - p[0];
+  const Vector3d face = a.cross(b);
+  const double size = face.norm();
   if (!(size > 0) || !(face_rest.squaredNorm() > 0)) return;
-  const Vector3d n = area / size;
-  const Vector3d rate = (da.cross(b) + a.cross(db)) / size;
+  const Vector3d n = face / size;
   patch->tilt_W = n - face_rest.normalized();
-  patch->tilt_rate_W = rate - n.dot(rate) * n;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d da = moved[1].col(axis) - moved[0].col(axis);
+    const Vector3d db = moved[2].col(axis) - moved[0].col(axis);
+    const Vector3d rate = (da.cross(b) + a.cross(db)) / size;
+    patch->tilt_compliance_W.col(axis) = rate - n.dot(rate) * n;
+  }
 }
 
 }  // namespace hpdm

@@ -134,8 +134,8 @@ struct ToolPatch : ToolContactState {
   std::array<int, kMaxTriangles> mesh_triangles{};  ///< Their numbers in the organ's mesh.
 
   // kLattice, press: how the pressed surface's normal leaves the released one's.
-  Vector3d tilt_W = Vector3d::Zero();       ///< By the step's forces.
-  Vector3d tilt_rate_W = Vector3d::Zero();  ///< 1/N: more for a unit more of f_n at this tip.
+  Vector3d tilt_W = Vector3d::Zero();             ///< By the step's forces.
+  Matrix3d tilt_compliance_W = Matrix3d::Zero();  ///< 1/N: by more force on the tissue at this tip.
 
   // Grasp: where the grasped tissue sits in the jaws; it moves rigidly with them.
   Vector3d p_grasp_T = Vector3d::Zero();  ///< m, tool frame.

@@ -1,6 +1,7 @@
 #include "haptics/tip_contact.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +18,7 @@ constexpr double kSlipAgainst = 0.5;
 // m: a tip that moves farther in a tick may have passed a wall.
 constexpr double kFarInATick = 5e-4;
 
-// Turn of the normal by tilt_rate, at most: its linear law ends there.
+// Turn of the normal by more force than the step's, at most: its linear law ends there.
 constexpr double kMostTilt = 0.5;
 
 // Ticks of one patch that tell how the force was going on.
@@ -130,14 +131,26 @@ void TipContact::EvaluateAtFoot(const TipMotion& tip) {
   tip_.p_original_W = AtFoot(*patch_, foot_, &PatchPoint::p_original_W);
   tip_.normal_W = foot_.normal_W;
   if (patch_->reaction == ReactionType::kLattice) {
-    const double more = foot_.normal_W.dot(patch_->force_on_tissue_W - force_W_);  // of f_n
-    Vector3d turn = more * patch_->tilt_rate_W;
-    turn *= std::min(1.0, kMostTilt / std::max(turn.norm(), 1e-300));
-    tip_.normal_W = (foot_.normal_W + patch_->tilt_W + turn).stableNormalized();
+    tip_.normal_W = PressedNormal();
     tip_.compliance_W = AtFoot(*patch_, foot_, &PatchPoint::compliance_W);
     coupling_W_ = AtFoot(*patch_, foot_, &PatchPoint::coupling_W);
   }
   tip_.depth = tip_.normal_W.dot(tip_.p_original_W - tip.X_WT.translation()) + tip.tip_radius;
+}
+
+// With the f_n of the last tick, but along the normal to be found: followed from tick to tick, the
+// two would chase each other.
+Vector3d TipContact::PressedNormal() const {
+  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W;
+  const double pressing = -force_W_.dot(foot_.normal_W);
+  const Matrix3d turn = pressing * patch_->tilt_compliance_W;
+  const Vector3d n =
+      (Matrix3d::Identity() + turn).inverse() *
+      (stands_W - patch_->tilt_compliance_W * patch_->force_on_tissue_W + turn * friction_W_);
+  const Vector3d further_W = n - stands_W;
+  const double share = std::min(1.0, kMostTilt / std::max(further_W.norm(), 1e-300));
+  if (!further_W.allFinite()) return stands_W.stableNormalized();
+  return (stands_W + share * further_W).stableNormalized();
 }
 
 // Whether friction holds the contact where it is; sets the friction that acts.

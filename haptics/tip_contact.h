@@ -39,7 +39,8 @@ struct ContactResult {
 /// would run away otherwise.
 ///
 /// Reaction "lattice". n is the released surface's interpolated normal, turned as the pressed
-/// surface turns: n ~ n_released + tilt + tilt_rate (f_n - the step's). p_original, C and C_ac are
+/// surface turns, n ~ n_released + tilt + R (F - the step's force), with R the tilt's compliance
+/// and F = f_n (friction - n) the force on the tissue along that same n. p_original, C and C_ac are
 /// interpolated at s and the force is that of lattice_reaction.h. Friction: when the force that
 /// would hold x_c under the tip lies within the cone, s stays and that is the force; otherwise the
 /// tangential part is the cone's share of f_n in its direction, and s slips.
@@ -93,6 +94,7 @@ class TipContact {
   void Slide(const TipMotion& tip);
   Vector3d Beside(const TipMotion& tip) const;
   void EvaluateAtFoot(const TipMotion& tip);
+  Vector3d PressedNormal() const;
   bool Sticks(const TipMotion& tip);
   void PressPaper();
   void Feel(const Vector3d& force_on_tissue_W);

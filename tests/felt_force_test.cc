@@ -40,10 +40,8 @@ SurfaceMesh SplitFlat(const SurfaceMesh& mesh) {
   return split;
 }
 
-// Steps and ticks of still tools until the surface's turn by the force, which the tick gets from
-// the step and the step from the tick, is the same in both: each round leaves a tenth of the
-// difference.
-constexpr int kRounds = 8;
+// Steps and ticks of still tools until both have the other's contact.
+constexpr int kRounds = 3;
 
 class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeasure>> {
  protected:

@@ -26,8 +26,8 @@ TEST(RealtimeReplay, AccountsForEveryPeriodOfTheLog) {
   const RealtimeReplay replay = ReplayInRealTime(LoggedSession(log), &session);
   EXPECT_EQ(replay.haptic.Periods(), last.sample.tick + 1);
   EXPECT_EQ(replay.overflows, 0u);
-  EXPECT_EQ(replay.session.wake_late.count(), replay.haptic.ticks);
-  EXPECT_EQ(replay.session.compute.count(), replay.haptic.ticks);
+  EXPECT_EQ(replay.session.latencies[Latency::kHapticWakeUp].count(), replay.haptic.ticks);
+  EXPECT_EQ(replay.session.latencies[Latency::kHapticCompute].count(), replay.haptic.ticks);
   EXPECT_GT(replay.compared, 0u);
   EXPECT_LE(replay.compared, replay.haptic.ticks);
   EXPECT_GT(replay.deformation.ticks, 0u);

@@ -98,7 +98,6 @@ class Meter {
   }
   void Report(RealtimeReplay* replay) const {
     replay->session = statistics_.Summary();
-    replay->period = period_;
     replay->compared = compared_;
     for (int t = 0; t < kMaxInstruments; ++t) replay->forces[t] = forces_.Of(t);
   }
@@ -106,9 +105,6 @@ class Meter {
  private:
   void Add(const HapticSample& sample) {
     statistics_.Add(sample);
-    const Nanoseconds woke = sample.time_ns + sample.wake_late_ns;
-    if (last_woke_ > 0) period_.Add(woke - last_woke_);
-    last_woke_ = woke;
     if (trace_ != nullptr) Compare(sample);
   }
 
@@ -126,11 +122,9 @@ class Meter {
 
   SessionStatistics statistics_;
   const std::vector<TraceTick>* trace_;
-  Histogram period_;
   ForceDifferences forces_;
   std::uint64_t compared_ = 0;
   std::size_t next_ = 0;
-  Nanoseconds last_woke_ = 0;
 };
 
 // As in a session (run.cc), but that nothing is drawn or written:

@@ -21,7 +21,6 @@ struct RealtimeReplay {
   TickCount haptic;
   TickCount deformation;
   SessionSummary session;                                        ///< Latencies and forces.
-  Histogram period;                                              ///< From one wake-up to the next.
   std::uint64_t overflows = 0;                                   ///< Ticks that were not measured.
   std::vector<std::pair<std::string, RealtimeReport>> realtime;  ///< By thread.
   // Of a log:

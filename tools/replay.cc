@@ -192,10 +192,10 @@ Json Report(const std::string& recording, const Session& session, const Realtime
                  {"ticks", CountToJson(replay.haptic)},
                  {"steps", CountToJson(replay.deformation)},
                  {"latency",
-                  {{"wake_up", ToJson(replay.session.wake_late)},
-                   {"compute", ToJson(replay.session.compute)},
-                   {"period", ToJson(replay.period)},
-                   {"patch_age", ToJson(replay.session.patch_age)}}},
+                  {{"wake_up", ToJson(replay.session.latencies[Latency::kHapticWakeUp])},
+                   {"compute", ToJson(replay.session.latencies[Latency::kHapticCompute])},
+                   {"period", ToJson(replay.session.latencies[Latency::kHapticPeriod])},
+                   {"patch_age", ToJson(replay.session.latencies[Latency::kPatchAge])}}},
                  {"not_measured", replay.overflows},
                  {"tools", ToolsToJson(session, replay.session)}};
   if (of_log) {
