@@ -41,7 +41,7 @@ SurfaceMesh SplitFlat(const SurfaceMesh& mesh) {
 }
 
 // Steps and ticks of still tools until both have the other's contact.
-constexpr int kRounds = 3;
+constexpr int kRounds = 4;
 
 class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeasure>> {
  protected:

@@ -330,7 +330,7 @@ trocar = [-0.04, -0.12, 0.16]
     EXPECT_GT(tool["peak_force_N"], 0.1) << tool;
   }
   for (const Json& remark : summary["remarks"]) {
-    if (remark.get<std::string>().find("plays") == std::string::npos) continue;
+    if (remark.get<std::string>().find(": plays ") == std::string::npos) continue;
     EXPECT_NE(remark.get<std::string>().find("1 gap, the longest of 1.66 s"), std::string::npos);
     EXPECT_EQ(remark.get<std::string>().find("out of the device's reach"), std::string::npos);
   }
