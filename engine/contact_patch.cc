@@ -93,12 +93,15 @@ void ToolContact::Prefetch(const ToolPose& tool, const OrganModel& model, OrganS
       reach2 = std::max(reach2, (corner - p).squaredNorm());
     }
   }
-  Vector3d ahead = kPrefetch * tool.v_tip_W;
+  Vector3d ahead = options_.prefetch * tool.v_tip_W;
   const double longest = std::sqrt(reach2) / 3;
   if (ahead.norm() > longest) ahead *= longest / ahead.norm();
   const SurfacePoint centre = ClosestIn(around_, rest.vertices, rest.triangles, p + ahead);
   state->neighbourhoods.Collect(rest.vertices, centre,
                                 {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints}, &prefetched_);
+  // Across a sharp edge, or where the triangles ahead are much smaller, it may be left behind.
+  const auto end = prefetched_.triangles.begin() + prefetched_.count;
+  if (std::find(prefetched_.triangles.begin(), end, at_.triangle) == end) prefetched_ = around_;
 }
 
 // The triangles, and at their corners what belongs to the vertex alone.

@@ -197,8 +197,11 @@ void DeformationLoop::FillSample(const ToolState& tools) {
     ToolContactState& contact = sample_.contacts[t];
     contact = edges_.patch.Back().tools[t];
     if (contact.organ < 0) continue;
-    contact.contact_W += states_[contact.organ].offset_W;
-    contact.p_original_W += states_[contact.organ].offset_W;
+    const Vector3d& offset_W = states_[contact.organ].offset_W;
+    contact.contact_W += offset_W;
+    const bool has_original =
+        contact.reaction == ReactionType::kLattice || contact.kind == ContactKind::kGrasp;
+    if (has_original) contact.p_original_W += offset_W;
   }
 }
 

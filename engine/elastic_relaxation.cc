@@ -44,8 +44,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     StartWatch();
     double energy = energy_->Gradient(U_, &gradient_);
     while (!result.converged && result.iterations < options_.max_iterations) {
-      result.out_of_time = recorded_end > 0 ? result.iterations == recorded_end
-                                            : !TimeForAnother(result.iterations);
+      result.out_of_time =
+          recorded_end > 0 ? result.iterations == recorded_end : !TimeForAnother(result.iterations);
       if (result.out_of_time) break;
       if (!factor_.Factorise(U_, energy_.get())) break;
       result.regularised = SolveStep(*contacts).regularised;

@@ -51,7 +51,7 @@ struct ToolPose {
 /// The contact of a tip as the haptic loop has it in a tick: which material point it presses and
 /// how. The step puts its own contact there, so that the two never disagree about the place.
 struct TipTouch {
-  bool known = false;                      ///< False: the tick had no patch to tell from.
+  int known_organ = -1;                    ///< Whose surface the tick had around the tip; -1: none.
   int organ = -1;                          ///< -1: the tip touches nothing.
   int triangle = -1;                       ///< Of the organ's mesh.
   Vector3d weights = Vector3d::Zero();     ///< Barycentric in it.
@@ -97,6 +97,9 @@ struct PatchPoint {
   ReactionNode node;                       ///< kPaper.
 };
 
+/// A jaw opened beyond this lets go, in the tick as in the step.
+inline constexpr double kJawLetsGo = 0.5;
+
 enum class ContactKind : std::uint8_t { kNone = 0, kPress = 1, kGrasp = 2 };
 
 /// The contact of one tool's tip as the step solved it.
@@ -118,11 +121,11 @@ struct ToolContactState {
 };
 
 /// The surface around one tool, as the haptic loop needs it between two deformation steps: a
-/// bounded set of triangles with what Eq. 29 needs at their corners, nearest first. A contact that
-/// slides to the set's border stays there, and no new one is made beyond it, until the next patch.
-/// The caps bound the set, so its radius shrinks with the mesh's edges: about 5 edges, 12 mm on a
-/// surface of 2.5 mm edges.
-/// Its positions are those of an organ that stands still: `motion` carries them.
+/// bounded set of triangles around where the tip will be, with what Eq. 29 needs at their corners.
+/// A contact that slides to the set's border stays on it, and no new one is made beyond it, until
+/// the next patch. The caps bound the set, so its radius shrinks with the mesh's edges: about 5
+/// edges, 12 mm on a surface of 2.5 mm edges. Its positions are those of an organ that stands
+/// still: `motion` carries them.
 struct ToolPatch : ToolContactState {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
@@ -202,7 +205,7 @@ struct SceneSnapshot {
   std::vector<OrganSnapshot> organs;
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;             ///< As the step used them.
-  std::array<ToolContactState, kMaxInstruments> contacts;  ///< As published to the haptic loop.
+  std::array<ToolContactState, kMaxInstruments> contacts;  ///< Where a moving organ has them.
 };
 
 /// How one organ's relaxation ended.

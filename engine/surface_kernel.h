@@ -47,13 +47,6 @@ struct KernelPatch : KernelSamples {
   int vertex_count = 0;
   std::array<int, kMaxVertices> vertices;
   std::array<double, kMaxVertices> weights;
-
-  /// Mean of the rows of `values` (V x 3).
-  Vector3d Mean(const Points& values) const {
-    Vector3d sum = Vector3d::Zero();
-    for (int i = 0; i < vertex_count; ++i) sum += weights[i] * values.row(vertices[i]).transpose();
-    return sum;
-  }
 };
 
 /// SurfaceKernel() for a step: about `at`, over the triangles of `around` (collected around it)

@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-// Rows of presses that are farther away than this would never act in one step.
+// A press that the step finds itself gets its row from here on, m: farther away it does not act.
 constexpr double kNear = 0.005;
 
 // Cosine between the shaft's axis and the normal of what it touches, at most: a shaft that enters
@@ -25,6 +25,7 @@ ToolPose SeenFrom(const OrganState& state, ToolPose tool) {
 
 void ToolContact::Follow(const ToolPose& tool, const TipTouch& touch,
                          const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
+  if (tool.jaw > kJawLetsGo) grasped_count_ = 0;
   FollowTip(tool, touch, models, states);
   UpdateGrasp(tool, models, states);
   p_tip_last_W_ = tool.X_WT.translation();
@@ -53,12 +54,13 @@ void ToolContact::FollowTip(const ToolPose& tool, const TipTouch& touch,
   const Vector3d p_tip_W = tool.X_WT.translation();
   normal_.setZero();
   friction_.setZero();
-  if (grasped_count_ == 0 && touch.organ >= 0) {
+  from_tick_ = grasped_count_ == 0 && touch.organ >= 0;
+  if (from_tick_) {
     organ_ = touch.organ;
     at_ = {touch.triangle, touch.weights};
     normal_ = touch.normal_W;
     friction_ = touch.friction_W;
-  } else if (grasped_count_ == 0 && (!touching_ || touch.known)) {
+  } else if (grasped_count_ == 0 && (!touching_ || touch.known_organ == organ_)) {
     if (!FindEntry(p_tip_W, *states) && !FindNearest(p_tip_W, *states)) return;
   } else if (grasped_count_ == 0) {
     const OrganState& state = (*states)[organ_];
@@ -128,7 +130,6 @@ void ToolContact::Recentre(const std::vector<OrganModel>& models, std::vector<Or
 
 void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
                               std::vector<OrganState>* states) {
-  if (tool.jaw > kJawOpen) grasped_count_ = 0;
   const bool closes = started_ && tool.jaw < kJawClosed && jaw_last_ >= kJawClosed;
   if (!options_.can_grasp || !closes || grasped_count_ > 0 || organ_ < 0 || gap_ > kGraspReach) {
     return;
@@ -175,13 +176,12 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   if (grasped_count_ > 0) return true;
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
   const double radius = std::max(options_.tip_radius, kLeastRadius);
-  GatherKernel(rest, around_, at_, facing, radius, &kernel_);
   dent_ = model.Dent(at_, radius);
   state.neighbourhoods.Collect(rest.vertices, at_, {.reach = dent_.resolved_radius()},
                                &resolved_around_);
   GatherKernel(rest, resolved_around_, at_, facing, dent_.resolved_radius(), &resolved_);
-  if (normal_.squaredNorm() == 0) normal_ = KernelNormal(model, state);
-  if (gap_ > kNear || normal_.squaredNorm() == 0) return true;
+  if (normal_.squaredNorm() == 0) normal_ = KernelNormal(model, state, facing, radius);
+  if ((gap_ > kNear && !from_tick_) || normal_.squaredNorm() == 0) return true;
   ContactSet::Row* row = state.contacts.Add();
   if (row == nullptr) return false;
   row->tool = tool_;
@@ -196,7 +196,9 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
 }
 
 // Of the surface as the last step left it.
-Vector3d ToolContact::KernelNormal(const OrganModel& model, const OrganState& state) const {
+Vector3d ToolContact::KernelNormal(const OrganModel& model, const OrganState& state,
+                                   const Vector3d& facing, double radius) {
+  GatherKernel(model.rest(), around_, at_, facing, radius, &kernel_);
   Vector3d normal = Vector3d::Zero();
   for (int i = 0; i < kernel_.vertex_count; ++i) {
     normal += kernel_.weights[i] * VertexNormal(state.vertices, model.rest().triangles,

@@ -8,7 +8,7 @@
 
 namespace hpdm {
 
-/// The tool as an organ sees it that stands still (organ_motion.h).
+/// The tool as an organ sees it that stands still (organ_motion.h); its velocity stays the world's.
 ToolPose SeenFrom(const OrganState& state, ToolPose tool);
 
 /// What the deformation loop knows of an instrument.
@@ -16,6 +16,8 @@ struct ToolOptions {
   double tip_radius = 0.0025;    ///< m.
   double shaft_radius = 0.0025;  ///< m.
   bool can_grasp = false;
+  double prefetch = 0.05;  ///< s: from a step's input to the middle of its patch's use, which
+                           ///< begins one period later and lasts one.
   ReactionType reaction = ReactionType::kLattice;
   double k1 = 120;  ///< N/m, Eq. 29 with rest neighbours (kPaper).
   double k2 = 10;   ///< N/m.
@@ -30,19 +32,16 @@ struct ToolOptions {
 /// other side. A free tip that crossed the surface since the last step starts where it entered,
 /// however far it has come.
 ///
-/// A press acts on the patch of GatherKernel() with R = max(tip radius, 1 mm) about the point
-/// under the tip.
+/// A press acts on the patch of GatherKernel() about the point under the tip, with the radius that
+/// the lattice resolves; what R = max(tip radius, 1 mm) does more is a dent (half_space.h).
 class ToolContact {
  public:
   static constexpr double kReach = 0.06;         ///< m: no patch beyond this distance.
   static constexpr double kGraspReach = 0.005;   ///< m: of the tip's surface from the tissue.
   static constexpr double kGraspRadius = 0.008;  ///< m: how far the jaws reach.
-  static constexpr double kJawClosed = 0.3;      ///< Closing past this grasps,
-  static constexpr double kJawOpen = 0.5;        ///< opening past this lets go.
+  static constexpr double kJawClosed = 0.3;      ///< Closing past this grasps.
   static constexpr int kMaxGraspRows = 15;       ///< One row of 16 is left for the shaft.
   static constexpr double kLeastRadius = 0.001;  ///< m, of the kernel.
-  static constexpr double kPrefetch = 0.05;      ///< s: the middle of a patch's use at 30 Hz, which
-                                                 ///< begins one step after its input and lasts one.
 
   ToolContact(int tool, const ToolOptions& options) : tool_(tool), options_(options) {}
 
@@ -86,7 +85,8 @@ class ToolContact {
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
-  Vector3d KernelNormal(const OrganModel& model, const OrganState& state) const;
+  Vector3d KernelNormal(const OrganModel& model, const OrganState& state, const Vector3d& facing,
+                        double radius);
   void FillLatticeContact(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
   void FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const;
   SparseRow VertexRow(const OrganModel& model, int vertex, OrganState* state) const;
@@ -103,14 +103,15 @@ class ToolContact {
   bool touching_ = false;                 // the tip carried a force in the last step
   SurfacePoint at_;                       // material point under the tip
   Neighbourhood around_;                  // of at_, at rest
-  Neighbourhood prefetched_;              // of where it will be in the middle of a patch\'s use
+  Neighbourhood prefetched_;              // of where it will be in the middle of a patch's use
   double gap_ = 0;                        // m, signed, from the tip's surface
-  KernelPatch kernel_;                    // of the press, about at_
+  KernelPatch kernel_;                    // about at_, for a normal that the tick does not give
   Neighbourhood resolved_around_;         // at rest, as wide as the lattice resolves
   KernelSamples resolved_;                // with which the lattice gets it
   SurfaceDent dent_;                      // the difference
   Vector3d normal_ = Vector3d::Zero();    // of the press; zero: not known yet
   Vector3d friction_ = Vector3d::Zero();  // of the press: tangential over normal force
+  bool from_tick_ = false;                // the press
   Vector3d force_W_ = Vector3d::Zero();   // on the tissue, of tip or jaws in the last step
   int tip_ = -1;                          // among the organ's tips; -1: reaction "paper"
   Matrix3d C_loc_ = Matrix3d::Zero();     // of the press row in the last step

@@ -110,7 +110,6 @@ bool PatchSurface::FindEntry(const Vector3d& a_W, const Vector3d& b_W,
     if (std::min({w1, w2, 1 - w1 - w2}) < 0) continue;
     earliest = along;
     Put(t, Vector3d(1 - w1 - w2, w1, w2), foot);
-    foot->gap = foot->normal_W.dot(b_W - a_W - along * way);
   }
   return earliest <= 1;
 }
@@ -143,7 +142,7 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
     double along = 1;
     int edge = -1;
     for (int i = 0; i < 3; ++i) {
-      if (!(change[i] < 0) || weights[i] + along * change[i] >= 0) continue;
+      if (!(change[i] < 0) || weights[i] + along * change[i] >= kInside) continue;
       along = std::max(-weights[i] / change[i], 0.0);
       edge = i;
     }

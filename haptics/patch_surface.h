@@ -45,17 +45,17 @@ class PatchSurface {
   bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
 
   /// Where the way from a_W to b_W (m) first crosses the surface from outside; false when it does
-  /// not. The gap is that of b_W.
+  /// not. The gap is left alone, here and below.
   bool FindEntry(const Vector3d& a_W, const Vector3d& b_W, SurfaceFoot* foot) const noexcept;
 
-  /// The foot at a point of the surface, with c_W's gap: `mesh_triangle` is its triangle's number
+  /// The foot at a point of the surface: `mesh_triangle` is its triangle's number
   /// in the organ's mesh, p_W the point itself, for a patch without that triangle. False when the
   /// patch has no surface within 5 mm of p_W.
   bool Find(int mesh_triangle, const Vector3d& weights, const Vector3d& p_W,
             SurfaceFoot* foot) const noexcept;
 
   /// Moves a foot along the surface by d_W (m), of which only the tangential part counts, from
-  /// triangle to triangle; at the border it stays.
+  /// triangle to triangle; at the border it goes along it.
   void Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept;
 
   /// The foot's point, m.

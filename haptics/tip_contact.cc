@@ -44,6 +44,7 @@ void TipContact::SetPatch(const ToolPatch& patch) noexcept {
   if (!touching_) return;
   if (!same_organ || !surface_.Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_)) {
     LoseContact();
+    fades_out_ = true;
   }
 }
 
@@ -113,6 +114,7 @@ void TipContact::LocatePress(const TipMotion& tip) {
     return;
   }
   if (!was_touching) Sticks(tip);
+  friction_W_ -= friction_W_.dot(tip_.normal_W) * tip_.normal_W;  // which has turned with the slip
   tip_.friction_W = friction_W_;
   in_lattice_ = true;
 }
@@ -227,21 +229,29 @@ void TipContact::Feel(const Vector3d& force_on_tissue_W) {
 }
 
 // A patch that lasted for less than three ticks says nothing of the force's own course, and has
-// nothing to be faded in from.
+// nothing to be faded in from. A contact that a patch has no place for fades out.
 void TipContact::FadeIn() {
   const Vector3d raw_W = result_.reaction_W;
-  if (is_new_ && ticks_of_patch_ >= kTicksToExtrapolate) {
-    offset_W_ += 2 * raw_last_W_ - raw_before_W_ - raw_W;
-  } else {
-    offset_W_ *= fade_;
-  }
+  const bool arrives = is_new_ && ticks_of_patch_ >= kTicksToExtrapolate;
   if (is_new_) ticks_of_patch_ = 0;
   is_new_ = false;
   ++ticks_of_patch_;
+  if (!raw_W.allFinite()) {  // the guard's
+    offset_W_.setZero();
+    ticks_of_patch_ = 0;
+    return;
+  }
+  const bool in_contact = result_.kind != ContactKind::kNone;
+  if (in_contact) fades_out_ = false;
+  offset_W_ *= fade_;
+  if (arrives && (in_contact || fades_out_)) {
+    offset_W_ += 2 * raw_last_W_ - raw_before_W_ - raw_W;
+  }
   raw_before_W_ = raw_last_W_;
   raw_last_W_ = raw_W;
-  if (result_.kind == ContactKind::kNone) {
-    offset_W_.setZero();
+  if (!in_contact) {
+    if (!fades_out_) offset_W_.setZero();
+    result_.reaction_W = offset_W_;
     return;
   }
   // Never more than there is of the force itself, so that it ends with it, and no pull.
@@ -277,7 +287,7 @@ void TipContact::Solve(TipContact* a, TipContact* c) noexcept {
 
 TipTouch TipContact::touch() const noexcept {
   TipTouch touch;
-  touch.known = patch_ != nullptr;
+  touch.known_organ = patch_ != nullptr ? patch_->organ : -1;
   if (!touching_) return touch;
   touch.organ = patch_->organ;
   touch.triangle = foot_.mesh_triangle;

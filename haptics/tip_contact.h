@@ -54,13 +54,13 @@ struct ContactResult {
 /// beyond 0.5 lets go in the same tick, whatever the patch says; the tip may then press.
 ///
 /// Hand-over: what a new patch changes in the force beyond its own course is faded in with a time
-/// constant of kFade, so that a patch's arrival is no step.
+/// constant of kFade, so that a patch's arrival is no step; the force of a contact that the new
+/// patch has no place for fades out so.
 ///
 /// Haptic thread; wait-free, no allocation, never throws. The cost is bounded by the patch's caps,
 /// not by the mesh.
 class TipContact {
  public:
-  static constexpr double kJawLetsGo = 0.5;
   static constexpr double kFade = 0.02;  ///< s.
 
   /// `period`: of the haptic loop, s.
@@ -122,7 +122,8 @@ class TipContact {
   Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the tip's foot, of the other tip's place then
 
   // The hand-over between patches.
-  bool is_new_ = false;  // the patch
+  bool is_new_ = false;     // the patch
+  bool fades_out_ = false;  // the last patch had no place for the contact
   int ticks_of_patch_ = 0;
   Vector3d raw_last_W_ = Vector3d::Zero();  // the reaction without the offset, N, in the last tick
   Vector3d raw_before_W_ = Vector3d::Zero();  // and in the one before

@@ -1,6 +1,8 @@
 #include "lcmtypes/device_link.h"
 
+#include <algorithm>
 #include <exception>
+#include <iterator>
 #include <lcm/lcm-cpp.hpp>
 #include <thread>
 
@@ -45,17 +47,26 @@ void DeviceLink::Receive(std::stop_token stop) noexcept {
 
 void DeviceLink::Send(std::stop_token stop) noexcept {
   HapticSample sample;
-  while (!stop.stop_requested()) {
+  const auto send = [&] {
+    ++force_.sequence;
+    const std::span<const std::uint8_t> bytes = EncodeMessage(force_, &buffer_);
+    return lcm_->publish(kForceChannel, bytes.data(), static_cast<unsigned int>(bytes.size()));
+  };
+  for (bool last = false; !last;) {
+    last = stop.stop_requested();
     while (edges_.forces.Pop(&sample)) {
       ToMessage(sample, &force_);
-      ++force_.sequence;
-      const std::span<const std::uint8_t> bytes = EncodeMessage(force_, &buffer_);
-      const int status =
-          lcm_->publish(kForceChannel, bytes.data(), static_cast<unsigned int>(bytes.size()));
-      ++(status == 0 ? sent_ : send_errors_);
+      ++(send() == 0 ? sent_ : send_errors_);
     }
-    clock_.SleepUntil(clock_.Now() + kSendPeriod);
+    if (!last) clock_.SleepUntil(clock_.Now() + kSendPeriod);
   }
+  if (force_.sequence == 0) return;
+  // The session is over: no motor shows its last force any longer.
+  for (tool_force_t& tool : force_.tools) {
+    std::fill(std::begin(tool.force), std::end(tool.force), 0.0);
+    std::fill(std::begin(tool.effort), std::end(tool.effort), 0.0);
+  }
+  send();
 }
 
 void DeviceLink::HandleReceived(const lcm::ReceiveBuffer* received, const std::string&,

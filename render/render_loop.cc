@@ -19,12 +19,14 @@ namespace {
 // picture's age and costs about 1 % of a core.
 constexpr std::chrono::microseconds kPollPeriod(500);
 
-double LargestDisplacement(const PointsF& vertices, const PointsF& rest) {
-  HPDM_CHECK(vertices.rows() == rest.rows());
+// From where the organ's own motion has it.
+double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
+  HPDM_CHECK(organ.vertices.rows() == rest.rows());
+  const Eigen::RowVector3f offset = organ.offset_W.transpose().cast<float>();
   float largest2 = 0;
   for (Eigen::Index v = 0; v < rest.rows(); ++v) {
     // std::max keeps its first argument when the second is not a number.
-    largest2 = std::max(largest2, (vertices.row(v) - rest.row(v)).squaredNorm());
+    largest2 = std::max(largest2, (organ.vertices.row(v) - offset - rest.row(v)).squaredNorm());
   }
   return std::sqrt(static_cast<double>(largest2));
 }
@@ -130,8 +132,7 @@ void RenderLoop::CountDropped(std::uint64_t number) {
 void RenderLoop::KeepDeepest(const SceneSnapshot& snapshot) {
   double displacement = 0;
   for (std::size_t o = 0; o < rest_.size(); ++o) {
-    displacement =
-        std::max(displacement, LargestDisplacement(snapshot.organs[o].vertices, rest_[o]));
+    displacement = std::max(displacement, LargestDisplacement(snapshot.organs[o], rest_[o]));
   }
   if (displacement <= deepest_displacement_) return;
   deepest_displacement_ = displacement;

@@ -135,6 +135,28 @@ TEST(ContactLaw, ASurfaceThatMovesPastAStillTipIsFeltInEveryTickOfContact) {
   }
 }
 
+// A tap down and up at 0.3 m/s, oblique to the surface and in the rhythm of no step. The work that
+// the hand puts in comes back, but never more of it.
+TEST(ContactLaw, ATapGivesTheHandNoEnergy) {
+  FeltBench bench(Options(), Ellipsoid(kAxes, 4));
+  const Vector3d top = bench.Top(0.03, 0.02);
+  const double radius = ToolOptions().tip_radius;
+  double stored = 0, most = 0;
+  Vector3d last_force = Vector3d::Zero();
+  Vector3d last = top + Vector3d(0, 0, radius + 0.003);
+  for (int tick = 0; tick < 3000; ++tick) {
+    const double phase = 2 * M_PI * 4.7 * tick * 1e-3;
+    const Vector3d p = top + Vector3d(0, 0, radius - 0.003 + 0.006 * std::cos(phase));
+    bench.SessionTick(FeltBench::At(p));
+    stored -= (bench.Hand() + last_force).dot(p - last) / 2;
+    most = std::max(most, stored);
+    last_force = bench.Hand();
+    last = p;
+  }
+  // Fourteen taps. Patches that fade in depend on the rhythm, either way.
+  EXPECT_GT(stored, -0.03 * most);
+}
+
 TEST(ContactLaw, FrictionHoldsWithinTheConeAndSlipsOnItsEdge) {
   constexpr double kFriction = 0.3;
   FeltBench bench(Options(), Ellipsoid(kAxes, 4));

@@ -130,8 +130,8 @@ struct Loops {
 // External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample --> HPDM_FORCE.
 //
 // The two loops with a deadline start together, once each has asked for its real-time state. The
-// haptic thread ends the session at its last tick; the telemetry ends last, so that it drains
-// everything.
+// haptic thread ends the session at its last tick; the telemetry ends after the loops, and the
+// links last, so that they drain everything.
 RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   RunRecord record;
   const RealtimeReport process = RequestRealtime(ProcessRealtime());

@@ -225,7 +225,6 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
     guard.max_force = options.device.max_force;
     guard.max_torque = options.device.max_torque;
     guard.max_force_rate = options.device.max_force_rate;
-    guard.period = 1.0 / scene_.timing.haptic_hz;
     guard.stale_age_ns = 4 * kNanosecondsPerSecond / scene_.timing.deformation_hz;
     PassivityOptions passivity;
     passivity.control = options.device.passivity_control;
@@ -242,6 +241,7 @@ std::vector<ToolOptions> Session::DeformationTools() const {
     tools.push_back({.tip_radius = options.tip_radius,
                      .shaft_radius = options.shaft_radius,
                      .can_grasp = options.type == InstrumentType::kGrasper,
+                     .prefetch = 1.5 / scene_.timing.deformation_hz,
                      .reaction = options.reaction,
                      .k1 = options.k1,
                      .k2 = options.k2});
