@@ -7,47 +7,31 @@
 #include <limits>
 
 #include "haptics/external_device.h"
-#include "haptics/haptic_loop.h"
-#include "tests/contact_patches.h"
+#include "tests/haptic_bench.h"
 
 namespace hpdm {
 namespace {
 
 constexpr Nanoseconds kMs = 1'000'000;
-constexpr double kTipRadius = 0.0025;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-ImpulseEngineKinematics Kinematics() {
-  return {Vector3d(0, 0, 0.1), -Vector3d::UnitZ(), DeviceProfile{}};
-}
-
 /// Answers what the test says, checked by nobody.
-class RawDevice : public Device {
+class RawDevice : public FakeDevice {
  public:
   DeviceSample Read(Nanoseconds now) noexcept override {
     if (!frozen) sample.time_ns = now;
     return sample;
   }
-  void Write(const AxisEffort& effort) noexcept override { written = effort; }
-  void Home() override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
-  DeviceLimits limits() const noexcept override { return LimitsOf({}); }
 
   DeviceSample sample{.joints = JointVector::Zero(), .valid = true};
   bool frozen = false;
-  AxisEffort written = AxisEffort::Zero();
-
- private:
-  ForceSwitch force_;
 };
 
 /// A loop over a plane at z = 0 with 120 N/m, in virtual time. Every tick is checked for what holds
 /// under any fault.
-class Bench {
+class FaultBench {
  public:
-  explicit Bench(Device* device)
+  explicit FaultBench(Device* device)
       : loop({{device, Kinematics(), kTipRadius, {}}}, kMs, {tool_states, patches, samples}) {
     device->Home();
     device->EnableForce(true);
@@ -99,7 +83,7 @@ TEST(DeviceFaults, NotANumberInAnyAxisIsOneTickWithoutAPoseAndLittleForceLost) {
     for (const double bad : {kNaN, std::numeric_limits<double>::infinity(), -1e308 * 10}) {
       RawDevice device;
       device.sample.joints = At(0, -0.005);
-      Bench bench(&device);
+      FaultBench bench(&device);
       const double before = bench.Ticks(700).force_W.norm();
       EXPECT_NEAR(before, 120 * 0.0075, 1e-9);
       device.sample.joints[axis] = bad;
@@ -123,7 +107,7 @@ TEST(DeviceFaults, AJumpOfHalfAMetreForOneSampleMovesTheForceByTwoSlewSteps) {
   for (const JointVector& jump : jumps) {
     RawDevice device;
     device.sample.joints = At(0, -0.005);
-    Bench bench(&device);
+    FaultBench bench(&device);
     const ToolSample before = bench.Ticks(700);
     device.sample.joints = jump;
     bench.Tick();
@@ -140,7 +124,7 @@ TEST(DeviceFaults, AJumpOfHalfAMetreForOneSampleMovesTheForceByTwoSlewSteps) {
 TEST(DeviceFaults, ADeviceThatJumpsAndStaysStaysWithinTheSlewLimit) {
   RawDevice device;
   device.sample.joints = At(0, 0.02);
-  Bench bench(&device);
+  FaultBench bench(&device);
   bench.Ticks(700);
   for (int i = 0; i < 200; ++i) {
     device.sample.joints = At(i % 2 == 0 ? 0.0 : 0.3, i % 3 == 0 ? -0.4 : 0.05);
@@ -152,7 +136,7 @@ TEST(DeviceFaults, ADeviceThatJumpsAndStaysStaysWithinTheSlewLimit) {
 
 TEST(DeviceFaults, AFrozenDeviceKeepsItsForceAndLosesItsVelocity) {
   RawDevice device;
-  Bench bench(&device);
+  FaultBench bench(&device);
   for (int i = 0; i < 700; ++i) {
     device.sample.joints = At(0, 0.002 - 1e-5 * i);
     bench.Tick();
@@ -179,7 +163,7 @@ struct External {
 
 TEST(DeviceFaults, AnExternalDeviceIsInvalidUntilItsFirstReading) {
   External external;
-  Bench bench(&external.device);
+  FaultBench bench(&external.device);
   for (int i = 0; i < 100; ++i) {
     const ToolSample tool = bench.Tick();
     EXPECT_FALSE(tool.device_valid);
@@ -191,7 +175,7 @@ TEST(DeviceFaults, AnExternalDeviceIsInvalidUntilItsFirstReading) {
 
 TEST(DeviceFaults, AVanishedDeviceHoldsThenLosesItsForceAndComesBackByTheRamp) {
   External external;
-  Bench bench(&external.device);
+  FaultBench bench(&external.device);
   for (int i = 0; i < 700; ++i) {
     external.Push(0, -0.005, bench.Now());
     bench.Tick();
@@ -227,7 +211,7 @@ TEST(DeviceFaults, AVanishedDeviceHoldsThenLosesItsForceAndComesBackByTheRamp) {
 
 TEST(DeviceFaults, AReadingThatItsDriverCallsInvalidIsNotUsedAtAll) {
   External external;
-  Bench bench(&external.device);
+  FaultBench bench(&external.device);
   for (int i = 0; i < 10; ++i) {
     external.Push(0, 0.01, bench.Now());
     bench.Tick();

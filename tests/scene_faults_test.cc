@@ -44,7 +44,8 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
       // unknown keys
       {"untt='mm'", "4:1", "organ[0].untt", "is not a known key", "did you mean unit?"},
       {"zzz=1", "4:1", "organ[0].zzz", "is not a known key",
-       "known here are name, mesh, unit, model, texture, pose, motion, lattice, energy, material, support"},
+       "known here are name, mesh, unit, model, texture, pose, motion, lattice, energy, material, "
+       "support"},
       {"[laproscope]", "4:2", "laproscope", "is not a known key", "did you mean laparoscope?"},
       {"pose.rotation=[0,0,0]", "4:6", "organ[0].pose.rotation", "is not a known key",
        "did you mean rotation_deg?"},

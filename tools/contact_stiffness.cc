@@ -1,9 +1,9 @@
 #include "tools/contact_stiffness.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "engine/tool_contact.h"
+#include "tools/report_text.h"
 
 namespace hpdm {
 
@@ -66,19 +66,17 @@ std::string StiffnessRemark(const std::string& instrument, const std::string& or
                             const StiffestContact& contact) {
   if (!(contact.Ratio() > 1)) return "";
   const bool unstable = contact.stiffness > contact.limit.stability;
-  char text[512];
-  std::snprintf(text, sizeof text,
-                "instrument \"%s\": organ \"%s\" is up to %.0f N/m stiff (%s, at [%.3f, %.3f, "
-                "%.3f]), and its device displays at most %.0f N/m %s; soften the material, raise "
-                "timing.haptic_hz or give instrument.device more %s",
-                instrument.c_str(), organ.c_str(), contact.stiffness, AxisName(contact.axis),
-                contact.p_W.x(), contact.p_W.y(), contact.p_W.z(),
-                unstable ? contact.limit.stability : contact.limit.passivity,
-                unstable ? "without a hand that damps it" : "passively",
-                unstable || contact.limit.passivity > 0.99 * contact.limit.stability
-                    ? "damping"
-                    : "damping or friction");
-  return text;
+  return Format(
+      "instrument \"%s\": organ \"%s\" is up to %.0f N/m stiff (%s, at [%.3f, %.3f, %.3f]), and "
+      "its "
+      "device displays at most %.0f N/m %s; soften the material, raise timing.haptic_hz or give "
+      "instrument.device more %s",
+      instrument.c_str(), organ.c_str(), contact.stiffness, AxisName(contact.axis), contact.p_W.x(),
+      contact.p_W.y(), contact.p_W.z(),
+      unstable ? contact.limit.stability : contact.limit.passivity,
+      unstable ? "without a hand that damps it" : "passively",
+      unstable || contact.limit.passivity > 0.99 * contact.limit.stability ? "damping"
+                                                                           : "damping or friction");
 }
 
 const char* AxisName(int axis) {

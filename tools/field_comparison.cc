@@ -130,39 +130,32 @@ void FieldComparison::Measure(const StepSample& logged) {
   VisitFields(logged, logged, PeakVisitor{&step_peaks_});
 }
 
+struct FieldComparison::Visitor {
+  FieldComparison* out;
+  bool in_step;
+  std::uint64_t number;
+  const std::vector<double>* peaks;
+  std::size_t place = 0;
+
+  void Integer(int tool, const char* field, std::int64_t a, std::int64_t b) {
+    out->Integer({in_step, number, tool}, field, a, b);
+  }
+  void Real(int tool, const char* field, std::span<const double> a, std::span<const double> b) {
+    out->Real({in_step, number, tool}, field, (*peaks)[place++], a, b);
+  }
+  // Already relative.
+  void Residual(double a, double b) {
+    out->Real({in_step, number, -1}, "residual", 1, {&a, 1}, {&b, 1});
+  }
+};
+
 void FieldComparison::Compare(const HapticSample& logged, const HapticSample& replayed,
                               bool with_output) {
-  struct Visitor {
-    FieldComparison* out;
-    std::uint64_t number;
-    std::size_t place = 0;
-    void Integer(int tool, const char* field, std::int64_t a, std::int64_t b) {
-      out->Integer({false, number, tool}, field, a, b);
-    }
-    void Real(int tool, const char* field, std::span<const double> a, std::span<const double> b) {
-      out->Real({false, number, tool}, field, out->tick_peaks_[place++], a, b);
-    }
-  };
-  VisitFields(logged, replayed, with_output, Visitor{this, logged.tick});
+  VisitFields(logged, replayed, with_output, Visitor{this, false, logged.tick, &tick_peaks_});
 }
 
 void FieldComparison::Compare(const StepSample& logged, const StepSample& replayed) {
-  struct Visitor {
-    FieldComparison* out;
-    std::uint64_t number;
-    std::size_t place = 0;
-    void Integer(int tool, const char* field, std::int64_t a, std::int64_t b) {
-      out->Integer({true, number, tool}, field, a, b);
-    }
-    void Real(int tool, const char* field, std::span<const double> a, std::span<const double> b) {
-      out->Real({true, number, tool}, field, out->step_peaks_[place++], a, b);
-    }
-    // Already relative.
-    void Residual(double a, double b) {
-      out->Real({true, number, -1}, "residual", 1, {&a, 1}, {&b, 1});
-    }
-  };
-  VisitFields(logged, replayed, Visitor{this, logged.step.number});
+  VisitFields(logged, replayed, Visitor{this, true, logged.step.number, &step_peaks_});
 }
 
 void FieldComparison::Integer(const Place& at, const char* field, std::int64_t logged,

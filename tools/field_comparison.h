@@ -46,6 +46,7 @@ class FieldComparison {
 
  private:
   struct Place;
+  struct Visitor;
   void Integer(const Place& at, const char* field, std::int64_t logged, std::int64_t replayed);
   void Real(const Place& at, const char* field, double peak, std::span<const double> logged,
             std::span<const double> replayed);

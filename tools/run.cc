@@ -132,9 +132,10 @@ struct Loops {
 // The two loops with a deadline start together, once each has asked for its real-time state. The
 // haptic thread ends the session at its last tick; the telemetry ends after the loops, and the
 // links last, so that they drain everything.
-RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
+RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
+                         const SessionClock& clock) {
   RunRecord record;
-  const RealtimeReport process = RequestRealtime(ProcessRealtime());
+  record.baseline = machine.baseline;
   RealtimeReport haptic, deformation;
   loops.session.EnableForces(true);
   std::latch start(2);
@@ -185,7 +186,8 @@ RunRecord RunOnRealClock(const Loops& loops, const SessionClock& clock) {
   }
   if (loops.link != nullptr) record.link = loops.link->Summary();
   loops.session.EnableForces(false);
-  record.realtime = {{"process", process}, {"haptic", haptic}, {"deformation", deformation}};
+  record.realtime = {
+      {"process", machine.process}, {"haptic", haptic}, {"deformation", deformation}};
   return record;
 }
 
@@ -307,8 +309,8 @@ void Run(const RunOptions& options) {
           : std::numeric_limits<std::uint64_t>::max();
   const Loops loops{session, haptics, deformation, render, telemetry, link ? &*link : nullptr,
                     signals, end_tick};
-  RunRecord record = options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, clock);
-  record.baseline = machine.baseline;
+  const RunRecord record =
+      options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, machine, clock);
 
   // A disk that fills up must not cost the summary: it is told after it.
   std::string not_kept = telemetry.Summary().log.Explain();

@@ -1,10 +1,10 @@
 #include "tools/run_summary.h"
 
-#include <cstdio>
 #include <string_view>
 #include <thread>
 
 #include "tools/json_figures.h"
+#include "tools/report_text.h"
 
 namespace hpdm {
 namespace {
@@ -92,29 +92,23 @@ Json RealtimeToJson(const RunRecord& record) {
   return threads;
 }
 
-std::string Line(const char* format, auto... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 // A lockstep run measures no time: `timed` is false.
 std::string LoopLine(const char* name, const Json& loop, const char* unit_count, bool timed) {
   std::string line =
-      Line("%-12s %8.2f Hz  %8ld %-7s %4ld skipped", name, loop["rate_hz"].get<double>(),
-           loop[unit_count].get<long>(), unit_count, loop["skipped"]["total"].get<long>());
+      Format("%-12s %8.2f Hz  %8ld %-7s %4ld skipped", name, loop["rate_hz"].get<double>(),
+             loop[unit_count].get<long>(), unit_count, loop["skipped"]["total"].get<long>());
   if (timed) {
-    line += Line("   wake-up p99 %8.1f us   compute p50 %8.1f p99 %8.1f us",
-                 loop["wake_up"]["p99_us"].get<double>(), loop["compute"]["p50_us"].get<double>(),
-                 loop["compute"]["p99_us"].get<double>());
+    line += Format("   wake-up p99 %8.1f us   compute p50 %8.1f p99 %8.1f us",
+                   loop["wake_up"]["p99_us"].get<double>(), loop["compute"]["p50_us"].get<double>(),
+                   loop["compute"]["p99_us"].get<double>());
   }
   return line + "\n";
 }
 
 std::string AgeLine(const char* name, const Json& age) {
-  return Line("%-16s p50 %9.3f ms, p99 %9.3f ms, p99.9 %9.3f ms, max %9.3f ms\n", name,
-              age["p50_us"].get<double>() / 1000, age["p99_us"].get<double>() / 1000,
-              age["p99_9_us"].get<double>() / 1000, age["max_us"].get<double>() / 1000);
+  return Format("%-16s p50 %9.3f ms, p99 %9.3f ms, p99.9 %9.3f ms, max %9.3f ms\n", name,
+                age["p50_us"].get<double>() / 1000, age["p99_us"].get<double>() / 1000,
+                age["p99_9_us"].get<double>() / 1000, age["max_us"].get<double>() / 1000);
 }
 
 // The session's wake-ups beside an empty loop's: tells a bad machine from a bad program.
@@ -123,14 +117,15 @@ std::string MachineLines(const Json& summary) {
   std::string text;
   for (const auto& [name, wake_up] : {std::pair{"session", summary["haptic"]["wake_up"]},
                                       std::pair{"empty loop", machine["wake_up"]}}) {
-    text += Line("wake-up late by  p50 %9.1f us, p99 %9.1f us, p99.9 %9.1f us, max %9.1f us (%s)\n",
-                 wake_up["p50_us"].get<double>(), wake_up["p99_us"].get<double>(),
-                 wake_up["p99_9_us"].get<double>(), wake_up["max_us"].get<double>(), name);
+    text +=
+        Format("wake-up late by  p50 %9.1f us, p99 %9.1f us, p99.9 %9.1f us, max %9.1f us (%s)\n",
+               wake_up["p50_us"].get<double>(), wake_up["p99_us"].get<double>(),
+               wake_up["p99_9_us"].get<double>(), wake_up["max_us"].get<double>(), name);
   }
   const double stolen = machine["stolen_s"].get<double>();
   if (stolen > 0) {
-    text += Line("the host took %.2f s from the machine's %d processors\n", stolen,
-                 machine["processors"].get<int>());
+    text += Format("the host took %.2f s from the machine's %d processors\n", stolen,
+                   machine["processors"].get<int>());
   }
   return text;
 }
@@ -166,14 +161,14 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
 
 std::string ReadableSummary(const Json& summary) {
   std::string text =
-      Line("%s: %.1f s on the %s clock%s\n", summary["scene"].get<std::string>().c_str(),
-           summary["seconds"].get<double>(), summary["clock"].get<std::string>().c_str(),
-           summary["interrupted"].get<bool>() ? ", interrupted" : "");
+      Format("%s: %.1f s on the %s clock%s\n", summary["scene"].get<std::string>().c_str(),
+             summary["seconds"].get<double>(), summary["clock"].get<std::string>().c_str(),
+             summary["interrupted"].get<bool>() ? ", interrupted" : "");
   const bool timed = summary["clock"] != "lockstep";
   text += LoopLine("haptic", summary["haptic"], "ticks", timed);
   const Json& skipped = summary["haptic"]["skipped"];
   if (skipped["total"].get<long>() > 0) {
-    text += Line(
+    text += Format(
         "             skipped for: late wake-up %ld, own computing %ld, host took the core %ld\n",
         skipped["late_wake_up"].get<long>(), skipped["long_compute"].get<long>(),
         skipped["stalled"].get<long>());
@@ -181,10 +176,10 @@ std::string ReadableSummary(const Json& summary) {
   text += LoopLine("deformation", summary["deformation"], "steps", timed);
   if (summary.contains("render")) {
     const Json& render = summary["render"];
-    text += Line("%-12s %8.2f Hz  %8ld frames  %4ld dropped   compute p50 %8.1f p99 %8.1f us\n",
-                 "render", render["rate_hz"].get<double>(), render["frames"].get<long>(),
-                 render["dropped"].get<long>(), render["compute"]["p50_us"].get<double>(),
-                 render["compute"]["p99_us"].get<double>());
+    text += Format("%-12s %8.2f Hz  %8ld frames  %4ld dropped   compute p50 %8.1f p99 %8.1f us\n",
+                   "render", render["rate_hz"].get<double>(), render["frames"].get<long>(),
+                   render["dropped"].get<long>(), render["compute"]["p50_us"].get<double>(),
+                   render["compute"]["p99_us"].get<double>());
     const std::string failure = render["failure"];
     if (!failure.empty()) text += "             " + failure + "\n";
   }
@@ -198,21 +193,22 @@ std::string ReadableSummary(const Json& summary) {
   }
   for (const Json& tool : summary["tools"]) {
     text +=
-        Line("%s: peak force %.2f N, mean %.2f N over %.1f s of contact, deepest press %.1f mm\n",
-             tool["name"].get<std::string>().c_str(), tool["peak_force_N"].get<double>(),
-             tool["mean_force_N"].get<double>(), tool["contact_time_s"].get<double>(),
-             1000 * tool["deepest_press_m"].get<double>());
+        Format("%s: peak force %.2f N, mean %.2f N over %.1f s of contact, deepest press %.1f mm\n",
+               tool["name"].get<std::string>().c_str(), tool["peak_force_N"].get<double>(),
+               tool["mean_force_N"].get<double>(), tool["contact_time_s"].get<double>(),
+               1000 * tool["deepest_press_m"].get<double>());
   }
   const Json& log = summary["log"];
-  text += Line("log: %ld events, %.1f MB, %ld ticks lost\n", log["events"].get<long>(),
-               static_cast<double>(log["bytes"].get<long>()) / 1e6, log["ticks_lost"].get<long>());
+  text +=
+      Format("log: %ld events, %.1f MB, %ld ticks lost\n", log["events"].get<long>(),
+             static_cast<double>(log["bytes"].get<long>()) / 1e6, log["ticks_lost"].get<long>());
   const std::string failure = log["failure"];
   if (!failure.empty()) text += "log: " + failure + "\n";
   if (summary.contains("device_link")) {
     const Json& link = summary["device_link"];
     text +=
-        Line("device link: %ld readings received, %ld refused, %ld forces sent\n",
-             link["received"].get<long>(), link["refused"].get<long>(), link["sent"].get<long>());
+        Format("device link: %ld readings received, %ld refused, %ld forces sent\n",
+               link["received"].get<long>(), link["refused"].get<long>(), link["sent"].get<long>());
   }
   for (const auto& [thread, lines] : summary["realtime"].items()) {
     for (const Json& line : lines) text += thread + ": " + line.get<std::string>() + "\n";

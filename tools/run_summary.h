@@ -8,8 +8,8 @@
 
 #include "engine/loop_schedule.h"
 #include "engine/realtime.h"
-#include "lcmtypes/device_link.h"
 #include "engine/wake_up_baseline.h"
+#include "lcmtypes/device_link.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "tools/session.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "engine/check.h"
@@ -11,6 +10,7 @@
 #include "haptics/external_device.h"
 #include "haptics/sim_device.h"
 #include "haptics/trace_device.h"
+#include "tools/report_text.h"
 
 namespace hpdm {
 namespace {
@@ -18,31 +18,25 @@ namespace {
 // What playing a trace will be like, one line.
 std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
                         const TraceMapping& mapping, const TraceDevice& device, bool fitted) {
-  char text[256];
-  std::snprintf(text, sizeof text, "plays %.1f s, %zu rows", ToSeconds(device.duration()),
-                file.rows.size());
-  std::string remark = text;
+  std::string remark =
+      Format("plays %.1f s, %zu rows", ToSeconds(device.duration()), file.rows.size());
   if (file.place == TracePlace::kTip) {
     const Vector3d& p = mapping.position_W;
-    std::snprintf(text, sizeof text,
-                  " (%zu places), up to %.3f m/s, file's origin at [%.4f, %.4f, %.4f]%s",
-                  motion.places().size(), mapping.speed * mapping.scale * motion.fastest(), p.x(),
-                  p.y(), p.z(), fitted ? " (fitted)" : "");
-    remark += text;
+    remark += Format(" (%zu places), up to %.3f m/s, file's origin at [%.4f, %.4f, %.4f]%s",
+                     motion.places().size(), mapping.speed * mapping.scale * motion.fastest(),
+                     p.x(), p.y(), p.z(), fitted ? " (fitted)" : "");
   } else if (file.place == TracePlace::kNone) {
     remark += ", the tip stands still";
   }
   if (const TraceMotion::Gaps gaps = motion.gaps(); gaps.count > 0) {
-    std::snprintf(text, sizeof text, "; %zu gap%s, the longest of %.2f s, bridged by a smooth move",
-                  gaps.count, gaps.count == 1 ? "" : "s", ToSeconds(gaps.longest_ns));
-    remark += text;
+    remark += Format("; %zu gap%s, the longest of %.2f s, bridged by a smooth move", gaps.count,
+                     gaps.count == 1 ? "" : "s", ToSeconds(gaps.longest_ns));
   }
   if (const double share = device.ClampedShare(); share > 0) {
-    std::snprintf(text, sizeof text,
-                  "; %.2g %% of the rows are out of the device's reach and clamped: move it by "
-                  "instrument.trace",
-                  100 * share);
-    remark += text;
+    remark += Format(
+        "; %.2g %% of the rows are out of the device's reach and clamped: move it by "
+        "instrument.trace",
+        100 * share);
   }
   for (std::size_t i = 0; i < file.unread_columns.size(); ++i) {
     remark += (i == 0 ? "; not read: " : ", ") + file.unread_columns[i];
@@ -106,13 +100,12 @@ void Session::BuildInstruments() {
     if (choices_[index].type == DeviceChoice::Type::kSim &&
         !kinematics_.back().Inverse(site.p_target_W, 0, 1).reachable) {
       const double distance = (site.p_target_W - instrument.p_trocar_W).norm();
-      char text[160];
-      std::snprintf(text, sizeof text,
-                    ": the hand's target is %.0f mm from the trocar, the shaft reaches %.0f to "
-                    "%.0f mm; move the trocar or the target",
-                    1000 * distance, 1000 * instrument.device.min_insertion,
-                    1000 * instrument.device.max_insertion);
-      remarks_.push_back("instrument \"" + instrument.name + "\"" + text);
+      remarks_.push_back(
+          "instrument \"" + instrument.name + "\"" +
+          Format(": the hand's target is %.0f mm from the trocar, the shaft reaches %.0f to "
+                 "%.0f mm; move the trocar or the target",
+                 1000 * distance, 1000 * instrument.device.min_insertion,
+                 1000 * instrument.device.max_insertion));
     }
     devices_.push_back(BuildDevice(index, site));
   }
