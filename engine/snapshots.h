@@ -12,8 +12,10 @@
 ///     device -> haptic loop --ToolState--> deformation loop --SceneSnapshot--> render loop
 ///                  |  ^------ContactPatch------'     '---SceneSnapshot--> telemetry loop
 ///                  '--------------- HapticSample queue (every tick) ---------^
-///     render loop --FrameRecord queue (every frame)---------> telemetry loop
+///     render loop --FrameRecord queue (every frame)---------> telemetry loop --SessionHealth-->
+///     render
 ///                                         StepSample queue (every step) -----^
+///     window --SessionControl--> haptic loop
 ///
 /// Latest-value edges are a TripleBuffer, every-item edges an SpscQueue. Everything but
 /// SceneSnapshot has a fixed size, so writing one in place allocates nothing; a SceneSnapshot's
@@ -46,6 +48,13 @@ struct ToolPose {
   Vector3d p_trocar_W = Vector3d::Zero();    ///< m; fixed.
   Vector3d v_tip_W = Vector3d::Zero();       ///< m/s, filtered.
   double jaw = 1;                            ///< 0 closed .. 1 open.
+  int exchange = 0;  ///< Which instrument the hand holds: 0 the first, then its exchanges in order.
+};
+
+/// What the trainee asks of the running session: window -> haptic loop, latest value.
+struct SessionControl {
+  bool paused = false;  ///< The hands stand still and feel nothing; the session's time runs on.
+  std::array<int, kMaxInstruments> exchange{};  ///< As in ToolPose; taken when the tip is free.
 };
 
 /// The contact of a tip as the haptic loop has it in a tick: which material point it presses and
@@ -279,6 +288,29 @@ struct HapticSample {
   SkippedTicks skipped;            ///< Periods skipped just before this one, by cause.
   int tool_count = 0;
   std::array<ToolSample, kMaxInstruments> tools;
+};
+
+/// How the session goes, for the eye: telemetry loop -> render loop, latest value, a few times a
+/// second.
+struct SessionHealth {
+  struct Tool {
+    Vector3d force_W = Vector3d::Zero();  ///< On the hand, N.
+    double depth = 0;                     ///< m.
+    int organ = -1;
+    std::uint32_t guard_flags = 0;  ///< GuardFlag, of the last tick.
+    double peak_force = 0;          ///< N, since the session began.
+  };
+  Nanoseconds time_ns = 0;
+  std::uint64_t ticks = 0;
+  SkippedTicks skipped;              ///< Since the session began.
+  double haptic_hz = 0;              ///< Over the last second.
+  double deformation_hz = 0;         ///< Likewise.
+  Nanoseconds wake_late_p99_ns = 0;  ///< Of the haptic loop over the last second.
+  Nanoseconds step_compute_ns = 0;   ///< Of the last step.
+  std::uint32_t step_flags = 0;      ///< StepFlag, of the last step.
+  std::uint64_t log_lost = 0;        ///< Ticks that the log missed.
+  int tool_count = 0;
+  std::array<Tool, kMaxInstruments> tools;
 };
 
 /// Render loop -> telemetry loop, every frame through a queue; real clock only.
