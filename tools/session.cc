@@ -6,10 +6,10 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "engine/mesh_import.h"
 #include "haptics/external_device.h"
 #include "haptics/sim_device.h"
 #include "haptics/trace_device.h"
+#include "tools/instrument_looks.h"
 #include "tools/report_text.h"
 
 namespace hpdm {
@@ -91,8 +91,10 @@ void Session::BuildInstruments() {
           "\" has no lattice whose force it could feel; it feels the default springs "
           "of reaction = \"paper\" there");
     }
-    instrument_meshes_.push_back(instrument.mesh.empty() ? SurfaceMesh()
-                                                         : ImportMesh(instrument.mesh, 1.0).mesh);
+    std::vector<InstrumentModel>& looks = looks_.emplace_back();
+    for (int held = 0; held < instrument.HeldCount(); ++held) {
+      looks.push_back(LoadLooks(instrument.Held(held)));
+    }
     const HandSite site = SiteOf(instrument);
     kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                              instrument.device);
@@ -251,11 +253,11 @@ std::vector<OrganView> Session::OrganViews() const {
 std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
-    const bool drawn_as_capsule = instrument_meshes_[i].vertices.rows() == 0;
-    InstrumentView& view = views.emplace_back();
-    if (!drawn_as_capsule) view.parts.push_back({.mesh = &instrument_meshes_[i]});
-    view.tip_radius = scene_.instruments[i].tip_radius;
-    view.shaft_radius = scene_.instruments[i].shaft_radius;
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    InstrumentView& view = views.emplace_back(ViewOf(instrument, looks_[i].front()));
+    for (int held = 1; held < instrument.HeldCount(); ++held) {
+      view.exchanges.push_back(ViewOf(instrument.Held(held), looks_[i][held]));
+    }
   }
   return views;
 }

@@ -15,6 +15,7 @@
 #include "haptics/trace_file.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
+#include "scenes/instrument_mesh.h"
 #include "scenes/scene.h"
 #include "tools/contact_stiffness.h"
 #include "tools/device_choice.h"
@@ -86,7 +87,7 @@ class Session {
 
   Scene scene_;
   std::vector<OrganModel> organs_;
-  std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
+  std::vector<std::vector<InstrumentModel>> looks_;  // [instrument][ToolPose::exchange]
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
   std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none
