@@ -15,42 +15,50 @@
 namespace hpdm {
 namespace {
 
+std::size_t At(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
 [[noreturn]] void Refuse(const std::string& path, const std::string& what) {
   throw InputError(path + ": " + what);
 }
 
-void CopyVertices(const aiMesh& part, Eigen::Index base, SurfaceMesh* mesh) {
+/// The triangles of all meshes of a file, corner by corner.
+struct Corners {
+  std::vector<std::array<int, 3>> vertices;
+  std::vector<std::array<double, 2>> texture_coordinates;  ///< Three a triangle.
+};
+
+void CopyVertices(const aiMesh& part, Eigen::Index base, Points* vertices) {
   for (unsigned v = 0; v < part.mNumVertices; ++v) {
-    const Eigen::Index row = base + v;
     const aiVector3D& p = part.mVertices[v];
-    mesh->vertices.row(row) << p.x, p.y, p.z;
-    if (part.HasTextureCoords(0)) {
-      const aiVector3D& uv = part.mTextureCoords[0][v];
-      mesh->texture_coordinates.row(row) << uv.x, uv.y;
-    }
+    vertices->row(base + v) << p.x, p.y, p.z;
   }
 }
 
 /// Polygons are split here and not by assimp, whose triangulation takes cubic time, leaves holes in
 /// polygons that it cannot split, and ends the program when its mesh is not as it expects.
-void CopyFaces(const aiMesh& part, Eigen::Index base, const Points& vertices,
-               std::vector<std::array<int, 3>>* triangles) {
-  const auto vertex = [&](const aiFace& face, int corner) {
-    return static_cast<int>(base) + static_cast<int>(face.mIndices[corner]);
+void CopyFaces(const aiMesh& part, Eigen::Index base, const Points& vertices, Corners* corners) {
+  const auto add = [&](const aiFace& face, const std::array<int, 3>& t) {
+    std::array<int, 3>& triangle = corners->vertices.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const unsigned v = face.mIndices[t[c]];
+      triangle[c] = static_cast<int>(base) + static_cast<int>(v);
+      const aiVector3D uv = part.HasTextureCoords(0) ? part.mTextureCoords[0][v] : aiVector3D();
+      corners->texture_coordinates.push_back({uv.x, uv.y});
+    }
   };
-  Points corners;
+  Points outline;
   for (unsigned f = 0; f < part.mNumFaces; ++f) {
     const aiFace& face = part.mFaces[f];
     const int count = static_cast<int>(face.mNumIndices);
     if (count == 3) {
-      triangles->push_back({vertex(face, 0), vertex(face, 1), vertex(face, 2)});
+      add(face, {0, 1, 2});
       continue;
     }
-    corners.resize(count, 3);
-    for (int c = 0; c < count; ++c) corners.row(c) = vertices.row(vertex(face, c));
-    for (const std::array<int, 3>& t : TriangulatePolygon(corners)) {
-      triangles->push_back({vertex(face, t[0]), vertex(face, t[1]), vertex(face, t[2])});
+    outline.resize(count, 3);
+    for (int c = 0; c < count; ++c) {
+      outline.row(c) = vertices.row(base + static_cast<Eigen::Index>(face.mIndices[c]));
     }
+    for (const std::array<int, 3>& t : TriangulatePolygon(outline)) add(face, t);
   }
 }
 
@@ -85,19 +93,24 @@ SurfaceMesh Merge(const aiScene& scene) {
   }
   SurfaceMesh mesh;
   mesh.vertices.resize(vertex_count, 3);
-  mesh.texture_coordinates.setZero(textured ? vertex_count : 0, 2);
-  std::vector<std::array<int, 3>> triangles;
+  Corners corners;
   Eigen::Index base = 0;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
     const aiMesh& part = *scene.mMeshes[m];
-    CopyVertices(part, base, &mesh);
-    CopyFaces(part, base, mesh.vertices, &triangles);
+    CopyVertices(part, base, &mesh.vertices);
+    CopyFaces(part, base, mesh.vertices, &corners);
     base += part.mNumVertices;
   }
-  mesh.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    mesh.triangles.row(static_cast<Eigen::Index>(t)) << triangles[t][0], triangles[t][1],
-        triangles[t][2];
+  const auto triangle_count = static_cast<Eigen::Index>(corners.vertices.size());
+  mesh.triangles.resize(triangle_count, 3);
+  mesh.texture_coordinates.resize(textured ? 3 * triangle_count : 0, 2);
+  for (Eigen::Index t = 0; t < triangle_count; ++t) {
+    for (int c = 0; c < 3; ++c) mesh.triangles(t, c) = corners.vertices[At(t)][At(c)];
+  }
+  for (Eigen::Index row = 0; row < mesh.texture_coordinates.rows(); ++row) {
+    for (int d = 0; d < 2; ++d) {
+      mesh.texture_coordinates(row, d) = corners.texture_coordinates[At(row)][At(d)];
+    }
   }
   return mesh;
 }
@@ -123,12 +136,10 @@ ImportedMesh ImportMesh(const std::string& path, double metres_per_unit) {
   ImportedMesh imported;
   imported.mesh = ReadWithAssimp(file, path);
   // In the file's own unit, so that no unit, however odd, can make a repair go wrong.
-  int texture_seams = 0;
-  JoinIdenticalVertices(&imported.mesh, &texture_seams);
+  JoinIdenticalVertices(&imported.mesh);
   const auto joined = imported.mesh.vertices.rows();
   const MeshFacts as_read = ComputeMeshFacts(imported.mesh);
   imported.repairs = RepairMesh(&imported.mesh);
-  imported.repairs.texture_seams += texture_seams;
   if (file.format != "stl") {
     imported.repairs.welded_vertices += static_cast<int>(file.referenced - joined);
     imported.repairs.unreferenced_vertices += static_cast<int>(file.vertices - file.referenced);

@@ -19,10 +19,10 @@ struct ImportedMesh {
 
 /// Reads an OBJ, STL or PLY file (chosen by its extension) and scales it to metres. Coordinates
 /// keep the 24 bits of a float: 10 nm on a liver. The welding that STL and per-corner texture
-/// coordinates need is done with the rest of the repairs (mesh_repair.h); the corners that an STL
-/// repeats count as welded vertices. Time and memory are bounded by MeshFileLimits, whatever the
-/// file claims; the result does not depend on the locale. Throws InputError with one line (file,
-/// place, remedy).
+/// coordinates need is done with the rest of the repairs (mesh_repair.h), so that the vertices and
+/// their order do not depend on the texture coordinates; corners that an STL repeats count as
+/// welded vertices. Time and memory are bounded by MeshFileLimits, whatever the file claims; the
+/// result does not depend on the locale. Throws InputError with one line (file, place, remedy).
 ImportedMesh ImportMesh(const std::string& path, double metres_per_unit);
 
 }  // namespace hpdm

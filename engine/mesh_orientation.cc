@@ -30,11 +30,12 @@ struct Patch {
 
 class Orienter {
  public:
-  Orienter(const Points& vertices, Triangles* triangles)
-      : vertices_(vertices),
-        triangles_(*triangles),
-        turned_(static_cast<std::size_t>(triangles->rows())),
-        patch_of_(static_cast<std::size_t>(triangles->rows()), -1) {}
+  explicit Orienter(SurfaceMesh* mesh)
+      : vertices_(mesh->vertices),
+        triangles_(mesh->triangles),
+        texture_coordinates_(mesh->texture_coordinates),
+        turned_(static_cast<std::size_t>(mesh->triangles.rows())),
+        patch_of_(static_cast<std::size_t>(mesh->triangles.rows()), -1) {}
 
   int Orient() {
     LinkNeighbours();
@@ -95,6 +96,9 @@ class Orienter {
 
   void TurnTriangle(int t) {
     std::swap(triangles_(t, 1), triangles_(t, 2));
+    if (texture_coordinates_.rows() > 0) {
+      texture_coordinates_.row(3 * t + 1).swap(texture_coordinates_.row(3 * t + 2));
+    }
     turned_[Index(t)] = !turned_[Index(t)];
   }
 
@@ -171,6 +175,7 @@ class Orienter {
 
   const Points& vertices_;
   Triangles& triangles_;
+  TextureCoordinates& texture_coordinates_;
   std::vector<std::array<Link, 3>> links_;
   std::vector<bool> turned_;
   std::vector<int> patch_of_;
@@ -179,8 +184,6 @@ class Orienter {
 
 }  // namespace
 
-int OrientTriangles(const Points& vertices, Triangles* triangles) {
-  return Orienter(vertices, triangles).Orient();
-}
+int OrientTriangles(SurfaceMesh* mesh) { return Orienter(mesh).Orient(); }
 
 }  // namespace hpdm

@@ -10,7 +10,8 @@ namespace hpdm {
 /// - closed: faces outwards, or, when an odd number of other closed patches surround it, inwards:
 ///   it is the wall of a cavity (of the 64 largest patches any may be the surrounding one);
 /// - open: faces where it bulges to, if it does so clearly, else where most of its area faced.
-/// Corners of each triangle must be distinct. O(F log F) but for the patches inside others.
-int OrientTriangles(const Points& vertices, Triangles* triangles);
+/// Corners of each triangle must be distinct and take their texture coordinates along. O(F log F)
+/// but for the patches inside others.
+int OrientTriangles(SurfaceMesh* mesh);
 
 }  // namespace hpdm

@@ -86,20 +86,15 @@ class Welder {
   std::vector<int> heads_, next_;
 };
 
-/// Gives the corners of each triangle the vertex that theirs is joined to.
-void JoinTo(const std::vector<int>& first, SurfaceMesh* mesh, int* joined, int* texture_seams) {
-  const TextureCoordinates& uv = mesh->texture_coordinates;
-  std::vector<bool> seam(first.size());
-  for (Index v = 0; v < mesh->vertices.rows(); ++v) {
-    const int kept = first[At(v)];
-    if (kept == v) continue;
-    ++*joined;
-    if (uv.rows() > 0 && uv.row(v) != uv.row(kept)) seam[At(kept)] = true;
+/// Gives the corners of each triangle the vertex that theirs is joined to. Returns how many were
+/// joined to another one.
+int JoinTo(const std::vector<int>& first, Triangles* triangles) {
+  int joined = 0;
+  for (std::size_t v = 0; v < first.size(); ++v) joined += At(first[v]) != v;
+  for (Index t = 0; t < triangles->rows(); ++t) {
+    for (int c = 0; c < 3; ++c) (*triangles)(t, c) = first[At((*triangles)(t, c))];
   }
-  *texture_seams += static_cast<int>(std::count(seam.begin(), seam.end(), true));
-  for (Index t = 0; t < mesh->triangles.rows(); ++t) {
-    for (int c = 0; c < 3; ++c) mesh->triangles(t, c) = first[At(mesh->triangles(t, c))];
-  }
+  return joined;
 }
 
 void WeldVertices(SurfaceMesh* mesh, MeshRepairs* repairs) {
@@ -107,10 +102,12 @@ void WeldVertices(SurfaceMesh* mesh, MeshRepairs* repairs) {
   const double diagonal = (p.colwise().maxCoeff() - p.colwise().minCoeff()).norm();
   const std::vector<int> first = diagonal > 0 ? Welder(p, kWeldTolerance * diagonal).Weld()
                                               : std::vector<int>(At(p.rows()), 0);
-  JoinTo(first, mesh, &repairs->welded_vertices, &repairs->texture_seams);
+  repairs->welded_vertices += JoinTo(first, &mesh->triangles);
 }
 
-void DropTriangles(Triangles* triangles, MeshRepairs* repairs) {
+void DropTriangles(SurfaceMesh* mesh, MeshRepairs* repairs) {
+  Triangles* triangles = &mesh->triangles;
+  TextureCoordinates* uv = &mesh->texture_coordinates;
   struct Entry {
     std::array<int, 3> corners;  // ascending
     int triangle;
@@ -138,9 +135,13 @@ void DropTriangles(Triangles* triangles, MeshRepairs* repairs) {
   }
   std::sort(kept.begin(), kept.end());
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    triangles->row(static_cast<Index>(i)) = triangles->row(kept[i]).eval();
+    const Index t = static_cast<Index>(i);
+    triangles->row(t) = triangles->row(kept[i]).eval();
+    if (uv->rows() > 0) uv->middleRows<3>(3 * t) = uv->middleRows<3>(3 * kept[i]).eval();
   }
-  triangles->conservativeResize(static_cast<Index>(kept.size()), 3);
+  const Index count = static_cast<Index>(kept.size());
+  triangles->conservativeResize(count, 3);
+  if (uv->rows() > 0) uv->conservativeResize(3 * count, 2);
 }
 
 /// Returns how many vertices were dropped, welded ones included.
@@ -153,14 +154,10 @@ int DropVertices(SurfaceMesh* mesh) {
   for (Index v = 0; v < mesh->vertices.rows(); ++v) {
     if (number[At(v)] < 0) continue;
     mesh->vertices.row(count) = mesh->vertices.row(v).eval();
-    if (mesh->texture_coordinates.rows() > 0) {
-      mesh->texture_coordinates.row(count) = mesh->texture_coordinates.row(v).eval();
-    }
     number[At(v)] = count++;
   }
   const int dropped = static_cast<int>(mesh->vertices.rows()) - count;
   mesh->vertices.conservativeResize(count, 3);
-  if (mesh->texture_coordinates.rows() > 0) mesh->texture_coordinates.conservativeResize(count, 2);
   for (Index t = 0; t < mesh->triangles.rows(); ++t) {
     for (int c = 0; c < 3; ++c) mesh->triangles(t, c) = number[At(mesh->triangles(t, c))];
   }
@@ -174,13 +171,12 @@ std::vector<std::pair<std::string, int>> MeshRepairs::List() const {
                                                    {"degenerate_triangles", degenerate_triangles},
                                                    {"duplicate_triangles", duplicate_triangles},
                                                    {"unreferenced_vertices", unreferenced_vertices},
-                                                   {"reoriented_triangles", reoriented_triangles},
-                                                   {"texture_seams", texture_seams}};
+                                                   {"reoriented_triangles", reoriented_triangles}};
   std::erase_if(list, [](const auto& repair) { return repair.second == 0; });
   return list;
 }
 
-void JoinIdenticalVertices(SurfaceMesh* mesh, int* texture_seams) {
+void JoinIdenticalVertices(SurfaceMesh* mesh) {
   const Points& p = mesh->vertices;
   const auto place = [&p](int v) { return std::make_tuple(p(v, 0), p(v, 1), p(v, 2)); };
   std::vector<int> order(At(p.rows()));
@@ -193,8 +189,7 @@ void JoinIdenticalVertices(SurfaceMesh* mesh, int* texture_seams) {
     const bool repeats = i > 0 && place(order[i]) == place(order[i - 1]);
     first[At(order[i])] = repeats ? first[At(order[i - 1])] : order[i];
   }
-  int joined = 0;
-  JoinTo(first, mesh, &joined, texture_seams);
+  JoinTo(first, &mesh->triangles);
   DropVertices(mesh);
 }
 
@@ -202,9 +197,9 @@ MeshRepairs RepairMesh(SurfaceMesh* mesh) {
   MeshRepairs repairs;
   if (mesh->vertices.rows() == 0) return repairs;
   WeldVertices(mesh, &repairs);
-  DropTriangles(&mesh->triangles, &repairs);
+  DropTriangles(mesh, &repairs);
   repairs.unreferenced_vertices = DropVertices(mesh) - repairs.welded_vertices;
-  repairs.reoriented_triangles = OrientTriangles(mesh->vertices, &mesh->triangles);
+  repairs.reoriented_triangles = OrientTriangles(mesh);
   return repairs;
 }
 

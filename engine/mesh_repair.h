@@ -15,7 +15,6 @@ struct MeshRepairs {
   int duplicate_triangles = 0;   ///< Dropped: the same corners as another one, whichever way round.
   int unreferenced_vertices = 0;  ///< Dropped: no triangle names them.
   int reoriented_triangles = 0;   ///< Turned round (mesh_orientation.h).
-  int texture_seams = 0;  ///< Vertices that had several texture coordinates and kept the first.
 
   /// Those that are not zero, as (name, count).
   std::vector<std::pair<std::string, int>> List() const;
@@ -26,15 +25,14 @@ struct MeshRepairs {
 inline constexpr double kWeldTolerance = 1e-6;
 
 /// Joins vertices at exactly the same place, which STL and texture seams repeat: no repair but a
-/// way of writing. Each keeps its first texture coordinate; those that had several are counted in
-/// `texture_seams`. O(V log V).
-void JoinIdenticalVertices(SurfaceMesh* mesh, int* texture_seams);
+/// way of writing. O(V log V).
+void JoinIdenticalVertices(SurfaceMesh* mesh);
 
 /// Mends `mesh` in place, in this order: weld, drop degenerate and duplicate triangles, drop
 /// unreferenced vertices, orient. Needles whose corners differ stay, since dropping one would open
-/// a crack. A vertex keeps one texture coordinate, so that a texture's seams do not cut the tissue
-/// open: across a seam the texture is smeared over one row of triangles. Coordinates must be finite
-/// and indices in range. The order of what remains is the mesh's own; O((V + F) log F).
+/// a crack. Corners keep their texture coordinates, so that a texture's seams neither cut the
+/// tissue open nor get lost. Coordinates must be finite and indices in range. The order of what
+/// remains is the mesh's own, whatever its texture coordinates; O((V + F) log F).
 MeshRepairs RepairMesh(SurfaceMesh* mesh);
 
 }  // namespace hpdm

@@ -7,9 +7,12 @@ namespace hpdm {
 /// A triangle surface. Closed and oriented outwards when it bounds an organ's tissue; nothing in
 /// the type enforces that (mesh_facts.h tells).
 struct SurfaceMesh {
-  Points vertices;                         ///< V x 3, m.
-  Triangles triangles;                     ///< F x 3.
-  TextureCoordinates texture_coordinates;  ///< V x 2, or 0 x 2 when the mesh has none.
+  Points vertices;      ///< V x 3, m.
+  Triangles triangles;  ///< F x 3.
+  /// 3F x 2: row 3t + c belongs to corner c of triangle t, so that a texture may have seams where
+  /// the surface has none. (0, 0) is the picture's lower left corner, (1, 1) its upper right one. 0
+  /// x 2 when the mesh has none.
+  TextureCoordinates texture_coordinates;
 };
 
 /// Unit normals of the vertices, V x 3: the area-weighted mean of the triangles around each one.

@@ -12,7 +12,7 @@ using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 /// Rows are triangles, counter-clockwise seen from outside: F x 3 vertex indices.
 using Triangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-/// Rows are texture coordinates, one a vertex: V x 2, in [0, 1].
+/// Rows are texture coordinates (u to the right, v up), one a corner of a triangle: 3F x 2.
 using TextureCoordinates = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
 using Eigen::Isometry3d;

@@ -2,11 +2,31 @@
 
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <sstream>
+#include <vector>
 
 #include "engine/error.h"
 
 namespace hpdm {
+namespace {
+
+/// Appends the distinct coordinates in their order of appearance, and returns the number, from 1,
+/// of each row's.
+std::vector<int> AppendTextureCoordinates(const TextureCoordinates& uv, std::string* text) {
+  std::map<std::string, int> numbers;
+  std::vector<int> number_of_row;
+  char row[64];
+  for (Eigen::Index i = 0; i < uv.rows(); ++i) {
+    std::snprintf(row, sizeof row, "vt %.5f %.5f\n", uv(i, 0), uv(i, 1));
+    const auto [entry, is_new] = numbers.try_emplace(row, static_cast<int>(numbers.size()) + 1);
+    if (is_new) *text += row;
+    number_of_row.push_back(entry->second);
+  }
+  return number_of_row;
+}
+
+}  // namespace
 
 std::string ObjText(const SurfaceMesh& mesh, const std::string& comment) {
   std::string text;
@@ -23,10 +43,15 @@ std::string ObjText(const SurfaceMesh& mesh, const std::string& comment) {
     std::snprintf(row, sizeof row, "v %.6f %.6f %.6f\n", p[0], p[1], p[2]);
     text += row;
   }
+  const std::vector<int> texture = AppendTextureCoordinates(mesh.texture_coordinates, &text);
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    std::snprintf(row, sizeof row, "f %d %d %d\n", mesh.triangles(t, 0) + 1,
-                  mesh.triangles(t, 1) + 1, mesh.triangles(t, 2) + 1);
-    text += row;
+    text += 'f';
+    for (int c = 0; c < 3; ++c) {
+      text += ' ' + std::to_string(mesh.triangles(t, c) + 1);
+      if (!texture.empty())
+        text += '/' + std::to_string(texture[static_cast<std::size_t>(3 * t + c)]);
+    }
+    text += '\n';
   }
   return text;
 }

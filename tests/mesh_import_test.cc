@@ -7,6 +7,7 @@
 #include <fstream>
 #include <locale>
 #include <map>
+#include <sstream>
 
 #include "engine/error.h"
 #include "engine/mesh_file.h"
@@ -91,7 +92,7 @@ TEST(MeshImport, ObjIndicesMayCountBackAndLinesMayContinue) {
                         "o other\nf 3 4 8 7\nf 4 1 5 8"));
 }
 
-TEST(MeshImport, TextureSeamsDoNotCutTheSurface) {
+TEST(MeshImport, TextureSeamsNeitherCutTheSurfaceNorGetLost) {
   const ImportedMesh cube =
       Import("textured.obj",
              "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
@@ -99,10 +100,70 @@ TEST(MeshImport, TextureSeamsDoNotCutTheSurface) {
              "f 4/1 3/2 2/3 1/4\nf 5/1 6/2 7/3 8/4\nf 1/1 2/2 6/3 5/4\nf 2/1 3/2 7/3 6/4\n"
              "f 3/1 4/2 8/3 7/4\nf 4/1 1/2 5/3 8/4\n");
   ExpectUnitCube(cube);
-  ASSERT_EQ(cube.mesh.texture_coordinates.rows(), 8);
-  EXPECT_EQ(cube.mesh.texture_coordinates(0, 0), 0);  // vertex 4 of the file comes first: vt 1
-  EXPECT_GT(cube.repairs.texture_seams, 0);
-  EXPECT_EQ(cube.repairs.welded_vertices, 0);
+  EXPECT_TRUE(cube.repairs.List().empty());
+  ASSERT_EQ(cube.mesh.texture_coordinates.rows(), 36);
+  // Each side shows the whole picture once: the two triangles of a square cover it.
+  for (Eigen::Index side = 0; side < 6; ++side) {
+    double area = 0;
+    for (const Eigen::Index t : {2 * side, 2 * side + 1}) {
+      const auto uv = cube.mesh.texture_coordinates.middleRows<3>(3 * t);
+      const Eigen::RowVector2d a = uv.row(1) - uv.row(0), b = uv.row(2) - uv.row(0);
+      area += (a.x() * b.y() - a.y() * b.x()) / 2;
+    }
+    EXPECT_EQ(area, 1) << "side " << side;
+  }
+}
+
+/// An OBJ text's lines that begin with `keyword` and a space.
+std::vector<std::string> LinesOf(const std::string& text, const std::string& keyword) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind(keyword + " ", 0) == 0) lines.push_back(line);
+  }
+  return lines;
+}
+
+// Stored references and logs count on the order.
+TEST(MeshImport, TheCommittedMeshesKeepTheOrderOfTheirFacesWhateverTheirTextureCoordinates) {
+  for (const auto& entry : std::filesystem::directory_iterator(HPDM_SOURCE_DIR "/scenes/meshes")) {
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(file), {});
+    std::string bare, all_seams;  // no texture coordinates; other ones at every corner
+    for (const std::string& line : LinesOf(text, "v")) bare += line + '\n';
+    all_seams = bare;
+    std::string faces;
+    Triangles expected(LinesOf(text, "f").size(), 3);
+    std::map<int, int> number;  // in the order in which the faces name the vertices
+    int t = 0;
+    for (const std::string& line : LinesOf(text, "f")) {
+      std::istringstream in(line.substr(1));
+      bare += 'f';
+      faces += 'f';
+      int c = 0;
+      for (std::string corner; in >> corner; ++c) {
+        const int v = std::stoi(corner);
+        expected(t, c) = number.try_emplace(v, static_cast<int>(number.size())).first->second;
+        bare += ' ' + std::to_string(v);
+        faces += ' ' + std::to_string(v) + '/' + std::to_string(3 * t + c + 1);
+        all_seams += "vt " + std::to_string(3 * t + c) + " 0.5\n";
+      }
+      bare += '\n';
+      faces += '\n';
+      ++t;
+    }
+    const SurfaceMesh committed = ImportMesh(entry.path().string(), 1).mesh;
+    const SurfaceMesh without = Import("bare.obj", bare).mesh;
+    const SurfaceMesh with = Import("all_seams.obj", all_seams + faces).mesh;
+    EXPECT_EQ(committed.triangles, expected) << entry.path();
+    EXPECT_EQ(without.triangles, expected) << entry.path();
+    EXPECT_EQ(with.triangles, expected) << entry.path();
+    EXPECT_EQ(committed.vertices, without.vertices) << entry.path();
+    EXPECT_EQ(committed.vertices, with.vertices) << entry.path();
+    EXPECT_EQ(without.texture_coordinates.rows(), 0);
+    ASSERT_EQ(with.texture_coordinates.rows(), 3 * t);
+    for (int row = 0; row < 3 * t; ++row) EXPECT_EQ(with.texture_coordinates(row, 0), row);
+  }
 }
 
 TEST(MeshImport, EveryEncodingGivesTheSameCube) {

@@ -136,23 +136,39 @@ TEST(MeshRepair, AMoebiusStripKeepsOneInconsistentEdge) {
   EXPECT_EQ(ComputeMeshFacts(strip).inconsistent_edges, 1);  // one-sided: it cannot be none
 }
 
-TEST(MeshRepair, JoiningKeepsTheFirstTextureCoordinateAndCountsSeams) {
-  SurfaceMesh soup = Soup(MakeBox(Vector3d::Zero(), Vector3d::Ones()), 0);
-  soup.texture_coordinates.setZero(36, 2);
-  const Eigen::RowVector3d corner = soup.vertices.row(4);
-  soup.texture_coordinates.row(4) << 0.25, 0.75;
-  int seams = 0;
-  JoinIdenticalVertices(&soup, &seams);
-  EXPECT_EQ(soup.vertices.rows(), 8);
-  EXPECT_EQ(soup.texture_coordinates.rows(), 8);
-  EXPECT_EQ(seams, 1);
-  EXPECT_TRUE(ComputeMeshFacts(soup).Closed());
-  // Triangle 1's second corner is the third of triangle 0, which came first and had (0, 0).
-  for (Eigen::Index v = 0; v < 8; ++v) {
-    if (soup.vertices.row(v) == corner) {
-      EXPECT_EQ(soup.texture_coordinates(v, 0), 0);
+TEST(MeshRepair, CornersKeepTheirTextureCoordinatesThroughEveryRepair) {
+  // A soup of a box, some triangles turned round, with a duplicate and a degenerate triangle in the
+  // middle. Each corner's texture coordinates are made of its place and its triangle's normal.
+  SurfaceMesh soup = Soup(MakeBox(Vector3d::Zero(), Vector3d::Ones()), 0.7e-7);
+  soup.triangles.conservativeResize(14, 3);
+  soup.triangles.row(12) = soup.triangles.row(5);
+  soup.triangles.row(13) = soup.triangles.row(11);
+  soup.triangles.row(11) = soup.triangles.row(5);
+  soup.triangles.row(12) << 0, 0, 1;
+  for (const int t : {2, 3, 7}) std::swap(soup.triangles(t, 0), soup.triangles(t, 1));
+  const auto place = [&](int v, int t) {
+    const Vector3d p = soup.vertices.row(v).array().round().transpose();
+    const Vector3d side = soup.vertices.row(soup.triangles(t, 0)) +
+                          soup.vertices.row(soup.triangles(t, 1)) +
+                          soup.vertices.row(soup.triangles(t, 2));
+    return Eigen::RowVector2d(p.x() + 2 * p.y() + 4 * p.z(), (side.array() * 2 / 3).round().sum());
+  };
+  const auto expected = [&] {
+    TextureCoordinates uv(3 * soup.triangles.rows(), 2);
+    for (int t = 0; t < static_cast<int>(soup.triangles.rows()); ++t) {
+      for (int c = 0; c < 3; ++c) uv.row(3 * t + c) = place(soup.triangles(t, c), t);
     }
-  }
+    return uv;
+  };
+  soup.texture_coordinates = expected();
+  JoinIdenticalVertices(&soup);
+  const MeshRepairs repairs = RepairMesh(&soup);
+  EXPECT_EQ(repairs.degenerate_triangles, 1);
+  EXPECT_EQ(repairs.duplicate_triangles, 1);
+  EXPECT_EQ(repairs.reoriented_triangles, 3);
+  EXPECT_EQ(soup.vertices.rows(), 8);
+  EXPECT_TRUE(ComputeMeshFacts(soup).Closed());
+  EXPECT_EQ(soup.texture_coordinates, expected());
 }
 
 }  // namespace
