@@ -36,7 +36,7 @@ double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
 struct RenderLoop::Drawing {
   Drawing(const RenderLoop& loop)
       : target(loop.options_.width, loop.options_.height, loop.options_.samples),
-        view(loop.organs_, loop.instruments_) {}
+        view(loop.organs_, loop.instruments_, loop.options_.background) {}
 
   EglContext context;  // first: the others need it
   PictureTarget target;

@@ -26,6 +26,8 @@ struct RenderOptions {
   double max_hz = 30;                  ///< Frames a second at most, in Run.
   std::filesystem::path frame_folder;  ///< PNG frames go here; empty: none are written.
   double frame_fps = 30;               ///< Of the PNG frames, in session time.
+  const Image* background = nullptr;   ///< On the cavity's wall (cavity_view.h); must outlive the
+                                       ///< loop. Null: a bare wall.
 };
 
 /// What the loop did. Written by the render thread; others read it after the loop has ended.
