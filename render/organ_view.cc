@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <string>
+
 #include "engine/check.h"
 #include "render/frame_uniforms.h"
 #include "render/lighting.h"
@@ -53,6 +55,19 @@ const Image& White() {
   return white;
 }
 
+// Of the mesh's vertices and those that seams repeat.
+std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
+                                                  const std::vector<int>& copies) {
+  const Eigen::Index count = model.rest().vertices.rows();
+  Points rest(count + static_cast<Eigen::Index>(copies.size()), 3), normals(rest.rows(), 3);
+  for (Eigen::Index row = 0; row < rest.rows(); ++row) {
+    const Eigen::Index vertex = row < count ? row : copies[static_cast<std::size_t>(row - count)];
+    rest.row(row) = model.rest().vertices.row(vertex);
+    normals.row(row) = model.rest_normals().row(vertex);
+  }
+  return std::make_unique<LatticeDeformation>(model, rest, normals);
+}
+
 }  // namespace
 
 OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
@@ -64,6 +79,7 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
   program_.BindBlock("Frame", FrameBlock::kBinding);
   program_.BindTexture("base_texture", kBaseTextureUnit);
   program_.BindTexture("tissue_detail", kDetailUnit);
+  const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   organs_.reserve(organs.size());
   for (const OrganView& organ : organs) {
     const bool textured = organ.texture != nullptr;
@@ -71,16 +87,27 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     const SurfaceMesh mesh = WithCoordinates(*organ.rest);
     organs_.push_back({MeshView(mesh), Texture(textured ? *organ.texture : White()),
                        textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
-                       static_cast<float>(MetresPerCoordinate(mesh))});
+                       static_cast<float>(MetresPerCoordinate(mesh)), nullptr});
+    if (organ.model != nullptr && UsesShader(organ.ffd, renderer, *organ.model)) {
+      organs_.back().deformation = DeformationOf(*organ.model, organs_.back().mesh.copies());
+    }
+  }
+}
+
+void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
+  if (deformation) {
+    deformation->Deform(shape, mesh.positions(), mesh.normals());
+  } else {
+    mesh.SetVertices(shape.vertices);
   }
 }
 
 void OrganPainter::Draw(const SceneSnapshot& snapshot) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
+  for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].Move(snapshot.organs[o]);
   program_.Use();
   detail_.Bind(kDetailUnit);
   for (std::size_t o = 0; o < organs_.size(); ++o) {
-    organs_[o].mesh.SetVertices(snapshot.organs[o].vertices);
     organs_[o].texture.Bind(kBaseTextureUnit);
     glUniform3fv(base_colour_, 1, organs_[o].colour.data());
     glUniform1f(metres_per_uv_, organs_[o].metres_per_uv);

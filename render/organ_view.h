@@ -1,11 +1,14 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "engine/organ.h"
 #include "engine/snapshots.h"
 #include "engine/surface_mesh.h"
 #include "render/colour.h"
 #include "render/image_file.h"
+#include "render/lattice_deformation.h"
 #include "render/mesh_view.h"
 #include "render/shaders.h"
 #include "render/texture.h"
@@ -18,6 +21,8 @@ struct OrganView {
                                       ///< SceneSnapshot::organs[i].vertices moves.
   const Image* texture = nullptr;     ///< By the mesh's texture coordinates; null: `colour` alone.
   Colour colour = Colour(0.47f, 0.19f, 0.145f);  ///< Without a texture; liver.
+  const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
+  FfdPath ffd = FfdPath::kAuto;
 };
 
 /// The organs on the graphics card. Render thread only.
@@ -37,6 +42,9 @@ class OrganPainter {
     Texture texture;
     Eigen::Vector3f colour;  // linear, multiplies the texture's
     float metres_per_uv;
+    std::unique_ptr<LatticeDeformation> deformation;  // null: the snapshot's vertices
+
+    void Move(const OrganSnapshot& shape);
   };
 
   ShaderProgram program_;

@@ -44,6 +44,7 @@ struct RunOptions {
   double frames_per_second = 2;
   std::string size = "640x480";
   std::string clock = "real";
+  std::string ffd = "auto";
   std::vector<std::string> devices;
   bool film = false;
   bool pictures = true;

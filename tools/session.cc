@@ -244,7 +244,7 @@ std::vector<ToolOptions> Session::DeformationTools() const {
 
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
-  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest()});
+  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest(), .model = &organ});
   return views;
 }
 
