@@ -30,6 +30,8 @@ struct RenderOptions {
   std::filesystem::path frame_folder;     ///< PNG frames go here; empty: none are written.
   double frame_fps = 30;                  ///< Of the PNG frames, in session time.
   std::uint32_t overlays = kOverlayNone;  ///< Or-ed; a window's ViewSettings replace them.
+  const Image* background = nullptr;  ///< On the cavity's wall (cavity_view.h); must outlive the
+                                      ///< loop. Null: a bare wall.
 };
 
 /// What the loop did. Written by the render thread; others read it after the loop has ended.
