@@ -9,6 +9,7 @@
 #include "engine/mesh_import.h"
 #include "haptics/external_device.h"
 #include "haptics/sim_device.h"
+#include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
 #include "tools/report_text.h"
 
@@ -128,7 +129,7 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
       break;
   }
   return std::make_unique<SimDevice>(options.device, kinematics_[instrument],
-                                     SimulatedHand(options.hand, site));
+                                     std::make_unique<SimulatedHand>(options.hand, site));
 }
 
 std::unique_ptr<Device> Session::BuildTraceDevice(std::size_t instrument, const HandSite& site) {
