@@ -31,6 +31,13 @@ LaparoscopeOptions ReadLaparoscope(const TableReader& table) {
   if ((scope.p_target_W - scope.p_scope_W).norm() < 1e-3) {
     table.Fail("target", "is within 1 mm of position", "let the scope look at a point before it");
   }
+  Vector3d trocar = Vector3d::Zero();
+  if (table.ReadVector("trocar", kCoordinate, &trocar)) {
+    scope.p_trocar_W = trocar;
+    if ((trocar - scope.p_scope_W).norm() < 1e-3) {
+      table.Fail("trocar", "is within 1 mm of position", "the shaft goes from one to the other");
+    }
+  }
   int angle_deg = 0;
   table.ReadInteger("angle_deg", 0, 45, &angle_deg);
   if (angle_deg != 0 && angle_deg != 30 && angle_deg != 45) {
@@ -47,6 +54,7 @@ LaparoscopeOptions ReadLaparoscope(const TableReader& table) {
   if (table.ReadNumber("focal_length", {.min = 0.0015, .max = 0.025, .unit = "m"}, &focal_length)) {
     scope.field_of_view = FieldOfView(focal_length);
   }
+  table.ReadNumber("distortion", {.min = -0.3, .max = 0.3, .unit = ""}, &scope.distortion);
   return scope;
 }
 

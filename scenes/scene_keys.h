@@ -59,8 +59,8 @@ inline constexpr std::string_view kTraceKeys[] = {"file", "scale", "rotation_deg
 inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radius",
                                                  "force", "displacement", "pressure",
                                                  "box",   "box_fraction", "sphere"};
-inline constexpr std::string_view kLaparoscopeKeys[] = {"position", "target", "angle_deg",
-                                                        "field_of_view_deg", "focal_length"};
+inline constexpr std::string_view kLaparoscopeKeys[] = {
+    "position", "target", "trocar", "angle_deg", "field_of_view_deg", "focal_length", "distortion"};
 
 struct SceneTable {
   std::string_view path;  ///< As in the file's headers: "organ.lattice"; empty for the file itself.

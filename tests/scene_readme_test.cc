@@ -54,7 +54,9 @@ std::string Dump(const Scene& scene) {
   }
   const LaparoscopeOptions& l = scene.laparoscope;
   out << l.p_scope_W.transpose() << ' ' << l.p_target_W.transpose() << ' ' << l.angle << ' '
-      << l.field_of_view << '\n';
+      << l.field_of_view << ' ' << l.distortion << ' ';
+  if (l.p_trocar_W) out << l.p_trocar_W->transpose();
+  out << '\n';
   return out.str();
 }
 

@@ -114,6 +114,8 @@ sphere = { centre = [0, 1, 0], radius = 0.5 }
 [laparoscope]
 position = [0.1, -0.2, 0.3]
 target = [0.01, 0.02, 0.03]
+trocar = [0.1, -0.25, 0.35]
+distortion = -0.1
 angle_deg = 30
 focal_length = 0.0024
 )");
@@ -222,6 +224,8 @@ focal_length = 0.0024
 
   EXPECT_EQ(s.laparoscope.p_scope_W, Vector3d(0.1, -0.2, 0.3));
   EXPECT_EQ(s.laparoscope.p_target_W, Vector3d(0.01, 0.02, 0.03));
+  EXPECT_EQ(s.laparoscope.p_trocar_W, Vector3d(0.1, -0.25, 0.35));
+  EXPECT_EQ(s.laparoscope.distortion, -0.1);
   EXPECT_DOUBLE_EQ(s.laparoscope.angle, Radians(30));
   // A focal length of half the picture's diameter sees 45 degrees to each side.
   EXPECT_DOUBLE_EQ(s.laparoscope.field_of_view, Radians(90));

@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""Compares how late a session's haptic thread wakes with cyclictest on the same machine.
+"""Compares how late a session's haptic thread wakes with cyclictest, or with itself undisturbed.
 
-    tools/compare_wakeup.py [--pairs 10] [--seconds 30] [--json FILE] [SCENE]
+    tools/compare_wakeup.py [--against cyclictest|no-pictures] [--pairs 10] [--seconds 30]
+                            [--json FILE] [SCENE]
 
-Runs pairs of a whole session (deformation and rendering on) and of `cyclictest -p 80 -i 1000`, the
-order changing from pair to pair, pools each side's wake-ups, and reports the ratio of the p99 with a
-95 % interval: a bootstrap that draws whole pairs, since what disturbs a machine comes in bursts.
-Needs the rights for real-time scheduling (root), the demo's build, and cyclictest:
-apt-get install rt-tests.
+Runs pairs of a whole session (deformation and rendering on) and of `cyclictest -p 80 -i 1000`, or of
+the same session without rendering, the order changing from pair to pair, pools each side's wake-ups,
+and reports the ratio of the p99 with a 95 % interval: a bootstrap that draws whole pairs, since what
+disturbs a machine comes in bursts. Needs the rights for real-time scheduling (root), the demo's
+build, and for cyclictest: apt-get install rt-tests.
 
-Both sides lock their memory, sleep on CLOCK_MONOTONIC until an absolute time and measure how much
+Session and cyclictest lock their memory, sleep on CLOCK_MONOTONIC until an absolute time and measure how much
 later they run. cyclictest's histogram has bins of 1 us, so a session's values are cut to whole
 microseconds as its are; within a bin percentiles are interpolated. Before each session an empty
 loop of its own measures for a second (`baseline`): the same as cyclictest without its program.
@@ -32,10 +33,10 @@ LARGEST_US = 20000  # of cyclictest's histogram; later wake-ups are counted as t
 DRAWS = 4000
 
 
-def run_session(program, scene, seconds, folder):
+def run_session(program, scene, seconds, folder, extra=()):
     """Wake-ups of the session and of its baseline, each {us: count}, and its summary."""
     out = Path(folder) / "session"
-    command = [program, "run", scene, "--seconds", str(seconds), "--fps", "0", "--json"]
+    command = [program, "run", scene, "--seconds", str(seconds), "--fps", "0", "--json", *extra]
     done = subprocess.run(command + ["--require-rt", "--out", out], capture_output=True, text=True)
     if done.returncode != 0:
         raise SystemExit(done.stderr.strip() or f"{program}: exit {done.returncode}")
@@ -109,6 +110,7 @@ def interval(pairs):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", default=str(ROOT / "scenes" / "liver_palpation.toml"))
+    parser.add_argument("--against", choices=["cyclictest", "no-pictures"], default="cyclictest")
     parser.add_argument("--pairs", type=int, default=10)
     parser.add_argument("--seconds", type=int, default=30, help="length of each run")
     parser.add_argument("--json", metavar="FILE", help="write all figures to FILE")
@@ -116,20 +118,28 @@ def main():
     options = parser.parse_args()
     if options.pairs < 1 or options.seconds < 1:
         parser.error("--pairs and --seconds: at least 1")
-    if shutil.which("cyclictest") is None:
+    other = options.against
+    if other == "cyclictest" and shutil.which("cyclictest") is None:
         raise SystemExit("cyclictest is not installed: apt-get install rt-tests")
     if not os.access(options.hpdm, os.X_OK):
         raise SystemExit(f"{options.hpdm}: not built; run tools/demo.sh, or name it by --hpdm")
 
     pairs, baselines, rows = [], [], []
     with tempfile.TemporaryDirectory() as folder:
+
+        def run_other():
+            if other == "cyclictest":
+                return run_cyclictest(options.seconds)
+            extra = ["--no-pictures"]
+            return run_session(options.hpdm, options.scene, options.seconds, folder, extra)[0]
+
         for number in range(options.pairs):
             load = os.getloadavg()[0]
-            first = run_cyclictest(options.seconds) if number % 2 else None
+            first = run_other() if number % 2 else None
             ours, baseline, session = run_session(
                 options.hpdm, options.scene, options.seconds, folder
             )
-            theirs = first or run_cyclictest(options.seconds)
+            theirs = first or run_other()
             pairs.append((ours, theirs))
             baselines.append(baseline)
             rows.append(
@@ -138,20 +148,20 @@ def main():
                     "stolen_s": session["machine"]["stolen_s"],
                     "skipped": session["haptic"]["skipped"],
                     "session": summary(ours),
-                    "cyclictest": summary(theirs),
+                    other: summary(theirs),
                     "baseline": summary(baseline),
                 }
             )
             print(
                 f"pair {number + 1}: p99 {rows[-1]['session']['p99_us']} us,"
-                f" cyclictest {rows[-1]['cyclictest']['p99_us']} us, load {load:.1f}",
+                f" {other} {rows[-1][other]['p99_us']} us, load {load:.1f}",
                 file=sys.stderr,
             )
     figures = {
         "scene": options.scene,
         "seconds": options.seconds,
         "session": summary(pool(p[0] for p in pairs)),
-        "cyclictest": summary(pool(p[1] for p in pairs)),
+        other: summary(pool(p[1] for p in pairs)),
         "baseline": summary(pool(baselines)),
         "p99_ratio": round(p99_ratio(pairs), 3),
         "p99_ratio_95": interval(pairs),
@@ -160,12 +170,12 @@ def main():
     if options.json:
         Path(options.json).write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
     print("wake-up late by (us)      p50     p90     p99   p99.9     max")
-    for name in ("session", "cyclictest", "baseline"):
+    for name in ("session", other, "baseline"):
         cells = [figures[name][k] for k in ("p50_us", "p90_us", "p99_us", "p99_9_us", "max_us")]
         print(f"{name:20}" + "".join(f"{cell:8.1f}" for cell in cells))
     low, high = figures["p99_ratio_95"]
     print(
-        f"p99 of the session over cyclictest's: {figures['p99_ratio']:.2f}"
+        f"p99 of the session over that of {other}: {figures['p99_ratio']:.2f}"
         f" ({low:.2f} to {high:.2f}, 95 %, {len(pairs)} pairs of {options.seconds} s)"
     )
 

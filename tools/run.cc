@@ -22,6 +22,7 @@
 #include "render/egl_context.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
+#include "tools/film.h"
 #include "tools/json_figures.h"
 #include "tools/latency_table.h"
 #include "tools/lockstep.h"
@@ -44,6 +45,8 @@ struct RunOptions {
   std::string size = "640x480";
   std::string clock = "real";
   std::vector<std::string> devices;
+  bool film = false;
+  bool pictures = true;
   bool headless = false;
   bool window = false;
   bool live = false;
@@ -117,6 +120,7 @@ struct Loops {
   DeviceLink* link;  // null without external devices
   const StopSignals& signals;
   std::uint64_t end_tick;
+  bool pictures;  // false: the render loop never starts
 };
 
 // The real clock, one thread a loop:
@@ -155,7 +159,10 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
     });
   }
   std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
-  std::jthread render_thread([&](std::stop_token stop) { loops.render.Run(stop); });
+  std::jthread render_thread;
+  if (loops.pictures) {
+    render_thread = std::jthread([&](std::stop_token stop) { loops.render.Run(stop); });
+  }
   std::jthread deformation_thread([&](std::stop_token stop) {
     deformation = RequestRealtime(DeformationRealtime());
     start.arrive_and_wait();
@@ -203,7 +210,7 @@ RunRecord RunInLockstep(const Loops& loops) {
     if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
     if (clock.StepIfDue()) {
       ++record.deformation.ticks;
-      loops.render.Frame();
+      if (loops.pictures) loops.render.Frame();
       loops.telemetry.Drain();
       record.interrupted = loops.signals.WaitFor(0);
     }
@@ -271,7 +278,7 @@ void Run(const RunOptions& options) {
   const double seconds = options.seconds > 0 ? options.seconds : ToSeconds(session.trace_length());
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
-  EglContext();  // a machine that cannot draw says so before the session starts
+  if (options.pictures) EglContext();  // a machine that cannot draw says so before the session
   const MachineState machine = TryMachine(options, session.haptic_period_ns());
   const SessionClock clock;
   std::optional<DeviceLink> link;
@@ -282,7 +289,7 @@ void Run(const RunOptions& options) {
   const SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene());
-  if (options.frames_per_second > 0) {
+  if (options.pictures && options.frames_per_second > 0) {
     render_options.frame_folder = folder.File("frames");
     render_options.frame_fps = options.frames_per_second;
   }
@@ -307,8 +314,8 @@ void Run(const RunOptions& options) {
       seconds > 0
           ? static_cast<std::uint64_t>(std::llround(seconds * session.scene().timing.haptic_hz))
           : std::numeric_limits<std::uint64_t>::max();
-  const Loops loops{session, haptics, deformation, render, telemetry, link ? &*link : nullptr,
-                    signals, end_tick};
+  const Loops loops{session, haptics,  deformation,     render, telemetry, link ? &*link : nullptr,
+                    signals, end_tick, options.pictures};
   const RunRecord record =
       options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, machine, clock);
 
@@ -327,6 +334,11 @@ void Run(const RunOptions& options) {
     const std::string missing = RunPlotScript(script, {folder.File(table), folder.File(picture)});
     if (!missing.empty()) std::cerr << "hpdm: note: " << picture << ": " << missing << "\n";
   };
+  if (options.film && render.frames_written() > 0) {
+    const std::string missing =
+        MakeFilm(render_options.frame_folder, options.frames_per_second, folder.File("film.mp4"));
+    if (!missing.empty()) std::cerr << "hpdm: note: film.mp4: " << missing << "\n";
+  }
   plot(kPlotTimelineScript, "timeline.csv", "timeline.png");
   if (!options.Lockstep()) {
     keep([&] {
@@ -335,14 +347,15 @@ void Run(const RunOptions& options) {
     });
     plot(kPlotLatencyScript, "latency.csv", "latency.png");
   }
-  const nlohmann::ordered_json summary = RunSummary(session, record, telemetry.Summary(), &render);
+  const nlohmann::ordered_json summary =
+      RunSummary(session, record, telemetry.Summary(), options.pictures ? &render : nullptr);
   keep([&] { WriteTextFile(folder.File("summary.json"), JsonText(summary) + "\n"); });
   if (options.json) {
     std::cout << JsonText(summary) << "\n";
   } else {
-    std::cout << ReadableSummary(summary) << "session folder: " << folder.path().string()
-              << " (deepest.png, timeline.png, " << (options.Lockstep() ? "" : "latency.png, ")
-              << "summary.json, session.lcmlog)\n";
+    std::cout << ReadableSummary(summary) << "session folder: " << folder.path().string() << " ("
+              << (options.pictures ? "deepest.png, " : "") << "timeline.png, "
+              << (options.Lockstep() ? "" : "latency.png, ") << "summary.json, session.lcmlog)\n";
   }
   if (!not_kept.empty()) throw InputError(folder.path().string() + ": incomplete: " + not_kept);
 }
@@ -363,6 +376,10 @@ void AddRunCommand(CLI::App& app) {
                   "Pictures a second kept in frames/; 0 keeps none")
       ->check(CLI::Range(0.0, 240.0))
       ->capture_default_str();
+  run->add_flag(
+      "--film", options->film,
+      "Make film.mp4 of the pictures in frames/, with ffmpeg; take --fps 30 for a smooth one");
+  run->add_flag("!--no-pictures", options->pictures, "Draw nothing");
   run->add_option("--size", options->size, "Picture, WIDTHxHEIGHT")->capture_default_str();
   run->add_option("--clock", options->clock, "real, or lockstep: one thread, virtual time")
       ->check(CLI::IsMember({"real", "lockstep"}))

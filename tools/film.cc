@@ -1,0 +1,46 @@
+#include "tools/film.h"
+
+#include "engine/error.h"
+#include "tools/child_process.h"
+#include "tools/report_text.h"
+
+namespace hpdm {
+
+std::string MakeFilm(const std::filesystem::path& frames, double fps,
+                     const std::filesystem::path& film) {
+  const std::string rate = Format("%g", fps);
+  int exit_code = 0;
+  try {
+    // The widespread 4:2:0 sampling needs even sides. "file:" keeps a name from being an option or
+    // a protocol.
+    exit_code = RunChild({"ffmpeg",
+                          "-nostdin",
+                          "-y",
+                          "-framerate",
+                          rate,
+                          "-i",
+                          "file:" + (frames / "frame_%06d.png").string(),
+                          "-vf",
+                          "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                          "-c:v",
+                          "libx264",
+                          "-preset",
+                          "veryfast",
+                          "-crf",
+                          "20",
+                          "-pix_fmt",
+                          "yuv420p",
+                          "-movflags",
+                          "+faststart",
+                          "file:" + film.string()});
+  } catch (const MachineError& error) {
+    return std::string("not made (") + error.what() +
+           "); install the package ffmpeg; the frames are in " + frames.string();
+  }
+  if (exit_code == 0) return {};
+  std::error_code ignored;
+  std::filesystem::remove(film, ignored);  // half a film
+  return Format("not made (ffmpeg ended with %d); the frames are in ", exit_code) + frames.string();
+}
+
+}  // namespace hpdm
