@@ -21,6 +21,9 @@ GlObject::GlObject(GlKind kind) : kind_(kind) {
     case GlKind::kProgram:
       name_ = glCreateProgram();
       break;
+    case GlKind::kTexture:
+      glGenTextures(1, &name_);
+      break;
   }
 }
 
@@ -41,6 +44,9 @@ GlObject::~GlObject() {
       break;
     case GlKind::kProgram:
       glDeleteProgram(name_);
+      break;
+    case GlKind::kTexture:
+      glDeleteTextures(1, &name_);
       break;
   }
 }

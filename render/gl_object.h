@@ -4,7 +4,7 @@
 
 namespace hpdm {
 
-enum class GlKind { kBuffer, kVertexArray, kFramebuffer, kRenderbuffer, kProgram };
+enum class GlKind { kBuffer, kVertexArray, kFramebuffer, kRenderbuffer, kProgram, kTexture };
 
 /// One OpenGL object, owned: created with the value, deleted with it. Made, used and destroyed on
 /// the thread of its context.

@@ -12,21 +12,20 @@
 namespace hpdm {
 namespace {
 
-GLsizeiptr ByteCount(const PointsF& points) {
-  return static_cast<GLsizeiptr>(points.size()) * static_cast<GLsizeiptr>(sizeof(float));
-}
-
-void SetInput(GLuint index, const GlObject& buffer) {
+void SetInput(GLuint index, const GlObject& buffer, int components) {
   glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
-  glVertexAttribPointer(index, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+  glVertexAttribPointer(index, components, GL_FLOAT, GL_FALSE, 0, nullptr);
   glEnableVertexAttribArray(index);
 }
 
 /// New storage each time, so that the driver need not wait until the last frame has let go of the
 /// old one.
-void Replace(const GlObject& buffer, const PointsF& points) {
+template <typename Matrix>
+void Replace(const GlObject& buffer, const Matrix& values) {
   glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
-  glBufferData(GL_ARRAY_BUFFER, ByteCount(points), points.data(), GL_STREAM_DRAW);
+  glBufferData(GL_ARRAY_BUFFER,
+               static_cast<GLsizeiptr>(values.size()) * static_cast<GLsizeiptr>(sizeof(float)),
+               values.data(), GL_STREAM_DRAW);
 }
 
 }  // namespace
@@ -104,42 +103,62 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease) {
 }
 
 MeshView::MeshView(const SurfaceMesh& rest)
-    : closed_(IsClosed(rest)), triangles_(rest.triangles), rest_(rest.vertices.cast<float>()) {
-  VertexNormalsF(rest_, triangles_, &normals_);
-  CreateLayout();
+    : closed_(IsClosed(rest)), triangles_(rest.triangles), vertex_count_(rest.vertices.rows()) {
+  const SeamedMesh seamed = CutSeams(rest);
+  copies_ = seamed.copies;
+  const PointsF vertices = rest.vertices.cast<float>();
+  VertexNormalsF(vertices, triangles_, &normals_);
+  Replace(rest_buffer_, WithCopies(vertices));
+  Replace(coordinate_buffer_, seamed.texture_coordinates);
+  Upload(vertices);
+  CreateLayout(seamed.triangles);
 }
 
 MeshView::MeshView(const CreasedMesh& creased)
     : closed_(creased.closed),
       triangles_(creased.mesh.triangles),
-      rest_(creased.mesh.vertices.cast<float>()),
+      vertex_count_(creased.mesh.vertices.rows()),
       normals_(creased.normals) {
-  CreateLayout();
+  const PointsF vertices = creased.mesh.vertices.cast<float>();
+  Replace(rest_buffer_, vertices);
+  Replace(coordinate_buffer_, CutSeams(creased.mesh).texture_coordinates);
+  Upload(vertices);
+  CreateLayout(triangles_);
 }
 
-void MeshView::CreateLayout() {
-  Upload(rest_, normals_);
-  Replace(rest_buffer_, rest_);
+void MeshView::CreateLayout(const Triangles& drawn) {
   glBindVertexArray(layout_.name());
-  SetInput(0, position_buffer_);
-  SetInput(1, normal_buffer_);
-  SetInput(2, rest_buffer_);
+  SetInput(0, position_buffer_, 3);
+  SetInput(1, normal_buffer_, 3);
+  SetInput(2, rest_buffer_, 3);
+  SetInput(3, coordinate_buffer_, 2);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer_.name());
   glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-               static_cast<GLsizeiptr>(triangles_.size()) * static_cast<GLsizeiptr>(sizeof(int)),
-               triangles_.data(), GL_STATIC_DRAW);
+               static_cast<GLsizeiptr>(drawn.size()) * static_cast<GLsizeiptr>(sizeof(int)),
+               drawn.data(), GL_STATIC_DRAW);
   glBindVertexArray(0);
 }
 
-void MeshView::Upload(const PointsF& vertices, const PointsF& normals) {
-  Replace(position_buffer_, vertices);
-  Replace(normal_buffer_, normals);
+const PointsF& MeshView::WithCopies(const PointsF& values) {
+  if (copies_.empty()) return values;
+  const auto copy_count = static_cast<Eigen::Index>(copies_.size());
+  with_copies_.resize(vertex_count_ + copy_count, 3);
+  with_copies_.topRows(vertex_count_) = values;
+  for (Eigen::Index c = 0; c < copy_count; ++c) {
+    with_copies_.row(vertex_count_ + c) = values.row(copies_[c]);
+  }
+  return with_copies_;
+}
+
+void MeshView::Upload(const PointsF& vertices) {
+  Replace(position_buffer_, WithCopies(vertices));
+  Replace(normal_buffer_, WithCopies(normals_));
 }
 
 void MeshView::SetVertices(const PointsF& vertices) {
-  HPDM_CHECK(vertices.rows() == rest_.rows());
+  HPDM_CHECK(vertices.rows() == vertex_count_);
   VertexNormalsF(vertices, triangles_, &normals_);
-  Upload(vertices, normals_);
+  Upload(vertices);
 }
 
 void MeshView::Draw() const {

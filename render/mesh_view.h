@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "engine/surface_mesh.h"
 #include "render/gl_object.h"
+#include "render/seams.h"
 
 namespace hpdm {
 
@@ -32,7 +34,8 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 /// replaced when the mesh deforms. Render thread only.
 ///
 /// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 2
-/// rest position (the frame of the tissue's pattern). 3 is left to texture coordinates.
+/// rest position (the frame of the tissue's pattern), 3 texture coordinates (0 without). Vertices
+/// on a seam of the texture are drawn once a side of it (seams.h), with one normal.
 ///
 /// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
 /// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
@@ -52,17 +55,21 @@ class MeshView {
   void Draw() const;
 
  private:
-  void Upload(const PointsF& vertices, const PointsF& normals);
-  void CreateLayout();
+  void Upload(const PointsF& vertices);
+  void CreateLayout(const Triangles& drawn);
+  const PointsF& WithCopies(const PointsF& values);
 
   bool closed_;
-  Triangles triangles_;  // F x 3
-  PointsF rest_;         // V x 3
-  PointsF normals_;      // V x 3
+  Triangles triangles_;        // F x 3, over the V vertices
+  Eigen::Index vertex_count_;  // V
+  std::vector<int> copies_;    // SeamedMesh::copies
+  PointsF normals_;            // V x 3
+  PointsF with_copies_;        // R x 3, scratch
   GlObject layout_{GlKind::kVertexArray};
   GlObject position_buffer_{GlKind::kBuffer};
   GlObject normal_buffer_{GlKind::kBuffer};
   GlObject rest_buffer_{GlKind::kBuffer};
+  GlObject coordinate_buffer_{GlKind::kBuffer};
   GlObject index_buffer_{GlKind::kBuffer};
 };
 

@@ -76,4 +76,9 @@ void ShaderProgram::BindBlock(const char* block, unsigned binding) const {
   glUniformBlockBinding(program_.name(), index, binding);
 }
 
+void ShaderProgram::BindTexture(const char* sampler, int unit) const {
+  Use();
+  glUniform1i(Uniform(sampler), unit);
+}
+
 }  // namespace hpdm

@@ -20,6 +20,9 @@ class ShaderProgram {
   int Uniform(const char* uniform) const;
   /// Connects a uniform block to a binding point. An unknown name is a bug.
   void BindBlock(const char* block, unsigned binding) const;
+  /// Lets a sampler read the texture unit. Makes the program the one in use. An unknown name is a
+  /// bug.
+  void BindTexture(const char* sampler, int unit) const;
 
  private:
   std::string name_;

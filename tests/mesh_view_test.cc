@@ -54,6 +54,28 @@ TEST(MeshView, CutsKeepTheFacesOfACubeFlat) {
   }
 }
 
+TEST(MeshView, SeamsRepeatOnlyTheVerticesWhoseCornersDiffer) {
+  SurfaceMesh mesh = Cube();
+  EXPECT_TRUE(CutSeams(mesh).copies.empty());
+  // Flat from above: one coordinate a vertex, and no seam.
+  mesh.texture_coordinates.resize(36, 2);
+  for (int c = 0; c < 36; ++c) {
+    mesh.texture_coordinates.row(c) = mesh.vertices.row(mesh.triangles(c / 3, c % 3)).leftCols<2>();
+  }
+  EXPECT_TRUE(CutSeams(mesh).copies.empty());
+  // The top (triangles 2 and 3, vertices 4 to 7) elsewhere in the atlas: its four vertices twice.
+  mesh.texture_coordinates.middleRows(6, 6).array() += 2.0;
+  const SeamedMesh seamed = CutSeams(mesh);
+  ASSERT_EQ(seamed.copies.size(), 4u);
+  ASSERT_EQ(seamed.texture_coordinates.rows(), 12);
+  for (int c = 0; c < 36; ++c) {
+    const int drawn = seamed.triangles(c / 3, c % 3);
+    EXPECT_EQ(drawn < 8 ? drawn : seamed.copies[drawn - 8], mesh.triangles(c / 3, c % 3));
+    EXPECT_EQ(seamed.texture_coordinates.row(drawn).cast<double>(),
+              mesh.texture_coordinates.row(c));
+  }
+}
+
 TEST(MeshView, ACapsuleIsClosedAndOnItsRadii) {
   for (const double tip : {0.002, 0.0025, 0.005}) {
     const SurfaceMesh mesh = CapsuleMesh(tip, 0.0025, 0.3);

@@ -1,22 +1,6 @@
-#include "render/shader_sources.h"
+#include "render/lighting.h"
 
 namespace hpdm::glsl {
-
-const char* const kFrame = R"glsl(
-const int kMaxTools = 2;
-layout(std140) uniform Frame {
-  mat4 clip_from_world;
-  vec4 lens_W;                   // position
-  vec4 light_W;                  // position; w: intensity, m^2
-  vec4 axis_W;                   // unit viewing axis
-  vec4 right_W;                  // the ray of clip position (x, y) is axis + x right + y up
-  vec4 up_W;
-  vec4 circle_px;                // centre, radius, width of the soft edge
-  vec4 cavity_W;                 // sphere around the scene: centre, radius
-  vec4 tool_tip_W[kMaxTools];    // position; w: radius of the tip, 0 without a tool
-  vec4 tool_axis_W[kMaxTools];   // unit, from the tip along the shaft; w: radius of the shaft
-};
-)glsl";
 
 const char* const kLight = R"glsl(
 // Of the light at p: to_light is the unit direction.
@@ -142,103 +126,6 @@ vec3 ShadeTissue(vec3 p, vec3 normal, vec3 pattern, vec3 base, float wetness) {
                (3.0 * Lobe(n_h, l_h, 0.27) + 4.0 * Lobe(n_h, l_h, 0.55));
   return (albedo * (1.25 * irradiance * diffuse + ambient) + wetness * irradiance * film) * open;
 }
-)glsl";
-
-const char* const kMeshVertex = R"glsl(
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 rest;
-uniform mat4 world_from_mesh;   // rigid
-out vec3 p_W;
-out vec3 normal_W;
-out vec3 pattern;
-void main() {
-  vec4 p = world_from_mesh * vec4(position, 1.0);
-  p_W = p.xyz;
-  normal_W = mat3(world_from_mesh) * normal;
-  pattern = rest;
-  gl_Position = clip_from_world * p;
-}
-)glsl";
-
-const char* const kOrganMain = R"glsl(
-in vec3 p_W;
-in vec3 normal_W;
-in vec3 pattern;
-uniform vec3 base_colour;
-out vec4 colour;
-void main() { colour = Encode(ShadeTissue(p_W, normal_W, pattern, base_colour, 1.0)); }
-)glsl";
-
-const char* const kMetalMain = R"glsl(
-in vec3 p_W;
-in vec3 normal_W;
-in vec3 pattern;
-uniform vec3 base_colour;
-out vec4 colour;
-void main() {
-  vec3 to_lens = normalize(lens_W.xyz - p_W);
-  vec3 n = normalize(normal_W);
-  n = faceforward(n, -to_lens, n);
-  vec3 to_light;
-  float irradiance = Irradiance(p_W, to_light);
-  float n_l = max(dot(n, to_light), 0.0);
-  // The surrounding it mirrors: red tissue, lit where the mirrored ray goes along the light.
-  vec3 mirrored = reflect(-to_lens, n);
-  float lit = 0.5 + 0.5 * dot(mirrored, axis_W.xyz);
-  vec3 surrounding = mix(vec3(0.03, 0.015, 0.015), vec3(0.16, 0.11, 0.10), lit * lit);
-  vec3 h = normalize(to_light + to_lens);
-  float l_h = max(dot(to_light, h), 0.0);
-  vec3 radiance = base_colour * (0.28 * irradiance * n_l * n_l + surrounding) +
-                  base_colour * 2.5 * irradiance * n_l * Fresnel(0.6, l_h) *
-                      Lobe(max(dot(n, h), 0.0), l_h, 0.36);
-  colour = Encode(radiance);
-}
-)glsl";
-
-const char* const kCavityVertex = R"glsl(
-out vec3 ray_W;
-void main() {
-  vec2 clip = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  ray_W = axis_W.xyz + clip.x * right_W.xyz + clip.y * up_W.xyz;
-  gl_Position = vec4(clip, 1.0, 1.0);
-}
-)glsl";
-
-const char* const kCavityMain = R"glsl(
-in vec3 ray_W;
-out vec4 colour;
-// The abdomen's wall: the inside of a sphere around the scope and the scene, in large soft folds.
-void main() {
-  vec3 ray = normalize(ray_W);
-  vec3 from_centre = lens_W.xyz - cavity_W.xyz;
-  float b = dot(from_centre, ray);
-  float c = dot(from_centre, from_centre) - cavity_W.w * cavity_W.w;
-  vec3 p = lens_W.xyz + (sqrt(max(b * b - c, 0.0)) - b) * ray;
-  vec3 inwards = (cavity_W.xyz - p) / cavity_W.w;
-  vec4 fold = Noise(p / 0.07 + 5.0);
-  float folds = fold.w;
-  vec3 n = Bump(p, inwards, p, 0.35 * fold.xyz);
-  vec3 base = mix(vec3(0.20, 0.045, 0.035), vec3(0.33, 0.12, 0.075), smoothstep(0.45, 0.75, folds));
-  colour = Encode(0.55 * ShadeTissue(p, n, p, base, 0.4));
-}
-)glsl";
-
-const char* const kSurroundVertex = R"glsl(
-// Vertex pairs around the circle: even ones just outside its soft edge, odd ones off the picture.
-void main() {
-  float angle = 6.2831853 * float(gl_VertexID / 2) / 96.0;
-  // The chord of 1/96 of a turn runs inside its circle by less than 0.06 %.
-  float radius = (circle_px.z + 0.5 * circle_px.w) * 1.001;
-  radius = gl_VertexID % 2 == 0 ? radius : 2.0 * (circle_px.x + circle_px.y);
-  vec2 from_centre = radius * vec2(cos(angle), sin(angle));
-  gl_Position = vec4(from_centre / circle_px.xy, -1.0, 1.0);
-}
-)glsl";
-
-const char* const kSurroundMain = R"glsl(
-out vec4 colour;
-void main() { colour = vec4(0.0, 0.0, 0.0, 1.0); }
 )glsl";
 
 }  // namespace hpdm::glsl

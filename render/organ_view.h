@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/snapshots.h"
+#include "engine/surface_mesh.h"
+#include "render/colour.h"
+#include "render/image_file.h"
+#include "render/mesh_view.h"
+#include "render/shaders.h"
+#include "render/texture.h"
+
+namespace hpdm {
+
+/// An organ to draw. What it points to must outlive the view.
+struct OrganView {
+  const SurfaceMesh* rest = nullptr;  ///< Posed rest surface in the world, m: the vertices that
+                                      ///< SceneSnapshot::organs[i].vertices moves.
+  const Image* texture = nullptr;     ///< By the mesh's texture coordinates; null: `colour` alone.
+  Colour colour = Colour(0.47f, 0.19f, 0.145f);  ///< Without a texture; liver.
+};
+
+/// The organs on the graphics card. Render thread only.
+class OrganPainter {
+ public:
+  /// Compiles the program and uploads meshes and textures. Throws MachineError when the driver
+  /// refuses the shader. A texture for a mesh without texture coordinates is a bug.
+  explicit OrganPainter(const std::vector<OrganView>& organs);
+
+  /// Draws the organs where the snapshot has them. Fewer organs or another number of vertices than
+  /// at construction are a bug. Allocates nothing.
+  void Draw(const SceneSnapshot& snapshot);
+
+ private:
+  struct Organ {
+    MeshView mesh;
+    Texture texture;
+    Eigen::Vector3f colour;  // linear, multiplies the texture's
+  };
+
+  ShaderProgram program_;
+  int base_colour_;
+  std::vector<Organ> organs_;
+};
+
+}  // namespace hpdm
