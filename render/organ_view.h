@@ -36,10 +36,13 @@ class OrganPainter {
     MeshView mesh;
     Texture texture;
     Eigen::Vector3f colour;  // linear, multiplies the texture's
+    float metres_per_uv;
   };
 
   ShaderProgram program_;
   int base_colour_;
+  int metres_per_uv_;
+  Texture detail_;
   std::vector<Organ> organs_;
 };
 

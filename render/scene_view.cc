@@ -5,7 +5,8 @@
 namespace hpdm {
 
 SceneView::SceneView(const std::vector<OrganView>& organs,
-                     const std::vector<InstrumentView>& instruments, const Image* background)
+                     const std::vector<InstrumentView>& instruments, const Image* background,
+                     const SceneViewOptions&)
     : organs_(organs), instruments_(instruments), cavity_(background) {}
 
 void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
