@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <string>
+
 #include "engine/check.h"
 #include "render/frame_uniforms.h"
 #include "render/lighting.h"
@@ -58,6 +60,19 @@ const Image& White() {
   return white;
 }
 
+// Of the mesh's vertices and those that seams repeat.
+std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
+                                                  const std::vector<int>& copies) {
+  const Eigen::Index count = model.rest().vertices.rows();
+  Points rest(count + static_cast<Eigen::Index>(copies.size()), 3), normals(rest.rows(), 3);
+  for (Eigen::Index row = 0; row < rest.rows(); ++row) {
+    const Eigen::Index vertex = row < count ? row : copies[static_cast<std::size_t>(row - count)];
+    rest.row(row) = model.rest().vertices.row(vertex);
+    normals.row(row) = model.rest_normals().row(vertex);
+  }
+  return std::make_unique<LatticeDeformation>(model, rest, normals);
+}
+
 }  // namespace
 
 OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
@@ -73,6 +88,7 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
   program_.BindTexture("tissue_detail", kDetailUnit);
   program_.BindTexture("openness", kOcclusionUnit);
   depth_program_.BindBlock("Frame", FrameBlock::kBinding);
+  const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   organs_.reserve(organs.size());
   for (const OrganView& organ : organs) {
     const bool textured = organ.texture != nullptr;
@@ -80,15 +96,24 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     const SurfaceMesh mesh = WithCoordinates(*organ.rest);
     organs_.push_back({MeshView(mesh), Texture(textured ? *organ.texture : White()),
                        textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
-                       static_cast<float>(MetresPerCoordinate(mesh))});
+                       static_cast<float>(MetresPerCoordinate(mesh)), nullptr});
+    if (organ.model != nullptr && UsesShader(organ.ffd, renderer, *organ.model)) {
+      organs_.back().deformation = DeformationOf(*organ.model, organs_.back().mesh.copies());
+    }
+  }
+}
+
+void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
+  if (deformation) {
+    deformation->Deform(shape, mesh.positions(), mesh.normals());
+  } else {
+    mesh.SetVertices(shape.vertices);
   }
 }
 
 void OrganPainter::Move(const SceneSnapshot& snapshot) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
-  for (std::size_t o = 0; o < organs_.size(); ++o) {
-    organs_[o].mesh.SetVertices(snapshot.organs[o].vertices);
-  }
+  for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].Move(snapshot.organs[o]);
 }
 
 void OrganPainter::DrawDepth() const {

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "engine/organ.h"
 #include "engine/snapshots.h"
 #include "engine/surface_mesh.h"
 #include "render/colour.h"
 #include "render/image_file.h"
+#include "render/lattice_deformation.h"
 #include "render/mesh_view.h"
 #include "render/occlusion.h"
 #include "render/shaders.h"
@@ -19,6 +22,8 @@ struct OrganView {
                                       ///< SceneSnapshot::organs[i].vertices moves.
   const Image* texture = nullptr;     ///< By the mesh's texture coordinates; null: `colour` alone.
   Colour colour = Colour(0.40f, 0.155f, 0.125f);  ///< Without a texture; liver.
+  const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
+  FfdPath ffd = FfdPath::kAuto;
 };
 
 /// The organs on the graphics card. Render thread only.
@@ -44,6 +49,9 @@ class OrganPainter {
     Texture texture;
     Eigen::Vector3f colour;  // linear, multiplies the texture's
     float metres_per_uv;
+    std::unique_ptr<LatticeDeformation> deformation;  // null: the snapshot's vertices
+
+    void Move(const OrganSnapshot& shape);
   };
 
   ShaderProgram program_;

@@ -44,6 +44,7 @@ struct RunOptions {
   double frames_per_second = 2;
   std::string size = "640x480";
   std::string clock = "real";
+  std::string ffd = "auto";
   std::vector<std::string> devices;
   bool film = false;
   bool pictures = true;
@@ -305,8 +306,8 @@ void Run(const RunOptions& options) {
                               stopwatch);
   RenderLoop render(
       session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
-      *session.render_scenes, stopwatch ? stopwatch : [] { return Nanoseconds{0}; },
-      options.Lockstep() ? nullptr : &session.frames);
+      {*session.render_scenes, options.Lockstep() ? nullptr : &session.frames},
+      stopwatch ? stopwatch : [] { return Nanoseconds{0}; });
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),
                           TelemetryOptionsOf(options, machine, folder, &session), session.Info());

@@ -244,7 +244,7 @@ std::vector<ToolOptions> Session::DeformationTools() const {
 
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
-  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest()});
+  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest(), .model = &organ});
   return views;
 }
 
@@ -252,9 +252,10 @@ std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
     const bool drawn_as_capsule = instrument_meshes_[i].vertices.rows() == 0;
-    views.push_back({.mesh = drawn_as_capsule ? nullptr : &instrument_meshes_[i],
-                     .tip_radius = scene_.instruments[i].tip_radius,
-                     .shaft_radius = scene_.instruments[i].shaft_radius});
+    InstrumentView& view = views.emplace_back();
+    if (!drawn_as_capsule) view.parts.push_back({.mesh = &instrument_meshes_[i]});
+    view.tip_radius = scene_.instruments[i].tip_radius;
+    view.shaft_radius = scene_.instruments[i].shaft_radius;
   }
   return views;
 }
