@@ -34,6 +34,7 @@ in vec2 uv;
 uniform vec3 base_colour;
 uniform float metres_per_uv;
 uniform sampler2D base_texture;
+uniform sampler2D openness;   // by position in the picture
 out vec4 colour;
 void main() {
   vec3 to_lens = normalize(lens_W.xyz - p_W);
@@ -43,12 +44,16 @@ void main() {
   Detail detail = DetailAt(m);
   vec3 rough = Raised(p_W, n, m, detail.slope);
   vec3 albedo = base_colour * texture(base_texture, uv).rgb * (0.86 + 0.28 * detail.height);
-  colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * Openness(p_W, n));
+  float open = Openness(p_W, n) * texture(openness, 0.5 * gl_FragCoord.xy / circle_px.xy).r;
+  colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * open);
 }
 )glsl";
 
+constexpr const char* kDepthFragment = "void main() {}\n";
+
 constexpr int kBaseTextureUnit = 0;
 constexpr int kDetailUnit = 1;
+constexpr int kOcclusionUnit = 2;
 
 const Image& White() {
   static const Image white{1, 1, {255, 255, 255}};
@@ -73,12 +78,16 @@ std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
 OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     : program_("organ", {glsl::kFrame, kVertex},
                {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kFragment}),
+      depth_program_("organ depth", {glsl::kFrame, kVertex}, {kDepthFragment}),
       base_colour_(program_.Uniform("base_colour")),
       metres_per_uv_(program_.Uniform("metres_per_uv")),
-      detail_(TissueDetail()) {
+      detail_(TissueDetail()),
+      no_occlusion_(White()) {
   program_.BindBlock("Frame", FrameBlock::kBinding);
   program_.BindTexture("base_texture", kBaseTextureUnit);
   program_.BindTexture("tissue_detail", kDetailUnit);
+  program_.BindTexture("openness", kOcclusionUnit);
+  depth_program_.BindBlock("Frame", FrameBlock::kBinding);
   const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   organs_.reserve(organs.size());
   for (const OrganView& organ : organs) {
@@ -102,16 +111,29 @@ void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
   }
 }
 
-void OrganPainter::Draw(const SceneSnapshot& snapshot) {
+void OrganPainter::Move(const SceneSnapshot& snapshot) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
   for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].Move(snapshot.organs[o]);
+}
+
+void OrganPainter::DrawDepth() const {
+  depth_program_.Use();
+  for (const Organ& organ : organs_) organ.mesh.Draw();
+}
+
+void OrganPainter::Draw(const Occlusion* occlusion) const {
   program_.Use();
   detail_.Bind(kDetailUnit);
-  for (std::size_t o = 0; o < organs_.size(); ++o) {
-    organs_[o].texture.Bind(kBaseTextureUnit);
-    glUniform3fv(base_colour_, 1, organs_[o].colour.data());
-    glUniform1f(metres_per_uv_, organs_[o].metres_per_uv);
-    organs_[o].mesh.Draw();
+  if (occlusion != nullptr) {
+    occlusion->Bind(kOcclusionUnit);
+  } else {
+    no_occlusion_.Bind(kOcclusionUnit);
+  }
+  for (const Organ& organ : organs_) {
+    organ.texture.Bind(kBaseTextureUnit);
+    glUniform3fv(base_colour_, 1, organ.colour.data());
+    glUniform1f(metres_per_uv_, organ.metres_per_uv);
+    organ.mesh.Draw();
   }
 }
 
