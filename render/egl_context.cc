@@ -56,25 +56,6 @@ std::string EglError(const char* call) {
   return text;
 }
 
-const char* GlErrorName(GLenum error) {
-  switch (error) {
-    case GL_INVALID_ENUM:
-      return "GL_INVALID_ENUM";
-    case GL_INVALID_VALUE:
-      return "GL_INVALID_VALUE";
-    case GL_INVALID_OPERATION:
-      return "GL_INVALID_OPERATION";
-    case GL_INVALID_FRAMEBUFFER_OPERATION:
-      return "GL_INVALID_FRAMEBUFFER_OPERATION";
-    case GL_OUT_OF_MEMORY:
-      return "GL_OUT_OF_MEMORY";
-    case GL_CONTEXT_LOST:
-      return "GL_CONTEXT_LOST";
-    default:
-      return "an unknown GL error";
-  }
-}
-
 }  // namespace
 
 EglContext::EglContext() {
@@ -152,11 +133,7 @@ bool EglContext::TryDisplay(void* display, std::string* reason) {
   }
   if (!MakeCurrent()) return fail(EglError("eglMakeCurrent"));
 
-  const int version = epoxy_gl_version();  // major * 10 + minor
-  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  renderer_ = std::string(renderer != nullptr ? renderer : "unknown renderer") + ", OpenGL " +
-              std::to_string(version / 10) + "." + std::to_string(version % 10);
-  reports_resets_ = reports_resets_ && version >= 45;
+  renderer_ = GlRenderer();
   return true;
 }
 
@@ -168,16 +145,10 @@ std::string EglContext::Failure() const {
   if (eglGetCurrentContext() != context_) {
     return "the OpenGL context is no longer current on the render thread";
   }
-  if (reports_resets_ && glGetGraphicsResetStatus() != GL_NO_ERROR) {
-    return "the OpenGL context was lost: the graphics processor was reset";
-  }
-  const GLenum error = glGetError();
-  if (error == GL_NO_ERROR) return {};
-  // A context may hold several flags; a lost one reports for ever, hence the bound.
-  for (int i = 0; i < 8 && glGetError() != GL_NO_ERROR; ++i) {
-  }
-  return std::string("OpenGL reported ") + GlErrorName(error);
+  return GlFailure(reports_resets_);
 }
+
+std::unique_ptr<RenderContext> HeadlessContext() { return std::make_unique<EglContext>(); }
 
 }  // namespace hpdm
 

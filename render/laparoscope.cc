@@ -48,7 +48,7 @@ Laparoscope Placed(const LaparoscopeOptions& options) { return Laparoscope(optio
 Laparoscope::Laparoscope(const LaparoscopeOptions& options, int width, int height)
     : width_(width), height_(height), distortion_(options.distortion) {
   constexpr double kDegree = std::numbers::pi / 180;
-  const auto in_range = [](int side) { return side >= 16 && side <= 8192; };
+  const auto in_range = [](int side) { return side >= kMinSide && side <= kMaxSide; };
   Require(in_range(width) && in_range(height),
           "a picture of " + std::to_string(width) + "x" + std::to_string(height) +
               " pixels cannot be drawn; choose 16 to 8192 on a side");

@@ -30,6 +30,8 @@ namespace hpdm {
 /// Immutable, so any thread may read it.
 class Laparoscope {
  public:
+  static constexpr int kMinSide = 16;    ///< px.
+  static constexpr int kMaxSide = 8192;  ///< px.
   static constexpr double kCircleFraction = 0.98;
   static constexpr double kNear = 0.002;         ///< m: nothing nearer is drawn.
   static constexpr double kFar = 2.0;            ///< m.

@@ -48,10 +48,39 @@ void PictureTarget::Bind() const {
   glViewport(0, 0, width_, height_);
 }
 
-void PictureTarget::Read(Image* image) {
+void PictureTarget::Resolve() const {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, drawn_.name());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.name());
   glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void PictureTarget::ShowOnScreen(int width, int height) const {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  const ScreenPlace place = FitOnScreen(width_, height_, width, height);
+  if (place.width != width || place.height != height) glClear(GL_COLOR_BUFFER_BIT);
+  const bool same_size = place.width == width_ && place.height == height_;
+  glBlitFramebuffer(0, 0, width_, height_, place.x, place.y, place.x + place.width,
+                    place.y + place.height, GL_COLOR_BUFFER_BIT,
+                    same_size ? GL_NEAREST : GL_LINEAR);
+}
+
+ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int height) {
+  ScreenPlace place;
+  // Compares the ratios of the sides without dividing.
+  if (width * picture_height > height * picture_width) {
+    place.height = height;
+    place.width = height * picture_width / picture_height;
+  } else {
+    place.width = width;
+    place.height = width * picture_height / picture_width;
+  }
+  place.x = (width - place.width) / 2;
+  place.y = (height - place.height) / 2;
+  return place;
+}
+
+void PictureTarget::Read(Image* image) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
   // Four bytes a pixel is the framebuffer's own layout; drivers convert to three slowly.
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, rgba_.data());

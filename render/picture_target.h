@@ -8,8 +8,22 @@
 
 namespace hpdm {
 
+/// A rectangle of a screen, px.
+struct ScreenPlace {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+/// Where a picture goes on a screen of width x height pixels (sides up to 32,767): in its middle,
+/// undistorted, as large as fits.
+ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int height);
+
 /// Where a picture is drawn off screen: a multisampled framebuffer with depth, resolved into a
-/// plain one and read back. Render thread only.
+/// plain one, which is shown and read back. Render thread only.
+///
+///     Bind, draw the scene -> Resolve, draw flat things over it -> ShowOnScreen -> Read
 ///
 /// The read-back is plain, not through pixel buffers in flight: those would hide the copy of a
 /// graphics card (about 1 MB) at the price of showing every picture one frame, 33 ms, late.
@@ -22,8 +36,20 @@ class PictureTarget {
   /// Directs drawing here, over the whole picture.
   void Bind() const;
 
-  /// Waits until everything is drawn and copies it into `image`, resized only when it differs.
+  /// Resolves the scene into the plain framebuffer, which later drawing goes to: without samples
+  /// and without depth, over the whole picture.
+  void Resolve() const;
+
+  /// Copies the resolved picture into the middle of the context's own framebuffer of width x height
+  /// pixels, as large as fits; the rest is black.
+  void ShowOnScreen(int width, int height) const;
+
+  /// Waits until everything is drawn and copies the resolved picture into `image`, resized only
+  /// when it differs.
   void Read(Image* image);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
 
  private:
   int width_;

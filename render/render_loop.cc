@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -34,31 +36,37 @@ double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
 }  // namespace
 
 struct RenderLoop::Drawing {
-  Drawing(const RenderLoop& loop)
-      : target(loop.options_.width, loop.options_.height, loop.options_.samples),
+  explicit Drawing(const RenderLoop& loop)
+      : context(loop.make_context_()),
+        target(loop.scope_.width(), loop.scope_.height(), loop.options_.samples),
         view(loop.organs_, loop.instruments_, loop.options_.background) {}
 
-  EglContext context;  // first: the others need it
+  std::unique_ptr<RenderContext> context;  // first: the others need it
   PictureTarget target;
   SceneView view;
 };
 
 RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
                        const LaparoscopeOptions& scope, const RenderOptions& options,
-                       TripleBuffer<SceneSnapshot>& snapshots, Clock clock,
-                       SpscQueue<FrameRecord>* frames)
+                       const Edges& edges, Clock clock, RenderContextFactory make_context)
     : organs_(std::move(organs)),
       instruments_(std::move(instruments)),
       scope_(scope, options.width, options.height),
       options_(options),
-      snapshots_(snapshots),
+      edges_(edges),
       clock_(std::move(clock)),
-      frames_(frames) {
+      make_context_(std::move(make_context)) {
   if (!(options_.max_hz > 0)) {
     throw InputError("timing: render_hz = " + std::to_string(options_.max_hz) +
                      " draws nothing; choose more than 0");
   }
-  if (!options_.frame_folder.empty()) sink_.emplace(options_.frame_folder, options_.frame_fps);
+  settings_.scope = scope;
+  settings_.overlays = options.overlays;
+  settings_.recording = !options_.frame_folder.empty();
+  // In a window the user says when.
+  if (settings_.recording && edges_.settings == nullptr) {
+    sink_.emplace(options_.frame_folder, options_.frame_fps);
+  }
   for (const OrganView& organ : organs_) rest_.push_back(organ.rest->vertices.cast<float>());
 }
 
@@ -67,59 +75,83 @@ RenderLoop::~RenderLoop() { EndOnThisThread(); }
 void RenderLoop::StartOnThisThread() {
   if (drawing_) return;
   drawing_ = std::make_unique<Drawing>(*this);
-  statistics_.renderer = drawing_->context.renderer();
+  statistics_.renderer = drawing_->context->renderer();
   // Drivers finish their shaders at the first use, which takes up to a quarter of a second: that
   // is spent here, on the buffer's initial value, and not in the first frame.
   Image unused;
   drawing_->target.Bind();
-  drawing_->view.Draw(snapshots_.Front(), scope_);
+  drawing_->view.Draw(edges_.snapshots.Front(), scope_);
+  drawing_->target.Resolve();
   drawing_->target.Read(&unused);
 }
 
 void RenderLoop::EndOnThisThread() {
   if (!drawing_) return;
   // Without its context nothing can be freed one by one, and trying ends the program.
-  if (!drawing_->context.MakeCurrent()) static_cast<void>(drawing_.release());
+  if (!drawing_->context->MakeCurrent()) static_cast<void>(drawing_.release());
   drawing_.reset();
 }
 
 const std::string& RenderLoop::failure() const {
-  return failure_.empty() && sink_ ? sink_->failure() : failure_;
+  return failure_.empty() ? file_failure_ : failure_;
 }
 
 bool RenderLoop::Frame() {
   if (!failure_.empty()) return false;
-  if (!snapshots_.Update()) return false;
+  if (!edges_.snapshots.Update()) return false;
   try {
     StartOnThisThread();
+    TakeSettings();
   } catch (const MachineError& error) {
     failure_ = error.what();
     return false;
   }
-  const SceneSnapshot& snapshot = snapshots_.Front();
+  const SceneSnapshot& snapshot = edges_.snapshots.Front();
   const Nanoseconds start_ns = clock_();
   DrawNewest(snapshot);
   if (!failure_.empty()) return false;
   const Nanoseconds read_ns = clock_();
   CountDropped(snapshot.step.number);
   KeepDeepest(snapshot);
-  if (sink_) sink_->Add(image_, snapshot.step.time_ns);
+  KeepFiles(snapshot.step.time_ns);
   ++statistics_.drawn;
-  if (frames_ != nullptr) {
-    frames_->Push({.time_ns = read_ns,
-                   .device_time_ns = snapshot.step.device_time_ns,
-                   .compute_ns = clock_() - start_ns});
+  if (edges_.frames != nullptr) {
+    edges_.frames->Push({.time_ns = read_ns,
+                         .device_time_ns = snapshot.step.device_time_ns,
+                         .compute_ns = clock_() - start_ns});
   }
   return true;
 }
 
+// Throws MachineError when the driver refuses a picture of the window's size.
+void RenderLoop::TakeSettings() {
+  if (edges_.settings == nullptr || !edges_.settings->Update()) return;
+  settings_ = edges_.settings->Front();
+  // Of a window that is minimised or being opened, the last size stands.
+  const bool has_size = settings_.window_width >= Laparoscope::kMinSide &&
+                        settings_.window_height >= Laparoscope::kMinSide;
+  const int width = has_size ? settings_.window_width : scope_.width();
+  const int height = has_size ? settings_.window_height : scope_.height();
+  try {
+    scope_ = Laparoscope(settings_.scope, width, height);
+  } catch (const InputError&) {
+    return;  // a view that cannot be drawn: the last one stands
+  }
+  if (drawing_->target.width() != width || drawing_->target.height() != height) {
+    drawing_->target = PictureTarget(width, height, options_.samples);
+  }
+}
+
 void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
-  std::string reason = drawing_->context.Failure();
+  std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
     drawing_->target.Bind();
     drawing_->view.Draw(snapshot, scope_);
+    drawing_->target.Resolve();
+    // Before the read-back: the eye waits, the files do not.
+    drawing_->context->Present(drawing_->target, settings_.window_width, settings_.window_height);
     drawing_->target.Read(&image_);
-    reason = drawing_->context.Failure();
+    reason = drawing_->context->Failure();
   }
   if (!reason.empty()) failure_ = "rendering ended: " + reason + "; the session goes on without";
 }
@@ -137,6 +169,40 @@ void RenderLoop::KeepDeepest(const SceneSnapshot& snapshot) {
   if (displacement <= deepest_displacement_) return;
   deepest_displacement_ = displacement;
   deepest_image_ = image_;
+}
+
+void RenderLoop::KeepFiles(Nanoseconds time_ns) {
+  if (settings_.recording && !options_.frame_folder.empty()) {
+    try {
+      if (!sink_) sink_.emplace(options_.frame_folder, options_.frame_fps);
+      sink_->Add(image_, time_ns);
+      if (file_failure_.empty()) file_failure_ = sink_->failure();
+    } catch (const InputError& error) {
+      file_failure_ = error.what();
+      options_.frame_folder.clear();
+    }
+  } else if (sink_) {
+    sink_->Break();
+  }
+  if (settings_.screenshots > screenshots_asked_) WriteScreenshot();
+  screenshots_asked_ = settings_.screenshots;
+}
+
+// One for any number of key presses since the last picture.
+void RenderLoop::WriteScreenshot() {
+  std::error_code error;
+  std::filesystem::create_directories(options_.screenshot_folder, error);
+  char name[40];
+  std::snprintf(name, sizeof name, "screenshot_%04llu.png",
+                static_cast<unsigned long long>(screenshots_written_ + 1));
+  std::vector<std::uint8_t> bytes;
+  EncodePng(image_, &bytes);
+  std::string failure;
+  if (WriteBytes(options_.screenshot_folder / name, bytes, &failure)) {
+    ++screenshots_written_;
+  } else if (file_failure_.empty()) {
+    file_failure_ = failure;
+  }
 }
 
 void RenderLoop::Run(std::stop_token stop) {

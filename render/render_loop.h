@@ -12,22 +12,27 @@
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
 #include "engine/triple_buffer.h"
+#include "render/egl_context.h"
 #include "render/frame_sink.h"
 #include "render/image_file.h"
 #include "render/laparoscope.h"
+#include "render/render_context.h"
 #include "render/scene_view.h"
+#include "render/view_settings.h"
 
 namespace hpdm {
 
 struct RenderOptions {
-  int width = 640;                     ///< px.
-  int height = 480;                    ///< px.
-  int samples = 4;                     ///< A pixel, against jagged edges; 1: none.
-  double max_hz = 30;                  ///< Frames a second at most, in Run.
-  std::filesystem::path frame_folder;  ///< PNG frames go here; empty: none are written.
-  double frame_fps = 30;               ///< Of the PNG frames, in session time.
-  const Image* background = nullptr;   ///< On the cavity's wall (cavity_view.h); must outlive the
-                                       ///< loop. Null: a bare wall.
+  int width = 640;                          ///< px.
+  int height = 480;                         ///< px.
+  int samples = 4;                          ///< A pixel, against jagged edges; 1: none.
+  double max_hz = 30;                       ///< Frames a second at most, in Run.
+  std::filesystem::path frame_folder;       ///< PNG frames go here; empty: none are written.
+  double frame_fps = 30;                    ///< Of the PNG frames, in session time.
+  std::filesystem::path screenshot_folder;  ///< Of a window's; made with the first one.
+  std::uint32_t overlays = kOverlayNone;    ///< Or-ed; a window's ViewSettings replace them.
+  const Image* background = nullptr;  ///< On the cavity's wall (cavity_view.h); must outlive the
+                                      ///< loop. Null: a bare wall.
 };
 
 /// What the loop did. Written by the render thread; others read it after the loop has ended.
@@ -39,9 +44,9 @@ struct RenderStatistics {
 
 /// The render loop: draws the newest SceneSnapshot through the laparoscope and keeps the picture.
 ///
-///     deformation loop --SceneSnapshot--> [ Update -> draw -> read back -> keep ] -> image()
-///                       (triple buffer)                              |          \-> PNG frames
-///                             telemetry loop <--FrameRecord queue----'
+///     deformation loop --SceneSnapshot--> [ draw -> show -> read back -> keep ] -> image()
+///     window --ViewSettings---------------->                      |          \-> PNG frames
+///                             telemetry loop <--FrameRecord queue-'
 ///
 /// Everything from StartOnThisThread to EndOnThisThread happens on one thread, which owns the
 /// OpenGL context: either a thread of its own that calls Run (real clock), or the session's only
@@ -54,15 +59,20 @@ class RenderLoop {
  public:
   using Clock = std::function<Nanoseconds()>;
 
-  /// Set-up, any thread; touches no OpenGL. The meshes that the views point to, and `snapshots`,
-  /// must outlive the loop, which is the buffer's only reader; every slot of the buffer must hold
-  /// an organ for each view. `clock` tells session time (ns), the scale of the snapshots' times.
-  /// `frames`, where given, gets the times of every frame, of which the loop is the only producer;
-  /// a full one loses the record and counts it. Throws InputError for options that cannot be met.
+  /// What the loop is wired to: reader of snapshots and settings, producer of frames. A full queue
+  /// of frames loses the record and counts it.
+  struct Edges {
+    TripleBuffer<SceneSnapshot>& snapshots;          ///< Every slot holds an organ for each view.
+    SpscQueue<FrameRecord>* frames = nullptr;        ///< Real clock: the times of every frame.
+    TripleBuffer<ViewSettings>* settings = nullptr;  ///< Of a window: what it shows, from now on.
+  };
+
+  /// Set-up, any thread; touches no OpenGL. The meshes that the views point to, and the edges, must
+  /// outlive the loop. `clock` tells session time (ns), the scale of the snapshots' times. Throws
+  /// InputError for options that cannot be met.
   RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
-             const LaparoscopeOptions& scope, const RenderOptions& options,
-             TripleBuffer<SceneSnapshot>& snapshots, Clock clock,
-             SpscQueue<FrameRecord>* frames = nullptr);
+             const LaparoscopeOptions& scope, const RenderOptions& options, const Edges& edges,
+             Clock clock, RenderContextFactory make_context = HeadlessContext);
   /// Ends on this thread when that was not done.
   ~RenderLoop();
   RenderLoop(const RenderLoop&) = delete;
@@ -70,7 +80,7 @@ class RenderLoop {
 
   /// Makes the calling thread the render thread: creates the context, shaders and meshes. Throws
   /// MachineError when the machine cannot draw. A second call does nothing. A program that wants
-  /// to know early whether Run will find a context constructs and drops an EglContext.
+  /// to know early whether Run will find a context makes one and drops it.
   void StartOnThisThread();
 
   /// Draws the newest snapshot if it has not been drawn yet; true when image() is a new picture.
@@ -93,35 +103,43 @@ class RenderLoop {
 
   const RenderStatistics& statistics() const { return statistics_; }
   std::uint64_t frames_written() const { return sink_ ? sink_->written() : 0; }
+  std::uint64_t screenshots_written() const { return screenshots_written_; }
   const Laparoscope& scope() const { return scope_; }
 
-  /// Why drawing ended, or else why no more PNG frames are written: one line. Empty while all is
+  /// Why drawing ended, or else why a picture could not be written: one line. Empty while all is
   /// well.
   const std::string& failure() const;
 
  private:
   struct Drawing;  // what lives on the graphics card
 
+  void TakeSettings();
   void DrawNewest(const SceneSnapshot& snapshot);
   void KeepDeepest(const SceneSnapshot& snapshot);
+  void KeepFiles(Nanoseconds time_ns);
+  void WriteScreenshot();
   void CountDropped(std::uint64_t number);
 
   std::vector<OrganView> organs_;
   std::vector<InstrumentView> instruments_;
   Laparoscope scope_;
   RenderOptions options_;
-  TripleBuffer<SceneSnapshot>& snapshots_;
+  Edges edges_;
   Clock clock_;
-  SpscQueue<FrameRecord>* frames_;  // may be null
-  std::vector<PointsF> rest_;       // per organ, V x 3
+  RenderContextFactory make_context_;
+  ViewSettings settings_;
+  std::vector<PointsF> rest_;  // per organ, V x 3
   std::unique_ptr<Drawing> drawing_;
   std::optional<FrameSink> sink_;
   Image image_;
   Image deepest_image_;
   double deepest_displacement_ = -1;
   std::uint64_t last_number_ = 0;
+  std::uint64_t screenshots_asked_ = 0;  // and answered, if only with a failure
+  std::uint64_t screenshots_written_ = 0;
   RenderStatistics statistics_;
   std::string failure_;
+  std::string file_failure_;  // the first
 };
 
 }  // namespace hpdm

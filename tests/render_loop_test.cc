@@ -12,6 +12,7 @@
 
 #include "engine/error.h"
 #include "render/egl_context.h"
+#include "render/picture_target.h"
 
 namespace hpdm {
 namespace {
@@ -91,9 +92,9 @@ class RenderLoopTest : public testing::Test {
   std::unique_ptr<RenderLoop> MakeLoop() {
     buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
     number_ = 0;
-    return std::make_unique<RenderLoop>(std::vector<OrganView>{{&rest_}},
-                                        std::vector<InstrumentView>{{}}, scope_, options_, *buffer_,
-                                        [this] { return clock_ns_; });
+    return std::make_unique<RenderLoop>(
+        std::vector<OrganView>{{&rest_}}, std::vector<InstrumentView>{{}}, scope_, options_,
+        RenderLoop::Edges{*buffer_, nullptr, settings_.get()}, [this] { return clock_ns_; });
   }
 
   void Publish(const SceneSnapshot& snapshot) {
@@ -116,6 +117,7 @@ class RenderLoopTest : public testing::Test {
   RenderOptions options_;
   SceneSnapshot rest_snapshot_;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> buffer_;
+  std::unique_ptr<TripleBuffer<ViewSettings>> settings_;  // null without a window
   std::uint64_t number_ = 0;
   Nanoseconds clock_ns_ = 0;
 };
@@ -214,9 +216,8 @@ TEST_F(RenderLoopTest, TimesAreCountedOnTheSessionsClock) {
   buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
   SpscQueue<FrameRecord> frames(1);
   // Every look at the clock takes a millisecond.
-  RenderLoop loop(
-      {{&rest_}}, {{}}, scope_, options_, *buffer_, [this] { return clock_ns_ += 1'000'000; },
-      &frames);
+  RenderLoop loop({{&rest_}}, {{}}, scope_, options_, {*buffer_, &frames},
+                  [this] { return clock_ns_ += 1'000'000; });
   SceneSnapshot snapshot = rest_snapshot_;
   snapshot.step.device_time_ns = 20'000'000;
   clock_ns_ = 50'000'000;
@@ -251,6 +252,64 @@ TEST_F(RenderLoopTest, WritesAFilmOfSessionTime) {
   EXPECT_EQ(ReadPng(options_.frame_folder / "frame_000000.png").rgb, Picture(Dented(0)).rgb);
 }
 
+TEST_F(RenderLoopTest, TakesTheNewestViewAndTheWindowsSize) {
+  settings_ = std::make_unique<TripleBuffer<ViewSettings>>();
+  const auto loop = MakeLoop();
+  Publish(rest_snapshot_);
+  ASSERT_TRUE(loop->Frame()) << loop->failure();
+  EXPECT_EQ(loop->image().width, 320) << "before the window says anything";
+
+  LaparoscopeOptions closer = scope_;
+  closer.field_of_view = 0.6 * scope_.field_of_view;
+  const auto show = [&](const LaparoscopeOptions& scope, int width, int height) {
+    settings_->Back() = {};
+    settings_->Back().scope = scope;
+    settings_->Back().window_width = width;
+    settings_->Back().window_height = height;
+    settings_->Publish();
+    Publish(rest_snapshot_);
+    EXPECT_TRUE(loop->Frame()) << loop->failure();
+  };
+  show(closer, 200, 240);
+  EXPECT_EQ(loop->image().width, 200);
+  EXPECT_EQ(loop->image().height, 240);
+  // The same as a loop that was made for this view.
+  const Image live = loop->image();
+  options_.width = 200;
+  scope_ = closer;
+  const auto still = MakeLoop();
+  Publish(rest_snapshot_);
+  ASSERT_TRUE(still->Frame());
+  EXPECT_EQ(live.rgb, still->image().rgb);
+}
+
+TEST_F(RenderLoopTest, AViewThatCannotBeDrawnLeavesTheLastOne) {
+  settings_ = std::make_unique<TripleBuffer<ViewSettings>>();
+  const auto loop = MakeLoop();
+  Publish(rest_snapshot_);
+  ASSERT_TRUE(loop->Frame()) << loop->failure();
+  const Image before = loop->image();
+  settings_->Back().scope.field_of_view = -1;
+  settings_->Back().window_width = 0;  // minimised
+  settings_->Publish();
+  Publish(rest_snapshot_);
+  ASSERT_TRUE(loop->Frame()) << loop->failure();
+  EXPECT_EQ(loop->image().rgb, before.rgb);
+}
+
+TEST(PictureTarget, FitsAnyScreenUndistortedAndInTheMiddle) {
+  const ScreenPlace wide = FitOnScreen(640, 480, 1000, 480);
+  EXPECT_EQ(wide.width, 640);
+  EXPECT_EQ(wide.height, 480);
+  EXPECT_EQ(wide.x, 180);
+  EXPECT_EQ(wide.y, 0);
+  const ScreenPlace tall = FitOnScreen(640, 480, 320, 400);
+  EXPECT_EQ(tall.width, 320);
+  EXPECT_EQ(tall.height, 240);
+  EXPECT_EQ(tall.x, 0);
+  EXPECT_EQ(tall.y, 80);
+}
+
 TEST_F(RenderLoopTest, AGlErrorEndsRenderingWithOneLineAndNoException) {
   const auto loop = MakeLoop();
   Publish(rest_snapshot_);
@@ -282,7 +341,7 @@ TEST_F(RenderLoopTest, RunDrawsOnItsOwnThreadNoFasterThanAskedAndStops) {
   options_.max_hz = 25;
   buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
   const auto begin = std::chrono::steady_clock::now();
-  RenderLoop loop({{&rest_}}, {{}}, scope_, options_, *buffer_, [begin] {
+  RenderLoop loop({{&rest_}}, {{}}, scope_, options_, {*buffer_}, [begin] {
     return std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin).count();
   });
   Nanoseconds ran_ns = 0;
