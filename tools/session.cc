@@ -281,6 +281,15 @@ std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
   return instruments;
 }
 
+StatusNames Session::Names() const {
+  StatusNames names;
+  for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
+  for (const InstrumentOptions& options : scene_.instruments) {
+    names.instruments.push_back({options.name});
+  }
+  return names;
+}
+
 SessionInfo Session::Info() const {
   SessionInfo info;
   for (const InstrumentOptions& options : scene_.instruments) {

@@ -64,6 +64,7 @@ class Session {
   std::vector<InstrumentView> InstrumentViews() const;
   SessionInfo Info() const;
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;
+  StatusNames Names() const;
 
   // The edges. Two seconds of samples, steps and frames fit their queues: a telemetry thread that a
   // disk holds up for less loses nothing.
@@ -78,6 +79,8 @@ class Session {
   SpscQueue<HapticSample> external_forces;
   bool HasExternalDevice() const;
   SpscQueue<FrameRecord> frames;
+  SpscQueue<LoopEvent> render_events{64};
+  TripleBuffer<SessionHealth> health;
   // Of a window; nothing writes them without one.
   TripleBuffer<ViewSettings> view_settings;
   TripleBuffer<SessionControl> control;
