@@ -97,18 +97,29 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
 }
 
 std::vector<StatusLine> Keys() {
+  const auto key = [](const char* keys, const char* what) {
+    return StatusLine{what, Tone::kPlain, {}, keys};
+  };
   return {
-      {"Mouse, after a click", Tone::kGood},
-      {"move \u2013 the tip follows; wheel \u2013 in and out"},
-      {"left button, j \u2013 close the jaws; right drag, q e \u2013 roll"},
-      {"Tab, 1, 2 \u2013 switch the instrument; x \u2013 exchange it"},
-      {"Space \u2013 take or let go of the instrument"},
+      {"Instrument", Tone::kGood},
+      key("click, Space", "take it with the mouse; Space lets it go"),
+      key("mouse, wheel", "move the tip, push it in and out"),
+      key("left button, j", "close the jaws"),
+      key("right button, q e", "roll"),
+      key("Tab, 1 2", "the other instrument"),
+      key("x", "exchange it"),
       {"Laparoscope", Tone::kGood},
-      {"arrows, Shift + mouse \u2013 turn; PgUp PgDn, Shift + wheel \u2013 in and out"},
-      {"+ \u2212 \u2013 zoom; a \u2013 optics 0, 30, 45\u00b0; comma, period \u2013 turn them"},
+      key("arrows, Shift + mouse", "turn"),
+      key("PgUp PgDn, Shift + wheel", "in and out"),
+      key("+ \u2212", "zoom"),
+      key("a", "optics of 0, 30, 45\u00b0"),
+      key(", .", "turn the optics"),
       {"Session", Tone::kGood},
-      {"o \u2013 overlays; p \u2013 pause; s \u2013 screenshot; r \u2013 record"},
-      {"F1, h \u2013 these keys; Esc \u2013 end"},
+      key("p", "pause"),
+      key("s, r", "screenshot, record"),
+      key("o", "what is drawn over the picture"),
+      key("F1, h", "these keys"),
+      key("Esc", "end"),
   };
 }
 

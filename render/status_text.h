@@ -30,6 +30,7 @@ struct StatusLine {
   std::string text;
   Tone tone = Tone::kPlain;
   std::optional<double> bar = {};  ///< A bar beside the text, 0 empty .. 1 full.
+  std::string key = {};            ///< Of the banner: a column before the text.
 };
 
 /// The text by its place: in the corners that the circular picture leaves free, and over its

@@ -67,21 +67,27 @@ class Page {
     }
   }
 
+  // In the middle on a dark panel: a list of keys in two columns, or a short message.
   void AddBanner(const std::vector<StatusLine>& lines) {
     if (lines.empty()) return;
-    int widest = 0;
-    for (const StatusLine& line : lines) widest = std::max(widest, LineWidth(line));
-    const int pad = atlas_.pixels();
-    const int text_height = static_cast<int>(lines.size()) * atlas_.line_height();
-    const int x = (width_ - widest) / 2, y = (height_ - text_height) / 2;
-    AddRectangle(x - pad, y - pad, widest + 2 * pad, text_height + 2 * pad,
-                 {0.03f, 0.03f, 0.04f, 0.8f});
-    // A list of one column; a short message in the middle.
-    const bool centred = lines.size() <= 2;
-    int top = y;
+    int key_column = 0, text_column = 0;
     for (const StatusLine& line : lines) {
-      AddLine(line, centred ? (width_ - LineWidth(line)) / 2 : x, top);
-      top += atlas_.line_height();
+      if (!line.key.empty()) key_column = std::max(key_column, atlas_.Width(line.key) + 2 * Gap());
+    }
+    for (const StatusLine& line : lines) {
+      text_column = std::max(text_column, LineWidth(line) - (line.key.empty() ? key_column : 0));
+    }
+    const int width = key_column + text_column, height = BlockHeight(lines);
+    const int pad = atlas_.pixels(), x = (width_ - width) / 2;
+    int y = (height_ - height) / 2;
+    AddRectangle(x - pad, y - pad, width + 2 * pad, height + 2 * pad, {0.03f, 0.03f, 0.04f, 0.82f});
+    for (const StatusLine& line : lines) {
+      if (!line.key.empty()) AddLine({line.key, Tone::kWarning}, x, y);
+      const int left = key_column == 0    ? (width_ - LineWidth(line)) / 2
+                       : line.key.empty() ? x
+                                          : x + key_column;
+      AddLine(line, left, y);
+      y += atlas_.line_height();
     }
   }
 
@@ -133,7 +139,7 @@ class Page {
 }  // namespace
 
 int TextPixels(int width, int height) {
-  return std::clamp(std::min(width * 3 / 4, height) / 37, 9, 48);
+  return std::clamp(std::min(width * 3 / 4, height) / 35, 9, 48);
 }
 
 std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, int width,
