@@ -230,6 +230,7 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
     throw InputError("--size " + options.size + ": is not WIDTHxHEIGHT, such as 640x480");
   }
   render.max_hz = session.scene().timing.render_hz;
+  render.background = session.Background();
   return render;
 }
 

@@ -59,6 +59,7 @@ class Session {
   std::vector<ToolOptions> DeformationTools() const;
   std::vector<OrganView> OrganViews() const;
   std::vector<InstrumentView> InstrumentViews() const;
+  const Image* Background() const;  ///< Null: none.
   SessionInfo Info() const;
 
   // The edges. Two seconds of samples, steps and frames fit their queues: a telemetry thread that a
@@ -77,6 +78,7 @@ class Session {
 
  private:
   void ReadTraces();
+  void ReadPictures();
   void BuildOrgans();
   void BuildInstruments();
   void CompareStiffness();
@@ -85,6 +87,8 @@ class Session {
   HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
+  Image background_;             // empty where the scene names none
+  std::vector<Image> textures_;  // by organ, likewise
   std::vector<OrganModel> organs_;
   std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
   std::vector<ImpulseEngineKinematics> kinematics_;
