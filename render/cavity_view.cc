@@ -35,12 +35,14 @@ vec3 WallPoint() {
 )glsl";
 
 // Without a picture: dark folds, from the relief of tissue at two coarse scales, laid on the sphere
-// by latitude and longitude about the first viewing axis.
+// stereographically from behind the first lens.
 constexpr const char* kBareWall = R"glsl(
+uniform mat3 camera_from_world;   // the first frame's
 void main() {
   vec3 p = WallPoint();
   vec3 inwards = (sphere_W.xyz - p) / sphere_W.w;
-  vec2 m = 0.11 * inwards.xy / (1.05 - abs(inwards.z)) ;
+  vec3 d = camera_from_world * -inwards;
+  vec2 m = 2.0 * sphere_W.w * d.xy / max(1.0 - d.z, 0.05);
   Detail folds = DetailAt(0.30 * m);
   Detail grain = DetailAt(1.7 * m);
   vec3 n = inwards;
@@ -97,14 +99,18 @@ void CavityPainter::Place(const Laparoscope& scope) {
   const Eigen::Vector4f sphere_W = WithW(p_target_W, 1.15 * scope.target_distance());
   glUniform4fv(program_.Uniform("sphere_W"), 1, sphere_W.data());
   placed_ = true;
-  if (!has_picture_) return;
+  Eigen::Matrix3f camera_from_world = scope.X_WC().linear().transpose().cast<float>();
+  if (!has_picture_) {
+    glUniformMatrix3fv(program_.Uniform("camera_from_world"), 1, GL_FALSE,
+                       camera_from_world.data());
+    return;
+  }
   const Eigen::Vector3f projector_W = scope.X_WC().translation().cast<float>();
   glUniform3fv(program_.Uniform("projector_W"), 1, projector_W.data());
-  const double circle_tangent = scope.circle_radius_px() / scope.focal_length_px();
-  Eigen::Matrix3f slide_from_world = scope.X_WC().linear().transpose().cast<float>();
-  for (int i = 0; i < 2; ++i) {
-    slide_from_world.row(i) /= static_cast<float>(circle_tangent) * slide_size_[i];
-  }
+  const auto circle_tangent =
+      static_cast<float>(scope.circle_radius_px() / scope.focal_length_px());
+  Eigen::Matrix3f slide_from_world = camera_from_world;
+  for (int i = 0; i < 2; ++i) slide_from_world.row(i) /= circle_tangent * slide_size_[i];
   glUniformMatrix3fv(program_.Uniform("slide_from_world"), 1, GL_FALSE, slide_from_world.data());
 }
 

@@ -69,17 +69,17 @@ vec3 ShadeTissue(vec3 p, vec3 to_lens, vec3 n, vec3 rough, float spread, vec3 al
   float irradiance = Irradiance(p, to_light);
   // Light that enters here and leaves there: it reaches past the terminator, red the farthest, and
   // blurs the relief.
-  vec3 wrap = vec3(0.25, 0.09, 0.07);
-  vec3 diffuse = max((dot(mix(n, rough, 0.6), to_light) + wrap) / (1.0 + wrap), 0.0);
+  vec3 wrap = vec3(0.18, 0.05, 0.04);
+  vec3 diffuse = max((dot(mix(n, rough, 0.75), to_light) + wrap) / (1.0 + wrap), 0.0);
   // Light that other tissue sends back.
   vec3 ambient = vec3(0.085, 0.038, 0.032) * (0.7 + 0.5 * n.z);
   // The film of liquid: sharp glints that follow the relief over a broad sheen.
   vec3 h = normalize(to_light + to_lens);
   float l_h = max(dot(to_light, h), 0.0);
   float film = max(dot(n, to_light), 0.0) * Fresnel(0.028, l_h) *
-               (2.4 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.0064 + spread) +
-                2.2 * WetLobe(max(dot(n, h), 0.0), l_h, 0.12));
-  return albedo * (1.3 * irradiance * diffuse + ambient) + irradiance * film * vec3(1.0, 0.96, 0.92);
+               (4.5 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.004 + spread) +
+                3.0 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.10));
+  return albedo * (1.25 * irradiance * diffuse + ambient) + irradiance * film * vec3(1.0, 0.96, 0.92);
 }
 )glsl";
 

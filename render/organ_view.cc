@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <string>
+
 #include "engine/check.h"
 #include "render/frame_uniforms.h"
 #include "render/lighting.h"
@@ -32,6 +34,7 @@ in vec2 uv;
 uniform vec3 base_colour;
 uniform float metres_per_uv;
 uniform sampler2D base_texture;
+uniform sampler2D openness;   // by position in the picture
 out vec4 colour;
 void main() {
   vec3 to_lens = normalize(lens_W.xyz - p_W);
@@ -41,16 +44,33 @@ void main() {
   Detail detail = DetailAt(m);
   vec3 rough = Raised(p_W, n, m, detail.slope);
   vec3 albedo = base_colour * texture(base_texture, uv).rgb * (0.86 + 0.28 * detail.height);
-  colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * Openness(p_W, n));
+  float open = Openness(p_W, n) * texture(openness, 0.5 * gl_FragCoord.xy / circle_px.xy).r;
+  colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * open);
 }
 )glsl";
 
+constexpr const char* kDepthFragment = "void main() {}\n";
+
 constexpr int kBaseTextureUnit = 0;
 constexpr int kDetailUnit = 1;
+constexpr int kOcclusionUnit = 2;
 
 const Image& White() {
   static const Image white{1, 1, {255, 255, 255}};
   return white;
+}
+
+// Of the mesh's vertices and those that seams repeat.
+std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
+                                                  const std::vector<int>& copies) {
+  const Eigen::Index count = model.rest().vertices.rows();
+  Points rest(count + static_cast<Eigen::Index>(copies.size()), 3), normals(rest.rows(), 3);
+  for (Eigen::Index row = 0; row < rest.rows(); ++row) {
+    const Eigen::Index vertex = row < count ? row : copies[static_cast<std::size_t>(row - count)];
+    rest.row(row) = model.rest().vertices.row(vertex);
+    normals.row(row) = model.rest_normals().row(vertex);
+  }
+  return std::make_unique<LatticeDeformation>(model, rest, normals);
 }
 
 }  // namespace
@@ -58,12 +78,17 @@ const Image& White() {
 OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     : program_("organ", {glsl::kFrame, kVertex},
                {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kFragment}),
+      depth_program_("organ depth", {glsl::kFrame, kVertex}, {kDepthFragment}),
       base_colour_(program_.Uniform("base_colour")),
       metres_per_uv_(program_.Uniform("metres_per_uv")),
-      detail_(TissueDetail()) {
+      detail_(TissueDetail()),
+      no_occlusion_(White()) {
   program_.BindBlock("Frame", FrameBlock::kBinding);
   program_.BindTexture("base_texture", kBaseTextureUnit);
   program_.BindTexture("tissue_detail", kDetailUnit);
+  program_.BindTexture("openness", kOcclusionUnit);
+  depth_program_.BindBlock("Frame", FrameBlock::kBinding);
+  const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   organs_.reserve(organs.size());
   for (const OrganView& organ : organs) {
     const bool textured = organ.texture != nullptr;
@@ -71,20 +96,44 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     const SurfaceMesh mesh = WithCoordinates(*organ.rest);
     organs_.push_back({MeshView(mesh), Texture(textured ? *organ.texture : White()),
                        textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
-                       static_cast<float>(MetresPerCoordinate(mesh))});
+                       static_cast<float>(MetresPerCoordinate(mesh)), nullptr});
+    if (organ.model != nullptr && UsesShader(organ.ffd, renderer, *organ.model)) {
+      organs_.back().deformation = DeformationOf(*organ.model, organs_.back().mesh.copies());
+    }
   }
 }
 
-void OrganPainter::Draw(const SceneSnapshot& snapshot) {
+void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
+  if (deformation) {
+    deformation->Deform(shape, mesh.positions(), mesh.normals());
+  } else {
+    mesh.SetVertices(shape.vertices);
+  }
+}
+
+void OrganPainter::Move(const SceneSnapshot& snapshot) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
+  for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].Move(snapshot.organs[o]);
+}
+
+void OrganPainter::DrawDepth() const {
+  depth_program_.Use();
+  for (const Organ& organ : organs_) organ.mesh.Draw();
+}
+
+void OrganPainter::Draw(const Occlusion* occlusion) const {
   program_.Use();
   detail_.Bind(kDetailUnit);
-  for (std::size_t o = 0; o < organs_.size(); ++o) {
-    organs_[o].mesh.SetVertices(snapshot.organs[o].vertices);
-    organs_[o].texture.Bind(kBaseTextureUnit);
-    glUniform3fv(base_colour_, 1, organs_[o].colour.data());
-    glUniform1f(metres_per_uv_, organs_[o].metres_per_uv);
-    organs_[o].mesh.Draw();
+  if (occlusion != nullptr) {
+    occlusion->Bind(kOcclusionUnit);
+  } else {
+    no_occlusion_.Bind(kOcclusionUnit);
+  }
+  for (const Organ& organ : organs_) {
+    organ.texture.Bind(kBaseTextureUnit);
+    glUniform3fv(base_colour_, 1, organ.colour.data());
+    glUniform1f(metres_per_uv_, organ.metres_per_uv);
+    organ.mesh.Draw();
   }
 }
 

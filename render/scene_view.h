@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/snapshots.h"
@@ -8,6 +9,7 @@
 #include "render/frame_uniforms.h"
 #include "render/instrument_view.h"
 #include "render/laparoscope.h"
+#include "render/occlusion.h"
 #include "render/organ_view.h"
 
 namespace hpdm {
@@ -38,6 +40,7 @@ class SceneView {
   OrganPainter organs_;
   InstrumentPainter instruments_;
   CavityPainter cavity_;
+  std::optional<Occlusion> occlusion_;
   CircleMask mask_;
 };
 

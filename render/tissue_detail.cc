@@ -19,7 +19,7 @@ struct Octave {
   std::uint32_t seed;
 };
 // Shallow undulation of 10 mm and the lobules' grain of 2.5 mm.
-constexpr Octave kOctaves[] = {{6, 0.9e-3, 0x51ed270bu}, {26, 0.24e-3, 0x2545f491u}};
+constexpr Octave kOctaves[] = {{6, 1.5e-3, 0x51ed270bu}, {26, 0.42e-3, 0x2545f491u}};
 
 /// A number in 0..1 for a point of the noise's lattice.
 double AtLattice(int x, int y, std::uint32_t seed) {

@@ -90,6 +90,22 @@ struct FrameFigures {
 /// nothing can be drawn.
 std::vector<FrameFigures> TimeFrames(bool quick);
 
+/// Eq. 4 for the picture, on the CPU and in the vertex shader (render/lattice_deformation.h).
+struct FfdFigures {
+  std::string lattice;  ///< In words.
+  int control_points = 0, triangles = 0;
+  Timing step;       ///< CPU, in the step: relocation, local functions, dent, single precision.
+  Timing upload;     ///< CPU, in the render thread: normals, upload.
+  Timing shader;     ///< Render thread, upload of the shape to finished vertices and normals.
+  double ratio = 0;  ///< Shader over both of the CPU's.
+};
+struct FfdTable {
+  std::string renderer;
+  std::vector<FfdFigures> rows;
+};
+/// Throws MachineError where nothing can be drawn.
+FfdTable TimeFfd(bool quick);
+
 /// What `hpdm bench` measures: everything, or what was asked for.
 struct BenchFigures {
   std::vector<ModelComparison> models;
@@ -99,6 +115,7 @@ struct BenchFigures {
   double clock_reading_ns = 0;
   std::vector<HandOverFigures> hand_overs;
   std::vector<FrameFigures> frames;
+  std::optional<FfdTable> ffd;
 };
 
 /// A section for each that was measured.

@@ -78,6 +78,7 @@ class Drawing {
     const TimingClock::time_point start = TimingClock::now();
     target_.Bind();
     view_.Draw(snapshot, scope_);
+    target_.Resolve();
     target_.Read(&image_);
     return std::chrono::nanoseconds(TimingClock::now() - start).count();
   }

@@ -113,6 +113,23 @@ std::string FrameTable(const std::vector<FrameFigures>& rows) {
   return text;
 }
 
+std::string FfdText(const FfdTable& table) {
+  std::string text =
+      "Free-form deformation of one organ for the picture, one tip pressing, us (medians): on the "
+      "CPU the relocation with local functions and dent, which a step needs for its collisions "
+      "anyway, then normals and upload in the render thread; in the shader everything, upload of "
+      "the control points to finished vertices and normals. " +
+      table.renderer +
+      ".\n\n| lattice | control points | triangles | CPU: relocate | CPU: normals, upload | shader "
+      "| shader over CPU |\n|---|---|---|---|---|---|---|\n";
+  for (const FfdFigures& row : table.rows) {
+    text += Format("| %s | %d | %s | %.0f | %.0f | %.0f | %.2f |\n", row.lattice.c_str(),
+                   row.control_points, WithCommas(row.triangles).c_str(), row.step.median_us,
+                   row.upload.median_us, row.shader.median_us, row.ratio);
+  }
+  return text;
+}
+
 }  // namespace
 
 RatioSpread RatioOf(const std::vector<double>& slow_us, const std::vector<double>& fast_us) {
@@ -168,6 +185,7 @@ std::string BenchMarkdown(const BenchFigures& figures, const std::string& machin
         "time; the ways of drawing in turn, on the same snapshots).\n\n" +
         FrameTable(figures.frames) + "\n";
   }
+  if (figures.ffd.has_value()) text += FfdText(*figures.ffd) + "\n";
   return text + "Times: " + machine + ".\n";
 }
 
