@@ -253,6 +253,7 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
   }
   render.max_hz = session.scene().timing.render_hz;
   render.names = session.Names();
+  render.background = session.Background();
   return render;
 }
 

@@ -56,6 +56,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
       choices_(std::move(devices)) {
   HPDM_CHECK(choices_.size() == scene_.instruments.size());
   ReadTraces();
+  ReadPictures();
   BuildOrgans();
   BuildInstruments();
   CompareStiffness();
@@ -74,10 +75,22 @@ void Session::ReadTraces() {
   }
 }
 
+void Session::ReadPictures() {
+  if (!scene_.background.empty()) background_ = ReadPng(scene_.background);
+  for (const OrganOptions& organ : scene_.organs) {
+    textures_.push_back(organ.texture.empty() ? Image() : ReadPng(organ.texture));
+  }
+}
+
 void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
     organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
+    if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
+      throw InputError(
+          options.mesh + ": has no texture coordinates, which the texture of organ \"" +
+          options.name + "\" needs; export the mesh with them, or remove organ.texture");
+    }
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
   }
@@ -255,9 +268,16 @@ std::vector<ToolOptions> Session::DeformationTools() const {
 
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
-  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest(), .model = &organ});
+  for (std::size_t i = 0; i < organs_.size(); ++i) {
+    OrganView& view = views.emplace_back();
+    view.rest = &organs_[i].rest();
+    view.model = &organs_[i];
+    if (textures_[i].width > 0) view.texture = &textures_[i];
+  }
   return views;
 }
+
+const Image* Session::Background() const { return background_.width > 0 ? &background_ : nullptr; }
 
 std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;

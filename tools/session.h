@@ -62,6 +62,7 @@ class Session {
   std::vector<ToolOptions> DeformationTools() const;
   std::vector<OrganView> OrganViews() const;
   std::vector<InstrumentView> InstrumentViews() const;
+  const Image* Background() const;  ///< Null: none.
   SessionInfo Info() const;
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;
   StatusNames Names() const;
@@ -89,6 +90,7 @@ class Session {
 
  private:
   void ReadTraces();
+  void ReadPictures();
   void BuildOrgans();
   void BuildInstruments();
   void CompareStiffness();
@@ -97,6 +99,8 @@ class Session {
   HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
+  Image background_;             // empty where the scene names none
+  std::vector<Image> textures_;  // by organ, likewise
   std::vector<OrganModel> organs_;
   std::vector<std::vector<InstrumentModel>> looks_;  // [instrument][ToolPose::exchange]
   std::vector<ImpulseEngineKinematics> kinematics_;
