@@ -23,6 +23,7 @@ struct OrganView {
   Colour colour = Colour(0.47f, 0.19f, 0.145f);  ///< Without a texture; liver.
   const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
   FfdPath ffd = FfdPath::kAuto;
+  const Points* reference = nullptr;  ///< V x 3, m: displacements that kOverlayError compares with.
 };
 
 /// The organs on the graphics card. Render thread only.
@@ -35,6 +36,10 @@ class OrganPainter {
   /// Draws the organs where the snapshot has them. Fewer organs or another number of vertices than
   /// at construction are a bug. Allocates nothing.
   void Draw(const SceneSnapshot& snapshot);
+
+  /// Of the organ, where the last Draw() had it.
+  MeshView& mesh(std::size_t organ) { return organs_[organ].mesh; }
+  const MeshView& mesh(std::size_t organ) const { return organs_[organ].mesh; }
 
  private:
   struct Organ {

@@ -6,9 +6,10 @@ namespace hpdm {
 
 SceneView::SceneView(const std::vector<OrganView>& organs,
                      const std::vector<InstrumentView>& instruments, const Image* background)
-    : organs_(organs), instruments_(instruments), cavity_(background) {}
+    : organs_(organs), instruments_(instruments), cavity_(background), overlays_(organs) {}
 
-void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
+void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
+                     std::uint32_t overlays) {
   FrameUniforms frame = ScopeUniforms(scope);
   instruments_.AddTo(snapshot, &frame);
   frame_.Upload(frame);
@@ -22,6 +23,7 @@ void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   instruments_.Draw(snapshot);
   organs_.Draw(snapshot);
   cavity_.Draw(scope);
+  if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
 }
 
 }  // namespace hpdm

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "engine/snapshots.h"
@@ -9,6 +10,7 @@
 #include "render/instrument_view.h"
 #include "render/laparoscope.h"
 #include "render/organ_view.h"
+#include "render/overlay_view.h"
 
 namespace hpdm {
 
@@ -25,8 +27,9 @@ class SceneView {
 
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Organs
   /// and tools beyond those given at construction are not drawn; fewer are a bug, as is a vertex
-  /// count that differs. Allocates nothing.
-  void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope);
+  /// count that differs. `overlays`: Overlay (view_settings.h), or-ed. Allocates nothing without
+  /// overlays.
+  void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0);
 
  private:
   FrameBlock frame_;
@@ -34,6 +37,7 @@ class SceneView {
   InstrumentPainter instruments_;
   CavityPainter cavity_;
   CircleMask mask_;
+  OverlayView overlays_;
 };
 
 }  // namespace hpdm

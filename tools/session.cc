@@ -11,6 +11,7 @@
 #include "haptics/sim_device.h"
 #include "haptics/trace_device.h"
 #include "tools/report_text.h"
+#include "tools/static_case.h"
 
 namespace hpdm {
 namespace {
@@ -77,6 +78,7 @@ void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
     organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
+    references_.emplace_back(0, 3);
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
   }
@@ -242,9 +244,29 @@ std::vector<ToolOptions> Session::DeformationTools() const {
   return tools;
 }
 
+void Session::LoadReference(const std::string& argument) {
+  const auto named = std::find_if(organs_.begin(), organs_.end(), [&](const OrganModel& organ) {
+    return argument.starts_with(organ.options().name + "=");
+  });
+  if (named == organs_.end() && organs_.size() != 1) {
+    throw InputError("--reference " + argument + ": the scene has " +
+                     std::to_string(organs_.size()) + " organs; say which, as in " +
+                     organs_[0].options().name + "=FILE");
+  }
+  const auto organ = static_cast<std::size_t>(named == organs_.end() ? 0 : named - organs_.begin());
+  const std::string file =
+      named == organs_.end() ? argument : argument.substr(named->options().name.size() + 1);
+  references_[organ] = ReadReferenceDisplacements(file, organs_[organ].rest());
+}
+
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
-  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest(), .model = &organ});
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    OrganView& view = views.emplace_back();
+    view.rest = &organs_[o].rest();
+    view.model = &organs_[o];
+    if (references_[o].rows() > 0) view.reference = &references_[o];
+  }
   return views;
 }
 
