@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/error.h"
 #include "haptics/device_axes.h"
@@ -20,14 +21,14 @@ double SoftThreshold(double x, double threshold) {
 }  // namespace
 
 SimDevice::SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics& kinematics,
-                     const SimulatedHand& hand)
+                     std::unique_ptr<Hand> hand)
     : kinematics_(kinematics),
-      hand_(hand),
+      hand_(std::move(hand)),
       inertia_(AxesOf(profile).inertia),
       damping_(AxesOf(profile).damping),
       friction_(AxesOf(profile).friction),
       max_effort_(profile.max_torque, profile.max_torque, profile.max_force),
-      intent_(hand_.At(0)),
+      intent_(hand_->At(0)),
       joints_(kinematics_.Inverse(intent_.p_W, intent_.roll, intent_.jaw).joints) {
   if (!((inertia_.array() > 0).all() && (damping_.array() >= 0).all() &&
         (friction_.array() >= 0).all())) {
@@ -65,9 +66,9 @@ void SimDevice::Home() noexcept {
 void SimDevice::Step(Nanoseconds step_ns) noexcept {
   const double h = ToSeconds(step_ns);
   hand_time_ns_ += step_ns;
-  intent_ = hand_.At(hand_time_ns_);
+  intent_ = hand_->At(hand_time_ns_);
 
-  const double K = hand_.stiffness(), B = hand_.damping();
+  const double K = hand_->stiffness(), B = hand_->damping();
   const Matrix3d J = kinematics_.Jacobian(joints_);
   const Vector3d p = kinematics_.Forward(joints_).translation();
   const Vector3d effort = force_.On() ? effort_ : Vector3d::Zero();
@@ -92,7 +93,7 @@ void SimDevice::Step(Nanoseconds step_ns) noexcept {
 double SimDevice::Energy() const {
   const Vector3d stretch = intent_.p_W - kinematics_.Forward(joints_).translation();
   return 0.5 * velocity_.cwiseAbs2().dot(inertia_) +
-         0.5 * hand_.stiffness() * stretch.squaredNorm();
+         0.5 * hand_->stiffness() * stretch.squaredNorm();
 }
 
 }  // namespace hpdm

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <memory>
+
 #include "haptics/device.h"
+#include "haptics/hand.h"
 #include "haptics/impulse_engine.h"
-#include "haptics/simulated_hand.h"
+#include "haptics/instrument_options.h"
 
 namespace hpdm {
 
-/// The Laparoscopic Impulse Engine in a simulated hand.
+/// The Laparoscopic Impulse Engine, simulated, in a hand that follows a script or a mouse.
 ///
 /// On each actuated axis q_i (pitch, yaw, insertion), with constant inertia m_i, viscous damping
 /// b_i and Coulomb friction f_i from the profile,
@@ -30,7 +33,7 @@ class SimDevice : public Device {
  public:
   /// Throws InputError when an inertia is not positive or a damping or friction is negative.
   SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics& kinematics,
-            const SimulatedHand& hand);
+            std::unique_ptr<Hand> hand);
 
   DeviceSample Read(Nanoseconds now) noexcept override;
   void Write(const AxisEffort& effort) noexcept override;
@@ -51,7 +54,7 @@ class SimDevice : public Device {
   void Step(Nanoseconds step_ns) noexcept;
 
   ImpulseEngineKinematics kinematics_;
-  SimulatedHand hand_;
+  std::unique_ptr<Hand> hand_;
   Vector3d inertia_;   // kg m^2, kg m^2, kg
   Vector3d damping_;   // N m s/rad, N m s/rad, N s/m
   Vector3d friction_;  // N m, N m, N

@@ -14,17 +14,13 @@ constexpr std::uint32_t kTremorSeed = 0x9e3779b9u;
 }  // namespace
 
 SimulatedHand::SimulatedHand(const HandOptions& options, const HandSite& site)
-    : plan_(options, site),
-      stiffness_(options.stiffness),
-      damping_(options.damping),
+    : Hand(options.stiffness, options.damping),
+      plan_(options, site),
       tremor_(options.tremor),
       from_(plan_.Start()),
       to_(plan_.Next()) {
-  if (!(std::isfinite(stiffness_) && stiffness_ >= 0 && std::isfinite(damping_) && damping_ >= 0 &&
-        std::isfinite(tremor_) && tremor_ >= 0)) {
-    throw InputError(
-        "instrument.hand: stiffness, damping or tremor: negative or not finite: give N/m, N s/m "
-        "and m");
+  if (!(std::isfinite(tremor_) && tremor_ >= 0)) {
+    throw InputError("instrument.hand: tremor: negative or not finite: give m");
   }
   HandRandom random(options.seed ^ kTremorSeed);
   for (auto& axis : sinusoids_) {
@@ -36,7 +32,7 @@ SimulatedHand::SimulatedHand(const HandOptions& options, const HandSite& site)
   }
 }
 
-HandIntent SimulatedHand::At(Nanoseconds t_ns) {
+HandIntent SimulatedHand::At(Nanoseconds t_ns) noexcept {
   while (t_ns - departed_ns_ >= to_.duration_ns) {
     departed_ns_ += to_.duration_ns;
     from_ = to_;

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "engine/types.h"
+#include "haptics/hand.h"
 #include "haptics/hand_script.h"
 #include "haptics/instrument_options.h"
 
@@ -17,14 +18,6 @@ struct MinimumJerk {
   static double Velocity(double tau) { return 30 * tau * tau * (1 - tau) * (1 - tau); }
 };
 
-/// What the hand means to do at an instant.
-struct HandIntent {
-  Vector3d p_W = Vector3d::Zero();  ///< Of the tip's centre, m, tremor included.
-  Vector3d v_W = Vector3d::Zero();  ///< m/s.
-  double roll = 0;                  ///< rad.
-  double jaw = 1;                   ///< 0 closed .. 1 open.
-};
-
 /// A simulated trainee's hand: it follows a script (hand_script.h) with minimum-jerk movements,
 /// trembles, and holds the instrument through an impedance, so that the displayed force moves it.
 ///
@@ -34,22 +27,12 @@ struct HandIntent {
 ///
 /// Deterministic: the same options and site give the same intent at the same times. One thread;
 /// wait-free, no allocation after construction.
-class SimulatedHand {
+class SimulatedHand : public Hand {
  public:
   /// Throws InputError when the options or the site make no movement possible.
   SimulatedHand(const HandOptions& options, const HandSite& site);
 
-  /// Intent at hand time t_ns >= 0. Times never decrease from call to call.
-  HandIntent At(Nanoseconds t_ns);
-
-  /// Force of the hand on the instrument's tip, N: an isotropic spring and damper from the tip
-  /// (p_W m, v_W m/s) to the intent.
-  Vector3d Force(const HandIntent& intent, const Vector3d& p_W, const Vector3d& v_W) const {
-    return stiffness_ * (intent.p_W - p_W) + damping_ * (intent.v_W - v_W);
-  }
-
-  double stiffness() const { return stiffness_; }  ///< N/m.
-  double damping() const { return damping_; }      ///< N s/m.
+  HandIntent At(Nanoseconds t_ns) noexcept override;
 
  private:
   struct Sinusoid {
@@ -61,8 +44,6 @@ class SimulatedHand {
   void AddTremor(double t, HandIntent* intent) const;
 
   HandScriptPlan plan_;
-  double stiffness_;
-  double damping_;
   double tremor_;
   std::array<std::array<Sinusoid, kSinusoids>, 3> sinusoids_;
   WayPoint from_;

@@ -25,6 +25,9 @@ class FrameSink {
   /// ends the film (failure()).
   void Add(const Image& image, Nanoseconds time_ns);
 
+  /// The film pauses: the next picture follows the last one, whatever time has passed.
+  void Break() { first_ = true; }
+
   static constexpr int kMaxRepeats = 10;
 
   std::uint64_t written() const { return written_; }

@@ -10,6 +10,7 @@
 #include "render/image_file.h"
 #include "render/lattice_deformation.h"
 #include "render/mesh_view.h"
+#include "render/occlusion.h"
 #include "render/shaders.h"
 #include "render/texture.h"
 
@@ -20,7 +21,7 @@ struct OrganView {
   const SurfaceMesh* rest = nullptr;  ///< Posed rest surface in the world, m: the vertices that
                                       ///< SceneSnapshot::organs[i].vertices moves.
   const Image* texture = nullptr;     ///< By the mesh's texture coordinates; null: `colour` alone.
-  Colour colour = Colour(0.47f, 0.19f, 0.145f);  ///< Without a texture; liver.
+  Colour colour = Colour(0.40f, 0.155f, 0.125f);  ///< Without a texture; liver.
   const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
   FfdPath ffd = FfdPath::kAuto;
   const Points* reference = nullptr;  ///< V x 3, m: displacements that kOverlayError compares with.
@@ -33,9 +34,15 @@ class OrganPainter {
   /// refuses the shader. A texture for a mesh without texture coordinates is a bug.
   explicit OrganPainter(const std::vector<OrganView>& organs);
 
-  /// Draws the organs where the snapshot has them. Fewer organs or another number of vertices than
-  /// at construction are a bug. Allocates nothing.
-  void Draw(const SceneSnapshot& snapshot);
+  /// Moves the organs to where the snapshot has them. Fewer organs or another number of vertices
+  /// than at construction are a bug. Allocates nothing.
+  void Move(const SceneSnapshot& snapshot);
+
+  /// Draws depth alone.
+  void DrawDepth() const;
+
+  /// Draws the organs. `occlusion` (of the same frame) may be null.
+  void Draw(const Occlusion* occlusion) const;
 
   /// Of the organ, where the last Draw() had it.
   MeshView& mesh(std::size_t organ) { return organs_[organ].mesh; }
@@ -45,14 +52,19 @@ class OrganPainter {
   struct Organ {
     MeshView mesh;
     Texture texture;
-    Eigen::Vector3f colour;                           // linear, multiplies the texture's
+    Eigen::Vector3f colour;  // linear, multiplies the texture's
+    float metres_per_uv;
     std::unique_ptr<LatticeDeformation> deformation;  // null: the snapshot's vertices
 
     void Move(const OrganSnapshot& shape);
   };
 
   ShaderProgram program_;
+  ShaderProgram depth_program_;
   int base_colour_;
+  int metres_per_uv_;
+  Texture detail_;
+  Texture no_occlusion_;
   std::vector<Organ> organs_;
 };
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -60,7 +62,11 @@ RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView
   }
   settings_.scope = scope;
   settings_.overlays = options.overlays;
-  if (!options_.frame_folder.empty()) sink_.emplace(options_.frame_folder, options_.frame_fps);
+  settings_.recording = !options_.frame_folder.empty();
+  // In a window the user says when.
+  if (settings_.recording && edges_.settings == nullptr) {
+    sink_.emplace(options_.frame_folder, options_.frame_fps);
+  }
   for (const OrganView& organ : organs_) rest_.push_back(organ.rest->vertices.cast<float>());
 }
 
@@ -87,7 +93,7 @@ void RenderLoop::EndOnThisThread() {
 }
 
 const std::string& RenderLoop::failure() const {
-  return failure_.empty() && sink_ ? sink_->failure() : failure_;
+  return failure_.empty() ? file_failure_ : failure_;
 }
 
 bool RenderLoop::Frame() {
@@ -107,7 +113,7 @@ bool RenderLoop::Frame() {
   const Nanoseconds read_ns = clock_();
   CountDropped(snapshot.step.number);
   KeepDeepest(snapshot);
-  if (sink_) sink_->Add(image_, snapshot.step.time_ns);
+  KeepFiles(snapshot.step.time_ns);
   ++statistics_.drawn;
   if (edges_.frames != nullptr) {
     edges_.frames->Push({.time_ns = read_ns,
@@ -163,6 +169,40 @@ void RenderLoop::KeepDeepest(const SceneSnapshot& snapshot) {
   if (displacement <= deepest_displacement_) return;
   deepest_displacement_ = displacement;
   deepest_image_ = image_;
+}
+
+void RenderLoop::KeepFiles(Nanoseconds time_ns) {
+  if (settings_.recording && !options_.frame_folder.empty()) {
+    try {
+      if (!sink_) sink_.emplace(options_.frame_folder, options_.frame_fps);
+      sink_->Add(image_, time_ns);
+      if (file_failure_.empty()) file_failure_ = sink_->failure();
+    } catch (const InputError& error) {
+      file_failure_ = error.what();
+      options_.frame_folder.clear();
+    }
+  } else if (sink_) {
+    sink_->Break();
+  }
+  if (settings_.screenshots > screenshots_asked_) WriteScreenshot();
+  screenshots_asked_ = settings_.screenshots;
+}
+
+// One for any number of key presses since the last picture.
+void RenderLoop::WriteScreenshot() {
+  std::error_code error;
+  std::filesystem::create_directories(options_.screenshot_folder, error);
+  char name[40];
+  std::snprintf(name, sizeof name, "screenshot_%04llu.png",
+                static_cast<unsigned long long>(screenshots_written_ + 1));
+  std::vector<std::uint8_t> bytes;
+  EncodePng(image_, &bytes);
+  std::string failure;
+  if (WriteBytes(options_.screenshot_folder / name, bytes, &failure)) {
+    ++screenshots_written_;
+  } else if (file_failure_.empty()) {
+    file_failure_ = failure;
+  }
 }
 
 void RenderLoop::Run(std::stop_token stop) {

@@ -23,13 +23,14 @@
 namespace hpdm {
 
 struct RenderOptions {
-  int width = 640;                        ///< px.
-  int height = 480;                       ///< px.
-  int samples = 4;                        ///< A pixel, against jagged edges; 1: none.
-  double max_hz = 30;                     ///< Frames a second at most, in Run.
-  std::filesystem::path frame_folder;     ///< PNG frames go here; empty: none are written.
-  double frame_fps = 30;                  ///< Of the PNG frames, in session time.
-  std::uint32_t overlays = kOverlayNone;  ///< Or-ed; a window's ViewSettings replace them.
+  int width = 640;                          ///< px.
+  int height = 480;                         ///< px.
+  int samples = 4;                          ///< A pixel, against jagged edges; 1: none.
+  double max_hz = 30;                       ///< Frames a second at most, in Run.
+  std::filesystem::path frame_folder;       ///< PNG frames go here; empty: none are written.
+  double frame_fps = 30;                    ///< Of the PNG frames, in session time.
+  std::filesystem::path screenshot_folder;  ///< Of a window's; made with the first one.
+  std::uint32_t overlays = kOverlayNone;    ///< Or-ed; a window's ViewSettings replace them.
   const Image* background = nullptr;  ///< On the cavity's wall (cavity_view.h); must outlive the
                                       ///< loop. Null: a bare wall.
 };
@@ -102,9 +103,10 @@ class RenderLoop {
 
   const RenderStatistics& statistics() const { return statistics_; }
   std::uint64_t frames_written() const { return sink_ ? sink_->written() : 0; }
+  std::uint64_t screenshots_written() const { return screenshots_written_; }
   const Laparoscope& scope() const { return scope_; }
 
-  /// Why drawing ended, or else why no more PNG frames are written: one line. Empty while all is
+  /// Why drawing ended, or else why a picture could not be written: one line. Empty while all is
   /// well.
   const std::string& failure() const;
 
@@ -114,6 +116,8 @@ class RenderLoop {
   void TakeSettings();
   void DrawNewest(const SceneSnapshot& snapshot);
   void KeepDeepest(const SceneSnapshot& snapshot);
+  void KeepFiles(Nanoseconds time_ns);
+  void WriteScreenshot();
   void CountDropped(std::uint64_t number);
 
   std::vector<OrganView> organs_;
@@ -131,8 +135,11 @@ class RenderLoop {
   Image deepest_image_;
   double deepest_displacement_ = -1;
   std::uint64_t last_number_ = 0;
+  std::uint64_t screenshots_asked_ = 0;  // and answered, if only with a failure
+  std::uint64_t screenshots_written_ = 0;
   RenderStatistics statistics_;
   std::string failure_;
+  std::string file_failure_;  // the first
 };
 
 }  // namespace hpdm

@@ -7,6 +7,7 @@
 #include "scenes/instrument_mesh.h"
 #include "scenes/obj_writer.h"
 #include "scenes/surface_mesher.h"
+#include "scenes/texture_atlas.h"
 
 namespace hpdm {
 namespace {
@@ -72,13 +73,16 @@ SurfaceMesh MakeMeshAsset(const std::string& name) {
   const std::unique_ptr<ImplicitShape> shape = recipe.shape();
   SurfaceMesherOptions options;
   options.triangle_count = recipe.outer_triangles;
-  const SurfaceMesh outer = MeshImplicitSurface(*shape, options);
-  if (recipe.cavity_triangles == 0) return outer;
-  options.triangle_count = recipe.cavity_triangles;
-  options.level = -recipe.wall;
-  SurfaceMesh cavity = MeshImplicitSurface(*shape, options);
-  DeepenToDistance(*shape, &cavity);
-  return Joined(outer, TurnedInsideOut(cavity));
+  SurfaceMesh mesh = MeshImplicitSurface(*shape, options);
+  if (recipe.cavity_triangles > 0) {
+    options.triangle_count = recipe.cavity_triangles;
+    options.level = -recipe.wall;
+    SurfaceMesh cavity = MeshImplicitSurface(*shape, options);
+    DeepenToDistance(*shape, &cavity);
+    mesh = Joined(mesh, TurnedInsideOut(cavity));
+  }
+  mesh.texture_coordinates = MakeTextureAtlas(mesh, recipe.outer_triangles);
+  return mesh;
 }
 
 std::string MeshAssetObj(const std::string& name, const SurfaceMesh& mesh) {

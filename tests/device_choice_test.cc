@@ -15,9 +15,10 @@ std::vector<InstrumentOptions> LeftAndRight() {
 }
 
 std::vector<std::string> Chosen(const std::vector<std::string>& arguments,
-                                const std::vector<InstrumentOptions>& instruments) {
+                                const std::vector<InstrumentOptions>& instruments,
+                                bool window = false) {
   std::vector<std::string> texts;
-  for (const DeviceChoice& choice : ChooseDevices(arguments, instruments)) {
+  for (const DeviceChoice& choice : ChooseDevices(arguments, instruments, window)) {
     texts.push_back(choice.Text());
   }
   return texts;
@@ -30,6 +31,17 @@ TEST(DeviceChoice, WithoutAnArgumentItIsTheScenesTraceOrTheSimulatedHand) {
   instruments[1].trace.file = "r.csv";
   EXPECT_EQ(Chosen({}, instruments), (Texts{"sim", "trace:r.csv"}));
   EXPECT_EQ(Chosen({"sim"}, instruments), (Texts{"sim", "sim"}));
+}
+
+TEST(DeviceChoice, AWindowsMouseStandsInForTheSimulatedHand) {
+  std::vector<InstrumentOptions> instruments = LeftAndRight();
+  EXPECT_EQ(Chosen({}, instruments, true), (Texts{"mouse", "mouse"}));
+  EXPECT_EQ(Chosen({"right=sim"}, instruments, true), (Texts{"mouse", "sim"}));
+  EXPECT_EQ(Chosen({"sim", "left=mouse"}, instruments, true), (Texts{"mouse", "sim"}));
+  instruments[1].trace.file = "r.csv";
+  EXPECT_EQ(Chosen({}, instruments, true), (Texts{"mouse", "trace:r.csv"}));
+  EXPECT_THROW(ChooseDevices({"mouse"}, instruments), InputError);
+  EXPECT_THROW(ChooseDevices({"left=mouse"}, instruments), InputError);
 }
 
 TEST(DeviceChoice, OneInstrumentsArgumentIsStrongerThanAllOfThemInAnyOrder) {

@@ -8,6 +8,7 @@
 
 #include "haptics/haptic_loop.h"
 #include "haptics/sim_device.h"
+#include "haptics/simulated_hand.h"
 #include "tests/contact_patches.h"
 
 /// A haptic loop on the bench: devices and patches in the tests' hands.
@@ -104,8 +105,8 @@ struct SimulatedSession {
       options.seed = static_cast<std::uint32_t>(i + 1);
       options.script = i == 0 ? HandScript::kPalpate : HandScript::kRandom;
       const HandSite site{Vector3d::Zero(), Vector3d::UnitZ(), kTrocar, 0.2};
-      devices.push_back(
-          std::make_unique<SimDevice>(DeviceProfile{}, Kinematics(), SimulatedHand(options, site)));
+      devices.push_back(std::make_unique<SimDevice>(
+          DeviceProfile{}, Kinematics(), std::make_unique<SimulatedHand>(options, site)));
       devices.back()->Home();
       devices.back()->EnableForce(true);
       instruments.push_back({devices.back().get(), Kinematics(), kTipRadius, {}});

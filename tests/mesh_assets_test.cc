@@ -33,14 +33,19 @@ SurfaceMesh Committed(const std::string& name) {
   std::vector<Vector3d> vertices;
   std::vector<std::array<int, 3>> triangles;
   for (std::string line; std::getline(text, line);) {
-    std::istringstream row(line.substr(1));
-    if (line[0] == 'v') {
+    std::istringstream row(line);
+    std::string keyword, corner;
+    row >> keyword;
+    if (keyword == "v") {
       Vector3d p;
       row >> p[0] >> p[1] >> p[2];
       vertices.push_back(p);
-    } else if (line[0] == 'f') {
+    } else if (keyword == "f") {
       std::array<int, 3> t;
-      row >> t[0] >> t[1] >> t[2];
+      for (int& v : t) {
+        row >> corner;  // "v" or "v/vt"
+        v = std::stoi(corner);
+      }
       triangles.push_back(t);
     }
   }

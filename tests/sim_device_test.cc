@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
+
+#include "haptics/simulated_hand.h"
 
 namespace hpdm {
 namespace {
@@ -42,7 +45,8 @@ TEST(SimDevice, DisplayedForcePushesTheHandBackByForceOverStiffness) {
   profile.friction = profile.rotational_friction = 0;
   const ImpulseEngineKinematics kinematics = Kinematics(profile);
   const SimulatedHand hand(Options(HandScript::kPalpate, 1e-4), Site());
-  SimDevice free(profile, kinematics, hand), pushed(profile, kinematics, hand);
+  SimDevice free(profile, kinematics, std::make_unique<SimulatedHand>(hand));
+  SimDevice pushed(profile, kinematics, std::make_unique<SimulatedHand>(hand));
   pushed.Home();
   pushed.EnableForce(true);
   const Vector3d force(0.3, -0.2, 1.2);
@@ -66,7 +70,7 @@ TEST(SimDevice, StiffHandIsStableAndEnergyOnlyFalls) {
     options.damping = 0;
     const DeviceProfile profile;
     const ImpulseEngineKinematics kinematics = Kinematics(profile);
-    SimDevice device(profile, kinematics, SimulatedHand(options, Site()));
+    SimDevice device(profile, kinematics, std::make_unique<SimulatedHand>(options, Site()));
     device.Home();
     device.EnableForce(true);
     Nanoseconds t = 0;
@@ -93,7 +97,7 @@ TEST(SimDevice, FrictionHoldsWithoutChatterAndGivesWayBeyondItsLimit) {
   HandOptions options = Still();
   options.stiffness = options.damping = 0;
   const DeviceProfile profile;
-  SimDevice device(profile, Kinematics(profile), SimulatedHand(options, Site()));
+  SimDevice device(profile, Kinematics(profile), std::make_unique<SimulatedHand>(options, Site()));
   device.Home();
   device.EnableForce(true);
   device.Read(0);
@@ -120,7 +124,7 @@ TEST(SimDevice, StopsHoldTheWorkspaceAndEffortsSaturate) {
   HandOptions options = Still();
   options.stiffness = options.damping = 0;
   DeviceProfile profile;
-  SimDevice device(profile, Kinematics(profile), SimulatedHand(options, Site()));
+  SimDevice device(profile, Kinematics(profile), std::make_unique<SimulatedHand>(options, Site()));
   device.Home();
   device.EnableForce(true);
   device.Read(0);
@@ -142,7 +146,7 @@ TEST(SimDevice, StopsHoldTheWorkspaceAndEffortsSaturate) {
 TEST(SimDevice, NotFiniteEffortsAndLongGapsAreHarmless) {
   const DeviceProfile profile;
   SimDevice device(profile, Kinematics(profile),
-                   SimulatedHand(Options(HandScript::kRandom, 1e-4), Site()));
+                   std::make_unique<SimulatedHand>(Options(HandScript::kRandom, 1e-4), Site()));
   device.Home();
   device.EnableForce(true);
   Nanoseconds t = 0;
@@ -164,7 +168,7 @@ TEST(SimDevice, NotFiniteEffortsAndLongGapsAreHarmless) {
 
 TEST(SimDevice, DisplaysForceOnlyWhenHomedEnabledAndNotStopped) {
   const DeviceProfile profile;
-  SimDevice device(profile, Kinematics(profile), SimulatedHand(Still(), Site()));
+  SimDevice device(profile, Kinematics(profile), std::make_unique<SimulatedHand>(Still(), Site()));
   auto moves = [&, t = Nanoseconds{0}]() mutable {
     for (int i = 0; i < 300; ++i) device.Read(t += kTick);
     const JointVector before = device.joints();

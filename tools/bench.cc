@@ -82,6 +82,12 @@ Json ToJson(const HandOverFigures& row) {
           {"update", ToJson(row.update)}};
 }
 
+Json ToJson(const FrameFigures& row) {
+  return {{"scene", row.scene}, {"triangles", row.triangles},
+          {"width", row.width}, {"height", row.height},
+          {"way", row.way},     {"frame", ToJson(row.frame)}};
+}
+
 Json ToJson(const FfdTable& table) {
   Json rows;
   for (const FfdFigures& row : table.rows) {
@@ -104,6 +110,7 @@ Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
   if (figures.ticks.has_value()) json["ticks"] = ToJson(*figures.ticks);
   if (!figures.hand_overs.empty()) json["clock_reading_us"] = figures.clock_reading_ns / 1000;
   for (const HandOverFigures& row : figures.hand_overs) json["hand_overs"].push_back(ToJson(row));
+  for (const FrameFigures& row : figures.frames) json["frames"].push_back(ToJson(row));
   if (figures.ffd.has_value()) json["ffd"] = ToJson(*figures.ffd);
   return json;
 }
@@ -133,6 +140,12 @@ void Bench(const BenchOptions& options) {
   if (wanted("hand-over", "hand-over of snapshots")) {
     figures.clock_reading_ns = ClockReadingNanoseconds();
     figures.hand_overs = TimeHandOvers(options.quick);
+  }
+  if (wanted("frames", "frames of the laparoscope's picture")) {
+    figures.frames = TimeFrames(options.quick);
+    if (figures.frames.empty() && options.only == "frames") {
+      throw InputError("scenes: has no scene to draw; go to the folder that holds scenes/");
+    }
   }
   if (wanted("models", "lattice and surface continuum")) {
     figures.models = CompareModels(options.quick);
@@ -167,7 +180,7 @@ void AddBenchCommand(CLI::App& app) {
   bench->add_option("--json", options->json, "File to write all figures to");
   bench->add_option("--out", options->out, "Folder for bench.json and bench.md; made when missing");
   bench->add_option("--only", options->only, "Measure this alone")
-      ->check(CLI::IsMember({"ticks", "hand-over", "models", "meshes", "costs", "ffd"}));
+      ->check(CLI::IsMember({"ticks", "hand-over", "frames", "ffd", "models", "meshes", "costs"}));
   bench->add_flag("--quick", options->quick, "Fewer repeats and smaller sizes");
   bench->callback([options] { Bench(*options); });
 }

@@ -77,6 +77,19 @@ std::vector<HandOverFigures> TimeHandOvers(bool quick);
 /// What the clock's own readings take of it, median.
 double ClockReadingNanoseconds();
 
+/// Wall time of a frame, drawn and read back, without the session's other loops; the pictures of a
+/// session's first three seconds.
+struct FrameFigures {
+  std::string scene;
+  int triangles = 0;  ///< Of its organs.
+  int width = 0, height = 0;
+  std::string way;  ///< What was switched off or on.
+  Histogram frame;
+};
+/// Of the scenes in the working folder's scenes/ (none there: no rows). Throws MachineError where
+/// nothing can be drawn.
+std::vector<FrameFigures> TimeFrames(bool quick);
+
 /// Eq. 4 for the picture, on the CPU and in the vertex shader (render/lattice_deformation.h).
 struct FfdFigures {
   std::string lattice;  ///< In words.
@@ -101,6 +114,7 @@ struct BenchFigures {
   std::optional<TickFigures> ticks;
   double clock_reading_ns = 0;
   std::vector<HandOverFigures> hand_overs;
+  std::vector<FrameFigures> frames;
   std::optional<FfdTable> ffd;
 };
 

@@ -98,6 +98,21 @@ std::string HandOverTable(const std::vector<HandOverFigures>& rows) {
   return text;
 }
 
+std::string FrameTable(const std::vector<FrameFigures>& rows) {
+  std::string text =
+      "| scene | triangles | pixels | drawn | ms: median | p90 | p99 | frames/s |\n"
+      "|---|---|---|---|---|---|---|---|\n";
+  for (const FrameFigures& row : rows) {
+    const auto ms = [&](double share) {
+      return static_cast<double>(row.frame.Percentile(share)) / 1e6;
+    };
+    text += Format("| %s | %s | %d x %d | %s | %.1f | %.1f | %.1f | %.0f |\n", row.scene.c_str(),
+                   WithCommas(row.triangles).c_str(), row.width, row.height, row.way.c_str(),
+                   ms(0.5), ms(0.9), ms(0.99), 1000 / ms(0.5));
+  }
+  return text;
+}
+
 std::string FfdText(const FfdTable& table) {
   std::string text =
       "Free-form deformation of one organ for the picture, one tip pressing, us (medians): on the "
@@ -163,6 +178,12 @@ std::string BenchMarkdown(const BenchFigures& figures, const std::string& machin
                 "always looking for news (reading the clock, %.0f ns, included).\n\n",
                 figures.clock_reading_ns) +
             HandOverTable(figures.hand_overs) + "\n";
+  }
+  if (!figures.frames.empty()) {
+    text +=
+        "A frame of the laparoscope's picture, drawn and read back, without the other loops (wall "
+        "time; the ways of drawing in turn, on the same snapshots).\n\n" +
+        FrameTable(figures.frames) + "\n";
   }
   if (figures.ffd.has_value()) text += FfdText(*figures.ffd) + "\n";
   return text + "Times: " + machine + ".\n";

@@ -12,6 +12,7 @@ constexpr std::string_view kTracePrefix = "trace:";
 std::optional<DeviceChoice> Parse(const std::string& text) {
   if (text == "sim") return DeviceChoice{DeviceChoice::Type::kSim, {}};
   if (text == "lcm") return DeviceChoice{DeviceChoice::Type::kLcm, {}};
+  if (text == "mouse") return DeviceChoice{DeviceChoice::Type::kMouse, {}};
   if (!text.starts_with(kTracePrefix) || text.size() == kTracePrefix.size()) return std::nullopt;
   return DeviceChoice{DeviceChoice::Type::kTrace, text.substr(kTracePrefix.size())};
 }
@@ -26,18 +27,23 @@ std::string DeviceChoice::Text() const {
       return std::string(kTracePrefix) + trace;
     case Type::kLcm:
       return "lcm";
+    case Type::kMouse:
+      return "mouse";
   }
   return "";
 }
 
 std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& arguments,
-                                        const std::vector<InstrumentOptions>& instruments) {
+                                        const std::vector<InstrumentOptions>& instruments,
+                                        bool window) {
   std::vector<DeviceChoice> devices;
   std::string names;
   for (const InstrumentOptions& instrument : instruments) {
     DeviceChoice& device = devices.emplace_back();
     if (!instrument.trace.file.empty()) {
       device = {DeviceChoice::Type::kTrace, instrument.trace.file};
+    } else if (window) {
+      device.type = DeviceChoice::Type::kMouse;
     }
     names += (names.empty() ? "" : ", ") + instrument.name;
   }
@@ -52,7 +58,7 @@ std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& argument
     if (!choice) {
       throw InputError(
           "--device " + argument +
-          ": is no device; give sim, trace:FILE or lcm, or NAME=... for one instrument");
+          ": is no device; give sim, trace:FILE, lcm or mouse, or NAME=... for one instrument");
     }
     bool found = false;
     for (std::size_t i = 0; i < instruments.size(); ++i) {
@@ -64,6 +70,10 @@ std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& argument
       throw InputError("--device " + argument + ": the scene has no such instrument; it has " +
                        (names.empty() ? "none" : names));
     }
+  }
+  for (const DeviceChoice& device : devices) {
+    if (device.type != DeviceChoice::Type::kMouse || window) continue;
+    throw InputError("--device mouse: needs a window to move in; add --window");
   }
   return devices;
 }

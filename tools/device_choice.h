@@ -9,7 +9,7 @@ namespace hpdm {
 
 /// What moves an instrument.
 struct DeviceChoice {
-  enum class Type { kSim, kTrace, kLcm };
+  enum class Type { kSim, kTrace, kLcm, kMouse };
   Type type = Type::kSim;
   std::string trace;  ///< Path; kTrace only.
 
@@ -17,9 +17,11 @@ struct DeviceChoice {
 };
 
 /// The device of each instrument. Without an answer on the command line it is the scene's trace, or
-/// else the simulated hand. `arguments` are those of --device: "sim", "trace:FILE" and "lcm" for
-/// all instruments, "NAME=..." for the one of that name, whatever their order. Throws InputError.
+/// else the simulated hand, with a window the mouse. `arguments` are those of --device: "sim",
+/// "trace:FILE", "lcm" and "mouse" for all instruments, "NAME=..." for the one of that name,
+/// whatever their order. Throws InputError, also for a mouse without a window.
 std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& arguments,
-                                        const std::vector<InstrumentOptions>& instruments);
+                                        const std::vector<InstrumentOptions>& instruments,
+                                        bool window = false);
 
 }  // namespace hpdm

@@ -35,6 +35,7 @@
 #include "tools/run_summary.h"
 #include "tools/session.h"
 #include "tools/session_folder.h"
+#include "tools/trainer_window.h"
 
 namespace hpdm {
 namespace {
@@ -43,7 +44,7 @@ struct RunOptions {
   std::string scene;
   double seconds = 0;  // 0: until a signal
   std::string out;     // empty: a free name
-  double frames_per_second = 2;
+  std::optional<double> frames_per_second;
   std::string size = "640x480";
   std::string clock = "real";
   FfdPath ffd = FfdPath::kAuto;
@@ -59,6 +60,8 @@ struct RunOptions {
   bool json = false;
 
   bool Lockstep() const { return clock == "lockstep"; }
+  // Of the pictures in frames/; in a window the user says when.
+  double FramesPerSecond() const { return frames_per_second.value_or(window ? 30 : 2); }
 };
 
 // SIGINT and SIGTERM ask for a clean end. They are blocked before any thread is started, which
@@ -82,6 +85,8 @@ class StopSignals {
 };
 
 constexpr Nanoseconds kBaselineLength = kNanosecondsPerSecond;
+// What a window's input waits for at most when nothing is typed, s: held keys act this often.
+constexpr double kWindowPeriod = 0.01;
 
 // What the machine grants, and how late it wakes a thread like the haptic one that does nothing.
 struct MachineState {
@@ -125,7 +130,8 @@ struct Loops {
   DeviceLink* link;  // null without external devices
   const StopSignals& signals;
   std::uint64_t end_tick;
-  bool pictures;  // false: the render loop never starts
+  bool pictures;          // false: the render loop never starts
+  TrainerWindow* window;  // null without one
 };
 
 // The real clock, one thread a loop:
@@ -135,6 +141,10 @@ struct Loops {
 //        '-effort-'  '---HapticSample queue, every tick-------------------^  ^  ^
 //                                   StepSample queue, every step ---------'  |
 //                                 FrameRecord queue, every frame of render --'
+//
+// With a window the main thread takes its input, where the window library wants it:
+//
+//     window --HandTarget, SessionControl--> haptic;   window --ViewSettings--> render
 //
 // External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample --> HPDM_FORCE.
 //
@@ -166,7 +176,12 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
   std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
   std::jthread render_thread;
   if (loops.pictures) {
-    render_thread = std::jthread([&](std::stop_token stop) { loops.render.Run(stop); });
+    render_thread = std::jthread([&](std::stop_token stop) {
+      loops.render.Run(stop);
+      // At once: the session may go on for long.
+      const std::string& failure = loops.render.failure();
+      if (!failure.empty()) std::cerr << "hpdm: note: " + failure + "\n";
+    });
   }
   std::jthread deformation_thread([&](std::stop_token stop) {
     deformation = RequestRealtime(DeformationRealtime());
@@ -188,7 +203,12 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
   });
 
   while (!over.stop_requested() && !record.interrupted) {
-    record.interrupted = loops.signals.WaitFor(20'000'000);
+    if (loops.window != nullptr && !loops.window->lost()) {
+      loops.window->Pump(kWindowPeriod);
+      record.interrupted = loops.window->ended() || loops.signals.WaitFor(0);
+    } else {
+      record.interrupted = loops.signals.WaitFor(20'000'000);
+    }
   }
   for (std::jthread* thread : {&haptic_thread, &deformation_thread, &render_thread,
                                &telemetry_thread, &receive_thread, &send_thread}) {
@@ -253,6 +273,18 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
   return render;
 }
 
+void OpenWindow(const RunOptions& options, const RenderOptions& render, Session* session,
+                std::optional<TrainerWindow>* window) {
+  ViewSettings view;
+  view.scope = session->scene().laparoscope;
+  view.overlays = kOverlayText;
+  view.recording = options.frames_per_second.value_or(0) > 0;
+  window->emplace(
+      render.width, render.height, "HPDM: " + session->scene().name, view,
+      session->TrainerInstruments(),
+      TrainerWindow::Edges{session->view_settings, session->control, session->hand_targets});
+}
+
 TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineState& machine,
                                     const SessionFolder& folder, Session* session) {
   TelemetryOptions telemetry;
@@ -276,6 +308,9 @@ void WritePicture(const Image& image, const SessionFolder& folder, const std::st
 }
 
 void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& devices) {
+  if (options.window) {
+    throw InputError("--clock lockstep: a window's user lives in real time; use --clock real");
+  }
   bool ends = options.seconds > 0 || !devices.empty();
   for (const DeviceChoice& device : devices) {
     if (device.type == DeviceChoice::Type::kLcm) {
@@ -287,12 +322,14 @@ void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& d
 }
 
 void Run(const RunOptions& options) {
-  if (options.window) {
-    throw InputError("--window: this version draws without a window; leave it out");
+  if (options.window && (options.headless || !options.pictures)) {
+    throw InputError(std::string("--window: contradicts ") +
+                     (options.headless ? "--headless" : "--no-pictures") + "; leave one out");
   }
   const StopSignals signals;  // before any thread
   Scene scene = LoadScene(options.scene);
-  std::vector<DeviceChoice> devices = ChooseDevices(options.devices, scene.instruments);
+  std::vector<DeviceChoice> devices =
+      ChooseDevices(options.devices, scene.instruments, options.window);
   if (options.Lockstep()) CheckLockstep(options, devices);
   Session session(std::move(scene), std::move(devices));
   const double seconds = options.seconds > 0 ? options.seconds : ToSeconds(session.trace_length());
@@ -305,7 +342,15 @@ void Run(const RunOptions& options) {
   for (const std::string& reference : options.references) session.LoadReference(reference);
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
-  if (options.pictures) EglContext();  // a machine that cannot draw says so before the session
+  // A machine that cannot draw says so before the session.
+  std::optional<TrainerWindow> window;
+  RenderContextFactory make_context = HeadlessContext;
+  if (options.window) {
+    OpenWindow(options, render_options, &session, &window);
+    make_context = [&window] { return window->MakeContext(); };
+  } else if (options.pictures) {
+    EglContext();
+  }
   const MachineState machine = TryMachine(options, session.haptic_period_ns());
   const SessionClock clock;
   std::optional<DeviceLink> link;
@@ -316,10 +361,11 @@ void Run(const RunOptions& options) {
   const SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene());
-  if (options.pictures && options.frames_per_second > 0) {
+  if (options.pictures && options.FramesPerSecond() > 0) {
     render_options.frame_folder = folder.File("frames");
-    render_options.frame_fps = options.frames_per_second;
+    render_options.frame_fps = options.FramesPerSecond();
   }
+  render_options.screenshot_folder = folder.File("screenshots");
 
   std::function<Nanoseconds()> stopwatch;
   if (!options.Lockstep()) stopwatch = [&clock] { return clock.Now(); };
@@ -332,8 +378,10 @@ void Run(const RunOptions& options) {
                               stopwatch);
   RenderLoop render(
       OrganViewsOf(options, session), session.InstrumentViews(), session.scene().laparoscope,
-      render_options, {*session.render_scenes, options.Lockstep() ? nullptr : &session.frames},
-      stopwatch ? stopwatch : [] { return Nanoseconds{0}; });
+      render_options,
+      {*session.render_scenes, options.Lockstep() ? nullptr : &session.frames,
+       window ? &session.view_settings : nullptr},
+      stopwatch ? stopwatch : [] { return Nanoseconds{0}; }, make_context);
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),
                           TelemetryOptionsOf(options, machine, folder, &session), session.Info());
@@ -341,8 +389,11 @@ void Run(const RunOptions& options) {
       seconds > 0
           ? static_cast<std::uint64_t>(std::llround(seconds * session.scene().timing.haptic_hz))
           : std::numeric_limits<std::uint64_t>::max();
-  const Loops loops{session, haptics,  deformation,     render, telemetry, link ? &*link : nullptr,
-                    signals, end_tick, options.pictures};
+  const Loops loops{session,          haptics,
+                    deformation,      render,
+                    telemetry,        link ? &*link : nullptr,
+                    signals,          end_tick,
+                    options.pictures, window ? &*window : nullptr};
   const RunRecord record =
       options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, machine, clock);
 
@@ -363,7 +414,7 @@ void Run(const RunOptions& options) {
   };
   if (options.film && render.frames_written() > 0) {
     const std::string missing =
-        MakeFilm(render_options.frame_folder, options.frames_per_second, folder.File("film.mp4"));
+        MakeFilm(render_options.frame_folder, options.FramesPerSecond(), folder.File("film.mp4"));
     if (!missing.empty()) std::cerr << "hpdm: note: film.mp4: " << missing << "\n";
   }
   plot(kPlotTimelineScript, "timeline.csv", "timeline.png");
@@ -393,16 +444,19 @@ void AddRunCommand(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* run = app.add_subcommand("run", "Run a session of a scene");
   run->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
-  run->add_option("--seconds", options->seconds,
-                  "Length; without it, until SIGINT or SIGTERM, or the end of the traces")
+  run->add_option(
+         "--seconds", options->seconds,
+         "Length; without it, until SIGINT or SIGTERM, Esc in the window, or the end of the "
+         "traces")
       ->check(CLI::Range(0.001, 1e6));
   run->add_option("--out", options->out, "Session folder to make [out/session_N]");
-  run->add_flag("--headless", options->headless, "Draw without a window (always, for now)");
-  run->add_flag("--window", options->window, "Draw in a window (not in this version)");
+  run->add_flag("--headless", options->headless, "Draw without a window (the default)");
+  run->add_flag("--window", options->window,
+                "Draw in a window; the mouse moves the instruments (F1 lists the keys)");
   run->add_option("--fps", options->frames_per_second,
-                  "Pictures a second kept in frames/; 0 keeps none")
-      ->check(CLI::Range(0.0, 240.0))
-      ->capture_default_str();
+                  "Pictures a second kept in frames/; 0 keeps none [2; in a window those that r "
+                  "asks for, 30]")
+      ->check(CLI::Range(0.0, 240.0));
   run->add_flag(
       "--film", options->film,
       "Make film.mp4 of the pictures in frames/, with ffmpeg; take --fps 30 for a smooth one");
@@ -425,8 +479,9 @@ void AddRunCommand(CLI::App& app) {
       ->check(CLI::IsMember({"real", "lockstep"}))
       ->capture_default_str();
   run->add_option("--device", options->devices,
-                  "What moves the instruments: sim, trace:FILE (CSV) or lcm (an external driver); "
-                  "NAME=... for one of them; repeatable [the scene's trace, or sim]");
+                  "What moves the instruments: sim, trace:FILE (CSV), lcm (an external driver) or "
+                  "mouse; NAME=... for one of them; repeatable [the scene's trace, or sim, in a "
+                  "window mouse]");
   run->add_flag("--live", options->live,
                 "Publish over LCM too (LCM_DEFAULT_URL, or this machine's multicast)");
   run->add_flag("--require-rt", options->require_realtime,

@@ -18,7 +18,7 @@ namespace hpdm {
 
 /// What the threads of a run left behind.
 struct RunRecord {
-  bool interrupted = false;  ///< By a signal, before the asked time was over.
+  bool interrupted = false;  ///< By a signal or in the window, before the asked time was over.
   bool lockstep = false;
   TickCount haptic;
   TickCount deformation;

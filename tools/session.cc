@@ -9,6 +9,7 @@
 #include "engine/mesh_import.h"
 #include "haptics/external_device.h"
 #include "haptics/sim_device.h"
+#include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
 #include "tools/report_text.h"
 #include "tools/static_case.h"
@@ -126,11 +127,19 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
       external_readings[instrument] = &device->readings();
       return device;
     }
+    case DeviceChoice::Type::kMouse: {
+      // Where a script would start: outside of the tissue, in sight of its target.
+      const WayPoint start = HandScriptPlan(options.hand, site).Start();
+      auto hand = std::make_unique<MouseHand>(HandTarget{start.p_W, start.roll, start.jaw},
+                                              options.hand.stiffness, options.hand.damping);
+      hand_targets[instrument] = &hand->targets();
+      return std::make_unique<SimDevice>(options.device, kinematics_[instrument], std::move(hand));
+    }
     case DeviceChoice::Type::kSim:
       break;
   }
   return std::make_unique<SimDevice>(options.device, kinematics_[instrument],
-                                     SimulatedHand(options.hand, site));
+                                     std::make_unique<SimulatedHand>(options.hand, site));
 }
 
 std::unique_ptr<Device> Session::BuildTraceDevice(std::size_t instrument, const HandSite& site) {
@@ -280,6 +289,16 @@ std::vector<InstrumentView> Session::InstrumentViews() const {
     view.shaft_radius = scene_.instruments[i].shaft_radius;
   }
   return views;
+}
+
+std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
+  std::vector<TrainerInput::Instrument> instruments(scene_.instruments.size());
+  for (std::size_t i = 0; i < instruments.size(); ++i) {
+    if (hand_targets[i] == nullptr) continue;
+    instruments[i].mouse = kinematics_[i];
+    instruments[i].start = hand_targets[i]->Front();
+  }
+  return instruments;
 }
 
 SessionInfo Session::Info() const {

@@ -12,12 +12,14 @@
 #include "engine/triple_buffer.h"
 #include "haptics/hand_script.h"
 #include "haptics/haptic_loop.h"
+#include "haptics/mouse_hand.h"
 #include "haptics/trace_file.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "scenes/scene.h"
 #include "tools/contact_stiffness.h"
 #include "tools/device_choice.h"
+#include "tools/trainer_input.h"
 
 namespace hpdm {
 
@@ -64,6 +66,7 @@ class Session {
   std::vector<OrganView> OrganViews() const;
   std::vector<InstrumentView> InstrumentViews() const;
   SessionInfo Info() const;
+  std::vector<TrainerInput::Instrument> TrainerInstruments() const;
 
   // The edges. Two seconds of samples, steps and frames fit their queues: a telemetry thread that a
   // disk holds up for less loses nothing.
@@ -78,6 +81,11 @@ class Session {
   SpscQueue<HapticSample> external_forces;
   bool HasExternalDevice() const;
   SpscQueue<FrameRecord> frames;
+  // Of a window; nothing writes them without one.
+  TripleBuffer<ViewSettings> view_settings;
+  TripleBuffer<SessionControl> control;
+  /// Of the instruments that the mouse moves, null for the others.
+  std::array<TripleBuffer<HandTarget>*, kMaxInstruments> hand_targets{};
 
  private:
   void ReadTraces();

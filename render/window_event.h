@@ -1,0 +1,53 @@
+#pragma once
+
+#include <variant>
+
+namespace hpdm {
+
+/// A key as it is labelled: the ASCII code of what it prints without shift (letters in lower case),
+/// or one of these. Keys of a layout without ASCII letters count as those of a US keyboard.
+enum Key : int {
+  kKeyOther = 0x100,
+  kKeyEscape,
+  kKeyTab,
+  kKeyF1,
+  kKeyShift,
+  kKeyLeft,
+  kKeyRight,
+  kKeyUp,
+  kKeyDown,
+  kKeyPageUp,
+  kKeyPageDown,
+};
+
+enum class MouseButton { kLeft, kRight, kMiddle };
+
+/// What a window reports, in plain values: nothing of a window library.
+struct KeyEvent {
+  int key = kKeyOther;  ///< Key, or an ASCII code.
+  bool down = false;    ///< Pressed, else let go; a held key is reported once.
+};
+struct MotionEvent {
+  double dx = 0;  ///< px of the picture, to the right.
+  double dy = 0;  ///< px, downwards.
+};
+struct WheelEvent {
+  double steps = 0;  ///< Away from the user.
+};
+struct ButtonEvent {
+  MouseButton button = MouseButton::kLeft;
+  bool down = false;
+};
+struct ResizeEvent {
+  int width = 0;   ///< px of the window's framebuffer; 0 when minimised.
+  int height = 0;  ///< px.
+};
+struct FocusEvent {
+  bool focused = false;
+};
+struct CloseEvent {};  ///< The user asks for the window's end.
+
+using WindowEvent = std::variant<KeyEvent, MotionEvent, WheelEvent, ButtonEvent, ResizeEvent,
+                                 FocusEvent, CloseEvent>;
+
+}  // namespace hpdm
