@@ -23,8 +23,6 @@ struct Rule {
 constexpr Rule kRules[] = {
     {"scene.gravity", Refused::kNonZero, "", "remove the key or give [0, 0, 0]"},
     {"organ.model", Refused::kString, "rigid", "use \"hpdm\""},
-    {"instrument.type", Refused::kString, "scissors", "use \"probe\" or \"grasper\""},
-    {"instrument.type", Refused::kString, "hook", "use \"probe\" or \"grasper\""},
 };
 
 bool IsNonZero(const TomlValue& value) {

@@ -6,11 +6,11 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "engine/mesh_import.h"
 #include "haptics/external_device.h"
 #include "haptics/sim_device.h"
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
+#include "tools/instrument_looks.h"
 #include "tools/report_text.h"
 
 namespace hpdm {
@@ -105,8 +105,10 @@ void Session::BuildInstruments() {
           "\" has no lattice whose force it could feel; it feels the default springs "
           "of reaction = \"paper\" there");
     }
-    instrument_meshes_.push_back(instrument.mesh.empty() ? SurfaceMesh()
-                                                         : ImportMesh(instrument.mesh, 1.0).mesh);
+    std::vector<InstrumentModel>& looks = looks_.emplace_back();
+    for (int held = 0; held < instrument.HeldCount(); ++held) {
+      looks.push_back(LoadLooks(instrument.Held(held)));
+    }
     const HandSite site = SiteOf(instrument);
     kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                              instrument.device);
@@ -280,11 +282,11 @@ const Image* Session::Background() const { return background_.width > 0 ? &backg
 std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
-    const bool drawn_as_capsule = instrument_meshes_[i].vertices.rows() == 0;
-    InstrumentView& view = views.emplace_back();
-    if (!drawn_as_capsule) view.parts.push_back({.mesh = &instrument_meshes_[i]});
-    view.tip_radius = scene_.instruments[i].tip_radius;
-    view.shaft_radius = scene_.instruments[i].shaft_radius;
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    InstrumentView& view = views.emplace_back(ViewOf(instrument, looks_[i].front()));
+    for (int held = 1; held < instrument.HeldCount(); ++held) {
+      view.exchanges.push_back(ViewOf(instrument.Held(held), looks_[i][held]));
+    }
   }
   return views;
 }
@@ -297,6 +299,15 @@ std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
     instruments[i].start = hand_targets[i]->Front();
   }
   return instruments;
+}
+
+StatusNames Session::Names() const {
+  StatusNames names;
+  for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
+  for (const InstrumentOptions& options : scene_.instruments) {
+    names.instruments.push_back({options.name});
+  }
+  return names;
 }
 
 SessionInfo Session::Info() const {

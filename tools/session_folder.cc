@@ -30,7 +30,13 @@ SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& sce
     for (const std::string& file : {organ.mesh, organ.texture}) CopyFile(file, scene_folder);
   }
   for (const InstrumentOptions& instrument : scene.instruments) {
-    for (const std::string& file : {instrument.mesh, instrument.trace.file}) {
+    std::vector<std::string> files = {instrument.trace.file};
+    for (int i = 0; i < instrument.HeldCount(); ++i) {
+      const HeldInstrument& held = instrument.Held(i);
+      files.push_back(held.mesh);
+      files.insert(files.end(), held.jaws.meshes.begin(), held.jaws.meshes.end());
+    }
+    for (const std::string& file : files) {
       CopyFile(file, scene_folder);
     }
   }
