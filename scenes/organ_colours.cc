@@ -140,12 +140,12 @@ class Gallbladder {
     const double patches = FractalNoise(p / 0.016, 3, 41), mottle = FractalNoise(p / 0.003, 2, 45);
     const double from_neck = (p - GallbladderNeck()).norm();
     Vector3d colour =
-        Mix({0.36, 0.43, 0.34}, {0.29, 0.39, 0.36}, SmoothStep(-0.5, 0.7, patches + 0.2 * mottle));
-    colour = Mix(colour, {0.43, 0.44, 0.30}, 0.5 * SmoothStep(0.1, 0.9, -patches));
+        Mix({0.31, 0.36, 0.28}, {0.25, 0.33, 0.31}, SmoothStep(-0.5, 0.7, patches + 0.2 * mottle));
+    colour = Mix(colour, {0.38, 0.37, 0.24}, 0.5 * SmoothStep(0.1, 0.9, -patches));
     // The wall is thicker and its bile shows less towards the neck.
     colour = Mix(colour, {0.56, 0.43, 0.35}, 0.75 * SmoothStep(0.045, 0.012, from_neck));
     colour *= 1 + 0.03 * mottle;
-    colour = Mix(colour, {0.48, 0.13, 0.13}, 0.7 * vessels_.Coverage(p, kSpot));
+    colour = Mix(colour, {0.42, 0.10, 0.10}, 0.75 * vessels_.Coverage(p, kSpot));
     const double ragged = 0.014 * FractalNoise(p / 0.012, 3, 51);
     return Mix(colour, FatColour(p / 0.6), 0.85 * SmoothStep(0.016, 0.005, from_neck + ragged));
   }
@@ -156,7 +156,7 @@ class Gallbladder {
                                              .step = 0.8e-3,
                                              .sight = 0.015,
                                              .reached = 0.9e-3,
-                                             .finest_radius = 0.055e-3,
+                                             .finest_radius = 0.08e-3,
                                              .seed = 6};
 
   /// The cystic artery's branches along both sides of the body.
