@@ -136,7 +136,8 @@ struct Loops {
 //        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
 //        '-effort-'  '---HapticSample queue, every tick-------------------^  ^  ^
 //                                   StepSample queue, every step ---------'  |
-//                                 FrameRecord queue, every frame of render --'
+//                      FrameRecord, LoopEvent queues of render ---------------'--SessionHealth-->
+//                      render
 //
 // With a window the main thread takes its input, where the window library wants it:
 //
@@ -251,6 +252,8 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
     throw InputError("--size " + options.size + ": is not WIDTHxHEIGHT, such as 640x480");
   }
   render.max_hz = session.scene().timing.render_hz;
+  render.names = session.Names();
+  render.background = session.Background();
   return render;
 }
 
@@ -273,8 +276,10 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
   telemetry.forces_linked = session->HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
   telemetry.haptic_period = session->haptic_period_ns();
+  telemetry.health = &session->health;
   if (!options.Lockstep()) {  // nothing measured is logged there
     telemetry.frames = &session->frames;
+    telemetry.events = &session->render_events;
     telemetry.baseline = machine.baseline.wake_late;
     telemetry.stolen_time = StolenTime;
     telemetry.epoch_us = std::chrono::duration_cast<std::chrono::microseconds>(
@@ -353,7 +358,8 @@ void Run(const RunOptions& options) {
   RenderLoop render(
       session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
       {*session.render_scenes, options.Lockstep() ? nullptr : &session.frames,
-       window ? &session.view_settings : nullptr},
+       window ? &session.view_settings : nullptr, &session.health,
+       options.Lockstep() ? nullptr : &session.render_events},
       stopwatch ? stopwatch : [] { return Nanoseconds{0}; }, make_context);
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),
