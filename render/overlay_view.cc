@@ -22,12 +22,11 @@ int ContactCount(const SceneSnapshot& snapshot) {
 
 }  // namespace
 
-double ErrorScale(const Points& reference) {
-  const double largest = reference.rowwise().norm().maxCoeff() / 4;
-  if (!(largest > 0)) return 1e-3;
-  const double decade = std::pow(10, std::floor(std::log10(largest)));
+double RoundedUp(double value) {
+  if (!(value > 0)) return 1e-3;
+  const double decade = std::pow(10, std::floor(std::log10(value)));
   for (const double step : {1., 2., 5.}) {
-    if (step * decade >= largest) return step * decade;
+    if (step * decade >= value) return step * decade;
   }
   return 10 * decade;
 }
@@ -37,7 +36,10 @@ OverlayView::OverlayView(const std::vector<OrganView>& organs) : organs_(organs)
 void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
                        std::uint32_t overlays, OrganPainter* organs) {
   int bars = 0;
-  if (overlays & kOverlayError) {
+  const bool has_reference =
+      std::any_of(organs_.begin(), organs_.end(),
+                  [](const OrganView& organ) { return organ.reference != nullptr; });
+  if ((overlays & kOverlayError) && has_reference) {
     DrawErrors(snapshot, organs);
     heat_.DrawBar(bars++);
   }
@@ -88,13 +90,12 @@ void OverlayView::DrawErrors(const SceneSnapshot& snapshot, OrganPainter* organs
     const Points& rest = organs_[o].rest->vertices;
     const Points& reference = *organs_[o].reference;
     HPDM_CHECK(reference.rows() == rest.rows() && shape.vertices.rows() == rest.rows());
-    const double scale = ErrorScale(reference);
     error_.resize(static_cast<std::size_t>(rest.rows()));
     for (Eigen::Index v = 0; v < rest.rows(); ++v) {
       const Eigen::RowVector3d u =
           shape.vertices.row(v).cast<double>() - shape.offset_W.transpose() - rest.row(v);
       error_[static_cast<std::size_t>(v)] =
-          static_cast<float>((u - reference.row(v)).norm() / scale);
+          static_cast<float>((u - reference.row(v)).norm() / organs_[o].error_scale);
     }
     organs->mesh(o).SetHeat(error_);
     heat_.DrawVertexHeat(organs->mesh(o));

@@ -15,9 +15,9 @@ namespace hpdm {
 /// N: the force with the last colour of kOverlayForce; gentle presses and grasps stay below.
 inline constexpr double kForceScale = 2;
 
-/// The end of kOverlayError's scale, m, for a reference's displacements (V x 3, m): a quarter of
-/// the largest one, rounded up to 1, 2 or 5 times a power of ten.
-double ErrorScale(const Points& reference);
+/// The least of 1, 2 and 5 times a power of ten that is not below `value` > 0: the end of a scale.
+/// 1e-3 for 0.
+double RoundedUp(double value);
 
 /// What may be drawn over the picture (view_settings.h), but for the text. Render thread only.
 class OverlayView {

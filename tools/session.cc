@@ -11,6 +11,7 @@
 #include "haptics/sim_device.h"
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
+#include "render/overlay_view.h"
 #include "tools/report_text.h"
 #include "tools/static_case.h"
 
@@ -44,6 +45,11 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
     remark += (i == 0 ? "; not read: " : ", ") + file.unread_columns[i];
   }
   return remark + " [" + file.path + "]";
+}
+
+// A quarter of the reference's largest displacement: an error of a few per cent of it is seen.
+double ErrorScale(const Points& reference) {
+  return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
 }
 
 }  // namespace
@@ -266,6 +272,9 @@ void Session::LoadReference(const std::string& argument) {
   const std::string file =
       named == organs_.end() ? argument : argument.substr(named->options().name.size() + 1);
   references_[organ] = ReadReferenceDisplacements(file, organs_[organ].rest());
+  remarks_.push_back(Format("organ \"%s\": error overlay from 0 to %g mm against %s",
+                            organs_[organ].options().name.c_str(),
+                            1000 * ErrorScale(references_[organ]), file.c_str()));
 }
 
 std::vector<OrganView> Session::OrganViews() const {
@@ -274,7 +283,10 @@ std::vector<OrganView> Session::OrganViews() const {
     OrganView& view = views.emplace_back();
     view.rest = &organs_[o].rest();
     view.model = &organs_[o];
-    if (references_[o].rows() > 0) view.reference = &references_[o];
+    if (references_[o].rows() > 0) {
+      view.reference = &references_[o];
+      view.error_scale = ErrorScale(references_[o]);
+    }
   }
   return views;
 }
