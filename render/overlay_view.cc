@@ -12,8 +12,6 @@
 namespace hpdm {
 namespace {
 
-// A spot reaches so many kernel radii, so that it is seen around the tip that covers the kernel.
-constexpr double kSpotRadii = 8;
 constexpr double kLeastSpot = 0.02;  // m
 
 int ContactCount(const SceneSnapshot& snapshot) {
@@ -76,8 +74,8 @@ void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& 
       const ToolContactState& contact = snapshot.contacts[t];
       const double force = contact.force_on_tissue_W.norm();
       if (contact.organ != static_cast<int>(o) || !(force > 0)) continue;
-      spots[count++] = {contact.contact_W, std::max(kSpotRadii * contact.kernel_radius, kLeastSpot),
-                        force};
+      spots[count++] = {contact.contact_W,
+                        std::max(kForceSpotRadii * contact.kernel_radius, kLeastSpot), force};
     }
     heat_.DrawForce(organs.mesh(o), spots, count, kForceScale);
   }

@@ -15,6 +15,9 @@ namespace hpdm {
 /// N: the force with the last colour of kOverlayForce; gentle presses and grasps stay below.
 inline constexpr double kForceScale = 2;
 
+/// Radii of a contact's kernel that its colour reaches: seen around the tip that covers the kernel.
+inline constexpr double kForceSpotRadii = 8;
+
 /// The least of 1, 2 and 5 times a power of ten that is not below `value` > 0: the end of a scale.
 /// 1e-3 for 0.
 double RoundedUp(double value);
