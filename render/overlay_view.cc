@@ -7,7 +7,6 @@
 #include "engine/check.h"
 #include "render/contact_marks.h"
 #include "render/lattice_marks.h"
-#include "render/view_settings.h"
 
 namespace hpdm {
 namespace {
@@ -33,18 +32,8 @@ OverlayView::OverlayView(const std::vector<OrganView>& organs) : organs_(organs)
 
 void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
                        std::uint32_t overlays, OrganPainter* organs) {
-  int bars = 0;
-  const bool has_reference =
-      std::any_of(organs_.begin(), organs_.end(),
-                  [](const OrganView& organ) { return organ.reference != nullptr; });
-  if ((overlays & kOverlayError) && has_reference) {
-    DrawErrors(snapshot, organs);
-    heat_.DrawBar(bars++);
-  }
-  if (overlays & kOverlayForce) {
-    DrawForces(snapshot, *organs);
-    heat_.DrawBar(bars++);
-  }
+  if (overlays & kOverlayError) DrawErrors(snapshot, organs);
+  if (overlays & kOverlayForce) DrawForces(snapshot, *organs);
   if (overlays & kOverlayLattice) {
     marks_.clear();
     for (std::size_t o = 0; o < organs_.size(); ++o) {
@@ -64,6 +53,15 @@ void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
     }
     marks_painter_.Draw(marks_, 0.6f, Laparoscope::kFar);
   }
+}
+
+void OverlayView::DrawScales(std::uint32_t overlays) {
+  const bool has_reference =
+      std::any_of(organs_.begin(), organs_.end(),
+                  [](const OrganView& organ) { return organ.reference != nullptr; });
+  int bars = 0;
+  if (overlays & kOverlayForce) heat_.DrawBar(bars++);
+  if ((overlays & kOverlayError) && has_reference) heat_.DrawBar(bars++);
 }
 
 void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& organs) {

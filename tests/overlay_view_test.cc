@@ -153,7 +153,8 @@ class OverlayViewTest : public testing::Test {
     Image image;
     target_->Bind();
     view_->Draw(snapshot_, *scope_, overlays);
-    target_->Resolve();
+    target_->Resolve(*scope_);
+    view_->DrawScales(overlays);
     target_->Read(&image);
     EXPECT_EQ(context_->Failure(), "");
     return image;
@@ -230,10 +231,10 @@ TEST_F(OverlayViewTest, WithoutAReferenceThereIsNoErrorToShow) {
 
 TEST_F(OverlayViewTest, TheScaleShowsTheMapsColours) {
   const Image image = Draw(kOverlayForce);
-  // The middle of the bar, 12 px wide and 16 px from the right and the bottom; 60 px high.
+  // The middle of the bar, 12 px wide, 16 px from the right and 60 px high.
   const int x = kWidth - 16 - 6, height = 60;
   for (const double value : {0.1, 0.4, 0.6, 0.9}) {
-    const int y = kHeight - 16 - static_cast<int>(std::lround(value * height));
+    const int y = kHeight / 2 + height / 2 - static_cast<int>(std::lround(value * height));
     const Colour seen = Colour(image.At(x, y)[0], image.At(x, y)[1], image.At(x, y)[2]) / 255.0f;
     // One pixel is a sixtieth of the map, in which a component changes by 0.04 at most.
     EXPECT_LT((seen - MapColour(value)).cwiseAbs().maxCoeff(), 0.05f) << value;

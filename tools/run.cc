@@ -140,7 +140,8 @@ struct Loops {
 //        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
 //        '-effort-'  '---HapticSample queue, every tick-------------------^  ^  ^
 //                                   StepSample queue, every step ---------'  |
-//                                 FrameRecord queue, every frame of render --'
+//                      FrameRecord, LoopEvent queues of render ---------------'--SessionHealth-->
+//                      render
 //
 // With a window the main thread takes its input, where the window library wants it:
 //
@@ -270,6 +271,8 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
   }
   render.max_hz = session.scene().timing.render_hz;
   for (const std::string& name : options.overlays) render.overlays |= kOverlays.at(name);
+  render.names = session.Names();
+  render.background = session.Background();
   return render;
 }
 
@@ -292,8 +295,10 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
   telemetry.forces_linked = session->HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
   telemetry.haptic_period = session->haptic_period_ns();
+  telemetry.health = &session->health;
   if (!options.Lockstep()) {  // nothing measured is logged there
     telemetry.frames = &session->frames;
+    telemetry.events = &session->render_events;
     telemetry.baseline = machine.baseline.wake_late;
     telemetry.stolen_time = StolenTime;
     telemetry.epoch_us = std::chrono::duration_cast<std::chrono::microseconds>(
@@ -380,7 +385,8 @@ void Run(const RunOptions& options) {
       OrganViewsOf(options, session), session.InstrumentViews(), session.scene().laparoscope,
       render_options,
       {*session.render_scenes, options.Lockstep() ? nullptr : &session.frames,
-       window ? &session.view_settings : nullptr},
+       window ? &session.view_settings : nullptr, &session.health,
+       options.Lockstep() ? nullptr : &session.render_events},
       stopwatch ? stopwatch : [] { return Nanoseconds{0}; }, make_context);
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File("session.lcmlog"),

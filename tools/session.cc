@@ -6,12 +6,12 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "engine/mesh_import.h"
 #include "haptics/external_device.h"
 #include "haptics/sim_device.h"
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
 #include "render/overlay_view.h"
+#include "tools/instrument_looks.h"
 #include "tools/report_text.h"
 #include "tools/static_case.h"
 
@@ -63,6 +63,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
       choices_(std::move(devices)) {
   HPDM_CHECK(choices_.size() == scene_.instruments.size());
   ReadTraces();
+  ReadPictures();
   BuildOrgans();
   BuildInstruments();
   CompareStiffness();
@@ -81,11 +82,23 @@ void Session::ReadTraces() {
   }
 }
 
+void Session::ReadPictures() {
+  if (!scene_.background.empty()) background_ = ReadPng(scene_.background);
+  for (const OrganOptions& organ : scene_.organs) {
+    textures_.push_back(organ.texture.empty() ? Image() : ReadPng(organ.texture));
+  }
+}
+
 void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
     organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
     references_.emplace_back(0, 3);
+    if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
+      throw InputError(
+          options.mesh + ": has no texture coordinates, which the texture of organ \"" +
+          options.name + "\" needs; export the mesh with them, or remove organ.texture");
+    }
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
   }
@@ -100,8 +113,10 @@ void Session::BuildInstruments() {
           "\" has no lattice whose force it could feel; it feels the default springs "
           "of reaction = \"paper\" there");
     }
-    instrument_meshes_.push_back(instrument.mesh.empty() ? SurfaceMesh()
-                                                         : ImportMesh(instrument.mesh, 1.0).mesh);
+    std::vector<InstrumentModel>& looks = looks_.emplace_back();
+    for (int held = 0; held < instrument.HeldCount(); ++held) {
+      looks.push_back(LoadLooks(instrument.Held(held)));
+    }
     const HandSite site = SiteOf(instrument);
     kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                              instrument.device);
@@ -279,26 +294,29 @@ void Session::LoadReference(const std::string& argument) {
 
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
-  for (std::size_t o = 0; o < organs_.size(); ++o) {
+  for (std::size_t i = 0; i < organs_.size(); ++i) {
     OrganView& view = views.emplace_back();
-    view.rest = &organs_[o].rest();
-    view.model = &organs_[o];
-    if (references_[o].rows() > 0) {
-      view.reference = &references_[o];
-      view.error_scale = ErrorScale(references_[o]);
+    view.rest = &organs_[i].rest();
+    view.model = &organs_[i];
+    if (textures_[i].width > 0) view.texture = &textures_[i];
+    if (references_[i].rows() > 0) {
+      view.reference = &references_[i];
+      view.error_scale = ErrorScale(references_[i]);
     }
   }
   return views;
 }
 
+const Image* Session::Background() const { return background_.width > 0 ? &background_ : nullptr; }
+
 std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
-    const bool drawn_as_capsule = instrument_meshes_[i].vertices.rows() == 0;
-    InstrumentView& view = views.emplace_back();
-    if (!drawn_as_capsule) view.parts.push_back({.mesh = &instrument_meshes_[i]});
-    view.tip_radius = scene_.instruments[i].tip_radius;
-    view.shaft_radius = scene_.instruments[i].shaft_radius;
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    InstrumentView& view = views.emplace_back(ViewOf(instrument, looks_[i].front()));
+    for (int held = 1; held < instrument.HeldCount(); ++held) {
+      view.exchanges.push_back(ViewOf(instrument.Held(held), looks_[i][held]));
+    }
   }
   return views;
 }
@@ -311,6 +329,15 @@ std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
     instruments[i].start = hand_targets[i]->Front();
   }
   return instruments;
+}
+
+StatusNames Session::Names() const {
+  StatusNames names;
+  for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
+  for (const InstrumentOptions& options : scene_.instruments) {
+    names.instruments.push_back({options.name});
+  }
+  return names;
 }
 
 SessionInfo Session::Info() const {

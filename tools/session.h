@@ -16,6 +16,7 @@
 #include "haptics/trace_file.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
+#include "scenes/instrument_mesh.h"
 #include "scenes/scene.h"
 #include "tools/contact_stiffness.h"
 #include "tools/device_choice.h"
@@ -65,8 +66,10 @@ class Session {
   std::vector<ToolOptions> DeformationTools() const;
   std::vector<OrganView> OrganViews() const;
   std::vector<InstrumentView> InstrumentViews() const;
+  const Image* Background() const;  ///< Null: none.
   SessionInfo Info() const;
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;
+  StatusNames Names() const;
 
   // The edges. Two seconds of samples, steps and frames fit their queues: a telemetry thread that a
   // disk holds up for less loses nothing.
@@ -81,6 +84,8 @@ class Session {
   SpscQueue<HapticSample> external_forces;
   bool HasExternalDevice() const;
   SpscQueue<FrameRecord> frames;
+  SpscQueue<LoopEvent> render_events{64};
+  TripleBuffer<SessionHealth> health;
   // Of a window; nothing writes them without one.
   TripleBuffer<ViewSettings> view_settings;
   TripleBuffer<SessionControl> control;
@@ -89,6 +94,7 @@ class Session {
 
  private:
   void ReadTraces();
+  void ReadPictures();
   void BuildOrgans();
   void BuildInstruments();
   void CompareStiffness();
@@ -97,9 +103,11 @@ class Session {
   HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
+  Image background_;             // empty where the scene names none
+  std::vector<Image> textures_;  // by organ, likewise
   std::vector<OrganModel> organs_;
-  std::vector<Points> references_;  // by organ, V x 3, m; 0 rows without
-  std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
+  std::vector<Points> references_;                   // by organ, V x 3, m; 0 rows without
+  std::vector<std::vector<InstrumentModel>> looks_;  // [instrument][ToolPose::exchange]
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
   std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none

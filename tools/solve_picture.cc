@@ -31,9 +31,11 @@ SolvedColours WriteSolvedPicture(const std::string& path, const StaticCase& load
   organ.reference = &compared;
   organ.error_scale = colours.full_scale;
   SceneView view({organ}, {});
+  const Laparoscope scope(load_case.scene.laparoscope, kWidth, kHeight);
   target.Bind();
-  view.Draw(solved, Laparoscope(load_case.scene.laparoscope, kWidth, kHeight), kOverlayError);
-  target.Resolve();
+  view.Draw(solved, scope, kOverlayError);
+  target.Resolve(scope);
+  view.DrawScales(kOverlayError);
   Image image;
   target.Read(&image);
   WritePng(path, image);
