@@ -10,6 +10,7 @@
 #include "haptics/sim_device.h"
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
+#include "render/overlay_view.h"
 #include "tools/instrument_looks.h"
 #include "tools/report_text.h"
 #include "tools/static_case.h"
@@ -44,6 +45,11 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
     remark += (i == 0 ? "; not read: " : ", ") + file.unread_columns[i];
   }
   return remark + " [" + file.path + "]";
+}
+
+// A quarter of the reference's largest displacement: an error of a few per cent of it is seen.
+double ErrorScale(const Points& reference) {
+  return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
 }
 
 }  // namespace
@@ -281,6 +287,9 @@ void Session::LoadReference(const std::string& argument) {
   const std::string file =
       named == organs_.end() ? argument : argument.substr(named->options().name.size() + 1);
   references_[organ] = ReadReferenceDisplacements(file, organs_[organ].rest());
+  remarks_.push_back(Format("organ \"%s\": error overlay from 0 to %g mm against %s",
+                            organs_[organ].options().name.c_str(),
+                            1000 * ErrorScale(references_[organ]), file.c_str()));
 }
 
 std::vector<OrganView> Session::OrganViews() const {
@@ -290,7 +299,10 @@ std::vector<OrganView> Session::OrganViews() const {
     view.rest = &organs_[i].rest();
     view.model = &organs_[i];
     if (textures_[i].width > 0) view.texture = &textures_[i];
-    if (references_[i].rows() > 0) view.reference = &references_[i];
+    if (references_[i].rows() > 0) {
+      view.reference = &references_[i];
+      view.error_scale = ErrorScale(references_[i]);
+    }
   }
   return views;
 }
