@@ -109,7 +109,9 @@ struct Window::Callbacks {
     Of(window).Report(FocusEvent{focused == GLFW_TRUE});
   }
   static void Close(GLFWwindow* window) { Of(window).Report(CloseEvent{}); }
-  /// Xlib's default ends the program when the connection to the display breaks.
+  /// When the connection to the display breaks, Xlib calls these two in turn; its own end the
+  /// program.
+  static int DisplayFailed(Display* /*display*/) { return 0; }
   static void DisplayLost(Display* /*display*/, void* window) {
     static_cast<Window*>(window)->lost_.request_stop();
   }
@@ -165,6 +167,7 @@ Window::Window(int width, int height, const std::string& title) {
     ThrowNoWindow();
   }
   if (Display* display = glfwGetX11Display(); display != nullptr) {
+    XSetIOErrorHandler(Callbacks::DisplayFailed);
     XSetIOErrorExitHandler(display, Callbacks::DisplayLost, this);
   }
   glfwSetWindowUserPointer(window_, this);
