@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/snapshots.h"
 
@@ -59,20 +60,45 @@ struct TraceOptions {
   double speed = 1;                      ///< Times as fast as recorded.
 };
 
-struct InstrumentOptions {
+/// Parts that turn about the line x = 0, z = pivot of the tool frame.
+struct JawOptions {
+  std::vector<std::string> meshes;  ///< Paths, at most two, jaws closed; the first opens towards
+                                    ///< +x, the second towards -x. None: nothing turns.
+  double pivot = 0;    ///< m.
+  double opening = 0;  ///< rad, of each jaw.
+};
+
+/// Beside the instrument that a hand begins with.
+inline constexpr int kMaxExchanges = 7;
+
+/// What a hand can hold at its device.
+struct HeldInstrument {
   std::string name;
   InstrumentType type = InstrumentType::kProbe;
+  std::string mesh;  ///< Path of what does not turn; empty: drawn as its type looks.
+  JawOptions jaws;   ///< Only with `mesh`.
+  std::optional<double> insulated_from;  ///< m: from this z of the tool frame on the shaft is
+                                         ///< insulated; absent: as its type, with `mesh` nowhere.
+  double tip_radius = 0.0025;            ///< m.
+  double shaft_radius = 0.0025;          ///< m.
+  double friction = 0;                   ///< Coulomb coefficient.
+};
+
+struct InstrumentOptions : HeldInstrument {
+  std::vector<HeldInstrument> exchanges;  ///< What else the hand can hold: ToolPose::exchange 1 on.
   Vector3d p_trocar_W = Vector3d::Zero();  ///< m.
-  std::string mesh;                        ///< Path, or empty: drawn as a capsule.
-  double tip_radius = 0.0025;              ///< m.
-  double shaft_radius = 0.0025;            ///< m.
-  double friction = 0;                     ///< Coulomb coefficient.
   ReactionType reaction = ReactionType::kLattice;
   double k1 = 120;  ///< N/m, Eq. 29 ("paper").
   double k2 = 10;   ///< N/m, Eq. 29 ("paper").
   DeviceProfile device;
   HandOptions hand;
   TraceOptions trace;
+
+  /// By ToolPose::exchange.
+  const HeldInstrument& Held(int exchange) const {
+    return exchange == 0 ? *this : exchanges[static_cast<std::size_t>(exchange - 1)];
+  }
+  int HeldCount() const { return 1 + static_cast<int>(exchanges.size()); }
 };
 
 }  // namespace hpdm

@@ -6,6 +6,7 @@
 
 #include "render/frame_uniforms.h"
 #include "render/lighting.h"
+#include "render/tissue_detail.h"
 
 namespace hpdm {
 namespace {
@@ -33,15 +34,22 @@ vec3 WallPoint() {
 }
 )glsl";
 
+// Without a picture: dark folds, from the relief of tissue at two coarse scales, laid on the sphere
+// stereographically from behind the first lens.
 constexpr const char* kBareWall = R"glsl(
+uniform mat3 camera_from_world;   // the first frame's
 void main() {
   vec3 p = WallPoint();
   vec3 inwards = (sphere_W.xyz - p) / sphere_W.w;
-  vec4 fold = Noise(p / 0.07 + 5.0);
-  float folds = fold.w;
-  vec3 n = Bump(p, inwards, p, 0.35 * fold.xyz);
-  vec3 base = mix(vec3(0.20, 0.045, 0.035), vec3(0.33, 0.12, 0.075), smoothstep(0.45, 0.75, folds));
-  colour = Encode(0.55 * ShadeTissue(p, n, p, base, 0.4));
+  vec3 d = camera_from_world * -inwards;
+  vec2 m = 2.0 * sphere_W.w * d.xy / max(1.0 - d.z, 0.05);
+  Detail folds = DetailAt(0.30 * m);
+  Detail grain = DetailAt(1.7 * m);
+  vec3 n = inwards;
+  vec3 rough = Raised(p, n, m, folds.slope + 0.5 * grain.slope);
+  vec3 base = mix(vec3(0.17, 0.035, 0.028), vec3(0.30, 0.11, 0.07), folds.height);
+  vec3 to_lens = normalize(lens_W.xyz - p);
+  colour = Encode(0.6 * ShadeTissue(p, to_lens, n, rough, 0.1 + folds.spread + grain.spread, base));
 }
 )glsl";
 
@@ -60,21 +68,26 @@ void main() {
 }
 )glsl";
 
-constexpr int kBackgroundUnit = 0;
+constexpr int kTextureUnit = 0;
 
 std::vector<const char*> FragmentParts(bool picture) {
   if (picture) return {glsl::kFrame, glsl::kLight, kWall, kPictureWall};
-  return {glsl::kFrame, glsl::kLight, glsl::kPattern, glsl::kTissue, kWall, kBareWall};
+  return {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kWall, kBareWall};
 }
 
 }  // namespace
 
 CavityPainter::CavityPainter(const Image* background)
-    : program_("cavity", {glsl::kFrame, kVertex}, FragmentParts(background != nullptr)) {
+    : program_("cavity", {glsl::kFrame, kVertex}, FragmentParts(background != nullptr)),
+      has_picture_(background != nullptr) {
   program_.BindBlock("Frame", FrameBlock::kBinding);
-  if (background == nullptr) return;
-  program_.BindTexture("background", kBackgroundUnit);
-  background_.emplace(*background, Texture::Border::kMirror);
+  if (background == nullptr) {
+    program_.BindTexture("tissue_detail", kTextureUnit);
+    texture_.emplace(TissueDetail());
+    return;
+  }
+  program_.BindTexture("background", kTextureUnit);
+  texture_.emplace(*background, Texture::Border::kMirror);
   const Eigen::Vector2f size(background->width, background->height);
   slide_size_ = size / size.minCoeff();
 }
@@ -86,21 +99,25 @@ void CavityPainter::Place(const Laparoscope& scope) {
   const Eigen::Vector4f sphere_W = WithW(p_target_W, 1.15 * scope.target_distance());
   glUniform4fv(program_.Uniform("sphere_W"), 1, sphere_W.data());
   placed_ = true;
-  if (!background_) return;
+  Eigen::Matrix3f camera_from_world = scope.X_WC().linear().transpose().cast<float>();
+  if (!has_picture_) {
+    glUniformMatrix3fv(program_.Uniform("camera_from_world"), 1, GL_FALSE,
+                       camera_from_world.data());
+    return;
+  }
   const Eigen::Vector3f projector_W = scope.X_WC().translation().cast<float>();
   glUniform3fv(program_.Uniform("projector_W"), 1, projector_W.data());
-  const double circle_tangent = scope.circle_radius_px() / scope.focal_length_px();
-  Eigen::Matrix3f slide_from_world = scope.X_WC().linear().transpose().cast<float>();
-  for (int i = 0; i < 2; ++i) {
-    slide_from_world.row(i) /= static_cast<float>(circle_tangent) * slide_size_[i];
-  }
+  const auto circle_tangent =
+      static_cast<float>(scope.circle_radius_px() / scope.focal_length_px());
+  Eigen::Matrix3f slide_from_world = camera_from_world;
+  for (int i = 0; i < 2; ++i) slide_from_world.row(i) /= circle_tangent * slide_size_[i];
   glUniformMatrix3fv(program_.Uniform("slide_from_world"), 1, GL_FALSE, slide_from_world.data());
 }
 
 void CavityPainter::Draw(const Laparoscope& scope) {
   program_.Use();
   if (!placed_) Place(scope);
-  if (background_) background_->Bind(kBackgroundUnit);
+  texture_->Bind(kTextureUnit);
   glBindVertexArray(no_inputs_.name());
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }

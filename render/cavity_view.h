@@ -28,7 +28,8 @@ class CavityPainter {
   void Place(const Laparoscope& scope);
 
   ShaderProgram program_;
-  std::optional<Texture> background_;
+  bool has_picture_;
+  std::optional<Texture> texture_;  // the background, or else the relief of the bare wall
   Eigen::Vector2f slide_size_ = Eigen::Vector2f::Ones();  // in radii of the circle
   bool placed_ = false;
   GlObject no_inputs_{GlKind::kVertexArray};

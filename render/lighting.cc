@@ -42,89 +42,44 @@ float Fresnel(float f0, float l_h) {
   return f0 + (1.0 - f0) * (x * x) * (x * x) * x;
 }
 
-// Exposure, then the sRGB curve, then the circle.
+// Exposure and the camera's tone curve (a rational fit to film by Hejl and Burgess-Dawson, 2010,
+// with the screen's gamma in it), then what the optics lose towards the edge, then the circle.
 vec4 Encode(vec3 radiance) {
-  vec3 c = 1.0 - exp(-radiance);
-  c = mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
-  float outside = length(gl_FragCoord.xy - circle_px.xy) - circle_px.z;
-  return vec4(c * clamp(0.5 - outside / circle_px.w, 0.0, 1.0), 1.0);
-}
-)glsl";
-
-const char* const kPattern = R"glsl(
-uint Mix(uint h) {
-  h ^= h >> 15u;
-  h *= 0x2c1b3c6du;
-  h ^= h >> 12u;
-  h *= 0x297a2d39u;
-  return h ^ (h >> 15u);
-}
-
-float Lattice(uint h) { return float(Mix(h) >> 8u) * (1.0 / 16777216.0); }
-
-// Value noise: a number in 0..1 at every integer point, blended with a quintic between them. The
-// value in w, its gradient in xyz.
-vec4 Noise(vec3 p) {
-  vec3 cell = floor(p);
-  vec3 f = p - cell;
-  vec3 s = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
-  vec3 ds = 30.0 * f * f * (f * (f - 2.0) + 1.0);
-  uvec3 low = uvec3(ivec3(cell)) * uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
-  uvec3 high = low + uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
-  // Corners (x, y) = (0, 0), (1, 0), (0, 1), (1, 1) of the cell's near and far side in z.
-  vec4 near = vec4(Lattice(low.x ^ low.y ^ low.z), Lattice(high.x ^ low.y ^ low.z),
-                   Lattice(low.x ^ high.y ^ low.z), Lattice(high.x ^ high.y ^ low.z));
-  vec4 far = vec4(Lattice(low.x ^ low.y ^ high.z), Lattice(high.x ^ low.y ^ high.z),
-                  Lattice(low.x ^ high.y ^ high.z), Lattice(high.x ^ high.y ^ high.z));
-  vec4 in_z = mix(near, far, s.z);
-  vec2 in_y = mix(in_z.xy, in_z.zw, s.y);
-  vec4 z_slope = far - near;
-  vec2 z_slope_in_y = mix(z_slope.xy, z_slope.zw, s.y);
-  return vec4(ds.x * (in_y.y - in_y.x),
-              ds.y * mix(in_z.z - in_z.x, in_z.w - in_z.y, s.x),
-              ds.z * mix(z_slope_in_y.x, z_slope_in_y.y, s.x),
-              mix(in_y.x, in_y.y, s.x));
-}
-
-// The unit normal n at p of a surface raised by a height whose gradient in the pattern's
-// coordinates is `slope` (no unit): the slope along the picture's axes, carried over to the
-// deformed surface (Mikkelsen 2010).
-vec3 Bump(vec3 p, vec3 n, vec3 pattern, vec3 slope) {
-  vec3 px = dFdx(p), py = dFdy(p);
-  vec3 rx = cross(py, n), ry = cross(n, px);
-  float area = dot(px, rx);
-  vec3 along = sign(area) * (dot(slope, dFdx(pattern)) * rx + dot(slope, dFdy(pattern)) * ry);
-  return normalize(abs(area) * n - along);
+  vec3 x = max(radiance - 0.004, 0.0);
+  vec3 c = (x * (6.2 * x + 0.5)) / (x * (6.2 * x + 1.7) + 0.06);
+  vec2 from_centre = gl_FragCoord.xy - circle_px.xy;
+  float r2 = dot(from_centre, from_centre) / (circle_px.z * circle_px.z);
+  float outside = sqrt(r2) * circle_px.z - circle_px.z;
+  return vec4(c * ((1.0 - 0.3 * r2 * r2) * clamp(0.5 - outside / circle_px.w, 0.0, 1.0)), 1.0);
 }
 )glsl";
 
 const char* const kTissue = R"glsl(
-// p, normal: in the world; pattern: where in the tissue (m), so that the pattern moves with it;
-// wetness: strength of the film, 1 for an organ.
-vec3 ShadeTissue(vec3 p, vec3 normal, vec3 pattern, vec3 base, float wetness) {
-  vec3 to_lens = normalize(lens_W.xyz - p);
-  vec3 n = normalize(normal);
-  n = faceforward(n, -to_lens, n);
+// GGX about a normal, its masking term approximated by 1 / (l . h)^2 (Karis 2013), without the
+// Fresnel factor; a2: its width squared.
+float WetLobe(float n_h, float l_h, float a2) {
+  float k = n_h * n_h * (a2 - 1.0) + 1.0;
+  return a2 / (12.566 * k * k * max(l_h * l_h, 0.1));
+}
 
-  vec4 patches = Noise(pattern / 0.028);
-  vec4 lobules = Noise(pattern / 0.0045 + 17.0);
-  vec3 albedo = base * mix(0.72, 1.28, patches.w) * mix(0.86, 1.14, lobules.w);
-  albedo.yz *= 1.0 - 0.3 * smoothstep(0.5, 0.8, patches.w);
-  vec3 bumpy = Bump(p, n, pattern, 0.08 * lobules.xyz + 0.10 * patches.xyz);
-
+// Light from tissue at p, unit vectors throughout: n the normal without and `rough` with the fine
+// relief; spread: mean square of the slopes finer than a pixel.
+vec3 ShadeTissue(vec3 p, vec3 to_lens, vec3 n, vec3 rough, float spread, vec3 albedo) {
   vec3 to_light;
   float irradiance = Irradiance(p, to_light);
-  float open = Openness(p, n);
-  vec3 wrap = vec3(0.16, 0.06, 0.05);
-  vec3 diffuse = max((dot(bumpy, to_light) + wrap) / (1.0 + wrap), 0.0);
-  // Light that other tissue sends back: red, and a little more from above.
-  vec3 ambient = vec3(0.10, 0.05, 0.045) * (0.7 + 0.5 * n.z);
-  // The film: sharp glints over a broad sheen.
+  // Light that enters here and leaves there: it reaches past the terminator, red the farthest, and
+  // blurs the relief.
+  vec3 wrap = vec3(0.18, 0.05, 0.04);
+  vec3 diffuse = max((dot(mix(n, rough, 0.75), to_light) + wrap) / (1.0 + wrap), 0.0);
+  // Light that other tissue sends back.
+  vec3 ambient = vec3(0.085, 0.038, 0.032) * (0.7 + 0.5 * n.z);
+  // The film of liquid: sharp glints that follow the relief over a broad sheen.
   vec3 h = normalize(to_light + to_lens);
-  float n_h = max(dot(bumpy, h), 0.0), l_h = max(dot(to_light, h), 0.0);
-  float film = max(dot(bumpy, to_light), 0.0) * Fresnel(0.035, l_h) *
-               (3.0 * Lobe(n_h, l_h, 0.27) + 4.0 * Lobe(n_h, l_h, 0.55));
-  return (albedo * (1.25 * irradiance * diffuse + ambient) + wetness * irradiance * film) * open;
+  float l_h = max(dot(to_light, h), 0.0);
+  float film = max(dot(n, to_light), 0.0) * Fresnel(0.028, l_h) *
+               (4.5 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.004 + spread) +
+                3.0 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.10));
+  return albedo * (1.25 * irradiance * diffuse + ambient) + irradiance * film * vec3(1.0, 0.96, 0.92);
 }
 )glsl";
 

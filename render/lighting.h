@@ -7,14 +7,13 @@
 /// exposure) and theta the angle off the viewing axis. Tissue reflects it diffusely, wrapped
 /// around the terminator as light that scatters under the surface is (more of the red), and
 /// specularly as a wet film: GGX (Walter et al. 2007) with Schlick's Fresnel term. Metal reflects
-/// a red surrounding. Exposure 1 - exp(-x) and the sRGB curve follow.
+/// a red surrounding. The camera's tone curve and the optics' vignette follow.
 ///
 /// Everything depends on positions alone (no time, no random numbers), so the same scene gives the
 /// same pixels.
 namespace hpdm::glsl {
 
-extern const char* const kLight;    ///< Light, exposure, circle; needs kFrame.
-extern const char* const kPattern;  ///< Value noise and bumps.
-extern const char* const kTissue;   ///< ShadeTissue(); needs the two above and kFrame.
+extern const char* const kLight;   ///< Light, exposure, circle; needs kFrame.
+extern const char* const kTissue;  ///< ShadeTissue(); needs kLight and kFrame.
 
 }  // namespace hpdm::glsl

@@ -50,6 +50,12 @@ class MeshView {
   /// normals and uploads both. Allocates nothing.
   void SetVertices(const PointsF& vertices);
 
+  /// Buffers of R x 3 floats, for a deformation on the card (lattice_deformation.h) instead of
+  /// SetVertices: of the V vertices, then of those that copies() repeats.
+  const GlObject& positions() const { return position_buffer_; }
+  const GlObject& normals() const { return normal_buffer_; }
+  const std::vector<int>& copies() const { return copies_; }
+
   /// Draws the triangles with the program in use; of a closed mesh only those that face the
   /// viewer, which takes a quarter off a frame of the software renderer.
   void Draw() const;

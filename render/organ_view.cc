@@ -2,9 +2,12 @@
 
 #include <epoxy/gl.h>
 
+#include <string>
+
 #include "engine/check.h"
 #include "render/frame_uniforms.h"
 #include "render/lighting.h"
+#include "render/tissue_detail.h"
 
 namespace hpdm {
 namespace {
@@ -12,16 +15,13 @@ namespace {
 constexpr const char* kVertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 rest;
 layout(location = 3) in vec2 texture_coordinate;
 out vec3 p_W;
 out vec3 normal_W;
-out vec3 pattern;
 out vec2 uv;
 void main() {
   p_W = position;
   normal_W = normal;
-  pattern = rest;
   uv = texture_coordinate;
   gl_Position = clip_from_world * vec4(position, 1.0);
 }
@@ -30,49 +30,110 @@ void main() {
 constexpr const char* kFragment = R"glsl(
 in vec3 p_W;
 in vec3 normal_W;
-in vec3 pattern;
 in vec2 uv;
 uniform vec3 base_colour;
+uniform float metres_per_uv;
 uniform sampler2D base_texture;
+uniform sampler2D openness;   // by position in the picture
 out vec4 colour;
 void main() {
-  vec3 base = base_colour * texture(base_texture, uv).rgb;
-  colour = Encode(ShadeTissue(p_W, normal_W, pattern, base, 1.0));
+  vec3 to_lens = normalize(lens_W.xyz - p_W);
+  vec3 n = normalize(normal_W);
+  n = faceforward(n, -to_lens, n);
+  vec2 m = metres_per_uv * uv;
+  Detail detail = DetailAt(m);
+  vec3 rough = Raised(p_W, n, m, detail.slope);
+  vec3 albedo = base_colour * texture(base_texture, uv).rgb * (0.86 + 0.28 * detail.height);
+  float open = Openness(p_W, n) * texture(openness, 0.5 * gl_FragCoord.xy / circle_px.xy).r;
+  colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * open);
 }
 )glsl";
 
+constexpr const char* kDepthFragment = "void main() {}\n";
+
 constexpr int kBaseTextureUnit = 0;
+constexpr int kDetailUnit = 1;
+constexpr int kOcclusionUnit = 2;
 
 const Image& White() {
   static const Image white{1, 1, {255, 255, 255}};
   return white;
 }
 
+// Of the mesh's vertices and those that seams repeat.
+std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
+                                                  const std::vector<int>& copies) {
+  const Eigen::Index count = model.rest().vertices.rows();
+  Points rest(count + static_cast<Eigen::Index>(copies.size()), 3), normals(rest.rows(), 3);
+  for (Eigen::Index row = 0; row < rest.rows(); ++row) {
+    const Eigen::Index vertex = row < count ? row : copies[static_cast<std::size_t>(row - count)];
+    rest.row(row) = model.rest().vertices.row(vertex);
+    normals.row(row) = model.rest_normals().row(vertex);
+  }
+  return std::make_unique<LatticeDeformation>(model, rest, normals);
+}
+
 }  // namespace
 
 OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     : program_("organ", {glsl::kFrame, kVertex},
-               {glsl::kFrame, glsl::kLight, glsl::kPattern, glsl::kTissue, kFragment}),
-      base_colour_(program_.Uniform("base_colour")) {
+               {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kFragment}),
+      depth_program_("organ depth", {glsl::kFrame, kVertex}, {kDepthFragment}),
+      base_colour_(program_.Uniform("base_colour")),
+      metres_per_uv_(program_.Uniform("metres_per_uv")),
+      detail_(TissueDetail()),
+      no_occlusion_(White()) {
   program_.BindBlock("Frame", FrameBlock::kBinding);
   program_.BindTexture("base_texture", kBaseTextureUnit);
+  program_.BindTexture("tissue_detail", kDetailUnit);
+  program_.BindTexture("openness", kOcclusionUnit);
+  depth_program_.BindBlock("Frame", FrameBlock::kBinding);
+  const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   organs_.reserve(organs.size());
   for (const OrganView& organ : organs) {
     const bool textured = organ.texture != nullptr;
     HPDM_CHECK(!textured || organ.rest->texture_coordinates.rows() > 0);
-    organs_.push_back({MeshView(*organ.rest), Texture(textured ? *organ.texture : White()),
-                       textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour)});
+    const SurfaceMesh mesh = WithCoordinates(*organ.rest);
+    organs_.push_back({MeshView(mesh), Texture(textured ? *organ.texture : White()),
+                       textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
+                       static_cast<float>(MetresPerCoordinate(mesh)), nullptr});
+    if (organ.model != nullptr && UsesShader(organ.ffd, renderer, *organ.model)) {
+      organs_.back().deformation = DeformationOf(*organ.model, organs_.back().mesh.copies());
+    }
   }
 }
 
-void OrganPainter::Draw(const SceneSnapshot& snapshot) {
+void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
+  if (deformation) {
+    deformation->Deform(shape, mesh.positions(), mesh.normals());
+  } else {
+    mesh.SetVertices(shape.vertices);
+  }
+}
+
+void OrganPainter::Move(const SceneSnapshot& snapshot) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
+  for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].Move(snapshot.organs[o]);
+}
+
+void OrganPainter::DrawDepth() const {
+  depth_program_.Use();
+  for (const Organ& organ : organs_) organ.mesh.Draw();
+}
+
+void OrganPainter::Draw(const Occlusion* occlusion) const {
   program_.Use();
-  for (std::size_t o = 0; o < organs_.size(); ++o) {
-    organs_[o].mesh.SetVertices(snapshot.organs[o].vertices);
-    organs_[o].texture.Bind(kBaseTextureUnit);
-    glUniform3fv(base_colour_, 1, organs_[o].colour.data());
-    organs_[o].mesh.Draw();
+  detail_.Bind(kDetailUnit);
+  if (occlusion != nullptr) {
+    occlusion->Bind(kOcclusionUnit);
+  } else {
+    no_occlusion_.Bind(kOcclusionUnit);
+  }
+  for (const Organ& organ : organs_) {
+    organ.texture.Bind(kBaseTextureUnit);
+    glUniform3fv(base_colour_, 1, organ.colour.data());
+    glUniform1f(metres_per_uv_, organ.metres_per_uv);
+    organ.mesh.Draw();
   }
 }
 

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "engine/organ.h"
 #include "engine/snapshots.h"
 #include "engine/surface_mesh.h"
 #include "render/colour.h"
 #include "render/image_file.h"
+#include "render/lattice_deformation.h"
 #include "render/mesh_view.h"
+#include "render/occlusion.h"
 #include "render/shaders.h"
 #include "render/texture.h"
 
@@ -17,7 +21,9 @@ struct OrganView {
   const SurfaceMesh* rest = nullptr;  ///< Posed rest surface in the world, m: the vertices that
                                       ///< SceneSnapshot::organs[i].vertices moves.
   const Image* texture = nullptr;     ///< By the mesh's texture coordinates; null: `colour` alone.
-  Colour colour = Colour(0.47f, 0.19f, 0.145f);  ///< Without a texture; liver.
+  Colour colour = Colour(0.40f, 0.155f, 0.125f);  ///< Without a texture; liver.
+  const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
+  FfdPath ffd = FfdPath::kAuto;
 };
 
 /// The organs on the graphics card. Render thread only.
@@ -27,19 +33,33 @@ class OrganPainter {
   /// refuses the shader. A texture for a mesh without texture coordinates is a bug.
   explicit OrganPainter(const std::vector<OrganView>& organs);
 
-  /// Draws the organs where the snapshot has them. Fewer organs or another number of vertices than
-  /// at construction are a bug. Allocates nothing.
-  void Draw(const SceneSnapshot& snapshot);
+  /// Moves the organs to where the snapshot has them. Fewer organs or another number of vertices
+  /// than at construction are a bug. Allocates nothing.
+  void Move(const SceneSnapshot& snapshot);
+
+  /// Draws depth alone.
+  void DrawDepth() const;
+
+  /// Draws the organs. `occlusion` (of the same frame) may be null.
+  void Draw(const Occlusion* occlusion) const;
 
  private:
   struct Organ {
     MeshView mesh;
     Texture texture;
     Eigen::Vector3f colour;  // linear, multiplies the texture's
+    float metres_per_uv;
+    std::unique_ptr<LatticeDeformation> deformation;  // null: the snapshot's vertices
+
+    void Move(const OrganSnapshot& shape);
   };
 
   ShaderProgram program_;
+  ShaderProgram depth_program_;
   int base_colour_;
+  int metres_per_uv_;
+  Texture detail_;
+  Texture no_occlusion_;
   std::vector<Organ> organs_;
 };
 

@@ -35,6 +35,15 @@ PictureTarget::PictureTarget(int width, int height, int samples)
                             drawn_depth_.name());
   RequireComplete(width, height);
 
+  glBindTexture(GL_TEXTURE_2D, pinhole_colour_.name());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glBindFramebuffer(GL_FRAMEBUFFER, pinhole_.name());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                         pinhole_colour_.name(), 0);
+  RequireComplete(width, height);
+
   glBindFramebuffer(GL_FRAMEBUFFER, resolved_.name());
   glBindRenderbuffer(GL_RENDERBUFFER, resolved_colour_.name());
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
@@ -48,10 +57,14 @@ void PictureTarget::Bind() const {
   glViewport(0, 0, width_, height_);
 }
 
-void PictureTarget::Resolve() const {
+void PictureTarget::Resolve(const Laparoscope& scope) const {
+  const bool distorts = scope.distortion() != 0;
   glBindFramebuffer(GL_READ_FRAMEBUFFER, drawn_.name());
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.name());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, distorts ? pinhole_.name() : resolved_.name());
   glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  if (!distorts) return;
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.name());
+  lens_.Draw(scope, pinhole_colour_);
 }
 
 void PictureTarget::ShowOnScreen(int width, int height) const {

@@ -5,6 +5,8 @@
 
 #include "render/gl_object.h"
 #include "render/image_file.h"
+#include "render/laparoscope.h"
+#include "render/lens_warp.h"
 
 namespace hpdm {
 
@@ -36,9 +38,10 @@ class PictureTarget {
   /// Directs drawing here, over the whole picture.
   void Bind() const;
 
-  /// Resolves the scene into the plain framebuffer, which later drawing goes to: without samples
-  /// and without depth, over the whole picture.
-  void Resolve() const;
+  /// Resolves the scene that `scope` sees into the plain framebuffer, through the lens's
+  /// distortion if it has any. Later drawing goes there: without samples and without depth, over
+  /// the whole picture.
+  void Resolve(const Laparoscope& scope) const;
 
   /// Copies the resolved picture into the middle of the context's own framebuffer of width x height
   /// pixels, as large as fits; the rest is black.
@@ -57,6 +60,9 @@ class PictureTarget {
   GlObject drawn_{GlKind::kFramebuffer};
   GlObject drawn_colour_{GlKind::kRenderbuffer};
   GlObject drawn_depth_{GlKind::kRenderbuffer};
+  GlObject pinhole_{GlKind::kFramebuffer};  // the scene before the lens's distortion
+  GlObject pinhole_colour_{GlKind::kTexture};
+  LensWarp lens_;
   GlObject resolved_{GlKind::kFramebuffer};
   GlObject resolved_colour_{GlKind::kRenderbuffer};
   std::vector<std::uint8_t> rgba_;  // 4 width height bytes, rows from the bottom up

@@ -91,7 +91,7 @@ void RenderLoop::StartOnThisThread() {
   Image unused;
   drawing_->target.Bind();
   drawing_->view.Draw(edges_.snapshots.Front(), scope_);
-  drawing_->target.Resolve();
+  drawing_->target.Resolve(scope_);
   drawing_->target.Read(&unused);
 }
 
@@ -172,7 +172,7 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   if (reason.empty()) {
     drawing_->target.Bind();
     drawing_->view.Draw(snapshot, scope_);
-    drawing_->target.Resolve();
+    drawing_->target.Resolve(scope_);
     DrawText(snapshot);
     // Before the read-back: the eye waits, the files do not.
     drawing_->context->Present(drawing_->target, settings_.window_width, settings_.window_height);

@@ -5,22 +5,28 @@
 namespace hpdm {
 
 SceneView::SceneView(const std::vector<OrganView>& organs,
-                     const std::vector<InstrumentView>& instruments, const Image* background)
-    : organs_(organs), instruments_(instruments), cavity_(background) {}
+                     const std::vector<InstrumentView>& instruments, const Image* background,
+                     const SceneViewOptions& options)
+    : organs_(organs), instruments_(instruments), cavity_(background) {
+  if (options.occlusion) occlusion_.emplace();
+}
 
 void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   FrameUniforms frame = ScopeUniforms(scope);
   instruments_.AddTo(snapshot, &frame);
   frame_.Upload(frame);
 
-  glEnable(GL_DEPTH_TEST);
+  organs_.Move(snapshot);
   glDepthFunc(GL_LEQUAL);
+  if (occlusion_) occlusion_->Update(scope, [this] { organs_.DrawDepth(); });
+
+  glEnable(GL_DEPTH_TEST);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 
   // Nearest first, farthest last: what is hidden, or outside the circle, is not shaded.
   mask_.Draw();
   instruments_.Draw(snapshot);
-  organs_.Draw(snapshot);
+  organs_.Draw(occlusion_ ? &*occlusion_ : nullptr);
   cavity_.Draw(scope);
 }
 

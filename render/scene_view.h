@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/snapshots.h"
@@ -8,9 +9,15 @@
 #include "render/frame_uniforms.h"
 #include "render/instrument_view.h"
 #include "render/laparoscope.h"
+#include "render/occlusion.h"
 #include "render/organ_view.h"
 
 namespace hpdm {
+
+/// What may be left out of the picture on a slow machine.
+struct SceneViewOptions {
+  bool occlusion = true;  ///< Shade in crevices and under instruments.
+};
 
 /// Everything that is in the picture, on the graphics card. Draws into whatever framebuffer is
 /// bound, so the same view serves pictures and a window. Render thread only, from construction to
@@ -21,7 +28,7 @@ class SceneView {
   /// picture on the cavity's wall; it need not outlive the call. Throws MachineError when the
   /// driver refuses a shader.
   SceneView(const std::vector<OrganView>& organs, const std::vector<InstrumentView>& instruments,
-            const Image* background = nullptr);
+            const Image* background = nullptr, const SceneViewOptions& options = {});
 
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Organs
   /// and tools beyond those given at construction are not drawn; fewer are a bug, as is a vertex
@@ -33,6 +40,7 @@ class SceneView {
   OrganPainter organs_;
   InstrumentPainter instruments_;
   CavityPainter cavity_;
+  std::optional<Occlusion> occlusion_;
   CircleMask mask_;
 };
 

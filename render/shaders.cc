@@ -46,10 +46,17 @@ void AttachStage(GLuint program, GLenum stage, const std::string& label,
 }  // namespace
 
 ShaderProgram::ShaderProgram(std::string name, const std::vector<const char*>& vertex_parts,
-                             const std::vector<const char*>& fragment_parts)
+                             const std::vector<const char*>& fragment_parts,
+                             const std::vector<const char*>& captured)
     : name_(std::move(name)) {
   AttachStage(program_.name(), GL_VERTEX_SHADER, name_ + " (vertex)", vertex_parts);
-  AttachStage(program_.name(), GL_FRAGMENT_SHADER, name_ + " (fragment)", fragment_parts);
+  if (!fragment_parts.empty()) {
+    AttachStage(program_.name(), GL_FRAGMENT_SHADER, name_ + " (fragment)", fragment_parts);
+  }
+  if (!captured.empty()) {
+    glTransformFeedbackVaryings(program_.name(), static_cast<GLsizei>(captured.size()),
+                                captured.data(), GL_SEPARATE_ATTRIBS);
+  }
   glLinkProgram(program_.name());
   GLint linked = GL_FALSE;
   glGetProgramiv(program_.name(), GL_LINK_STATUS, &linked);

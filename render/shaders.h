@@ -12,8 +12,11 @@ class ShaderProgram {
  public:
   /// Compiles and links; the parts of a stage are joined in order after the version line. Throws
   /// MachineError with the program's name, the stage and the driver's log in one line.
+  /// `captured`: outputs of the vertex stage that transform feedback writes, a buffer each; such a
+  /// program may do without a fragment stage.
   ShaderProgram(std::string name, const std::vector<const char*>& vertex_parts,
-                const std::vector<const char*>& fragment_parts);
+                const std::vector<const char*>& fragment_parts,
+                const std::vector<const char*>& captured = {});
 
   void Use() const;
   /// Location of a uniform for glUniform*. An unknown name is a bug.

@@ -47,6 +47,17 @@ Texture::Texture(const Image& image, Border border) {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8_ALPHA8, image.width, image.height, 0, GL_RGB,
                GL_UNSIGNED_BYTE, rows.data());
+  SetSampling(border);
+}
+
+Texture::Texture(const Texels& texels) {
+  glBindTexture(GL_TEXTURE_2D, texture_.name());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, texels.width, texels.height, 0, GL_RGBA,
+               GL_UNSIGNED_BYTE, texels.rgba.data());
+  SetSampling(Border::kRepeat);
+}
+
+void Texture::SetSampling(Border border) {
   glGenerateMipmap(GL_TEXTURE_2D);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);

@@ -1,5 +1,8 @@
 #include "render/window.h"
 
+// Eigen before X11, whose macros break it.
+#include "render/picture_target.h"
+
 // epoxy before GLFW, which then leaves OpenGL's own header out.
 #include <epoxy/gl.h>
 
@@ -13,7 +16,6 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "render/picture_target.h"
 
 namespace hpdm {
 namespace {

@@ -7,17 +7,47 @@
 #include "scenes/instrument_mesh.h"
 #include "scenes/obj_writer.h"
 #include "scenes/surface_mesher.h"
+#include "scenes/texture_atlas.h"
 
 namespace hpdm {
 namespace {
 
 struct Recipe {
   MeshAsset asset;
-  std::unique_ptr<ImplicitShape> (*shape)();  ///< Null: the probe.
+  std::unique_ptr<ImplicitShape> (*shape)();
   int outer_triangles;
   int cavity_triangles;  ///< 0 for a solid.
   double wall;           ///< m.
 };
+
+/// A part of an instrument as an asset.
+struct PartRecipe {
+  MeshAsset asset;
+  InstrumentType type;
+  int jaw;  ///< -1: what does not move.
+};
+
+const std::vector<PartRecipe>& PartRecipes() {
+  using enum InstrumentType;
+  static const std::vector<PartRecipe> recipes = {
+      {{"probe_562", "palpation probe, 562 triangles, in the tool frame", true}, kProbe, -1},
+      {{"grasper", "grasper, shaft and fork, in the tool frame", true}, kGrasper, -1},
+      {{"grasper_jaw_1", "grasper, jaw that opens towards +x", true}, kGrasper, 0},
+      {{"grasper_jaw_2", "grasper, jaw that opens towards -x", true}, kGrasper, 1},
+      {{"scissors", "scissors, shaft and fork, in the tool frame", true}, kScissors, -1},
+      {{"scissors_blade_1", "scissors, blade that opens towards +x", true}, kScissors, 0},
+      {{"scissors_blade_2", "scissors, blade that opens towards -x", true}, kScissors, 1},
+      {{"hook", "hook electrode, in the tool frame", true}, kHook, -1},
+  };
+  return recipes;
+}
+
+const PartRecipe* FindPart(const std::string& name) {
+  for (const PartRecipe& recipe : PartRecipes()) {
+    if (recipe.asset.name == name) return &recipe;
+  }
+  return nullptr;
+}
 
 const std::vector<Recipe>& Recipes() {
   static const std::vector<Recipe> recipes = {
@@ -37,11 +67,6 @@ const std::vector<Recipe>& Recipes() {
        900,
        600,
        3e-3},
-      {{"probe_562", "palpation probe, 562 triangles, in the tool frame", true},
-       nullptr,
-       562,
-       0,
-       0},
   };
   return recipes;
 }
@@ -52,6 +77,7 @@ const Recipe& FindRecipe(const std::string& name) {
     if (recipe.asset.name == name) return recipe;
     names += " " + recipe.asset.name;
   }
+  for (const PartRecipe& recipe : PartRecipes()) names += " " + recipe.asset.name;
   throw InputError("mesh asset '" + name + "' is unknown; choose from:" + names);
 }
 
@@ -61,35 +87,42 @@ const std::vector<MeshAsset>& MeshAssets() {
   static const std::vector<MeshAsset> assets = [] {
     std::vector<MeshAsset> all;
     for (const Recipe& recipe : Recipes()) all.push_back(recipe.asset);
+    for (const PartRecipe& recipe : PartRecipes()) all.push_back(recipe.asset);
     return all;
   }();
   return assets;
 }
 
 SurfaceMesh MakeMeshAsset(const std::string& name) {
+  if (const PartRecipe* part = FindPart(name)) {
+    const InstrumentModel model = MakeInstrument(part->type);
+    return part->jaw < 0 ? model.rigid : model.jaws[static_cast<std::size_t>(part->jaw)];
+  }
   const Recipe& recipe = FindRecipe(name);
-  if (recipe.shape == nullptr) return ProbeMesh();
   const std::unique_ptr<ImplicitShape> shape = recipe.shape();
   SurfaceMesherOptions options;
   options.triangle_count = recipe.outer_triangles;
-  const SurfaceMesh outer = MeshImplicitSurface(*shape, options);
-  if (recipe.cavity_triangles == 0) return outer;
-  options.triangle_count = recipe.cavity_triangles;
-  options.level = -recipe.wall;
-  SurfaceMesh cavity = MeshImplicitSurface(*shape, options);
-  DeepenToDistance(*shape, &cavity);
-  return Joined(outer, TurnedInsideOut(cavity));
+  SurfaceMesh mesh = MeshImplicitSurface(*shape, options);
+  if (recipe.cavity_triangles > 0) {
+    options.triangle_count = recipe.cavity_triangles;
+    options.level = -recipe.wall;
+    SurfaceMesh cavity = MeshImplicitSurface(*shape, options);
+    DeepenToDistance(*shape, &cavity);
+    mesh = Joined(mesh, TurnedInsideOut(cavity));
+  }
+  mesh.texture_coordinates = MakeTextureAtlas(mesh, recipe.outer_triangles);
+  return mesh;
 }
 
 std::string MeshAssetObj(const std::string& name, const SurfaceMesh& mesh) {
-  const Recipe& recipe = FindRecipe(name);
+  const PartRecipe* part = FindPart(name);
   const std::string frame =
-      recipe.shape == nullptr
+      part != nullptr
           ? "metres; origin at the centre of the tip's ball, z along the shaft to the trocar"
           : "metres; origin at the centre of volume, x to the patient's left, y to the head, "
             "z to the front";
-  return ObjText(mesh,
-                 recipe.asset.description + "\n" + frame + "\nmade by: hpdm generate " + name);
+  const MeshAsset& asset = part != nullptr ? part->asset : FindRecipe(name).asset;
+  return ObjText(mesh, asset.description + "\n" + frame + "\nmade by: hpdm generate " + name);
 }
 
 }  // namespace hpdm

@@ -1,5 +1,6 @@
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "scenes/scene_keys.h"
 #include "scenes/scene_parts.h"
@@ -60,7 +61,8 @@ HandOptions ReadHand(const TableReader& table, InstrumentType type,
   const bool grasps =
       hand.script == HandScript::kGraspLift || hand.script == HandScript::kGraspPull;
   if (grasps && type != InstrumentType::kGrasper) {
-    table.Fail("script", "needs an instrument with jaws", "give the instrument type = \"grasper\"");
+    table.Fail("script", "needs an instrument that holds tissue",
+               "give the instrument type = \"grasper\"");
   }
   table.ReadInteger<std::uint32_t>("seed", 0, std::numeric_limits<std::uint32_t>::max(),
                                    &hand.seed);
@@ -87,26 +89,68 @@ TraceOptions ReadTrace(const TableReader& table) {
   return trace;
 }
 
-}  // namespace
+JawOptions ReadJaws(const TableReader& table) {
+  JawOptions jaws;
+  for (const std::string_view key : {"meshes", "pivot", "opening_deg"}) {
+    table.Require(key, "jaws are meshes, a pivot in m and an opening_deg");
+  }
+  table.ReadFiles("meshes", 2, &jaws.meshes);
+  table.ReadNumber("pivot", Interval::NotNegative(1, "m"), &jaws.pivot);
+  double opening_deg = 0;
+  table.ReadNumber("opening_deg", Interval::Positive(90, "degrees"), &opening_deg);
+  jaws.opening = Radians(opening_deg);
+  return jaws;
+}
 
-InstrumentOptions ReadInstrument(const TableReader& table,
-                                 const std::vector<OrganOptions>& organs) {
-  InstrumentOptions instrument;
+/// The keys that an instrument and its exchanges share.
+void ReadHeld(const TableReader& table, HeldInstrument* held) {
   table.Require("name", "name the instrument");
-  table.ReadName("name", &instrument.name);
+  table.ReadName("name", &held->name);
   table.ReadChoice("type",
                    {{"probe", InstrumentType::kProbe},
                     {"grasper", InstrumentType::kGrasper},
                     {"scissors", InstrumentType::kScissors},
                     {"hook", InstrumentType::kHook}},
-                   &instrument.type);
+                   &held->type);
+  table.ReadFile("mesh", &held->mesh);
+  if (table.Has("jaws") && held->mesh.empty()) {
+    table.Fail("jaws", "belongs to an own mesh",
+               "remove it (a type draws its own jaws) or give mesh, the part that does not turn");
+  }
+  if (const auto jaws = table.Table("jaws", kJawKeys)) held->jaws = ReadJaws(*jaws);
+  double insulated_from = 0;
+  if (table.ReadNumber("insulated_from", Interval::NotNegative(1, "m"), &insulated_from)) {
+    held->insulated_from = insulated_from;
+  }
+  table.ReadNumber("tip_radius", Interval::Positive(kMaxRadius, "m"), &held->tip_radius);
+  table.ReadNumber("shaft_radius", Interval::Positive(kMaxRadius, "m"), &held->shaft_radius);
+  table.ReadNumber("friction", Interval::NotNegative(2, ""), &held->friction);
+}
+
+void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {
+  for (const TableReader& exchange : table.Tables("exchange", kExchangeKeys)) {
+    if (instrument->exchanges.size() == static_cast<std::size_t>(kMaxExchanges)) {
+      exchange.Fail("is one exchange too many", "a hand has " + std::to_string(kMaxExchanges) +
+                                                    " at most beside its first instrument");
+    }
+    HeldInstrument held;
+    ReadHeld(exchange, &held);
+    for (int i = 0; i < instrument->HeldCount(); ++i) {
+      if (instrument->Held(i).name != held.name) continue;
+      exchange.Fail("name", "is taken", "give each instrument of a hand its own name");
+    }
+    instrument->exchanges.push_back(std::move(held));
+  }
+}
+
+}  // namespace
+
+InstrumentOptions ReadInstrument(const TableReader& table,
+                                 const std::vector<OrganOptions>& organs) {
+  InstrumentOptions instrument;
+  ReadHeld(table, &instrument);
   table.Require("trocar", "give the point where it enters the body as [x, y, z] in m");
   table.ReadVector("trocar", kCoordinate, &instrument.p_trocar_W);
-  table.ReadFile("mesh", &instrument.mesh);
-  table.ReadNumber("tip_radius", Interval::Positive(kMaxRadius, "m"), &instrument.tip_radius);
-  table.ReadNumber("shaft_radius", Interval::Positive(kMaxRadius, "m"), &instrument.shaft_radius);
-  table.ReadNumber("friction", Interval::NotNegative(2, ""), &instrument.friction);
-
   table.ReadChoice("reaction",
                    {{"paper", ReactionType::kPaper}, {"lattice", ReactionType::kLattice}},
                    &instrument.reaction);
@@ -126,6 +170,7 @@ InstrumentOptions ReadInstrument(const TableReader& table,
     instrument.hand = ReadHand(*hand, instrument.type, organs);
   }
   if (const auto trace = table.Table("trace", kTraceKeys)) instrument.trace = ReadTrace(*trace);
+  ReadExchanges(table, &instrument);
   return instrument;
 }
 

@@ -31,8 +31,12 @@ inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
 inline constexpr std::string_view kSphereKeys[] = {"centre", "radius"};
 
 inline constexpr std::string_view kInstrumentKeys[] = {
-    "name",     "type", "trocar", "mesh",   "tip_radius", "shaft_radius", "friction",
-    "reaction", "k1",   "k2",     "device", "hand",       "trace"};
+    "name",       "type",         "trocar",   "mesh",     "jaws", "insulated_from",
+    "tip_radius", "shaft_radius", "friction", "reaction", "k1",   "k2",
+    "device",     "hand",         "trace",    "exchange"};
+inline constexpr std::string_view kJawKeys[] = {"meshes", "pivot", "opening_deg"};
+inline constexpr std::string_view kExchangeKeys[] = {
+    "name", "type", "mesh", "jaws", "insulated_from", "tip_radius", "shaft_radius", "friction"};
 inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "mass",
                                                    "rotational_inertia",
@@ -82,9 +86,12 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.support.box_fraction", kBoxKeys},
     {"organ.support.sphere", kSphereKeys},
     {"instrument", kInstrumentKeys},
+    {"instrument.jaws", kJawKeys},
     {"instrument.device", kDeviceKeys},
     {"instrument.hand", kHandKeys},
     {"instrument.trace", kTraceKeys},
+    {"instrument.exchange", kExchangeKeys},
+    {"instrument.exchange.jaws", kJawKeys},
     {"load", kLoadKeys},
     {"load.box", kBoxKeys},
     {"load.box_fraction", kBoxKeys},

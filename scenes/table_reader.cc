@@ -257,16 +257,40 @@ bool TableReader::ReadName(std::string_view key, std::string* out) const {
   return true;
 }
 
-bool TableReader::ReadFile(std::string_view key, std::string* out) const {
-  std::string text;
-  if (!ReadString(key, &text)) return false;
+// Fails at the key unless there is such a file.
+std::string TableReader::FileAt(std::string_view key, const std::string& text) const {
   const std::filesystem::path path = (document_->path.parent_path() / text).lexically_normal();
   std::error_code error;
   if (text.empty() || !std::filesystem::is_regular_file(path, error)) {
     Fail(key, "there is no such file",
          "paths start at the scene's folder, it was looked for at " + path.string());
   }
-  *out = path.string();
+  return path.string();
+}
+
+bool TableReader::ReadFile(std::string_view key, std::string* out) const {
+  std::string text;
+  if (!ReadString(key, &text)) return false;
+  *out = FileAt(key, text);
+  return true;
+}
+
+bool TableReader::ReadFiles(std::string_view key, std::size_t most,
+                            std::vector<std::string>* out) const {
+  const TomlEntry* entry = Find(key);
+  if (entry == nullptr) return false;
+  const std::string wanted = "an array of 1 to " + std::to_string(most) + " file names in quotes";
+  const auto* names = std::get_if<TomlArray>(&entry->value.value);
+  if (names == nullptr) FailType(key, entry->value, wanted);
+  if (names->empty() || names->size() > most) {
+    Fail(key, "holds " + std::to_string(names->size()) + " values", "give " + wanted);
+  }
+  out->clear();
+  for (const TomlValue& name : *names) {
+    const auto* text = std::get_if<std::string>(&name.value);
+    if (text == nullptr) FailType(key, name, wanted);
+    out->push_back(FileAt(key, *text));
+  }
   return true;
 }
 

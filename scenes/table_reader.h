@@ -74,6 +74,9 @@ class TableReader {
   /// working folder or absolute, as the document's own path is.
   bool ReadFile(std::string_view key, std::string* out) const;
 
+  /// An array of 1 to `most` of them.
+  bool ReadFiles(std::string_view key, std::size_t most, std::vector<std::string>* out) const;
+
   template <std::integral Int>
   bool ReadInteger(std::string_view key, Int min, Int max, Int* out) const {
     const std::optional<std::int64_t> value = Integer(key, min, max);
@@ -117,6 +120,7 @@ class TableReader {
 
   const TomlEntry* Find(std::string_view key) const;
   std::string PathOf(std::string_view key) const;
+  std::string FileAt(std::string_view key, const std::string& text) const;
   [[noreturn]] void FailType(std::string_view key, const TomlValue& value,
                              std::string_view wanted) const;
   [[noreturn]] void FailChoice(std::string_view key, Keys names) const;

@@ -14,6 +14,8 @@
 
 #include "engine/error.h"
 #include "scenes/implicit_shapes.h"
+#include "scenes/instrument_mesh.h"
+#include "scenes/surface_mesher.h"
 #include "tests/mesh_checks.h"
 
 namespace hpdm {
@@ -33,14 +35,19 @@ SurfaceMesh Committed(const std::string& name) {
   std::vector<Vector3d> vertices;
   std::vector<std::array<int, 3>> triangles;
   for (std::string line; std::getline(text, line);) {
-    std::istringstream row(line.substr(1));
-    if (line[0] == 'v') {
+    std::istringstream row(line);
+    std::string keyword, corner;
+    row >> keyword;
+    if (keyword == "v") {
       Vector3d p;
       row >> p[0] >> p[1] >> p[2];
       vertices.push_back(p);
-    } else if (line[0] == 'f') {
+    } else if (keyword == "f") {
       std::array<int, 3> t;
-      row >> t[0] >> t[1] >> t[2];
+      for (int& v : t) {
+        row >> corner;  // "v" or "v/vt"
+        v = std::stoi(corner);
+      }
       triangles.push_back(t);
     }
   }
@@ -79,6 +86,13 @@ const Promise kPromises[] = {
     {"stomach_hollow", 3800, 2, 3.434e-4, 5e-3, {0.208, 0.240, 0.0995}, 18, 30},
     {"gallbladder", 1500, 2, 1.542e-5, 5e-3, {0.030, 0.080, 0.031}, 14, 27},
     {"probe_562", 562, 1, 5.79e-6, 1e-2, {0.005, 0.005, 0.3025}, 0.4, 0.4},
+    {"grasper", 224, 5, 5.27e-6, 1e-2, {0.005, 0.005, 0.286}, 0.05, 0.1},
+    {"grasper_jaw_1", 176, 1, 1.28e-7, 2e-2, {0.0042, 0.0044, 0.021}, 1, 1},
+    {"grasper_jaw_2", 180, 1, 1.29e-7, 2e-2, {0.0042, 0.0044, 0.021}, 1, 1},
+    {"scissors", 224, 5, 5.2e-6, 1e-2, {0.005, 0.005, 0.283}, 0.05, 0.1},
+    {"scissors_blade_1", 136, 1, 4.67e-8, 2e-2, {0.004, 0.0025, 0.024}, 1, 1},
+    {"scissors_blade_2", 136, 1, 4.67e-8, 2e-2, {0.004, 0.0031, 0.024}, 1, 1},
+    {"hook", 512, 1, 5.49e-6, 1e-2, {0.0061, 0.005, 0.3025}, 0.1, 0.1},
 };
 
 class MeshAsset : public testing::TestWithParam<Promise> {};
@@ -237,6 +251,53 @@ TEST(MeshAssets, ProbeIsARoundedRodInTheToolFrame) {
     const Vector3d from_axis(p.x(), p.y(), std::min(p.z(), 0.0));
     // Files are rounded to the micrometre.
     EXPECT_NEAR(from_axis.norm(), 0.0025, 1e-6);
+  }
+}
+
+/// The parts of an instrument with its jaws open by `jaw`, as one mesh.
+SurfaceMesh WithJaws(const InstrumentModel& model, double jaw) {
+  SurfaceMesh all = model.rigid;
+  double angle = -model.opening * jaw;
+  for (SurfaceMesh part : model.jaws) {
+    const Vector3d pivot(0, 0, model.pivot);
+    const Matrix3d R = Eigen::AngleAxisd(angle, Vector3d::UnitY()).toRotationMatrix();
+    for (Eigen::Index v = 0; v < part.vertices.rows(); ++v) {
+      const Vector3d p = part.vertices.row(v);
+      part.vertices.row(v) = pivot + R * (p - pivot);
+    }
+    all = Joined(all, part);
+    angle = -angle;
+  }
+  return all;
+}
+
+TEST(MeshAssets, InstrumentsHaveAbout562TrianglesInAllTheirParts) {
+  for (const InstrumentType type : {InstrumentType::kProbe, InstrumentType::kGrasper,
+                                    InstrumentType::kScissors, InstrumentType::kHook}) {
+    // The paper's number, to what whole teeth and segments allow.
+    EXPECT_NEAR(WithJaws(MakeInstrument(type), 0).triangles.rows(), 562, 70);
+  }
+}
+
+TEST(MeshAssets, JawsTurnWithoutTouchingEachOtherOrTheFork) {
+  for (const double jaw : {0.0, 0.3, 1.0}) {
+    EXPECT_EQ(SelfIntersections(WithJaws(MakeInstrument(InstrumentType::kGrasper), jaw)), 0) << jaw;
+    EXPECT_EQ(SelfIntersections(WithJaws(MakeInstrument(InstrumentType::kScissors), jaw)), 0)
+        << jaw;
+  }
+}
+
+TEST(MeshAssets, TipsOfInstrumentsLieInTheirBallWhenClosed) {
+  for (const InstrumentType type :
+       {InstrumentType::kGrasper, InstrumentType::kScissors, InstrumentType::kHook}) {
+    const SurfaceMesh mesh = WithJaws(MakeInstrument(type), 0);
+    EXPECT_NEAR(mesh.vertices.col(2).minCoeff(), -kInstrumentRadius, 1e-9);
+    for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
+      const Vector3d p = mesh.vertices.row(v);
+      if (p.z() > -1.9e-3) continue;
+      // What an organ meets first; the hook's foot reaches 1.1 mm out of the ball.
+      EXPECT_LT(p.head<2>().norm(), type == InstrumentType::kHook ? 3.6e-3 + 1e-9 : 2.5e-3);
+    }
   }
 }
 

@@ -32,9 +32,14 @@ std::string Dump(const Scene& scene) {
     out << o.supports.size() << " supports\n";
   }
   for (const InstrumentOptions& i : scene.instruments) {
-    out << i.name << ' ' << static_cast<int>(i.type) << ' ' << i.p_trocar_W.transpose() << ' '
-        << i.mesh << ' ' << i.tip_radius << ' ' << i.shaft_radius << ' ' << i.friction << ' '
-        << static_cast<int>(i.reaction) << ' ' << i.k1 << ' ' << i.k2 << '\n';
+    for (int e = 0; e < i.HeldCount(); ++e) {
+      const HeldInstrument& held = i.Held(e);
+      out << held.name << ' ' << static_cast<int>(held.type) << ' ' << held.mesh << ' '
+          << held.jaws.meshes.size() << ' ' << held.insulated_from.value_or(-1) << ' '
+          << held.tip_radius << ' ' << held.shaft_radius << ' ' << held.friction << '\n';
+    }
+    out << i.p_trocar_W.transpose() << ' ' << static_cast<int>(i.reaction) << ' ' << i.k1 << ' '
+        << i.k2 << '\n';
     const DeviceProfile& d = i.device;
     for (const double x : {d.mass, d.rotational_inertia, d.damping, d.rotational_damping,
                            d.friction, d.rotational_friction, d.encoder_step, d.angle_encoder_step,
@@ -121,8 +126,10 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   written += "[instrument.device]\n" + defaults("instrument.device");
   written += "[instrument.hand]\n" + defaults("instrument.hand");
   written += "[instrument.trace]\n" + defaults("instrument.trace");
+  const std::string exchange = "[[instrument.exchange]]\nname='other'\n";
+  written += exchange + defaults("instrument.exchange");
   written += "[laparoscope]\n" + defaults("laparoscope");
-  EXPECT_EQ(Dump(Load(written)), Dump(Load(kOrgan + kInstrument))) << written;
+  EXPECT_EQ(Dump(Load(written)), Dump(Load(kOrgan + kInstrument + exchange))) << written;
   while (!readme.empty()) {
     const std::string table = readme.begin()->first;
     EXPECT_EQ(defaults(table), "") << "the defaults of [" << table << "] were not checked";

@@ -96,7 +96,21 @@ tremor = 0.005
 name = "right"
 type = "hook"
 trocar = [0, 0, 0]
+mesh = "m.obj"
+jaws = { meshes = ["m.obj", "meshes/liver_1332.obj"], pivot = 0.012, opening_deg = 30 }
+insulated_from = 0.02
 reaction = "lattice"
+[[instrument.exchange]]
+name = "cutter"
+type = "scissors"
+mesh = "m.obj"
+jaws = { meshes = ["m.obj"], pivot = 0.013, opening_deg = 20 }
+insulated_from = 0.03
+tip_radius = 0.001
+shaft_radius = 0.0015
+friction = 0.3
+[[instrument.exchange]]
+name = "finger"
 [[load]]
 organ = "a"
 point = [1, 0, 0]
@@ -210,6 +224,26 @@ focal_length = 0.0024
   EXPECT_EQ(i.hand.tremor, 0.005);
   EXPECT_EQ(s.instruments[1].type, InstrumentType::kHook);
   EXPECT_EQ(s.instruments[1].reaction, ReactionType::kLattice);
+  EXPECT_EQ(s.instruments[1].jaws.meshes,
+            (std::vector{(folder_.path() / "m.obj").string(),
+                         (folder_.path() / "meshes/liver_1332.obj").string()}));
+  EXPECT_EQ(s.instruments[1].jaws.pivot, 0.012);
+  EXPECT_DOUBLE_EQ(s.instruments[1].jaws.opening, Radians(30));
+  EXPECT_EQ(s.instruments[1].insulated_from, 0.02);
+  ASSERT_EQ(s.instruments[1].HeldCount(), 3);
+  EXPECT_EQ(s.instruments[1].Held(0).type, InstrumentType::kHook);
+  const HeldInstrument& e = s.instruments[1].Held(1);
+  EXPECT_EQ(e.name, "cutter");
+  EXPECT_EQ(e.type, InstrumentType::kScissors);
+  EXPECT_EQ(e.mesh, (folder_.path() / "m.obj").string());
+  EXPECT_EQ(e.jaws.meshes.size(), 1u);
+  EXPECT_EQ(e.jaws.pivot, 0.013);
+  EXPECT_EQ(e.insulated_from, 0.03);
+  EXPECT_EQ(e.tip_radius, 0.001);
+  EXPECT_EQ(e.shaft_radius, 0.0015);
+  EXPECT_EQ(e.friction, 0.3);
+  EXPECT_EQ(s.instruments[1].Held(2).name, "finger");
+  EXPECT_EQ(s.instruments[1].Held(2).type, InstrumentType::kProbe);
 
   ASSERT_EQ(s.loads.size(), 3u);
   EXPECT_EQ(s.loads[0].organ, "a");

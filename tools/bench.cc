@@ -82,6 +82,30 @@ Json ToJson(const HandOverFigures& row) {
           {"update", ToJson(row.update)}};
 }
 
+Json ToJson(const FrameFigures& row) {
+  return {{"scene", row.scene},
+          {"triangles", row.triangles},
+          {"width", row.width},
+          {"height", row.height},
+          {"way", row.way},
+          {"frame", ToJson(row.frame)},
+          {"cores", ToJson(row.cores)}};
+}
+
+Json ToJson(const FfdTable& table) {
+  Json rows;
+  for (const FfdFigures& row : table.rows) {
+    rows.push_back({{"lattice", row.lattice},
+                    {"control_points", row.control_points},
+                    {"triangles", row.triangles},
+                    {"cpu_step", ToJson(row.step)},
+                    {"cpu_upload", ToJson(row.upload)},
+                    {"shader", ToJson(row.shader)},
+                    {"shader_over_cpu", row.ratio}});
+  }
+  return {{"renderer", table.renderer}, {"rows", rows}};
+}
+
 Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
   Json json = {{"machine", ToJson(machine)}};
   for (const ModelComparison& row : figures.models) json["models"].push_back(ToJson(row));
@@ -90,6 +114,8 @@ Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
   if (figures.ticks.has_value()) json["ticks"] = ToJson(*figures.ticks);
   if (!figures.hand_overs.empty()) json["clock_reading_us"] = figures.clock_reading_ns / 1000;
   for (const HandOverFigures& row : figures.hand_overs) json["hand_overs"].push_back(ToJson(row));
+  for (const FrameFigures& row : figures.frames) json["frames"].push_back(ToJson(row));
+  if (figures.ffd.has_value()) json["ffd"] = ToJson(*figures.ffd);
   return json;
 }
 
@@ -119,6 +145,12 @@ void Bench(const BenchOptions& options) {
     figures.clock_reading_ns = ClockReadingNanoseconds();
     figures.hand_overs = TimeHandOvers(options.quick);
   }
+  if (wanted("frames", "frames of the laparoscope's picture")) {
+    figures.frames = TimeFrames(options.quick);
+    if (figures.frames.empty() && options.only == "frames") {
+      throw InputError("scenes: has no scene to draw; go to the folder that holds scenes/");
+    }
+  }
   if (wanted("models", "lattice and surface continuum")) {
     figures.models = CompareModels(options.quick);
   }
@@ -127,6 +159,9 @@ void Bench(const BenchOptions& options) {
     figures.costs = CostOfVertices(options.quick);
     const std::vector<CostCurve> of_control_points = CostOfControlPoints(options.quick);
     figures.costs.insert(figures.costs.end(), of_control_points.begin(), of_control_points.end());
+  }
+  if (wanted("ffd", "deformation on the CPU and in the shader")) {
+    figures.ffd = TimeFfd(options.quick);
   }
   progress("done");
 
@@ -149,7 +184,7 @@ void AddBenchCommand(CLI::App& app) {
   bench->add_option("--json", options->json, "File to write all figures to");
   bench->add_option("--out", options->out, "Folder for bench.json and bench.md; made when missing");
   bench->add_option("--only", options->only, "Measure this alone")
-      ->check(CLI::IsMember({"ticks", "hand-over", "models", "meshes", "costs"}));
+      ->check(CLI::IsMember({"ticks", "hand-over", "frames", "ffd", "models", "meshes", "costs"}));
   bench->add_flag("--quick", options->quick, "Fewer repeats and smaller sizes");
   bench->callback([options] { Bench(*options); });
 }

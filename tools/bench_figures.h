@@ -77,6 +77,37 @@ std::vector<HandOverFigures> TimeHandOvers(bool quick);
 /// What the clock's own readings take of it, median.
 double ClockReadingNanoseconds();
 
+/// Time of a frame, drawn and read back, without the session's other loops; the pictures of a
+/// session's first three seconds.
+struct FrameFigures {
+  std::string scene;
+  int triangles = 0;  ///< Of its organs.
+  int width = 0, height = 0;
+  std::string way;  ///< What was switched off or on.
+  Histogram frame;  ///< Wall time, ns.
+  Histogram cores;  ///< Of all the process's threads, ns: what a software renderer takes from the
+                    ///< cores, whoever else uses them.
+};
+/// Of the scenes in the working folder's scenes/ (none there: no rows). Throws MachineError where
+/// nothing can be drawn.
+std::vector<FrameFigures> TimeFrames(bool quick);
+
+/// Eq. 4 for the picture, on the CPU and in the vertex shader (render/lattice_deformation.h).
+struct FfdFigures {
+  std::string lattice;  ///< In words.
+  int control_points = 0, triangles = 0;
+  Timing step;       ///< CPU, in the step: relocation, local functions, dent, single precision.
+  Timing upload;     ///< CPU, in the render thread: normals, upload.
+  Timing shader;     ///< Render thread, upload of the shape to finished vertices and normals.
+  double ratio = 0;  ///< Shader over both of the CPU's.
+};
+struct FfdTable {
+  std::string renderer;
+  std::vector<FfdFigures> rows;
+};
+/// Throws MachineError where nothing can be drawn.
+FfdTable TimeFfd(bool quick);
+
 /// What `hpdm bench` measures: everything, or what was asked for.
 struct BenchFigures {
   std::vector<ModelComparison> models;
@@ -85,6 +116,8 @@ struct BenchFigures {
   std::optional<TickFigures> ticks;
   double clock_reading_ns = 0;
   std::vector<HandOverFigures> hand_overs;
+  std::vector<FrameFigures> frames;
+  std::optional<FfdTable> ffd;
 };
 
 /// A section for each that was measured.

@@ -98,6 +98,39 @@ std::string HandOverTable(const std::vector<HandOverFigures>& rows) {
   return text;
 }
 
+std::string FrameTable(const std::vector<FrameFigures>& rows) {
+  std::string text =
+      "| scene | triangles | pixels | drawn | ms: median | p90 | p99 | frames/s | core time, ms |\n"
+      "|---|---|---|---|---|---|---|---|---|\n";
+  for (const FrameFigures& row : rows) {
+    const auto ms = [&](double share) {
+      return static_cast<double>(row.frame.Percentile(share)) / 1e6;
+    };
+    text += Format("| %s | %s | %d x %d | %s | %.1f | %.1f | %.1f | %.0f | %.1f |\n",
+                   row.scene.c_str(), WithCommas(row.triangles).c_str(), row.width, row.height,
+                   row.way.c_str(), ms(0.5), ms(0.9), ms(0.99), 1000 / ms(0.5),
+                   static_cast<double>(row.cores.Percentile(0.5)) / 1e6);
+  }
+  return text;
+}
+
+std::string FfdText(const FfdTable& table) {
+  std::string text =
+      "Free-form deformation of one organ for the picture, one tip pressing, us (medians): on the "
+      "CPU the relocation with local functions and dent, which a step needs for its collisions "
+      "anyway, then normals and upload in the render thread; in the shader everything, upload of "
+      "the control points to finished vertices and normals. " +
+      table.renderer +
+      ".\n\n| lattice | control points | triangles | CPU: relocate | CPU: normals, upload | shader "
+      "| shader over CPU |\n|---|---|---|---|---|---|---|\n";
+  for (const FfdFigures& row : table.rows) {
+    text += Format("| %s | %d | %s | %.0f | %.0f | %.0f | %.2f |\n", row.lattice.c_str(),
+                   row.control_points, WithCommas(row.triangles).c_str(), row.step.median_us,
+                   row.upload.median_us, row.shader.median_us, row.ratio);
+  }
+  return text;
+}
+
 }  // namespace
 
 RatioSpread RatioOf(const std::vector<double>& slow_us, const std::vector<double>& fast_us) {
@@ -147,6 +180,13 @@ std::string BenchMarkdown(const BenchFigures& figures, const std::string& machin
                 figures.clock_reading_ns) +
             HandOverTable(figures.hand_overs) + "\n";
   }
+  if (!figures.frames.empty()) {
+    text +=
+        "A frame of the laparoscope's picture, drawn and read back, without the other loops (wall "
+        "time; the ways of drawing in turn, on the same snapshots).\n\n" +
+        FrameTable(figures.frames) + "\n";
+  }
+  if (figures.ffd.has_value()) text += FfdText(*figures.ffd) + "\n";
   return text + "Times: " + machine + ".\n";
 }
 

@@ -45,6 +45,7 @@ struct RunOptions {
   std::optional<double> frames_per_second;
   std::string size = "640x480";
   std::string clock = "real";
+  std::string ffd = "auto";
   std::vector<std::string> devices;
   bool film = false;
   bool pictures = true;
@@ -252,6 +253,7 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
   }
   render.max_hz = session.scene().timing.render_hz;
   render.names = session.Names();
+  render.background = session.Background();
   return render;
 }
 

@@ -6,11 +6,11 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "engine/mesh_import.h"
 #include "haptics/external_device.h"
 #include "haptics/sim_device.h"
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
+#include "tools/instrument_looks.h"
 #include "tools/report_text.h"
 
 namespace hpdm {
@@ -56,6 +56,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
       choices_(std::move(devices)) {
   HPDM_CHECK(choices_.size() == scene_.instruments.size());
   ReadTraces();
+  ReadPictures();
   BuildOrgans();
   BuildInstruments();
   CompareStiffness();
@@ -74,10 +75,22 @@ void Session::ReadTraces() {
   }
 }
 
+void Session::ReadPictures() {
+  if (!scene_.background.empty()) background_ = ReadPng(scene_.background);
+  for (const OrganOptions& organ : scene_.organs) {
+    textures_.push_back(organ.texture.empty() ? Image() : ReadPng(organ.texture));
+  }
+}
+
 void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
     organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
+    if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
+      throw InputError(
+          options.mesh + ": has no texture coordinates, which the texture of organ \"" +
+          options.name + "\" needs; export the mesh with them, or remove organ.texture");
+    }
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
   }
@@ -92,8 +105,10 @@ void Session::BuildInstruments() {
           "\" has no lattice whose force it could feel; it feels the default springs "
           "of reaction = \"paper\" there");
     }
-    instrument_meshes_.push_back(instrument.mesh.empty() ? SurfaceMesh()
-                                                         : ImportMesh(instrument.mesh, 1.0).mesh);
+    std::vector<InstrumentModel>& looks = looks_.emplace_back();
+    for (int held = 0; held < instrument.HeldCount(); ++held) {
+      looks.push_back(LoadLooks(instrument.Held(held)));
+    }
     const HandSite site = SiteOf(instrument);
     kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                              instrument.device);
@@ -253,18 +268,25 @@ std::vector<ToolOptions> Session::DeformationTools() const {
 
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
-  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest()});
+  for (std::size_t i = 0; i < organs_.size(); ++i) {
+    OrganView& view = views.emplace_back();
+    view.rest = &organs_[i].rest();
+    view.model = &organs_[i];
+    if (textures_[i].width > 0) view.texture = &textures_[i];
+  }
   return views;
 }
+
+const Image* Session::Background() const { return background_.width > 0 ? &background_ : nullptr; }
 
 std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
-    const bool drawn_as_capsule = instrument_meshes_[i].vertices.rows() == 0;
-    InstrumentView& view = views.emplace_back();
-    if (!drawn_as_capsule) view.parts.push_back({.mesh = &instrument_meshes_[i]});
-    view.tip_radius = scene_.instruments[i].tip_radius;
-    view.shaft_radius = scene_.instruments[i].shaft_radius;
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    InstrumentView& view = views.emplace_back(ViewOf(instrument, looks_[i].front()));
+    for (int held = 1; held < instrument.HeldCount(); ++held) {
+      view.exchanges.push_back(ViewOf(instrument.Held(held), looks_[i][held]));
+    }
   }
   return views;
 }

@@ -16,6 +16,7 @@
 #include "haptics/trace_file.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
+#include "scenes/instrument_mesh.h"
 #include "scenes/scene.h"
 #include "tools/contact_stiffness.h"
 #include "tools/device_choice.h"
@@ -61,6 +62,7 @@ class Session {
   std::vector<ToolOptions> DeformationTools() const;
   std::vector<OrganView> OrganViews() const;
   std::vector<InstrumentView> InstrumentViews() const;
+  const Image* Background() const;  ///< Null: none.
   SessionInfo Info() const;
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;
   StatusNames Names() const;
@@ -88,6 +90,7 @@ class Session {
 
  private:
   void ReadTraces();
+  void ReadPictures();
   void BuildOrgans();
   void BuildInstruments();
   void CompareStiffness();
@@ -96,8 +99,10 @@ class Session {
   HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
+  Image background_;             // empty where the scene names none
+  std::vector<Image> textures_;  // by organ, likewise
   std::vector<OrganModel> organs_;
-  std::vector<SurfaceMesh> instrument_meshes_;  // empty where the scene names none
+  std::vector<std::vector<InstrumentModel>> looks_;  // [instrument][ToolPose::exchange]
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
   std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none
