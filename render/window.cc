@@ -111,8 +111,10 @@ struct Window::Callbacks {
     Of(window).Report(FocusEvent{focused == GLFW_TRUE});
   }
   static void Close(GLFWwindow* window) { Of(window).Report(CloseEvent{}); }
-  /// When the connection to the display breaks, Xlib calls these two in turn; its own end the
-  /// program.
+  /// Xlib's own handlers end the program. A request that fails (on a window that somebody has
+  /// destroyed) only shows nothing.
+  static int RequestFailed(Display* /*display*/, XErrorEvent* /*error*/) { return 0; }
+  /// When the connection to the display breaks, these two are called in turn.
   static int DisplayFailed(Display* /*display*/) { return 0; }
   static void DisplayLost(Display* /*display*/, void* window) {
     static_cast<Window*>(window)->lost_.request_stop();
@@ -169,6 +171,7 @@ Window::Window(int width, int height, const std::string& title) {
     ThrowNoWindow();
   }
   if (Display* display = glfwGetX11Display(); display != nullptr) {
+    XSetErrorHandler(Callbacks::RequestFailed);
     XSetIOErrorHandler(Callbacks::DisplayFailed);
     XSetIOErrorExitHandler(display, Callbacks::DisplayLost, this);
   }
