@@ -18,6 +18,8 @@
 namespace hpdm {
 namespace {
 
+constexpr double kMouseStart = 0.03;  // m, from a mouse's first place to the tissue
+
 // What playing a trace will be like, one line.
 std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
                         const TraceMapping& mapping, const TraceDevice& device, bool fitted) {
@@ -149,10 +151,11 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
       return device;
     }
     case DeviceChoice::Type::kMouse: {
-      // Where a script would start: outside of the tissue, in sight of its target.
-      const WayPoint start = HandScriptPlan(options.hand, site).Start();
-      auto hand = std::make_unique<MouseHand>(HandTarget{start.p_W, start.roll, start.jaw},
-                                              options.hand.stiffness, options.hand.damping);
+      // On the way to the target, at most halfway, where nothing is touched yet.
+      const Vector3d out_W = site.p_trocar_W - site.p_target_W;
+      const double distance = std::min(kMouseStart, 0.5 * out_W.norm());
+      const HandTarget start = {site.p_target_W + distance * out_W.normalized()};
+      auto hand = std::make_unique<MouseHand>(start, options.hand.stiffness, options.hand.damping);
       hand_targets[instrument] = &hand->targets();
       return std::make_unique<SimDevice>(options.device, kinematics_[instrument], std::move(hand));
     }
@@ -325,6 +328,7 @@ std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
   std::vector<TrainerInput::Instrument> instruments(scene_.instruments.size());
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     if (hand_targets[i] == nullptr) continue;
+    instruments[i].exchanges = scene_.instruments[i].HeldCount();
     instruments[i].mouse = kinematics_[i];
     instruments[i].start = hand_targets[i]->Front();
   }
@@ -335,7 +339,8 @@ StatusNames Session::Names() const {
   StatusNames names;
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
-    names.instruments.push_back({options.name});
+    std::vector<std::string>& held = names.instruments.emplace_back();
+    for (int e = 0; e < options.HeldCount(); ++e) held.push_back(options.Held(e).name);
   }
   return names;
 }
