@@ -357,6 +357,15 @@ const MessageSchemas& MessageSchemas::Hpdm() {
   return schemas;
 }
 
+MessageSchemas MessageSchemas::HpdmAnd(std::span<const std::string> texts,
+                                       std::span<const std::string> names) {
+  std::vector<std::string_view> all_texts(std::begin(kLcmTexts), std::end(kLcmTexts));
+  std::vector<std::string> all_names(std::begin(kLcmTextNames), std::end(kLcmTextNames));
+  all_texts.insert(all_texts.end(), texts.begin(), texts.end());
+  all_names.insert(all_names.end(), names.begin(), names.end());
+  return MessageSchemas(all_texts, all_names);
+}
+
 const LcmStruct* MessageSchemas::Find(std::span<const std::uint8_t> bytes) const {
   if (bytes.size() < kHashBytes) return nullptr;
   std::uint64_t hash = 0;

@@ -63,6 +63,9 @@ class MessageSchemas {
 
   /// The types of this package.
   static const MessageSchemas& Hpdm();
+  /// The same with further texts.
+  static MessageSchemas HpdmAnd(std::span<const std::string> texts,
+                                std::span<const std::string> names);
 
   const std::vector<LcmStruct>& structs() const { return structs_; }
   /// The type whose messages begin as these bytes do; null when none is known.
