@@ -27,7 +27,7 @@ namespace hpdm {
 struct RenderOptions {
   int width = 640;                          ///< px.
   int height = 480;                         ///< px.
-  int samples = 4;                          ///< A pixel, against jagged edges; 1: none.
+  int samples = 0;                          ///< As PictureTarget takes them.
   double max_hz = 30;                       ///< Frames a second at most, in Run.
   std::filesystem::path frame_folder;       ///< PNG frames go here; empty: none are written.
   double frame_fps = 30;                    ///< Of the PNG frames, in session time.

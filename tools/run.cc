@@ -270,9 +270,9 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
     throw InputError("--size " + options.size + ": is not WIDTHxHEIGHT, such as 640x480");
   }
   render.max_hz = session.scene().timing.render_hz;
-  for (const std::string& name : options.overlays) render.overlays |= kOverlays.at(name);
   render.names = session.Names();
   render.background = session.Background();
+  for (const std::string& name : options.overlays) render.overlays |= kOverlays.at(name);
   return render;
 }
 

@@ -18,6 +18,8 @@
 namespace hpdm {
 namespace {
 
+constexpr double kMouseStart = 0.03;  // m, from a mouse's first place to the tissue
+
 // What playing a trace will be like, one line.
 std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
                         const TraceMapping& mapping, const TraceDevice& device, bool fitted) {
@@ -93,12 +95,12 @@ void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
     organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
-    references_.emplace_back(0, 3);
     if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
       throw InputError(
           options.mesh + ": has no texture coordinates, which the texture of organ \"" +
           options.name + "\" needs; export the mesh with them, or remove organ.texture");
     }
+    references_.emplace_back(0, 3);
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
   }
@@ -149,10 +151,11 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
       return device;
     }
     case DeviceChoice::Type::kMouse: {
-      // Where a script would start: outside of the tissue, in sight of its target.
-      const WayPoint start = HandScriptPlan(options.hand, site).Start();
-      auto hand = std::make_unique<MouseHand>(HandTarget{start.p_W, start.roll, start.jaw},
-                                              options.hand.stiffness, options.hand.damping);
+      // On the way to the target, at most halfway, where nothing is touched yet.
+      const Vector3d out_W = site.p_trocar_W - site.p_target_W;
+      const double distance = std::min(kMouseStart, 0.5 * out_W.norm());
+      const HandTarget start = {site.p_target_W + distance * out_W.normalized()};
+      auto hand = std::make_unique<MouseHand>(start, options.hand.stiffness, options.hand.damping);
       hand_targets[instrument] = &hand->targets();
       return std::make_unique<SimDevice>(options.device, kinematics_[instrument], std::move(hand));
     }
@@ -325,6 +328,7 @@ std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
   std::vector<TrainerInput::Instrument> instruments(scene_.instruments.size());
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     if (hand_targets[i] == nullptr) continue;
+    instruments[i].exchanges = scene_.instruments[i].HeldCount();
     instruments[i].mouse = kinematics_[i];
     instruments[i].start = hand_targets[i]->Front();
   }
@@ -335,7 +339,8 @@ StatusNames Session::Names() const {
   StatusNames names;
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
-    names.instruments.push_back({options.name});
+    std::vector<std::string>& held = names.instruments.emplace_back();
+    for (int e = 0; e < options.HeldCount(); ++e) held.push_back(options.Held(e).name);
   }
   return names;
 }
