@@ -31,7 +31,9 @@ struct Scenery {
     names.organs = {"liver"};
     names.instruments = {{"left grasper", "left hook"}, {"right probe"}};
   }
-  StatusText Text() const { return MakeStatusText({view, health, scene, 29.7, error_scale}, names); }
+  StatusText Text() const {
+    return MakeStatusText({view, health, scene, 29.7, error_scale}, names);
+  }
 
   double error_scale = 0;
   ViewSettings view;
