@@ -34,7 +34,8 @@ void AddArrow(const Vector3d& from, const Vector3d& arrow, float radius, const C
 
 void AddContactMarks(const ToolContactState& contact, const PointsF& vertices,
                      const Triangles& triangles, Marks* marks) {
-  if (contact.kind == ContactKind::kNone) return;
+  // A tip that is near has a contact to be, without a force.
+  if (contact.kind == ContactKind::kNone || contact.force_on_tissue_W.isZero(0)) return;
   const double radius = std::max(contact.kernel_radius, kLeastRadius);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
     std::array<Vector3d, 3> corners;

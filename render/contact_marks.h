@@ -11,7 +11,7 @@ inline constexpr double kArrowLength = 0.03;  ///< m a newton, of the drawn forc
 
 /// A tip's contact on the deformed surface: the vertices of the triangles that its kernel touches
 /// as points, the surface's normal, and the force on the hand (opposite to the one on the tissue,
-/// so that it stands out of the organ) as an arrow of kArrowLength. Nothing without a contact.
+/// so that it stands out of the organ) as an arrow of kArrowLength. Nothing without a force.
 /// O(triangles). Render thread.
 void AddContactMarks(const ToolContactState& contact, const PointsF& vertices,
                      const Triangles& triangles, Marks* marks);

@@ -22,8 +22,9 @@ enum class FfdPath : std::uint8_t {
 
 /// Whether the path is a shader's, for an organ of n control points and the OpenGL renderer's name
 /// (GL_RENDERER). kAuto: with at most 350 control points and no software renderer, which runs the
-/// shader on the core that has the CPU's sums already, 2.5 to 8 times slower (`hpdm bench --only
-/// ffd`). The same on every run of a machine, as the same pixels need; hence no timing.
+/// shader on the core that has the CPU's sums already, 2.7 to 6.1 times slower (`hpdm bench --only
+/// ffd`); on a graphics card the limit has not been measured. The same on every run of a machine,
+/// as the same pixels need; hence no timing.
 bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model);
 
 /// Free-form deformation in a vertex shader (Eq. 4): x = X + sum_a phi_a(X) U_a, with the local

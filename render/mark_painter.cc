@@ -20,7 +20,7 @@ flat out vec2 radii;
 flat out vec4 ink;
 uniform float fade_from;      // m
 
-const float kNear = 0.002;            // m
+const float kNear = 0.002;            // m, Laparoscope::kNear
 const float kLift = 0.001;            // m towards the lens, so that a surface does not hide its own
 
 vec4 Clip(vec3 p) {

@@ -113,6 +113,8 @@ TEST(ContactMarks, ArrowIsTheForceOnTheHand) {
   contact.kind = ContactKind::kPress;
   contact.contact_W = Vector3d(0, 0, 0.05);
   contact.normal_W = Vector3d::UnitZ();
+  AddContactMarks(contact, mesh.vertices.cast<float>(), mesh.triangles, &marks);
+  EXPECT_TRUE(marks.empty());  // near, but without a force
   contact.force_on_tissue_W = Vector3d(0.2, 0, -1.5);
   AddContactMarks(contact, mesh.vertices.cast<float>(), mesh.triangles, &marks);
   const Vector3d tip = marks.back().b_W.cast<double>();

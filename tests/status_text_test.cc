@@ -31,8 +31,11 @@ struct Scenery {
     names.organs = {"liver"};
     names.instruments = {{"left grasper", "left hook"}, {"right probe"}};
   }
-  StatusText Text() const { return MakeStatusText({view, health, scene, 29.7}, names); }
+  StatusText Text() const {
+    return MakeStatusText({view, health, scene, 29.7, error_scale}, names);
+  }
 
+  double error_scale = 0;
   ViewSettings view;
   SessionHealth health;
   SceneSnapshot scene;
@@ -89,6 +92,16 @@ TEST(StatusText, WhatGoesWrongIsInTheColourOfAlarm) {
   EXPECT_EQ(tone(text.loops, "log lost 7"), Tone::kAlarm);
   EXPECT_EQ(tone(text.loops, "skipped 3"), Tone::kWarning);
   EXPECT_EQ(tone(text.tools[0], "device lost"), Tone::kAlarm);
+}
+
+TEST(StatusText, ColoursOverOrgansComeWithTheirRange) {
+  Scenery scenery;
+  EXPECT_FALSE(Says(scenery.Text().state, "colours"));
+  scenery.view.overlays |= kOverlayForce | kOverlayError;
+  EXPECT_TRUE(Says(scenery.Text().state, "0 to 2 N"));
+  EXPECT_FALSE(Says(scenery.Text().state, "mm"));  // nothing to compare with
+  scenery.error_scale = 0.005;
+  EXPECT_TRUE(Says(scenery.Text().state, "0 to 5 mm"));
 }
 
 TEST(StatusText, PauseAndKeysAreSaidEvenWithoutTheRest) {

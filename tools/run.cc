@@ -47,7 +47,7 @@ struct RunOptions {
   std::optional<double> frames_per_second;
   std::string size = "640x480";
   std::string clock = "real";
-  FfdPath ffd = FfdPath::kAuto;
+  std::string ffd = "auto";
   std::vector<std::string> overlays;
   std::vector<std::string> references;
   std::vector<std::string> devices;
@@ -259,7 +259,7 @@ const std::map<std::string, FfdPath> kFfdPaths = {
 
 std::vector<OrganView> OrganViewsOf(const RunOptions& options, const Session& session) {
   std::vector<OrganView> views = session.OrganViews();
-  for (OrganView& view : views) view.ffd = options.ffd;
+  for (OrganView& view : views) view.ffd = kFfdPaths.at(options.ffd);
   return views;
 }
 
@@ -480,8 +480,8 @@ void AddRunCommand(CLI::App& app) {
   run->add_option("--ffd", options->ffd,
                   "Who deforms the organs in the picture: cpu, shader, or auto: the shader, unless "
                   "the renderer is software or a lattice has more than 350 control points")
-      ->transform(CLI::CheckedTransformer(kFfdPaths))
-      ->default_str("auto");
+      ->check(CLI::IsMember({"auto", "cpu", "shader"}))
+      ->capture_default_str();
   run->add_option("--clock", options->clock, "real, or lockstep: one thread, virtual time")
       ->check(CLI::IsMember({"real", "lockstep"}))
       ->capture_default_str();
