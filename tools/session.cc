@@ -45,6 +45,17 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
   return remark + " [" + file.path + "]";
 }
 
+std::vector<HeldTool> ExchangesOf(const InstrumentOptions& instrument) {
+  std::vector<HeldTool> exchanges;
+  for (const HeldInstrument& held : instrument.exchanges) {
+    exchanges.push_back({.tip_radius = held.tip_radius,
+                         .shaft_radius = held.shaft_radius,
+                         .friction = held.friction,
+                         .can_grasp = held.type == InstrumentType::kGrasper});
+  }
+  return exchanges;
+}
+
 }  // namespace
 
 Session::Session(Scene scene, std::vector<DeviceChoice> devices)
@@ -234,7 +245,7 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
     passivity.control = options.device.passivity_control;
     passivity.device = AxesOf(options.device);
     instruments.push_back({devices_[i].get(), kinematics_[i], options.tip_radius, guard,
-                           options.friction, passivity});
+                           options.friction, passivity, ExchangesOf(options)});
   }
   return instruments;
 }
@@ -248,7 +259,8 @@ std::vector<ToolOptions> Session::DeformationTools() const {
                      .prefetch = 1.5 / scene_.timing.deformation_hz,
                      .reaction = options.reaction,
                      .k1 = options.k1,
-                     .k2 = options.k2});
+                     .k2 = options.k2,
+                     .exchanges = ExchangesOf(options)});
   }
   return tools;
 }
@@ -274,6 +286,7 @@ std::vector<InstrumentView> Session::InstrumentViews() const {
 std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
   std::vector<TrainerInput::Instrument> instruments(scene_.instruments.size());
   for (std::size_t i = 0; i < instruments.size(); ++i) {
+    instruments[i].exchanges = scene_.instruments[i].HeldCount();
     if (hand_targets[i] == nullptr) continue;
     instruments[i].mouse = kinematics_[i];
     instruments[i].start = hand_targets[i]->Front();
@@ -285,6 +298,8 @@ SessionInfo Session::Info() const {
   SessionInfo info;
   for (const InstrumentOptions& options : scene_.instruments) {
     info.instruments.push_back(options.name);
+    std::vector<std::string>& names = info.held.emplace_back();
+    for (int held = 0; held < options.HeldCount(); ++held) names.push_back(options.Held(held).name);
   }
   for (const OrganModel& organ : organs_) {
     info.organs.push_back(
