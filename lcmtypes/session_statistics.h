@@ -59,6 +59,9 @@ class SessionStatistics {
   }
   Nanoseconds interval_start() const { return interval_.start; }
 
+  /// The sums of everything added so far: all of a Summary but its rates and what takes the length
+  /// of a contact. Copies nothing.
+  const SessionSummary& sums() const { return total_; }
   /// Of everything added so far; the last tick counts one period.
   SessionSummary Summary() const;
 

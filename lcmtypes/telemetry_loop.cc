@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kPollPeriod(5);
 constexpr Nanoseconds kStatisticsPeriod = kNanosecondsPerSecond;
+constexpr Nanoseconds kHealthPeriod = kNanosecondsPerSecond / 10;
 constexpr Nanoseconds kFlushPeriod = kNanosecondsPerSecond / 10;
 
 // Samples reach the telemetry within a poll of their tick; a step this much ahead of them means
@@ -83,6 +84,11 @@ void TelemetryLoop::Drain() noexcept {
   if (scenes_->Update()) HandleShapes(scenes_->Front());
   FrameRecord frame;
   while (options_.frames != nullptr && options_.frames->Pop(&frame)) statistics_.Add(frame);
+  LoopEvent event;
+  while (options_.events != nullptr && options_.events->Pop(&event)) {
+    AddEvent(event.severity, event.name.data(), event.text.data());
+  }
+  PublishHealth();
   PublishMeshPart();
   if (now_ - last_flush_ >= kFlushPeriod) {
     log_.Flush();
@@ -145,6 +151,14 @@ void TelemetryLoop::HandleSample(const HapticSample& sample) {
   Send(kForceChannel, sample.time_ns, force_, !options_.forces_linked);
   ReportDevices(sample);
   ReportControl(sample);
+  health_.tool_count = sample.tool_count;
+  for (int i = 0; i < sample.tool_count; ++i) {
+    const ToolSample& tool = sample.tools[i];
+    health_.tools[i].force_W = tool.force_W;
+    health_.tools[i].depth = tool.depth;
+    health_.tools[i].organ = tool.organ;
+    health_.tools[i].guard_flags = tool.guard_flags;
+  }
   if (timeline_) timeline_->Add(sample);
   if (sample.patch_number > 0) ResolveVisible(sample.patch_number, sample.patch_tick);
 }
@@ -189,6 +203,8 @@ void TelemetryLoop::ReportControl(const HapticSample& sample) {
 
 void TelemetryLoop::HandleStep(const StepSample& sample) {
   const StepRecord& step = sample.step;
+  health_.step_compute_ns = step.compute_ns;
+  health_.step_flags = step.flags;
   AdvanceTo(step.time_ns, kSamplePatience);
   statistics_.Add(step);
   while (!first_uses_.empty() && first_uses_.front().first < step.number) first_uses_.pop_front();
@@ -258,6 +274,10 @@ void TelemetryLoop::CloseInterval(Nanoseconds end) {
   CountStolenTime();
   statistics_.CloseInterval(end, &stats_);
   ++stats_.sequence;
+  health_.haptic_hz = stats_.haptic.rate_hz;
+  health_.deformation_hz = stats_.deformation.rate_hz;
+  health_.wake_late_p99_ns =
+      stats_.latencies[static_cast<std::size_t>(Latency::kHapticWakeUp)].p99_ns;
   const std::uint64_t overflows = samples_->Overflows();
   if (options_.frames != nullptr) {
     const std::uint64_t frames_missed = options_.frames->Overflows();
@@ -280,6 +300,19 @@ void TelemetryLoop::CloseInterval(Nanoseconds end) {
              std::to_string(stats_.deformation.missed) +
                  " deformation steps found the telemetry queue full and are not in the log");
   }
+}
+
+void TelemetryLoop::PublishHealth() {
+  if (options_.health == nullptr || now_ < health_.time_ns + kHealthPeriod) return;
+  const SessionSummary& sums = statistics_.sums();
+  health_.time_ns = now_;
+  health_.ticks = sums.ticks;
+  health_.skipped = sums.skipped;
+  health_.log_lost = samples_->Overflows();
+  for (int i = 0; i < health_.tool_count; ++i)
+    health_.tools[i].peak_force = sums.tools[i].peak_force;
+  options_.health->Back() = health_;
+  options_.health->Publish();
 }
 
 /// One part a call at most, so that the meshes never crowd out the ticks.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/histogram.h"
+#include "engine/loop_event.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
 #include "engine/triple_buffer.h"
@@ -38,7 +39,9 @@ struct TelemetryOptions {
   Nanoseconds haptic_period = 1'000'000;                ///< 1 / haptic_hz.
   Nanoseconds mesh_repeat = 3 * kNanosecondsPerSecond;  ///< Between two live repeats.
   SpscQueue<FrameRecord>* frames = nullptr;  ///< Of the render loop; null in the lockstep clock.
-  Histogram baseline = {};                   ///< Wake-ups of an empty loop before the session.
+  SpscQueue<LoopEvent>* events = nullptr;    ///< Of the render loop; null in the lockstep clock.
+  TripleBuffer<SessionHealth>* health = nullptr;  ///< For the render loop, 10 times a second.
+  Histogram baseline = {};                        ///< Wake-ups of an empty loop before the session.
   /// Time that the host has taken from the machine so far (stolen_time.h); null in the lockstep
   /// clock. Asked once a second.
   std::function<Nanoseconds()> stolen_time = nullptr;
@@ -53,8 +56,6 @@ struct SessionInfo {
 
 /// Text of the event "session.start".
 std::string SessionStartText(const SessionInfo& info);
-
-enum class EventSeverity : std::int8_t { kInfo = 0, kWarning = 1, kError = 2 };
 
 struct TelemetrySummary {
   SessionSummary session;
@@ -73,7 +74,7 @@ struct TelemetrySummary {
 ///     HapticSample queue (every tick) --> Drain --> session.lcmlog, timeline.csv
 ///     StepSample queue (every step) ---->   |
 ///     SceneSnapshot (latest value) ----->   '-----> LCM, only with options.live
-///     FrameRecord queue (every frame) -->
+///     FrameRecord, LoopEvent queues ---->   '--SessionHealth (latest value) --> render loop
 ///
 /// Everything but the constructor runs on one thread: its own (Run, real clock) or the one that
 /// runs everything (Drain, Finish; lockstep clock). Nothing here ever makes the haptic or the
@@ -119,6 +120,7 @@ class TelemetryLoop {
   void AdvanceTo(Nanoseconds time, Nanoseconds patience);
   void CloseInterval(Nanoseconds end);
   void CountStolenTime();
+  void PublishHealth();
   void PublishMeshPart();
   void ReportLogFailure();
   template <typename Message>
@@ -148,6 +150,7 @@ class TelemetryLoop {
   Nanoseconds stolen_ = 0;           // total when last asked
   std::uint64_t frames_missed_ = 0;  // total when last asked
   Nanoseconds last_flush_ = 0;
+  SessionHealth health_;
 
   // Steps that wait for the tick that first uses their patch, and such ticks that wait for their
   // step: whichever crosses its queue first.

@@ -5,7 +5,8 @@
 
 namespace hpdm {
 
-/// The dark outside of the circular picture. Drawn first, it keeps everything behind it from being
+/// The dark outside of the circular picture, with a notch at its top that tells which way the
+/// camera is held. Drawn first, it keeps everything behind it from being
 /// shaded. Render thread only.
 class CircleMask {
  public:

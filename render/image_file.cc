@@ -23,17 +23,18 @@ void AppendBytes(png_structp png, png_bytep data, png_size_t size) {
 }
 
 /// libpng leaves through longjmp when it fails, so nothing in this frame has a destructor.
-bool EncodeRows(const Image& image, std::vector<std::uint8_t>* bytes, png_structp png,
-                png_infop info) {
+bool EncodeRows(const Image& image, PngEffort effort, std::vector<std::uint8_t>* bytes,
+                png_structp png, png_infop info) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_write_fn(png, bytes, AppendBytes, nullptr);
   png_set_IHDR(png, info, static_cast<png_uint_32>(image.width),
                static_cast<png_uint_32>(image.height), 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-  png_set_compression_level(png, 1);
-  // One fixed filter: trying all five on every row costs more than it saves at this level.
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
+  const bool fast = effort == PngEffort::kFast;
+  png_set_compression_level(png, fast ? 1 : 9);
+  // One fixed filter: trying all five on every row costs more than it saves at the fast level.
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, fast ? PNG_FILTER_UP : PNG_ALL_FILTERS);
   png_write_info(png, info);
   for (int y = 0; y < image.height; ++y) png_write_row(png, image.At(0, y));
   png_write_end(png, info);
@@ -42,14 +43,14 @@ bool EncodeRows(const Image& image, std::vector<std::uint8_t>* bytes, png_struct
 
 }  // namespace
 
-void EncodePng(const Image& image, std::vector<std::uint8_t>* bytes) {
+void EncodePng(const Image& image, std::vector<std::uint8_t>* bytes, PngEffort effort) {
   HPDM_CHECK(image.width > 0 && image.height > 0);
   bytes->clear();
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
   // What is left to fail after these checks is memory, which ends the program anyway.
   HPDM_CHECK(info != nullptr);
-  const bool encoded = EncodeRows(image, bytes, png, info);
+  const bool encoded = EncodeRows(image, effort, bytes, png, info);
   png_destroy_write_struct(&png, &info);
   HPDM_CHECK(encoded);
 }
@@ -69,9 +70,9 @@ bool WriteBytes(const std::filesystem::path& file, const std::vector<std::uint8_
   return false;
 }
 
-void WritePng(const std::filesystem::path& file, const Image& image) {
+void WritePng(const std::filesystem::path& file, const Image& image, PngEffort effort) {
   std::vector<std::uint8_t> bytes;
-  EncodePng(image, &bytes);
+  EncodePng(image, &bytes, effort);
   std::string failure;
   if (!WriteBytes(file, bytes, &failure)) throw InputError(failure);
 }

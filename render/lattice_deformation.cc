@@ -10,6 +10,7 @@
 
 #include "engine/check.h"
 #include "engine/half_space.h"
+#include "render/render_context.h"
 
 namespace hpdm {
 namespace {
@@ -216,9 +217,7 @@ void Attach(const GlObject& texture, GLenum format, const GlObject& buffer) {
 bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model) {
   if (!model.lattice() || path == FfdPath::kCpu) return false;
   if (path == FfdPath::kShader) return true;
-  for (const char* software : {"llvmpipe", "softpipe", "SWR", "SwiftShader"}) {
-    if (renderer.find(software) != std::string_view::npos) return false;
-  }
+  if (IsSoftwareRenderer(renderer)) return false;
   return model.control_points() <= kMostControlPoints;
 }
 

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "engine/error.h"
+#include "render/laparoscope.h"
+#include "render/render_context.h"
 
 namespace hpdm {
 namespace {
@@ -18,17 +20,40 @@ void RequireComplete(int width, int height) {
 
 }  // namespace
 
-PictureTarget::PictureTarget(int width, int height, int samples)
-    : width_(width), height_(height), rgba_(std::size_t{4} * width * height) {
-  GLint max_samples = 1;
-  glGetIntegerv(GL_MAX_SAMPLES, &max_samples);
-  const GLint count = std::min<GLint>(samples > 1 ? samples : 0, max_samples);
+int PictureTarget::UsualSamples() {
+  return IsSoftwareRenderer(reinterpret_cast<const char*>(glGetString(GL_RENDERER))) ? 1 : 4;
+}
 
-  glBindFramebuffer(GL_FRAMEBUFFER, drawn_.name());
-  glBindRenderbuffer(GL_RENDERBUFFER, drawn_colour_.name());
-  glRenderbufferStorageMultisample(GL_RENDERBUFFER, count, GL_RGBA8, width, height);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
-                            drawn_colour_.name());
+PictureTarget::PictureTarget(int width, int height, int samples)
+    : width_(width),
+      height_(height),
+      multisampled_((samples == 0 ? UsualSamples() : samples) > 1),
+      lens_(multisampled_ ? LensPass::Edges::kAsDrawn : LensPass::Edges::kSmoothed),
+      rgba_(std::size_t{4} * width * height) {
+  glBindTexture(GL_TEXTURE_2D, pinhole_colour_.name());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) {
+    glTexParameteri(GL_TEXTURE_2D, filter, GL_LINEAR);
+  }
+  for (const GLenum direction : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) {
+    glTexParameteri(GL_TEXTURE_2D, direction, GL_CLAMP_TO_EDGE);
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, pinhole_.name());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                         pinhole_colour_.name(), 0);
+  RequireComplete(width, height);
+
+  GLint count = 0;
+  if (multisampled_) {
+    GLint max_samples = 1;
+    glGetIntegerv(GL_MAX_SAMPLES, &max_samples);
+    count = std::min<GLint>(samples == 0 ? UsualSamples() : samples, max_samples);
+    glBindFramebuffer(GL_FRAMEBUFFER, drawn_.name());
+    glBindRenderbuffer(GL_RENDERBUFFER, drawn_colour_.name());
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, count, GL_RGBA8, width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                              drawn_colour_.name());
+  }
   glBindRenderbuffer(GL_RENDERBUFFER, drawn_depth_.name());
   glRenderbufferStorageMultisample(GL_RENDERBUFFER, count, GL_DEPTH_COMPONENT24, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
@@ -44,14 +69,21 @@ PictureTarget::PictureTarget(int width, int height, int samples)
 }
 
 void PictureTarget::Bind() const {
-  glBindFramebuffer(GL_FRAMEBUFFER, drawn_.name());
+  glBindFramebuffer(GL_FRAMEBUFFER, multisampled_ ? drawn_.name() : pinhole_.name());
   glViewport(0, 0, width_, height_);
 }
 
-void PictureTarget::Resolve() const {
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, drawn_.name());
+void PictureTarget::Resolve(const Laparoscope& scope) const {
+  const bool as_drawn = multisampled_ && scope.distortion() == 0;
+  if (multisampled_) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, drawn_.name());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, as_drawn ? resolved_.name() : pinhole_.name());
+    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT,
+                      GL_NEAREST);
+  }
+  if (as_drawn) return;
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.name());
-  glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  lens_.Draw(scope, pinhole_colour_);
 }
 
 void PictureTarget::ShowOnScreen(int width, int height) const {

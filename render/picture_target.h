@@ -5,8 +5,11 @@
 
 #include "render/gl_object.h"
 #include "render/image_file.h"
+#include "render/lens_pass.h"
 
 namespace hpdm {
+
+class Laparoscope;
 
 /// A rectangle of a screen, px.
 struct ScreenPlace {
@@ -20,8 +23,12 @@ struct ScreenPlace {
 /// undistorted, as large as fits.
 ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int height);
 
-/// Where a picture is drawn off screen: a multisampled framebuffer with depth, resolved into a
-/// plain one, which is shown and read back. Render thread only.
+/// Where a picture is drawn off screen: a framebuffer with depth, resolved into a plain one, which
+/// is shown and read back. Render thread only.
+///
+/// Jagged edges: a graphics card draws several samples a pixel. On a software renderer those would
+/// cost more than all shading (22 of 38 ms of core time at 640 x 480), so there the edges are
+/// smoothed in the picture (lens_pass.h).
 ///
 ///     Bind, draw the scene -> Resolve, draw flat things over it -> ShowOnScreen -> Read
 ///
@@ -29,16 +36,17 @@ ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int he
 /// graphics card (about 1 MB) at the price of showing every picture one frame, 33 ms, late.
 class PictureTarget {
  public:
-  /// `samples` a pixel, at most what the driver offers; 1 is none. Throws MachineError when the
-  /// driver refuses the size.
+  /// `samples` a pixel, at most what the driver offers; 1: smoothed edges; 0: whichever suits the
+  /// renderer. Throws MachineError when the driver refuses the size.
   PictureTarget(int width, int height, int samples);
 
   /// Directs drawing here, over the whole picture.
   void Bind() const;
 
-  /// Resolves the scene into the plain framebuffer, which later drawing goes to: without samples
-  /// and without depth, over the whole picture.
-  void Resolve() const;
+  /// Resolves the scene that `scope` sees into the plain framebuffer, through the lens's
+  /// distortion if it has any. Later drawing goes there: without samples and without depth, over
+  /// the whole picture.
+  void Resolve(const Laparoscope& scope) const;
 
   /// Copies the resolved picture into the middle of the context's own framebuffer of width x height
   /// pixels, as large as fits; the rest is black.
@@ -52,11 +60,17 @@ class PictureTarget {
   int height() const { return height_; }
 
  private:
+  static int UsualSamples();
+
   int width_;
   int height_;
-  GlObject drawn_{GlKind::kFramebuffer};
+  bool multisampled_;
+  GlObject drawn_{GlKind::kFramebuffer};  // unused with one sample, which goes into pinhole_
   GlObject drawn_colour_{GlKind::kRenderbuffer};
   GlObject drawn_depth_{GlKind::kRenderbuffer};
+  GlObject pinhole_{GlKind::kFramebuffer};  // the scene before the lens pass
+  GlObject pinhole_colour_{GlKind::kTexture};
+  LensPass lens_;
   GlObject resolved_{GlKind::kFramebuffer};
   GlObject resolved_colour_{GlKind::kRenderbuffer};
   std::vector<std::uint8_t> rgba_;  // 4 width height bytes, rows from the bottom up

@@ -26,6 +26,13 @@ const char* GlErrorName(GLenum error) {
 
 }  // namespace
 
+bool IsSoftwareRenderer(std::string_view renderer) {
+  for (const char* software : {"llvmpipe", "softpipe", "SWR", "SwiftShader"}) {
+    if (renderer.find(software) != std::string_view::npos) return true;
+  }
+  return false;
+}
+
 std::string GlRenderer() {
   const int version = epoxy_gl_version();  // major * 10 + minor
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));

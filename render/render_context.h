@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace hpdm {
 
@@ -33,6 +34,9 @@ class RenderContext {
 
 /// Makes the calling thread's context. Throws MachineError when the machine cannot draw.
 using RenderContextFactory = std::function<std::unique_ptr<RenderContext>()>;
+
+/// Whether a renderer (GL_RENDERER) draws with the machine's processor.
+bool IsSoftwareRenderer(std::string_view renderer);
 
 /// The renderer and version of the current context.
 std::string GlRenderer();

@@ -13,6 +13,7 @@
 #include "engine/error.h"
 #include "render/egl_context.h"
 #include "render/picture_target.h"
+#include "render/text_painter.h"
 
 namespace hpdm {
 namespace {
@@ -44,7 +45,16 @@ struct RenderLoop::Drawing {
   std::unique_ptr<RenderContext> context;  // first: the others need it
   PictureTarget target;
   SceneView view;
+  TextPainter text;
 };
+
+void FrameRate::Add(Nanoseconds now) {
+  if (frames_++ == 0) begin_ = now;
+  if (now - begin_ < kNanosecondsPerSecond) return;
+  hz_ = (frames_ - 1) / ToSeconds(now - begin_);
+  begin_ = now;
+  frames_ = 1;
+}
 
 RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
                        const LaparoscopeOptions& scope, const RenderOptions& options,
@@ -81,7 +91,7 @@ void RenderLoop::StartOnThisThread() {
   Image unused;
   drawing_->target.Bind();
   drawing_->view.Draw(edges_.snapshots.Front(), scope_);
-  drawing_->target.Resolve();
+  drawing_->target.Resolve(scope_);
   drawing_->target.Read(&unused);
 }
 
@@ -108,7 +118,12 @@ bool RenderLoop::Frame() {
   }
   const SceneSnapshot& snapshot = edges_.snapshots.Front();
   const Nanoseconds start_ns = clock_();
-  DrawNewest(snapshot);
+  frame_rate_.Add(start_ns);
+  try {
+    DrawNewest(snapshot);
+  } catch (const MachineError& error) {
+    failure_ = error.what();
+  }
   if (!failure_.empty()) return false;
   const Nanoseconds read_ns = clock_();
   CountDropped(snapshot.step.number);
@@ -142,12 +157,28 @@ void RenderLoop::TakeSettings() {
   }
 }
 
+// Throws MachineError when the text cannot be drawn in a new size.
+void RenderLoop::DrawText(const SceneSnapshot& snapshot) {
+  static const SessionHealth kUnknown;
+  if (edges_.health != nullptr) edges_.health->Update();
+  const SessionHealth& health = edges_.health != nullptr ? edges_.health->Front() : kUnknown;
+  double error_scale = 0;
+  for (const OrganView& organ : organs_) {
+    if (organ.reference != nullptr) error_scale = std::max(error_scale, organ.error_scale);
+  }
+  const StatusText text =
+      MakeStatusText({settings_, health, snapshot, frame_rate_.hz(), error_scale}, options_.names);
+  drawing_->text.Draw(text, scope_.width(), scope_.height());
+}
+
 void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
     drawing_->target.Bind();
-    drawing_->view.Draw(snapshot, scope_);
-    drawing_->target.Resolve();
+    drawing_->view.Draw(snapshot, scope_, settings_.overlays);
+    drawing_->target.Resolve(scope_);
+    drawing_->view.DrawScales(settings_.overlays);
+    DrawText(snapshot);
     // Before the read-back: the eye waits, the files do not.
     drawing_->context->Present(drawing_->target, settings_.window_width, settings_.window_height);
     drawing_->target.Read(&image_);
@@ -200,6 +231,7 @@ void RenderLoop::WriteScreenshot() {
   std::string failure;
   if (WriteBytes(options_.screenshot_folder / name, bytes, &failure)) {
     ++screenshots_written_;
+    Tell(EventSeverity::kInfo, "render.screenshot", name);
   } else if (file_failure_.empty()) {
     file_failure_ = failure;
   }
@@ -210,6 +242,7 @@ void RenderLoop::Run(std::stop_token stop) {
     StartOnThisThread();
   } catch (const MachineError& error) {
     failure_ = error.what();
+    Tell(EventSeverity::kWarning, "render.ended", failure_);
     return;
   }
   // A frame may start half a period early on its place in an even sequence, so that steps that
@@ -225,7 +258,12 @@ void RenderLoop::Run(std::stop_token stop) {
       std::this_thread::sleep_for(kPollPeriod);
     }
   }
+  if (!failure_.empty()) Tell(EventSeverity::kWarning, "render.ended", failure_);
   EndOnThisThread();
+}
+
+void RenderLoop::Tell(EventSeverity severity, const char* name, const std::string& text) {
+  if (edges_.events != nullptr) edges_.events->Push(MakeLoopEvent(severity, name, text));
 }
 
 }  // namespace hpdm

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/loop_event.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
 #include "engine/triple_buffer.h"
@@ -18,6 +19,7 @@
 #include "render/laparoscope.h"
 #include "render/render_context.h"
 #include "render/scene_view.h"
+#include "render/status_text.h"
 #include "render/view_settings.h"
 
 namespace hpdm {
@@ -25,11 +27,12 @@ namespace hpdm {
 struct RenderOptions {
   int width = 640;                          ///< px.
   int height = 480;                         ///< px.
-  int samples = 4;                          ///< A pixel, against jagged edges; 1: none.
+  int samples = 0;                          ///< As PictureTarget takes them.
   double max_hz = 30;                       ///< Frames a second at most, in Run.
   std::filesystem::path frame_folder;       ///< PNG frames go here; empty: none are written.
   double frame_fps = 30;                    ///< Of the PNG frames, in session time.
   std::filesystem::path screenshot_folder;  ///< Of a window's; made with the first one.
+  StatusNames names;                        ///< For the text.
   std::uint32_t overlays = kOverlayNone;    ///< Or-ed; a window's ViewSettings replace them.
   const Image* background = nullptr;  ///< On the cavity's wall (cavity_view.h); must outlive the
                                       ///< loop. Null: a bare wall.
@@ -40,6 +43,20 @@ struct RenderStatistics {
   std::uint64_t drawn = 0;    ///< Frames.
   std::uint64_t dropped = 0;  ///< Steps that were replaced by a newer one before being drawn.
   std::string renderer;       ///< The OpenGL renderer; empty before the start.
+};
+
+/// Frames a second over the last second. One thread.
+class FrameRate {
+ public:
+  /// Counts a frame at session time `now`.
+  void Add(Nanoseconds now);
+  /// 0 before the first second is over, and where time stands still.
+  double hz() const { return hz_; }
+
+ private:
+  Nanoseconds begin_ = 0;
+  int frames_ = 0;
+  double hz_ = 0;
 };
 
 /// The render loop: draws the newest SceneSnapshot through the laparoscope and keeps the picture.
@@ -59,12 +76,14 @@ class RenderLoop {
  public:
   using Clock = std::function<Nanoseconds()>;
 
-  /// What the loop is wired to: reader of snapshots and settings, producer of frames. A full queue
-  /// of frames loses the record and counts it.
+  /// What the loop is wired to: reader of the triple buffers, producer of the queues, which lose
+  /// and count what finds them full.
   struct Edges {
     TripleBuffer<SceneSnapshot>& snapshots;          ///< Every slot holds an organ for each view.
     SpscQueue<FrameRecord>* frames = nullptr;        ///< Real clock: the times of every frame.
     TripleBuffer<ViewSettings>* settings = nullptr;  ///< Of a window: what it shows, from now on.
+    TripleBuffer<SessionHealth>* health = nullptr;   ///< For the text.
+    SpscQueue<LoopEvent>* events = nullptr;          ///< For the log: screenshots, the loop's end.
   };
 
   /// Set-up, any thread; touches no OpenGL. The meshes that the views point to, and the edges, must
@@ -114,10 +133,12 @@ class RenderLoop {
   struct Drawing;  // what lives on the graphics card
 
   void TakeSettings();
+  void DrawText(const SceneSnapshot& snapshot);
   void DrawNewest(const SceneSnapshot& snapshot);
   void KeepDeepest(const SceneSnapshot& snapshot);
   void KeepFiles(Nanoseconds time_ns);
   void WriteScreenshot();
+  void Tell(EventSeverity severity, const char* name, const std::string& text);
   void CountDropped(std::uint64_t number);
 
   std::vector<OrganView> organs_;
@@ -130,6 +151,7 @@ class RenderLoop {
   ViewSettings settings_;
   std::vector<PointsF> rest_;  // per organ, V x 3
   std::unique_ptr<Drawing> drawing_;
+  FrameRate frame_rate_;
   std::optional<FrameSink> sink_;
   Image image_;
   Image deepest_image_;

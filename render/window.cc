@@ -1,5 +1,8 @@
 #include "render/window.h"
 
+// Eigen before X11, whose macros break it.
+#include "render/picture_target.h"
+
 // epoxy before GLFW, which then leaves OpenGL's own header out.
 #include <epoxy/gl.h>
 
@@ -13,7 +16,6 @@
 
 #include "engine/check.h"
 #include "engine/error.h"
-#include "render/picture_target.h"
 
 namespace hpdm {
 namespace {
@@ -109,7 +111,11 @@ struct Window::Callbacks {
     Of(window).Report(FocusEvent{focused == GLFW_TRUE});
   }
   static void Close(GLFWwindow* window) { Of(window).Report(CloseEvent{}); }
-  /// Xlib's default ends the program when the connection to the display breaks.
+  /// Xlib's own handlers end the program. A request that fails (on a window that somebody has
+  /// destroyed) only shows nothing.
+  static int RequestFailed(Display* /*display*/, XErrorEvent* /*error*/) { return 0; }
+  /// When the connection to the display breaks, these two are called in turn.
+  static int DisplayFailed(Display* /*display*/) { return 0; }
   static void DisplayLost(Display* /*display*/, void* window) {
     static_cast<Window*>(window)->lost_.request_stop();
   }
@@ -165,6 +171,8 @@ Window::Window(int width, int height, const std::string& title) {
     ThrowNoWindow();
   }
   if (Display* display = glfwGetX11Display(); display != nullptr) {
+    XSetErrorHandler(Callbacks::RequestFailed);
+    XSetIOErrorHandler(Callbacks::DisplayFailed);
     XSetIOErrorExitHandler(display, Callbacks::DisplayLost, this);
   }
   glfwSetWindowUserPointer(window_, this);

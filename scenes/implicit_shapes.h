@@ -102,7 +102,16 @@ std::unique_ptr<ImplicitShape> LiverShape();
 /// A J-shaped stomach with fundus, body, antrum, pylorus and the end of the oesophagus.
 std::unique_ptr<ImplicitShape> StomachShape();
 
+/// The lines along the stomach's long (left, lower) and short (right, upper) border, from the
+/// fundus to the pylorus, where its vessels and the omenta come to it: m, in its frame, near the
+/// surface.
+std::vector<Vector3d> StomachGreaterCurvature();
+std::vector<Vector3d> StomachLesserCurvature();
+
 /// A pear-shaped gallbladder, 80 mm long and 30 mm wide, that ends in a bent neck.
 std::unique_ptr<ImplicitShape> GallbladderShape();
+
+/// Middle of the gallbladder's neck, m, in its frame.
+Vector3d GallbladderNeck();
 
 }  // namespace hpdm

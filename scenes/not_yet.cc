@@ -21,10 +21,8 @@ struct Rule {
 
 // What scene.h reads but nothing behind it computes yet. To add a feature, delete its line.
 constexpr Rule kRules[] = {
-    {"scene.background", Refused::kAlways, "", "remove the key"},
     {"scene.gravity", Refused::kNonZero, "", "remove the key or give [0, 0, 0]"},
     {"organ.model", Refused::kString, "rigid", "use \"hpdm\""},
-    {"organ.texture", Refused::kAlways, "", "remove the key"},
 };
 
 bool IsNonZero(const TomlValue& value) {

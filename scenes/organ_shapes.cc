@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "scenes/implicit_shapes.h"
 
 namespace hpdm {
@@ -61,11 +63,22 @@ class Liver : public ImplicitShape {
   const Ellipsoid falciform_ = MillimetreEllipsoid(20, 25, 105, 7, 75, 40);
 };
 
+// Found by meshing: the centre of the volume within the outer surface.
+const Vector3d kStomachCentre = kMillimetre * Vector3d(31.68, 9.76, -2.21);
+const Vector3d kGallbladderCentre = kMillimetre * Vector3d(0.12, -8.30, 0.93);
+
+std::vector<SweptBall::Node> StomachNodes() {
+  return {MillimetreNode(58, 92, -16, 38), MillimetreNode(58, 66, -12, 47),
+          MillimetreNode(52, 24, -4, 43),  MillimetreNode(35, -32, 6, 36),
+          MillimetreNode(-2, -80, 12, 32), MillimetreNode(-48, -86, 12, 25),
+          MillimetreNode(-80, -62, 8, 16), MillimetreNode(-94, -42, 2, 12)};
+}
+
 /// A tube from the fundus over the body and the antrum to the pylorus, and the oesophagus' end.
 class Stomach : public ImplicitShape {
  public:
   FieldSample Sample(const Vector3d& p_O) const override {
-    const Vector3d p = p_O + centre_;
+    const Vector3d p = p_O + kStomachCentre;
     return SmoothUnion(body_.Sample(p), oesophagus_.Sample(p), 22 * kMillimetre);
   }
 
@@ -74,29 +87,37 @@ class Stomach : public ImplicitShape {
   }
 
  private:
-  // Found by meshing: the centre of the volume within the outer surface.
-  const Vector3d centre_ = kMillimetre * Vector3d(31.68, 9.76, -2.21);
-
-  const SweptBall body_{{MillimetreNode(58, 92, -16, 38), MillimetreNode(58, 66, -12, 47),
-                         MillimetreNode(52, 24, -4, 43), MillimetreNode(35, -32, 6, 36),
-                         MillimetreNode(-2, -80, 12, 32), MillimetreNode(-48, -86, 12, 25),
-                         MillimetreNode(-80, -62, 8, 16), MillimetreNode(-94, -42, 2, 12)}};
+  const SweptBall body_{StomachNodes()};
   const SweptBall oesophagus_{{MillimetreNode(32, 42, -8, 16), MillimetreNode(6, 62, -10, 12.5),
                                MillimetreNode(-18, 88, -14, 12)}};
 };
 
+/// The stomach's border to the left (`side` = 1) or the right (-1) of its way from the fundus to
+/// the pylorus, in the plane of the front.
+std::vector<Vector3d> StomachCurvature(double side) {
+  const std::vector<SweptBall::Node> nodes = StomachNodes();
+  std::vector<Vector3d> border;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Vector3d along =
+        nodes[std::min(i + 1, nodes.size() - 1)].centre - nodes[i == 0 ? 0 : i - 1].centre;
+    const Vector3d left(-along.y(), along.x(), 0);
+    border.push_back(nodes[i].centre + left * (side * nodes[i].radius / left.norm()) -
+                     kStomachCentre);
+  }
+  return border;
+}
+
 /// A tube from the fundus (below, in front) to the neck, whose bend leads to the cystic duct.
 class Gallbladder : public ImplicitShape {
  public:
-  FieldSample Sample(const Vector3d& p_O) const override { return body_.Sample(p_O + centre_); }
+  FieldSample Sample(const Vector3d& p_O) const override {
+    return body_.Sample(p_O + kGallbladderCentre);
+  }
   Bounds bounds() const override {
     return {Vector3d(-0.022, -0.04, -0.022), Vector3d(0.022, 0.058, 0.024)};
   }
 
  private:
-  // Found by meshing: the centre of the volume within the outer surface.
-  const Vector3d centre_ = kMillimetre * Vector3d(0.12, -8.30, 0.93);
-
   const SweptBall body_{{MillimetreNode(0, -25, 2, 15), MillimetreNode(0, -14, 1, 15.2),
                          MillimetreNode(0, 2, 0, 13), MillimetreNode(1, 16, -1, 9),
                          MillimetreNode(3, 26, -1, 6.5), MillimetreNode(0, 34, 2, 5.5),
@@ -108,5 +129,10 @@ class Gallbladder : public ImplicitShape {
 std::unique_ptr<ImplicitShape> LiverShape() { return std::make_unique<Liver>(); }
 std::unique_ptr<ImplicitShape> StomachShape() { return std::make_unique<Stomach>(); }
 std::unique_ptr<ImplicitShape> GallbladderShape() { return std::make_unique<Gallbladder>(); }
+
+std::vector<Vector3d> StomachGreaterCurvature() { return StomachCurvature(1); }
+std::vector<Vector3d> StomachLesserCurvature() { return StomachCurvature(-1); }
+
+Vector3d GallbladderNeck() { return kMillimetre * Vector3d(0, 34, 2) - kGallbladderCentre; }
 
 }  // namespace hpdm

@@ -45,6 +45,21 @@ TEST(ImageFile, PngKeepsEveryByte) {
   EXPECT_EQ(read.rgb, image.rgb);
 }
 
+TEST(ImageFile, EffortMakesASmoothPictureSmallerAndKeepsEveryByte) {
+  Image smooth{160, 120, {}};
+  for (int i = 0; i < 160 * 120; ++i) {
+    const int x = i % 160, y = i / 160;
+    for (const int value : {x + y, x * y / 100, 255 - x}) {
+      smooth.rgb.push_back(static_cast<std::uint8_t>(value % 256));
+    }
+  }
+  const auto fast = TestFile("fast.png"), small = TestFile("small.png");
+  WritePng(fast, smooth);
+  WritePng(small, smooth, PngEffort::kSmall);
+  EXPECT_LT(std::filesystem::file_size(small), std::filesystem::file_size(fast));
+  EXPECT_EQ(ReadPng(small).rgb, smooth.rgb);
+}
+
 TEST(ImageFile, TheSamePictureGivesTheSameFile) {
   std::vector<std::uint8_t> first, second;
   EncodePng(Noise(64, 48), &first);

@@ -242,8 +242,6 @@ TEST_F(SceneTest, SurfaceModelsTakeNoLatticeEnergyOrRelaxationTime) {
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
   const BadScene cases[] = {
       {"model='rigid'", "4:7", "organ[0].model", "(\"rigid\")", "use \"hpdm\""},
-      {"texture='t.png'", "4:9", "organ[0].texture", "", "remove the key"},
-      {"[scene]\nbackground='t.png'", "5:12", "scene.background", "", "remove the key"},
       {"[scene]\ngravity=[0,0,-9.81]", "5:9", "scene.gravity", "([0, 0, -9.81])", "give [0, 0, 0]"},
   };
   for (const BadScene& c : cases) {

@@ -83,9 +83,13 @@ Json ToJson(const HandOverFigures& row) {
 }
 
 Json ToJson(const FrameFigures& row) {
-  return {{"scene", row.scene}, {"triangles", row.triangles},
-          {"width", row.width}, {"height", row.height},
-          {"way", row.way},     {"frame", ToJson(row.frame)}};
+  return {{"scene", row.scene},
+          {"triangles", row.triangles},
+          {"width", row.width},
+          {"height", row.height},
+          {"way", row.way},
+          {"frame", ToJson(row.frame)},
+          {"cores", ToJson(row.cores)}};
 }
 
 Json ToJson(const FfdTable& table) {

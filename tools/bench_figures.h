@@ -77,14 +77,16 @@ std::vector<HandOverFigures> TimeHandOvers(bool quick);
 /// What the clock's own readings take of it, median.
 double ClockReadingNanoseconds();
 
-/// Wall time of a frame, drawn and read back, without the session's other loops; the pictures of a
+/// Time of a frame, drawn and read back, without the session's other loops; the pictures of a
 /// session's first three seconds.
 struct FrameFigures {
   std::string scene;
   int triangles = 0;  ///< Of its organs.
   int width = 0, height = 0;
   std::string way;  ///< What was switched off or on.
-  Histogram frame;
+  Histogram frame;  ///< Wall time, ns.
+  Histogram cores;  ///< Of all the process's threads, ns: what a software renderer takes from the
+                    ///< cores, whoever else uses them.
 };
 /// Of the scenes in the working folder's scenes/ (none there: no rows). Throws MachineError where
 /// nothing can be drawn.

@@ -8,8 +8,10 @@
 
 #include "engine/error.h"
 #include "engine/surface_mesh.h"
+#include "render/image_file.h"
 #include "scenes/mesh_assets.h"
 #include "scenes/obj_writer.h"
+#include "scenes/picture_assets.h"
 #include "tools/commands.h"
 
 namespace hpdm {
@@ -18,17 +20,43 @@ namespace {
 struct GenerateOptions {
   std::vector<std::string> names;
   std::string out;
+  bool pictures = false;
   bool list = false;
 };
 
-void ListAssets() {
-  for (const MeshAsset& asset : MeshAssets()) {
-    std::printf("%-15s %s%s\n", asset.name.c_str(), asset.description.c_str(),
-                asset.committed ? "" : " (on demand)");
-  }
+template <typename Asset>
+void PrintAsset(const Asset& asset) {
+  std::printf("%-18s %s%s\n", asset.name.c_str(), asset.description.c_str(),
+              asset.committed ? "" : " (on demand)");
 }
 
-void WriteAsset(const std::string& name, const std::filesystem::path& folder) {
+template <typename Asset>
+std::vector<std::string> CommittedNames(const std::vector<Asset>& assets) {
+  std::vector<std::string> names;
+  for (const Asset& asset : assets) {
+    if (asset.committed) names.push_back(asset.name);
+  }
+  return names;
+}
+
+bool IsPicture(const std::string& name) {
+  return std::filesystem::path(name).extension() == ".png";
+}
+
+void ListAssets() {
+  for (const MeshAsset& asset : MeshAssets()) PrintAsset(asset);
+  for (const PictureAsset& asset : PictureAssets()) PrintAsset(asset);
+}
+
+void WritePicture(const std::string& name, const std::filesystem::path& folder) {
+  const Image picture = MakePictureAsset(name);
+  const std::filesystem::path path = folder / name;
+  WritePng(path, picture, PngEffort::kSmall);
+  std::printf("%s: %d x %d pixels, %.0f kB\n", path.string().c_str(), picture.width, picture.height,
+              static_cast<double>(std::filesystem::file_size(path)) / 1000);
+}
+
+void WriteMesh(const std::string& name, const std::filesystem::path& folder) {
   const SurfaceMesh mesh = MakeMeshAsset(name);
   const std::filesystem::path path = folder / (name + ".obj");
   WriteTextFile(path, MeshAssetObj(name, mesh));
@@ -47,9 +75,7 @@ void Generate(const GenerateOptions& options) {
   }
   std::vector<std::string> names = options.names;
   if (names.empty()) {
-    for (const MeshAsset& asset : MeshAssets()) {
-      if (asset.committed) names.push_back(asset.name);
-    }
+    names = options.pictures ? CommittedNames(PictureAssets()) : CommittedNames(MeshAssets());
   }
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
@@ -57,19 +83,25 @@ void Generate(const GenerateOptions& options) {
     throw InputError(options.out + ": cannot be created (" + error.message() +
                      "); choose another --out");
   }
-  for (const std::string& name : names) WriteAsset(name, options.out);
+  for (const std::string& name : names) {
+    IsPicture(name) ? WritePicture(name, options.out) : WriteMesh(name, options.out);
+  }
 }
 
 }  // namespace
 
 void AddGenerateCommand(CLI::App& app) {
   const auto options = std::make_shared<GenerateOptions>();
-  CLI::App* command = app.add_subcommand("generate", "Make the project's meshes from their shapes");
+  CLI::App* command =
+      app.add_subcommand("generate", "Make the project's meshes and pictures from nothing");
   std::vector<std::string> known;
   for (const MeshAsset& asset : MeshAssets()) known.push_back(asset.name);
+  for (const PictureAsset& asset : PictureAssets()) known.push_back(asset.name);
   command->add_option("names", options->names, "Assets to make; all of scenes/meshes by default")
       ->check(CLI::IsMember(known).description(""));  // before anything is written
-  command->add_option("--out", options->out, "Folder to write NAME.obj to; made when missing");
+  command->add_option("--out", options->out,
+                      "Folder to write NAME.obj and NAME.png to; made when missing");
+  command->add_flag("--pictures", options->pictures, "Without names: all of scenes/textures");
   command->add_flag("--list", options->list, "List the assets and stop");
   command->callback([options] { Generate(*options); });
 }

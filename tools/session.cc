@@ -10,11 +10,15 @@
 #include "haptics/sim_device.h"
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
+#include "render/overlay_view.h"
 #include "tools/instrument_looks.h"
 #include "tools/report_text.h"
+#include "tools/static_case.h"
 
 namespace hpdm {
 namespace {
+
+constexpr double kMouseStart = 0.03;  // m, from a mouse's first place to the tissue
 
 // What playing a trace will be like, one line.
 std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
@@ -56,6 +60,11 @@ std::vector<HeldTool> ExchangesOf(const InstrumentOptions& instrument) {
   return exchanges;
 }
 
+// A quarter of the reference's largest displacement: an error of a few per cent of it is seen.
+double ErrorScale(const Points& reference) {
+  return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
+}
+
 }  // namespace
 
 Session::Session(Scene scene, std::vector<DeviceChoice> devices)
@@ -67,6 +76,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
       choices_(std::move(devices)) {
   HPDM_CHECK(choices_.size() == scene_.instruments.size());
   ReadTraces();
+  ReadPictures();
   BuildOrgans();
   BuildInstruments();
   CompareStiffness();
@@ -85,10 +95,23 @@ void Session::ReadTraces() {
   }
 }
 
+void Session::ReadPictures() {
+  if (!scene_.background.empty()) background_ = ReadPng(scene_.background);
+  for (const OrganOptions& organ : scene_.organs) {
+    textures_.push_back(organ.texture.empty() ? Image() : ReadPng(organ.texture));
+  }
+}
+
 void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
     organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
+    if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
+      throw InputError(
+          options.mesh + ": has no texture coordinates, which the texture of organ \"" +
+          options.name + "\" needs; export the mesh with them, or remove organ.texture");
+    }
+    references_.emplace_back(0, 3);
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
   }
@@ -139,10 +162,11 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
       return device;
     }
     case DeviceChoice::Type::kMouse: {
-      // Where a script would start: outside of the tissue, in sight of its target.
-      const WayPoint start = HandScriptPlan(options.hand, site).Start();
-      auto hand = std::make_unique<MouseHand>(HandTarget{start.p_W, start.roll, start.jaw},
-                                              options.hand.stiffness, options.hand.damping);
+      // On the way to the target, at most halfway, where nothing is touched yet.
+      const Vector3d out_W = site.p_trocar_W - site.p_target_W;
+      const double distance = std::min(kMouseStart, 0.5 * out_W.norm());
+      const HandTarget start = {site.p_target_W + distance * out_W.normalized()};
+      auto hand = std::make_unique<MouseHand>(start, options.hand.stiffness, options.hand.damping);
       hand_targets[instrument] = &hand->targets();
       return std::make_unique<SimDevice>(options.device, kinematics_[instrument], std::move(hand));
     }
@@ -265,11 +289,40 @@ std::vector<ToolOptions> Session::DeformationTools() const {
   return tools;
 }
 
+void Session::LoadReference(const std::string& argument) {
+  const auto named = std::find_if(organs_.begin(), organs_.end(), [&](const OrganModel& organ) {
+    return argument.starts_with(organ.options().name + "=");
+  });
+  if (named == organs_.end() && organs_.size() != 1) {
+    throw InputError("--reference " + argument + ": the scene has " +
+                     std::to_string(organs_.size()) + " organs; say which, as in " +
+                     organs_[0].options().name + "=FILE");
+  }
+  const auto organ = static_cast<std::size_t>(named == organs_.end() ? 0 : named - organs_.begin());
+  const std::string file =
+      named == organs_.end() ? argument : argument.substr(named->options().name.size() + 1);
+  references_[organ] = ReadReferenceDisplacements(file, organs_[organ].rest());
+  remarks_.push_back(Format("organ \"%s\": error overlay from 0 to %g mm against %s",
+                            organs_[organ].options().name.c_str(),
+                            1000 * ErrorScale(references_[organ]), file.c_str()));
+}
+
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
-  for (const OrganModel& organ : organs_) views.push_back({.rest = &organ.rest(), .model = &organ});
+  for (std::size_t i = 0; i < organs_.size(); ++i) {
+    OrganView& view = views.emplace_back();
+    view.rest = &organs_[i].rest();
+    view.model = &organs_[i];
+    if (textures_[i].width > 0) view.texture = &textures_[i];
+    if (references_[i].rows() > 0) {
+      view.reference = &references_[i];
+      view.error_scale = ErrorScale(references_[i]);
+    }
+  }
   return views;
 }
+
+const Image* Session::Background() const { return background_.width > 0 ? &background_ : nullptr; }
 
 std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;
@@ -292,6 +345,16 @@ std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
     instruments[i].start = hand_targets[i]->Front();
   }
   return instruments;
+}
+
+StatusNames Session::Names() const {
+  StatusNames names;
+  for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
+  for (const InstrumentOptions& options : scene_.instruments) {
+    std::vector<std::string>& held = names.instruments.emplace_back();
+    for (int e = 0; e < options.HeldCount(); ++e) held.push_back(options.Held(e).name);
+  }
+  return names;
 }
 
 SessionInfo Session::Info() const {

@@ -34,6 +34,10 @@ class Session {
   /// The same with a chosen device for each instrument.
   Session(Scene scene, std::vector<DeviceChoice> devices);
 
+  /// Reads the displacements that kOverlayError compares an organ with: "FILE", or "ORGAN=FILE"
+  /// where there are several. Throws InputError when the organ or its mesh is another one.
+  void LoadReference(const std::string& argument);
+
   const Scene& scene() const { return scene_; }
   const std::vector<OrganModel>& organs() const { return organs_; }
   /// What moves each instrument.
@@ -62,8 +66,10 @@ class Session {
   std::vector<ToolOptions> DeformationTools() const;
   std::vector<OrganView> OrganViews() const;
   std::vector<InstrumentView> InstrumentViews() const;
+  const Image* Background() const;  ///< Null: none.
   SessionInfo Info() const;
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;
+  StatusNames Names() const;
 
   // The edges. Two seconds of samples, steps and frames fit their queues: a telemetry thread that a
   // disk holds up for less loses nothing.
@@ -80,6 +86,8 @@ class Session {
   SpscQueue<FrameRecord> frames;
   /// Of a window or a ControlScript; nothing writes it without one.
   TripleBuffer<SessionControl> control;
+  SpscQueue<LoopEvent> render_events{64};
+  TripleBuffer<SessionHealth> health;
   // Of a window; nothing writes them without one.
   TripleBuffer<ViewSettings> view_settings;
   /// Of the instruments that the mouse moves, null for the others.
@@ -87,6 +95,7 @@ class Session {
 
  private:
   void ReadTraces();
+  void ReadPictures();
   void BuildOrgans();
   void BuildInstruments();
   void CompareStiffness();
@@ -95,8 +104,11 @@ class Session {
   HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
+  Image background_;             // empty where the scene names none
+  std::vector<Image> textures_;  // by organ, likewise
   std::vector<OrganModel> organs_;
   std::vector<std::vector<InstrumentModel>> looks_;  // [instrument][ToolPose::exchange]
+  std::vector<Points> references_;                   // by organ, V x 3, m; 0 rows without
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
   std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none

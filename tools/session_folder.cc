@@ -25,7 +25,10 @@ SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& sce
                      ": cannot be written; choose a writable folder with --out");
   }
   const std::filesystem::path scene_folder = scene.path.parent_path();
-  for (const OrganOptions& organ : scene.organs) CopyFile(organ.mesh, scene_folder);
+  CopyFile(scene.background, scene_folder);
+  for (const OrganOptions& organ : scene.organs) {
+    for (const std::string& file : {organ.mesh, organ.texture}) CopyFile(file, scene_folder);
+  }
   for (const InstrumentOptions& instrument : scene.instruments) {
     std::vector<std::string> files = {instrument.trace.file};
     for (int i = 0; i < instrument.HeldCount(); ++i) {
@@ -34,7 +37,7 @@ SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& sce
       files.insert(files.end(), held.jaws.meshes.begin(), held.jaws.meshes.end());
     }
     for (const std::string& file : files) {
-      if (!file.empty()) CopyFile(file, scene_folder);
+      CopyFile(file, scene_folder);
     }
   }
 }
@@ -43,6 +46,7 @@ SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& sce
 // the copied scene must not lead out of the session's folder.
 void SessionFolder::CopyFile(const std::filesystem::path& file,
                              const std::filesystem::path& scene_folder) const {
+  if (file.empty()) return;
   const std::filesystem::path name = file.lexically_relative(scene_folder);
   if (name.empty() || *name.begin() == "..") return;
   std::error_code error;

@@ -7,10 +7,14 @@
 
 #include "engine/error.h"
 #include "engine/organ.h"
+#include "tools/report_text.h"
 #include "tools/surface_table.h"
 
 namespace hpdm {
 namespace {
+
+// Of an organ's size: files may round positions, and another pose is off by more.
+constexpr double kSamePlace = 1e-3;
 
 OrganOptions LoadedOrgan(const Scene& scene) {
   if (scene.loads.empty()) {
@@ -44,6 +48,14 @@ Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& re
     throw InputError(path + ": has " + std::to_string(reference.positions.rows()) +
                      " vertices, the organ " + std::to_string(rest.vertices.rows()) +
                      "; give the reference of the same mesh");
+  }
+  const double apart = (reference.positions - rest.vertices).rowwise().norm().maxCoeff();
+  const double size =
+      (rest.vertices.colwise().maxCoeff() - rest.vertices.colwise().minCoeff()).norm();
+  if (!(apart <= kSamePlace * size)) {
+    throw InputError(path + ": has the organ's vertices elsewhere, by up to " +
+                     Format("%.1f", 1000 * apart) +
+                     " mm; give the reference of the same mesh in the same pose");
   }
   return reference.displacements;
 }

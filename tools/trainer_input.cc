@@ -20,7 +20,7 @@ constexpr double kOpticsTurn = 60 * kDegree;
 constexpr double kToolTurn = 120 * kDegree;
 constexpr double kZoom = 1.8;  // factor on the focal length
 
-constexpr double kWheelInsertion = 0.003;    // m a step
+constexpr double kWheelInsertion = 0.004;    // m a step
 constexpr double kDragTurn = 0.5 * kDegree;  // rad a pixel
 constexpr double kNearestTip = 0.01;         // m: a tip at the lens would not follow any cursor
 
@@ -51,6 +51,11 @@ bool TrainerInput::HasHand() const {
 }
 
 void TrainerInput::Handle(const WindowEvent& event) {
+  Take(event);
+  view_.click_takes = !captured_ && HasHand();
+}
+
+void TrainerInput::Take(const WindowEvent& event) {
   if (const auto* key = std::get_if<KeyEvent>(&event)) {
     if (key->down) {
       held_.insert(key->key);

@@ -54,6 +54,7 @@ class TrainerInput {
   bool ended() const { return ended_; }
 
  private:
+  void Take(const WindowEvent& event);
   void Press(int key);
   void Move(const MotionEvent& motion);
   void Turn(double roll);

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace hpdm {
+
+/// One glyph in the atlas, px. Text runs along a base line from a pen position (x, y down).
+struct Glyph {
+  int x = 0, y = 0;           ///< Top left corner in the atlas.
+  int width = 0, height = 0;  ///< Nothing is drawn for an empty one.
+  int left = 0, top = 0;      ///< From the pen to the glyph's left edge; from its top to the pen.
+  int advance = 0;            ///< To the next pen position.
+};
+
+/// The glyphs of one text size, rasterised once: ASCII, Latin-1 and a few symbols, side by side in
+/// one picture of their coverage. The only place of the project that knows FreeType. Immutable.
+class GlyphAtlas {
+ public:
+  /// `pixels`: the font's size, 6 to 200 px. Throws MachineError when FreeType refuses.
+  explicit GlyphAtlas(int pixels);
+
+  int pixels() const { return pixels_; }            ///< The font's size.
+  int line_height() const { return line_height_; }  ///< From base line to base line, px.
+  int ascent() const { return ascent_; }            ///< From the top of a line to its base line.
+
+  /// The glyph of a code point, or that of '?'.
+  const Glyph& At(char32_t code) const;
+  /// Of a text in UTF-8, px.
+  int Width(std::string_view utf8) const;
+
+  /// Coverage, 0 to 255, rows from the top down without padding. The pixel (0, 0) is fully covered,
+  /// for what is drawn without a shape.
+  const std::vector<std::uint8_t>& coverage() const { return coverage_; }
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+ private:
+  int pixels_;
+  int line_height_ = 0;
+  int ascent_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+  std::vector<std::uint8_t> coverage_;
+  std::unordered_map<char32_t, Glyph> glyphs_;
+};
+
+/// The code points of a text in UTF-8; what is not UTF-8 becomes '?', byte by byte.
+std::vector<char32_t> CodePoints(std::string_view utf8);
+
+}  // namespace hpdm
