@@ -24,6 +24,7 @@ namespace hpdm {
 
 inline constexpr int kMaxInstruments = 2;
 inline constexpr int kMaxOrgans = 64;
+inline constexpr int kMaxHeld = 8;  ///< Instruments that one hand can hold in turn.
 
 /// The five tracked axes of a laparoscopic device about its trocar:
 /// pitch (rad), yaw (rad), insertion (m), roll (rad), jaw (0 closed .. 1 open).
@@ -138,6 +139,7 @@ struct ToolContactState {
 struct ToolPatch : ToolContactState {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
+  int exchange = 0;  ///< ToolPose::exchange of the instrument it is for.
   OrganMotion motion;
   int point_count = 0;
   int triangle_count = 0;
@@ -253,6 +255,7 @@ enum GuardFlag : std::uint32_t {
   kGuardDeviceInvalid = 1u << 5,  ///< The device gave no valid pose: the force decays.
   kGuardDisabled = 1u << 6,       ///< Forces are switched off or the emergency stop is pressed.
   kGuardPassivity = 1u << 7,      ///< The passivity controller damps.
+  kGuardPaused = 1u << 8,         ///< The session is paused: the force decays.
 };
 
 /// One instrument in one haptic tick.
@@ -272,6 +275,7 @@ struct ToolSample {
   Nanoseconds device_time_ns = 0;  ///< Of this device's sample.
   bool device_valid = false;
   bool force_on = false;  ///< Device::ForceOn().
+  int exchange = 0;       ///< As in ToolPose.
 };
 
 /// Haptic loop -> telemetry loop, every tick through a queue.
@@ -286,6 +290,7 @@ struct HapticSample {
   Nanoseconds written_ns = 0;      ///< Wake-up to the last effort written; 0 in lockstep.
   Nanoseconds compute_ns = 0;      ///< Wall time of the tick; 0 in lockstep.
   SkippedTicks skipped;            ///< Periods skipped just before this one, by cause.
+  bool paused = false;             ///< SessionControl::paused: the devices were not read.
   int tool_count = 0;
   std::array<ToolSample, kMaxInstruments> tools;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/check.h"
 #include "engine/closest_point.h"
 
 namespace hpdm {
@@ -23,8 +24,29 @@ ToolPose SeenFrom(const OrganState& state, ToolPose tool) {
   return tool;
 }
 
+ToolContact::ToolContact(int tool, const ToolOptions& options)
+    : tool_(tool),
+      options_(options),
+      held_{{.tip_radius = options.tip_radius,
+             .shaft_radius = options.shaft_radius,
+             .can_grasp = options.can_grasp}} {
+  held_.insert(held_.end(), options.exchanges.begin(), options.exchanges.end());
+}
+
+// The haptic loop exchanges a free tip, so that nothing is let go but by the two loops' delay.
+void ToolContact::TakeExchange(const ToolPose& tool) {
+  const auto exchange = static_cast<std::size_t>(tool.exchange);
+  if (exchange == exchange_) return;
+  HPDM_CHECK(exchange < held_.size());
+  exchange_ = exchange;
+  grasped_count_ = 0;
+  touching_ = false;
+  jaw_last_ = tool.jaw;
+}
+
 void ToolContact::Follow(const ToolPose& tool, const TipTouch& touch,
                          const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
+  TakeExchange(tool);
   if (tool.jaw > kJawLetsGo) grasped_count_ = 0;
   FollowTip(tool, touch, models, states);
   UpdateGrasp(tool, models, states);
@@ -74,7 +96,7 @@ void ToolContact::FollowTip(const ToolPose& tool, const TipTouch& touch,
       p_tip_W - state.offset_W - at_.Position(state.vertices, model.rest().triangles);
   const Vector3d normal =
       InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), at_);
-  gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - options_.tip_radius;
+  gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - held().tip_radius;
 }
 
 SurfacePoint ToolContact::ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
@@ -131,7 +153,7 @@ void ToolContact::Recentre(const std::vector<OrganModel>& models, std::vector<Or
 void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
                               std::vector<OrganState>* states) {
   const bool closes = started_ && tool.jaw < kJawClosed && jaw_last_ >= kJawClosed;
-  if (!options_.can_grasp || !closes || grasped_count_ > 0 || organ_ < 0 || gap_ > kGraspReach) {
+  if (!held().can_grasp || !closes || grasped_count_ > 0 || organ_ < 0 || gap_ > kGraspReach) {
     return;
   }
   const OrganModel& model = models[organ_];
@@ -175,7 +197,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   }
   if (grasped_count_ > 0) return true;
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
-  const double radius = std::max(options_.tip_radius, kLeastRadius);
+  const double radius = std::max(held().tip_radius, kLeastRadius);
   dent_ = model.Dent(at_, radius);
   state.neighbourhoods.Collect(rest.vertices, at_, {.reach = dent_.resolved_radius()},
                                &resolved_around_);
@@ -188,7 +210,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
   row->normal_W = normal_;
   row->friction_W = friction_;
-  row->target_W = tool.X_WT.translation() - options_.tip_radius * normal_;
+  row->target_W = tool.X_WT.translation() - held().tip_radius * normal_;
   row->dent = dent_;
   row->local_compliance_W = dent_.Compliance();
   AddKernelToRow(model, state, state.contacts.WeightRow(state.contacts.size() - 1));
@@ -212,9 +234,8 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   const SurfaceMesh& rest = model.rest();
   // The first two diameters belong to the tip, and what is below the surface with it.
   const double below = organ_ >= 0 ? std::max(-gap_, 0.0) : 0;
-  const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * options_.tip_radius + below);
-  const SurfaceHit hit =
-      state->tree.ClosestToSegment(start, tool.p_trocar_W, options_.shaft_radius);
+  const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * held().tip_radius + below);
+  const SurfaceHit hit = state->tree.ClosestToSegment(start, tool.p_trocar_W, held().shaft_radius);
   if (hit.at.triangle < 0) return true;
   const Vector3d facing =
       InterpolatedNormal(state->vertices, rest.triangles, model.topology(), hit.at);
@@ -229,7 +250,7 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   row->shaft = true;
   row->p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
   row->normal_W = normal;
-  row->target_W = on_axis - options_.shaft_radius * normal;
+  row->target_W = on_axis - held().shaft_radius * normal;
   model.AddToRow(hit.at, 1, state->contacts.local,
                  state->contacts.WeightRow(state->contacts.size() - 1));
   shaft_touches_ = true;

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "engine/held_tool.h"
 #include "engine/organ.h"
 #include "engine/snapshots.h"
 
@@ -19,8 +20,9 @@ struct ToolOptions {
   double prefetch = 0.05;  ///< s: from a step's input to the middle of its patch's use, which
                            ///< begins one period later and lasts one.
   ReactionType reaction = ReactionType::kLattice;
-  double k1 = 120;  ///< N/m, Eq. 29 with rest neighbours (kPaper).
-  double k2 = 10;   ///< N/m.
+  double k1 = 120;                       ///< N/m, Eq. 29 with rest neighbours (kPaper).
+  double k2 = 10;                        ///< N/m.
+  std::vector<HeldTool> exchanges = {};  ///< What else the hand can hold: ToolPose::exchange 1 on.
 };
 
 /// Follows the contact of one tool with the organs from step to step: which material point the tip
@@ -43,9 +45,9 @@ class ToolContact {
   static constexpr int kMaxGraspRows = 15;       ///< One row of 16 is left for the shaft.
   static constexpr double kLeastRadius = 0.001;  ///< m, of the kernel.
 
-  ToolContact(int tool, const ToolOptions& options) : tool_(tool), options_(options) {}
+  ToolContact(int tool, const ToolOptions& options);
 
-  /// Finds what the tip is at and what the jaws hold.
+  /// Finds what the tip is at and what the jaws hold. A new instrument in the hand holds nothing.
   void Follow(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
               std::vector<OrganState>* states);
 
@@ -70,6 +72,8 @@ class ToolContact {
     Vector3d p_T = Vector3d::Zero();
   };
 
+  const HeldTool& held() const { return held_[exchange_]; }
+  void TakeExchange(const ToolPose& tool);
   void FollowTip(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
                  std::vector<OrganState>* states);
   // Closest point to `p` among the neighbourhood's triangles as they are now.
@@ -95,6 +99,8 @@ class ToolContact {
 
   int tool_;
   ToolOptions options_;
+  std::vector<HeldTool> held_;  // [ToolPose::exchange]
+  std::size_t exchange_ = 0;
   bool started_ = false;
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;

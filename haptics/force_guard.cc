@@ -46,7 +46,10 @@ ForceGuard::Output ForceGuard::Filter(const Input& input) noexcept {
   }
   if (!input.device_valid) output.flags |= kGuardDeviceInvalid;
 
-  constexpr std::uint32_t kFaults = kGuardNotFinite | kGuardStalePatch | kGuardDeviceInvalid;
+  if (input.paused) output.flags |= kGuardPaused;
+
+  constexpr std::uint32_t kFaults =
+      kGuardNotFinite | kGuardStalePatch | kGuardDeviceInvalid | kGuardPaused;
   if ((output.flags & kFaults) != 0) {
     gain_ *= std::exp(-std::max(options_.period, input.elapsed) / options_.decay_time);
   } else if (gain_ < 1) {

@@ -23,8 +23,9 @@ struct ForceGuardOptions {
 ///  2. clamp: to the device's force limit as a vector and to its axis limits through J^T, by
 ///     scaling, so that the direction is kept;
 ///  3. authority: a gain in [0, 1] multiplies the force. It starts at 0 and rises linearly in
-///     `ramp_in`; while the force is not finite, the patch is stale or absent or the device is
-///     invalid, it falls exponentially with `decay_time`; it rises again when they are well;
+///     `ramp_in`; while the force is not finite, the patch is stale or absent, the device is
+///     invalid or the session paused, it falls exponentially with `decay_time`; it rises again when
+///     they are well;
 ///  4. slew: the step from the last displayed force is shortened to max_force_rate period.
 ///
 /// The order matters. Clamping before the gain bounds the start-up force by gain max_force even
@@ -50,6 +51,7 @@ class ForceGuard {
     Nanoseconds patch_age_ns = 0;
     bool device_valid = false;
     bool force_on = false;  ///< Device::ForceOn().
+    bool paused = false;    ///< SessionControl::paused.
   };
   struct Output {
     Vector3d force_W = Vector3d::Zero();  ///< N, always finite.
@@ -57,6 +59,9 @@ class ForceGuard {
     double authority = 0;  ///< The part of the reaction that clamp and authority let through.
   };
   Output Filter(const Input& input) noexcept;
+
+  /// Start-up begins anew: no authority at first. For a tip that feels nothing.
+  void RampIn() noexcept { gain_ = 0; }
 
  private:
   ForceGuardOptions options_;

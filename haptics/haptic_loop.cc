@@ -42,6 +42,7 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
 void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
                       const TickTiming& timing) noexcept {
   const Nanoseconds now = scheduled + timing.wake_late_ns;
+  ObeyControl();
   ReadDevices(now);
   MoveTools(now);
   TakePatch(scheduled);
@@ -63,7 +64,24 @@ TickCount HapticLoop::RunRealClock(std::stop_token stop, LoopClock& clock, Nanos
                        });
 }
 
+void HapticLoop::ObeyControl() {
+  if (edges_.control == nullptr) return;
+  edges_.control->Update();
+  const SessionControl& asked = edges_.control->Front();
+  paused_ = asked.paused;
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    Tool& tool = tools_[i];
+    const int exchange = asked.exchange[i];
+    const bool has = exchange >= 0 && static_cast<std::size_t>(exchange) < tool.held.size();
+    if (!has || exchange == tool.pose.exchange || !tool.contact.IsFree()) continue;
+    tool.pose.exchange = exchange;
+    tool.contact.ClearPatch();
+    tool.guard.RampIn();
+  }
+}
+
 void HapticLoop::ReadDevices(Nanoseconds now) {
+  if (paused_) return;
   for (Tool& tool : tools_) {
     DeviceSample sample = tool.instrument.device->Read(now);
     if (!sample.joints.allFinite()) sample.valid = false;
@@ -85,7 +103,7 @@ void HapticLoop::MoveTools(Nanoseconds now) {
     const auto blend = [](double seconds) {
       return 1 - std::exp(-2 * std::numbers::pi * kVelocityCutoff * seconds);
     };
-    if (!tool.sample.valid) {
+    if (!tool.sample.valid || paused_) {
       tool.pose.v_tip_W.setZero();
     } else if (tool.has_pose && dt > 0) {
       const Vector3d raw = (X_WT.translation() - tool.pose.X_WT.translation()) / dt;
@@ -93,7 +111,8 @@ void HapticLoop::MoveTools(Nanoseconds now) {
     } else if (now - tool.sample.time_ns > kHeldAfter) {
       tool.pose.v_tip_W *= 1 - blend(ToSeconds(period_ns_));
     }
-    tool.has_pose |= tool.sample.valid;
+    // What happens during a pause is no motion of the tool.
+    tool.has_pose = !paused_ && (tool.has_pose || tool.sample.valid);
     tool.moved_ns = tool.sample.time_ns;
     tool.pose.X_WT = X_WT;
     tool.pose.jaw = joints[kJaw];
@@ -107,7 +126,8 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
   if (is_new) {
     patch_number_ = patch.step.number;
     for (std::size_t i = 0; i < tools_.size(); ++i) {
-      if (static_cast<int>(i) < patch.tool_count) {
+      if (static_cast<int>(i) < patch.tool_count &&
+          patch.tools[i].exchange == tools_[i].pose.exchange) {
         tools_[i].contact.SetPatch(patch.tools[i]);
       } else {
         tools_[i].contact.ClearPatch();
@@ -122,8 +142,8 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
     tool.contact.Locate({.time_ns = scheduled,
                          .X_WT = tool.pose.X_WT,
                          .jaw = tool.pose.jaw,
-                         .tip_radius = tool.instrument.tip_radius,
-                         .friction = tool.instrument.friction});
+                         .tip_radius = tool.Held().tip_radius,
+                         .friction = tool.Held().friction});
   }
   static_assert(kMaxInstruments == 2);
   if (tools_.size() == 2) {
@@ -151,7 +171,8 @@ void HapticLoop::GuardForces(Nanoseconds scheduled) {
                            .has_patch = patch_number_ > 0,
                            .patch_age_ns = patch_age_ns_,
                            .device_valid = tool.sample.valid,
-                           .force_on = tool.force_on});
+                           .force_on = tool.force_on,
+                           .paused = paused_});
   }
   last_scheduled_ns_ = scheduled;
   has_run_ = true;
@@ -194,6 +215,7 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
   sample_.patch_age_ns = patch_age_ns_;
   sample_.wake_late_ns = timing.wake_late_ns;
   sample_.skipped = timing.skipped;
+  sample_.paused = paused_;
   sample_.tool_count = static_cast<int>(tools_.size());
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     const Tool& tool = tools_[i];
@@ -211,7 +233,8 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .damping = tool.passivity.damping(),
                         .device_time_ns = tool.sample.time_ns,
                         .device_valid = tool.sample.valid,
-                        .force_on = tool.force_on};
+                        .force_on = tool.force_on,
+                        .exchange = tool.pose.exchange};
   }
   sample_.compute_ns = SinceWakeUp(scheduled, timing);
   if (edges_.link != nullptr) edges_.link->Push(sample_);

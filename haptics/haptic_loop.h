@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "engine/held_tool.h"
 #include "engine/loop_schedule.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
@@ -26,6 +27,7 @@ struct HapticInstrument {
   ForceGuardOptions guard = {};
   double friction = 0;  ///< Coulomb coefficient of the tip on tissue.
   PassivityOptions passivity = {};
+  std::vector<HeldTool> exchanges = {};  ///< What else the hand can hold: ToolPose::exchange 1 on.
 };
 
 /// The loop between hand and tissue, 1 kHz: see the stages of Tick.
@@ -34,6 +36,12 @@ struct HapticInstrument {
 ///       ^             |  ^------ContactPatch------'
 ///       '---effort----'  '--HapticSample, every tick--> telemetry loop, link of external devices
 ///
+/// An exchange that SessionControl asks for is made in the first tick that finds the tip free (it
+/// touches and holds nothing); another than the hand has is ignored. From that tick on the new
+/// tip's radius and friction hold, patches made for the old one are not used, and the force ramps
+/// in. While the session is paused the devices are not read, the last pose stands without velocity,
+/// and the force fades out; afterwards it ramps in.
+///
 /// Built on the main thread. Tick and RunRealClock belong to one thread, the haptic thread (or the
 /// only one, in lockstep); a tick is wait-free, with no allocation, lock, log, exception or system
 /// call but the clock's and the device's. A full sample queue loses the sample and counts it
@@ -41,12 +49,14 @@ struct HapticInstrument {
 class HapticLoop {
  public:
   /// What the loop is wired to: writer of tool_states, reader of patches, producer of samples and,
-  /// where devices are driven from outside, of the same for their link.
+  /// where devices are driven from outside, of the same for their link; reader of what the trainee
+  /// asks, where someone does.
   struct Edges {
     TripleBuffer<ToolState>& tool_states;
     TripleBuffer<ContactPatch>& patches;
     SpscQueue<HapticSample>& samples;
     SpscQueue<HapticSample>* link = nullptr;
+    TripleBuffer<SessionControl>* control = nullptr;
   };
 
   /// At most kMaxInstruments, in the order of the tools in every snapshot. period_ns > 0.
@@ -65,8 +75,17 @@ class HapticLoop {
   // One instrument's state through the stages of a tick.
   struct Tool {
     Tool(const HapticInstrument& given, double period)
-        : instrument(given), contact(period), passivity(given.passivity), guard(given.guard) {}
+        : instrument(given),
+          held{{.tip_radius = given.tip_radius, .friction = given.friction}},
+          contact(period),
+          passivity(given.passivity),
+          guard(given.guard) {
+      held.insert(held.end(), given.exchanges.begin(), given.exchanges.end());
+    }
+    const HeldTool& Held() const { return held[static_cast<std::size_t>(pose.exchange)]; }
+
     HapticInstrument instrument;
+    std::vector<HeldTool> held;  // [ToolPose::exchange]
     TipContact contact;
     PassivityControl passivity;
     ForceGuard guard;
@@ -81,6 +100,7 @@ class HapticLoop {
     AxisEffort effort = AxisEffort::Zero();
   };
 
+  void ObeyControl();
   void ReadDevices(Nanoseconds now);
   void MoveTools(Nanoseconds now);
   void TakePatch(Nanoseconds scheduled);
@@ -95,6 +115,7 @@ class HapticLoop {
   std::vector<Tool> tools_;
   Nanoseconds period_ns_;
   Edges edges_;
+  bool paused_ = false;
   bool has_run_ = false;
   Nanoseconds last_scheduled_ns_ = 0;
   Nanoseconds device_time_ns_ = 0;  // of the newest valid device sample

@@ -64,12 +64,9 @@ struct TraceOptions {
 struct JawOptions {
   std::vector<std::string> meshes;  ///< Paths, at most two, jaws closed; the first opens towards
                                     ///< +x, the second towards -x. None: nothing turns.
-  double pivot = 0;    ///< m.
-  double opening = 0;  ///< rad, of each jaw.
+  double pivot = 0;                 ///< m.
+  double opening = 0;               ///< rad, of each jaw.
 };
-
-/// Beside the instrument that a hand begins with.
-inline constexpr int kMaxExchanges = 7;
 
 /// What a hand can hold at its device.
 struct HeldInstrument {

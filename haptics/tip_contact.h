@@ -81,6 +81,9 @@ class TipContact {
   static void Solve(TipContact* a, TipContact* c) noexcept;
   const ContactResult& result() const noexcept { return result_; }
 
+  /// The tip touches nothing and its jaws hold nothing, as far as the last Solve knows.
+  bool IsFree() const noexcept { return !touching_ && result_.kind == ContactKind::kNone; }
+
   /// The contact of this tick, for the deformation loop.
   TipTouch touch() const noexcept;
 

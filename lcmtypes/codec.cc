@@ -13,6 +13,9 @@ void Copy(const Vector& from, double* to) {
 
 Vector3d ToVector(const double (&from)[3]) { return {from[0], from[1], from[2]}; }
 
+// A number beyond what a scene can hold comes from no sender of ours.
+bool IsExchange(int exchange) { return exchange >= 0 && exchange < kMaxHeld; }
+
 bool IsKind(int kind) { return kind >= 0 && kind <= static_cast<int>(ContactKind::kGrasp); }
 
 bool IsToolCount(int count, std::size_t held) {
@@ -52,6 +55,7 @@ void ToMessage(const HapticSample& sample, tool_t* message) {
   message->skipped_late_wake_up = static_cast<std::int32_t>(sample.skipped.late_wake_up);
   message->skipped_long_compute = static_cast<std::int32_t>(sample.skipped.long_compute);
   message->skipped_stalled = static_cast<std::int32_t>(sample.skipped.stalled);
+  message->paused = sample.paused;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolSample& from = sample.tools[i];
@@ -62,6 +66,7 @@ void ToMessage(const HapticSample& sample, tool_t* message) {
     to.device_time_ns = from.device_time_ns;
     to.force_on = from.force_on;
     to.device_valid = from.device_valid;
+    to.exchange = from.exchange;
   }
 }
 
@@ -75,8 +80,10 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
   sample->skipped.late_wake_up = static_cast<std::uint32_t>(message.skipped_late_wake_up);
   sample->skipped.long_compute = static_cast<std::uint32_t>(message.skipped_long_compute);
   sample->skipped.stalled = static_cast<std::uint32_t>(message.skipped_stalled);
+  sample->paused = message.paused != 0;
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_input_t& from = message.tools[i];
+    if (!IsExchange(from.exchange)) return false;
     ToolSample& to = sample->tools[i];
     to.joints = Eigen::Map<const JointVector>(from.joints);
     to.p_tip_W = ToVector(from.p_tip);
@@ -84,6 +91,7 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
     to.device_time_ns = from.device_time_ns;
     to.force_on = from.force_on != 0;
     to.device_valid = from.device_valid != 0;
+    to.exchange = from.exchange;
   }
   return true;
 }
@@ -172,6 +180,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
     Copy(pose.p_trocar_W, to.p_trocar);
     Copy(pose.v_tip_W, to.v_tip);
     to.jaw = pose.jaw;
+    to.exchange = pose.exchange;
     to.organ = contact.organ;
     to.kind = static_cast<std::int8_t>(contact.kind);
     Copy(contact.contact_W, to.p_contact);
@@ -212,7 +221,8 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   step.flags = static_cast<std::uint32_t>(message.flags);
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_contact_t& from = message.tools[i];
-    if (!IsKind(from.kind) || from.reaction < 0 || from.reaction > 1) return false;
+    if (!IsKind(from.kind) || !IsExchange(from.exchange)) return false;
+    if (from.reaction < 0 || from.reaction > 1) return false;
     ToolPose& pose = sample->tools[i];
     ToolContactState& contact = sample->contacts[i];
     const Eigen::Quaterniond rotation(from.orientation[0], from.orientation[1], from.orientation[2],
@@ -225,6 +235,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     pose.p_trocar_W = ToVector(from.p_trocar);
     pose.v_tip_W = ToVector(from.v_tip);
     pose.jaw = from.jaw;
+    pose.exchange = from.exchange;
     contact.organ = from.organ;
     contact.kind = static_cast<ContactKind>(from.kind);
     contact.contact_W = ToVector(from.p_contact);

@@ -84,10 +84,15 @@ void SessionStatistics::Add(const HapticSample& sample) {
   Count(Latency::kHapticWakeUp,
         WakeUpLateness(sample.wake_late_ns, sample.skipped, haptic_period_));
   Count(Latency::kHapticCompute, sample.compute_ns);
-  if (sample.patch_number > 0) Count(Latency::kPatchAge, sample.patch_age_ns);
+  // What starts at a device sample says nothing while the devices are not read.
+  if (sample.paused) paused_until_ns_ = wake_up_ns;
+  if (sample.patch_number > 0 && sample.time_ns - sample.patch_age_ns > paused_until_ns_) {
+    Count(Latency::kPatchAge, sample.patch_age_ns);
+  }
   for (int i = 0; i < sample.tool_count; ++i) {
-    if (!sample.tools[i].device_valid) continue;
-    Count(Latency::kDeviceToForce, wake_up_ns + sample.written_ns - sample.tools[i].device_time_ns);
+    const ToolSample& tool = sample.tools[i];
+    if (!tool.device_valid || tool.device_time_ns <= paused_until_ns_) continue;
+    Count(Latency::kDeviceToForce, wake_up_ns + sample.written_ns - tool.device_time_ns);
   }
 
   total_.tool_count = sample.tool_count;
@@ -127,7 +132,9 @@ void SessionStatistics::Add(const FrameRecord& frame) {
   ++total_.frames;
   ++interval_.frames;
   Count(Latency::kRenderCompute, frame.compute_ns);
-  Count(Latency::kDeviceToPhoton, frame.time_ns - frame.device_time_ns);
+  if (frame.device_time_ns > paused_until_ns_) {
+    Count(Latency::kDeviceToPhoton, frame.time_ns - frame.device_time_ns);
+  }
 }
 
 void SessionStatistics::AddStolen(Nanoseconds stolen) {

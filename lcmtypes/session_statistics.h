@@ -86,6 +86,7 @@ class SessionStatistics {
   void Count(Latency which, Nanoseconds duration);
 
   Nanoseconds haptic_period_;
+  Nanoseconds paused_until_ns_ = -1;  // device samples up to it are as old as the pause is long
   Interval interval_;
   SessionSummary total_;
   std::array<ToolHold, kMaxInstruments> holds_;

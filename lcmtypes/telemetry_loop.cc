@@ -47,6 +47,7 @@ TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSam
       log_(log_path, options.epoch_us),
       statistics_(options.haptic_period, options.baseline),
       instruments_(info.instruments),
+      held_(info.held),
       stolen_(options.stolen_time ? options.stolen_time() : 0) {
   if (!options.timeline_path.empty()) {
     timeline_.emplace(options.timeline_path, options.timeline_interval, info.instruments);
@@ -149,6 +150,7 @@ void TelemetryLoop::HandleSample(const HapticSample& sample) {
   ++force_.sequence;
   Send(kForceChannel, sample.time_ns, force_, !options_.forces_linked);
   ReportDevices(sample);
+  ReportControl(sample);
   health_.tool_count = sample.tool_count;
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolSample& tool = sample.tools[i];
@@ -175,6 +177,27 @@ void TelemetryLoop::ReportDevices(const HapticSample& sample) {
       AddEvent(EventSeverity::kInfo, "device.back",
                instruments_[i] + ": its device gives poses; the force comes in");
     }
+  }
+}
+
+void TelemetryLoop::ReportControl(const HapticSample& sample) {
+  if (sample.paused != control_.paused) {
+    control_.paused = sample.paused;
+    if (sample.paused) {
+      AddEvent(EventSeverity::kInfo, "session.paused",
+               "the session was paused: the hands stand still and the forces fade out");
+    } else {
+      AddEvent(EventSeverity::kInfo, "session.resumed", "the session goes on: the forces come in");
+    }
+  }
+  for (std::size_t i = 0; i < held_.size() && static_cast<int>(i) < sample.tool_count; ++i) {
+    const int exchange = sample.tools[i].exchange;
+    if (exchange == control_.exchange[i]) continue;
+    control_.exchange[i] = exchange;
+    const auto at = static_cast<std::size_t>(exchange);
+    AddEvent(EventSeverity::kInfo, "instrument.exchanged",
+             instruments_[i] + ": the hand holds " +
+                 (at < held_[i].size() ? held_[i][at] : std::to_string(exchange)) + " now");
   }
 }
 

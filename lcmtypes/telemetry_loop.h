@@ -50,6 +50,7 @@ struct TelemetryOptions {
 /// What a session is made of, by index.
 struct SessionInfo {
   std::vector<std::string> instruments;
+  std::vector<std::vector<std::string>> held;  ///< Names by instrument and ToolPose::exchange.
   std::vector<OrganDescription> organs;
 };
 
@@ -111,6 +112,7 @@ class TelemetryLoop {
  private:
   void HandleSample(const HapticSample& sample);
   void ReportDevices(const HapticSample& sample);
+  void ReportControl(const HapticSample& sample);
   void HandleStep(const StepSample& step);
   void HandleShapes(const SceneSnapshot& scene);
   void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);
@@ -139,6 +141,8 @@ class TelemetryLoop {
   std::uint64_t overflows_reported_ = 0;
   std::vector<std::string> instruments_;
   std::array<bool, kMaxInstruments> device_lost_{};
+  std::vector<std::vector<std::string>> held_;
+  SessionControl control_;  // as the last sample had it
   std::uint64_t live_messages_ = 0;
   std::uint64_t live_errors_ = 0;
 

@@ -129,8 +129,8 @@ void ReadHeld(const TableReader& table, HeldInstrument* held) {
 
 void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {
   for (const TableReader& exchange : table.Tables("exchange", kExchangeKeys)) {
-    if (instrument->exchanges.size() == static_cast<std::size_t>(kMaxExchanges)) {
-      exchange.Fail("is one exchange too many", "a hand has " + std::to_string(kMaxExchanges) +
+    if (instrument->exchanges.size() == static_cast<std::size_t>(kMaxHeld - 1)) {
+      exchange.Fail("is one exchange too many", "a hand has " + std::to_string(kMaxHeld - 1) +
                                                     " at most beside its first instrument");
     }
     HeldInstrument held;

@@ -77,6 +77,38 @@ TEST_F(DeformationLoopTest, StepBeforeTheFirstTickTouchesNothing) {
   EXPECT_EQ(patch_.Front().tool_count, 0);
 }
 
+TEST_F(DeformationLoopTest, AnExchangedToolActsLikeOneThatWasThereFromTheStart) {
+  const auto press = [this](int exchange) {
+    for (double z = 0.06; z > 0.04; z -= 0.002) {
+      ToolPose tool = ToolAt(Vector3d(0.02, 0.01, z));
+      tool.exchange = exchange;
+      Step(tool);
+    }
+    return loop_->organ(0).vertices;
+  };
+  const HeldTool thick{.tip_radius = 0.005, .shaft_radius = 0.004};
+  Start({.tip_radius = thick.tip_radius, .shaft_radius = thick.shaft_radius});
+  const Points expected = press(0);
+  Start({.exchanges = {{}, thick}});
+  EXPECT_EQ(press(2), expected);
+  EXPECT_EQ(patch_.Front().tools[0].exchange, 2);
+  EXPECT_EQ(patch_.Front().tools[0].kernel_radius, thick.tip_radius);
+}
+
+TEST_F(DeformationLoopTest, AnExchangeLetsGoOfWhatTheJawsHold) {
+  Start({.can_grasp = true, .exchanges = {{.can_grasp = true}}});
+  const Vector3d p(0, 0, 0.051);
+  Step(ToolAt(p, 1));
+  Step(ToolAt(p, 0));
+  EXPECT_EQ(patch_.Front().tools[0].kind, ContactKind::kGrasp);
+  ToolPose other = ToolAt(p, 0);
+  other.exchange = 1;
+  Step(other);
+  EXPECT_NE(patch_.Front().tools[0].kind, ContactKind::kGrasp);
+  Step(other);
+  EXPECT_NE(patch_.Front().tools[0].kind, ContactKind::kGrasp) << "they were closed before";
+}
+
 TEST_F(DeformationLoopTest, PressedSurfaceFollowsTheTip) {
   Start();
   for (double z = 0.055; z > 0.035; z -= 0.001) Step(ToolAt(Vector3d(0.02, 0.01, z)));

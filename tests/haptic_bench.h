@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "haptics/haptic_loop.h"
@@ -50,14 +51,16 @@ class FakeDevice : public Device {
 // A loop with one fake device over a plane at z = 0, ticked in virtual time.
 class Bench {
  public:
-  explicit Bench(bool passivity_control = true) {
+  explicit Bench(bool passivity_control = true, std::vector<HeldTool> exchanges = {}) {
     device.MoveTip({0, 0, 0.01});
     device.Home();
     device.EnableForce(true);
     HapticInstrument instrument{&device, Kinematics(), kTipRadius, {}};
     instrument.passivity.control = passivity_control;
-    loop = std::make_unique<HapticLoop>(std::vector{instrument}, kPeriod,
-                                        HapticLoop::Edges{tool_states, patches, samples});
+    instrument.exchanges = std::move(exchanges);
+    loop = std::make_unique<HapticLoop>(
+        std::vector{instrument}, kPeriod,
+        HapticLoop::Edges{tool_states, patches, samples, nullptr, &control});
   }
 
   void PublishPatch() {
@@ -67,6 +70,7 @@ class Bench {
     patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
     patch.tool_count = 1;
     patch.tools[0] = PlanePatch(7, 0.03, stiffness);
+    patch.tools[0].exchange = exchange;
     patches.Publish();
   }
 
@@ -86,10 +90,17 @@ class Bench {
     }
   }
 
+  void Ask(const SessionControl& asked) {
+    control.Back() = asked;
+    control.Publish();
+  }
+
   double stiffness = kStiffness;  // N/m, of the patches to come
+  int exchange = 0;               // that they are for
   FakeDevice device;
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
+  TripleBuffer<SessionControl> control;
   SpscQueue<HapticSample> samples{64};
   std::unique_ptr<HapticLoop> loop;
   std::uint64_t tick = 0;
@@ -110,9 +121,10 @@ struct SimulatedSession {
       devices.back()->Home();
       devices.back()->EnableForce(true);
       instruments.push_back({devices.back().get(), Kinematics(), kTipRadius, {}});
+      instruments.back().exchanges = {{.tip_radius = 0.5 * kTipRadius}};
     }
-    loop = std::make_unique<HapticLoop>(instruments, kPeriod,
-                                        HapticLoop::Edges{tool_states, patches, samples});
+    loop = std::make_unique<HapticLoop>(
+        instruments, kPeriod, HapticLoop::Edges{tool_states, patches, samples, nullptr, &control});
   }
 
   void PublishPatch(std::uint64_t tick) {
@@ -120,8 +132,16 @@ struct SimulatedSession {
     patch.step.number = ++step;
     patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
     patch.tool_count = kMaxInstruments;
-    for (ToolPatch& tool : patch.tools) tool = SpherePatch(8, 0.04, 0.1, kStiffness);
+    for (ToolPatch& tool : patch.tools) {
+      tool = SpherePatch(8, 0.04, 0.1, kStiffness);
+      tool.exchange = exchange;
+    }
     patches.Publish();
+  }
+
+  void Ask(const SessionControl& asked) {
+    control.Back() = asked;
+    control.Publish();
   }
 
   void Run(std::uint64_t begin, std::uint64_t end) {
@@ -133,9 +153,11 @@ struct SimulatedSession {
     }
   }
 
+  int exchange = 0;  // that the patches to come are for
   std::vector<std::unique_ptr<SimDevice>> devices;
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
+  TripleBuffer<SessionControl> control;
   SpscQueue<HapticSample> samples{64};
   std::unique_ptr<HapticLoop> loop;
   std::uint64_t step = 0;

@@ -4,10 +4,12 @@
 #include <functional>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "haptics/haptic_loop.h"
 #include "lcmtypes/telemetry_loop.h"
 #include "scenes/scene.h"
+#include "tools/control_script.h"
 #include "tools/session.h"
 
 namespace hpdm {
@@ -22,6 +24,7 @@ struct Recording {
   /// steps of 5 to 80 ms, patches replaced before a tick sees them, devices that answer nothing for
   /// a while, relaxations that their clock stops.
   std::uint32_t busy_seed = 0;
+  std::vector<TimedControl> wishes = {};  ///< What is asked of the session and when.
 };
 
 /// A device that now and then answers nothing usable, or whose forces are switched off.
@@ -68,8 +71,10 @@ inline void Record(const Recording& recording) {
     for (int ms = 0; ms < recording.hand_lead_ms; ++ms) instrument.device->Read(ms * kMillisecond);
     if (busy) instrument.device = &flaky.emplace_back(instrument.device, &random);
   }
-  HapticLoop haptics(instruments, session.haptic_period_ns(),
-                     {session.tool_states, session.patches, session.samples});
+  HapticLoop haptics(
+      instruments, session.haptic_period_ns(),
+      {session.tool_states, session.patches, session.samples, nullptr, &session.control});
+  ControlScript script(recording.wishes);
   // The clock by which relaxations run out of time.
   Nanoseconds busy_time = 0;
   std::function<Nanoseconds()> stopwatch;
@@ -103,6 +108,7 @@ inline void Record(const Recording& recording) {
     }
     if (busy) timing.wake_late_ns = up_to(900'000);
     const Nanoseconds scheduled = start + tick * period;
+    script.Advance(scheduled, &session.control);
     haptics.Tick(static_cast<std::uint64_t>(tick), scheduled, timing);
     timing = {};
     if (tick % step_ticks == 0) {

@@ -92,9 +92,10 @@ class RenderLoopTest : public testing::Test {
   std::unique_ptr<RenderLoop> MakeLoop() {
     buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
     number_ = 0;
-    return std::make_unique<RenderLoop>(
-        std::vector<OrganView>{{&rest_}}, std::vector<InstrumentView>{{}}, scope_, options_,
-        RenderLoop::Edges{*buffer_, nullptr, settings_.get()}, [this] { return clock_ns_; });
+    return std::make_unique<RenderLoop>(std::vector<OrganView>{{&rest_}},
+                                        std::vector<InstrumentView>{instrument_}, scope_, options_,
+                                        RenderLoop::Edges{*buffer_, nullptr, settings_.get()},
+                                        [this] { return clock_ns_; });
   }
 
   void Publish(const SceneSnapshot& snapshot) {
@@ -113,6 +114,7 @@ class RenderLoopTest : public testing::Test {
   }
 
   const SurfaceMesh rest_ = Ellipsoid(26);
+  InstrumentView instrument_;  // a capsule
   LaparoscopeOptions scope_;
   RenderOptions options_;
   SceneSnapshot rest_snapshot_;
@@ -157,6 +159,30 @@ TEST_F(RenderLoopTest, TheInstrumentAppearsWhereItsTipProjects) {
   const int x = static_cast<int>(tip.x()), y = static_cast<int>(tip.y());
   EXPECT_GT(Redness(image.At(x - 8, y)), 1.5);
   EXPECT_GT(Redness(image.At(x, y + 8)), 1.5);
+}
+
+TEST_F(RenderLoopTest, JawsOpenToBothSidesAboutTheirPivot) {
+  // A jaw whose tip is 20 mm before its pivot moves by 20 mm x sin 30 degrees, and its sibling to
+  // the other side; both stay at rest when closed, and the pivot always.
+  for (const double opening : {std::numbers::pi / 6, -std::numbers::pi / 6}) {
+    const InstrumentPart jaw{.mesh = nullptr, .pivot = 0.018, .opening = opening};
+    const Vector3d tip(0, 0, -0.002), pivot(0, 0.001, 0.018);
+    EXPECT_LT((PoseInTool(jaw, 0) * tip - tip).norm(), 1e-15);
+    EXPECT_LT((PoseInTool(jaw, 1) * pivot - pivot).norm(), 1e-15);
+    EXPECT_NEAR((PoseInTool(jaw, 1) * tip).x(), opening > 0 ? 0.01 : -0.01, 1e-15);
+  }
+}
+
+TEST_F(RenderLoopTest, DrawsWhatTheHandHolds) {
+  InstrumentView thick;
+  thick.tip_radius = thick.shaft_radius = 0.005;
+  instrument_.exchanges.push_back(thick);
+  SceneSnapshot other = rest_snapshot_;
+  other.tools[0].exchange = 1;
+  const Image thin_image = Picture(rest_snapshot_), thick_image = Picture(other);
+  EXPECT_NE(thick_image.rgb, thin_image.rgb);
+  other.tools[0].exchange = 7;  // that nobody gave a view of
+  EXPECT_EQ(Picture(other).rgb, thin_image.rgb);
 }
 
 TEST_F(RenderLoopTest, ADentChangesThePictureThereAndNowhereElse) {

@@ -122,6 +122,66 @@ TEST_F(Replay, OfSkippedTicksLatePatchesAndLostDevicesIsTheSameBitForBit) {
   }
 }
 
+// What the log tells of pauses and exchanges, in order.
+std::vector<std::string> ControlEvents(const std::string& log) {
+  std::vector<std::string> names;
+  LogReader reader(log);
+  event_t event;
+  for (LogEvent logged; reader.Next(&logged);) {
+    if (logged.channel != kEventChannel || !DecodeMessage(logged.data, &event)) continue;
+    if (event.name == "instrument.exchanged") names.push_back(event.text);
+    if (event.name == "session.paused" || event.name == "session.resumed") {
+      names.push_back(event.name);
+    }
+  }
+  return names;
+}
+
+TEST_F(Replay, OfPausesAndExchangesIsTheSameBitForBit) {
+  const std::string exchanges = R"(
+  [[instrument.exchange]]
+  name = "blunt"
+  tip_radius = 0.005
+  friction = 0.3
+  [[instrument.exchange]]
+  name = "forceps"
+  type = "grasper"
+)";
+  scene_ = Scene(kLiver + kSupport + kProbe + exchanges + kGrasper + exchanges);
+  constexpr Nanoseconds kMs = 1'000'000;
+  const std::vector<TimedControl> wishes = {
+      {0, {.paused = false, .exchange = {1, 0}}},
+      {450 * kMs, {.paused = true, .exchange = {1, 0}}},
+      {520 * kMs, {.paused = false, .exchange = {2, 0}}},
+      {1500 * kMs, {.paused = false, .exchange = {0, 7}}}};  // 7: no such instrument
+  for (const std::uint32_t seed : {0u, 5u}) {
+    Record({.scene = scene_, .log = log(), .ticks = 2500, .busy_seed = seed, .wishes = wishes});
+    const LogReplay replay = Play();
+    EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
+    EXPECT_EQ(replay.ended_early, "");
+    EXPECT_EQ(replay.ticks_compared, replay.ticks_logged);
+    ExpectContact(replay);
+    EXPECT_EQ(ControlEvents(log()),
+              (std::vector<std::string>{"probe: the hand holds blunt now", "session.paused",
+                                        "session.resumed", "probe: the hand holds forceps now",
+                                        "probe: the hand holds probe now"}));
+    int paused = 0, exchanged_in_contact = 0;
+    std::array<ToolSample, kMaxInstruments> last;
+    LoggedTick tick;
+    for (TickReader ticks(log()); ticks.Next(&tick);) {
+      paused += tick.sample.paused;
+      for (int t = 0; t < tick.sample.tool_count; ++t) {
+        const ToolSample& tool = tick.sample.tools[t];
+        exchanged_in_contact +=
+            tool.exchange != last[t].exchange && last[t].kind != ContactKind::kNone;
+        last[t] = tool;
+      }
+    }
+    EXPECT_GT(paused, 50);
+    EXPECT_EQ(exchanged_in_contact, 0);
+  }
+}
+
 TEST_F(Replay, StopsARelaxationWhereItsClockStoppedIt) {
   RecordOf(kLiver + R"(
   [organ.lattice]

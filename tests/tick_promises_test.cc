@@ -139,6 +139,21 @@ TEST(TickPromises, AThousandTicksAllocateNothing) {
   EXPECT_GT(AllocationsOfThisThread(), before) << "the counter works";
 }
 
+TEST(TickPromises, PausesAndExchangesAllocateNothing) {
+  SimulatedSession session;
+  session.Run(0, 700);
+  session.log.reserve(3000);
+  const long before = AllocationsOfThisThread();
+  session.exchange = 1;
+  session.Ask({.paused = false, .exchange = {1, 1}});
+  session.Run(700, 2000);
+  session.Ask({.paused = true, .exchange = {1, 1}});
+  session.Run(2000, 2100);
+  EXPECT_EQ(AllocationsOfThisThread(), before);
+  EXPECT_TRUE(session.log.back().paused);
+  EXPECT_EQ(session.log.back().tools[0].exchange, 1) << "it was free at some time";
+}
+
 TEST(TickPromises, NoTickLocks) {
   Session session;
   const long before = locks;

@@ -93,6 +93,43 @@ void PrintOrgan(const Json& organ) {
               cost["relocation_flops"].get<double>() / 1e6);
 }
 
+const char* TypeName(InstrumentType type) {
+  switch (type) {
+    case InstrumentType::kProbe:
+      return "probe";
+    case InstrumentType::kGrasper:
+      return "grasper";
+    case InstrumentType::kScissors:
+      return "scissors";
+    case InstrumentType::kHook:
+      return "hook";
+  }
+  return "";
+}
+
+Json InstrumentFacts(const InstrumentOptions& instrument, const DeviceChoice& device) {
+  Json facts = {{"name", instrument.name},
+                {"type", TypeName(instrument.type)},
+                {"device", device.Text()},
+                {"exchanges", Json::array()}};
+  for (const HeldInstrument& held : instrument.exchanges) {
+    facts["exchanges"].push_back({{"name", held.name}, {"type", TypeName(held.type)}});
+  }
+  return facts;
+}
+
+void PrintInstrument(const Json& instrument) {
+  const auto text = [](const Json& value) { return value.get<std::string>(); };
+  std::printf("instrument %s: %s, device %s\n", text(instrument["name"]).c_str(),
+              text(instrument["type"]).c_str(), text(instrument["device"]).c_str());
+  std::string exchanges;
+  for (const Json& held : instrument["exchanges"]) {
+    exchanges +=
+        (exchanges.empty() ? "" : ", ") + text(held["name"]) + " (" + text(held["type"]) + ")";
+  }
+  if (!exchanges.empty()) std::printf("  can be exchanged for %s\n", exchanges.c_str());
+}
+
 Json ContactFacts(const Session::ContactFact& contact) {
   const StiffestContact& at = contact.stiffest;
   return {{"instrument", contact.instrument},
@@ -118,8 +155,8 @@ void Check(const std::string& scene, bool as_json) {
       {"scene", session.scene().name}, {"organs", Json::array()}, {"instruments", Json::array()}};
   for (const OrganModel& organ : session.organs()) facts["organs"].push_back(OrganFacts(organ));
   for (std::size_t i = 0; i < session.scene().instruments.size(); ++i) {
-    facts["instruments"].push_back({{"name", session.scene().instruments[i].name},
-                                    {"device", session.device_choices()[i].Text()}});
+    facts["instruments"].push_back(
+        InstrumentFacts(session.scene().instruments[i], session.device_choices()[i]));
   }
   facts["contacts"] = Json::array();
   for (const Session::ContactFact& contact : session.contacts()) {
@@ -133,8 +170,7 @@ void Check(const std::string& scene, bool as_json) {
   std::cout << facts["scene"].get<std::string>() << ": sound\n";
   for (const Json& organ : facts["organs"]) PrintOrgan(organ);
   for (const Json& instrument : facts["instruments"]) {
-    std::printf("instrument %s: device %s\n", instrument["name"].get<std::string>().c_str(),
-                instrument["device"].get<std::string>().c_str());
+    PrintInstrument(instrument);
     for (const Json& contact : facts["contacts"]) {
       if (contact["instrument"] == instrument["name"]) PrintContact(contact);
     }

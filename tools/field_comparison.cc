@@ -21,8 +21,10 @@ std::span<const double> Numbers(const double& number) { return {&number, 1}; }
 template <typename Visit>
 void VisitFields(const HapticSample& a, const HapticSample& b, bool with_output, Visit&& visit) {
   visit.Integer(-1, "device_time_ns", a.device_time_ns, b.device_time_ns);
+  visit.Integer(-1, "paused", a.paused, b.paused);
   for (int t = 0; t < a.tool_count; ++t) {
     const ToolSample &x = a.tools[t], &y = b.tools[t];
+    visit.Integer(t, "exchange", x.exchange, y.exchange);
     visit.Real(t, "joints", Numbers(x.joints), Numbers(y.joints));
     visit.Real(t, "p_tip_W", Numbers(x.p_tip_W), Numbers(y.p_tip_W));
     visit.Real(t, "v_tip_W", Numbers(x.v_tip_W), Numbers(y.v_tip_W));
@@ -69,6 +71,7 @@ void VisitFields(const StepSample& a, const StepSample& b, Visit&& visit) {
     visit.Real(t, "p_trocar_W", Numbers(p.p_trocar_W), Numbers(q.p_trocar_W));
     visit.Real(t, "v_tip_W", Numbers(p.v_tip_W), Numbers(q.v_tip_W));
     visit.Real(t, "jaw", Numbers(p.jaw), Numbers(q.jaw));
+    visit.Integer(t, "exchange", p.exchange, q.exchange);
     const ToolContactState &x = a.contacts[t], &y = b.contacts[t];
     visit.Integer(t, "organ", x.organ, y.organ);
     visit.Integer(t, "kind", static_cast<int>(x.kind), static_cast<int>(y.kind));

@@ -30,8 +30,9 @@ class Player {
   Player(const LoggedSession& log, double tolerance, Session* session)
       : log_(log),
         session_(*session),
-        haptics_(Instruments(), session->haptic_period_ns(),
-                 {session->tool_states, session->patches, session->samples}),
+        haptics_(
+            Instruments(), session->haptic_period_ns(),
+            {session->tool_states, session->patches, session->samples, nullptr, &session->control}),
         deformation_(session->organs(), session->DeformationTools(),
                      {session->tool_states, session->patches, *session->render_scenes,
                       *session->telemetry_scenes, &session->steps}) {
@@ -95,6 +96,8 @@ class Player {
     }
 
     for (std::size_t i = 0; i < devices_.size(); ++i) devices_[i]->Set(logged.sample.tools[i]);
+    session_.control.Back() = ControlOf(logged.sample);
+    session_.control.Publish();
     const Nanoseconds started = ReadClock(CLOCK_MONOTONIC);
     haptics_.Tick(logged.sample.tick, logged.sample.time_ns,
                   {.wake_late_ns = logged.sample.wake_late_ns, .skipped = logged.sample.skipped});
@@ -161,6 +164,12 @@ class Player {
 };
 
 }  // namespace
+
+SessionControl ControlOf(const HapticSample& sample) {
+  SessionControl control{.paused = sample.paused, .exchange = {}};
+  for (int t = 0; t < sample.tool_count; ++t) control.exchange[t] = sample.tools[t].exchange;
+  return control;
+}
 
 void ForceDifferences::Add(const HapticSample& logged, const HapticSample& replayed) {
   ++count_;

@@ -30,6 +30,9 @@ class ForceDifferences {
   std::uint64_t count_ = 0;
 };
 
+/// What the haptic loop had been asked for, as far as a tick obeyed it.
+SessionControl ControlOf(const HapticSample& sample);
+
 /// Throws InputError when the log is visibly not of the scene that the session was built from.
 void RequireSameScene(const LoggedSession& log, const Session& session);
 
@@ -48,12 +51,12 @@ struct LogReplay {
   Histogram tick_compute;  ///< Wall time of the replayed ticks, ns.
 };
 
-/// Plays the logged device samples through HapticLoop::Tick and the logged input ticks, times and
-/// ends of iteration through DeformationLoop::Step, each patch visible at its logged tick, and
-/// compares every field that the ticks and steps of the log have. The state of both loops follows
-/// from all that came before, so the comparison ends at the first tick that the log lacks, or that
-/// uses a step which it lacks. `session` is built from the log's scene and used up. Throws
-/// InputError when the log is of another scene. One thread.
+/// Plays the logged device samples, pauses and exchanges through HapticLoop::Tick and the logged
+/// input ticks, times and ends of iteration through DeformationLoop::Step, each patch visible at
+/// its logged tick, and compares every field that the ticks and steps of the log have. The state of
+/// both loops follows from all that came before, so the comparison ends at the first tick that the
+/// log lacks, or that uses a step which it lacks. `session` is built from the log's scene and used
+/// up. Throws InputError when the log is of another scene. One thread.
 LogReplay ReplayLog(const LoggedSession& log, double tolerance, Session* session);
 
 }  // namespace hpdm

@@ -11,6 +11,7 @@
 
 #include "engine/session_clock.h"
 #include "haptics/device.h"
+#include "tools/control_script.h"
 #include "tools/realtime_threads.h"
 
 namespace hpdm {
@@ -26,6 +27,7 @@ struct TraceTick {
   };
   std::uint64_t tick;
   bool has_output;
+  SessionControl control;
   std::array<Tool, kMaxInstruments> tools;
 };
 
@@ -36,6 +38,7 @@ std::vector<TraceTick> ReadTrace(const std::string& path) {
     TraceTick& tick = trace.emplace_back();
     tick.tick = logged.sample.tick;
     tick.has_output = logged.has_output;
+    tick.control = ControlOf(logged.sample);
     for (int t = 0; t < logged.sample.tool_count; ++t) {
       const ToolSample& from = logged.sample.tools[t];
       tick.tools[t] = {from.joints, from.force_W, logged.sample.time_ns - from.device_time_ns,
@@ -43,6 +46,18 @@ std::vector<TraceTick> ReadTrace(const std::string& path) {
     }
   }
   return trace;
+}
+
+// The trace's pauses and exchanges, in time since its tick 0.
+ControlScript ScriptOf(const std::vector<TraceTick>& trace, Nanoseconds period) {
+  std::vector<TimedControl> wishes;
+  SessionControl last;
+  for (const TraceTick& tick : trace) {
+    if (tick.control.paused == last.paused && tick.control.exchange == last.exchange) continue;
+    last = tick.control;
+    wishes.push_back({static_cast<Nanoseconds>(tick.tick) * period, last});
+  }
+  return ControlScript(std::move(wishes));
 }
 
 // One instrument of a trace, each sample from its own period on. Haptic thread; wait-free.
@@ -96,6 +111,8 @@ class Meter {
   void Drain(SpscQueue<HapticSample>* samples) {
     for (HapticSample sample; samples->Pop(&sample);) Add(sample);
   }
+  // The next tick that may come.
+  std::uint64_t next_tick() const { return next_tick_; }
   void Report(RealtimeReplay* replay) const {
     replay->session = statistics_.Summary();
     replay->compared = compared_;
@@ -105,6 +122,7 @@ class Meter {
  private:
   void Add(const HapticSample& sample) {
     statistics_.Add(sample);
+    next_tick_ = sample.tick + 1;
     if (trace_ != nullptr) Compare(sample);
   }
 
@@ -124,6 +142,7 @@ class Meter {
   const std::vector<TraceTick>* trace_;
   ForceDifferences forces_;
   std::uint64_t compared_ = 0;
+  std::uint64_t next_tick_ = 0;
   std::size_t next_ = 0;
 };
 
@@ -131,16 +150,18 @@ class Meter {
 //
 //     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz)
 //                  |  ^------ContactPatch--------'
+//                  |  ^------SessionControl------ this thread: what the script asks for
 //                  '---HapticSample queue--> this thread: the meter
 //
 // `started` is called on the haptic thread with the session time of tick 0.
 RealtimeReplay Play(std::vector<HapticInstrument> instruments, std::uint64_t ticks,
-                    const std::function<void(Nanoseconds)>& started, Meter* meter,
-                    Session* session) {
+                    const std::function<void(Nanoseconds)>& started, ControlScript script,
+                    Meter* meter, Session* session) {
   RealtimeReplay replay;
   const SessionClock clock;
-  HapticLoop haptics(std::move(instruments), session->haptic_period_ns(),
-                     {session->tool_states, session->patches, session->samples});
+  HapticLoop haptics(
+      std::move(instruments), session->haptic_period_ns(),
+      {session->tool_states, session->patches, session->samples, nullptr, &session->control});
   DeformationLoop deformation(
       session->organs(), session->DeformationTools(),
       {session->tool_states, session->patches, *session->render_scenes, *session->telemetry_scenes},
@@ -172,6 +193,8 @@ RealtimeReplay Play(std::vector<HapticInstrument> instruments, std::uint64_t tic
     });
     while (!over.stop_requested()) {
       meter->Drain(&session->samples);
+      script.Advance(static_cast<Nanoseconds>(meter->next_tick()) * session->haptic_period_ns(),
+                     &session->control);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
   }  // joins
@@ -189,7 +212,7 @@ RealtimeReplay PlayInRealTime(std::uint64_t ticks, Session* session) {
   Meter meter(session->haptic_period_ns(), nullptr);
   session->EnableForces(true);
   return Play(
-      session->HapticInstruments(), ticks, [](Nanoseconds) {}, &meter, session);
+      session->HapticInstruments(), ticks, [](Nanoseconds) {}, {}, &meter, session);
 }
 
 RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session) {
@@ -207,7 +230,8 @@ RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session) {
   const auto start_devices = [&devices](Nanoseconds begin) {
     for (const auto& device : devices) device->Start(begin);
   };
-  return Play(std::move(instruments), trace.back().tick + 1, start_devices, &meter, session);
+  return Play(std::move(instruments), trace.back().tick + 1, start_devices,
+              ScriptOf(trace, session->haptic_period_ns()), &meter, session);
 }
 
 }  // namespace hpdm

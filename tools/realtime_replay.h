@@ -32,7 +32,8 @@ struct RealtimeReplay {
 /// for `ticks` periods. `session` is used up. Main thread.
 RealtimeReplay PlayInRealTime(std::uint64_t ticks, Session* session);
 
-/// Plays the log's device samples in real time, each in its own period, through the production
+/// Plays the log's device samples in real time, each in its own period, its pauses and exchanges a
+/// few periods late, through the production
 /// haptic and deformation threads. Steps and patches fall as this machine makes them, so that the
 /// forces are near the logged ones and not the same. A period that the log lacks holds the sample
 /// before. `session` is built from the log's scene and used up. Throws InputError when the log is

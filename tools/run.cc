@@ -24,6 +24,7 @@
 #include "render/egl_context.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
+#include "tools/control_script.h"
 #include "tools/film.h"
 #include "tools/json_figures.h"
 #include "tools/latency_table.h"
@@ -51,6 +52,7 @@ struct RunOptions {
   std::vector<std::string> overlays;
   std::vector<std::string> references;
   std::vector<std::string> devices;
+  std::vector<std::string> exchanges;
   bool film = false;
   bool pictures = true;
   bool headless = false;
@@ -130,8 +132,9 @@ struct Loops {
   DeviceLink* link;  // null without external devices
   const StopSignals& signals;
   std::uint64_t end_tick;
-  bool pictures;          // false: the render loop never starts
-  TrainerWindow* window;  // null without one
+  bool pictures;             // false: the render loop never starts
+  TrainerWindow* window;     // null without one
+  ControlScript* exchanges;  // asked for on the command line
 };
 
 // The real clock, one thread a loop:
@@ -146,6 +149,8 @@ struct Loops {
 // With a window the main thread takes its input, where the window library wants it:
 //
 //     window --HandTarget, SessionControl--> haptic;   window --ViewSettings--> render
+//
+// Without one it tells the haptic loop the exchanges that were asked for on the command line.
 //
 // External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample --> HPDM_FORCE.
 //
@@ -208,6 +213,7 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
       loops.window->Pump(kWindowPeriod);
       record.interrupted = loops.window->ended() || loops.signals.WaitFor(0);
     } else {
+      loops.exchanges->Advance(clock.Now(), &loops.session.control);
       record.interrupted = loops.signals.WaitFor(20'000'000);
     }
   }
@@ -240,6 +246,9 @@ RunRecord RunInLockstep(const Loops& loops) {
       loops.telemetry.Drain();
       record.interrupted = loops.signals.WaitFor(0);
     }
+    loops.exchanges->Advance(
+        static_cast<Nanoseconds>(clock.tick()) * loops.session.haptic_period_ns(),
+        &loops.session.control);
     clock.Tick();
     ++record.haptic.ticks;
   }
@@ -336,6 +345,7 @@ void Run(const RunOptions& options) {
   std::vector<DeviceChoice> devices =
       ChooseDevices(options.devices, scene.instruments, options.window);
   if (options.Lockstep()) CheckLockstep(options, devices);
+  ControlScript exchanges = ParseExchanges(options.exchanges, scene.instruments);
   Session session(std::move(scene), std::move(devices));
   const double seconds = options.seconds > 0 ? options.seconds : ToSeconds(session.trace_length());
   if (options.references.empty() &&
@@ -374,9 +384,10 @@ void Run(const RunOptions& options) {
 
   std::function<Nanoseconds()> stopwatch;
   if (!options.Lockstep()) stopwatch = [&clock] { return clock.Now(); };
-  HapticLoop haptics(session.HapticInstruments(), session.haptic_period_ns(),
-                     {session.tool_states, session.patches, session.samples,
-                      session.HasExternalDevice() ? &session.external_forces : nullptr});
+  HapticLoop haptics(
+      session.HapticInstruments(), session.haptic_period_ns(),
+      {session.tool_states, session.patches, session.samples,
+       session.HasExternalDevice() ? &session.external_forces : nullptr, &session.control});
   DeformationLoop deformation(session.organs(), session.DeformationTools(),
                               {session.tool_states, session.patches, *session.render_scenes,
                                *session.telemetry_scenes, &session.steps},
@@ -399,7 +410,8 @@ void Run(const RunOptions& options) {
                     deformation,      render,
                     telemetry,        link ? &*link : nullptr,
                     signals,          end_tick,
-                    options.pictures, window ? &*window : nullptr};
+                    options.pictures, window ? &*window : nullptr,
+                    &exchanges};
   const RunRecord record =
       options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, machine, clock);
 
@@ -489,6 +501,10 @@ void AddRunCommand(CLI::App& app) {
                   "What moves the instruments: sim, trace:FILE (CSV), lcm (an external driver) or "
                   "mouse; NAME=... for one of them; repeatable [the scene's trace, or sim, in a "
                   "window mouse]");
+  run->add_option("--exchange", options->exchanges,
+                  "NAME=OTHER@SECONDS: the hand that began with NAME takes OTHER (see "
+                  "instrument.exchange in scenes/README.md) as soon as its tip is free; repeatable")
+      ->excludes("--window");
   run->add_flag("--live", options->live,
                 "Publish over LCM too (LCM_DEFAULT_URL, or this machine's multicast)");
   run->add_flag("--require-rt", options->require_realtime,

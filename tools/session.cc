@@ -49,6 +49,17 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
   return remark + " [" + file.path + "]";
 }
 
+std::vector<HeldTool> ExchangesOf(const InstrumentOptions& instrument) {
+  std::vector<HeldTool> exchanges;
+  for (const HeldInstrument& held : instrument.exchanges) {
+    exchanges.push_back({.tip_radius = held.tip_radius,
+                         .shaft_radius = held.shaft_radius,
+                         .friction = held.friction,
+                         .can_grasp = held.type == InstrumentType::kGrasper});
+  }
+  return exchanges;
+}
+
 // A quarter of the reference's largest displacement: an error of a few per cent of it is seen.
 double ErrorScale(const Points& reference) {
   return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
@@ -258,7 +269,7 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
     passivity.control = options.device.passivity_control;
     passivity.device = AxesOf(options.device);
     instruments.push_back({devices_[i].get(), kinematics_[i], options.tip_radius, guard,
-                           options.friction, passivity});
+                           options.friction, passivity, ExchangesOf(options)});
   }
   return instruments;
 }
@@ -272,7 +283,8 @@ std::vector<ToolOptions> Session::DeformationTools() const {
                      .prefetch = 1.5 / scene_.timing.deformation_hz,
                      .reaction = options.reaction,
                      .k1 = options.k1,
-                     .k2 = options.k2});
+                     .k2 = options.k2,
+                     .exchanges = ExchangesOf(options)});
   }
   return tools;
 }
@@ -327,8 +339,8 @@ std::vector<InstrumentView> Session::InstrumentViews() const {
 std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
   std::vector<TrainerInput::Instrument> instruments(scene_.instruments.size());
   for (std::size_t i = 0; i < instruments.size(); ++i) {
-    if (hand_targets[i] == nullptr) continue;
     instruments[i].exchanges = scene_.instruments[i].HeldCount();
+    if (hand_targets[i] == nullptr) continue;
     instruments[i].mouse = kinematics_[i];
     instruments[i].start = hand_targets[i]->Front();
   }
@@ -349,6 +361,8 @@ SessionInfo Session::Info() const {
   SessionInfo info;
   for (const InstrumentOptions& options : scene_.instruments) {
     info.instruments.push_back(options.name);
+    std::vector<std::string>& names = info.held.emplace_back();
+    for (int held = 0; held < options.HeldCount(); ++held) names.push_back(options.Held(held).name);
   }
   for (const OrganModel& organ : organs_) {
     info.organs.push_back(

@@ -84,11 +84,12 @@ class Session {
   SpscQueue<HapticSample> external_forces;
   bool HasExternalDevice() const;
   SpscQueue<FrameRecord> frames;
+  /// Of a window or a ControlScript; nothing writes it without one.
+  TripleBuffer<SessionControl> control;
   SpscQueue<LoopEvent> render_events{64};
   TripleBuffer<SessionHealth> health;
   // Of a window; nothing writes them without one.
   TripleBuffer<ViewSettings> view_settings;
-  TripleBuffer<SessionControl> control;
   /// Of the instruments that the mouse moves, null for the others.
   std::array<TripleBuffer<HandTarget>*, kMaxInstruments> hand_targets{};
 
