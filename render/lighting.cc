@@ -78,8 +78,8 @@ vec3 ShadeTissue(vec3 p, vec3 to_lens, vec3 n, vec3 rough, float spread, vec3 al
   float l_h = max(dot(to_light, h), 0.0);
   float film = max(dot(n, to_light), 0.0) * Fresnel(0.028, l_h) *
                (4.5 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.004 + spread) +
-                3.0 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.10));
-  return albedo * (1.25 * irradiance * diffuse + ambient) + irradiance * film * vec3(1.0, 0.96, 0.92);
+                1.9 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.10));
+  return albedo * (1.4 * irradiance * diffuse + ambient) + irradiance * film * vec3(1.0, 0.96, 0.92);
 }
 )glsl";
 

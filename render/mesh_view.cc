@@ -161,6 +161,20 @@ void MeshView::SetVertices(const PointsF& vertices) {
   Upload(vertices);
 }
 
+void MeshView::SetHeat(const std::vector<float>& values) {
+  HPDM_CHECK(static_cast<Eigen::Index>(values.size()) == vertex_count_);
+  heat_ = values;
+  for (const int copied : copies_) heat_.push_back(values[static_cast<std::size_t>(copied)]);
+  const bool first = !heat_buffer_.has_value();
+  if (first) heat_buffer_.emplace(GlKind::kBuffer);
+  Replace(*heat_buffer_,
+          Eigen::Map<const Eigen::VectorXf>(heat_.data(), static_cast<Eigen::Index>(heat_.size())));
+  if (!first) return;
+  glBindVertexArray(layout_.name());
+  SetInput(4, *heat_buffer_, 1);
+  glBindVertexArray(0);
+}
+
 void MeshView::Draw() const {
   if (closed_) glEnable(GL_CULL_FACE);
   glBindVertexArray(layout_.name());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "engine/surface_mesh.h"
@@ -35,7 +36,7 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 ///
 /// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 2
 /// rest position (the frame of the tissue's pattern), 3 texture coordinates (0 without). Vertices
-/// on a seam of the texture are drawn once a side of it (seams.h), with one normal.
+/// on a seam of the texture are drawn once a side of it (seams.h), with one normal. 4: SetHeat.
 ///
 /// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
 /// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
@@ -56,6 +57,9 @@ class MeshView {
   const GlObject& normals() const { return normal_buffer_; }
   const std::vector<int>& copies() const { return copies_; }
 
+  /// A value a vertex (V), input 4 of the vertex shader; 0 before the first.
+  void SetHeat(const std::vector<float>& values);
+
   /// Draws the triangles with the program in use; of a closed mesh only those that face the
   /// viewer, which takes a quarter off a frame of the software renderer.
   void Draw() const;
@@ -69,6 +73,7 @@ class MeshView {
   Triangles triangles_;        // F x 3, over the V vertices
   Eigen::Index vertex_count_;  // V
   std::vector<int> copies_;    // SeamedMesh::copies
+  std::vector<float> heat_;    // R, scratch
   PointsF normals_;            // V x 3
   PointsF with_copies_;        // R x 3, scratch
   GlObject layout_{GlKind::kVertexArray};
@@ -76,6 +81,7 @@ class MeshView {
   GlObject normal_buffer_{GlKind::kBuffer};
   GlObject rest_buffer_{GlKind::kBuffer};
   GlObject coordinate_buffer_{GlKind::kBuffer};
+  std::optional<GlObject> heat_buffer_;
   GlObject index_buffer_{GlKind::kBuffer};
 };
 

@@ -24,6 +24,7 @@ struct OrganView {
   Colour colour = Colour(0.40f, 0.155f, 0.125f);  ///< Without a texture; liver.
   const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
   FfdPath ffd = FfdPath::kAuto;
+  const Points* reference = nullptr;  ///< V x 3, m: displacements that kOverlayError compares with.
 };
 
 /// The organs on the graphics card. Render thread only.
@@ -42,6 +43,10 @@ class OrganPainter {
 
   /// Draws the organs. `occlusion` (of the same frame) may be null.
   void Draw(const Occlusion* occlusion) const;
+
+  /// Of the organ, where the last Draw() had it.
+  MeshView& mesh(std::size_t organ) { return organs_[organ].mesh; }
+  const MeshView& mesh(std::size_t organ) const { return organs_[organ].mesh; }
 
  private:
   struct Organ {

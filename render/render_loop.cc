@@ -171,7 +171,7 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
     drawing_->target.Bind();
-    drawing_->view.Draw(snapshot, scope_);
+    drawing_->view.Draw(snapshot, scope_, settings_.overlays);
     drawing_->target.Resolve(scope_);
     DrawText(snapshot);
     // Before the read-back: the eye waits, the files do not.

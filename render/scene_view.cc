@@ -7,11 +7,12 @@ namespace hpdm {
 SceneView::SceneView(const std::vector<OrganView>& organs,
                      const std::vector<InstrumentView>& instruments, const Image* background,
                      const SceneViewOptions& options)
-    : organs_(organs), instruments_(instruments), cavity_(background) {
+    : organs_(organs), instruments_(instruments), cavity_(background), overlays_(organs) {
   if (options.occlusion) occlusion_.emplace();
 }
 
-void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
+void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
+                     std::uint32_t overlays) {
   FrameUniforms frame = ScopeUniforms(scope);
   instruments_.AddTo(snapshot, &frame);
   frame_.Upload(frame);
@@ -28,6 +29,7 @@ void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   instruments_.Draw(snapshot);
   organs_.Draw(occlusion_ ? &*occlusion_ : nullptr);
   cavity_.Draw(scope);
+  if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
 }
 
 }  // namespace hpdm

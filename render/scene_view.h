@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "render/laparoscope.h"
 #include "render/occlusion.h"
 #include "render/organ_view.h"
+#include "render/overlay_view.h"
 
 namespace hpdm {
 
@@ -32,8 +34,9 @@ class SceneView {
 
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Organs
   /// and tools beyond those given at construction are not drawn; fewer are a bug, as is a vertex
-  /// count that differs. Allocates nothing.
-  void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope);
+  /// count that differs. `overlays`: Overlay (view_settings.h), or-ed. Allocates nothing without
+  /// overlays.
+  void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0);
 
  private:
   FrameBlock frame_;
@@ -42,6 +45,7 @@ class SceneView {
   CavityPainter cavity_;
   std::optional<Occlusion> occlusion_;
   CircleMask mask_;
+  OverlayView overlays_;
 };
 
 }  // namespace hpdm

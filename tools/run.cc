@@ -1,11 +1,13 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
 #include <latch>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -45,7 +47,9 @@ struct RunOptions {
   std::optional<double> frames_per_second;
   std::string size = "640x480";
   std::string clock = "real";
-  std::string ffd = "auto";
+  FfdPath ffd = FfdPath::kAuto;
+  std::vector<std::string> overlays;
+  std::vector<std::string> references;
   std::vector<std::string> devices;
   bool film = false;
   bool pictures = true;
@@ -245,6 +249,20 @@ RunRecord RunInLockstep(const Loops& loops) {
   return record;
 }
 
+const std::map<std::string, std::uint32_t> kOverlays = {{"force", kOverlayForce},
+                                                        {"contacts", kOverlayContacts},
+                                                        {"lattice", kOverlayLattice},
+                                                        {"error", kOverlayError},
+                                                        {"text", kOverlayText}};
+const std::map<std::string, FfdPath> kFfdPaths = {
+    {"auto", FfdPath::kAuto}, {"cpu", FfdPath::kCpu}, {"shader", FfdPath::kShader}};
+
+std::vector<OrganView> OrganViewsOf(const RunOptions& options, const Session& session) {
+  std::vector<OrganView> views = session.OrganViews();
+  for (OrganView& view : views) view.ffd = options.ffd;
+  return views;
+}
+
 RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session) {
   RenderOptions render;
   char end;
@@ -254,6 +272,7 @@ RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session)
   render.max_hz = session.scene().timing.render_hz;
   render.names = session.Names();
   render.background = session.Background();
+  for (const std::string& name : options.overlays) render.overlays |= kOverlays.at(name);
   return render;
 }
 
@@ -319,6 +338,13 @@ void Run(const RunOptions& options) {
   if (options.Lockstep()) CheckLockstep(options, devices);
   Session session(std::move(scene), std::move(devices));
   const double seconds = options.seconds > 0 ? options.seconds : ToSeconds(session.trace_length());
+  if (options.references.empty() &&
+      std::count(options.overlays.begin(), options.overlays.end(), "error") > 0) {
+    throw InputError(
+        "--overlay error: has nothing to compare with; add --reference FILE, such as `hpdm solve "
+        "--out` writes");
+  }
+  for (const std::string& reference : options.references) session.LoadReference(reference);
   for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
   // A machine that cannot draw says so before the session.
@@ -356,7 +382,8 @@ void Run(const RunOptions& options) {
                                *session.telemetry_scenes, &session.steps},
                               stopwatch);
   RenderLoop render(
-      session.OrganViews(), session.InstrumentViews(), session.scene().laparoscope, render_options,
+      OrganViewsOf(options, session), session.InstrumentViews(), session.scene().laparoscope,
+      render_options,
       {*session.render_scenes, options.Lockstep() ? nullptr : &session.frames,
        window ? &session.view_settings : nullptr, &session.health,
        options.Lockstep() ? nullptr : &session.render_events},
@@ -441,6 +468,19 @@ void AddRunCommand(CLI::App& app) {
       "Make film.mp4 of the pictures in frames/, with ffmpeg; take --fps 30 for a smooth one");
   run->add_flag("!--no-pictures", options->pictures, "Draw nothing");
   run->add_option("--size", options->size, "Picture, WIDTHxHEIGHT")->capture_default_str();
+  run->add_option("--overlay", options->overlays,
+                  "Drawn over the picture, separated by commas: force, contacts, lattice, error "
+                  "(see --reference), text")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"force", "contacts", "lattice", "error", "text"}));
+  run->add_option("--reference", options->references,
+                  "Surface displacements that --overlay error compares an organ with: FILE as "
+                  "`hpdm solve --out` writes it, or ORGAN=FILE; repeatable");
+  run->add_option("--ffd", options->ffd,
+                  "Who deforms the organs in the picture: cpu, shader, or auto: the shader, unless "
+                  "the renderer is software or a lattice has more than 350 control points")
+      ->transform(CLI::CheckedTransformer(kFfdPaths))
+      ->default_str("auto");
   run->add_option("--clock", options->clock, "real, or lockstep: one thread, virtual time")
       ->check(CLI::IsMember({"real", "lockstep"}))
       ->capture_default_str();

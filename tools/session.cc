@@ -12,6 +12,7 @@
 #include "haptics/trace_device.h"
 #include "tools/instrument_looks.h"
 #include "tools/report_text.h"
+#include "tools/static_case.h"
 
 namespace hpdm {
 namespace {
@@ -91,6 +92,7 @@ void Session::BuildOrgans() {
           options.mesh + ": has no texture coordinates, which the texture of organ \"" +
           options.name + "\" needs; export the mesh with them, or remove organ.texture");
     }
+    references_.emplace_back(0, 3);
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
   }
@@ -266,6 +268,21 @@ std::vector<ToolOptions> Session::DeformationTools() const {
   return tools;
 }
 
+void Session::LoadReference(const std::string& argument) {
+  const auto named = std::find_if(organs_.begin(), organs_.end(), [&](const OrganModel& organ) {
+    return argument.starts_with(organ.options().name + "=");
+  });
+  if (named == organs_.end() && organs_.size() != 1) {
+    throw InputError("--reference " + argument + ": the scene has " +
+                     std::to_string(organs_.size()) + " organs; say which, as in " +
+                     organs_[0].options().name + "=FILE");
+  }
+  const auto organ = static_cast<std::size_t>(named == organs_.end() ? 0 : named - organs_.begin());
+  const std::string file =
+      named == organs_.end() ? argument : argument.substr(named->options().name.size() + 1);
+  references_[organ] = ReadReferenceDisplacements(file, organs_[organ].rest());
+}
+
 std::vector<OrganView> Session::OrganViews() const {
   std::vector<OrganView> views;
   for (std::size_t i = 0; i < organs_.size(); ++i) {
@@ -273,6 +290,7 @@ std::vector<OrganView> Session::OrganViews() const {
     view.rest = &organs_[i].rest();
     view.model = &organs_[i];
     if (textures_[i].width > 0) view.texture = &textures_[i];
+    if (references_[i].rows() > 0) view.reference = &references_[i];
   }
   return views;
 }

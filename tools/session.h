@@ -34,6 +34,10 @@ class Session {
   /// The same with a chosen device for each instrument.
   Session(Scene scene, std::vector<DeviceChoice> devices);
 
+  /// Reads the displacements that kOverlayError compares an organ with: "FILE", or "ORGAN=FILE"
+  /// where there are several. Throws InputError when the organ or its mesh is another one.
+  void LoadReference(const std::string& argument);
+
   const Scene& scene() const { return scene_; }
   const std::vector<OrganModel>& organs() const { return organs_; }
   /// What moves each instrument.
@@ -103,6 +107,7 @@ class Session {
   std::vector<Image> textures_;  // by organ, likewise
   std::vector<OrganModel> organs_;
   std::vector<std::vector<InstrumentModel>> looks_;  // [instrument][ToolPose::exchange]
+  std::vector<Points> references_;                   // by organ, V x 3, m; 0 rows without
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
   std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none

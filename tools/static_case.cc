@@ -12,6 +12,9 @@
 namespace hpdm {
 namespace {
 
+// Of an organ's size: files may round positions, and another pose is off by more.
+constexpr double kSamePlace = 1e-3;
+
 OrganOptions LoadedOrgan(const Scene& scene) {
   if (scene.loads.empty()) {
     throw InputError(scene.path.string() + ": has nothing to solve; add a [[load]] table");
@@ -44,6 +47,14 @@ Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& re
     throw InputError(path + ": has " + std::to_string(reference.positions.rows()) +
                      " vertices, the organ " + std::to_string(rest.vertices.rows()) +
                      "; give the reference of the same mesh");
+  }
+  const double apart = (reference.positions - rest.vertices).rowwise().norm().maxCoeff();
+  const double size =
+      (rest.vertices.colwise().maxCoeff() - rest.vertices.colwise().minCoeff()).norm();
+  if (!(apart <= kSamePlace * size)) {
+    throw InputError(path + ": has the organ's vertices elsewhere, by up to " +
+                     std::to_string(1000 * apart) +
+                     " mm; give the reference of the same mesh in the same pose");
   }
   return reference.displacements;
 }

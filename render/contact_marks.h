@@ -1,0 +1,19 @@
+#pragma once
+
+#include "engine/snapshots.h"
+#include "engine/surface_mesh.h"
+#include "render/mark_painter.h"
+#include "render/mesh_view.h"
+
+namespace hpdm {
+
+inline constexpr double kArrowLength = 0.03;  ///< m a newton, of the drawn force.
+
+/// A tip's contact on the deformed surface: the vertices of the triangles that its kernel touches
+/// as points, the surface's normal, and the force on the hand (opposite to the one on the tissue,
+/// so that it stands out of the organ) as an arrow of kArrowLength. Nothing without a contact.
+/// O(triangles). Render thread.
+void AddContactMarks(const ToolContactState& contact, const PointsF& vertices,
+                     const Triangles& triangles, Marks* marks);
+
+}  // namespace hpdm

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "engine/organ.h"
+#include "engine/snapshots.h"
+#include "render/mark_painter.h"
+
+namespace hpdm {
+
+/// Where the control points are: those of the lattice at their Greville abscissae (Eq. 4 with them
+/// is the map itself), each displaced by its own U, n x 3, m, world. Render thread.
+Points DisplacedControlPoints(const Lattice& lattice, const OrganSnapshot& shape);
+
+/// Where the local functions in use act most, displaced by the lattice and by themselves, one row
+/// each, m, world.
+Points DisplacedLocalFunctions(const OrganModel& model, const OrganSnapshot& shape);
+
+/// The control lattice of an organ that has one, and its local functions in use: points, and lines
+/// between neighbours in the lattice's grid.
+void AddLatticeMarks(const OrganModel& model, const OrganSnapshot& shape, Marks* marks);
+
+}  // namespace hpdm
