@@ -34,8 +34,8 @@ class HeatPainter {
   /// The values of MeshView::SetHeat on all of the organ; 1 has the map's last colour.
   void DrawVertexHeat(const MeshView& mesh);
 
-  /// A bar of the map's colours with a white frame and a tick at each quarter, upright in the lower
-  /// right corner of the picture; `place` 0 is the outermost.
+  /// A bar of the map's colours with a white frame and a tick at each quarter, upright in the
+  /// middle of the picture's right edge; `place` 0 is the outermost.
   void DrawBar(int place);
 
  private:

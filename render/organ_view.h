@@ -25,6 +25,7 @@ struct OrganView {
   const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
   FfdPath ffd = FfdPath::kAuto;
   const Points* reference = nullptr;  ///< V x 3, m: displacements that kOverlayError compares with.
+  double error_scale = 1e-3;          ///< m, of the overlay's last colour.
 };
 
 /// The organs on the graphics card. Render thread only.

@@ -7,13 +7,10 @@
 #include "engine/check.h"
 #include "render/contact_marks.h"
 #include "render/lattice_marks.h"
-#include "render/view_settings.h"
 
 namespace hpdm {
 namespace {
 
-// A spot reaches so many kernel radii, so that it is seen around the tip that covers the kernel.
-constexpr double kSpotRadii = 8;
 constexpr double kLeastSpot = 0.02;  // m
 
 int ContactCount(const SceneSnapshot& snapshot) {
@@ -22,12 +19,11 @@ int ContactCount(const SceneSnapshot& snapshot) {
 
 }  // namespace
 
-double ErrorScale(const Points& reference) {
-  const double largest = reference.rowwise().norm().maxCoeff() / 4;
-  if (!(largest > 0)) return 1e-3;
-  const double decade = std::pow(10, std::floor(std::log10(largest)));
+double RoundedUp(double value) {
+  if (!(value > 0)) return 1e-3;
+  const double decade = std::pow(10, std::floor(std::log10(value)));
   for (const double step : {1., 2., 5.}) {
-    if (step * decade >= largest) return step * decade;
+    if (step * decade >= value) return step * decade;
   }
   return 10 * decade;
 }
@@ -36,15 +32,8 @@ OverlayView::OverlayView(const std::vector<OrganView>& organs) : organs_(organs)
 
 void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
                        std::uint32_t overlays, OrganPainter* organs) {
-  int bars = 0;
-  if (overlays & kOverlayError) {
-    DrawErrors(snapshot, organs);
-    heat_.DrawBar(bars++);
-  }
-  if (overlays & kOverlayForce) {
-    DrawForces(snapshot, *organs);
-    heat_.DrawBar(bars++);
-  }
+  if (overlays & kOverlayError) DrawErrors(snapshot, organs);
+  if (overlays & kOverlayForce) DrawForces(snapshot, *organs);
   if (overlays & kOverlayLattice) {
     marks_.clear();
     for (std::size_t o = 0; o < organs_.size(); ++o) {
@@ -66,6 +55,15 @@ void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
   }
 }
 
+void OverlayView::DrawScales(std::uint32_t overlays) {
+  const bool has_reference =
+      std::any_of(organs_.begin(), organs_.end(),
+                  [](const OrganView& organ) { return organ.reference != nullptr; });
+  int bars = 0;
+  if (overlays & kOverlayForce) heat_.DrawBar(bars++);
+  if ((overlays & kOverlayError) && has_reference) heat_.DrawBar(bars++);
+}
+
 void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& organs) {
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     std::array<ForceSpot, kMaxInstruments> spots;
@@ -74,8 +72,8 @@ void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& 
       const ToolContactState& contact = snapshot.contacts[t];
       const double force = contact.force_on_tissue_W.norm();
       if (contact.organ != static_cast<int>(o) || !(force > 0)) continue;
-      spots[count++] = {contact.contact_W, std::max(kSpotRadii * contact.kernel_radius, kLeastSpot),
-                        force};
+      spots[count++] = {contact.contact_W,
+                        std::max(kForceSpotRadii * contact.kernel_radius, kLeastSpot), force};
     }
     heat_.DrawForce(organs.mesh(o), spots, count, kForceScale);
   }
@@ -88,13 +86,12 @@ void OverlayView::DrawErrors(const SceneSnapshot& snapshot, OrganPainter* organs
     const Points& rest = organs_[o].rest->vertices;
     const Points& reference = *organs_[o].reference;
     HPDM_CHECK(reference.rows() == rest.rows() && shape.vertices.rows() == rest.rows());
-    const double scale = ErrorScale(reference);
     error_.resize(static_cast<std::size_t>(rest.rows()));
     for (Eigen::Index v = 0; v < rest.rows(); ++v) {
       const Eigen::RowVector3d u =
           shape.vertices.row(v).cast<double>() - shape.offset_W.transpose() - rest.row(v);
       error_[static_cast<std::size_t>(v)] =
-          static_cast<float>((u - reference.row(v)).norm() / scale);
+          static_cast<float>((u - reference.row(v)).norm() / organs_[o].error_scale);
     }
     organs->mesh(o).SetHeat(error_);
     heat_.DrawVertexHeat(organs->mesh(o));

@@ -9,15 +9,16 @@
 #include "render/laparoscope.h"
 #include "render/mark_painter.h"
 #include "render/organ_view.h"
+#include "render/view_settings.h"
 
 namespace hpdm {
 
-/// N: the force with the last colour of kOverlayForce; gentle presses and grasps stay below.
-inline constexpr double kForceScale = 2;
+/// Radii of a contact's kernel that its colour reaches: seen around the tip that covers the kernel.
+inline constexpr double kForceSpotRadii = 8;
 
-/// The end of kOverlayError's scale, m, for a reference's displacements (V x 3, m): a quarter of
-/// the largest one, rounded up to 1, 2 or 5 times a power of ten.
-double ErrorScale(const Points& reference);
+/// The least of 1, 2 and 5 times a power of ten that is not below `value` > 0: the end of a scale.
+/// 1e-3 for 0.
+double RoundedUp(double value);
 
 /// What may be drawn over the picture (view_settings.h), but for the text. Render thread only.
 class OverlayView {
@@ -29,6 +30,10 @@ class OverlayView {
   /// through `scope`, whose frame's uniforms are bound. Without any, nothing happens.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays,
             OrganPainter* organs);
+
+  /// Draws the colours of the overlays that have a scale beside a resolved picture: force, then
+  /// error inwards of it. The frame's uniforms are still bound.
+  void DrawScales(std::uint32_t overlays);
 
  private:
   void DrawForces(const SceneSnapshot& snapshot, const OrganPainter& organs);

@@ -162,8 +162,12 @@ void RenderLoop::DrawText(const SceneSnapshot& snapshot) {
   static const SessionHealth kUnknown;
   if (edges_.health != nullptr) edges_.health->Update();
   const SessionHealth& health = edges_.health != nullptr ? edges_.health->Front() : kUnknown;
+  double error_scale = 0;
+  for (const OrganView& organ : organs_) {
+    if (organ.reference != nullptr) error_scale = std::max(error_scale, organ.error_scale);
+  }
   const StatusText text =
-      MakeStatusText({settings_, health, snapshot, frame_rate_.hz()}, options_.names);
+      MakeStatusText({settings_, health, snapshot, frame_rate_.hz(), error_scale}, options_.names);
   drawing_->text.Draw(text, scope_.width(), scope_.height());
 }
 
@@ -173,6 +177,7 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
     drawing_->target.Bind();
     drawing_->view.Draw(snapshot, scope_, settings_.overlays);
     drawing_->target.Resolve(scope_);
+    drawing_->view.DrawScales(settings_.overlays);
     DrawText(snapshot);
     // Before the read-back: the eye waits, the files do not.
     drawing_->context->Present(drawing_->target, settings_.window_width, settings_.window_height);

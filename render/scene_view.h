@@ -38,6 +38,9 @@ class SceneView {
   /// overlays.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0);
 
+  /// Draws the scales of the overlays' colours beside the picture, once it is resolved.
+  void DrawScales(std::uint32_t overlays) { overlays_.DrawScales(overlays); }
+
  private:
   FrameBlock frame_;
   OrganPainter organs_;

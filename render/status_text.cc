@@ -62,6 +62,10 @@ std::vector<StatusLine> StateLines(const Status& status, const StatusNames& name
     lines.push_back({"click: take the " + InstrumentName(names, active, exchange), Tone::kGood});
   }
   if (view.window_width > 0) lines.push_back({"F1: keys", Tone::kDim});
+  if (view.overlays & kOverlayForce) lines.push_back({Text("colours: 0 to %g N", kForceScale)});
+  if ((view.overlays & kOverlayError) && status.error_scale > 0) {
+    lines.push_back({Text("colours: 0 to %g mm off", 1e3 * status.error_scale)});
+  }
   if (view.recording) lines.push_back({"\u25cf recording", Tone::kAlarm});
   return lines;
 }

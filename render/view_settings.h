@@ -16,6 +16,9 @@ enum Overlay : std::uint32_t {
   kOverlayText = 1u << 4,      ///< Force, depth, loop health, frame rate.
 };
 
+/// N: the force with the last colour of kOverlayForce; gentle presses and grasps stay below.
+inline constexpr double kForceScale = 2;
+
 /// What the trainee may change of the view while the session runs: window -> render loop, latest
 /// value, one triple buffer.
 struct ViewSettings {

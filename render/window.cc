@@ -111,7 +111,11 @@ struct Window::Callbacks {
     Of(window).Report(FocusEvent{focused == GLFW_TRUE});
   }
   static void Close(GLFWwindow* window) { Of(window).Report(CloseEvent{}); }
-  /// Xlib's default ends the program when the connection to the display breaks.
+  /// Xlib's own handlers end the program. A request that fails (on a window that somebody has
+  /// destroyed) only shows nothing.
+  static int RequestFailed(Display* /*display*/, XErrorEvent* /*error*/) { return 0; }
+  /// When the connection to the display breaks, these two are called in turn.
+  static int DisplayFailed(Display* /*display*/) { return 0; }
   static void DisplayLost(Display* /*display*/, void* window) {
     static_cast<Window*>(window)->lost_.request_stop();
   }
@@ -167,6 +171,8 @@ Window::Window(int width, int height, const std::string& title) {
     ThrowNoWindow();
   }
   if (Display* display = glfwGetX11Display(); display != nullptr) {
+    XSetErrorHandler(Callbacks::RequestFailed);
+    XSetIOErrorHandler(Callbacks::DisplayFailed);
     XSetIOErrorExitHandler(display, Callbacks::DisplayLost, this);
   }
   glfwSetWindowUserPointer(window_, this);

@@ -97,15 +97,15 @@ class Stomach {
   Vector3d At(const Vector3d& p) const {
     const double patches = FractalNoise(p / 0.04, 3, 11), mottle = FractalNoise(p / 0.006, 2, 15);
     Vector3d colour =
-        Mix({0.83, 0.59, 0.53}, {0.76, 0.47, 0.43}, SmoothStep(-0.1, 0.9, patches + 0.2 * mottle));
-    colour = Mix(colour, {0.89, 0.70, 0.63}, 0.7 * SmoothStep(0.0, 0.9, -patches + 0.25 * mottle));
+        Mix({0.76, 0.52, 0.46}, {0.68, 0.40, 0.365}, SmoothStep(-0.1, 0.9, patches + 0.2 * mottle));
+    colour = Mix(colour, {0.82, 0.62, 0.55}, 0.7 * SmoothStep(0.0, 0.9, -patches + 0.25 * mottle));
     colour *= 1 + 0.025 * mottle;
     // A vein runs beside each artery, deeper under the serosa.
     const Vector3d wound =
         p + 0.0008 * Vector3d(GradientNoise(p / 0.006, 21), GradientNoise(p / 0.006, 22),
                               GradientNoise(p / 0.006, 23));
-    colour = Mix(colour, {0.50, 0.24, 0.30}, 0.5 * veins_.Coverage(wound, kSpot));
-    colour = Mix(colour, {0.66, 0.17, 0.15}, 0.75 * arteries_.Coverage(wound, kSpot));
+    colour = Mix(colour, {0.43, 0.20, 0.26}, 0.6 * veins_.Coverage(wound, kSpot));
+    colour = Mix(colour, {0.58, 0.12, 0.11}, 0.85 * arteries_.Coverage(wound, kSpot));
     const double ragged = 0.007 * FractalNoise(p / 0.018, 3, 31);
     const double fat = std::max(SmoothStep(0.016, 0.010, DistanceToLine(greater_, p) + ragged),
                                 SmoothStep(0.011, 0.006, DistanceToLine(lesser_, p) + ragged));
@@ -119,7 +119,7 @@ class Stomach {
             .step = 2e-3,
             .sight = 0.05,
             .reached = 3e-3,
-            .finest_radius = 0.2e-3,
+            .finest_radius = 0.26e-3,
             .seed = seed};
   }
 
@@ -140,14 +140,14 @@ class Gallbladder {
     const double patches = FractalNoise(p / 0.016, 3, 41), mottle = FractalNoise(p / 0.003, 2, 45);
     const double from_neck = (p - GallbladderNeck()).norm();
     Vector3d colour =
-        Mix({0.47, 0.54, 0.46}, {0.37, 0.48, 0.47}, SmoothStep(-0.5, 0.7, patches + 0.2 * mottle));
-    colour = Mix(colour, {0.55, 0.55, 0.42}, 0.5 * SmoothStep(0.1, 0.9, -patches));
+        Mix({0.36, 0.43, 0.34}, {0.29, 0.39, 0.36}, SmoothStep(-0.5, 0.7, patches + 0.2 * mottle));
+    colour = Mix(colour, {0.43, 0.44, 0.30}, 0.5 * SmoothStep(0.1, 0.9, -patches));
     // The wall is thicker and its bile shows less towards the neck.
-    colour = Mix(colour, {0.67, 0.54, 0.45}, 0.75 * SmoothStep(0.045, 0.012, from_neck));
+    colour = Mix(colour, {0.56, 0.43, 0.35}, 0.75 * SmoothStep(0.045, 0.012, from_neck));
     colour *= 1 + 0.03 * mottle;
-    colour = Mix(colour, {0.58, 0.19, 0.18}, 0.7 * vessels_.Coverage(p, kSpot));
-    const double ragged = 0.008 * FractalNoise(p / 0.011, 3, 51);
-    return Mix(colour, FatColour(p / 0.6), 0.85 * SmoothStep(0.019, 0.007, from_neck + ragged));
+    colour = Mix(colour, {0.48, 0.13, 0.13}, 0.7 * vessels_.Coverage(p, kSpot));
+    const double ragged = 0.014 * FractalNoise(p / 0.012, 3, 51);
+    return Mix(colour, FatColour(p / 0.6), 0.85 * SmoothStep(0.016, 0.005, from_neck + ragged));
   }
 
  private:
@@ -185,8 +185,8 @@ Vector3d FatColour(const Vector3d& p) {
   const CellSample lobule = CellNoise(bent / 0.0065, 70);
   const double cleft = 1 - SmoothStep(0.0, 0.55, lobule.second - lobule.nearest);
   const double tone = 0.5 + 0.5 * FractalNoise(p / 0.014, 2, 75) + 0.35 * (lobule.shade - 0.5);
-  const Vector3d yellow = Mix({0.86, 0.66, 0.36}, {0.94, 0.80, 0.53}, std::clamp(tone, 0.0, 1.0));
-  return Mix(yellow, {0.80, 0.52, 0.30}, 0.45 * cleft * cleft);
+  const Vector3d yellow = Mix({0.80, 0.60, 0.31}, {0.88, 0.73, 0.46}, std::clamp(tone, 0.0, 1.0));
+  return Mix(yellow, {0.74, 0.46, 0.26}, 0.45 * cleft * cleft);
 }
 
 SurfaceColour LiverColour() { return ColourOf<Liver>(); }

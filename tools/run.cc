@@ -280,7 +280,7 @@ void OpenWindow(const RunOptions& options, const RenderOptions& render, Session*
                 std::optional<TrainerWindow>* window) {
   ViewSettings view;
   view.scope = session->scene().laparoscope;
-  view.overlays = kOverlayText;
+  view.overlays = kOverlayText | render.overlays;
   view.recording = options.frames_per_second.value_or(0) > 0;
   window->emplace(
       render.width, render.height, "HPDM: " + session->scene().name, view,
@@ -468,9 +468,10 @@ void AddRunCommand(CLI::App& app) {
       "Make film.mp4 of the pictures in frames/, with ffmpeg; take --fps 30 for a smooth one");
   run->add_flag("!--no-pictures", options->pictures, "Draw nothing");
   run->add_option("--size", options->size, "Picture, WIDTHxHEIGHT")->capture_default_str();
-  run->add_option("--overlay", options->overlays,
-                  "Drawn over the picture, separated by commas: force, contacts, lattice, error "
-                  "(see --reference), text")
+  run->add_option(
+         "--overlay", options->overlays,
+         "Drawn over the picture, separated by commas: force (0 to 2 N), contacts, lattice, error "
+         "(see --reference), text")
       ->delimiter(',')
       ->check(CLI::IsMember({"force", "contacts", "lattice", "error", "text"}));
   run->add_option("--reference", options->references,

@@ -10,12 +10,15 @@
 #include "haptics/sim_device.h"
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
+#include "render/overlay_view.h"
 #include "tools/instrument_looks.h"
 #include "tools/report_text.h"
 #include "tools/static_case.h"
 
 namespace hpdm {
 namespace {
+
+constexpr double kMouseStart = 0.03;  // m, from a mouse's first place to the tissue
 
 // What playing a trace will be like, one line.
 std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
@@ -44,6 +47,11 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
     remark += (i == 0 ? "; not read: " : ", ") + file.unread_columns[i];
   }
   return remark + " [" + file.path + "]";
+}
+
+// A quarter of the reference's largest displacement: an error of a few per cent of it is seen.
+double ErrorScale(const Points& reference) {
+  return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
 }
 
 }  // namespace
@@ -143,10 +151,11 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
       return device;
     }
     case DeviceChoice::Type::kMouse: {
-      // Where a script would start: outside of the tissue, in sight of its target.
-      const WayPoint start = HandScriptPlan(options.hand, site).Start();
-      auto hand = std::make_unique<MouseHand>(HandTarget{start.p_W, start.roll, start.jaw},
-                                              options.hand.stiffness, options.hand.damping);
+      // On the way to the target, at most halfway, where nothing is touched yet.
+      const Vector3d out_W = site.p_trocar_W - site.p_target_W;
+      const double distance = std::min(kMouseStart, 0.5 * out_W.norm());
+      const HandTarget start = {site.p_target_W + distance * out_W.normalized()};
+      auto hand = std::make_unique<MouseHand>(start, options.hand.stiffness, options.hand.damping);
       hand_targets[instrument] = &hand->targets();
       return std::make_unique<SimDevice>(options.device, kinematics_[instrument], std::move(hand));
     }
@@ -281,6 +290,9 @@ void Session::LoadReference(const std::string& argument) {
   const std::string file =
       named == organs_.end() ? argument : argument.substr(named->options().name.size() + 1);
   references_[organ] = ReadReferenceDisplacements(file, organs_[organ].rest());
+  remarks_.push_back(Format("organ \"%s\": error overlay from 0 to %g mm against %s",
+                            organs_[organ].options().name.c_str(),
+                            1000 * ErrorScale(references_[organ]), file.c_str()));
 }
 
 std::vector<OrganView> Session::OrganViews() const {
@@ -290,7 +302,10 @@ std::vector<OrganView> Session::OrganViews() const {
     view.rest = &organs_[i].rest();
     view.model = &organs_[i];
     if (textures_[i].width > 0) view.texture = &textures_[i];
-    if (references_[i].rows() > 0) view.reference = &references_[i];
+    if (references_[i].rows() > 0) {
+      view.reference = &references_[i];
+      view.error_scale = ErrorScale(references_[i]);
+    }
   }
   return views;
 }
@@ -313,6 +328,7 @@ std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
   std::vector<TrainerInput::Instrument> instruments(scene_.instruments.size());
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     if (hand_targets[i] == nullptr) continue;
+    instruments[i].exchanges = scene_.instruments[i].HeldCount();
     instruments[i].mouse = kinematics_[i];
     instruments[i].start = hand_targets[i]->Front();
   }
@@ -323,7 +339,8 @@ StatusNames Session::Names() const {
   StatusNames names;
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
-    names.instruments.push_back({options.name});
+    std::vector<std::string>& held = names.instruments.emplace_back();
+    for (int e = 0; e < options.HeldCount(); ++e) held.push_back(options.Held(e).name);
   }
   return names;
 }

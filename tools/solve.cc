@@ -3,10 +3,12 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/baselines/surface_error.h"
 #include "engine/static_loads.h"
 #include "tools/commands.h"
+#include "tools/solve_picture.h"
 #include "tools/static_case.h"
 #include "tools/surface_table.h"
 #include "tools/timing.h"
@@ -20,6 +22,7 @@ struct SolveOptions {
   std::string scene;
   std::string out;
   std::string reference;
+  std::string picture;
   bool json = false;
 };
 
@@ -47,6 +50,12 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& figures)
   if (figures.contains("error")) {
     std::printf("error against %s: %.1f %% (area-weighted relative L2)\n",
                 options.reference.c_str(), 100 * figures["error"].get<double>());
+  }
+  if (figures.contains("picture")) {
+    const Json& picture = figures["picture"];
+    std::printf("%s: coloured by %s, from 0 (dark blue) to %g mm (yellow)\n",
+                options.picture.c_str(), picture["colours"].get<std::string>().c_str(),
+                1000 * picture["full_scale_m"].get<double>());
   }
 }
 
@@ -79,10 +88,19 @@ void Solve(const SolveOptions& options) {
     figures["loads"].push_back(
         {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
   }
+  std::optional<Points> reference;
   if (!options.reference.empty()) {
+    reference = ReadReferenceDisplacements(options.reference, model.rest());
     figures["error"] =
-        RelativeSurfaceError(model.rest(), solution.vertex_displacements,
-                             ReadReferenceDisplacements(options.reference, model.rest()));
+        RelativeSurfaceError(model.rest(), solution.vertex_displacements, *reference);
+  }
+  if (!options.picture.empty()) {
+    const SolvedColours colours =
+        WriteSolvedPicture(options.picture, load_case, solution.vertex_displacements,
+                           reference ? &*reference : nullptr);
+    figures["picture"] = {{"file", options.picture},
+                          {"colours", colours.error ? "error" : "displacement"},
+                          {"full_scale_m", colours.full_scale}};
   }
   Print(options, scene, figures);
   if (solution.collapsed > 0) {
@@ -110,6 +128,9 @@ void AddSolveCommand(CLI::App& app) {
       ->required();
   solve->add_option("--reference", options->reference,
                     "CSV of the same form to measure the error against");
+  solve->add_option("--picture", options->picture,
+                    "PNG to write: the solved shape through the scene's laparoscope, coloured by "
+                    "its displacement, or with --reference by its error");
   solve->add_flag("--json", options->json, "Print JSON");
   solve->callback([options] { Solve(*options); });
 }

@@ -7,6 +7,7 @@
 
 #include "engine/error.h"
 #include "engine/organ.h"
+#include "tools/report_text.h"
 #include "tools/surface_table.h"
 
 namespace hpdm {
@@ -53,7 +54,7 @@ Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& re
       (rest.vertices.colwise().maxCoeff() - rest.vertices.colwise().minCoeff()).norm();
   if (!(apart <= kSamePlace * size)) {
     throw InputError(path + ": has the organ's vertices elsewhere, by up to " +
-                     std::to_string(1000 * apart) +
+                     Format("%.1f", 1000 * apart) +
                      " mm; give the reference of the same mesh in the same pose");
   }
   return reference.displacements;

@@ -1,0 +1,162 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/error.h"
+#include "lcmtypes/log_health.h"
+#include "tools/commands.h"
+#include "tools/json_figures.h"
+#include "tools/log_export.h"
+#include "tools/report_text.h"
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct LogOptions {
+  std::string log;
+  std::string repaired;
+  std::string out;
+  std::vector<std::string> channels;
+  std::vector<std::string> types;
+  bool json = false;
+};
+
+/// The types of this package and those of the given .lcm files.
+MessageSchemas Schemas(const std::vector<std::string>& files) {
+  std::vector<std::string> texts;
+  for (const std::string& path : files) {
+    std::ifstream file(path);
+    texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    if (!file.is_open() || file.bad()) {
+      throw InputError(path + ": cannot be read; give a file of LCM types");
+    }
+  }
+  return MessageSchemas::HpdmAnd(texts, files);
+}
+
+Json ToJson(const LogHealth& health) {
+  Json json = {{"sound", health.Sound()},
+               {"bytes", health.bytes},
+               {"events", health.events},
+               {"damaged_stretches", health.damaged_stretches},
+               {"damaged_bytes", health.damaged_bytes},
+               {"torn_bytes", health.torn_bytes},
+               {"time_back", health.time_back},
+               {"session", health.session},
+               {"closed", health.closed},
+               {"channels", Json::array()}};
+  for (const ChannelHealth& channel : health.channels) {
+    json["channels"].push_back({{"channel", channel.channel},
+                                {"type", channel.type},
+                                {"known", channel.known},
+                                {"messages", channel.messages},
+                                {"bytes", channel.bytes},
+                                {"first_us", channel.first_us},
+                                {"last_us", channel.last_us},
+                                {"rate_hz", channel.Rate()},
+                                {"unreadable", channel.unreadable},
+                                {"gaps", channel.gaps},
+                                {"lost", channel.lost},
+                                {"not_rising", channel.not_rising}});
+  }
+  return json;
+}
+
+void Print(const LogHealth& health) {
+  std::printf("%-14s %-18s %10s %10s %12s %8s %8s %10s %10s\n", "channel", "type", "messages",
+              "per s", "bytes", "gaps", "lost", "not rising", "unreadable");
+  for (const ChannelHealth& c : health.channels) {
+    std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", c.channel.c_str(),
+                c.type.c_str(), WithCommas(static_cast<long long>(c.messages)).c_str(), c.Rate(),
+                WithCommas(static_cast<long long>(c.bytes)).c_str(),
+                WithCommas(static_cast<long long>(c.gaps)).c_str(),
+                WithCommas(static_cast<long long>(c.lost)).c_str(),
+                WithCommas(static_cast<long long>(c.not_rising)).c_str(),
+                WithCommas(static_cast<long long>(c.unreadable)).c_str());
+  }
+  std::printf("%s events, %s bytes; damaged: %s bytes in %s places; torn tail: %s bytes\n",
+              WithCommas(static_cast<long long>(health.events)).c_str(),
+              WithCommas(static_cast<long long>(health.bytes)).c_str(),
+              WithCommas(static_cast<long long>(health.damaged_bytes)).c_str(),
+              WithCommas(static_cast<long long>(health.damaged_stretches)).c_str(),
+              WithCommas(static_cast<long long>(health.torn_bytes)).c_str());
+  if (health.time_back > 0) {
+    std::printf("time runs backwards %s times\n",
+                WithCommas(static_cast<long long>(health.time_back)).c_str());
+  }
+  if (health.session && !health.closed) std::printf("the session was not closed\n");
+  std::printf("%s\n", health.Sound() ? "sound" : "not sound");
+}
+
+void Check(const LogOptions& options) {
+  const LogHealth health = CheckLog(options.log, Schemas(options.types));
+  Json json = ToJson(health);
+  if (!options.repaired.empty()) {
+    json["repaired"] = options.repaired;
+    json["repaired_events"] = RepairLog(options.log, options.repaired);
+  }
+  if (options.json) {
+    std::printf("%s\n", JsonText(json).c_str());
+  } else {
+    Print(health);
+    if (!options.repaired.empty()) {
+      std::printf("%s: the intact events\n", options.repaired.c_str());
+    }
+  }
+  if (!health.Sound()) throw CLI::RuntimeError(1);
+}
+
+void Export(const LogOptions& options) {
+  const std::vector<ExportedChannel> exported =
+      ExportCsv(options.log, options.out, options.channels, Schemas(options.types));
+  Json json = Json::array();
+  for (const ExportedChannel& channel : exported) {
+    json.push_back({{"channel", channel.channel},
+                    {"file", channel.file.string()},
+                    {"messages", channel.messages},
+                    {"skipped", channel.skipped}});
+    if (options.json) continue;
+    std::printf("%s: %s rows%s\n", channel.file.c_str(),
+                WithCommas(static_cast<long long>(channel.messages)).c_str(),
+                channel.skipped == 0 ? ""
+                                     : Format(", %llu messages not readable",
+                                              static_cast<unsigned long long>(channel.skipped))
+                                           .c_str());
+  }
+  if (options.json) std::printf("%s\n", JsonText(json).c_str());
+}
+
+}  // namespace
+
+void AddLogCommand(CLI::App& app) {
+  CLI::App* log = app.add_subcommand("log", "Check and export session logs and other LCM logs");
+  log->require_subcommand(1);
+  const auto add = [log](const char* name, const char* what, LogOptions* options) {
+    CLI::App* command = log->add_subcommand(name, what);
+    command->add_option("log", options->log, "LCM log file")->required();
+    command->add_option("--types", options->types, "Further LCM types: .lcm files");
+    command->add_flag("--json", options->json, "Print the result as JSON");
+    return command;
+  };
+  const auto to_check = std::make_shared<LogOptions>();
+  CLI::App* check =
+      add("check", "Gaps, order, damage; exit 1 when something is wrong", to_check.get());
+  check->add_option("--repair", to_check->repaired,
+                    "Write the intact events as a new log of this name");
+  check->callback([to_check] { Check(*to_check); });
+
+  const auto to_export = std::make_shared<LogOptions>();
+  CLI::App* exporting = add("export", "A CSV table of each channel", to_export.get());
+  exporting->add_option("--out", to_export->out, "Folder for CHANNEL.csv; made when missing")
+      ->required();
+  exporting->add_option("--channels", to_export->channels, "These alone");
+  exporting->callback([to_export] { Export(*to_export); });
+}
+
+}  // namespace hpdm

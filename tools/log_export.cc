@@ -1,0 +1,166 @@
+#include "tools/log_export.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <system_error>
+#include <unordered_map>
+
+#include "engine/error.h"
+#include "lcmtypes/log.h"
+
+namespace hpdm {
+namespace {
+
+/// The columns of one channel, in the order in which a message has them.
+class Columns {
+ public:
+  void Add(const MessageSchemas& schemas, const LcmStruct& type, const LogEvent& event) {
+    std::size_t after = 0;  // where a new column goes: behind the one before it in the message
+    schemas.Decode(type, event.data, [&](const MessageValue& value) {
+      const auto known = index_.find(std::string(value.name));
+      if (known != index_.end()) {
+        after = known->second + 1;
+        return;
+      }
+      names_.insert(names_.begin() + static_cast<std::ptrdiff_t>(after), std::string(value.name));
+      Renumber(after++);
+    });
+  }
+
+  const std::vector<std::string>& names() const { return names_; }
+  std::size_t Of(std::string_view name) const { return index_.at(std::string(name)); }
+
+ private:
+  void Renumber(std::size_t from) {
+    for (std::size_t i = from; i < names_.size(); ++i) index_[names_[i]] = i;
+  }
+
+  std::vector<std::string> names_;
+  std::unordered_map<std::string, std::size_t> index_;
+};
+
+struct Table {
+  const LcmStruct* type = nullptr;
+  Columns columns;
+  std::ofstream out;
+  ExportedChannel exported;
+};
+
+std::string FileNameOf(const std::string& channel) {
+  std::string name;
+  for (const char c : channel) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+    name += plain ? c : '_';
+  }
+  return (name.empty() ? "_" : name) + ".csv";
+}
+
+std::string Cell(const MessageValue& value) {
+  std::array<char, 32> digits;
+  const auto text = [&digits](auto number) {
+    return std::string(digits.data(),
+                       std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+  };
+  if (const auto* integer = std::get_if<std::int64_t>(&value.value)) return text(*integer);
+  if (const auto* real = std::get_if<double>(&value.value)) return text(*real);
+  std::string quoted = "\"";
+  for (const char c : std::get<std::string_view>(value.value))
+    quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+void WriteRow(std::int64_t time_us, const std::vector<std::string>& cells, std::ofstream* out) {
+  *out << time_us;
+  for (const std::string& cell : cells) *out << ',' << cell;
+  *out << '\n';
+}
+
+using Tables = std::map<std::string, Table>;
+
+/// A message that breaks off has values all the same, which no table should get.
+bool Readable(const Table& table, const LogEvent& event, const MessageSchemas& schemas) {
+  return table.type != nullptr && schemas.Find(event.data) == table.type &&
+         schemas.Decode(*table.type, event.data, [](const MessageValue&) {});
+}
+
+/// First pass: which columns there are.
+Tables FindColumns(const std::string& log, const std::vector<std::string>& channels,
+                   const MessageSchemas& schemas) {
+  Tables tables;
+  LogReader reader(log);
+  LogEvent event;
+  while (reader.Next(&event)) {
+    if (!channels.empty() &&
+        std::find(channels.begin(), channels.end(), event.channel) == channels.end()) {
+      continue;
+    }
+    Table& table = tables[event.channel];
+    if (table.type == nullptr) table.type = schemas.Find(event.data);
+    if (Readable(table, event, schemas)) table.columns.Add(schemas, *table.type, event);
+  }
+  for (const std::string& channel : channels) {
+    if (!tables.contains(channel)) {
+      throw InputError(log + ": holds no channel " + channel + "; hpdm log check lists them");
+    }
+  }
+  std::erase_if(tables, [](const auto& entry) { return entry.second.type == nullptr; });
+  return tables;
+}
+
+}  // namespace
+
+std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesystem::path& folder,
+                                       const std::vector<std::string>& channels,
+                                       const MessageSchemas& schemas) {
+  Tables tables = FindColumns(log, channels, schemas);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    throw InputError(folder.string() + ": cannot be made (" + error.message() +
+                     "); choose another --out");
+  }
+  const auto refuse = [](const Table& table) {
+    throw InputError(table.exported.file.string() +
+                     ": cannot be written; choose a folder that is writable and has space");
+  };
+  for (auto& [channel, table] : tables) {
+    table.exported.channel = channel;
+    table.exported.file = folder / FileNameOf(channel);
+    table.out.open(table.exported.file);
+    table.out << "time_us";
+    for (const std::string& name : table.columns.names()) table.out << ',' << name;
+    table.out << '\n';
+    if (!table.out) refuse(table);
+  }
+  LogReader reader(log);
+  LogEvent event;
+  std::vector<std::string> cells;
+  while (reader.Next(&event)) {
+    const auto found = tables.find(event.channel);
+    if (found == tables.end()) continue;
+    Table& table = found->second;
+    cells.assign(table.columns.names().size(), "");
+    if (!Readable(table, event, schemas)) {
+      ++table.exported.skipped;
+      continue;
+    }
+    schemas.Decode(*table.type, event.data, [&](const MessageValue& value) {
+      cells[table.columns.Of(value.name)] = Cell(value);
+    });
+    WriteRow(event.time_us, cells, &table.out);
+    ++table.exported.messages;
+  }
+  std::vector<ExportedChannel> exported;
+  for (auto& [channel, table] : tables) {
+    table.out.close();
+    if (!table.out) refuse(table);
+    exported.push_back(table.exported);
+  }
+  return exported;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/message_schema.h"
+
+namespace hpdm {
+
+/// One channel as it was exported.
+struct ExportedChannel {
+  std::string channel;
+  std::filesystem::path file;
+  std::uint64_t messages = 0;  ///< Written.
+  std::uint64_t skipped = 0;   ///< Not readable.
+};
+
+/// Writes each channel of a log as a table CHANNEL.csv in `folder` (made when missing): a row a
+/// message, the log's time stamp (us) first, then a column a value, named as in MessageValue. Where
+/// arrays change their length the columns are those of the longest, and missing cells are empty.
+/// Numbers are written so that they read back exactly, with a decimal point in every locale.
+/// `channels` empty: all. Channels of unknown types are left out; channel names become file names
+/// without a path's characters. Throws InputError where a file cannot be used or a channel that was
+/// asked for is missing.
+std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesystem::path& folder,
+                                       const std::vector<std::string>& channels,
+                                       const MessageSchemas& schemas);
+
+}  // namespace hpdm
