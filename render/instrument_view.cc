@@ -57,10 +57,10 @@ void main() {
   float n_h = max(dot(n, h), 0.0);
   // Steel colours what it mirrors; insulation is a plastic with a colourless gloss.
   vec3 steel = base_colour * (0.28 * irradiance * n_l * n_l + surrounding) +
-               base_colour * 2.5 * irradiance * n_l * Fresnel(0.6, l_h) * Lobe(n_h, l_h, 0.36);
+               base_colour * 2.5 * irradiance * n_l * Fresnel(0.6, l_h) * Lobe(n_h, l_h, 0.017);
   float grazing = pow(1.0 - max(dot(n, to_lens), 0.0), 5.0);
   vec3 plastic = insulation * irradiance * n_l + surrounding * (0.04 + 0.5 * grazing) +
-                 vec3(2.5 * irradiance * n_l * Fresnel(0.04, l_h) * Lobe(n_h, l_h, 0.40));
+                 vec3(2.5 * irradiance * n_l * Fresnel(0.04, l_h) * Lobe(n_h, l_h, 0.026));
   float edge = max(fwidth(along), 1e-6);
   vec3 radiance = mix(steel, plastic, smoothstep(-edge, edge, along - insulated_from));
   colour = Encode(radiance);

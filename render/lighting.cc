@@ -28,12 +28,11 @@ float Openness(vec3 p, vec3 n) {
   return open;
 }
 
-// A lobe of GGX about the normal: its density with the masking term approximated by 1 / (l . h)^2,
-// without the Fresnel factor.
-float Lobe(float n_h, float l_h, float roughness) {
-  float a = roughness * roughness;
-  float k = n_h * n_h * (a * a - 1.0) + 1.0;
-  return a * a / (12.566 * k * k * max(l_h * l_h, 0.1));
+// GGX about a normal, its masking term approximated by 1 / (l . h)^2 (Karis 2013), without the
+// Fresnel factor; a2: its width squared.
+float Lobe(float n_h, float l_h, float a2) {
+  float k = n_h * n_h * (a2 - 1.0) + 1.0;
+  return a2 / (12.566 * k * k * max(l_h * l_h, 0.1));
 }
 
 // Schlick's Fresnel factor.
@@ -55,13 +54,6 @@ vec4 Encode(vec3 radiance) {
 )glsl";
 
 const char* const kTissue = R"glsl(
-// GGX about a normal, its masking term approximated by 1 / (l . h)^2 (Karis 2013), without the
-// Fresnel factor; a2: its width squared.
-float WetLobe(float n_h, float l_h, float a2) {
-  float k = n_h * n_h * (a2 - 1.0) + 1.0;
-  return a2 / (12.566 * k * k * max(l_h * l_h, 0.1));
-}
-
 // Light from tissue at p, unit vectors throughout: n the normal without and `rough` with the fine
 // relief; spread: mean square of the slopes finer than a pixel.
 vec3 ShadeTissue(vec3 p, vec3 to_lens, vec3 n, vec3 rough, float spread, vec3 albedo) {
@@ -77,9 +69,9 @@ vec3 ShadeTissue(vec3 p, vec3 to_lens, vec3 n, vec3 rough, float spread, vec3 al
   vec3 h = normalize(to_light + to_lens);
   float l_h = max(dot(to_light, h), 0.0);
   float film = max(dot(n, to_light), 0.0) * Fresnel(0.028, l_h) *
-               (4.5 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.004 + spread) +
-                3.0 * WetLobe(max(dot(rough, h), 0.0), l_h, 0.10));
-  return albedo * (1.25 * irradiance * diffuse + ambient) + irradiance * film * vec3(1.0, 0.96, 0.92);
+               (4.5 * Lobe(max(dot(rough, h), 0.0), l_h, 0.004 + spread) +
+                1.9 * Lobe(max(dot(rough, h), 0.0), l_h, 0.10));
+  return albedo * (1.4 * irradiance * diffuse + ambient) + irradiance * film * vec3(1.0, 0.96, 0.92);
 }
 )glsl";
 

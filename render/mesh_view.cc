@@ -108,7 +108,6 @@ MeshView::MeshView(const SurfaceMesh& rest)
   copies_ = seamed.copies;
   const PointsF vertices = rest.vertices.cast<float>();
   VertexNormalsF(vertices, triangles_, &normals_);
-  Replace(rest_buffer_, WithCopies(vertices));
   Replace(coordinate_buffer_, seamed.texture_coordinates);
   Upload(vertices);
   CreateLayout(seamed.triangles);
@@ -120,7 +119,6 @@ MeshView::MeshView(const CreasedMesh& creased)
       vertex_count_(creased.mesh.vertices.rows()),
       normals_(creased.normals) {
   const PointsF vertices = creased.mesh.vertices.cast<float>();
-  Replace(rest_buffer_, vertices);
   Replace(coordinate_buffer_, CutSeams(creased.mesh).texture_coordinates);
   Upload(vertices);
   CreateLayout(triangles_);
@@ -130,7 +128,6 @@ void MeshView::CreateLayout(const Triangles& drawn) {
   glBindVertexArray(layout_.name());
   SetInput(0, position_buffer_, 3);
   SetInput(1, normal_buffer_, 3);
-  SetInput(2, rest_buffer_, 3);
   SetInput(3, coordinate_buffer_, 2);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer_.name());
   glBufferData(GL_ELEMENT_ARRAY_BUFFER,

@@ -31,12 +31,12 @@ struct CreasedMesh {
 };
 CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 
-/// One mesh on the graphics card: indices and rest positions stay, positions and normals are
+/// One mesh on the graphics card: indices and texture coordinates stay, positions and normals are
 /// replaced when the mesh deforms. Render thread only.
 ///
-/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 2
-/// rest position (the frame of the tissue's pattern), 3 texture coordinates (0 without). Vertices
-/// on a seam of the texture are drawn once a side of it (seams.h), with one normal. 4: SetHeat.
+/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 3
+/// texture coordinates (0 without), 4 SetHeat. Vertices on a seam of the texture are drawn once a
+/// side of it (seams.h), with one normal.
 ///
 /// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
 /// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
@@ -79,7 +79,6 @@ class MeshView {
   GlObject layout_{GlKind::kVertexArray};
   GlObject position_buffer_{GlKind::kBuffer};
   GlObject normal_buffer_{GlKind::kBuffer};
-  GlObject rest_buffer_{GlKind::kBuffer};
   GlObject coordinate_buffer_{GlKind::kBuffer};
   std::optional<GlObject> heat_buffer_;
   GlObject index_buffer_{GlKind::kBuffer};

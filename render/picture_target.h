@@ -27,7 +27,7 @@ ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int he
 /// is shown and read back. Render thread only.
 ///
 /// Jagged edges: a graphics card draws several samples a pixel. On a software renderer those would
-/// cost more than all shading (22 of 38 ms of core time at 640 x 480), so there the edges are
+/// cost more than all shading (15 of 28 ms of core time at 640 x 480), so there the edges are
 /// smoothed in the picture (lens_pass.h).
 ///
 ///     Bind, draw the scene -> Resolve, draw flat things over it -> ShowOnScreen -> Read

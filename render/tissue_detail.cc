@@ -19,7 +19,7 @@ struct Octave {
   std::uint32_t seed;
 };
 // Shallow undulation of 10 mm and the lobules' grain of 2.5 mm.
-constexpr Octave kOctaves[] = {{6, 1.5e-3, 0x51ed270bu}, {26, 0.42e-3, 0x2545f491u}};
+constexpr Octave kOctaves[] = {{6, 1.0e-3, 0x51ed270bu}, {26, 0.38e-3, 0x2545f491u}};
 
 /// A number in 0..1 for a point of the noise's lattice.
 double AtLattice(int x, int y, std::uint32_t seed) {
@@ -114,7 +114,7 @@ double MetresPerCoordinate(const SurfaceMesh& mesh) {
 
 const char* const glsl::kTissueDetail = R"glsl(
 uniform sampler2D tissue_detail;
-const float kDetailTile = 0.064;
+const float kDetailTile = 0.064;   // as in tissue_detail.h
 const float kDetailSlope = 0.5;
 
 struct Detail {

@@ -26,8 +26,8 @@ SurfaceMesh WithCoordinates(const SurfaceMesh& mesh);
 double MetresPerCoordinate(const SurfaceMesh& mesh);
 
 namespace glsl {
-/// vec2 and roughness from the map; the fragment stage of tissue. Declares the sampler
-/// `tissue_detail`.
+/// DetailAt() looks the map up, Raised() turns a normal by its slope; for fragment stages. Declares
+/// the sampler `tissue_detail`.
 extern const char* const kTissueDetail;
 }  // namespace glsl
 

@@ -80,7 +80,7 @@ class Drawing {
   Drawing(const Way& way, const Session& session, int width, int height)
       : scope_(WithDistortion(session.scene().laparoscope, way.distortion), width, height),
         target_(width, height, way.samples),
-        view_(session.OrganViews(), session.InstrumentViews(), nullptr, way.view) {}
+        view_(session.OrganViews(), session.InstrumentViews(), session.Background(), way.view) {}
 
   // Draws it and reads it back.
   void Frame(const SceneSnapshot& snapshot) {
