@@ -280,7 +280,7 @@ void OpenWindow(const RunOptions& options, const RenderOptions& render, Session*
                 std::optional<TrainerWindow>* window) {
   ViewSettings view;
   view.scope = session->scene().laparoscope;
-  view.overlays = kOverlayText;
+  view.overlays = render.overlays | kOverlayText;
   view.recording = options.frames_per_second.value_or(0) > 0;
   window->emplace(
       render.width, render.height, "HPDM: " + session->scene().name, view,
