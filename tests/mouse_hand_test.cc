@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <thread>
 
 #include "engine/error.h"
 #include "haptics/sim_device.h"
@@ -113,6 +114,22 @@ TEST(MouseHand, MovesASimulatedDeviceThatTissueHoldsBack) {
   // Two springs in series: 300 (z - 0.02) = 200 (0.04 - z), plus Coulomb friction of 0.1 N over
   // both and the encoder's step.
   EXPECT_NEAR(p_W.z(), 0.028, 0.1 / 500 + 5e-5);
+}
+
+// For the race detector.
+TEST(MouseHand, ATargetCrossesThreadsWhole) {
+  MouseHand hand({}, 300, 6);
+  std::jthread window([&hand](std::stop_token stop) {
+    for (int i = 0; !stop.stop_requested(); i = (i + 1) % 100) {
+      Aim(&hand, {Vector3d::Constant(1e-4 * i), 0.01 * i, 0.01 * i});
+    }
+  });
+  for (Nanoseconds t = 0; t < 2000 * kTick; t += kTick) {
+    const HandIntent intent = hand.At(t);
+    // The coordinates of every target are equal, and all are followed alike.
+    ASSERT_EQ(intent.p_W.x(), intent.p_W.z());
+    ASSERT_NEAR(intent.roll, 100 * intent.p_W.x(), 1e-12);
+  }
 }
 
 TEST(MouseHand, RefusesAnImpedanceThatPushes) {
