@@ -23,7 +23,8 @@ void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* 
   shape->dent_count = 0;
   for (int i = 0; i < state.contacts.size(); ++i) {
     const ContactSet::Row& row = state.contacts[i];
-    if (row.local_compliance_W.isZero(0) || shape->dent_count == kMaxInstruments) continue;
+    const bool dents = row.dent.radius() < row.dent.resolved_radius();
+    if (!dents || shape->dent_count == kMaxInstruments) continue;
     shape->dents[shape->dent_count++] = AppliedDent(row.dent, row.p_rest_W, row.force_W);
   }
 }
@@ -82,7 +83,7 @@ void DeformationLoop::Collide(const ToolState& tools) {
     OrganState& state = states_[o];
     state.offset_last_W = state.offset_W;
     state.offset_W = models_[o].options().motion.Offset(tools.time_ns);
-    state.tree.Refit(state.vertices);
+    if (!models_[o].rigid()) state.tree.Refit(state.vertices);
     state.contacts.Clear();
   }
   // No tool has a pose before the haptic loop's first tick.
@@ -165,6 +166,7 @@ void DeformationLoop::Relax(double dt) {
 // Stage C (Eq. 4): x = X + B U.
 void DeformationLoop::RelocateVertices() {
   for (std::size_t o = 0; o < states_.size(); ++o) {
+    if (models_[o].rigid()) continue;
     models_[o].relocation().Relocate(states_[o].control_displacements, &states_[o].vertices);
     models_[o].AddLocalDisplacements(states_[o].contacts.local, states_[o].control_displacements,
                                      &states_[o].vertices);

@@ -40,11 +40,13 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
   VertexNormals(rest_.vertices, rest_.triangles, &rest_normals_);
   if (options.model == OrganModelType::kHpdm) {
     BuildLatticeModel();
+  } else if (rigid()) {
+    BuildRigidModel();
   } else {
     BuildSurfaceModel();
   }
   relocation_.emplace(rest_.vertices, weights_);
-  if (options.supports.empty()) {
+  if (options.supports.empty() && !rigid()) {
     warnings_.push_back("organ \"" + options.name +
                         "\": no [[organ.support]]: a weak spring ties all of it to its rest place");
   }
@@ -99,6 +101,13 @@ void OrganModel::BuildSurfaceModel() {
   stiffness_ = continuum_->stiffness();
 }
 
+void OrganModel::BuildRigidModel() {
+  weights_ = WeightMatrix(rest_.vertices.rows(), 0);
+  MeasureSkin(rest_, options_.name);  // refuses a surface that encloses nothing
+  tissue_volume_ = EnclosedVolume(rest_.vertices, rest_.triangles);
+  centre_of_volume_W_ = EnclosedCentre(rest_.vertices, rest_.triangles);
+}
+
 void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
                              const std::vector<Quadrature>& regions) {
   const EnergyOptions& energy = options_.energy;
@@ -148,6 +157,7 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
 
 std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
                                                        std::function<Nanoseconds()> clock) const {
+  if (rigid()) return MakeRigidRelaxation();
   if (continuum_) return std::make_unique<SurfaceContinuum>(*continuum_);
   if (springs_) return std::make_unique<MassSpring>(*springs_);
   if (local_) return MakeCholeskyRelaxation(*local_, slots);

@@ -44,6 +44,9 @@ class OrganModel {
   const SurfaceMesh& rest() const { return rest_; }
   const Points& rest_normals() const { return rest_normals_; }  ///< V x 3, unit.
   const SurfaceTopology& topology() const { return topology_; }
+  /// It does not deform: no lattice and no control points (n = 0). What the hand feels is a virtual
+  /// wall, whose stiffness is the tool's (ToolOptions) unless the options give it.
+  bool rigid() const { return options_.model == OrganModelType::kRigid; }
   /// Of model "hpdm"; in the surface models every vertex is a control point of its own (n = V).
   const std::optional<Lattice>& lattice() const { return lattice_; }
   int control_points() const { return static_cast<int>(weights_.cols()); }  ///< n.
@@ -51,7 +54,7 @@ class OrganModel {
   const Relocation& relocation() const { return *relocation_; }             ///< Eq. 4.
   /// N/m, with supports: n x n for the metric energy and the continuum, 3n x 3n for the strain
   /// energy and for finite strain of either (at rest). Not of mass_spring, whose stiffness changes
-  /// as it moves.
+  /// as it moves, and not of a rigid organ.
   const LatticeStiffness& stiffness() const { return stiffness_; }
   /// The energy of finite strain (Clone() it to use it), or nullptr for a constant stiffness.
   const ElasticEnergy* finite_energy() const { return finite_energy_.get(); }
@@ -103,6 +106,7 @@ class OrganModel {
  private:
   void BuildLatticeModel();
   void BuildSurfaceModel();
+  void BuildRigidModel();
   void BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
                    const std::vector<Quadrature>& regions);
 

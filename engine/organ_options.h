@@ -88,7 +88,9 @@ struct OrganOptions {
   OrganModelType model = OrganModelType::kHpdm;
   double time_step = 1. / 30;  ///< s, between deformation steps; kContinuum and kMassSpring only,
                                ///< which have a motion of their own.
-  std::string texture;         ///< Path, or empty.
+  std::optional<double> wall_stiffness;  ///< N/m, kRigid only: of the virtual wall that every hand
+                                         ///< feels; absent: what its device displays well.
+  std::string texture;                   ///< Path, or empty.
   OrganMotion motion;
   LatticeOptions lattice;
   EnergyOptions energy;

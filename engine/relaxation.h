@@ -42,6 +42,9 @@ struct GaussSeidelOptions {
 /// when it is not.
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const ScalarStiffness& K);
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K);
+/// Of an organ that does not deform: no unknowns, and each contact's own local compliance, a
+/// virtual wall, is all that answers.
+std::unique_ptr<Relaxation> MakeRigidRelaxation();
 /// With local functions in at most `slots` slots; `functions` must outlive it.
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots);
 

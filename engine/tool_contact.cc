@@ -157,6 +157,7 @@ void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
     return;
   }
   const OrganModel& model = models[organ_];
+  if (model.rigid()) return;
   OrganState& state = (*states)[organ_];
   const Triangles& triangles = model.rest().triangles;
   const Isometry3d X_WT = SeenFrom(state, tool).X_WT;
@@ -199,9 +200,12 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
   const double radius = std::max(held().tip_radius, kLeastRadius);
   dent_ = model.Dent(at_, radius);
-  state.neighbourhoods.Collect(rest.vertices, at_, {.reach = dent_.resolved_radius()},
-                               &resolved_around_);
-  GatherKernel(rest, resolved_around_, at_, facing, dent_.resolved_radius(), &resolved_);
+  resolved_.sample_count = 0;
+  if (!model.rigid()) {
+    state.neighbourhoods.Collect(rest.vertices, at_, {.reach = dent_.resolved_radius()},
+                                 &resolved_around_);
+    GatherKernel(rest, resolved_around_, at_, facing, dent_.resolved_radius(), &resolved_);
+  }
   if (normal_.squaredNorm() == 0) normal_ = KernelNormal(model, state, facing, radius);
   if ((gap_ > kNear && !from_tick_) || normal_.squaredNorm() == 0) return true;
   ContactSet::Row* row = state.contacts.Add();
@@ -212,9 +216,15 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   row->friction_W = friction_;
   row->target_W = tool.X_WT.translation() - held().tip_radius * normal_;
   row->dent = dent_;
-  row->local_compliance_W = dent_.Compliance();
+  row->local_compliance_W = LocalCompliance(model);
   AddKernelToRow(model, state, state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
+}
+
+// Of the press under the tip.
+Matrix3d ToolContact::LocalCompliance(const OrganModel& model) const {
+  if (!model.rigid()) return dent_.Compliance();
+  return Matrix3d::Identity() / model.options().wall_stiffness.value_or(options_.wall_stiffness);
 }
 
 // Of the surface as the last step left it.
@@ -242,6 +252,8 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   const Vector3d axis = tool.X_WT.linear().col(2);
   const double end_on = axis.dot(facing);
   if (facing.squaredNorm() == 0 || std::abs(end_on) > kMostEndOn) return true;
+  shaft_touches_ = true;
+  if (model.rigid()) return true;  // the hand feels no shaft, and there is nothing to move
   const Vector3d normal = (facing - end_on * axis).normalized();
   ContactSet::Row* row = state->contacts.Add();
   if (row == nullptr) return false;
@@ -253,7 +265,6 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   row->target_W = on_axis - held().shaft_radius * normal;
   model.AddToRow(hit.at, 1, state->contacts.local,
                  state->contacts.WeightRow(state->contacts.size() - 1));
-  shaft_touches_ = true;
   return true;
 }
 
@@ -266,8 +277,8 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
   ContactSet& contacts = state.contacts;
-  const bool has_lattice =
-      options_.reaction == ReactionType::kLattice && state.relaxation->compliance() != nullptr;
+  const bool has_lattice = model.rigid() || (options_.reaction == ReactionType::kLattice &&
+                                             state.relaxation->compliance() != nullptr);
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactSet::Row& row = contacts[i];
     if (row.tool != tool_ || row.shaft) continue;
@@ -284,7 +295,7 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
   if (!has_lattice || tip_ >= 0 || grasped_count_ > 0) return;
   // No row: the tip is too far away to touch in this step, but it may before the next one.
   tip_ = state.tips.AddTip();
-  C_loc_ = dent_.Compliance();
+  C_loc_ = LocalCompliance(model);
   AddKernelToRow(model, state,
                  state.tips.AddRow(C_loc_, at_.Position(state.vertices, model.rest().triangles),
                                    Vector3d::Zero()));

@@ -20,9 +20,10 @@ struct ToolOptions {
   double prefetch = 0.05;  ///< s: from a step's input to the middle of its patch's use, which
                            ///< begins one period later and lasts one.
   ReactionType reaction = ReactionType::kLattice;
-  double k1 = 120;                       ///< N/m, Eq. 29 with rest neighbours (kPaper).
-  double k2 = 10;                        ///< N/m.
-  std::vector<HeldTool> exchanges = {};  ///< What else the hand can hold: ToolPose::exchange 1 on.
+  double k1 = 120;              ///< N/m, Eq. 29 with rest neighbours (kPaper).
+  double k2 = 10;               ///< N/m.
+  double wall_stiffness = 200;  ///< N/m, of the virtual wall that a rigid organ is to it, either
+                                ///< reaction.
 };
 
 /// Follows the contact of one tool with the organs from step to step: which material point the tip
@@ -36,6 +37,9 @@ struct ToolOptions {
 ///
 /// A press acts on the patch of GatherKernel() about the point under the tip, with the radius that
 /// the lattice resolves; what R = max(tip radius, 1 mm) does more is a dent (half_space.h).
+///
+/// A rigid organ is a press on a virtual wall: its compliance, the same in every direction, stands
+/// where a dent's would, nothing else moves, and jaws do not grasp it.
 class ToolContact {
  public:
   static constexpr double kReach = 0.06;         ///< m: no patch beyond this distance.
@@ -89,6 +93,7 @@ class ToolContact {
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
+  Matrix3d LocalCompliance(const OrganModel& model) const;
   Vector3d KernelNormal(const OrganModel& model, const OrganState& state, const Vector3d& facing,
                         double radius);
   void FillLatticeContact(const OrganModel& model, OrganState* state, ToolPatch* patch) const;

@@ -29,6 +29,8 @@ struct DeviceProfile {
   double max_angle = 1.2;                ///< rad, pitch and yaw from the home direction (assumed).
   double min_insertion = 0.02;           ///< m (assumed).
   double max_insertion = 0.30;           ///< m (assumed).
+  double delay = 0;                      ///< s, from a reading of the device to the force that
+                                         ///< answers it, beyond the hold over a period.
   bool passivity_control = true;         ///< passivity.h; it acts only on what the device cannot
                                          ///< damp itself.
 };

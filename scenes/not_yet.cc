@@ -6,23 +6,15 @@
 namespace hpdm {
 namespace {
 
-enum class Refused {
-  kAlways,   // the key or table, whatever it holds
-  kNonZero,  // a number that is not zero, or an array that holds one
-  kString,   // the one string
-};
-
+// A number that is not zero, or an array that holds one, of a key.
 struct Rule {
   std::string_view key;  // without the [index] of arrays
-  Refused refused;
-  std::string_view value;  // kString only
   std::string_view remedy;
 };
 
 // What scene.h reads but nothing behind it computes yet. To add a feature, delete its line.
 constexpr Rule kRules[] = {
-    {"scene.gravity", Refused::kNonZero, "", "remove the key or give [0, 0, 0]"},
-    {"organ.model", Refused::kString, "rigid", "use \"hpdm\""},
+    {"scene.gravity", "remove the key or give [0, 0, 0]"},
 };
 
 bool IsNonZero(const TomlValue& value) {
@@ -36,20 +28,6 @@ bool IsNonZero(const TomlValue& value) {
   return false;
 }
 
-bool Matches(const Rule& rule, const TomlValue& value) {
-  switch (rule.refused) {
-    case Refused::kAlways:
-      return true;
-    case Refused::kNonZero:
-      return IsNonZero(value);
-    case Refused::kString: {
-      const auto* text = std::get_if<std::string>(&value.value);
-      return text != nullptr && *text == rule.value;
-    }
-  }
-  return false;
-}
-
 class Walk {
  public:
   explicit Walk(const TomlDocument& document) : document_(document) {}
@@ -57,7 +35,7 @@ class Walk {
   /// `key` is the path as the rules write it, `shown` the one of the messages.
   void Visit(const TomlValue& value, const std::string& key, const std::string& shown) const {
     for (const Rule& rule : kRules) {
-      if (rule.key == key && Matches(rule, value)) Refuse(rule, value, shown);
+      if (rule.key == key && IsNonZero(value)) Refuse(rule, value, shown);
     }
     if (const auto* entries = std::get_if<TomlTable>(&value.value)) {
       const std::string dot = key.empty() ? "" : ".";
@@ -76,8 +54,7 @@ class Walk {
  private:
   [[noreturn]] void Refuse(const Rule& rule, const TomlValue& value,
                            const std::string& shown) const {
-    std::string message = "this version does not have this feature yet";
-    if (rule.refused != Refused::kAlways) message += " (" + ValueText(value) + ")";
+    std::string message = "this version does not have this feature yet (" + ValueText(value) + ")";
     message.append("; ").append(rule.remedy);
     FailAt(document_, value.place, shown, message);
   }

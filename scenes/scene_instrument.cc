@@ -42,6 +42,7 @@ DeviceProfile ReadDevice(const TableReader& table) {
     table.Fail(key, "leaves no travel between min_insertion and max_insertion",
                "give max_insertion above min_insertion");
   }
+  table.ReadNumber("delay", Interval::NotNegative(0.1, "s"), &device.delay);
   table.ReadBoolean("passivity_control", &device.passivity_control);
   return device;
 }

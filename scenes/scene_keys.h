@@ -13,9 +13,9 @@ inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks"};
 
-inline constexpr std::string_view kOrganKeys[] = {"name",    "mesh",     "unit",   "model",
-                                                  "texture", "pose",     "motion", "lattice",
-                                                  "energy",  "material", "support"};
+inline constexpr std::string_view kOrganKeys[] = {
+    "name",   "mesh",    "unit",   "model",    "texture", "pose",
+    "motion", "lattice", "energy", "material", "support", "wall_stiffness"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};
@@ -53,6 +53,7 @@ inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "max_angle",
                                                    "min_insertion",
                                                    "max_insertion",
+                                                   "delay",
                                                    "passivity_control"};
 inline constexpr std::string_view kHandKeys[] = {
     "script", "seed", "organ", "target", "depth", "speed", "stiffness", "damping", "tremor"};

@@ -198,11 +198,24 @@ OrganOptions ReadOrgan(const TableReader& table) {
                     {"mass_spring", OrganModelType::kMassSpring},
                     {"rigid", OrganModelType::kRigid}},
                    &organ.model);
+  const bool rigid = organ.model == OrganModelType::kRigid;
   if (organ.model != OrganModelType::kHpdm) {
     for (const std::string_view key : {"lattice", "energy"}) {
       if (!table.Has(key)) continue;
       table.Fail(key, "belongs to model = \"hpdm\"", "remove the table or change the model");
     }
+  }
+  for (const std::string_view key : {"material", "support"}) {
+    if (!rigid || !table.Has(key)) continue;
+    table.Fail(key, "means nothing to model = \"rigid\", which neither deforms nor moves",
+               "remove the table or change the model");
+  }
+  if (!rigid && table.Has("wall_stiffness")) {
+    table.Fail("wall_stiffness", "belongs to model = \"rigid\"", "remove it or change the model");
+  }
+  double wall_stiffness = 0;
+  if (table.ReadNumber("wall_stiffness", Interval::Positive(1e6, "N/m"), &wall_stiffness)) {
+    organ.wall_stiffness = wall_stiffness;
   }
   table.ReadFile("texture", &organ.texture);
   if (const auto pose = table.Table("pose", kPoseKeys)) organ.X_WO = ReadPose(*pose);

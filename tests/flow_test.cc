@@ -104,6 +104,7 @@ LoggedTicks ReadTicks(const fs::path& log) {
       organ_t organ;
       OrganSnapshot shape;
       if (!DecodeMessage(event.data, &organ) || !FromMessage(organ, &shape)) return {};
+      if (shape.control_displacements.rows() == 0) continue;  // a rigid organ
       ticks.largest_displacement = std::max(
           ticks.largest_displacement, shape.control_displacements.rowwise().norm().maxCoeff());
     }
@@ -287,6 +288,44 @@ trocar = [-0.06, -0.12, 0.15]
   ASSERT_EQ(tools.size(), 2u);
   for (const Json& tool : tools) EXPECT_GT(tool["contact_time_s"], 0.5) << tool["name"];
   EXPECT_GT(ReadTicks(folder_ / "s" / "session.lcmlog").grasping, 500u);
+}
+
+// Liver, hollow gallbladder and a stomach that does not deform, with what can be exchanged.
+TEST_F(Flow, AbdomenIsSoundAndItsHandsWorkOnLiverAndGallbladder) {
+  const std::string scene = (kSource / "scenes" / "abdomen.toml").string();
+  const Outcome check = Hpdm("check --json " + scene);
+  ASSERT_EQ(check.exit_code, 0) << check.err;
+  const Json facts = Json::parse(check.out);
+  EXPECT_EQ(facts["remarks"], Json::array()) << "nothing in it looks wrong";
+  ASSERT_EQ(facts["walls"].size(), 2u) << "of each hand at the stomach";
+  for (const Json& wall : facts["walls"]) {
+    EXPECT_EQ(wall["stiffness_N_per_m"], wall["stable_to_N_per_m"].get<double>() / 2);
+  }
+  SKIP_WITHOUT_EGL();
+  const Outcome outcome =
+      Hpdm("run " + scene + " --clock lockstep --seconds 2.5 --fps 0 --json --out " + Folder("s"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const Json& tool : Json::parse(outcome.out)["tools"]) {
+    EXPECT_GT(tool["contact_time_s"], 0.5) << tool["name"];
+    EXPECT_GT(tool["peak_force_N"], 0.2) << tool["name"];
+    EXPECT_LT(tool["peak_force_N"], 8) << tool["name"] << ": a trainee's range";
+  }
+  const LoggedTicks ticks = ReadTicks(folder_ / "s" / "session.lcmlog");
+  EXPECT_EQ(ticks.count, 2500u);
+  EXPECT_EQ(ticks.gaps, 0u);
+  EXPECT_GT(ticks.grasping, 300u) << "the fundus";
+  EXPECT_EQ(Hpdm("replay " + Folder("s")).exit_code, 0) << "the same bit for bit";
+}
+
+TEST_F(Flow, LoadsOnARigidOrganAreRefused) {
+  std::ofstream(folder_ / "rigid.toml")
+      << "[[organ]]\nname = \"stomach\"\nmodel = \"rigid\"\nmesh = \""
+      << (kSource / "scenes/meshes/stomach_2132.obj").string()
+      << "\"\n[[load]]\norgan = \"stomach\"\npoint = [0, 0, 0.05]\nradius = 0.1\n"
+         "force = [0, 0, -1]\n";
+  const Outcome outcome = Hpdm("solve " + Folder("rigid.toml") + " --out " + Folder("f.csv"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("organ \"stomach\" is rigid"), std::string::npos) << outcome.err;
 }
 
 // Recorded two-arm teleoperation in robot coordinates: fitted to the organ, each arm presses it.

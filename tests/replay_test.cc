@@ -99,6 +99,20 @@ TEST_F(Replay, OfALockstepLogIsTheSameBitForBit) {
   ExpectContact(replay);
 }
 
+TEST_F(Replay, OfARigidOrganIsTheSameBitForBit) {
+  const std::string stomach = std::string("[[organ]]\nname = \"stomach\"\nmodel = \"rigid\"\n") +
+                              "mesh = \"" + HPDM_SOURCE_DIR + "/scenes/meshes/stomach_2132.obj\"\n";
+  for (const std::uint32_t seed : {0, 1}) {
+    RecordOf(stomach + kProbe + kGrasper, 1200, seed);
+    const LogReplay replay = Play();
+    EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
+    EXPECT_EQ(replay.ended_early, "");
+    EXPECT_EQ(replay.ticks_compared, replay.ticks_logged);
+    EXPECT_EQ(replay.steps_compared, replay.steps_logged);
+    ExpectContact(replay);
+  }
+}
+
 TEST_F(Replay, OfSkippedTicksLatePatchesAndLostDevicesIsTheSameBitForBit) {
   for (const std::uint32_t seed : {1, 2, 3}) {
     RecordOf(kLiver + kSupport + kProbe + kGrasper, 1200, seed);

@@ -239,9 +239,25 @@ TEST_F(SceneTest, SurfaceModelsTakeNoLatticeEnergyOrRelaxationTime) {
   }
 }
 
+TEST_F(SceneTest, RigidOrgansTakeNoneOfWhatDeforms) {
+  const std::string organ = kOrgan + "model='rigid'\n";
+  for (const std::string table : {"lattice", "energy"}) {
+    EXPECT_TRUE(Contains(ReadError(organ + "[organ." + table + "]\n"),
+                         "organ[0]." + table + ": belongs to model = \"hpdm\""));
+  }
+  for (const std::string table : {"[organ.material]", "[[organ.support]]"}) {
+    const std::string error = ReadError(organ + table + "\n");
+    EXPECT_TRUE(Contains(error, "means nothing to model = \"rigid\"")) << error;
+  }
+  EXPECT_TRUE(Contains(ReadError(kOrgan + "wall_stiffness=200\n"),
+                       "organ[0].wall_stiffness: belongs to model = \"rigid\""));
+  EXPECT_TRUE(Contains(ReadError(organ + "wall_stiffness=0\n"), "is out of range"));
+  EXPECT_EQ(Load(organ + "wall_stiffness=200\n").organs[0].wall_stiffness, 200);
+  EXPECT_FALSE(Load(organ).organs[0].wall_stiffness);
+}
+
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
   const BadScene cases[] = {
-      {"model='rigid'", "4:7", "organ[0].model", "(\"rigid\")", "use \"hpdm\""},
       {"[scene]\ngravity=[0,0,-9.81]", "5:9", "scene.gravity", "([0, 0, -9.81])", "give [0, 0, 0]"},
   };
   for (const BadScene& c : cases) {

@@ -29,7 +29,7 @@ std::string Dump(const Scene& scene) {
         << '\n';
     out << o.material.young << ' ' << o.material.poisson << ' ' << o.material.density << ' '
         << o.material.relaxation_time << '\n';
-    out << o.supports.size() << " supports\n";
+    out << o.supports.size() << " supports\n" << o.wall_stiffness.value_or(-1) << '\n';
   }
   for (const InstrumentOptions& i : scene.instruments) {
     for (int e = 0; e < i.HeldCount(); ++e) {
@@ -44,7 +44,7 @@ std::string Dump(const Scene& scene) {
     for (const double x : {d.mass, d.rotational_inertia, d.damping, d.rotational_damping,
                            d.friction, d.rotational_friction, d.encoder_step, d.angle_encoder_step,
                            d.jaw_encoder_step, d.max_force, d.max_torque, d.max_force_rate,
-                           d.max_angle, d.min_insertion, d.max_insertion}) {
+                           d.max_angle, d.min_insertion, d.max_insertion, d.delay}) {
       out << x << ' ';
     }
     out << d.passivity_control;

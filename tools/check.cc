@@ -36,6 +36,7 @@ Json OrganFacts(const OrganModel& organ) {
                 {"tissue_volume_m3", organ.tissue_volume()},
                 {"control_points", organ.control_points()},
                 {"supports", organ.options().supports.size()}};
+  if (organ.rigid()) return facts;
   // Unknowns that are coupled: one axis at a time (metric, continuum), or all three.
   double unknowns = organ.control_points();
   if (organ.lattice()) {
@@ -67,6 +68,10 @@ void PrintOrgan(const Json& organ) {
   std::printf("organ %s: %ld vertices, %ld triangles, %.3f l of tissue\n",
               organ["name"].get<std::string>().c_str(), organ["vertices"].get<long>(),
               organ["triangles"].get<long>(), 1000 * organ["tissue_volume_m3"].get<double>());
+  if (organ["model"] == "rigid") {
+    std::printf("  rigid: a virtual wall, at no cost but that of collision\n");
+    return;
+  }
   if (organ.contains("lattice_mm")) {
     std::printf(
         "  lattice of %.0f x %.0f x %.0f mm, %ld control points (%ld without tissue dropped)\n",
@@ -149,6 +154,28 @@ void PrintContact(const Json& contact) {
       contact["stable_to_N_per_m"].get<double>());
 }
 
+// Of an instrument at a rigid organ.
+Json WallFacts(const std::string& instrument, const OrganOptions& organ, const VirtualWall& wall) {
+  return {{"instrument", instrument},
+          {"organ", organ.name},
+          {"stiffness_N_per_m", organ.wall_stiffness.value_or(wall.stiffness)},
+          {"given", organ.wall_stiffness.has_value()},
+          {"stable_to_N_per_m", wall.limit},
+          {"axis", AxisName(wall.axis)},
+          {"lever_m", wall.lever},
+          {"reachable", wall.reachable}};
+}
+
+void PrintWall(const Json& wall) {
+  std::printf(
+      "  on organ %s: a wall of %.0f N/m, %s the %.0f N/m that its device displays stably "
+      "(%s, %.0f mm from the trocar%s)\n",
+      wall["organ"].get<std::string>().c_str(), wall["stiffness_N_per_m"].get<double>(),
+      wall["given"].get<bool>() ? "given, of" : "half of", wall["stable_to_N_per_m"].get<double>(),
+      wall["axis"].get<std::string>().c_str(), 1000 * wall["lever_m"].get<double>(),
+      wall["reachable"].get<bool>() ? "" : ", its longest: it reaches no rigid organ");
+}
+
 void Check(const std::string& scene, bool as_json) {
   const Session session(LoadScene(scene));
   Json facts = {
@@ -162,6 +189,14 @@ void Check(const std::string& scene, bool as_json) {
   for (const Session::ContactFact& contact : session.contacts()) {
     facts["contacts"].push_back(ContactFacts(contact));
   }
+  facts["walls"] = Json::array();
+  for (std::size_t i = 0; i < session.walls().size(); ++i) {
+    for (const OrganModel& organ : session.organs()) {
+      if (!organ.rigid()) continue;
+      facts["walls"].push_back(
+          WallFacts(session.scene().instruments[i].name, organ.options(), session.walls()[i]));
+    }
+  }
   facts["remarks"] = session.remarks();
   if (as_json) {
     std::cout << JsonText(facts) << "\n";
@@ -173,6 +208,9 @@ void Check(const std::string& scene, bool as_json) {
     PrintInstrument(instrument);
     for (const Json& contact : facts["contacts"]) {
       if (contact["instrument"] == instrument["name"]) PrintContact(contact);
+    }
+    for (const Json& wall : facts["walls"]) {
+      if (wall["instrument"] == instrument["name"]) PrintWall(wall);
     }
   }
   for (const Json& remark : facts["remarks"]) {

@@ -80,6 +80,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
   BuildOrgans();
   BuildInstruments();
   CompareStiffness();
+  BuildWalls();
   const int tools = static_cast<int>(scene_.instruments.size());
   render_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
@@ -120,7 +121,7 @@ void Session::BuildOrgans() {
 void Session::BuildInstruments() {
   for (const InstrumentOptions& instrument : scene_.instruments) {
     for (const OrganModel& organ : organs_) {
-      if (instrument.reaction == ReactionType::kPaper || organ.lattice()) continue;
+      if (instrument.reaction == ReactionType::kPaper || organ.lattice() || organ.rigid()) continue;
       remarks_.push_back(
           "instrument \"" + instrument.name + "\": organ \"" + organ.options().name +
           "\" has no lattice whose force it could feel; it feels the default springs "
@@ -202,16 +203,36 @@ bool Session::HasExternalDevice() const {
 }
 
 void Session::CompareStiffness() {
-  // The simulated device answers at once: no delay but the hold.
-  const double period = ToSeconds(haptic_period_ns()), delay = 0;
+  const double period = ToSeconds(haptic_period_ns());
   for (std::size_t i = 0; i < kinematics_.size(); ++i) {
     const InstrumentOptions& instrument = scene_.instruments[i];
     for (const OrganModel& organ : organs_) {
-      const auto stiffest = FindStiffestContact(organ, instrument, kinematics_[i], period, delay);
+      if (organ.rigid()) continue;
+      const auto stiffest =
+          FindStiffestContact(organ, instrument, kinematics_[i], period, instrument.device.delay);
       if (!stiffest) continue;
       contacts_.push_back({instrument.name, organ.options().name, *stiffest});
       const std::string remark = StiffnessRemark(instrument.name, organ.options().name, *stiffest);
       if (!remark.empty()) remarks_.push_back(remark);
+    }
+  }
+}
+
+void Session::BuildWalls() {
+  if (std::none_of(organs_.begin(), organs_.end(),
+                   [](const OrganModel& organ) { return organ.rigid(); })) {
+    return;
+  }
+  for (std::size_t i = 0; i < kinematics_.size(); ++i) {
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    walls_.push_back(
+        FindVirtualWall(organs_, instrument, kinematics_[i], ToSeconds(haptic_period_ns())));
+    const std::vector<std::string> remarks = WallRemarks(organs_, instrument.name, walls_.back());
+    remarks_.insert(remarks_.end(), remarks.begin(), remarks.end());
+    if (choices_[i].type == DeviceChoice::Type::kLcm && instrument.device.delay == 0) {
+      remarks_.push_back("instrument \"" + instrument.name +
+                         "\": rigid organs are as stiff as a device without delay displays; give "
+                         "its driver's as instrument.device.delay");
     }
   }
 }
@@ -276,7 +297,8 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
 
 std::vector<ToolOptions> Session::DeformationTools() const {
   std::vector<ToolOptions> tools;
-  for (const InstrumentOptions& options : scene_.instruments) {
+  for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
+    const InstrumentOptions& options = scene_.instruments[i];
     tools.push_back({.tip_radius = options.tip_radius,
                      .shaft_radius = options.shaft_radius,
                      .can_grasp = options.type == InstrumentType::kGrasper,
@@ -285,6 +307,7 @@ std::vector<ToolOptions> Session::DeformationTools() const {
                      .k1 = options.k1,
                      .k2 = options.k2,
                      .exchanges = ExchangesOf(options)});
+    if (!walls_.empty()) tools.back().wall_stiffness = walls_[i].stiffness;
   }
   return tools;
 }

@@ -21,6 +21,7 @@
 #include "tools/contact_stiffness.h"
 #include "tools/device_choice.h"
 #include "tools/trainer_input.h"
+#include "tools/virtual_wall.h"
 
 namespace hpdm {
 
@@ -55,6 +56,8 @@ class Session {
     StiffestContact stiffest;
   };
   const std::vector<ContactFact>& contacts() const { return contacts_; }
+  /// What rigid organs are to each instrument; empty when the scene has none.
+  const std::vector<VirtualWall>& walls() const { return walls_; }
 
   Nanoseconds haptic_period_ns() const { return kNanosecondsPerSecond / scene_.timing.haptic_hz; }
 
@@ -99,6 +102,7 @@ class Session {
   void BuildOrgans();
   void BuildInstruments();
   void CompareStiffness();
+  void BuildWalls();
   std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
   std::unique_ptr<Device> BuildTraceDevice(std::size_t instrument, const HandSite& site);
   HandSite SiteOf(const InstrumentOptions& instrument) const;
@@ -116,6 +120,7 @@ class Session {
   Nanoseconds trace_length_ = 0;
   std::vector<std::string> remarks_;
   std::vector<ContactFact> contacts_;
+  std::vector<VirtualWall> walls_;
 };
 
 }  // namespace hpdm

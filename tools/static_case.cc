@@ -26,9 +26,14 @@ OrganOptions LoadedOrgan(const Scene& scene) {
                        "\" and \"" + load.organ + "\"; solve one organ a scene");
     }
   }
-  return *std::find_if(scene.organs.begin(), scene.organs.end(), [&](const OrganOptions& organ) {
-    return organ.name == scene.loads[0].organ;
-  });
+  const OrganOptions& organ = *std::find_if(
+      scene.organs.begin(), scene.organs.end(),
+      [&](const OrganOptions& candidate) { return candidate.name == scene.loads[0].organ; });
+  if (organ.model == OrganModelType::kRigid) {
+    throw InputError(scene.path.string() + ": organ \"" + organ.name +
+                     "\" is rigid: a load does not deform it; load another or change its model");
+  }
+  return organ;
 }
 
 }  // namespace
