@@ -24,6 +24,7 @@ struct ToolOptions {
   double k2 = 10;               ///< N/m.
   double wall_stiffness = 200;  ///< N/m, of the virtual wall that a rigid organ is to it, either
                                 ///< reaction.
+  std::vector<HeldTool> exchanges = {};  ///< What else the hand can hold: ToolPose::exchange 1 on.
 };
 
 /// Follows the contact of one tool with the organs from step to step: which material point the tip
