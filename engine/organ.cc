@@ -10,6 +10,7 @@
 #include "engine/error.h"
 #include "engine/finite_metric_energy.h"
 #include "engine/finite_strain_energy.h"
+#include "engine/mesh_facts.h"
 #include "engine/mesh_import.h"
 #include "engine/surface_kernel.h"
 #include "engine/thickness.h"
@@ -104,6 +105,12 @@ void OrganModel::BuildSurfaceModel() {
 void OrganModel::BuildRigidModel() {
   weights_ = WeightMatrix(rest_.vertices.rows(), 0);
   MeasureSkin(rest_, options_.name);  // refuses a surface that encloses nothing
+  if (const MeshFacts facts = ComputeMeshFacts(rest_); !facts.Closed()) {
+    throw InputError("organ \"" + options_.name + "\": a rigid organ's mesh must be closed, and " +
+                     options_.mesh + " has " + std::to_string(facts.boundary_edges) +
+                     " boundary and " + std::to_string(facts.nonmanifold_edges) +
+                     " non-manifold edges; mend it");
+  }
   tissue_volume_ = EnclosedVolume(rest_.vertices, rest_.triangles);
   centre_of_volume_W_ = EnclosedCentre(rest_.vertices, rest_.triangles);
 }

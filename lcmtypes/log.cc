@@ -63,14 +63,19 @@ SessionLog::~SessionLog() { Close(); }
 
 void SessionLog::Write(const char* channel, Nanoseconds time,
                        std::span<const std::uint8_t> data) noexcept {
+  last_us_ = std::max(last_us_, epoch_us_ + time / 1000);
+  Append(channel, last_us_, data);
+}
+
+void SessionLog::Append(const char* channel, std::int64_t time_us,
+                        std::span<const std::uint8_t> data) noexcept {
   if (!file_) {
     ++state_.dropped;
     return;
   }
-  last_us_ = std::max(last_us_, epoch_us_ + time / 1000);
   lcm::LogEvent event;
   event.eventnum = 0;  // numbered by the file
-  event.timestamp = last_us_;
+  event.timestamp = time_us;
   event.channel = channel;  // our names fit into the string itself: no allocation
   event.datalen = static_cast<std::int32_t>(data.size());
   event.data = const_cast<std::uint8_t*>(data.data());  // only read

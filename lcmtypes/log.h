@@ -49,6 +49,9 @@ class SessionLog {
 
   /// Appends one event. Never throws; blocks as long as the file system does.
   void Write(const char* channel, Nanoseconds time, std::span<const std::uint8_t> data) noexcept;
+  /// The same with a time stamp as it is, whatever came before: for copies of logs.
+  void Append(const char* channel, std::int64_t time_us,
+              std::span<const std::uint8_t> data) noexcept;
   /// Hands everything to the operating system and checks that the file is still there.
   void Flush() noexcept;
   /// Flush, then close. Events written later are counted as dropped.

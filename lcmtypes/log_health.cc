@@ -82,9 +82,12 @@ class Channels {
     if (first) return;
     if (*sequence_ <= last->second) {
       ++channel->facts.not_rising;
-    } else if (const std::int64_t missing = *sequence_ - last->second - 1; missing > 0) {
-      ++channel->facts.gaps;
-      channel->facts.lost += static_cast<std::uint64_t>(missing);
+    } else {
+      // Unsigned, since a damaged number may be as far from the last as there are numbers.
+      const std::uint64_t missing =
+          static_cast<std::uint64_t>(*sequence_) - static_cast<std::uint64_t>(last->second) - 1;
+      channel->facts.gaps += missing > 0 ? 1 : 0;
+      channel->facts.lost += missing;
     }
     last->second = std::max(last->second, *sequence_);
   }
@@ -131,7 +134,7 @@ std::uint64_t RepairLog(const std::string& from, const std::string& to) {
   }
   SessionLog log(to, 0);
   LogEvent event;
-  while (reader.Next(&event)) log.Write(event.channel.c_str(), event.time_us * 1000, event.data);
+  while (reader.Next(&event)) log.Append(event.channel.c_str(), event.time_us, event.data);
   log.Close();
   if (log.state().failure != LogFailure::kNone) {
     throw InputError(to + ": " + log.state().Explain());

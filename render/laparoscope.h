@@ -33,7 +33,7 @@ class Laparoscope {
   static constexpr int kMinSide = 16;    ///< px.
   static constexpr int kMaxSide = 8192;  ///< px.
   static constexpr double kCircleFraction = 0.98;
-  static constexpr double kNear = 0.002;         ///< m: nothing nearer is drawn.
+  static constexpr double kNear = kScopeNear;    ///< m: nothing nearer is drawn.
   static constexpr double kFar = 2.0;            ///< m.
   static constexpr double kLightOffset = 0.004;  ///< m, from the lens towards y_C: the fibres'
                                                  ///< exit on the face of a 10 mm scope.

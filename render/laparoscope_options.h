@@ -10,6 +10,9 @@ namespace hpdm {
 /// Depth of the tip below the trocar where a scene names no trocar, m.
 inline constexpr double kScopeDepth = 0.12;
 
+/// Nothing nearer to the scope's tip is drawn, nor may its target or trocar be, m.
+inline constexpr double kScopeNear = 0.002;
+
 /// Where the laparoscope is and what it sees, validated by the loader (scenes/scene.h).
 struct LaparoscopeOptions {
   Vector3d p_scope_W = Vector3d(0, -0.25, 0.12);  ///< Tip of the scope, m.

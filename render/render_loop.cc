@@ -95,6 +95,16 @@ void RenderLoop::StartOnThisThread() {
   drawing_->target.Read(&unused);
 }
 
+bool RenderLoop::TryToStart() {
+  if (!failure_.empty()) return false;
+  try {
+    StartOnThisThread();
+  } catch (const MachineError& error) {
+    failure_ = error.what();
+  }
+  return failure_.empty();
+}
+
 void RenderLoop::EndOnThisThread() {
   if (!drawing_) return;
   // Without its context nothing can be freed one by one, and trying ends the program.
@@ -109,8 +119,8 @@ const std::string& RenderLoop::failure() const {
 bool RenderLoop::Frame() {
   if (!failure_.empty()) return false;
   if (!edges_.snapshots.Update()) return false;
+  if (!TryToStart()) return false;
   try {
-    StartOnThisThread();
     TakeSettings();
   } catch (const MachineError& error) {
     failure_ = error.what();
@@ -166,8 +176,10 @@ void RenderLoop::DrawText(const SceneSnapshot& snapshot) {
   for (const OrganView& organ : organs_) {
     if (organ.reference != nullptr) error_scale = std::max(error_scale, organ.error_scale);
   }
+  ViewSettings shown = settings_;
+  shown.recording &= !options_.frame_folder.empty();
   const StatusText text =
-      MakeStatusText({settings_, health, snapshot, frame_rate_.hz(), error_scale}, options_.names);
+      MakeStatusText({shown, health, snapshot, frame_rate_.hz(), error_scale}, options_.names);
   drawing_->text.Draw(text, scope_.width(), scope_.height());
 }
 
@@ -207,16 +219,21 @@ void RenderLoop::KeepFiles(Nanoseconds time_ns) {
     try {
       if (!sink_) sink_.emplace(options_.frame_folder, options_.frame_fps);
       sink_->Add(image_, time_ns);
-      if (file_failure_.empty()) file_failure_ = sink_->failure();
+      if (!sink_->failure().empty()) StopRecording(sink_->failure());
     } catch (const InputError& error) {
-      file_failure_ = error.what();
-      options_.frame_folder.clear();
+      StopRecording(error.what());
     }
   } else if (sink_) {
     sink_->Break();
   }
   if (settings_.screenshots > screenshots_asked_) WriteScreenshot();
   screenshots_asked_ = settings_.screenshots;
+}
+
+void RenderLoop::StopRecording(const std::string& why) {
+  options_.frame_folder.clear();
+  file_failure_ = why;
+  Tell(EventSeverity::kWarning, "render.recording", why);
 }
 
 // One for any number of key presses since the last picture.
@@ -229,7 +246,10 @@ void RenderLoop::WriteScreenshot() {
   std::vector<std::uint8_t> bytes;
   EncodePng(image_, &bytes);
   std::string failure;
-  if (WriteBytes(options_.screenshot_folder / name, bytes, &failure)) {
+  // Under its name only when it is whole.
+  const std::filesystem::path part = options_.screenshot_folder / "screenshot.part";
+  if (WriteBytes(part, bytes, &failure)) {
+    std::filesystem::rename(part, options_.screenshot_folder / name, error);
     ++screenshots_written_;
     Tell(EventSeverity::kInfo, "render.screenshot", name);
   } else if (file_failure_.empty()) {
@@ -238,10 +258,7 @@ void RenderLoop::WriteScreenshot() {
 }
 
 void RenderLoop::Run(std::stop_token stop) {
-  try {
-    StartOnThisThread();
-  } catch (const MachineError& error) {
-    failure_ = error.what();
+  if (!TryToStart()) {
     Tell(EventSeverity::kWarning, "render.ended", failure_);
     return;
   }

@@ -102,6 +102,10 @@ class RenderLoop {
   /// to know early whether Run will find a context makes one and drops it.
   void StartOnThisThread();
 
+  /// The same for a session that goes on without pictures: false where drawing cannot start, and
+  /// failure() says why. Run and Frame call it first.
+  bool TryToStart();
+
   /// Draws the newest snapshot if it has not been drawn yet; true when image() is a new picture.
   /// Starts on this thread if need be (then a machine that cannot draw ends in failure()).
   bool Frame();
@@ -137,6 +141,7 @@ class RenderLoop {
   void DrawNewest(const SceneSnapshot& snapshot);
   void KeepDeepest(const SceneSnapshot& snapshot);
   void KeepFiles(Nanoseconds time_ns);
+  void StopRecording(const std::string& why);
   void WriteScreenshot();
   void Tell(EventSeverity severity, const char* name, const std::string& text);
   void CountDropped(std::uint64_t number);

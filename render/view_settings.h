@@ -24,10 +24,11 @@ inline constexpr double kForceScale = 2;
 struct ViewSettings {
   LaparoscopeOptions scope;
   std::uint32_t overlays = kOverlayNone;
-  bool help = false;         ///< The keys are listed.
-  bool click_takes = false;  ///< A click gives the mouse the active instrument: the text says so.
-  bool paused = false;       ///< The picture says so.
-  bool recording = false;    ///< Frames are kept.
+  bool help = false;           ///< The keys are listed.
+  bool click_takes = false;    ///< A click gives the mouse the active instrument: the text says so.
+  bool has_reference = false;  ///< kOverlayError has something to show.
+  bool paused = false;         ///< The picture says so.
+  bool recording = false;      ///< Frames are kept.
   std::uint64_t screenshots = 0;  ///< Asked for so far.
   int active_instrument = 0;      ///< That the mouse moves.
   int window_width = 0;           ///< px, of the window's framebuffer; 0 without a window.

@@ -129,8 +129,6 @@ class Window::Context : public RenderContext {
     // A swap that waits for the screen's refresh would hold up the newest step by up to 17 ms; the
     // price is that a picture may change while the screen shows it.
     glfwSwapInterval(0);
-    reports_resets_ = glfwGetWindowAttrib(window_->window_, GLFW_CONTEXT_ROBUSTNESS) ==
-                      GLFW_LOSE_CONTEXT_ON_RESET;
     renderer_ = GlRenderer();
   }
   ~Context() override {
@@ -142,7 +140,7 @@ class Window::Context : public RenderContext {
     if (glfwGetCurrentContext() != window_->window_) {
       return "the window's OpenGL context is no longer current on the render thread";
     }
-    return GlFailure(reports_resets_);
+    return GlFailure(window_->reports_resets_);
   }
   bool MakeCurrent() override {
     if (window_->lost()) return false;
@@ -157,7 +155,6 @@ class Window::Context : public RenderContext {
 
  private:
   Window* window_;
-  bool reports_resets_ = false;
   std::string renderer_;
 };
 
@@ -184,6 +181,8 @@ Window::Window(int width, int height, const std::string& title) {
   glfwSetWindowFocusCallback(window_, Callbacks::Focus);
   glfwSetWindowCloseCallback(window_, Callbacks::Close);
   ReportSize();
+  // Errors are told on the thread that makes them, and from now on that may be the render thread.
+  glfwSetErrorCallback(nullptr);
 }
 
 void Window::Open(int width, int height, const std::string& title) {
@@ -198,6 +197,7 @@ void Window::Open(int width, int height, const std::string& title) {
   for (const int robustness : {GLFW_LOSE_CONTEXT_ON_RESET, GLFW_NO_ROBUSTNESS}) {
     glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, robustness);
     window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+    reports_resets_ = robustness == GLFW_LOSE_CONTEXT_ON_RESET;
     if (window_ != nullptr) return;
   }
 }

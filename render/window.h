@@ -56,7 +56,8 @@ class Window {
   void ReportSize();
 
   GLFWwindow* window_ = nullptr;
-  std::stop_source lost_;  // requested by whichever thread finds the display gone
+  bool reports_resets_ = false;  // its context does
+  std::stop_source lost_;        // requested by whichever thread finds the display gone
   std::vector<WindowEvent> events_;
   bool captured_ = false;
   bool has_cursor_ = false;  // the two below are those of the last report

@@ -28,14 +28,14 @@ LaparoscopeOptions ReadLaparoscope(const TableReader& table) {
   LaparoscopeOptions scope;
   table.ReadVector("position", kCoordinate, &scope.p_scope_W);
   table.ReadVector("target", kCoordinate, &scope.p_target_W);
-  if ((scope.p_target_W - scope.p_scope_W).norm() < 1e-3) {
-    table.Fail("target", "is within 1 mm of position", "let the scope look at a point before it");
+  if ((scope.p_target_W - scope.p_scope_W).norm() <= kScopeNear) {
+    table.Fail("target", "is within 2 mm of position", "let the scope look at a point before it");
   }
   Vector3d trocar = Vector3d::Zero();
   if (table.ReadVector("trocar", kCoordinate, &trocar)) {
     scope.p_trocar_W = trocar;
-    if ((trocar - scope.p_scope_W).norm() < 1e-3) {
-      table.Fail("trocar", "is within 1 mm of position", "the shaft goes from one to the other");
+    if ((trocar - scope.p_scope_W).norm() <= kScopeNear) {
+      table.Fail("trocar", "is within 2 mm of position", "the shaft goes from one to the other");
     }
   }
   int angle_deg = 0;

@@ -26,14 +26,14 @@ bool HaveFfmpeg() {
 class Film : public testing::Test {
  protected:
   void WriteFrames(int count) {
-    FrameSink sink(folder_.path() / "frames", 10);
+    FrameSink sink(frames_, 10);
     Image image{.width = 33, .height = 21, .rgb = std::vector<std::uint8_t>(3 * 33 * 21, 128)};
     for (int i = 0; i < count; ++i) sink.Add(image, i * 100'000'000);
     ASSERT_EQ(sink.written(), count);
   }
 
   const ScratchFolder folder_;
-  const fs::path frames_ = folder_.path() / "frames", film_ = folder_.path() / "film.mp4";
+  const fs::path frames_ = folder_.path() / "50%d" / "frames", film_ = folder_.path() / "film.mp4";
 };
 
 TEST_F(Film, FramesOfOddSidesBecomeAnMp4) {

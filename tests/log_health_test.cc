@@ -6,7 +6,9 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <random>
+#include <set>
 
 #include "engine/error.h"
 #include "lcmtypes/codec.h"
@@ -168,6 +170,10 @@ TEST_F(LogHealthTest, EveryPrefixAndEveryFlippedByteIsReadToItsEnd) {
     std::ofstream(log_, std::ios::binary) << bytes;
     const LogHealth health = Health();
     EXPECT_LE(health.damaged_bytes + health.torn_bytes, bytes.size());
+    const std::string mended = folder_ / "mended.lcmlog";
+    fs::remove(mended);
+    RepairLog(log_, mended);
+    EXPECT_EQ(CheckLog(mended, MessageSchemas::Hpdm()).events, health.events);
   };
   for (std::size_t size = 0; size < whole.size(); ++size) check(whole.substr(0, size));
   std::mt19937 random(1);
@@ -211,6 +217,47 @@ TEST_F(LogHealthTest, ArraysThatGrowGetTheColumnsOfTheLongest) {
   const auto columns = std::count(line.begin(), line.end(), ',');
   EXPECT_LT(line.find("tools[0].device_valid"), line.find("tools[1].joints[0]"));
   while (std::getline(table, line)) EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
+}
+
+TEST_F(LogHealthTest, ARepairKeepsEveryTimeStamp) {
+  {
+    SessionLog log(log_, 0);
+    const std::vector<std::uint8_t> data = {1};
+    for (const std::int64_t time_us :
+         {std::int64_t{5}, std::int64_t{9'000'000'000'000'000'000}, std::int64_t{3}}) {
+      log.Append("A", time_us, data);
+    }
+  }
+  const std::string mended = folder_ / "mended.lcmlog";
+  EXPECT_EQ(RepairLog(log_, mended), 3u);
+  EXPECT_EQ(ReadAll(mended), ReadAll(log_));
+}
+
+TEST_F(LogHealthTest, NumbersAtBothEndsOfTheirRangeAreCounted) {
+  {
+    SessionLog log(log_, 0);
+    tool_t tool{};
+    for (const std::int64_t sequence :
+         {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::min(),
+          std::numeric_limits<std::int64_t>::max()}) {
+      tool.sequence = sequence;
+      Write(&log, kToolChannel, 0, tool);
+    }
+  }
+  EXPECT_EQ(Health().channels[0].gaps, 1u);
+  EXPECT_EQ(Health().channels[0].not_rising, 1u);
+}
+
+TEST_F(LogHealthTest, ChannelsOfLikeNamesGetTablesOfTheirOwn) {
+  {
+    SessionLog log(log_, 0);
+    event_t event{};
+    for (const char* channel : {"A.1", "A_1", "A 1"}) Write(&log, channel, 0, event);
+  }
+  const auto exported = ExportCsv(log_, folder_.path() / "csv", {}, MessageSchemas::Hpdm());
+  std::set<fs::path> files;
+  for (const ExportedChannel& channel : exported) files.insert(channel.file);
+  EXPECT_EQ(files.size(), 3u);
 }
 
 TEST_F(LogHealthTest, AChannelThatIsNotThereIsRefusedAndNamesStayInTheFolder) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/error.h"
 #include "tests/felt_bench.h"
 #include "tests/shapes.h"
 
@@ -58,6 +59,12 @@ TEST(RigidOrgan, ForceIsTheWallsStiffnessTimesTheDepth) {
       }
     }
   }
+}
+
+TEST(RigidOrgan, OpenSurfaceIsRefused) {
+  SurfaceMesh open = Ellipsoid(kAxes, 3);
+  open.triangles.conservativeResize(open.triangles.rows() - 1, 3);
+  EXPECT_THROW(OrganModel(Rigid(), open), InputError);
 }
 
 TEST(RigidOrgan, OwnWallStiffnessGoesBeforeTheTools) {

@@ -185,10 +185,10 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
        "laparoscope.focal_length", "together with field_of_view_deg", "keep one"},
       {"[laparoscope]\nfield_of_view_deg=180", "5:19", "laparoscope.field_of_view_deg", "(180)",
        "at most 120"},
-      {"[laparoscope]\ntrocar=[0,-0.25,0.12]", "5:8", "laparoscope.trocar", "within 1 mm",
+      {"[laparoscope]\ntrocar=[0,-0.25,0.12]", "5:8", "laparoscope.trocar", "within 2 mm",
        "from one to the other"},
       {"[laparoscope]\ndistortion=-0.5", "5:12", "laparoscope.distortion", "(-0.5)", "0.3"},
-      {"[laparoscope]\nposition=[0,0,0]", "4:1", "laparoscope.target", "within 1 mm", "before it"},
+      {"[laparoscope]\nposition=[0,0,0]", "4:1", "laparoscope.target", "within 2 mm", "before it"},
   };
   for (const BadScene& c : cases) {
     SCOPED_TRACE(Describe(c));

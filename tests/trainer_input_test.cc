@@ -276,20 +276,27 @@ TEST_F(TrainerInputTest, KeysAskForPicturesHelpOverlaysAndTheEnd) {
   EXPECT_TRUE(input.view().help);
   Type(&input, 'h');
   EXPECT_FALSE(input.view().help);
-  std::uint32_t shown = 0;
-  int presses = 0;
-  do {
-    Type(&input, 'o');
-    shown |= input.view().overlays;
-  } while (input.view().overlays != kOverlayText && ++presses < 20);
-  EXPECT_EQ(shown,
-            kOverlayForce | kOverlayContacts | kOverlayLattice | kOverlayError | kOverlayText);
   EXPECT_FALSE(input.ended());
   Type(&input, kKeyEscape);
   EXPECT_TRUE(input.ended());
   TrainerInput closed = Input();
   closed.Handle(CloseEvent{});
   EXPECT_TRUE(closed.ended());
+}
+
+TEST_F(TrainerInputTest, OverlaysComeInTurnAndTheErrorOnlyWithAReference) {
+  for (const bool has_reference : {false, true}) {
+    view_.has_reference = has_reference;
+    TrainerInput input = Input();
+    std::uint32_t shown = 0;
+    int presses = 0;
+    do {
+      Type(&input, 'o');
+      shown |= input.view().overlays;
+    } while (input.view().overlays != kOverlayText && ++presses < 20);
+    const std::uint32_t always = kOverlayForce | kOverlayContacts | kOverlayLattice | kOverlayText;
+    EXPECT_EQ(shown, has_reference ? always | kOverlayError : always);
+  }
 }
 
 }  // namespace

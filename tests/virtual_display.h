@@ -35,6 +35,7 @@ class Child {
     waitpid(pid_, nullptr, 0);
     pid_ = -1;
   }
+  void Signal(int signal) const { kill(pid_, signal); }
   /// The exit code, or -1 when it has not ended by itself within `seconds`.
   int Wait(double seconds) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);

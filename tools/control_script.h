@@ -28,8 +28,6 @@ class ControlScript {
   /// Tells the edge what holds at session time `now_ns`, which does not fall from call to call.
   void Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge);
 
-  bool empty() const { return wishes_.empty(); }
-
  private:
   std::vector<TimedControl> wishes_;
   std::size_t next_ = 0;

@@ -9,17 +9,19 @@ namespace hpdm {
 std::string MakeFilm(const std::filesystem::path& frames, double fps,
                      const std::filesystem::path& film) {
   const std::string rate = Format("%g", fps);
+  std::string pattern = "file:";  // keeps a name from being an option or a protocol
+  for (const char c : frames.string()) pattern += c == '%' ? "%%" : std::string(1, c);
+  pattern += "/frame_%06d.png";
   int exit_code = 0;
   try {
-    // The widespread 4:2:0 sampling needs even sides. "file:" keeps a name from being an option or
-    // a protocol.
+    // The widespread 4:2:0 sampling needs even sides.
     exit_code = RunChild({"ffmpeg",
                           "-nostdin",
                           "-y",
                           "-framerate",
                           rate,
                           "-i",
-                          "file:" + (frames / "frame_%06d.png").string(),
+                          pattern,
                           "-vf",
                           "pad=ceil(iw/2)*2:ceil(ih/2)*2",
                           "-c:v",

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -31,7 +32,8 @@ struct LogOptions {
 MessageSchemas Schemas(const std::vector<std::string>& files) {
   std::vector<std::string> texts;
   for (const std::string& path : files) {
-    std::ifstream file(path);
+    std::ifstream file;
+    if (std::filesystem::is_regular_file(path)) file.open(path);
     texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
     if (!file.is_open() || file.bad()) {
       throw InputError(path + ": cannot be read; give a file of LCM types");

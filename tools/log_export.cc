@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <set>
 #include <system_error>
 #include <unordered_map>
 
@@ -50,13 +51,16 @@ struct Table {
   ExportedChannel exported;
 };
 
-std::string FileNameOf(const std::string& channel) {
+/// No two channels get the same.
+std::string FileNameOf(const std::string& channel, std::set<std::string>* taken) {
   std::string name;
   for (const char c : channel) {
     const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
     name += plain ? c : '_';
   }
-  return (name.empty() ? "_" : name) + ".csv";
+  std::string numbered = name;
+  for (int i = 2; !taken->insert(numbered).second; ++i) numbered = name + "_" + std::to_string(i);
+  return numbered + ".csv";
 }
 
 std::string Cell(const MessageValue& value) {
@@ -127,9 +131,10 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
     throw InputError(table.exported.file.string() +
                      ": cannot be written; choose a folder that is writable and has space");
   };
+  std::set<std::string> taken;
   for (auto& [channel, table] : tables) {
     table.exported.channel = channel;
-    table.exported.file = folder / FileNameOf(channel);
+    table.exported.file = folder / FileNameOf(channel, &taken);
     table.out.open(table.exported.file);
     table.out << "time_us";
     for (const std::string& name : table.columns.names()) table.out << ',' << name;

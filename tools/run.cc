@@ -1,42 +1,27 @@
-#include <signal.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <latch>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
-#include <stop_token>
-#include <thread>
 
 #include "engine/error.h"
-#include "engine/loop_schedule.h"
-#include "engine/realtime.h"
-#include "engine/session_clock.h"
 #include "engine/stolen_time.h"
-#include "engine/wake_up_baseline.h"
-#include "lcmtypes/device_link.h"
 #include "lcmtypes/network.h"
 #include "render/egl_context.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
-#include "tools/control_script.h"
 #include "tools/film.h"
 #include "tools/json_figures.h"
 #include "tools/latency_table.h"
-#include "tools/lockstep.h"
 #include "tools/plot_latency.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
-#include "tools/realtime_threads.h"
-#include "tools/run_summary.h"
-#include "tools/session.h"
 #include "tools/session_folder.h"
-#include "tools/trainer_window.h"
+#include "tools/session_threads.h"
 
 namespace hpdm {
 namespace {
@@ -65,198 +50,6 @@ struct RunOptions {
   // Of the pictures in frames/; in a window the user says when.
   double FramesPerSecond() const { return frames_per_second.value_or(window ? 30 : 2); }
 };
-
-// SIGINT and SIGTERM ask for a clean end. They are blocked before any thread is started, which
-// inherits that, and taken here by the main thread alone.
-class StopSignals {
- public:
-  StopSignals() {
-    sigemptyset(&signals_);
-    sigaddset(&signals_, SIGINT);
-    sigaddset(&signals_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-  }
-  // True when one came within the time (less than a second).
-  bool WaitFor(long nanoseconds) const {
-    const timespec wait = {0, nanoseconds};
-    return sigtimedwait(&signals_, nullptr, &wait) > 0;
-  }
-
- private:
-  sigset_t signals_;
-};
-
-constexpr Nanoseconds kBaselineLength = kNanosecondsPerSecond;
-// What a window's input waits for at most when nothing is typed, s: held keys act this often.
-constexpr double kWindowPeriod = 0.01;
-
-// What the machine grants, and how late it wakes a thread like the haptic one that does nothing.
-struct MachineState {
-  RealtimeReport process, haptic;
-  WakeUpBaseline baseline;
-
-  // The first refusal, or empty.
-  std::string Refusal() const {
-    return process.Complete() ? haptic.FirstRefusal() : process.FirstRefusal();
-  }
-};
-
-// Asks for what a session would and wakes at its haptic rate for a second (not in virtual time),
-// before anything else of it runs or a device displays a force. Throws MachineError where something
-// was refused and required.
-MachineState TryMachine(const RunOptions& options, Nanoseconds period_ns) {
-  MachineState machine;
-  if (options.Lockstep() && !options.require_realtime) return machine;
-  machine.process = RequestRealtime(ProcessRealtime());
-  std::jthread([&] {
-    machine.haptic = RequestRealtime(HapticRealtime());
-    if (options.Lockstep() || (options.require_realtime && !machine.Refusal().empty())) return;
-    RealLoopClock clock{SessionClock()};
-    const auto ticks = static_cast<std::uint64_t>(kBaselineLength / period_ns);
-    machine.baseline = MeasureWakeUps({period_ns, period_ns, ticks}, {}, clock);
-  }).join();
-  if (options.require_realtime && !machine.Refusal().empty()) {
-    throw MachineError("--require-rt: " + machine.Refusal() +
-                       "; run as root or raise the rtprio and memlock limits");
-  }
-  return machine;
-}
-
-// The loops of one session and what they need to run.
-struct Loops {
-  Session& session;
-  HapticLoop& haptics;
-  DeformationLoop& deformation;
-  RenderLoop& render;
-  TelemetryLoop& telemetry;
-  DeviceLink* link;  // null without external devices
-  const StopSignals& signals;
-  std::uint64_t end_tick;
-  bool pictures;             // false: the render loop never starts
-  TrainerWindow* window;     // null without one
-  ControlScript* exchanges;  // asked for on the command line
-};
-
-// The real clock, one thread a loop:
-//
-//     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz) --SceneSnapshot--> render
-//        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
-//        '-effort-'  '---HapticSample queue, every tick-------------------^  ^  ^
-//                                   StepSample queue, every step ---------'  |
-//                      FrameRecord, LoopEvent queues of render ---------------'--SessionHealth-->
-//                      render
-//
-// With a window the main thread takes its input, where the window library wants it:
-//
-//     window --HandTarget, SessionControl--> haptic;   window --ViewSettings--> render
-//
-// Without one it tells the haptic loop the exchanges that were asked for on the command line.
-//
-// External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample --> HPDM_FORCE.
-//
-// The two loops with a deadline start together, once each has asked for its real-time state. The
-// haptic thread ends the session at its last tick; the telemetry ends after the loops, and the
-// links last, so that they drain everything.
-RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
-                         const SessionClock& clock) {
-  RunRecord record;
-  record.baseline = machine.baseline;
-  RealtimeReport haptic, deformation;
-  loops.session.EnableForces(true);
-  std::latch start(2);
-  std::stop_source over;
-
-  std::jthread receive_thread, send_thread;
-  if (loops.link != nullptr) {
-    RealtimeOptions realtime;
-    realtime.fifo_priority = DeviceLink::kPriority;
-    receive_thread = std::jthread([&, realtime](std::stop_token stop) {
-      RequestRealtime(realtime);
-      loops.link->Receive(stop);
-    });
-    send_thread = std::jthread([&, realtime](std::stop_token stop) {
-      RequestRealtime(realtime);
-      loops.link->Send(stop);
-    });
-  }
-  std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
-  std::jthread render_thread;
-  if (loops.pictures) {
-    render_thread = std::jthread([&](std::stop_token stop) {
-      loops.render.Run(stop);
-      // At once: the session may go on for long.
-      const std::string& failure = loops.render.failure();
-      if (!failure.empty()) std::cerr << "hpdm: note: " + failure + "\n";
-    });
-  }
-  std::jthread deformation_thread([&](std::stop_token stop) {
-    deformation = RequestRealtime(DeformationRealtime());
-    start.arrive_and_wait();
-    RealLoopClock loop_clock(clock);
-    const int hz = loops.session.scene().timing.deformation_hz;
-    record.deformation = RunOnSchedule(
-        {.start_ns = clock.Now(), .period_ns = kNanosecondsPerSecond / hz}, stop, loop_clock,
-        [&](std::uint64_t, Nanoseconds due, const TickTiming& timing) {
-          loops.deformation.Step(loops.deformation.NewestTools(), due, timing.wake_late_ns);
-        });
-  });
-  std::jthread haptic_thread([&](std::stop_token stop) {
-    haptic = RequestRealtime(HapticRealtime());
-    start.arrive_and_wait();
-    RealLoopClock loop_clock(clock);
-    record.haptic = loops.haptics.RunRealClock(stop, loop_clock, clock.Now(), loops.end_tick);
-    over.request_stop();
-  });
-
-  while (!over.stop_requested() && !record.interrupted) {
-    if (loops.window != nullptr && !loops.window->lost()) {
-      loops.window->Pump(kWindowPeriod);
-      record.interrupted = loops.window->ended() || loops.signals.WaitFor(0);
-    } else {
-      loops.exchanges->Advance(clock.Now(), &loops.session.control);
-      record.interrupted = loops.signals.WaitFor(20'000'000);
-    }
-  }
-  for (std::jthread* thread : {&haptic_thread, &deformation_thread, &render_thread,
-                               &telemetry_thread, &receive_thread, &send_thread}) {
-    if (!thread->joinable()) continue;
-    thread->request_stop();
-    thread->join();
-  }
-  if (loops.link != nullptr) record.link = loops.link->Summary();
-  loops.session.EnableForces(false);
-  record.realtime = {
-      {"process", machine.process}, {"haptic", haptic}, {"deformation", deformation}};
-  return record;
-}
-
-// The lockstep clock: one thread, virtual time.
-RunRecord RunInLockstep(const Loops& loops) {
-  RunRecord record;
-  record.lockstep = true;
-  const TimingOptions& timing = loops.session.scene().timing;
-  Lockstep clock(timing, &loops.haptics, &loops.deformation);
-  loops.session.EnableForces(true);
-  while (clock.tick() < loops.end_tick && !record.interrupted) {
-    // The queue holds two seconds of samples, and steps may be rarer.
-    if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
-    if (clock.StepIfDue()) {
-      ++record.deformation.ticks;
-      if (loops.pictures) loops.render.Frame();
-      loops.telemetry.Drain();
-      record.interrupted = loops.signals.WaitFor(0);
-    }
-    loops.exchanges->Advance(
-        static_cast<Nanoseconds>(clock.tick()) * loops.session.haptic_period_ns(),
-        &loops.session.control);
-    clock.Tick();
-    ++record.haptic.ticks;
-  }
-  loops.session.EnableForces(false);
-  loops.telemetry.Finish();
-  loops.render.EndOnThisThread();
-  return record;
-}
 
 const std::map<std::string, std::uint32_t> kOverlays = {{"force", kOverlayForce},
                                                         {"contacts", kOverlayContacts},
@@ -290,6 +83,7 @@ void OpenWindow(const RunOptions& options, const RenderOptions& render, Session*
   ViewSettings view;
   view.scope = session->scene().laparoscope;
   view.overlays = kOverlayText | render.overlays;
+  view.has_reference = !options.references.empty();
   view.recording = options.frames_per_second.value_or(0) > 0;
   window->emplace(
       render.width, render.height, "HPDM: " + session->scene().name, view,
@@ -340,6 +134,10 @@ void Run(const RunOptions& options) {
     throw InputError(std::string("--window: contradicts ") +
                      (options.headless ? "--headless" : "--no-pictures") + "; leave one out");
   }
+  if (options.film && (!options.pictures || options.FramesPerSecond() == 0)) {
+    throw InputError(std::string("--film: contradicts ") +
+                     (options.pictures ? "--fps 0" : "--no-pictures") + "; leave one out");
+  }
   const StopSignals signals;  // before any thread
   Scene scene = LoadScene(options.scene);
   std::vector<DeviceChoice> devices =
@@ -366,7 +164,8 @@ void Run(const RunOptions& options) {
   } else if (options.pictures) {
     EglContext();
   }
-  const MachineState machine = TryMachine(options, session.haptic_period_ns());
+  const MachineState machine =
+      TryMachine(options.Lockstep(), options.require_realtime, session.haptic_period_ns());
   const SessionClock clock;
   std::optional<DeviceLink> link;
   if (session.HasExternalDevice()) {
@@ -414,6 +213,7 @@ void Run(const RunOptions& options) {
                     &exchanges};
   const RunRecord record =
       options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, machine, clock);
+  window.reset();  // what follows takes a while, and the pointer is the user's
 
   // A disk that fills up must not cost the summary: it is told after it.
   std::string not_kept = telemetry.Summary().log.Explain();
@@ -430,9 +230,11 @@ void Run(const RunOptions& options) {
     const std::string missing = RunPlotScript(script, {folder.File(table), folder.File(picture)});
     if (!missing.empty()) std::cerr << "hpdm: note: " << picture << ": " << missing << "\n";
   };
-  if (options.film && render.frames_written() > 0) {
-    const std::string missing =
-        MakeFilm(render_options.frame_folder, options.FramesPerSecond(), folder.File("film.mp4"));
+  if (options.film) {
+    const std::string missing = render.frames_written() == 0
+                                    ? "not made: no frames were kept"
+                                    : MakeFilm(render_options.frame_folder,
+                                               options.FramesPerSecond(), folder.File("film.mp4"));
     if (!missing.empty()) std::cerr << "hpdm: note: film.mp4: " << missing << "\n";
   }
   plot(kPlotTimelineScript, "timeline.csv", "timeline.png");

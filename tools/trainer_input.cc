@@ -245,8 +245,11 @@ void TrainerInput::NextOptics() {
 
 void TrainerInput::NextOverlay() {
   const auto* now = std::find(std::begin(kOverlayCycle), std::end(kOverlayCycle), view_.overlays);
-  const bool last = now == std::end(kOverlayCycle) || std::next(now) == std::end(kOverlayCycle);
-  view_.overlays = last ? kOverlayCycle[0] : *std::next(now);
+  do {
+    const bool last = now == std::end(kOverlayCycle) || std::next(now) == std::end(kOverlayCycle);
+    now = last ? std::begin(kOverlayCycle) : std::next(now);
+  } while ((*now & kOverlayError) != 0 && !view_.has_reference);
+  view_.overlays = *now;
 }
 
 void TrainerInput::NextInstrument() {

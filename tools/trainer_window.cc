@@ -28,6 +28,12 @@ void TrainerWindow::Pump(double seconds) {
   Publish();
 }
 
+void TrainerWindow::Resume() {
+  edges_.control.Back() = input_.control();
+  edges_.control.Back().paused = false;
+  edges_.control.Publish();
+}
+
 void TrainerWindow::Publish() {
   edges_.view.Back() = input_.view();
   edges_.view.Publish();

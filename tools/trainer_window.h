@@ -37,6 +37,9 @@ class TrainerWindow {
   /// Takes what has been typed and moved, waiting at most `seconds` for it, and tells the loops.
   void Pump(double seconds);
 
+  /// Ends a pause that nobody can end by a key any more.
+  void Resume();
+
   bool ended() const { return input_.ended(); }  ///< The user wants no more.
   bool lost() const { return window_.lost(); }   ///< Its display has gone away.
 

@@ -54,16 +54,17 @@ VirtualWall FindVirtualWall(const std::vector<OrganModel>& organs,
         visit(pose.joints, p_W);
       }
     }
-    if (!(wall.limit > 0) && !organ.options().wall_stiffness) {
-      throw InputError("instrument \"" + instrument.name + "\": without damping its device " +
-                       "displays no rigid organ stably; give instrument.device some, or organ \"" +
-                       organ.options().name + "\" a wall_stiffness");
-    }
   }
   if (!wall.reachable) {
     JointVector joints = JointVector::Zero();
     joints[kInsertion] = device.max_insertion;
     visit(joints, kinematics.Forward(joints).translation());
+  }
+  for (const OrganModel& organ : organs) {
+    if (!organ.rigid() || wall.limit > 0 || organ.options().wall_stiffness) continue;
+    throw InputError("instrument \"" + instrument.name + "\": without damping its device " +
+                     "displays no rigid organ stably; give instrument.device some, or organ \"" +
+                     organ.options().name + "\" a wall_stiffness");
   }
   wall.stiffness = 0.5 * wall.limit;
   return wall;

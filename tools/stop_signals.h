@@ -1,0 +1,27 @@
+#pragma once
+
+#include <signal.h>
+
+namespace hpdm {
+
+/// SIGINT and SIGTERM, which ask for a clean end. They are blocked before any thread is started,
+/// which inherits that, and taken by the main thread alone.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGINT);
+    sigaddset(&signals_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+  /// True when one came within the time (less than a second). Main thread.
+  bool WaitFor(long nanoseconds) const {
+    const timespec wait = {0, nanoseconds};
+    return sigtimedwait(&signals_, nullptr, &wait) > 0;
+  }
+
+ private:
+  sigset_t signals_;
+};
+
+}  // namespace hpdm
