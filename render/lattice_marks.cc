@@ -1,5 +1,6 @@
 #include "render/lattice_marks.h"
 
+#include <algorithm>
 #include <array>
 
 namespace hpdm {
@@ -9,9 +10,31 @@ const Colour kLineColour(0.62f, 0.80f, 1.0f);
 const Colour kPointColour(0.85f, 0.95f, 1.0f);
 const Colour kLocalColour(1.0f, 0.72f, 0.15f);
 
-Mark PointAt(const Points& points, Eigen::Index row, float radius, const Colour& colour) {
+// How strongly a control point is drawn, 0..1, by the share of the surface that it moves: one that
+// holds hardly any tissue may be far out, where nothing follows it, and would hide the others.
+Eigen::VectorXf Presence(const OrganModel& model) {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(model.control_points());
+  const WeightMatrix& weights = model.weights();
+  for (int row = 0; row < weights.outerSize(); ++row) {
+    for (WeightMatrix::InnerIterator it(weights, row); it; ++it) moved[it.col()] += it.value();
+  }
+  constexpr double kFull = 0.25, kNone = 0.05;  // of the largest share
+  return ((moved / moved.maxCoeff()).array() - kNone)
+             .cwiseMax(0.0)
+             .cwiseMin(kFull - kNone)
+             .cast<float>() /
+         static_cast<float>(kFull - kNone);
+}
+
+Mark PointAt(const Points& points, Eigen::Index row, float radius, const Colour& colour,
+             float opacity = 1) {
   const Eigen::Vector3f p = points.row(row).cast<float>();
-  return {.a_W = p, .radius_a = radius, .b_W = p, .radius_b = radius, .colour = colour};
+  return {.a_W = p,
+          .radius_a = radius,
+          .b_W = p,
+          .radius_b = radius,
+          .colour = colour,
+          .opacity = opacity};
 }
 
 }  // namespace
@@ -44,6 +67,7 @@ void AddLatticeMarks(const OrganModel& model, const OrganSnapshot& shape, Marks*
   const Lattice& lattice = *model.lattice();
   const TensorBasis& basis = lattice.basis();
   const Points points = DisplacedControlPoints(lattice, shape);
+  const Eigen::VectorXf presence = Presence(model);
   for (int a = 0; a < lattice.size(); ++a) {
     const int index = lattice.kept()[a];
     const int ny = basis.axis(1).count(), nz = basis.axis(2).count();
@@ -52,17 +76,18 @@ void AddLatticeMarks(const OrganModel& model, const OrganSnapshot& shape, Marks*
       std::array<int, 3> next = at;
       if (++next[d] == basis.axis(d).count()) continue;
       const int b = lattice.Column(basis.Index(next[0], next[1], next[2]));
-      if (b < 0) continue;
+      if (b < 0 || std::min(presence[a], presence[b]) == 0) continue;
       marks->push_back({.a_W = points.row(a).cast<float>(),
                         .radius_a = 0.6f,
                         .b_W = points.row(b).cast<float>(),
                         .radius_b = 0.6f,
                         .colour = kLineColour,
-                        .opacity = 0.5f});
+                        .opacity = 0.5f * std::min(presence[a], presence[b])});
     }
   }
   for (Eigen::Index a = 0; a < points.rows(); ++a) {
-    marks->push_back(PointAt(points, a, 2, kPointColour));
+    if (presence[a] == 0) continue;
+    marks->push_back(PointAt(points, a, 2, kPointColour, presence[a]));
   }
   const Points local = DisplacedLocalFunctions(model, shape);
   for (Eigen::Index a = 0; a < local.rows(); ++a) {

@@ -15,7 +15,7 @@ Points DisplacedControlPoints(const Lattice& lattice, const OrganSnapshot& shape
 Points DisplacedLocalFunctions(const OrganModel& model, const OrganSnapshot& shape);
 
 /// The control lattice of an organ that has one, and its local functions in use: points, and lines
-/// between neighbours in the lattice's grid.
+/// between neighbours in the lattice's grid; fainter, or left out, where they hold little tissue.
 void AddLatticeMarks(const OrganModel& model, const OrganSnapshot& shape, Marks* marks);
 
 }  // namespace hpdm
