@@ -74,6 +74,8 @@ void SessionStatistics::Add(const HapticSample& sample) {
       Count(Latency::kHapticPeriod, wake_up_ns - last_wake_up_ns_);
     }
   }
+  // The session's time runs while its threads start: rates begin with the first tick.
+  if (total_.ticks == 0) interval_.start = std::max(interval_.start, sample.time_ns);
   last_tick_ = sample.tick;
   last_tick_ns_ = sample.time_ns;
   last_wake_up_ns_ = wake_up_ns;

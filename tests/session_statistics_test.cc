@@ -56,6 +56,15 @@ TEST(SessionStatistics, AgreesWithASeriesComputedByHand) {
   EXPECT_NEAR(summary.haptic_hz, 800, 1e-9) << "four ticks more in 5 ms";
 }
 
+TEST(SessionStatistics, RatesOfTheFirstIntervalBeginWithTheFirstTick) {
+  SessionStatistics statistics(kPeriod);
+  for (std::uint64_t tick = 400; tick < 1000; ++tick) statistics.Add(Tick(tick, 0, 0));
+  stats_t stats{};
+  statistics.CloseInterval(1000 * kPeriod, &stats);
+  EXPECT_EQ(stats.interval_ns, 600 * kPeriod);
+  EXPECT_DOUBLE_EQ(stats.haptic.rate_hz, 1e9 / static_cast<double>(kPeriod));
+}
+
 TEST(SessionStatistics, TicksMissingWithoutACauseAreLost) {
   SessionStatistics statistics(kPeriod);
   statistics.Add(Tick(10, 0, 0));
