@@ -12,11 +12,15 @@ namespace {
 
 constexpr Nanoseconds kPeriod = 1'000'000;
 
+SessionInfo Info() {
+  SessionInfo info;
+  info.instruments = {"probe"};
+  return info;
+}
+
 /// A telemetry loop of one instrument without organs, drained by hand.
 struct Bench {
-  Bench()
-      : telemetry(&samples, &steps, &scenes, folder / "session.lcmlog", Options(),
-                  {{"probe"}, {}}) {}
+  Bench() : telemetry(&samples, &steps, &scenes, folder / "session.lcmlog", Options(), Info()) {}
   TelemetryOptions Options() {
     TelemetryOptions options;
     options.haptic_period = kPeriod;
