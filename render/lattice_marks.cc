@@ -10,22 +10,6 @@ const Colour kLineColour(0.62f, 0.80f, 1.0f);
 const Colour kPointColour(0.85f, 0.95f, 1.0f);
 const Colour kLocalColour(1.0f, 0.72f, 0.15f);
 
-// How strongly a control point is drawn, 0..1, by the share of the surface that it moves: one that
-// holds hardly any tissue may be far out, where nothing follows it, and would hide the others.
-Eigen::VectorXf Presence(const OrganModel& model) {
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(model.control_points());
-  const WeightMatrix& weights = model.weights();
-  for (int row = 0; row < weights.outerSize(); ++row) {
-    for (WeightMatrix::InnerIterator it(weights, row); it; ++it) moved[it.col()] += it.value();
-  }
-  constexpr double kFull = 0.25, kNone = 0.05;  // of the largest share
-  return ((moved / moved.maxCoeff()).array() - kNone)
-             .cwiseMax(0.0)
-             .cwiseMin(kFull - kNone)
-             .cast<float>() /
-         static_cast<float>(kFull - kNone);
-}
-
 Mark PointAt(const Points& points, Eigen::Index row, float radius, const Colour& colour,
              float opacity = 1) {
   const Eigen::Vector3f p = points.row(row).cast<float>();
@@ -38,6 +22,20 @@ Mark PointAt(const Points& points, Eigen::Index row, float radius, const Colour&
 }
 
 }  // namespace
+
+Eigen::VectorXf ControlPointPresence(const OrganModel& model) {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(model.control_points());
+  const WeightMatrix& weights = model.weights();
+  for (int row = 0; row < weights.outerSize(); ++row) {
+    for (WeightMatrix::InnerIterator it(weights, row); it; ++it) moved[it.col()] += it.value();
+  }
+  constexpr double kFull = 0.25, kNone = 0.05;  // of the largest share
+  return ((moved / moved.maxCoeff()).array() - kNone)
+             .cwiseMax(0.0)
+             .cwiseMin(kFull - kNone)
+             .cast<float>() /
+         static_cast<float>(kFull - kNone);
+}
 
 Points DisplacedControlPoints(const Lattice& lattice, const OrganSnapshot& shape) {
   Points points = lattice.ControlPoints() + shape.control_displacements;
@@ -62,12 +60,12 @@ Points DisplacedLocalFunctions(const OrganModel& model, const OrganSnapshot& sha
   return points.topRows(used);
 }
 
-void AddLatticeMarks(const OrganModel& model, const OrganSnapshot& shape, Marks* marks) {
+void AddLatticeMarks(const OrganModel& model, const Eigen::VectorXf& presence,
+                     const OrganSnapshot& shape, Marks* marks) {
   if (!model.lattice()) return;
   const Lattice& lattice = *model.lattice();
   const TensorBasis& basis = lattice.basis();
   const Points points = DisplacedControlPoints(lattice, shape);
-  const Eigen::VectorXf presence = Presence(model);
   for (int a = 0; a < lattice.size(); ++a) {
     const int index = lattice.kept()[a];
     const int ny = basis.axis(1).count(), nz = basis.axis(2).count();

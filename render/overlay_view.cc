@@ -28,7 +28,12 @@ double RoundedUp(double value) {
   return 10 * decade;
 }
 
-OverlayView::OverlayView(const std::vector<OrganView>& organs) : organs_(organs) {}
+OverlayView::OverlayView(const std::vector<OrganView>& organs) : organs_(organs) {
+  for (const OrganView& organ : organs_) {
+    const bool has_lattice = organ.model != nullptr && organ.model->lattice();
+    presence_.push_back(has_lattice ? ControlPointPresence(*organ.model) : Eigen::VectorXf());
+  }
+}
 
 void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
                        std::uint32_t overlays, OrganPainter* organs) {
@@ -38,7 +43,7 @@ void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
     marks_.clear();
     for (std::size_t o = 0; o < organs_.size(); ++o) {
       if (organs_[o].model == nullptr) continue;
-      AddLatticeMarks(*organs_[o].model, snapshot.organs[o], &marks_);
+      AddLatticeMarks(*organs_[o].model, presence_[o], snapshot.organs[o], &marks_);
     }
     marks_painter_.Draw(marks_, 0.3f, 0.9 * scope.target_distance());
   }

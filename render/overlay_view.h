@@ -40,6 +40,7 @@ class OverlayView {
   void DrawErrors(const SceneSnapshot& snapshot, OrganPainter* organs);
 
   std::vector<OrganView> organs_;
+  std::vector<Eigen::VectorXf> presence_;  // by organ, of its control points
   HeatPainter heat_;
   MarkPainter marks_painter_;
   Marks marks_;               // scratch

@@ -2,6 +2,7 @@
 #include <limits>
 #include <utility>
 
+#include "scenes/instrument_types.h"
 #include "scenes/scene_keys.h"
 #include "scenes/scene_parts.h"
 
@@ -107,12 +108,7 @@ JawOptions ReadJaws(const TableReader& table) {
 void ReadHeld(const TableReader& table, HeldInstrument* held) {
   table.Require("name", "name the instrument");
   table.ReadName("name", &held->name);
-  table.ReadChoice("type",
-                   {{"probe", InstrumentType::kProbe},
-                    {"grasper", InstrumentType::kGrasper},
-                    {"scissors", InstrumentType::kScissors},
-                    {"hook", InstrumentType::kHook}},
-                   &held->type);
+  table.ReadChoice("type", kInstrumentTypes, &held->type);
   table.ReadFile("mesh", &held->mesh);
   if (table.Has("jaws") && held->mesh.empty()) {
     table.Fail("jaws", "belongs to an own mesh",

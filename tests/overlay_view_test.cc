@@ -96,7 +96,7 @@ TEST(LatticeMarks, LinesJoinNeighboursAndLocalFunctionsHaveAColourOfTheirOwn) {
   shape.local_functions = {model.local()->finer().kept()[7], -1};
   shape.local_displacements = Points::Zero(2, 3);
   Marks marks;
-  AddLatticeMarks(model, shape, &marks);
+  AddLatticeMarks(model, ControlPointPresence(model), shape, &marks);
   // All 4^3 control points have tissue, but the 8 at the box's corners hold next to none of it: a
   // product of three border functions. Lines only join what is drawn.
   ASSERT_EQ(model.control_points(), 64);

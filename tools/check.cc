@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "scenes/instrument_types.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/session.h"
@@ -98,16 +99,9 @@ void PrintOrgan(const Json& organ) {
               cost["relocation_flops"].get<double>() / 1e6);
 }
 
-const char* TypeName(InstrumentType type) {
-  switch (type) {
-    case InstrumentType::kProbe:
-      return "probe";
-    case InstrumentType::kGrasper:
-      return "grasper";
-    case InstrumentType::kScissors:
-      return "scissors";
-    case InstrumentType::kHook:
-      return "hook";
+std::string_view TypeName(InstrumentType type) {
+  for (const auto& [name, named] : kInstrumentTypes) {
+    if (named == type) return name;
   }
   return "";
 }

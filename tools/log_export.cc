@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <unordered_map>
@@ -33,7 +34,11 @@ class Columns {
   }
 
   const std::vector<std::string>& names() const { return names_; }
-  std::size_t Of(std::string_view name) const { return index_.at(std::string(name)); }
+  std::optional<std::size_t> Of(std::string_view name) const {
+    const auto found = index_.find(std::string(name));
+    if (found == index_.end()) return std::nullopt;
+    return found->second;
+  }
 
  private:
   void Renumber(std::size_t from) {
@@ -149,13 +154,16 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
     if (found == tables.end()) continue;
     Table& table = found->second;
     cells.assign(table.columns.names().size(), "");
-    if (!Readable(table, event, schemas)) {
+    const bool readable = schemas.Find(event.data) == table.type &&
+                          schemas.Decode(*table.type, event.data, [&](const MessageValue& value) {
+                            // A message that breaks off may have values that no whole one has.
+                            if (const auto column = table.columns.Of(value.name))
+                              cells[*column] = Cell(value);
+                          });
+    if (!readable) {
       ++table.exported.skipped;
       continue;
     }
-    schemas.Decode(*table.type, event.data, [&](const MessageValue& value) {
-      cells[table.columns.Of(value.name)] = Cell(value);
-    });
     WriteRow(event.time_us, cells, &table.out);
     ++table.exported.messages;
   }
