@@ -1,0 +1,41 @@
+// Makes built/PAGE.html of each src/PAGE.html: one file that works offline, its scripts and styles
+// bundled and minified in place of <!-- page -->. Only who changes src/ needs npm:
+//
+//     cd tools/web && npm ci && npm run build
+//
+// The page's second line holds a hash of all sources, by which a test tells a stale page.
+import * as esbuild from 'esbuild';
+import {readdirSync, readFileSync, writeFileSync} from 'node:fs';
+
+// 64-bit FNV-1a over names and contents in the order of the names, as tests/web_pages_test.cc has it.
+function hashOfSources() {
+  let hash = 0xcbf29ce484222325n;
+  const add = (bytes) => {
+    for (const byte of bytes) hash = BigInt.asUintN(64, (hash ^ BigInt(byte)) * 0x100000001b3n);
+  };
+  for (const name of readdirSync('src').sort()) {
+    add(Buffer.from(name));
+    add(readFileSync(`src/${name}`));
+  }
+  return hash.toString(16).padStart(16, '0');
+}
+
+const hash = hashOfSources();
+for (const page of ['dashboard', 'report']) {
+  const result = await esbuild.build({
+    entryPoints: [`src/${page}.js`],
+    bundle: true,
+    minify: true,
+    write: false,
+    outdir: 'out',
+    format: 'iife',
+    target: 'es2022',
+    legalComments: 'eof',
+  });
+  const text = (suffix) => result.outputFiles.find((file) => file.path.endsWith(suffix))?.text ?? '';
+  // A script ends at the first "</script", wherever it stands.
+  const script = text('.js').replaceAll('</script', '<\\/script');
+  const html = readFileSync(`src/${page}.html`, 'utf8').replace(
+      '<!-- page -->', () => `<style>${text('.css')}</style>\n<script>${script}</script>`);
+  writeFileSync(`built/${page}.html`, html.replace('\n', `\n<!-- sources ${hash} -->\n`));
+}
