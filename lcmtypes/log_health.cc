@@ -1,7 +1,6 @@
 #include "lcmtypes/log_health.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -12,14 +11,6 @@
 
 namespace hpdm {
 namespace {
-
-std::string HashText(const std::vector<std::uint8_t>& data) {
-  if (data.size() < 8) return "no LCM message";
-  char text[24];
-  std::snprintf(text, sizeof text, "0x%02x%02x%02x%02x%02x%02x%02x%02x", data[0], data[1], data[2],
-                data[3], data[4], data[5], data[6], data[7]);
-  return text;
-}
 
 class Channels {
  public:
@@ -32,7 +23,7 @@ class Channels {
       channel.type = schemas_.Find(event.data);
       facts.channel = event.channel;
       facts.known = channel.type != nullptr;
-      facts.type = facts.known ? channel.type->name : HashText(event.data);
+      facts.type = schemas_.TypeOf(event.data);
       facts.first_us = event.time_us;
     }
     facts.bytes += event.data.size();

@@ -203,8 +203,8 @@ std::uint64_t WholeHash(const std::vector<LcmStruct>& structs, std::size_t index
 class Walk {
  public:
   Walk(const std::vector<LcmStruct>& structs, std::span<const std::uint8_t> bytes,
-       const std::function<void(const MessageValue&)>& visit)
-      : structs_(structs), bytes_(bytes), visit_(visit) {}
+       MessageVisitor* visitor)
+      : structs_(structs), bytes_(bytes), visitor_(*visitor) {}
 
   bool Message(const LcmStruct& type) {
     at_ = kHashBytes;
@@ -220,12 +220,15 @@ class Walk {
     // Of the integer members so far, for the dimensions that they give.
     std::vector<std::int64_t> integers(type.members.size(), 0);
     const std::size_t prefix = name_.size();
+    visitor_.BeginStruct();
     for (std::size_t m = 0; m < type.members.size(); ++m) {
       if (prefix > 0) name_ += '.';
       name_ += type.members[m].name;
+      visitor_.BeginMember(type.members[m]);
       if (!Array(type.members[m], integers, 0, depth, &integers[m])) return false;
       name_.resize(prefix);
     }
+    visitor_.EndStruct();
     return true;
   }
 
@@ -237,6 +240,7 @@ class Walk {
     // An element takes at least a byte, unless it is an empty struct, of which nobody needs many.
     if (count < 0 || count > static_cast<std::int64_t>(bytes_.size())) return false;
     const std::size_t prefix = name_.size();
+    visitor_.BeginArray();
     for (std::int64_t i = 0; i < count; ++i) {
       name_ += '[';
       name_ += std::to_string(i);
@@ -245,6 +249,7 @@ class Walk {
       if (!Array(member, integers, dimension + 1, depth, &unused)) return false;
       name_.resize(prefix);
     }
+    visitor_.EndArray();
     return true;
   }
 
@@ -257,14 +262,14 @@ class Walk {
       case LcmPrimitive::kFloat: {
         std::uint64_t bits = 0;
         if (!Big(4, &bits)) return false;
-        visit_(
+        visitor_.Value(
             {name_, static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)))});
         return true;
       }
       case LcmPrimitive::kDouble: {
         std::uint64_t bits = 0;
         if (!Big(8, &bits)) return false;
-        visit_({name_, std::bit_cast<double>(bits)});
+        visitor_.Value({name_, std::bit_cast<double>(bits)});
         return true;
       }
       case LcmPrimitive::kInt8:
@@ -288,14 +293,14 @@ class Walk {
     const int unused = 64 - 8 * size;
     *integer = is_signed ? static_cast<std::int64_t>(bits << unused) >> unused
                          : static_cast<std::int64_t>(bits);
-    visit_({name_, *integer});
+    visitor_.Value({name_, *integer});
     return true;
   }
 
   bool String() {
     std::uint64_t length = 0;  // with the final zero
     if (!Big(4, &length) || length == 0 || length > bytes_.size() - at_) return false;
-    visit_(
+    visitor_.Value(
         {name_, std::string_view(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1)});
     at_ += length;
     return true;
@@ -310,9 +315,18 @@ class Walk {
 
   const std::vector<LcmStruct>& structs_;
   std::span<const std::uint8_t> bytes_;
-  const std::function<void(const MessageValue&)>& visit_;
+  MessageVisitor& visitor_;
   std::size_t at_ = 0;
   std::string name_;
+};
+
+class Values : public MessageVisitor {
+ public:
+  explicit Values(const std::function<void(const MessageValue&)>& visit) : visit_(visit) {}
+  void Value(const MessageValue& value) override { visit_(value); }
+
+ private:
+  const std::function<void(const MessageValue&)>& visit_;
 };
 
 }  // namespace
@@ -376,7 +390,25 @@ const LcmStruct* MessageSchemas::Find(std::span<const std::uint8_t> bytes) const
 
 bool MessageSchemas::Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
                             const std::function<void(const MessageValue&)>& visit) const {
-  return Walk(structs_, bytes, visit).Message(type);
+  Values values(visit);
+  return Decode(type, bytes, &values);
+}
+
+bool MessageSchemas::Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
+                            MessageVisitor* visitor) const {
+  return Walk(structs_, bytes, visitor).Message(type);
+}
+
+std::string MessageSchemas::TypeOf(std::span<const std::uint8_t> bytes) const {
+  if (const LcmStruct* type = Find(bytes)) return type->name;
+  if (bytes.size() < kHashBytes) return "no LCM message";
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text = "0x";
+  for (const std::uint8_t byte : bytes.first(kHashBytes)) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
 }
 
 }  // namespace hpdm
