@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/error.h"
 #include "lcmtypes/log_health.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
