@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   hpdm::AddRunCommand(app);
   hpdm::AddReplayCommand(app);
   hpdm::AddReportCommand(app);
+  hpdm::AddSpyCommand(app);
   hpdm::AddLogCommand(app);
   hpdm::AddCheckCommand(app);
   hpdm::AddInspectCommand(app);

@@ -22,7 +22,8 @@ constexpr MetricDefinition kDefinitions[] = {
      "Way of the tip along the shaft, in and out: large when depth is searched for.",
      "Cotin 2002; Chmarra 2010"},
     {"economy_of_motion", "Economy of motion", "%", 100, "%.0f",
-     "Straight distance from each movement's beginning to its end over the way that was gone, of all "
+     "Straight distance from each movement's beginning to its end over the way that was gone, of "
+     "all "
      "movements together. 100 %: only straight lines; a task that needs curves has less.",
      "Chmarra 2008"},
     {"movements", "Movements", "", 1, "%.0f",
@@ -50,7 +51,8 @@ constexpr MetricDefinition kDefinitions[] = {
      "Time with a force above this session's limit of %LIMIT%.", "Rodrigues 2012"},
     {"over_limit_count", "Times above the limit", "", 1, "%.0f",
      "Times that the force rose above this session's limit of %LIMIT%.", "Rodrigues 2012"},
-    {"force_impulse_Ns", "Force impulse", "N s", 1, "%.1f", "Force summed over time.", "Trejos 2014"},
+    {"force_impulse_Ns", "Force impulse", "N s", 1, "%.1f", "Force summed over time.",
+     "Trejos 2014"},
     {"mean_force_rate_N_per_s", "Mean force rate", "N/s", 1, "%.2f",
      "How fast the force changes, in size or direction, on average while there is one (smoothed at "
      "10 Hz).",
@@ -68,28 +70,36 @@ constexpr MetricSource kSources[] = {
      "S. Cotin, N. Stylopoulos, M. Ottensmeyer, P. Neumann, D. Rattner, S. Dawson: Metrics for "
      "laparoscopic skills trainers: the weakest link! MICCAI 2002, LNCS 2488, 35-43."},
     {"Dosis 2005",
-     "A. Dosis et al.: Synchronized video and motion analysis for the assessment of procedures in the operating theater. Archives of "
+     "A. Dosis et al.: Synchronized video and motion analysis for the assessment of procedures in "
+     "the operating theater. Archives of "
      "Surgery 140 (2005), 293-299. (Counting movements by speed; the thresholds are ours.)"},
     {"Chmarra 2008",
-     "M. K. Chmarra, F. W. Jansen, C. A. Grimbergen, J. Dankelman: Retracting and seeking movements "
+     "M. K. Chmarra, F. W. Jansen, C. A. Grimbergen, J. Dankelman: Retracting and seeking "
+     "movements "
      "during laparoscopic goal-oriented movements. Is the shortest path length optimal? Surgical "
      "Endoscopy 22 (2008), 943-949. (Path against the straight line, and why that is no ideal in "
      "itself; our sum over movements is our own.)"},
     {"Chmarra 2010",
      "M. K. Chmarra, S. Klein, J. C. F. de Winter, F. W. Jansen, J. Dankelman: Objective "
-     "classification of residents based on their psychomotor laparoscopic skills. Surgical Endoscopy "
+     "classification of residents based on their psychomotor laparoscopic skills. Surgical "
+     "Endoscopy "
      "24 (2010), 1031-1039."},
     {"Oropesa 2013",
-     "I. Oropesa, M. K. Chmarra, P. S\u00e1nchez-Gonz\u00e1lez, P. Lamata, S. P. Rodrigues, S. Enciso, F. M. "
-     "S\u00e1nchez-Margallo, F. W. Jansen, J. Dankelman, E. J. G\u00f3mez: Relevance of motion-related "
-     "assessment metrics in laparoscopic surgery. Surgical Innovation 20 (2013), 299-312. (Idle time "
+     "I. Oropesa, M. K. Chmarra, P. S\u00e1nchez-Gonz\u00e1lez, P. Lamata, S. P. Rodrigues, S. "
+     "Enciso, F. M. "
+     "S\u00e1nchez-Margallo, F. W. Jansen, J. Dankelman, E. J. G\u00f3mez: Relevance of "
+     "motion-related "
+     "assessment metrics in laparoscopic surgery. Surgical Innovation 20 (2013), 299-312. (Idle "
+     "time "
      "and mean speed; the threshold is ours.)"},
     {"Balasubramanian 2015",
-     "S. Balasubramanian, A. Melendez-Calderon, A. Roby-Brami, E. Burdet: On the analysis of movement "
+     "S. Balasubramanian, A. Melendez-Calderon, A. Roby-Brami, E. Burdet: On the analysis of "
+     "movement "
      "smoothness. Journal of NeuroEngineering and Rehabilitation 12 (2015), 112."},
     {"Horeman 2010",
      "T. Horeman, S. P. Rodrigues, F. W. Jansen, J. Dankelman, J. J. van den Dobbelsteen: Force "
-     "measurement platform for training and assessment of laparoscopic skills. Surgical Endoscopy 24 "
+     "measurement platform for training and assessment of laparoscopic skills. Surgical Endoscopy "
+     "24 "
      "(2010), 3102-3108."},
     {"Horeman 2012",
      "T. Horeman, S. P. Rodrigues, F. W. Jansen, J. Dankelman, J. J. van den Dobbelsteen: Force "
@@ -100,8 +110,10 @@ constexpr MetricSource kSources[] = {
      "intraabdominal organs: when do we cause tissue damage? Surgical Endoscopy 26 (2012), doi "
      "10.1007/s00464-011-1986-5. (Forces that tissues bear; limits are the trainer's.)"},
     {"Trejos 2014",
-     "A. L. Trejos, R. V. Patel, R. A. Malthaner, C. M. Schlachta: Development of force-based metrics "
-     "for skills assessment in minimally invasive surgery. Surgical Endoscopy 28 (2014), 2106-2119."},
+     "A. L. Trejos, R. V. Patel, R. A. Malthaner, C. M. Schlachta: Development of force-based "
+     "metrics "
+     "for skills assessment in minimally invasive surgery. Surgical Endoscopy 28 (2014), "
+     "2106-2119."},
 };
 
 }  // namespace
@@ -109,9 +121,10 @@ constexpr MetricSource kSources[] = {
 std::span<const MetricDefinition> MetricDefinitions() { return kDefinitions; }
 
 const MetricDefinition* FindMetric(const std::string& key) {
-  const auto* found = std::find_if(
-      std::begin(kDefinitions), std::end(kDefinitions),
-      [&key](const MetricDefinition& definition) { return std::string_view(definition.key) == key; });
+  const auto* found = std::find_if(std::begin(kDefinitions), std::end(kDefinitions),
+                                   [&key](const MetricDefinition& definition) {
+                                     return std::string_view(definition.key) == key;
+                                   });
   return found == std::end(kDefinitions) ? nullptr : found;
 }
 

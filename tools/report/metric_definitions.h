@@ -9,11 +9,11 @@ namespace hpdm {
 
 /// One figure of a hand: how people read it. In full, with symbols: tools/report/README.md.
 struct MetricDefinition {
-  const char* key;    ///< Of ToJson's hand.
-  const char* label;  ///< For people.
-  const char* unit;   ///< Shown; empty for numbers.
-  double scale;       ///< Shown value / JSON value.
-  const char* format;  ///< printf's, of the shown value.
+  const char* key;      ///< Of ToJson's hand.
+  const char* label;    ///< For people.
+  const char* unit;     ///< Shown; empty for numbers.
+  double scale;         ///< Shown value / JSON value.
+  const char* format;   ///< printf's, of the shown value.
   const char* meaning;  ///< One or two sentences; may hold "%LIMIT%".
   const char* source;   ///< Keys of Sources(), separated by "; "; empty: our own.
 };

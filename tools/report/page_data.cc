@@ -18,7 +18,9 @@ constexpr std::size_t kMostEvents = 200;
 constexpr std::size_t kMostBins = 2000;
 
 /// Thousandths are more than a screen shows; divided, so that their text is short.
-double Thousandths(double value) { return std::isfinite(value) ? std::round(value * 1000) / 1000 : 0; }
+double Thousandths(double value) {
+  return std::isfinite(value) ? std::round(value * 1000) / 1000 : 0;
+}
 
 Json Curve(const ThinnedCurve& curve) {
   Json times = Json::array(), values = Json::array();
@@ -107,8 +109,8 @@ Json OrganOf(const OrganDescription& organ) {
     const double tenths = std::clamp(organ.vertices.data()[i] * 1e4, -32767.0, 32767.0);
     vertices.push_back(static_cast<std::int16_t>(std::lround(tenths)));
   }
-  const std::vector<std::uint32_t> triangles(
-      organ.triangles.data(), organ.triangles.data() + organ.triangles.size());
+  const std::vector<std::uint32_t> triangles(organ.triangles.data(),
+                                             organ.triangles.data() + organ.triangles.size());
   return {{"name", organ.name}, {"vertices", Packed(vertices)}, {"triangles", Packed(triangles)}};
 }
 
@@ -123,8 +125,8 @@ ThinnedCurve Thin(std::span<const float> values, double period, std::size_t most
   const std::size_t width = std::max<std::size_t>(1, (2 * values.size() + most - 1) / most);
   for (std::size_t begin = 0; begin < values.size(); begin += width) {
     const auto first = values.begin() + static_cast<std::ptrdiff_t>(begin);
-    const auto last = values.begin() +
-                      static_cast<std::ptrdiff_t>(std::min(begin + width, values.size()));
+    const auto last =
+        values.begin() + static_cast<std::ptrdiff_t>(std::min(begin + width, values.size()));
     const auto [low, high] = std::minmax_element(first, last);
     add(static_cast<std::size_t>(std::min(low, high) - values.begin()));
     if (low != high) add(static_cast<std::size_t>(std::max(low, high) - values.begin()));

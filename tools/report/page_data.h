@@ -24,8 +24,8 @@ inline constexpr std::size_t kMostCurvePoints = 3000;
 ///     latencies: [{name, bins: [[upper_us, count]]}]
 nlohmann::ordered_json PageData(const SessionReading& reading);
 
-/// Times and values of one curve, thinned: at most `most` points, in order. Two curves over the same
-/// samples may differ in their times.
+/// Times and values of one curve, thinned: at most `most` points, in order. Two curves over the
+/// same samples may differ in their times.
 struct ThinnedCurve {
   std::vector<double> times, values;
 };

@@ -74,16 +74,17 @@ std::string Meaning(const MetricDefinition& metric, double limit) {
   return Replaced(metric.meaning, "%LIMIT%", LimitText(limit));
 }
 
-std::string Panel(const std::string& id, const std::string& heading, const std::string& body) {
-  return "<section class=\"panel\" id=\"" + id + "\">\n<h2>" + heading + "</h2>\n" + body +
-         "</section>\n";
+std::string Panel(const std::string& id, const std::string& heading, const std::string& body,
+                  const std::string& further_class = "") {
+  return "<section class=\"panel" + further_class + "\" id=\"" + id + "\">\n<h2>" + heading +
+         "</h2>\n" + body + "</section>\n";
 }
 
 /// The change from `before` to `now` for people: "+12 %"; empty where it says nothing.
 std::string Change(const Json& now, const Json& before) {
   if (now.is_null() || before.is_null() || before.get<double>() == 0) return "";
-  const double change = 100 * (now.get<double>() / before.get<double>() - 1);
-  return Format("%+.0f\u00a0%%", change);
+  const double change = std::round(100 * (now.get<double>() / before.get<double>() - 1));
+  return change == 0 ? "0\u00a0%" : Format("%+.0f\u00a0%%", change);
 }
 
 const Json* HandOf(const Json& report, const Json& name, std::size_t index) {
@@ -131,7 +132,8 @@ std::string OrganTable(const SessionReport& report) {
   if (longest == 0) return "<p>No tissue was touched.</p>\n";
   std::string html =
       "<div class=\"wide\"><table><thead><tr><th>Organ</th><th>Hand</th><th>Contact</th>"
-      "<th class=\"number\">s</th><th class=\"number\">contacts</th><th class=\"number\">peak N</th>"
+      "<th class=\"number\">s</th><th class=\"number\">contacts</th><th class=\"number\">peak "
+      "N</th>"
       "<th class=\"number\">mean N</th><th class=\"number\">s above limit</th>"
       "<th class=\"number\">deepest mm</th></tr></thead><tbody>\n";
   for (std::size_t o = 0; o < report.organs.size(); ++o) {
@@ -140,15 +142,16 @@ std::string OrganTable(const SessionReport& report) {
       if (contact.count == 0) continue;
       html += "<tr><th scope=\"row\">" + EscapeHtml(report.organs[o]) + "</th><td>" +
               EscapeHtml(report.hands[h].name) +
-              Format("</td><td class=\"bars\"><span class=\"bar back-%zu\" style=\"width:%.1f%%\">"
-                     "</span></td>",
-                     h % 2, 100 * contact.time / longest);
-      html += Format("<td class=\"number\">%.1f</td><td class=\"number\">%llu</td>"
-                     "<td class=\"number\">%.2f</td><td class=\"number\">%.2f</td>"
-                     "<td class=\"number\">%.2f</td><td class=\"number\">%.1f</td></tr>\n",
-                     contact.time, static_cast<unsigned long long>(contact.count),
-                     contact.peak_force, contact.mean_force, contact.over_limit,
-                     1000 * contact.deepest_press);
+              Format(
+                  "</td><td class=\"bars\"><span class=\"bar back-%zu\" style=\"width:%.1f%%\">"
+                  "</span></td>",
+                  h % 2, 100 * contact.time / longest);
+      html += Format(
+          "<td class=\"number\">%.1f</td><td class=\"number\">%llu</td>"
+          "<td class=\"number\">%.2f</td><td class=\"number\">%.2f</td>"
+          "<td class=\"number\">%.2f</td><td class=\"number\">%.1f</td></tr>\n",
+          contact.time, static_cast<unsigned long long>(contact.count), contact.peak_force,
+          contact.mean_force, contact.over_limit, 1000 * contact.deepest_press);
     }
   }
   return html + "</tbody></table></div>\n";
@@ -170,29 +173,37 @@ std::string LatencyTable(const SessionReport& report) {
   const SkippedTicks& skipped = report.skipped;
   const double periods = static_cast<double>(report.ticks) + skipped.Total();
   html += "<p>" + WithCommas(static_cast<long long>(report.ticks)) + " haptic ticks ran; " +
-          Format("%s were skipped (%.3f %%): %u for a late wake-up, %u for its own computing, %u "
-                 "because the host took the core.",
-                 WithCommas(skipped.Total()).c_str(), 100 * skipped.Total() / periods,
-                 skipped.late_wake_up, skipped.long_compute, skipped.stalled);
+          Format(
+              "%s were skipped (%.3f %%): %u for a late wake-up, %u for its own computing, %u "
+              "because the host took the core.",
+              WithCommas(skipped.Total()).c_str(), 100 * skipped.Total() / periods,
+              skipped.late_wake_up, skipped.long_compute, skipped.stalled);
   if (report.stolen > 0) {
     html += Format(" The host took %.2f s from the machine's processors.", report.stolen);
   }
   html += "</p>\n";
   if (!report.measured) {
-    html += "<p class=\"note\">This session ran on the lockstep clock, where time is computed: its "
-            "latencies measure nothing.</p>\n";
+    return html +
+           "<p class=\"note\">This session ran on the lockstep clock, where time is computed: "
+           "there "
+           "are no latencies to measure.</p>\n";
   }
-  html += "<div class=\"wide\"><table><thead><tr><th>Duration</th><th class=\"number\">count</th>"
-          "<th class=\"number\">median</th><th class=\"number\">p90</th><th class=\"number\">p99</th>"
-          "<th class=\"number\">p99.9</th><th class=\"number\">largest</th></tr></thead><tbody>\n";
+  html +=
+      "<div class=\"wide\"><table><thead><tr><th>Duration</th><th class=\"number\">count</th>"
+      "<th class=\"number\">median</th><th class=\"number\">p90</th><th class=\"number\">p99</th>"
+      "<th class=\"number\">p99.9</th><th class=\"number\">largest</th></tr></thead><tbody>\n";
   bool any = false;
   for (const LatencyReport& latency : report.latencies) {
     if (latency.count == 0) continue;
     any = true;
-    html += "<tr><th scope=\"row\">" + Replaced(Replaced(std::string(latency.name), ".", ": "), "_", " ") +
-            "</th><td class=\"number\">" + WithCommas(static_cast<long long>(latency.count)) + "</td>";
-    for (const Nanoseconds time : {latency.p50, latency.p90, latency.p99, latency.p99_9, latency.max}) {
-      html += "<td class=\"number\">" + Duration(static_cast<double>(time) / 1000) + "</td>";
+    html += "<tr><th scope=\"row\">" +
+            Replaced(Replaced(std::string(latency.name), ".", ": "), "_", " ") +
+            "</th><td class=\"number\">" + WithCommas(static_cast<long long>(latency.count)) +
+            "</td>";
+    for (const Nanoseconds time :
+         {latency.p50, latency.p90, latency.p99, latency.p99_9, latency.max}) {
+      html += "<td class=\"number\">" +
+              Replaced(Duration(static_cast<double>(time) / 1000), " us", " \u00b5s") + "</td>";
     }
     html += "</tr>\n";
   }
@@ -203,7 +214,8 @@ std::string LatencyTable(const SessionReport& report) {
 std::string Events(const SessionReport& report) {
   if (report.events.empty()) return "<p>The log holds no events.</p>\n";
   std::string html =
-      "<div class=\"wide\"><table><thead><tr><th class=\"number\">s</th><th>Event</th><th></th></tr>"
+      "<div class=\"wide\"><table><thead><tr><th "
+      "class=\"number\">s</th><th>Event</th><th></th></tr>"
       "</thead><tbody>\n";
   for (std::size_t i = 0; i < std::min(report.events.size(), kMostEventRows); ++i) {
     const SessionEvent& event = report.events[i];
@@ -231,13 +243,16 @@ std::string Definitions(double limit) {
             (*metric.source != '\0' ? std::string(" <cite>[") + metric.source + "]</cite>" : "") +
             "</dd>\n";
   }
-  html += "</dl>\n<p>The force limit is the trainer's (<code>--force-limit</code>); " +
-          LimitText(kDefaultForceLimit) +
-          " unless given: what experts stayed below in a suturing task (2.6\u00a0N, standard deviation "
-          "0.4\u00a0N), where novices reached 4.7\u00a0N [Horeman 2010]. Tissues bear from 1.25\u00a0N to "
-          "11.4\u00a0N [Rodrigues 2012]. Movements and force rates are measured on 5\u00a0ms means "
-          "smoothed at 10\u00a0Hz without delay; forces, contacts and depths on every haptic tick. None "
-          "of these figures alone tells skill: compare sessions of the same task.</p>\n<ul>\n";
+  html +=
+      "</dl>\n<p>The force limit is the trainer's (<code>--force-limit</code>); " +
+      LimitText(kDefaultForceLimit) +
+      " unless given: one standard deviation above the largest force of experts in a suturing task "
+      "(2.6\u00a0N, 0.4\u00a0N), where that of novices was 4.7\u00a0N [Horeman 2010]. The largest "
+      "acceptable pull on a suture was 1.25\u00a0N in porcine fallopian tube and 11.4\u00a0N in "
+      "fascia [Rodrigues 2012]. Movements and force rates are measured on 5\u00a0ms means smoothed "
+      "at "
+      "10\u00a0Hz without delay; forces, contacts and depths on every haptic tick. None of these "
+      "figures alone tells skill: compare sessions of the same task.</p>\n<ul>\n";
   for (const MetricSource& source : MetricSources()) {
     html += std::string("<li><b>") + source.key + "</b>: " + EscapeHtml(source.text) + "</li>\n";
   }
@@ -255,16 +270,16 @@ std::vector<Verdict> Verdicts(const SessionReport& report) {
     const ContactMetrics& contact = hand.contact;
     const std::string who = EscapeHtml(hand.name) + ": ";
     if (contact.over_limit_count == 0) {
-      verdicts.push_back({true, who + Format("stayed below the force limit of %s (peak %.2f N)",
-                                             LimitText(report.force_limit).c_str(),
-                                             contact.peak_force)});
+      verdicts.push_back(
+          {true, who + Format("stayed below the force limit of %s (peak %.2f N)",
+                              LimitText(report.force_limit).c_str(), contact.peak_force)});
     } else {
       verdicts.push_back(
           {false, who + Format("above the force limit of %s %llu %s, %.2f s in all (peak %.2f N)",
                                LimitText(report.force_limit).c_str(),
                                static_cast<unsigned long long>(contact.over_limit_count),
-                               contact.over_limit_count == 1 ? "time" : "times",
-                               contact.over_limit, contact.peak_force)});
+                               contact.over_limit_count == 1 ? "time" : "times", contact.over_limit,
+                               contact.peak_force)});
     }
   }
   if (report.health.Sound()) {
@@ -300,15 +315,17 @@ std::string Header(const SessionReport& report, const SessionFiles& files, const
 std::string Gaps(const SessionReport& report, const SessionFiles& files) {
   std::vector<std::string> gaps = report.health.Faults();
   if (files.folder.empty()) {
-    gaps.emplace_back("a bare log: the scene's name and the pictures stand beside it in a session's "
-                      "folder");
+    gaps.emplace_back(
+        "a bare log: the scene's name and the pictures stand beside it in a session's "
+        "folder");
   }
   for (const std::string& name : files.missing) gaps.push_back("the folder has no " + name);
   if (report.organs.empty()) gaps.emplace_back("the organs' meshes");
   if (report.duration - report.active - report.paused > 1e-6) {
-    gaps.push_back(Format("%.2f s in which ticks ran that are not in the log: they count for nothing "
-                          "here",
-                          report.duration - report.active - report.paused));
+    gaps.push_back(
+        Format("%.2f s in which ticks ran that are not in the log: they count for nothing "
+               "here",
+               report.duration - report.active - report.paused));
   }
   if (gaps.empty()) return "<p>Nothing.</p>\n";
   std::string html = "<ul>\n";
@@ -365,13 +382,14 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
   if (against != nullptr) {
     metrics += "<p>Compared with " + EscapeHtml(against->log) + ".</p>\n";
   }
-  body += Panel("figures", "Figures", metrics);
-  body += Panel("timeline", "Force and depth over time",
-                "<noscript><p class=\"note\">The curves and the path need JavaScript; the tables do "
-                "not.</p></noscript>\n<div id=\"curves\"></div>\n");
+  body += Panel("figures", "Figures", metrics, against == nullptr ? "" : " compared");
+  body +=
+      Panel("timeline", "Force and depth over time",
+            "<noscript><p class=\"note\">The curves and the path need JavaScript; the tables do "
+            "not.</p></noscript>\n<div id=\"curves\"></div>\n");
   body += Panel("path", "Path of the tips", "<div id=\"view\"></div>\n");
-  body += Panel("organs", "Contact by organ", OrganTable(report));
   body += Pictures(files);
+  body += Panel("organs", "Contact by organ", OrganTable(report));
   body += Panel("latency", "Latency", LatencyTable(report));
   body += Panel("events", "Events", Events(report));
   body += Panel("gaps", "What is missing", Gaps(report, files));
@@ -379,8 +397,8 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
 
   Json data = PageData(reading);
   data["report"] = json;
-  const std::string text = EscapeScript(
-      data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  const std::string text =
+      EscapeScript(data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   const std::string title =
       EscapeHtml((report.scene.empty() ? "Session" : report.scene) + " \u2013 HPDM report");
 
@@ -388,9 +406,10 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
   std::string_view rest = ReportPage();
   std::string page;
   page.reserve(rest.size() + body.size() + text.size() + title.size());
-  for (const auto& [place, with] : {std::pair<std::string_view, const std::string&>{"<!-- title -->", title},
-                                    {"<!-- body -->", body},
-                                    {"/*data*/", text}}) {
+  for (const auto& [place, with] :
+       {std::pair<std::string_view, const std::string&>{"<!-- title -->", title},
+        {"<!-- body -->", body},
+        {"/*data*/", text}}) {
     const std::size_t at = rest.find(place);
     page += rest.substr(0, at);
     page += with;

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "engine/error.h"
 
@@ -48,9 +49,10 @@ bool IsPng(std::span<const std::uint8_t> bytes) {
          std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
 }
 
-/// Names of frames, evenly taken from all of them in the order of their names.
-std::vector<std::string> SomeFrames(const fs::path& folder) {
-  std::vector<std::string> names, some;
+/// Names and captions of frames, evenly taken from all of them in the order of their names.
+std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::vector<std::pair<std::string, std::string>> some;
   std::error_code error;
   for (fs::directory_iterator entry(folder / "frames", error), end; !error && entry != end;
        entry.increment(error)) {
@@ -62,7 +64,9 @@ std::vector<std::string> SomeFrames(const fs::path& folder) {
   const std::size_t count = names.size();
   for (int i = 0; i < kFramesShown && count > 0; ++i) {
     const std::size_t at = (2 * static_cast<std::size_t>(i) + 1) * count / (2 * kFramesShown);
-    if (some.empty() || some.back() != names[at]) some.push_back(names[at]);
+    if (!some.empty() && some.back().first == names[at]) continue;
+    some.emplace_back(names[at],
+                      "Frame " + std::to_string(at + 1) + " of " + std::to_string(count));
   }
   return some;
 }
@@ -112,9 +116,8 @@ void LoadPictures(SessionFiles* files) {
   if (files->folder.empty()) return;
   std::vector<std::pair<std::string, std::string>> wanted = {
       {"deepest.png", "At the deepest press"}, {"last.png", "At the end"}};
-  for (const std::string& frame : SomeFrames(files->folder)) {
-    wanted.emplace_back(frame, frame.substr(frame.find('/') + 1));
-  }
+  const auto frames = SomeFrames(files->folder);
+  wanted.insert(wanted.end(), frames.begin(), frames.end());
   std::size_t left = kMostPictureBytes;
   for (const auto& [name, caption] : wanted) {
     const std::vector<std::uint8_t> bytes = Bytes(Inside(files->folder, name), left);

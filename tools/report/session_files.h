@@ -15,12 +15,12 @@ struct SessionPicture {
   std::string data_uri;  ///< "data:image/png;base64,..."
 };
 
-/// What a session folder holds beside its log. Nothing outside of the folder is ever read: links out
-/// of it count as missing.
+/// What a session folder holds beside its log. Nothing outside of the folder is ever read: links
+/// out of it count as missing.
 struct SessionFiles {
   std::filesystem::path folder;  ///< Empty: a bare log.
   std::filesystem::path log;
-  std::string scene;              ///< Name, as summary.json has it; empty: not known.
+  std::string scene;                     ///< Name, as summary.json has it; empty: not known.
   std::vector<SessionPicture> pictures;  ///< deepest.png, last.png and a few of frames/.
   std::vector<std::string> missing;      ///< What a session folder has and this one lacks.
 };

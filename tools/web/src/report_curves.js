@@ -10,12 +10,6 @@ const element = (tag, text = '', name = '') => {
   return made;
 };
 
-/// Two curves with times of their own over one axis: [times, a, b], null where one has no point.
-function merged(a, b) {
-  const table = uPlot.join([[a.times, a.values], [b.times, b.values]]);
-  return table;
-}
-
 function fill(u, from, to, style, top = 0, height = 1) {
   const {left, width} = u.bbox;
   const x0 = Math.max(u.valToPos(from, 'x', true), left);
@@ -36,7 +30,7 @@ function line(u, x0, y0, x1, y1, style, dash) {
   u.ctx.setLineDash([]);
 }
 
-/// What lies under a hand's curves: its contacts, the pauses; and over them the limit and events.
+/// What lies under a hand's curves (contacts, pauses) and over them (the limit, events).
 function backdrop(data, tool) {
   return {
     drawAxes: (u) => {
@@ -49,19 +43,17 @@ function backdrop(data, tool) {
       for (const [from, to] of data.hands[tool].contacts) fill(u, from, to, toolColour(tool));
       u.ctx.restore();
     },
-    draw: (u) => {
-      u.ctx.save();
-      u.ctx.beginPath();
-      u.ctx.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
-      u.ctx.clip();
+    drawLimit: (u) => {
       const y = u.valToPos(data.limit, 'y', true);
       line(u, u.bbox.left, y, u.bbox.left + u.bbox.width, y, colour('bad'), [6, 4]);
+    },
+    drawEvents: (u) => {
       for (const event of data.events) {
         const x = u.valToPos(event.time, 'x', true);
+        if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
         const style = colour(['muted', 'warn', 'bad'][event.severity] ?? 'muted');
         line(u, x, u.bbox.top, x, u.bbox.top + u.bbox.height, style, [2, 3]);
       }
-      u.ctx.restore();
     },
   };
 }
@@ -75,8 +67,6 @@ export function drawCurves(into, data) {
     entry.append(sample, text);
     legend.append(entry);
   };
-  key('force', 'height:0;border-top:2px solid var(--text)');
-  key('depth', 'height:0;border-top:2px dotted var(--muted)');
   key(`limit ${data.limit} N`, 'height:0;border-top:2px dashed var(--bad)');
   key('contact', 'background:color-mix(in srgb, var(--hand-0) 22%, transparent)');
   if (data.pauses.length > 0) key('pause', 'background:var(--muted);opacity:0.4');
@@ -92,60 +82,41 @@ export function drawCurves(into, data) {
     for (const chart of charts) if (chart !== from) chart.setScale('x', {min, max});
     busy = false;
   };
-  const highest = Math.max(data.limit, ...data.hands.flatMap((hand) => hand.force.values));
+  // By reduction: a session may have more values than a call takes arguments.
+  const largest = (values) => values.reduce((a, b) => Math.max(a, b), 0);
+  const highest = largest(data.hands.map((hand) => largest(hand.force.values)));
+  const deepest = largest(data.hands.map((hand) => largest(hand.depth_mm.values)));
+  const number = (u, value) => value == null ? '\u2013' : value.toFixed(2);
   data.hands.forEach((hand, tool) => {
-    const place = element('div');
-    into.append(place);
     const hooks = backdrop(data, tool);
-    const number = (digits) => (u, value) => value == null ? '\u2013' : value.toFixed(digits);
-    charts.push(timeChart(
-        place, {
-          title: hand.name,
-          unit: 'N',
-          height: 210,
-          series: [
-            {label: 'force N', colour: () => toolColour(tool), dash: toolDash(tool)},
-            {label: 'depth mm', colour: () => colour('muted'), dash: [2, 3], width: 1.2},
-          ],
-          options: {
-            scales: {
-              x: {time: false, range: (u, min, max) => [min ?? 0, max ?? data.duration]},
-              y: {range: [0, highest * 1.08 || 1]},
-              mm: {range: (u, min, max) => [0, (max || 1) * 1.08]},
+    const add = (title, unit, height, top, curve, draw) => {
+      const place = element('div');
+      into.append(place);
+      const shown = {stroke: () => toolColour(tool), dash: toolDash(tool), width: 1.5,
+                     points: {show: false}};
+      charts.push(timeChart(
+          place, {
+            title, unit, height, series: [],
+            options: {
+              scales: {
+                x: {time: false, range: (u, min, max) => [min ?? 0, max ?? data.duration]},
+                y: {range: [0, top * 1.08 || 1]},
+              },
+              series: [{label: 's', value: number}, {...shown, label: `${hand.name}, ${unit}`,
+                                                     value: number}],
+              cursor: {sync: {key: 'report'}},
+              hooks: {drawAxes: [hooks.drawAxes], draw: [draw],
+                      setScale: [(u, scale) => scale === 'x' && follow(u)]},
             },
-            axes: withDepthAxis(),
-            series: [
-              {label: 's', value: number(2)},
-              {label: 'force N', stroke: () => toolColour(tool), dash: toolDash(tool), width: 1.5,
-               spanGaps: true, points: {show: false}, value: number(2)},
-              {label: 'depth mm', scale: 'mm', stroke: () => colour('muted'), dash: [2, 3], width: 1.2,
-               spanGaps: true, points: {show: false}, value: number(1)},
-            ],
-            cursor: {sync: {key: 'report'}},
-            hooks: {drawAxes: [hooks.drawAxes], draw: [hooks.draw],
-                    setScale: [(u, scale) => scale === 'x' && follow(u)]},
           },
-        },
-        merged(hand.force, hand.depth_mm)));
+          [curve.times, curve.values]));
+    };
+    add(`${hand.name}: force`, 'N', 190, Math.max(highest, data.limit), hand.force,
+        (u) => { hooks.drawEvents(u); hooks.drawLimit(u); });
+    add(`${hand.name}: depth`, 'mm', 130, deepest, hand.depth_mm, hooks.drawEvents);
   });
   into.append(element('p', 'Drag to look closer, double-click for all. Peaks are kept at every size.',
                       'note help'));
-}
-
-function withDepthAxis() {
-  const font = '12px system-ui, sans-serif';
-  const axis = {
-    stroke: () => colour('text'),
-    grid: {stroke: () => colour('line'), width: 1},
-    ticks: {stroke: () => colour('line'), width: 1},
-    font, labelFont: font, labelSize: 18,
-  };
-  return [
-    {...axis, label: 's', size: 32, labelGap: -2},
-    {...axis, label: 'force, N', size: 46},
-    {...axis, label: 'depth, mm', size: 46, side: 1, scale: 'mm', stroke: () => colour('muted'),
-     grid: {show: false}},
-  ];
 }
 
 const readable = (us) => us < 1000 ? `${+us.toPrecision(2)} \u00b5s` :
@@ -172,15 +143,25 @@ function histogram(bins) {
       y: (height - foot - tall).toFixed(1), height: tall.toFixed(1), fill: 'var(--accent)',
     }));
   }
-  const step = Math.max(1, Math.ceil((high - low) / 5));
-  for (let power = Math.ceil(low); power <= high; power += step) {
-    const at = x(10 ** power);
+  const mark = (us, anchor) => {
+    const at = Math.min(Math.max(x(us), 0), width);
     svg.append(svgElement('line', {x1: at, x2: at, y1: height - foot, y2: height - foot + 4,
                                    stroke: 'var(--muted)'}));
-    const label = svgElement('text', {x: Math.min(Math.max(at, 16), width - 16), y: height - 3,
-                                      'text-anchor': 'middle', 'font-size': 11, fill: 'var(--muted)'});
-    label.textContent = readable(10 ** power);
+    const label = svgElement('text', {x: at, y: height - 3, 'text-anchor': anchor, 'font-size': 11,
+                                      fill: 'var(--muted)'});
+    label.textContent = readable(us);
     svg.append(label);
+  };
+  // The ends, and between them the powers of ten, as far as their labels have room.
+  const room = 60, from = x(bins[0][0]), to = x(bins.at(-1)[0]);
+  mark(bins[0][0], from > width - room ? 'end' : 'start');
+  if (to - from > 1.6 * room) mark(bins.at(-1)[0], 'end');
+  let last = from + 0.6 * room;
+  for (let power = Math.ceil(low); power <= high; ++power) {
+    const at = x(10 ** power);
+    if (at < last + room / 2 || at > to - 1.1 * room) continue;
+    mark(10 ** power, 'middle');
+    last = at + room / 2;
   }
   return svg;
 }

@@ -45,7 +45,7 @@ function addOrgans(view, data) {
   });
 }
 
-/// A thin tube would cost much; crosses of thin boxes cost little and are seen from every side.
+/// A stick for each piece: one instanced mesh a hand.
 function addPaths(view, data) {
   const {THREE, scene} = view;
   const box = new THREE.Box3();
@@ -144,6 +144,8 @@ export function drawPath(into, data) {
   addLegend(into, data);
   let view;
   try {
+    // Asked first, since three.js reports what it lacks as an error of the page.
+    if (!document.createElement('canvas').getContext('webgl2')) throw new Error('no WebGL');
     view = makeView(into, {height: (width) => Math.min(420, Math.max(width * 0.8, 240))});
   } catch {
     drawFlat(into, data);
