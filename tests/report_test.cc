@@ -188,6 +188,16 @@ TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
   }
 }
 
+TEST_F(ReportTest, TheLogIsNeverOverwritten) {
+  const std::string log = folder_ / "session.lcmlog";
+  fs::copy_file(Recorded() + "/session.lcmlog", log);
+  fs::create_symlink(log, page_);
+  for (const std::string& out : {log, page_}) {
+    EXPECT_EQ(Hpdm("report " + log + " --out " + out).exit_code, 2);
+  }
+  EXPECT_EQ(TextOf(log), TextOf(Recorded() + "/session.lcmlog"));
+}
+
 TEST_F(ReportTest, AReadOnlyFolderAsksForAnotherFile) {
   const fs::path folder = folder_ / "session";
   fs::copy(Recorded(), folder, fs::copy_options::recursive);
@@ -378,7 +388,7 @@ TEST_F(ReportInBrowser, FitsAPhoneAndTheDark) {
   browser.UseDarkColours(true);
   browser.Open("file://" + page_);
   EXPECT_TRUE(browser.WaitFor("document.querySelector('#view canvas')"));
-  EXPECT_LE(browser.Execute("return document.documentElement.scrollWidth").get<int>(), 390);
+  EXPECT_TRUE(browser.WaitFor("document.documentElement.scrollWidth <= 390"));
   EXPECT_EQ(browser.Errors(), std::vector<std::string>());
 }
 

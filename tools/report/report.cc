@@ -42,6 +42,7 @@ void Write(const fs::path& path, const std::string& text) {
   file.write(text.data(), static_cast<std::streamsize>(text.size()));
   file.close();
   if (!file) {
+    fs::remove(path, error);  // half a page is none
     throw InputError(path.string() + ": cannot be written; choose another file with --out");
   }
 }
@@ -58,6 +59,10 @@ void Report(const ReportOptions& options) {
     LoadPictures(&files);
     const fs::path beside = files.folder.empty() ? files.log.parent_path() : files.folder;
     const fs::path out = options.out.empty() ? beside / "report.html" : fs::path(options.out);
+    std::error_code error;
+    if (fs::equivalent(out, files.log, error)) {
+      throw InputError(out.string() + ": is the session's log; choose another file with --out");
+    }
     Write(out, ReportPageText(reading, files, against ? &*against : nullptr));
     if (!options.json) std::printf("%s\n", out.c_str());
   }

@@ -21,6 +21,10 @@ constexpr std::string_view kStartPrefix = "instruments: ";
 constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
 /// A tick takes more bytes of a log than this: how many ticks a file can tell of.
 constexpr std::uint64_t kFewestTickBytes = 50;
+/// What no session reaches, m and N: a damaged message does.
+constexpr double kFarthest = 1e3, kStrongest = 1e6;
+/// Names and texts of a damaged or hostile log are cut here, bytes.
+constexpr std::size_t kLongestName = 256, kLongestText = 1000;
 /// No haptic loop is slower, s a period.
 constexpr double kLongestPeriod = 0.05;
 
@@ -76,7 +80,7 @@ class Surroundings {
     for (const auto& [organ, parts] : meshes_) {
       const auto index = static_cast<std::size_t>(organ);
       if (report.organs.size() <= index) report.organs.resize(index + 1);
-      report.organs[index] = parts.front().name;
+      report.organs[index] = parts.front().name.substr(0, kLongestName);
       OrganDescription description;
       std::string why;
       if (JoinMesh(parts, &description, &why)) reading->course.organs.push_back(description);
@@ -118,7 +122,9 @@ class Surroundings {
     closed_ |= event_.name == "session.end";
     const auto severity = static_cast<EventSeverity>(
         std::clamp<int>(event_.severity, 0, static_cast<int>(EventSeverity::kError)));
-    session_events_.push_back({ToSeconds(event_.time_ns), severity, event_.name, event_.text});
+    session_events_.push_back({ToSeconds(event_.time_ns), severity,
+                               event_.name.substr(0, kLongestName),
+                               event_.text.substr(0, kLongestText)});
   }
 
   LatencyReport Latency(std::size_t k) const {
@@ -160,8 +166,9 @@ class Surroundings {
       }
     }
     for (std::size_t h = 0; h < report->hands.size(); ++h) {
-      report->hands[h].name =
-          names.size() == report->hands.size() ? names[h] : "hand " + std::to_string(h + 1);
+      report->hands[h].name = names.size() == report->hands.size()
+                                  ? names[h].substr(0, kLongestName)
+                                  : "hand " + std::to_string(h + 1);
     }
   }
 
@@ -221,8 +228,9 @@ class ContactSums {
 bool IsUsable(const HapticSample& sample) {
   for (int t = 0; t < sample.tool_count; ++t) {
     const ToolSample& tool = sample.tools[static_cast<std::size_t>(t)];
-    if (!tool.joints.allFinite() || !tool.p_tip_W.allFinite() || !tool.force_W.allFinite() ||
-        !std::isfinite(tool.depth)) {
+    if (!(tool.joints.cwiseAbs().maxCoeff() < kFarthest) || !tool.joints.allFinite() ||
+        !tool.p_tip_W.allFinite() || tool.p_tip_W.norm() > kFarthest || !tool.force_W.allFinite() ||
+        tool.force_W.norm() > kStrongest || !(std::abs(tool.depth) < kFarthest)) {
       return false;
     }
   }
@@ -282,6 +290,7 @@ class Ticks {
     report.duration = Time(last_) + period_ - start_;
     report.paused = paused_;
     report.active = report.duration - paused_ - missing_;
+    reading->course.start = start_;
     reading->course.pauses = std::move(pauses_);
     for (Hand& hand : hands_) {
       hand.course.Break();
