@@ -13,6 +13,7 @@
 #include "tools/schema_files.h"
 #include "tools/spy/once_report.h"
 #include "tools/spy/spy_source.h"
+#include "tools/spy/terminal_view.h"
 #include "tools/stop_signals.h"
 
 namespace hpdm {
@@ -69,7 +70,11 @@ void Spy(const SpyOptions& options) {
     if (options.speed > 0) source.player()->SetSpeed(options.speed);
     if (options.from > 0) source.player()->Seek(static_cast<std::int64_t>(1e6 * options.from));
   }
-  ReportOnce(options, schemas, stop, &source);
+  if (options.once) {
+    ReportOnce(options, schemas, stop, &source);
+  } else {
+    RunTerminalView(&source, schemas, stop);
+  }
 }
 
 }  // namespace
