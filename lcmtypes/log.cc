@@ -212,6 +212,7 @@ bool LogReader::Next(LogEvent* event) {
         ++damaged_stretches_;
         damaged_bytes_ += position_ - start;
       }
+      event_start_ = position_;
       position_ += bytes;
       intact_end_ = position_;
       return true;

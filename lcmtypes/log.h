@@ -91,6 +91,13 @@ class LogReader {
   /// The next intact event, skipping damage; false at the end. Reuses the event's memory.
   bool Next(LogEvent* event);
 
+  /// Where in the file the event that Next gave last starts, bytes from the file's start,
+  std::uint64_t event_start() const { return event_start_; }
+  /// and where the next one is looked for.
+  std::uint64_t position() const { return position_; }
+  /// Goes on from such a place. The counts of damage go on too.
+  void Seek(std::uint64_t position) { position_ = position; }
+
   /// Stretches of bytes skipped so far that were no intact event, and their size. Damage that ends
   /// at the end of the file is a torn tail: it is counted here too.
   std::uint64_t damaged_stretches() const { return damaged_stretches_; }
@@ -120,6 +127,7 @@ class LogReader {
   std::uint64_t size_ = 0;
   std::vector<std::uint8_t> window_;  // bytes of the file from window_start_ on
   std::uint64_t window_start_ = 0;
+  std::uint64_t event_start_ = 0;
   std::uint64_t position_ = 0;  // of the next event
   std::uint64_t intact_end_ = 0;
   std::uint64_t damaged_stretches_ = 0;

@@ -199,15 +199,41 @@ std::uint64_t WholeHash(const std::vector<LcmStruct>& structs, std::size_t index
   return std::rotl(v, 1);
 }
 
-/// Walks the bytes of one message.
+/// Bytes of one value; 0 for those whose size they tell themselves.
+std::int64_t FixedBytes(LcmPrimitive type) {
+  switch (type) {
+    case LcmPrimitive::kInt8:
+    case LcmPrimitive::kByte:
+    case LcmPrimitive::kBoolean:
+      return 1;
+    case LcmPrimitive::kInt16:
+      return 2;
+    case LcmPrimitive::kInt32:
+    case LcmPrimitive::kFloat:
+      return 4;
+    case LcmPrimitive::kInt64:
+    case LcmPrimitive::kDouble:
+      return 8;
+    case LcmPrimitive::kString:
+    case LcmPrimitive::kStruct:
+      return 0;
+  }
+  return 0;
+}
+
+/// Walks the bytes of one message. Without a `visit` names are not made and arrays of numbers are
+/// stepped over.
 class Walk {
  public:
+  using Visit = std::function<void(const MessageValue&)>;
+
   Walk(const std::vector<LcmStruct>& structs, std::span<const std::uint8_t> bytes,
-       const std::function<void(const MessageValue&)>& visit)
+       const Visit* visit)
       : structs_(structs), bytes_(bytes), visit_(visit) {}
 
-  bool Message(const LcmStruct& type) {
+  bool Message(const LcmStruct& type, MessageOrder* order) {
     at_ = kHashBytes;
+    order_ = order;
     return bytes_.size() >= kHashBytes && Struct(type, 0) && at_ == bytes_.size();
   }
 
@@ -221,12 +247,22 @@ class Walk {
     std::vector<std::int64_t> integers(type.members.size(), 0);
     const std::size_t prefix = name_.size();
     for (std::size_t m = 0; m < type.members.size(); ++m) {
-      if (prefix > 0) name_ += '.';
-      name_ += type.members[m].name;
-      if (!Array(type.members[m], integers, 0, depth, &integers[m])) return false;
+      const LcmMember& member = type.members[m];
+      if (visit_ != nullptr) {
+        if (prefix > 0) name_ += '.';
+        name_ += member.name;
+      }
+      if (!Array(member, integers, 0, depth, &integers[m])) return false;
       name_.resize(prefix);
+      if (depth == 0 && order_ != nullptr) Note(member, integers[m]);
     }
     return true;
+  }
+
+  void Note(const LcmMember& member, std::int64_t value) const {
+    const bool integer = member.type <= LcmPrimitive::kByte && member.dimensions.empty();
+    if (integer && member.name == "sequence") order_->sequence = value;
+    if (integer && member.name == "instrument") order_->instrument = value;
   }
 
   bool Array(const LcmMember& member, const std::vector<std::int64_t>& integers,
@@ -236,11 +272,19 @@ class Walk {
     const std::int64_t count = size.constant >= 0 ? size.constant : integers[size.member];
     // An element takes at least a byte, unless it is an empty struct, of which nobody needs many.
     if (count < 0 || count > static_cast<std::int64_t>(bytes_.size())) return false;
+    const std::int64_t fixed = FixedBytes(member.type);
+    if (visit_ == nullptr && fixed > 0 && dimension + 1 == member.dimensions.size()) {
+      if (count * fixed > static_cast<std::int64_t>(bytes_.size() - at_)) return false;
+      at_ += static_cast<std::size_t>(count * fixed);
+      return true;
+    }
     const std::size_t prefix = name_.size();
     for (std::int64_t i = 0; i < count; ++i) {
-      name_ += '[';
-      name_ += std::to_string(i);
-      name_ += ']';
+      if (visit_ != nullptr) {
+        name_ += '[';
+        name_ += std::to_string(i);
+        name_ += ']';
+      }
       std::int64_t unused = 0;
       if (!Array(member, integers, dimension + 1, depth, &unused)) return false;
       name_.resize(prefix);
@@ -257,14 +301,13 @@ class Walk {
       case LcmPrimitive::kFloat: {
         std::uint64_t bits = 0;
         if (!Big(4, &bits)) return false;
-        visit_(
-            {name_, static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)))});
+        Tell(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits))));
         return true;
       }
       case LcmPrimitive::kDouble: {
         std::uint64_t bits = 0;
         if (!Big(8, &bits)) return false;
-        visit_({name_, std::bit_cast<double>(bits)});
+        Tell(std::bit_cast<double>(bits));
         return true;
       }
       case LcmPrimitive::kInt8:
@@ -288,17 +331,21 @@ class Walk {
     const int unused = 64 - 8 * size;
     *integer = is_signed ? static_cast<std::int64_t>(bits << unused) >> unused
                          : static_cast<std::int64_t>(bits);
-    visit_({name_, *integer});
+    Tell(*integer);
     return true;
   }
 
   bool String() {
     std::uint64_t length = 0;  // with the final zero
     if (!Big(4, &length) || length == 0 || length > bytes_.size() - at_) return false;
-    visit_(
-        {name_, std::string_view(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1)});
+    Tell(std::string_view(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1));
     at_ += length;
     return true;
+  }
+
+  template <typename Value>
+  void Tell(Value value) const {
+    if (visit_ != nullptr) (*visit_)({name_, value});
   }
 
   bool Big(int size, std::uint64_t* value) {
@@ -310,7 +357,8 @@ class Walk {
 
   const std::vector<LcmStruct>& structs_;
   std::span<const std::uint8_t> bytes_;
-  const std::function<void(const MessageValue&)>& visit_;
+  const Visit* visit_;
+  MessageOrder* order_ = nullptr;
   std::size_t at_ = 0;
   std::string name_;
 };
@@ -376,7 +424,13 @@ const LcmStruct* MessageSchemas::Find(std::span<const std::uint8_t> bytes) const
 
 bool MessageSchemas::Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
                             const std::function<void(const MessageValue&)>& visit) const {
-  return Walk(structs_, bytes, visit).Message(type);
+  return Walk(structs_, bytes, &visit).Message(type, nullptr);
+}
+
+bool MessageSchemas::Check(const LcmStruct& type, std::span<const std::uint8_t> bytes,
+                           MessageOrder* order) const {
+  *order = {};
+  return Walk(structs_, bytes, nullptr).Message(type, order);
 }
 
 }  // namespace hpdm

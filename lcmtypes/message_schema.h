@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,12 @@ namespace hpdm {
 struct MessageValue {
   std::string_view name;  ///< Valid during the call only.
   std::variant<std::int64_t, double, std::string_view> value;
+};
+
+/// What places a message among the others of its channel: its integer members of these names.
+struct MessageOrder {
+  std::optional<std::int64_t> sequence;  ///< Empty: the type has none.
+  std::int64_t instrument = 0;           ///< Sequences are counted for each; 0 without.
 };
 
 enum class LcmPrimitive : std::uint8_t {
@@ -75,6 +82,10 @@ class MessageSchemas {
   /// not exactly one message of it: then some values may have been visited. Trusts no length.
   bool Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
               const std::function<void(const MessageValue&)>& visit) const;
+
+  /// Whether the bytes are exactly one message of type `type`, and its place among the others.
+  /// Steps over arrays of numbers, so that its cost does not depend on their lengths.
+  bool Check(const LcmStruct& type, std::span<const std::uint8_t> bytes, MessageOrder* order) const;
 
  private:
   void Link();

@@ -73,7 +73,7 @@ TEST_F(LogHealthTest, AWholeSessionIsSound) {
   EXPECT_TRUE(health.Sound());
   EXPECT_TRUE(health.session && health.closed);
   ASSERT_EQ(health.channels.size(), 2u);
-  const ChannelHealth& tool = health.channels[1];
+  const ChannelFacts& tool = health.channels[1];
   EXPECT_EQ(tool.channel, "HPDM_TOOL");
   EXPECT_EQ(tool.type, "hpdm.tool_t");
   EXPECT_EQ(tool.messages, 100u);

@@ -53,7 +53,7 @@ Json ToJson(const LogHealth& health) {
                {"session", health.session},
                {"closed", health.closed},
                {"channels", Json::array()}};
-  for (const ChannelHealth& channel : health.channels) {
+  for (const ChannelFacts& channel : health.channels) {
     json["channels"].push_back({{"channel", channel.channel},
                                 {"type", channel.type},
                                 {"known", channel.known},
@@ -73,7 +73,7 @@ Json ToJson(const LogHealth& health) {
 void Print(const LogHealth& health) {
   std::printf("%-14s %-18s %10s %10s %12s %8s %8s %10s %10s\n", "channel", "type", "messages",
               "per s", "bytes", "gaps", "lost", "not rising", "unreadable");
-  for (const ChannelHealth& c : health.channels) {
+  for (const ChannelFacts& c : health.channels) {
     std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", c.channel.c_str(),
                 c.type.c_str(), WithCommas(static_cast<long long>(c.messages)).c_str(), c.Rate(),
                 WithCommas(static_cast<long long>(c.bytes)).c_str(),
