@@ -49,8 +49,9 @@ void Announce(const DashboardServer& server, const DashboardOptions& options,
               const std::string& source) {
   std::printf("%s: %s (end: Ctrl-C)\n", source.c_str(), server.address().c_str());
   if (options.host != "127.0.0.1" && options.host != "localhost" && options.host != "::1") {
-    std::printf("note: whoever reaches %s sees the session; without --host only this machine does\n",
-                options.host.c_str());
+    std::printf(
+        "note: whoever reaches %s sees the session; without --host only this machine does\n",
+        options.host.c_str());
   }
   std::fflush(stdout);
 }

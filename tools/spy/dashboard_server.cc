@@ -82,11 +82,11 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
   });
   const auto send = [this](std::string text, const char* type, httplib::Response& out) {
     const std::size_t size = text.size();
-    out.set_content_provider(size, type,
-                             [this, text = std::move(text)](std::size_t at, std::size_t bytes,
-                                                            httplib::DataSink& sink) {
-                               return Write(std::string_view(text).substr(at, bytes), &sink);
-                             });
+    out.set_content_provider(
+        size, type,
+        [this, text = std::move(text)](std::size_t at, std::size_t bytes, httplib::DataSink& sink) {
+          return Write(std::string_view(text).substr(at, bytes), &sink);
+        });
   };
   server_->Get("/", [send](const httplib::Request&, httplib::Response& out) {
     send(std::string(DashboardPage()), "text/html; charset=utf-8", out);
@@ -117,8 +117,7 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
       ++viewers_;
     }
     out.set_content_provider(
-        "text/event-stream",
-        [this](std::size_t, httplib::DataSink& sink) { return Stream(&sink); },
+        "text/event-stream", [this](std::size_t, httplib::DataSink& sink) { return Stream(&sink); },
         [this](bool) {
           const std::lock_guard lock(mutex_);
           --viewers_;
@@ -219,11 +218,10 @@ bool DashboardServer::Stream(httplib::DataSink* sink) {
     {
       std::unique_lock lock(mutex_);
       if (stopped_.wait_until(lock, next, [this] { return stopping_; })) return false;
-      const std::int64_t now_us =
-          is_log_ ? state_.newest_us()
-                  : std::chrono::duration_cast<std::chrono::microseconds>(
-                        std::chrono::system_clock::now().time_since_epoch())
-                        .count();
+      const std::int64_t now_us = is_log_ ? state_.newest_us()
+                                          : std::chrono::duration_cast<std::chrono::microseconds>(
+                                                std::chrono::system_clock::now().time_since_epoch())
+                                                .count();
       members = state_.Update(now_us, &seen);
       status = StatusJson();
     }
@@ -258,9 +256,7 @@ bool DashboardServer::Write(std::string_view data, httplib::DataSink* sink) cons
 }
 
 std::string DashboardServer::StatusJson() const {
-  json status = {{"source", source_},
-                 {"messages", state_.messages()},
-                 {"dropped", dropped_}};
+  json status = {{"source", source_}, {"messages", state_.messages()}, {"dropped", dropped_}};
   if (is_log_) {
     const PlayerStatus player = player_.value_or(PlayerStatus());
     status["player"] = {{"paused", player.paused},
@@ -269,8 +265,7 @@ std::string DashboardServer::StatusJson() const {
                         {"position", player.position},
                         {"duration", player.duration}};
   } else {
-    status["silent_s"] =
-        std::chrono::duration<double>(steady_clock::now() - last_message_).count();
+    status["silent_s"] = std::chrono::duration<double>(steady_clock::now() - last_message_).count();
   }
   return status.dump(-1, ' ', false, json::error_handler_t::replace);
 }

@@ -50,9 +50,9 @@ struct PlayerCommand {
 ///       ^------------------------- TakeCommands <--POST /control--------------------'
 ///
 /// A viewer that takes nothing holds up its own thread alone: it misses what it was too slow for
-/// (the charts' rows of a minute excepted), and after kPatience is let go. Nothing is sent while the
-/// state is locked. Only requests that name this host are answered, and none that another site's
-/// page made, so that no web site that the user visits reaches the session.
+/// (the charts' rows of a minute excepted), and after kPatience is let go. Nothing is sent while
+/// the state is locked. Only requests that name this host are answered, and none that another
+/// site's page made, so that no web site that the user visits reaches the session.
 class DashboardServer {
  public:
   static constexpr int kMaxViewers = 16;

@@ -264,8 +264,8 @@ std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
       shape_seen = 0;
       organ.shape_json_version = 0;  // whether it fits is another question now
       meshes += meshes.empty() ? "" : ",";
-      meshes += Text(
-          {{"organ", number}, {"version", mesh_seen}, {"name", organ.mesh.whole()->name}});
+      meshes +=
+          Text({{"organ", number}, {"version", mesh_seen}, {"name", organ.mesh.whole()->name}});
     }
     if (shape_seen != organ.shape_version) {
       shape_seen = organ.shape_version;
@@ -389,7 +389,8 @@ std::string DashboardState::MeshJson(int number) const {
   const auto at = organs_.find(number);
   if (at == organs_.end() || !at->second.mesh.whole()) return {};
   const OrganDescription& organ = *at->second.mesh.whole();
-  const PointsF vertices = organ.vertices.cast<float>();
+  const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> vertices =
+      organ.vertices.cast<float>();
   json value = {{"name", organ.name},
                 {"version", at->second.mesh_version},
                 {"vertices", Base64Of(vertices)},
@@ -398,15 +399,14 @@ std::string DashboardState::MeshJson(int number) const {
     const LatticeDescription& lattice = *organ.lattice;
     json axes = json::array();
     for (int d = 0; d < 3; ++d) axes.push_back(Vector(lattice.axes.col(d).data()));
-    value["lattice"] = {
-        {"basis", lattice.basis == BasisType::kBSpline ? "bspline" : "bernstein"},
-        {"degree", lattice.degree},
-        {"cells", lattice.cells},
-        {"origin", Vector(lattice.origin_W.data())},
-        {"axes", axes},
-        {"lengths", Vector(lattice.lengths.data())},
-        {"kept", Base64Of(lattice.kept)},
-        {"local_refinement", lattice.local_refinement}};
+    value["lattice"] = {{"basis", lattice.basis == BasisType::kBSpline ? "bspline" : "bernstein"},
+                        {"degree", lattice.degree},
+                        {"cells", lattice.cells},
+                        {"origin", Vector(lattice.origin_W.data())},
+                        {"axes", axes},
+                        {"lengths", Vector(lattice.lengths.data())},
+                        {"kept", Base64Of(lattice.kept)},
+                        {"local_refinement", lattice.local_refinement}};
   }
   return Text(value);
 }

@@ -95,8 +95,8 @@ class DashboardState {
   std::optional<contact_t> contact_;
   std::optional<stats_t> stats_;
   LatencySums latencies_;
-  std::array<std::int64_t, 3> missed_{};   // haptic, deformation, render
-  std::array<std::int64_t, 3> skipped_{};  // late wake-up, long compute, stalled
+  std::array<std::int64_t, 3> missed_{};         // haptic, deformation, render
+  std::array<std::int64_t, 3> skipped_{};        // late wake-up, long compute, stalled
   std::int64_t stolen_ns_ = 0, counted_ns_ = 0;  // sums over HPDM_STATS, as all before
   std::vector<std::string> instruments_;
   std::map<int, Organ> organs_;

@@ -19,8 +19,8 @@ class ForceTrace {
   struct Row {
     std::int64_t interval = 0;  ///< Number of the interval: its time / kInterval.
     int tool_count = 0;
-    std::array<float, kMaxInstruments> force{};  ///< N, largest |force on the hand|.
-    std::array<float, kMaxInstruments> depth{};  ///< m, largest depth of the tip.
+    std::array<float, kMaxInstruments> force{};                ///< N, largest |force on the hand|.
+    std::array<float, kMaxInstruments> depth{};                ///< m, largest depth of the tip.
     std::array<std::uint32_t, kMaxInstruments> guard_flags{};  ///< All that were set.
   };
 

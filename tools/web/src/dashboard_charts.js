@@ -1,5 +1,5 @@
 // Force and depth of each hand over the last seconds.
-import {onColourChange, timeChart, toolColour, toolDash} from './chart.js';
+import {timeChart, toolColour, toolDash} from './chart.js';
 
 const rowsPerSecond = 30, window_s = 20;
 
@@ -32,21 +32,21 @@ export class Charts {
     const series = Array.from({length: tools}, (_, i) => (
         {label: `hand ${i + 1}`, colour: () => toolColour(i), dash: toolDash(i), width: 2}));
     // At least as much as a light touch, so that noise does not fill the chart.
-    const make = (element, unit, least) => {
+    const make = (element, least) => {
       element.replaceChildren();
       return timeChart(element, {
-        unit, series, height: 150,
+        series, height: 150,
         options: {
           cursor: {show: false},
           scales: {
-            x: {time: false, range: (_, low, high) => [high - window_s, high]},
+            x: {time: false, range: (_, low, high) => [low ?? 0, Math.max(high ?? 0, (low ?? 0) + 5)]},
             y: {range: (_, low, high) => [0, Math.max(least, 1.1 * (high ?? 0))]},
           },
         },
       }, columns([], tools, () => null));
     };
-    this.force = make(this.elements.force, 'N', 1);
-    this.depth = make(this.elements.depth, 'mm', 5);
+    this.force = make(this.elements.force, 1);
+    this.depth = make(this.elements.depth, 5);
   }
 
   show({rows}) {

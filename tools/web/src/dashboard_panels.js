@@ -118,7 +118,7 @@ export function showHands(session) {
     const figure = (name) => make('div', {}, make('div', {class: 'muted'}, name),
         make('div', {class: `value ${name}`}, '–'), make('div', {class: `peak ${name}-peak`}));
     section.append(make('div', {class: 'panel hand', style: `--hand: var(--hand-${i % 2})`},
-        make('h2', {}, make('span', {class: 'name'}), make('span', {class: 'muted'}, i % 2 ? 'dashed' : 'solid')),
+        make('h2', {}, make('span', {class: 'name'}), make('i', {class: 'sample'})),
         make('div', {class: 'figures'}, figure('force'), figure('depth')), make('p', {class: 'contact'})));
   }
   // Flags of a tick are too short to read: shown for a second.
@@ -131,11 +131,12 @@ export function showHands(session) {
     set('.name', handName(session, i));
     const tool = tools[i];
     if (!tool) return;
-    const begin = Number(Math.max(session.tools.begin, 0).toFixed(1));
+    // Of what was seen: not of what was before this dashboard, or before the place of a seek.
+    const begin = session.tools.begin, since = begin > 0.5 ? ` since ${begin.toFixed(1)} s` : '';
     set('.value.force', `${Math.hypot(...tool.force).toFixed(2)} N`);
     set('.value.depth', `${(1000 * tool.depth).toFixed(1)} mm`);
-    set('.force-peak', `largest ${tool.peak_force.toFixed(2)} N since ${begin} s`);
-    set('.depth-peak', `largest ${(1000 * tool.peak_depth).toFixed(1)} mm`);
+    set('.force-peak', `largest ${tool.peak_force.toFixed(2)} N${since}`);
+    set('.depth-peak', `largest ${(1000 * tool.peak_depth).toFixed(1)} mm${since}`);
     const flags = recent.reduce((all, row) => all | (row[3 + 3 * i] ?? 0), tool.guard_flags);
     const organ = session.organNames.get(tool.organ);
     set('.contact', [`${contactTexts[tool.kind] ?? ''}${tool.kind > 0 && organ ? ` ${organ}` : ''}`,
@@ -209,12 +210,12 @@ function bars({bins}) {
   return svg('svg', {'aria-hidden': 'true'}, ...lines, ...boxes);
 }
 
-function showLatencies(latencies) {
-  if (latencies.length === 0) {
-    find('latency').replaceChildren(make('p', {class: 'muted'},
-        'Nothing was measured: in the lockstep clock there is none.'));
-    return;
-  }
+function showLatencies(all) {
+  // The lockstep clock measures nothing and says 0.
+  const latencies = all.filter(({max}) => max > 0);
+  const unmeasured = all.filter(({max}) => max === 0).map(({name}) => latencyNames[name] ?? name);
+  const note = unmeasured.length === 0 ? [] :
+      [make('p', {class: 'muted'}, `All 0, as in the lockstep clock: ${unmeasured.join('; ')}.`)];
   const head = make('tr', {}, make('th', {}, ''), make('th', {class: 'number'}, 'median'),
       make('th', {class: 'number'}, '99 %'), make('th', {class: 'number wide'}, 'largest'), make('th', {}, ''));
   const rows = latencies.map((latency) => make('tr', {'data-latency': latency.name},
@@ -227,7 +228,7 @@ function showLatencies(latencies) {
   }, label));
   const axis = make('tr', {class: 'axis'}, make('td', {}), make('td', {}), make('td', {}), make('td', {class: 'wide'}),
       make('td', {class: 'bars'}, svg('svg', {}, ...labels)));
-  find('latency').replaceChildren(make('table', {}, head, ...rows, axis));
+  find('latency').replaceChildren(...(rows.length > 0 ? [make('table', {}, head, ...rows, axis)] : []), ...note);
 }
 
 let shownChannels = null;

@@ -1,5 +1,5 @@
 // The organs as the session deforms them, and the instruments.
-import {colour, onColourChange, toolColour} from './chart.js';
+import {onColourChange, toolColour} from './chart.js';
 import {makeSinking, OrganSurface} from './ffd.js';
 import {Instrument, makeView} from './scene3d.js';
 
