@@ -1,6 +1,5 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
 
 #include <cmath>
 #include <cstdio>
@@ -21,6 +20,9 @@
 #include "tests/shapes.h"
 #include "tests/virtual_display.h"
 #include "tools/spy/dashboard_server.h"
+
+// After Eigen: it brings a macro _res.
+#include <httplib.h>
 
 /// `hpdm spy --web` in a real browser.
 
@@ -149,7 +151,8 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
   Browser browser;
   browser.Open(spy.address());
   ASSERT_TRUE(WaitForState(&browser, "end of the log"));
-  ASSERT_TRUE(browser.WaitFor("hpdm.session.channels.length == 7 && hpdm.scene.organs.get(0).mesh"));
+  ASSERT_TRUE(
+      browser.WaitFor("hpdm.session.channels.length == 7 && hpdm.scene.organs.get(0).mesh"));
   ASSERT_TRUE(browser.WaitFor("document.querySelector('[data-event=\"session.end\"]')"));
 
   for (int i = 0; i < 2; ++i) {
@@ -178,12 +181,13 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
   EXPECT_EQ(browser.Text("#notices"), "");
   EXPECT_EQ(browser.Text("#legend span"), "liver");
   // Something is drawn: not one colour all over.
-  EXPECT_GT(browser.Execute("const gl = document.querySelector('#scene canvas').getContext('webgl2');"
-                            "const n = 4 * gl.drawingBufferWidth * gl.drawingBufferHeight;"
-                            "const p = new Uint8Array(n); gl.readPixels(0, 0, gl.drawingBufferWidth,"
-                            "gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, p);"
-                            "let drawn = 0; for (let i = 3; i < n; i += 4) drawn += p[i] > 0;"
-                            "return drawn / n * 4")
+  EXPECT_GT(browser
+                .Execute("const gl = document.querySelector('#scene canvas').getContext('webgl2');"
+                         "const n = 4 * gl.drawingBufferWidth * gl.drawingBufferHeight;"
+                         "const p = new Uint8Array(n); gl.readPixels(0, 0, gl.drawingBufferWidth,"
+                         "gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, p);"
+                         "let drawn = 0; for (let i = 3; i < n; i += 4) drawn += p[i] > 0;"
+                         "return drawn / n * 4")
                 .get<double>(),
             0.05);
 
@@ -203,7 +207,8 @@ TEST_F(DashboardTest, PlaysPausesAndSeeks) {
   browser.Click("#play");
   ASSERT_TRUE(WaitForState(&browser, "log, paused"));
   EXPECT_EQ(browser.Text("#play"), "Play");
-  const double paused_at = browser.Execute("return hpdm.session.status.player.position").get<double>();
+  const double paused_at =
+      browser.Execute("return hpdm.session.status.player.position").get<double>();
 
   Set(&browser, "#seek", "2");
   ASSERT_TRUE(browser.WaitFor("hpdm.session.status.player.position == 2"));
@@ -237,10 +242,9 @@ struct SurfaceCase {
 // What the page draws is what the engine computed, from messages, for each kind of lattice.
 TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
   Browser browser;
-  for (const SurfaceCase& test : {SurfaceCase{BasisType::kBSpline, 1, 20},
-                                  SurfaceCase{BasisType::kBSpline, 2, 20},
-                                  SurfaceCase{BasisType::kBSpline, 3, 20},
-                                  SurfaceCase{BasisType::kBernstein, 4, 0}}) {
+  for (const SurfaceCase& test :
+       {SurfaceCase{BasisType::kBSpline, 1, 20}, SurfaceCase{BasisType::kBSpline, 2, 20},
+        SurfaceCase{BasisType::kBSpline, 3, 20}, SurfaceCase{BasisType::kBernstein, 4, 0}}) {
     OrganOptions options;
     options.name = "ellipsoid";
     options.energy.type = EnergyType::kStrain;
@@ -269,17 +273,16 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
     telemetry.Update();
 
     const Lattice& lattice = *models[0].lattice();
-    OrganDescription description{"ellipsoid", models[0].rest().vertices,
-                                 models[0].rest().triangles, {}};
-    description.lattice =
-        LatticeDescription{.basis = test.basis,
-                           .degree = options.lattice.degree,
-                           .cells = options.lattice.cells,
-                           .origin_W = lattice.box().origin_W,
-                           .axes = lattice.box().axes,
-                           .lengths = lattice.box().lengths,
-                           .kept = lattice.kept(),
-                           .local_refinement = test.local_functions > 0 ? 2 : 0};
+    OrganDescription description{
+        "ellipsoid", models[0].rest().vertices, models[0].rest().triangles, {}};
+    description.lattice = LatticeDescription{.basis = test.basis,
+                                             .degree = options.lattice.degree,
+                                             .cells = options.lattice.cells,
+                                             .origin_W = lattice.box().origin_W,
+                                             .axes = lattice.box().axes,
+                                             .lengths = lattice.box().lengths,
+                                             .kept = lattice.kept(),
+                                             .local_refinement = test.local_functions > 0 ? 2 : 0};
     DashboardServer server({"127.0.0.1", 0}, "a test", true);
     LogEvent event;
     for (const mesh_t& part : SplitMesh(0, description)) {
@@ -295,11 +298,13 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
     EncodeMessage(shape, &event.data);
     server.Take(event);
 
-    SCOPED_TRACE(testing::Message() << (test.basis == BasisType::kBSpline ? "B-spline" : "Bernstein")
-                                    << " of degree " << test.degree);
+    SCOPED_TRACE(testing::Message()
+                 << (test.basis == BasisType::kBSpline ? "B-spline" : "Bernstein") << " of degree "
+                 << test.degree);
     browser.Open(server.address());
-    ASSERT_TRUE(browser.WaitFor("hpdm.scene.organs.get(0)?.mesh && "
-                                "hpdm.scene.organs.get(0).dirty === false"));
+    ASSERT_TRUE(
+        browser.WaitFor("hpdm.scene.organs.get(0)?.mesh && "
+                        "hpdm.scene.organs.get(0).dirty === false"));
     EXPECT_EQ(shape.local_count > 0, test.local_functions > 0);
     EXPECT_EQ(shape.dent_count, 1);
     Points engine = render.Front().organs[0].vertices.cast<double>();
@@ -323,7 +328,8 @@ TEST_F(DashboardTest, RebuildsTheLastShapeOfALog) {
     if (event.channel == kOrganChannel && DecodeMessage(event.data, &organ)) last = organ;
     if (event.channel == kMeshChannel && DecodeMessage(event.data, &part)) parts.push_back(part);
   }
-  for (const float x : last.local_displacements) deepest_local = std::max<double>(deepest_local, std::abs(x));
+  for (const float x : last.local_displacements)
+    deepest_local = std::max<double>(deepest_local, std::abs(x));
   ASSERT_GT(deepest_local, 0);
   OrganDescription organ;
   std::string error;
@@ -338,9 +344,9 @@ TEST_F(DashboardTest, RebuildsTheLastShapeOfALog) {
   browser.Open(spy.address());
   Set(&browser, "#speed", "10");
   ASSERT_TRUE(WaitForState(&browser, "end of the log"));
-  ASSERT_TRUE(browser.WaitFor("hpdm.scene.organs.get(0).shape?.step == " +
-                              std::to_string(last.step) +
-                              " && hpdm.scene.organs.get(0).dirty === false"));
+  ASSERT_TRUE(
+      browser.WaitFor("hpdm.scene.organs.get(0).shape?.step == " + std::to_string(last.step) +
+                      " && hpdm.scene.organs.get(0).dirty === false"));
   const double size = (engine.colwise().maxCoeff() - engine.colwise().minCoeff()).norm();
   EXPECT_LT((Vertices(&browser, 0) - engine).rowwise().norm().maxCoeff(), 1e-6 * size);
 }
@@ -395,7 +401,8 @@ TEST_F(DashboardServerTest, RefusesOtherSites) {
   EXPECT_EQ(client.Get("/")->status, 200);
   EXPECT_NE(client.Get("/")->get_header_value("Content-Security-Policy").find("default-src 'none'"),
             std::string::npos);
-  EXPECT_EQ(client.Get("/", With("Host", "localhost:" + std::to_string(server.port())))->status, 200);
+  EXPECT_EQ(client.Get("/", With("Host", "localhost:" + std::to_string(server.port())))->status,
+            200);
   EXPECT_EQ(client.Get("/", With("Host", "[::1]:1"))->status, 200);
   for (const char* host : {"evil.example", "evil.example:8090", "127.0.0.1.evil.example", ""}) {
     EXPECT_EQ(client.Get("/", With("Host", host))->status, 403) << host;
@@ -412,9 +419,10 @@ TEST_F(DashboardServerTest, RefusesOtherSites) {
   EXPECT_EQ(client.Get("/events", With("Origin", "http://evil.example"))->status, 403);
   EXPECT_EQ(post({}, seek, "text/plain"), 400) << "what a form of another site can send";
   EXPECT_TRUE(server.TakeCommands().empty());
-  for (const char* body : {"", "{", "[]", R"({"command": 1})", R"({"command": "seek"})",
-                           R"({"command": "seek", "value": -1})", R"({"command": "speed", "value": 0})",
-                           R"({"command": "seek", "value": "1"})", R"({"command": "stop"})"}) {
+  for (const char* body :
+       {"", "{", "[]", R"({"command": 1})", R"({"command": "seek"})",
+        R"({"command": "seek", "value": -1})", R"({"command": "speed", "value": 0})",
+        R"({"command": "seek", "value": "1"})", R"({"command": "stop"})"}) {
     EXPECT_EQ(post({}, body), 400) << body;
   }
   EXPECT_TRUE(server.TakeCommands().empty());

@@ -13,6 +13,7 @@ void AddCheckCommand(CLI::App& app);
 void AddInspectCommand(CLI::App& app);
 void AddGenerateCommand(CLI::App& app);
 void AddLogCommand(CLI::App& app);
+void AddSpyCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddSolveCommand(CLI::App& app);
 void AddChartCommand(CLI::App& app);

@@ -1,13 +1,9 @@
 #include "tools/spy/dashboard.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
-#include <filesystem>
-#include <memory>
-
-#include "lcmtypes/live_source.h"
-#include "lcmtypes/log_player.h"
-#include "lcmtypes/network.h"
-#include "tools/stop_signals.h"
+#include <string>
 
 namespace hpdm {
 namespace {
@@ -47,7 +43,7 @@ PlayerStatus StatusOf(const LogPlayer& player) {
 
 void Announce(const DashboardServer& server, const DashboardOptions& options,
               const std::string& source) {
-  std::printf("%s: %s (end: Ctrl-C)\n", source.c_str(), server.address().c_str());
+  std::printf("%s: %s (Ctrl-C ends it)\n", source.c_str(), server.address().c_str());
   if (options.host != "127.0.0.1" && options.host != "localhost" && options.host != "::1") {
     std::printf(
         "note: whoever reaches %s sees the session; without --host only this machine does\n",
@@ -58,40 +54,28 @@ void Announce(const DashboardServer& server, const DashboardOptions& options,
 
 }  // namespace
 
-void RunDashboard(const std::string& log, const DashboardOptions& options) {
-  const StopSignals signals;  // before any thread
-  std::unique_ptr<LiveSource> live;
-  std::unique_ptr<LogPlayer> player;
-  if (log.empty()) {
-    live = std::make_unique<LiveSource>(NetworkUrl(), "spy --web");
-  } else {
-    player = std::make_unique<LogPlayer>(log);
-  }
-  const std::string source = log.empty() ? "live on " + NetworkUrl() : log;
-  DashboardServer server(options, source, player != nullptr);
-  Announce(server, options, source);
+void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schemas,
+                    const StopSignals& stop, SpySource* source) {
+  LogPlayer* player = source->player();
+  DashboardServer server(options, source->name(), player != nullptr, schemas);
+  Announce(server, options, source->name());
 
-  MessageSource& messages = player ? static_cast<MessageSource&>(*player) : *live;
   LogEvent event;
   bool ended = false;
   auto look_at = steady_clock::now();
   for (;;) {
-    if (messages.Next(&event, kPatience)) server.Take(event);
+    if (source->messages().Next(&event, kPatience)) server.Take(event);
     if (steady_clock::now() < look_at) continue;
     look_at = steady_clock::now() + kPatience;
-    if (signals.WaitFor(0)) return;
-    if (live) {
-      server.SetDropped(live->dropped());
-      continue;
-    }
-    for (const PlayerCommand& command : server.TakeCommands()) {
-      Obey(command, player.get(), &server);
-    }
+    if (stop.WaitFor(0)) return;
+    server.SetDropped(source->dropped());
+    if (player == nullptr) continue;
+    for (const PlayerCommand& command : server.TakeCommands()) Obey(command, player, &server);
     if (player->ended() && !ended) server.Finish();
     ended = player->ended();
     server.Set(StatusOf(*player));
     // Nothing is read then, which would not wait.
-    if (ended && signals.WaitFor(std::chrono::nanoseconds(kPatience).count())) return;
+    if (ended && stop.WaitFor(std::chrono::nanoseconds(kPatience).count())) return;
   }
 }
 

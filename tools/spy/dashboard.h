@@ -1,14 +1,16 @@
 #pragma once
 
-#include <string>
-
+#include "lcmtypes/message_schema.h"
 #include "tools/spy/dashboard_server.h"
+#include "tools/spy/spy_source.h"
+#include "tools/stop_signals.h"
 
 namespace hpdm {
 
-/// `hpdm spy [LOG] --web`: serves the dashboard of the live session on NetworkUrl(), or of a log,
-/// until SIGINT or SIGTERM. Throws InputError where the log cannot be read and MachineError where
-/// no network or no port lets it. Main thread, before any other.
-void RunDashboard(const std::string& log, const DashboardOptions& options);
+/// `hpdm spy [LOG] --web`: serves the dashboard of a live session or of a log until a signal ends
+/// it, and says where. Throws MachineError where no port lets it. Main thread; `stop` was made
+/// before any other.
+void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schemas,
+                    const StopSignals& stop, SpySource* source);
 
 }  // namespace hpdm

@@ -54,10 +54,11 @@ std::string HostOf(const std::string& header) {
 }  // namespace
 
 DashboardServer::DashboardServer(const DashboardOptions& options, const std::string& source,
-                                 bool is_log)
+                                 bool is_log, const MessageSchemas& schemas)
     : options_(options),
       source_(source),
       is_log_(is_log),
+      state_(schemas),
       last_message_(steady_clock::now()),
       server_(std::make_unique<httplib::Server>()) {
   server_->set_socket_options(SetSocketOptions);

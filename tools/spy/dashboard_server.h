@@ -59,9 +59,11 @@ class DashboardServer {
   static constexpr int kUpdatesPerSecond = 30;
   static constexpr std::chrono::seconds kPatience{10};
 
-  /// Listens at once; `source` is the page's heading. A log's page has buttons for its player.
+  /// Listens at once; `source` is the page's heading. A log's page has buttons for its player. The
+  /// schemas name the channels' types and outlive the server.
   /// Throws MachineError where the address cannot be used.
-  DashboardServer(const DashboardOptions& options, const std::string& source, bool is_log);
+  DashboardServer(const DashboardOptions& options, const std::string& source, bool is_log,
+                  const MessageSchemas& schemas = MessageSchemas::Hpdm());
   /// Ends all connections, within half a second.
   ~DashboardServer();
   DashboardServer(const DashboardServer&) = delete;

@@ -25,6 +25,10 @@ class DashboardState {
  public:
   static constexpr std::size_t kMaxEvents = 100;
 
+  /// The schemas name the channels' types and outlive the state.
+  explicit DashboardState(const MessageSchemas& schemas = MessageSchemas::Hpdm())
+      : channels_(schemas) {}
+
   void Take(const LogEvent& event);
   /// Nothing more comes for now (the end of a log): what is still being gathered is shown.
   void Finish();
@@ -85,7 +89,7 @@ class DashboardState {
   std::string HealthJson() const;
   std::string ChannelsJson(std::int64_t now_us) const;
 
-  ChannelTable channels_{MessageSchemas::Hpdm()};
+  ChannelTable channels_;
   std::int64_t newest_us_ = 0;
   std::uint64_t generation_ = 1;
   ForceTrace trace_;
