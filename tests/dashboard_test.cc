@@ -1,4 +1,3 @@
-#include <fcntl.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +9,6 @@
 #include <thread>
 
 #include "engine/deformation_loop.h"
-#include "engine/histogram.h"
 #include "tests/browser.h"
 #include "tests/network_namespace.h"
 #include "tests/one_organ.h"
@@ -44,7 +42,7 @@ class Spy {
                           std::to_string(port) + " >" + output_ + " 2>" + (folder_ / "errors");
     child_.emplace(std::vector<std::string>{"sh", "-c", command});
     // The line is whole once it ends.
-    for (int i = 0; i < 200 && address_.empty(); ++i) {
+    for (int i = 0; i < 200 && address_.empty() && errors().empty(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       const std::string text = TextOf(output_);
       const std::size_t at = text.find("http://");
@@ -85,17 +83,14 @@ const std::string& Log() {
 struct Truth {
   std::map<std::string, int> messages;
   std::array<double, 2> peak_force{}, peak_depth{};
-  Histogram period;
 };
 
 Truth TruthOf(const std::string& log) {
   Truth truth;
   LogReader reader(log);
-  std::map<std::int64_t, std::int64_t> period_bins;
   for (LogEvent event; reader.Next(&event);) {
     ++truth.messages[event.channel];
     force_t force;
-    stats_t stats;
     if (event.channel == kForceChannel && DecodeMessage(event.data, &force)) {
       for (std::size_t i = 0; i < force.tools.size(); ++i) {
         const double newton = Eigen::Map<const Vector3d>(force.tools[i].force).norm();
@@ -168,6 +163,10 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
   const double charted =
       browser.Execute("return Math.max(...hpdm.charts.force.data[1])").get<double>();
   EXPECT_NEAR(charted, truth.peak_force[0], 1e-6 * truth.peak_force[0]);
+  // Channels are told once a second.
+  ASSERT_TRUE(
+      browser.WaitFor("hpdm.session.channels.reduce((sum, {messages}) => sum + messages, 0)"
+                      " == hpdm.session.status.messages"));
   for (const auto& [channel, messages] : truth.messages) {
     const json shown = browser.Execute(
         "return hpdm.session.channels.find(({channel}) => channel == arguments[0])", {channel});
@@ -313,6 +312,8 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
     // Positions of 0.1 m cross in float and are kept in float: 1e-5 of the size is 2 um.
     EXPECT_LT((Vertices(&browser, 0) - engine).cwiseAbs().maxCoeff(), 1e-7);
     EXPECT_EQ(browser.Errors(), std::vector<std::string>());
+    browser.Open("about:blank");  // before its server ends
+    browser.Errors();
   }
 }
 
@@ -505,8 +506,9 @@ TEST_F(DashboardServerTest, SaysThatItsPortIsInUse) {
   const DashboardServer first({"127.0.0.1", 0}, "a test", true);
   Spy second(Log(), first.port());
   EXPECT_EQ(second.child().Wait(10), 3);
-  EXPECT_NE(second.errors().find("the port is in use; choose another"), std::string::npos);
-  EXPECT_EQ(std::count(second.errors().begin(), second.errors().end(), '\n'), 1);
+  const std::string errors = second.errors();
+  EXPECT_NE(errors.find("the port is in use; choose another"), std::string::npos) << errors;
+  EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
 }
 
 // A session on the multicast of a network namespace of its own, spy and browser in it.

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxTextBytes = 500;
-constexpr std::int64_t kChannelsEveryUs = 1'000'000;
+constexpr std::chrono::seconds kChannelsEvery{1};
 // A session clock that goes back by more begins another session.
 constexpr Nanoseconds kAnotherSession = kNanosecondsPerSecond;
 // Its text names the instruments (SessionStartText).
@@ -310,8 +310,9 @@ std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
     seen->event = events_.back().number;
     AddMember("events", Text(list), &members);
   }
-  if (messages() > 0 && std::abs(now_us - seen->channels_us) >= kChannelsEveryUs) {
-    seen->channels_us = now_us;
+  const auto now = std::chrono::steady_clock::now();
+  if (messages() > 0 && now - seen->channels >= kChannelsEvery) {
+    seen->channels = now;
     AddMember("channels", ChannelsJson(now_us), &members);
   }
   return members;

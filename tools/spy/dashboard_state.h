@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -46,7 +47,7 @@ class DashboardState {
     std::uint64_t health = 0;
     std::uint64_t event = 0;
     std::uint64_t names = 0;
-    std::int64_t channels_us = 0;
+    std::chrono::steady_clock::time_point channels{};
     std::array<std::uint64_t, kMaxOrgans> meshes{};
     std::array<std::uint64_t, kMaxOrgans> shapes{};
   };
