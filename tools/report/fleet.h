@@ -11,8 +11,8 @@ namespace hpdm {
 
 /// What `hpdm report --all` does.
 struct FleetOptions {
-  std::filesystem::path folder;             ///< Session folders in it, at any depth.
-  std::filesystem::path table;              ///< As OpenSessionTable; empty: none.
+  std::filesystem::path folder = {};        ///< Session folders in it, at any depth.
+  std::filesystem::path table = {};         ///< As OpenSessionTable; empty: none.
   int jobs = 1;                             ///< Processes at once.
   double patience = 600;                    ///< s, for one session.
   double force_limit = kDefaultForceLimit;  ///< N.

@@ -34,7 +34,6 @@ std::string SessionName(const std::filesystem::path& folder) {
 std::optional<LogStamp> StampOf(const std::filesystem::path& folder) {
   struct stat facts {};
   if (stat((folder / kSessionLogName).c_str(), &facts) != 0) return std::nullopt;
-  constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
   return LogStamp{facts.st_size,
                   facts.st_mtim.tv_sec * kNanosecondsPerSecond + facts.st_mtim.tv_nsec};
 }
