@@ -1,26 +1,12 @@
 #include "lcmtypes/channel_facts.h"
 
-#include <cstdio>
-#include <vector>
-
 namespace hpdm {
-namespace {
-
-std::string HashText(const std::vector<std::uint8_t>& data) {
-  if (data.size() < 8) return "no LCM message";
-  char text[24];
-  std::snprintf(text, sizeof text, "0x%02x%02x%02x%02x%02x%02x%02x%02x", data[0], data[1], data[2],
-                data[3], data[4], data[5], data[6], data[7]);
-  return text;
-}
-
-}  // namespace
 
 bool ChannelCounter::Add(const LogEvent& event) {
   const LcmStruct* type = schemas_->Find(event.data);
   if (facts_.messages == 0) {
     facts_.channel = event.channel;
-    facts_.type = HashText(event.data);
+    facts_.type = schemas_->TypeOf(event.data);
     facts_.first_us = event.time_us;
   }
   if (!facts_.known && type != nullptr) {

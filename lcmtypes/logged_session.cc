@@ -37,6 +37,7 @@ bool SamePart(const mesh_t& a, const mesh_t& b) {
 
 bool TickReader::Next(LoggedTick* tick) {
   while (reader_.Next(&event_)) {
+    if (visit_) visit_(event_);
     if (event_.channel == kToolChannel) {
       HapticSample sample;
       if (!DecodeMessage(event_.data, &tool_) || !FromMessage(tool_, &sample) ||

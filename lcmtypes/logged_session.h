@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/snapshots.h"
@@ -23,19 +25,24 @@ struct LoggedTick {
 /// Reads the ticks of a log in order, damaged or not. One thread.
 class TickReader {
  public:
+  /// `visit` is given every event of every channel as it is read, before the tick it belongs to.
   /// Throws InputError where the file cannot be read.
-  explicit TickReader(const std::string& path) : reader_(path) {}
+  explicit TickReader(const std::string& path, std::function<void(const LogEvent&)> visit = nullptr)
+      : reader_(path), visit_(std::move(visit)) {}
 
   /// The next tick that has its input; false at the end.
   bool Next(LoggedTick* tick);
 
   /// Messages of ticks so far that held nothing readable, or a tick that was over already.
   std::uint64_t unreadable() const { return unreadable_; }
+  /// The file: its size and its damage so far.
+  const LogReader& log() const { return reader_; }
 
  private:
   bool Finish(LoggedTick* tick);
 
   LogReader reader_;
+  std::function<void(const LogEvent&)> visit_;
   LogEvent event_;
   tool_t tool_{};
   force_t force_{};

@@ -221,15 +221,13 @@ std::int64_t FixedBytes(LcmPrimitive type) {
   return 0;
 }
 
-/// Walks the bytes of one message. Without a `visit` names are not made and arrays of numbers are
+/// Walks the bytes of one message. Without a `visitor` names are not made and arrays of numbers are
 /// stepped over.
 class Walk {
  public:
-  using Visit = std::function<void(const MessageValue&)>;
-
   Walk(const std::vector<LcmStruct>& structs, std::span<const std::uint8_t> bytes,
-       const Visit* visit)
-      : structs_(structs), bytes_(bytes), visit_(visit) {}
+       MessageVisitor* visitor)
+      : structs_(structs), bytes_(bytes), visitor_(visitor) {}
 
   bool Message(const LcmStruct& type, MessageOrder* order) {
     at_ = kHashBytes;
@@ -246,16 +244,19 @@ class Walk {
     // Of the integer members so far, for the dimensions that they give.
     std::vector<std::int64_t> integers(type.members.size(), 0);
     const std::size_t prefix = name_.size();
+    if (visitor_ != nullptr) visitor_->BeginStruct();
     for (std::size_t m = 0; m < type.members.size(); ++m) {
       const LcmMember& member = type.members[m];
-      if (visit_ != nullptr) {
+      if (visitor_ != nullptr) {
         if (prefix > 0) name_ += '.';
         name_ += member.name;
+        visitor_->BeginMember(member);
       }
       if (!Array(member, integers, 0, depth, &integers[m])) return false;
       name_.resize(prefix);
       if (depth == 0 && order_ != nullptr) Note(member, integers[m]);
     }
+    if (visitor_ != nullptr) visitor_->EndStruct();
     return true;
   }
 
@@ -273,14 +274,15 @@ class Walk {
     // An element takes at least a byte, unless it is an empty struct, of which nobody needs many.
     if (count < 0 || count > static_cast<std::int64_t>(bytes_.size())) return false;
     const std::int64_t fixed = FixedBytes(member.type);
-    if (visit_ == nullptr && fixed > 0 && dimension + 1 == member.dimensions.size()) {
+    if (visitor_ == nullptr && fixed > 0 && dimension + 1 == member.dimensions.size()) {
       if (count * fixed > static_cast<std::int64_t>(bytes_.size() - at_)) return false;
       at_ += static_cast<std::size_t>(count * fixed);
       return true;
     }
     const std::size_t prefix = name_.size();
+    if (visitor_ != nullptr) visitor_->BeginArray();
     for (std::int64_t i = 0; i < count; ++i) {
-      if (visit_ != nullptr) {
+      if (visitor_ != nullptr) {
         name_ += '[';
         name_ += std::to_string(i);
         name_ += ']';
@@ -289,6 +291,7 @@ class Walk {
       if (!Array(member, integers, dimension + 1, depth, &unused)) return false;
       name_.resize(prefix);
     }
+    if (visitor_ != nullptr) visitor_->EndArray();
     return true;
   }
 
@@ -345,7 +348,7 @@ class Walk {
 
   template <typename Value>
   void Tell(Value value) const {
-    if (visit_ != nullptr) (*visit_)({name_, value});
+    if (visitor_ != nullptr) visitor_->Value({name_, value});
   }
 
   bool Big(int size, std::uint64_t* value) {
@@ -357,10 +360,19 @@ class Walk {
 
   const std::vector<LcmStruct>& structs_;
   std::span<const std::uint8_t> bytes_;
-  const Visit* visit_;
+  MessageVisitor* visitor_;
   MessageOrder* order_ = nullptr;
   std::size_t at_ = 0;
   std::string name_;
+};
+
+class Values : public MessageVisitor {
+ public:
+  explicit Values(const std::function<void(const MessageValue&)>& visit) : visit_(visit) {}
+  void Value(const MessageValue& value) override { visit_(value); }
+
+ private:
+  const std::function<void(const MessageValue&)>& visit_;
 };
 
 }  // namespace
@@ -424,13 +436,31 @@ const LcmStruct* MessageSchemas::Find(std::span<const std::uint8_t> bytes) const
 
 bool MessageSchemas::Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
                             const std::function<void(const MessageValue&)>& visit) const {
-  return Walk(structs_, bytes, &visit).Message(type, nullptr);
+  Values values(visit);
+  return Decode(type, bytes, &values);
+}
+
+bool MessageSchemas::Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
+                            MessageVisitor* visitor) const {
+  return Walk(structs_, bytes, visitor).Message(type, nullptr);
 }
 
 bool MessageSchemas::Check(const LcmStruct& type, std::span<const std::uint8_t> bytes,
                            MessageOrder* order) const {
   *order = {};
   return Walk(structs_, bytes, nullptr).Message(type, order);
+}
+
+std::string MessageSchemas::TypeOf(std::span<const std::uint8_t> bytes) const {
+  if (const LcmStruct* type = Find(bytes)) return type->name;
+  if (bytes.size() < kHashBytes) return "no LCM message";
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text = "0x";
+  for (const std::uint8_t byte : bytes.first(kHashBytes)) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
 }
 
 }  // namespace hpdm

@@ -61,6 +61,20 @@ struct LcmStruct {
   std::int64_t hash = 0;  ///< As a message of this type begins.
 };
 
+/// Follows a message from its first value to its last, with its structure. A struct's members come
+/// in order, each announced before its value, its struct or its array; an array has an inner array
+/// for every further dimension.
+class MessageVisitor {
+ public:
+  virtual ~MessageVisitor() = default;
+  virtual void BeginStruct() {}
+  virtual void EndStruct() {}
+  virtual void BeginMember(const LcmMember&) {}
+  virtual void BeginArray() {}
+  virtual void EndArray() {}
+  virtual void Value(const MessageValue& value) = 0;
+};
+
 /// A set of message types. Filled by one thread; afterwards any thread may decode.
 class MessageSchemas {
  public:
@@ -82,6 +96,13 @@ class MessageSchemas {
   /// not exactly one message of it: then some values may have been visited. Trusts no length.
   bool Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
               const std::function<void(const MessageValue&)>& visit) const;
+  /// The same with the message's structure.
+  bool Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
+              MessageVisitor* visitor) const;
+
+  /// What to call the type of these bytes: its name; its hash in hexadecimal where it is not known,
+  /// "no LCM message" where there is none.
+  std::string TypeOf(std::span<const std::uint8_t> bytes) const;
 
   /// Whether the bytes are exactly one message of type `type`, and its place among the others.
   /// Steps over arrays of numbers, so that its cost does not depend on their lengths.

@@ -4,10 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/error.h"
 #include "lcmtypes/log_health.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/log_export.h"
+#include "tools/mcap_export.h"
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
 
@@ -20,6 +22,7 @@ struct LogOptions {
   std::string log;
   std::string repaired;
   std::string out;
+  std::string format = "csv";
   std::vector<std::string> channels;
   std::vector<std::string> types;
   bool json = false;
@@ -97,22 +100,48 @@ void Check(const LogOptions& options) {
   if (!health.Sound()) throw CLI::RuntimeError(1);
 }
 
+/// Refuses an --out that --format does not fit.
+void CheckPlace(const LogOptions& options) {
+  const bool is_mcap_name = options.out.ends_with(".mcap");
+  const bool is_folder = options.out.ends_with('/') || std::filesystem::is_directory(options.out);
+  if (options.format == "csv" && is_mcap_name && !is_folder) {
+    throw InputError("--out " + options.out +
+                     ": --format csv writes a folder of tables; add --format mcap for one file");
+  }
+  if (options.format == "mcap" && is_folder) {
+    throw InputError("--out " + options.out +
+                     ": --format mcap writes one file; give --out FILE.mcap");
+  }
+}
+
 void Export(const LogOptions& options) {
-  const std::vector<ExportedChannel> exported =
-      ExportCsv(options.log, options.out, options.channels, SchemasWith(options.types));
+  CheckPlace(options);
+  const bool mcap = options.format == "mcap";
+  const std::vector<ExportedChannel> exported = (mcap ? ExportMcap : ExportCsv)(
+      options.log, options.out, options.channels, SchemasWith(options.types));
   Json json = Json::array();
   for (const ExportedChannel& channel : exported) {
+    const bool left_out = channel.file.empty();
     json.push_back({{"channel", channel.channel},
-                    {"file", channel.file.string()},
+                    {"type", channel.type},
+                    {"file", left_out ? Json() : Json(channel.file.string())},
                     {"messages", channel.messages},
                     {"skipped", channel.skipped}});
     if (options.json) continue;
-    std::printf("%s: %s rows%s\n", channel.file.c_str(),
-                WithCommas(static_cast<long long>(channel.messages)).c_str(),
-                channel.skipped == 0 ? ""
-                                     : Format(", %llu messages not readable",
-                                              static_cast<unsigned long long>(channel.skipped))
-                                           .c_str());
+    const std::string place = mcap ? options.out + ": " + channel.channel : channel.file.string();
+    if (left_out) {
+      std::printf(
+          "%s: left out, %s messages of unknown type %s (give --types)\n", channel.channel.c_str(),
+          WithCommas(static_cast<long long>(channel.skipped)).c_str(), channel.type.c_str());
+    } else {
+      std::printf("%s: %s %s%s\n", place.c_str(),
+                  WithCommas(static_cast<long long>(channel.messages)).c_str(),
+                  mcap ? "messages" : "rows",
+                  channel.skipped == 0 ? ""
+                                       : Format(", %llu messages not readable",
+                                                static_cast<unsigned long long>(channel.skipped))
+                                             .c_str());
+    }
   }
   if (options.json) std::printf("%s\n", JsonText(json).c_str());
 }
@@ -137,9 +166,17 @@ void AddLogCommand(CLI::App& app) {
   check->callback([to_check] { Check(*to_check); });
 
   const auto to_export = std::make_shared<LogOptions>();
-  CLI::App* exporting = add("export", "A CSV table of each channel", to_export.get());
-  exporting->add_option("--out", to_export->out, "Folder for CHANNEL.csv; made when missing")
+  CLI::App* exporting =
+      add("export", "A CSV table of each channel, or one MCAP file", to_export.get());
+  exporting
+      ->add_option("--out", to_export->out,
+                   "csv: folder for CHANNEL.csv, made when missing; mcap: the file")
       ->required();
+  exporting
+      ->add_option("--format", to_export->format,
+                   "csv, or mcap: one file of JSON messages for Foxglove and PlotJuggler")
+      ->check(CLI::IsMember({"csv", "mcap"}))
+      ->capture_default_str();
   exporting->add_option("--channels", to_export->channels, "These alone");
   exporting->callback([to_export] { Export(*to_export); });
 }

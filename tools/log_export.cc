@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 
 #include "engine/error.h"
 #include "lcmtypes/log.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -52,7 +52,7 @@ class Columns {
 struct Table {
   const LcmStruct* type = nullptr;
   Columns columns;
-  std::ofstream out;
+  std::optional<StagedFile> out;
   ExportedChannel exported;
 };
 
@@ -82,10 +82,13 @@ std::string Cell(const MessageValue& value) {
   return quoted + '"';
 }
 
-void WriteRow(std::int64_t time_us, const std::vector<std::string>& cells, std::ofstream* out) {
-  *out << time_us;
-  for (const std::string& cell : cells) *out << ',' << cell;
-  *out << '\n';
+void WriteRow(const std::string& first, const std::vector<std::string>& cells, StagedFile* out) {
+  out->Write(first);
+  for (const std::string& cell : cells) {
+    out->Write(",");
+    out->Write(cell);
+  }
+  out->Write("\n");
 }
 
 using Tables = std::map<std::string, Table>;
@@ -108,15 +111,17 @@ Tables FindColumns(const std::string& log, const std::vector<std::string>& chann
       continue;
     }
     Table& table = tables[event.channel];
-    if (table.type == nullptr) table.type = schemas.Find(event.data);
+    if (table.type == nullptr) {
+      table.type = schemas.Find(event.data);
+      if (table.type != nullptr || table.exported.type.empty()) {
+        table.exported.type = schemas.TypeOf(event.data);
+      }
+    }
     if (Readable(table, event, schemas)) table.columns.Add(schemas, *table.type, event);
   }
   for (const std::string& channel : channels) {
-    if (!tables.contains(channel)) {
-      throw InputError(log + ": holds no channel " + channel + "; hpdm log check lists them");
-    }
+    if (!tables.contains(channel)) RefuseMissingChannel(log, channel);
   }
-  std::erase_if(tables, [](const auto& entry) { return entry.second.type == nullptr; });
   return tables;
 }
 
@@ -132,19 +137,13 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
     throw InputError(folder.string() + ": cannot be made (" + error.message() +
                      "); choose another --out");
   }
-  const auto refuse = [](const Table& table) {
-    throw InputError(table.exported.file.string() +
-                     ": cannot be written; choose a folder that is writable and has space");
-  };
   std::set<std::string> taken;
   for (auto& [channel, table] : tables) {
     table.exported.channel = channel;
+    if (table.type == nullptr) continue;
     table.exported.file = folder / FileNameOf(channel, &taken);
-    table.out.open(table.exported.file);
-    table.out << "time_us";
-    for (const std::string& name : table.columns.names()) table.out << ',' << name;
-    table.out << '\n';
-    if (!table.out) refuse(table);
+    table.out.emplace(table.exported.file);
+    WriteRow("time_us", table.columns.names(), &*table.out);
   }
   LogReader reader(log);
   LogEvent event;
@@ -154,7 +153,7 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
     if (found == tables.end()) continue;
     Table& table = found->second;
     cells.assign(table.columns.names().size(), "");
-    const bool readable = schemas.Find(event.data) == table.type &&
+    const bool readable = table.type != nullptr && schemas.Find(event.data) == table.type &&
                           schemas.Decode(*table.type, event.data, [&](const MessageValue& value) {
                             // A message that breaks off may have values that no whole one has.
                             if (const auto column = table.columns.Of(value.name))
@@ -164,16 +163,22 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
       ++table.exported.skipped;
       continue;
     }
-    WriteRow(event.time_us, cells, &table.out);
+    WriteRow(std::to_string(event.time_us), cells, &*table.out);
     ++table.exported.messages;
   }
   std::vector<ExportedChannel> exported;
   for (auto& [channel, table] : tables) {
-    table.out.close();
-    if (!table.out) refuse(table);
+    if (table.out) table.out->Close();
+  }
+  for (auto& [channel, table] : tables) {
+    if (table.out) table.out->Commit();
     exported.push_back(table.exported);
   }
   return exported;
+}
+
+void RefuseMissingChannel(const std::string& log, const std::string& channel) {
+  throw InputError(log + ": holds no channel " + channel + "; hpdm log check lists them");
 }
 
 }  // namespace hpdm

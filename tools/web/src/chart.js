@@ -2,24 +2,51 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 
-export const toolColours = ['#d1495b', '#00798c'];
+const dark = matchMedia('(prefers-color-scheme: dark)');
+
+/// The present value of a colour of page.css: colour('text').
+export const colour = (name) =>
+    getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+/// Of hand 0 or 1, and how its lines are dashed.
+export const toolColour = (tool) => colour(`hand-${tool % 2}`);
+export const toolDash = (tool) => (tool % 2 === 1 ? [7, 3] : []);
+/// Calls `redraw` when the page's colours change.
+export const onColourChange = (redraw) => dark.addEventListener('change', redraw);
 
 /// A chart of several series over one axis of seconds, in `element`, as wide as it is.
-/// series: [{label, colour}]; data as uPlot takes it: [xs, ys, ...].
-export function timeChart(element, {title, unit, series, height = 180}, data) {
+/// series: [{label, colour, dash, width}], colour as a string or a function that gives one; data as
+/// uPlot takes it: [xs, ys, ...]. `options` are further ones of uPlot's.
+export function timeChart(element, {title, unit, series, height = 180, options = {}}, data) {
+  const axis = {
+    stroke: () => colour('text'),
+    grid: {stroke: () => colour('line'), width: 1},
+    ticks: {stroke: () => colour('line'), width: 1},
+    font: '12px system-ui, sans-serif',
+    labelFont: '12px system-ui, sans-serif',
+    labelSize: 18,
+  };
   const chart = new uPlot(
       {
         title,
-        width: element.clientWidth,
+        width: Math.max(element.clientWidth, 100),
         height,
         scales: {x: {time: false}},
-        axes: [{label: 's'}, {label: unit}],
+        axes: [
+          {...axis, label: 's', size: 32, labelGap: -2},
+          {...axis, label: unit, size: 46},
+        ],
         series: [
           {label: 's'},
-          ...series.map(({label, colour}) => ({label, stroke: colour, width: 1.5})),
+          ...series.map(({label, colour: stroke, dash, width = 1.5}) =>
+                            ({label, stroke, dash, width, points: {show: false}})),
         ],
+        ...options,
       },
       data, element);
-  new ResizeObserver(() => chart.setSize({width: element.clientWidth, height})).observe(element);
+  new ResizeObserver(() => {
+    const width = Math.max(element.clientWidth, 100);
+    if (width !== chart.width) chart.setSize({width, height});
+  }).observe(element);
+  onColourChange(() => chart.redraw(false));
   return chart;
 }

@@ -1,0 +1,74 @@
+#include "tools/staged_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "engine/error.h"
+
+namespace hpdm {
+
+namespace fs = std::filesystem;
+
+StagedFile::StagedFile(fs::path path) : path_(std::move(path)) {
+  std::error_code ignored;
+  // A link keeps its place; what it leads to is replaced.
+  if (fs::is_symlink(path_, ignored) && fs::exists(path_, ignored)) {
+    path_ = fs::canonical(path_, ignored);
+  }
+  const fs::file_status status = fs::status(path_, ignored);
+  int descriptor = -1;
+  if (fs::is_directory(status) || path_.filename().empty()) Refuse("cannot be made", EISDIR);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    descriptor = open(path_.c_str(), O_WRONLY | O_CLOEXEC);
+  } else {
+    std::random_device random;
+    do {
+      written_ = path_;
+      written_ += ".part-" + std::to_string(random());
+      descriptor = open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    } while (descriptor < 0 && errno == EEXIST);
+  }
+  if (descriptor < 0) Refuse("cannot be made", errno);
+  file_ = fdopen(descriptor, "wb");
+}
+
+StagedFile::StagedFile(StagedFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      written_(std::exchange(other.written_, {})),
+      file_(std::exchange(other.file_, nullptr)) {}
+
+StagedFile::~StagedFile() {
+  if (file_ != nullptr) std::fclose(file_);
+  if (!written_.empty()) unlink(written_.c_str());
+}
+
+void StagedFile::Write(std::string_view bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) {
+    Refuse("cannot be written", errno);
+  }
+}
+
+void StagedFile::Close() {
+  if (file_ == nullptr) return;
+  if (std::fclose(std::exchange(file_, nullptr)) != 0) Refuse("cannot be written", errno);
+}
+
+void StagedFile::Commit() {
+  Close();
+  if (written_.empty()) return;
+  if (std::rename(written_.c_str(), path_.c_str()) != 0) Refuse("cannot be replaced", errno);
+  written_.clear();
+}
+
+void StagedFile::Refuse(const char* what, int error) const {
+  throw InputError(path_.string() + ": " + what + " (" + std::strerror(error) +
+                   "); choose a place that is writable and has space");
+}
+
+}  // namespace hpdm

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <string_view>
+
+namespace hpdm {
+
+/// A file that gets its name only when it is whole: it is written beside its place as
+/// NAME.part-..., and Commit gives it the name, replacing what had it. Without Commit nothing
+/// remains. What is no file (/dev/stdout, a pipe) is written as it is. One thread.
+class StagedFile {
+ public:
+  /// Throws InputError where it cannot be made.
+  explicit StagedFile(std::filesystem::path path);
+  StagedFile(StagedFile&& other) noexcept;
+  ~StagedFile();
+  StagedFile& operator=(StagedFile&&) = delete;
+
+  /// Throws InputError at the first failure that is noticed.
+  void Write(std::string_view bytes);
+  /// What remains of the writing, without giving the name yet: of several files each is whole
+  /// before the first appears. Throws InputError.
+  void Close();
+  /// Close, if need be, then the name. Throws InputError.
+  void Commit();
+
+ private:
+  [[noreturn]] void Refuse(const char* what, int error) const;
+
+  std::filesystem::path path_;
+  std::filesystem::path written_;  // empty: path_ itself
+  std::FILE* file_ = nullptr;
+};
+
+}  // namespace hpdm
