@@ -14,6 +14,7 @@
 #include "tools/spy/dashboard.h"
 #include "tools/spy/once_report.h"
 #include "tools/spy/spy_source.h"
+#include "tools/spy/terminal_view.h"
 #include "tools/stop_signals.h"
 
 namespace hpdm {
@@ -77,8 +78,10 @@ void Spy(const SpyOptions& options) {
   }
   if (options.web) {
     ServeDashboard(options.dashboard, schemas, stop, &source);
-  } else {
+  } else if (options.once) {
     ReportOnce(options, schemas, stop, &source);
+  } else {
+    RunTerminalView(&source, schemas, stop);
   }
 }
 
