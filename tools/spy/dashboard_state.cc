@@ -200,6 +200,7 @@ void DashboardState::Recall(const LogEvent& event) {
 void DashboardState::Finish() { trace_.Finish(); }
 
 void DashboardState::Interrupt() {
+  newest_us_ = 0;
   channels_.Interrupt();
   BeginAnew();
 }
