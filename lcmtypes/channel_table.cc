@@ -94,7 +94,9 @@ ChannelFlow ChannelTable::Channel::Flow(std::int64_t now_us, std::vector<double>
   for (const double interval : *intervals) {
     squares += (interval - flow.mean_interval_s) * (interval - flow.mean_interval_s);
   }
-  flow.jitter_s = std::sqrt(squares / n);
+  // Stamps are microseconds: what is less than a thousandth of one is rounding.
+  const double deviation = std::sqrt(squares / n);
+  flow.jitter_s = deviation < 1e-9 ? 0 : deviation;
   const auto rank = static_cast<std::ptrdiff_t>(std::ceil(0.99 * n)) - 1;
   std::nth_element(intervals->begin(), intervals->begin() + rank, intervals->end());
   flow.p99_interval_s = (*intervals)[static_cast<std::size_t>(rank)];

@@ -35,11 +35,11 @@ export function makeView(element, {height = 420} = {}) {
   resize();
   controls.addEventListener('change', render);
 
-  /// Looks at a box (THREE.Box3) from `direction` (towards the eye), all of it in view.
-  const fit = (box, direction = [0.35, -0.8, 0.5]) => {
+  /// Looks at a box (THREE.Box3) from `direction` (towards the eye), nearly all of it in view.
+  const fit = (box, direction = [0.3, -0.65, 0.85]) => {
     const sphere = box.getBoundingSphere(new THREE.Sphere());
     const half = Math.min(camera.fov, camera.fov * camera.aspect) * Math.PI / 360;
-    const distance = Math.max(sphere.radius, 1e-3) / Math.sin(half);
+    const distance = 0.85 * Math.max(sphere.radius, 1e-3) / Math.sin(half);
     controls.target.copy(sphere.center);
     camera.position.set(...direction).normalize().multiplyScalar(distance).add(sphere.center);
     camera.near = distance / 100;
