@@ -25,7 +25,8 @@ void PrintLine(const std::string& session, double force_limit) {
 
 }  // namespace
 
-void AddFleetOptions(CLI::App* report, FleetArguments* arguments) {
+void AddFleetOptions(CLI::App* report, const std::vector<CLI::Option*>& single,
+                     FleetArguments* arguments) {
   constexpr int kMostJobs = 256;
   CLI::Option* line = report->add_flag(
       "--json-line", arguments->json_line,
@@ -41,6 +42,9 @@ void AddFleetOptions(CLI::App* report, FleetArguments* arguments) {
                          "input), into the table --out");
   collect->excludes(all)->excludes(line);
   line->excludes(all);
+  for (CLI::Option* option : single) {
+    for (CLI::Option* many : {all, line, collect}) many->excludes(option);
+  }
   report->add_option("--jobs", arguments->jobs, "Processes at once; default: one a processor")
       ->check(CLI::Range(1, kMostJobs))
       ->needs(all);
@@ -60,6 +64,7 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
     throw InputError("report: no session; give its folder, or a folder of sessions with --all");
   }
   if (arguments.json_line) {
+    if (!out.empty()) throw InputError("--out " + out + ": --json-line prints on stdout alone");
     PrintLine(session, force_limit);
     return true;
   }

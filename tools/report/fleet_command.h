@@ -5,7 +5,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace hpdm {
 
@@ -19,12 +20,13 @@ struct FleetArguments {
   bool again = false;
 };
 
-/// Adds them to the command `hpdm report`.
-void AddFleetOptions(CLI::App* report, FleetArguments* arguments);
+/// Adds them to the command `hpdm report`; `single` are its options for one session alone.
+void AddFleetOptions(CLI::App* report, const std::vector<CLI::Option*>& single,
+                     FleetArguments* arguments);
 
-/// Does what they ask for; false: nothing. `session` is what the command was given, a session's
-/// folder or with --all one of many, `out` its --out. A failed session is CLI::RuntimeError with
-/// the exit code.
+/// Does what they ask for; false: they ask for nothing. `session` is what the command was given, a
+/// session's folder or with --all one of many, `out` its --out. A failed session is
+/// CLI::RuntimeError with the exit code.
 bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
                      const std::string& out, double force_limit);
 

@@ -7,7 +7,7 @@
 #include "engine/error.h"
 #include "tools/report/path_text.h"
 #include "tools/report/report_json.h"
-#include "tools/report/session_metrics.h"
+#include "tools/report/session_files.h"
 #include "tools/report/session_search.h"
 
 namespace hpdm {
@@ -31,18 +31,22 @@ std::string SessionName(const std::filesystem::path& folder) {
   return name.empty() ? "." : PathText(name.native());
 }
 
-std::optional<LogStamp> StampOf(const std::filesystem::path& folder) {
+std::optional<LogStamp> StampOf(const std::filesystem::path& session) {
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(session, error);
   struct stat facts {};
-  if (stat((folder / kSessionLogName).c_str(), &facts) != 0) return std::nullopt;
+  if (stat((is_folder ? session / kSessionLogName : session).c_str(), &facts) != 0) {
+    return std::nullopt;
+  }
   return LogStamp{facts.st_size,
                   facts.st_mtim.tv_sec * kNanosecondsPerSecond + facts.st_mtim.tv_nsec};
 }
 
-Json SessionLine(const std::filesystem::path& folder, double force_limit) {
-  const std::string session = SessionName(folder);
-  const std::optional<LogStamp> stamp = StampOf(folder);  // before it is read: it may still grow
+Json SessionLine(const std::filesystem::path& path, double force_limit) {
+  const std::string session = SessionName(path);
+  const std::optional<LogStamp> stamp = StampOf(path);  // before it is read: it may still grow
   try {
-    Json report = ToJson(ReadSession((folder / kSessionLogName).string(), force_limit).report);
+    Json report = ToJson(ReadSession(FindSessionFiles(path), force_limit).report);
     report.erase("log");
     Json line = Begin(session, 0, stamp);
     line["report"] = std::move(report);

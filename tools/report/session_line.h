@@ -15,15 +15,15 @@ struct LogStamp {
   bool operator==(const LogStamp&) const = default;
 };
 
-/// Of the session folder's log; none where there is no such file.
-std::optional<LogStamp> StampOf(const std::filesystem::path& folder);
+/// Of a session folder's log, or of a bare log; none where there is no such file.
+std::optional<LogStamp> StampOf(const std::filesystem::path& session);
 
 /// What a session is called in lines and tables: its folder's path, without "./" before and a slash
 /// behind, as PathText.
 std::string SessionName(const std::filesystem::path& folder);
 
-/// One session as one JSON object, whatever becomes of it: the unit that `hpdm report` prints for a
-/// cluster's job and collects into tables.
+/// One session, a folder or a bare log, as one JSON object, whatever becomes of it: the unit that
+/// `hpdm report` prints for a cluster's job and collects into tables.
 ///
 ///     session        its SessionName, as it was given or relative to the folder of all
 ///     exit_code      0 reported; 2 no usable log, 3 the machine lacks something;
@@ -31,7 +31,7 @@ std::string SessionName(const std::filesystem::path& folder);
 ///     log_bytes, log_mtime_ns   of the log when it was read (LogStamp); null without one
 ///     report         as report_json.h, without its `log`; with exit_code 0
 ///     error          one line; otherwise
-nlohmann::ordered_json SessionLine(const std::filesystem::path& folder, double force_limit);
+nlohmann::ordered_json SessionLine(const std::filesystem::path& path, double force_limit);
 
 /// The same of a session that could not tell it itself.
 nlohmann::ordered_json FailedLine(const std::string& session, std::optional<int> exit_code,

@@ -29,6 +29,8 @@ std::optional<KnownSession> KnownFrom(const Json& line) {
   const Json::json_pointer limit("/report/force_limit_N");
   if (line.contains(limit) && line[limit].is_number()) session.force_limit = line[limit];
   if (line.contains("error") && line["error"].is_string()) session.error = line["error"];
+  const bool has_report = line.contains("report") && line["report"].is_object();
+  if (session.exit_code == 0 ? !has_report : session.error.empty()) return std::nullopt;
   return session;
 }
 
