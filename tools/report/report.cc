@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,10 +8,12 @@
 #include "engine/error.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/report/fleet_command.h"
 #include "tools/report/report_json.h"
 #include "tools/report/report_page.h"
 #include "tools/report/session_files.h"
 #include "tools/report/session_metrics.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -25,34 +26,16 @@ struct ReportOptions {
   std::string against;
   double force_limit = kDefaultForceLimit;
   bool json = false;
+  FleetArguments fleet;
 };
 
-SessionReading Read(const SessionFiles& files, double force_limit) {
-  SessionReading reading = ReadSession(files.log.string(), force_limit);
-  reading.report.scene = files.scene;
-  return reading;
-}
-
-void Write(const fs::path& path, const std::string& text) {
-  std::error_code error;
-  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) {
-    throw InputError(path.string() + ": is no file; choose another with --out");
-  }
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  if (!file) {
-    fs::remove(path, error);  // half a page is none
-    throw InputError(path.string() + ": cannot be written; choose another file with --out");
-  }
-}
-
 void Report(const ReportOptions& options) {
+  if (RunFleetCommand(options.fleet, options.session, options.out, options.force_limit)) return;
   SessionFiles files = FindSessionFiles(options.session);
-  const SessionReading reading = Read(files, options.force_limit);
+  const SessionReading reading = ReadSession(files, options.force_limit);
   std::optional<SessionReport> against;
   if (!options.against.empty()) {
-    against = Read(FindSessionFiles(options.against), options.force_limit).report;
+    against = ReadSession(FindSessionFiles(options.against), options.force_limit).report;
   }
   // --json alone asks for figures, not for a page.
   if (!options.json || !options.out.empty()) {
@@ -63,7 +46,9 @@ void Report(const ReportOptions& options) {
     if (fs::equivalent(out, files.log, error)) {
       throw InputError(out.string() + ": is the session's log; choose another file with --out");
     }
-    Write(out, ReportPageText(reading, files, against ? &*against : nullptr));
+    StagedFile page(out);
+    page.Write(ReportPageText(reading, files, against ? &*against : nullptr));
+    page.Commit();
     if (!options.json) std::printf("%s\n", out.c_str());
   }
   if (options.json) {
@@ -83,16 +68,18 @@ void AddReportCommand(CLI::App& app) {
   const auto options = std::make_shared<ReportOptions>();
   CLI::App* report = app.add_subcommand(
       "report", "A session as one HTML page for trainer and trainee; its figures as JSON");
-  report->add_option("session", options->session, "A session's folder, or its log")->required();
+  report->add_option("session", options->session, "A session's folder, or its log");
   report->add_option("--out", options->out, "HTML file; default: report.html beside the log");
   report
       ->add_option("--force-limit", options->force_limit,
                    "N: time and times above it are told (tools/report/README.md)")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  report->add_option("--against", options->against,
-                     "Another session's folder or log, whose figures stand beside");
-  report->add_flag("--json", options->json, "Print the figures as JSON; a page only with --out");
+  CLI::Option* against = report->add_option(
+      "--against", options->against, "Another session's folder or log, whose figures stand beside");
+  CLI::Option* json = report->add_flag("--json", options->json,
+                                       "Print the figures as JSON; a page only with --out");
+  AddFleetOptions(report, {against, json}, &options->fleet);
   report->callback([options] { Report(*options); });
 }
 

@@ -112,6 +112,12 @@ SessionFiles FindSessionFiles(const fs::path& path) {
   return files;
 }
 
+SessionReading ReadSession(const SessionFiles& files, double force_limit) {
+  SessionReading reading = ReadSession(files.log.string(), force_limit);
+  reading.report.scene = files.scene;
+  return reading;
+}
+
 void LoadPictures(SessionFiles* files) {
   if (files->folder.empty()) return;
   std::vector<std::pair<std::string, std::string>> wanted = {

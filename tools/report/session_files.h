@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/report/session_metrics.h"
+
 namespace hpdm {
 
 /// A picture of a session folder, ready for a page.
@@ -28,6 +30,9 @@ struct SessionFiles {
 /// `path`: a session's folder or a bare .lcmlog. Throws InputError where neither is there. Pictures
 /// up to 1.5 MB in all are taken, those without which a report is poorer first.
 SessionFiles FindSessionFiles(const std::filesystem::path& path);
+
+/// Reads its log; the report has the scene's name. Throws InputError as the other ReadSession.
+SessionReading ReadSession(const SessionFiles& files, double force_limit);
 
 /// Reads the pictures too; apart, since a table of many sessions does without them.
 void LoadPictures(SessionFiles* files);

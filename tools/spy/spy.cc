@@ -11,8 +11,10 @@
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/schema_files.h"
+#include "tools/spy/dashboard.h"
 #include "tools/spy/once_report.h"
 #include "tools/spy/spy_source.h"
+#include "tools/spy/terminal_view.h"
 #include "tools/stop_signals.h"
 
 namespace hpdm {
@@ -23,6 +25,8 @@ struct SpyOptions {
   std::vector<std::string> types;
   bool once = false;
   bool json = false;
+  bool web = false;
+  DashboardOptions dashboard;
   double seconds = 0;  // 0: not given
   double speed = 0;    // 0: not given
   double from = 0;
@@ -55,7 +59,10 @@ void Spy(const SpyOptions& options) {
   if (options.json && !options.once) {
     throw InputError("spy: --json is for scripts; give --once with it");
   }
-  if (!options.once && (isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0)) {
+  if (options.once && options.web) {
+    throw InputError("spy: --web stays until it is ended; leave out --once");
+  }
+  if (!options.once && !options.web && (isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0)) {
     throw InputError(
         "spy: this is no terminal; give --once for a table, --once --json for a script");
   }
@@ -69,7 +76,13 @@ void Spy(const SpyOptions& options) {
     if (options.speed > 0) source.player()->SetSpeed(options.speed);
     if (options.from > 0) source.player()->Seek(static_cast<std::int64_t>(1e6 * options.from));
   }
-  ReportOnce(options, schemas, stop, &source);
+  if (options.web) {
+    ServeDashboard(options.dashboard, schemas, stop, &source);
+  } else if (options.once) {
+    ReportOnce(options, schemas, stop, &source);
+  } else {
+    RunTerminalView(&source, schemas, stop);
+  }
 }
 
 }  // namespace
@@ -95,7 +108,17 @@ void AddSpyCommand(CLI::App& app) {
       ->check(CLI::Range(LogPlayer::kSlowest, LogPlayer::kFastest));
   spy->add_option("--from", options->from, "Where to start in a log, s from its start")
       ->check(CLI::Range(0.0, 1e9));
-  spy->callback([options] { Spy(*options); });
+  CLI::Option* web = spy->add_option("--web", options->dashboard.port,
+                                     "Show a dashboard in a browser, on this port of this machine "
+                                     "alone; 8090 unless given, 0: any free one");
+  web->expected(0, 1)->check(CLI::Range(0, 65535));
+  spy->add_option("--host", options->dashboard.host,
+                  "With --web: the address to listen on, which others may then reach")
+      ->needs(web);
+  spy->callback([options, web] {
+    options->web = web->count() > 0;
+    Spy(*options);
+  });
 }
 
 }  // namespace hpdm
