@@ -6,6 +6,8 @@
 namespace hpdm {
 namespace {
 
+constexpr double kPortion = 0.1;  // s
+
 // Differences of foreign time stamps may not fit into 64 bits.
 double Seconds(std::int64_t from_us, std::int64_t to_us) {
   return 1e-6 * (static_cast<double>(to_us) - static_cast<double>(from_us));
@@ -87,7 +89,7 @@ ChannelFlow ChannelTable::Channel::Flow(std::int64_t now_us, std::vector<double>
   ChannelFlow flow;
   flow.mean_interval_s = sum / n;
   const double expected = sum > 0 ? n / sum : 0;
-  const double since_first = Seconds(at(first).time_us, now_us);
+  const double since_first = Seconds(at(first).time_us, now_us) - kPortion;
   flow.rate_hz = since_first > 0 ? std::min(expected, (n + 1) / since_first) : expected;
   flow.bytes_per_s = flow.rate_hz * bytes / (n + 1);
   double squares = 0;

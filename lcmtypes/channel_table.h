@@ -14,8 +14,9 @@ namespace hpdm {
 /// where those are fewer), by time stamps. An interval is from one message of the channel to the
 /// next.
 struct ChannelFlow {
-  /// Hz: (n - 1) / (last - first) over the window's n messages; when the channel has been silent
-  /// for longer than that leads to expect, n / (now - first). 0 for fewer than two messages.
+  /// Hz: (n - 1) / (last - first) over the window's n messages, and at most n / (now - 0.1 s -
+  /// first), so that it falls when the channel is silent (senders and readers work in portions: a
+  /// tenth of a second without a message is none). 0 for fewer than two messages.
   double rate_hz = 0;
   double bytes_per_s = 0;         ///< The rate times the mean size of the window's messages.
   double jitter_s = 0;            ///< Standard deviation of the intervals,

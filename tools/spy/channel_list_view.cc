@@ -140,6 +140,9 @@ void ChannelListView::Draw(TerminalScreen* screen, int top, int height) {
         return std::string(kLooks[c].title) + (c == order_ ? std::string(mark) : std::string());
       },
       [](int) { return TextStyle::kBold; });
+  if (shown_.empty() && !rows_.empty()) {
+    screen->Put(top + 2, 2, "No name has this in it.", TextStyle::kDim);
+  }
   for (int i = 0; i < height_; ++i) {
     const auto at = static_cast<std::size_t>(cursor_.top + i);
     if (at >= shown_.size()) break;

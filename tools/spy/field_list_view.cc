@@ -145,6 +145,7 @@ void FieldListView::Draw(TerminalScreen* screen, const FieldHistory& history, in
     screen->Put(line, column, Sparkline(history, row.field, layout.spark, glyphs),
                 chosen ? style : TextStyle::kAccent);
   }
+  if (rows_.empty()) screen->Put(top + 2, 2, "No name has this in it.", TextStyle::kDim);
   if (history.left_out() > 0 && static_cast<int>(rows_.size()) - cursor_.top < height_) {
     screen->Put(top + 1 + static_cast<int>(rows_.size()) - cursor_.top, 0,
                 "and " + WithCommas(static_cast<long long>(history.left_out())) +

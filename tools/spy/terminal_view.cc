@@ -1,6 +1,8 @@
 #include "tools/spy/terminal_view.h"
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <string>
 
 #include "lcmtypes/channel_table.h"
@@ -21,6 +23,31 @@ constexpr auto kFrame = milliseconds(100);    // between two pictures
 constexpr auto kFigures = milliseconds(250);  // between two looks at rates
 constexpr auto kReading = milliseconds(40);   // without looking at the keys
 constexpr int kPoll = 50;                     // ms between two looks at the source
+
+// At most 40 columns, for the narrowest terminals.
+constexpr const char* kHelp[] = {
+    "Up Down  j k    select",
+    "PgUp PgDn g G   page, first, last",
+    "Enter           open; show or fold many",
+    "Esc Backspace   back",
+    "q               quit",
+    "/               filter names",
+    "s S             sort by next; reverse",
+    "",
+    "A log:",
+    "Space           pause or go on",
+    "+ -             speed, 0.1 to 100, max",
+    "Left Right      5 s back, on",
+    "< >             60 s back, on",
+    "0 ... 9         to 0 % ... 90 %",
+    "Home End        to its start, its end",
+    "",
+    "Rate, jitter and bandwidth are of the",
+    "last 5 s. Jitter: standard deviation of",
+    "the interval between two messages.",
+    "Lost: missing sequence numbers. UNREAD:",
+    "another type or size than the channel's.",
+};
 
 std::int64_t WallTime() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -82,11 +109,13 @@ class View {
 
   void Handle(int key) {
     if (help_) {
-      help_ = false;
+      help_ = key == kKeyDown || key == kKeyUp || key == kKeyResize;
+      help_top_ += key == kKeyDown ? 1 : key == kKeyUp ? -1 : 0;
     } else if (typing_) {
       Type(key);
     } else if (key == '?') {
       help_ = true;
+      help_top_ = 0;
     } else if (key == '/') {
       typing_ = true;
       filter_.clear();
@@ -274,7 +303,8 @@ class View {
       if (width <= screen_.columns()) keys += (keys.empty() ? " " : "  ") + std::string(text);
     };
     if (help_) {
-      add("any key: back");
+      add("up down scroll");
+      add("any other key: back");
     } else {
       if (!filter_.empty()) add(("[/" + filter_ + "]").c_str());
       add("? help");
@@ -292,31 +322,11 @@ class View {
   }
 
   void DrawHelp() {
-    static constexpr const char* kLines[] = {
-        "Up Down PgUp PgDn g G  move, page, first, last",
-        "Enter                  open a channel; show or fold many values",
-        "Esc Backspace          back",
-        "q                      quit",
-        "/                      filter names",
-        "s S                    sort by the next column; reverse",
-        "",
-        "A log:",
-        "Space                  pause, go on; at the end: from the start",
-        "+ -                    faster, slower (0.1 to 100, max)",
-        "Left Right             5 s back, on",
-        "< >                    60 s back, on",
-        "0 ... 9                to 0 % ... 90 % of its length",
-        "Home End               to its start, its end",
-        "",
-        "Rate and bandwidth are of the last 5 s. Jitter is the standard",
-        "deviation of the interval between messages in that time. Lost",
-        "ones are missing sequence numbers; unreadable ones have another",
-        "type or size than the channel's.",
-    };
-    int row = 0;
-    for (const char* line : kLines) {
-      if (row >= screen_.rows() - 1) break;
-      screen_.Put(row++, 1, line);
+    const int height = screen_.rows() - 1;
+    help_top_ = std::clamp(help_top_, 0, std::max(0, static_cast<int>(std::size(kHelp)) - height));
+    for (int row = 0; row < height; ++row) {
+      const auto line = static_cast<std::size_t>(help_top_ + row);
+      if (line < std::size(kHelp)) screen_.Put(row, 0, kHelp[line]);
     }
   }
 
@@ -330,6 +340,7 @@ class View {
   std::string filter_, channel_filter_;
   bool typing_ = false, help_ = false, quit_ = false;
   bool sought_ = false, jumped_ = false;
+  int help_top_ = 0;
   LogEvent event_;
   std::int64_t last_us_ = 0;  // time stamp of the newest message
   TerminalScreen screen_;     // restored first, also where something throws
