@@ -571,6 +571,10 @@ TEST_F(Flow, BadInputIsOneLineAndExitTwo) {
         "log check " + missing,
         "log check " + typo + " --types " + folder_.string(),
         "log export " + missing + " --out " + Folder("l"),
+        "log export " + typo + " --out " + Folder("l.mcap"),
+        "log export " + typo + " --format mcap --out " + folder_.string(),
+        "log export " + typo + " --format xml --out " + Folder("l"),
+        "log export " + missing + " --format mcap --out " + Folder("l.mcap"),
         "generate nothing --out " + Folder("g")}) {
     const Outcome outcome = Hpdm(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;

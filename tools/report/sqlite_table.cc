@@ -138,9 +138,9 @@ const Json& ListOf(const Json& values, const char* place) {
 SqliteTable::SqliteTable(const std::filesystem::path& path)
     : path_(path.string()), database_(nullptr, sqlite3_close) {
   sqlite3* opened = nullptr;
-  // The path is a path even if it looks like a URI.
-  const int result =
-      sqlite3_open_v2(path.c_str(), &opened, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  // Whole, since SQLite takes ":memory:" for no file.
+  const int result = sqlite3_open_v2(std::filesystem::absolute(path).c_str(), &opened,
+                                     SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
   database_.reset(opened);
   if (result != SQLITE_OK) Refuse();
   sqlite3_busy_timeout(opened, kPatience);
