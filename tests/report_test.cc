@@ -382,7 +382,10 @@ TEST_F(ReportInBrowser, DrawsEverythingAndAsksForNothing) {
 }
 
 TEST_F(ReportInBrowser, FitsAPhoneAndTheDark) {
-  Page("--against " + Recorded());
+  // A long word, as paths are.
+  const fs::path far = folder_ / std::string(100, 'w');
+  fs::copy(Recorded(), far, fs::copy_options::recursive);
+  Page("--against " + far.string());
   Browser browser;
   browser.Resize(390, 844);
   browser.UseDarkColours(true);
