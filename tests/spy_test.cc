@@ -443,7 +443,7 @@ TEST_F(SpyTest, ALiveSessionIsWatchedInATerminalAndByAScript) {
   const std::string screen = terminal.WaitFor("HPDM_TOOL");
   EXPECT_EQ(LineOf(screen, kToolChannel)[1], "hpdm.tool_t") << screen;
   terminal.Press("Enter");
-  EXPECT_NE(terminal.WaitFor("tools[0].p_tip[1]").find("█"), std::string::npos);
+  EXPECT_NE(terminal.WaitFor("█").find("tools[0].p_tip[1]"), std::string::npos);
 
   const Ended ended = RunSpy("--once --json --seconds 1", folder_);
   ASSERT_EQ(ended.code, 0) << ended.errors;
