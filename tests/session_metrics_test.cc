@@ -480,23 +480,6 @@ TEST(SessionMetrics, ALogWithoutTicksIsRefusedInOneLine) {
   EXPECT_THROW(ReadSession("/nonexistent.lcmlog"), InputError);
 }
 
-TEST(ReportJson, RowsAreFlatAndAlike) {
-  MadeSession one, two({"probe", "grasper"});
-  one.Press(300, 2, 0);
-  two.Press(300, 2, 1, 1);
-  const auto rows = ToRows(two.Finish().report);
-  const auto other = ToRows(one.Finish().report);
-  ASSERT_EQ(rows.size(), 2u);
-  ASSERT_EQ(other.size(), 1u);
-  EXPECT_EQ(rows[1]["name"], "grasper");
-  EXPECT_EQ(rows[1]["peak_force_N"], 2);
-  for (const auto& [key, value] : rows[0].items()) {
-    EXPECT_TRUE(value.is_primitive()) << key;
-    EXPECT_TRUE(other[0].contains(key)) << key;
-  }
-  EXPECT_EQ(rows[0].size(), other[0].size());
-}
-
 TEST(ReportJson, KeysCarryUnits) {
   MadeSession session;
   session.Press(300, 2, 0);

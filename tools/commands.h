@@ -15,6 +15,7 @@ void AddGenerateCommand(CLI::App& app);
 void AddLogCommand(CLI::App& app);
 void AddSpyCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
+void AddReportCommand(CLI::App& app);
 void AddSolveCommand(CLI::App& app);
 void AddChartCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);

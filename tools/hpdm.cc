@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", HPDM_VERSION);
   hpdm::AddRunCommand(app);
   hpdm::AddReplayCommand(app);
+  hpdm::AddReportCommand(app);
   hpdm::AddSpyCommand(app);
   hpdm::AddLogCommand(app);
   hpdm::AddCheckCommand(app);

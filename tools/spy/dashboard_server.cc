@@ -19,7 +19,7 @@ using nlohmann::json;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-constexpr milliseconds kInterval{1000 / DashboardServer::kUpdatesPerSecond};
+constexpr std::chrono::microseconds kInterval{1'000'000 / DashboardServer::kUpdatesPerSecond + 1};
 // What a page takes for a lost connection is three of these.
 constexpr milliseconds kHeartbeat{1000};
 // How long one call may wait for a socket: what ending the server takes at most, or a little more.
@@ -142,7 +142,11 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
                                      "; give --host an address of this machine and a port from "
                                      "1024 on"));
   }
-  listener_ = std::jthread([this] { server_->listen_after_bind(); });
+  listener_ = std::jthread([this] {
+    server_->listen_after_bind();
+    const std::lock_guard lock(mutex_);
+    listening_ended_ = true;
+  });
 }
 
 DashboardServer::~DashboardServer() {
@@ -151,7 +155,12 @@ DashboardServer::~DashboardServer() {
     stopping_ = true;
   }
   stopped_.notify_all();
-  while (!server_->is_running()) std::this_thread::yield();  // stop() before that does nothing
+  // stop() does nothing before it listens.
+  const auto listens_or_ended = [this] {
+    const std::lock_guard lock(mutex_);
+    return server_->is_running() || listening_ended_;
+  };
+  while (!listens_or_ended()) std::this_thread::sleep_for(milliseconds(1));
   server_->stop();
   listener_.join();
 }

@@ -109,6 +109,7 @@ class DashboardServer {
   std::vector<PlayerCommand> commands_;
 
   std::unique_ptr<httplib::Server> server_;
+  bool listening_ended_ = false;
   std::jthread listener_;
 };
 

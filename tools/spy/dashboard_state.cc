@@ -58,6 +58,11 @@ bool Fits(const organ_t& shape, const OrganDescription& mesh) {
   return n == mesh.lattice->kept.size();
 }
 
+bool IsFinite(const dent_t& dent) {
+  return AllFinite(std::span(dent.centre)) && AllFinite(std::span(dent.normal)) &&
+         AllFinite(std::span(dent.strength)) && std::isfinite(dent.resolved_radius);
+}
+
 json DentJson(const dent_t& dent) {
   return {{"centre", Vector(dent.centre)},
           {"normal", Vector(dent.normal)},
@@ -97,7 +102,7 @@ void DashboardState::Take(const LogEvent& event) {
     Take(force);
   } else if (Decode(event, kContactChannel, &contact)) {
     Take(contact);
-  } else if (Decode(event, kOrganChannel, &organ)) {
+  } else if (event.data.size() <= kMaxShapeBytes && Decode(event, kOrganChannel, &organ)) {
     Take(std::move(organ));
   } else if (Decode(event, kMeshChannel, &mesh)) {
     Take(std::move(mesh));
@@ -129,7 +134,8 @@ void DashboardState::Take(organ_t&& shape) {
   OrganSnapshot snapshot;
   if (shape.organ >= kMaxOrgans || !FromMessage(shape, &snapshot)) return;
   if (!AllFinite(shape.displacements) || !AllFinite(shape.local_displacements) ||
-      !AllFinite(std::span(shape.offset))) {
+      !AllFinite(std::span(shape.offset)) ||
+      !std::all_of(shape.dents.begin(), shape.dents.end(), IsFinite)) {
     return;
   }
   Organ& organ = organs_[shape.organ];
@@ -139,6 +145,9 @@ void DashboardState::Take(organ_t&& shape) {
 
 void DashboardState::Take(mesh_t&& part) {
   if (part.organ < 0 || part.organ >= kMaxOrgans) return;
+  std::size_t bytes = 0;
+  for (const auto& [number, organ] : organs_) bytes += organ.mesh.bytes();
+  if (bytes > kMaxMeshBytes) return;
   Organ& organ = organs_[part.organ];
   if (organ.mesh.Take(std::move(part))) organ.mesh_version = ++versions_;
 }
@@ -191,6 +200,7 @@ void DashboardState::Recall(const LogEvent& event) {
 void DashboardState::Finish() { trace_.Finish(); }
 
 void DashboardState::Interrupt() {
+  newest_us_ = 0;
   channels_.Interrupt();
   BeginAnew();
 }
@@ -314,6 +324,11 @@ std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
   if (messages() > 0 && now - seen->channels >= kChannelsEvery) {
     seen->channels = now;
     AddMember("channels", ChannelsJson(now_us), &members);
+    json errors = json::array();
+    for (const auto& [number, organ] : organs_) {
+      if (!organ.mesh.error().empty()) errors.push_back({number, organ.mesh.error()});
+    }
+    AddMember("mesh_errors", Text(errors), &members);
   }
   return members;
 }

@@ -25,6 +25,9 @@ namespace hpdm {
 class DashboardState {
  public:
   static constexpr std::size_t kMaxEvents = 100;
+  /// Of all organs' meshes; and of one organ's shape, as a message.
+  static constexpr std::size_t kMaxMeshBytes = 256 << 20;
+  static constexpr std::size_t kMaxShapeBytes = 1 << 20;
 
   /// The schemas name the channels' types and outlive the state.
   explicit DashboardState(const MessageSchemas& schemas = MessageSchemas::Hpdm())

@@ -1,5 +1,6 @@
 #include "tools/spy/mesh_parts.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "lcmtypes/codec.h"
@@ -57,7 +58,22 @@ bool MeshParts::Take(mesh_t&& part) {
   waiting_bytes_ = 0;
   OrganDescription whole;
   if (!JoinMesh(parts, &whole, &error_)) return false;
+  if (whole.lattice) {
+    double functions = 1;
+    for (int d = 0; d < 3; ++d) {
+      const LatticeDescription& lattice = *whole.lattice;
+      const bool bernstein = lattice.basis == BasisType::kBernstein;
+      const int finest = bernstein ? 1 : lattice.cells[d] * std::max(lattice.local_refinement, 1);
+      functions *= finest + lattice.degree[d];
+    }
+    if (functions > kMaxFunctions) {
+      error_ = "its lattice is too fine to show";
+      return false;
+    }
+  }
   error_.clear();
+  whole_bytes_ = static_cast<std::size_t>(whole.vertices.size()) * sizeof(double) +
+                 static_cast<std::size_t>(whole.triangles.size()) * sizeof(int);
   hashes_.clear();
   for (const mesh_t& one : parts) hashes_.push_back(HashOf(one));
   whole_ = std::move(whole);

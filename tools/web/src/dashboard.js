@@ -21,6 +21,7 @@ const session = {
   events: [],
   organNames: new Map(),
   organsWithoutFit: new Set(),
+  meshErrors: [],
   noWebGl: '',
   updates: 0,
 };
@@ -38,6 +39,10 @@ function take(update) {
     scene.keepOnly(update.reset.organs);
   }
   if (update.sinking) scene.setSinking(update.sinking);
+  if (update.mesh_errors) {
+    session.meshErrors =
+        update.mesh_errors.map(([organ, why]) => `Organ ${organ} is not shown: ${why}.`);
+  }
   for (const name of ['instruments', 'tools', 'health', 'channels']) {
     if (update[name] !== undefined) session[name] = update[name];
   }

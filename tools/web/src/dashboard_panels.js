@@ -87,6 +87,7 @@ export function notices(session) {
   for (const organ of session.organsWithoutFit) {
     list.push(['warn', `${session.organNames.get(organ)}: its displacements are of another mesh.`]);
   }
+  for (const text of session.meshErrors) list.push(['warn', text]);
   if (session.noWebGl) list.push(['warn', session.noWebGl]);
   return list;
 }
@@ -144,9 +145,10 @@ export function showHands(session) {
   });
 }
 
-const rate = (hz) => hz >= 100 ? hz.toFixed(0) : hz.toFixed(1);
+// What a message holds may be no number; JSON has null then.
+const rate = (hz) => hz === null ? '–' : hz.toFixed(hz >= 100 ? 0 : 1);
 
-let shownHealth = null;
+let shownHealth;
 export function showHealth(session) {
   const flags = words(session.tools?.step_flags ?? 0, stepTexts);
   const text = session.tools?.step === undefined ? '' :
@@ -158,7 +160,7 @@ export function showHealth(session) {
   if (!health) {
     find('loops').replaceChildren(make('p', {class: 'muted'}, 'HPDM_STATS comes once a second.'));
     find('counts').textContent = '';
-    find('latency').replaceChildren();
+    find('latency').replaceChildren(make('p', {class: 'muted'}, 'With HPDM_STATS.'));
     return;
   }
   const loop = (name, {rate_hz: hz, missed}, unit) => make('tr', {}, make('td', {}, name),

@@ -5,6 +5,9 @@ import {Instrument, makeView} from './scene3d.js';
 
 const organColours = ['#b8694f', '#8a9b4a', '#c9a227', '#8d76b5', '#5f9496', '#c48aa8'];
 
+// Tissue turns this colour as it is displaced, wholly at so many m.
+const displacedColour = '#fff1b8', wholly = 0.02;
+
 export class OrganScene {
   /// `session` is told which organs there are, and why there is no picture.
   constructor(element, session) {
@@ -53,14 +56,12 @@ export class OrganScene {
     this.organs.set(number, organ);
     this.session.organNames.set(number, name);
     for (let wait = 250; this.organs.get(number) === organ; wait = Math.min(2 * wait, 4000)) {
-      try {
-        const answer = await fetch(`mesh/${number}`);
-        if (answer.ok) {
-          organ.surface = new OrganSurface(await answer.json());
-          break;
-        }
-      } catch { /* the connection: tried again */ }
-      await new Promise((done) => setTimeout(done, wait));
+      const mesh = await fetch(`mesh/${number}`).then((answer) => answer.ok ? answer.json() : null, () => null);
+      if (mesh) {
+        organ.surface = new OrganSurface(mesh);
+        break;
+      }
+      await new Promise((done) => setTimeout(done, wait));  // for the connection
     }
     if (this.organs.get(number) !== organ) return;
     if (this.view) this.addMesh(number, organ);
@@ -74,14 +75,29 @@ export class OrganScene {
         new THREE.BufferAttribute(values, 3).setUsage(THREE.DynamicDrawUsage);
     geometry.setAttribute('position', dynamic(organ.surface.positions));
     geometry.setAttribute('normal', dynamic(organ.surface.normals));
+    geometry.setAttribute('color', dynamic(new Float32Array(organ.surface.rest.length)));
+    this.paint(number, organ.surface, geometry.attributes.color, [0, 0, 0]);
     geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(organ.surface.triangles), 1));
     const material = new THREE.MeshStandardMaterial(
-        {color: organColours[number % organColours.length], roughness: 0.55, side: THREE.DoubleSide});
+        {vertexColors: true, roughness: 0.55, side: THREE.DoubleSide});
     organ.mesh = new THREE.Mesh(geometry, material);
     organ.mesh.frustumCulled = false;  // its bounds move
     scene.add(organ.mesh);
     if (!this.turned) this.lookAtAll();
     this.showLegend();
+  }
+
+  paint(number, {rest, positions}, colours, offset) {
+    const {THREE} = this.view;
+    const still = new THREE.Color(organColours[number % organColours.length]).toArray();
+    const moved = new THREE.Color(displacedColour).toArray();
+    for (let v = 0; v < rest.length; v += 3) {
+      const distance = Math.hypot(positions[v] - rest[v] - offset[0],
+          positions[v + 1] - rest[v + 1] - offset[1], positions[v + 2] - rest[v + 2] - offset[2]);
+      const share = Math.min(distance / wholly, 1);
+      for (let k = 0; k < 3; ++k) colours.array[v + k] = still[k] + share * (moved[k] - still[k]);
+    }
+    colours.needsUpdate = true;
   }
 
   lookAtAll() {
@@ -105,10 +121,12 @@ export class OrganScene {
       item.append(dot, organ.surface.name);
       legend.append(item);
     }
-    const arrows = document.createElement('span');
-    arrows.className = 'muted';
-    arrows.textContent = 'arrow: force on the hand, 2 cm per N, at most 8 cm';
-    legend.append(arrows);
+    const rest = document.createElement('span'), pale = document.createElement('i');
+    pale.style.background = displacedColour;
+    pale.style.outline = '1px solid';
+    rest.className = 'muted';
+    rest.append(pale, `displaced by ${1000 * wholly} mm or more · arrow: force on the hand, 2 cm for 1 N, at most 8 cm`);
+    legend.append(rest);
   }
 
   deform(shape) {
@@ -130,8 +148,9 @@ export class OrganScene {
       if (!organ.dirty || !organ.mesh || !organ.shape) continue;
       organ.dirty = false;
       organ.surface.deform(organ.shape, this.sinking);
-      organ.mesh.geometry.attributes.position.needsUpdate = true;
-      organ.mesh.geometry.attributes.normal.needsUpdate = true;
+      const {position, normal, color} = organ.mesh.geometry.attributes;
+      position.needsUpdate = normal.needsUpdate = true;
+      this.paint(organ.shape.organ, organ.surface, color, organ.shape.offset ?? [0, 0, 0]);
     }
     const {tools} = this.session;
     const poses = tools?.poses ?? [];
