@@ -34,7 +34,9 @@ bool ChannelTable::Add(const LogEvent& event) {
     channel.arrivals[channel.next] = arrival;
     channel.next = (channel.next + 1) % kMaxChannelArrivals;
   }
+  const bool was_known = channel.counter.facts().known;
   const bool readable = channel.counter.Add(event);
+  if (channel.counter.facts().known != was_known) channel.has_last = false;  // was of another type
   if (readable != channel.counter.facts().known || event.data.size() > kMaxKeptBytes) {
     return readable;
   }
