@@ -188,6 +188,16 @@ TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
   }
 }
 
+TEST_F(ReportTest, TheLogIsNeverOverwritten) {
+  const std::string log = folder_ / "session.lcmlog";
+  fs::copy_file(Recorded() + "/session.lcmlog", log);
+  fs::create_symlink(log, page_);
+  for (const std::string& out : {log, page_}) {
+    EXPECT_EQ(Hpdm("report " + log + " --out " + out).exit_code, 2);
+  }
+  EXPECT_EQ(TextOf(log), TextOf(Recorded() + "/session.lcmlog"));
+}
+
 TEST_F(ReportTest, AReadOnlyFolderAsksForAnotherFile) {
   const fs::path folder = folder_ / "session";
   fs::copy(Recorded(), folder, fs::copy_options::recursive);
@@ -198,7 +208,7 @@ TEST_F(ReportTest, AReadOnlyFolderAsksForAnotherFile) {
   }
   const Outcome report = Hpdm("report " + folder.string());
   EXPECT_EQ(report.exit_code, 2);
-  EXPECT_NE(report.err.find("--out"), std::string::npos);
+  EXPECT_NE(report.err.find("writable"), std::string::npos);
   EXPECT_EQ(Hpdm("report " + folder.string() + " --out " + page_).exit_code, 0);
   fs::permissions(folder, fs::perms::owner_all);
 }
@@ -372,13 +382,16 @@ TEST_F(ReportInBrowser, DrawsEverythingAndAsksForNothing) {
 }
 
 TEST_F(ReportInBrowser, FitsAPhoneAndTheDark) {
-  Page("--against " + Recorded());
+  // A long word, as paths are.
+  const fs::path far = folder_ / std::string(100, 'w');
+  fs::copy(Recorded(), far, fs::copy_options::recursive);
+  Page("--against " + far.string());
   Browser browser;
   browser.Resize(390, 844);
   browser.UseDarkColours(true);
   browser.Open("file://" + page_);
   EXPECT_TRUE(browser.WaitFor("document.querySelector('#view canvas')"));
-  EXPECT_LE(browser.Execute("return document.documentElement.scrollWidth").get<int>(), 390);
+  EXPECT_TRUE(browser.WaitFor("document.documentElement.scrollWidth <= 390"));
   EXPECT_EQ(browser.Errors(), std::vector<std::string>());
 }
 

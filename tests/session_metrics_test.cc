@@ -429,8 +429,11 @@ TEST(SessionMetrics, SkippedTicksHoldTheForceAndLostOnesSayNothing) {
   session.Press(99, 0, -1);
   session.Skip(200);
   session.Press(100, 0, -1);
-  const SessionReport report = session.Finish().report;
+  const SessionReading reading = session.Finish();
+  const SessionReport& report = reading.report;
   EXPECT_NEAR(report.hands[0].contact.time, 0.15, 1e-9);
+  EXPECT_EQ(reading.course.hands[0].peaks[25].force, 2);  // at 0.125 s, amid the skipped
+  EXPECT_EQ(reading.course.hands[0].peaks[60].force, 0);  // at 0.3 s, amid the lost
   EXPECT_EQ(report.skipped.stalled, 50u);
   EXPECT_EQ(report.health.ticks_lost, 200u);
   EXPECT_NEAR(report.duration, 0.55, 1e-9);

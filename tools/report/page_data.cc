@@ -15,6 +15,7 @@ using Json = nlohmann::ordered_json;
 /// Vertices that the page holds at most, of all organs.
 constexpr Eigen::Index kMostVertices = 60'000;
 constexpr std::size_t kMostEvents = 200;
+constexpr std::size_t kMostBands = 3000;  // of contacts, of pauses
 constexpr std::size_t kMostBins = 2000;
 
 /// Thousandths are more than a screen shows; divided, so that their text is short.
@@ -22,22 +23,23 @@ double Thousandths(double value) {
   return std::isfinite(value) ? std::round(value * 1000) / 1000 : 0;
 }
 
-Json Curve(const ThinnedCurve& curve) {
+Json Curve(const ThinnedCurve& curve, double start) {
   Json times = Json::array(), values = Json::array();
-  for (const double time : curve.times) times.push_back(Thousandths(time));
+  for (const double time : curve.times) times.push_back(Thousandths(start + time));
   for (const double value : curve.values) values.push_back(Thousandths(value));
   return {{"times", std::move(times)}, {"values", std::move(values)}};
 }
 
 /// [from, to, organ] in s; those that a screen cannot tell apart are joined.
-Json Contacts(const std::vector<SessionCourse::Peaks>& peaks) {
+Json Contacts(const std::vector<SessionCourse::Peaks>& peaks, double start) {
   const double blur =
       static_cast<double>(peaks.size()) * kCoursePeriod / static_cast<double>(kMostCurvePoints);
   Json contacts = Json::array();
   double from = 0, to = 0;
   int organ = -1;
   const auto close = [&] {
-    if (organ >= 0) contacts.push_back({Thousandths(from), Thousandths(to), organ});
+    if (organ < 0 || contacts.size() == kMostBands) return;
+    contacts.push_back({Thousandths(start + from), Thousandths(start + to), organ});
   };
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     if (peaks[i].organ < 0) continue;
@@ -136,9 +138,13 @@ ThinnedCurve Thin(std::span<const float> values, double period, std::size_t most
 
 Json PageData(const SessionReading& reading) {
   const SessionReport& report = reading.report;
-  Json data = {{"duration", report.duration}, {"limit", report.force_limit}};
+  const double start = reading.course.start;
+  Json data = {{"start", start}, {"duration", report.duration}, {"limit", report.force_limit}};
   data["pauses"] = Json::array();
-  for (const auto& [from, to] : reading.course.pauses) data["pauses"].push_back({from, to});
+  for (const auto& [from, to] : reading.course.pauses) {
+    if (data["pauses"].size() == kMostBands) break;
+    data["pauses"].push_back({Thousandths(from), Thousandths(to)});
+  }
   data["events"] = Json::array();
   for (const SessionEvent& event : report.events) {
     if (data["events"].size() == kMostEvents) break;
@@ -154,11 +160,12 @@ Json PageData(const SessionReading& reading) {
       forces.push_back(peak.force);
       depths.push_back(1000 * peak.depth);
     }
-    data["hands"].push_back({{"name", report.hands[h].name},
-                             {"force", Curve(Thin(forces, kCoursePeriod, kMostCurvePoints))},
-                             {"depth_mm", Curve(Thin(depths, kCoursePeriod, kMostCurvePoints))},
-                             {"contacts", Contacts(hand.peaks)},
-                             {"path", PathOf(hand.stretches)}});
+    data["hands"].push_back(
+        {{"name", report.hands[h].name},
+         {"force", Curve(Thin(forces, kCoursePeriod, kMostCurvePoints), start)},
+         {"depth_mm", Curve(Thin(depths, kCoursePeriod, kMostCurvePoints), start)},
+         {"contacts", Contacts(hand.peaks, start)},
+         {"path", PathOf(hand.stretches)}});
   }
   data["organ_names"] = report.organs;
   data["organs"] = Json::array();

@@ -14,7 +14,7 @@ inline constexpr std::size_t kMostCurvePoints = 3000;
 /// What the page's script draws, SI units but mm where said. Curves are thinned so that every peak
 /// stays: a stretch of samples becomes its smallest and its largest one.
 ///
-///     duration, limit, pauses: [[from, to]], events: [{time, severity, name}],
+///     start, duration, limit, pauses: [[from, to]], events: [{time, severity, name}],
 ///     hands: [{name, force: {times, values}, depth_mm: {times, values},
 ///              contacts: [[from, to, organ]],
 ///              path: {x, y, z, force}}]        mm, null between two stretches

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/error.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/report/fleet_command.h"
@@ -41,6 +42,10 @@ void Report(const ReportOptions& options) {
     LoadPictures(&files);
     const fs::path beside = files.folder.empty() ? files.log.parent_path() : files.folder;
     const fs::path out = options.out.empty() ? beside / "report.html" : fs::path(options.out);
+    std::error_code error;
+    if (fs::equivalent(out, files.log, error)) {
+      throw InputError(out.string() + ": is the session's log; choose another file with --out");
+    }
     StagedFile page(out);
     page.Write(ReportPageText(reading, files, against ? &*against : nullptr));
     page.Commit();

@@ -293,7 +293,7 @@ std::vector<Verdict> Verdicts(const SessionReport& report) {
 std::string Header(const SessionReport& report, const SessionFiles& files, const Json& json) {
   std::string facts = Length(report.duration);
   if (report.paused > 0) facts += " (" + Length(report.paused) + " of it paused)";
-  facts += ", ";
+  facts += report.hands.empty() ? ", no instrument" : ", ";
   for (std::size_t h = 0; h < report.hands.size(); ++h) {
     facts += (h > 0 ? " and " : "") + EscapeHtml(report.hands[h].name);
   }
@@ -397,6 +397,7 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
 
   Json data = PageData(reading);
   data["report"] = json;
+  data["report"].erase("events");  // they may be many; the page tells the first
   const std::string text =
       EscapeScript(data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   const std::string title =

@@ -106,10 +106,11 @@ struct SessionCourse {
   };
   struct Hand {
     std::vector<CourseStretch> stretches;
-    std::vector<Peaks> peaks;  ///< From time 0 on, every kCoursePeriod.
+    std::vector<Peaks> peaks;  ///< From `start` on, every kCoursePeriod.
   };
+  double start = 0;  ///< s, session time of the first tick.
   std::vector<Hand> hands;
-  std::vector<std::pair<double, double>> pauses;  ///< s.
+  std::vector<std::pair<double, double>> pauses;  ///< s, session time.
   std::vector<OrganDescription> organs;           ///< At rest; those whose mesh is whole.
 };
 

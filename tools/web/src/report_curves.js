@@ -99,7 +99,7 @@ export function drawCurves(into, data) {
             title, unit, height, series: [],
             options: {
               scales: {
-                x: {time: false, range: (u, min, max) => [min ?? 0, max ?? data.duration]},
+                x: {time: false, range: (u, min, max) => [min ?? data.start, max ?? data.start + data.duration]},
                 y: {range: [0, top * 1.08 || 1]},
               },
               series: [{label: 's', value: number}, {...shown, label: `${hand.name}, ${unit}`,
