@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "lcmtypes/codec.h"
 
 namespace hpdm {
 namespace {
@@ -19,7 +22,9 @@ bool ChannelTable::Add(const LogEvent& event) {
   ++messages_;
   auto found = channels_.find(event.channel);
   if (found == channels_.end()) {
-    if (channels_.size() == kMaxChannels) {
+    const bool of_session = std::find(std::begin(kSessionChannels), std::end(kSessionChannels),
+                                      event.channel) != std::end(kSessionChannels);
+    if (channels_.size() >= kMaxChannels && !of_session) {
       ++other_messages_;
       other_bytes_ += event.data.size();
       return false;

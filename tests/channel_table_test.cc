@@ -140,6 +140,8 @@ TEST(ChannelTable, AFloodOfNamesSizesAndInstrumentsFillsItButNotTheMemory) {
   EXPECT_EQ(table.messages(), 10'000u);
   EXPECT_EQ(table.other_messages(), 10'000 - ChannelTable::kMaxChannels);
   EXPECT_EQ(table.other_bytes(), 20 * table.other_messages());
+  EXPECT_TRUE(table.Add(Tick(1, 1))) << "a session is seen all the same";
+  EXPECT_EQ(table.Rows(0).size(), ChannelTable::kMaxChannels + 1);
 
   ChannelTable large(MessageSchemas::Hpdm());
   large.Add(Foreign("A", 0, ChannelTable::kMaxKeptBytes + 1));
