@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "lcmtypes/codec.h"
 
 namespace hpdm {
 namespace {
@@ -19,7 +22,9 @@ bool ChannelTable::Add(const LogEvent& event) {
   ++messages_;
   auto found = channels_.find(event.channel);
   if (found == channels_.end()) {
-    if (channels_.size() == kMaxChannels) {
+    const bool of_session = std::find(std::begin(kSessionChannels), std::end(kSessionChannels),
+                                      event.channel) != std::end(kSessionChannels);
+    if (channels_.size() >= kMaxChannels && !of_session) {
       ++other_messages_;
       other_bytes_ += event.data.size();
       return false;
@@ -34,7 +39,9 @@ bool ChannelTable::Add(const LogEvent& event) {
     channel.arrivals[channel.next] = arrival;
     channel.next = (channel.next + 1) % kMaxChannelArrivals;
   }
+  const bool was_known = channel.counter.facts().known;
   const bool readable = channel.counter.Add(event);
+  if (channel.counter.facts().known != was_known) channel.has_last = false;  // was of another type
   if (readable != channel.counter.facts().known || event.data.size() > kMaxKeptBytes) {
     return readable;
   }

@@ -31,8 +31,9 @@ struct ChannelRow {
 };
 
 /// The channels of a network or a log as a viewer shows them: counts, flow and the last message of
-/// each. Memory is bounded whatever comes: by kMaxChannels channels, kMaxChannelArrivals arrivals
-/// and kMaxKeptBytes of each one's last message. One thread; the schemas outlive the table.
+/// each. Memory is bounded whatever comes: by kMaxChannels channels (a session's own find room
+/// beside them, so that no flood of names hides a session), kMaxChannelArrivals arrivals and
+/// kMaxKeptBytes of each one's last message. One thread; the schemas outlive the table.
 class ChannelTable {
  public:
   static constexpr std::size_t kMaxChannels = 256;

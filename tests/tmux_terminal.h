@@ -29,7 +29,8 @@ class TmuxTerminal {
   static bool Installed() { return std::system("tmux -V > /dev/null 2>&1") == 0; }
 
   TmuxTerminal(const std::string& command, int columns, int rows)
-      : tmux_("tmux -L hpdm_test_" + std::to_string(getpid()) + " -f /dev/null ") {
+      : tmux_("tmux -L hpdm_test_" + std::to_string(getpid()) + '_' + std::to_string(++count_) +
+              " -f /dev/null ") {
     Run("new-session -d -x " + std::to_string(columns) + " -y " + std::to_string(rows) + " '" +
         command + "; echo RC=$?; sleep 1000'");
   }
@@ -65,6 +66,7 @@ class TmuxTerminal {
         std::system((tmux_ + command + " > /dev/null 2>&1").c_str());
   }
 
+  static inline int count_ = 0;  // a server each: one that ends may still hold its name
   std::string tmux_;
 };
 

@@ -154,7 +154,8 @@ void AddLogCommand(CLI::App& app) {
   const auto add = [log](const char* name, const char* what, LogOptions* options) {
     CLI::App* command = log->add_subcommand(name, what);
     command->add_option("log", options->log, "LCM log file")->required();
-    command->add_option("--types", options->types, "Further LCM types: .lcm files");
+    command->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
+        ->allow_extra_args(false);
     command->add_flag("--json", options->json, "Print the result as JSON");
     return command;
   };

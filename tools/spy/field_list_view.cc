@@ -154,7 +154,8 @@ void FieldListView::Draw(TerminalScreen* screen, const FieldHistory& history, in
   }
 }
 
-bool FieldListView::Handle(int key) {
+bool FieldListView::Handle(int key, const FieldHistory& history) {
+  Arrange(history);  // several keys may come between two pictures
   const auto at = static_cast<std::size_t>(std::max(0, cursor_.selected));
   if (key == kKeyEnter && at < rows_.size()) {
     // A group of many values opens and closes, on its own row or any of its values'.

@@ -24,7 +24,7 @@ class FieldListView {
   /// Draws into the rows [top, top + height).
   void Draw(TerminalScreen* screen, const FieldHistory& history, int top, int height);
   /// False: the key is not for the list.
-  bool Handle(int key);
+  bool Handle(int key, const FieldHistory& history);
 
  private:
   struct Row {

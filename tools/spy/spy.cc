@@ -101,7 +101,8 @@ void AddSpyCommand(CLI::App& app) {
   spy->add_option("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
       ->check(CLI::Range(0.01, 1e9));
   spy->add_flag("--json", options->json, "With --once: everything as JSON, with the last values");
-  spy->add_option("--types", options->types, "Further LCM types: .lcm files");
+  spy->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
+      ->allow_extra_args(false);
   spy->add_option("--speed", options->speed,
                   "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
                   "it can be read")

@@ -205,6 +205,8 @@ int TerminalScreen::NextKey() {
     case 0x1b:
       return kKeyEscape;
     case KEY_RESIZE:
+      // What a terminal does with its rows when it changes its size is its own affair.
+      clearok(stdscr, TRUE);
       return kKeyResize;
     default:
       return key;

@@ -71,7 +71,9 @@ class View {
           touched = true;
         }
       }
+      const bool ended = source_.messages().ended();
       busy = Read();
+      jumped_ |= source_.messages().ended() != ended;
       const Clock::time_point now = Clock::now();
       if (now >= next_figures || jumped_) {
         channels_.SetRows(table_.Rows(source_.player() != nullptr ? last_us_ : WallTime()));
@@ -127,7 +129,7 @@ class View {
     } else if (source_.player() != nullptr && HandleLogKey(key, source_.player(), &sought_)) {
       if (sought_) Jump();
     } else if (!open_.empty()) {
-      fields_.Handle(key);
+      fields_.Handle(key, history_);
     } else if (key == kKeyEnter) {
       Open(channels_.selected());
     } else {
@@ -339,7 +341,8 @@ class View {
   std::string open_;  // channel; empty: the list
   std::string filter_, channel_filter_;
   bool typing_ = false, help_ = false, quit_ = false;
-  bool sought_ = false, jumped_ = false;
+  bool sought_ = false;
+  bool jumped_ = false;  // the figures are old
   int help_top_ = 0;
   LogEvent event_;
   std::int64_t last_us_ = 0;  // time stamp of the newest message
