@@ -75,8 +75,8 @@ class TextCursor {
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     const float narrow = static_cast<float>(value);
     if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(narrow)) {
-      RefuseHere("expected a finite number, found " + (token.empty() ? "nothing" : QuotedToken(token)) +
-                 "; export the mesh again");
+      RefuseHere("expected a finite number, found " +
+                 (token.empty() ? "nothing" : QuotedToken(token)) + "; export the mesh again");
     }
     return narrow;
   }

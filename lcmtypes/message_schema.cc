@@ -100,7 +100,8 @@ class Parser {
       dimension.member = m;
       return dimension;
     }
-    Refuse("the size " + QuotedToken(dimension.size) + " is neither a number nor an integer member before it");
+    Refuse("the size " + QuotedToken(dimension.size) +
+           " is neither a number nor an integer member before it");
   }
 
   std::string Name() {
@@ -203,8 +204,9 @@ class WholeHash {
 
   std::uint64_t Of(std::size_t index) {
     if (std::find(within_.begin(), within_.end(), index) != within_.end()) return 0;
-    if (within_.size() > kMaxDepth || ++visits_ > kMaxVisits) {
-      throw InputError("LCM type " + QuotedToken(structs_[within_.front()].name) +
+    if (within_.size() > kMaxDepth || ++visits_ > kMaxVisits + structs_.size()) {
+      const std::size_t whole = within_.empty() ? index : within_.front();
+      throw InputError("LCM type " + QuotedToken(structs_[whole].name) +
                        ": holds too many structs inside of structs; give types that hold fewer");
     }
     within_.push_back(index);
@@ -217,10 +219,10 @@ class WholeHash {
   }
 
  private:
-  static constexpr int kMaxVisits = 100'000;  // of all types together
+  static constexpr std::size_t kMaxVisits = 100'000;  // of all types together, but for themselves
   const std::vector<LcmStruct>& structs_;
   std::vector<std::size_t> within_;
-  int visits_ = 0;
+  std::size_t visits_ = 0;
 };
 
 /// Bytes of one value; 0 for those whose size they tell themselves.
@@ -433,8 +435,8 @@ void MessageSchemas::Link() {
       const auto found = by_name.find(member.type_name);
       if (found == by_name.end()) {
         throw InputError("LCM type " + QuotedToken(type.name) + ": its member " +
-                         QuotedToken(member.name) + " is of type " +
-                         QuotedToken(member.type_name) + ", which is missing; give its .lcm file too");
+                         QuotedToken(member.name) + " is of type " + QuotedToken(member.type_name) +
+                         ", which is missing; give its .lcm file too");
       }
       member.struct_index = found->second;
     }

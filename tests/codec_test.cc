@@ -356,8 +356,8 @@ TEST(Codec, AbsurdCountsReserveNothing) {
   }
 }
 
-// For a length of -2^31 the generated decoder reads 2 GB beyond the message, and it takes any byte for
-// the final zero.
+// For a length of -2^31 the generated decoder reads 2 GB beyond the message, and it takes any byte
+// for the final zero.
 TEST(Codec, StringsThatDoNotFitOrEndAreRefused) {
   event_t event{};
   event.name = "name";
