@@ -26,6 +26,7 @@ constexpr std::size_t kPiece = 16 << 10;
 constexpr std::size_t kMaxCommands = 64;
 // Requests besides the viewers' streams.
 constexpr int kFurtherThreads = 8;
+constexpr int kMaxWaiting = 128;
 
 // Few bytes wait in the system's buffers, so that a slow viewer sees what is new, and a piece that
 // is written to a socket with room does not block. A socket inherits these from its listener. Not
@@ -125,6 +126,7 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
                                      "; give --host an address of this machine and a port from "
                                      "1024 on"));
   }
+  server_->LetWait(kMaxWaiting);
   listener_ = std::jthread([this] {
     server_->listen_after_bind();
     const std::lock_guard lock(mutex_);

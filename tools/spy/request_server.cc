@@ -126,6 +126,8 @@ bool RequestServer::process_and_close_socket(socket_t socket) {
   return served;
 }
 
+void RequestServer::LetWait(int connections) { ::listen(svr_sock_, connections); }
+
 void RequestServer::EndConnections() {
   const std::lock_guard lock(mutex_);
   ending_ = true;

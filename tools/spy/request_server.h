@@ -24,6 +24,10 @@ class RequestServer : public httplib::Server {
   explicit RequestServer(std::chrono::milliseconds request_time = kRequestTime)
       : request_time_(request_time) {}
 
+  /// Once bound: lets so many connections wait to be accepted. The library's five are fewer than a
+  /// browser opens, and who finds no room tries again after a second.
+  void LetWait(int connections);
+
   /// Ends every connection, also those that wait for a thread. Any thread; for good.
   void EndConnections();
 
