@@ -46,10 +46,11 @@ std::string Rest(int fd) {
   return text;
 }
 
-// What a viewer is sent first of a member.
+// What a viewer is sent first of a member; null where the first updates have none.
 json FirstUpdateWith(const char* member, int port) {
   httplib::Client client("127.0.0.1", port);
   std::string text;
+  int left = 30;
   json found;
   client.Get("/events", [&](const char* data, std::size_t size) {
     text.append(data, size);
@@ -57,10 +58,11 @@ json FirstUpdateWith(const char* member, int port) {
       const std::string line = text.substr(0, end);
       text.erase(0, end + 2);
       if (!line.starts_with("data: ")) continue;
+      --left;
       const json update = json::parse(line.substr(6));
       if (update.contains(member)) found = update;
     }
-    return found.is_null();
+    return found.is_null() && left > 0;
   });
   return found;
 }
