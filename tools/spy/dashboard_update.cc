@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "engine/half_space.h"
-#include "tools/spy/base64.h"
+#include "tools/base64.h"
 #include "tools/spy/dashboard_state.h"
 
 /// What a DashboardState tells the page, as JSON: the half of the class that changes nothing but
