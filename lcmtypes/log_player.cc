@@ -115,6 +115,7 @@ bool LogPlayer::Next(LogEvent* event, std::chrono::milliseconds patience) {
   if (due_in < -kSlipNs) StartClockAt(next_us_);
   if (speed_ == kUnlimited) clock_position_us_ = std::max(clock_position_us_, next_us_);
   std::swap(*event, next_);
+  event_us_ = next_us_;
   Advance();
   return true;
 }

@@ -77,6 +77,10 @@ class LogPlayer : public MessageSource {
   std::int64_t position_us() const;
   std::int64_t length_us() const { return length_us_; }
 
+  /// Play time of the event that Next gave last: what rates are counted by, since time stamps may
+  /// be damaged.
+  std::int64_t event_us() const { return event_us_; }
+
   /// Calls `visit` with every message of an indexed channel that was sent before the next event, in
   /// order: the meshes, which a log holds at its start only. The play is not moved.
   void ForEachBefore(const std::string& channel, const std::function<void(const LogEvent&)>& visit);
@@ -118,6 +122,7 @@ class LogPlayer : public MessageSource {
   bool has_next_ = false, has_after_ = false;
   std::uint64_t next_offset_ = 0, after_offset_ = 0;
   std::int64_t next_us_ = 0;  // play time of next_
+  std::int64_t event_us_ = 0;
   PlayTime time_;
 
   double speed_ = 1;

@@ -54,7 +54,6 @@ nlohmann::json LatencySums::ToJson() const {
                    {"count", sum.count},
                    {"p50", sum.Percentile(0.5)},
                    {"p99", sum.Percentile(0.99)},
-                   {"p999", sum.Percentile(0.999)},
                    {"max", sum.max_ns},
                    {"bins", bins}});
   }

@@ -16,7 +16,7 @@ class LatencySums {
  public:
   void Add(const stats_t& stats);
 
-  /// For each distribution, in the order of Latency: name, count, p50, p99, p999 and max (ns), and
+  /// For each distribution, in the order of Latency: name, count, p50, p99 and max (ns), and
   /// `bins`: pairs of a rising power and a count, where values of the power k lie in
   /// (2^((k - 1) / 4), 2^(k / 4)] ns: four bins an octave.
   nlohmann::json ToJson() const;

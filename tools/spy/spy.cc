@@ -31,6 +31,7 @@ struct SpyOptions {
   bool once = false;
   bool json = false;
   bool web = false;
+  std::string web_value;  // what stands after --web
   DashboardOptions dashboard;
   double seconds = 0;  // 0: not given
   double speed = 0;    // 0: not given
@@ -73,6 +74,24 @@ void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const 
                    : "start a session with hpdm run SCENE --live, with the same LCM_DEFAULT_URL "
                      "as here");
   throw CLI::RuntimeError(1);
+}
+
+// --web [PORT] takes what stands after it: what is no number is the log.
+void TakeWebValue(SpyOptions* options) {
+  const std::string& value = options->web_value;
+  if (value.empty()) return;
+  const bool number = value.find_first_not_of("0123456789") == std::string::npos;
+  if (number && (value.size() > 5 || std::stoi(value) > 65535)) {
+    throw InputError("spy: --web " + value + ": a port is a number from 0 to 65535");
+  }
+  if (number) {
+    options->dashboard.port = std::stoi(value);
+  } else if (options->log.empty()) {
+    options->log = value;
+  } else {
+    throw InputError("spy: --web " + value + ": is no port, and the log is " + options->log +
+                     "; give a number from 0 to 65535");
+  }
 }
 
 void Spy(const SpyOptions& options) {
@@ -136,15 +155,16 @@ void AddSpyCommand(CLI::App& app) {
   spy->add_option("--from", options->from,
                   "Where to start in a log, s from its start; --once counts nothing before")
       ->check(CLI::Range(0.0, 1e9));
-  CLI::Option* web = spy->add_option("--web", options->dashboard.port,
+  CLI::Option* web = spy->add_option("--web", options->web_value,
                                      "Show a dashboard in a browser, on this port of this machine "
                                      "alone; 8090 unless given, 0: any free one");
-  web->expected(0, 1)->check(CLI::Range(0, 65535));
+  web->expected(0, 1)->type_name("PORT");
   spy->add_option("--host", options->dashboard.host,
                   "With --web: the address to listen on, which others may then reach")
       ->needs(web);
   spy->callback([options, web] {
     options->web = web->count() > 0;
+    TakeWebValue(options.get());
     Spy(*options);
   });
 }
