@@ -155,7 +155,7 @@ Json PageData(const SessionReading& reading) {
       depths.push_back(1000 * peak.depth);
     }
     data["hands"].push_back(
-        {{"name", report.hands[h].name},
+        {{"name", report.hands[h].Label()},
          {"force", Curve(Thin(forces, kCoursePeriod, kMostCurvePoints), start)},
          {"depth_mm", Curve(Thin(depths, kCoursePeriod, kMostCurvePoints), start)},
          {"contacts", Contacts(hand.peaks, start)},
