@@ -11,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/schema_files.h"
+#include "tools/session_path.h"
 #include "tools/spy/dashboard.h"
 #include "tools/spy/once_report.h"
 #include "tools/spy/spy_source.h"
@@ -71,7 +72,7 @@ void Spy(const SpyOptions& options) {
   }
   const StopSignals stop;  // before LCM starts its thread
   const MessageSchemas schemas = SchemasWith(options.types);
-  SpySource source(options.log);
+  SpySource source(options.log.empty() ? options.log : LogPathOf(options.log));
   if (source.player() != nullptr) {
     if (options.speed > 0) source.player()->SetSpeed(options.speed);
     if (options.from > 0) source.player()->Seek(static_cast<std::int64_t>(1e6 * options.from));
@@ -93,9 +94,9 @@ void AddSpyCommand(CLI::App& app) {
       "spy",
       "Look at LCM messages as they come, or at a log as it is played: channels, rates, losses, "
       "values");
-  spy->add_option(
-      "log", options->log,
-      "Log to play; without one the network of LCM_DEFAULT_URL, or else of this machine");
+  spy->add_option("log", options->log,
+                  "Log to play, or a session's folder; without one the network of LCM_DEFAULT_URL, "
+                  "or else of this machine");
   spy->add_flag("--once", options->once,
                 "Watch for --seconds, print a table and end; exit 1 when nothing came");
   spy->add_option("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
