@@ -166,6 +166,17 @@ TEST_F(McapExportTest, EveryMessageOfASessionIsItsLcmMessage) {
   EXPECT_EQ(session.at("scene.toml"), kScene);
 }
 
+TEST_F(McapExportTest, ASceneThatIsALinkOutOfTheFolderIsLeftOut) {
+  RecordSession(10);
+  const ScratchFolder elsewhere;
+  const fs::path secret = elsewhere / "secret.toml";
+  WriteAll(secret, "secret");
+  fs::remove(folder_ / "scene.toml");
+  fs::create_symlink(secret, folder_ / "scene.toml");
+  Export();
+  EXPECT_FALSE(File().metadata.at("hpdm.session").contains("scene.toml"));
+}
+
 /// Every value is what the schema says, with the members in its order.
 void ExpectFits(const Json& value, const Json& schema, const std::string& place) {
   ASSERT_TRUE(schema["type"].is_string()) << place;

@@ -3,7 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,30 +14,8 @@
 
 #include "engine/error.h"
 
-extern char** environ;
-
 namespace hpdm {
 namespace {
-
-/// Starts the program; `actions` say what becomes of its files.
-pid_t Spawn(const std::vector<std::string>& words, const posix_spawn_file_actions_t& actions) {
-  std::vector<std::string> kept = words;
-  std::vector<char*> argv;
-  for (std::string& word : kept) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  // A signal that ends this program must reach the child too, whatever is blocked here.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  pid_t child = 0;
-  const int error = posix_spawnp(&child, argv[0], &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  if (error != 0) throw MachineError(words[0] + ": " + std::strerror(error));
-  return child;
-}
 
 int WaitFor(pid_t child) {
   int status = 0;
@@ -46,56 +24,98 @@ int WaitFor(pid_t child) {
   return status;
 }
 
+/// What becomes standard input, output and error; -1: as here.
+using Files = std::array<int, 3>;
+
+/// The new process until it is the program. It ends with this one however that ends, by SIGKILL
+/// too, and obeys signals that are blocked here. Calls nothing but the system.
+[[noreturn]] void Become(char* const* argv, const Files& files, bool own_group, pid_t parent,
+                         int told) {
+  if (own_group) setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(127);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (int i = 0; i < 3; ++i) {
+    const int file = files[static_cast<std::size_t>(i)];
+    if (file == i) fcntl(file, F_SETFD, 0);
+    if (file >= 0 && file != i) dup2(file, i);
+  }
+  execvp(argv[0], argv);
+  const int error = errno;
+  [[maybe_unused]] const ssize_t written = write(told, &error, sizeof error);
+  _exit(127);
+}
+
+/// Starts the program; with `own_group` it leads a group of all that it starts.
+pid_t Spawn(const std::vector<std::string>& words, const Files& files, bool own_group) {
+  std::vector<std::string> kept = words;
+  std::vector<char*> argv;
+  for (std::string& word : kept) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  // Closes when the program has been started, or tells why it cannot.
+  std::array<int, 2> told{-1, -1};
+  if (pipe2(told.data(), O_CLOEXEC) != 0) {
+    throw MachineError(words[0] + ": " + std::strerror(errno));
+  }
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child == 0) Become(argv.data(), files, own_group, parent, told[1]);
+  int error = child < 0 ? errno : 0;
+  close(told[1]);
+  while (child > 0 && read(told[0], &error, sizeof error) < 0 && errno == EINTR) {
+  }
+  close(told[0]);
+  if (error != 0) {
+    if (child > 0) WaitFor(child);
+    throw MachineError(words[0] + ": " + std::strerror(error));
+  }
+  return child;
+}
+
 }  // namespace
 
 int RunChild(const std::vector<std::string>& words, bool quiet) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int output : {1, 2}) {
-    if (quiet) posix_spawn_file_actions_addopen(&actions, output, "/dev/null", O_WRONLY, 0);
-  }
+  const int nowhere = quiet ? open("/dev/null", O_WRONLY | O_CLOEXEC) : -1;
+  const auto tidy = [nowhere] {
+    if (nowhere >= 0) close(nowhere);
+  };
   pid_t child = 0;
   try {
-    child = Spawn(words, actions);
+    child = Spawn(words, {-1, nowhere, nowhere}, false);
   } catch (...) {
-    posix_spawn_file_actions_destroy(&actions);
+    tidy();
     throw;
   }
-  posix_spawn_file_actions_destroy(&actions);
+  tidy();
   const int status = WaitFor(child);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 ChildProcess::ChildProcess(const std::vector<std::string>& words) {
   std::array<int, 2> out{-1, -1}, err{-1, -1};
-  if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
-    const int error = errno;
-    for (const int descriptor : {out[0], out[1]}) {
+  const int in = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  const auto tidy = [&] {
+    for (const int descriptor : {in, out[1], err[1]}) {
       if (descriptor >= 0) close(descriptor);
     }
-    throw MachineError(words[0] + ": " + std::strerror(error));
-  }
-  out_.descriptor = out[0];
-  err_.descriptor = err[0];
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, out[1], 1);
-  posix_spawn_file_actions_adddup2(&actions, err[1], 2);
-  const auto tidy = [&] {
-    posix_spawn_file_actions_destroy(&actions);
-    close(out[1]);
-    close(err[1]);
   };
   try {
-    child_ = Spawn(words, actions);
+    if (in < 0 || pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
+      throw MachineError(words[0] + ": " + std::strerror(errno));
+    }
+    child_ = Spawn(words, {in, out[1], err[1]}, true);
   } catch (...) {
     tidy();
-    out_.Close();
-    err_.Close();
+    for (const int descriptor : {out[0], err[0]}) {
+      if (descriptor >= 0) close(descriptor);
+    }
     throw;
   }
   tidy();
+  out_.descriptor = out[0];
+  err_.descriptor = err[0];
   for (const int descriptor : {out_.descriptor, err_.descriptor}) {
     fcntl(descriptor, F_SETFL, O_NONBLOCK);
   }
@@ -132,7 +152,7 @@ std::optional<int> ChildProcess::Ended() {
 
 void ChildProcess::Kill() {
   if (child_ < 0) return;
-  kill(child_, SIGKILL);
+  kill(-child_, SIGKILL);  // its group
   WaitFor(child_);
   child_ = -1;
 }

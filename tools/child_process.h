@@ -14,7 +14,8 @@ namespace hpdm {
 int RunChild(const std::vector<std::string>& words, bool quiet = true);
 
 /// A program that runs beside this one, whose output is collected. No shell: the words reach it as
-/// they are. Main thread, loops ended.
+/// they are. It ends at the latest with the thread that started it, even where that is killed. Main
+/// thread, loops ended.
 class ChildProcess {
  public:
   /// As for RunChild; its standard input is empty.
@@ -30,7 +31,7 @@ class ChildProcess {
   bool silent() const { return out_.descriptor < 0 && err_.descriptor < 0; }
   /// The status as of waitpid, once it is silent and has ended.
   std::optional<int> Ended();
-  /// Ends it and waits for that.
+  /// Ends it and what it has started, and waits for it.
   void Kill();
 
   /// What it wrote so far, up to kMostOutput of each; the rest is dropped.

@@ -12,6 +12,7 @@
 #include "tools/mcap_export.h"
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
+#include "tools/session_path.h"
 
 namespace hpdm {
 namespace {
@@ -83,11 +84,12 @@ void Print(const LogHealth& health) {
 }
 
 void Check(const LogOptions& options) {
-  const LogHealth health = CheckLog(options.log, SchemasWith(options.types));
+  const std::string log = LogPathOf(options.log);
+  const LogHealth health = CheckLog(log, SchemasWith(options.types));
   Json json = ToJson(health);
   if (!options.repaired.empty()) {
     json["repaired"] = options.repaired;
-    json["repaired_events"] = RepairLog(options.log, options.repaired);
+    json["repaired_events"] = RepairLog(log, options.repaired);
   }
   if (options.json) {
     std::printf("%s\n", JsonText(json).c_str());
@@ -120,7 +122,7 @@ void Export(const LogOptions& options) {
   CheckPlace(options);
   const bool mcap = options.format == "mcap";
   const std::vector<ExportedChannel> exported = (mcap ? ExportMcap : ExportCsv)(
-      options.log, options.out, options.channels, SchemasWith(options.types));
+      LogPathOf(options.log), options.out, options.channels, SchemasWith(options.types));
   Json json = Json::array();
   for (const ExportedChannel& channel : exported) {
     const bool left_out = channel.file.empty();
@@ -155,7 +157,7 @@ void AddLogCommand(CLI::App& app) {
   log->require_subcommand(1);
   const auto add = [log](const char* name, const char* what, LogOptions* options) {
     CLI::App* command = log->add_subcommand(name, what);
-    command->add_option("log", options->log, "LCM log file")->required();
+    command->add_option("log", options->log, "LCM log file, or a session's folder")->required();
     command->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
         ->allow_extra_args(false);
     command->add_flag("--json", options->json, "Print the result as JSON");

@@ -11,6 +11,7 @@
 #include "lcmtypes/log.h"
 #include "tools/mcap_writer.h"
 #include "tools/message_json.h"
+#include "tools/session_path.h"
 #include "tools/staged_file.h"
 
 namespace hpdm {
@@ -107,9 +108,9 @@ class McapExport {
   /// The scene as the session's folder has it.
   void AddScene() {
     constexpr std::uintmax_t kMostBytes = 1 << 20;
-    const fs::path path = fs::path(log_).parent_path() / "scene.toml";
+    const fs::path path = FileInside(fs::path(log_).parent_path(), "scene.toml");
     std::error_code missing;
-    if (!fs::is_regular_file(path, missing) || fs::file_size(path, missing) > kMostBytes) return;
+    if (path.empty() || fs::file_size(path, missing) > kMostBytes || missing) return;
     std::ifstream scene(path, std::ios::binary);
     session_["scene.toml"] = Utf8({std::istreambuf_iterator<char>(scene), {}});
   }

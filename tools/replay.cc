@@ -17,6 +17,7 @@
 #include "tools/log_replay.h"
 #include "tools/realtime_replay.h"
 #include "tools/report_text.h"
+#include "tools/session_path.h"
 
 namespace hpdm {
 namespace {
@@ -31,12 +32,6 @@ struct ReplayOptions {
   double tolerance = 1e-9;
   bool json = false;
 };
-
-std::string LogPath(const ReplayOptions& options) {
-  const fs::path path(options.log);
-  std::error_code ignored;
-  return fs::is_directory(path, ignored) ? (path / "session.lcmlog").string() : path.string();
-}
 
 Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   if (!options.scene.empty()) return LoadScene(options.scene);
@@ -293,7 +288,7 @@ void ReplayTrace(const ReplayOptions& options) {
 }
 
 void ReplaySession(const ReplayOptions& options) {
-  const LoggedSession log(LogPath(options));
+  const LoggedSession log(LogPathOf(options.log));
   Scene scene = SceneOf(options, log.path());
   // The devices stand still: the log has what they did.
   std::vector<DeviceChoice> devices(scene.instruments.size());

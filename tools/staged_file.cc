@@ -15,17 +15,38 @@ namespace hpdm {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Whether the path is a file that is open already, as /dev/stdout: a link in /proc, which names
+/// the open file and not the place where its bytes would be looked for.
+bool IsOpenFile(fs::path path) {
+  constexpr int kMostLinks = 40;  // as the kernel follows
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(path, error); ++i) {
+    const fs::path folder = path.parent_path();
+    const fs::path whole = fs::canonical(folder.empty() ? "." : folder, error);
+    if (error) return false;
+    if (whole.native().starts_with("/proc/")) return true;
+    path = whole / fs::read_symlink(path, error);
+  }
+  return false;
+}
+
+}  // namespace
+
 StagedFile::StagedFile(fs::path path) : path_(std::move(path)) {
   std::error_code ignored;
+  const bool is_open = IsOpenFile(path_);
   // A link keeps its place; what it leads to is replaced.
-  if (fs::is_symlink(path_, ignored) && fs::is_regular_file(path_, ignored)) {
+  if (!is_open && fs::is_symlink(path_, ignored) && fs::is_regular_file(path_, ignored)) {
     if (fs::path file = fs::canonical(path_, ignored); !ignored) path_ = std::move(file);
   }
   const fs::file_status status = fs::status(path_, ignored);
   int descriptor = -1;
   if (fs::is_directory(status) || path_.filename().empty()) Refuse("cannot be made", EISDIR);
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    descriptor = open(path_.c_str(), O_WRONLY | O_CLOEXEC);
+  if (is_open || (fs::exists(status) && !fs::is_regular_file(status))) {
+    // Opened anew, it would be written from its beginning.
+    descriptor = open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   } else {
     std::random_device random;
     do {

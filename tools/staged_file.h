@@ -8,7 +8,8 @@ namespace hpdm {
 
 /// A file that gets its name only when it is whole: it is written beside its place as
 /// NAME.part-..., and Commit gives it the name, replacing what had it. Without Commit nothing
-/// remains. What is no file (/dev/stdout, a pipe) is written as it is. One thread.
+/// remains. A pipe, a device and what is open already (/dev/stdout) are written as they are, at
+/// their end. One thread.
 class StagedFile {
  public:
   /// Throws InputError where it cannot be made.

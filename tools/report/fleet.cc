@@ -45,7 +45,7 @@ struct Job {
   ChildProcess process;
   Clock::time_point deadline;
   std::string session;
-  std::optional<LogStamp> stamp;
+  std::optional<SessionStamp> stamp;
 };
 
 /// The line of a job that ended, whatever way.
@@ -85,7 +85,7 @@ class Fleet {
       ++summary_.failed;
     }
     for (const std::string& log : found.outside) {
-      NameFailure(PathText(log), "is a link that leads out of the folder; skipped");
+      NameFailure(PathText(log), "is a link out of its session folder; skipped");
     }
     summary_.sessions = found.folders.size();
     auto next = found.folders.begin();
@@ -101,23 +101,25 @@ class Fleet {
   }
 
  private:
-  /// Nothing about the log has changed, and it was read to its end or is not usable.
-  bool IsUnchanged(const KnownSession& known, const std::optional<LogStamp>& stamp) const {
+  /// Nothing about the session has changed, and its log was read to the end or holds no session.
+  /// One that could not be opened has no stamp: it is tried again.
+  bool IsUnchanged(const KnownSession& known, const std::optional<SessionStamp>& stamp) const {
     const bool same_limit = known.exit_code == 0 && known.force_limit == options_.force_limit;
-    return known.stamp == stamp && (same_limit || known.exit_code == 2);
+    return known.version == kReportVersion && known.stamp && known.stamp == stamp &&
+           (same_limit || known.exit_code == 2);
   }
 
   void Start(const fs::path& folder) {
     const std::string session = SessionName(folder);
     const fs::path whole = fs::absolute(options_.folder) / folder;
-    const std::optional<LogStamp> stamp = StampOf(whole);
+    const std::optional<SessionStamp> stamp = StampOf(whole);
     const auto known = known_.find(session);
     if (known != known_.end() && IsUnchanged(known->second, stamp)) {
       if (known->second.exit_code == 0) {
         ++summary_.unchanged;
       } else {
         ++summary_.failed;
-        NameFailure(session, PathText(known->second.error) + " (unchanged)");
+        NameFailure(session, known->second.error + " (unchanged)");
       }
       return;
     }
@@ -192,12 +194,14 @@ FleetSummary ReportAll(const FleetOptions& options) { return Fleet(options).Run(
 FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path& table) {
   constexpr std::size_t kLinesTogether = 1000;
   const std::unique_ptr<SessionTable> to = OpenSessionTable(table);
+  std::unordered_map<std::string, KnownSession> known = to->Known();
   FleetSummary summary;
   std::vector<Json> lines;
   for (const std::string& path : files) {
     std::ifstream file;
     std::error_code ignored;
-    if (path != "-" && fs::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
+    // A pipe may be read, too.
+    if (path != "-" && !fs::is_directory(path, ignored)) file.open(path, std::ios::binary);
     if (path != "-" && !file.is_open()) {
       throw InputError(path + ": cannot be read; give files of lines that --json-line printed");
     }
@@ -213,6 +217,9 @@ FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path&
         continue;
       }
       if (told->exit_code == 0) ++summary.reported;
+      const auto [kept, is_new] = known.try_emplace(line["session"].get<std::string>(), *told);
+      if (!is_new && !Replaces(*told, kept->second)) continue;
+      kept->second = *told;
       lines.push_back(std::move(line));
       if (lines.size() < kLinesTogether) continue;
       to->Add(lines);

@@ -36,7 +36,8 @@ struct FleetSummary {
 /// can be started. Main thread.
 FleetSummary ReportAll(const FleetOptions& options);
 
-/// Adds the lines that `--json-line` printed, from files ("-": standard input), to a table. Names
+/// Adds the lines that `--json-line` printed, from files ("-": standard input) or pipes, to a
+/// table, in whatever order they come: of a session that of the newest log stays (Replaces). Names
 /// each line that is none of a session on stderr and counts it as failed. Throws InputError where a
 /// file or the table cannot be used.
 FleetSummary CollectLines(const std::vector<std::string>& files,

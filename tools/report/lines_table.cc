@@ -1,11 +1,14 @@
 #include "tools/report/lines_table.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <string_view>
 #include <utility>
 
 #include "engine/error.h"
@@ -19,6 +22,12 @@ LinesTable::LinesTable(std::filesystem::path path) : path_(std::move(path)) {
   if (descriptor_ < 0) {
     throw InputError(path_.string() + ": cannot be written (" + std::strerror(errno) +
                      "); choose another --out");
+  }
+  if (!IsTable()) {
+    close(descriptor_);
+    throw InputError(path_.string() +
+                     ": is no table of hpdm report: its first line is none of a session; choose "
+                     "another --out");
   }
   char last = '\n';
   const off_t size = lseek(descriptor_, 0, SEEK_END);
@@ -43,14 +52,37 @@ void LinesTable::Add(std::span<const Json> lines) {
   Append(text);
 }
 
+bool LinesTable::IsTable() const {
+  if (!std::filesystem::is_regular_file(path_)) return false;
+  std::ifstream file(path_, std::ios::binary);
+  // As LineText begins: whatever else the file is, it is not read further.
+  constexpr std::string_view kBeginning = "{\"session\":";
+  std::array<char, kBeginning.size()> beginning{};
+  file.read(beginning.data(), beginning.size());
+  const auto count = static_cast<std::size_t>(file.gcount());
+  if (!kBeginning.starts_with({beginning.data(), count})) return false;
+  file.clear();
+  file.seekg(0);
+  std::string first;
+  std::getline(file, first);
+  const bool torn = file.eof();  // or still nothing at all
+  return torn || KnownFrom(Json::parse(first, nullptr, false)).has_value();
+}
+
 void LinesTable::Append(const std::string& text) {
-  // In one piece, so that lines of two programs do not mix.
+  // In one piece, and of programs that share the table one at a time, so that what a full disk cut
+  // short is the end of the file and can be taken back.
+  flock(descriptor_, LOCK_EX);
+  const off_t before = lseek(descriptor_, 0, SEEK_END);
   const ssize_t written = write(descriptor_, text.data(), text.size());
-  if (written != static_cast<ssize_t>(text.size())) {
-    throw InputError(path_.string() + ": cannot be written (" +
-                     std::strerror(written < 0 ? errno : ENOSPC) +
-                     "); make space and run again, which goes on from here");
-  }
+  const int error = written < 0 ? errno : ENOSPC;
+  const bool whole = written == static_cast<ssize_t>(text.size());
+  const bool taken_back = whole || written <= 0 || ftruncate(descriptor_, before) == 0;
+  flock(descriptor_, LOCK_UN);
+  if (whole) return;
+  throw InputError(path_.string() + ": cannot be written (" + std::strerror(error) +
+                   "); make space and run again, which goes on from here" +
+                   (taken_back ? "" : " after a torn line"));
 }
 
 }  // namespace hpdm

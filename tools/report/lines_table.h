@@ -8,7 +8,8 @@
 
 namespace hpdm {
 
-/// Lines of JSON in a file, each appended whole; a torn last one is ended and ignored.
+/// Lines of JSON in a file, each appended whole; a torn last one is ended and ignored. A file that
+/// begins with anything but a session's line is refused and stays as it is.
 class LinesTable : public SessionTable {
  public:
   explicit LinesTable(std::filesystem::path path);
@@ -18,6 +19,7 @@ class LinesTable : public SessionTable {
   void Add(std::span<const nlohmann::ordered_json> lines) override;
 
  private:
+  bool IsTable() const;
   void Append(const std::string& text);
 
   std::filesystem::path path_;

@@ -11,6 +11,7 @@
 
 #include "engine/error.h"
 #include "tools/base64.h"
+#include "tools/session_path.h"
 
 namespace hpdm {
 namespace {
@@ -21,17 +22,6 @@ constexpr std::size_t kMostPictureBytes = 1'500'000;
 constexpr std::size_t kMostSummaryBytes = 10'000'000;
 constexpr int kFramesShown = 4;
 
-/// A file of the folder that is really in it; empty otherwise.
-fs::path Inside(const fs::path& folder, const fs::path& name) {
-  std::error_code error;
-  const fs::path base = fs::canonical(folder, error);
-  if (error) return {};
-  const fs::path file = fs::canonical(base / name, error);
-  if (error || !fs::is_regular_file(file, error)) return {};
-  const auto [end, ignored] = std::mismatch(base.begin(), base.end(), file.begin(), file.end());
-  return end == base.end() ? file : fs::path();
-}
-
 std::vector<std::uint8_t> Bytes(const fs::path& file, std::size_t most) {
   std::error_code error;
   if (file.empty() || fs::file_size(file, error) > most || error) return {};
@@ -40,7 +30,8 @@ std::vector<std::uint8_t> Bytes(const fs::path& file, std::size_t most) {
 }
 
 std::string SceneName(const fs::path& folder) {
-  const std::vector<std::uint8_t> text = Bytes(Inside(folder, "summary.json"), kMostSummaryBytes);
+  const std::vector<std::uint8_t> text =
+      Bytes(FileInside(folder, "summary.json"), kMostSummaryBytes);
   const auto json = nlohmann::json::parse(text.begin(), text.end(), nullptr, false);
   if (!json.is_object() || !json.contains("scene") || !json["scene"].is_string()) return "";
   return json["scene"];
@@ -81,14 +72,10 @@ SessionFiles FindSessionFiles(const fs::path& path) {
   SessionFiles files;
   if (fs::is_directory(path, error)) {
     files.folder = path;
-    if (Inside(path, "session.lcmlog").empty()) {
-      throw InputError(path.string() +
-                       ": holds no session.lcmlog; give the folder that hpdm run --out made");
-    }
-    files.log = path / "session.lcmlog";
+    files.log = LogPathOf(path);
     files.scene = SceneName(path);
     for (const char* name : {"scene.toml", "summary.json"}) {
-      if (Inside(path, name).empty()) files.missing.emplace_back(name);
+      if (FileInside(path, name).empty()) files.missing.emplace_back(name);
     }
   } else if (fs::is_regular_file(path, error)) {
     files.log = path;
@@ -112,7 +99,7 @@ void LoadPictures(SessionFiles* files) {
   wanted.insert(wanted.end(), frames.begin(), frames.end());
   std::size_t left = kMostPictureBytes;
   for (const auto& [name, caption] : wanted) {
-    const std::vector<std::uint8_t> bytes = Bytes(Inside(files->folder, name), left);
+    const std::vector<std::uint8_t> bytes = Bytes(FileInside(files->folder, name), left);
     if (!IsPng(bytes)) continue;
     left -= bytes.size();
     files->pictures.push_back({name, caption, "data:image/png;base64," + Base64Of(bytes)});

@@ -5,10 +5,11 @@
 #include <exception>
 
 #include "engine/error.h"
+#include "lcmtypes/log.h"
 #include "tools/report/path_text.h"
 #include "tools/report/report_json.h"
 #include "tools/report/session_files.h"
-#include "tools/report/session_search.h"
+#include "tools/session_path.h"
 
 namespace hpdm {
 namespace {
@@ -16,11 +17,17 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json Begin(const std::string& session, std::optional<int> exit_code,
-           const std::optional<LogStamp>& stamp) {
+           const std::optional<SessionStamp>& stamp) {
   return {{"session", session},
           {"exit_code", exit_code ? Json(*exit_code) : Json()},
-          {"log_bytes", stamp ? Json(stamp->bytes) : Json()},
-          {"log_mtime_ns", stamp ? Json(stamp->mtime_ns) : Json()}};
+          {"report_version", kReportVersion},
+          {"log_bytes", stamp ? Json(stamp->log_bytes) : Json()},
+          {"log_mtime_ns", stamp ? Json(stamp->log_mtime_ns) : Json()},
+          {"summary_mtime_ns", stamp ? Json(stamp->summary_mtime_ns) : Json()}};
+}
+
+std::int64_t MtimeOf(const struct stat& facts) {
+  return facts.st_mtim.tv_sec * kNanosecondsPerSecond + facts.st_mtim.tv_nsec;
 }
 
 }  // namespace
@@ -31,35 +38,42 @@ std::string SessionName(const std::filesystem::path& folder) {
   return name.empty() ? "." : PathText(name.native());
 }
 
-std::optional<LogStamp> StampOf(const std::filesystem::path& session) {
+std::optional<SessionStamp> StampOf(const std::filesystem::path& session) {
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(session, error);
   struct stat facts {};
   if (stat((is_folder ? session / kSessionLogName : session).c_str(), &facts) != 0) {
     return std::nullopt;
   }
-  return LogStamp{facts.st_size,
-                  facts.st_mtim.tv_sec * kNanosecondsPerSecond + facts.st_mtim.tv_nsec};
+  SessionStamp stamp{.log_bytes = facts.st_size, .log_mtime_ns = MtimeOf(facts)};
+  if (is_folder && stat((session / "summary.json").c_str(), &facts) == 0) {
+    stamp.summary_mtime_ns = MtimeOf(facts);
+  }
+  return stamp;
 }
 
 Json SessionLine(const std::filesystem::path& path, double force_limit) {
   const std::string session = SessionName(path);
-  const std::optional<LogStamp> stamp = StampOf(path);  // before it is read: it may still grow
+  const std::optional<SessionStamp> stamp = StampOf(path);  // before reading: it may still grow
+  bool opened = false;
   try {
-    Json report = ToJson(ReadSession(FindSessionFiles(path), force_limit).report);
+    const SessionFiles files = FindSessionFiles(path);
+    const LogReader log(files.log.string());
+    opened = true;
+    Json report = ToJson(ReadSession(files, force_limit).report);
     report.erase("log");
     Json line = Begin(session, 0, stamp);
     line["report"] = std::move(report);
     return line;
   } catch (const InputError& error) {
-    return FailedLine(session, 2, stamp, error.what());
+    return FailedLine(session, 2, opened ? stamp : std::nullopt, error.what());
   } catch (const std::exception& error) {
     return FailedLine(session, 3, stamp, error.what());
   }
 }
 
 Json FailedLine(const std::string& session, std::optional<int> exit_code,
-                const std::optional<LogStamp>& stamp, const std::string& error) {
+                const std::optional<SessionStamp>& stamp, const std::string& error) {
   Json line = Begin(session, exit_code, stamp);
   line["error"] = PathText(error);
   return line;

@@ -4,18 +4,11 @@
 #include <system_error>
 
 #include "engine/error.h"
+#include "tools/session_path.h"
 
 namespace hpdm {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-bool IsInside(const fs::path& path, const fs::path& root) {
-  return std::mismatch(root.begin(), root.end(), path.begin(), path.end()).first == root.end();
-}
-
-}  // namespace
 
 FoundSessions FindSessions(const fs::path& root) {
   std::error_code error;
@@ -35,8 +28,7 @@ FoundSessions FindSessions(const fs::path& root) {
       std::error_code gone;
       const fs::file_status status = entry->symlink_status(gone);
       if (name == kSessionLogName) {
-        const fs::path log = fs::canonical(entry->path(), gone);
-        if (fs::is_symlink(status) && !gone && !IsInside(log, whole_root)) {
+        if (fs::is_symlink(status) && LeadsOutside(whole_root / folder, name)) {
           found.outside.push_back((folder / name).string());
         } else {
           found.folders.push_back(folder);

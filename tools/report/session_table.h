@@ -16,7 +16,8 @@ namespace hpdm {
 /// What a table holds of a session, as far as it decides whether to read its log again.
 struct KnownSession {
   std::optional<int> exit_code;  ///< None: it crashed or took too long.
-  std::optional<LogStamp> stamp;
+  int version = 0;               ///< kReportVersion of who read it; 0: not told.
+  std::optional<SessionStamp> stamp;
   std::optional<double> force_limit;  ///< N; none without a report.
   std::string error;
 };
@@ -41,5 +42,9 @@ std::unique_ptr<SessionTable> OpenSessionTable(const std::filesystem::path& path
 
 /// What decides about reading again, of one line. None: it is not the line of a session.
 std::optional<KnownSession> KnownFrom(const nlohmann::ordered_json& line);
+
+/// Of two lines of a session in no known order, whether `line` is the one to keep: that of the
+/// newer log, then one with a report, then of the newer version; of equals it is.
+bool Replaces(const KnownSession& line, const KnownSession& kept);
 
 }  // namespace hpdm

@@ -15,15 +15,17 @@ using Json = nlohmann::ordered_json;
 
 /// "HPDM" in the file's header, and the version of its tables.
 constexpr int kApplication = 0x4850444D;
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 /// How long to wait for another program that writes, ms.
 constexpr int kPatience = 60'000;
 
 constexpr TableColumn kSessionColumns[] = {
     {"exit_code", "INTEGER", "/exit_code"},
     {"error", "TEXT", "/error"},
+    {"report_version", "INTEGER", "/report_version"},
     {"log_bytes", "INTEGER", "/log_bytes"},
     {"log_mtime_ns", "INTEGER", "/log_mtime_ns"},
+    {"summary_mtime_ns", "INTEGER", "/summary_mtime_ns"},
     {"scene", "TEXT", "/report/scene"},
     {"start", "TEXT", "/report/start"},
     {"measured", "INTEGER", "/report/measured"},
@@ -203,7 +205,8 @@ void SqliteTable::PrepareInserts() {
 std::unordered_map<std::string, KnownSession> SqliteTable::Known() {
   std::unordered_map<std::string, KnownSession> known;
   const Statement statement = Prepare(
-      "SELECT session, exit_code, log_bytes, log_mtime_ns, force_limit_N, error FROM sessions");
+      "SELECT session, exit_code, log_bytes, log_mtime_ns, force_limit_N, error, report_version, "
+      "summary_mtime_ns FROM sessions");
   int result;
   while ((result = sqlite3_step(statement.get())) == SQLITE_ROW) {
     const auto has = [&](int column) {
@@ -217,11 +220,13 @@ std::unordered_map<std::string, KnownSession> SqliteTable::Known() {
     KnownSession session;
     if (has(1)) session.exit_code = sqlite3_column_int(statement.get(), 1);
     if (has(2) && has(3)) {
-      session.stamp = LogStamp{sqlite3_column_int64(statement.get(), 2),
-                               sqlite3_column_int64(statement.get(), 3)};
+      session.stamp = SessionStamp{sqlite3_column_int64(statement.get(), 2),
+                                   sqlite3_column_int64(statement.get(), 3),
+                                   sqlite3_column_int64(statement.get(), 7)};
     }
     if (has(4)) session.force_limit = sqlite3_column_double(statement.get(), 4);
     session.error = text(5);
+    session.version = sqlite3_column_int(statement.get(), 6);
     known[text(0)] = session;
   }
   if (result != SQLITE_DONE) Refuse();

@@ -16,6 +16,7 @@
 #include "tools/json_figures.h"
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
+#include "tools/session_path.h"
 #include "tools/spy/dashboard.h"
 #include "tools/spy/once_report.h"
 #include "tools/spy/spy_source.h"
@@ -112,7 +113,7 @@ void Spy(const SpyOptions& options) {
   // Before LCM starts its thread; while a log is indexed a signal ends the program at once.
   std::optional<StopSignals> blocked;
   if (options.log.empty()) blocked.emplace();
-  SpySource source = Opened(options.log);
+  SpySource source = Opened(options.log.empty() ? options.log : LogPathOf(options.log));
   if (!blocked) blocked.emplace();
   const StopSignals& stop = *blocked;
   if (source.player() != nullptr) {
@@ -138,9 +139,9 @@ void AddSpyCommand(CLI::App& app) {
       "spy",
       "Look at LCM messages as they come, or at a log as it is played: channels, rates, losses, "
       "values");
-  spy->add_option(
-      "log", options->log,
-      "Log to play; without one the network of LCM_DEFAULT_URL, or else of this machine");
+  spy->add_option("log", options->log,
+                  "Log to play, or a session's folder; without one the network of LCM_DEFAULT_URL, "
+                  "or else of this machine");
   spy->add_flag("--once", options->once,
                 "Watch for --seconds, print a table and end; exit 1 when nothing came");
   spy->add_option("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
