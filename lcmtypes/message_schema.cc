@@ -6,12 +6,16 @@
 #include <cstring>
 
 #include "engine/error.h"
+#include "engine/quoted_token.h"
 #include "lcmtypes/lcm_texts.h"
 
 namespace hpdm {
 namespace {
 
 constexpr std::size_t kHashBytes = 8;
+constexpr std::size_t kMaxDimensions = 16;
+// LCM permits recursive types; a message of one could nest as deep as it is long.
+constexpr std::size_t kMaxDepth = 64;
 
 struct Primitive {
   std::string_view name;
@@ -35,7 +39,7 @@ class Parser {
     std::vector<LcmStruct> structs;
     while (!token_.empty()) {
       if (Accept("package")) {
-        package_ = std::string(Take()) + ".";
+        package_ = Name() + ".";
         Expect(";");
       } else if (Accept("struct")) {
         structs.push_back(Struct());
@@ -75,6 +79,9 @@ class Parser {
       while (Accept("[")) {
         member.dimensions.push_back(Dimension(*in));
         Expect("]");
+        if (member.dimensions.size() > kMaxDimensions) {
+          Refuse("an array of more than " + std::to_string(kMaxDimensions) + " dimensions");
+        }
       }
       in->members.push_back(std::move(member));
     } while (Accept(","));
@@ -93,7 +100,8 @@ class Parser {
       dimension.member = m;
       return dimension;
     }
-    Refuse("the size " + dimension.size + " is neither a number nor an integer member before it");
+    Refuse("the size " + QuotedToken(dimension.size) +
+           " is neither a number nor an integer member before it");
   }
 
   std::string Name() {
@@ -101,7 +109,7 @@ class Parser {
     const bool fits = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
       return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.';
     });
-    if (!fits) Refuse("expected a name, found '" + name + "'");
+    if (!fits) Refuse("expected a name, found " + QuotedToken(name));
     return name;
   }
 
@@ -119,7 +127,7 @@ class Parser {
   void Expect(std::string_view wanted) {
     if (token_.empty()) Refuse("the text ends too early");
     if (!Accept(wanted)) {
-      Refuse("expected '" + std::string(wanted) + "', found '" + std::string(token_) + "'");
+      Refuse("expected '" + std::string(wanted) + "', found " + QuotedToken(token_));
     }
   }
 
@@ -186,18 +194,36 @@ std::uint64_t OwnHash(const LcmStruct& type) {
   }
   return v;
 }
-// With the structs inside, except for those that hold this one.
-std::uint64_t WholeHash(const std::vector<LcmStruct>& structs, std::size_t index,
-                        std::vector<std::size_t>* within) {
-  if (std::find(within->begin(), within->end(), index) != within->end()) return 0;
-  within->push_back(index);
-  std::uint64_t v = OwnHash(structs[index]);
-  for (const LcmMember& member : structs[index].members) {
-    if (member.type == LcmPrimitive::kStruct) v += WholeHash(structs, member.struct_index, within);
+
+/// Hashes of types with the structs inside, except for those that hold the one in question. Each
+/// member costs its struct's hash anew, so types of types of types can take longer than anybody
+/// waits: those are refused.
+class WholeHash {
+ public:
+  explicit WholeHash(const std::vector<LcmStruct>& structs) : structs_(structs) {}
+
+  std::uint64_t Of(std::size_t index) {
+    if (std::find(within_.begin(), within_.end(), index) != within_.end()) return 0;
+    if (within_.size() > kMaxDepth || ++visits_ > kMaxVisits + structs_.size()) {
+      const std::size_t whole = within_.empty() ? index : within_.front();
+      throw InputError("LCM type " + QuotedToken(structs_[whole].name) +
+                       ": holds too many structs inside of structs; give types that hold fewer");
+    }
+    within_.push_back(index);
+    std::uint64_t v = OwnHash(structs_[index]);
+    for (const LcmMember& member : structs_[index].members) {
+      if (member.type == LcmPrimitive::kStruct) v += Of(member.struct_index);
+    }
+    within_.pop_back();
+    return std::rotl(v, 1);
   }
-  within->pop_back();
-  return std::rotl(v, 1);
-}
+
+ private:
+  static constexpr std::size_t kMaxVisits = 100'000;  // of all types together, but for themselves
+  const std::vector<LcmStruct>& structs_;
+  std::vector<std::size_t> within_;
+  std::size_t visits_ = 0;
+};
 
 /// Bytes of one value; 0 for those whose size they tell themselves.
 std::int64_t FixedBytes(LcmPrimitive type) {
@@ -232,15 +258,13 @@ class Walk {
   bool Message(const LcmStruct& type, MessageOrder* order) {
     at_ = kHashBytes;
     order_ = order;
+    steps_left_ = kStepsPerByte * bytes_.size();
     return bytes_.size() >= kHashBytes && Struct(type, 0) && at_ == bytes_.size();
   }
 
  private:
-  // LCM permits recursive types; a message of one could nest as deep as it is long.
-  static constexpr int kMaxDepth = 64;
-
-  bool Struct(const LcmStruct& type, int depth) {
-    if (depth > kMaxDepth) return false;
+  bool Struct(const LcmStruct& type, std::size_t depth) {
+    if (depth > kMaxDepth || !Spend()) return false;
     // Of the integer members so far, for the dimensions that they give.
     std::vector<std::int64_t> integers(type.members.size(), 0);
     const std::size_t prefix = name_.size();
@@ -260,6 +284,14 @@ class Walk {
     return true;
   }
 
+  // Structs and elements take bytes, but for empty ones: nested, these would never end.
+  static constexpr std::size_t kStepsPerByte = 16;
+  bool Spend() {
+    if (steps_left_ == 0) return false;
+    --steps_left_;
+    return true;
+  }
+
   void Note(const LcmMember& member, std::int64_t value) const {
     const bool integer = member.type <= LcmPrimitive::kByte && member.dimensions.empty();
     if (integer && member.name == "sequence") order_->sequence = value;
@@ -267,7 +299,7 @@ class Walk {
   }
 
   bool Array(const LcmMember& member, const std::vector<std::int64_t>& integers,
-             std::size_t dimension, int depth, std::int64_t* integer) {
+             std::size_t dimension, std::size_t depth, std::int64_t* integer) {
     if (dimension == member.dimensions.size()) return Element(member, depth, integer);
     const LcmDimension& size = member.dimensions[dimension];
     const std::int64_t count = size.constant >= 0 ? size.constant : integers[size.member];
@@ -288,6 +320,7 @@ class Walk {
         name_ += ']';
       }
       std::int64_t unused = 0;
+      if (!Spend()) return false;
       if (!Array(member, integers, dimension + 1, depth, &unused)) return false;
       name_.resize(prefix);
     }
@@ -295,7 +328,7 @@ class Walk {
     return true;
   }
 
-  bool Element(const LcmMember& member, int depth, std::int64_t* integer) {
+  bool Element(const LcmMember& member, std::size_t depth, std::int64_t* integer) {
     switch (member.type) {
       case LcmPrimitive::kStruct:
         return Struct(structs_[member.struct_index], depth + 1);
@@ -341,6 +374,7 @@ class Walk {
   bool String() {
     std::uint64_t length = 0;  // with the final zero
     if (!Big(4, &length) || length == 0 || length > bytes_.size() - at_) return false;
+    if (bytes_[at_ + length - 1] != 0) return false;
     Tell(std::string_view(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1));
     at_ += length;
     return true;
@@ -363,6 +397,7 @@ class Walk {
   MessageVisitor* visitor_;
   MessageOrder* order_ = nullptr;
   std::size_t at_ = 0;
+  std::size_t steps_left_ = 0;
   std::string name_;
 };
 
@@ -390,7 +425,7 @@ void MessageSchemas::Link() {
   std::map<std::string_view, std::size_t> by_name;
   for (std::size_t s = 0; s < structs_.size(); ++s) {
     if (!by_name.emplace(structs_[s].name, s).second) {
-      throw InputError("LCM type " + structs_[s].name +
+      throw InputError("LCM type " + QuotedToken(structs_[s].name) +
                        ": is defined twice; give one file of them");
     }
   }
@@ -399,15 +434,16 @@ void MessageSchemas::Link() {
       if (member.type != LcmPrimitive::kStruct) continue;
       const auto found = by_name.find(member.type_name);
       if (found == by_name.end()) {
-        throw InputError("LCM type " + type.name + ": its member " + member.name + " is of type " +
-                         member.type_name + ", which is missing; give its .lcm file too");
+        throw InputError("LCM type " + QuotedToken(type.name) + ": its member " +
+                         QuotedToken(member.name) + " is of type " + QuotedToken(member.type_name) +
+                         ", which is missing; give its .lcm file too");
       }
       member.struct_index = found->second;
     }
   }
+  WholeHash whole_hash(structs_);
   for (std::size_t s = 0; s < structs_.size(); ++s) {
-    std::vector<std::size_t> within;
-    structs_[s].hash = static_cast<std::int64_t>(WholeHash(structs_, s, &within));
+    structs_[s].hash = static_cast<std::int64_t>(whole_hash.Of(s));
     by_hash_.emplace(structs_[s].hash, s);
   }
 }

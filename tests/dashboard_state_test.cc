@@ -9,7 +9,7 @@
 #include "engine/histogram.h"
 #include "tests/recorded_session.h"
 #include "tests/scratch_folder.h"
-#include "tools/spy/base64.h"
+#include "tools/base64.h"
 
 namespace hpdm {
 namespace {

@@ -36,7 +36,8 @@ struct ReplayOptions {
 Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   if (!options.scene.empty()) return LoadScene(options.scene);
   const fs::path beside = fs::path(log).parent_path() / "scene.toml";
-  if (!fs::exists(beside)) {
+  std::error_code ignored;
+  if (!fs::exists(beside, ignored)) {
     throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene");
   }
   try {

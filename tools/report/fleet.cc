@@ -199,8 +199,9 @@ FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path&
   std::vector<Json> lines;
   for (const std::string& path : files) {
     std::ifstream file;
+    std::error_code ignored;
     // A pipe may be read, too.
-    if (path != "-" && !fs::is_directory(path)) file.open(path, std::ios::binary);
+    if (path != "-" && !fs::is_directory(path, ignored)) file.open(path, std::ios::binary);
     if (path != "-" && !file.is_open()) {
       throw InputError(path + ": cannot be read; give files of lines that --json-line printed");
     }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/error.h"
+#include "lcmtypes/wall_time.h"
 #include "tools/web/web_pages.h"
 
 namespace hpdm {
@@ -228,10 +229,7 @@ bool DashboardServer::Stream(httplib::DataSink* sink) {
     {
       std::unique_lock lock(mutex_);
       if (stopped_.wait_until(lock, next, [this] { return stopping_; })) return false;
-      const std::int64_t now_us = is_log_ ? state_.newest_us()
-                                          : std::chrono::duration_cast<std::chrono::microseconds>(
-                                                std::chrono::system_clock::now().time_since_epoch())
-                                                .count();
+      const std::int64_t now_us = is_log_ ? state_.newest_us() : WallTimeUs();
       members = state_.Update(now_us, &seen);
       status = StatusJson();
     }

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "engine/half_space.h"
-#include "tools/spy/base64.h"
+#include "tools/base64.h"
 
 namespace hpdm {
 namespace {

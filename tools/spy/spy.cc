@@ -1,15 +1,20 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "engine/error.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/report_text.h"
 #include "tools/schema_files.h"
 #include "tools/session_path.h"
 #include "tools/spy/dashboard.h"
@@ -32,6 +37,21 @@ struct SpyOptions {
   double speed = 0;    // 0: not given
   double from = 0;
 };
+
+/// The source; with a word on the terminal where that takes a while.
+SpySource Opened(const std::string& log) {
+  constexpr std::uintmax_t kQuickBytes = 200'000'000;
+  std::error_code error;
+  const std::uintmax_t bytes = log.empty() ? 0 : std::filesystem::file_size(log, error);
+  const bool tell = !error && bytes > kQuickBytes && isatty(STDERR_FILENO) != 0;
+  if (tell) {
+    std::fprintf(stderr, "reading %s MB, Ctrl-C ends it",
+                 WithCommas(static_cast<long long>(bytes / 1'000'000)).c_str());
+  }
+  SpySource source(log);
+  if (tell) std::fprintf(stderr, "\r\x1b[K");
+  return source;
+}
 
 void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const StopSignals& stop,
                 SpySource* source) {
@@ -70,12 +90,18 @@ void Spy(const SpyOptions& options) {
   if (options.log.empty() && (options.speed > 0 || options.from > 0)) {
     throw InputError("spy: --speed and --from are for a log; give its path");
   }
-  const StopSignals stop;  // before LCM starts its thread
   const MessageSchemas schemas = SchemasWith(options.types);
-  SpySource source(options.log.empty() ? options.log : LogPathOf(options.log));
+  // Before LCM starts its thread; while a log is indexed a signal ends the program at once.
+  std::optional<StopSignals> blocked;
+  if (options.log.empty()) blocked.emplace();
+  SpySource source = Opened(options.log.empty() ? options.log : LogPathOf(options.log));
+  if (!blocked) blocked.emplace();
+  const StopSignals& stop = *blocked;
   if (source.player() != nullptr) {
     if (options.speed > 0) source.player()->SetSpeed(options.speed);
-    if (options.from > 0) source.player()->Seek(static_cast<std::int64_t>(1e6 * options.from));
+    const auto from_us = static_cast<std::int64_t>(1e6 * options.from);
+    // A report counts nothing of the time before.
+    if (from_us > 0) source.player()->Seek(from_us, options.once ? 0 : LogPlayer::kLeadInUs);
   }
   if (options.web) {
     ServeDashboard(options.dashboard, schemas, stop, &source);
@@ -108,7 +134,8 @@ void AddSpyCommand(CLI::App& app) {
                   "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
                   "it can be read")
       ->check(CLI::Range(LogPlayer::kSlowest, LogPlayer::kFastest));
-  spy->add_option("--from", options->from, "Where to start in a log, s from its start")
+  spy->add_option("--from", options->from,
+                  "Where to start in a log, s from its start; --once counts nothing before")
       ->check(CLI::Range(0.0, 1e9));
   CLI::Option* web = spy->add_option("--web", options->dashboard.port,
                                      "Show a dashboard in a browser, on this port of this machine "
