@@ -53,8 +53,7 @@ void AddContact(const ContactMetrics& contact, Json* json) {
 void AddHand(const HandReport& hand, Json* json) {
   const MotionMetrics& motion = hand.motion;
   (*json)["name"] = hand.name;
-  (*json)["instruments"] = Json::array();
-  for (const UsedInstrument& held : hand.held) (*json)["instruments"].push_back(held.name);
+  (*json)["instruments"] = hand.Label();
   (*json)["time_s"] = motion.time;
   (*json)["path_length_m"] = motion.path_length;
   (*json)["angular_path_rad"] = motion.angular_path;

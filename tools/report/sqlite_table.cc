@@ -52,6 +52,8 @@ constexpr TableColumn kSessionColumns[] = {
 
 constexpr TableColumn kForceColumns[] = {{"contact_time_s", "REAL", "/contact_time_s"},
                                          {"contacts", "INTEGER", "/contacts"},
+                                         {"forces_off_s", "REAL", "/forces_off_s"},
+                                         {"forces_clamped_s", "REAL", "/forces_clamped_s"},
                                          {"peak_force_N", "REAL", "/peak_force_N"},
                                          {"mean_force_N", "REAL", "/mean_force_N"},
                                          {"force_impulse_Ns", "REAL", "/force_impulse_Ns"},
@@ -60,6 +62,7 @@ constexpr TableColumn kForceColumns[] = {{"contact_time_s", "REAL", "/contact_ti
                                          {"deepest_press_m", "REAL", "/deepest_press_m"}};
 
 constexpr TableColumn kMotionColumns[] = {{"name", "TEXT", "/name"},
+                                          {"instruments", "TEXT", "/instruments"},
                                           {"time_s", "REAL", "/time_s"},
                                           {"path_length_m", "REAL", "/path_length_m"},
                                           {"angular_path_rad", "REAL", "/angular_path_rad"},
