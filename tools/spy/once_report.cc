@@ -65,8 +65,6 @@ void Watch(SpySource* source, double seconds, const StopSignals& stop, SpyReport
   for (std::uint64_t turn = 0; elapsed() < seconds && !messages.ended(); ++turn) {
     if (turn % 1024 == 0 && stop.WaitFor(0)) break;
     if (messages.Next(&event, kPatience)) {
-      // As it is played: one damaged time stamp leaves the flows of all channels alone.
-      if (player != nullptr) event.time_us = player->event_us();
       report->table.Add(event);
       report->now_us = event.time_us;
     } else if (stop.WaitFor(0)) {
