@@ -1,0 +1,121 @@
+#include "engine/fold_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cstdlib>
+#include <numbers>
+
+#include "engine/metric_energy.h"
+#include "engine/organ.h"
+#include "tests/counted_allocations.h"
+#include "tests/shapes.h"
+
+namespace hpdm {
+namespace {
+
+LatticeOptions Lattice3(BasisType basis, int degree) {
+  LatticeOptions options;
+  options.basis = basis;
+  options.degree = {degree, degree, degree};
+  options.cells = {3, 2, 4};
+  return options;
+}
+
+// Every basis over a 0.2 x 0.15 x 0.1 m box that is turned in the world.
+class FoldWatchTest : public testing::TestWithParam<std::pair<BasisType, int>> {
+ protected:
+  FoldWatchTest()
+      : lattice_({SomePose().translation(), SomePose().linear(), Vector3d(0.2, 0.15, 0.1)},
+                 Lattice3(GetParam().first, GetParam().second)),
+        tissue_(BoxQuadrature(lattice_.box(), {9, 8, 8})),
+        watch_(lattice_, nullptr, tissue_) {}
+
+  Points LinearMap(const Matrix3d& F) const {
+    return lattice_.ControlPoints() * (F - Matrix3d::Identity()).transpose();
+  }
+
+  Lattice lattice_;
+  Quadrature tissue_;
+  FoldWatch watch_;
+  ActiveFunctions none_{0, 0};
+};
+
+TEST_P(FoldWatchTest, MirroredTissueIsAllFoldedAndTurnedTissueIsNot) {
+  EXPECT_EQ(watch_.FoldedShare(none_, Points::Zero(lattice_.size(), 3)), 0);
+  EXPECT_EQ(watch_.EvaluateAll(none_, Points::Zero(lattice_.size(), 3)).least, 1);
+  const Points mirrored = LinearMap(Vector3d(1, -1, 1).asDiagonal());
+  EXPECT_NEAR(watch_.FoldedShare(none_, mirrored), 1, 1e-12);  // rounding of the sum
+  EXPECT_NEAR(watch_.EvaluateAll(none_, mirrored).least, -1, 1e-9);
+  // Half a turn is far beyond what the bound clears, and folds nothing.
+  const Points turned =
+      LinearMap(Eigen::AngleAxisd(std::numbers::pi, Vector3d(1, 2, 2) / 3).toRotationMatrix());
+  EXPECT_EQ(watch_.FoldedShare(none_, turned), 0);
+  EXPECT_NEAR(watch_.EvaluateAll(none_, turned).least, 1, 1e-9);
+}
+
+TEST_P(FoldWatchTest, TheBoundNeverClearsWhatIsFolded) {
+  srand(1);
+  const Points shape = Points::Random(lattice_.size(), 3);
+  bool clear = false, partly = false;
+  for (double size = 0.001; size < 0.2; size *= 1.1) {
+    const FoldWatch::Folds all = watch_.EvaluateAll(none_, size * shape);
+    EXPECT_NEAR(watch_.FoldedShare(none_, size * shape), all.share, 1e-14) << size;
+    clear = clear || all.share == 0;
+    partly = partly || (all.share > 0 && all.share < 0.3);
+  }
+  EXPECT_TRUE(clear && partly) << "the sizes cross the border";
+}
+
+TEST_P(FoldWatchTest, DeterminantsAreThoseOfTheLatticesGradients) {
+  srand(2);
+  const Points U = 0.02 * Points::Random(lattice_.size(), 3);
+  const auto gradients = lattice_.GradientWeights(tissue_.points);
+  double least = 1;
+  for (Eigen::Index q = 0; q < tissue_.points.rows(); ++q) {
+    Matrix3d F = Matrix3d::Identity();
+    for (int d = 0; d < 3; ++d) F.col(d) += (gradients[d].row(q) * U).transpose();
+    least = std::min(least, F.determinant());
+  }
+  EXPECT_LT(least, 0.9);
+  EXPECT_NEAR(watch_.EvaluateAll(none_, U).least, least, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bases, FoldWatchTest,
+                         testing::Values(std::pair(BasisType::kBSpline, 1),
+                                         std::pair(BasisType::kBSpline, 2),
+                                         std::pair(BasisType::kBSpline, 3),
+                                         std::pair(BasisType::kBernstein, 3)));
+
+// A liver-sized ellipsoid with local functions under two places.
+TEST(FoldWatch, LocalFunctionsCount) {
+  OrganOptions options;
+  options.name = "ellipsoid";
+  options.energy.type = EnergyType::kStrain;
+  options.lattice.local.functions = 20;
+  options.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
+  const OrganModel model(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
+  ActiveFunctions active(model.local()->size(), model.LocalSlots(2));
+  const std::array<Vector3d, 2> places = {Vector3d(0.03, 0, 0.04), Vector3d(-0.03, 0, 0.04)};
+  active.Follow(model.local()->centres(), places, options.lattice.local.functions);
+  const int n = model.control_points();
+  srand(3);
+  Points U = Points::Zero(n + active.slots(), 3);
+  U.topRows(n) = 0.002 * Points::Random(n, 3);
+  const Points shape = Points::Random(active.slots(), 3);
+  bool partly = false;
+  for (double size = 0.001; size < 0.1; size *= 1.2) {
+    U.bottomRows(active.slots()) = size * shape;
+    const FoldWatch::Folds all = model.fold_watch()->EvaluateAll(active, U);
+    EXPECT_NEAR(model.fold_watch()->FoldedShare(active, U), all.share, 1e-14) << size;
+    partly = partly || (all.share > 0 && all.share < 0.3);
+  }
+  EXPECT_TRUE(partly);
+  const long before = AllocationsOfThisThread();
+  model.fold_watch()->FoldedShare(active, U);
+  EXPECT_EQ(AllocationsOfThisThread(), before) << "the deformation loop asks every step";
+}
+
+}  // namespace
+}  // namespace hpdm
