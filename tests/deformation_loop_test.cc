@@ -249,7 +249,8 @@ TEST_F(DeformationLoopTest, APoseThatIsNotFiniteCountsAsTheLastThatWas) {
   Step(ToolAt(Vector3d(1, 1, 1)));
   for (int i = 0; i < 4; ++i) Step(pressing);
   EXPECT_NE(held, models_[0].rest().vertices);
-  EXPECT_EQ(held, loop_->organ(0).vertices);
+  // The point under the tip was found from another side, and settles over the steps.
+  EXPECT_LT((held - loop_->organ(0).vertices).cwiseAbs().maxCoeff(), 1e-5);
   Step(ToolAt(Vector3d(0, 0, 0.08)));
   EXPECT_EQ(loop_->record().flags, 0u);
   EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
