@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "lcmtypes/codec.h"
 
 namespace hpdm {
 namespace {
+
+constexpr double kPortion = 0.1;  // s
 
 // Differences of foreign time stamps may not fit into 64 bits.
 double Seconds(std::int64_t from_us, std::int64_t to_us) {
@@ -17,7 +22,9 @@ bool ChannelTable::Add(const LogEvent& event) {
   ++messages_;
   auto found = channels_.find(event.channel);
   if (found == channels_.end()) {
-    if (channels_.size() == kMaxChannels) {
+    const bool of_session = std::find(std::begin(kSessionChannels), std::end(kSessionChannels),
+                                      event.channel) != std::end(kSessionChannels);
+    if (channels_.size() >= kMaxChannels && !of_session) {
       ++other_messages_;
       other_bytes_ += event.data.size();
       return false;
@@ -32,7 +39,9 @@ bool ChannelTable::Add(const LogEvent& event) {
     channel.arrivals[channel.next] = arrival;
     channel.next = (channel.next + 1) % kMaxChannelArrivals;
   }
+  const bool was_known = channel.counter.facts().known;
   const bool readable = channel.counter.Add(event);
+  if (channel.counter.facts().known != was_known) channel.has_last = false;  // was of another type
   if (readable != channel.counter.facts().known || event.data.size() > kMaxKeptBytes) {
     return readable;
   }
@@ -87,14 +96,16 @@ ChannelFlow ChannelTable::Channel::Flow(std::int64_t now_us, std::vector<double>
   ChannelFlow flow;
   flow.mean_interval_s = sum / n;
   const double expected = sum > 0 ? n / sum : 0;
-  const double since_first = Seconds(at(first).time_us, now_us);
+  const double since_first = Seconds(at(first).time_us, now_us) - kPortion;
   flow.rate_hz = since_first > 0 ? std::min(expected, (n + 1) / since_first) : expected;
   flow.bytes_per_s = flow.rate_hz * bytes / (n + 1);
   double squares = 0;
   for (const double interval : *intervals) {
     squares += (interval - flow.mean_interval_s) * (interval - flow.mean_interval_s);
   }
-  flow.jitter_s = std::sqrt(squares / n);
+  // Stamps are microseconds: what is less than a thousandth of one is rounding.
+  const double deviation = std::sqrt(squares / n);
+  flow.jitter_s = deviation < 1e-9 ? 0 : deviation;
   const auto rank = static_cast<std::ptrdiff_t>(std::ceil(0.99 * n)) - 1;
   std::nth_element(intervals->begin(), intervals->begin() + rank, intervals->end());
   flow.p99_interval_s = (*intervals)[static_cast<std::size_t>(rank)];

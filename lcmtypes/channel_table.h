@@ -14,8 +14,9 @@ namespace hpdm {
 /// where those are fewer), by time stamps. An interval is from one message of the channel to the
 /// next.
 struct ChannelFlow {
-  /// Hz: (n - 1) / (last - first) over the window's n messages; when the channel has been silent
-  /// for longer than that leads to expect, n / (now - first). 0 for fewer than two messages.
+  /// Hz: (n - 1) / (last - first) over the window's n messages, and at most n / (now - 0.1 s -
+  /// first), so that it falls when the channel is silent (senders and readers work in portions: a
+  /// tenth of a second without a message is none). 0 for fewer than two messages.
   double rate_hz = 0;
   double bytes_per_s = 0;         ///< The rate times the mean size of the window's messages.
   double jitter_s = 0;            ///< Standard deviation of the intervals,
@@ -30,8 +31,9 @@ struct ChannelRow {
 };
 
 /// The channels of a network or a log as a viewer shows them: counts, flow and the last message of
-/// each. Memory is bounded whatever comes: by kMaxChannels channels, kMaxChannelArrivals arrivals
-/// and kMaxKeptBytes of each one's last message. One thread; the schemas outlive the table.
+/// each. Memory is bounded whatever comes: by kMaxChannels channels (a session's own find room
+/// beside them, so that no flood of names hides a session), kMaxChannelArrivals arrivals and
+/// kMaxKeptBytes of each one's last message. One thread; the schemas outlive the table.
 class ChannelTable {
  public:
   static constexpr std::size_t kMaxChannels = 256;

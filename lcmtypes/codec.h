@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <exception>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "engine/snapshots.h"
@@ -34,6 +35,10 @@ inline constexpr char kMeshChannel[] = "HPDM_MESH";
 inline constexpr char kStatsChannel[] = "HPDM_STATS";
 inline constexpr char kEventChannel[] = "HPDM_EVENT";
 inline constexpr char kDeviceChannel[] = "HPDM_DEVICE";
+/// All of them.
+inline constexpr std::string_view kSessionChannels[] = {
+    kToolChannel, kForceChannel, kContactChannel, kOrganChannel,
+    kMeshChannel, kStatsChannel, kEventChannel,   kDeviceChannel};
 
 /// A haptic tick is two messages: what went in and what came out. Each FromMessage sets its own
 /// fields of the sample and leaves the others (tool_count, tick and time_ns are in both).

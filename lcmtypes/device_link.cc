@@ -1,9 +1,11 @@
 #include "lcmtypes/device_link.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <iterator>
 #include <lcm/lcm-cpp.hpp>
+#include <numeric>
 #include <thread>
 
 #include "engine/realtime.h"
@@ -78,18 +80,18 @@ void DeviceLink::HandleReceived(const lcm::ReceiveBuffer* received, const std::s
 void DeviceLink::Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival) noexcept {
   device_t message;
   DeviceSample sample;
-  int instrument = 0;
+  int instrument = -1;
   if (!DecodeMessage(bytes, &message) || !FromMessage(message, &sample, &instrument) ||
-      edges_.devices[instrument] == nullptr || sample.time_ns > DriverClock::kLargestStamp ||
-      sample.time_ns < -DriverClock::kLargestStamp) {
-    ++refused_;
-    return;
+      sample.time_ns > DriverClock::kLargestStamp || sample.time_ns < -DriverClock::kLargestStamp) {
+    return Refuse(Refusal::kNoReading, bytes.size(), instrument);
+  }
+  if (edges_.devices[instrument] == nullptr) {
+    return Refuse(Refusal::kNotOurs, bytes.size(), instrument);
   }
   Driver& driver = drivers_[instrument];
   if (driver.heard && sample.sequence <= driver.last_sequence &&
       arrival - driver.last_arrival < kRestartAfter) {
-    ++refused_;
-    return;
+    return Refuse(Refusal::kStale, bytes.size(), instrument);
   }
   driver.heard = true;
   driver.last_sequence = sample.sequence;
@@ -101,8 +103,32 @@ void DeviceLink::Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival
   readings.Publish();
 }
 
+/// The first of its kind is told, the others are counted.
+void DeviceLink::Refuse(Refusal why, std::size_t bytes, int instrument) noexcept {
+  if (++refused_[static_cast<std::size_t>(why)] > 1 || edges_.events == nullptr) return;
+  constexpr const char* kReasons[kRefusals] = {
+      "is no reading of a device (another type, or values no device gives): keep other programs "
+      "off this channel, or build the driver with this version's lcmtypes",
+      "is of an instrument that no driver moves: give it --device NAME=lcm, or correct the "
+      "driver's instrument",
+      "came after a newer one: are two drivers running?"};
+  char text[sizeof LoopEvent::text];
+  std::snprintf(text, sizeof text,
+                "a message of %zu bytes on HPDM_DEVICE was refused, and more like it will be: it "
+                "%s",
+                bytes, kReasons[static_cast<std::size_t>(why)]);
+  if (instrument >= 0) {
+    std::snprintf(text, sizeof text,
+                  "a reading of instrument %d on HPDM_DEVICE was refused, and more like it will "
+                  "be: it %s",
+                  instrument, kReasons[static_cast<std::size_t>(why)]);
+  }
+  edges_.events->Push(MakeLoopEvent(EventSeverity::kWarning, "device.refused", text));
+}
+
 DeviceLinkSummary DeviceLink::Summary() const {
-  return {received_, refused_, sent_, send_errors_, edges_.forces.Overflows()};
+  const std::uint64_t refused = std::accumulate(refused_.begin(), refused_.end(), std::uint64_t{0});
+  return {received_, refused, sent_, send_errors_, edges_.forces.Overflows()};
 }
 
 }  // namespace hpdm

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/loop_event.h"
 #include "engine/session_clock.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
@@ -24,7 +25,7 @@ namespace hpdm {
 
 struct DeviceLinkSummary {
   std::uint64_t received = 0;     ///< Readings handed on.
-  std::uint64_t refused = 0;      ///< Not a device_t, of no instrument of ours, or stale.
+  std::uint64_t refused = 0;      ///< No reading, of no instrument of ours, or old.
   std::uint64_t sent = 0;         ///< Forces published.
   std::uint64_t send_errors = 0;  ///< Forces that the network refused.
   std::uint64_t overflows = 0;    ///< Ticks that found the queue to the link full.
@@ -51,6 +52,7 @@ class DeviceLink {
     /// By instrument; null: not driven from outside, and its readings are refused.
     std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> devices{};
     SpscQueue<HapticSample>& forces;
+    SpscQueue<LoopEvent>* events = nullptr;  ///< Told the first refusal of each kind.
   };
 
   /// Opens `url` and subscribes. The thread that LCM starts for its socket runs under SCHED_FIFO at
@@ -77,6 +79,10 @@ class DeviceLink {
   lcm::LCM& connection() { return *lcm_; }
 
  private:
+  // Why a message is not taken.
+  enum class Refusal { kNoReading, kNotOurs, kStale };
+  static constexpr std::size_t kRefusals = 3;
+  void Refuse(Refusal why, std::size_t bytes, int instrument) noexcept;
   static void HandleReceived(const lcm::ReceiveBuffer* received, const std::string& channel,
                              DeviceLink* link);
 
@@ -93,7 +99,8 @@ class DeviceLink {
 
   // The receiving thread's.
   std::array<Driver, kMaxInstruments> drivers_;
-  std::uint64_t received_ = 0, refused_ = 0;
+  std::uint64_t received_ = 0;
+  std::array<std::uint64_t, kRefusals> refused_{};
 
   // The sending thread's.
   force_t force_{};

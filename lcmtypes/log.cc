@@ -49,6 +49,7 @@ std::string LogState::Explain() const {
 
 SessionLog::SessionLog(const std::string& path, std::int64_t epoch_us)
     : stream_buffer_(kWriteBufferBytes),
+      path_(path),
       file_(std::make_unique<lcm::LogFile>(path, "w")),
       epoch_us_(epoch_us),
       last_us_(epoch_us) {
@@ -102,6 +103,9 @@ void SessionLog::Flush() noexcept {
   }
   flushed_events_ = state_.events;
   flushed_bytes_ = state_.bytes;
+  struct stat named;
+  state_.moved = stat(path_.c_str(), &named) != 0 || named.st_ino != status.st_ino ||
+                 named.st_dev != status.st_dev;
 }
 
 void SessionLog::Close() noexcept {

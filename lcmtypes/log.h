@@ -27,6 +27,7 @@ struct LogState {
   std::uint64_t events = 0;   ///< Accepted; after a failure, those that reached the file.
   std::uint64_t dropped = 0;  ///< Refused or lost because of the failure.
   std::uint64_t bytes = 0;    ///< Size of the accepted events in the file.
+  bool moved = false;         ///< Its name leads elsewhere now (a renamed folder); it goes on.
 
   /// One sentence with the remedy; empty without a failure.
   std::string Explain() const;
@@ -52,7 +53,8 @@ class SessionLog {
   /// The same with a time stamp as it is, whatever came before: for copies of logs.
   void Append(const char* channel, std::int64_t time_us,
               std::span<const std::uint8_t> data) noexcept;
-  /// Hands everything to the operating system and checks that the file is still there.
+  /// Hands everything to the operating system and checks that the file is still there. Where it
+  /// was moved within its file system, writing goes on in its new place (LogState::moved).
   void Flush() noexcept;
   /// Flush, then close. Events written later are counted as dropped.
   void Close() noexcept;
@@ -63,6 +65,7 @@ class SessionLog {
   void Fail(LogFailure failure, int error) noexcept;
 
   std::vector<char> stream_buffer_;  // before file_, whose stream uses it until it is closed
+  std::string path_;
   std::unique_ptr<lcm::LogFile> file_;
   std::int64_t epoch_us_;
   std::int64_t last_us_;

@@ -89,16 +89,20 @@ void TelemetryLoop::Drain() noexcept {
   FrameRecord frame;
   while (options_.frames != nullptr && options_.frames->Pop(&frame)) statistics_.Add(frame);
   LoopEvent event;
-  while (options_.events != nullptr && options_.events->Pop(&event)) {
-    AddEvent(event.severity, event.name.data(), event.text.data());
+  for (SpscQueue<LoopEvent>* events : options_.events) {
+    while (events->Pop(&event)) {
+      AddEvent(event.severity, event.name.data(), event.text.data());
+      if (event.severity > EventSeverity::kInfo && options_.tell) options_.tell(event.text.data());
+    }
   }
   PublishHealth();
   PublishMeshPart();
   if (now_ - last_flush_ >= kFlushPeriod) {
     log_.Flush();
+    if (timeline_) timeline_->Flush();
     last_flush_ = now_;
   }
-  ReportLogFailure();
+  ReportFailures();
 }
 
 void TelemetryLoop::Run(std::stop_token stop) noexcept {
@@ -116,9 +120,9 @@ void TelemetryLoop::Finish() noexcept {
   waiting_.clear();
   if (!statistics_.interval_empty()) CloseInterval(now_ + options_.haptic_period);
   AddEvent(EventSeverity::kInfo, "session.end", "the session was closed");
-  if (timeline_) timeline_complete_ = timeline_->Close();
+  if (timeline_) timeline_->Close();
   log_.Close();
-  ReportLogFailure();
+  ReportFailures();
   finished_ = true;
 }
 
@@ -138,9 +142,10 @@ TelemetrySummary TelemetryLoop::Summary() const {
   summary.log = log_.state();
   summary.queue_overflows = samples_->Overflows();
   summary.step_overflows = steps_->Overflows();
+  summary.live = options_.live;
   summary.live_messages = live_messages_;
   summary.live_errors = live_errors_;
-  summary.timeline_complete = timeline_complete_;
+  if (timeline_) summary.timeline_failure = timeline_->Explain();
   return summary;
 }
 
@@ -354,10 +359,30 @@ void TelemetryLoop::PublishMeshPart() {
   Publish(kMeshChannel, EncodeMessage(part, &buffer_));
 }
 
-void TelemetryLoop::ReportLogFailure() {
-  if (log_failure_reported_ || log_.state().failure == LogFailure::kNone) return;
-  log_failure_reported_ = true;
-  AddEvent(EventSeverity::kError, "log.failed", log_.state().Explain());
+/// Each kind of failure once. What the log can no longer hold still goes out live.
+void TelemetryLoop::ReportFailures() {
+  if (log_.state().failure != LogFailure::kNone) {
+    ReportOnce(&log_failure_reported_, EventSeverity::kError, "log.failed", log_.state().Explain());
+  } else if (log_.state().moved) {
+    ReportOnce(&log_move_reported_, EventSeverity::kWarning, "log.moved",
+               "the session folder was moved or renamed: the session goes on in its new place");
+  }
+  if (const std::string failure = timeline_ ? timeline_->Explain() : ""; !failure.empty()) {
+    ReportOnce(&timeline_failure_reported_, EventSeverity::kWarning, "timeline.failed", failure);
+  }
+  if (live_errors_ > 0) {
+    ReportOnce(&live_failure_reported_, EventSeverity::kWarning, "live.failed",
+               "the network refused messages of --live, whose number HPDM_STATS and summary.json "
+               "tell; the log has them all; check the interface and its multicast route");
+  }
+}
+
+void TelemetryLoop::ReportOnce(bool* reported, EventSeverity severity, const char* name,
+                               const std::string& text) {
+  if (*reported) return;
+  *reported = true;
+  AddEvent(severity, name, text);
+  if (options_.tell) options_.tell(text);
 }
 
 template <typename Message>

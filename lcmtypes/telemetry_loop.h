@@ -39,7 +39,11 @@ struct TelemetryOptions {
   Nanoseconds haptic_period = 1'000'000;                ///< 1 / haptic_hz.
   Nanoseconds mesh_repeat = 3 * kNanosecondsPerSecond;  ///< Between two live repeats.
   SpscQueue<FrameRecord>* frames = nullptr;  ///< Of the render loop; null in the lockstep clock.
-  SpscQueue<LoopEvent>* events = nullptr;    ///< Of the render loop; null in the lockstep clock.
+  /// Of the render loop and of the device link, each the queue's producer.
+  std::vector<SpscQueue<LoopEvent>*> events = {};
+  /// Told each warning and error that arises outside the haptic path (files, pictures, network), at
+  /// once, for the person there: one line. The telemetry thread; it may block.
+  std::function<void(const std::string&)> tell = nullptr;
   TripleBuffer<SessionHealth>* health = nullptr;  ///< For the render loop, 10 times a second.
   Histogram baseline = {};                        ///< Wake-ups of an empty loop before the session.
   /// Time that the host has taken from the machine so far (stolen_time.h); null in the lockstep
@@ -62,9 +66,10 @@ struct TelemetrySummary {
   LogState log;
   std::uint64_t queue_overflows = 0;  ///< Ticks that found the sample queue full.
   std::uint64_t step_overflows = 0;   ///< Steps that found the step queue full.
+  bool live = false;                  ///< Published was asked for.
   std::uint64_t live_messages = 0;    ///< Published.
   std::uint64_t live_errors = 0;      ///< Refused by the network.
-  bool timeline_complete = true;      ///< False: rows could not be written.
+  std::string timeline_failure;       ///< Why rows are missing in timeline.csv; empty: none are.
 };
 
 /// Reader of the haptic loop's samples, of the deformation loop's steps and of its snapshots (their
@@ -123,7 +128,9 @@ class TelemetryLoop {
   void CountStolenTime();
   void PublishHealth();
   void PublishMeshPart();
-  void ReportLogFailure();
+  void ReportFailures();
+  void ReportOnce(bool* reported, EventSeverity severity, const char* name,
+                  const std::string& text);
   template <typename Message>
   void Send(const char* channel, Nanoseconds time, const Message& message, bool publish = true);
   void Publish(const char* channel, std::span<const std::uint8_t> bytes);
@@ -136,9 +143,11 @@ class TelemetryLoop {
   SessionLog log_;
   std::optional<Timeline> timeline_;
   SessionStatistics statistics_;
-  bool timeline_complete_ = true;
   bool finished_ = false;
   bool log_failure_reported_ = false;
+  bool log_move_reported_ = false;
+  bool timeline_failure_reported_ = false;
+  bool live_failure_reported_ = false;
   std::uint64_t overflows_reported_ = 0;
   std::vector<std::string> instruments_;
   std::array<bool, kMaxInstruments> device_lost_{};

@@ -61,7 +61,7 @@ Timeline::Timeline(const std::string& path, Nanoseconds interval,
     }
   }
   header += '\n';
-  failed_ = std::fputs(header.c_str(), file_.get()) < 0;
+  Check(std::fputs(header.c_str(), file_.get()) >= 0);
 }
 
 void Timeline::Add(const HapticSample& sample) noexcept {
@@ -76,15 +76,28 @@ void Timeline::Add(const HapticSample& sample) noexcept {
     row.Add(tool.p_tip_W);
     row.Add(tool.kind == ContactKind::kNone ? 0 : 1);
   }
-  failed_ = !row.WriteTo(file_.get());
+  Check(row.WriteTo(file_.get()));
 }
 
-bool Timeline::Close() noexcept {
-  if (file_) {
-    failed_ = std::fflush(file_.get()) != 0 || failed_;
-    file_.reset();
-  }
-  return !failed_;
+void Timeline::Flush() noexcept {
+  if (file_ && !failed_) Check(std::fflush(file_.get()) == 0);
+}
+
+void Timeline::Close() noexcept {
+  Flush();
+  file_.reset();
+}
+
+void Timeline::Check(bool written) noexcept {
+  if (written || failed_) return;
+  failed_ = true;
+  error_ = errno;
+}
+
+std::string Timeline::Explain() const {
+  if (!failed_) return "";
+  return std::string("the time line cannot be written (") + std::strerror(error_) +
+         "), its end is missing; free space or choose another --out";
 }
 
 }  // namespace hpdm

@@ -23,18 +23,26 @@ class Timeline {
 
   /// Never throws. Nothing more is written after a failed write.
   void Add(const HapticSample& sample) noexcept;
-  /// Flushes and closes; true when every row reached the file.
-  bool Close() noexcept;
+  /// Hands what was added to the operating system, which may refuse it.
+  void Flush() noexcept;
+  void Close() noexcept;
+
+  /// Why rows are missing, with the remedy; empty when every row reached the file, which is certain
+  /// after Close.
+  std::string Explain() const;
 
  private:
   struct Closer {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
+  void Check(bool written) noexcept;
+
   std::unique_ptr<std::FILE, Closer> file_;
   Nanoseconds interval_;
   Nanoseconds next_ = 0;
   int tool_count_;
   bool failed_ = false;
+  int error_ = 0;  // errno of the failure
 };
 
 }  // namespace hpdm

@@ -1,5 +1,8 @@
 #include "render/frame_sink.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +25,11 @@ FrameSink::FrameSink(std::filesystem::path folder, double fps)
     throw InputError(folder_.string() + ": the folder cannot be made (" + error.message() +
                      "); choose another one");
   }
+  folder_descriptor_ = open(folder_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+}
+
+FrameSink::~FrameSink() {
+  if (folder_descriptor_ >= 0) close(folder_descriptor_);
 }
 
 void FrameSink::Add(const Image& image, Nanoseconds time_ns) {
@@ -35,7 +43,12 @@ void FrameSink::Add(const Image& image, Nanoseconds time_ns) {
     char name[40];
     // Consecutive numbers, also after a skip: film makers stop at the first hole.
     std::snprintf(name, sizeof name, "frame_%06llu.png", static_cast<unsigned long long>(written_));
-    if (!WriteBytes(folder_ / name, bytes_, &failure_)) return;
+    // By the folder itself, whatever its name is by now.
+    const std::string open_folder = "/proc/self/fd/" + std::to_string(folder_descriptor_);
+    if (!WriteBytes(open_folder + "/" + name, bytes_, &failure_)) {
+      failure_.replace(0, open_folder.size(), folder_.string());
+      return;
+    }
     ++written_;
   }
 }

@@ -11,12 +11,15 @@
 namespace hpdm {
 
 /// Writes pictures as a film of constant rate: frame_000000.png, frame_000001.png, ... in one
-/// folder, numbered without holes; a new one whenever the session passes a multiple of 1 / fps. One
-/// thread.
+/// folder, numbered without holes; a new one whenever the session passes a multiple of 1 / fps. A
+/// folder that is renamed meanwhile takes its film along. One thread.
 class FrameSink {
  public:
   /// Creates the folder. Throws InputError when that fails or `fps` is not in (0, 1000].
   FrameSink(std::filesystem::path folder, double fps);
+  ~FrameSink();
+  FrameSink(const FrameSink&) = delete;
+  FrameSink& operator=(const FrameSink&) = delete;
 
   /// Takes the picture of session time `time_ns` (not before the last one) and writes the frames
   /// that have become due: none when the session has not reached the next one, several of the same
@@ -36,6 +39,7 @@ class FrameSink {
 
  private:
   std::filesystem::path folder_;
+  int folder_descriptor_;
   double fps_;
   bool first_ = true;
   std::int64_t next_frame_ = 0;  // the next due, counted from session time 0

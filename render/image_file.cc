@@ -65,6 +65,8 @@ bool WriteBytes(const std::filesystem::path& file, const std::vector<std::uint8_
     if (std::fclose(out) != 0 && reason == 0) reason = errno;
   }
   if (reason == 0) return true;
+  // No torn picture under a sound one's name, and its space for the others.
+  if (out != nullptr) std::remove(file.c_str());
   *failure = file.string() + ": cannot be written (" + std::strerror(reason) +
              "); choose a folder that exists, is writable and has space";
   return false;

@@ -254,6 +254,7 @@ void RenderLoop::WriteScreenshot() {
     Tell(EventSeverity::kInfo, "render.screenshot", name);
   } else if (file_failure_.empty()) {
     file_failure_ = failure;
+    Tell(EventSeverity::kWarning, "render.not_kept", failure);
   }
 }
 

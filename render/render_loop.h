@@ -132,6 +132,8 @@ class RenderLoop {
   /// Why drawing ended, or else why a picture could not be written: one line. Empty while all is
   /// well.
   const std::string& failure() const;
+  /// Why a picture could not be written, whether or not drawing went on: the first.
+  const std::string& file_failure() const { return file_failure_; }
 
  private:
   struct Drawing;  // what lives on the graphics card

@@ -93,7 +93,9 @@ Scene ReadScene(const TomlDocument& document) {
   scene.source_text = document.text;
   scene.name = document.path.stem().string();
 
-  const TableReader root(document, kRootKeys);
+  SceneFiles files(document.path.parent_path());
+  const TableReader root(document, kRootKeys, &files);
+  files.ReadEntries(root);
   if (const auto table = root.Table("scene", kSceneKeys)) {
     table->ReadName("name", &scene.name);
     table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &scene.gravity);
@@ -129,6 +131,8 @@ Scene ReadScene(const TomlDocument& document) {
   if (const auto table = root.Table("laparoscope", kLaparoscopeKeys)) {
     scene.laparoscope = ReadLaparoscope(*table);
   }
+  scene.files = files.found();
+  scene.recorded = files.recorded();
   return scene;
 }
 

@@ -9,6 +9,7 @@
 #include "engine/types.h"
 #include "haptics/instrument_options.h"
 #include "render/laparoscope_options.h"
+#include "scenes/scene_files.h"
 
 namespace hpdm {
 
@@ -24,8 +25,10 @@ struct TimingOptions {
 /// Everything that a scene file says, validated, in SI units and the world frame. The form is
 /// documented in scenes/README.md.
 struct Scene {
-  std::filesystem::path path;  ///< As given to LoadScene.
-  std::string source_text;     ///< The file's text as read, so that a session can keep a copy.
+  std::filesystem::path path;    ///< As given to LoadScene.
+  std::string source_text;       ///< The file's text as read, so that a session can keep a copy.
+  std::vector<SceneFile> files;  ///< Every file named below, each once.
+  bool recorded = false;  ///< Its [[file]] tables say what each file was; they have been verified.
 
   std::string name;                     ///< Default: the file's name without its ending.
   Vector3d gravity = Vector3d::Zero();  ///< m/s^2.

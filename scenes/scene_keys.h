@@ -7,8 +7,8 @@
 /// loader refuses all others; a test holds the README to this list.
 namespace hpdm {
 
-inline constexpr std::string_view kRootKeys[] = {"scene",      "timing", "organ",
-                                                 "instrument", "load",   "laparoscope"};
+inline constexpr std::string_view kRootKeys[] = {"scene", "timing",      "organ", "instrument",
+                                                 "load",  "laparoscope", "file"};
 inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks"};
@@ -67,6 +67,8 @@ inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radiu
 inline constexpr std::string_view kLaparoscopeKeys[] = {
     "position", "target", "trocar", "angle_deg", "field_of_view_deg", "focal_length", "distortion"};
 
+inline constexpr std::string_view kFileKeys[] = {"name", "copy", "sha256"};
+
 struct SceneTable {
   std::string_view path;  ///< As in the file's headers: "organ.lattice"; empty for the file itself.
   std::span<const std::string_view> keys;
@@ -98,6 +100,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"load.box_fraction", kBoxKeys},
     {"load.sphere", kSphereKeys},
     {"laparoscope", kLaparoscopeKeys},
+    {"file", kFileKeys},
 };
 
 }  // namespace hpdm

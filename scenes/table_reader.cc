@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "engine/check.h"
+#include "scenes/scene_files.h"
 
 namespace hpdm {
 namespace {
@@ -74,12 +75,12 @@ std::string_view KindOf(const TomlValue& value) {
 
 }  // namespace
 
-TableReader::TableReader(const TomlDocument& document, Keys known)
-    : TableReader(document, document.root, "", known) {}
+TableReader::TableReader(const TomlDocument& document, Keys known, SceneFiles* files)
+    : TableReader(document, document.root, "", known, files) {}
 
 TableReader::TableReader(const TomlDocument& document, const TomlValue& table, std::string path,
-                         Keys known)
-    : document_(&document), table_(&table), path_(std::move(path)), known_(known) {
+                         Keys known, SceneFiles* files)
+    : document_(&document), table_(&table), path_(std::move(path)), known_(known), files_(files) {
   for (const TomlEntry& entry : std::get<TomlTable>(table.value)) {
     if (std::ranges::find(known_, entry.key) != known_.end()) continue;
     const std::string_view nearest = Nearest(entry.key, known_);
@@ -259,13 +260,9 @@ bool TableReader::ReadName(std::string_view key, std::string* out) const {
 
 // Fails at the key unless there is such a file.
 std::string TableReader::FileAt(std::string_view key, const std::string& text) const {
-  const std::filesystem::path path = (document_->path.parent_path() / text).lexically_normal();
-  std::error_code error;
-  if (text.empty() || !std::filesystem::is_regular_file(path, error)) {
-    Fail(key, "there is no such file",
-         "paths start at the scene's folder, it was looked for at " + path.string());
-  }
-  return path.string();
+  std::string path;
+  if (const auto fault = files_->Find(text, &path)) Fail(key, fault->what, fault->remedy);
+  return path;
 }
 
 bool TableReader::ReadFile(std::string_view key, std::string* out) const {
@@ -300,7 +297,7 @@ std::optional<TableReader> TableReader::Table(std::string_view key, Keys known) 
   if (!std::holds_alternative<TomlTable>(entry->value.value)) {
     FailType(key, entry->value, "one table, [...] in single brackets");
   }
-  return TableReader(*document_, entry->value, PathOf(key), known);
+  return TableReader(*document_, entry->value, PathOf(key), known, files_);
 }
 
 std::vector<TableReader> TableReader::Tables(std::string_view key, Keys known) const {
@@ -314,7 +311,8 @@ std::vector<TableReader> TableReader::Tables(std::string_view key, Keys known) c
       FailType(key, element, "tables in double brackets, [[...]]");
     }
     tables.push_back(TableReader(*document_, element,
-                                 PathOf(key) + "[" + std::to_string(tables.size()) + "]", known));
+                                 PathOf(key) + "[" + std::to_string(tables.size()) + "]", known,
+                                 files_));
   }
   return tables;
 }

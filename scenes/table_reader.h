@@ -17,6 +17,8 @@
 
 namespace hpdm {
 
+class SceneFiles;
+
 /// The numbers that a key takes, in `unit` (empty for a pure number).
 struct Interval {
   double min = -std::numeric_limits<double>::infinity();
@@ -52,7 +54,8 @@ class TableReader {
 
   /// The whole document. Fails at the first key that is not in `known`, naming the nearest known
   /// one or, when none is near, all of them. So do the tables got by Table and Tables.
-  TableReader(const TomlDocument& document, Keys known);
+  /// `files` finds the files that values name; the reader keeps the pointer.
+  TableReader(const TomlDocument& document, Keys known, SceneFiles* files);
 
   bool Has(std::string_view key) const { return Find(key) != nullptr; }
   /// The key is given and its value is a string.
@@ -70,8 +73,8 @@ class TableReader {
   bool ReadString(std::string_view key, std::string* out) const;
   /// A string of 1 to 64 bytes that is not blank.
   bool ReadName(std::string_view key, std::string* out) const;
-  /// A file that exists. Relative paths start at the document's folder; *out is relative to the
-  /// working folder or absolute, as the document's own path is.
+  /// A file that exists (SceneFiles); *out is relative to the working folder or absolute, as the
+  /// document's own path is.
   bool ReadFile(std::string_view key, std::string* out) const;
 
   /// An array of 1 to `most` of them.
@@ -116,7 +119,8 @@ class TableReader {
   [[noreturn]] void Fail(std::string_view what, std::string_view remedy) const;
 
  private:
-  TableReader(const TomlDocument& document, const TomlValue& table, std::string path, Keys known);
+  TableReader(const TomlDocument& document, const TomlValue& table, std::string path, Keys known,
+              SceneFiles* files);
 
   const TomlEntry* Find(std::string_view key) const;
   std::string PathOf(std::string_view key) const;
@@ -134,6 +138,7 @@ class TableReader {
   const TomlValue* table_;
   std::string path_;  ///< As in "organ[0].lattice", empty for the document.
   Keys known_;
+  SceneFiles* files_;
 };
 
 }  // namespace hpdm

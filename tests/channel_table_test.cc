@@ -122,9 +122,15 @@ TEST(ChannelTable, NoiseBeforeTheFirstKnownMessageDoesNotHideTheType) {
   ChannelTable table(MessageSchemas::Hpdm());
   table.Add(Foreign(kToolChannel, 0));
   EXPECT_FALSE(table.Rows(0)[0].facts.known);
-  EXPECT_TRUE(table.Add(Tick(1, 1)));
+  EXPECT_NE(table.Find(kToolChannel).event, nullptr);
+  LogEvent torn = Tick(1, 1);
+  torn.data.pop_back();
+  EXPECT_FALSE(table.Add(torn));
   EXPECT_TRUE(table.Rows(0)[0].facts.known);
-  EXPECT_EQ(table.Rows(0)[0].facts.unreadable, 1u);
+  EXPECT_EQ(table.Find(kToolChannel).event, nullptr);  // the noise is not shown as of the type
+  EXPECT_TRUE(table.Add(Tick(2, 2)));
+  EXPECT_NE(table.Find(kToolChannel).event, nullptr);
+  EXPECT_EQ(table.Rows(0)[0].facts.unreadable, 2u);
 }
 
 TEST(ChannelTable, AFloodOfNamesSizesAndInstrumentsFillsItButNotTheMemory) {
@@ -134,6 +140,8 @@ TEST(ChannelTable, AFloodOfNamesSizesAndInstrumentsFillsItButNotTheMemory) {
   EXPECT_EQ(table.messages(), 10'000u);
   EXPECT_EQ(table.other_messages(), 10'000 - ChannelTable::kMaxChannels);
   EXPECT_EQ(table.other_bytes(), 20 * table.other_messages());
+  EXPECT_TRUE(table.Add(Tick(1, 1))) << "a session is seen all the same";
+  EXPECT_EQ(table.Rows(0).size(), ChannelTable::kMaxChannels + 1);
 
   ChannelTable large(MessageSchemas::Hpdm());
   large.Add(Foreign("A", 0, ChannelTable::kMaxKeptBytes + 1));

@@ -232,6 +232,29 @@ TEST(Codec, DisplacementsComeBackInFloatAndFitOneDatagram) {
   EXPECT_EQ(received.control_displacements.rows(), 0) << "a rigid organ has no control points";
 }
 
+// lcmtypes/README.md states this size.
+TEST(Codec, AnOrganTakesTwelveBytesAControlPointSixteenALocalFunctionAndEightyEightADent) {
+  for (const int points : {0, 64, 1000, 5000}) {
+    for (const int local : {0, 64, 250}) {
+      for (int dents = 0; dents <= kMaxInstruments; ++dents) {
+        OrganSnapshot shape;
+        shape.control_displacements = Points::Zero(points, 3);
+        shape.local_functions = std::vector<int>(static_cast<std::size_t>(local));
+        shape.local_displacements = Points::Zero(local, 3);
+        shape.dent_count = dents;
+        organ_t message{};
+        ToMessage(StepRecord(), 0, shape, &message);
+        const int bytes = 76 + 12 * points + 16 * local + 88 * dents;
+        EXPECT_EQ(message.getEncodedSize(), bytes);
+        // The aim: whole in one datagram, which holds 65 kB.
+        if (points <= 1000) {
+          EXPECT_LE(bytes, 60'000);
+        }
+      }
+    }
+  }
+}
+
 TEST(Codec, EmptySlotsStayAtHome) {
   OrganSnapshot sent;
   sent.local_functions = {-1, 12, -1, 3};

@@ -8,12 +8,23 @@
 
 inline constexpr bool kCountsAllocations = false;
 inline long AllocationsOfThisThread() { return 0; }
+inline std::size_t LargestAllocationOfThisThread() { return 0; }
+inline void ForgetLargestAllocation() {}
 
 #else
 
 inline constexpr bool kCountsAllocations = true;
 inline thread_local long allocations_of_this_thread = 0;
 inline long AllocationsOfThisThread() { return allocations_of_this_thread; }
+inline thread_local std::size_t largest_allocation_of_this_thread = 0;
+/// Bytes, of one call.
+inline std::size_t LargestAllocationOfThisThread() { return largest_allocation_of_this_thread; }
+inline void ForgetLargestAllocation() { largest_allocation_of_this_thread = 0; }
+
+inline void CountAllocation(std::size_t size) {
+  ++allocations_of_this_thread;
+  if (size > largest_allocation_of_this_thread) largest_allocation_of_this_thread = size;
+}
 
 // operator new and Eigen both end here. glibc lets a program put its own in front.
 extern "C" {
@@ -21,11 +32,11 @@ void* __libc_malloc(std::size_t);
 void* __libc_realloc(void*, std::size_t);
 
 void* malloc(std::size_t size) {
-  ++allocations_of_this_thread;
+  CountAllocation(size);
   return __libc_malloc(size);
 }
 void* realloc(void* old, std::size_t size) {
-  ++allocations_of_this_thread;
+  CountAllocation(size);
   return __libc_realloc(old, size);
 }
 }

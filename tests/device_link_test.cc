@@ -79,7 +79,7 @@ device_t Reading(std::int64_t sequence, Nanoseconds time, int instrument = 0) {
 
 /// A link inside the program, and its edges.
 struct Bench {
-  Bench() : link("memq://", SessionClock(), {{&readings, nullptr}, forces}) {}
+  Bench() : link("memq://", SessionClock(), {{&readings, nullptr}, forces, &events}) {}
 
   void Handle(const device_t& message, Nanoseconds arrival) {
     std::vector<std::uint8_t> buffer;
@@ -88,6 +88,7 @@ struct Bench {
 
   TripleBuffer<DeviceSample> readings;
   SpscQueue<HapticSample> forces{64};
+  SpscQueue<LoopEvent> events{16};
   DeviceLink link;
 };
 
@@ -148,6 +149,28 @@ TEST(DeviceLink, NoFlippedByteGivesThePoseOfANonReading) {
     device.readings().Publish();
     EXPECT_TRUE(device.Read(now).joints.allFinite());
   }
+}
+
+TEST(DeviceLink, TheFirstRefusalOfEachKindIsTold) {
+  Bench bench;
+  for (int i = 0; i < 100; ++i) {
+    bench.link.Handle(std::vector<std::uint8_t>(60'000), 0);
+    bench.Handle(Reading(1, 0, 1), 0);
+    bench.Handle(Reading(5, 0), 0);  // taken once, old from then on
+  }
+  std::vector<std::string> told;
+  for (LoopEvent event; bench.events.Pop(&event);) {
+    EXPECT_STREQ(event.name.data(), "device.refused");
+    EXPECT_EQ(event.severity, EventSeverity::kWarning);
+    told.emplace_back(event.text.data());
+    // The whole sentence has room.
+    EXPECT_LT(told.back().size(), event.text.size() - 1) << told.back();
+  }
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_TRUE(told[0].starts_with("a message of 60000 bytes on HPDM_DEVICE was refused"));
+  EXPECT_NE(told[1].find("instrument 1"), std::string::npos);
+  EXPECT_NE(told[2].find("two drivers"), std::string::npos);
+  EXPECT_EQ(bench.link.Summary().refused, 299u);
 }
 
 TEST(DeviceLink, SequencesRiseUntilTheDriverWasSilent) {

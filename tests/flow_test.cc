@@ -161,7 +161,7 @@ TEST_F(Flow, AFullDiskIsToldAfterTheSummary) {
   // A file cannot grow beyond this limit, which the program meets as it meets a full disk.
   const Outcome outcome =
       Hpdm("run " + kScene + " --clock lockstep --seconds 3 --fps 0 --json --out " + Folder("s"),
-           "trap '' XFSZ; ulimit -f 1000; ");
+           "ulimit -f 1000; ");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("incomplete: the log cannot be written"), std::string::npos)
       << outcome.err;
@@ -571,6 +571,10 @@ TEST_F(Flow, BadInputIsOneLineAndExitTwo) {
         "log check " + missing,
         "log check " + typo + " --types " + folder_.string(),
         "log export " + missing + " --out " + Folder("l"),
+        "log export " + typo + " --out " + Folder("l.mcap"),
+        "log export " + typo + " --format mcap --out " + folder_.string(),
+        "log export " + typo + " --format xml --out " + Folder("l"),
+        "log export " + missing + " --format mcap --out " + Folder("l.mcap"),
         "generate nothing --out " + Folder("g")}) {
     const Outcome outcome = Hpdm(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;

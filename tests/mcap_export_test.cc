@@ -353,6 +353,23 @@ TEST_F(McapExportTest, WhatCannotBeWrittenLeavesWhatWasThere) {
   EXPECT_EQ(File().messages.size(), 5000u);
 }
 
+TEST_F(McapExportTest, LinksAndPipesKeepTheirPlace) {
+  WriteEvents(50);
+  Export();
+  const std::string expected = ReadAll(file_);
+  WriteAll(folder_ / "elsewhere.mcap", "old");
+  fs::create_symlink("elsewhere.mcap", folder_ / "link.mcap");
+  ExportMcap(log_, folder_ / "link.mcap", {}, MessageSchemas::Hpdm());
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link.mcap"));
+  EXPECT_EQ(ReadAll(folder_ / "elsewhere.mcap"), expected);
+
+  std::FILE* pipe = popen(("cat > " + (folder_ / "piped.mcap")).c_str(), "w");
+  ASSERT_NE(pipe, nullptr);
+  ExportMcap(log_, "/proc/self/fd/" + std::to_string(fileno(pipe)), {}, MessageSchemas::Hpdm());
+  EXPECT_EQ(pclose(pipe), 0);
+  EXPECT_EQ(ReadAll(folder_ / "piped.mcap"), expected);
+}
+
 TEST_F(McapExportTest, TheReaderOfTheseTestsMissesNoFlippedByte) {
   WriteEvents(20);
   Export();

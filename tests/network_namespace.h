@@ -15,13 +15,15 @@ inline constexpr char kInsideVariable[] = "HPDM_TEST_NAMESPACE";
 inline bool InsideNetworkNamespace() { return std::getenv(kInsideVariable) != nullptr; }
 
 /// How to enter a namespace here ("unshare -n", or with a user namespace), or empty where that is
-/// refused.
-inline std::string NetworkNamespaceCommand() {
-  for (const char* command : {"unshare -n", "unshare -rn"}) {
+/// refused. `mounts`: one in which file systems can be mounted too.
+inline std::string NetworkNamespaceCommand(bool mounts = false) {
+  for (const char* flags : {"-n", "-rn"}) {
+    const std::string command = std::string("unshare ") + flags + (mounts ? "m" : "");
     const std::string trial =
-        std::string(command) +
-        " sh -c 'ip link set lo up && ip link set lo multicast on && ip route "
-        "add 239.255.76.67 dev lo' >/dev/null 2>&1";
+        command +
+        " sh -c 'ip link set lo up && ip link set lo multicast on && ip route add 239.255.76.67 "
+        "dev lo" +
+        (mounts ? " && mount -t tmpfs none /mnt" : "") + "' >/dev/null 2>&1";
     if (std::system(trial.c_str()) == 0) return command;
   }
   return {};

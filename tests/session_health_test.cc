@@ -25,7 +25,7 @@ struct Bench {
     TelemetryOptions options;
     options.haptic_period = kPeriod;
     options.health = &health;
-    options.events = &events;
+    options.events = {&events};
     return options;
   }
   HapticSample Sample(std::uint64_t tick, double force) const {

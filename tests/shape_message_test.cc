@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
 #include "engine/deformation_loop.h"
-#include "engine/half_space.h"
 #include "lcmtypes/codec.h"
 #include "lcmtypes/mesh_codec.h"
 #include "tests/one_organ.h"
+#include "tests/rebuilt_surface.h"
 #include "tests/shapes.h"
 
 /// What is logged of an organ is enough to draw it.
@@ -20,49 +20,6 @@ OrganOptions Options() {
   options.lattice.local.functions = 20;
   options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
   return options;
-}
-
-// Adds what the functions of these grid indices move the vertices by.
-void AddDisplacements(const OrientedBox& box, const LatticeOptions& options,
-                      const std::vector<int>& indices, const Points& displacements,
-                      const Points& rest, Points* vertices) {
-  const Lattice lattice(box, options);
-  std::vector<int> row(lattice.size(), -1);
-  for (std::size_t a = 0; a < indices.size(); ++a) row[indices[a]] = static_cast<int>(a);
-  for (Eigen::Index v = 0; v < rest.rows(); ++v) {
-    lattice.ForEachFunction(rest.row(v).transpose(), [&](int index, double value) {
-      if (row[index] >= 0) vertices->row(v) += value * displacements.row(row[index]);
-    });
-  }
-}
-
-// As lcmtypes/README.md says, from the messages alone.
-Points Rebuilt(const OrganDescription& organ, const OrganSnapshot& shape) {
-  Points vertices = organ.vertices;
-  const LatticeDescription& lattice = *organ.lattice;
-  const OrientedBox box{lattice.origin_W, lattice.axes, lattice.lengths};
-  LatticeOptions options;
-  options.basis = lattice.basis;
-  options.degree = lattice.degree;
-  options.cells = lattice.cells;
-  AddDisplacements(box, options, lattice.kept, shape.control_displacements, organ.vertices,
-                   &vertices);
-  for (int& cells : options.cells) cells *= lattice.local_refinement;
-  AddDisplacements(box, options, shape.local_functions, shape.local_displacements, organ.vertices,
-                   &vertices);
-  Points normals;
-  VertexNormals(organ.vertices, organ.triangles, &normals);
-  for (int i = 0; i < shape.dent_count; ++i) {
-    const DentSnapshot& dent = shape.dents[i];
-    for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-      if (normals.row(v).dot(dent.normal_W) <= 0) continue;
-      const double d = (organ.vertices.row(v).transpose() - dent.p_rest_W).norm();
-      vertices.row(v) +=
-          (DentShape(d, dent.radius, dent.resolved_radius) * dent.strength_W).transpose();
-    }
-  }
-  vertices.rowwise() += shape.offset_W.transpose();
-  return vertices;
 }
 
 TEST(ShapeMessages, AViewerRebuildsTheSurfaceFromThem) {

@@ -1,14 +1,25 @@
 #!/usr/bin/env python3
 """Compares how late a session's haptic thread wakes with cyclictest, or with itself undisturbed.
 
-    tools/compare_wakeup.py [--against cyclictest|no-pictures] [--pairs 10] [--seconds 30]
-                            [--json FILE] [SCENE]
+    tools/compare_wakeup.py [--against cyclictest|no-pictures|spy|stopped-spy|no-live]
+                            [--pairs 10] [--seconds 30] [--json FILE] [SCENE]
 
-Runs pairs of a whole session (deformation and rendering on) and of `cyclictest -p 80 -i 1000`, or of
-the same session without rendering, the order changing from pair to pair, pools each side's wake-ups,
-and reports the ratio of the p99 with a 95 % interval: a bootstrap that draws whole pairs, since what
+Runs pairs of a whole session (deformation and rendering on) and of something else, the order changing
+from pair to pair:
+
+    cyclictest    session | cyclictest -p 80 -i 1000
+    no-pictures   session | the same without rendering
+    spy           session --live with `hpdm spy` reading every message | the same without a spy
+    stopped-spy   session --live with a spy that was stopped (SIGSTOP) | the same without a spy
+    no-live       session --live with `hpdm spy` reading every message | the same without --live
+
+pools each side's wake-ups, and reports the ratio of the p99 with a 95 % interval: a bootstrap that draws whole pairs, since what
 disturbs a machine comes in bursts. Needs the rights for real-time scheduling (root), the demo's
 build, and for cyclictest: apt-get install rt-tests.
+
+The last three run in a private network namespace, which the script makes itself (root), so that nothing
+reaches a real network. A spy counts what it receives; the exit status is 1 unless that is every
+message that the session sent.
 
 Session and cyclictest lock their memory, sleep on CLOCK_MONOTONIC until an absolute time and measure how much
 later they run. cyclictest's histogram has bins of 1 us, so a session's values are cut to whole
@@ -22,13 +33,24 @@ import json
 import os
 import random
 import re
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+OTHERS = {
+    "cyclictest": "cyclictest",
+    "no-pictures": "no-pictures",
+    "spy": "no spy",
+    "stopped-spy": "no spy",
+    "no-live": "no-live",
+}
+NAMESPACE = "HPDM_WAKEUP_NAMESPACE"  # set inside the private network
 LARGEST_US = 20000  # of cyclictest's histogram; later wake-ups are counted as this late
 DRAWS = 4000
 
@@ -51,6 +73,47 @@ def run_session(program, scene, seconds, folder, extra=()):
                 of[us] = of.get(us, 0) + int(row["count"])
     shutil.rmtree(out)
     return bins["haptic.wake_up"], bins["baseline.wake_up"], json.loads(done.stdout)
+
+
+class Spy:
+    """`hpdm spy` over all messages from now on; stopped at once where asked for."""
+
+    def __init__(self, program, stopped):
+        self.stopped = stopped
+        words = [program, "spy", "--once", "--json", "--seconds", "100000"]
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+        time.sleep(1)  # until it listens
+        if stopped:
+            self.process.send_signal(signal.SIGSTOP)
+
+    def counts(self, session):
+        """Ends it: what it received of what the session sent; None of a stopped one."""
+        if self.stopped:
+            self.process.kill()
+            self.process.communicate()
+            return None
+        time.sleep(0.5)  # for the last messages
+        self.process.send_signal(signal.SIGINT)
+        spied = json.loads(self.process.communicate()[0])
+        return {
+            "sent": session["live"]["messages"],
+            "received": spied["messages"],
+            "lost_by_sequence": sum(channel["lost"] for channel in spied["channels"]),
+        }
+
+
+def enter_private_network():
+    """Runs the script anew inside one; returns there."""
+    if NAMESPACE in os.environ:
+        return
+    if os.geteuid() != 0 or shutil.which("unshare") is None or shutil.which("ip") is None:
+        raise SystemExit("a private network needs root, unshare and ip: run as root, and apt-get"
+                         " install util-linux iproute2")
+    os.environ[NAMESPACE] = "1"
+    os.environ.pop("LCM_DEFAULT_URL", None)
+    script = " ".join(shlex.quote(word) for word in [sys.executable, *sys.argv])
+    up = "ip link set lo up; ip link set lo multicast on; ip route add 239.255.76.67 dev lo"
+    os.execvp("unshare", ["unshare", "-n", "sh", "-c", f"{up}; exec {script}"])
 
 
 def run_cyclictest(seconds):
@@ -110,7 +173,7 @@ def interval(pairs):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", default=str(ROOT / "scenes" / "liver_palpation.toml"))
-    parser.add_argument("--against", choices=["cyclictest", "no-pictures"], default="cyclictest")
+    parser.add_argument("--against", choices=list(OTHERS), default="cyclictest")
     parser.add_argument("--pairs", type=int, default=10)
     parser.add_argument("--seconds", type=int, default=30, help="length of each run")
     parser.add_argument("--json", metavar="FILE", help="write all figures to FILE")
@@ -118,27 +181,42 @@ def main():
     options = parser.parse_args()
     if options.pairs < 1 or options.seconds < 1:
         parser.error("--pairs and --seconds: at least 1")
-    other = options.against
-    if other == "cyclictest" and shutil.which("cyclictest") is None:
+    against = options.against
+    if against == "cyclictest" and shutil.which("cyclictest") is None:
         raise SystemExit("cyclictest is not installed: apt-get install rt-tests")
     if not os.access(options.hpdm, os.X_OK):
         raise SystemExit(f"{options.hpdm}: not built; run tools/demo.sh, or name it by --hpdm")
+    with_spy = against in ("spy", "stopped-spy", "no-live")
+    if with_spy:
+        enter_private_network()
+    other = OTHERS[against]
 
     pairs, baselines, rows = [], [], []
     with tempfile.TemporaryDirectory() as folder:
 
+        def run(extra):
+            return run_session(options.hpdm, options.scene, options.seconds, folder, extra)
+
+        def run_ours():
+            if not with_spy:
+                return *run(()), None
+            spy = Spy(options.hpdm, against == "stopped-spy")
+            try:
+                ours, baseline, session = run(["--live"])
+                return ours, baseline, session, spy.counts(session)
+            finally:
+                spy.process.kill()
+
         def run_other():
-            if other == "cyclictest":
+            if against == "cyclictest":
                 return run_cyclictest(options.seconds)
-            extra = ["--no-pictures"]
-            return run_session(options.hpdm, options.scene, options.seconds, folder, extra)[0]
+            extra = {"no-pictures": ["--no-pictures"], "no-live": []}.get(against, ["--live"])
+            return run(extra)[0]
 
         for number in range(options.pairs):
             load = os.getloadavg()[0]
             first = run_other() if number % 2 else None
-            ours, baseline, session = run_session(
-                options.hpdm, options.scene, options.seconds, folder
-            )
+            ours, baseline, session, spied = run_ours()
             theirs = first or run_other()
             pairs.append((ours, theirs))
             baselines.append(baseline)
@@ -152,6 +230,8 @@ def main():
                     "baseline": summary(baseline),
                 }
             )
+            if spied:
+                rows[-1]["spy"] = spied
             print(
                 f"pair {number + 1}: p99 {rows[-1]['session']['p99_us']} us,"
                 f" {other} {rows[-1][other]['p99_us']} us, load {load:.1f}",
@@ -159,6 +239,7 @@ def main():
             )
     figures = {
         "scene": options.scene,
+        "against": against,
         "seconds": options.seconds,
         "session": summary(pool(p[0] for p in pairs)),
         other: summary(pool(p[1] for p in pairs)),
@@ -178,6 +259,12 @@ def main():
         f"p99 of the session over that of {other}: {figures['p99_ratio']:.2f}"
         f" ({low:.2f} to {high:.2f}, 95 %, {len(pairs)} pairs of {options.seconds} s)"
     )
+    counts = [row["spy"] for row in rows if "spy" in row]
+    if counts:
+        sent, received = (sum(c[key] for c in counts) for key in ("sent", "received"))
+        print(f"the spy received {received} of {sent} messages")
+        if received != sent or any(c["lost_by_sequence"] for c in counts):
+            raise SystemExit(1)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,10 @@ int main(int argc, char** argv) {
   CLI::App app("HPDM: a real-time engine for laparoscopic-surgery training", "hpdm");
   app.require_subcommand(1);
   app.set_version_flag("--version", HPDM_VERSION);
-  hpdm::AddRunCommand(app);
+  hpdm::AddRunCommand(app, {argv, argv + argc});
   hpdm::AddReplayCommand(app);
+  hpdm::AddReportCommand(app);
+  hpdm::AddSpyCommand(app);
   hpdm::AddLogCommand(app);
   hpdm::AddCheckCommand(app);
   hpdm::AddInspectCommand(app);

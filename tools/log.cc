@@ -1,8 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +11,7 @@
 #include "tools/log_export.h"
 #include "tools/mcap_export.h"
 #include "tools/report_text.h"
+#include "tools/schema_files.h"
 
 namespace hpdm {
 namespace {
@@ -29,20 +27,6 @@ struct LogOptions {
   std::vector<std::string> types;
   bool json = false;
 };
-
-/// The types of this package and those of the given .lcm files.
-MessageSchemas Schemas(const std::vector<std::string>& files) {
-  std::vector<std::string> texts;
-  for (const std::string& path : files) {
-    std::ifstream file;
-    if (std::filesystem::is_regular_file(path)) file.open(path);
-    texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    if (!file.is_open() || file.bad()) {
-      throw InputError(path + ": cannot be read; give a file of LCM types");
-    }
-  }
-  return MessageSchemas::HpdmAnd(texts, files);
-}
 
 Json ToJson(const LogHealth& health) {
   Json json = {{"sound", health.Sound()},
@@ -99,7 +83,7 @@ void Print(const LogHealth& health) {
 }
 
 void Check(const LogOptions& options) {
-  const LogHealth health = CheckLog(options.log, Schemas(options.types));
+  const LogHealth health = CheckLog(options.log, SchemasWith(options.types));
   Json json = ToJson(health);
   if (!options.repaired.empty()) {
     json["repaired"] = options.repaired;
@@ -134,7 +118,7 @@ void Export(const LogOptions& options) {
   CheckPlace(options);
   const bool mcap = options.format == "mcap";
   const std::vector<ExportedChannel> exported = (mcap ? ExportMcap : ExportCsv)(
-      options.log, options.out, options.channels, Schemas(options.types));
+      options.log, options.out, options.channels, SchemasWith(options.types));
   Json json = Json::array();
   for (const ExportedChannel& channel : exported) {
     const bool left_out = channel.file.empty();
@@ -170,7 +154,8 @@ void AddLogCommand(CLI::App& app) {
   const auto add = [log](const char* name, const char* what, LogOptions* options) {
     CLI::App* command = log->add_subcommand(name, what);
     command->add_option("log", options->log, "LCM log file")->required();
-    command->add_option("--types", options->types, "Further LCM types: .lcm files");
+    command->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
+        ->allow_extra_args(false);
     command->add_flag("--json", options->json, "Print the result as JSON");
     return command;
   };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/error.h"
+#include "scenes/toml_document.h"
 #include "tools/commands.h"
 #include "tools/device_choice.h"
 #include "tools/json_figures.h"
@@ -43,7 +44,14 @@ Scene SceneOf(const ReplayOptions& options, const std::string& log) {
     throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene");
   }
   try {
-    return LoadScene(beside);
+    Scene scene = LoadScene(beside);
+    // What others recorded names no files of this machine.
+    for (const SceneFile& file : scene.files) {
+      if (StaysInside(file.copy.empty() ? file.name : file.copy)) continue;
+      throw InputError(beside.string() + ": " + Quoted(file.name) +
+                       " lies outside of the session folder, which alone is read");
+    }
+    return scene;
   } catch (const InputError& error) {
     throw InputError(std::string(error.what()) + "; or give the log's own scene with --scene");
   }

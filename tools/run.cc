@@ -2,11 +2,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <iostream>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "engine/error.h"
 #include "engine/stolen_time.h"
@@ -99,9 +101,11 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
   telemetry.timeline_path = folder.File("timeline.csv");
   telemetry.haptic_period = session->haptic_period_ns();
   telemetry.health = &session->health;
+  // At once: the session may go on for long.
+  telemetry.tell = [](const std::string& failure) { std::cerr << "hpdm: note: " + failure + "\n"; };
   if (!options.Lockstep()) {  // nothing measured is logged there
     telemetry.frames = &session->frames;
-    telemetry.events = &session->render_events;
+    telemetry.events = {&session->render_events, &session->link_events};
     telemetry.baseline = machine.baseline.wake_late;
     telemetry.stolen_time = StolenTime;
     telemetry.epoch_us = std::chrono::duration_cast<std::chrono::microseconds>(
@@ -129,7 +133,51 @@ void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& d
   if (!ends) throw InputError("--clock lockstep: its length is missing; add --seconds N");
 }
 
-void Run(const RunOptions& options) {
+// Writes what is known when the session is over, the summary first: a disk that fills up must not
+// cost it. The first failure goes to `not_kept`, which may hold one already.
+void KeepResults(const RunOptions& options, const nlohmann::ordered_json& summary,
+                 const TelemetrySummary& told, const RenderLoop& render,
+                 const SessionFolder& folder, std::string* not_kept) {
+  const auto keep = [not_kept](const auto& write) {
+    try {
+      write();
+    } catch (const InputError& error) {
+      if (not_kept->empty()) *not_kept = error.what();
+    }
+  };
+  const auto note = [](const std::string& name, const std::string& missing) {
+    if (!missing.empty()) std::cerr << "hpdm: note: " + name + ": " + missing + "\n";
+  };
+  const auto plot = [&](const char* script, const char* table, const char* picture) {
+    note(picture, RunPlotScript(script, {folder.File(table), folder.File(picture)}));
+  };
+  keep([&] { WriteTextFile(folder.File("summary.json"), JsonText(summary) + "\n"); });
+  if (!options.Lockstep()) {
+    keep([&] { WriteTextFile(folder.File("latency.csv"), LatencyTable(told.session.latencies)); });
+  }
+  keep([&] { WritePicture(render.deepest_image(), folder, "deepest.png"); });
+  keep([&] { WritePicture(render.image(), folder, "last.png"); });
+  if (options.film) {
+    note("film.mp4",
+         render.frames_written() == 0
+             ? "not made: no frames were kept"
+             : MakeFilm(folder.File("frames"), options.FramesPerSecond(), folder.File("film.mp4")));
+  }
+  plot(kPlotTimelineScript, "timeline.csv", "timeline.png");
+  if (!options.Lockstep()) plot(kPlotLatencyScript, "latency.csv", "latency.png");
+}
+
+// The traces that the command line chose.
+std::vector<std::string> TracesOf(const std::vector<DeviceChoice>& devices) {
+  std::vector<std::string> traces;
+  for (const DeviceChoice& device : devices) {
+    const bool known = std::find(traces.begin(), traces.end(), device.trace) != traces.end();
+    if (device.type == DeviceChoice::Type::kTrace && !known) traces.push_back(device.trace);
+  }
+  return traces;
+}
+
+void Run(const RunOptions& options, const std::vector<std::string>& command_line) {
   if (options.window && (options.headless || !options.pictures)) {
     throw InputError(std::string("--window: contradicts ") +
                      (options.headless ? "--headless" : "--no-pictures") + "; leave one out");
@@ -139,6 +187,9 @@ void Run(const RunOptions& options) {
                      (options.pictures ? "--fps 0" : "--no-pictures") + "; leave one out");
   }
   const StopSignals signals;  // before any thread
+  // A file that may not grow and a reader of our output that has gone are failed writes, which are
+  // told; they must not end the session.
+  for (const int failed_write : {SIGXFSZ, SIGPIPE}) std::signal(failed_write, SIG_IGN);
   Scene scene = LoadScene(options.scene);
   std::vector<DeviceChoice> devices =
       ChooseDevices(options.devices, scene.instruments, options.window);
@@ -170,11 +221,12 @@ void Run(const RunOptions& options) {
   std::optional<DeviceLink> link;
   if (session.HasExternalDevice()) {
     link.emplace(NetworkUrl(), clock,
-                 DeviceLink::Edges{session.external_readings, session.external_forces});
+                 DeviceLink::Edges{session.external_readings, session.external_forces,
+                                   &session.link_events});
   }
-  const SessionFolder folder(
+  SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
-      session.scene());
+      session.scene(), TracesOf(session.device_choices()));
   if (options.pictures && options.FramesPerSecond() > 0) {
     render_options.frame_folder = folder.File("frames");
     render_options.frame_fps = options.FramesPerSecond();
@@ -215,39 +267,17 @@ void Run(const RunOptions& options) {
       options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, machine, clock);
   window.reset();  // what follows takes a while, and the pointer is the user's
 
-  // A disk that fills up must not cost the summary: it is told after it.
-  std::string not_kept = telemetry.Summary().log.Explain();
-  const auto keep = [&not_kept](const auto& write) {
-    try {
-      write();
-    } catch (const InputError& error) {
-      if (not_kept.empty()) not_kept = error.what();
-    }
-  };
-  keep([&] { WritePicture(render.deepest_image(), folder, "deepest.png"); });
-  keep([&] { WritePicture(render.image(), folder, "last.png"); });
-  const auto plot = [&folder](const char* script, const char* table, const char* picture) {
-    const std::string missing = RunPlotScript(script, {folder.File(table), folder.File(picture)});
-    if (!missing.empty()) std::cerr << "hpdm: note: " << picture << ": " << missing << "\n";
-  };
-  if (options.film) {
-    const std::string missing = render.frames_written() == 0
-                                    ? "not made: no frames were kept"
-                                    : MakeFilm(render_options.frame_folder,
-                                               options.FramesPerSecond(), folder.File("film.mp4"));
-    if (!missing.empty()) std::cerr << "hpdm: note: film.mp4: " << missing << "\n";
-  }
-  plot(kPlotTimelineScript, "timeline.csv", "timeline.png");
-  if (!options.Lockstep()) {
-    keep([&] {
-      WriteTextFile(folder.File("latency.csv"),
-                    LatencyTable(telemetry.Summary().session.latencies));
-    });
-    plot(kPlotLatencyScript, "latency.csv", "latency.png");
-  }
+  const TelemetrySummary told = telemetry.Summary();
   const nlohmann::ordered_json summary =
-      RunSummary(session, record, telemetry.Summary(), options.pictures ? &render : nullptr);
-  keep([&] { WriteTextFile(folder.File("summary.json"), JsonText(summary) + "\n"); });
+      RunSummary(session, record, told, options.pictures ? &render : nullptr, command_line, folder);
+  std::string not_kept = told.log.Explain();
+  if (not_kept.empty()) not_kept = told.timeline_failure;
+  if (not_kept.empty()) not_kept = render.file_failure();
+  if (folder.Finish()) {
+    KeepResults(options, summary, told, render, folder, &not_kept);
+  } else if (not_kept.empty()) {
+    not_kept = "the folder was deleted";
+  }
   if (options.json) {
     std::cout << JsonText(summary) << "\n";
   } else {
@@ -260,7 +290,7 @@ void Run(const RunOptions& options) {
 
 }  // namespace
 
-void AddRunCommand(CLI::App& app) {
+void AddRunCommand(CLI::App& app, std::vector<std::string> command_line) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* run = app.add_subcommand("run", "Run a session of a scene");
   run->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
@@ -312,7 +342,7 @@ void AddRunCommand(CLI::App& app) {
   run->add_flag("--require-rt", options->require_realtime,
                 "Exit with 3 when the system refuses real-time scheduling or memory locking");
   run->add_flag("--json", options->json, "Print the summary as JSON");
-  run->callback([options] { Run(*options); });
+  run->callback([options, command_line = std::move(command_line)] { Run(*options, command_line); });
 }
 
 }  // namespace hpdm

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "tools/json_figures.h"
+#include "tools/machine_facts.h"
 #include "tools/report_text.h"
 
 namespace hpdm {
@@ -86,6 +87,23 @@ Json LinkToJson(const DeviceLinkSummary& link) {
           {"overflows", link.overflows}};
 }
 
+Json CommandToJson(const std::vector<std::string>& command_line) {
+  const MachineFacts facts = ThisMachine();
+  return {{"arguments", command_line},
+          {"version", HPDM_VERSION},
+          {"processor", facts.processor},
+          {"compiler", facts.compiler},
+          {"flags", facts.flags}};
+}
+
+Json FilesToJson(const std::vector<KeptFile>& files) {
+  Json json = Json::array();
+  for (const KeptFile& file : files) {
+    json.push_back({{"name", file.name}, {"copy", file.copy}, {"sha256", file.sha256}});
+  }
+  return json;
+}
+
 Json RealtimeToJson(const RunRecord& record) {
   Json threads = Json::object();
   for (const auto& [thread, report] : record.realtime) threads[thread] = report.Lines();
@@ -133,7 +151,8 @@ std::string MachineLines(const Json& summary) {
 }  // namespace
 
 Json RunSummary(const Session& session, const RunRecord& record, const TelemetrySummary& telemetry,
-                const RenderLoop* render) {
+                const RenderLoop* render, const std::vector<std::string>& command_line,
+                const SessionFolder& folder) {
   const SessionSummary& figures = telemetry.session;
   const double seconds =
       static_cast<double>(record.haptic.Periods()) * ToSeconds(session.haptic_period_ns());
@@ -151,10 +170,16 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                     {"ticks", figures.ticks},
                     {"ticks_lost", telemetry.queue_overflows},
                     {"steps_lost", telemetry.step_overflows},
-                    {"failure", telemetry.log.Explain()}};
+                    {"failure", telemetry.log.Explain()},
+                    {"timeline_failure", telemetry.timeline_failure}};
+  if (telemetry.live) {
+    summary["live"] = {{"messages", telemetry.live_messages}, {"errors", telemetry.live_errors}};
+  }
   if (record.link) summary["device_link"] = LinkToJson(*record.link);
   if (!record.lockstep) summary["machine"] = MachineToJson(record, figures);
   summary["realtime"] = RealtimeToJson(record);
+  summary["command"] = CommandToJson(command_line);
+  summary["files"] = FilesToJson(folder.files());
   summary["remarks"] = session.remarks();
   return summary;
 }

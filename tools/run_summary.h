@@ -13,6 +13,7 @@
 #include "lcmtypes/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "tools/session.h"
+#include "tools/session_folder.h"
 
 namespace hpdm {
 
@@ -28,9 +29,12 @@ struct RunRecord {
 };
 
 /// summary.json: rates, percentiles, skipped ticks by cause, forces, the real-time state granted
-/// and the machine's own wake-ups before the session. `render` is null when nothing was drawn.
+/// and the machine's own wake-ups before the session; how the program was called (`command_line`,
+/// its name first), by which machine, and what it read. `render` is null when nothing was drawn.
 nlohmann::ordered_json RunSummary(const Session& session, const RunRecord& record,
-                                  const TelemetrySummary& telemetry, const RenderLoop* render);
+                                  const TelemetrySummary& telemetry, const RenderLoop* render,
+                                  const std::vector<std::string>& command_line,
+                                  const SessionFolder& folder);
 
 /// The same for people, a few lines.
 std::string ReadableSummary(const nlohmann::ordered_json& summary);

@@ -90,6 +90,7 @@ class Session {
   /// Of a window or a ControlScript; nothing writes it without one.
   TripleBuffer<SessionControl> control;
   SpscQueue<LoopEvent> render_events{64};
+  SpscQueue<LoopEvent> link_events{64};
   TripleBuffer<SessionHealth> health;
   // Of a window; nothing writes them without one.
   TripleBuffer<ViewSettings> view_settings;

@@ -1,72 +1,171 @@
 #include "tools/session_folder.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
+#include <iterator>
 
 #include "engine/error.h"
+#include "scenes/file_hash.h"
+#include "scenes/obj_writer.h"
 
 namespace hpdm {
+namespace fs = std::filesystem;
+namespace {
 
-SessionFolder::SessionFolder(const std::filesystem::path& path, const Scene& scene) : path_(path) {
+constexpr char kFilesFolder[] = "files";
+// For summary.json and latency.csv, with room to spare.
+constexpr off_t kReserveBytes = 256 * 1024;
+
+// What a session and the commands that read it write beside scene.toml: no file of a scene may
+// stand there.
+constexpr const char* kOwnNames[] = {
+    "session.lcmlog", "scene.toml",  "summary.json", "timeline.csv", "timeline.png",
+    "latency.csv",    "latency.png", "deepest.png",  "last.png",     "film.mp4",
+    "frames",         "screenshots", "report.html",  kFilesFolder};
+
+bool KeepsItsPlace(const fs::path& name) {
+  return StaysInside(name) && std::find(std::begin(kOwnNames), std::end(kOwnNames),
+                                        *name.lexically_normal().begin()) == std::end(kOwnNames);
+}
+
+// As a TOML basic string. Names of a scene hold no control characters.
+std::string TomlString(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+[[noreturn]] void FailToWrite(const fs::path& path, const std::string& reason) {
+  throw InputError(path.string() + ": cannot be written (" + reason +
+                   "); choose a writable folder with --out");
+}
+
+}  // namespace
+
+SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
+                             const std::vector<std::string>& traces)
+    : path_(path) {
   std::error_code error;
-  std::filesystem::create_directories(path_, error);
+  fs::create_directories(path_, error);
   if (error) {
     throw InputError(path_.string() + ": cannot make the session folder (" + error.message() +
                      "); choose another with --out");
   }
-  if (std::filesystem::exists(File("session.lcmlog"))) {
+  if (fs::exists(File("session.lcmlog"))) {
     throw InputError(path_.string() +
                      ": already holds a session; choose another folder with --out");
   }
-  std::ofstream copy(File("scene.toml"), std::ios::binary);
-  copy << scene.source_text;
-  copy.close();
-  if (!copy) {
-    throw InputError(File("scene.toml").string() +
-                     ": cannot be written; choose a writable folder with --out");
+  folder_descriptor_ = open(path_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+  for (const SceneFile& file : scene.files) {
+    std::string copy = file.copy;
+    if (copy.empty() && (scene.recorded || KeepsItsPlace(file.name))) copy = file.name;
+    Keep(file.name, file.path, copy);
   }
-  const std::filesystem::path scene_folder = scene.path.parent_path();
-  CopyFile(scene.background, scene_folder);
-  for (const OrganOptions& organ : scene.organs) {
-    for (const std::string& file : {organ.mesh, organ.texture}) CopyFile(file, scene_folder);
+  WriteScene(scene);
+  for (const std::string& trace : traces) {
+    const auto of_scene = [&trace](const SceneFile& file) { return file.path == trace; };
+    if (std::none_of(scene.files.begin(), scene.files.end(), of_scene)) Keep(trace, trace, "");
   }
-  for (const InstrumentOptions& instrument : scene.instruments) {
-    std::vector<std::string> files = {instrument.trace.file};
-    for (int i = 0; i < instrument.HeldCount(); ++i) {
-      const HeldInstrument& held = instrument.Held(i);
-      files.push_back(held.mesh);
-      files.insert(files.end(), held.jaws.meshes.begin(), held.jaws.meshes.end());
-    }
-    for (const std::string& file : files) {
-      CopyFile(file, scene_folder);
-    }
+  Reserve();
+}
+
+SessionFolder::~SessionFolder() {
+  for (const int descriptor : {folder_descriptor_, reserve_descriptor_}) {
+    if (descriptor >= 0) close(descriptor);
   }
 }
 
-// A file beside or above the scene's folder, or named absolutely, stays where it is: its name in
-// the copied scene must not lead out of the session's folder.
-void SessionFolder::CopyFile(const std::filesystem::path& file,
-                             const std::filesystem::path& scene_folder) const {
-  if (file.empty()) return;
-  const std::filesystem::path name = file.lexically_relative(scene_folder);
-  if (name.empty() || *name.begin() == "..") return;
+/// An open file without a name: the space is free again however the program ends.
+void SessionFolder::Reserve() {
+  const fs::path path = File("reserve");
+  reserve_descriptor_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (reserve_descriptor_ < 0) FailToWrite(path, std::strerror(errno));
+  unlink(path.c_str());
+  const int error = posix_fallocate(reserve_descriptor_, 0, kReserveBytes);
+  if (error == ENOSPC || error == EDQUOT) FailToWrite(path_, std::strerror(error));
+}
+
+bool SessionFolder::Finish() {
+  if (reserve_descriptor_ >= 0) close(reserve_descriptor_);
+  reserve_descriptor_ = -1;
+  struct stat folder, named;
+  if (fstat(folder_descriptor_, &folder) != 0) return fs::exists(path_);
+  if (folder.st_nlink == 0) return false;
+  if (stat(path_.c_str(), &named) == 0 && named.st_ino == folder.st_ino &&
+      named.st_dev == folder.st_dev) {
+    return true;
+  }
   std::error_code error;
-  std::filesystem::create_directories(File(name.parent_path().string()), error);
-  if (!error) {
-    std::filesystem::copy_file(file, File(name.string()),
-                               std::filesystem::copy_options::skip_existing, error);
-  }
-  if (error) {
-    throw InputError(File(name.string()).string() + ": cannot be written (" + error.message() +
-                     "); choose a writable folder with --out");
+  const fs::path now =
+      fs::read_symlink("/proc/self/fd/" + std::to_string(folder_descriptor_), error);
+  if (!error) path_ = now;
+  return !error;
+}
+
+/// Copies a file to `copy`, or to a free name in files/ where that is empty.
+void SessionFolder::Keep(const std::string& name, const fs::path& from, std::string copy) {
+  if (copy.empty()) copy = FreeCopyName(from);
+  const fs::path to = File(copy).lexically_normal();
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  // A file that is there may be this one: of a second name, or where a scene's own folder is --out.
+  if (!error && !fs::exists(to)) fs::copy_file(from, to, error);
+  if (error) FailToWrite(to, error.message());
+  KeptFile& kept = files_.emplace_back(name, copy, Sha256OfFile(to));
+  if (kept.sha256 != Sha256OfFile(from)) {
+    throw InputError(to.string() + ": is there already and is not " + from.string() +
+                     "; choose another folder with --out");
   }
 }
 
-std::filesystem::path SessionFolder::FreeName() {
-  int number = 1;
-  const auto name = [&] {
-    return std::filesystem::path("out") / ("session_" + std::to_string(number));
+std::string SessionFolder::FreeCopyName(const fs::path& file) const {
+  const auto taken = [this](const std::string& name) {
+    return std::any_of(files_.begin(), files_.end(),
+                       [&](const KeptFile& kept) { return fs::path(kept.copy) == name; });
   };
-  while (std::filesystem::exists(name())) ++number;
+  for (int number = 1;; ++number) {
+    std::string name = kFilesFolder;
+    name.append("/").append(file.stem().string());
+    if (number > 1) name.append("_").append(std::to_string(number));
+    name.append(file.extension().string());
+    if (!taken(name)) return name;
+  }
+}
+
+void SessionFolder::WriteScene(const Scene& scene) const {
+  std::string text = scene.source_text;
+  if (!scene.recorded && !files_.empty()) {
+    if (!text.ends_with('\n')) text += '\n';
+    text += "\n# What the session read: each file as it was.\n";
+    for (const KeptFile& file : files_) {
+      text += "[[file]]\nname = " + TomlString(file.name) + "\n";
+      if (file.copy != file.name) text += "copy = " + TomlString(file.copy) + "\n";
+      text += "sha256 = \"" + file.sha256 + "\"\n";
+    }
+  }
+  const fs::path path = File("scene.toml");
+  if (fs::exists(path)) {
+    std::ifstream file(path, std::ios::binary);
+    if (std::string(std::istreambuf_iterator<char>(file), {}) == text) return;
+    throw InputError(path.string() +
+                     ": is there already and is another scene; choose another folder with --out");
+  }
+  WriteTextFile(path, text);
+}
+
+fs::path SessionFolder::FreeName() {
+  int number = 1;
+  const auto name = [&] { return fs::path("out") / ("session_" + std::to_string(number)); };
+  while (fs::exists(name())) ++number;
   return name();
 }
 

@@ -1,6 +1,5 @@
 #include "tools/session_threads.h"
 
-#include <iostream>
 #include <latch>
 #include <stop_token>
 #include <thread>
@@ -66,9 +65,6 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
       loops.render.TryToStart();
       start.arrive_and_wait();
       loops.render.Run(stop);
-      // At once: the session may go on for long.
-      const std::string& failure = loops.render.failure();
-      if (!failure.empty()) std::cerr << "hpdm: note: " + failure + "\n";
     });
   }
   std::jthread deformation_thread([&](std::stop_token stop) {

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 StagedFile::StagedFile(fs::path path) : path_(std::move(path)) {
   std::error_code ignored;
   // A link keeps its place; what it leads to is replaced.
-  if (fs::is_symlink(path_, ignored) && fs::exists(path_, ignored)) {
-    path_ = fs::canonical(path_, ignored);
+  if (fs::is_symlink(path_, ignored) && fs::is_regular_file(path_, ignored)) {
+    path_ = fs::canonical(path_);
   }
   const fs::file_status status = fs::status(path_, ignored);
   int descriptor = -1;
@@ -36,6 +36,12 @@ StagedFile::StagedFile(fs::path path) : path_(std::move(path)) {
   }
   if (descriptor < 0) Refuse("cannot be made", errno);
   file_ = fdopen(descriptor, "wb");
+  if (file_ == nullptr) {
+    const int error = errno;
+    close(descriptor);
+    if (!written_.empty()) unlink(written_.c_str());
+    Refuse("cannot be made", error);
+  }
 }
 
 StagedFile::StagedFile(StagedFile&& other) noexcept

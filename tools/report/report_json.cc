@@ -1,6 +1,5 @@
 #include "tools/report/report_json.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -142,27 +141,6 @@ Json ToJson(const SessionReport& report) {
                               {"text", event.text}});
   }
   return json;
-}
-
-std::vector<Json> ToRows(const SessionReport& report) {
-  std::vector<Json> rows;
-  for (std::size_t h = 0; h < report.hands.size(); ++h) {
-    Json row = Json::object();
-    AddSession(report, &row);
-    row["hand"] = h;
-    AddHand(report.hands[h], &row);
-    row["ticks"] = report.ticks;
-    row["ticks_skipped"] = report.skipped.Total();
-    row["ticks_lost"] = report.health.ticks_lost;
-    row["log_sound"] = report.health.Sound();
-    for (const LatencyReport& latency : report.latencies) {
-      std::string key(latency.name);
-      std::replace(key.begin(), key.end(), '.', '_');
-      row[key + "_p99_us"] = latency.count > 0 ? Json(Microseconds(latency.p99)) : Json(nullptr);
-    }
-    rows.push_back(std::move(row));
-  }
-  return rows;
 }
 
 }  // namespace hpdm

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "tools/report/session_metrics.h"
 
@@ -16,9 +15,5 @@ namespace hpdm {
 ///     ticks, skipped: {total, late_wake_up, long_compute, stalled}, stolen_s,
 ///     log_health: {sound, bytes, ..., faults: [text]}, events: [{time_s, severity, name, text}]
 nlohmann::ordered_json ToJson(const SessionReport& report);
-
-/// One flat object for each hand: the session's figures, the hand's and the 99th percentiles, for
-/// tables of many sessions. The same keys in every row, whatever the session.
-std::vector<nlohmann::ordered_json> ToRows(const SessionReport& report);
 
 }  // namespace hpdm

@@ -1,9 +1,7 @@
 #include "tools/report/session_metrics.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <map>
 #include <span>
 
@@ -11,6 +9,7 @@
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
 #include "lcmtypes/logged_session.h"
+#include "tools/report/session_ticks.h"
 #include "tools/report_text.h"
 
 namespace hpdm {
@@ -21,8 +20,8 @@ constexpr std::string_view kStartPrefix = "instruments: ";
 constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
 /// A tick takes more bytes of a log than this: how many ticks a file can tell of.
 constexpr std::uint64_t kFewestTickBytes = 50;
-/// No haptic loop is slower, s a period.
-constexpr double kLongestPeriod = 0.05;
+/// Names and texts of a damaged or hostile log are cut here, bytes.
+constexpr std::size_t kLongestName = 256, kLongestText = 1000;
 
 /// Sequence numbers of one channel, which rise by one.
 class Sequence {
@@ -76,7 +75,7 @@ class Surroundings {
     for (const auto& [organ, parts] : meshes_) {
       const auto index = static_cast<std::size_t>(organ);
       if (report.organs.size() <= index) report.organs.resize(index + 1);
-      report.organs[index] = parts.front().name;
+      report.organs[index] = parts.front().name.substr(0, kLongestName);
       OrganDescription description;
       std::string why;
       if (JoinMesh(parts, &description, &why)) reading->course.organs.push_back(description);
@@ -118,7 +117,9 @@ class Surroundings {
     closed_ |= event_.name == "session.end";
     const auto severity = static_cast<EventSeverity>(
         std::clamp<int>(event_.severity, 0, static_cast<int>(EventSeverity::kError)));
-    session_events_.push_back({ToSeconds(event_.time_ns), severity, event_.name, event_.text});
+    session_events_.push_back({ToSeconds(event_.time_ns), severity,
+                               event_.name.substr(0, kLongestName),
+                               event_.text.substr(0, kLongestText)});
   }
 
   LatencyReport Latency(std::size_t k) const {
@@ -160,8 +161,9 @@ class Surroundings {
       }
     }
     for (std::size_t h = 0; h < report->hands.size(); ++h) {
-      report->hands[h].name =
-          names.size() == report->hands.size() ? names[h] : "hand " + std::to_string(h + 1);
+      report->hands[h].name = names.size() == report->hands.size()
+                                  ? names[h].substr(0, kLongestName)
+                                  : "hand " + std::to_string(h + 1);
     }
   }
 
@@ -181,213 +183,6 @@ class Surroundings {
   std::array<std::map<Nanoseconds, std::uint64_t>, kLatencyCount> bins_;
   std::array<Nanoseconds, kLatencyCount> max_{};
   std::vector<SessionEvent> session_events_;
-};
-
-/// Sums over the ticks of one instrument, of all of them or of those with one organ.
-class ContactSums {
- public:
-  explicit ContactSums(double limit) : limit_(limit) {}
-
-  /// A tick and how long it stands, s. `counts`: its force and depth are of these contacts.
-  void Add(double time, double duration, const ToolSample& tool, bool counts, bool touches) {
-    const double force = counts ? tool.force_W.norm() : 0;
-    const bool over = force > limit_;
-    metrics_.peak_force = std::max(metrics_.peak_force, force);
-    metrics_.impulse += force * duration;
-    if (over) metrics_.over_limit += duration;
-    if (over && !over_) ++metrics_.over_limit_count;
-    over_ = over;
-    if (counts) metrics_.deepest_press = std::max(metrics_.deepest_press, tool.depth);
-    if (!touches) return;
-    if (time - end_ > kContactPause) ++metrics_.count;
-    end_ = time + duration;
-    metrics_.time += duration;
-    contact_impulse_ += force * duration;
-  }
-  ContactMetrics Metrics() const {
-    ContactMetrics metrics = metrics_;
-    if (metrics.time > 0) metrics.mean_force = contact_impulse_ / metrics.time;
-    return metrics;
-  }
-
- private:
-  double limit_;
-  ContactMetrics metrics_;
-  double contact_impulse_ = 0;
-  double end_ = -std::numeric_limits<double>::infinity();  // of the last contact
-  bool over_ = false;
-};
-
-bool IsUsable(const HapticSample& sample) {
-  for (int t = 0; t < sample.tool_count; ++t) {
-    const ToolSample& tool = sample.tools[static_cast<std::size_t>(t)];
-    if (!tool.joints.allFinite() || !tool.p_tip_W.allFinite() || !tool.force_W.allFinite() ||
-        !std::isfinite(tool.depth)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-CourseVector CourseOf(const ToolSample& tool) {
-  CourseVector course;
-  course << tool.p_tip_W, tool.joints.head<4>(), tool.force_W;
-  return course;
-}
-
-/// The ticks of a log, each of which stands until the next.
-class Ticks {
- public:
-  explicit Ticks(double force_limit, std::uint64_t most) : limit_(force_limit), most_(most) {}
-
-  /// False: the tick is not one that can follow.
-  bool Add(const LoggedTick& logged) {
-    HapticSample sample = logged.sample;
-    if (!IsUsable(sample) || (begun_ && !Follows(sample))) return false;
-    if (begun_) {
-      KnowPeriod(sample, logged.lost_before);
-      const double until = logged.lost_before > 0 ? Time(last_) + period_ : Time(sample);
-      Close(std::min(until, Time(sample)));
-      missing_ += std::max(0.0, Time(sample) - until);
-    } else {
-      first_ = sample.tick;
-      start_ = Time(sample);
-      hands_.assign(static_cast<std::size_t>(sample.tool_count), Hand(limit_));
-    }
-    if (!logged.has_output && begun_) HoldOutput(&sample);
-    begun_ = true;
-    ++ticks_;
-    skipped_.late_wake_up += sample.skipped.late_wake_up;
-    skipped_.long_compute += sample.skipped.long_compute;
-    skipped_.stalled += sample.skipped.stalled;
-    measured_ |= sample.wake_late_ns != 0 || sample.compute_ns != 0;
-    for (std::size_t h = 0; h < hands_.size(); ++h) {
-      if (sample.paused) {
-        hands_[h].course.Break();
-      } else {
-        hands_[h].course.Add(Time(sample), CourseOf(sample.tools[h]));
-      }
-    }
-    last_ = sample;
-    return true;
-  }
-
-  void Fill(SessionReading* reading) {
-    if (!begun_) return;
-    Close(Time(last_) + period_);
-    SessionReport& report = reading->report;
-    report.ticks = ticks_;
-    report.skipped = skipped_;
-    report.measured = measured_;
-    report.duration = Time(last_) + period_ - start_;
-    report.paused = paused_;
-    report.active = report.duration - paused_ - missing_;
-    reading->course.pauses = std::move(pauses_);
-    for (Hand& hand : hands_) {
-      hand.course.Break();
-      HandReport figures;
-      figures.motion = MeasureMotion(hand.course.stretches());
-      figures.contact = hand.all.Metrics();
-      for (const ContactSums& organ : hand.organs) figures.by_organ.push_back(organ.Metrics());
-      figures.device_lost = hand.device_lost;
-      report.hands.push_back(std::move(figures));
-      reading->course.hands.push_back({hand.course.stretches(), std::move(hand.peaks)});
-    }
-    if (hands_.size() == 2) {
-      report.both_moving = BothMoving(hands_[0].course.stretches(), hands_[1].course.stretches());
-    }
-  }
-
- private:
-  struct Hand {
-    explicit Hand(double limit) : all(limit) {}
-    UniformCourse course;
-    ContactSums all;
-    std::vector<ContactSums> organs;
-    std::vector<SessionCourse::Peaks> peaks;
-    double device_lost = 0;
-  };
-
-  static double Time(const HapticSample& sample) { return ToSeconds(sample.time_ns); }
-
-  bool Follows(const HapticSample& sample) const {
-    if (sample.tool_count != static_cast<int>(hands_.size()) || sample.tick <= last_.tick ||
-        sample.tick - first_ > most_) {
-      return false;
-    }
-    const double passed = Time(sample) - Time(last_);
-    return passed > 0 && passed <= kLongestPeriod * static_cast<double>(sample.tick - last_.tick);
-  }
-
-  void KnowPeriod(const HapticSample& sample, std::uint64_t lost) {
-    if (lost == 0) {
-      period_ = (Time(sample) - Time(last_)) / static_cast<double>(sample.tick - last_.tick);
-    }
-  }
-
-  /// What the tick's missing output was is not known: the one before stands.
-  void HoldOutput(HapticSample* sample) const {
-    for (std::size_t h = 0; h < hands_.size(); ++h) {
-      const ToolSample& before = last_.tools[h];
-      ToolSample& tool = sample->tools[h];
-      tool.force_W = before.force_W;
-      tool.depth = before.depth;
-      tool.organ = before.organ;
-      tool.kind = before.kind;
-    }
-  }
-
-  /// The last tick stands until then, s.
-  void Close(double until) {
-    const double time = Time(last_), duration = until - time;
-    if (last_.paused) {
-      paused_ += duration;
-      if (pauses_.empty() || time - pauses_.back().second > period_ / 2) {
-        pauses_.emplace_back(time, until);
-      }
-      pauses_.back().second = until;
-    }
-    for (std::size_t h = 0; h < hands_.size(); ++h) {
-      Hand& hand = hands_[h];
-      const ToolSample& tool = last_.tools[h];
-      AddPeaks(tool, time, &hand.peaks);
-      if (last_.paused) continue;
-      if (!tool.device_valid) hand.device_lost += duration;
-      const bool touches = tool.kind != ContactKind::kNone;
-      hand.all.Add(time, duration, tool, true, touches);
-      const auto organ = static_cast<std::size_t>(tool.organ);
-      const bool at_organ = touches && tool.organ >= 0 && tool.organ < kMaxOrgans;
-      if (at_organ && hand.organs.size() <= organ) {
-        hand.organs.resize(organ + 1, ContactSums(limit_));
-      }
-      for (std::size_t o = 0; o < hand.organs.size(); ++o) {
-        const bool here = at_organ && o == organ;
-        hand.organs[o].Add(time, duration, tool, here, here);
-      }
-    }
-  }
-
-  void AddPeaks(const ToolSample& tool, double time, std::vector<SessionCourse::Peaks>* peaks) {
-    const auto at = static_cast<std::size_t>((time - start_) / kCoursePeriod);
-    if (peaks->size() <= at) peaks->resize(at + 1);
-    SessionCourse::Peaks& peak = (*peaks)[at];
-    peak.force = std::max(peak.force, static_cast<float>(tool.force_W.norm()));
-    peak.depth = std::max(peak.depth, static_cast<float>(tool.depth));
-    if (tool.kind != ContactKind::kNone && tool.organ >= 0 && tool.organ < kMaxOrgans) {
-      peak.organ = static_cast<std::int8_t>(tool.organ);
-    }
-  }
-
-  double limit_;
-  std::uint64_t most_;
-  bool begun_ = false;
-  std::uint64_t first_ = 0, ticks_ = 0;
-  double start_ = 0, period_ = 0.001, paused_ = 0, missing_ = 0;
-  bool measured_ = false;
-  SkippedTicks skipped_;
-  HapticSample last_;
-  std::vector<Hand> hands_;
-  std::vector<std::pair<double, double>> pauses_;
 };
 
 }  // namespace
@@ -410,7 +205,7 @@ std::vector<std::string> LogReport::Faults() const {
 SessionReading ReadSession(const std::string& log, double force_limit) {
   Surroundings surroundings;
   TickReader reader(log, [&surroundings](const LogEvent& event) { surroundings.Visit(event); });
-  Ticks ticks(force_limit, reader.log().size() / kFewestTickBytes);
+  SessionTicks ticks(force_limit, reader.log().size() / kFewestTickBytes);
   SessionReading reading;
   SessionReport& report = reading.report;
   report.log = log;

@@ -17,9 +17,9 @@
 
 namespace hpdm {
 
-/// N. What experts stayed below in a suturing task on artificial tissue: 2.6 N on average, standard
-/// deviation 0.4 N, where novices reached 4.7 N (Horeman et al. 2010). What a tissue bears differs
-/// tenfold between tissues (Rodrigues et al. 2012): the trainer sets the limit for the task.
+/// N: one standard deviation above the largest force of experts in a suturing task on artificial
+/// tissue (2.6 N, 0.4 N), where that of novices was 4.7 N (Horeman et al. 2010). What tissues bear
+/// differs tenfold (Rodrigues et al. 2012): the trainer sets the limit for the task.
 inline constexpr double kDefaultForceLimit = 3;
 /// Contacts apart by less than this are one, s: the tip did not leave the organ.
 inline constexpr double kContactPause = 0.05;
@@ -106,10 +106,11 @@ struct SessionCourse {
   };
   struct Hand {
     std::vector<CourseStretch> stretches;
-    std::vector<Peaks> peaks;  ///< From time 0 on, every kCoursePeriod.
+    std::vector<Peaks> peaks;  ///< From `start` on, every kCoursePeriod.
   };
+  double start = 0;  ///< s, session time of the first tick.
   std::vector<Hand> hands;
-  std::vector<std::pair<double, double>> pauses;  ///< s.
+  std::vector<std::pair<double, double>> pauses;  ///< s, session time.
   std::vector<OrganDescription> organs;           ///< At rest; those whose mesh is whole.
 };
 

@@ -1,5 +1,5 @@
-// Makes built/PAGE.html of each src/PAGE.html: one file that works offline, its scripts and styles
-// bundled and minified in place of <!-- page -->. Only who changes src/ needs npm:
+// Makes built/PAGE.html of each src/PAGE.html: one file that works offline, its scripts bundled and
+// minified in place of <!-- page -->, its styles at the head's end. Only who changes src/ needs npm:
 //
 //     cd tools/web && npm ci && npm run build
 //
@@ -35,7 +35,9 @@ for (const page of ['dashboard', 'report']) {
   const text = (suffix) => result.outputFiles.find((file) => file.path.endsWith(suffix))?.text ?? '';
   // A script ends at the first "</script", wherever it stands.
   const script = text('.js').replaceAll('</script', '<\\/script');
-  const html = readFileSync(`src/${page}.html`, 'utf8').replace(
-      '<!-- page -->', () => `<style>${text('.css')}</style>\n<script>${script}</script>`);
+  // Styles first: a page that is laid out once without them is seen so, and zoomed out on a phone.
+  const html = readFileSync(`src/${page}.html`, 'utf8')
+      .replace('</head>', () => `<style>${text('.css')}</style>\n</head>`)
+      .replace('<!-- page -->', () => `<script>${script}</script>`);
   writeFileSync(`built/${page}.html`, html.replace('\n', `\n<!-- sources ${hash} -->\n`));
 }

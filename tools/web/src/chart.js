@@ -15,7 +15,7 @@ export const onColourChange = (redraw) => dark.addEventListener('change', redraw
 
 /// A chart of several series over one axis of seconds, in `element`, as wide as it is.
 /// series: [{label, colour, dash, width}], colour as a string or a function that gives one; data as
-/// uPlot takes it: [xs, ys, ...]. `options` are further ones of uPlot's.
+/// uPlot takes it: [xs, ys, ...]. The y axis' label is `unit`. `options` are further ones of uPlot's.
 export function timeChart(element, {title, unit, series, height = 180, options = {}}, data) {
   const axis = {
     stroke: () => colour('text'),
@@ -33,7 +33,7 @@ export function timeChart(element, {title, unit, series, height = 180, options =
         scales: {x: {time: false}},
         axes: [
           {...axis, label: 's', size: 32, labelGap: -2},
-          {...axis, label: unit, size: 46},
+          {...axis, ...(unit ? {label: unit} : {}), size: unit ? 46 : 40},
         ],
         series: [
           {label: 's'},

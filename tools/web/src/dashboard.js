@@ -1,1 +1,103 @@
+// The dashboard: what `hpdm spy --web` sends (tools/spy/dashboard_state.cc), as it comes.
 import './page.css';
+import './dashboard.css';
+import {Charts} from './dashboard_charts.js';
+import {showChannels, showEvents, showHands, showHealth, showNotices, showState} from './dashboard_panels.js';
+import {OrganScene} from './dashboard_scene.js';
+import {makePlayer} from './dashboard_player.js';
+
+const lostAfterMs = 3500;  // the server says something every second
+
+// All that is shown. Members of an update replace those of the same name, but for the lists.
+const session = {
+  connected: false,
+  everConnected: false,
+  status: null,
+  instruments: [],
+  tools: null,
+  rows: [],       // [interval, then force (N), depth (m), guard flags of each hand]
+  health: null,
+  channels: [],
+  events: [],
+  organNames: new Map(),
+  organsWithoutFit: new Set(),
+  meshErrors: [],
+  noWebGl: '',
+  updates: 0,
+};
+const maxRows = 1800, maxEvents = 100;
+
+const charts = new Charts(document.getElementById('force'), document.getElementById('depth'));
+const scene = new OrganScene(document.getElementById('scene'), session);
+const showPlayer = makePlayer();
+
+function take(update) {
+  ++session.updates;
+  session.status = update.status;
+  if (update.reset) {
+    Object.assign(session, {tools: null, rows: [], health: null, events: []});
+    scene.keepOnly(update.reset.organs);
+  }
+  if (update.sinking) scene.setSinking(update.sinking);
+  if (update.mesh_errors) {
+    session.meshErrors =
+        update.mesh_errors.map(([organ, why]) => `Organ ${organ} is not shown: ${why}.`);
+  }
+  for (const name of ['instruments', 'tools', 'health', 'channels']) {
+    if (update[name] !== undefined) session[name] = update[name];
+  }
+  if (update.rows) session.rows = session.rows.concat(update.rows).slice(-maxRows);
+  if (update.events) session.events = session.events.concat(update.events).slice(-maxEvents);
+  for (const mesh of update.meshes ?? []) scene.load(mesh);
+  for (const shape of update.organs ?? []) scene.deform(shape);
+  showSoon();
+}
+
+// At most one picture a frame of the screen; none while the page is hidden.
+let asked = false;
+function showSoon() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(() => {
+    asked = false;
+    showState(session);
+    showNotices(session);
+    showPlayer(session.status?.player);
+    showHands(session);
+    showHealth(session);
+    showChannels(session);
+    showEvents(session);
+    charts.show(session);
+    scene.show();
+  });
+}
+
+let stream = null, heardAt = 0;
+function connect() {
+  stream?.close();
+  heardAt = performance.now();
+  stream = new EventSource('events');
+  stream.onmessage = ({data}) => {
+    heardAt = performance.now();
+    session.connected = session.everConnected = true;
+    take(JSON.parse(data));
+  };
+  stream.onerror = () => {
+    session.connected = false;
+    showSoon();
+  };
+}
+connect();
+setInterval(() => {
+  // The browser tries again by itself, except where it was refused or hears nothing.
+  const silent = performance.now() - heardAt > lostAfterMs;
+  if (silent || stream.readyState === EventSource.CLOSED) {
+    session.connected = false;
+    showSoon();
+    connect();
+  }
+}, 1000);
+scene.onLoaded = showSoon;
+
+// For tests, and for who looks from the console.
+window.hpdm = {session, scene, charts};

@@ -35,13 +35,14 @@ export function makeView(element, {height = 420} = {}) {
   resize();
   controls.addEventListener('change', render);
 
-  /// Looks at a box (THREE.Box3) from `direction` (towards the eye), all of it in view.
-  const fit = (box, direction = [0.35, -0.8, 0.5]) => {
+  /// Looks at a box (THREE.Box3) from `direction` (towards the eye), nearly all of it in view.
+  const fit = (box, direction = [0.3, -0.65, 0.85]) => {
     const sphere = box.getBoundingSphere(new THREE.Sphere());
     const half = Math.min(camera.fov, camera.fov * camera.aspect) * Math.PI / 360;
-    const distance = Math.max(sphere.radius, 1e-3) / Math.sin(half);
-    controls.target.copy(sphere.center);
-    camera.position.set(...direction).normalize().multiplyScalar(distance).add(sphere.center);
+    const distance = 0.85 * Math.max(sphere.radius, 1e-3) / Math.sin(half);
+    // Above the middle: instruments come from there.
+    controls.target.copy(sphere.center).addScaledVector(camera.up, 0.25 * sphere.radius);
+    camera.position.set(...direction).normalize().multiplyScalar(distance).add(controls.target);
     camera.near = distance / 100;
     camera.far = distance * 10;
     camera.updateProjectionMatrix();
@@ -67,7 +68,8 @@ function stick(radius, material) {
   return mesh;
 }
 
-/// An instrument: a shaft with a coloured sleeve and tip, and an arrow for a force at the tip.
+/// An instrument: a shaft with a coloured sleeve and tip, and an arrow for a force at the tip. Tip and
+/// arrow show through what hides them: a mesh is too coarse for the dent that they are in.
 export class Instrument {
   static metresPerNewton = 0.02;
   static longestArrow = 0.08;
@@ -75,19 +77,23 @@ export class Instrument {
   constructor(colour) {
     this.group = new THREE.Group();
     this.paint = new THREE.MeshStandardMaterial({color: colour, roughness: 0.5});
+    this.glow = new THREE.MeshBasicMaterial({color: colour, depthTest: false, transparent: true});
     const steel = new THREE.MeshStandardMaterial({color: 0xb8bec6, roughness: 0.35, metalness: 0.2});
     this.shaft = stick(0.0025, steel);
     this.sleeve = stick(0.0036, this.paint);
-    this.tip = new THREE.Mesh(new THREE.SphereGeometry(0.0034, 20, 14), this.paint);
+    this.tip = new THREE.Mesh(new THREE.SphereGeometry(0.003, 20, 14), this.glow);
     this.arrow = new THREE.Group();
-    this.arrowBody = stick(0.0011, this.paint);
-    this.arrowHead = new THREE.Mesh(new THREE.ConeGeometry(0.0034, 0.009, 20), this.paint);
+    this.arrowBody = stick(0.0011, this.glow);
+    this.arrowHead = new THREE.Mesh(new THREE.ConeGeometry(0.0034, 0.009, 20), this.glow);
     this.arrow.add(this.arrowBody, this.arrowHead);
     this.group.add(this.shaft, this.sleeve, this.tip, this.arrow);
     this.group.visible = false;
   }
 
-  recolour(colour) { this.paint.color.set(colour); }
+  recolour(colour) {
+    this.paint.color.set(colour);
+    this.glow.color.set(colour);
+  }
 
   /// Tip and trocar in the world (m); force at the tip, N.
   set(tip, trocar, force) {

@@ -1,0 +1,86 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "engine/error.h"
+#include "tools/commands.h"
+#include "tools/json_figures.h"
+#include "tools/report/fleet_command.h"
+#include "tools/report/report_json.h"
+#include "tools/report/report_page.h"
+#include "tools/report/session_files.h"
+#include "tools/report/session_metrics.h"
+#include "tools/staged_file.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReportOptions {
+  std::string session;
+  std::string out;
+  std::string against;
+  double force_limit = kDefaultForceLimit;
+  bool json = false;
+  FleetArguments fleet;
+};
+
+void Report(const ReportOptions& options) {
+  if (RunFleetCommand(options.fleet, options.session, options.out, options.force_limit)) return;
+  SessionFiles files = FindSessionFiles(options.session);
+  const SessionReading reading = ReadSession(files, options.force_limit);
+  std::optional<SessionReport> against;
+  if (!options.against.empty()) {
+    against = ReadSession(FindSessionFiles(options.against), options.force_limit).report;
+  }
+  // --json alone asks for figures, not for a page.
+  if (!options.json || !options.out.empty()) {
+    LoadPictures(&files);
+    const fs::path beside = files.folder.empty() ? files.log.parent_path() : files.folder;
+    const fs::path out = options.out.empty() ? beside / "report.html" : fs::path(options.out);
+    std::error_code error;
+    if (fs::equivalent(out, files.log, error)) {
+      throw InputError(out.string() + ": is the session's log; choose another file with --out");
+    }
+    StagedFile page(out);
+    page.Write(ReportPageText(reading, files, against ? &*against : nullptr));
+    page.Commit();
+    if (!options.json) std::printf("%s\n", out.c_str());
+  }
+  if (options.json) {
+    nlohmann::ordered_json json = ToJson(reading.report);
+    if (against) json["against"] = ToJson(*against);
+    std::printf("%s\n", JsonText(json).c_str());
+    return;
+  }
+  for (const std::string& fault : reading.report.health.Faults()) {
+    std::fprintf(stderr, "hpdm: %s: %s\n", files.log.c_str(), fault.c_str());
+  }
+}
+
+}  // namespace
+
+void AddReportCommand(CLI::App& app) {
+  const auto options = std::make_shared<ReportOptions>();
+  CLI::App* report = app.add_subcommand(
+      "report", "A session as one HTML page for trainer and trainee; its figures as JSON");
+  report->add_option("session", options->session, "A session's folder, or its log");
+  report->add_option("--out", options->out, "HTML file; default: report.html beside the log");
+  report
+      ->add_option("--force-limit", options->force_limit,
+                   "N: time and times above it are told (tools/report/README.md)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  CLI::Option* against = report->add_option(
+      "--against", options->against, "Another session's folder or log, whose figures stand beside");
+  CLI::Option* json = report->add_flag("--json", options->json,
+                                       "Print the figures as JSON; a page only with --out");
+  AddFleetOptions(report, {against, json}, &options->fleet);
+  report->callback([options] { Report(*options); });
+}
+
+}  // namespace hpdm

@@ -1,0 +1,136 @@
+#include "tools/report/session_files.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "engine/error.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostPictureBytes = 1'500'000;
+constexpr std::size_t kMostSummaryBytes = 10'000'000;
+constexpr int kFramesShown = 4;
+
+/// A file of the folder that is really in it; empty otherwise.
+fs::path Inside(const fs::path& folder, const fs::path& name) {
+  std::error_code error;
+  const fs::path base = fs::canonical(folder, error);
+  if (error) return {};
+  const fs::path file = fs::canonical(base / name, error);
+  if (error || !fs::is_regular_file(file, error)) return {};
+  const auto [end, ignored] = std::mismatch(base.begin(), base.end(), file.begin(), file.end());
+  return end == base.end() ? file : fs::path();
+}
+
+std::vector<std::uint8_t> Bytes(const fs::path& file, std::size_t most) {
+  std::error_code error;
+  if (file.empty() || fs::file_size(file, error) > most || error) return {};
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+std::string SceneName(const fs::path& folder) {
+  const std::vector<std::uint8_t> text = Bytes(Inside(folder, "summary.json"), kMostSummaryBytes);
+  const auto json = nlohmann::json::parse(text.begin(), text.end(), nullptr, false);
+  if (!json.is_object() || !json.contains("scene") || !json["scene"].is_string()) return "";
+  return json["scene"];
+}
+
+bool IsPng(std::span<const std::uint8_t> bytes) {
+  constexpr std::uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  return bytes.size() > sizeof kSignature &&
+         std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
+}
+
+/// Names and captions of frames, evenly taken from all of them in the order of their names.
+std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::vector<std::pair<std::string, std::string>> some;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder / "frames", error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().extension() == ".png") {
+      names.push_back("frames/" + entry->path().filename().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  const std::size_t count = names.size();
+  for (int i = 0; i < kFramesShown && count > 0; ++i) {
+    const std::size_t at = (2 * static_cast<std::size_t>(i) + 1) * count / (2 * kFramesShown);
+    if (!some.empty() && some.back().first == names[at]) continue;
+    some.emplace_back(names[at],
+                      "Frame " + std::to_string(at + 1) + " of " + std::to_string(count));
+  }
+  return some;
+}
+
+}  // namespace
+
+std::string Base64(std::span<const std::uint8_t> bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = bytes.size() - i;
+    const std::uint32_t three = (std::uint32_t{bytes[i]} << 16) |
+                                (left > 1 ? std::uint32_t{bytes[i + 1]} << 8 : 0u) |
+                                (left > 2 ? std::uint32_t{bytes[i + 2]} : 0u);
+    text += kDigits[three >> 18];
+    text += kDigits[(three >> 12) & 63];
+    text += left > 1 ? kDigits[(three >> 6) & 63] : '=';
+    text += left > 2 ? kDigits[three & 63] : '=';
+  }
+  return text;
+}
+
+SessionFiles FindSessionFiles(const fs::path& path) {
+  std::error_code error;
+  SessionFiles files;
+  if (fs::is_directory(path, error)) {
+    files.folder = path;
+    if (Inside(path, "session.lcmlog").empty()) {
+      throw InputError(path.string() +
+                       ": holds no session.lcmlog; give the folder that hpdm run --out made");
+    }
+    files.log = path / "session.lcmlog";
+    files.scene = SceneName(path);
+    for (const char* name : {"scene.toml", "summary.json"}) {
+      if (Inside(path, name).empty()) files.missing.emplace_back(name);
+    }
+  } else if (fs::is_regular_file(path, error)) {
+    files.log = path;
+  } else {
+    throw InputError(path.string() + ": is not there; give a session's folder or its log");
+  }
+  return files;
+}
+
+SessionReading ReadSession(const SessionFiles& files, double force_limit) {
+  SessionReading reading = ReadSession(files.log.string(), force_limit);
+  reading.report.scene = files.scene;
+  return reading;
+}
+
+void LoadPictures(SessionFiles* files) {
+  if (files->folder.empty()) return;
+  std::vector<std::pair<std::string, std::string>> wanted = {
+      {"deepest.png", "At the deepest press"}, {"last.png", "At the end"}};
+  const auto frames = SomeFrames(files->folder);
+  wanted.insert(wanted.end(), frames.begin(), frames.end());
+  std::size_t left = kMostPictureBytes;
+  for (const auto& [name, caption] : wanted) {
+    const std::vector<std::uint8_t> bytes = Bytes(Inside(files->folder, name), left);
+    if (!IsPng(bytes)) continue;
+    left -= bytes.size();
+    files->pictures.push_back({name, caption, "data:image/png;base64," + Base64(bytes)});
+  }
+}
+
+}  // namespace hpdm

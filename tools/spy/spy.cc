@@ -1,0 +1,125 @@
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/error.h"
+#include "tools/commands.h"
+#include "tools/json_figures.h"
+#include "tools/schema_files.h"
+#include "tools/spy/dashboard.h"
+#include "tools/spy/once_report.h"
+#include "tools/spy/spy_source.h"
+#include "tools/spy/terminal_view.h"
+#include "tools/stop_signals.h"
+
+namespace hpdm {
+namespace {
+
+struct SpyOptions {
+  std::string log;
+  std::vector<std::string> types;
+  bool once = false;
+  bool json = false;
+  bool web = false;
+  DashboardOptions dashboard;
+  double seconds = 0;  // 0: not given
+  double speed = 0;    // 0: not given
+  double from = 0;
+};
+
+void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const StopSignals& stop,
+                SpySource* source) {
+  constexpr double kDefaultSeconds = 2;
+  const bool log = source->player() != nullptr;
+  if (log && options.speed == 0) source->player()->SetSpeed(LogPlayer::kUnlimited);
+  const double everything = std::numeric_limits<double>::infinity();
+  const double seconds =
+      options.seconds > 0 ? options.seconds : (log ? everything : kDefaultSeconds);
+  SpyReport report(schemas);
+  Watch(source, seconds, stop, &report);
+  if (options.json) {
+    std::printf("%s\n", JsonText(ToJson(report, schemas)).c_str());
+  } else {
+    Print(report);
+  }
+  if (report.table.messages() > 0) return;
+  std::fprintf(stderr, "hpdm: spy: nothing came from %s; %s\n", source->name().c_str(),
+               log ? "give a log that holds events"
+                   : "start a session with hpdm run SCENE --live, with the same LCM_DEFAULT_URL "
+                     "as here");
+  throw CLI::RuntimeError(1);
+}
+
+void Spy(const SpyOptions& options) {
+  if (options.json && !options.once) {
+    throw InputError("spy: --json is for scripts; give --once with it");
+  }
+  if (options.once && options.web) {
+    throw InputError("spy: --web stays until it is ended; leave out --once");
+  }
+  if (!options.once && !options.web && (isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0)) {
+    throw InputError(
+        "spy: this is no terminal; give --once for a table, --once --json for a script");
+  }
+  if (options.log.empty() && (options.speed > 0 || options.from > 0)) {
+    throw InputError("spy: --speed and --from are for a log; give its path");
+  }
+  const StopSignals stop;  // before LCM starts its thread
+  const MessageSchemas schemas = SchemasWith(options.types);
+  SpySource source(options.log);
+  if (source.player() != nullptr) {
+    if (options.speed > 0) source.player()->SetSpeed(options.speed);
+    if (options.from > 0) source.player()->Seek(static_cast<std::int64_t>(1e6 * options.from));
+  }
+  if (options.web) {
+    ServeDashboard(options.dashboard, schemas, stop, &source);
+  } else if (options.once) {
+    ReportOnce(options, schemas, stop, &source);
+  } else {
+    RunTerminalView(&source, schemas, stop);
+  }
+}
+
+}  // namespace
+
+void AddSpyCommand(CLI::App& app) {
+  const auto options = std::make_shared<SpyOptions>();
+  CLI::App* spy = app.add_subcommand(
+      "spy",
+      "Look at LCM messages as they come, or at a log as it is played: channels, rates, losses, "
+      "values");
+  spy->add_option(
+      "log", options->log,
+      "Log to play; without one the network of LCM_DEFAULT_URL, or else of this machine");
+  spy->add_flag("--once", options->once,
+                "Watch for --seconds, print a table and end; exit 1 when nothing came");
+  spy->add_option("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
+      ->check(CLI::Range(0.01, 1e9));
+  spy->add_flag("--json", options->json, "With --once: everything as JSON, with the last values");
+  spy->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
+      ->allow_extra_args(false);
+  spy->add_option("--speed", options->speed,
+                  "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
+                  "it can be read")
+      ->check(CLI::Range(LogPlayer::kSlowest, LogPlayer::kFastest));
+  spy->add_option("--from", options->from, "Where to start in a log, s from its start")
+      ->check(CLI::Range(0.0, 1e9));
+  CLI::Option* web = spy->add_option("--web", options->dashboard.port,
+                                     "Show a dashboard in a browser, on this port of this machine "
+                                     "alone; 8090 unless given, 0: any free one");
+  web->expected(0, 1)->check(CLI::Range(0, 65535));
+  spy->add_option("--host", options->dashboard.host,
+                  "With --web: the address to listen on, which others may then reach")
+      ->needs(web);
+  spy->callback([options, web] {
+    options->web = web->count() > 0;
+    Spy(*options);
+  });
+}
+
+}  // namespace hpdm

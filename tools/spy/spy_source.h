@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "lcmtypes/live_source.h"
+#include "lcmtypes/log_player.h"
+
+namespace hpdm {
+
+/// What `hpdm spy` looks at: the network, or a log that is played.
+class SpySource {
+ public:
+  /// Empty `log`: the network of NetworkUrl(). Throws InputError where the log cannot be read and
+  /// MachineError where no network lets it.
+  explicit SpySource(const std::string& log);
+
+  MessageSource& messages() { return player_ ? static_cast<MessageSource&>(*player_) : *live_; }
+  LogPlayer* player() { return player_.get(); }      ///< Null for the network.
+  const std::string& name() const { return name_; }  ///< The network's URL, or the log's path.
+
+  /// Messages that came from the network and were not read in time.
+  std::uint64_t dropped() const { return live_ ? live_->dropped() : 0; }
+
+ private:
+  std::string name_;
+  std::unique_ptr<LogPlayer> player_;
+  std::unique_ptr<LiveSource> live_;
+};
+
+}  // namespace hpdm
