@@ -12,6 +12,9 @@ constexpr double kShortest = 1.0 / 8;
 constexpr double kWholeWay = 0.25;  // s
 // A load step that fails at this share of the way is the last one.
 constexpr double kLeast = 1.0 / 64;
+// What is taken back goes to this share of the last sound way: at its end, the next iteration may
+// fold the tissue.
+constexpr double kBack = 0.9;
 
 }  // namespace
 
@@ -20,14 +23,16 @@ BackOff::BackOff(const OrganModel& model, const OrganState& state)
       at_rest_(state.recovery),
       size_(model.lattice() ? model.lattice()->box().lengths.norm() : 0),
       sound_(Points::Zero(state.control_displacements.rows(), 3)),
-      recovery_(state.recovery) {}
+      recovery_(state.recovery) {
+  if (model.fold_watch() != nullptr) sweep_.emplace(*model.fold_watch());
+}
 
 RelaxationResult BackOff::Relax(double dt, OrganState* state) {
   folded_ = not_finite_ = false;
   const double demand = Demand(state->contacts);
   const bool is_free = state->contacts.size() == 0;
   if (model_.finite_energy() == nullptr || is_free) {
-    Forget();
+    if (is_free) Forget();
     const RelaxationResult result = RelaxWithin(demand, dt, state);
     not_finite_ = !state->control_displacements.allFinite();
     folded_ = !not_finite_ && Folds(*state);
@@ -84,10 +89,11 @@ RelaxationResult BackOff::RelaxWithin(double reach, double dt, OrganState* state
   return result;
 }
 
-bool BackOff::Folds(const OrganState& state) const {
-  const FoldWatch* watch = model_.fold_watch();
-  return watch != nullptr &&
-         watch->FoldedShare(state.contacts.local, state.control_displacements) > 0;
+bool BackOff::Folds(const OrganState& state) {
+  if (!sweep_) return false;
+  const int calls = model_.finite_energy() != nullptr ? 1 : kStepsASweep;
+  return model_.fold_watch()->Folded(state.contacts.local, state.control_displacements, calls,
+                                     &*sweep_);
 }
 
 bool BackOff::Sound(double demand, const OrganState& state) {
@@ -105,7 +111,7 @@ RelaxationResult BackOff::TakeBack(double demand, double dt, OrganState* state) 
   stride_ = recovering_ ? stride_ / 2 : std::clamp(dt / kWholeWay, kShortest, 1.0) * demand;
   if (stride_ < kLeast * demand) stride_ = 0;
   recovering_ = true;
-  reach_ = sound_reach_ = std::min(sound_reach_, demand);
+  reach_ = sound_reach_ = kBack * std::min(sound_reach_, demand);
   state->recovery = recovery_;
   state->relaxation->RestartFrom(sound_);
   state->relaxation->StopNextAfter(1);

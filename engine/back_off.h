@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/organ.h"
 
 namespace hpdm {
@@ -8,17 +10,19 @@ namespace hpdm {
 /// is folded (fold_watch.h).
 ///
 /// Small strain is linear: a fold is gone with the demand that made it and says only that picture
-/// and force are beyond what the model means, so it is told and nothing is changed. Newton's method
-/// goes on from where it ended, and a fold there may be a minimum of its own (St. Venant-Kirchhoff
-/// and the metric energy do not resist being turned inside out), with forces of another branch. So
-/// when a step leaves such an organ unsound - folded, not finite, or running away - the step is
-/// taken back: from the last sound state, by one Newton iteration, the contacts get as much of
-/// their way from rest as they had there. From then on the organ follows its tools by load steps,
-/// an eighth of the way or what 0.25 s are worth of it at a time, each half as long after one that
-/// fails, and stays where the next would fail; it takes part again in all of the way as soon as
-/// that is not longer than what it can follow. Where even the last sound state fails, the organ
-/// goes to rest and starts anew. What viscous tissue does after its release is a damped return
-/// already and only told.
+/// and force are beyond what the model means, so it is told and nothing is changed; the watch takes
+/// up to a second of steps for a sweep of what it cannot clear at once.
+///
+/// Newton's method goes on from where it ended, and a fold there may be a minimum of its own (St.
+/// Venant-Kirchhoff and the metric energy do not resist being turned inside out), with forces of
+/// another branch. So when a step leaves an organ of finite strain unsound - folded, not finite, or
+/// running away - the step is taken back: from the last sound state, by one Newton iteration, to
+/// nine tenths of the way from rest that the contacts had gone there. From then on the organ
+/// follows its tools by load steps, an eighth of the way or what belongs to the step of 0.25 s for
+/// all of it, each half as long after one that fails, and stays where the next would fail. It takes
+/// part in the whole way again as soon as that is not longer than what it has followed. Where even
+/// the last sound state fails, the organ goes to rest and starts anew. What viscous tissue does
+/// after its release is a damped return already and only told.
 ///
 /// The tools are not held back: the tick's forces grow with their depth on the stiffness of the
 /// sound state, and the guard bounds them (force_guard.h).
@@ -42,17 +46,19 @@ class BackOff {
   bool not_finite() const { return not_finite_; }
 
  private:
+  static constexpr int kStepsASweep = 30;  // of small strain
   // Control points with little tissue move by metres in a lift of millimetres: this is a runaway.
   static constexpr double kFarthest = 1e6;
 
   double Demand(const ContactSet& contacts) const;
   RelaxationResult RelaxWithin(double reach, double dt, OrganState* state);
-  bool Folds(const OrganState& state) const;
+  bool Folds(const OrganState& state);
   bool Sound(double demand, const OrganState& state);
   RelaxationResult TakeBack(double demand, double dt, OrganState* state);
   void Forget();
 
   const OrganModel& model_;
+  std::optional<FoldWatch::Sweep> sweep_;  // of a lattice's tissue
   const ViscousRecovery at_rest_;
   double size_;  // m, of the lattice's box
 
