@@ -50,6 +50,40 @@ void ForEachDifference(const Lattice& lattice, int axis, const Vector3d& p_W, Fu
   }
 }
 
+// Adds grad u at a point: u is the sum over the functions of row_of(column) of U, none for -1. The
+// same as by ForEachGradient in half the time, because the innermost sums are taken first.
+template <typename RowOf>
+void AddGradient(const Lattice& lattice, const Vector3d& p_W, RowOf&& row_of, const Points& U,
+                 Matrix3d* gradient) {
+  const OrientedBox& box = lattice.box();
+  const TensorBasis& basis = lattice.basis();
+  const Vector3d c = box.ToUnit(p_W);
+  std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values, derivatives;
+  Grid first;
+  for (int d = 0; d < 3; ++d) {
+    first[d] = basis.axis(d).Evaluate(c[d], values[d].data());
+    basis.axis(d).EvaluateDerivatives(c[d], derivatives[d].data());
+  }
+  Matrix3d by_c = Matrix3d::Zero();
+  for (int i = 0; i < basis.axis(0).support(); ++i) {
+    for (int j = 0; j < basis.axis(1).support(); ++j) {
+      Vector3d value = Vector3d::Zero(), derivative = Vector3d::Zero();
+      const int start = basis.Index(first[0] + i, first[1] + j, first[2]);
+      for (int k = 0; k < basis.axis(2).support(); ++k) {
+        const int column = lattice.Column(start + k);
+        const int row = column < 0 ? -1 : row_of(column);
+        if (row < 0) continue;
+        value += values[2][k] * U.row(row).transpose();
+        derivative += derivatives[2][k] * U.row(row).transpose();
+      }
+      by_c.col(0) += derivatives[0][i] * values[1][j] * value;
+      by_c.col(1) += values[0][i] * derivatives[1][j] * value;
+      by_c.col(2) += values[0][i] * values[1][j] * derivative;
+    }
+  }
+  *gradient += by_c * box.lengths.cwiseInverse().asDiagonal() * box.axes.transpose();
+}
+
 }  // namespace
 
 FoldWatch::FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue)
@@ -219,15 +253,15 @@ double FoldWatch::Determinant(Eigen::Index q, const ActiveFunctions& active,
                               const Points& U) const {
   const Vector3d p = points_.row(q);
   Matrix3d F = Matrix3d::Identity();
-  lattice_.ForEachGradient(p, [&](int column, const Vector3d& gradient) {
-    F += U.row(column).transpose() * gradient.transpose();
-  });
+  AddGradient(
+      lattice_, p, [](int column) { return column; }, U, &F);
   if (finer_) {
-    const auto n = U.rows() - active.slots();
-    finer_->ForEachGradient(p, [&](int candidate, const Vector3d& gradient) {
+    const int n = static_cast<int>(U.rows()) - active.slots();
+    const auto row = [&](int candidate) {
       const int slot = active.Slot(candidate);
-      if (slot >= 0) F += U.row(n + slot).transpose() * gradient.transpose();
-    });
+      return slot < 0 ? -1 : n + slot;
+    };
+    AddGradient(*finer_, p, row, U, &F);
   }
   return F.determinant();
 }

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <numbers>
 
@@ -10,6 +12,11 @@
 
 namespace hpdm {
 namespace {
+
+// One tissue, sampled once.
+const bool kept_tissue =
+    (std::filesystem::create_directories(HPDM_BINARY_DIR "/tests/stress_tissue"),
+     setenv("HPDM_CACHE", HPDM_BINARY_DIR "/tests/stress_tissue", 1) == 0);
 
 constexpr double kTop = 0.05;            // m, of the ellipsoid
 constexpr double kRest = 1. / 30 + 0.1;  // s: a step, its delay and what is left of a decay
