@@ -8,6 +8,7 @@
 
 #include "engine/error.h"
 #include "engine/mesh_file.h"
+#include "engine/quoted_token.h"
 
 /// What the readers of the three formats share; used by mesh_file*.cc only.
 namespace hpdm::mesh_file {
@@ -19,13 +20,6 @@ MeshFile ReducePly(std::string_view bytes, const std::string& path);
 /// "path: what" as an InputError; `what` ends with the remedy.
 [[noreturn]] inline void Refuse(const std::string& path, const std::string& what) {
   throw InputError(path + ": " + what);
-}
-
-/// A token as it may be quoted in an error message: short and printable.
-inline std::string Quoted(std::string_view token) {
-  std::string text = "'";
-  for (const char c : token.substr(0, 24)) text += (c >= ' ' && c <= '~') ? c : '?';
-  return text + (token.size() > 24 ? "...'" : "'");
 }
 
 /// Walks white-space separated tokens of a text and counts its lines; '\n', '\r' and "\r\n" end
@@ -81,8 +75,8 @@ class TextCursor {
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     const float narrow = static_cast<float>(value);
     if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(narrow)) {
-      RefuseHere("expected a finite number, found " + (token.empty() ? "nothing" : Quoted(token)) +
-                 "; export the mesh again");
+      RefuseHere("expected a finite number, found " +
+                 (token.empty() ? "nothing" : QuotedToken(token)) + "; export the mesh again");
     }
     return narrow;
   }

@@ -122,7 +122,8 @@ class ObjReducer {
     if (index < 0) index = count + 1 + index;
     if (error != std::errc() || end != token.data() + token.size() || index < 1 ||
         index > MeshFileLimits::kVertices) {
-      cursor_.RefuseHere("face index " + Quoted(token) + " names nothing; export the mesh again");
+      cursor_.RefuseHere("face index " + QuotedToken(token) +
+                         " names nothing; export the mesh again");
     }
     return index;
   }

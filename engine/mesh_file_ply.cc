@@ -68,7 +68,7 @@ Type ParseType(const TextCursor& cursor, std::string_view name) {
   for (const auto& [known, type] : kNames) {
     if (name == known) return type;
   }
-  cursor.RefuseHere("unknown type " + Quoted(name) + " of a property; export the mesh again");
+  cursor.RefuseHere("unknown type " + QuotedToken(name) + " of a property; export the mesh again");
 }
 
 Role RoleOf(const std::string& element, std::string_view name, bool is_list) {
@@ -123,7 +123,7 @@ Encoding ParseEncoding(TextCursor* cursor) {
   if (name == "ascii") return Encoding::kText;
   if (name == "binary_little_endian") return Encoding::kLittleEndian;
   if (name == "binary_big_endian") return Encoding::kBigEndian;
-  cursor->RefuseHere("unknown format " + Quoted(name) + "; export as ascii or binary PLY");
+  cursor->RefuseHere("unknown format " + QuotedToken(name) + "; export as ascii or binary PLY");
 }
 
 Header ParseHeader(std::string_view bytes, const std::string& path) {
@@ -155,7 +155,7 @@ Header ParseHeader(std::string_view bytes, const std::string& path) {
       Element& element = header.elements.back();
       element.properties.push_back(ParseProperty(&cursor, element.name));
     } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
-      cursor.RefuseHere("unknown header line " + Quoted(keyword) + "; export the mesh again");
+      cursor.RefuseHere("unknown header line " + QuotedToken(keyword) + "; export the mesh again");
     }
     cursor.SkipLine();
   }
@@ -175,7 +175,7 @@ class TextValues {
     std::int64_t integer = 0;  // a float does not hold every index
     const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), integer);
     if (error != std::errc() || end != token.data() + token.size()) {
-      cursor_.RefuseHere("expected an integer, found " + Quoted(token) + "; export it again");
+      cursor_.RefuseHere("expected an integer, found " + QuotedToken(token) + "; export it again");
     }
     return static_cast<double>(integer);
   }

@@ -77,7 +77,7 @@ void Expect(TextCursor* cursor, const char* keyword) {
   const std::string_view token = cursor->Next();
   if (Lower(token) != keyword) {
     cursor->RefuseHere("expected '" + std::string(keyword) + "', found " +
-                       (token.empty() ? "the end of the file" : Quoted(token)) +
+                       (token.empty() ? "the end of the file" : QuotedToken(token)) +
                        "; export the mesh again");
   }
 }
@@ -105,7 +105,7 @@ MeshFile ReduceText(std::string_view text, const std::string& path) {
       Expect(&cursor, "endfacet");
       writer.Add(corners, path);
     } else {
-      cursor.RefuseHere("unexpected " + Quoted(token) + "; export the mesh again");
+      cursor.RefuseHere("unexpected " + QuotedToken(token) + "; export the mesh again");
     }
   }
   if (inside) cursor.RefuseHere("'endsolid' is missing: the file is truncated; export it again");

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "engine/error.h"
+#include "engine/quoted_token.h"
 
 namespace hpdm {
 namespace {
@@ -34,15 +35,7 @@ constexpr Column kColumns[] = {{"t", kTime},
                                {"roll", kRoll},
                                {"jaw", kJaw}};
 
-// Text from the file for a message: short, and without what would break its line.
-std::string Shown(std::string_view text) {
-  constexpr std::size_t kLongest = 24;
-  std::string shown(text.substr(0, kLongest));
-  for (char& c : shown) {
-    if (c < ' ' || c > '~') c = '?';
-  }
-  return "\"" + shown + (text.size() > kLongest ? "...\"" : "\"");
-}
+std::string Shown(std::string_view text) { return QuotedToken(text, '"'); }
 
 std::string_view Trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r");

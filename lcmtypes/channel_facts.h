@@ -25,9 +25,10 @@ struct ChannelFacts {
 
   /// Messages a second, from the first to the last.
   double Rate() const {
-    return last_us > first_us
-               ? 1e6 * static_cast<double>(messages - 1) / static_cast<double>(last_us - first_us)
-               : 0;
+    if (last_us <= first_us) return 0;
+    // The difference of foreign time stamps may not fit into 64 bits.
+    const double us = static_cast<double>(last_us) - static_cast<double>(first_us);
+    return 1e6 * static_cast<double>(messages - 1) / us;
   }
 };
 

@@ -55,7 +55,20 @@ void ChannelTable::Interrupt() {
     channel.counter.Interrupt();
     channel.arrivals.clear();
     channel.next = 0;
+    channel.has_last = false;
   }
+}
+
+void ChannelTable::Recall(const LogEvent& event) {
+  const auto found = channels_.find(event.channel);
+  if (found == channels_.end() || event.data.size() > kMaxKeptBytes) return;
+  Channel& channel = found->second;
+  const LcmStruct* type = channel.counter.type();
+  MessageOrder order;
+  if (schemas_.Find(event.data) != type) return;
+  if (type != nullptr && !schemas_.Check(*type, event.data, &order)) return;
+  channel.has_last = true;
+  channel.last = event;
 }
 
 std::vector<ChannelRow> ChannelTable::Rows(std::int64_t now_us) const {

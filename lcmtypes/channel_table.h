@@ -47,8 +47,10 @@ class ChannelTable {
   bool Add(const LogEvent& event);
 
   /// The messages to come do not follow those before (a seek in a log): no loss and no interval is
-  /// counted between them.
+  /// counted between them, and the last messages may be of a time to come: they are forgotten.
   void Interrupt();
+  /// After an interruption: the last message of a channel before the place. It is not counted.
+  void Recall(const LogEvent& event);
 
   /// By name, with each one's flow at time `now_us`: the wall clock for a network, the position for
   /// a log. Costs a partial sort of the window per channel: for a few times a second.

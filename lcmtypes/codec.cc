@@ -6,6 +6,9 @@
 namespace hpdm {
 namespace {
 
+constexpr std::size_t kHashBytes = 8;
+constexpr std::size_t kCountBytes = 4;
+
 template <typename Vector>
 void Copy(const Vector& from, double* to) {
   std::copy(from.data(), from.data() + from.size(), to);
@@ -335,8 +338,6 @@ bool FromMessage(const device_t& message, DeviceSample* sample, int* instrument)
 }
 
 bool CountsFit(std::span<const std::uint8_t> bytes, std::span<const int> element_sizes) {
-  constexpr std::size_t kHashBytes = 8;
-  constexpr std::size_t kCountBytes = 4;
   if (bytes.size() < kHashBytes + kCountBytes * element_sizes.size()) return false;
   std::int64_t wanted = 0;
   for (std::size_t i = 0; i < element_sizes.size(); ++i) {
@@ -346,6 +347,24 @@ bool CountsFit(std::span<const std::uint8_t> bytes, std::span<const int> element
   }
   return wanted <= static_cast<std::int64_t>(bytes.size());
 }
+
+bool StringsFit(std::span<const std::uint8_t> bytes, StringPlace place) {
+  std::size_t at = place.begin;
+  for (int i = 0; i < place.count; ++i) {
+    if (bytes.size() < at + kCountBytes) return false;
+    const std::int32_t length = ReadBigEndian(bytes.data() + at);  // with the final zero
+    at += kCountBytes;
+    if (length < 1 || static_cast<std::size_t>(length) > bytes.size() - at) return false;
+    const auto string = bytes.subspan(at, static_cast<std::size_t>(length));
+    if (std::find(string.begin(), string.end(), 0) != string.end() - 1) return false;
+    at += string.size();
+  }
+  return true;
+}
+
+// What precedes them: the hash and fixed members.
+StringPlace StringsOf(const event_t&) { return {kHashBytes + 8 + 8 + 1, 2}; }
+StringPlace StringsOf(const mesh_t&) { return {kHashBytes + 3 * 4 + 8 + 3 * 4, 1}; }
 
 std::span<const int> ElementSizes(const tool_t&) {
   static const int sizes[] = {tool_input_t()._getEncodedSizeNoHash()};

@@ -3,7 +3,6 @@
 #include <lcm/lcm_coretypes.h>
 
 #include <cstdint>
-#include <exception>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -90,17 +89,34 @@ std::span<const int> ElementSizes(const Message&) {
   return {};
 }
 
+/// Where a type's strings stand in a message, one behind the other.
+struct StringPlace {
+  std::size_t begin = 0;  ///< Bytes from the message's start.
+  int count = 0;
+};
+
+/// Whether the strings there fit into the bytes, each with a zero at its end and none before. The
+/// generated decoders take any last byte, and for the length -2^31 read 2 GB beyond the message.
+bool StringsFit(std::span<const std::uint8_t> bytes, StringPlace place);
+
+StringPlace StringsOf(const event_t&);
+StringPlace StringsOf(const mesh_t&);
+template <typename Message>
+StringPlace StringsOf(const Message&) {
+  return {};
+}
+
 /// Any bytes -> message; false when they are not exactly one message of this type. Reserves no more
-/// memory than a small multiple of `bytes` and never throws, whatever the bytes are.
+/// memory than a small multiple of `bytes` and never throws, whatever the bytes are. What it takes
+/// EncodeMessage gives back, byte by byte.
 template <typename Message>
 bool DecodeMessage(std::span<const std::uint8_t> bytes, Message* message) {
-  if (bytes.size() > INT32_MAX || !CountsFit(bytes, ElementSizes(*message))) return false;
-  const int size = static_cast<int>(bytes.size());
-  try {
-    return message->decode(bytes.data(), 0, size) == size;
-  } catch (const std::exception&) {  // a string's length of zero or less
+  if (bytes.size() > INT32_MAX || !CountsFit(bytes, ElementSizes(*message)) ||
+      !StringsFit(bytes, StringsOf(*message))) {
     return false;
   }
+  const int size = static_cast<int>(bytes.size());
+  return message->decode(bytes.data(), 0, size) == size;
 }
 
 }  // namespace hpdm

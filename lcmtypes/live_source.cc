@@ -13,8 +13,9 @@ namespace {
 constexpr int kReceivePatienceMs = 20;
 // Messages are taken in portions, which saves a wake-up for each.
 constexpr auto kPause = std::chrono::milliseconds(4);
-// LCM's own queue holds what comes in such a pause: 16 messages a microsecond would overflow it.
-constexpr int kLcmQueue = 1 << 16;
+// LCM's own queue holds what comes in such a pause, one message a microsecond. It is bounded by
+// messages alone: of 64 kB each, an UDP packet, they take 256 MB; those it drops it does not count.
+constexpr int kLcmQueue = 1 << 12;
 constexpr std::size_t kMaxBatch = 1024;
 constexpr std::size_t kMaxSpent = 4096;
 constexpr std::size_t kMaxSpentBytes = 4096;  // memory of longer messages is given back

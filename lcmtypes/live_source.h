@@ -20,7 +20,8 @@ namespace hpdm {
 
 /// Every channel of an LCM network. A thread of its own takes the messages from LCM as they come,
 /// so that a reader may look only now and then (a screen, 20 times a second): what it has not read
-/// waits here, within bounds, and messages beyond them are dropped and counted. Time stamps are
+/// waits here, within bounds, and messages beyond them are dropped and counted; where the machine
+/// keeps that thread from running, LCM drops all but 4,096 messages, uncounted. Time stamps are
 /// those of the arrival at this machine, in microseconds since 1970. Nothing is ever sent.
 class LiveSource : public MessageSource {
  public:

@@ -168,6 +168,21 @@ const std::uint8_t* LogReader::View(std::uint64_t at, std::uint64_t bytes) {
   return window_.data() + (at - window_start_);
 }
 
+/// Whether a sync word, or what the end of the file leaves of one, starts at `at` <= size_. Moves
+/// the window nowhere: a wrong length leads far, and reading on is here.
+bool LogReader::IsBorder(std::uint64_t at) const {
+  std::array<std::uint8_t, kSync.size()> word;
+  const std::size_t bytes = std::min<std::uint64_t>(word.size(), size_ - at);
+  if (at >= window_start_ && at + bytes <= window_start_ + window_.size()) {
+    std::copy_n(window_.begin() + static_cast<std::ptrdiff_t>(at - window_start_), bytes,
+                word.begin());
+  } else if (pread(file_.descriptor(), word.data(), bytes, static_cast<off_t>(at)) !=
+             static_cast<ssize_t>(bytes)) {
+    return false;
+  }
+  return std::equal(word.begin(), word.begin() + bytes, kSync.begin());
+}
+
 /// Reads the event that starts at `at`; its size in the file, or 0 where none intact starts there.
 std::uint64_t LogReader::ReadEventAt(std::uint64_t at, LogEvent* event) {
   const std::uint8_t* header = View(at, kHeaderBytes);
@@ -181,12 +196,10 @@ std::uint64_t LogReader::ReadEventAt(std::uint64_t at, LogEvent* event) {
   const std::uint64_t bytes = kHeaderBytes + channel_bytes + data_bytes;
   if (bytes > size_ - at) return 0;
   // What follows tells a wrong length apart before its bytes are read.
-  const std::uint64_t follows = std::min<std::uint64_t>(kSync.size(), size_ - at - bytes);
-  const std::uint8_t* next = View(at + bytes, follows);
-  if (next == nullptr || !std::equal(next, next + follows, kSync.begin())) return 0;
+  if (!IsBorder(at + bytes)) return 0;
 
   const std::uint8_t* body = View(at + kHeaderBytes, bytes - kHeaderBytes);
-  if (body == nullptr) return 0;
+  if (body == nullptr || std::find(body, body + channel_bytes, 0) != body + channel_bytes) return 0;
   event->channel.assign(reinterpret_cast<const char*>(body), channel_bytes);
   event->data.assign(body + channel_bytes, body + channel_bytes + data_bytes);
   return bytes;

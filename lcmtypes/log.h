@@ -84,7 +84,8 @@ struct LogEvent {
 
 /// Reads LCM event logs, sound or damaged, without trusting a byte of them: lengths are checked
 /// against what is left of the file before anything is reserved. An event counts as intact when a
-/// further event or the end of the file follows it. One thread.
+/// further event or the end of the file follows it, and no zero is in its channel's name. One
+/// thread.
 class LogReader {
  public:
   /// Throws InputError where the file cannot be read. The file's size is taken now: what is
@@ -112,6 +113,7 @@ class LogReader {
 
  private:
   const std::uint8_t* View(std::uint64_t at, std::uint64_t bytes);
+  bool IsBorder(std::uint64_t at) const;
   std::uint64_t ReadEventAt(std::uint64_t at, LogEvent* event);
   std::uint64_t FindSync(std::uint64_t from);
 

@@ -54,7 +54,8 @@ LogHealth CheckLog(const std::string& path, const MessageSchemas& schemas) {
 
 std::uint64_t RepairLog(const std::string& from, const std::string& to) {
   LogReader reader(from);
-  if (std::filesystem::exists(to)) {
+  std::error_code ignored;
+  if (std::filesystem::exists(to, ignored)) {
     throw InputError(to + ": exists already; choose another name");
   }
   SessionLog log(to, 0);

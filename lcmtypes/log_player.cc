@@ -9,18 +9,15 @@ namespace hpdm {
 namespace {
 
 constexpr std::uint64_t kMarkBytes = 256 << 10;
-// A first or last time stamp has one neighbour only: further from it than this is taken for damage.
-constexpr std::int64_t kUnconfirmedUs = 60'000'000;
-constexpr std::int64_t kYearUs = 31'557'600'000'000;
 // A reader that comes later than this has made the play slower.
 constexpr double kSlipNs = 200e6;
 
-/// From one time stamp to a later one; at most a year, so that sums stay in range.
+/// From one time stamp to a later one; 0 where the clock was set.
 std::int64_t Step(std::int64_t from_us, std::int64_t to_us) {
   if (to_us <= from_us) return 0;
   const std::uint64_t step =
       static_cast<std::uint64_t>(to_us) - static_cast<std::uint64_t>(from_us);
-  return static_cast<std::int64_t>(std::min(step, static_cast<std::uint64_t>(kYearUs)));
+  return step > std::uint64_t{PlayTime::kLongestSilenceUs} ? 0 : static_cast<std::int64_t>(step);
 }
 
 PlayClock MachineClock() {
@@ -37,21 +34,13 @@ PlayClock MachineClock() {
 }  // namespace
 
 std::int64_t PlayTime::Advance(std::int64_t time_us, const std::int64_t* next_us) {
-  if (!started_) {
-    started_ = true;
-    // Where the next one is the damaged one, that shows with the one after it.
-    const bool damaged = next_us != nullptr && Step(time_us, *next_us) > kUnconfirmedUs;
-    last_us_ = damaged ? *next_us : time_us;
-    return 0;
-  }
+  if (!started_) last_us_ = time_us;
+  started_ = true;
   std::int64_t mended = time_us;
-  if (next_us == nullptr) {
-    if (time_us < last_us_ || Step(last_us_, time_us) > kUnconfirmedUs) mended = last_us_;
-  } else if (*next_us >= last_us_) {
+  if (next_us != nullptr && *next_us >= last_us_) {
     mended = std::clamp(time_us, last_us_, *next_us);
   }
   // Else the clock was set back, to this event or to the one after it.
-  played_us_ = std::min(played_us_, std::numeric_limits<std::int64_t>::max() - kYearUs);
   played_us_ += Step(last_us_, mended);
   last_us_ = mended;
   return played_us_;
@@ -126,6 +115,7 @@ bool LogPlayer::Next(LogEvent* event, std::chrono::milliseconds patience) {
   if (due_in < -kSlipNs) StartClockAt(next_us_);
   if (speed_ == kUnlimited) clock_position_us_ = std::max(clock_position_us_, next_us_);
   std::swap(*event, next_);
+  event_us_ = next_us_;
   Advance();
   return true;
 }
@@ -155,9 +145,9 @@ void LogPlayer::Pause(bool paused) {
   paused_ = paused;
 }
 
-void LogPlayer::Seek(std::int64_t position_us) {
+void LogPlayer::Seek(std::int64_t position_us, std::int64_t lead_in_us) {
   const std::int64_t to = std::clamp<std::int64_t>(position_us, 0, length_us_);
-  const std::int64_t from = to > kLeadInUs ? to - kLeadInUs : 0;
+  const std::int64_t from = to > lead_in_us ? to - lead_in_us : 0;
   const auto after = std::partition_point(
       marks_.begin(), marks_.end(), [from](const Mark& mark) { return mark.played_us < from; });
   GoTo(after == marks_.begin() ? *after : *(after - 1));
@@ -168,12 +158,27 @@ void LogPlayer::Seek(std::int64_t position_us) {
 void LogPlayer::ForEachBefore(const std::string& channel,
                               const std::function<void(const LogEvent&)>& visit) {
   const auto found = indexed_.find(channel);
-  if (found == indexed_.end()) return;
+  if (found != indexed_.end()) Visit(Before(found->second), visit);
+}
+
+void LogPlayer::ForNewestBefore(const std::function<void(const LogEvent&)>& visit) {
+  for (const auto& [channel, offsets] : indexed_) {
+    const std::span<const std::uint64_t> before = Before(offsets);
+    Visit(before.last(std::min<std::size_t>(before.size(), 1)), visit);
+  }
+}
+
+/// Those of events before the next one.
+std::span<const std::uint64_t> LogPlayer::Before(const std::vector<std::uint64_t>& offsets) const {
   const std::uint64_t end = has_next_ ? next_offset_ : reader_.size();
+  return {offsets.begin(), std::lower_bound(offsets.begin(), offsets.end(), end)};
+}
+
+void LogPlayer::Visit(std::span<const std::uint64_t> offsets,
+                      const std::function<void(const LogEvent&)>& visit) {
   const std::uint64_t position = reader_.position();
   LogEvent event;
-  for (const std::uint64_t offset : found->second) {
-    if (offset >= end) break;
+  for (const std::uint64_t offset : offsets) {
     reader_.Seek(offset);
     if (reader_.Next(&event)) visit(event);
   }

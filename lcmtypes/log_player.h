@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,15 @@ namespace hpdm {
 
 /// Time since the log's start that each event is played at, by their time stamps, which need not be
 /// sound: a single one that is out of order with both its neighbours (a flipped bit) is put between
-/// them, and where the clock was set back the play goes on without a pause.
+/// them, and where the clock was set back, or forward by more than kLongestSilenceUs, the play goes
+/// on without a pause. So does it after a first and before a last stamp that far from its only
+/// neighbour.
 class PlayTime {
  public:
+  /// An hour: beyond it a jump is taken for the clock's, since a play that is silent for longer
+  /// serves nobody.
+  static constexpr std::int64_t kLongestSilenceUs = 3'600'000'000;
+
   /// Time of an event stamped `time_us`, before one stamped `next_us` (null: the last one), in
   /// microseconds; never less than the one before.
   std::int64_t Advance(std::int64_t time_us, const std::int64_t* next_us);
@@ -62,17 +69,23 @@ class LogPlayer : public MessageSource {
   void Pause(bool paused);
   bool paused() const { return paused_; }
 
-  /// Goes on from `position_us` (clamped), after kLeadInUs of what was before. Events that do not
-  /// follow those before come next: tell it to what counts them (ChannelTable::Interrupt).
-  void Seek(std::int64_t position_us);
+  /// Goes on from `position_us` (clamped), after `lead_in_us` of what was before. Events that do
+  /// not follow those before come next: tell it to what counts them (ChannelTable::Interrupt).
+  void Seek(std::int64_t position_us, std::int64_t lead_in_us = kLeadInUs);
 
   /// Microseconds since the log's start.
   std::int64_t position_us() const;
   std::int64_t length_us() const { return length_us_; }
 
+  /// Play time of the event that Next gave last: what rates are counted by, since time stamps may
+  /// be damaged.
+  std::int64_t event_us() const { return event_us_; }
+
   /// Calls `visit` with every message of an indexed channel that was sent before the next event, in
   /// order: the meshes, which a log holds at its start only. The play is not moved.
   void ForEachBefore(const std::string& channel, const std::function<void(const LogEvent&)>& visit);
+  /// The same with the newest of them alone, of every indexed channel that has any.
+  void ForNewestBefore(const std::function<void(const LogEvent&)>& visit);
 
   std::uint64_t events() const { return events_; }  ///< Intact ones, in the whole log.
   std::uint64_t damaged_stretches() const { return damaged_stretches_; }
@@ -91,6 +104,9 @@ class LogPlayer : public MessageSource {
   bool Read(LogEvent* event, std::uint64_t* offset);
   void Advance();
   double DueIn() const;
+  std::span<const std::uint64_t> Before(const std::vector<std::uint64_t>& offsets) const;
+  void Visit(std::span<const std::uint64_t> offsets,
+             const std::function<void(const LogEvent&)>& visit);
   void StartClockAt(std::int64_t position_us);
 
   LogReader reader_;
@@ -106,6 +122,7 @@ class LogPlayer : public MessageSource {
   bool has_next_ = false, has_after_ = false;
   std::uint64_t next_offset_ = 0, after_offset_ = 0;
   std::int64_t next_us_ = 0;  // play time of next_
+  std::int64_t event_us_ = 0;
   PlayTime time_;
 
   double speed_ = 1;

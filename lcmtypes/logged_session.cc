@@ -41,39 +41,48 @@ bool TickReader::Next(LoggedTick* tick) {
     if (event_.channel == kToolChannel) {
       HapticSample sample;
       if (!DecodeMessage(event_.data, &tool_) || !FromMessage(tool_, &sample) ||
-          sample.tick < next_tick_ || (waiting_ && sample.tick <= waiting_->tick)) {
+          sample.tick < next_tick_) {
         ++unreadable_;
         continue;
       }
-      const bool is_whole = waiting_.has_value();
-      if (is_whole) {
-        tick->sample = *waiting_;
-        tick->has_output = false;
+      // The one before has no output. Does its number fit those around it?
+      const bool fits = waiting_ && (Expected(*waiting_) ||
+                                     sample.tick == waiting_->tick + 1 + sample.skipped.Total());
+      if (waiting_ && (!fits || sample.tick <= waiting_->tick)) {
+        ++unreadable_;
+        // An expected number is believed before one that contradicts it.
+        if (!fits) waiting_ = sample;
+        continue;
       }
-      waiting_ = sample;
-      if (is_whole) return Finish(tick);
+      const std::optional<HapticSample> before = std::exchange(waiting_, sample);
+      if (before) return Finish(*before, false, tick);
     } else if (event_.channel == kForceChannel) {
       if (!waiting_) continue;  // its input is lost
-      tick->sample = *waiting_;
+      HapticSample whole;
       if (!DecodeMessage(event_.data, &force_) ||
           force_.tick != static_cast<std::int64_t>(waiting_->tick) ||
-          !FromMessage(force_, &tick->sample)) {
+          !FromMessage(force_, &(whole = *waiting_))) {
         ++unreadable_;
         continue;
       }
-      tick->has_output = true;
       waiting_.reset();
-      return Finish(tick);
+      return Finish(whole, true, tick);
     }
   }
   if (!waiting_) return false;
-  tick->sample = *waiting_;
-  tick->has_output = false;
-  waiting_.reset();
-  return Finish(tick);
+  const HapticSample last = *std::exchange(waiting_, std::nullopt);
+  if (Expected(last)) return Finish(last, false, tick);
+  ++unreadable_;
+  return false;
 }
 
-bool TickReader::Finish(LoggedTick* tick) {
+bool TickReader::Expected(const HapticSample& sample) const {
+  return sample.tick == next_tick_ + sample.skipped.Total();
+}
+
+bool TickReader::Finish(const HapticSample& sample, bool has_output, LoggedTick* tick) {
+  tick->sample = sample;
+  tick->has_output = has_output;
   const std::uint64_t accounted = next_tick_ + tick->sample.skipped.Total();
   tick->lost_before = tick->sample.tick > accounted ? tick->sample.tick - accounted : 0;
   next_tick_ = tick->sample.tick + 1;

@@ -23,6 +23,11 @@ struct LoggedTick {
 };
 
 /// Reads the ticks of a log in order, damaged or not. One thread.
+///
+/// One flipped bit makes a tick's number anything, so a number that is not the next one (after the
+/// periods that the tick says were skipped) is believed when another message says the same: the
+/// tick's own output, or the tick right behind it. A tick whose number nothing confirms is dropped
+/// and counted as unreadable; those after it count on from what was believed.
 class TickReader {
  public:
   /// `visit` is given every event of every channel as it is read, before the tick it belongs to.
@@ -39,7 +44,9 @@ class TickReader {
   const LogReader& log() const { return reader_; }
 
  private:
-  bool Finish(LoggedTick* tick);
+  /// The number is the next one: nothing was lost before it.
+  bool Expected(const HapticSample& sample) const;
+  bool Finish(const HapticSample& sample, bool has_output, LoggedTick* tick);
 
   LogReader reader_;
   std::function<void(const LogEvent&)> visit_;

@@ -79,7 +79,8 @@ class MessageVisitor {
 class MessageSchemas {
  public:
   /// Reads .lcm texts, all together since they may name each other's structs. `names` stand for the
-  /// texts in messages. Throws InputError (name, line, what, remedy).
+  /// texts in messages. Throws InputError (name, line, what, remedy), also of types that no message
+  /// needs: arrays of more than 16 dimensions, structs inside structs without end.
   MessageSchemas(std::span<const std::string_view> texts, std::span<const std::string> names);
 
   /// The types of this package.
@@ -93,7 +94,8 @@ class MessageSchemas {
   const LcmStruct* Find(std::span<const std::uint8_t> bytes) const;
 
   /// Calls `visit` with every value of a message of type `type`, in order. False when the bytes are
-  /// not exactly one message of it: then some values may have been visited. Trusts no length.
+  /// not exactly one message of it: then some values may have been visited. Trusts no length; the
+  /// cost is bounded by the bytes.
   bool Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
               const std::function<void(const MessageValue&)>& visit) const;
   /// The same with the message's structure.

@@ -239,7 +239,8 @@ void RenderLoop::StopRecording(const std::string& why) {
 // One for any number of key presses since the last picture.
 void RenderLoop::WriteScreenshot() {
   std::error_code error;
-  std::filesystem::create_directories(options_.screenshot_folder, error);
+  // Not its parent: where the session's folder was renamed, the old name stays free.
+  std::filesystem::create_directory(options_.screenshot_folder, error);
   char name[40];
   std::snprintf(name, sizeof name, "screenshot_%04llu.png",
                 static_cast<unsigned long long>(screenshots_written_ + 1));

@@ -55,9 +55,6 @@ class Browser {
   /// Since the last call: addresses the browser asked for, but "data:" and "blob:".
   std::vector<std::string> Requests();
 
-  /// Processes of this browser, the driver's included: what CPU time they take is the test's.
-  pid_t driver_pid() const { return pid_; }
-
  private:
   nlohmann::json Command(const std::string& path, const nlohmann::json& body);
   nlohmann::json DevTools(const std::string& command, const nlohmann::json& parameters);

@@ -89,6 +89,23 @@ TEST(ChannelTable, LossIsCountedForEachInstrumentAndNotOverAnInterruption) {
   EXPECT_EQ(table.Rows(0)[0].facts.not_rising, 0u);
 }
 
+TEST(ChannelTable, AfterAnInterruptionTheLastMessageIsTheOneRecalled) {
+  ChannelTable table(MessageSchemas::Hpdm());
+  table.Add(Tick(10, 1));
+  table.Add(Tick(99, 9));
+  table.Interrupt();
+  EXPECT_EQ(table.Find(kToolChannel).event, nullptr) << "it may be of a time to come";
+  LogEvent torn = Tick(10, 1);
+  torn.data.pop_back();
+  table.Recall(torn);
+  table.Recall(Foreign(kToolChannel, 10));
+  EXPECT_EQ(table.Find(kToolChannel).event, nullptr);
+  table.Recall(Tick(10, 1));
+  ASSERT_NE(table.Find(kToolChannel).event, nullptr);
+  EXPECT_EQ(table.Find(kToolChannel).event->time_us, 10);
+  EXPECT_EQ(table.messages(), 2u) << "a message that is recalled is not counted";
+}
+
 TEST(ChannelTable, ASenderStartedAnewIsFollowed) {
   ChannelTable table(MessageSchemas::Hpdm());
   for (int i = 1; i <= 5000; ++i) table.Add(Tick(i, i));

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <random>
 
@@ -352,6 +354,29 @@ TEST(Codec, AbsurdCountsReserveNothing) {
     EXPECT_FALSE(DecodeMessage(bytes, &organ));
     EXPECT_EQ(organ.displacements.capacity(), 0u);
   }
+}
+
+// For a length of -2^31 the generated decoder reads 2 GB beyond the message, and it takes any byte
+// for the final zero.
+TEST(Codec, StringsThatDoNotFitOrEndAreRefused) {
+  event_t event{};
+  event.name = "name";
+  event.text = "text";
+  std::vector<std::uint8_t> sound;
+  EncodeMessage(event, &sound);
+  ASSERT_TRUE(DecodeMessage(sound, &event));
+  const std::size_t text_length = sound.size() - 5 - 4, last = sound.size() - 1;
+  const auto refused = [&](std::size_t at, std::initializer_list<std::uint8_t> bytes) {
+    std::vector<std::uint8_t> broken = sound;
+    std::copy(bytes.begin(), bytes.end(), broken.begin() + static_cast<std::ptrdiff_t>(at));
+    return !DecodeMessage(broken, &event);
+  };
+  EXPECT_TRUE(refused(text_length, {0x80, 0, 0, 0}));
+  EXPECT_TRUE(refused(text_length, {0xFF, 0xFF, 0xFF, 0xFF}));
+  EXPECT_TRUE(refused(text_length, {0, 0, 0, 0}));
+  EXPECT_TRUE(refused(text_length, {0, 0, 0, 6}));
+  EXPECT_TRUE(refused(last, {'x'})) << "no zero at the end";
+  EXPECT_TRUE(refused(last - 2, {0})) << "a zero before the end";
 }
 
 template <typename Message>

@@ -2,14 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "engine/histogram.h"
 #include "tests/recorded_session.h"
 #include "tests/scratch_folder.h"
-#include "tools/spy/base64.h"
+#include "tools/base64.h"
 
 namespace hpdm {
 namespace {
@@ -176,7 +179,7 @@ TEST(DashboardState, KeepsMeshesAndNamesOverASeek) {
   for (const LogEvent& event : Session()) state.Take(event);
   Updated(&state, &seen);
   state.Interrupt();
-  for (const LogEvent& event : Session()) state.Recall(event);
+  for (const LogEvent& event : Session()) state.Recall(event);  // the same meshes again
   const json after = Updated(&state, &seen);
   EXPECT_EQ(after["reset"]["organs"], json({0}));
   EXPECT_FALSE(after.contains("meshes"));
@@ -185,8 +188,132 @@ TEST(DashboardState, KeepsMeshesAndNamesOverASeek) {
   EXPECT_NE(state.MeshJson(0), "");
 }
 
+// A viewer that starts late in a log: meshes and names stand at its start alone.
+TEST(DashboardState, TakesMeshesAndNamesOfBefore) {
+  DashboardState state;
+  DashboardState::Seen seen;
+  for (const LogEvent& event : Session()) state.Recall(event);
+  const json update = Updated(&state, &seen);
+  EXPECT_EQ(update["meshes"][0]["name"], "liver");
+  EXPECT_EQ(update["instruments"], json({"probe", "grasper"}));
+  EXPECT_EQ(state.messages(), 0u);
+}
+
+// One damaged time wipes nothing, be it far before or after all others.
+TEST(DashboardState, KeepsWhatIsShownOverAStrayTick) {
+  for (const std::int64_t stray : {std::numeric_limits<std::int64_t>::max(), std::int64_t{0}}) {
+    DashboardState state;
+    DashboardState::Seen seen;
+    for (std::int64_t tick = 5000; tick < 6000; ++tick) {
+      state.Take(EventOf(kForceChannel, Tick(tick, 1)));
+      if (tick != 5500) continue;
+      Updated(&state, &seen);
+      force_t damaged = Tick(tick, 9);
+      damaged.time_ns = stray;
+      state.Take(EventOf(kForceChannel, damaged));
+    }
+    const json update = Updated(&state, &seen);
+    EXPECT_FALSE(update.contains("reset")) << stray;
+    EXPECT_EQ(update["tools"]["tools"][0]["peak_force"], 1) << stray;
+    EXPECT_FALSE(state.two_sessions());
+  }
+}
+
+TEST(DashboardState, GoesOnAfterAGapAndLosesNoPeakThere) {
+  DashboardState state;
+  DashboardState::Seen seen;
+  state.Take(EventOf(kForceChannel, Tick(0, 1)));
+  state.Take(EventOf(kForceChannel, Tick(9000, 3)));
+  state.Take(EventOf(kForceChannel, Tick(9001, 1)));
+  const json update = Updated(&state, &seen);
+  EXPECT_EQ(update["tools"]["time"], 9.001);
+  EXPECT_EQ(update["tools"]["tools"][0]["peak_force"], 3);
+}
+
+TEST(DashboardState, FollowsAClockThatBeganAnewWithoutSayingSo) {
+  DashboardState state;
+  DashboardState::Seen seen;
+  for (std::int64_t tick = 5000; tick < 6000; ++tick) {
+    state.Take(EventOf(kForceChannel, Tick(tick, 9)));
+  }
+  for (std::int64_t tick = 0; tick < 200; ++tick) {
+    state.Take(EventOf(kForceChannel, Tick(tick, 1)));
+  }
+  const json update = Updated(&state, &seen);
+  EXPECT_EQ(update["tools"]["tools"][0]["peak_force"], 1);
+  EXPECT_EQ(update["tools"]["time"], 0.199);
+  EXPECT_FALSE(state.two_sessions());
+}
+
+TEST(DashboardState, TellsThatTwoSessionsSpeak) {
+  DashboardState state;
+  DashboardState::Seen seen;
+  Updated(&state, &seen);
+  std::int64_t tick = 0;
+  for (; tick < 1000; ++tick) {
+    state.Take(EventOf(kForceChannel, Tick(50'000 + tick, 1)));
+    state.Take(EventOf(kForceChannel, Tick(tick, 9)));
+  }
+  const json update = Updated(&state, &seen);
+  EXPECT_TRUE(state.two_sessions());
+  EXPECT_FALSE(update.contains("reset")) << "one of them is followed";
+  EXPECT_EQ(update["tools"]["tools"][0]["peak_force"], 1);
+  for (const std::int64_t end = tick + 5000; tick < end; ++tick) {
+    state.Take(EventOf(kForceChannel, Tick(50'000 + tick, 1)));
+  }
+  EXPECT_FALSE(state.two_sessions()) << "the other has ended";
+}
+
+TEST(DashboardState, SumsDamagedCountsWithinTheirRange) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  DashboardState state;
+  DashboardState::Seen seen;
+  stats_t stats{};
+  stats.haptic.missed = stats.skipped_stalled = stats.stolen_ns = stats.interval_ns = kMost;
+  state.Take(EventOf(kStatsChannel, stats));
+  state.Take(EventOf(kStatsChannel, stats));
+  EXPECT_EQ(Updated(&state, &seen)["health"]["haptic"]["missed"], kMost);
+}
+
+std::vector<float> Floats(const std::string& base64) {
+  const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<std::uint8_t> bytes;
+  unsigned bits = 0;
+  int count = 0;
+  for (const char c : base64) {
+    if (c == '=') break;
+    bits = bits << 6 | static_cast<unsigned>(letters.find(c));
+    if ((count += 6) < 8) continue;
+    bytes.push_back(static_cast<std::uint8_t>(bits >> (count -= 8)));
+  }
+  std::vector<float> values(bytes.size() / sizeof(float));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
+  return values;
+}
+
+bool AllFinite(const std::vector<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
+}
+
+// What the page draws and charts; JSON itself has null for any other number that is none.
+void ExpectFinite(const json& update) {
+  for (const json& row : update.value("rows", json::array())) {
+    for (const json& value : row) EXPECT_TRUE(value.is_number());
+  }
+  for (const json& shape : update.value("organs", json::array())) {
+    for (const char* blob : {"displacements", "local_displacements"}) {
+      EXPECT_TRUE(AllFinite(Floats(shape.value(blob, ""))));
+    }
+    for (const json& value : shape.value("offset", json::array())) EXPECT_TRUE(value.is_number());
+  }
+  if (!update.contains("tools")) return;
+  for (const json& tool : update["tools"]["tools"]) {
+    EXPECT_TRUE(tool["peak_force"].is_number() && tool["peak_depth"].is_number());
+  }
+}
+
 // Bytes of a real session flipped, channels exchanged, messages cut: never a crash, never an
-// update that is no JSON, and numbers stay finite.
+// update that is no JSON, and what is drawn stays finite.
 TEST(DashboardState, SurvivesAnyBytes) {
   std::mt19937 random(3);
   for (int round = 0; round < 20; ++round) {
@@ -206,10 +333,14 @@ TEST(DashboardState, SurvivesAnyBytes) {
       if (random() % 10 == 0) event.channel = Session()[random() % Session().size()].channel;
       state.Take(event);
       if (random() % 20 == 0) {
-        ASSERT_NO_THROW(Updated(&state, &seen));
+        json update;
+        ASSERT_NO_THROW(update = Updated(&state, &seen));
+        ExpectFinite(update);
       }
     }
-    state.MeshJson(0);
+    if (const std::string mesh = state.MeshJson(0); !mesh.empty()) {
+      EXPECT_TRUE(AllFinite(Floats(json::parse(mesh)["vertices"])));
+    }
   }
 }
 
@@ -226,10 +357,14 @@ TEST(DashboardState, IsBounded) {
   part.vertices.resize(9'000);
   part.vertex_value_count = 9'000;
   part.name = "organ";
+  MeshParts parts;
   for (int i = 0; i < 3000; ++i) {  // 108 MB, which is above what may wait
     part.part = i;
     state.Take(EventOf(kMeshChannel, part));
+    parts.Take(mesh_t(part));
+    ASSERT_LE(parts.bytes(), MeshParts::kMaxWaitingBytes);
   }
+  EXPECT_EQ(parts.error(), "its mesh is too large to show");
   event_t event{};
   event.name = "name";
   event.text = std::string(100'000, '\xff');  // no UTF-8
@@ -237,6 +372,7 @@ TEST(DashboardState, IsBounded) {
   const json update = Updated(&state, &seen);
   EXPECT_EQ(update["rows"].size(), ForceTrace::kMaxRows);
   EXPECT_EQ(update["events"].size(), DashboardState::kMaxEvents);
+  EXPECT_EQ(update["mesh_errors"], json({{0, "its mesh is too large to show"}}));
   EXPECT_LT(update.dump().size(), 1'000'000u);
 }
 

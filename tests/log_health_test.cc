@@ -1,7 +1,10 @@
 #include "lcmtypes/log_health.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -248,6 +251,14 @@ TEST_F(LogHealthTest, NumbersAtBothEndsOfTheirRangeAreCounted) {
   EXPECT_EQ(Health().channels[0].not_rising, 1u);
 }
 
+TEST(ChannelFacts, ARateOverTheWholeRangeOfStampsIsFinite) {
+  ChannelFacts facts;
+  facts.messages = 3;
+  facts.first_us = std::numeric_limits<std::int64_t>::min();
+  facts.last_us = std::numeric_limits<std::int64_t>::max();
+  EXPECT_NEAR(facts.Rate(), 2e6 / std::ldexp(1.0, 64), 1e-20);  // of rounding
+}
+
 TEST_F(LogHealthTest, ChannelsOfLikeNamesGetTablesOfTheirOwn) {
   {
     SessionLog log(log_, 0);
@@ -258,6 +269,36 @@ TEST_F(LogHealthTest, ChannelsOfLikeNamesGetTablesOfTheirOwn) {
   std::set<fs::path> files;
   for (const ExportedChannel& channel : exported) files.insert(channel.file);
   EXPECT_EQ(files.size(), 3u);
+}
+
+TEST_F(LogHealthTest, MoreChannelsThanFilesMayBeOpenAndLongNamesGetWholeTables) {
+  const std::string long_name(300, 'x');
+  constexpr int kChannels = 300;
+  {
+    SessionLog log(log_, 0);
+    event_t event{};
+    Write(&log, (long_name + "1").c_str(), 0, event);
+    Write(&log, (long_name + "2").c_str(), 0, event);
+    for (int i = 0; i < 3 * kChannels; ++i) {
+      Write(&log, std::to_string(i % kChannels).c_str(), i * 1000, event);
+    }
+  }
+  rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit few = before;
+  few.rlim_cur = 128;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  const auto exported = ExportCsv(log_, folder_.path() / "csv", {}, MessageSchemas::Hpdm());
+  setrlimit(RLIMIT_NOFILE, &before);
+  ASSERT_EQ(exported.size(), kChannels + 2u);
+  std::set<fs::path> files;
+  for (const ExportedChannel& channel : exported) {
+    files.insert(channel.file);
+    const std::string text = ReadAll(channel.file);
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), channel.channel[0] == 'x' ? 2 : 4);
+    EXPECT_TRUE(text.starts_with("time_us,"));
+  }
+  EXPECT_EQ(files.size(), exported.size());
 }
 
 TEST_F(LogHealthTest, AChannelThatIsNotThereIsRefusedAndNamesStayInTheFolder) {

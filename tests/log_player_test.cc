@@ -153,6 +153,35 @@ TEST_F(LogPlayerTest, MeshesBeforeThePositionCanBeHadAtAnyTime) {
   EXPECT_EQ(meshes(), 3);
 }
 
+TEST_F(LogPlayerTest, TheNewestBeforeASeekIsThatOfThePlace) {
+  WriteLog(1000, true);
+  LogPlayer player(log_, {kMeshChannel, kEventChannel}, clock_.Get());
+  std::vector<std::int64_t> stamps;
+  const auto look_from = [&](std::int64_t place_us) {
+    stamps.clear();
+    player.Seek(place_us);
+    player.ForNewestBefore([&](const LogEvent& event) {
+      EXPECT_EQ(event.channel, kMeshChannel);
+      stamps.push_back(event.time_us - kEpochUs);
+    });
+  };
+  look_from(8'000'000);
+  EXPECT_EQ(stamps, (std::vector<std::int64_t>{5'000'000}));
+  look_from(4'000'000);
+  EXPECT_EQ(stamps, (std::vector<std::int64_t>{0}));
+  look_from(0);
+  EXPECT_TRUE(stamps.empty());
+}
+
+TEST_F(LogPlayerTest, WithoutALeadInASeekStartsAtItsPlace) {
+  WriteLog(1000);
+  LogPlayer player(log_, {}, clock_.Get());
+  player.Seek(4'000'000, 0);
+  LogEvent event;
+  ASSERT_TRUE(player.Next(&event, milliseconds(0)));
+  EXPECT_EQ(NumberOf(event), 400);
+}
+
 TEST_F(LogPlayerTest, AReaderThatIsTooSlowSlowsThePlay) {
   WriteLog(300);
   LogPlayer player(log_, {}, clock_.Get());
@@ -183,15 +212,20 @@ TEST(PlayTime, ASingleWrongStampIsMendedAndAClockSetBackCostsNoTime) {
   EXPECT_EQ(played({10, 20, 30}), (Times{0, 10, 20}));
   EXPECT_EQ(played({0, 10, 9'000'000'000'000'000'000, 30}), (Times{0, 10, 30, 30}));
   EXPECT_EQ(played({0, 10, -9'000'000'000'000'000'000, 30}), (Times{0, 10, 10, 30}));
-  // Beside the first stamp it cannot be told which of the two is wrong: their interval is lost.
-  EXPECT_EQ(played({10, 9'000'000'000'000'000'000, 30, 40}), (Times{0, 0, 0, 10}));
+  EXPECT_EQ(played({10, 9'000'000'000'000'000'000, 30, 40}), (Times{0, 20, 20, 30}));
   EXPECT_EQ(played({10, -9'000'000'000'000'000'000, 30, 40}), (Times{0, 0, 20, 30}));
+  // Of the first and the last one the interval is lost.
   EXPECT_EQ(played({9'000'000'000'000'000'000, 20, 30}), (Times{0, 0, 10}));
   EXPECT_EQ(played({-9'000'000'000'000'000'000, 20, 30}), (Times{0, 0, 10}));
   EXPECT_EQ(played({10, 20, 9'000'000'000'000'000'000}), (Times{0, 10, 10}));
   EXPECT_EQ(played({1000, 1010, 0, 10, 20}), (Times{0, 10, 10, 20, 30}));
-  // A minute of silence is one.
-  EXPECT_EQ(played({0, 60'000'000, 60'000'010}), (Times{0, 60'000'000, 60'000'010}));
+  // Minutes of silence are minutes, at the start and the end too.
+  constexpr std::int64_t kPause = 120'000'000;
+  EXPECT_EQ(played({0, kPause, 2 * kPause, 3 * kPause}),
+            (Times{0, kPause, 2 * kPause, 3 * kPause}));
+  // A clock set forward, from 1970 to today, costs no time either.
+  constexpr std::int64_t kToday = 1'700'000'000'000'000;
+  EXPECT_EQ(played({0, 10, kToday, kToday + 10}), (Times{0, 10, 10, 20}));
 }
 
 TEST_F(LogPlayerTest, DamagedAndTornLogsPlayWhateverIsIntact) {

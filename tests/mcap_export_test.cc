@@ -249,6 +249,21 @@ TEST_F(McapExportTest, ChunksEndBehindTheMessageThatFillsThem) {
   EXPECT_EQ(File().chunks, 3u);
 }
 
+TEST_F(McapExportTest, OrgansOfRepeatedMeshesAreNamedOnce) {
+  {
+    SessionLog log(log_, 0);
+    for (int i = 0; i < 4; ++i) {
+      mesh_t part{};
+      part.organ = i % 2;
+      part.name = i % 2 == 0 ? "liver" : "gallbladder";
+      part.part_count = 1;
+      Append(&log, kMeshChannel, i, part);
+    }
+  }
+  Export();
+  EXPECT_EQ(File().metadata.at("hpdm.session").at("organs"), "liver, gallbladder");
+}
+
 TEST_F(McapExportTest, AnEmptyLogIsAnEmptyFile) {
   WriteAll(log_, "");
   EXPECT_TRUE(Export().empty());

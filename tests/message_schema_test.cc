@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <random>
+#include <sstream>
 
 #include "engine/error.h"
 #include "lcmtypes/codec.h"
@@ -131,20 +132,71 @@ TEST(MessageSchema, ForeignTypesAreReadFromTheirFiles) {
   EXPECT_EQ(values[3].second, Value(std::string("a")));
 }
 
+/// What is said of a text; nothing of a good one.
+std::string Told(std::string_view text) {
+  const std::string name = "bad.lcm";
+  try {
+    MessageSchemas(std::span(&text, 1), std::span(&name, 1));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TEST(MessageSchema, BadTextsNameTheirPlaceAndRemedy) {
-  const auto told = [](std::string_view text) -> std::string {
-    const std::string name = "bad.lcm";
-    try {
-      MessageSchemas(std::span(&text, 1), std::span(&name, 1));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  };
-  EXPECT_NE(told("struct a {\n int32_t x[n]; }").find("bad.lcm:2: the size n"), std::string::npos);
-  EXPECT_NE(told("struct a { b_t x; }").find("which is missing"), std::string::npos);
-  EXPECT_NE(told("struct a { int8_t x").find("ends too early"), std::string::npos);
-  EXPECT_NE(told("enum a { }").find("expected struct"), std::string::npos);
+  EXPECT_NE(Told("struct a {\n int32_t x[n]; }").find("bad.lcm:2: the size 'n'"),
+            std::string::npos);
+  EXPECT_NE(Told("struct a { b_t x; }").find("which is missing"), std::string::npos);
+  EXPECT_NE(Told("struct a { int8_t x").find("ends too early"), std::string::npos);
+  EXPECT_NE(Told("enum a { }").find("expected struct"), std::string::npos);
+}
+
+TEST(MessageSchema, WhatATextQuotesCannotBreakTheLine) {
+  EXPECT_NE(Told("struct a\x01\n{}").find("found '?'"), std::string::npos);
+  EXPECT_LT(Told("struct a { " + std::string(100'000, 'b') + " x; }").size(), 200u);
+}
+
+// Without a bound, 2^48 ways through the types would be followed for one hash.
+TEST(MessageSchema, TypesThatHoldTooManyTypesAreRefusedAtOnce) {
+  std::ostringstream text;
+  text << "struct t0 { byte a; }\n";
+  for (int i = 1; i <= 48; ++i) text << "struct t" << i << " { t" << i - 1 << " a, b; }\n";
+  EXPECT_NE(Told(text.str()).find("holds too many structs inside of structs"), std::string::npos);
+}
+
+// Each dimension is a call within the one before: enough of them would overflow the stack.
+TEST(MessageSchema, ArraysOfTooManyDimensionsAreRefused) {
+  std::string dimensions;
+  for (int i = 0; i < 16; ++i) dimensions += "[1]";
+  EXPECT_EQ(Told("struct a { byte x" + dimensions + "; }"), "");
+  EXPECT_NE(Told("struct a { byte x" + dimensions + "[1]; }").find("more than 16 dimensions"),
+            std::string::npos);
+}
+
+// Empty structs take no byte: nothing in the message would end 7^16 of them.
+TEST(MessageSchema, ArraysOfNothingEnd) {
+  const std::string name = "empty.lcm";
+  std::string text = "struct e {} struct a { e x";
+  for (int i = 0; i < 16; ++i) text += "[7]";
+  text += "; }";
+  const std::string_view view = text;
+  const MessageSchemas schemas(std::span(&view, 1), std::span(&name, 1));
+  const std::vector<std::uint8_t> bytes(8);
+  MessageOrder order;
+  EXPECT_FALSE(schemas.Check(schemas.structs()[1], bytes, &order));
+}
+
+TEST(MessageSchema, AStringWithoutItsFinalZeroIsNoMessage) {
+  event_t event{};
+  event.name = "name";
+  std::vector<std::uint8_t> bytes;
+  EncodeMessage(event, &bytes);
+  const MessageSchemas& schemas = MessageSchemas::Hpdm();
+  const LcmStruct* type = schemas.Find(bytes);
+  MessageOrder order;
+  ASSERT_TRUE(type != nullptr && schemas.Check(*type, bytes, &order));
+  bytes.back() = 'x';
+  EXPECT_FALSE(schemas.Check(*type, bytes, &order));
 }
 
 }  // namespace

@@ -1,9 +1,6 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -15,39 +12,16 @@
 #include <thread>
 #include <utility>
 
-#include "lcmtypes/codec.h"
 #include "lcmtypes/log_health.h"
 #include "lcmtypes/network.h"
 #include "tests/network_namespace.h"
 #include "tests/recorded_session.h"
-#include "tests/scratch_folder.h"
+#include "tests/spy_fixture.h"
 #include "tests/tmux_terminal.h"
 
-// hpdm spy as people and scripts meet it: the program itself, in a terminal of its own.
+// hpdm spy in a terminal of its own.
 namespace hpdm {
 namespace {
-
-const std::string kProgram = HPDM_BINARY_DIR "/tools/hpdm";
-
-struct Ended {
-  int code;
-  std::string output, errors;
-};
-Ended RunSpy(const std::string& arguments, const ScratchFolder& folder) {
-  const std::string errors = folder / "errors";
-  const std::string command = kProgram + " spy " + arguments + " 2> " + errors + " < /dev/null";
-  std::FILE* pipe = popen(command.c_str(), "r");
-  Ended ended{-1, {}, {}};
-  char part[4096];
-  for (std::size_t n = 0; (n = std::fread(part, 1, sizeof part, pipe)) > 0;) {
-    ended.output.append(part, n);
-  }
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) ended.code = WEXITSTATUS(status);
-  std::ifstream file(errors);
-  ended.errors = {std::istreambuf_iterator<char>(file), {}};
-  return ended;
-}
 
 /// The words of the screen's line that begins with `name`.
 std::vector<std::string> LineOf(const std::string& screen, const std::string& name) {
@@ -64,42 +38,6 @@ std::string WithoutCommas(std::string number) {
   std::erase(number, ',');
   return number;
 }
-
-class SpyTest : public testing::Test {
- protected:
-  static tool_t Tool(int i) {
-    tool_t tool{};
-    tool.sequence = i + 1;
-    tool.tick = i;
-    tool.tool_count = 1;
-    tool.tools.resize(1);
-    tool.tools[0].p_tip[0] = 0.25;
-    tool.tools[0].p_tip[1] = std::sin(0.02 * i);
-    return tool;
-  }
-
-  /// 20 s of a tool channel at 100 Hz, which lost three messages at 1 s, and of an unknown one.
-  void WriteLog() {
-    SessionLog log(log_, 1'700'000'000'000'000);
-    event_t event{};
-    event.name = "session.start";
-    log.Write(kEventChannel, 0, EncodeMessage(event, &buffer_));
-    for (int i = 0; i <= 2000; ++i) {
-      if (i >= 100 && i < 103) continue;
-      log.Write(kToolChannel, 10'000'000LL * i, EncodeMessage(Tool(i), &buffer_));
-      if (i % 10 == 0) log.Write("FOREIGN", 10'000'000LL * i, foreign_);
-    }
-  }
-
-  std::string SpyCommand(const std::string& arguments = "") const {
-    return kProgram + " spy " + log_ + ' ' + arguments;
-  }
-
-  const ScratchFolder folder_;
-  const std::string log_ = folder_ / "session.lcmlog";
-  std::vector<std::uint8_t> buffer_;
-  std::vector<std::uint8_t> foreign_ = {1, 2, 3, 4, 5, 6, 7, 8, 9};
-};
 
 #define REQUIRE_TMUX() \
   if (!TmuxTerminal::Installed()) GTEST_SKIP() << "tmux is not installed"
@@ -160,6 +98,9 @@ TEST_F(SpyTest, EnterShowsValuesWithSparklinesAndEscapeGoesBack) {
   terminal.WaitFor("tools[0].joints");
   terminal.Press("Escape");
   EXPECT_NE(terminal.WaitFor("FOREIGN").find("CHANNEL"), std::string::npos);
+  terminal.Press("Escape");  // leads back no further, and not out
+  terminal.Press("?");
+  EXPECT_NE(terminal.WaitFor("any other key: back").find("page, first, last"), std::string::npos);
 }
 
 TEST_F(SpyTest, ManyValuesAreOneRowUntilTheyAreOpened) {
@@ -213,6 +154,23 @@ TEST_F(SpyTest, SeeksAndSpeedMoveThePosition) {
   terminal.Press("Space");  // from the start
   const std::string screen = terminal.WaitFor("▶ 2x");
   EXPECT_NE(screen.find("▶ 2x   0:0"), screen.npos) << screen;
+  terminal.Press("Space");
+  terminal.WaitFor("‖");
+  // A rare channel shows what was last before the place, not what was seen of a later one.
+  const auto shows = [&](const std::string& name) {
+    const std::string seen = terminal.WaitFor(name);
+    EXPECT_NE(seen.find(name), seen.npos) << seen;
+  };
+  terminal.Press("End");
+  terminal.WaitFor("■");
+  terminal.Press("5");
+  stands_at("0:10.0");
+  terminal.Press("g Down Enter");
+  shows("session.start");
+  terminal.Press("End");
+  shows("session.end");
+  terminal.Press("3");
+  shows("session.start");
 }
 
 TEST_F(SpyTest, AResizedTerminalShowsWhatANewOneOfThatSizeDoes) {
@@ -300,6 +258,23 @@ TEST_F(SpyTest, TheTerminalIsAsItWasAfterQuittingAndAfterSignals) {
   }
 }
 
+TEST_F(SpyTest, ASignalEndsItWhileALargeLogIsRead) {
+  REQUIRE_TMUX();
+  std::ofstream(log_).flush();
+  std::filesystem::resize_file(log_, 12'000'000'000);  // sparse; its search takes 45 s
+  std::ofstream(folder_ / "spy.sh") << "echo $$ > " + folder_ / "pid" + "; exec " + SpyCommand();
+  TmuxTerminal terminal("sh " + folder_ / "spy.sh", 80, 24);
+  const std::string reading = terminal.WaitFor("reading 12,000 MB");
+  EXPECT_NE(reading.find("reading 12,000 MB"), reading.npos) << reading;
+  std::ifstream pid(folder_ / "pid");
+  int number = 0;
+  pid >> number;
+  ASSERT_GT(number, 0);
+  kill(number, SIGTERM);
+  const std::string screen = terminal.WaitFor("RC=");
+  EXPECT_NE(screen.find("RC=143"), screen.npos) << screen;
+}
+
 TEST_F(SpyTest, AnUnknownTerminalIsRefusedWithARemedy) {
   REQUIRE_TMUX();
   WriteLog();
@@ -307,80 +282,6 @@ TEST_F(SpyTest, AnUnknownTerminalIsRefusedWithARemedy) {
   const std::string screen = terminal.WaitFor("RC=");
   EXPECT_NE(screen.find("RC=3"), screen.npos) << screen;
   EXPECT_NE(screen.find("--once"), screen.npos) << screen;
-}
-
-TEST_F(SpyTest, ForeignTypesAreReadFromTheirFiles) {
-  std::ofstream(folder_ / "pose.lcm") << "package robot; struct pose_t { int64_t sequence; double "
-                                         "x[2]; string name; }";
-  const std::string text =
-      "package robot; struct pose_t { int64_t sequence; double x[2]; string "
-      "name; }";
-  const std::string name = "pose.lcm";
-  const MessageSchemas schemas = MessageSchemas::HpdmAnd({&text, 1}, {&name, 1});
-  {
-    SessionLog log(log_, 0);
-    for (int i = 0; i < 3; ++i) {
-      std::vector<std::uint8_t> bytes;
-      const auto big = [&bytes](std::uint64_t value, int size) {
-        while (size-- > 0) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * size)));
-      };
-      big(static_cast<std::uint64_t>(schemas.structs().back().hash), 8);
-      big(static_cast<std::uint64_t>(2 * i), 8);
-      big(std::bit_cast<std::uint64_t>(1.5), 8);
-      big(std::bit_cast<std::uint64_t>(std::nan("")), 8);
-      big(3, 4);
-      bytes.insert(bytes.end(), {'u', 'p', 0});
-      log.Write("POSE", 1'000'000LL * i, bytes);
-    }
-  }
-  const Ended ended = RunSpy(log_ + " --once --json --types " + folder_ / "pose.lcm", folder_);
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const auto channel = nlohmann::json::parse(ended.output)["channels"][0];
-  EXPECT_EQ(channel["type"], "robot.pose_t");
-  EXPECT_EQ(channel["lost"], 2);
-  const auto& values = channel["last"]["values"];
-  EXPECT_EQ(values["sequence"], 4);
-  EXPECT_EQ(values["x[0]"], 1.5);
-  EXPECT_TRUE(values["x[1]"].is_null());
-  EXPECT_EQ(values["name"], "up");
-}
-
-TEST_F(SpyTest, OnceTellsTheSameAsTheLogCheck) {
-  WriteLog();
-  const Ended ended = RunSpy(log_ + " --once --json", folder_);
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const auto json = nlohmann::json::parse(ended.output);
-  EXPECT_NEAR(json["seconds"].get<double>(), 20, 1e-9);
-  const LogHealth health = CheckLog(log_, MessageSchemas::Hpdm());
-  ASSERT_EQ(json["channels"].size(), health.channels.size());
-  for (std::size_t i = 0; i < health.channels.size(); ++i) {
-    const auto& channel = json["channels"][i];
-    EXPECT_EQ(channel["channel"], health.channels[i].channel);
-    EXPECT_EQ(channel["messages"], health.channels[i].messages);
-    EXPECT_EQ(channel["lost"], health.channels[i].lost);
-    EXPECT_EQ(channel["mean_rate_hz"], health.channels[i].Rate());
-  }
-  EXPECT_EQ(json["channels"][2]["last"]["values"]["tools[0].p_tip[0]"], 0.25);
-  EXPECT_FALSE(json["channels"][0].contains("last"));  // of no known type
-  // Part of it: from 5 s on, for 2 s, after what a seek plays of the time before.
-  const auto part =
-      nlohmann::json::parse(RunSpy(log_ + " --once --json --from 5 --seconds 2", folder_).output);
-  EXPECT_NEAR(part["channels"][1]["messages"].get<double>(), 350, 2);
-}
-
-TEST_F(SpyTest, WithoutATerminalItNamesOnceAndNothingIsAFailure) {
-  WriteLog();
-  const Ended piped = RunSpy(log_, folder_);
-  EXPECT_EQ(piped.code, 2);
-  EXPECT_NE(piped.errors.find("--once"), piped.errors.npos);
-  EXPECT_EQ(std::count(piped.errors.begin(), piped.errors.end(), '\n'), 1);
-  EXPECT_EQ(RunSpy("--once --speed 2", folder_).code, 2);
-  EXPECT_EQ(RunSpy(log_ + " --json", folder_).code, 2);
-  EXPECT_EQ(RunSpy(folder_ / "none.lcmlog" + " --once", folder_).code, 2);
-  std::ofstream(folder_ / "empty.lcmlog").flush();
-  const Ended empty = RunSpy(folder_ / "empty.lcmlog" + " --once", folder_);
-  EXPECT_EQ(empty.code, 1);
-  EXPECT_EQ(std::count(empty.errors.begin(), empty.errors.end(), '\n'), 1) << empty.errors;
 }
 
 TEST_F(SpyTest, HostileNamesAndDamageSpoilNoScreen) {
@@ -395,7 +296,7 @@ TEST_F(SpyTest, HostileNamesAndDamageSpoilNoScreen) {
     log.Write("\xff\xfe\xc3", 0, EncodeMessage(event, &buffer_));
     for (int i = 0; i < 300; ++i) log.Write(std::to_string(i).c_str(), 1000 * i, foreign_);
   }
-  TmuxTerminal terminal(kProgram + " spy " + folder_ / "hostile.lcmlog", 80, 24);
+  TmuxTerminal terminal(kSpyProgram + " spy " + folder_ / "hostile.lcmlog", 80, 24);
   std::string screen = terminal.WaitFor("of further channels");
   EXPECT_NE(screen.find("?]0;title?"), screen.npos) << screen;
   EXPECT_NE(screen.find("46 of further channels"), screen.npos) << screen;
@@ -429,7 +330,7 @@ TEST_F(SpyTest, ALiveSessionIsWatchedInATerminalAndByAScript) {
   EXPECT_EQ(nothing.code, 1);
   EXPECT_NE(nothing.errors.find("hpdm run SCENE --live"), std::string::npos) << nothing.errors;
 
-  TmuxTerminal terminal(kProgram + " spy", 80, 24);
+  TmuxTerminal terminal(kSpyProgram + " spy", 80, 24);
   const std::string empty = terminal.WaitFor("hpdm run SCENE --live");
   EXPECT_NE(empty.find("Nothing has come yet"), empty.npos) << empty;
   std::jthread sender([](std::stop_token stop) {

@@ -154,10 +154,10 @@ Json MeasureBoundary(const HapticsOptions& options) {
 void Haptics(const HapticsOptions& options) {
   const std::vector<AccuracyCase> cases = ChosenCases(options);
   const fs::path out(options.out), session = out / "latency";
-  if (options.Whole() && fs::exists(session)) {
+  std::error_code error;
+  if (options.Whole() && fs::exists(session, error)) {
     throw InputError(session.string() + ": already holds a session; choose another --out");
   }
-  std::error_code error;
   fs::create_directories(out, error);
   if (error) {
     throw InputError(options.out + ": cannot be created (" + error.message() +

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <exception>
 #include <new>
 
 #include "engine/error.h"
@@ -40,6 +41,9 @@ int main(int argc, char** argv) {
     return 3;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "hpdm: out of memory; take fewer lattice cells or a coarser mesh\n");
+    return 3;
+  } catch (const std::exception& error) {  // caught so that destructors run: a terminal is restored
+    std::fprintf(stderr, "hpdm: %s; see hpdm --help\n", error.what());
     return 3;
   }
   return 0;

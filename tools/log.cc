@@ -103,7 +103,9 @@ void Check(const LogOptions& options) {
 /// Refuses an --out that --format does not fit.
 void CheckPlace(const LogOptions& options) {
   const bool is_mcap_name = options.out.ends_with(".mcap");
-  const bool is_folder = options.out.ends_with('/') || std::filesystem::is_directory(options.out);
+  std::error_code ignored;
+  const bool is_folder =
+      options.out.ends_with('/') || std::filesystem::is_directory(options.out, ignored);
   if (options.format == "csv" && is_mcap_name && !is_folder) {
     throw InputError("--out " + options.out +
                      ": --format csv writes a folder of tables; add --format mcap for one file");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -49,24 +50,60 @@ class Columns {
   std::unordered_map<std::string, std::size_t> index_;
 };
 
+constexpr std::size_t kMaxOpenTables = 64;
+// What a file system takes for a name (255 bytes), less "_1234567.csv.part-1234567890".
+constexpr std::size_t kMaxNameBytes = 200;
+
 struct Table {
   const LcmStruct* type = nullptr;
   Columns columns;
   std::optional<StagedFile> out;
+  bool open = false;
   ExportedChannel exported;
 };
 
-/// No two channels get the same.
-std::string FileNameOf(const std::string& channel, std::set<std::string>* taken) {
-  std::string name;
-  for (const char c : channel) {
-    const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-    name += plain ? c : '_';
+/// Files of channels. No two channels get the same.
+class FileNames {
+ public:
+  std::string Of(std::string_view channel) {
+    std::string name;
+    for (const char c : channel.substr(0, kMaxNameBytes)) {
+      const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+      name += plain ? c : '_';
+    }
+    int& number = numbers_[name];
+    std::string numbered = ++number == 1 ? name : Numbered(name, number);
+    while (!taken_.insert(numbered).second) numbered = Numbered(name, ++number);
+    return numbered + ".csv";
   }
-  std::string numbered = name;
-  for (int i = 2; !taken->insert(numbered).second; ++i) numbered = name + "_" + std::to_string(i);
-  return numbered + ".csv";
-}
+
+ private:
+  static std::string Numbered(const std::string& name, int number) {
+    return name + "_" + std::to_string(number);
+  }
+
+  std::set<std::string> taken_;
+  std::map<std::string, int> numbers_;  // the last one given to a name
+};
+
+/// Bounds the tables whose files are open at a time, whatever the number of channels.
+class OpenTables {
+ public:
+  /// Before `table` is written to.
+  void Use(Table* table) {
+    if (table->open) return;
+    if (tables_.size() == kMaxOpenTables) {
+      tables_.front()->out->Rest();
+      tables_.front()->open = false;
+      tables_.pop_front();
+    }
+    table->open = true;
+    tables_.push_back(table);
+  }
+
+ private:
+  std::deque<Table*> tables_;  // the one that was opened first is the first
+};
 
 std::string Cell(const MessageValue& value) {
   std::array<char, 32> digits;
@@ -137,11 +174,13 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
     throw InputError(folder.string() + ": cannot be made (" + error.message() +
                      "); choose another --out");
   }
-  std::set<std::string> taken;
+  FileNames names;
+  OpenTables open;
   for (auto& [channel, table] : tables) {
     table.exported.channel = channel;
     if (table.type == nullptr) continue;
-    table.exported.file = folder / FileNameOf(channel, &taken);
+    table.exported.file = folder / names.Of(channel);
+    open.Use(&table);
     table.out.emplace(table.exported.file);
     WriteRow("time_us", table.columns.names(), &*table.out);
   }
@@ -163,6 +202,7 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
       ++table.exported.skipped;
       continue;
     }
+    open.Use(&table);
     WriteRow(std::to_string(event.time_us), cells, &*table.out);
     ++table.exported.messages;
   }

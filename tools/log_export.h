@@ -23,8 +23,9 @@ struct ExportedChannel {
 /// arrays change their length the columns are those of the longest, and missing cells are empty.
 /// Numbers are written so that they read back exactly, with a decimal point in every locale.
 /// `channels` empty: all. Channels of unknown types are left out; channel names become file names
-/// without a path's characters. All tables appear when all are whole, or none. Throws InputError
-/// where a file cannot be used or a channel that was asked for is missing.
+/// without a path's characters, of at most 200 bytes and a number where they would be alike. All
+/// tables appear when all are whole, or none. Throws InputError where a file cannot be used or a
+/// channel that was asked for is missing.
 std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesystem::path& folder,
                                        const std::vector<std::string>& channels,
                                        const MessageSchemas& schemas);

@@ -38,7 +38,9 @@ class McapExport {
   bool Has(const std::string& channel) const { return channels_.contains(channel); }
 
   std::vector<ExportedChannel> Finish(const fs::path& file) {
-    if (!organs_.empty()) session_["organs"] = organs_;
+    std::string organs;
+    for (const auto& [number, name] : organs_) organs += (organs.empty() ? "" : ", ") + name;
+    if (!organs.empty()) session_["organs"] = organs;
     AddScene();
     if (!session_.empty()) writer_.AddMetadata("hpdm.session", session_);
     writer_.Close();
@@ -96,8 +98,9 @@ class McapExport {
     mesh_t part;
     if (type == "hpdm.event_t" && DecodeMessage(event.data, &message)) {
       if (message.name == "session.start") session_.try_emplace(message.name, Utf8(message.text));
-    } else if (type == "hpdm.mesh_t" && DecodeMessage(event.data, &part) && part.part == 0) {
-      organs_ += (organs_.empty() ? "" : ", ") + Utf8(part.name);
+    } else if (type == "hpdm.mesh_t" && DecodeMessage(event.data, &part) && part.part == 0 &&
+               part.organ >= 0 && part.organ < kMaxOrgans) {
+      organs_[part.organ] = Utf8(part.name);  // a live session repeats its meshes
     }
   }
 
@@ -118,7 +121,7 @@ class McapExport {
   std::map<const LcmStruct*, std::uint16_t> schema_numbers_;
   std::string json_;
   McapWriter::Fields session_;
-  std::string organs_;
+  std::map<std::int32_t, std::string> organs_;  // names by number
 };
 
 }  // namespace

@@ -34,13 +34,15 @@ struct ReplayOptions {
 
 std::string LogPath(const ReplayOptions& options) {
   const fs::path path(options.log);
-  return fs::is_directory(path) ? (path / "session.lcmlog").string() : path.string();
+  std::error_code ignored;
+  return fs::is_directory(path, ignored) ? (path / "session.lcmlog").string() : path.string();
 }
 
 Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   if (!options.scene.empty()) return LoadScene(options.scene);
   const fs::path beside = fs::path(log).parent_path() / "scene.toml";
-  if (!fs::exists(beside)) {
+  std::error_code ignored;
+  if (!fs::exists(beside, ignored)) {
     throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene");
   }
   try {

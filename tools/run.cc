@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <iostream>
@@ -13,6 +12,7 @@
 #include "engine/error.h"
 #include "engine/stolen_time.h"
 #include "lcmtypes/network.h"
+#include "lcmtypes/wall_time.h"
 #include "render/egl_context.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
@@ -108,9 +108,7 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
     telemetry.events = {&session->render_events, &session->link_events};
     telemetry.baseline = machine.baseline.wake_late;
     telemetry.stolen_time = StolenTime;
-    telemetry.epoch_us = std::chrono::duration_cast<std::chrono::microseconds>(
-                             std::chrono::system_clock::now().time_since_epoch())
-                             .count();
+    telemetry.epoch_us = WallTimeUs();
   }
   return telemetry;
 }

@@ -60,7 +60,7 @@ SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
     throw InputError(path_.string() + ": cannot make the session folder (" + error.message() +
                      "); choose another with --out");
   }
-  if (fs::exists(File("session.lcmlog"))) {
+  if (fs::exists(File("session.lcmlog"), error)) {
     throw InputError(path_.string() +
                      ": already holds a session; choose another folder with --out");
   }
@@ -97,14 +97,14 @@ void SessionFolder::Reserve() {
 bool SessionFolder::Finish() {
   if (reserve_descriptor_ >= 0) close(reserve_descriptor_);
   reserve_descriptor_ = -1;
+  std::error_code error;
   struct stat folder, named;
-  if (fstat(folder_descriptor_, &folder) != 0) return fs::exists(path_);
+  if (fstat(folder_descriptor_, &folder) != 0) return fs::exists(path_, error);
   if (folder.st_nlink == 0) return false;
   if (stat(path_.c_str(), &named) == 0 && named.st_ino == folder.st_ino &&
       named.st_dev == folder.st_dev) {
     return true;
   }
-  std::error_code error;
   const fs::path now =
       fs::read_symlink("/proc/self/fd/" + std::to_string(folder_descriptor_), error);
   if (!error) path_ = now;
@@ -118,7 +118,7 @@ void SessionFolder::Keep(const std::string& name, const fs::path& from, std::str
   std::error_code error;
   fs::create_directories(to.parent_path(), error);
   // A file that is there may be this one: of a second name, or where a scene's own folder is --out.
-  if (!error && !fs::exists(to)) fs::copy_file(from, to, error);
+  if (!error && !fs::exists(to, error)) fs::copy_file(from, to, error);
   if (error) FailToWrite(to, error.message());
   KeptFile& kept = files_.emplace_back(name, copy, Sha256OfFile(to));
   if (kept.sha256 != Sha256OfFile(from)) {
@@ -153,7 +153,8 @@ void SessionFolder::WriteScene(const Scene& scene) const {
     }
   }
   const fs::path path = File("scene.toml");
-  if (fs::exists(path)) {
+  std::error_code ignored;
+  if (fs::exists(path, ignored)) {
     std::ifstream file(path, std::ios::binary);
     if (std::string(std::istreambuf_iterator<char>(file), {}) == text) return;
     throw InputError(path.string() +
@@ -165,7 +166,8 @@ void SessionFolder::WriteScene(const Scene& scene) const {
 fs::path SessionFolder::FreeName() {
   int number = 1;
   const auto name = [&] { return fs::path("out") / ("session_" + std::to_string(number)); };
-  while (fs::exists(name())) ++number;
+  std::error_code ignored;
+  while (fs::exists(name(), ignored)) ++number;
   return name();
 }
 

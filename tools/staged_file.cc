@@ -19,7 +19,7 @@ StagedFile::StagedFile(fs::path path) : path_(std::move(path)) {
   std::error_code ignored;
   // A link keeps its place; what it leads to is replaced.
   if (fs::is_symlink(path_, ignored) && fs::is_regular_file(path_, ignored)) {
-    path_ = fs::canonical(path_);
+    if (fs::path file = fs::canonical(path_, ignored); !ignored) path_ = std::move(file);
   }
   const fs::file_status status = fs::status(path_, ignored);
   int descriptor = -1;
@@ -55,9 +55,15 @@ StagedFile::~StagedFile() {
 }
 
 void StagedFile::Write(std::string_view bytes) {
+  if (file_ == nullptr) file_ = std::fopen(written_.c_str(), "abe");
+  if (file_ == nullptr) Refuse("cannot be written", errno);
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) {
     Refuse("cannot be written", errno);
   }
+}
+
+void StagedFile::Rest() {
+  if (!written_.empty()) Close();  // else a pipe, which would end
 }
 
 void StagedFile::Close() {

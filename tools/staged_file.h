@@ -19,6 +19,8 @@ class StagedFile {
 
   /// Throws InputError at the first failure that is noticed.
   void Write(std::string_view bytes);
+  /// Closes the file until the next Write, of many that would not all be open. Throws InputError.
+  void Rest();
   /// What remains of the writing, without giving the name yet: of several files each is whole
   /// before the first appears. Throws InputError.
   void Close();
@@ -30,7 +32,7 @@ class StagedFile {
 
   std::filesystem::path path_;
   std::filesystem::path written_;  // empty: path_ itself
-  std::FILE* file_ = nullptr;
+  std::FILE* file_ = nullptr;      // null: at rest, or closed
 };
 
 }  // namespace hpdm

@@ -196,7 +196,8 @@ FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path&
   std::vector<Json> lines;
   for (const std::string& path : files) {
     std::ifstream file;
-    if (path != "-" && fs::is_regular_file(path)) file.open(path, std::ios::binary);
+    std::error_code ignored;
+    if (path != "-" && fs::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
     if (path != "-" && !file.is_open()) {
       throw InputError(path + ": cannot be read; give files of lines that --json-line printed");
     }

@@ -11,7 +11,8 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 
 constexpr MetricDefinition kDefinitions[] = {
     {"time_s", "Time", "s", 1, "%.1f",
-     "Time that the hand was followed: pauses and gaps in the log are left out.", "Cotin 2002"},
+     "Time that the hand was followed: pauses, gaps in the log and a lost device are left out.",
+     "Cotin 2002"},
     {"path_length_m", "Path length", "m", 1, "%.3f",
      "Length of the way that the instrument's tip went, after smoothing at 10 Hz.", "Cotin 2002"},
     {"angular_path_rad", "Angular path", "\u00b0", kDegrees, "%.0f",
@@ -35,17 +36,24 @@ constexpr MetricDefinition kDefinitions[] = {
      "Largest speed of the tip, after smoothing.", ""},
     {"smoothness_sparc", "Smoothness (SPARC)", "", 1, "%.2f",
      "Spectral arc length of the speed, median over the movements of at most 10 s: nearer to 0 is "
-     "smoother; one movement without a stop has about -1.4, whatever its size and length.",
+     "smoother; one even movement without a stop has about -1.4, whatever its size and length.",
      "Balasubramanian 2015"},
     {"idle_s", "Idle time", "s", 1, "%.1f", "Time with the tip slower than 5 mm/s.",
      "Oropesa 2013"},
     {"contact_time_s", "Contact time", "s", 1, "%.1f", "Time with tissue at the tip.", ""},
     {"contacts", "Contacts", "", 1, "%.0f",
      "Times that the tip met tissue; a leave of 50 ms or less is none.", ""},
+    {"forces_off_s", "Contact without forces", "s", 1, "%.2f",
+     "Time with tissue at the tip while forces were switched off: the force figures lack it.", ""},
+    {"forces_clamped_s", "Contact beyond the device", "s", 1, "%.2f",
+     "Time with more force from the tissue than the device can show: the force figures have what "
+     "it showed.",
+     ""},
     {"peak_force_N", "Peak force", "N", 1, "%.2f",
      "Largest force on the hand, which is the tissue's, as the device displays it.",
      "Horeman 2010; Trejos 2014"},
-    {"mean_force_N", "Mean force", "N", 1, "%.2f", "Mean force on the hand over the contact time.",
+    {"mean_force_N", "Mean force", "N", 1, "%.2f",
+     "Mean force on the hand over the contact time, without that when forces were switched off.",
      "Horeman 2010; Trejos 2014"},
     {"over_limit_s", "Time above the limit", "s", 1, "%.2f",
      "Time with a force above this session's limit of %LIMIT%.", "Rodrigues 2012"},
@@ -62,7 +70,7 @@ constexpr MetricDefinition kDefinitions[] = {
     {"deepest_press_m", "Deepest press", "mm", 1000, "%.1f",
      "How far the tip was pressed below the surface as it would be without it.", ""},
     {"device_lost_s", "Device lost", "s", 1, "%.2f",
-     "Time without a usable pose from the device: the last one stands.", ""},
+     "Time without a usable pose from the device: no movement and no rest is counted in it.", ""},
 };
 
 constexpr MetricSource kSources[] = {

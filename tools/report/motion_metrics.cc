@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <utility>
 
 namespace hpdm {
 namespace {
@@ -42,6 +43,20 @@ struct Sums {
   std::size_t moved = 0, forced = 0;  // samples
 };
 
+/// A movement from its start to its stop, which are slower than kIdleSpeed: cut off there, its
+/// speeds stand on a step whose spectrum is not the movement's. It is followed outwards while it
+/// slows down, to kMovementEdge of its fastest.
+std::pair<std::size_t, std::size_t> Whole(const std::vector<double>& speeds, std::size_t begin,
+                                          std::size_t end) {
+  const auto at = [&speeds](std::size_t i) {
+    return speeds.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  const double edge = kMovementEdge * *std::max_element(at(begin), at(end));
+  while (begin > 0 && speeds[begin] > edge && speeds[begin - 1] < speeds[begin]) --begin;
+  while (end < speeds.size() && speeds[end - 1] > edge && speeds[end] < speeds[end - 1]) ++end;
+  return {begin, end};
+}
+
 /// What samples [begin, end), all faster than kIdleSpeed, add if they are a movement.
 void AddMovement(const std::vector<CourseVector>& samples, const std::vector<double>& speeds,
                  std::size_t begin, std::size_t end, MotionMetrics* metrics, Sums* sums) {
@@ -55,7 +70,9 @@ void AddMovement(const std::vector<CourseVector>& samples, const std::vector<dou
     sums->path += (Tip(samples[i]) - Tip(samples[i - 1])).norm();
   }
   if (static_cast<double>(end - begin) * kCoursePeriod <= kDiscreteMovement) {
-    sums->smoothness.push_back(SpectralArcLength({first, last}, kCoursePeriod));
+    const auto [from, to] = Whole(speeds, begin, end);
+    sums->smoothness.push_back(
+        SpectralArcLength(std::span(speeds).subspan(from, to - from), kCoursePeriod));
   }
 }
 
@@ -90,6 +107,24 @@ std::vector<CourseVector> Smoothed(const CourseStretch& stretch) {
   std::vector<CourseVector> samples = stretch.samples;
   SmoothZeroPhase(kMotionCutoff, kCoursePeriod, &samples);
   return samples;
+}
+
+using Interval = std::pair<double, double>;  // from, to, s
+
+/// When an instrument is faster than kIdleSpeed, in order.
+std::vector<Interval> Moving(std::span<const CourseStretch> stretches) {
+  std::vector<Interval> moving;
+  for (const CourseStretch& stretch : stretches) {
+    const std::vector<double> speeds = Rates(Smoothed(stretch), Tip);
+    bool moves = false;
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      const double from = stretch.start + (static_cast<double>(i) - 0.5) * kCoursePeriod;
+      const bool moved = std::exchange(moves, speeds[i] >= kIdleSpeed);
+      if (moves && !moved) moving.emplace_back(from, from);
+      if (moves) moving.back().second = from + kCoursePeriod;
+    }
+  }
+  return moving;
 }
 
 double Median(std::vector<double> values) {
@@ -155,14 +190,14 @@ MotionMetrics MeasureMotion(std::span<const CourseStretch> stretches) {
 }
 
 double BothMoving(std::span<const CourseStretch> a, std::span<const CourseStretch> b) {
-  std::size_t both = 0;
-  for (std::size_t s = 0; s < std::min(a.size(), b.size()); ++s) {
-    const std::vector<double> left = Rates(Smoothed(a[s]), Tip), right = Rates(Smoothed(b[s]), Tip);
-    for (std::size_t i = 0; i < std::min(left.size(), right.size()); ++i) {
-      if (left[i] >= kIdleSpeed && right[i] >= kIdleSpeed) ++both;
-    }
+  const std::vector<Interval> left = Moving(a), right = Moving(b);
+  double both = 0;
+  for (std::size_t l = 0, r = 0; l < left.size() && r < right.size();) {
+    both += std::max(
+        0.0, std::min(left[l].second, right[r].second) - std::max(left[l].first, right[r].first));
+    left[l].second < right[r].second ? ++l : ++r;
   }
-  return static_cast<double>(both) * kCoursePeriod;
+  return both;
 }
 
 }  // namespace hpdm

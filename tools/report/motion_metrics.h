@@ -34,6 +34,9 @@ inline constexpr double kIdleSpeed = 0.005;
 /// kMovementSpeed, m/s.
 inline constexpr double kMovementTime = 0.1;
 inline constexpr double kMovementSpeed = 0.01;
+/// For its smoothness a movement is followed beyond kIdleSpeed, outwards to this part of its
+/// fastest speed, or to where it is slowest.
+inline constexpr double kMovementEdge = 0.01;
 /// Longer ones, s, are no discrete movements, for which alone SPARC is defined.
 inline constexpr double kDiscreteMovement = 10;
 /// Forces below this are none, N: far below what the hand can tell.
@@ -42,7 +45,7 @@ inline constexpr double kNoForce = 0.01;
 /// An instrument's stretches, each smoothed on its own; nothing is counted between two of them.
 MotionMetrics MeasureMotion(std::span<const CourseStretch> stretches);
 
-/// Time that both are faster than kIdleSpeed, s. The stretches of both stand on the same grids.
+/// Time that both are faster than kIdleSpeed, s.
 double BothMoving(std::span<const CourseStretch> a, std::span<const CourseStretch> b);
 
 /// Spectral arc length of one movement's speeds, one every `period` s (Balasubramanian et al.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
+#include "tools/base64.h"
 #include "tools/report/session_files.h"
 
 namespace hpdm {
@@ -98,13 +98,6 @@ Json PathOf(const std::vector<CourseStretch>& stretches) {
   return {{"x", path.x}, {"y", path.y}, {"z", path.z}, {"force", path.force}};
 }
 
-template <typename Number>
-std::string Packed(const std::vector<Number>& numbers) {
-  std::vector<std::uint8_t> bytes(numbers.size() * sizeof(Number));
-  if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
-  return Base64(bytes);
-}
-
 Json OrganOf(const OrganDescription& organ) {
   std::vector<std::int16_t> vertices;
   for (Eigen::Index i = 0; i < organ.vertices.size(); ++i) {
@@ -113,7 +106,8 @@ Json OrganOf(const OrganDescription& organ) {
   }
   const std::vector<std::uint32_t> triangles(organ.triangles.data(),
                                              organ.triangles.data() + organ.triangles.size());
-  return {{"name", organ.name}, {"vertices", Packed(vertices)}, {"triangles", Packed(triangles)}};
+  return {
+      {"name", organ.name}, {"vertices", Base64Of(vertices)}, {"triangles", Base64Of(triangles)}};
 }
 
 }  // namespace
@@ -161,7 +155,7 @@ Json PageData(const SessionReading& reading) {
       depths.push_back(1000 * peak.depth);
     }
     data["hands"].push_back(
-        {{"name", report.hands[h].name},
+        {{"name", report.hands[h].Label()},
          {"force", Curve(Thin(forces, kCoursePeriod, kMostCurvePoints), start)},
          {"depth_mm", Curve(Thin(depths, kCoursePeriod, kMostCurvePoints), start)},
          {"contacts", Contacts(hand.peaks, start)},

@@ -3,9 +3,7 @@
 #include <cstdint>
 
 namespace hpdm {
-namespace {
 
-/// Length of the UTF-8 character that the text begins with; 0 if it begins with none.
 std::size_t CharacterLength(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const std::uint8_t first = byte(0);
@@ -23,8 +21,6 @@ std::size_t CharacterLength(std::string_view text) {
                        (first == 0xF0 && byte(1) < 0x90) || (first == 0xF4 && byte(1) > 0x8F);
   return refused ? 0 : length;
 }
-
-}  // namespace
 
 std::string PathText(std::string_view bytes) {
   constexpr char kDigits[] = "0123456789ABCDEF";

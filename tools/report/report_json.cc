@@ -40,6 +40,8 @@ void AddSession(const SessionReport& report, Json* json) {
 void AddContact(const ContactMetrics& contact, Json* json) {
   (*json)["contact_time_s"] = contact.time;
   (*json)["contacts"] = contact.count;
+  (*json)["forces_off_s"] = contact.forces_off;
+  (*json)["forces_clamped_s"] = contact.clamped;
   (*json)["peak_force_N"] = contact.peak_force;
   (*json)["mean_force_N"] = contact.mean_force;
   (*json)["force_impulse_Ns"] = contact.impulse;
@@ -51,6 +53,8 @@ void AddContact(const ContactMetrics& contact, Json* json) {
 void AddHand(const HandReport& hand, Json* json) {
   const MotionMetrics& motion = hand.motion;
   (*json)["name"] = hand.name;
+  (*json)["instruments"] = Json::array();
+  for (const UsedInstrument& held : hand.held) (*json)["instruments"].push_back(held.name);
   (*json)["time_s"] = motion.time;
   (*json)["path_length_m"] = motion.path_length;
   (*json)["angular_path_rad"] = motion.angular_path;

@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "tools/json_figures.h"
+#include "tools/report/html_text.h"
 #include "tools/report/metric_definitions.h"
 #include "tools/report/page_data.h"
 #include "tools/report/report_json.h"
+#include "tools/report/verdicts.h"
 #include "tools/report_text.h"
 #include "tools/web/web_pages.h"
 
@@ -20,34 +22,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostEventRows = 200;
 constexpr const char* kNone = "\u2013";
-
-/// Length of the UTF-8 sequence at the text's start; 0 where there is none.
-std::size_t Utf8Length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  const std::size_t length = first < 0x80                    ? 1
-                             : first >= 0xc2 && first < 0xe0 ? 2
-                             : first >= 0xe0 && first < 0xf0 ? 3
-                             : first >= 0xf0 && first < 0xf5 ? 4
-                                                             : 0;
-  if (length == 0 || length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  }
-  // Overlong forms, surrogates and what lies beyond U+10FFFF.
-  if (first == 0xe0 && byte(1) < 0xa0) return 0;
-  if (first == 0xed && byte(1) >= 0xa0) return 0;
-  if (first == 0xf0 && byte(1) < 0x90) return 0;
-  if (first == 0xf4 && byte(1) >= 0x90) return 0;
-  return length;
-}
-
-std::string Replaced(std::string text, std::string_view what, std::string_view with) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += with.size()) {
-    text.replace(at, what.size(), with);
-  }
-  return text;
-}
 
 /// "2:05 min", "12.3 s".
 std::string Length(double seconds) {
@@ -67,8 +41,6 @@ std::string Shown(const MetricDefinition& metric, const Json& value) {
   const std::string unit = metric.unit;
   return text + (unit.empty() ? "" : (unit == "\u00b0" ? "" : "\u00a0") + unit);
 }
-
-std::string LimitText(double limit) { return Format("%.3g N", limit); }
 
 std::string Meaning(const MetricDefinition& metric, double limit) {
   return Replaced(metric.meaning, "%LIMIT%", LimitText(limit));
@@ -94,13 +66,13 @@ const Json* HandOf(const Json& report, const Json& name, std::size_t index) {
   return index < report["hands"].size() ? &report["hands"][index] : nullptr;
 }
 
-std::string MetricsTable(const Json& report, const Json* against, double limit) {
+std::string MetricsTable(const SessionReport& report, const Json& json, const Json* against) {
   std::string html = "<div class=\"wide\"><table id=\"metrics\"><thead><tr><th>Figure</th>";
   std::vector<const Json*> others;
-  for (std::size_t h = 0; h < report["hands"].size(); ++h) {
-    const Json& hand = report["hands"][h];
+  for (std::size_t h = 0; h < report.hands.size(); ++h) {
+    const Json& hand = json["hands"][h];
     html += "<th class=\"number hand-" + std::to_string(h % 2) + "\">" +
-            EscapeHtml(hand["name"].get<std::string>()) + "</th>";
+            EscapeHtml(report.hands[h].Label()) + "</th>";
     others.push_back(against == nullptr ? nullptr : HandOf(*against, hand["name"], h));
     if (others.back() != nullptr) {
       html += "<th class=\"number\">compared with</th><th class=\"number\">change</th>";
@@ -109,9 +81,9 @@ std::string MetricsTable(const Json& report, const Json* against, double limit) 
   html += "</tr></thead><tbody>\n";
   for (const MetricDefinition& metric : MetricDefinitions()) {
     html += std::string("<tr><th scope=\"row\"><a href=\"#def-") + metric.key + "\" title=\"" +
-            EscapeHtml(Meaning(metric, limit)) + "\">" + metric.label + "</a></th>";
-    for (std::size_t h = 0; h < report["hands"].size(); ++h) {
-      const Json& value = report["hands"][h][metric.key];
+            EscapeHtml(Meaning(metric, report.force_limit)) + "\">" + metric.label + "</a></th>";
+    for (std::size_t h = 0; h < report.hands.size(); ++h) {
+      const Json& value = json["hands"][h][metric.key];
       html += "<td class=\"number\" data-key=\"hands." + std::to_string(h) + "." + metric.key +
               "\">" + Shown(metric, value) + "</td>";
       if (others[h] == nullptr) continue;
@@ -141,7 +113,7 @@ std::string OrganTable(const SessionReport& report) {
       const ContactMetrics& contact = report.hands[h].by_organ[o];
       if (contact.count == 0) continue;
       html += "<tr><th scope=\"row\">" + EscapeHtml(report.organs[o]) + "</th><td>" +
-              EscapeHtml(report.hands[h].name) +
+              EscapeHtml(report.hands[h].Label()) +
               Format(
                   "</td><td class=\"bars\"><span class=\"bar back-%zu\" style=\"width:%.1f%%\">"
                   "</span></td>",
@@ -259,43 +231,12 @@ std::string Definitions(double limit) {
   return html + "</ul>\n";
 }
 
-struct Verdict {
-  bool good;
-  std::string text;
-};
-
-std::vector<Verdict> Verdicts(const SessionReport& report) {
-  std::vector<Verdict> verdicts;
-  for (const HandReport& hand : report.hands) {
-    const ContactMetrics& contact = hand.contact;
-    const std::string who = EscapeHtml(hand.name) + ": ";
-    if (contact.over_limit_count == 0) {
-      verdicts.push_back(
-          {true, who + Format("stayed below the force limit of %s (peak %.2f N)",
-                              LimitText(report.force_limit).c_str(), contact.peak_force)});
-    } else {
-      verdicts.push_back(
-          {false, who + Format("above the force limit of %s %llu %s, %.2f s in all (peak %.2f N)",
-                               LimitText(report.force_limit).c_str(),
-                               static_cast<unsigned long long>(contact.over_limit_count),
-                               contact.over_limit_count == 1 ? "time" : "times", contact.over_limit,
-                               contact.peak_force)});
-    }
-  }
-  if (report.health.Sound()) {
-    verdicts.push_back({true, "the log is complete and sound"});
-  } else {
-    for (const std::string& fault : report.health.Faults()) verdicts.push_back({false, fault});
-  }
-  return verdicts;
-}
-
 std::string Header(const SessionReport& report, const SessionFiles& files, const Json& json) {
   std::string facts = Length(report.duration);
   if (report.paused > 0) facts += " (" + Length(report.paused) + " of it paused)";
   facts += report.hands.empty() ? ", no instrument" : ", ";
   for (std::size_t h = 0; h < report.hands.size(); ++h) {
-    facts += (h > 0 ? " and " : "") + EscapeHtml(report.hands[h].name);
+    facts += (h > 0 ? " and " : "") + EscapeHtml(report.hands[h].Label());
   }
   const std::string start =
       json["start"].is_string()
@@ -306,13 +247,15 @@ std::string Header(const SessionReport& report, const SessionFiles& files, const
                      EscapeHtml((files.folder.empty() ? files.log : files.folder).string()) +
                      "</p>\n<ul class=\"verdict\">\n";
   for (const Verdict& verdict : Verdicts(report)) {
-    html += std::string("<li class=\"") + (verdict.good ? "good" : "bad") + "\">" + verdict.text +
-            "</li>\n";
+    constexpr const char* kClasses[] = {"good", "bad", "open"};
+    html += std::string("<li class=\"") + kClasses[static_cast<int>(verdict.kind)] + "\">" +
+            EscapeHtml(verdict.text) + "</li>\n";
   }
   return html + "</ul></header>\n";
 }
 
-std::string Gaps(const SessionReport& report, const SessionFiles& files) {
+std::string Gaps(const SessionReading& reading, const SessionFiles& files) {
+  const SessionReport& report = reading.report;
   std::vector<std::string> gaps = report.health.Faults();
   if (files.folder.empty()) {
     gaps.emplace_back(
@@ -321,6 +264,8 @@ std::string Gaps(const SessionReport& report, const SessionFiles& files) {
   }
   for (const std::string& name : files.missing) gaps.push_back("the folder has no " + name);
   if (report.organs.empty()) gaps.emplace_back("the organs' meshes");
+  gaps.insert(gaps.end(), reading.course.organs_missing.begin(),
+              reading.course.organs_missing.end());
   if (report.duration - report.active - report.paused > 1e-6) {
     gaps.push_back(
         Format("%.2f s in which ticks ran that are not in the log: they count for nothing "
@@ -335,38 +280,6 @@ std::string Gaps(const SessionReport& report, const SessionFiles& files) {
 
 }  // namespace
 
-std::string EscapeHtml(std::string_view text) {
-  std::string html;
-  while (!text.empty()) {
-    const std::size_t length = Utf8Length(text);
-    const char c = text[0];
-    if (length == 0 || (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') ||
-        c == 0x7f) {
-      html += "\ufffd";
-    } else if (c == '&') {
-      html += "&amp;";
-    } else if (c == '<') {
-      html += "&lt;";
-    } else if (c == '>') {
-      html += "&gt;";
-    } else if (c == '"') {
-      html += "&quot;";
-    } else if (c == '\'') {
-      html += "&#39;";
-    } else {
-      html += text.substr(0, length);
-    }
-    text.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return html;
-}
-
-std::string EscapeScript(const std::string& json) {
-  // In JSON "<" stands in strings only. U+2028 and U+2029 end lines for older scripts.
-  return Replaced(Replaced(Replaced(json, "<", "\\u003c"), "\u2028", "\\u2028"), "\u2029",
-                  "\\u2029");
-}
-
 std::string ReportPageText(const SessionReading& reading, const SessionFiles& files,
                            const SessionReport* against) {
   const SessionReport& report = reading.report;
@@ -374,8 +287,7 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
   Json other;
   if (against != nullptr) other = ToJson(*against);
   std::string body = Header(report, files, json);
-  std::string metrics =
-      MetricsTable(json, against == nullptr ? nullptr : &other, report.force_limit);
+  std::string metrics = MetricsTable(report, json, against == nullptr ? nullptr : &other);
   if (report.both_moving) {
     metrics += Format("<p>Both hands moved at once for %.1f s.</p>\n", *report.both_moving);
   }
@@ -392,7 +304,7 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
   body += Panel("organs", "Contact by organ", OrganTable(report));
   body += Panel("latency", "Latency", LatencyTable(report));
   body += Panel("events", "Events", Events(report));
-  body += Panel("gaps", "What is missing", Gaps(report, files));
+  body += Panel("gaps", "What is missing", Gaps(reading, files));
   body += Panel("definitions", "Definitions and sources", Definitions(report.force_limit));
 
   Json data = PageData(reading);

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
 #include "engine/error.h"
+#include "tools/base64.h"
 
 namespace hpdm {
 namespace {
@@ -73,23 +76,6 @@ std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& fold
 
 }  // namespace
 
-std::string Base64(std::span<const std::uint8_t> bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = bytes.size() - i;
-    const std::uint32_t three = (std::uint32_t{bytes[i]} << 16) |
-                                (left > 1 ? std::uint32_t{bytes[i + 1]} << 8 : 0u) |
-                                (left > 2 ? std::uint32_t{bytes[i + 2]} : 0u);
-    text += kDigits[three >> 18];
-    text += kDigits[(three >> 12) & 63];
-    text += left > 1 ? kDigits[(three >> 6) & 63] : '=';
-    text += left > 2 ? kDigits[three & 63] : '=';
-  }
-  return text;
-}
-
 SessionFiles FindSessionFiles(const fs::path& path) {
   std::error_code error;
   SessionFiles files;
@@ -129,7 +115,7 @@ void LoadPictures(SessionFiles* files) {
     const std::vector<std::uint8_t> bytes = Bytes(Inside(files->folder, name), left);
     if (!IsPng(bytes)) continue;
     left -= bytes.size();
-    files->pictures.push_back({name, caption, "data:image/png;base64," + Base64(bytes)});
+    files->pictures.push_back({name, caption, "data:image/png;base64," + Base64Of(bytes)});
   }
 }
 

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -36,7 +34,5 @@ SessionReading ReadSession(const SessionFiles& files, double force_limit);
 
 /// Reads the pictures too; apart, since a table of many sessions does without them.
 void LoadPictures(SessionFiles* files);
-
-std::string Base64(std::span<const std::uint8_t> bytes);
 
 }  // namespace hpdm

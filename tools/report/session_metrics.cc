@@ -11,6 +11,8 @@
 #include "lcmtypes/logged_session.h"
 #include "tools/report/session_ticks.h"
 #include "tools/report_text.h"
+#include "tools/spy/latency_sums.h"
+#include "tools/spy/mesh_parts.h"
 
 namespace hpdm {
 namespace {
@@ -18,8 +20,10 @@ namespace {
 constexpr std::string_view kStartPrefix = "instruments: ";
 /// Wall times are later than this, microseconds since 1970; the lockstep clock begins at 0.
 constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
-/// A tick takes more bytes of a log than this: how many ticks a file can tell of.
+/// A course has a peak for each tick that the file has room for, which takes more bytes than this,
+/// and for an hour without ticks: far more than a session that is worth drawing.
 constexpr std::uint64_t kFewestTickBytes = 50;
+constexpr std::size_t kSilentPeaks = 720'000;
 /// Names and texts of a damaged or hostile log are cut here, bytes.
 constexpr std::size_t kLongestName = 256, kLongestText = 1000;
 
@@ -41,6 +45,16 @@ class Sequence {
   std::uint64_t lost_ = 0;
 };
 
+/// Of "probe: the hand holds blunt now" the end's "blunt"; empty for another text.
+std::string InstrumentTaken(const std::string& text) {
+  constexpr std::string_view kHolds = ": the hand holds ", kNow = " now";
+  const std::size_t at = text.rfind(kHolds);
+  if (at == std::string::npos || !text.ends_with(kNow)) return "";
+  const std::size_t begin = at + kHolds.size();
+  if (begin + kNow.size() > text.size()) return "";
+  return text.substr(begin, text.size() - kNow.size() - begin).substr(0, kLongestName);
+}
+
 /// All of a log but its ticks, as it passes by.
 class Surroundings {
  public:
@@ -50,11 +64,14 @@ class Surroundings {
     if (event.channel == kOrganChannel) Read(event, &organ_);
     if (event.channel == kMeshChannel && Read(event, &mesh_) && mesh_.organ >= 0 &&
         mesh_.organ < kMaxOrgans) {
-      meshes_[mesh_.organ].push_back(mesh_);
+      Organ& organ = organs_[mesh_.organ];
+      organ.name = mesh_.name.substr(0, kLongestName);
+      organ.mesh.Take(std::move(mesh_));
     }
     if (event.channel == kStatsChannel && Read(event, &stats_)) {
       NoteEpoch(event.time_us, stats_.time_ns);
-      AddStats();
+      latencies_.Add(stats_);
+      stolen_ += ToSeconds(stats_.stolen_ns);
     }
     if (event.channel == kEventChannel && Read(event, &event_)) {
       NoteEpoch(event.time_us, event_.time_ns);
@@ -72,18 +89,27 @@ class Surroundings {
     report.stolen = stolen_;
     report.events = std::move(session_events_);
     for (std::size_t k = 0; k < kLatencyCount; ++k) report.latencies[k] = Latency(k);
-    for (const auto& [organ, parts] : meshes_) {
-      const auto index = static_cast<std::size_t>(organ);
+    for (const auto& [number, organ] : organs_) {
+      const auto index = static_cast<std::size_t>(number);
       if (report.organs.size() <= index) report.organs.resize(index + 1);
-      report.organs[index] = parts.front().name.substr(0, kLongestName);
-      OrganDescription description;
-      std::string why;
-      if (JoinMesh(parts, &description, &why)) reading->course.organs.push_back(description);
+      report.organs[index] = organ.name;
+      if (organ.mesh.whole()) {
+        reading->course.organs.push_back(*organ.mesh.whole());
+      } else {
+        const std::string& why = organ.mesh.error();
+        reading->course.organs_missing.push_back(
+            organ.name + " is not drawn: " + (why.empty() ? "parts of its mesh are missing" : why));
+      }
     }
     NameHands(&report);
   }
 
  private:
+  struct Organ {
+    std::string name;
+    MeshParts mesh;
+  };
+
   template <typename Message>
   bool Read(const LogEvent& event, Message* message) {
     if (!DecodeMessage(event.data, message)) {
@@ -100,21 +126,10 @@ class Surroundings {
     epoch_us_ = time_us - time_ns / 1000;
   }
 
-  void AddStats() {
-    for (const bin_t& bin : stats_.bins) {
-      const int which = bin.distribution;
-      if (which < 0 || which >= static_cast<int>(kLatencyCount) || bin.count <= 0) continue;
-      bins_[static_cast<std::size_t>(which)][bin.upper_ns] += static_cast<std::uint64_t>(bin.count);
-    }
-    for (std::size_t k = 0; k < kLatencyCount; ++k) {
-      max_[k] = std::max<Nanoseconds>(max_[k], stats_.latencies[k].max_ns);
-    }
-    stolen_ += ToSeconds(stats_.stolen_ns);
-  }
-
   void AddEvent() {
     if (event_.name == "session.start") start_text_ = event_.text;
     closed_ |= event_.name == "session.end";
+    if (event_.name == "instrument.exchanged") taken_.push_back(InstrumentTaken(event_.text));
     const auto severity = static_cast<EventSeverity>(
         std::clamp<int>(event_.severity, 0, static_cast<int>(EventSeverity::kError)));
     session_events_.push_back({ToSeconds(event_.time_ns), severity,
@@ -123,25 +138,16 @@ class Surroundings {
   }
 
   LatencyReport Latency(std::size_t k) const {
+    const LatencySums::Sum& sum = latencies_.Of(k);
     LatencyReport report;
     report.name = kLatencyNames[k];
-    report.max = max_[k];
-    report.bins.assign(bins_[k].begin(), bins_[k].end());
-    for (const auto& [upper, count] : report.bins) report.count += count;
-    // As Histogram::Percentile.
-    const auto percentile = [&](double fraction) {
-      const double wanted = fraction * static_cast<double>(report.count) * (1 - 1e-12);
-      double seen = 0;
-      for (const auto& [upper, count] : report.bins) {
-        seen += static_cast<double>(count);
-        if (seen >= wanted) return std::min(upper, report.max);
-      }
-      return report.count == 0 ? 0 : report.max;
-    };
-    report.p50 = percentile(0.5);
-    report.p90 = percentile(0.9);
-    report.p99 = percentile(0.99);
-    report.p99_9 = percentile(0.999);
+    report.count = sum.count;
+    report.max = sum.max_ns;
+    report.bins.assign(sum.bins.begin(), sum.bins.end());
+    report.p50 = sum.Percentile(0.5);
+    report.p90 = sum.Percentile(0.9);
+    report.p99 = sum.Percentile(0.99);
+    report.p99_9 = sum.Percentile(0.999);
     return report;
   }
 
@@ -164,6 +170,16 @@ class Surroundings {
       report->hands[h].name = names.size() == report->hands.size()
                                   ? names[h].substr(0, kLongestName)
                                   : "hand " + std::to_string(h + 1);
+      for (UsedInstrument& held : report->hands[h].held) {
+        if (held.exchange == 0) {
+          held.name = report->hands[h].name;
+        } else if (held.nth > 0 && taken_.size() == report->exchanges &&
+                   !taken_[held.nth - 1].empty()) {
+          held.name = taken_[held.nth - 1];
+        } else {
+          held.name = "exchange " + std::to_string(held.exchange);
+        }
+      }
     }
   }
 
@@ -175,17 +191,23 @@ class Surroundings {
   event_t event_{};
   std::uint64_t events_ = 0, unreadable_ = 0;
   std::map<std::string, Sequence> sequences_;
-  std::map<std::int32_t, std::vector<mesh_t>> meshes_;
+  std::map<std::int32_t, Organ> organs_;
   bool epoch_known_ = false, closed_ = false;
   std::int64_t epoch_us_ = 0;
   std::string start_text_;
   double stolen_ = 0;
-  std::array<std::map<Nanoseconds, std::uint64_t>, kLatencyCount> bins_;
-  std::array<Nanoseconds, kLatencyCount> max_{};
+  LatencySums latencies_;
+  std::vector<std::string> taken_;  // instruments, an exchange each
   std::vector<SessionEvent> session_events_;
 };
 
 }  // namespace
+
+std::string HandReport::Label() const {
+  std::string label;
+  for (const UsedInstrument& one : held) label += (label.empty() ? "" : ", then ") + one.name;
+  return label;
+}
 
 std::vector<std::string> LogReport::Faults() const {
   std::vector<std::string> faults;
@@ -205,7 +227,7 @@ std::vector<std::string> LogReport::Faults() const {
 SessionReading ReadSession(const std::string& log, double force_limit) {
   Surroundings surroundings;
   TickReader reader(log, [&surroundings](const LogEvent& event) { surroundings.Visit(event); });
-  SessionTicks ticks(force_limit, reader.log().size() / kFewestTickBytes);
+  SessionTicks ticks(force_limit, reader.log().size() / kFewestTickBytes + kSilentPeaks);
   SessionReading reading;
   SessionReport& report = reading.report;
   report.log = log;

@@ -30,19 +30,33 @@ struct ContactMetrics {
   double time = 0;                     ///< s.
   std::uint64_t count = 0;             ///< Contacts.
   double peak_force = 0;               ///< N, largest |force on the hand|.
-  double mean_force = 0;               ///< N, over `time`.
+  double forces_off = 0;               ///< s of `time`, while the device was to show no forces.
+  double clamped = 0;                  ///< s of `time`, with more force than the device can show.
+  double mean_force = 0;               ///< N, over `time` without `forces_off`.
   double impulse = 0;                  ///< N s, integral of |force| over `time`.
   double over_limit = 0;               ///< s, with |force| above the limit.
   std::uint64_t over_limit_count = 0;  ///< Times that it rose above it.
   double deepest_press = 0;            ///< m, of the tip below the released surface.
 };
 
-struct HandReport {
+/// One of the instruments that a hand held.
+struct UsedInstrument {
+  int exchange = 0;       ///< 0: the hand's first, then its exchanges in the scene's order.
+  std::uint64_t nth = 0;  ///< Of all exchanges of the session, the one that brought it; 0: none.
   std::string name;
+};
+
+/// The figures are a hand's, whatever it held.
+struct HandReport {
+  std::string name;                  ///< Of its first instrument.
+  std::vector<UsedInstrument> held;  ///< In the order of their first use; at least one.
   MotionMetrics motion;
   ContactMetrics contact;                ///< With any organ.
   std::vector<ContactMetrics> by_organ;  ///< By index of organ.
   double device_lost = 0;                ///< s, without a usable pose.
+
+  /// For people: the instruments that it held.
+  std::string Label() const;
 };
 
 /// Durations of one kind over the session.
@@ -71,7 +85,8 @@ struct LogReport {
   bool closed = false;              ///< The session ended in an orderly way.
 
   bool Sound() const {
-    return closed && damaged_bytes + torn_bytes + unreadable + lost + ticks_lost == 0;
+    return closed &&
+           damaged_bytes + torn_bytes + unreadable + lost + ticks_lost + outputs_lost == 0;
   }
   /// One line each of what is wrong, for people; empty when sound.
   std::vector<std::string> Faults() const;
@@ -91,6 +106,7 @@ struct SessionReport {
   std::vector<HandReport> hands;
   std::optional<double> both_moving;  ///< s, with two hands.
   std::uint64_t ticks = 0;
+  std::uint64_t exchanges = 0;  ///< Times that a hand took another instrument.
   SkippedTicks skipped;
   std::array<LatencyReport, kLatencyCount> latencies;
   double stolen = 0;  ///< s, that the host took from the machine's processors.
@@ -112,6 +128,7 @@ struct SessionCourse {
   std::vector<Hand> hands;
   std::vector<std::pair<double, double>> pauses;  ///< s, session time.
   std::vector<OrganDescription> organs;           ///< At rest; those whose mesh is whole.
+  std::vector<std::string> organs_missing;        ///< Why others are not, for people.
 };
 
 struct SessionReading {

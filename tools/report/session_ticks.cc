@@ -45,41 +45,50 @@ void ContactSums::Add(double time, double duration, const ToolSample& tool, bool
   over_ = over;
   if (counts) metrics_.deepest_press = std::max(metrics_.deepest_press, tool.depth);
   if (!touches) return;
+  const bool shown = (tool.guard_flags & kGuardDisabled) == 0;
+  if (!shown) metrics_.forces_off += duration;
+  if (shown && (tool.guard_flags & kGuardClamped) != 0) metrics_.clamped += duration;
   if (time - end_ > kContactPause) ++metrics_.count;
   end_ = time + duration;
   metrics_.time += duration;
-  contact_impulse_ += force * duration;
+  if (shown) contact_impulse_ += force * duration;
 }
 
 ContactMetrics ContactSums::Metrics() const {
   ContactMetrics metrics = metrics_;
-  if (metrics.time > 0) metrics.mean_force = contact_impulse_ / metrics.time;
+  const double shown = metrics.time - metrics.forces_off;
+  if (shown > 0) metrics.mean_force = contact_impulse_ / shown;
   return metrics;
 }
 
 bool SessionTicks::Add(const LoggedTick& logged) {
   HapticSample sample = logged.sample;
-  if (!IsUsable(sample) || (begun_ && !Follows(sample))) return false;
+  if (!IsUsable(sample)) return false;
+  if (begun_ && !Follows(sample)) {
+    if (ticks_ > 1) return false;
+    begun_ = false;  // of two first ticks that contradict each other the second is believed
+  }
   if (begun_) {
     KnowPeriod(sample, logged.lost_before);
     const double until = logged.lost_before > 0 ? Time(last_) + period_ : Time(sample);
     Close(std::min(until, Time(sample)));
-    missing_ += std::max(0.0, Time(sample) - until);
+    const double missing = std::max(0.0, Time(sample) - until);
+    missing_ += missing;
+    for (Hand& hand : hands_) hand.PassOver(missing);
   } else {
-    first_ = sample.tick;
-    start_ = Time(sample);
-    hands_.assign(static_cast<std::size_t>(sample.tool_count), Hand(limit_));
+    Begin(sample);
   }
   if (!logged.has_output && begun_) HoldOutput(&sample);
   begun_ = true;
   ++ticks_;
+  NoteExchanges(sample);
   skipped_.late_wake_up += sample.skipped.late_wake_up;
   skipped_.long_compute += sample.skipped.long_compute;
   skipped_.stalled += sample.skipped.stalled;
   measured_ |= sample.wake_late_ns != 0 || sample.compute_ns != 0;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
-    if (sample.paused) {
-      hands_[h].course.Break();
+    if (sample.paused || !sample.tools[h].device_valid) {
+      hands_[h].course.Break();  // a pose that is the last one still is no movement and no rest
     } else {
       hands_[h].course.Add(Time(sample), CourseOf(sample.tools[h]));
     }
@@ -107,17 +116,43 @@ void SessionTicks::Fill(SessionReading* reading) {
     figures.contact = hand.all.Metrics();
     for (const ContactSums& organ : hand.organs) figures.by_organ.push_back(organ.Metrics());
     figures.device_lost = hand.device_lost;
+    figures.held = std::move(hand.held);
     report.hands.push_back(std::move(figures));
     reading->course.hands.push_back({hand.course.stretches(), std::move(hand.peaks)});
   }
+  report.exchanges = exchanges_;
   if (hands_.size() == 2) {
     report.both_moving = BothMoving(hands_[0].course.stretches(), hands_[1].course.stretches());
   }
 }
 
+void SessionTicks::Begin(const HapticSample& sample) {
+  start_ = Time(sample);
+  ticks_ = 0;
+  exchanges_ = 0;
+  skipped_ = {};
+  measured_ = false;
+  hands_.assign(static_cast<std::size_t>(sample.tool_count), Hand(limit_));
+}
+
+void SessionTicks::NoteExchanges(const HapticSample& sample) {
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    Hand& hand = hands_[h];
+    const int exchange = sample.tools[h].exchange;
+    if (exchange == hand.exchange) continue;
+    hand.exchange = exchange;
+    ++exchanges_;
+    // Held from the first tick on: the hand's first instrument never was.
+    if (ticks_ == 1) hand.held.clear();
+    const bool known =
+        std::any_of(hand.held.begin(), hand.held.end(),
+                    [exchange](const UsedInstrument& held) { return held.exchange == exchange; });
+    if (!known) hand.held.push_back({exchange, exchanges_, ""});
+  }
+}
+
 bool SessionTicks::Follows(const HapticSample& sample) const {
-  if (sample.tool_count != static_cast<int>(hands_.size()) || sample.tick <= last_.tick ||
-      sample.tick - first_ > most_) {
+  if (sample.tool_count != static_cast<int>(hands_.size()) || sample.tick <= last_.tick) {
     return false;
   }
   const double passed = Time(sample) - Time(last_);
@@ -138,6 +173,7 @@ void SessionTicks::HoldOutput(HapticSample* sample) const {
     tool.depth = before.depth;
     tool.organ = before.organ;
     tool.kind = before.kind;
+    tool.guard_flags = before.guard_flags;
   }
 }
 
@@ -154,7 +190,10 @@ void SessionTicks::Close(double until) {
     Hand& hand = hands_[h];
     const ToolSample& tool = last_.tools[h];
     AddPeaks(tool, time, until, &hand.peaks);
-    if (last_.paused) continue;
+    if (last_.paused) {
+      hand.PassOver(duration);
+      continue;
+    }
     if (!tool.device_valid) hand.device_lost += duration;
     const bool touches = tool.kind != ContactKind::kNone;
     hand.all.Add(time, duration, tool, true, touches);
@@ -176,9 +215,9 @@ void SessionTicks::AddPeaks(const ToolSample& tool, double time, double until,
     return static_cast<std::size_t>((at - start_) / kCoursePeriod);
   };
   // To the middle of its last period: the next tick's bin is that one's own.
-  const std::size_t last = bin(std::max(time, until - period_ / 2));
-  if (peaks->size() <= last) peaks->resize(last + 1);
-  for (std::size_t b = bin(time); b <= last; ++b) {
+  const std::size_t end = std::min(bin(std::max(time, until - period_ / 2)) + 1, most_peaks_);
+  if (peaks->size() < end) peaks->resize(end);
+  for (std::size_t b = bin(time); b < end; ++b) {
     SessionCourse::Peaks& peak = (*peaks)[b];
     peak.force = std::max(peak.force, static_cast<float>(tool.force_W.norm()));
     peak.depth = std::max(peak.depth, static_cast<float>(tool.depth));

@@ -19,12 +19,14 @@ class ContactSums {
 
   /// A tick and how long it stands, s. `counts`: its force and depth are of these contacts.
   void Add(double time, double duration, const ToolSample& tool, bool counts, bool touches);
+  /// So much time counts for nothing, s (a pause, lost ticks): it separates no contacts.
+  void PassOver(double duration) { end_ += duration; }
   ContactMetrics Metrics() const;
 
  private:
   double limit_;
   ContactMetrics metrics_;
-  double contact_impulse_ = 0;
+  double contact_impulse_ = 0;                             // N s, while the device shows forces
   double end_ = -std::numeric_limits<double>::infinity();  // of the last contact
   bool over_ = false;
 };
@@ -33,8 +35,10 @@ class ContactSums {
 /// its hands. One thread.
 class SessionTicks {
  public:
-  /// `force_limit` in N; ticks numbered more than `most` after the first are damaged.
-  SessionTicks(double force_limit, std::uint64_t most) : limit_(force_limit), most_(most) {}
+  /// `force_limit` in N. Courses have at most `most_peaks` peaks: what comes later is not drawn,
+  /// so that the times that a damaged or hostile log claims take no memory.
+  SessionTicks(double force_limit, std::size_t most_peaks)
+      : limit_(force_limit), most_peaks_(most_peaks) {}
 
   /// False: the tick is not one that can follow, or holds what no session reaches.
   bool Add(const LoggedTick& logged);
@@ -44,16 +48,24 @@ class SessionTicks {
  private:
   struct Hand {
     explicit Hand(double limit) : all(limit) {}
+    void PassOver(double duration) {
+      all.PassOver(duration);
+      for (ContactSums& organ : organs) organ.PassOver(duration);
+    }
     UniformCourse course;
     ContactSums all;
     std::vector<ContactSums> organs;
     std::vector<SessionCourse::Peaks> peaks;
     double device_lost = 0;
+    int exchange = 0;
+    std::vector<UsedInstrument> held = {{}};
   };
 
   static double Time(const HapticSample& sample) { return ToSeconds(sample.time_ns); }
 
+  void Begin(const HapticSample& sample);
   bool Follows(const HapticSample& sample) const;
+  void NoteExchanges(const HapticSample& sample);
   void KnowPeriod(const HapticSample& sample, std::uint64_t lost);
   /// What the tick's missing output was is not known: the one before stands.
   void HoldOutput(HapticSample* sample) const;
@@ -63,9 +75,10 @@ class SessionTicks {
                 std::vector<SessionCourse::Peaks>* peaks) const;
 
   double limit_;
-  std::uint64_t most_;
+  std::size_t most_peaks_;
   bool begun_ = false;
-  std::uint64_t first_ = 0, ticks_ = 0;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t exchanges_ = 0;
   double start_ = 0, period_ = 0.001, paused_ = 0, missing_ = 0;
   bool measured_ = false;
   SkippedTicks skipped_;

@@ -1,9 +1,11 @@
 #include "tools/spy/dashboard.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string>
+#include <vector>
+
+#include "tools/spy/request_origin.h"
 
 namespace hpdm {
 namespace {
@@ -13,6 +15,20 @@ using std::chrono::steady_clock;
 
 // How long a page waits for an answer to what it asked.
 constexpr milliseconds kPatience{10};
+
+// What was said once before the place that the player went to.
+void Recall(LogPlayer* player, DashboardServer* server) {
+  for (const char* channel : {kEventChannel, kMeshChannel}) {
+    player->ForEachBefore(channel, [server](const LogEvent& event) { server->Recall(event); });
+  }
+}
+
+void Seek(double position, LogPlayer* player, DashboardServer* server) {
+  const double length = static_cast<double>(player->length_us()) / 1e6;
+  player->Seek(position < length ? static_cast<std::int64_t>(position * 1e6) : player->length_us());
+  server->Interrupt();
+  Recall(player, server);
+}
 
 void Obey(const PlayerCommand& command, LogPlayer* player, DashboardServer* server) {
   switch (command.kind) {
@@ -26,11 +42,7 @@ void Obey(const PlayerCommand& command, LogPlayer* player, DashboardServer* serv
       player->SetSpeed(command.value);
       break;
     case PlayerCommand::kSeek:
-      player->Seek(static_cast<std::int64_t>(
-          std::min(command.value, static_cast<double>(player->length_us()) / 1e6) * 1e6));
-      server->Interrupt();
-      player->ForEachBefore(kEventChannel,
-                            [server](const LogEvent& event) { server->Recall(event); });
+      Seek(command.value, player, server);
       break;
   }
 }
@@ -45,9 +57,15 @@ void Announce(const DashboardServer& server, const DashboardOptions& options,
               const std::string& source) {
   std::printf("%s: %s (Ctrl-C ends it)\n", source.c_str(), server.address().c_str());
   if (options.host != "127.0.0.1" && options.host != "localhost" && options.host != "::1") {
+    const std::vector<std::string> names = NamesOfMachine();
+    std::string where = options.host;
+    if (IsAllAddresses(options.host)) {
+      where = names.empty() ? "this machine"
+                            : "http://" + names[0] + ":" + std::to_string(server.port()) + "/";
+    }
     std::printf(
         "note: whoever reaches %s sees the session; without --host only this machine does\n",
-        options.host.c_str());
+        where.c_str());
   }
   std::fflush(stdout);
 }
@@ -58,13 +76,17 @@ void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schem
                     const StopSignals& stop, SpySource* source) {
   LogPlayer* player = source->player();
   DashboardServer server(options, source->name(), player != nullptr, schemas);
+  if (player != nullptr) Recall(player, &server);  // of before --from
   Announce(server, options, source->name());
 
   LogEvent event;
   bool ended = false;
   auto look_at = steady_clock::now();
   for (;;) {
-    if (source->messages().Next(&event, kPatience)) server.Take(event);
+    if (source->messages().Next(&event, kPatience)) {
+      if (player != nullptr) event.time_us = player->event_us();
+      server.Take(event);
+    }
     if (steady_clock::now() < look_at) continue;
     look_at = steady_clock::now() + kPatience;
     if (stop.WaitFor(0)) return;

@@ -1,7 +1,5 @@
 #include "tools/spy/dashboard_server.h"
 
-#include <arpa/inet.h>
-#include <httplib.h>
 #include <netinet/tcp.h>
 
 #include <algorithm>
@@ -10,6 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/error.h"
+#include "lcmtypes/wall_time.h"
+#include "tools/spy/request_origin.h"
+#include "tools/spy/request_server.h"
 #include "tools/web/web_pages.h"
 
 namespace hpdm {
@@ -22,12 +23,11 @@ using std::chrono::steady_clock;
 constexpr std::chrono::microseconds kInterval{1'000'000 / DashboardServer::kUpdatesPerSecond + 1};
 // What a page takes for a lost connection is three of these.
 constexpr milliseconds kHeartbeat{1000};
-// How long one call may wait for a socket: what ending the server takes at most, or a little more.
-constexpr milliseconds kSocketWait{200};
 constexpr std::size_t kPiece = 16 << 10;
 constexpr std::size_t kMaxCommands = 64;
 // Requests besides the viewers' streams.
 constexpr int kFurtherThreads = 8;
+constexpr int kMaxWaiting = 128;
 
 // Few bytes wait in the system's buffers, so that a slow viewer sees what is new, and a piece that
 // is written to a socket with room does not block. A socket inherits these from its listener. Not
@@ -39,18 +39,6 @@ void SetSocketOptions(socket_t socket) {
   setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &waiting, sizeof waiting);
 }
 
-bool IsAddress(const std::string& host) {
-  in6_addr address;
-  return inet_pton(AF_INET, host.c_str(), &address) == 1 ||
-         inet_pton(AF_INET6, host.c_str(), &address) == 1;
-}
-
-// "localhost:8090" -> "localhost", "[::1]:8090" -> "::1".
-std::string HostOf(const std::string& header) {
-  if (header.starts_with('[')) return header.substr(1, header.find(']') - 1);
-  return header.substr(0, header.rfind(':'));
-}
-
 }  // namespace
 
 DashboardServer::DashboardServer(const DashboardOptions& options, const std::string& source,
@@ -60,12 +48,9 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
       is_log_(is_log),
       state_(schemas),
       last_message_(steady_clock::now()),
-      server_(std::make_unique<httplib::Server>()) {
+      server_(std::make_unique<RequestServer>()) {
   server_->set_socket_options(SetSocketOptions);
   server_->set_tcp_nodelay(true);
-  server_->set_read_timeout(kSocketWait);
-  server_->set_write_timeout(kSocketWait);
-  server_->set_keep_alive_timeout(2);
   server_->set_payload_max_length(4096);
   server_->new_task_queue = [] { return new httplib::ThreadPool(kMaxViewers + kFurtherThreads); };
   server_->set_default_headers(
@@ -142,6 +127,7 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
                                      "; give --host an address of this machine and a port from "
                                      "1024 on"));
   }
+  server_->LetWait(kMaxWaiting);
   listener_ = std::jthread([this] {
     server_->listen_after_bind();
     const std::lock_guard lock(mutex_);
@@ -162,30 +148,26 @@ DashboardServer::~DashboardServer() {
   };
   while (!listens_or_ended()) std::this_thread::sleep_for(milliseconds(1));
   server_->stop();
+  server_->EndConnections();
   listener_.join();
 }
 
 std::string DashboardServer::address() const {
-  const std::string& host = options_.host;
+  std::string host = options_.host;
+  if (IsAllAddresses(host)) host = host == "::" ? "::1" : "127.0.0.1";
   return "http://" + (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" +
          std::to_string(port_) + "/";
 }
 
 bool DashboardServer::Refuses(const httplib::Request& request, httplib::Response* response) const {
-  const std::string header = request.get_header_value("Host");
-  const std::string host = HostOf(header);
-  // On all addresses, any address may be meant, but a name may be another site's that was made to
-  // lead here.
-  const bool all = options_.host == "0.0.0.0" || options_.host == "::";
-  const bool known = host == "localhost" || host == "127.0.0.1" || host == "::1" ||
-                     host == options_.host || (all && IsAddress(host));
+  const std::string host = request.get_header_value("Host");
   const std::string origin = request.get_header_value("Origin");
   const std::string site = request.get_header_value("Sec-Fetch-Site");
-  const bool own = (origin.empty() || origin == "http://" + header) &&
+  const bool own = (origin.empty() || SameHost(origin, "http://" + host)) &&
                    (site.empty() || site == "same-origin" || site == "none");
   // A link from elsewhere may open the page itself.
   const bool opens = request.method == "GET" && request.path == "/" && origin.empty();
-  if (known && (own || opens)) return false;
+  if (MeansThisServer(host, options_.host) && (own || opens)) return false;
   response->status = 403;
   response->set_content("asked for by another name or site", "text/plain");
   return true;
@@ -228,10 +210,7 @@ bool DashboardServer::Stream(httplib::DataSink* sink) {
     {
       std::unique_lock lock(mutex_);
       if (stopped_.wait_until(lock, next, [this] { return stopping_; })) return false;
-      const std::int64_t now_us = is_log_ ? state_.newest_us()
-                                          : std::chrono::duration_cast<std::chrono::microseconds>(
-                                                std::chrono::system_clock::now().time_since_epoch())
-                                                .count();
+      const std::int64_t now_us = is_log_ ? state_.newest_us() : WallTimeUs();
       members = state_.Update(now_us, &seen);
       status = StatusJson();
     }
@@ -254,7 +233,7 @@ bool DashboardServer::Write(std::string_view data, httplib::DataSink* sink) cons
     if (!sink->is_writable()) {
       const auto now = steady_clock::now();
       // At once: the viewer has gone. After a while: it takes nothing just now.
-      if (now - before < kSocketWait / 2 || now - last > kPatience) return false;
+      if (now - before < RequestServer::kWriteTime / 2 || now - last > kPatience) return false;
       continue;
     }
     const std::string_view piece = data.substr(0, kPiece);
@@ -267,6 +246,7 @@ bool DashboardServer::Write(std::string_view data, httplib::DataSink* sink) cons
 
 std::string DashboardServer::StatusJson() const {
   json status = {{"source", source_}, {"messages", state_.messages()}, {"dropped", dropped_}};
+  if (state_.two_sessions()) status["two_sessions"] = true;
   if (is_log_) {
     const PlayerStatus player = player_.value_or(PlayerStatus());
     status["player"] = {{"paused", player.paused},

@@ -15,12 +15,13 @@
 
 namespace httplib {
 class DataSink;
-class Server;
 struct Request;
 struct Response;
 }  // namespace httplib
 
 namespace hpdm {
+
+class RequestServer;
 
 struct DashboardOptions {
   std::string host = "127.0.0.1";
@@ -64,12 +65,12 @@ class DashboardServer {
   /// Throws MachineError where the address cannot be used.
   DashboardServer(const DashboardOptions& options, const std::string& source, bool is_log,
                   const MessageSchemas& schemas = MessageSchemas::Hpdm());
-  /// Ends all connections, within half a second.
+  /// Ends all connections at once.
   ~DashboardServer();
   DashboardServer(const DashboardServer&) = delete;
   DashboardServer& operator=(const DashboardServer&) = delete;
 
-  /// "http://127.0.0.1:8090/".
+  /// "http://127.0.0.1:8090/": one that this machine's browsers can open.
   std::string address() const;
   int port() const { return port_; }
 
@@ -108,7 +109,7 @@ class DashboardServer {
   std::chrono::steady_clock::time_point last_message_;
   std::vector<PlayerCommand> commands_;
 
-  std::unique_ptr<httplib::Server> server_;
+  std::unique_ptr<RequestServer> server_;
   bool listening_ended_ = false;
   std::jthread listener_;
 };

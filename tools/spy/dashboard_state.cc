@@ -2,45 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <numbers>
+#include <limits>
 #include <span>
 #include <string_view>
 #include <utility>
 
-#include "engine/half_space.h"
-#include "tools/spy/base64.h"
-
 namespace hpdm {
 namespace {
 
-using nlohmann::json;
-
 constexpr std::size_t kMaxTextBytes = 500;
-constexpr std::chrono::seconds kChannelsEvery{1};
-// A session clock that goes back by more begins another session.
-constexpr Nanoseconds kAnotherSession = kNanosecondsPerSecond;
 // Its text names the instruments (SessionStartText).
 constexpr std::string_view kStartEvent = "session.start";
 constexpr std::string_view kStartText = "instruments: ";
-constexpr int kSinkingIntervals = 256;
-constexpr double kSinkingEnd = 3;
-
-// Text from messages may be no UTF-8.
-std::string Text(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-void AddMember(const char* name, const std::string& value, std::string* members) {
-  if (!members->empty()) *members += ',';
-  *members += '"';
-  *members += name;
-  *members += "\":";
-  *members += value;
-}
-
-json Vector(const double* v) { return {v[0], v[1], v[2]}; }
-
 template <typename Numbers>
 bool AllFinite(const Numbers& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](auto x) { return std::isfinite(x); });
@@ -51,40 +24,17 @@ bool Decode(const LogEvent& event, const char* channel, Message* message) {
   return event.channel == channel && DecodeMessage(event.data, message);
 }
 
-// The shape belongs to the mesh: as many displacements as it has control points or vertices.
-bool Fits(const organ_t& shape, const OrganDescription& mesh) {
-  const std::size_t n = shape.displacements.size() / 3;
-  if (!mesh.lattice) return n == 0 || n == static_cast<std::size_t>(mesh.vertices.rows());
-  return n == mesh.lattice->kept.size();
+// Counts of a damaged message may be any: the sum stops at the ends of its range.
+void Count(std::int64_t more, std::int64_t* sum) {
+  if (__builtin_add_overflow(*sum, more, sum)) {
+    using Limits = std::numeric_limits<std::int64_t>;
+    *sum = more > 0 ? Limits::max() : Limits::min();
+  }
 }
 
 bool IsFinite(const dent_t& dent) {
   return AllFinite(std::span(dent.centre)) && AllFinite(std::span(dent.normal)) &&
          AllFinite(std::span(dent.strength)) && std::isfinite(dent.resolved_radius);
-}
-
-json DentJson(const dent_t& dent) {
-  return {{"centre", Vector(dent.centre)},
-          {"normal", Vector(dent.normal)},
-          {"radius", dent.radius},
-          {"resolved_radius", dent.resolved_radius},
-          {"strength", Vector(dent.strength)}};
-}
-
-json LoopJson(const loop_stats_t& loop, std::int64_t missed) {
-  return {{"rate_hz", loop.rate_hz}, {"cycles", loop.cycles}, {"missed", missed}};
-}
-
-// Half-space sinking (half_space.h) at even steps up to `end` radii, and its value there times
-// pi end^3 - end^2: the second term of the series beyond.
-std::string SinkingJson() {
-  std::array<double, kSinkingIntervals + 1> values;
-  for (int i = 0; i <= kSinkingIntervals; ++i) {
-    values[i] = KernelSinking(i * kSinkingEnd / kSinkingIntervals);
-  }
-  const double tail =
-      (values.back() * std::numbers::pi * kSinkingEnd - 1) * kSinkingEnd * kSinkingEnd;
-  return Text({{"end", kSinkingEnd}, {"values", Base64Of(values)}, {"tail", tail}});
 }
 
 }  // namespace
@@ -116,7 +66,16 @@ void DashboardState::Take(const LogEvent& event) {
 void DashboardState::Take(const force_t& force) {
   HapticSample sample;
   if (!FromMessage(force, &sample)) return;
-  if (force.time_ns < trace_.newest_ns() - kAnotherSession) BeginAnew();
+  const TickOrder::Verdict verdict = order_.Judge(force.time_ns);
+  if (verdict == TickOrder::Verdict::kStray) return;
+  if (verdict == TickOrder::Verdict::kAhead) {
+    ahead_ = force;
+    return;
+  }
+  if (verdict == TickOrder::Verdict::kAnew) BeginAnew();
+  // What was ahead and came true loses no peak.
+  if (ahead_ && ahead_->time_ns <= force.time_ns) trace_.Add(*ahead_);
+  ahead_.reset();
   trace_.Add(force);
   force_ = force;
   ++tools_version_;
@@ -156,12 +115,12 @@ void DashboardState::Take(const stats_t& stats) {
   latencies_.Add(stats);
   const std::array<const loop_stats_t*, 3> loops = {&stats.haptic, &stats.deformation,
                                                     &stats.render};
-  for (std::size_t i = 0; i < loops.size(); ++i) missed_[i] += loops[i]->missed;
-  skipped_[0] += stats.skipped_late_wake_up;
-  skipped_[1] += stats.skipped_long_compute;
-  skipped_[2] += stats.skipped_stalled;
-  stolen_ns_ += stats.stolen_ns;
-  counted_ns_ += stats.interval_ns;
+  for (std::size_t i = 0; i < loops.size(); ++i) Count(loops[i]->missed, &missed_[i]);
+  Count(stats.skipped_late_wake_up, &skipped_[0]);
+  Count(stats.skipped_long_compute, &skipped_[1]);
+  Count(stats.skipped_stalled, &skipped_[2]);
+  Count(stats.stolen_ns, &stolen_ns_);
+  Count(stats.interval_ns, &counted_ns_);
   stats_ = stats;
   stats_->bins.clear();
   ++health_version_;
@@ -169,6 +128,9 @@ void DashboardState::Take(const stats_t& stats) {
 
 void DashboardState::Take(const event_t& event) {
   if (event.name == kStartEvent) {
+    // Where two sessions speak, the one whose ticks come first is followed.
+    order_ = {};
+    ahead_.reset();
     BeginAnew();
     organs_.clear();  // its meshes follow
   }
@@ -194,7 +156,12 @@ void DashboardState::AddEvent(const event_t& event) {
 
 void DashboardState::Recall(const LogEvent& event) {
   event_t happened;
-  if (Decode(event, kEventChannel, &happened)) AddEvent(happened);
+  mesh_t mesh;
+  if (Decode(event, kEventChannel, &happened)) {
+    AddEvent(happened);
+  } else if (Decode(event, kMeshChannel, &mesh)) {
+    Take(std::move(mesh));
+  }
 }
 
 void DashboardState::Finish() { trace_.Finish(); }
@@ -202,6 +169,8 @@ void DashboardState::Finish() { trace_.Finish(); }
 void DashboardState::Interrupt() {
   newest_us_ = 0;
   channels_.Interrupt();
+  order_ = {};
+  ahead_.reset();
   BeginAnew();
 }
 
@@ -222,209 +191,6 @@ void DashboardState::BeginAnew() {
   }
   ++tools_version_;
   ++health_version_;
-}
-
-const std::string& DashboardState::ShapeJson(int number) {
-  Organ& organ = organs_.at(number);
-  if (organ.shape_json_version == organ.shape_version) return organ.shape_json;
-  json value = {{"organ", number}};
-  if (organ.shape && organ.mesh.whole()) {
-    const organ_t& shape = *organ.shape;
-    value["fits"] = Fits(shape, *organ.mesh.whole());
-    value["step"] = shape.step;
-    value["offset"] = Vector(shape.offset);
-    value["displacements"] = Base64Of(shape.displacements);
-    value["local_functions"] = Base64Of(shape.local_functions);
-    value["local_displacements"] = Base64Of(shape.local_displacements);
-    value["dents"] = json::array();
-    for (const dent_t& dent : shape.dents) value["dents"].push_back(DentJson(dent));
-  }
-  organ.shape_json = Text(value);
-  organ.shape_json_version = organ.shape_version;
-  return organ.shape_json;
-}
-
-std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
-  std::string members;
-  if (seen->generation != generation_) {
-    const std::array<std::uint64_t, kMaxOrgans> meshes = seen->meshes;
-    const std::uint64_t names = seen->names;
-    const bool first = seen->generation == 0;
-    *seen = {};
-    seen->generation = generation_;
-    seen->meshes = meshes;
-    seen->names = names;
-    json present = json::array();
-    for (const auto& [number, organ] : organs_) present.push_back(number);
-    AddMember("reset", Text({{"organs", present}}), &members);
-    if (first) AddMember("sinking", SinkingJson(), &members);
-  }
-  if (seen->names != names_version_) {
-    seen->names = names_version_;
-    AddMember("instruments", Text(instruments_), &members);
-  }
-
-  std::string meshes, shapes;
-  for (auto& [number, organ] : organs_) {
-    if (organ.mesh_version == 0) continue;
-    std::uint64_t& mesh_seen = seen->meshes[number];
-    std::uint64_t& shape_seen = seen->shapes[number];
-    if (mesh_seen != organ.mesh_version) {
-      mesh_seen = organ.mesh_version;
-      shape_seen = 0;
-      organ.shape_json_version = 0;  // whether it fits is another question now
-      meshes += meshes.empty() ? "" : ",";
-      meshes +=
-          Text({{"organ", number}, {"version", mesh_seen}, {"name", organ.mesh.whole()->name}});
-    }
-    if (shape_seen != organ.shape_version) {
-      shape_seen = organ.shape_version;
-      shapes += shapes.empty() ? "" : ",";
-      shapes += ShapeJson(number);
-    }
-  }
-  if (!meshes.empty()) AddMember("meshes", "[" + meshes + "]", &members);
-  if (!shapes.empty()) AddMember("organs", "[" + shapes + "]", &members);
-
-  const std::uint64_t rows_end = trace_.first_row() + trace_.rows().size();
-  if (seen->row != rows_end) {
-    json rows = json::array();
-    for (std::uint64_t r = std::max(seen->row, trace_.first_row()); r < rows_end; ++r) {
-      const ForceTrace::Row& row = trace_.rows()[r - trace_.first_row()];
-      json values = {row.interval};
-      for (int i = 0; i < row.tool_count; ++i) {
-        values.insert(values.end(), {row.force[i], row.depth[i], row.guard_flags[i]});
-      }
-      rows.push_back(values);
-    }
-    seen->row = rows_end;
-    AddMember("rows", Text(rows), &members);
-  }
-  if (seen->tools != tools_version_) {
-    seen->tools = tools_version_;
-    AddMember("tools", ToolsJson(), &members);
-  }
-  if (seen->health != health_version_) {
-    seen->health = health_version_;
-    AddMember("health", HealthJson(), &members);
-  }
-  if (!events_.empty() && seen->event != events_.back().number) {
-    json list = json::array();
-    for (const Happened& happened : events_) {
-      if (happened.number <= seen->event) continue;
-      list.push_back({{"time", static_cast<double>(happened.event.time_ns) / 1e9},
-                      {"severity", happened.event.severity},
-                      {"name", happened.event.name},
-                      {"text", happened.event.text}});
-    }
-    seen->event = events_.back().number;
-    AddMember("events", Text(list), &members);
-  }
-  const auto now = std::chrono::steady_clock::now();
-  if (messages() > 0 && now - seen->channels >= kChannelsEvery) {
-    seen->channels = now;
-    AddMember("channels", ChannelsJson(now_us), &members);
-    json errors = json::array();
-    for (const auto& [number, organ] : organs_) {
-      if (!organ.mesh.error().empty()) errors.push_back({number, organ.mesh.error()});
-    }
-    AddMember("mesh_errors", Text(errors), &members);
-  }
-  return members;
-}
-
-std::string DashboardState::ToolsJson() const {
-  json value = {{"begin", static_cast<double>(trace_.begin_ns()) / 1e9}};
-  json& tools = value["tools"] = json::array();
-  if (force_) {
-    value["time"] = static_cast<double>(force_->time_ns) / 1e9;
-    for (int i = 0; i < force_->tool_count; ++i) {
-      const tool_force_t& tool = force_->tools[i];
-      const ForceTrace::Peak& peak = trace_.peaks()[i];
-      tools.push_back({{"force", Vector(tool.force)},
-                       {"depth", tool.depth},
-                       {"organ", tool.organ},
-                       {"kind", tool.kind},
-                       {"guard_flags", tool.guard_flags},
-                       {"peak_force", peak.force},
-                       {"peak_depth", peak.depth}});
-    }
-  }
-  if (contact_) {
-    value["step"] = contact_->step;
-    value["step_flags"] = contact_->flags;
-    value["step_ns"] = contact_->compute_ns;
-    json& poses = value["poses"] = json::array();
-    for (const tool_contact_t& tool : contact_->tools) {
-      poses.push_back({{"tip", Vector(tool.p_tip)},
-                       {"trocar", Vector(tool.p_trocar)},
-                       {"jaw", tool.jaw},
-                       {"exchange", tool.exchange},
-                       {"kind", tool.kind},
-                       {"contact", Vector(tool.p_contact)},
-                       {"force_on_tissue", Vector(tool.force_on_tissue)}});
-    }
-  }
-  return Text(value);
-}
-
-std::string DashboardState::HealthJson() const {
-  if (!stats_) return "null";
-  const stats_t& s = *stats_;
-  return Text({{"counted_s", static_cast<double>(counted_ns_) / 1e9},
-               {"haptic", LoopJson(s.haptic, missed_[0])},
-               {"deformation", LoopJson(s.deformation, missed_[1])},
-               {"render", LoopJson(s.render, missed_[2])},
-               {"skipped_late_wake_up", skipped_[0]},
-               {"skipped_long_compute", skipped_[1]},
-               {"skipped_stalled", skipped_[2]},
-               {"stolen_ms", static_cast<double>(stolen_ns_) / 1e6},
-               {"queue_overflows", s.queue_overflows},
-               {"log_events", s.log_events},
-               {"log_dropped", s.log_dropped},
-               {"live_errors", s.live_errors},
-               {"latencies", latencies_.ToJson()}});
-}
-
-std::string DashboardState::ChannelsJson(std::int64_t now_us) const {
-  json rows = json::array();
-  for (const ChannelRow& row : channels_.Rows(now_us)) {
-    rows.push_back({{"channel", row.facts.channel},
-                    {"type", row.facts.type},
-                    {"messages", row.facts.messages},
-                    {"rate_hz", row.flow.rate_hz},
-                    {"bytes_per_s", row.flow.bytes_per_s},
-                    {"jitter_s", row.flow.jitter_s},
-                    {"lost", row.facts.lost},
-                    {"unreadable", row.facts.unreadable}});
-  }
-  return Text(rows);
-}
-
-std::string DashboardState::MeshJson(int number) const {
-  const auto at = organs_.find(number);
-  if (at == organs_.end() || !at->second.mesh.whole()) return {};
-  const OrganDescription& organ = *at->second.mesh.whole();
-  const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> vertices =
-      organ.vertices.cast<float>();
-  json value = {{"name", organ.name},
-                {"version", at->second.mesh_version},
-                {"vertices", Base64Of(vertices)},
-                {"triangles", Base64Of(organ.triangles)}};
-  if (organ.lattice) {
-    const LatticeDescription& lattice = *organ.lattice;
-    json axes = json::array();
-    for (int d = 0; d < 3; ++d) axes.push_back(Vector(lattice.axes.col(d).data()));
-    value["lattice"] = {{"basis", lattice.basis == BasisType::kBSpline ? "bspline" : "bernstein"},
-                        {"degree", lattice.degree},
-                        {"cells", lattice.cells},
-                        {"origin", Vector(lattice.origin_W.data())},
-                        {"axes", axes},
-                        {"lengths", Vector(lattice.lengths.data())},
-                        {"kept", Base64Of(lattice.kept)},
-                        {"local_refinement", lattice.local_refinement}};
-  }
-  return Text(value);
 }
 
 }  // namespace hpdm

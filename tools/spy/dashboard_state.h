@@ -16,6 +16,7 @@
 #include "tools/spy/force_trace.h"
 #include "tools/spy/latency_sums.h"
 #include "tools/spy/mesh_parts.h"
+#include "tools/spy/tick_order.h"
 
 namespace hpdm {
 
@@ -39,7 +40,8 @@ class DashboardState {
   /// The messages to come do not follow those before (a seek in a log): all but the meshes and the
   /// instruments' names starts anew.
   void Interrupt();
-  /// Takes an event again that was before the place of a seek, for the list of events.
+  /// Takes what was before the place of a seek and counts it nowhere: an event for the list of
+  /// events and the instruments' names, a mesh.
   void Recall(const LogEvent& event);
 
   /// What one viewer has been sent.
@@ -65,6 +67,8 @@ class DashboardState {
   /// Time stamp of the newest message.
   std::int64_t newest_us() const { return newest_us_; }
   std::uint64_t messages() const { return channels_.messages(); }
+  /// Ticks of two sessions' clocks come mixed.
+  bool two_sessions() const { return order_.two_sessions(); }
 
  private:
   struct Organ {
@@ -97,7 +101,9 @@ class DashboardState {
   std::int64_t newest_us_ = 0;
   std::uint64_t generation_ = 1;
   ForceTrace trace_;
-  std::uint64_t versions_ = 0;  // of meshes and shapes, so far
+  TickOrder order_;
+  std::optional<force_t> ahead_;  // a tick that jumped ahead, until one follows it
+  std::uint64_t versions_ = 0;    // of meshes and shapes, so far
   std::uint64_t tools_version_ = 0, health_version_ = 0, names_version_ = 0, events_count_ = 0;
   std::optional<force_t> force_;
   std::optional<contact_t> contact_;

@@ -2,12 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hpdm {
+namespace {
+
+// Rows are of single precision, beyond whose range a number is none either.
+double Finite(double value) {
+  return std::abs(value) <= std::numeric_limits<float>::max() ? value : 0;
+}
+
+}  // namespace
 
 void ForceTrace::Add(const force_t& force) {
   if (begin_ns_ < 0) begin_ns_ = force.time_ns;
-  newest_ns_ = std::max(newest_ns_, force.time_ns);
   const std::int64_t interval = force.time_ns / kInterval;
   if (filling_any_ && interval > filling_.interval) Finish();
   if (!filling_any_ && (rows_.empty() || interval > rows_.back().interval)) {
@@ -20,9 +28,8 @@ void ForceTrace::Add(const force_t& force) {
   for (int i = 0; i < force.tool_count; ++i) {
     const tool_force_t& tool = force.tools[i];
     const double* f = tool.force;
-    double newton = std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
-    if (!std::isfinite(newton)) newton = 0;
-    const double depth = std::isfinite(tool.depth) ? tool.depth : 0;
+    const double newton = Finite(std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]));
+    const double depth = Finite(tool.depth);
     peaks_[i].force = std::max(peaks_[i].force, newton);
     peaks_[i].depth = std::max(peaks_[i].depth, depth);
     if (!fits) continue;

@@ -43,7 +43,6 @@ class ForceTrace {
   const std::array<Peak, kMaxInstruments>& peaks() const { return peaks_; }
   /// Session time of the first tick, ns; -1 before it.
   Nanoseconds begin_ns() const { return begin_ns_; }
-  Nanoseconds newest_ns() const { return newest_ns_; }
 
  private:
   std::deque<Row> rows_;
@@ -51,7 +50,7 @@ class ForceTrace {
   Row filling_;
   bool filling_any_ = false;
   std::array<Peak, kMaxInstruments> peaks_{};
-  Nanoseconds begin_ns_ = -1, newest_ns_ = -1;
+  Nanoseconds begin_ns_ = -1;
 };
 
 }  // namespace hpdm

@@ -27,7 +27,6 @@ void LatencySums::Add(const stats_t& stats) {
   }
 }
 
-// As Histogram::Percentile.
 std::int64_t LatencySums::Sum::Percentile(double fraction) const {
   const double wanted = fraction * static_cast<double>(count) * (1 - 1e-12);
   std::uint64_t seen = 0;
@@ -54,7 +53,6 @@ nlohmann::json LatencySums::ToJson() const {
                    {"count", sum.count},
                    {"p50", sum.Percentile(0.5)},
                    {"p99", sum.Percentile(0.99)},
-                   {"p999", sum.Percentile(0.999)},
                    {"max", sum.max_ns},
                    {"bins", bins}});
   }

@@ -29,6 +29,10 @@ bool HandleLogKey(int key, LogPlayer* player, bool* sought) {
     *sought = true;
   };
   const std::int64_t position = player->position_us();
+  // A log with damaged time stamps may be as long as 64 bits allow.
+  const auto forward = [&](std::int64_t by_us) {
+    seek(player->length_us() - position > by_us ? position + by_us : player->length_us());
+  };
   if (key >= '0' && key <= '9') {
     seek(player->length_us() / 10 * (key - '0'));
     return true;
@@ -53,7 +57,7 @@ bool HandleLogKey(int key, LogPlayer* player, bool* sought) {
       seek(position - 5 * kSecondUs);
       return true;
     case kKeyRight:
-      seek(position + 5 * kSecondUs);
+      forward(5 * kSecondUs);
       return true;
     case '<':
     case ',':
@@ -61,7 +65,7 @@ bool HandleLogKey(int key, LogPlayer* player, bool* sought) {
       return true;
     case '>':
     case '.':
-      seek(position + 60 * kSecondUs);
+      forward(60 * kSecondUs);
       return true;
     case kKeyHome:
       seek(0);

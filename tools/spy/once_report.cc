@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "lcmtypes/wall_time.h"
 #include "tools/report_text.h"
 #include "tools/spy/spy_text.h"
 
@@ -77,9 +78,7 @@ void Watch(SpySource* source, double seconds, const StopSignals& stop, SpyReport
   if (player != nullptr) {
     report->damaged_bytes = player->damaged_bytes();
   } else {
-    report->now_us = std::chrono::duration_cast<std::chrono::microseconds>(
-                         std::chrono::system_clock::now().time_since_epoch())
-                         .count();
+    report->now_us = WallTimeUs();
   }
 }
 
@@ -118,9 +117,10 @@ void Print(const SpyReport& report) {
   }
   std::printf(
       "%s messages in %.3g s; rate, jitter (standard deviation of the interval), longest "
-      "interval and bandwidth are of the last %.0f s\n",
+      "interval and bandwidth are of the last %.0f s, at most %s messages\n",
       WithCommas(report.table.messages()).c_str(), report.seconds,
-      1e-6 * static_cast<double>(ChannelTable::kChannelWindowUs));
+      1e-6 * static_cast<double>(ChannelTable::kChannelWindowUs),
+      WithCommas(ChannelTable::kMaxChannelArrivals).c_str());
   const auto tell = [](const char* what, std::uint64_t count) {
     if (count > 0) std::printf("%s: %s\n", what, WithCommas(count).c_str());
   };

@@ -21,8 +21,9 @@ struct SpyReport {
   explicit SpyReport(const MessageSchemas& schemas) : table(schemas) {}
 };
 
-/// Reads `seconds` of the source (a log's own seconds, as fast as it is read unless its speed was
-/// set by the caller), or less when a stop is asked for or a log ends.
+/// Reads `seconds` of the source (a log's own seconds from its position on, as fast as it is read
+/// unless its speed was set by the caller; what a seek plays of the time before would be counted
+/// too), or less when a stop is asked for or a log ends.
 void Watch(SpySource* source, double seconds, const StopSignals& stop, SpyReport* report);
 
 /// Everything about every channel, and its last message's values by name. Numbers that JSON does

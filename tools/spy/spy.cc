@@ -1,15 +1,20 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "engine/error.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/report_text.h"
 #include "tools/schema_files.h"
 #include "tools/spy/dashboard.h"
 #include "tools/spy/once_report.h"
@@ -26,11 +31,27 @@ struct SpyOptions {
   bool once = false;
   bool json = false;
   bool web = false;
+  std::string web_value;  // what stands after --web
   DashboardOptions dashboard;
   double seconds = 0;  // 0: not given
   double speed = 0;    // 0: not given
   double from = 0;
 };
+
+/// The source; with a word on the terminal where that takes a while.
+SpySource Opened(const std::string& log) {
+  constexpr std::uintmax_t kQuickBytes = 200'000'000;
+  std::error_code error;
+  const std::uintmax_t bytes = log.empty() ? 0 : std::filesystem::file_size(log, error);
+  const bool tell = !error && bytes > kQuickBytes && isatty(STDERR_FILENO) != 0;
+  if (tell) {
+    std::fprintf(stderr, "reading %s MB, Ctrl-C ends it",
+                 WithCommas(static_cast<long long>(bytes / 1'000'000)).c_str());
+  }
+  SpySource source(log);
+  if (tell) std::fprintf(stderr, "\r\x1b[K");
+  return source;
+}
 
 void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const StopSignals& stop,
                 SpySource* source) {
@@ -55,6 +76,24 @@ void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const 
   throw CLI::RuntimeError(1);
 }
 
+// --web [PORT] takes what stands after it: what is no number is the log.
+void TakeWebValue(SpyOptions* options) {
+  const std::string& value = options->web_value;
+  if (value.empty()) return;
+  const bool number = value.find_first_not_of("0123456789") == std::string::npos;
+  if (number && (value.size() > 5 || std::stoi(value) > 65535)) {
+    throw InputError("spy: --web " + value + ": a port is a number from 0 to 65535");
+  }
+  if (number) {
+    options->dashboard.port = std::stoi(value);
+  } else if (options->log.empty()) {
+    options->log = value;
+  } else {
+    throw InputError("spy: --web " + value + ": is no port, and the log is " + options->log +
+                     "; give a number from 0 to 65535");
+  }
+}
+
 void Spy(const SpyOptions& options) {
   if (options.json && !options.once) {
     throw InputError("spy: --json is for scripts; give --once with it");
@@ -69,12 +108,18 @@ void Spy(const SpyOptions& options) {
   if (options.log.empty() && (options.speed > 0 || options.from > 0)) {
     throw InputError("spy: --speed and --from are for a log; give its path");
   }
-  const StopSignals stop;  // before LCM starts its thread
   const MessageSchemas schemas = SchemasWith(options.types);
-  SpySource source(options.log);
+  // Before LCM starts its thread; while a log is indexed a signal ends the program at once.
+  std::optional<StopSignals> blocked;
+  if (options.log.empty()) blocked.emplace();
+  SpySource source = Opened(options.log);
+  if (!blocked) blocked.emplace();
+  const StopSignals& stop = *blocked;
   if (source.player() != nullptr) {
     if (options.speed > 0) source.player()->SetSpeed(options.speed);
-    if (options.from > 0) source.player()->Seek(static_cast<std::int64_t>(1e6 * options.from));
+    const auto from_us = static_cast<std::int64_t>(1e6 * options.from);
+    // A report counts nothing of the time before.
+    if (from_us > 0) source.player()->Seek(from_us, options.once ? 0 : LogPlayer::kLeadInUs);
   }
   if (options.web) {
     ServeDashboard(options.dashboard, schemas, stop, &source);
@@ -107,17 +152,19 @@ void AddSpyCommand(CLI::App& app) {
                   "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
                   "it can be read")
       ->check(CLI::Range(LogPlayer::kSlowest, LogPlayer::kFastest));
-  spy->add_option("--from", options->from, "Where to start in a log, s from its start")
+  spy->add_option("--from", options->from,
+                  "Where to start in a log, s from its start; --once counts nothing before")
       ->check(CLI::Range(0.0, 1e9));
-  CLI::Option* web = spy->add_option("--web", options->dashboard.port,
+  CLI::Option* web = spy->add_option("--web", options->web_value,
                                      "Show a dashboard in a browser, on this port of this machine "
                                      "alone; 8090 unless given, 0: any free one");
-  web->expected(0, 1)->check(CLI::Range(0, 65535));
+  web->expected(0, 1)->type_name("PORT");
   spy->add_option("--host", options->dashboard.host,
                   "With --web: the address to listen on, which others may then reach")
       ->needs(web);
   spy->callback([options, web] {
     options->web = web->count() > 0;
+    TakeWebValue(options.get());
     Spy(*options);
   });
 }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "lcmtypes/channel_table.h"
+#include "lcmtypes/wall_time.h"
 #include "tools/spy/channel_list_view.h"
 #include "tools/spy/field_history.h"
 #include "tools/spy/field_list_view.h"
@@ -43,17 +44,12 @@ constexpr const char* kHelp[] = {
     "Home End        to its start, its end",
     "",
     "Rate, jitter and bandwidth are of the",
-    "last 5 s. Jitter: standard deviation of",
-    "the interval between two messages.",
+    "last 5 s, at most 4,096 messages.",
+    "Jitter: standard deviation of the",
+    "interval between two messages.",
     "Lost: missing sequence numbers. UNREAD:",
     "another type or size than the channel's.",
 };
-
-std::int64_t WallTime() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 class View {
  public:
@@ -76,7 +72,7 @@ class View {
       jumped_ |= source_.messages().ended() != ended;
       const Clock::time_point now = Clock::now();
       if (now >= next_figures || jumped_) {
-        channels_.SetRows(table_.Rows(source_.player() != nullptr ? last_us_ : WallTime()));
+        channels_.SetRows(table_.Rows(source_.player() != nullptr ? last_us_ : WallTimeUs()));
         next_figures = now + kFigures;
         jumped_ = false;
       }
@@ -137,7 +133,8 @@ class View {
     }
   }
 
-  /// One step: the filter, the channel, the program.
+  /// One step: the filter, the channel. Not the program: a key's first byte, Escape, may come alone
+  /// over a slow connection.
   void Back() {
     if (!filter_.empty()) {
       filter_.clear();
@@ -145,8 +142,6 @@ class View {
     } else if (!open_.empty()) {
       open_.clear();
       filter_ = channel_filter_;
-    } else {
-      quit_ = true;
     }
   }
 
@@ -180,6 +175,10 @@ class View {
     filter_.clear();
     history_.Clear();
     fields_.Reset();
+    TakeNewest();
+  }
+
+  void TakeNewest() {
     const ChannelTable::Last last = table_.Find(open_);
     if (last.type != nullptr && last.event != nullptr) TakeValues(*last.event);
   }
@@ -188,6 +187,8 @@ class View {
   void Jump() {
     table_.Interrupt();
     history_.Clear();
+    source_.player()->ForNewestBefore([this](const LogEvent& event) { table_.Recall(event); });
+    if (!open_.empty()) TakeNewest();
     sought_ = false;
     jumped_ = true;
   }
@@ -275,9 +276,12 @@ class View {
     screen_.Put(top, 0, line, TextStyle::kBold);
     if (history_.fields().empty()) {
       const ChannelTable::Last last = table_.Find(open_);
+      const bool had = row != nullptr && row->facts.messages > row->facts.unreadable;
       screen_.Put(top + 2, 2,
                   last.type == nullptr ? "The type of its messages is not known here:"
-                                       : "No message that can be read has come yet.",
+                  : had && source_.player() != nullptr
+                      ? "Its next message comes later in the log."
+                      : "No message that can be read has come yet.",
                   TextStyle::kDim);
       if (last.type == nullptr) {
         screen_.Put(top + 3, 2, "give its file with --types FILE.lcm", TextStyle::kDim);
@@ -290,7 +294,7 @@ class View {
   /// How long a live channel has been silent, once that is worth a word.
   std::string AgeText(std::int64_t last_us) const {
     if (source_.player() != nullptr) return {};
-    const double age = 1e-6 * static_cast<double>(WallTime() - last_us);
+    const double age = 1e-6 * static_cast<double>(WallTimeUs() - last_us);
     return age > 3 ? Format("last one %.0f s ago", age) : std::string();
   }
 

@@ -73,6 +73,10 @@ export function notices(session) {
       session.events.at(-1)?.name !== 'session.end') {
     list.push(['warn', 'The session says nothing: it was stopped, or the network is gone.']);
   }
+  if (status?.two_sessions) {
+    list.push(['bad', 'Two sessions speak on the same network, and their messages are mixed here: ' +
+        'give each its own LCM_DEFAULT_URL.']);
+  }
   const lossy = session.channels.filter((channel) => channel.lost > 0);
   if (lossy.length > 0) {
     list.push(['warn', `${plural(lost(session), 'message was', 'messages were')} lost on the way: ` +
@@ -99,7 +103,8 @@ export function showNotices(session) {
     element.dataset.key = key;
     element.replaceChildren(...list.map(([tone, text]) => make('li', {class: tone}, text)));
   }
-  const nothing = session.noWebGl || session.organNames.size > 0 ? '' :
+  const nothing = session.noWebGl || session.organNames.size > 0 ? '' : session.status?.player ?
+      'No mesh yet: organs appear at the place of the log where all parts of HPDM_MESH have come.' :
       'No mesh yet: organs appear once all parts of HPDM_MESH have come. A live session repeats them every 3 s.';
   if (find('nothing').textContent !== nothing) find('nothing').textContent = nothing;
 }

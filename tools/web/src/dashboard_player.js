@@ -17,8 +17,9 @@ export function makePlayer() {
   const bar = find('player'), play = find('play'), seek = find('seek'), speed = find('speed');
   let player = null, holding = false;
   play.onclick = async () => {
-    if (player?.ended) await ask('seek', 0);
-    await ask(player?.paused || player?.ended ? 'play' : 'pause');
+    const {ended, paused} = player;  // as the button said: the answer to a seek changes it
+    if (ended) await ask('seek', 0);
+    await ask(ended || paused ? 'play' : 'pause');
   };
   seek.oninput = () => {
     holding = true;
@@ -39,6 +40,11 @@ export function makePlayer() {
       seek.value = player.position;
       find('position').textContent = `${clock(player.position)} of ${clock(player.duration)}`;
     }
-    if (document.activeElement !== speed) speed.value = String(player.speed);
+    if (document.activeElement === speed) return;
+    const value = String(player.speed);
+    if (![...speed.options].some((option) => option.value === value)) {
+      speed.add(new Option(`${value} x`, value));  // as --speed gave it
+    }
+    speed.value = value;
   };
 }

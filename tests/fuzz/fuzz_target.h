@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+/// Everything that reads bytes from outside, as functions that libFuzzer calls with millions of
+/// inputs (entry.cc, tools/fuzz.sh) and fuzz_test with the kept ones. A target may meet any bytes:
+/// the reader must refuse them with an InputError of one line, or give what it promises. Each
+/// returns whether the bytes were taken.
+namespace hpdm::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// A reader broke its promise: what was read is not sound, or a refusal says too little.
+class Violation : public std::logic_error {
+ public:
+  using std::logic_error::logic_error;
+};
+
+/// Throws Violation unless the condition holds.
+#define HPDM_ENSURE(condition)                                                               \
+  do {                                                                                       \
+    if (!(condition)) {                                                                      \
+      throw ::hpdm::fuzz::Violation(std::string(__FILE__) + ":" + std::to_string(__LINE__) + \
+                                    ": not so: " #condition);                                \
+    }                                                                                        \
+  } while (false)
+
+bool LogFile(Bytes bytes);    ///< LogReader, CheckLog, RepairLog, TickReader, LoggedSession.
+bool MeshObj(Bytes bytes);    ///< ImportMesh of an OBJ file,
+bool MeshPly(Bytes bytes);    ///< a PLY file,
+bool MeshStl(Bytes bytes);    ///< an STL file.
+bool MeshParts(Bytes bytes);  ///< JoinMesh of encoded parts, each behind its length (2 bytes,
+                              ///< the low one first).
+bool Message(Bytes bytes);    ///< DecodeMessage and FromMessage of every type.
+bool Schema(Bytes bytes);     ///< MessageSchemas of an .lcm text; behind a zero byte, a message
+                              ///< without its hash for every type of it.
+bool SceneFile(Bytes bytes);  ///< LoadScene.
+bool TraceCsv(Bytes bytes);   ///< ReadTraceFile, and the motion that it stands for.
+
+/// In tests/fuzz/corpus and tests/fuzz/findings a folder each of these names.
+struct Target {
+  const char* name;
+  bool (*run)(Bytes bytes);
+};
+inline constexpr Target kTargets[] = {
+    {"LogFile", LogFile},     {"MeshObj", MeshObj}, {"MeshParts", MeshParts},
+    {"MeshPly", MeshPly},     {"MeshStl", MeshStl}, {"Message", Message},
+    {"SceneFile", SceneFile}, {"Schema", Schema},   {"TraceCsv", TraceCsv}};
+
+}  // namespace hpdm::fuzz

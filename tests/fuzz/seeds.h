@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hpdm::fuzz {
+
+/// An input that a reader accepts, for libFuzzer to begin with.
+struct Seed {
+  std::string target;  ///< As in kTargets.
+  std::string name;    ///< Of the file.
+  std::vector<std::uint8_t> bytes;
+};
+
+/// The seeds in binary, which no editor writes: messages, logs, meshes. The same bytes every time.
+std::vector<Seed> BinarySeeds();
+
+}  // namespace hpdm::fuzz
