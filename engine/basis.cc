@@ -6,33 +6,46 @@
 #include "engine/check.h"
 
 namespace hpdm {
+namespace {
+
+std::vector<double> Binomials(int degree) {
+  std::vector<double> binomials(degree + 1, 1.0);
+  for (int i = 1; i <= degree; ++i) binomials[i] = binomials[i - 1] * (degree - i + 1) / i;
+  return binomials;
+}
+
+// Of the degree that the binomials are of. Powers by repeated products from both ends: no
+// cancellation, exact at 0 and 1.
+void EvaluateBernstein(const std::vector<double>& binomials, double c, double* values) {
+  const int degree = static_cast<int>(binomials.size()) - 1;
+  double power = 1;
+  for (int i = 0; i <= degree; ++i) {
+    values[i] = binomials[i] * power;
+    power *= c;
+  }
+  power = 1;
+  for (int i = degree; i >= 0; --i) {
+    values[i] *= power;
+    power *= 1 - c;
+  }
+}
+
+}  // namespace
 
 UnivariateBasis::UnivariateBasis(BasisType type, int degree, int cells)
     : type_(type), degree_(degree), cells_(type == BasisType::kBernstein ? 1 : cells) {
   HPDM_CHECK(degree >= 0 && cells_ >= 1);
   HPDM_CHECK(type == BasisType::kBernstein || degree <= 3);
   if (type == BasisType::kBernstein) {
-    binomials_.assign(degree + 1, 1.0);
-    for (int i = 1; i <= degree; ++i) {
-      binomials_[i] = binomials_[i - 1] * (degree - i + 1) / i;
-    }
+    binomials_ = Binomials(degree);
+    if (degree > 0) derivative_binomials_ = Binomials(degree - 1);
   }
 }
 
 int UnivariateBasis::Evaluate(double c, double* values) const {
   c = std::clamp(c, 0.0, 1.0);
   if (type_ == BasisType::kBernstein) {
-    // Powers by repeated products from both ends: no cancellation, exact at 0 and 1.
-    double power = 1;
-    for (int i = 0; i <= degree_; ++i) {
-      values[i] = binomials_[i] * power;
-      power *= c;
-    }
-    power = 1;
-    for (int i = degree_; i >= 0; --i) {
-      values[i] *= power;
-      power *= 1 - c;
-    }
+    EvaluateBernstein(binomials_, c, values);
     return 0;
   }
   const double scaled = c * cells_;
@@ -63,7 +76,12 @@ int UnivariateBasis::Evaluate(double c, double* values) const {
 
 int UnivariateBasis::EvaluateDerivatives(double c, double* derivatives) const {
   // N_i^p' = (N_{i-1}^{p-1} - N_i^{p-1}) / h, by collecting the sum of DerivativeBasis() for P_i.
-  const int first = DerivativeBasis().Evaluate(c, derivatives);
+  int first = 0;
+  if (type_ == BasisType::kBernstein) {
+    EvaluateBernstein(derivative_binomials_, std::clamp(c, 0.0, 1.0), derivatives);
+  } else {
+    first = DerivativeBasis().Evaluate(c, derivatives);
+  }
   derivatives[degree_] = 0;
   for (int i = degree_; i >= 0; --i) {
     const double before = i > 0 ? derivatives[i - 1] : 0;

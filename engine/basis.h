@@ -29,7 +29,7 @@ class UnivariateBasis {
   int Evaluate(double c, double* values) const;
 
   /// Derivatives d/dc of the same functions; returns first. `c` is clamped to [0, 1]. Requires
-  /// degree >= 1. Set-up only: a Bernstein basis allocates.
+  /// degree >= 1. No allocation.
   int EvaluateDerivatives(double c, double* derivatives) const;
 
   /// The basis of degree - 1 whose functions weight the differences of neighbouring control
@@ -47,7 +47,8 @@ class UnivariateBasis {
   BasisType type_;
   int degree_;
   int cells_;
-  std::vector<double> binomials_;  // Bernstein: C(degree, i)
+  std::vector<double> binomials_;             // Bernstein: C(degree, i)
+  std::vector<double> derivative_binomials_;  // Bernstein: C(degree - 1, i)
 };
 
 /// Tensor product of three univariate bases; function (i, j, k) has index (i ny + j) nz + k.

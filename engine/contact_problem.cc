@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 namespace hpdm {
 
@@ -62,28 +64,52 @@ bool ContactProblem::SolveActive() {
     if (active_[e]) active_list_[count++] = e;
   }
   if (count == 0) return false;
-  active_compliance_.resize(count, count);
-  active_forces_.resize(count);
+  double way = 0, stiffest = compliance_(active_list_[0], active_list_[0]), softest = 0;
   for (int i = 0; i < count; ++i) {
-    active_forces_[i] = change_[active_list_[i]];
-    for (int j = 0; j < count; ++j) {
-      active_compliance_(i, j) = compliance_(active_list_[i], active_list_[j]);
-    }
+    const int e = active_list_[i];
+    way = std::max(way, std::abs(change_[e]));
+    stiffest = std::min(stiffest, compliance_(e, e));
+    softest = std::max(softest, compliance_(e, e));
   }
+  const bool friction = HasFriction();
+  const auto solve = [&](double pad) {
+    active_compliance_.resize(count, count);
+    active_forces_.resize(count);
+    for (int i = 0; i < count; ++i) {
+      active_forces_[i] = change_[active_list_[i]];
+      for (int j = 0; j < count; ++j) {
+        active_compliance_(i, j) = compliance_(active_list_[i], active_list_[j]);
+      }
+    }
+    active_compliance_.diagonal().array() += pad;
+    if (friction) {
+      const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(active_compliance_);
+      active_forces_ = factor.solve(active_forces_).eval();
+      return factor.matrixLU().diagonal().cwiseAbs().minCoeff() < 10 * pad;
+    }
+    const Eigen::LDLT<Eigen::Ref<Matrix>> factor(active_compliance_);
+    factor.solveInPlace(active_forces_);
+    return factor.vectorD().minCoeff() < 10 * pad;
+  };
   // A pad compliance of 1e-9 of the softest contact: coincident contacts share their force, and
   // others move by one part in 1e9.
-  const double pad = 1e-9 * active_compliance_.diagonal().maxCoeff();
-  active_compliance_.diagonal().array() += pad;
-  if (HasFriction()) {
-    const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(active_compliance_);
-    active_forces_ = factor.solve(active_forces_).eval();
-    for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
-    return factor.matrixLU().diagonal().cwiseAbs().minCoeff() < 10 * pad;
+  double pad = 1e-9 * softest;
+  bool dependent = solve(pad);
+  // The points of a grasp that twists its tissue pull against each other with a hundred times what
+  // the longest way takes at the stiffest contact alone, two tools that cross with five hundred.
+  // (Nearly) coincident contacts that are to go different ways would with up to a billion times, as
+  // much as the pad lets them: it grows until they slip.
+  constexpr double kContradicting = 1000, kSlipping = 10;
+  const double alone = way / stiffest;
+  if (active_forces_.cwiseAbs().maxCoeff() > kContradicting * alone) {
+    while (active_forces_.cwiseAbs().maxCoeff() > kSlipping * alone && pad < softest) {
+      pad *= 10;
+      solve(pad);
+    }
+    dependent = true;
   }
-  const Eigen::LDLT<Eigen::Ref<Matrix>> factor(active_compliance_);
-  factor.solveInPlace(active_forces_);
   for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
-  return factor.vectorD().minCoeff() < 10 * pad;
+  return dependent;
 }
 
 bool ContactProblem::HasFriction() const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 #include <utility>
 
@@ -9,6 +10,14 @@
 
 namespace hpdm {
 namespace {
+
+// m, from any organ: where a tool is that never had a pose.
+constexpr double kFarAway = 1e3;
+
+bool IsFinite(const ToolPose& tool) {
+  return tool.X_WT.matrix().allFinite() && tool.p_trocar_W.allFinite() &&
+         tool.v_tip_W.allFinite() && std::isfinite(tool.jaw);
+}
 
 // All but the vertices.
 void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
@@ -40,22 +49,25 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   states_.reserve(organs.size());
   for (const OrganModel& model : organs)
     states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
+  for (std::size_t o = 0; o < organs.size(); ++o) back_offs_.emplace_back(organs[o], states_[o]);
+  for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     contacts_.emplace_back(static_cast<int>(t), tools[t]);
   }
 }
 
-void DeformationLoop::Step(const ToolState& tools, Nanoseconds now_ns, Nanoseconds wake_late_ns) {
+void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanoseconds wake_late_ns) {
   const Nanoseconds started = stopwatch_ ? stopwatch_() : 0;
   // A contact that the first step finds may have been there for long: a second.
   const double dt = record_.number > 0 ? ToSeconds(now_ns - record_.time_ns) : 1;
   ++record_.number;
-  record_.input_tick = tools.tick;
+  record_.input_tick = given.tick;
   record_.time_ns = now_ns;
   record_.wake_late_ns = wake_late_ns;
-  record_.device_time_ns = tools.device_time_ns;
+  record_.device_time_ns = given.device_time_ns;
   record_.flags = kStepOk;
 
+  const ToolState& tools = WithinReason(given);
   Collide(tools);
   RepositionControlPoints();
   Relax(dt);
@@ -76,6 +88,19 @@ void DeformationLoop::Obey(const StepSample& recorded) {
 const ToolState& DeformationLoop::NewestTools() {
   edges_.tools.Update();
   return edges_.tools.Front();
+}
+
+// What is not finite would stay: in where a tip was last, and in what its jaws close on.
+const ToolState& DeformationLoop::WithinReason(const ToolState& given) {
+  const std::array<ToolPose, kMaxInstruments> last = tools_.tools;
+  tools_ = given;
+  for (int t = 0; t < kMaxInstruments; ++t) {
+    if (t < given.tool_count && IsFinite(given.tools[t])) continue;
+    tools_.tools[t] = last[t];
+    tools_.touches[t] = {};
+    if (t < given.tool_count) record_.flags |= kStepNotFinite;
+  }
+  return tools_;
 }
 
 void DeformationLoop::Collide(const ToolState& tools) {
@@ -148,14 +173,17 @@ void DeformationLoop::RepositionControlPoints() {
 void DeformationLoop::Relax(double dt) {
   record_.iterations = 0;
   record_.residual = 0;
-  for (OrganState& state : states_) {
-    state.relaxed = state.recovery.Relax(dt, state.relaxation.get(), &state.contacts,
-                                         &state.control_displacements);
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    OrganState& state = states_[o];
+    BackOff& back_off = back_offs_[o];
+    state.relaxed = back_off.Relax(dt, &state);
     if (!state.control_displacements.allFinite()) {
       state.control_displacements.setZero();
       state.contacts.Clear();
-      record_.flags |= kStepNotFinite;
     }
+    if (back_off.not_finite()) record_.flags |= kStepNotFinite;
+    if (back_off.folded()) record_.flags |= kStepFolded;
+    if (back_off.recovering()) record_.flags |= kStepRecovering;
     if (!state.relaxed.converged) record_.flags |= kStepBudgetSpent;
     if (state.relaxed.regularised) record_.flags |= kStepContactsRegularised;
     record_.iterations += state.relaxed.iterations;
@@ -191,7 +219,8 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.step = record_;
   sample_.organ_count = static_cast<int>(states_.size());
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    sample_.organs[o] = {states_[o].relaxed.iterations, states_[o].relaxed.out_of_time};
+    sample_.organs[o] = {states_[o].relaxed.iterations, states_[o].relaxed.out_of_time,
+                         back_offs_[o].folded(), back_offs_[o].recovering()};
   }
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;

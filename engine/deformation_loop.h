@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/back_off.h"
 #include "engine/organ.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
@@ -29,9 +30,10 @@ class DeformationLoop {
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr);
 
-  /// One step, begun at session time `now_ns`, from the given tool state; published on all edges.
+  /// One step, begun at session time `now_ns`, from the given tool state; published on all edges. A
+  /// tool whose pose is not finite counts as where it was.
   /// `wake_late_ns`: what the schedule measured, for the step's record.
-  void Step(const ToolState& tools, Nanoseconds now_ns, Nanoseconds wake_late_ns = 0);
+  void Step(const ToolState& given, Nanoseconds now_ns, Nanoseconds wake_late_ns = 0);
 
   /// For a replay: where a relaxation of the recorded step was out of time, that of the next Step
   /// stops after as many iterations.
@@ -45,6 +47,7 @@ class DeformationLoop {
   const OrganState& organ(int i) const { return states_[i]; }
 
  private:
+  const ToolState& WithinReason(const ToolState& tools);
   void Collide(const ToolState& tools);
   void Refine(int tool_count);
   void RepositionControlPoints();
@@ -59,7 +62,9 @@ class DeformationLoop {
   DeformationEdges edges_;
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganState> states_;
+  std::vector<BackOff> back_offs_;     // one an organ
   std::vector<ToolContact> contacts_;  // one a tool
+  ToolState tools_;                    // of the last step, all finite
   StepRecord record_;
   StepSample sample_;
 };

@@ -9,6 +9,10 @@
 namespace hpdm {
 namespace {
 
+// m. A force that moves tissue by less is none: where a tip only touches, and where a press has let
+// go, the residual must not be relative to it.
+constexpr double kResolved = 1e-9;
+
 // Each Newton step solves the contact problem of the energy's quadratic model at U:
 //     K d + g = B^T f,   contacts hold at U + d,
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space. The first step is taken whole, so
@@ -29,6 +33,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     FullStiffness K(3 * U_.rows(), 3 * U_.rows());
     energy_->Hessian(U_, false, &K);
     at_rest_ = MakeLatticeResponse(K);
+    least_load_ = kResolved * K.diagonal().maxCoeff();
   }
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
@@ -47,7 +52,10 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       result.out_of_time =
           recorded_end > 0 ? result.iterations == recorded_end : !TimeForAnother(result.iterations);
       if (result.out_of_time) break;
-      if (!factor_.Factorise(U_, energy_.get())) break;
+      if (!factor_.Factorise(U_, energy_.get())) {
+        has_tangent_ = false;
+        break;
+      }
       result.regularised = SolveStep(*contacts).regularised;
       const double length = result.iterations == 0 ? 1 : Search(energy);
       U_ += length * step_;
@@ -63,6 +71,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
   void StopNextAfter(int iterations) override { stop_after_ = iterations; }
+
+  void RestartFrom(const Points& U) override { U_ = U; }
 
   const LatticeCompliance* compliance() const override { return this; }
 
@@ -136,8 +146,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     for (int i = 0; i < contacts.size(); ++i) {
       load_.noalias() += contacts.Weights().row(i).transpose() * contacts[i].force_W.transpose();
     }
-    const double load = load_.norm();
-    return load > 0 ? (gradient_ - load_).norm() / load : 0;
+    return (gradient_ - load_).norm() / std::max(load_.norm(), least_load_);
   }
 
   std::unique_ptr<ElasticEnergy> energy_;
@@ -152,6 +161,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   bool has_tangent_ = false;                  // factor_ holds the last step's
   std::unique_ptr<LatticeResponse> at_rest_;  // K^-1 of U = 0
   ContactProblem problem_;
+  double least_load_ = 0;  // N: smaller ones count as this in the residual
   Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
   int stop_after_ = 0;  // iterations of the next Relax; 0: as the options say
 };

@@ -11,7 +11,7 @@ namespace hpdm {
 /// Budget and tolerance of Newton's method in one step. The next step goes on where this one ended.
 struct NewtonOptions {
   int max_iterations = 3;   ///< At least one is made.
-  double tolerance = 1e-6;  ///< Of the residual |dE/dU - B^T f| / |B^T f|.
+  double tolerance = 1e-6;  ///< Of the residual |dE/dU - B^T f| / |B^T f| (1 nm's force or more).
   /// s; an iteration that would end later, as the longest one of this step did, is not begun. 0:
   /// no limit. Without a clock (lockstep) iterations alone count, so that a run is reproducible.
   double budget = 0;

@@ -62,33 +62,10 @@ std::array<WeightMatrix, 3> Lattice::GradientWeights(const Points& points) const
     gradient.resize(points.rows(), size());
     gradient.reserve(Eigen::VectorXi::Constant(points.rows(), std::min(basis_.support(), size())));
   }
-  std::array<std::vector<double>, 3> values, derivatives;
-  for (int d = 0; d < 3; ++d) {
-    values[d].resize(basis_.axis(d).support());
-    derivatives[d].resize(basis_.axis(d).support());
-  }
-  // d/dx = axes diag(1 / lengths) d/dc, because c = diag(1 / lengths) axes^T (x - origin).
-  const Matrix3d to_world = box_.axes * box_.lengths.cwiseInverse().asDiagonal();
   for (Eigen::Index v = 0; v < points.rows(); ++v) {
-    const Vector3d c = box_.ToUnit(points.row(v).transpose());
-    std::array<int, 3> first;
-    for (int d = 0; d < 3; ++d) {
-      first[d] = basis_.axis(d).Evaluate(c[d], values[d].data());
-      basis_.axis(d).EvaluateDerivatives(c[d], derivatives[d].data());
-    }
-    for (int i = 0; i < basis_.axis(0).support(); ++i) {
-      for (int j = 0; j < basis_.axis(1).support(); ++j) {
-        for (int k = 0; k < basis_.axis(2).support(); ++k) {
-          const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
-          if (column < 0) continue;
-          const Vector3d by_c(derivatives[0][i] * values[1][j] * values[2][k],
-                              values[0][i] * derivatives[1][j] * values[2][k],
-                              values[0][i] * values[1][j] * derivatives[2][k]);
-          const Vector3d by_x = to_world * by_c;
-          for (int d = 0; d < 3; ++d) gradients[d].insert(v, column) = by_x[d];
-        }
-      }
-    }
+    ForEachGradient(points.row(v).transpose(), [&](int column, const Vector3d& gradient) {
+      for (int d = 0; d < 3; ++d) gradients[d].insert(v, column) = gradient[d];
+    });
   }
   for (WeightMatrix& gradient : gradients) gradient.makeCompressed();
   return gradients;

@@ -52,6 +52,11 @@ class Lattice {
   template <typename Function>
   void ForEachFunction(const Vector3d& p_W, Function&& f) const;
 
+  /// Calls f(column, gradient) with d phi_column / dx (1/m, world axes) at `p_W` (m) for the same
+  /// functions. Any thread, no allocation.
+  template <typename Function>
+  void ForEachGradient(const Vector3d& p_W, Function&& f) const;
+
   /// Gradients of the basis functions at `points` (V x 3, world, m): element d is V x n and holds
   /// d phi_a / d x_d along the world axis d, 1/m. Rows sum to zero where those of Weights() sum to
   /// one. Set-up only.
@@ -76,6 +81,31 @@ void Lattice::ForEachFunction(const Vector3d& p_W, Function&& f) const {
       for (int k = 0; k < basis_.axis(2).support(); ++k) {
         const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
         if (column >= 0) f(column, ij * values[2][k]);
+      }
+    }
+  }
+}
+
+template <typename Function>
+void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
+  const Vector3d c = box_.ToUnit(p_W);
+  // d/dx = axes diag(1 / lengths) d/dc, because c = diag(1 / lengths) axes^T (x - origin).
+  const Matrix3d to_world = box_.axes * box_.lengths.cwiseInverse().asDiagonal();
+  std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values, derivatives;
+  std::array<int, 3> first;
+  for (int d = 0; d < 3; ++d) {
+    first[d] = basis_.axis(d).Evaluate(c[d], values[d].data());
+    basis_.axis(d).EvaluateDerivatives(c[d], derivatives[d].data());
+  }
+  for (int i = 0; i < basis_.axis(0).support(); ++i) {
+    for (int j = 0; j < basis_.axis(1).support(); ++j) {
+      for (int k = 0; k < basis_.axis(2).support(); ++k) {
+        const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
+        if (column < 0) continue;
+        const Vector3d by_c(derivatives[0][i] * values[1][j] * values[2][k],
+                            values[0][i] * derivatives[1][j] * values[2][k],
+                            values[0][i] * values[1][j] * derivatives[2][k]);
+        f(column, Vector3d(to_world * by_c));
       }
     }
   }

@@ -80,6 +80,7 @@ void OrganModel::BuildLatticeModel() {
                      " holds no tissue; move or enlarge its region");
   }
   BuildEnergy(tissue, cells, regions);
+  fold_watch_.emplace(*lattice_, local_ ? &local_->finer() : nullptr, tissue);
 }
 
 void OrganModel::BuildSurfaceModel() {

@@ -14,6 +14,7 @@
 #include "engine/collision.h"
 #include "engine/contact_set.h"
 #include "engine/elastic_relaxation.h"
+#include "engine/fold_watch.h"
 #include "engine/half_space.h"
 #include "engine/lattice.h"
 #include "engine/local_functions.h"
@@ -60,6 +61,8 @@ class OrganModel {
   const ElasticEnergy* finite_energy() const { return finite_energy_.get(); }
   /// The springs of model "mass_spring" at rest, to copy; nullptr for the other models.
   const MassSpring* springs() const { return springs_ ? &*springs_ : nullptr; }
+  /// Of a lattice's tissue; nullptr for the other models.
+  const FoldWatch* fold_watch() const { return fold_watch_ ? &*fold_watch_ : nullptr; }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
   const Vector3d& centre_of_volume_W() const { return centre_of_volume_W_; }  ///< m.
   /// Things that work but are probably not meant, one line each.
@@ -123,6 +126,7 @@ class OrganModel {
   std::unique_ptr<const ElasticEnergy> finite_energy_;
   std::optional<LocalFunctions> local_;
   Eigen::SparseMatrix<double> local_weights_;  // V x N: basis values of the local functions
+  std::optional<FoldWatch> fold_watch_;
   std::optional<SurfaceContinuum> continuum_;
   std::optional<MassSpring> springs_;
   double tissue_volume_ = 0;

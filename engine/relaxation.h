@@ -26,6 +26,10 @@ class Relaxation {
   /// one was out of time. Only relaxations with a clock have anything to do here.
   virtual void StopNextAfter(int /*iterations*/) {}
 
+  /// The next Relax starts at `U` (n x 3, m) instead of where the last one ended. Only relaxations
+  /// that go on from there have anything to do here.
+  virtual void RestartFrom(const Points& /*U*/) {}
+
   /// What the lattice answers to a small change of the loads, for the contact patch; lives as long
   /// as this. nullptr: there is no such compliance, and the hand feels reaction "paper".
   virtual const LatticeCompliance* compliance() const { return nullptr; }

@@ -172,11 +172,14 @@ struct StepRecord {
 /// What can go wrong in a step, each with its remedy.
 enum StepFlag : std::uint32_t {
   kStepOk = 0,
-  kStepBudgetSpent = 1u << 0,  ///< The relaxation stopped early: fewer cells, or "cholesky".
-  kStepNotFinite = 1u << 1,    ///< A NaN was caught and the organ put to rest: report the scene.
-  kStepContactsDropped = 1u << 2,      ///< More contacts than kMaxContacts on one organ: the first
-                                       ///< tool's were kept, its jaws' before its shaft's.
+  kStepBudgetSpent = 1u << 0,      ///< The relaxation stopped early: fewer cells, or "cholesky".
+  kStepNotFinite = 1u << 1,        ///< A NaN was caught, tool or organ held back: report the scene.
+  kStepContactsDropped = 1u << 2,  ///< More contacts than kMaxContacts on one organ: the first
+                                   ///< tool's were kept, its jaws' before its shaft's.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
+  kStepFolded = 1u << 4,      ///< Tissue is turned inside out: pull back, or more and finer cells.
+  kStepRecovering = 1u << 5,  ///< An organ of finite strain does not follow its tools all the way,
+                              ///< so that it stays sound: pull back, or more newton_iterations.
 };
 
 /// Deformation loop -> haptic loop, latest value, every step.
@@ -223,6 +226,8 @@ struct SceneSnapshot {
 struct OrganRelaxation {
   std::int32_t iterations = 0;
   bool out_of_time = false;  ///< Its clock stopped it: a replay stops after as many iterations.
+  bool folded = false;       ///< kStepFolded, of this organ.
+  bool recovering = false;   ///< kStepRecovering, of this organ.
 };
 
 /// Deformation loop -> telemetry loop, every step through a queue: all of a step that a replay must

@@ -24,6 +24,9 @@ constexpr Nanoseconds kSamplePatience = kNanosecondsPerSecond / 2;
 // While the haptic loop stands still, older ones are replaced before a tick can use them.
 constexpr std::size_t kMaxWaiting = 1024;
 
+// An organ at the border of what its tissue can do is one event, not one a step.
+constexpr Nanoseconds kSoundAgain = kNanosecondsPerSecond / 4;
+
 std::string Joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
@@ -61,6 +64,7 @@ TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSam
     AddEvent(EventSeverity::kInfo, "realtime.baseline", text);
   }
   for (std::size_t i = 0; i < info.organs.size(); ++i) {
+    organs_.push_back(info.organs[i].name);
     for (mesh_t& part : SplitMesh(static_cast<int>(i), info.organs[i])) {
       mesh_parts_.push_back(std::move(part));
     }
@@ -212,6 +216,7 @@ void TelemetryLoop::HandleStep(const StepSample& sample) {
   health_.step_flags = step.flags;
   AdvanceTo(step.time_ns, kSamplePatience);
   statistics_.Add(step);
+  ReportOrgans(sample);
   while (!first_uses_.empty() && first_uses_.front().first < step.number) first_uses_.pop_front();
 
   contact_t contact;
@@ -226,6 +231,27 @@ void TelemetryLoop::HandleStep(const StepSample& sample) {
     if (waiting_.size() <= kMaxWaiting) return;
     WriteContact(&waiting_.front(), kNeverVisible);
     waiting_.pop_front();
+  }
+}
+
+void TelemetryLoop::ReportOrgans(const StepSample& sample) {
+  const auto count = std::min(organs_.size(), static_cast<std::size_t>(sample.organ_count));
+  for (std::size_t o = 0; o < count; ++o) {
+    const auto& [iterations, out_of_time, folded, recovering] = sample.organs[o];
+    if (folded || recovering) {
+      organ_unsound_last_[o] = sample.step.time_ns;
+      if (organ_unsound_[o]) continue;
+      organ_unsound_[o] = true;
+      AddEvent(EventSeverity::kWarning, "organ.folded",
+               organs_[o] + (recovering ? ": its tools ask for more than its tissue can do; it "
+                                          "follows them as far as it stays sound"
+                                        : ": tissue is turned inside out; what is drawn and felt "
+                                          "there is not to be trusted"));
+    } else if (organ_unsound_[o] && sample.step.time_ns - organ_unsound_last_[o] >= kSoundAgain) {
+      organ_unsound_[o] = false;
+      AddEvent(EventSeverity::kInfo, "organ.recovered",
+               organs_[o] + ": its tissue is sound again and follows its tools");
+    }
   }
 }
 

@@ -119,6 +119,7 @@ class TelemetryLoop {
   void ReportDevices(const HapticSample& sample);
   void ReportControl(const HapticSample& sample);
   void HandleStep(const StepSample& step);
+  void ReportOrgans(const StepSample& step);
   void HandleShapes(const SceneSnapshot& scene);
   void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);
   void WriteContact(contact_t* message, std::int64_t visible_tick);
@@ -152,6 +153,9 @@ class TelemetryLoop {
   std::array<bool, kMaxInstruments> device_lost_{};
   std::vector<std::vector<std::string>> held_;
   SessionControl control_;  // as the last sample had it
+  std::vector<std::string> organs_;
+  std::array<bool, kMaxOrgans> organ_unsound_{};
+  std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   std::uint64_t live_messages_ = 0;
   std::uint64_t live_errors_ = 0;
 

@@ -41,6 +41,11 @@ std::vector<StatusLine> LoopLines(const Status& status) {
         {Text("deformation %.0f Hz, %.1f ms", health.deformation_hz, Milli(health.step_compute_ns)),
          health.step_flags == 0 ? Tone::kPlain : Tone::kWarning});
   }
+  if ((health.step_flags & kStepRecovering) != 0) {
+    lines.push_back({"tissue holds back", Tone::kWarning});
+  } else if ((health.step_flags & kStepFolded) != 0) {
+    lines.push_back({"tissue folded", Tone::kWarning});
+  }
   if (status.frame_hz > 0) lines.push_back({Text("picture %.0f Hz", status.frame_hz)});
   if (health.ticks > 0) {
     const std::uint32_t skipped = health.skipped.Total();

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "engine/error.h"
 #include "tests/one_organ.h"
 #include "tests/shapes.h"
@@ -222,6 +224,35 @@ TEST_F(DeformationLoopTest, TwoToolsPullingAgainstEachOtherStayFinite) {
   EXPECT_TRUE(loop_->organ(0).vertices.allFinite());
   EXPECT_EQ(loop_->record().flags & kStepNotFinite, 0u);
   Step(ToolAt(Vector3d(-0.05, 0, 0.2), 1), ToolAt(Vector3d(0.05, 0, 0.2), 1));
+  EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
+}
+
+TEST_F(DeformationLoopTest, APoseThatIsNotFiniteCountsAsTheLastThatWas) {
+  const double top = 0.05 + ToolOptions().tip_radius;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  ToolOptions grasper;
+  grasper.can_grasp = true;
+  Start(grasper);
+  ToolPose nowhere = ToolAt(Vector3d::Constant(kNan));
+  Step(nowhere);  // before it ever had a pose
+  EXPECT_NE(loop_->record().flags & kStepNotFinite, 0u);
+  EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
+  const ToolPose pressing = ToolAt(Vector3d(0, 0, top - 0.01));
+  Step(pressing);
+  nowhere.jaw = 0;  // nor do its jaws close on anything
+  for (int i = 0; i < 3; ++i) {
+    Step(nowhere);
+    EXPECT_NE(loop_->record().flags & kStepNotFinite, 0u);
+  }
+  const Points held = loop_->organ(0).vertices;
+  Start(grasper);
+  Step(ToolAt(Vector3d(1, 1, 1)));
+  for (int i = 0; i < 4; ++i) Step(pressing);
+  EXPECT_NE(held, models_[0].rest().vertices);
+  // The point under the tip was found from another side, and settles over the steps.
+  EXPECT_LT((held - loop_->organ(0).vertices).cwiseAbs().maxCoeff(), 1e-5);
+  Step(ToolAt(Vector3d(0, 0, 0.08)));
+  EXPECT_EQ(loop_->record().flags, 0u);
   EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
 }
 

@@ -263,6 +263,30 @@ TEST_F(ElasticRelaxationTest, ABudgetOfOneIterationHoldsTheContactsAndCatchesUp)
   EXPECT_TRUE(result.converged) << result.residual;
 }
 
+TEST_F(ElasticRelaxationTest, ATipThatOnlyTouchesHasConverged) {
+  AddContact(kPress, Vector3d(0.1, 0.07, 0.1), Vector3d(0, 0, -1e-17));  // round-off deep
+  const RelaxationResult result = MakeNewtonRelaxation(Strain(kNeoHookean))->Relax(&contacts_, &U_);
+  EXPECT_TRUE(result.converged) << result.residual;
+  EXPECT_EQ(result.iterations, 1);
+}
+
+TEST_F(ElasticRelaxationTest, APressThatLetsGoHasNotConvergedBeforeTheOrganIsAtRest) {
+  AddContact(kGrasp, Vector3d(0.1, 0.07, 0.1), Vector3d(0.02, 0, 0.06));
+  const auto newton = MakeNewtonRelaxation(Strain(kNeoHookean), {.max_iterations = 1});
+  for (int step = 0; step < 20; ++step) newton->Relax(&contacts_, &U_);
+  contacts_.Clear();
+  AddContact(kPress, Vector3d(0.1, 0.07, 0.1), Vector3d(0, 0, 0.2));  // far above: no force
+  RelaxationResult result = newton->Relax(&contacts_, &U_);
+  EXPECT_EQ(contacts_[0].force_W.norm(), 0);
+  EXPECT_GT(U_.norm(), 1e-3) << "one iteration from so far is not enough";
+  EXPECT_FALSE(result.converged);
+  for (int step = 0; step < 20 && !result.converged; ++step) {
+    result = newton->Relax(&contacts_, &U_);
+  }
+  EXPECT_TRUE(result.converged);
+  EXPECT_LT(U_.norm(), 1e-6);
+}
+
 TEST_F(ElasticRelaxationTest, APointPushedThroughTheBodyRecovers) {
   const auto newton = MakeNewtonRelaxation(Strain(kNeoHookean), {.max_iterations = 40});
   // From the top through the held bottom in one step: cells turn inside out.

@@ -151,6 +151,23 @@ TEST_F(RelaxationTest, CoincidentContactsShareTheirForce) {
   }
 }
 
+TEST_F(RelaxationTest, CoincidentContactsThatArePulledApartSlip) {
+  AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.05, 0, 0));
+  cholesky_->Relax(&contacts_, &U_);
+  const double alone = contacts_[0].force_W.norm(), moved = U_.rowwise().norm().maxCoeff();
+  for (const double apart : {0.0, 1e-12, 1e-6, 1e-3}) {
+    contacts_.Clear();
+    AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.05, 0, 0));
+    AddContact(kGrasp, Vector3d(0.05 + apart, 0.05, 0.1), Vector3d(-0.05, 0, 0));
+    const RelaxationResult result = cholesky_->Relax(&contacts_, &U_);
+    EXPECT_TRUE(result.regularised);
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_LT(contacts_[i].force_W.norm(), 11 * alone) << "the bound, and their own places'";
+    }
+    EXPECT_LT(U_.rowwise().norm().maxCoeff(), 2 * moved) << "most of it cancels";
+  }
+}
+
 TEST_F(RelaxationTest, ThirtyTwoGraspedPointsInACentimetreStayFinite) {
   srand(1);
   for (int i = 0; i < kMaxContacts; ++i) {

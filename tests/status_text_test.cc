@@ -140,6 +140,15 @@ TEST(GlyphAtlas, GlyphsDoNotOverlapInTheAtlas) {
   }
 }
 
+TEST(StatusText, TellsAnOrganThatFoldsOrHoldsBack) {
+  Scenery scenery;
+  EXPECT_FALSE(Says(scenery.Text().loops, "tissue"));
+  scenery.health.step_flags = kStepFolded;
+  EXPECT_TRUE(Says(scenery.Text().loops, "tissue folded"));
+  scenery.health.step_flags |= kStepRecovering;
+  EXPECT_TRUE(Says(scenery.Text().loops, "tissue holds back"));
+}
+
 TEST(TextLayout, StaysInsideThePictureAtAnySize) {
   Scenery scenery;
   scenery.view.help = true;

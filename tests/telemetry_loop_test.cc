@@ -424,6 +424,40 @@ TEST(TelemetryLoop, ADeviceThatIsLostAndComesBackIsTwoEventsAtTheirTicks) {
   EXPECT_EQ(devices[1].time_ns, 250 * kPeriod);
 }
 
+TEST(TelemetryLoop, AnOrganThatFoldsIsTwoEventsHoweverOftenItDoes) {
+  const ScratchFolder folder;
+  {
+    SpscQueue<HapticSample> samples(4);
+    StepEdges edges(1024);
+    TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", {},
+                            TwoProbesAndALiver());
+    for (std::uint64_t n = 1; n <= 60; ++n) {
+      StepSample sample;
+      sample.step.number = n;
+      sample.step.time_ns = static_cast<Nanoseconds>(n) * 33 * kPeriod;
+      sample.organ_count = 1;
+      sample.organs[0].folded = n >= 10 && n < 20 && n % 2 == 0;
+      sample.organs[0].recovering = n >= 40;
+      edges.steps.Push(sample);
+    }
+  }
+  std::vector<event_t> organs;
+  const LogContents log = ReadLog(folder / "session.lcmlog");
+  for (const event_t& event : log.events) {
+    if (event.name.starts_with("organ.")) organs.push_back(event);
+  }
+  ASSERT_EQ(organs.size(), 3u);
+  EXPECT_EQ(organs[0].name, "organ.folded");
+  EXPECT_EQ(organs[0].time_ns, 10 * 33 * kPeriod);
+  EXPECT_EQ(organs[0].severity, event_t::WARNING);
+  EXPECT_TRUE(organs[0].text.starts_with("liver: tissue is turned inside out"));
+  EXPECT_EQ(organs[1].name, "organ.recovered");
+  EXPECT_EQ(organs[1].time_ns, 26 * 33 * kPeriod) << "0.25 s after step 18";
+  EXPECT_EQ(organs[1].severity, event_t::INFO);
+  EXPECT_EQ(organs[2].name, "organ.folded");
+  EXPECT_TRUE(organs[2].text.starts_with("liver: its tools ask for more"));
+}
+
 int OpenSockets() {
   int sockets = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {

@@ -1,0 +1,153 @@
+#include "tools/stress/stress_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/check.h"
+
+namespace hpdm {
+namespace {
+
+// Whatever the hands do is within the device's reach.
+DeviceProfile FarReaching() {
+  DeviceProfile profile;
+  profile.max_angle = 1.5;
+  profile.min_insertion = 1e-3;
+  profile.max_insertion = 1;
+  return profile;
+}
+
+ImpulseEngineKinematics Kinematics(const StressTool& tool) {
+  return {tool.p_trocar_W, tool.motion(0).p_tip_W - tool.p_trocar_W, FarReaching()};
+}
+
+std::vector<OrganModel> OneOrgan(const OrganOptions& options, SurfaceMesh rest) {
+  std::vector<OrganModel> organs;
+  organs.emplace_back(options, std::move(rest));
+  return organs;
+}
+
+}  // namespace
+
+std::function<StressPose(double)> Through(std::vector<std::pair<double, StressPose>> waypoints) {
+  HPDM_CHECK(!waypoints.empty());
+  return [waypoints = std::move(waypoints)](double t) {
+    std::size_t next = 0;
+    while (next < waypoints.size() && waypoints[next].first <= t) ++next;
+    if (next == 0) return waypoints.front().second;
+    const auto& [t_a, a] = waypoints[next - 1];
+    if (next == waypoints.size()) return a;
+    const auto& [t_b, b] = waypoints[next];
+    const double along = (t - t_a) / (t_b - t_a);
+    return StressPose{.p_tip_W = a.p_tip_W + along * (b.p_tip_W - a.p_tip_W),
+                      .roll = a.roll + along * (b.roll - a.roll),
+                      .jaw = a.jaw + along * (b.jaw - a.jaw)};
+  };
+}
+
+// Always where the motion has it.
+class StressBody::Device final : public hpdm::Device {
+ public:
+  explicit Device(const StressTool& tool) : tool_(tool), kinematics_(Kinematics(tool)) {
+    force_.Home();
+    force_.Enable(true);
+  }
+  DeviceSample Read(Nanoseconds now) noexcept override {
+    const StressPose pose = tool_.motion(ToSeconds(now));
+    return {.sequence = ++sequence_,
+            .time_ns = now,
+            .joints = kinematics_.Inverse(pose.p_tip_W, pose.roll, pose.jaw).joints,
+            .valid = true};
+  }
+  void Write(const AxisEffort& /*effort*/) noexcept override {}
+  void Home() override { force_.Home(); }
+  void EnableForce(bool on) noexcept override { force_.Enable(on); }
+  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
+  bool ForceOn() const noexcept override { return force_.On(); }
+  DeviceLimits limits() const noexcept override { return LimitsOf(FarReaching()); }
+
+ private:
+  StressTool tool_;
+  ImpulseEngineKinematics kinematics_;
+  ForceSwitch force_;
+  std::uint64_t sequence_ = 0;
+};
+
+StressBody::StressBody(const OrganOptions& organ, SurfaceMesh rest, std::vector<StressTool> tools,
+                       const TimingOptions& timing)
+    : timing_(timing),
+      organs_(OneOrgan(organ, std::move(rest))),
+      render_(SizedSnapshot(organs_, static_cast<int>(tools.size()), true)),
+      telemetry_(SizedSnapshot(organs_, static_cast<int>(tools.size()), false)) {
+  const Nanoseconds period = kNanosecondsPerSecond / timing.haptic_hz;
+  const Nanoseconds step = kNanosecondsPerSecond / timing.deformation_hz;
+  ForceGuardOptions guard;
+  guard.stale_age_ns = 4 * step;
+  slew_ = guard.max_force_rate * ToSeconds(period);
+  std::vector<ToolOptions> options;
+  std::vector<HapticInstrument> instruments;
+  for (const StressTool& tool : tools) {
+    devices_.push_back(std::make_unique<Device>(tool));
+    options.push_back(tool.tool);
+    options.back().prefetch = 1.5 * ToSeconds(step);
+    instruments.push_back(
+        {devices_.back().get(), Kinematics(tool), tool.tool.tip_radius, guard, 0, {}, {}});
+  }
+  deformation_ = std::make_unique<DeformationLoop>(
+      organs_, options, DeformationEdges{tool_states_, patches_, render_, telemetry_, &steps_});
+  haptics_ = std::make_unique<HapticLoop>(std::move(instruments), period,
+                                          HapticLoop::Edges{tool_states_, patches_, ticks_});
+  clock_ = std::make_unique<Lockstep>(timing, haptics_.get(), deformation_.get());
+}
+
+StressBody::~StressBody() = default;
+
+void StressBody::RunUntil(double seconds) {
+  const auto end = static_cast<std::uint64_t>(seconds * timing_.haptic_hz);
+  while (clock_->tick() < end) {
+    if (clock_->StepIfDue()) MeasureStep();
+    clock_->Tick();
+    MeasureTick();
+  }
+}
+
+void StressBody::MeasureStep() {
+  HPDM_CHECK(steps_.Pop(&step_));
+  const OrganState& state = deformation_->organ(0);
+  ++outcome_.steps;
+  outcome_.flags |= step_.step.flags;
+  if ((step_.step.flags & kStepBudgetSpent) != 0) ++outcome_.unconverged_steps;
+  outcome_.largest_residual = std::max(outcome_.largest_residual, step_.step.residual);
+  for (int t = 0; t < step_.tool_count; ++t) {
+    const Vector3d& force_W = step_.contacts[t].force_on_tissue_W;
+    outcome_.finite = outcome_.finite && force_W.allFinite();
+    outcome_.tissue_force = std::max(outcome_.tissue_force, force_W.norm());
+  }
+  outcome_.finite = outcome_.finite && state.vertices.allFinite();
+  outcome_.displacement = (state.vertices - organ().rest().vertices).rowwise().norm().maxCoeff();
+  outcome_.largest_displacement = std::max(outcome_.largest_displacement, outcome_.displacement);
+  if (!(outcome_.displacement <= kAtRest)) outcome_.last_off_rest = ToSeconds(step_.step.time_ns);
+  if (organ().fold_watch() == nullptr) return;
+  const FoldWatch::Folds folds =
+      organ().fold_watch()->EvaluateAll(state.contacts.local, state.control_displacements);
+  outcome_.least_determinant = std::min(outcome_.least_determinant, folds.least);
+  outcome_.folded_share = std::max(outcome_.folded_share, folds.share);
+}
+
+void StressBody::MeasureTick() {
+  const HapticSample last = tick_;
+  HPDM_CHECK(ticks_.Pop(&tick_));
+  for (int t = 0; t < tick_.tool_count; ++t) {
+    const ToolSample& tool = tick_.tools[t];
+    outcome_.finite = outcome_.finite && tool.force_W.allFinite() && tool.effort.allFinite();
+    if (tool.reaction_W.allFinite()) {
+      outcome_.reaction = std::max(outcome_.reaction, tool.reaction_W.norm());
+    }
+    outcome_.force = std::max(outcome_.force, tool.force_W.norm());
+    outcome_.force_change =
+        std::max(outcome_.force_change, (tool.force_W - last.tools[t].force_W).norm() / slew_);
+  }
+}
+
+}  // namespace hpdm

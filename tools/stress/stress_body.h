@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "engine/deformation_loop.h"
+#include "haptics/haptic_loop.h"
+#include "scenes/scene.h"
+#include "tools/lockstep.h"
+
+namespace hpdm {
+
+/// Where a hand has its tool.
+struct StressPose {
+  Vector3d p_tip_W = Vector3d::Zero();  ///< m. Not finite: the device's reading fails so.
+  double roll = 0;                      ///< rad, about the shaft.
+  double jaw = 1;                       ///< 0 closed .. 1 open.
+};
+
+/// Straight from waypoint to waypoint (session time in s, ascending, and pose), at rest before the
+/// first and after the last; of two at one time the second counts from it on. Needs one.
+std::function<StressPose(double)> Through(std::vector<std::pair<double, StressPose>> waypoints);
+
+/// A tool that goes its way whatever it feels: session time (s) -> pose.
+struct StressTool {
+  std::function<StressPose(double)> motion;
+  Vector3d p_trocar_W = Vector3d::Zero();  ///< m; within 1 m of all of the way, 1 mm beside it.
+  ToolOptions tool = {};
+};
+
+/// What came of it, over all that was run.
+struct StressOutcome {
+  // Of the tissue, after each step; every quadrature point evaluated.
+  double least_determinant = 1;     ///< det(F).
+  double folded_share = 0;          ///< Largest share (0..1) of the volume with det(F) <= 0.
+  double largest_displacement = 0;  ///< m, of a vertex, any time.
+  double displacement = 0;          ///< m, of the vertex farthest from rest, after the last step.
+  double last_off_rest = 0;  ///< s: session time of the last step that had a vertex kAtRest away.
+
+  // Of the relaxation.
+  std::uint32_t flags = 0;  ///< StepFlag, or-ed.
+  int steps = 0;
+  int unconverged_steps = 0;
+  double largest_residual = 0;
+  double tissue_force = 0;  ///< N: largest on the tissue at a tip, as a step had it.
+
+  // Of what the hands felt; every tick.
+  double reaction = 0;  ///< N: largest before the guard.
+  double force = 0;     ///< N: largest displayed.
+  double force_change =
+      0;               ///< Largest change of the displayed force in a tick over the slew limit.
+  bool finite = true;  ///< Vertices, patches' forces and displayed forces, always.
+};
+
+/// One organ and tools that nothing stops, for cases that go where methods break: both production
+/// loops in lockstep, as in a session, and a record of what became of tissue and forces.
+class StressBody {
+ public:
+  static constexpr double kAtRest = 1e-4;  ///< m.
+
+  /// `rest`: posed, m. Throws InputError when the organ cannot be built. The tools' forces are on
+  /// from the first tick and ramp in over half a second.
+  StressBody(const OrganOptions& organ, SurfaceMesh rest, std::vector<StressTool> tools,
+             const TimingOptions& timing = {});
+  ~StressBody();
+
+  /// Goes on until `seconds` of session time.
+  void RunUntil(double seconds);
+
+  const StressOutcome& outcome() const { return outcome_; }
+  const OrganModel& organ() const { return organs_[0]; }
+  const OrganState& state() const { return deformation_->organ(0); }
+  /// Of the last step; of the last tick.
+  const StepSample& step() const { return step_; }
+  const HapticSample& tick() const { return tick_; }
+
+ private:
+  class Device;
+
+  void MeasureStep();
+  void MeasureTick();
+
+  TimingOptions timing_;
+  std::vector<OrganModel> organs_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  TripleBuffer<ToolState> tool_states_;
+  TripleBuffer<ContactPatch> patches_;
+  TripleBuffer<SceneSnapshot> render_;
+  TripleBuffer<SceneSnapshot> telemetry_;
+  SpscQueue<StepSample> steps_{4};
+  SpscQueue<HapticSample> ticks_{4};
+  std::unique_ptr<DeformationLoop> deformation_;
+  std::unique_ptr<HapticLoop> haptics_;
+  std::unique_ptr<Lockstep> clock_;
+  double slew_ = 0;  // N, in a tick
+  StepSample step_;
+  HapticSample tick_;
+  StressOutcome outcome_;
+};
+
+}  // namespace hpdm
