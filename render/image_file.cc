@@ -65,8 +65,11 @@ bool WriteBytes(const std::filesystem::path& file, const std::vector<std::uint8_
     if (std::fclose(out) != 0 && reason == 0) reason = errno;
   }
   if (reason == 0) return true;
-  // No torn picture under a sound one's name, and its space for the others.
-  if (out != nullptr) std::remove(file.c_str());
+  // No torn picture under a sound one's name, and its space for the others. A device stays.
+  std::error_code ignored;
+  if (out != nullptr && std::filesystem::is_regular_file(file, ignored)) {
+    std::filesystem::remove(file, ignored);
+  }
   *failure = file.string() + ": cannot be written (" + std::strerror(reason) +
              "); choose a folder that exists, is writable and has space";
   return false;

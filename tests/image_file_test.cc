@@ -78,6 +78,7 @@ TEST(ImageFile, AFullDiskIsNoticed) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
   const std::string message = InputErrorOf([] { WritePng("/dev/full", Noise(64, 64)); });
   EXPECT_NE(message.find("No space left"), std::string::npos) << message;
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/full")) << "a device is not removed";
 }
 
 TEST(ImageFile, AReadThatFailsNamesTheFile) {
