@@ -6,7 +6,7 @@
 A real-clock session of two hands (1 kHz, pictures drawn, published with --live in a private network
 namespace, which the script makes itself: root), then `hpdm log check`. Exit status 0: every tick that
 ran is in the log with what went in and what came out, and no message of any channel is missing,
-damaged or out of order. Ten minutes take about 700 MB in DIR.
+damaged or out of order. Ten minutes take about 450 MB in DIR.
 """
 
 import argparse
