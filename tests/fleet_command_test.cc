@@ -15,33 +15,33 @@ TEST_F(FleetTest, TheCommandPrintsOneLineAndTellsByItsCode) {
   AddLog("b", "");
   const std::string out = folder_ / "out", err = folder_ / "err";
   const auto run = [&](const std::string& words) {
-    return Shell(kProgram + " report " + words + " >" + out + " 2>" + err);
+    return Shell(kHpdmProgram + " report " + words + " >" + out + " 2>" + err);
   };
   const auto lines = [](const std::string& text) {
     return std::count(text.begin(), text.end(), '\n');
   };
   const std::string a = (root_ / "a").string(), b = (root_ / "b").string(), all = root_.string();
   EXPECT_EQ(run("--json-line " + a), 0);
-  EXPECT_EQ(lines(ReadAll(out)), 1);
-  EXPECT_EQ(lines(ReadAll(err)), 0);
+  EXPECT_EQ(lines(ReadFile(out)), 1);
+  EXPECT_EQ(lines(ReadFile(err)), 0);
   EXPECT_EQ(run("--json-line " + b), 2);
-  EXPECT_EQ(lines(ReadAll(out)), 1);
-  EXPECT_EQ(lines(ReadAll(err)), 1);
+  EXPECT_EQ(lines(ReadFile(out)), 1);
+  EXPECT_EQ(lines(ReadFile(err)), 1);
   EXPECT_EQ(run("--all " + all), 1);
-  EXPECT_EQ(lines(ReadAll(out)), 2);
+  EXPECT_EQ(lines(ReadFile(out)), 2);
   EXPECT_EQ(run("--all " + a), 0);
-  EXPECT_EQ(Json::parse(ReadAll(out))["session"], ".");
+  EXPECT_EQ(Json::parse(ReadFile(out))["session"], ".");
   for (const std::string& words :
        {"--all " + all + "/none", std::string("--all"), "--all --json-line " + all, "--jobs 2 " + a,
         "--all --jobs 0 " + all, "--collect " + out, "--all --out /proc/t.sqlite " + all,
         "--collect " + out + " --all " + all}) {
     EXPECT_EQ(run(words), 2) << words;
-    EXPECT_EQ(lines(ReadAll(err)), 1) << words << "\n" << ReadAll(err);
+    EXPECT_EQ(lines(ReadFile(err)), 1) << words << "\n" << ReadFile(err);
   }
   if (access("/dev/full", W_OK) == 0) {
     for (const char* what : {"--all ", "--json-line "}) {
-      EXPECT_EQ(Shell(kProgram + " report " + what + a + " >/dev/full 2>" + err), 2);
-      EXPECT_EQ(lines(ReadAll(err)), 1) << ReadAll(err);
+      EXPECT_EQ(Shell(kHpdmProgram + " report " + what + a + " >/dev/full 2>" + err), 2);
+      EXPECT_EQ(lines(ReadFile(err)), 1) << ReadFile(err);
     }
   }
 }
@@ -60,14 +60,16 @@ TEST_F(FleetTest, EveryCommandTakesASessionsFolderOrItsLog) {
     std::map<std::string, std::string> told;
     for (const std::string& session : {folder, log}) {
       fs::remove(repaired);
-      const int code = Shell(kProgram + " " + command + " " + session + " >" + out + " 2>" + err);
-      told[session] = std::to_string(code) + ReadAll(out) + ReadAll(err);
+      const int code =
+          Shell(kHpdmProgram + " " + command + " " + session + " >" + out + " 2>" + err);
+      told[session] = std::to_string(code) + ReadFile(out) + ReadFile(err);
     }
     EXPECT_EQ(told[folder].substr(0, 200), told[log].substr(0, 200)) << command;
-    EXPECT_EQ(Shell(kProgram + " " + command + " " + (root_ / "link").string() + " 2>" + err), 2);
-    EXPECT_NE(ReadAll(err).find("is a link out of the session's folder"), std::string::npos)
+    EXPECT_EQ(Shell(kHpdmProgram + " " + command + " " + (root_ / "link").string() + " 2>" + err),
+              2);
+    EXPECT_NE(ReadFile(err).find("is a link out of the session's folder"), std::string::npos)
         << command << "\n"
-        << ReadAll(err);
+        << ReadFile(err);
   }
 }
 
@@ -79,10 +81,10 @@ TEST_F(FleetTest, TheRecipeForGnuParallelMakesTheTable) {
   for (const std::string& name : kHostileNames) AddSession(name);
   AddLog("broken", "");
   const std::string err = folder_ / "err";
-  ASSERT_EQ(Shell("HPDM=" + kProgram + " HOME=" + folder_.path().string() + " " + kScripts +
+  ASSERT_EQ(Shell("HPDM=" + kHpdmProgram + " HOME=" + folder_.path().string() + " " + kScripts +
                   "report_parallel.sh " + root_.string() + " " + table_ + " 2 >/dev/null 2>" + err),
             0)
-      << ReadAll(err);
+      << ReadFile(err);
   EXPECT_EQ(Count(table_, "sessions WHERE exit_code = 0"),
             static_cast<std::int64_t>(kHostileNames.size()));
   const Outcome after = Report({.table = table_});
@@ -97,7 +99,7 @@ TEST_F(FleetTest, TheRecipeEndsWithoutGnuParallel) {
   const fs::path bin = folder_.path() / "bin";
   WriteAll(bin / "parallel", "#!/bin/sh\n[ \"$1\" = --version ] && echo \"$IS\"\nexit 255\n");
   fs::permissions(bin / "parallel", fs::perms::owner_all);
-  const std::string run = "HPDM=" + kProgram + " PATH=" + bin.string() + ":$PATH " + kScripts +
+  const std::string run = "HPDM=" + kHpdmProgram + " PATH=" + bin.string() + ":$PATH " + kScripts +
                           "report_parallel.sh " + root_.string() + " " + table_ + " 2>" +
                           (folder_ / "err");
   EXPECT_EQ(Shell("IS='parallel from moreutils' " + run), 3);
@@ -113,22 +115,22 @@ TEST_F(FleetTest, TheTasksOfTheSlurmArrayTakeEachSessionOnce) {
   for (const std::string& name : kHostileNames) AddSession(name);
   AddLog("broken", "");
   const auto run = [&](const std::string& task, const std::string& count) {
-    return Shell("HPDM=" + kProgram + " SESSIONS=" + root_.string() + " LINE_FILES=" + lines +
+    return Shell("HPDM=" + kHpdmProgram + " SESSIONS=" + root_.string() + " LINE_FILES=" + lines +
                  " TASKS=3 SLURM_ARRAY_TASK_MIN=" + task + " SLURM_ARRAY_TASK_COUNT=" + count +
                  " SLURM_ARRAY_TASK_ID=" + task + " " + script + " 2>/dev/null");
   };
   for (const char* task : {"0", "1", "2"}) ASSERT_EQ(run(task, "3"), 0);
-  const std::string of_task = ReadAll(lines + "/1.jsonl");
+  const std::string of_task = ReadFile(lines + "/1.jsonl");
   ASSERT_EQ(run("1", "1"), 0);
-  EXPECT_EQ(ReadAll(lines + "/1.jsonl"), of_task) << "alone again, it takes the same sessions";
+  EXPECT_EQ(ReadFile(lines + "/1.jsonl"), of_task) << "alone again, it takes the same sessions";
   EXPECT_EQ(run("3", "4"), 2) << "more tasks than were said";
-  ASSERT_EQ(Shell(kProgram + " report --collect " + lines + "/*.jsonl --out " + table_ + " 2>" +
+  ASSERT_EQ(Shell(kHpdmProgram + " report --collect " + lines + "/*.jsonl --out " + table_ + " 2>" +
                   (folder_ / "err")),
             0)
-      << ReadAll(folder_ / "err");
+      << ReadFile(folder_ / "err");
   std::size_t count = 0;
   for (const char* task : {"0", "1", "2"}) {
-    const std::string text = ReadAll(lines + "/" + task + ".jsonl");
+    const std::string text = ReadFile(lines + "/" + task + ".jsonl");
     count += static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
   }
   EXPECT_EQ(count, kHostileNames.size() + 1);

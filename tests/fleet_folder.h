@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/program.h"
 #include "tests/recorded_session.h"
 #include "tests/scratch_folder.h"
 #include "tools/report/fleet.h"
@@ -25,13 +26,7 @@ namespace hpdm {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-inline const std::string kProgram = std::string(HPDM_BINARY_DIR) + "/tools/hpdm";
 inline const std::string kScripts = std::string(HPDM_SOURCE_DIR) + "/tools/report/";
-
-inline std::string ReadAll(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 inline void WriteAll(const fs::path& path, const std::string& bytes) {
   fs::create_directories(path.parent_path());
@@ -55,7 +50,7 @@ inline const std::string& SessionBytes() {
             .log = folder / "session.lcmlog",
             .ticks = 300,
             .hand_lead_ms = 500});
-    return ReadAll(folder / "session.lcmlog");
+    return ReadFile(folder / "session.lcmlog");
   }();
   return bytes;
 }
@@ -128,7 +123,7 @@ class FleetTest : public testing::Test {
   };
   Outcome Report(FleetOptions options) {
     options.folder = root_;
-    if (options.program == "/proc/self/exe") options.program = kProgram;
+    if (options.program == "/proc/self/exe") options.program = kHpdmProgram;
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     Outcome outcome;
@@ -182,10 +177,5 @@ class FleetTest : public testing::Test {
   const fs::path root_ = folder_.path() / "all";
   const std::string table_ = folder_ / "table.sqlite";
 };
-
-inline int Shell(const std::string& command) {
-  const int status = std::system(command.c_str());
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
 
 }  // namespace hpdm

@@ -86,7 +86,7 @@ TEST_F(FleetTest, LinesThatADiskCutShortAreTakenBack) {
   const std::string path = folder_ / "table.jsonl";
   const auto table = OpenSessionTable(path);
   table->Add({&line, 1});
-  const std::string before = ReadAll(path);
+  const std::string before = ReadFile(path);
   // A limit of the file's size cuts a write short as a full disk does.
   rlimit limit;
   getrlimit(RLIMIT_FSIZE, &limit);
@@ -96,7 +96,7 @@ TEST_F(FleetTest, LinesThatADiskCutShortAreTakenBack) {
   EXPECT_THROW(table->Add({&line, 1}), InputError);
   setrlimit(RLIMIT_FSIZE, &limit);
   signal(SIGXFSZ, handler);
-  EXPECT_EQ(ReadAll(path), before);
+  EXPECT_EQ(ReadFile(path), before);
 }
 
 TEST_F(FleetTest, ATornLastLineIsEndedAndReadAgain) {
@@ -114,11 +114,11 @@ TEST_F(FleetTest, WhatIsNoTableStaysAsItIs) {
   const std::string text(5000, 'x');
   WriteAll(folder_ / "notes.sqlite", text);
   EXPECT_THROW(Report({.table = folder_ / "notes.sqlite"}), InputError);
-  EXPECT_EQ(ReadAll(folder_ / "notes.sqlite"), text);
+  EXPECT_EQ(ReadFile(folder_ / "notes.sqlite"), text);
   for (const std::string& other : {text, std::string("{\"session\":1}\n"), std::string("# x")}) {
     WriteAll(folder_ / "notes.jsonl", other);
     EXPECT_THROW(Report({.table = folder_ / "notes.jsonl"}), InputError);
-    EXPECT_EQ(ReadAll(folder_ / "notes.jsonl"), other);
+    EXPECT_EQ(ReadFile(folder_ / "notes.jsonl"), other);
   }
   sqlite3* database = nullptr;
   sqlite3_open((folder_ / "other.sqlite").c_str(), &database);

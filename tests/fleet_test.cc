@@ -169,7 +169,7 @@ TEST_F(FleetTest, AnErrorIsToldTheSameWayAgain) {
 TEST_F(FleetTest, AKilledRunLeavesAUsableTableAndTheNextGoesOn) {
   for (int i = 0; i < 16; ++i) AddSession(std::to_string(i) + "th");
   {
-    ChildProcess run({kProgram, "report", "--all", root_, "--jobs", "1", "--out", table_});
+    ChildProcess run({kHpdmProgram, "report", "--all", root_, "--jobs", "1", "--out", table_});
     while (std::count(run.out().begin(), run.out().end(), '\n') < 3 && !run.silent()) {
       ChildProcess::Poll({&run}, 1000);
     }
@@ -188,7 +188,7 @@ TEST_F(FleetTest, AKilledRunLeavesAUsableTableAndTheNextGoesOn) {
 TEST_F(FleetTest, TwoRunsAtOnceShareATable) {
   for (int i = 0; i < 10; ++i) AddSession(std::to_string(i) + "th");
   for (const std::string& table : {table_, folder_ / "table.jsonl"}) {
-    const std::vector<std::string> words = {kProgram, "report", "--all", root_, "--out", table};
+    const std::vector<std::string> words = {kHpdmProgram, "report", "--all", root_, "--out", table};
     ChildProcess one(words), other(words);
     while (!one.silent() || !other.silent()) ChildProcess::Poll({&one, &other}, 1000);
     EXPECT_EQ(one.err().find("10 sessions: "), 0u) << one.err();
@@ -207,7 +207,7 @@ TEST_F(FleetTest, AReaderThatCrashesCostsItsSessionAlone) {
            "*/crash) kill -SEGV $$;;\n*/mute) echo 'no room' >&2; exit 3;;\n"
            "*/odd) echo 'a line';;\n*/liar) echo '{\"session\":\"good\",\"exit_code\":2}';;\n"
            "*) exec " +
-               kProgram + " \"$@\";;\nesac\n");
+               kHpdmProgram + " \"$@\";;\nesac\n");
   fs::permissions(program, fs::perms::owner_all);
   Outcome outcome = Report({.table = table_, .jobs = 3, .program = program});
   EXPECT_EQ(outcome.summary.reported, 1u) << outcome.err;

@@ -1,6 +1,5 @@
-// End to end: the hpdm program on real scenes, as a user runs it.
+// Sessions end to end: the hpdm program on real scenes.
 
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -10,14 +9,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
-#include "engine/error.h"
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
-#include "render/egl_context.h"
+#include "tests/flow_fixture.h"
 #include "tests/network_namespace.h"
 
 namespace hpdm {
@@ -25,61 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
-
-const fs::path kSource = HPDM_SOURCE_DIR;
-const fs::path kProgram = fs::path(HPDM_BINARY_DIR) / "tools" / "hpdm";
-const fs::path kSharedData = kSource.parent_path() / "shared" / "data";
-
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-struct Outcome {
-  int exit_code = -1;
-  std::string out, err;
-};
-
-class Flow : public testing::Test {
- protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / (std::string("hpdm_flow_") + test->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  // `before`: shell commands that the program starts after.
-  Outcome Hpdm(const std::string& arguments, const std::string& before = "") const {
-    const std::string out = folder_ / "stdout", err = folder_ / "stderr";
-    const std::string command =
-        before + kProgram.string() + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadFile(out), ReadFile(err)};
-  }
-  std::string Folder(const std::string& name) const { return folder_ / name; }
-
-  static std::string WhyNoPicture() {
-    try {
-      EglContext context;
-      return "";
-    } catch (const MachineError& error) {
-      return error.what();
-    }
-  }
-
-  fs::path folder_;
-};
-
-#define SKIP_WITHOUT_EGL()                                    \
-  if (const std::string why = WhyNoPicture(); !why.empty()) { \
-    GTEST_SKIP() << "no picture can be drawn here: " << why;  \
-  }
-
-const std::string kScene = (kSource / "scenes" / "liver_palpation.toml").string();
 
 // What the log says of one session's haptic ticks.
 struct LoggedTicks {
@@ -317,17 +258,6 @@ TEST_F(Flow, AbdomenIsSoundAndItsHandsWorkOnLiverAndGallbladder) {
   EXPECT_EQ(Hpdm("replay " + Folder("s")).exit_code, 0) << "the same bit for bit";
 }
 
-TEST_F(Flow, LoadsOnARigidOrganAreRefused) {
-  std::ofstream(folder_ / "rigid.toml")
-      << "[[organ]]\nname = \"stomach\"\nmodel = \"rigid\"\nmesh = \""
-      << (kSource / "scenes/meshes/stomach_2132.obj").string()
-      << "\"\n[[load]]\norgan = \"stomach\"\npoint = [0, 0, 0.05]\nradius = 0.1\n"
-         "force = [0, 0, -1]\n";
-  const Outcome outcome = Hpdm("solve " + Folder("rigid.toml") + " --out " + Folder("f.csv"));
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("organ \"stomach\" is rigid"), std::string::npos) << outcome.err;
-}
-
 // Recorded two-arm teleoperation in robot coordinates: fitted to the organ, each arm presses it.
 TEST_F(Flow, RecordedArmsPressTheLiverAndTheSessionLastsAsLongAsTheyDo) {
   SKIP_WITHOUT_EGL();
@@ -386,9 +316,9 @@ TEST_F(Flow, AnExternalDriverMovesTheProbeAndIsMissedWhenItGoes) {
   std::ofstream(folder_ / "session.sh")
       << "ip link set lo up; ip link set lo multicast on; ip route add 239.255.76.67 dev lo\n"
       << "unset LCM_DEFAULT_URL\n"
-      << kProgram.string() << " run " << kScene << " --device lcm --seconds 4 --fps 0 --json --out "
+      << kHpdmProgram << " run " << kScene << " --device lcm --seconds 4 --fps 0 --json --out "
       << Folder("s") << " & session=$!\n"
-      << (kProgram.parent_path() / "hpdm_example_driver").string()
+      << HPDM_BINARY_DIR "/tools/hpdm_example_driver"
       << " & driver=$!\n"
       // Two seconds of log, or half a minute of patience.
       << "for i in $(seq 300); do sleep 0.1; [ -n \"$(find " << Folder("s")
@@ -500,7 +430,7 @@ TEST_F(Flow, InterruptClosesTheLogAndWritesTheSummary) {
     const pid_t child = fork();
     if (child == 0) {
       freopen("/dev/null", "w", stdout);
-      execl(kProgram.c_str(), "hpdm", "run", kScene.c_str(), "--out", out.c_str(), nullptr);
+      execl(kHpdmProgram.c_str(), "hpdm", "run", kScene.c_str(), "--out", out.c_str(), nullptr);
       _exit(127);
     }
     // Ready once the log holds more than its first events.
@@ -546,43 +476,6 @@ TEST_F(Flow, ARealTimeStateThatIsRefusedIsReportedAndExitThreeWhereItIsRequired)
       << realtime;
 }
 
-TEST_F(Flow, BadInputIsOneLineAndExitTwo) {
-  std::ofstream(folder_ / "typo.toml") << "[scene]\nnmae = \"x\"\n";
-  const std::string missing = Folder("missing.toml"), typo = Folder("typo.toml");
-  for (const std::string& arguments :
-       {std::string(),
-        std::string("fly"),
-        "run " + missing,
-        "check " + missing,
-        "check " + typo,
-        "inspect " + Folder("missing.obj"),
-        "run " + kScene + " --device piano",
-        "run " + kScene + " --device nobody=sim",
-        "run " + kScene + " --device trace:" + missing,
-        "run " + kScene + " --device trace:" + typo,
-        "run " + kScene + " --device lcm --clock lockstep --seconds 1",
-        "run " + kScene + " --clock lockstep",
-        "replay " + missing,
-        "replay " + kScene,
-        std::string("replay motion.csv"),
-        "run " + kScene + " --size wide --out " + Folder("x"),
-        "run " + kScene + " --window --clock lockstep --seconds 1",
-        "run " + kScene + " --seconds 1 --film --no-pictures",
-        "log check " + missing,
-        "log check " + typo + " --types " + folder_.string(),
-        "log export " + missing + " --out " + Folder("l"),
-        "log export " + typo + " --out " + Folder("l.mcap"),
-        "log export " + typo + " --format mcap --out " + folder_.string(),
-        "log export " + typo + " --format xml --out " + Folder("l"),
-        "log export " + missing + " --format mcap --out " + Folder("l.mcap"),
-        "generate nothing --out " + Folder("g")}) {
-    const Outcome outcome = Hpdm(arguments);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << arguments << "\n"
-                                                                           << outcome.err;
-  }
-}
-
 TEST_F(Flow, SessionFolderIsNeverOverwritten) {
   SKIP_WITHOUT_EGL();
   const std::string run =
@@ -593,69 +486,6 @@ TEST_F(Flow, SessionFolderIsNeverOverwritten) {
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("--out"), std::string::npos);
   EXPECT_EQ(ReadFile(folder_ / "s" / "session.lcmlog"), log);
-}
-
-TEST_F(Flow, CheckSaysWhatWouldBeBuilt) {
-  const Outcome outcome = Hpdm("check --json " + kScene);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const Json facts = Json::parse(outcome.out);
-  const Json& liver = facts["organs"][0];
-  EXPECT_EQ(liver["triangles"], 5000);
-  EXPECT_NEAR(liver["tissue_volume_m3"].get<double>(), 1.5e-3, 0.05e-3);
-  EXPECT_GT(liver["control_points"], 100);
-  EXPECT_LT(liver["control_points"], 512);
-}
-
-// The lattice's promise: no worse than linear tetrahedra of about 4,000 nodes on solid organs.
-TEST_F(Flow, SolveIsNoWorseThanThousandsOfLinearTetrahedra) {
-  for (const std::string name : {"liver_press", "liver_lift", "beam"}) {
-    const std::string reference = (kSource / "tests" / "reference" / name).string();
-    const Outcome outcome =
-        Hpdm("solve --json " + (kSource / "scenes" / "cases" / name).string() + ".toml --out " +
-             Folder(name + ".csv") + " --reference " + reference + ".csv");
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    const Json figures = Json::parse(outcome.out);
-    for (const Json& linear : Json::parse(ReadFile(reference + ".json"))["linear"]) {
-      if (linear["nodes"] < 3500 || linear["nodes"] > 4500) continue;
-      EXPECT_LT(figures["error"], linear["error"]) << name;
-    }
-    EXPECT_LT(figures["control_points"], 250);
-    EXPECT_LT(figures["residual"], 1e-9);
-    EXPECT_GT(figures["compliance_m_per_N"], 0);
-    EXPECT_GT(figures["setup_ms"], 0);
-    EXPECT_GT(figures["step_us"], 0);
-    EXPECT_EQ(ReadFile(folder_ / (name + ".csv")).substr(0, 15), "x,y,z,ux,uy,uz\n");
-  }
-}
-
-TEST_F(Flow, InspectStatesTheFactsOfAMesh) {
-  const Outcome outcome =
-      Hpdm("inspect --json " + (kSource / "scenes" / "meshes" / "liver_274.obj").string());
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const Json facts = Json::parse(outcome.out);
-  EXPECT_EQ(facts["triangles"], 274);
-  EXPECT_EQ(facts["vertices"], 139);
-  EXPECT_EQ(facts["boundary_edges"], 0);
-  EXPECT_EQ(facts["nonmanifold_edges"], 0);
-  EXPECT_EQ(facts["components"], 1);
-  EXPECT_NEAR(facts["volume_m3"].get<double>(), 1.5e-3, 0.1e-3);
-  EXPECT_TRUE(facts.contains("repairs"));
-}
-
-TEST_F(Flow, InstalledEngineCanBeEmbedded) {
-  const std::string prefix = Folder("prefix"), build = Folder("embed");
-  const auto shell = [&](const std::string& command) {
-    return std::system((command + " >>" + Folder("log") + " 2>&1").c_str());
-  };
-  ASSERT_EQ(shell("cmake --install " HPDM_BINARY_DIR " --prefix " + prefix), 0)
-      << ReadFile(folder_ / "log");
-  ASSERT_EQ(shell("cmake -S " + (kSource / "tests" / "embed").string() + " -B " + build +
-                  " -DCMAKE_PREFIX_PATH=" + prefix + " -DCMAKE_CXX_FLAGS='" HPDM_LINK_FLAGS "'"),
-            0)
-      << ReadFile(folder_ / "log");
-  ASSERT_EQ(shell("cmake --build " + build), 0) << ReadFile(folder_ / "log");
-  ASSERT_EQ(shell(build + "/embed " + prefix + "/share/hpdm/scenes/meshes/liver_274.obj"), 0)
-      << ReadFile(folder_ / "log");
 }
 
 }  // namespace

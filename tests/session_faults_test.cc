@@ -100,7 +100,7 @@ class SessionFaults : public testing::Test {
   void Start(int seconds, const std::string& options) {
     ticks_ = 1000 * seconds;
     session_ = std::make_unique<BackgroundCommand>(
-        "exec " + kProgram.string() + " run " + (folder_ / "scene.toml") + " --live --json " +
+        "exec " + kHpdmProgram + " run " + (folder_ / "scene.toml") + " --live --json " +
             "--seconds " + std::to_string(seconds) + " --out " + out() + " " + options,
         folder_ / "stdout", folder_ / "stderr");
     ASSERT_TRUE(Becomes([&] { return listener_->ticks() > 0; })) << session_->err();
@@ -190,7 +190,7 @@ TEST_F(SessionFaults, ANetworkThatGoesAwayIsToldOnceAndTheLogIsWhole) {
 TEST_F(SessionFaults, AFullDiskBeforeTheSessionIsToldBeforeIt) {
   RUN_INSIDE_NAMESPACE()
   MountDisk("size=200k");
-  BackgroundCommand run("exec " + kProgram.string() + " run " + (folder_ / "scene.toml") +
+  BackgroundCommand run("exec " + kHpdmProgram + " run " + (folder_ / "scene.toml") +
                             " --seconds 1 --no-pictures --out " + out(),
                         folder_ / "stdout", folder_ / "stderr");
   EXPECT_EQ(run.Wait(), 2);
@@ -201,7 +201,7 @@ TEST_F(SessionFaults, AFullDiskBeforeTheSessionIsToldBeforeIt) {
 TEST_F(SessionFaults, AReadOnlyFolderIsToldBeforeTheSession) {
   RUN_INSIDE_NAMESPACE()
   MountDisk("ro");
-  BackgroundCommand run("exec " + kProgram.string() + " run " + (folder_ / "scene.toml") +
+  BackgroundCommand run("exec " + kHpdmProgram + " run " + (folder_ / "scene.toml") +
                             " --seconds 1 --no-pictures --out " + out(),
                         folder_ / "stdout", folder_ / "stderr");
   EXPECT_EQ(run.Wait(), 2);
@@ -285,7 +285,7 @@ TEST_F(SessionFaults, AFloodOfForeignMessagesIsRefusedCountedAndToldOnce) {
   std::atomic<long> sent = 0;
   std::jthread flood([&sent](std::stop_token stop) { Flood(stop, &sent); });
   ASSERT_TRUE(Becomes([&] { return sent > 1000; }));
-  BackgroundCommand spy("exec " + kProgram.string() + " spy --once --json --seconds 100",
+  BackgroundCommand spy("exec " + kHpdmProgram + " spy --once --json --seconds 100",
                         folder_ / "spy_out", folder_ / "spy_err");
   Start(2, "--no-pictures --device lcm");
   const Json summary = End(0);
@@ -327,8 +327,8 @@ TEST(LongSession, LosesNoMessageInItsShortForm) {
   }
   const ScratchFolder folder;
   const std::string script = (kScenes.parent_path() / "tools/soak.py").string();
-  EXPECT_EQ(Shell("/usr/bin/python3 -B " + script + " --seconds 2 --hpdm " + kProgram.string() +
-                  " >" + (folder / "out") + " 2>&1"),
+  EXPECT_EQ(Shell("/usr/bin/python3 -B " + script + " --seconds 2 --hpdm " + kHpdmProgram + " >" +
+                  (folder / "out") + " 2>&1"),
             0)
       << ReadFile(folder / "out");
   EXPECT_NE(ReadFile(folder / "out").find("2 tools: "), std::string::npos);

@@ -150,7 +150,7 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
     for (int i = 0; i <= 50; ++i) motion << 0.01 * i << ",0," << -0.001 * i << ",0\n";
   }
   const std::string command =
-      kProgram.string() + " run " + (folder_ / "scenes/s.toml") +
+      kHpdmProgram + " run " + (folder_ / "scenes/s.toml") +
       " --clock lockstep --seconds 0.5 --no-pictures --device trace:" + trace + " --out " +
       (folder_ / "out") + " >" + (folder_ / "o") + " 2>&1";
   ASSERT_EQ(Shell(command), 0) << ReadFile(folder_ / "o");
@@ -167,13 +167,13 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
   fs::rename(folder_ / "out", folder_ / "moved");
   fs::remove_all(folder_ / "scenes");
   fs::remove_all(folder_ / "far");
-  EXPECT_EQ(Shell(kProgram.string() + " replay --tolerance 0 " + (folder_ / "moved") + " >" +
+  EXPECT_EQ(Shell(kHpdmProgram + " replay --tolerance 0 " + (folder_ / "moved") + " >" +
                   (folder_ / "o") + " 2>&1"),
             0)
       << ReadFile(folder_ / "o");
 
   // The session again from the record alone, and the same log bit for bit.
-  ASSERT_EQ(Shell(kProgram.string() + " run " + (folder_ / "moved/scene.toml") +
+  ASSERT_EQ(Shell(kHpdmProgram + " run " + (folder_ / "moved/scene.toml") +
                   " --clock lockstep --seconds 0.5 --no-pictures --device trace:" +
                   (folder_ / "moved/" + kept_trace) + " --out " + (folder_ / "again") + " >" +
                   (folder_ / "o") + " 2>&1"),
@@ -184,9 +184,9 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
   EXPECT_EQ(ReadFile(folder_ / "again/scene.toml"), ReadFile(folder_ / "moved/scene.toml"));
 
   std::ofstream(folder_ / "moved/files/liver.obj", std::ios::app) << "# touched\n";
-  EXPECT_EQ(Shell(kProgram.string() + " replay " + (folder_ / "moved") + " >/dev/null 2>" +
-                  (folder_ / "o")),
-            2);
+  EXPECT_EQ(
+      Shell(kHpdmProgram + " replay " + (folder_ / "moved") + " >/dev/null 2>" + (folder_ / "o")),
+      2);
   EXPECT_TRUE(Contains(ReadFile(folder_ / "o"), "is not the file of the record"));
   EXPECT_EQ(Count(ReadFile(folder_ / "o"), "\n"), 1);
 }

@@ -11,12 +11,12 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 #include <thread>
 
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
 #include "render/image_file.h"
+#include "tests/program.h"
 #include "tests/virtual_display.h"
 
 // Last: its macros break others' headers.
@@ -28,29 +28,12 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kSource = HPDM_SOURCE_DIR;
-const fs::path kProgram = fs::path(HPDM_BINARY_DIR) / "tools" / "hpdm";
-
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 bool Runs(const std::string& command) {
   return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
 }
 
 void Sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
-
-/// Whether it becomes true within ten seconds, far above what anything here takes.
-bool Becomes(const std::function<bool()>& condition) {
-  for (int i = 0; i < 500; ++i) {
-    if (condition()) return true;
-    Sleep(0.02);
-  }
-  return false;
-}
 
 /// A tip's way and force by session time, and the events, as the log has them.
 struct Logged {
@@ -118,7 +101,7 @@ class WindowTest : public testing::Test {
   void Start(const std::string& scene, const std::string& arguments) {
     session_.emplace(std::vector<std::string>{
         "/bin/sh", "-c",
-        "exec " + kProgram.string() + " run " + (kSource / "scenes" / scene).string() +
+        "exec " + kHpdmProgram + " run " + (kSource / "scenes" / scene).string() +
             " --window --json --out " + Out("").string() + " " + arguments + " >" +
             (folder_ / "stdout").string() + " 2>" + (folder_ / "stderr").string()});
     ASSERT_TRUE(Becomes([this] {
@@ -256,7 +239,7 @@ TEST_F(WindowTest, ClosingTheWindowEndsTheSession) {
 TEST_F(WindowTest, WithoutADisplayItExitsWithThreeAndTheRemedy) {
   display_.reset();
   Child session({"/bin/sh", "-c",
-                 "exec " + kProgram.string() + " run " +
+                 "exec " + kHpdmProgram + " run " +
                      (kSource / "scenes" / "liver_palpation.toml").string() + " --window --out " +
                      Out("").string() + " 2>" + (folder_ / "stderr").string()});
   EXPECT_EQ(session.Wait(20), 3);
