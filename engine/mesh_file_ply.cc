@@ -287,8 +287,9 @@ class PlyReducer {
       smallest += values_.Smallest(property.is_list ? property.count_type : property.type);
     }
     if (smallest > 0 && element.count > values_.Left() / smallest) {
-      Refuse(path_, "claims " + std::to_string(element.count) + " of element '" + element.name +
-                        "', more than the file can hold; the file is truncated, export it again");
+      Refuse(path_, "claims " + std::to_string(element.count) + " of element " +
+                        QuotedToken(element.name) +
+                        ", more than the file can hold; the file is truncated, export it again");
     }
   }
 
