@@ -25,6 +25,14 @@ bool StaysInside(const fs::path& name) {
   return !normal.empty() && !normal.is_absolute() && *normal.begin() != ".." && normal != ".";
 }
 
+bool LiesInside(const fs::path& folder, const fs::path& file) {
+  std::error_code error;
+  const fs::path whole_folder = fs::canonical(folder.empty() ? "." : folder, error);
+  if (error) return false;
+  const fs::path whole_file = fs::canonical(file, error);
+  return !error && StaysInside(whole_file.lexically_relative(whole_folder));
+}
+
 void SceneFiles::ReadEntries(const TableReader& root) {
   for (const TableReader& table : root.Tables("file", kFileKeys)) {
     SceneFile entry;
@@ -75,10 +83,7 @@ std::optional<SceneFiles::Fault> SceneFiles::Find(const std::string& name, std::
 }
 
 std::optional<SceneFiles::Fault> SceneFiles::Verify(const SceneFile& file) const {
-  std::error_code error;
-  const fs::path folder = fs::canonical(folder_.empty() ? fs::path(".") : folder_, error);
-  const fs::path place = error ? fs::path() : fs::canonical(file.path, error);
-  if (error || !StaysInside(place.lexically_relative(folder))) {
+  if (!LiesInside(folder_, file.path)) {
     return Fault{
         "lies outside of the scene's folder, as no file of a record does",
         std::string("copy it into the folder and name it as its [[file]] copy, ") + kForget};

@@ -20,6 +20,10 @@ struct SceneFile {
 /// Whether a name, read from a folder, stays inside of it: relative, and not out by "..".
 bool StaysInside(const std::filesystem::path& name);
 
+/// Whether a file exists and lies inside a folder, links followed; an empty folder is the working
+/// folder.
+bool LiesInside(const std::filesystem::path& folder, const std::filesystem::path& file);
+
 /// Finds the files that a scene names. Without [[file]] tables a name is a path that starts at the
 /// scene's folder and may lead anywhere. With them the scene is a record: each name must have its
 /// table, its file must lie inside the scene's folder (links followed) and be the same to the bit.

@@ -16,6 +16,7 @@
 #include "engine/baselines/surface_error.h"
 #include "engine/static_loads.h"
 #include "tests/mesh_shapes.h"
+#include "tests/read_file.h"
 #include "tests/shapes.h"
 #include "tools/bench_figures.h"
 #include "tools/chart_report.h"
@@ -47,13 +48,6 @@ ChartPoint Point(double step_us, double error, const std::string& load_case = "c
   point.error = error;
   point.response = Timing{step_us, step_us};
   return point;
-}
-
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 TEST(ChartPoints, ParetoFrontIsWhatNothingElseBeats) {

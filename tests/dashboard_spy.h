@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/read_file.h"
 #include "tests/recorded_session.h"
 #include "tests/scratch_folder.h"
 #include "tests/virtual_display.h"
@@ -31,7 +32,7 @@ class Spy {
     // The line is whole once it ends.
     for (int i = 0; i < 200 && address_.empty() && errors().empty(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      const std::string text = TextOf(output_);
+      const std::string text = ReadFile(output_);
       const std::size_t at = text.find("http://");
       if (at != std::string::npos && text.find('\n', at) != std::string::npos) {
         address_ = text.substr(at, text.find_first_of(" \n", at) - at);
@@ -41,15 +42,10 @@ class Spy {
   /// "http://127.0.0.1:40123/"; empty where it did not start.
   const std::string& address() const { return address_; }
   int port() const { return std::stoi(address_.substr(address_.rfind(':') + 1)); }
-  std::string errors() const { return TextOf(folder_ / "errors"); }
+  std::string errors() const { return ReadFile(folder_ / "errors"); }
   Child& child() { return *child_; }
 
  private:
-  static std::string TextOf(const std::string& path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-
   ScratchFolder folder_;
   std::string output_, address_;
   std::optional<Child> child_;

@@ -16,6 +16,7 @@
 #include "engine/error.h"
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
+#include "tests/read_file.h"
 #include "tests/scratch_folder.h"
 #include "tools/log_export.h"
 
@@ -23,11 +24,6 @@ namespace hpdm {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string ReadAll(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 class LogHealthTest : public testing::Test {
  protected:
@@ -168,7 +164,7 @@ TEST_F(LogHealthTest, ForeignAndUnreadableMessagesAreTold) {
 
 TEST_F(LogHealthTest, EveryPrefixAndEveryFlippedByteIsReadToItsEnd) {
   WriteSession(3);
-  const std::string whole = ReadAll(log_);
+  const std::string whole = ReadFile(log_);
   const auto check = [&](const std::string& bytes) {
     std::ofstream(log_, std::ios::binary) << bytes;
     const LogHealth health = Health();
@@ -200,7 +196,7 @@ TEST_F(LogHealthTest, TablesHoldEveryValueExactly) {
   EXPECT_NE(header.find("tools[0].joints[2]"), std::string::npos);
   EXPECT_TRUE(row.starts_with("1000,1,1,1,")) << row;
   EXPECT_NE(row.find(",0.1,"), std::string::npos) << row;
-  EXPECT_EQ(ReadAll(folder_.path() / "csv" / "HPDM_EVENT.csv").find("time_us,sequence"), 0u);
+  EXPECT_EQ(ReadFile(folder_.path() / "csv" / "HPDM_EVENT.csv").find("time_us,sequence"), 0u);
 }
 
 TEST_F(LogHealthTest, ArraysThatGrowGetTheColumnsOfTheLongest) {
@@ -233,7 +229,7 @@ TEST_F(LogHealthTest, ARepairKeepsEveryTimeStamp) {
   }
   const std::string mended = folder_ / "mended.lcmlog";
   EXPECT_EQ(RepairLog(log_, mended), 3u);
-  EXPECT_EQ(ReadAll(mended), ReadAll(log_));
+  EXPECT_EQ(ReadFile(mended), ReadFile(log_));
 }
 
 TEST_F(LogHealthTest, NumbersAtBothEndsOfTheirRangeAreCounted) {
@@ -294,7 +290,7 @@ TEST_F(LogHealthTest, MoreChannelsThanFilesMayBeOpenAndLongNamesGetWholeTables) 
   std::set<fs::path> files;
   for (const ExportedChannel& channel : exported) {
     files.insert(channel.file);
-    const std::string text = ReadAll(channel.file);
+    const std::string text = ReadFile(channel.file);
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), channel.channel[0] == 'x' ? 2 : 4);
     EXPECT_TRUE(text.starts_with("time_us,"));
   }

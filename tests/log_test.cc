@@ -15,6 +15,7 @@
 
 #include "engine/error.h"
 #include "tests/network_namespace.h"
+#include "tests/read_file.h"
 #include "tests/scratch_folder.h"
 
 namespace hpdm {
@@ -35,11 +36,6 @@ void WriteLog(const std::string& path, int count, std::int64_t epoch_us = 0) {
   log.Close();
   EXPECT_EQ(log.state().failure, LogFailure::kNone);
   EXPECT_EQ(log.state().events, static_cast<std::uint64_t>(count));
-}
-
-std::string ReadBytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 void WriteBytes(const std::string& path, const std::string& bytes) {
@@ -123,7 +119,7 @@ TEST(Log, EveryPrefixReadsAsItsWholeEvents) {
   const ScratchFolder folder;
   constexpr int kEvents = 20;
   WriteLog(folder / "a.lcmlog", kEvents);
-  const std::string bytes = ReadBytes(folder / "a.lcmlog");
+  const std::string bytes = ReadFile(folder / "a.lcmlog");
   std::vector<std::size_t> ends;  // of each event
   LogReader whole(folder / "a.lcmlog");
   for (LogEvent event; whole.Next(&event);) ends.push_back(whole.intact_end());
@@ -148,7 +144,7 @@ TEST(Log, EveryPrefixReadsAsItsWholeEvents) {
 TEST(Log, DamageCostsOnlyTheEventsAroundIt) {
   const ScratchFolder folder;
   WriteLog(folder / "a.lcmlog", 1000);
-  const std::string sound = ReadBytes(folder / "a.lcmlog");
+  const std::string sound = ReadFile(folder / "a.lcmlog");
   std::mt19937 random(7);
   for (int trial = 0; trial < 300; ++trial) {
     std::string bytes = sound;

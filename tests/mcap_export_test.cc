@@ -16,6 +16,7 @@
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
 #include "tests/mcap_reader.h"
+#include "tests/read_file.h"
 #include "tests/recorded_session.h"
 #include "tests/scratch_folder.h"
 #include "tools/mcap_writer.h"
@@ -25,11 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-std::string ReadAll(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void WriteAll(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -102,7 +98,7 @@ class McapExportTest : public testing::Test {
   std::vector<ExportedChannel> Export(const std::vector<std::string>& channels = {}) {
     return ExportMcap(log_, file_, channels, MessageSchemas::Hpdm());
   }
-  McapFile File() const { return McapFile(ReadAll(file_)); }
+  McapFile File() const { return McapFile(ReadFile(file_)); }
   void RecordSession(int ticks) {
     WriteAll(folder_ / "scene.toml", kScene);
     Record({.scene = folder_ / "scene.toml", .log = log_, .ticks = ticks});
@@ -284,7 +280,7 @@ TEST_F(McapExportTest, AnEmptyLogIsAnEmptyFile) {
 
 TEST_F(McapExportTest, DamagedLogsGiveSoundFilesOfWhatIsIntact) {
   WriteEvents(12);
-  const std::string whole = ReadAll(log_);
+  const std::string whole = ReadFile(log_);
   const auto check = [&](const std::string& bytes) {
     WriteAll(log_, bytes);
     std::uint64_t events = 0, told = 0;
@@ -372,7 +368,7 @@ TEST_F(McapExportTest, WhatCannotBeWrittenLeavesWhatWasThere) {
   setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_NE(told.find("session.mcap: cannot be written (File too large)"), std::string::npos)
       << told;
-  EXPECT_EQ(ReadAll(file_), "an older export");
+  EXPECT_EQ(ReadFile(file_), "an older export");
   EXPECT_EQ(FilesInFolder(), 3u);
   EXPECT_TRUE(fs::is_empty(folder_.path() / "csv"));
   Export();
@@ -382,24 +378,24 @@ TEST_F(McapExportTest, WhatCannotBeWrittenLeavesWhatWasThere) {
 TEST_F(McapExportTest, LinksAndPipesKeepTheirPlace) {
   WriteEvents(50);
   Export();
-  const std::string expected = ReadAll(file_);
+  const std::string expected = ReadFile(file_);
   WriteAll(folder_ / "elsewhere.mcap", "old");
   fs::create_symlink("elsewhere.mcap", folder_ / "link.mcap");
   ExportMcap(log_, folder_ / "link.mcap", {}, MessageSchemas::Hpdm());
   EXPECT_TRUE(fs::is_symlink(folder_ / "link.mcap"));
-  EXPECT_EQ(ReadAll(folder_ / "elsewhere.mcap"), expected);
+  EXPECT_EQ(ReadFile(folder_ / "elsewhere.mcap"), expected);
 
   std::FILE* pipe = popen(("cat > " + (folder_ / "piped.mcap")).c_str(), "w");
   ASSERT_NE(pipe, nullptr);
   ExportMcap(log_, "/proc/self/fd/" + std::to_string(fileno(pipe)), {}, MessageSchemas::Hpdm());
   EXPECT_EQ(pclose(pipe), 0);
-  EXPECT_EQ(ReadAll(folder_ / "piped.mcap"), expected);
+  EXPECT_EQ(ReadFile(folder_ / "piped.mcap"), expected);
 }
 
 TEST_F(McapExportTest, TheReaderOfTheseTestsMissesNoFlippedByte) {
   WriteEvents(20);
   Export();
-  const std::string sound = ReadAll(file_);
+  const std::string sound = ReadFile(file_);
   for (std::size_t i = 0; i < sound.size(); ++i) {
     std::string flipped = sound;
     flipped[i] ^= 1;

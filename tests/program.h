@@ -14,18 +14,13 @@
 #include <string>
 #include <thread>
 
+#include "tests/read_file.h"
+
 /// Programs as a user starts them, for tests.
 namespace hpdm {
 
 inline const std::string kHpdmProgram = std::string(HPDM_BINARY_DIR) + "/tools/hpdm";
 inline const std::filesystem::path kScenes = std::filesystem::path(HPDM_SOURCE_DIR) / "scenes";
-
-inline std::string ReadFile(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 inline bool Becomes(const std::function<bool()>& condition,
                     std::chrono::seconds patience = std::chrono::seconds(20)) {

@@ -10,16 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/program.h"
 #include "tests/scratch_folder.h"
 
 namespace hpdm {
-
-inline const std::string kReportProgram = HPDM_BINARY_DIR "/tools/hpdm";
-
-inline std::string TextOf(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 struct Outcome {
   int exit_code = -1;
@@ -47,14 +41,14 @@ class ReportTest : public testing::Test {
     const ScratchFolder folder;
     const std::string out = folder / "out", err = folder / "err";
     const int status = std::system(
-        (kReportProgram + " " + arguments + " >" + out + " 2>" + err + " </dev/null").c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, TextOf(out), TextOf(err)};
+        (kHpdmProgram + " " + arguments + " >" + out + " 2>" + err + " </dev/null").c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadFile(out), ReadFile(err)};
   }
   /// A page of the recorded session, and its figures.
   std::string Page(const std::string& options = "") {
     const Outcome report = Hpdm("report " + Recorded() + " --out " + page_ + " " + options);
     EXPECT_EQ(report.exit_code, 0) << report.err;
-    return TextOf(page_);
+    return ReadFile(page_);
   }
   static nlohmann::json Figures(const std::string& options = "") {
     return nlohmann::json::parse(Hpdm("report " + Recorded() + " --json " + options).out);

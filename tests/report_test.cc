@@ -48,7 +48,7 @@ TEST_F(ReportTest, ItsOwnPageNeverLeadsOutOfTheFolder) {
   std::ofstream(folder_ / "victim.txt") << "precious";
   fs::create_symlink("../victim.txt", page);
   EXPECT_EQ(Hpdm("report " + folder.string()).exit_code, 0);
-  EXPECT_EQ(TextOf(folder_ / "victim.txt"), "precious");
+  EXPECT_EQ(ReadFile(folder_ / "victim.txt"), "precious");
   EXPECT_FALSE(fs::is_symlink(page));
   EXPECT_GT(fs::file_size(page), 100'000u);
 
@@ -60,7 +60,7 @@ TEST_F(ReportTest, ItsOwnPageNeverLeadsOutOfTheFolder) {
 }
 
 TEST_F(ReportTest, ForcesAreThoseOfTheSessionsSummary) {
-  const Json summary = Json::parse(TextOf(Recorded() + "/summary.json")), figures = Figures();
+  const Json summary = Json::parse(ReadFile(Recorded() + "/summary.json")), figures = Figures();
   ASSERT_EQ(figures["hands"].size(), 2u);
   EXPECT_EQ(figures["scene"], summary["scene"]);
   EXPECT_NEAR(figures["duration_s"], 6, 1e-9);
@@ -97,7 +97,7 @@ TEST_F(ReportTest, NumbersOnThePageAreTheJsons) {
 }
 
 TEST_F(ReportTest, EveryFigureIsDefinedOnThePageAndInTheReadme) {
-  const std::string page = Page(), readme = TextOf(HPDM_SOURCE_DIR "/tools/report/README.md");
+  const std::string page = Page(), readme = ReadFile(HPDM_SOURCE_DIR "/tools/report/README.md");
   const Json hand = Figures()["hands"][0];
   for (const auto& [key, value] : hand.items()) {
     if (key == "name") continue;
@@ -157,7 +157,7 @@ TEST_F(ReportTest, TheLogIsNeverOverwritten) {
   for (const std::string& out : {log, page_}) {
     EXPECT_EQ(Hpdm("report " + log + " --out " + out).exit_code, 2);
   }
-  EXPECT_EQ(TextOf(log), TextOf(Recorded() + "/session.lcmlog"));
+  EXPECT_EQ(ReadFile(log), ReadFile(Recorded() + "/session.lcmlog"));
 }
 
 TEST_F(ReportTest, AReadOnlyFolderAsksForAnotherFile) {
@@ -182,13 +182,13 @@ TEST_F(ReportTest, ATornLogIsReportedWithItsDamage) {
   const Outcome report = Hpdm("report " + log.string() + " --out " + page_);
   EXPECT_EQ(report.exit_code, 0);
   EXPECT_NE(report.err.find("not closed"), std::string::npos);
-  const std::string page = TextOf(page_);
+  const std::string page = ReadFile(page_);
   EXPECT_NE(page.find("torn off"), std::string::npos);
   EXPECT_NE(page.find("a bare log"), std::string::npos);
 }
 
 TEST_F(ReportTest, NoPrefixAndNoFlippedByteIsTooMuch) {
-  const std::string bytes = TextOf(Recorded() + "/session.lcmlog").substr(0, 600'000);
+  const std::string bytes = ReadFile(Recorded() + "/session.lcmlog").substr(0, 600'000);
   const std::string log = folder_ / "damaged.lcmlog";
   std::mt19937 random(11);
   const auto report = [&](const std::string& damaged) {

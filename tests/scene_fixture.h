@@ -12,6 +12,7 @@
 #include "engine/error.h"
 #include "scenes/scene.h"
 #include "scenes/scene_parts.h"
+#include "tests/read_file.h"
 
 /// What the tests of scenes share.
 namespace hpdm {
@@ -48,13 +49,6 @@ class SceneFolder {
  private:
   std::filesystem::path path_;
 };
-
-inline std::string ReadAll(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 inline const std::string kOrgan = "[[organ]]\nname='liver'\nmesh='m.obj'\n";
 inline const std::string kInstrument = "[[instrument]]\nname='probe'\ntrocar=[0,-0.1,0.2]\n";

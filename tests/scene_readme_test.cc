@@ -137,7 +137,7 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
 }
 
 TEST_F(SceneTest, ReadmeQuotesRealMessages) {
-  const std::string readme = ReadAll(std::filesystem::path(HPDM_SOURCE_DIR) / "scenes/README.md");
+  const std::string readme = ReadFile(std::filesystem::path(HPDM_SOURCE_DIR) / "scenes/README.md");
   const std::string head = "[[organ]]\nname = 'liver'\nmesh = 'm.obj'\n\n\n\n\n";
   const auto message = [&](const std::string& text) {
     folder_.Write("liver.toml", text);

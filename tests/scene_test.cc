@@ -14,7 +14,7 @@ TEST_F(SceneTest, ShippedLiverSceneLoads) {
   const fs::path path = fs::path(HPDM_SOURCE_DIR) / "scenes/liver_palpation.toml";
   const Scene scene = LoadScene(path);
   EXPECT_EQ(scene.name, "liver palpation");
-  EXPECT_EQ(scene.source_text, ReadAll(path));
+  EXPECT_EQ(scene.source_text, ReadFile(path));
   EXPECT_EQ(scene.path, path);
   ASSERT_EQ(scene.organs.size(), 1u);
   EXPECT_EQ(scene.organs[0].supports.size(), 1u);

@@ -7,17 +7,13 @@
 #include <fstream>
 #include <iterator>
 
+#include "tests/read_file.h"
 #include "tests/scratch_folder.h"
 
 namespace hpdm {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string ReadAll(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void Save(const fs::path& path, std::string_view text) {
   StagedFile file(path);
@@ -36,7 +32,7 @@ TEST(StagedFile, WhatIsOpenAlreadyIsContinuedNotReplaced) {
   Save(folder / "link", "two,");
   ASSERT_EQ(write(open_file, "after", 5), 5) << "it is the same file still";
   close(open_file);
-  EXPECT_EQ(ReadAll(path), "before,one,two,after");
+  EXPECT_EQ(ReadFile(path), "before,one,two,after");
 }
 
 TEST(StagedFile, ALinkKeepsItsPlaceAndWhatItLeadsToIsReplaced) {
@@ -45,7 +41,7 @@ TEST(StagedFile, ALinkKeepsItsPlaceAndWhatItLeadsToIsReplaced) {
   fs::create_symlink("file", folder / "link");
   Save(folder / "link", "new");
   EXPECT_TRUE(fs::is_symlink(folder / "link"));
-  EXPECT_EQ(ReadAll(folder / "file"), "new");
+  EXPECT_EQ(ReadFile(folder / "file"), "new");
   { StagedFile("never").Write("x"); }
   EXPECT_FALSE(fs::exists("never"));
 }

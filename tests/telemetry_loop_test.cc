@@ -14,6 +14,7 @@
 
 #include "engine/error.h"
 #include "tests/network_namespace.h"
+#include "tests/read_file.h"
 #include "tests/scratch_folder.h"
 
 namespace hpdm {
@@ -156,11 +157,6 @@ LogContents ReadLog(const std::string& path) {
   return contents;
 }
 
-std::string ReadBytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST(TelemetryLoop, EveryTickIsInTheLogOnceInOrderAndExact) {
   const ScratchFolder folder;
   RunLockstep(folder / "session.lcmlog", {}, 2500);
@@ -291,12 +287,12 @@ TEST(TelemetryLoop, TwoLockstepSessionsAreTheSameBytes) {
     options.timeline_path = folder / (std::string(name) + ".csv");
     RunLockstep(folder / (std::string(name) + ".lcmlog"), options, 3000);
   }
-  const std::string log = ReadBytes(folder / "a.lcmlog");
+  const std::string log = ReadFile(folder / "a.lcmlog");
   EXPECT_GT(log.size(), 3000u * 600u);
-  EXPECT_TRUE(log == ReadBytes(folder / "b.lcmlog"));
-  const std::string timeline = ReadBytes(folder / "a.csv");
+  EXPECT_TRUE(log == ReadFile(folder / "b.lcmlog"));
+  const std::string timeline = ReadFile(folder / "a.csv");
   EXPECT_GT(timeline.size(), 300u * 20u);
-  EXPECT_TRUE(timeline == ReadBytes(folder / "b.csv"));
+  EXPECT_TRUE(timeline == ReadFile(folder / "b.csv"));
 }
 
 TEST(TelemetryLoop, StatisticsComeOnceASessionSecond) {
@@ -331,7 +327,7 @@ TEST(TelemetryLoop, TheTimelineHoldsEveryTenthTick) {
   TelemetryOptions options;
   options.timeline_path = folder / "timeline.csv";
   EXPECT_EQ(RunLockstep(folder / "session.lcmlog", options, 1000).timeline_failure, "");
-  std::istringstream file(ReadBytes(options.timeline_path));
+  std::istringstream file(ReadFile(options.timeline_path));
   std::string line;
   ASSERT_TRUE(std::getline(file, line));
   EXPECT_EQ(line,

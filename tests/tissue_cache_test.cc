@@ -11,6 +11,7 @@
 #include <string>
 
 #include "engine/error.h"
+#include "tests/read_file.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
@@ -25,11 +26,6 @@ struct Body {
   std::array<int, 3> cells = {3, 2, 2};
   InteriorOptions options{.resolution = 16};
 };
-
-std::string BytesOf(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void ExpectSameBits(const TissueQuadrature& a, const TissueQuadrature& b) {
   EXPECT_TRUE(a.points == b.points);
@@ -100,7 +96,7 @@ TEST_F(TissueCache, DamagedFilesAreReplacedNotBelieved) {
   const Body body;
   const TissueQuadrature sampled = Cached(body);
   const fs::path file = Files().at(0);
-  const std::string good = BytesOf(file);
+  const std::string good = ReadFile(file);
   std::map<std::string, std::string> damaged = {{"empty", ""},
                                                 {"half", good.substr(0, good.size() / 2)},
                                                 {"one byte short", good.substr(0, good.size() - 1)},
@@ -119,7 +115,7 @@ TEST_F(TissueCache, DamagedFilesAreReplacedNotBelieved) {
     SCOPED_TRACE(what);
     std::ofstream(file, std::ios::binary) << bytes;
     ExpectSameBits(Cached(body), sampled);
-    EXPECT_EQ(BytesOf(file), good);
+    EXPECT_EQ(ReadFile(file), good);
   }
 }
 

@@ -87,7 +87,7 @@ TEST(HostileToml, DotsInStringsCommentsAndNumbersAreNoDottedKeys) {
 TEST(HostileToml, DamagedScenesLoadOrGiveOneLine) {
   const SceneFolder folder;
   const std::string good =
-      ReadAll(std::filesystem::path(HPDM_SOURCE_DIR) / "scenes/liver_palpation.toml");
+      ReadFile(std::filesystem::path(HPDM_SOURCE_DIR) / "scenes/liver_palpation.toml");
   int refused = 0;
   const auto load = [&](const std::string& text) {
     const std::string error =

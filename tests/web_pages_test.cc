@@ -11,19 +11,16 @@
 #include <map>
 #include <string>
 
+#include "tests/read_file.h"
+
 namespace hpdm {
 namespace {
-
-std::string TextOf(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// As tools/web/build.mjs has it.
 std::string HashOfSources() {
   std::map<std::string, std::string> sources;
   for (const auto& entry : std::filesystem::directory_iterator(HPDM_SOURCE_DIR "/tools/web/src")) {
-    sources[entry.path().filename().string()] = TextOf(entry.path());
+    sources[entry.path().filename().string()] = ReadFile(entry.path());
   }
   std::uint64_t hash = 0xcbf29ce484222325u;
   for (const auto& [name, text] : sources) {
@@ -44,9 +41,9 @@ TEST(WebPages, AreBuiltFromTheSourcesBesideThem) {
 }
 
 TEST(WebPages, AreTheCommittedFilesAndAskForNothingElse) {
-  for (const auto& [page, name] : {std::pair{DashboardPage(), "dashboard.html"},
-                                   std::pair{ReportPage(), "report.html"}}) {
-    EXPECT_EQ(page, TextOf(std::string(HPDM_SOURCE_DIR "/tools/web/built/") + name));
+  for (const auto& [page, name] :
+       {std::pair{DashboardPage(), "dashboard.html"}, std::pair{ReportPage(), "report.html"}}) {
+    EXPECT_EQ(page, ReadFile(std::string(HPDM_SOURCE_DIR "/tools/web/built/") + name));
     for (const char* reference : {" src=\"", "<link", "@import", "url(http"}) {
       EXPECT_EQ(page.find(reference), std::string_view::npos) << name << ": " << reference;
     }

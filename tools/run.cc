@@ -23,6 +23,7 @@
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
 #include "tools/session_folder.h"
+#include "tools/session_path.h"
 #include "tools/session_threads.h"
 
 namespace hpdm {
@@ -249,7 +250,7 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
        options.Lockstep() ? nullptr : &session.render_events},
       stopwatch ? stopwatch : [] { return Nanoseconds{0}; }, make_context);
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
-                          folder.File("session.lcmlog"),
+                          folder.File(kSessionLogName),
                           TelemetryOptionsOf(options, machine, folder, &session), session.Info());
   const std::uint64_t end_tick =
       seconds > 0

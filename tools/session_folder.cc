@@ -13,6 +13,7 @@
 #include "engine/error.h"
 #include "scenes/file_hash.h"
 #include "scenes/obj_writer.h"
+#include "tools/session_path.h"
 
 namespace hpdm {
 namespace fs = std::filesystem;
@@ -24,10 +25,10 @@ constexpr off_t kReserveBytes = 256 * 1024;
 
 // What a session and the commands that read it write beside scene.toml: no file of a scene may
 // stand there.
-constexpr const char* kOwnNames[] = {
-    "session.lcmlog", "scene.toml",  "summary.json", "timeline.csv", "timeline.png",
-    "latency.csv",    "latency.png", "deepest.png",  "last.png",     "film.mp4",
-    "frames",         "screenshots", "report.html",  kFilesFolder};
+constexpr const char* kOwnNames[] = {kSessionLogName, "scene.toml",  "summary.json", "timeline.csv",
+                                     "timeline.png",  "latency.csv", "latency.png",  "deepest.png",
+                                     "last.png",      "film.mp4",    "frames",       "screenshots",
+                                     "report.html",   kFilesFolder};
 
 bool KeepsItsPlace(const fs::path& name) {
   return StaysInside(name) && std::find(std::begin(kOwnNames), std::end(kOwnNames),
@@ -60,7 +61,7 @@ SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
     throw InputError(path_.string() + ": cannot make the session folder (" + error.message() +
                      "); choose another with --out");
   }
-  if (fs::exists(File("session.lcmlog"), error)) {
+  if (fs::exists(File(kSessionLogName), error)) {
     throw InputError(path_.string() +
                      ": already holds a session; choose another folder with --out");
   }

@@ -1,42 +1,25 @@
 #include "tools/session_path.h"
 
-#include <algorithm>
 #include <system_error>
 
 #include "engine/error.h"
+#include "scenes/scene_files.h"
 
 namespace hpdm {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-struct Target {
-  fs::path path;  // empty: nothing is there
-  bool inside = false;
-};
-
-Target TargetOf(const fs::path& folder, const fs::path& name) {
-  std::error_code error;
-  const fs::path base = fs::canonical(folder.empty() ? "." : folder, error);
-  if (error) return {};
-  const fs::path target = fs::canonical(base / name, error);
-  if (error) return {};
-  const auto ends = std::mismatch(base.begin(), base.end(), target.begin(), target.end());
-  return {target, ends.first == base.end()};
-}
-
-}  // namespace
-
 fs::path FileInside(const fs::path& folder, const fs::path& name) {
-  const Target target = TargetOf(folder, name);
+  const fs::path file = folder / name;
   std::error_code error;
-  return target.inside && fs::is_regular_file(target.path, error) ? target.path : fs::path();
+  if (!LiesInside(folder, file) || !fs::is_regular_file(file, error)) return {};
+  return fs::canonical(file, error);
 }
 
 bool LeadsOutside(const fs::path& folder, const fs::path& name) {
-  const Target target = TargetOf(folder, name);
-  return !target.path.empty() && !target.inside;
+  const fs::path target = folder / name;
+  std::error_code error;
+  return fs::exists(target, error) && !LiesInside(folder, target);
 }
 
 std::string LogPathOf(const fs::path& session) {
