@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
+#include <string>
 
 #include "engine/check.h"
 #include "engine/error.h"
@@ -17,6 +19,12 @@ namespace {
 constexpr double kSlack = 1e-9;
 /// Farther from 0.5 than this at its centre, a block without surface is decided by its centre.
 constexpr double kClear = 0.4;
+/// A surface encloses something where its winding number exceeds this. In the plane of a flat sheet
+/// it is a half, which is tissue or not as rounding has it.
+constexpr double kEnclosed = 0.51;
+/// Most surface that a box may hold, in units of its longest side squared. A body's own is a few;
+/// each unit takes about a fifth of a second, and triangles that cross each other have thousands.
+constexpr double kMostSurface = 50;
 /// Gauss points along an axis of an inside block of a split cell: exact to degree 3, and smaller
 /// blocks than the cell need no more.
 constexpr int kBlockGaussPoints = 2;
@@ -94,6 +102,7 @@ class TissueSampler {
     while (cell_size_.maxCoeff() / std::pow(2.0, depth_) > smallest * (1 + kSlack)) ++depth_;
   }
 
+  /// Without a point when nothing is enclosed.
   TissueQuadrature Sample() {
     SortTrianglesIntoCells();
     TissueQuadrature tissue;
@@ -110,6 +119,8 @@ class TissueSampler {
         tissue.cell_volumes[cell] += weights.back();
       }
     }
+    // Samples that a sheet cuts would otherwise count by a half on either side of it.
+    if (!(largest_winding_ > kEnclosed)) return TissueQuadrature();
     const auto q = static_cast<Eigen::Index>(weights.size());
     tissue.points = Eigen::Map<Points>(points.data(), q, 3);
     tissue.weights = Eigen::Map<Eigen::VectorXd>(weights.data(), q);
@@ -196,11 +207,16 @@ class TissueSampler {
     }
   }
 
-  bool Inside(const Vector3d& p) const { return winding_.At(p) > 0.5; }
+  double Winding(const Vector3d& p) {
+    const double winding = winding_.At(p);
+    largest_winding_ = std::max(largest_winding_, winding);
+    return winding;
+  }
+  bool Inside(const Vector3d& p) { return Winding(p) > 0.5; }
 
   void Visit(const Block& block, const std::vector<int>& triangles, int depth) {
     if (triangles.empty()) {
-      const double centre = winding_.At(block.centre);
+      const double centre = Winding(block.centre);
       if (std::abs(centre - 0.5) > kClear || CornersAgree(block, centre > 0.5)) {
         if (centre > 0.5) AddGauss(block, split_ ? block_gauss_ : gauss_);
         return;
@@ -228,7 +244,7 @@ class TissueSampler {
 
   /// Whether a block without surface, yet not clear, lies on one side. There the winding number is
   /// harmonic, so a gap's 0.5 level runs through smoothly and parts the corners.
-  bool CornersAgree(const Block& block, bool inside) const {
+  bool CornersAgree(const Block& block, bool inside) {
     for (int octant = 0; octant < 8; ++octant) {
       const Block corner = Octant({block.centre, 2 * block.half}, octant);
       if (Inside(corner.centre) != inside) return false;
@@ -328,6 +344,7 @@ class TissueSampler {
   const Triangles& triangles_;
   const WindingNumber winding_;
   int depth_ = 0;
+  double largest_winding_ = 0;  // at any sample
 
   std::vector<std::vector<int>> cell_triangles_;
   // Of the cell at hand.
@@ -337,18 +354,44 @@ class TissueSampler {
   Eigen::VectorXd cell_weights_;
 };
 
+double SurfaceArea(const SurfaceMesh& mesh) {
+  double area = 0;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0));
+    const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1));
+    const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2));
+    area += (b - a).cross(c - a).norm() / 2;
+  }
+  return area;
+}
+
+std::string Figure(const char* form, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, form, value);
+  return text;
+}
+
 }  // namespace
 
 TissueQuadrature SampleTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,
                               const std::array<int, 3>& cells, const InteriorOptions& options) {
   HPDM_CHECK(std::min({cells[0], cells[1], cells[2]}) > 0 && (box_W.lengths.array() > 0).all());
   HPDM_CHECK(options.resolution > 0 && options.gauss_points >= 1 && options.gauss_points <= 5);
+  const double longest = box_W.lengths.maxCoeff();
+  if (const double surface = SurfaceArea(mesh_W) / (longest * longest); surface > kMostSurface) {
+    throw InputError("its triangles fill the lattice's box: their area is " +
+                     Figure("%.3g", surface) + " times the square of the box's longest side, and " +
+                     Figure("%g", kMostSurface) +
+                     " is the most; export the tissue's surface alone");
+  }
   TissueQuadrature tissue = TissueSampler(mesh_W, box_W, cells, options).Sample();
   if (tissue.weights.size() == 0) {
     throw InputError(
-        "no tissue: the surface encloses nothing inside the lattice's box; check that the mesh is "
-        "a "
-        "closed (or nearly closed) surface that faces outwards");
+        "no tissue: inside the lattice's box the surface encloses nothing that samples " +
+        Figure("%.3g", 1000 * longest / options.resolution) +
+        " mm apart would meet; check that the mesh is a closed (or nearly closed) surface that "
+        "faces "
+        "outwards, its unit and the lattice's margin");
   }
   return tissue;
 }
