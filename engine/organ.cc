@@ -38,6 +38,29 @@ std::array<int, 3> SamplingCells(const LatticeOptions& options) {
           std::max(options.degree[2], 4)};
 }
 
+// Beyond this a model is refused before anything is reserved: a machine that has not so much would
+// end the program, or others, without a word.
+constexpr double kMostBytes = 4e9;
+
+// Refuses what an energy that is integrated at `points` would take: a function's number and value at
+// each point for every function there, and for each pair of unknowns their stiffness, its factor
+// and its inverse.
+void RefuseTooLarge(const OrganOptions& options, const Lattice& lattice, double points) {
+  double functions_at_a_point = 1;
+  for (const int degree : options.lattice.degree) functions_at_a_point *= degree + 1;
+  functions_at_a_point = std::min<double>(functions_at_a_point, lattice.size());
+  const bool strain = options.energy.type == EnergyType::kStrain;
+  const double unknowns = (strain ? 3.0 : 1.0) * lattice.size();
+  const double bytes = 12 * points * functions_at_a_point + 24 * unknowns * unknowns;
+  if (bytes <= kMostBytes) return;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "a lattice of %d control points takes about %.0f GB, and %.0f are allowed; give "
+                "fewer cells or a lower degree",
+                lattice.size(), bytes / 1e9, kMostBytes / 1e9);
+  throw InputError("organ \"" + options.name + "\": " + text);
+}
+
 }  // namespace
 
 OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
@@ -83,6 +106,10 @@ void OrganModel::BuildLatticeModel() {
   const bool over_box =
       options_.energy.type == EnergyType::kMetric && options_.energy.domain == EnergyDomain::kBox;
   if (!over_box) lattice_->DropControlPointsWithoutTissue(tissue);
+  // Over the box, three points a cell and axis (BuildEnergy).
+  const double points = over_box ? 27.0 * cells[0] * cells[1] * cells[2]
+                                 : static_cast<double>(tissue.weights.size());
+  RefuseTooLarge(options_, *lattice_, points);
   weights_ = lattice_->Weights(rest_.vertices);
   resolution_ =
       kResolvedCells *

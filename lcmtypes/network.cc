@@ -9,7 +9,14 @@ namespace hpdm {
 
 std::string NetworkUrl() {
   const char* variable = std::getenv("LCM_DEFAULT_URL");
-  return variable != nullptr && *variable != '\0' ? variable : kLocalUrl;
+  if (variable == nullptr || *variable == '\0') return kLocalUrl;
+  const std::string url = variable;
+  // Of any other liblcm says on stderr, in words of its own, that it has no such provider.
+  for (const char* provider : {"udpm://", "mpudpm://", "tcpq://", "file://", "memq://"}) {
+    if (url.starts_with(provider)) return url;
+  }
+  throw InputError("LCM_DEFAULT_URL=" + url + ": is no address of LCM; give such as " + kLocalUrl +
+                   ", or unset it");
 }
 
 std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& option) {

@@ -13,6 +13,7 @@
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
 #include "tools/session_path.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -120,6 +121,7 @@ void CheckPlace(const LogOptions& options) {
 
 void Export(const LogOptions& options) {
   CheckPlace(options);
+  RefuseOwnInput(options.out, {LogPathOf(options.log)});
   const bool mcap = options.format == "mcap";
   const std::vector<ExportedChannel> exported = (mcap ? ExportMcap : ExportCsv)(
       LogPathOf(options.log), options.out, options.channels, SchemasWith(options.types));

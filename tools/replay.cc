@@ -15,6 +15,7 @@
 #include "tools/json_figures.h"
 #include "tools/lockstep.h"
 #include "tools/log_replay.h"
+#include "tools/number_option.h"
 #include "tools/realtime_replay.h"
 #include "tools/report_text.h"
 #include "tools/session_path.h"
@@ -325,7 +326,7 @@ void AddReplayCommand(CLI::App& app) {
   replay
       ->add_option("--tolerance", options->tolerance,
                    "Largest difference, of the field's largest value in the log; 0: none at all")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(NumberFrom(0.0, 1.0))
       ->capture_default_str();
   replay
       ->add_option("--clock", options->clock,

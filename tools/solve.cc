@@ -4,11 +4,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/baselines/surface_error.h"
 #include "engine/static_loads.h"
 #include "tools/commands.h"
+#include "tools/in_scene.h"
 #include "tools/solve_picture.h"
+#include "tools/staged_file.h"
 #include "tools/static_case.h"
 #include "tools/surface_table.h"
 #include "tools/timing.h"
@@ -59,12 +63,27 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& figures)
   }
 }
 
+// Every file that a scene names, and the scene.
+std::vector<std::string> FilesOf(const Scene& scene) {
+  std::vector<std::string> files = {scene.path.string()};
+  for (const SceneFile& file : scene.files) files.push_back(file.path);
+  return files;
+}
+
 void Solve(const SolveOptions& options) {
   const StaticCase load_case = LoadStaticCase(options.scene);
   const Scene& scene = load_case.scene;
+  std::vector<std::string> inputs = FilesOf(scene);
+  std::optional<Points> reference;
+  if (!options.reference.empty()) {
+    inputs.push_back(options.reference);
+    reference = ReadReferenceDisplacements(options.reference, load_case.rest);
+  }
+  for (const std::string& out : {options.out, options.picture}) RefuseOwnInput(out, inputs);
   const TimingClock::time_point start = TimingClock::now();
-  const OrganModel model(load_case.organ, load_case.rest);
-  const StaticLoads loads(model, scene.loads);
+  const OrganModel model =
+      InScene(scene, [&] { return OrganModel(load_case.organ, load_case.rest); });
+  const StaticLoads loads = InScene(scene, [&] { return StaticLoads(model, scene.loads); });
   const double setup_ms = MillisecondsSince(start);
   const StaticSolution solution = loads.Solve();
   WriteSurfaceTable(options.out, {model.rest().vertices, solution.vertex_displacements});
@@ -88,9 +107,7 @@ void Solve(const SolveOptions& options) {
     figures["loads"].push_back(
         {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
   }
-  std::optional<Points> reference;
-  if (!options.reference.empty()) {
-    reference = ReadReferenceDisplacements(options.reference, model.rest());
+  if (reference) {
     figures["error"] =
         RelativeSurfaceError(model.rest(), solution.vertex_displacements, *reference);
   }

@@ -8,6 +8,7 @@
 #include "engine/error.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/number_option.h"
 #include "tools/report/fleet_command.h"
 #include "tools/report/report_json.h"
 #include "tools/report/report_page.h"
@@ -93,7 +94,7 @@ void AddReportCommand(CLI::App& app) {
   report
       ->add_option("--force-limit", options->force_limit,
                    "N: time and times above it are told (tools/report/README.md)")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberFrom(1e-6, 1e6))
       ->capture_default_str();
   CLI::Option* against = report->add_option(
       "--against", options->against, "Another session's folder or log, whose figures stand beside");
