@@ -54,6 +54,7 @@ int Hpdm(int argc, char** argv) {
   hpdm::AddChartCommand(app);
   hpdm::AddBenchCommand(app);
   hpdm::AddHapticsCommand(app);
+  hpdm::AddStressCommand(app);
   hpdm::AddGenerateCommand(app);
   try {
     RefuseEmptyArguments(argc, argv);
