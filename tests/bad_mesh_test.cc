@@ -155,11 +155,7 @@ TEST_F(BadMeshes, EveryNastyFileHasTheOutcomeOfItsRow) {
 
 TEST_F(BadMeshes, EveryFaultHasTheOutcomeOfItsRow) {
   MeshFaults faults(kSeed);
-  AddShapeFaults(&faults);
-  AddObjFaults(&faults);
-  AddPlyFaults(&faults);
-  AddStlFaults(&faults);
-  AddFileFaults(&faults);
+  AddEveryFault(&faults);
   for (const MeshFault& fault : faults.all()) {
     const ScratchFolder scratch;
     fault.make(scratch.path() / fault.file);

@@ -56,4 +56,12 @@ void AddPlyFaults(MeshFaults* faults);
 void AddStlFaults(MeshFaults* faults);
 void AddFileFaults(MeshFaults* faults);  ///< No file, no mesh file, far too much of one.
 
+inline void AddEveryFault(MeshFaults* faults) {
+  AddShapeFaults(faults);
+  AddObjFaults(faults);
+  AddPlyFaults(faults);
+  AddStlFaults(faults);
+  AddFileFaults(faults);
+}
+
 }  // namespace hpdm
