@@ -29,6 +29,15 @@ constexpr double kMostSurface = 50;
 /// blocks than the cell need no more.
 constexpr int kBlockGaussPoints = 2;
 
+/// Of one triangle counts at most this: about the largest cut through a box.
+constexpr double kMostOfATriangle = 1.5;
+
+std::string Figure(const char* form, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, form, value);
+  return text;
+}
+
 struct GaussRule {
   std::vector<double> points, weights;  ///< On [0, 1]; the weights sum to 1.
 };
@@ -161,7 +170,9 @@ class TissueSampler {
     return std::abs(n.dot(a)) <= n.cwiseAbs().dot(reach);
   }
 
+  /// Throws where their area is beyond kMostSurface.
   void SortTrianglesIntoCells() {
+    double surface = 0;
     cell_triangles_.resize(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]));
     for (int t = 0; t < static_cast<int>(triangles_.rows()); ++t) {
       const Vector3d a = Corner(t, 0), b = Corner(t, 1), c = Corner(t, 2);
@@ -174,17 +185,24 @@ class TissueSampler {
         first[d] = static_cast<int>(std::clamp(std::floor(low[axis]), 0.0, 1.0 * cells_[d]));
         last[d] = static_cast<int>(std::clamp(std::floor(high[axis]), -1.0, cells_[d] - 1.0));
       }
+      bool hits = false;
       for (int k = first[2]; k <= last[2]; ++k) {
         for (int j = first[1]; j <= last[1]; ++j) {
           for (int i = first[0]; i <= last[0]; ++i) {
             const int cell = CellNumber(i, j, k);
-            if (Overlaps(t, CellBlock(cell))) {
-              cell_triangles_[static_cast<std::size_t>(cell)].push_back(t);
-            }
+            if (!Overlaps(t, CellBlock(cell))) continue;
+            cell_triangles_[static_cast<std::size_t>(cell)].push_back(t);
+            hits = true;
           }
         }
       }
+      if (hits) surface += std::min((b - a).cross(c - a).norm() / 2, kMostOfATriangle);
     }
+    if (surface <= kMostSurface) return;
+    throw InputError("the triangles in the box that is sampled have an area of " +
+                     Figure("%.3g", surface) + " times the square of its longest side, and " +
+                     Figure("%g", kMostSurface) +
+                     " is the most: they cross each other; export the tissue's surface alone");
   }
 
   /// Fills cell_points_ and cell_weights_ (box frame).
@@ -354,44 +372,19 @@ class TissueSampler {
   Eigen::VectorXd cell_weights_;
 };
 
-double SurfaceArea(const SurfaceMesh& mesh) {
-  double area = 0;
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0));
-    const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1));
-    const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2));
-    area += (b - a).cross(c - a).norm() / 2;
-  }
-  return area;
-}
-
-std::string Figure(const char* form, double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, form, value);
-  return text;
-}
-
 }  // namespace
 
 TissueQuadrature SampleTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,
                               const std::array<int, 3>& cells, const InteriorOptions& options) {
   HPDM_CHECK(std::min({cells[0], cells[1], cells[2]}) > 0 && (box_W.lengths.array() > 0).all());
   HPDM_CHECK(options.resolution > 0 && options.gauss_points >= 1 && options.gauss_points <= 5);
-  const double longest = box_W.lengths.maxCoeff();
-  if (const double surface = SurfaceArea(mesh_W) / (longest * longest); surface > kMostSurface) {
-    throw InputError("its triangles fill the lattice's box: their area is " +
-                     Figure("%.3g", surface) + " times the square of the box's longest side, and " +
-                     Figure("%g", kMostSurface) +
-                     " is the most; export the tissue's surface alone");
-  }
   TissueQuadrature tissue = TissueSampler(mesh_W, box_W, cells, options).Sample();
   if (tissue.weights.size() == 0) {
     throw InputError(
         "no tissue: inside the lattice's box the surface encloses nothing that samples " +
-        Figure("%.3g", 1000 * longest / options.resolution) +
+        Figure("%.3g", 1000 * box_W.lengths.maxCoeff() / options.resolution) +
         " mm apart would meet; check that the mesh is a closed (or nearly closed) surface that "
-        "faces "
-        "outwards, its unit and the lattice's margin");
+        "faces outwards, its unit and the lattice's margin");
   }
   return tissue;
 }
