@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "tests/bad_input/bad_input.h"
@@ -22,7 +23,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t kSeed = 7;
-const std::string kNasty = "nasty/";
 
 /// What became of a file, in the table's words.
 struct Found {
@@ -111,7 +111,7 @@ class BadMeshes : public testing::Test {
   /// Compares a file with its row.
   void Compare(const std::string& row_name, const std::string& mesh, const fs::path& folder) {
     SCOPED_TRACE(row_name);
-    const Found found = Find(mesh, folder, row_name != "unreadable.obj", &organs_);
+    const Found found = Find(mesh, folder, row_name != "file/unreadable.obj", &organs_);
     const auto row = rows_.find(row_name);
     if (row == rows_.end()) {
       ADD_FAILURE() << "no row: " << row_name << ',' << found.outcome << ',' << found.what;
@@ -124,13 +124,14 @@ class BadMeshes : public testing::Test {
         << "expected " << expected.what << "\nfound    " << found.what;
   }
 
-  /// Rows with which nothing was compared.
-  void ExpectNoRowsOf(bool nasty) const {
+  /// Of a group, those with which nothing was compared.
+  void ExpectNoRowsLeft(const std::string& group) const {
     for (const auto& [name, row] : rows_) {
-      EXPECT_NE(name.starts_with(kNasty), nasty) << "no such input: " << name;
+      EXPECT_FALSE(name.starts_with(group + "/")) << "no such input: " << name;
     }
   }
 
+ private:
   static std::map<std::string, ExpectedOutcome> Rows() {
     std::map<std::string, ExpectedOutcome> rows;
     for (const ExpectedOutcome& row : ReadOutcomes("meshes")) {
@@ -148,21 +149,48 @@ TEST_F(BadMeshes, EveryNastyFileHasTheOutcomeOfItsRow) {
   if (!fs::exists(folder)) GTEST_SKIP() << "no shared data: " << folder;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const ScratchFolder scratch;
-    Compare(kNasty + entry.path().filename().string(), fs::canonical(entry.path()), scratch.path());
+    Compare("nasty/" + entry.path().filename().string(), fs::canonical(entry.path()),
+            scratch.path());
   }
-  ExpectNoRowsOf(true);
+  ExpectNoRowsLeft("nasty");
 }
 
-TEST_F(BadMeshes, EveryFaultHasTheOutcomeOfItsRow) {
+struct Group {
+  const char* name;
+  void (*add)(MeshFaults* faults);
+};
+void PrintTo(const Group& group, std::ostream* out) { *out << group.name; }
+
+constexpr Group kGroups[] = {{"shape", AddShapeFaults},
+                             {"obj", AddObjFaults},
+                             {"ply", AddPlyFaults},
+                             {"stl", AddStlFaults},
+                             {"file", AddFileFaults}};
+
+TEST_F(BadMeshes, EveryRowIsOfAGroup) {
+  std::set<std::string> names = {"nasty"};
+  for (const Group& group : kGroups) names.insert(group.name);
+  for (const ExpectedOutcome& row : ReadOutcomes("meshes")) {
+    EXPECT_TRUE(names.contains(row.input.substr(0, row.input.find('/')))) << row.input;
+  }
+}
+
+class MadeMeshes : public BadMeshes, public testing::WithParamInterface<Group> {};
+
+TEST_P(MadeMeshes, HaveTheOutcomesOfTheirRows) {
+  const std::string group = GetParam().name;
   MeshFaults faults(kSeed);
-  AddEveryFault(&faults);
+  GetParam().add(&faults);
   for (const MeshFault& fault : faults.all()) {
     const ScratchFolder scratch;
     fault.make(scratch.path() / fault.file);
-    Compare(RowName(fault.file), fault.file, scratch.path());
+    Compare(group + "/" + RowName(fault.file), fault.file, scratch.path());
   }
-  ExpectNoRowsOf(false);
+  ExpectNoRowsLeft(group);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, MadeMeshes, testing::ValuesIn(kGroups),
+                         [](const auto& group) { return std::string(group.param.name); });
 
 }  // namespace
 }  // namespace hpdm
