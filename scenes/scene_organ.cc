@@ -10,7 +10,7 @@ constexpr int kMaxBernsteinDegree = 30;
 constexpr int kMaxCells = 64;
 constexpr int kMaxLocalFunctions = 250;
 constexpr int kMaxLocalRefinement = 6;
-constexpr double kMaxFineCells = 1e6;  // 100 along each axis: a minute of sampling, a gigabyte
+constexpr double kMaxFineCells = 1e6;  // 100 along each axis
 
 void ReadUnit(const TableReader& table, double* unit_m) {
   constexpr double kMaxUnit = 1000;

@@ -25,10 +25,10 @@ namespace fs = std::filesystem;
 void RecordSession(const fs::path& common) {
   WriteBox(common);
   WithFile("s.toml", SoundScene({.mesh = "box.obj"}))(common);
-  const BoundedOutcome outcome = RunBounded({.words = {"run", "s.toml", "--clock", "lockstep",
-                                                       "--seconds", "0.1", "--no-pictures", "--out",
-                                                       "session"},
-                                             .folder = common});
+  const BoundedOutcome outcome =
+      RunBounded({.words = {"run", "s.toml", "--clock", "lockstep", "--seconds", "0.1",
+                            "--no-pictures", "--out", "session"},
+                  .folder = common});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
@@ -82,8 +82,9 @@ class Logs : public BadInputs {
         {"repair", {"log", "check", "x", "--repair", "mended.lcmlog"}},
         {"line", {"report", "x", "--json-line"}},
         {"all", {"report", ".", "--all", "--jobs", "1", "--out", "t.jsonl"}},
-        {"run", {"run", "x/scene.toml", "--clock", "lockstep", "--seconds", "0.01",
-                 "--no-pictures", "--out", "o"}}};
+        {"run",
+         {"run", "x/scene.toml", "--clock", "lockstep", "--seconds", "0.01", "--no-pictures",
+          "--out", "o"}}};
     for (const std::string& command : commands) Add(name + ": " + command, words.at(command), copy);
   }
   /// Another log in the sound session's place.
@@ -130,7 +131,7 @@ void AddDamage(Logs* logs) {
     return bytes;
   });
   logs->Log("a hole in the middle", [](std::string b) {
-    std::fill_n(b.begin() + static_cast<std::ptrdiff_t>(b.size() / 2), 3000, '\0');
+    b.replace(b.size() / 2, 3000, std::string(3000, '\0'));
     return b;
   });
   logs->Log("sync words alone", [](const std::string&) {
@@ -188,14 +189,14 @@ void AddOrders(Logs* logs) {
   });
   logs->Changed("10,000 channels", [](Events* e) {
     for (int i = 0; i < 10'000; ++i) {
-      e->push_back({.time_us = 0, .channel = "C" + std::to_string(i), .data = {0}});
+      e->push_back({.time_us = 0, .channel = std::to_string(i), .data = {0}});
     }
   });
   logs->Changed("channels named by a path", [](Events* e) {
-    for (LogEvent& event : *e) event.channel = "../../" + event.channel;
+    for (LogEvent& event : *e) event.channel.insert(0, "../../");
   });
   logs->Changed("channels named by a terminal's escape", [](Events* e) {
-    for (LogEvent& event : *e) event.channel = "\x1b[2J\n" + event.channel;
+    for (LogEvent& event : *e) event.channel.insert(0, "\x1b[2J\n");
   });
   logs->Changed("messages without data", [](Events* e) {
     for (LogEvent& event : *e) event.data.clear();
@@ -227,20 +228,22 @@ void AddOrders(Logs* logs) {
 
 void AddFolders(Logs* logs) {
   const auto log = [](const fs::path& x) { return x / "session.lcmlog"; };
-  const std::vector<std::string> all = {"replay", "report", "spy", "check", "export",
-                                        "mcap",   "repair", "line"};
+  const std::vector<std::string> all = {"replay", "report", "spy",   "check",
+                                        "export", "mcap",   "repair"};
   logs->Folder("nothing wrong", [](const fs::path&) {}, {"mcap", "repair", "line", "all", "run"});
-  logs->Folder("no log", [log](const fs::path& x) { fs::remove(log(x)); }, all);
+  logs->Folder(
+      "no log", [log](const fs::path& x) { fs::remove(log(x)); }, all);
   logs->Folder("a log that is a folder", [log](const fs::path& x) {
     fs::remove(log(x));
     fs::create_directory(log(x));
   });
-  logs->Folder("a log that is a pipe",
-               [log](const fs::path& x) {
-                 fs::remove(log(x));
-                 mkfifo(log(x).c_str(), 0600);
-               },
-               all);
+  logs->Folder(
+      "a log that is a pipe",
+      [log](const fs::path& x) {
+        fs::remove(log(x));
+        mkfifo(log(x).c_str(), 0600);
+      },
+      all);
   logs->Folder("a log that is a link to itself", [log](const fs::path& x) {
     fs::remove(log(x));
     fs::create_symlink("session.lcmlog", log(x));
@@ -252,17 +255,16 @@ void AddFolders(Logs* logs) {
   const std::vector<std::string> scenes = {"replay", "run"};
   const auto scene = [](const fs::path& x) { return x / "scene.toml"; };
   logs->Folder("no scene", [scene](const fs::path& x) { fs::remove(scene(x)); }, {"replay"});
-  logs->Folder("a scene that is a pipe",
-               [scene](const fs::path& x) {
-                 fs::remove(scene(x));
-                 mkfifo(scene(x).c_str(), 0600);
-               },
-               scenes);
-  logs->Folder("a scene of garbage",
-               [scene](const fs::path& x) {
-                 std::ofstream(scene(x)) << std::string(1000, '\x80');
-               },
-               scenes);
+  logs->Folder(
+      "a scene that is a pipe",
+      [scene](const fs::path& x) {
+        fs::remove(scene(x));
+        mkfifo(scene(x).c_str(), 0600);
+      },
+      scenes);
+  logs->Folder(
+      "a scene of garbage",
+      [scene](const fs::path& x) { std::ofstream(scene(x)) << std::string(1000, '\x80'); }, scenes);
   logs->Folder("a scene of other organs",
                [scene](const fs::path& x) {
                  std::ofstream(scene(x)) << SoundScene({.name = "kidney", .mesh = "box.obj"});
@@ -273,16 +275,18 @@ void AddFolders(Logs* logs) {
                  std::ofstream(scene(x)) << SoundScene({.mesh = "../../common/box.obj"});
                },
                {"replay"});
-  logs->Folder("no mesh", [](const fs::path& x) { fs::remove(x / "box.obj"); }, scenes);
-  logs->Folder("another mesh",
-               [](const fs::path& x) { std::ofstream(x / "box.obj", std::ios::app) << "# more\n"; },
-               scenes);
-  logs->Folder("a mesh that is a link out",
-               [](const fs::path& x) {
-                 fs::remove(x / "box.obj");
-                 fs::create_symlink("../../common/box.obj", x / "box.obj");
-               },
-               scenes);
+  logs->Folder(
+      "no mesh", [](const fs::path& x) { fs::remove(x / "box.obj"); }, scenes);
+  logs->Folder(
+      "another mesh",
+      [](const fs::path& x) { std::ofstream(x / "box.obj", std::ios::app) << "# more\n"; }, scenes);
+  logs->Folder(
+      "a mesh that is a link out",
+      [](const fs::path& x) {
+        fs::remove(x / "box.obj");
+        fs::create_symlink("../../common/box.obj", x / "box.obj");
+      },
+      scenes);
   logs->Folder("pictures and a summary of garbage",
                [](const fs::path& x) {
                  for (const char* name : {"deepest.png", "last.png", "summary.json"}) {

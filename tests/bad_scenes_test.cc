@@ -1,4 +1,5 @@
-// Scene files that are no good, as a user would give them to the program: tests/bad_input/scenes.csv.
+// Scene files that are no good, as a user would give them to the program:
+// tests/bad_input/scenes.csv.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -42,10 +43,18 @@ class Scenes : public BadInputs {
     Add(name, {"check", "s.toml"}, WithFile("s.toml", text));
   }
   /// The sound scene with other lines: one in the organ's, its lattice's or its material's table.
-  void Organ(const std::string& line) { Text("organ: " + line, SoundScene({.organ = line + "\n"})); }
-  void Lattice(const std::string& line) { Text("lattice: " + line, SoundScene({.lattice = line + "\n"})); }
-  void Material(const std::string& line) { Text("material: " + line, SoundScene({.material = line + "\n"})); }
-  void Instrument(const std::string& line) { Text("instrument: " + line, SoundScene({.instrument = line + "\n"})); }
+  void Organ(const std::string& line) {
+    Text("organ: " + line, SoundScene({.organ = line + "\n"}));
+  }
+  void Lattice(const std::string& line) {
+    Text("lattice: " + line, SoundScene({.lattice = line + "\n"}));
+  }
+  void Material(const std::string& line) {
+    Text("material: " + line, SoundScene({.material = line + "\n"}));
+  }
+  void Instrument(const std::string& line) {
+    Text("instrument: " + line, SoundScene({.instrument = line + "\n"}));
+  }
   /// The sound scene with a table behind it.
   void Table(const std::string& name, const std::string& table) {
     Text(name, SoundScene({}) + table + "\n");
@@ -87,8 +96,9 @@ void AddTexts(Scenes* s) {
   s->Text("a name in another script", SoundScene({.name = "\xe8\x82\x9d"}));
   s->Text("a name of 65 bytes", SoundScene({.name = std::string(65, 'n')}));
   s->Text("a name of a megabyte", SoundScene({.name = std::string(1 << 20, 'n')}));
-  s->Text("a name with a line break", SoundScene({.name = "a\\nb"}));
-  s->Text("a name with a terminal's escape", SoundScene({.name = "\\u001b[2J"}));
+  const std::string after_name = sound.substr(sound.find("mesh="));
+  s->Text("a name with a line break", "[[organ]]\nname=\"a\\nb\"\n" + after_name);
+  s->Text("a name with a terminal's escape", "[[organ]]\nname=\"\\u001b[2J\"\n" + after_name);
   s->Text("10 MB of garbage", Garbage(10'000'000));
   s->Text("a megabyte of garbage", Garbage(1'000'000));
   s->Text("a megabyte of spaces", kMegabyte);
@@ -110,8 +120,10 @@ void AddTexts(Scenes* s) {
   s->Text("a million organs", Repeated("[[organ]]\n", 1'000'000));
   s->Text("one organ too many", [] {
     std::string text;
-    for (int i = 0; i < 9; ++i) {
-      text.append("[[organ]]\nmesh='../common/box.obj'\nname='").append(std::to_string(i)).append("'\n");
+    for (int i = 0; i < 65; ++i) {
+      text.append("[[organ]]\nmesh='../common/box.obj'\nname='")
+          .append(std::to_string(i))
+          .append("'\n");
     }
     return text;
   }());
@@ -128,8 +140,9 @@ void AddTexts(Scenes* s) {
   s->Text("organ = []", "organ=[]\n");
   s->Text("two organs of one name", sound + "[[organ]]\nname='liver'\nmesh='../common/box.obj'\n");
   s->Text("two instruments of one name", sound + "[[instrument]]\nname='probe'\ntrocar=[0,0,1]\n");
-  s->Text("three instruments", sound + "[[instrument]]\nname='b'\ntrocar=[0,0,1]\n"
-                                       "[[instrument]]\nname='c'\ntrocar=[0,0,1]\n");
+  s->Text("three instruments", sound +
+                                   "[[instrument]]\nname='b'\ntrocar=[0,0,1]\n"
+                                   "[[instrument]]\nname='c'\ntrocar=[0,0,1]\n");
 }
 
 void AddPlaces(Scenes* s) {
@@ -170,48 +183,104 @@ void AddPlaces(Scenes* s) {
 }
 
 void AddOrgans(Scenes* s) {
-  for (const char* line :
-       {"untt='mm'", "unit='cm'", "unit='inch'", "unit=0", "unit=-1", "unit=nan", "unit=inf",
-        "unit=1e-300", "unit=1e-12", "unit=1000", "unit=1e9", "unit=true", "unit=[1]",
-        "unit=1979-05-27", "unit=1e999", "unit=0,001", "unit=1_000_0", "unit=9223372036854775808",
-        "model='jelly'", "model=3", "texture='no.png'", "texture='../common'", "wall_stiffness=1",
-        "pose.position=[0,0,150]", "pose.position=[0,nan,0]", "pose.position=[0,0]",
-        "pose.position=[9,9,9]", "pose.rotation_deg=[0,0,inf]", "pose.rotation_deg=[1e15,0,0]",
-        "pose={}", "motion={displacement=[1,0,0],frequency=1}",
-        "motion={displacement=[0,0,0.01],frequency=-1}",
-        "motion={displacement=[0,0,0.01],frequency=0}",
-        "motion={displacement=[0,0,nan],frequency=1}"}) {
+  for (const char* line : {"untt='mm'",
+                           "unit='cm'",
+                           "unit='inch'",
+                           "unit=0",
+                           "unit=-1",
+                           "unit=nan",
+                           "unit=inf",
+                           "unit=1e-300",
+                           "unit=1e-12",
+                           "unit=1000",
+                           "unit=1e9",
+                           "unit=true",
+                           "unit=[1]",
+                           "unit=1979-05-27",
+                           "unit=1e999",
+                           "unit=0,001",
+                           "unit=1_000_0",
+                           "unit=9223372036854775808",
+                           "model='jelly'",
+                           "model=3",
+                           "texture='no.png'",
+                           "texture='../common'",
+                           "wall_stiffness=1",
+                           "pose.position=[0,0,150]",
+                           "pose.position=[0,nan,0]",
+                           "pose.position=[0,0]",
+                           "pose.position=[9,9,9]",
+                           "pose.rotation_deg=[0,0,inf]",
+                           "pose.rotation_deg=[1e15,0,0]",
+                           "pose={}",
+                           "motion={displacement=[1,0,0],frequency=1}",
+                           "motion={displacement=[0,0,0.01],frequency=-1}",
+                           "motion={displacement=[0,0,0.01],frequency=0}",
+                           "motion={displacement=[0,0,nan],frequency=1}"}) {
     s->Organ(line);
   }
   for (const char* mesh : {"", "no.obj", "..", "s.toml", "/dev/zero", "/dev/null", "loop", "pipe",
                            "empty.obj", "garbage.obj", "../common/box.txt"}) {
-    s->Add(std::string("organ: mesh='") + mesh + "'", {"check", "s.toml"}, [mesh](const fs::path& here) {
-      WithFile("s.toml", SoundScene({.mesh = mesh}))(here);
-      WithFile("empty.obj", "")(here);
-      WithFile("garbage.obj", Garbage(100'000))(here);
-      fs::create_symlink("loop", here / "loop");
-      mkfifo((here / "pipe").c_str(), 0600);
-    });
+    s->Add(std::string("organ: mesh='") + mesh + "'", {"check", "s.toml"},
+           [mesh](const fs::path& here) {
+             WithFile("s.toml", SoundScene({.mesh = mesh}))(here);
+             WithFile("empty.obj", "")(here);
+             WithFile("garbage.obj", Garbage(100'000))(here);
+             fs::create_symlink("loop", here / "loop");
+             mkfifo((here / "pipe").c_str(), 0600);
+           });
   }
-  for (const char* line :
-       {"cells=0", "cells=-1", "cells=65", "cells=1000000", "cells=64", "cells=[64,64,1]",
-        "cells=[4,4]", "cells=4.5", "cells=nan", "cells='4'", "degree=0", "degree=4",
-        "degree=[1,2,3]", "degree=9223372036854775807", "basis='nurbs'", "margin=-0.1",
-        "margin=nan", "margin=1", "local_functions=-1", "local_functions=1000000",
-        "local_functions=250", "local_refinement=1", "local_refinement=100"}) {
+  for (const char* line : {"cells=0",
+                           "cells=-1",
+                           "cells=65",
+                           "cells=1000000",
+                           "cells=64",
+                           "cells=[4,4]",
+                           "cells=4.5",
+                           "cells=nan",
+                           "cells='4'",
+                           "degree=0",
+                           "degree=4",
+                           "degree=[1,2,3]",
+                           "degree=9223372036854775807",
+                           "basis='nurbs'",
+                           "margin=-0.1",
+                           "margin=nan",
+                           "margin=1",
+                           "local_functions=-1",
+                           "local_functions=1000000",
+                           "local_functions=250",
+                           "local_refinement=1",
+                           "local_refinement=100"}) {
     s->Lattice(line);
   }
-  s->Text("a Bernstein lattice of degree 30", SoundScene({.lattice = "basis='bernstein'\ndegree=30",
-                                                          .cells = ""}));
+  s->Text("a Bernstein lattice of degree 30",
+          SoundScene({.lattice = "basis='bernstein'\ndegree=30", .cells = ""}));
   s->Text("a Bernstein lattice with cells", SoundScene({.lattice = "basis='bernstein'"}));
   s->Text("a Bernstein lattice with local functions",
           SoundScene({.lattice = "basis='bernstein'\nlocal_functions=8", .cells = ""}));
-  for (const char* line :
-       {"young=-5000", "young=0", "young=nan", "young=inf", "young=1e-300", "young=1e-6",
-        "young=1e12", "young=1e13", "young='soft'", "poisson=0.5", "poisson=0.4999999999999999",
-        "poisson=-0.1", "poisson=1", "poisson=nan", "density=0", "density=-1", "density=inf",
-        "density=1e-300", "relaxation_time=-1", "relaxation_time=nan", "relaxation_time=1001",
-        "colour='red'"}) {
+  for (const char* line : {"young=-5000",
+                           "young=0",
+                           "young=nan",
+                           "young=inf",
+                           "young=1e-300",
+                           "young=1e-6",
+                           "young=1e12",
+                           "young=1e13",
+                           "young='soft'",
+                           "poisson=0.5",
+                           "poisson=0.4999999999999999",
+                           "poisson=-0.1",
+                           "poisson=1",
+                           "poisson=nan",
+                           "density=0",
+                           "density=-1",
+                           "density=inf",
+                           "density=1e-300",
+                           "relaxation_time=-1",
+                           "relaxation_time=nan",
+                           "relaxation_time=1001",
+                           "colour='red'"}) {
     s->Material(line);
   }
   s->Text("a metric energy without stiffness", SoundScene({.energy = "type='metric'\nalpha=0"}));
@@ -234,8 +303,9 @@ void AddOrgans(Scenes* s) {
            "[[organ.support]]\nfixed=true\nsphere={centre=[5,5,5],radius=0.01}");
   s->Table("a support between the samples",
            "[[organ.support]]\nfixed=true\nsphere={centre=[0,0,0.0501],radius=1e-12}");
-  s->Table("a support of all tissue", "[[organ.support]]\nfixed=true\n"
-                                      "box_fraction={min=[0,0,0],max=[1,1,1]}");
+  s->Table("a support of all tissue",
+           "[[organ.support]]\nfixed=true\n"
+           "box_fraction={min=[0,0,0],max=[1,1,1]}");
 }
 
 void AddRest(Scenes* s) {
@@ -247,25 +317,46 @@ void AddRest(Scenes* s) {
         "patch_delay_ticks=2147483648", "seconds=1"}) {
     s->Timing(line);
   }
-  for (const char* line :
-       {"tip_radius=0", "tip_radius=-1", "tip_radius=nan", "tip_radius=1e-300", "tip_radius=10",
-        "friction=-1", "friction=inf", "trocar=[0,0,50]", "type='spoon'", "hand.seed=-1",
-        "hand.script='dance'", "hand.organ='lung'", "hand.depth=nan", "hand.depth=-1",
-        "hand.speed=0", "hand.speed=1e9", "device.mass=0", "device.mass=-1", "device.damping=nan",
-        "device.max_force=-1", "device.max_force=1e300", "device.encoder_step=-1",
-        "trace.file='no.csv'", "trace.speed=0", "trace.speed=nan", "trace.scale=-1",
-        "exchange=[{name='probe'}]", "jaws={}", "mesh='no.obj'"}) {
+  for (const char* line : {"tip_radius=0",
+                           "tip_radius=-1",
+                           "tip_radius=nan",
+                           "tip_radius=1e-300",
+                           "tip_radius=10",
+                           "friction=-1",
+                           "friction=inf",
+                           "type='spoon'",
+                           "hand.seed=-1",
+                           "hand.script='dance'",
+                           "hand.organ='lung'",
+                           "hand.depth=nan",
+                           "hand.depth=-1",
+                           "hand.speed=0",
+                           "hand.speed=1e9",
+                           "device.mass=0",
+                           "device.mass=-1",
+                           "device.damping=nan",
+                           "device.max_force=-1",
+                           "device.max_force=1e300",
+                           "device.encoder_step=-1",
+                           "trace.file='no.csv'",
+                           "trace.speed=0",
+                           "trace.speed=nan",
+                           "trace.scale=-1",
+                           "exchange=[{name='probe'}]",
+                           "jaws={}",
+                           "mesh='no.obj'"}) {
     s->Instrument(line);
   }
+  s->Text("instrument: trocar=[0,0,50]", SoundScene({.trocar = "[0,0,50]"}));
   s->Table("a scope at its target", "[laparoscope]\nposition=[0,0,0]\ntarget=[0,0,0]");
   s->Table("a scope of NaN", "[laparoscope]\nposition=[0,nan,0]");
   s->Table("a scope of 20 degrees", "[laparoscope]\nangle_deg=20");
   s->Table("a view of 180 degrees", "[laparoscope]\nfield_of_view_deg=180");
   s->Table("gravity", "[scene]\ngravity=[0,0,-9.81]");
   s->Table("a background that is missing", "[scene]\nbackground='no.png'");
-  s->Table("a file of a record that leads out",
-           "[[file]]\nname='box.obj'\ncopy='../common/box.obj'\nsha256='" + std::string(64, '0') +
-               "'");
+  s->Table(
+      "a file of a record that leads out",
+      "[[file]]\nname='box.obj'\ncopy='../common/box.obj'\nsha256='" + std::string(64, '0') + "'");
   s->Table("a file of a record without a sum", "[[file]]\nname='../common/box.obj'");
   s->Table("a record that lacks the mesh",
            "[[file]]\nname='other'\nsha256='" + std::string(64, '0') + "'");
@@ -290,8 +381,15 @@ void AddRest(Scenes* s) {
   s->Solved("two displacements that contradict each other",
             at + "displacement=[0,0,-0.001]\n[[load]]\n" + at + "displacement=[0,0,0.001]");
 
-  s->Run("a session of the softest tissue", SoundScene({.material = "young=1e-300\n"}));
-  s->Run("a session of the stiffest tissue", SoundScene({.material = "young=1e12\n"}));
+  for (const char* material : {"young=1e-300", "young=1e12", "poisson=0.4999999999999999"}) {
+    s->Run(std::string("a session of strain energy: ") + material,
+           SoundScene({.energy = "type='strain'\n", .material = material}));
+  }
+  s->Text("a lattice of strain energy too fine for any memory",
+          SoundScene({.lattice = "cells=32", .energy = "type='strain'\n"}));
+  s->Text("local functions too fine for any memory",
+          SoundScene({.lattice = "cells=32\nlocal_functions=8\nlocal_refinement=6",
+                      .energy = "type='strain'\n"}));
   s->Run("a session of a giant", SoundScene({.organ = "unit=1000\n"}));
   s->Run("a session of a dwarf", SoundScene({.organ = "unit=1e-12\n"}));
   s->Run("a session without an instrument", SoundScene({}).substr(0, SoundScene({}).find("[[ins")));

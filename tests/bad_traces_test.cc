@@ -106,8 +106,7 @@ void AddValues(Traces* t) {
     t->Text(std::string("z of \"") + value + "\"", header + "0,0,0," + value + "\n");
   }
   for (const char* value : {"nan", "inf", "1e300", "1e18", "-1e300"}) {
-    t->Text(std::string("time of \"") + value + "\"",
-            header + "0,0,0,0\n" + value + ",0,0,0\n");
+    t->Text(std::string("time of \"") + value + "\"", header + "0,0,0,0\n" + value + ",0,0,0\n");
   }
   t->Text("a first time of 1e300", header + "1e300,0,0,0\n1e300,0,0,0\n");
   t->Text("times from -1000 s", header + "-1000,0,0,0\n-999.9,0,0,0.001\n");
@@ -116,9 +115,11 @@ void AddValues(Traces* t) {
   t->Text("more than a day", header + "0,0,0,0\n86401,0,0,0\n");
   t->Text("every row twice", header + "0,0,0,0\n0,0,0,0.001\n0.1,0,0,0\n0.1,0,0,0.001\n");
   t->Text("one time in all rows", header + "5,0,0,0\n5,0,0,0.001\n5,0,0,0.002\n");
-  t->Text("a gap of two seconds", header + "0,0,0,0\n0.004,0,0,0\n2.004,0,0,0.005\n2.008,0,0,0.005\n");
+  t->Text("a gap of two seconds",
+          header + "0,0,0,0\n0.004,0,0,0\n2.004,0,0,0.005\n2.008,0,0,0.005\n");
   t->Text("in millimetres", header + Rows(50, 0.004, 1000));
-  t->Text("a jump of 0.3 m in a nanosecond", header + "0,0,0,0\n0.1,0,0,0\n0.100000001,0,0,0.3\n0.2,0,0,0.3\n");
+  t->Text("a jump of 0.3 m in a nanosecond",
+          header + "0,0,0,0\n0.1,0,0,0\n0.100000001,0,0,0.3\n0.2,0,0,0.3\n");
   t->Text("a nanosecond in all", header + "0,0,0,0\n1e-9,0,0,0.001\n");
   t->Text("200,000 rows in a second", header + Rows(200'000, 5e-6));
   t->Text("more rows than are taken", [] {
@@ -146,9 +147,8 @@ void AddPlaces(Traces* t) {
            WithFile("t.csv", kHeader)(here);
            fs::permissions(here / "t.csv", fs::perms::none);
          });
-  t->Add("a name with a line break",
-         {"run", "../common/s.toml", "--device", "trace:a\nb.csv", "--clock", "lockstep",
-          "--no-pictures", "--out", "o"});
+  t->Add("a name with a line break", {"run", "../common/s.toml", "--device", "trace:a\nb.csv",
+                                      "--clock", "lockstep", "--no-pictures", "--out", "o"});
 }
 
 TEST(BadInput, TracesAreTreatedAsTheTableSays) {

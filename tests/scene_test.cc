@@ -3,6 +3,7 @@
 #include <clocale>
 #include <locale>
 
+#include "tests/comma_locale.h"
 #include "tests/scene_fixture.h"
 
 namespace hpdm {

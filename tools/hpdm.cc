@@ -1,6 +1,9 @@
+#include <fcntl.h>
+
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <iostream>
@@ -11,6 +14,13 @@
 #include "tools/commands.h"
 
 namespace {
+
+/// Where one of them is closed, the first file that is opened would get what is printed.
+void OpenStandardStreams() {
+  for (int stream = 0; stream <= 2; ++stream) {
+    if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) std::abort();
+  }
+}
 
 /// A variable of a script that is not set must not choose a default.
 void RefuseEmptyArguments(int argc, char** argv) {
@@ -30,13 +40,14 @@ int Fail(const char* message, const char* remedy, int exit_code) {
 
 /// What was printed may be on its way: a disk that is full may tell it only now.
 int AfterOutput(int exit_code) {
+  if (exit_code >= 2) return exit_code;  // a failure has been told
   errno = 0;
   std::cout.flush();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;
   const std::string reason = errno != 0 ? std::strerror(errno) : "a write failed";
   Fail(("standard output cannot be written (" + reason + ")").c_str(),
        "; make space, or send it elsewhere", 2);
-  return exit_code == 0 ? 2 : exit_code;
+  return 2;
 }
 
 int Hpdm(int argc, char** argv) {
@@ -81,4 +92,7 @@ int Hpdm(int argc, char** argv) {
 
 // hpdm: one program, one file a subcommand. Exit codes: 0 done, 1 a check failed, 2 bad input or
 // usage (one line on stderr), 3 the machine lacks something that was asked for.
-int main(int argc, char** argv) { return AfterOutput(Hpdm(argc, argv)); }
+int main(int argc, char** argv) {
+  OpenStandardStreams();
+  return AfterOutput(Hpdm(argc, argv));
+}

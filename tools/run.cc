@@ -208,7 +208,8 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
                      (options.pictures ? "--fps 0" : "--no-pictures") + "; leave one out");
   }
   SizeOf(options);
-  const StopSignals signals;  // before any thread
+  if (options.live) NetworkUrl();  // refuses what is no address, before anything is made
+  const StopSignals signals;       // before any thread
   // A file that may not grow and a reader of our output that has gone are failed writes, which are
   // told; they must not end the session.
   for (const int failed_write : {SIGXFSZ, SIGPIPE}) std::signal(failed_write, SIG_IGN);
@@ -226,7 +227,6 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
         "--out` writes");
   }
   for (const std::string& reference : options.references) session.LoadReference(reference);
-  for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
   // A machine that cannot draw says so before the session.
   std::optional<TrainerWindow> window;
@@ -249,6 +249,8 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
   SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene(), TracesOf(session.device_choices()));
+  for (const std::string& remark : session.remarks())
+    std::cerr << "hpdm: note: " << OneLine(remark) << "\n";
   if (options.pictures && options.FramesPerSecond() > 0) {
     render_options.frame_folder = folder.File("frames");
     render_options.frame_fps = options.FramesPerSecond();

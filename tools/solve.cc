@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/baselines/surface_error.h"
+#include "engine/error.h"
 #include "engine/static_loads.h"
 #include "tools/commands.h"
 #include "tools/in_scene.h"
@@ -70,6 +71,20 @@ std::vector<std::string> FilesOf(const Scene& scene) {
   return files;
 }
 
+// Displacements that contradict each other would be met half-way without a word.
+void RefuseContradictions(const Scene& scene, const StaticSolution& solution) {
+  if (solution.share < 1) return;  // told of at the end
+  for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    const std::optional<Vector3d>& asked = scene.loads[i].displacement_W;
+    // Far beyond what a solver leaves.
+    if (!asked || (solution.load_displacements[i] - *asked).norm() <= 1e-3 * asked->norm())
+      continue;
+    throw InputError(
+        scene.path.string() + ": load[" + std::to_string(i) +
+        "]: its displacement contradicts another load's at the same place; remove one");
+  }
+}
+
 void Solve(const SolveOptions& options) {
   const StaticCase load_case = LoadStaticCase(options.scene);
   const Scene& scene = load_case.scene;
@@ -86,6 +101,7 @@ void Solve(const SolveOptions& options) {
   const StaticLoads loads = InScene(scene, [&] { return StaticLoads(model, scene.loads); });
   const double setup_ms = MillisecondsSince(start);
   const StaticSolution solution = loads.Solve();
+  RefuseContradictions(scene, solution);
   WriteSurfaceTable(options.out, {model.rest().vertices, solution.vertex_displacements});
 
   Json figures = {
@@ -124,13 +140,13 @@ void Solve(const SolveOptions& options) {
     std::fprintf(stderr,
                  "%s: warning: %.2g %% of the tissue is inverted or compressed beyond what its law "
                  "resists; refine the lattice there, or take law = \"neo_hookean\"\n",
-                 scene.path.c_str(), 100 * solution.collapsed);
+                 OneLine(scene.path.string()).c_str(), 100 * solution.collapsed);
   }
   if (solution.share < 1) {
     std::fprintf(stderr,
                  "%s: no equilibrium beyond %.3g of the loads, where the energy stops carrying "
                  "them; lower them or take law = \"neo_hookean\"\n",
-                 scene.path.c_str(), solution.share);
+                 OneLine(scene.path.string()).c_str(), solution.share);
     throw CLI::RuntimeError(1);
   }
 }

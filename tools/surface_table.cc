@@ -21,8 +21,11 @@ SurfaceTable ReadSurfaceTable(const std::string& path) {
   std::ifstream file;
   std::error_code ignored;
   if (std::filesystem::is_regular_file(path, ignored)) file.open(path);
+  if (!file.is_open()) {
+    throw InputError(path + ": cannot be read; give a table that hpdm solve --out wrote");
+  }
   std::string line;
-  if (!file.is_open() || !std::getline(file, line) || line != kHeader) {
+  if (!std::getline(file, line) || line != kHeader) {
     throw InputError(path + ":1: is not a surface table; its first line must be " + kHeader);
   }
   std::vector<double> values;
@@ -33,9 +36,11 @@ SurfaceTable ReadSurfaceTable(const std::string& path) {
       double value = 0;
       const auto [next, error] = std::from_chars(at, end, value);
       const bool last = column == 5;
-      if (error != std::errc() || !std::isfinite(value) || (last ? next != end : next == end || *next != ',')) {
-        throw InputError(path + ":" + std::to_string(number) +
-                         ": is not six finite numbers separated by commas; write it anew with hpdm solve --out");
+      if (error != std::errc() || !std::isfinite(value) ||
+          (last ? next != end : next == end || *next != ',')) {
+        throw InputError(
+            path + ":" + std::to_string(number) +
+            ": is not six finite numbers separated by commas; write it anew with hpdm solve --out");
       }
       values.push_back(value);
       at = next + !last;

@@ -1,4 +1,3 @@
-#include "tools/number_option.h"
 #include "tools/report/fleet_command.h"
 
 #include <CLI/CLI.hpp>
@@ -6,6 +5,7 @@
 #include <thread>
 
 #include "engine/error.h"
+#include "tools/number_option.h"
 #include "tools/report/fleet.h"
 #include "tools/report/session_line.h"
 #include "tools/report_text.h"

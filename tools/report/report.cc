@@ -54,6 +54,9 @@ void WritePage(const ReportOptions& options, SessionFiles* files, const SessionR
   if (fs::equivalent(out, files->log, error)) {
     throw InputError(out.string() + ": is the session's log; choose another file with --out");
   }
+  if (!files->folder.empty()) {
+    RefuseOwnInput(out, {files->folder / "scene.toml", files->folder / "summary.json"});
+  }
   StagedFile page(out);
   page.Write(text);
   page.Commit();
@@ -79,7 +82,7 @@ void Report(const ReportOptions& options) {
     return;
   }
   for (const std::string& fault : reading.report.health.Faults()) {
-    std::fprintf(stderr, "hpdm: %s: %s\n", files.log.c_str(), fault.c_str());
+    std::fprintf(stderr, "hpdm: %s: %s\n", OneLine(files.log.string()).c_str(), fault.c_str());
   }
 }
 

@@ -71,7 +71,7 @@ void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const 
     Print(report);
   }
   if (report.table.messages() > 0) return;
-  std::fprintf(stderr, "hpdm: spy: nothing came from %s; %s\n", source->name().c_str(),
+  std::fprintf(stderr, "hpdm: spy: nothing came from %s; %s\n", OneLine(source->name()).c_str(),
                log ? "give a log that holds events"
                    : "start a session with hpdm run SCENE --live, with the same LCM_DEFAULT_URL "
                      "as here");
