@@ -23,6 +23,10 @@ namespace {
 // to a few per cent, wherever it lies among the cells.
 constexpr double kResolvedCells = 1.25;
 
+// m: an organ of another size is most likely in another unit.
+constexpr double kLargestOrgan = 10;
+constexpr double kSmallestOrgan = 1e-3;
+
 // Cells that the tissue is sampled in: those of the finest functions, or for a Bernstein lattice,
 // which is one cell, as many as it has control intervals, at least 4.
 std::array<int, 3> SamplingCells(const LatticeOptions& options) {
@@ -89,6 +93,14 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
     BuildSurfaceModel();
   }
   relocation_.emplace(rest_.vertices, weights_);
+  const double across =
+      (rest_.vertices.colwise().maxCoeff() - rest_.vertices.colwise().minCoeff()).maxCoeff();
+  if (across > kLargestOrgan || across < kSmallestOrgan) {
+    char size[32];
+    std::snprintf(size, sizeof size, "%.3g m", across);
+    warnings_.push_back("organ \"" + options.name + "\": is " + size +
+                        " across; check organ.unit, which may be \"mm\"");
+  }
   if (options.supports.empty() && !rigid()) {
     warnings_.push_back("organ \"" + options.name +
                         "\": no [[organ.support]]: a weak spring ties all of it to its rest place");
@@ -103,7 +115,13 @@ void OrganModel::BuildLatticeModel() {
   if (options_.lattice.basis == BasisType::kBSpline) {
     CheckMatrices(options_, LeastControlPoints(*lattice_, rest_, options_.lattice.cells));
   }
-  const TissueQuadrature sampled = CachedTissue(rest_, lattice_->box(), cells);
+  const TissueQuadrature sampled = [&] {
+    try {
+      return CachedTissue(rest_, lattice_->box(), cells);
+    } catch (const InputError& error) {
+      throw InputError("organ \"" + options_.name + "\": " + options_.mesh + ": " + error.what());
+    }
+  }();
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};
