@@ -22,7 +22,7 @@ One line for each thing that must hold; exit status 1 where one does not:
     complete   no message of a channel is missing, damaged, out of order or unreadable, and every tick
                that ran is in the log with what went in and what came out
     memory     the straight line through the resident memory after the first quarter of a session
-               rises by less than 1 MiB: 0.3 bytes a tick over an hour
+               rises by less than 1 MiB: over an hour less than 0.4 bytes a tick
     finite, ticks, steps, force, slew, stored, work, rest, repeats
                as `hpdm log check` has them (lcmtypes/session_invariants.h)
 """
@@ -45,7 +45,7 @@ from compare_wakeup import ROOT, enter_private_network
 MEMORY_BOUND = 1024  # KiB
 WARM_UP = 0.25  # of a session
 SAMPLE_PERIOD = 0.05  # s
-SHORTEST = 20  # s, of a session whose memory is judged: loading and ending are no part of it
+FEWEST = 20  # samples that tell a slope
 BYTES_A_SECOND = 1.1e6  # of a log of two hands and three organs
 REST = 0.5, 2.5  # s, before and after the stretch's motion; between them and it a second's way
 TRACE_STEP = 10  # ms
@@ -77,45 +77,48 @@ def write_scene(scene, folder, seed, strain):
 
 
 class Memory(threading.Thread):
-    """Samples the resident memory of a process until it ends: s, KiB."""
+    """Samples what a process has in memory (KiB) beside how far its session is (bytes logged)."""
 
-    def __init__(self, pid):
+    def __init__(self, pid, log):
         super().__init__(daemon=True)
         self.status = Path(f"/proc/{pid}/status")
+        self.log = log
         self.samples = []
         self.start()
 
     def run(self):
-        began = time.monotonic()
         with contextlib.suppress(OSError):
             while match := re.search(r"VmRSS:\s*(\d+)", self.status.read_text(encoding="ascii")):
-                self.samples.append((time.monotonic() - began, int(match[1])))
+                with contextlib.suppress(OSError):
+                    self.samples.append((self.log.stat().st_size, int(match[1])))
                 time.sleep(SAMPLE_PERIOD)
 
     def figures(self):
+        """Over the session without its warm-up and its end, where plots and summary are made."""
         self.join()
-        # The last ones are of the end, when plots and summary are made.
-        steady = self.samples[int(WARM_UP * len(self.samples)) : int(0.98 * len(self.samples))]
-        if not steady or steady[-1][0] < SHORTEST:
+        end = self.log.stat().st_size
+        steady = [s for s in self.samples if WARM_UP * end < s[0] < 0.99 * end]
+        if len(steady) < FEWEST or steady[0][0] == steady[-1][0]:
             return {"samples": len(steady), "growth_KiB": None}
-        times, sizes = zip(*steady)
-        mean_t, mean_s = sum(times) / len(times), sum(sizes) / len(sizes)
-        spread = sum((t - mean_t) ** 2 for t in times)
-        slope = sum((t - mean_t) * (s - mean_s) for t, s in steady) / spread
+        places, sizes = zip(*steady)
+        mean_p, mean_s = sum(places) / len(places), sum(sizes) / len(sizes)
+        slope = sum((p - mean_p) * (s - mean_s) for p, s in steady)
+        slope /= sum((p - mean_p) ** 2 for p in places)
         return {
             "samples": len(steady),
             "least_KiB": min(sizes),
             "largest_KiB": max(sizes),
-            "growth_KiB": round(slope * (times[-1] - times[0]), 1),
+            "growth_KiB": round(slope * (places[-1] - places[0]), 1),
         }
 
 
 @contextlib.contextmanager
-def hogs(count):
+def hogs(count, seconds):
+    """Processes that keep a core busy each, gone `seconds` later even if this one is killed."""
     if count == 0:
         yield
         return
-    command = ["stress-ng", "--quiet", "--cpu", str(count)]
+    command = ["stress-ng", "--quiet", "--cpu", str(count), "--timeout", str(seconds)]
     with subprocess.Popen(command, stdin=subprocess.DEVNULL) as process:
         try:
             yield
@@ -132,17 +135,17 @@ def hpdm_json(command, answers=(0, 1)):
     return json.loads(done.stdout)
 
 
-def run_session(options, scene, folder, extra, hog_count=0):
+def run_session(options, scene, folder, extra):
     """A session and its figures; its folder stays."""
     command = [options.hpdm, "run", scene, "--clock", options.clock, "--json", "--out", folder]
     command += ["--seconds", str(options.seconds), "--fps", "0", *extra]
     command += ["--no-pictures"] if options.clock == "lockstep" else ["--live"]
     load = os.getloadavg()[0]
     began = time.monotonic()
-    with hogs(hog_count), subprocess.Popen(
+    with hogs(options.hogs, options.seconds + 120), subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
-        memory = Memory(process.pid)
+        memory = Memory(process.pid, folder / "session.lcmlog")
         output, errors = process.communicate()
     if not output:
         raise SystemExit(errors.strip() or f"{options.hpdm}: exit {process.returncode}")
@@ -186,7 +189,7 @@ def judge(options, folder, figures, extra):
         {
             "name": "memory",
             "holds": growth is None or growth < MEMORY_BOUND,
-            "text": f"not judged: shorter than {SHORTEST} s"
+            "text": f"not judged: {memory['samples']} samples are too few"
             if growth is None
             else f"rises by {growth} of {MEMORY_BOUND} KiB;"
             f" {memory['least_KiB']:,} to {memory['largest_KiB']:,} KiB",
@@ -249,7 +252,7 @@ def soak(options, folder):
 
     def session(title, name, extra, checking=()):
         nonlocal sound
-        figures = run_session(options, scene, folder / name, extra, options.hogs)
+        figures = run_session(options, scene, folder / name, extra)
         checks = judge(options, folder / name, figures, checking)
         print_checks(title, figures, checks)
         all_figures[name] = figures | {"holds": {c["name"]: c["holds"] for c in checks}}
