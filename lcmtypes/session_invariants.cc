@@ -18,7 +18,7 @@ namespace {
 // Of the guard's clamp and slew, which scale a vector to its limit: a few roundings.
 constexpr double kLimitBound = 1 + 1e-12;
 constexpr double kStoredBound = 1e-6;  // J
-constexpr double kWorkBound = 0.01;    // W
+constexpr double kWorkBound = 0.02;    // W
 constexpr double kWorkWindow = 1;      // s, at least
 constexpr double kRestBound = 1e-6;    // m
 // A shape's step is written before it or, where a tick had to use it first, a second later at most.
@@ -143,7 +143,7 @@ class TickJudges {
   Judge slew_{"slew", "change of a force in a tick over its limit", "", kLimitBound};
   Judge work_{"work", "power that the hands together were given from free to free", "W",
               kWorkBound};
-  Judge repeats_{"repeats", "difference from the force a period before", "N", 0};
+  Judge repeats_{"repeats", "difference from the force in the second period", "N", 0};
 };
 
 // m, by which a shape differs from the one at rest, at the place where it does most.
@@ -175,10 +175,10 @@ class StepJudges {
       last_visible_ = visible_tick;
     }
     steps_.Add(in_order ? 0 : 1, ToSeconds(step.time_ns));
-    last_step_ = step.number;
     last_input_ = input;
     AddStored(sample);
-    NoteTouches(sample);
+    NoteTouches(sample, step.number == last_step_ + 1);
+    last_step_ = step.number;
   }
 
   void Add(std::uint64_t step, std::size_t organ, OrganSnapshot shape) {
@@ -221,10 +221,11 @@ class StepJudges {
     if (has_lattice) stored_.Add(0 - stored, ToSeconds(sample.step.time_ns));
   }
 
-  void NoteTouches(const StepSample& sample) {
+  void NoteTouches(const StepSample& sample, bool follows) {
     Touches now = judged_.empty() ? Touches() : judged_.back();
     now.step = sample.step.number;
     now.time = ToSeconds(sample.step.time_ns);
+    if (!follows) now.last.fill(now.time);  // as far as is known
     for (int t = 0; t < sample.tool_count; ++t) {
       const ToolContactState& contact = sample.contacts[t];
       const bool known = contact.organ >= 0 && contact.organ < kMaxOrgans;
@@ -235,11 +236,10 @@ class StepJudges {
     }
     judged_.push_back(now);
     if (judged_.size() > kMaxWaiting) judged_.pop_front();
-    const auto is_of = [&](const Waiting& waiting) { return waiting.step <= now.step; };
     for (const Waiting& waiting : waiting_) {
       if (waiting.step == now.step) AddRest(now, waiting.organ, waiting.shape);
     }
-    std::erase_if(waiting_, is_of);
+    std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.step <= now.step; });
   }
 
   void AddRest(const Touches& touches, std::size_t organ, const OrganSnapshot& shape) {

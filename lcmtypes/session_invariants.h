@@ -46,22 +46,20 @@ struct Invariant {
 ///   slew     its change from tick to tick over the device's limit; a switched-off force is
 ///            exempt (force_guard.h), and so is what stands across a tick that the log lost
 ///   stored   J that the lattice has given out: -1/2 of the sum over the tips of force on the
-///   tissue
-///            times displacement of the contact, which is the energy of a small strain and must not
-///            be negative
-///   work     W that the hands together were given on average between two moments, a second apart
-///   or
-///            more, at which no tip touches anything: energy from nowhere, where nothing but the
-///            hands works (SessionLimits::still; closing jaws work too, and are in it). What a late
-///            patch gives is tenths of a milliwatt; a contact that oscillates gives tenths of a
-///            watt
+///            tissue times displacement of the contact, which is the energy of a small strain and
+///            must not be negative
+///   work     W that the hands together were given on average between two moments, a second or
+///            more apart, at which no tip touches anything: energy from nowhere, where nothing
+///            but the hands works (SessionLimits::still). A late patch gives tenths of a
+///            milliwatt, jaws that close on pressed tissue millijoules each time; a contact that
+///            chatters by 1 mm at 30 Hz gives a hand of 5 N s/m 89 mW
 ///   rest     m, by which a control point, a local function or a dent of an organ that no tool
 ///            touches, nor has touched for SessionLimits::settles, is not where it was before any
 ///            touch
 ///
 /// and, with `period` > 0, of a session whose hands do the same again every `period`:
 ///
-///   repeats  N, by which a force differs from the one a period before, from the third period on
+///   repeats  N, by which a force differs from that of the second period, from the third on
 ///            (start-up is in the first); 0 where it is the same bit for bit. Motions that differ
 ///            are no repetition and count as broken.
 ///

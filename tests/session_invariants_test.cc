@@ -209,11 +209,11 @@ TEST_F(SessionInvariants, LetAForceEndAtOnceWhenItIsSwitchedOff) {
 }
 
 TEST_F(SessionInvariants, NameEnergyFromNowhere) {
-  // 20 mW: what the hand has put in sinks while it presses and stays there.
+  // 30 mW: what the hand has put in sinks while it presses and stays there.
   WriteSession(
-      [](Tick* tick) { tick->output.tools[0].energy -= 0.02 * ToSeconds(tick->output.time_ns); });
+      [](Tick* tick) { tick->output.tools[0].energy -= 0.03 * ToSeconds(tick->output.time_ns); });
   EXPECT_EQ(Broken(), "work");
-  EXPECT_NEAR(Find("work").worst, 0.02, 1e-6);
+  EXPECT_NEAR(Find("work").worst, 0.03, 1e-6);
   limits_.still = false;  // then it may be the organ's own
   EXPECT_EQ(Broken(), "");
 }

@@ -37,7 +37,7 @@ struct LogOptions {
 
 using Invariants = std::optional<std::vector<Invariant>>;  // empty: nothing says what must hold
 
-bool Hold(const Invariants& invariants) {
+bool AllHold(const Invariants& invariants) {
   return !invariants || std::all_of(invariants->begin(), invariants->end(),
                                     [](const Invariant& i) { return i.Holds(); });
 }
@@ -163,12 +163,12 @@ void Check(const LogOptions& options) {
   } else {
     Print(health);
     if (health.session) Print(invariants);
-    std::printf("%s\n", health.Sound() && Hold(invariants) ? "sound" : "not sound");
+    std::printf("%s\n", health.Sound() && AllHold(invariants) ? "sound" : "not sound");
     if (!options.repaired.empty()) {
       std::printf("%s: the intact events\n", options.repaired.c_str());
     }
   }
-  if (!health.Sound() || !Hold(invariants)) throw CLI::RuntimeError(1);
+  if (!health.Sound() || !AllHold(invariants)) throw CLI::RuntimeError(1);
 }
 
 /// Refuses an --out that --format does not fit.

@@ -1,6 +1,6 @@
 #include "tools/session_scene.h"
 
-#include <algorithm>
+#include <optional>
 
 #include "engine/error.h"
 #include "scenes/toml_document.h"
@@ -8,19 +8,18 @@
 namespace hpdm {
 namespace {
 
-// s, after the last touch, of what is relaxed by iterations: those of a finite strain that has to
-// be brought back by load steps take up to a second.
+// s, after the last touch: the iterations of a finite strain that has to be brought back by load
+// steps take up to a second.
 constexpr double kSettled = 1;
 // Relaxation times in which a creep of centimetres fades to less than a nanometre: e^-18.
 constexpr double kCreeps = 18;
 
-// s; empty: with a motion of its own.
+// s; empty: with a motion of its own, or relaxed as far as sweeps get.
 std::optional<double> SettlesIn(const OrganOptions& organ) {
   if (organ.model != OrganModelType::kHpdm) return std::nullopt;
-  const EnergyOptions& energy = organ.energy;
-  const bool at_once =
-      energy.strain == StrainMeasure::kSmall && energy.solver == SolverType::kCholesky;
-  return (at_once ? 0 : kSettled) + kCreeps * organ.material.relaxation_time;
+  if (organ.energy.solver == SolverType::kGaussSeidel) return std::nullopt;
+  const double settled = organ.energy.strain == StrainMeasure::kFinite ? kSettled : 0;
+  return settled + kCreeps * organ.material.relaxation_time;
 }
 
 }  // namespace
