@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "engine/error.h"
-#include "scenes/toml_document.h"
 #include "tools/commands.h"
 #include "tools/device_choice.h"
 #include "tools/json_figures.h"
@@ -19,6 +18,7 @@
 #include "tools/realtime_replay.h"
 #include "tools/report_text.h"
 #include "tools/session_path.h"
+#include "tools/session_scene.h"
 
 namespace hpdm {
 namespace {
@@ -36,20 +36,13 @@ struct ReplayOptions {
 
 Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   if (!options.scene.empty()) return LoadScene(options.scene);
-  const fs::path beside = fs::path(log).parent_path() / "scene.toml";
+  const fs::path beside = SceneBeside(log);
   std::error_code ignored;
   if (!fs::exists(beside, ignored)) {
     throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene");
   }
   try {
-    Scene scene = LoadScene(beside);
-    // What others recorded names no files of this machine.
-    for (const SceneFile& file : scene.files) {
-      if (StaysInside(file.copy.empty() ? file.name : file.copy)) continue;
-      throw InputError(beside.string() + ": " + Quoted(file.name) +
-                       " lies outside of the session folder, which alone is read");
-    }
-    return scene;
+    return LoadRecordedScene(beside);
   } catch (const InputError& error) {
     throw InputError(std::string(error.what()) + "; or give the log's own scene with --scene");
   }
