@@ -239,6 +239,17 @@ Vector3d ToolContact::KernelNormal(const OrganModel& model, const OrganState& st
   return normal.stableNormalized();
 }
 
+// Tissue beside what the jaws hold goes with them: a shaft that pushed it away would lever what is
+// held out of the jaws, with forces far beyond both.
+bool ToolContact::GraspsBeside(const Vector3d& p_rest_W, const ContactSet& contacts) const {
+  for (int i = 0; i < contacts.size(); ++i) {
+    const ContactSet::Row& row = contacts[i];
+    const bool held = row.tool == tool_ && row.kind == ContactSet::RowKind::kGrasp;
+    if (held && (row.p_rest_W - p_rest_W).norm() < kGraspRadius) return true;
+  }
+  return false;
+}
+
 bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, OrganState* state) {
   const ToolPose tool = SeenFrom(*state, tool_W);
   const SurfaceMesh& rest = model.rest();
@@ -247,6 +258,8 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * held().tip_radius + below);
   const SurfaceHit hit = state->tree.ClosestToSegment(start, tool.p_trocar_W, held().shaft_radius);
   if (hit.at.triangle < 0) return true;
+  const Vector3d p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
+  if (GraspsBeside(p_rest_W, state->contacts)) return true;
   const Vector3d facing =
       InterpolatedNormal(state->vertices, rest.triangles, model.topology(), hit.at);
   const Vector3d axis = tool.X_WT.linear().col(2);
@@ -260,7 +273,7 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   const Vector3d on_axis = start + hit.along * (tool.p_trocar_W - start);
   row->tool = tool_;
   row->shaft = true;
-  row->p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
+  row->p_rest_W = p_rest_W;
   row->normal_W = normal;
   row->target_W = on_axis - held().shaft_radius * normal;
   model.AddToRow(hit.at, 1, state->contacts.local,

@@ -91,6 +91,7 @@ class ToolContact {
                    std::vector<OrganState>* states);
   bool AddTipRows(const ToolPose& tool, const std::vector<OrganModel>& models,
                   std::vector<OrganState>* states);
+  bool GraspsBeside(const Vector3d& p_rest_W, const ContactSet& contacts) const;
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
