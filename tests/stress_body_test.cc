@@ -157,6 +157,25 @@ TEST(StressBody, TwoToolsThatPullTheSamePointApartSlip) {
   }
 }
 
+// Viscous tissue that is pulled within a step feels 30 times its elastic force: that force's own
+// rest state, which a step of finite strain once went by, lies 150 mm away and took vertices 95 mm.
+TEST(StressBody, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
+  constexpr double kWay = 0.005;  // m
+  std::vector<double> forces;
+  for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
+    OrganOptions options = Organ(strain);
+    options.material.relaxation_time = 1;
+    const double at = kTop + ToolOptions().tip_radius;
+    StressBody body(options, Surface(), {Grasp(0, At(0, at - kWay, 0))});
+    body.RunUntil(1);
+    forces.push_back(body.outcome().tissue_force);
+    EXPECT_LT(body.outcome().largest_displacement, 1.2 * kWay) << "what bulges beside the jaws";
+    EXPECT_EQ(body.outcome().flags & (kStepFolded | kStepRecovering), 0u);
+  }
+  // A way of a tenth of the organ's thickness: strains of some percent.
+  EXPECT_NEAR(forces[1] / forces[0], 1, 0.1);
+}
+
 TEST(StressBody, AReadingThatIsNotFiniteHoldsTheTool) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const double at = kTop + ToolOptions().tip_radius;
