@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
+#include <string>
 
 #include "engine/check.h"
 #include "engine/error.h"
@@ -17,9 +19,24 @@ namespace {
 constexpr double kSlack = 1e-9;
 /// Farther from 0.5 than this at its centre, a block without surface is decided by its centre.
 constexpr double kClear = 0.4;
+/// A surface encloses something where its winding number exceeds this. In the plane of a flat sheet
+/// it is a half, which is tissue or not as rounding has it.
+constexpr double kEnclosed = 0.51;
+/// Most surface that a box may hold, in units of its longest side squared. A body's own is a few;
+/// each unit takes about a fifth of a second, and triangles that cross each other have thousands.
+constexpr double kMostSurface = 50;
 /// Gauss points along an axis of an inside block of a split cell: exact to degree 3, and smaller
 /// blocks than the cell need no more.
 constexpr int kBlockGaussPoints = 2;
+
+/// Of one triangle counts at most this: about the largest cut through a box.
+constexpr double kMostOfATriangle = 1.5;
+
+std::string Figure(const char* form, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, form, value);
+  return text;
+}
 
 struct GaussRule {
   std::vector<double> points, weights;  ///< On [0, 1]; the weights sum to 1.
@@ -94,6 +111,7 @@ class TissueSampler {
     while (cell_size_.maxCoeff() / std::pow(2.0, depth_) > smallest * (1 + kSlack)) ++depth_;
   }
 
+  /// Without a point when nothing is enclosed.
   TissueQuadrature Sample() {
     SortTrianglesIntoCells();
     TissueQuadrature tissue;
@@ -110,6 +128,8 @@ class TissueSampler {
         tissue.cell_volumes[cell] += weights.back();
       }
     }
+    // Samples that a sheet cuts would otherwise count by a half on either side of it.
+    if (!(largest_winding_ > kEnclosed)) return TissueQuadrature();
     const auto q = static_cast<Eigen::Index>(weights.size());
     tissue.points = Eigen::Map<Points>(points.data(), q, 3);
     tissue.weights = Eigen::Map<Eigen::VectorXd>(weights.data(), q);
@@ -150,7 +170,9 @@ class TissueSampler {
     return std::abs(n.dot(a)) <= n.cwiseAbs().dot(reach);
   }
 
+  /// Throws where their area is beyond kMostSurface.
   void SortTrianglesIntoCells() {
+    double surface = 0;
     cell_triangles_.resize(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]));
     for (int t = 0; t < static_cast<int>(triangles_.rows()); ++t) {
       const Vector3d a = Corner(t, 0), b = Corner(t, 1), c = Corner(t, 2);
@@ -163,17 +185,24 @@ class TissueSampler {
         first[d] = static_cast<int>(std::clamp(std::floor(low[axis]), 0.0, 1.0 * cells_[d]));
         last[d] = static_cast<int>(std::clamp(std::floor(high[axis]), -1.0, cells_[d] - 1.0));
       }
+      bool hits = false;
       for (int k = first[2]; k <= last[2]; ++k) {
         for (int j = first[1]; j <= last[1]; ++j) {
           for (int i = first[0]; i <= last[0]; ++i) {
             const int cell = CellNumber(i, j, k);
-            if (Overlaps(t, CellBlock(cell))) {
-              cell_triangles_[static_cast<std::size_t>(cell)].push_back(t);
-            }
+            if (!Overlaps(t, CellBlock(cell))) continue;
+            cell_triangles_[static_cast<std::size_t>(cell)].push_back(t);
+            hits = true;
           }
         }
       }
+      if (hits) surface += std::min((b - a).cross(c - a).norm() / 2, kMostOfATriangle);
     }
+    if (surface <= kMostSurface) return;
+    throw InputError("the triangles in the box that is sampled have an area of " +
+                     Figure("%.3g", surface) + " times the square of its longest side, and " +
+                     Figure("%g", kMostSurface) +
+                     " is the most: they cross each other; export the tissue's surface alone");
   }
 
   /// Fills cell_points_ and cell_weights_ (box frame).
@@ -196,11 +225,16 @@ class TissueSampler {
     }
   }
 
-  bool Inside(const Vector3d& p) const { return winding_.At(p) > 0.5; }
+  double Winding(const Vector3d& p) {
+    const double winding = winding_.At(p);
+    largest_winding_ = std::max(largest_winding_, winding);
+    return winding;
+  }
+  bool Inside(const Vector3d& p) { return Winding(p) > 0.5; }
 
   void Visit(const Block& block, const std::vector<int>& triangles, int depth) {
     if (triangles.empty()) {
-      const double centre = winding_.At(block.centre);
+      const double centre = Winding(block.centre);
       if (std::abs(centre - 0.5) > kClear || CornersAgree(block, centre > 0.5)) {
         if (centre > 0.5) AddGauss(block, split_ ? block_gauss_ : gauss_);
         return;
@@ -228,7 +262,7 @@ class TissueSampler {
 
   /// Whether a block without surface, yet not clear, lies on one side. There the winding number is
   /// harmonic, so a gap's 0.5 level runs through smoothly and parts the corners.
-  bool CornersAgree(const Block& block, bool inside) const {
+  bool CornersAgree(const Block& block, bool inside) {
     for (int octant = 0; octant < 8; ++octant) {
       const Block corner = Octant({block.centre, 2 * block.half}, octant);
       if (Inside(corner.centre) != inside) return false;
@@ -328,6 +362,7 @@ class TissueSampler {
   const Triangles& triangles_;
   const WindingNumber winding_;
   int depth_ = 0;
+  double largest_winding_ = 0;  // at any sample
 
   std::vector<std::vector<int>> cell_triangles_;
   // Of the cell at hand.
@@ -346,9 +381,10 @@ TissueQuadrature SampleTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_
   TissueQuadrature tissue = TissueSampler(mesh_W, box_W, cells, options).Sample();
   if (tissue.weights.size() == 0) {
     throw InputError(
-        "no tissue: the surface encloses nothing inside the lattice's box; check that the mesh is "
-        "a "
-        "closed (or nearly closed) surface that faces outwards");
+        "no tissue: inside the lattice's box the surface encloses nothing that samples " +
+        Figure("%.3g", 1000 * box_W.lengths.maxCoeff() / options.resolution) +
+        " mm apart would meet; check that the mesh is a closed (or nearly closed) surface that "
+        "faces outwards, its unit and the lattice's margin");
   }
   return tissue;
 }

@@ -43,7 +43,8 @@ struct TissueQuadrature {
 /// a Bernstein lattice, which is one cell, about as many as its degree.
 ///
 /// All decisions are relative to the box: a scaled body gets scaled points. Deterministic; one
-/// thread; set-up only. Throws InputError when the mesh has no tissue inside the box.
+/// thread; set-up only. Throws InputError when the mesh has no tissue inside the box that a sample
+/// meets, or so many triangles across each other there that sampling would take minutes.
 TissueQuadrature SampleTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,
                               const std::array<int, 3>& cells,
                               const InteriorOptions& options = InteriorOptions());

@@ -22,6 +22,12 @@ MeshFile ReducePly(std::string_view bytes, const std::string& path);
   throw InputError(path + ": " + what);
 }
 
+/// The text without a UTF-8 byte-order mark.
+inline std::string_view WithoutByteOrderMark(std::string_view text) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  return text.substr(text.starts_with(kMark) ? kMark.size() : 0);
+}
+
 /// Walks white-space separated tokens of a text and counts its lines; '\n', '\r' and "\r\n" end
 /// one.
 class TextCursor {

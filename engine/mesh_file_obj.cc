@@ -150,7 +150,7 @@ class ObjReducer {
 }  // namespace
 
 MeshFile ReduceObj(std::string_view text, const std::string& path) {
-  if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);  // UTF-8 byte-order mark
+  text = WithoutByteOrderMark(text);
   if (text.substr(0, 4096).find('\0') != std::string_view::npos) {
     Refuse(path, "is not plain text (UTF-16 or binary); save it as UTF-8");
   }

@@ -27,9 +27,9 @@ struct Element {
   std::string name;
   std::int64_t count = 0;
   std::vector<Property> properties;
-  bool Has(Role role) const {
-    return std::any_of(properties.begin(), properties.end(),
-                       [role](const Property& p) { return p.role == role; });
+  std::int64_t Count(Role role) const {
+    return std::count_if(properties.begin(), properties.end(),
+                         [role](const Property& p) { return p.role == role; });
   }
 };
 
@@ -179,6 +179,11 @@ class TextValues {
     }
     return static_cast<double>(integer);
   }
+  void ExpectEnd() {
+    if (!cursor_.Next().empty()) {
+      cursor_.RefuseHere("more than the header claims; the counts are wrong, export it again");
+    }
+  }
   /// Fewest bytes that a value takes: a digit and a separator, without one after the last.
   std::int64_t Smallest(Type) const { return 2; }
   std::int64_t Left() const { return static_cast<std::int64_t>(size_ - cursor_.position()) + 1; }
@@ -224,6 +229,12 @@ class BinaryValues {
     }
     return 0;
   }
+  /// Few bytes may follow, a line's end or padding, but not what could be a vertex or a face.
+  void ExpectEnd() const {
+    if (Left() < 12) return;
+    Refuse(path_, "byte " + std::to_string(at_) + ": " + std::to_string(Left()) +
+                      " bytes more than the header claims; the counts are wrong, export it again");
+  }
   std::int64_t Smallest(Type type) const { return static_cast<std::int64_t>(SizeOf(type)); }
   std::int64_t Left() const { return static_cast<std::int64_t>(bytes_.size() - at_); }
 
@@ -255,7 +266,10 @@ class PlyReducer {
 
   MeshFile Reduce() {
     for (const Element& element : header_.elements) {
-      if (element.name == "vertex") file_.vertices = element.count;
+      if (element.name == "vertex") {
+        file_.vertices = element.count;
+        textured_ = element.Count(Role::kU) > 0 && element.Count(Role::kV) > 0;
+      }
       if (element.name == "face") file_.faces = element.count;
     }
     CheckLimits(file_, path_);
@@ -273,6 +287,7 @@ class PlyReducer {
         }
       }
     }
+    values_.ExpectEnd();
     file_.referenced = std::count(is_referenced_.begin(), is_referenced_.end(), true);
     file_.format = "ply";
     file_.bytes = HeaderText() + vertex_bytes_ + face_bytes_;
@@ -315,7 +330,7 @@ class PlyReducer {
         value[static_cast<std::size_t>(property.role) - 1] = values_.Next(property.type);
       }
     }
-    const std::size_t used = textured() ? 5 : 3;
+    const std::size_t used = textured_ ? 5 : 3;
     vertex_bytes_ += '\1';  // see HeaderText
     for (std::size_t i = 0; i < used; ++i) {
       const auto narrow = static_cast<float>(value[i]);
@@ -356,21 +371,13 @@ class PlyReducer {
     Refuse(path_, "face " + std::to_string(row + 1) + ": " + what);
   }
 
-  bool textured() const { return Find("vertex")->Has(Role::kU) && Find("vertex")->Has(Role::kV); }
-
-  const Element* Find(std::string_view name) const {
-    const auto found = std::find_if(header_.elements.begin(), header_.elements.end(),
-                                    [name](const Element& e) { return e.name == name; });
-    return found == header_.elements.end() ? nullptr : &*found;
-  }
-
   /// The guard byte before each vertex keeps assimp 5.2.5 from eating a first coordinate that looks
   /// like the line feed of a "\r\n".
   std::string HeaderText() const {
     return "ply\nformat binary_little_endian 1.0\nelement vertex " +
            std::to_string(file_.vertices) +
            "\nproperty uchar guard\nproperty float x\nproperty float y\nproperty float z\n" +
-           (textured() ? "property float s\nproperty float t\n" : "") + "element face " +
+           (textured_ ? "property float s\nproperty float t\n" : "") + "element face " +
            std::to_string(file_.faces) + "\nproperty list int int vertex_indices\nend_header\n";
   }
 
@@ -378,6 +385,7 @@ class PlyReducer {
   const Header& header_;
   const std::string& path_;
   MeshFile file_;
+  bool textured_ = false;
   std::string vertex_bytes_, face_bytes_;
   std::vector<bool> is_referenced_;
 };
@@ -388,14 +396,13 @@ void CheckElements(const Header& header, const std::string& path) {
   for (const Element& element : header.elements) {
     if (element.name == "vertex") {
       ++vertices;
-      if (!element.Has(Role::kX) || !element.Has(Role::kY) || !element.Has(Role::kZ)) {
-        Refuse(path, "element 'vertex' lacks x, y or z; export the mesh again");
+      if (element.Count(Role::kX) != 1 || element.Count(Role::kY) != 1 ||
+          element.Count(Role::kZ) != 1) {
+        Refuse(path, "element 'vertex' needs one x, one y and one z; export the mesh again");
       }
     } else if (element.name == "face") {
       ++faces;
-      const auto lists = std::count_if(element.properties.begin(), element.properties.end(),
-                                       [](const Property& p) { return p.role == Role::kIndices; });
-      if (lists != 1) {
+      if (element.Count(Role::kIndices) != 1) {
         Refuse(path, "element 'face' needs one list 'vertex_indices'; export the mesh again");
       }
     }
@@ -408,6 +415,7 @@ void CheckElements(const Header& header, const std::string& path) {
 }  // namespace
 
 MeshFile ReducePly(std::string_view bytes, const std::string& path) {
+  bytes = WithoutByteOrderMark(bytes);
   const Header header = ParseHeader(bytes, path);
   CheckElements(header, path);
   if (header.encoding == Encoding::kText) {

@@ -43,15 +43,29 @@ class FacetWriter {
   MeshFile file_;
 };
 
+/// No binary file that is meant to be one begins like this.
+bool BeginsAsText(std::string_view bytes) {
+  const std::string_view begin = bytes.substr(0, kHeader);
+  return begin.starts_with("\xFF\xFE") || begin.starts_with("\xFE\xFF") ||
+         std::all_of(begin.begin(), begin.end(),
+                     [](unsigned char c) { return c >= ' ' || std::isspace(c) != 0; });
+}
+
 MeshFile ReduceBinary(std::string_view bytes, const std::string& path) {
   if (bytes.size() < kHeader) {
     Refuse(path, "too short for a binary STL and no text STL; export the mesh again");
   }
+  // More bytes than claimed may follow, but not whole triangles that would go unread.
   const std::uint32_t count = ReadCount(bytes);
   const std::size_t held = (bytes.size() - kHeader) / kFacet;
-  if (count > held) {
+  if (count != held) {
+    if (BeginsAsText(bytes)) {
+      Refuse(path,
+             "begins as text (perhaps UTF-16), but not with 'solid'; name an STL file or save "
+             "it as UTF-8");
+    }
     Refuse(path, "byte 80: claims " + std::to_string(count) + " triangles but holds " +
-                     std::to_string(held) + "; the file is truncated, export it again");
+                     std::to_string(held) + "; the file is truncated or damaged, export it again");
   }
   FacetWriter writer;
   for (std::size_t f = 0; f < count; ++f) {
@@ -123,7 +137,8 @@ bool IsText(std::string_view bytes) {
 }  // namespace
 
 MeshFile ReduceStl(std::string_view bytes, const std::string& path) {
-  return IsText(bytes) ? ReduceText(bytes, path) : ReduceBinary(bytes, path);
+  const std::string_view text = WithoutByteOrderMark(bytes);
+  return IsText(text) ? ReduceText(text, path) : ReduceBinary(bytes, path);
 }
 
 }  // namespace hpdm::mesh_file

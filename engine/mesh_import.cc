@@ -148,6 +148,12 @@ ImportedMesh ImportMesh(const std::string& path, double metres_per_unit) {
   if (facts.degenerate_triangles == facts.triangles) {
     Refuse(path, "has no triangle with an area; export the mesh again");
   }
+  if (2 * imported.repairs.degenerate_triangles > as_read.triangles) {
+    Refuse(path, std::to_string(imported.repairs.degenerate_triangles) + " of its " +
+                     std::to_string(as_read.triangles) +
+                     " triangles have corners that are one in the precision of the file; move the "
+                     "mesh nearer to its origin or export it again");
+  }
   imported.mesh.vertices *= metres_per_unit;
   imported.as_read = Scaled(as_read, metres_per_unit);
   if (!imported.mesh.vertices.allFinite()) {

@@ -97,12 +97,29 @@ int JoinTo(const std::vector<int>& first, Triangles* triangles) {
   return joined;
 }
 
-void WeldVertices(SurfaceMesh* mesh, MeshRepairs* repairs) {
-  const Points& p = mesh->vertices;
-  const double diagonal = (p.colwise().maxCoeff() - p.colwise().minCoeff()).norm();
-  const std::vector<int> first = diagonal > 0 ? Welder(p, kWeldTolerance * diagonal).Weld()
-                                              : std::vector<int>(At(p.rows()), 0);
-  repairs->welded_vertices += JoinTo(first, &mesh->triangles);
+double WeldTolerance(const SurfaceMesh& mesh) {
+  const Points& p = mesh.vertices;
+  const double by_size = kWeldTolerance * (p.colwise().maxCoeff() - p.colwise().minCoeff()).norm();
+  std::vector<double> edges;  // those with a length
+  edges.reserve(At(3 * mesh.triangles.rows()));
+  for (Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (int c = 0; c < 3; ++c) {
+      const auto a = p.row(mesh.triangles(t, c)), b = p.row(mesh.triangles(t, (c + 1) % 3));
+      if (const double length = (a - b).norm(); length > 0) edges.push_back(length);
+    }
+  }
+  if (edges.empty()) return by_size;
+  const auto usual = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() * 9 / 10);
+  std::nth_element(edges.begin(), usual, edges.end());
+  return std::min(by_size, kWeldEdgeShare * *usual);
+}
+
+/// Returns how many vertices were joined to another one.
+int WeldVertices(SurfaceMesh* mesh) {
+  const double tolerance = WeldTolerance(*mesh);
+  const std::vector<int> first = tolerance > 0 ? Welder(mesh->vertices, tolerance).Weld()
+                                               : std::vector<int>(At(mesh->vertices.rows()), 0);
+  return JoinTo(first, &mesh->triangles);
 }
 
 void DropTriangles(SurfaceMesh* mesh, MeshRepairs* repairs) {
@@ -195,10 +212,15 @@ void JoinIdenticalVertices(SurfaceMesh* mesh) {
 
 MeshRepairs RepairMesh(SurfaceMesh* mesh) {
   MeshRepairs repairs;
-  if (mesh->vertices.rows() == 0) return repairs;
-  WeldVertices(mesh, &repairs);
-  DropTriangles(mesh, &repairs);
-  repairs.unreferenced_vertices = DropVertices(mesh) - repairs.welded_vertices;
+  // Again, because edges that were dropped count in the tolerance.
+  for (bool changed = true; changed && mesh->vertices.rows() > 0;) {
+    const Index triangles = mesh->triangles.rows();
+    const int welded = WeldVertices(mesh);
+    DropTriangles(mesh, &repairs);
+    repairs.welded_vertices += welded;
+    repairs.unreferenced_vertices += DropVertices(mesh) - welded;
+    changed = welded > 0 || mesh->triangles.rows() < triangles;
+  }
   repairs.reoriented_triangles = OrientTriangles(mesh);
   return repairs;
 }

@@ -23,16 +23,20 @@ struct MeshRepairs {
 /// Vertices closer than this fraction of the bounding box's diagonal are one vertex: 0.3 um on a
 /// liver, above the rounding of 32-bit coordinates and far below any edge.
 inline constexpr double kWeldTolerance = 1e-6;
+/// And closer than this fraction of the edge that nine tenths of the edges do not exceed, so that
+/// a part that lies far away or is far larger does not melt the rest.
+inline constexpr double kWeldEdgeShare = 1e-3;
 
 /// Joins vertices at exactly the same place, which STL and texture seams repeat: no repair but a
 /// way of writing. O(V log V).
 void JoinIdenticalVertices(SurfaceMesh* mesh);
 
 /// Mends `mesh` in place, in this order: weld, drop degenerate and duplicate triangles, drop
-/// unreferenced vertices, orient. Needles whose corners differ stay, since dropping one would open
-/// a crack. Corners keep their texture coordinates, so that a texture's seams neither cut the
-/// tissue open nor get lost. Coordinates must be finite and indices in range. The order of what
-/// remains is the mesh's own, whatever its texture coordinates; O((V + F) log F).
+/// unreferenced vertices (these until nothing is left to mend), orient. Needles whose corners
+/// differ stay, since dropping one would open a crack. Corners keep their texture coordinates, so
+/// that a texture's seams neither cut the tissue open nor get lost. Coordinates must be finite and
+/// indices in range. The order of what remains is the mesh's own, whatever its texture coordinates;
+/// O((V + F) log F).
 MeshRepairs RepairMesh(SurfaceMesh* mesh);
 
 }  // namespace hpdm

@@ -21,6 +21,7 @@
 #include "lcmtypes/log_health.h"
 #include "lcmtypes/log_player.h"
 #include "lcmtypes/logged_session.h"
+#include "lcmtypes/session_invariants.h"
 #include "tests/counted_allocations.h"
 #include "tests/recorded_session.h"
 #include "tests/scratch_folder.h"
@@ -45,6 +46,8 @@ bool Thorough() { return std::getenv("HPDM_TEST_THOROUGH") != nullptr; }
 // What one call may reserve at most: the reader's window of 1 MiB and some, whatever a damaged
 // length claims.
 constexpr std::size_t kLargestAllocation = std::size_t{3} << 20;
+
+const SessionLimits kLimits = {.tools = {{8.9, 2}, {8.9, 2}}, .settles = {0.0}};
 
 // A session of two instruments with every channel that a session writes.
 constexpr char kScene[] = R"(
@@ -154,6 +157,11 @@ class DamagedLog : public testing::Test {
       EXPECT_LE(session.steps().size(), found.events);
       EXPECT_EQ(session.damaged_bytes(), reader.damaged_bytes());
     } catch (const InputError&) {  // it says that there is no session in the file
+    }
+    for (const Invariant& invariant : CheckInvariants(log, kLimits, 100'000'000)) {
+      EXPECT_LE(invariant.broken, invariant.checked) << invariant.name;
+      if (invariant.name != "ticks") continue;
+      EXPECT_EQ(invariant.checked, found.ticks);
     }
     ReadAsTrainersDo(log, found);
     if (with_tables) ReadTables(log, health);

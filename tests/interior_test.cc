@@ -198,6 +198,24 @@ TEST(Interior, OnlyTheTissueInsideTheBoxCounts) {
   EXPECT_THROW(SampleTissue(Reversed(cube), OrientedBox(), {2, 2, 2}, Coarse()), InputError);
 }
 
+// Samples that a sheet cuts must not count by a half on either side of it.
+TEST(Interior, AFlatSheetHoldsNoTissue) {
+  const SurfaceMesh sheet =
+      MakeMesh({{0, 0, 0.1}, {1, 0, 0.3}, {0, 1, 0.2}, {1, 1, 0.4}}, {{0, 1, 2}, {1, 3, 2}});
+  EXPECT_THROW(SampleTissue(sheet, BoxAround(sheet), {4, 4, 4}, Coarse()), InputError);
+}
+
+TEST(Interior, RefusesTrianglesThatFillTheBoxButNotASmallBoxOnALargeBody) {
+  SurfaceMesh sheets = MakeBox(Vector3d::Zero(), Vector3d::Ones());
+  const SurfaceMesh box = sheets;
+  for (int i = 0; i < 20; ++i) sheets = Joined(sheets, box);  // 126 times a side of the box
+  EXPECT_THROW(SampleTissue(sheets, BoxAround(sheets), {4, 4, 4}, Coarse()), InputError);
+  const SurfaceMesh sphere = MakeSphere(5, 100);  // 125,000 times a side of the box below
+  OrientedBox small;
+  small.origin_W << 99, -0.5, -0.5;
+  EXPECT_GT(SampleTissue(sphere, small, {2, 2, 2}, Coarse()).Volume(), 0.9);
+}
+
 TEST(Interior, AHoleCostsAboutItsOwnSize) {
   const SurfaceMesh sphere = MakeSphere(3);
   const double volume = EnclosedVolume(sphere.vertices, sphere.triangles);

@@ -24,7 +24,8 @@ struct Recording {
   /// steps of 5 to 80 ms, patches replaced before a tick sees them, devices that answer nothing for
   /// a while, relaxations that their clock stops.
   std::uint32_t busy_seed = 0;
-  std::vector<TimedControl> wishes = {};  ///< What is asked of the session and when.
+  std::vector<TimedControl> wishes = {};           ///< What is asked of the session and when.
+  std::function<void(int)> before_tick = nullptr;  ///< Told every period, skipped ones included.
 };
 
 /// A device that now and then answers nothing usable, or whose forces are switched off.
@@ -98,6 +99,7 @@ inline void Record(const Recording& recording) {
   const int step_ticks = session.scene().timing.haptic_hz / session.scene().timing.deformation_hz;
   TickTiming timing;
   for (int tick = 0; tick < recording.ticks; ++tick) {
+    if (recording.before_tick) recording.before_tick(tick);
     if (busy && up_to(30) == 0) {
       ++(up_to(1) == 0 ? timing.skipped.late_wake_up : timing.skipped.stalled);
       continue;

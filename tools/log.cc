@@ -1,6 +1,12 @@
+#include "lcmtypes/log.h"
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +19,8 @@
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
 #include "tools/session_path.h"
+#include "tools/session_scene.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -26,8 +34,33 @@ struct LogOptions {
   std::string format = "csv";
   std::vector<std::string> channels;
   std::vector<std::string> types;
+  double period = 0;  // s; 0: the hands do not repeat themselves
   bool json = false;
 };
+
+using Invariants = std::optional<std::vector<Invariant>>;  // empty: nothing says what must hold
+
+bool AllHold(const Invariants& invariants) {
+  return !invariants || std::all_of(invariants->begin(), invariants->end(),
+                                    [](const Invariant& i) { return i.Holds(); });
+}
+
+Json ToJson(const Invariants& invariants) {
+  if (!invariants) return nullptr;
+  Json json = Json::array();
+  for (const Invariant& invariant : *invariants) {
+    json.push_back({{"name", invariant.name},
+                    {"what", invariant.what},
+                    {"unit", invariant.unit},
+                    {"holds", invariant.Holds()},
+                    {"worst", invariant.worst},  // null where it is not finite
+                    {"bound", invariant.bound},
+                    {"checked", invariant.checked},
+                    {"broken", invariant.broken},
+                    {"first_s", invariant.first ? Json(*invariant.first) : Json()}});
+  }
+  return json;
+}
 
 Json ToJson(const LogHealth& health) {
   Json json = {{"sound", health.Sound()},
@@ -61,7 +94,7 @@ void Print(const LogHealth& health) {
   std::printf("%-14s %-18s %10s %10s %12s %8s %8s %10s %10s\n", "channel", "type", "messages",
               "per s", "bytes", "gaps", "lost", "not rising", "unreadable");
   for (const ChannelFacts& c : health.channels) {
-    std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", c.channel.c_str(),
+    std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", OneLine(c.channel).c_str(),
                 c.type.c_str(), WithCommas(static_cast<long long>(c.messages)).c_str(), c.Rate(),
                 WithCommas(static_cast<long long>(c.bytes)).c_str(),
                 WithCommas(static_cast<long long>(c.gaps)).c_str(),
@@ -80,13 +113,50 @@ void Print(const LogHealth& health) {
                 WithCommas(static_cast<long long>(health.time_back)).c_str());
   }
   if (health.session && !health.closed) std::printf("the session was not closed\n");
-  std::printf("%s\n", health.Sound() ? "sound" : "not sound");
+}
+
+void Print(const Invariants& invariants) {
+  if (!invariants) {
+    std::printf("no scene.toml beside the log: what its session kept to is not known\n");
+    return;
+  }
+  for (const Invariant& i : *invariants) {
+    const char* space = i.unit.empty() ? "" : " ";
+    std::printf("%-9s %s: at most %.4g%s%s of %.4g, %s values%s\n", i.name.c_str(),
+                i.Holds() ? "holds" : "BROKEN", i.worst, space, i.unit.c_str(), i.bound,
+                WithCommas(static_cast<long long>(i.checked)).c_str(),
+                i.Holds() ? ""
+                          : Format("; %s beyond it, first at %.3f s: %s",
+                                   WithCommas(static_cast<long long>(i.broken)).c_str(),
+                                   i.first.value_or(0), i.what.c_str())
+                                .c_str());
+  }
+}
+
+// Of a session whose scene lies beside the log and can be read.
+Invariants InvariantsOf(const std::string& log, const LogHealth& health, double period) {
+  std::error_code ignored;
+  const std::filesystem::path scene = SceneBeside(log);
+  if (!health.session || !std::filesystem::exists(scene, ignored)) return std::nullopt;
+  SessionLimits limits;
+  try {
+    limits = LimitsOf(LoadRecordedScene(scene));
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "hpdm: note: %s: the session is not judged\n", error.what());
+    return std::nullopt;
+  }
+  return CheckInvariants(log, limits, static_cast<Nanoseconds>(std::llround(1e9 * period)));
 }
 
 void Check(const LogOptions& options) {
   const std::string log = LogPathOf(options.log);
   const LogHealth health = CheckLog(log, SchemasWith(options.types));
+  const Invariants invariants = InvariantsOf(log, health, options.period);
+  if (options.period > 0 && !invariants) {
+    throw InputError(log + ": --period needs a session's log with its scene.toml beside it");
+  }
   Json json = ToJson(health);
+  json["invariants"] = ToJson(invariants);
   if (!options.repaired.empty()) {
     json["repaired"] = options.repaired;
     json["repaired_events"] = RepairLog(log, options.repaired);
@@ -95,11 +165,13 @@ void Check(const LogOptions& options) {
     std::printf("%s\n", JsonText(json).c_str());
   } else {
     Print(health);
+    if (health.session) Print(invariants);
+    std::printf("%s\n", health.Sound() && AllHold(invariants) ? "sound" : "not sound");
     if (!options.repaired.empty()) {
       std::printf("%s: the intact events\n", options.repaired.c_str());
     }
   }
-  if (!health.Sound()) throw CLI::RuntimeError(1);
+  if (!health.Sound() || !AllHold(invariants)) throw CLI::RuntimeError(1);
 }
 
 /// Refuses an --out that --format does not fit.
@@ -118,8 +190,17 @@ void CheckPlace(const LogOptions& options) {
   }
 }
 
+void RefuseWithoutEvents(const std::string& log) {
+  LogReader reader(log);
+  LogEvent event;
+  if (reader.Next(&event)) return;
+  throw InputError(log + ": holds no event of a log; give the path of a session.lcmlog");
+}
+
 void Export(const LogOptions& options) {
   CheckPlace(options);
+  RefuseOwnInput(options.out, {LogPathOf(options.log)});
+  RefuseWithoutEvents(LogPathOf(options.log));
   const bool mcap = options.format == "mcap";
   const std::vector<ExportedChannel> exported = (mcap ? ExportMcap : ExportCsv)(
       LogPathOf(options.log), options.out, options.channels, SchemasWith(options.types));
@@ -132,11 +213,13 @@ void Export(const LogOptions& options) {
                     {"messages", channel.messages},
                     {"skipped", channel.skipped}});
     if (options.json) continue;
-    const std::string place = mcap ? options.out + ": " + channel.channel : channel.file.string();
+    const std::string place =
+        OneLine(mcap ? options.out + ": " + channel.channel : channel.file.string());
     if (left_out) {
-      std::printf(
-          "%s: left out, %s messages of unknown type %s (give --types)\n", channel.channel.c_str(),
-          WithCommas(static_cast<long long>(channel.skipped)).c_str(), channel.type.c_str());
+      std::printf("%s: left out, %s messages of unknown type %s (give --types)\n",
+                  OneLine(channel.channel).c_str(),
+                  WithCommas(static_cast<long long>(channel.skipped)).c_str(),
+                  channel.type.c_str());
     } else {
       std::printf("%s: %s %s%s\n", place.c_str(),
                   WithCommas(static_cast<long long>(channel.messages)).c_str(),
@@ -165,9 +248,18 @@ void AddLogCommand(CLI::App& app) {
   };
   const auto to_check = std::make_shared<LogOptions>();
   CLI::App* check =
-      add("check", "Gaps, order, damage; exit 1 when something is wrong", to_check.get());
+      add("check",
+          "Gaps, order, damage, and of a session what must hold in every tick and step: finite "
+          "numbers, forces within limits, no energy from nowhere, organs at rest when nothing "
+          "touches them; exit 1 when something is wrong",
+          to_check.get());
   check->add_option("--repair", to_check->repaired,
                     "Write the intact events as a new log of this name");
+  check
+      ->add_option("--period", to_check->period,
+                   "The hands do the same again every so many seconds: the forces must be the same "
+                   "bit for bit, from the third period on those of the second")
+      ->check(CLI::Range(0.001, 1e6));
   check->callback([to_check] { Check(*to_check); });
 
   const auto to_export = std::make_shared<LogOptions>();

@@ -9,15 +9,16 @@
 #include <vector>
 
 #include "engine/error.h"
-#include "scenes/toml_document.h"
 #include "tools/commands.h"
 #include "tools/device_choice.h"
 #include "tools/json_figures.h"
 #include "tools/lockstep.h"
 #include "tools/log_replay.h"
+#include "tools/number_option.h"
 #include "tools/realtime_replay.h"
 #include "tools/report_text.h"
 #include "tools/session_path.h"
+#include "tools/session_scene.h"
 
 namespace hpdm {
 namespace {
@@ -35,20 +36,13 @@ struct ReplayOptions {
 
 Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   if (!options.scene.empty()) return LoadScene(options.scene);
-  const fs::path beside = fs::path(log).parent_path() / "scene.toml";
+  const fs::path beside = SceneBeside(log);
   std::error_code ignored;
   if (!fs::exists(beside, ignored)) {
     throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene");
   }
   try {
-    Scene scene = LoadScene(beside);
-    // What others recorded names no files of this machine.
-    for (const SceneFile& file : scene.files) {
-      if (StaysInside(file.copy.empty() ? file.name : file.copy)) continue;
-      throw InputError(beside.string() + ": " + Quoted(file.name) +
-                       " lies outside of the session folder, which alone is read");
-    }
-    return scene;
+    return LoadRecordedScene(beside);
   } catch (const InputError& error) {
     throw InputError(std::string(error.what()) + "; or give the log's own scene with --scene");
   }
@@ -273,7 +267,8 @@ void ReplayTrace(const ReplayOptions& options) {
   }
   const Scene scene = LoadScene(options.scene);
   Session session(scene, ChooseDevices({"trace:" + options.log}, scene.instruments));
-  for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
+  for (const std::string& remark : session.remarks())
+    std::cerr << "hpdm: note: " << OneLine(remark) << "\n";
   const auto ticks =
       static_cast<std::uint64_t>(session.trace_length() / session.haptic_period_ns()) + 1;
   if (options.clock == "real") {
@@ -298,12 +293,14 @@ void ReplaySession(const ReplayOptions& options) {
     return Print(options, report, RealtimeText(report));
   }
   const LogReplay replay = ReplayLog(log, options.tolerance, &session);
+  if (replay.ticks_compared == 0) {
+    const std::string why =
+        replay.ended_early.empty() ? "no tick has an output that can be read" : replay.ended_early;
+    throw InputError(log.path() + ": nothing to compare (" + why +
+                     "); give a log that holds the session's beginning, of this version's types");
+  }
   const Json report = Report(log, session, replay);
   Print(options, report, ReplayText(log, replay, report));
-  if (replay.ticks_compared == 0) {
-    throw InputError(log.path() + ": nothing to compare (" + replay.ended_early +
-                     "); give a log that holds the session's beginning");
-  }
   if (replay.comparison.first_beyond()) throw CLI::RuntimeError(1);
 }
 
@@ -325,7 +322,7 @@ void AddReplayCommand(CLI::App& app) {
   replay
       ->add_option("--tolerance", options->tolerance,
                    "Largest difference, of the field's largest value in the log; 0: none at all")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(NumberFrom(0.0, 1.0))
       ->capture_default_str();
   replay
       ->add_option("--clock", options->clock,

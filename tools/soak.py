@@ -1,70 +1,323 @@
 #!/usr/bin/env python3
-"""Runs a long session and checks that its log lacks nothing.
+"""Runs long sessions of hands that move at random and checks that nothing wears out.
 
-    tools/soak.py [--seconds 600] [--out DIR] [SCENE]
+    tools/soak.py [--seconds 600] [--hogs N] [SCENE]             the real clock
+    tools/soak.py --clock lockstep [--seconds 3600] [SCENE]      virtual time, as fast as it goes
 
-A real-clock session of two hands (1 kHz, pictures drawn, published with --live in a private network
-namespace, which the script makes itself: root), then `hpdm log check`. Exit status 0: every tick that
-ran is in the log with what went in and what came out, and no message of any channel is missing,
-damaged or out of order. Ten minutes take about 450 MB in DIR.
+Every instrument of the scene gets the hand script "random" (its seed: --seed, and one more a hand);
+--strain finite takes that strain for the organs, which have no local functions then.
+
+On the real clock the session draws pictures and publishes with --live in a private network
+namespace, which the script makes itself (root). --hogs starts as many processes of stress-ng (apt-get
+install stress-ng) beside it, each of which takes a whole core. Ten minutes of two hands take about
+450 MB in --out or the folder for temporary files, an hour in lockstep 2.7 GB; the folder goes in the
+end unless --out names it.
+
+In lockstep a second session follows, as long: the first stretch of the random motion, a minute
+(--stretch) with rest and the tools away at its ends, again and again as a trace. Forces late in it
+must be those of its beginning, bit for bit.
+
+One line for each thing that must hold; exit status 1 where one does not:
+
+    complete   no message of a channel is missing, damaged, out of order or unreadable, and every tick
+               that ran is in the log with what went in and what came out
+    memory     once a quarter of a session is over, its resident memory grows by less than 1 MiB: over
+               an hour less than 0.4 bytes a tick. Medians of the first and the last fifth of what
+               remains; what Mesa's renderer comes to need in a busier picture are steps of 64 kB
+    finite, ticks, steps, force, slew, stored, work, rest, repeats
+               as `hpdm log check` has them (lcmtypes/session_invariants.h)
 """
 
 import argparse
+import contextlib
 import json
+import os
+import re
+import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from pathlib import Path
 
 from compare_wakeup import ROOT, enter_private_network
 
+MEMORY_BOUND = 1024  # KiB
+WARM_UP = 0.25  # of a session
+SAMPLE_PERIOD = 0.05  # s
+FEWEST = 20  # samples that tell a growth
+BYTES_A_SECOND = 1.1e6  # of a log of two hands and three organs
+REST = 0.5, 2.5  # s, before and after the stretch's motion; between them and it a second's way
+TRACE_STEP = 10  # ms
 
-def soak(hpdm, scene, seconds, out):
-    """Runs the session; a line of figures and what is wrong."""
-    command = [hpdm, "run", scene, "--seconds", str(seconds), "--fps", "0", "--live", "--json"]
-    ran = subprocess.run(command + ["--out", out], capture_output=True, text=True)
-    if not ran.stdout:
-        raise SystemExit(ran.stderr.strip() or f"{hpdm}: exit {ran.returncode}")
-    session = json.loads(ran.stdout)
-    log = out / "session.lcmlog"
-    checked = subprocess.run(
-        [hpdm, "log", "check", "--json", log], capture_output=True, text=True
-    )
-    health = json.loads(checked.stdout)
+
+def write_scene(scene, folder, seed, strain):
+    """The scene with random hands, in `folder`; what it names is linked beside it."""
+    for entry in scene.parent.iterdir():
+        if entry.name != "scene.toml":
+            (folder / entry.name).symlink_to(entry.resolve())
+    hands = iter(range(seed, seed + 100))
+    lines, table = [], ""
+    for line in scene.read_text(encoding="utf-8").splitlines():
+        if match := re.match(r"\s*\[+([\w.]+)\]+", line):
+            table = match[1]
+        key = line.split("=")[0].strip()
+        if table == "instrument.hand" and key == "seed":
+            continue
+        if table == "instrument.hand" and key == "script":
+            line = f'script = "random"\nseed = {next(hands)}'
+        if strain and table == "organ.energy" and key == "strain":
+            line = f'strain = "{strain}"'
+        if strain == "finite" and table == "organ.lattice" and key == "local_functions":
+            continue
+        lines.append(line)
+    written = folder / "scene.toml"
+    written.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return written
+
+
+class Memory(threading.Thread):
+    """Samples what a process has in memory (KiB) beside how far its session is (bytes logged)."""
+
+    def __init__(self, pid, log):
+        super().__init__(daemon=True)
+        self.status = Path(f"/proc/{pid}/status")
+        self.log = log
+        self.samples = []
+        self.start()
+
+    def run(self):
+        with contextlib.suppress(OSError):
+            while match := re.search(r"VmRSS:\s*(\d+)", self.status.read_text(encoding="ascii")):
+                with contextlib.suppress(OSError):
+                    self.samples.append((self.log.stat().st_size, int(match[1])))
+                time.sleep(SAMPLE_PERIOD)
+
+    def figures(self):
+        """Over the session without its warm-up and its end, where plots and summary are made."""
+        self.join()
+        end = self.log.stat().st_size
+        steady = [s for s in self.samples if WARM_UP * end < s[0] < 0.99 * end]
+        if len(steady) < FEWEST:
+            return {"samples": len(steady), "growth_KiB": None}
+        sizes = [size for _, size in steady]
+        part = len(sizes) // 5
+        return {
+            "samples": len(steady),
+            "least_KiB": min(sizes),
+            "largest_KiB": max(sizes),
+            "growth_KiB": statistics.median(sizes[-part:]) - statistics.median(sizes[:part]),
+            "course_KiB": sizes[:: max(1, len(sizes) // 20)],
+        }
+
+
+@contextlib.contextmanager
+def hogs(count, seconds):
+    """Processes that keep a core busy each, gone `seconds` later even if this one is killed."""
+    if count == 0:
+        yield
+        return
+    command = ["stress-ng", "--quiet", "--cpu", str(count), "--timeout", str(seconds)]
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL) as process:
+        try:
+            yield
+            if process.poll() is not None:
+                raise SystemExit(f"stress-ng ended early: exit {process.returncode}")
+        finally:
+            process.terminate()
+
+
+def hpdm_json(command, answers=(0, 1)):
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode not in answers or not done.stdout:
+        raise SystemExit(done.stderr.strip() or f"{command[0]}: exit {done.returncode}")
+    return json.loads(done.stdout)
+
+
+def run_session(options, scene, folder, extra):
+    """A session and its figures; its folder stays."""
+    command = [options.hpdm, "run", scene, "--clock", options.clock, "--json", "--out", folder]
+    command += ["--seconds", str(options.seconds), "--fps", "0", *extra]
+    command += ["--no-pictures"] if options.clock == "lockstep" else ["--live"]
+    load = os.getloadavg()[0]
+    began = time.monotonic()
+    with hogs(options.hogs, options.seconds + 120), subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        memory = Memory(process.pid, folder / "session.lcmlog")
+        output, errors = process.communicate()
+    if not output:
+        raise SystemExit(errors.strip() or f"{options.hpdm}: exit {process.returncode}")
+    session = json.loads(output)
+    return {
+        "seconds": options.seconds,
+        "wall_s": round(time.monotonic() - began, 1),
+        "load_before": round(load, 2),
+        "ended": 0 if process.returncode == 0 else errors.strip().splitlines()[-1],
+        "ticks": session["haptic"]["ticks"],
+        "skipped": session["haptic"]["skipped"],
+        "steps": session["deformation"]["steps"],
+        "memory": memory.figures(),
+    }
+
+
+def judge(options, folder, figures, extra):
+    """What held in the session of `figures`: [{name, holds, text}]."""
+    health = hpdm_json([options.hpdm, "log", "check", "--json", folder, *extra])
     channels = {channel["channel"]: channel for channel in health["channels"]}
-    ticks, skipped = session["haptic"]["ticks"], session["haptic"]["skipped"]["total"]
-    lost = sum(channel["lost"] for channel in channels.values())
-    tools = len(session["tools"])
-    figures = (
-        f"{seconds} s, {tools} tools: {ticks} ticks ran, {skipped} were skipped;"
-        f" {health['events']} messages of {len(channels)} channels in the log, {lost} lost"
-    )
-    faults = []
-    if ran.returncode != 0:
-        faults.append(ran.stderr.strip().splitlines()[-1])
-    if checked.returncode != 0:
-        faults.append(f"hpdm log check {log}: exit {checked.returncode}")
+    amiss = {key: sum(c[key] for c in channels.values()) for key in ("lost", "unreadable", "gaps")}
+    amiss["out of order"] = sum(c["not_rising"] for c in channels.values())
     for name in ("HPDM_TOOL", "HPDM_FORCE"):
-        if channels.get(name, {}).get("messages") != ticks:
-            faults.append(f"{name}: {channels.get(name, {}).get('messages')} messages")
-    return figures, faults
+        amiss[f"of {name}"] = channels.get(name, {}).get("messages", 0) - figures["ticks"]
+    amiss["damaged bytes"] = health["damaged_bytes"] + health["torn_bytes"]
+    amiss["times back"] = health["time_back"]
+    amiss["not closed"] = 0 if health["closed"] else 1
+    wrong = ", ".join(f"{count} {what}" for what, count in amiss.items() if count)
+    if figures["ended"]:
+        wrong += f"; {figures['ended']}"
+    figures["events"] = health["events"]
+    figures["invariants"] = health["invariants"]
+    memory = figures["memory"]
+    growth = memory["growth_KiB"]
+    checks = [
+        {
+            "name": "complete",
+            "holds": not wrong,
+            "text": wrong or f"{health['events']:,} messages of {len(channels)} channels",
+        },
+        {
+            "name": "memory",
+            "holds": growth is None or growth < MEMORY_BOUND,
+            "text": f"not judged: {memory['samples']} samples are too few"
+            if growth is None
+            else f"rises by {growth} of {MEMORY_BOUND} KiB;"
+            f" {memory['least_KiB']:,} to {memory['largest_KiB']:,} KiB",
+        },
+    ]
+    for invariant in health["invariants"]:
+        worst = "not finite" if invariant["worst"] is None else f"{invariant['worst']:.4g}"
+        unit = f" {invariant['unit']}" if invariant["unit"] else ""
+        text = f"{worst}{unit} of {invariant['bound']:.4g}, {invariant['checked']:,} values"
+        if not invariant["holds"]:
+            text += f"; {invariant['broken']:,} beyond it, first at {invariant['first_s']} s:"
+            text += f" {invariant['what']}"
+        checks.append({"name": invariant["name"], "holds": invariant["holds"], "text": text})
+    return checks
+
+
+def print_checks(title, figures, checks):
+    skipped = figures["skipped"]["total"]
+    print(
+        f"{title}: {figures['ticks']:,} ticks, {skipped:,} skipped, {figures['steps']:,} steps"
+        f" in {figures['wall_s']} s, load {figures['load_before']} before"
+    )
+    for check in checks:
+        print(f"  {check['name']:9} {'holds ' if check['holds'] else 'BROKEN'}  {check['text']}")
+    sys.stdout.flush()
+
+
+def write_traces(options, log, folder):
+    """The session's motion as a repeated trace for each instrument: {name: file}."""
+    tables = folder / "tables"
+    command = [options.hpdm, "log", "export", log, "--channels", "HPDM_TOOL", "--out", tables]
+    hpdm_json([*command, "--json"])
+    with open(tables / "HPDM_TOOL.csv", encoding="utf-8") as file:
+        header = file.readline().strip().split(",")
+        rows = [line.strip().split(",") for line in file][::TRACE_STEP]
+    tools = sum(name.endswith(".joints[0]") for name in header)
+    step = TRACE_STEP / 1000
+    moving = int((options.stretch - sum(REST) - 1) / step)
+    for tool in range(tools):
+        first = header.index(f"tools[{tool}].joints[0]")
+        motion = [",".join(row[first : first + 5]) for row in rows[:moving]]
+        pattern = [(n * step, motion[0]) for n in range(int(REST[0] / step))]
+        pattern += [(REST[0] + n * step, joints) for n, joints in enumerate(motion)]
+        away = options.stretch - REST[1]
+        pattern += [(away + n * step, motion[0]) for n in range(int(REST[1] / step))]
+        with open(folder / f"{tool}.csv", "w", encoding="utf-8") as file:
+            file.write("t,pitch,yaw,insertion,roll,jaw\n")
+            for start in range(0, options.seconds, options.stretch):
+                file.writelines(f"{start + at:.3f},{joints}\n" for at, joints in pattern)
+    shutil.rmtree(tables)
+    return [folder / f"{tool}.csv" for tool in range(tools)]
+
+
+def soak(options, folder):
+    """Runs and judges the sessions: {title: figures}, and whether all held."""
+    place = folder / "scene"
+    place.mkdir()
+    scene = write_scene(Path(options.scene), place, options.seed, options.strain)
+    all_figures, sound = {}, True
+
+    def session(title, name, extra, checking=()):
+        nonlocal sound
+        figures = run_session(options, scene, folder / name, extra)
+        checks = judge(options, folder / name, figures, checking)
+        print_checks(title, figures, checks)
+        all_figures[name] = figures | {"holds": {c["name"]: c["holds"] for c in checks}}
+        sound = sound and all(check["holds"] for check in checks)
+        if not options.out:
+            shutil.rmtree(folder / name)
+
+    if options.clock == "real":
+        beside = f" beside {options.hogs} hogs" if options.hogs else ""
+        session(f"{options.seconds} s{beside}", "session", [])
+        return all_figures, sound
+    session(f"{options.seconds} s in lockstep", "session", [])
+    begin = folder / "begin"
+    command = [options.hpdm, "run", scene, "--clock", "lockstep", "--no-pictures", "--json"]
+    command += ["--seconds", str(options.stretch), "--out", begin]
+    names = [tool["name"] for tool in hpdm_json(command)["tools"]]
+    traces = write_traces(options, begin, folder)
+    devices = [w for n, t in zip(names, traces) for w in ("--device", f"{n}=trace:{t}")]
+    title = f"{options.seconds} s of the first {options.stretch} s again and again"
+    session(title, "repeated", devices, ["--period", str(options.stretch)])
+    return all_figures, sound
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("scene", nargs="?", default=str(ROOT / "scenes" / "two_hands.toml"))
-    parser.add_argument("--seconds", type=int, default=600)
-    parser.add_argument("--out", metavar="DIR", help="keep the session folder there")
+    parser.add_argument("--clock", choices=["real", "lockstep"], default="real")
+    parser.add_argument("--seconds", type=int, help="of session time [600; in lockstep 3600]")
+    parser.add_argument("--hogs", type=int, default=0, help="processes that keep a core busy each")
+    parser.add_argument("--seed", type=int, default=1, help="of the first hand")
+    parser.add_argument("--strain", choices=["small", "finite"], help="[the scene's]")
+    parser.add_argument("--stretch", type=int, default=60, help="s, of what is repeated")
+    parser.add_argument("--json", metavar="FILE", help="write all figures to FILE")
+    parser.add_argument("--out", metavar="DIR", help="a folder to make, where all is kept")
     parser.add_argument("--hpdm", default=str(ROOT / "build" / "tools" / "hpdm"))
     options = parser.parse_args()
-    enter_private_network()
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(options.out) if options.out else Path(folder) / "session"
-        figures, faults = soak(options.hpdm, options.scene, options.seconds, out)
-    print(figures)
-    for fault in faults:
-        print(f"soak: {fault}", file=sys.stderr)
-    return 1 if faults else 0
+    if options.seconds is None:
+        options.seconds = 600 if options.clock == "real" else 3600
+    if options.seconds < 1 or options.hogs < 0:
+        parser.error("--seconds: at least 1; --hogs: at least 0")
+    if options.clock == "lockstep":
+        if options.hogs:
+            parser.error("--hogs: virtual time does not feel them; leave it out")
+        if not 5 <= options.stretch <= options.seconds / 3:
+            parser.error("--stretch: at least 5 s, and a third of --seconds at most")
+    if options.hogs and shutil.which("stress-ng") is None:
+        raise SystemExit("stress-ng is not installed: apt-get install stress-ng")
+    if options.clock == "real":
+        enter_private_network()
+    with contextlib.ExitStack() as stack:
+        if options.out:
+            folder = Path(options.out)
+            folder.mkdir(parents=True)
+        else:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        free = shutil.disk_usage(folder).free
+        if free < BYTES_A_SECOND * options.seconds:
+            raise SystemExit(f"{folder}: {free / 1e9:.1f} GB free are not enough for the log")
+        figures, sound = soak(options, folder)
+    if options.json:
+        Path(options.json).write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    return 0 if sound else 1
 
 
 if __name__ == "__main__":
