@@ -6,6 +6,12 @@
 #include <cmath>
 
 namespace hpdm {
+namespace {
+
+// Of positions, by the tools' poses.
+constexpr double kRoundOff = 1e-12;
+
+}  // namespace
 
 void ContactProblem::Build(const ContactSet& contacts) {
   size_ = 0;
@@ -24,6 +30,9 @@ void ContactProblem::Build(const ContactSet& contacts) {
   for (int e = 0; e < size_; ++e) {
     const ContactSet::Row& row = contacts[equations_[e].row];
     change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
+    // Coincident contacts at rest must not contradict each other, and slip, over nothing.
+    const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
+    if (std::abs(change_[e]) <= kRoundOff * size) change_[e] = 0;
     local_[e] = row.local_compliance_W * equations_[e].force_W;
   }
 }
@@ -59,6 +68,7 @@ RelaxationResult ContactProblem::Solve() {
 // are (nearly) dependent.
 bool ContactProblem::SolveActive() {
   forces_.setZero();
+  slip_ = 0;
   int count = 0;
   for (int e = 0; e < size_; ++e) {
     if (active_[e]) active_list_[count++] = e;
@@ -95,11 +105,6 @@ bool ContactProblem::SolveActive() {
   // others move by one part in 1e9.
   double pad = 1e-9 * softest;
   bool dependent = solve(pad);
-  // The points of a grasp that twists its tissue pull against each other with a hundred times what
-  // the longest way takes at the stiffest contact alone, two tools that cross with five hundred.
-  // (Nearly) coincident contacts that are to go different ways would with up to a billion times, as
-  // much as the pad lets them: it grows until they slip.
-  constexpr double kContradicting = 1000, kSlipping = 10;
   const double alone = way / stiffest;
   if (active_forces_.cwiseAbs().maxCoeff() > kContradicting * alone) {
     while (active_forces_.cwiseAbs().maxCoeff() > kSlipping * alone && pad < softest) {
@@ -107,6 +112,7 @@ bool ContactProblem::SolveActive() {
       solve(pad);
     }
     dependent = true;
+    slip_ = pad;
   }
   for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
   return dependent;
@@ -133,7 +139,10 @@ bool ContactProblem::UpdateActiveSet() {
 }
 
 void ContactProblem::WriteForces(ContactSet* contacts) const {
-  for (int i = 0; i < contacts->size(); ++i) (*contacts)[i].force_W.setZero();
+  for (int i = 0; i < contacts->size(); ++i) {
+    (*contacts)[i].force_W.setZero();
+    (*contacts)[i].slip = slip_;
+  }
   for (int e = 0; e < size_; ++e) {
     (*contacts)[equations_[e].row].force_W += forces_[e] * equations_[e].force_W;
   }

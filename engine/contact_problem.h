@@ -24,8 +24,16 @@ struct RelaxationResult {
 /// friction a press's force is not along its axis, and W is not symmetric.
 /// The rows' local compliance (ContactSet::Row) adds to their points' own blocks of W.
 /// Solved by an active-set method. Sized once; deformation thread; allocates nothing.
+///
+/// (Nearly) coincident contacts that are to go different ways would pull against each other with up
+/// to a billion times what either takes alone: beyond kContradicting times they slip, with as much
+/// compliance between tool and tissue as leaves them kSlipping times (ContactSet::Row::slip).
 class ContactProblem {
  public:
+  /// The points of a grasp that twists its tissue pull against each other with a hundred times what
+  /// the longest way takes at the stiffest contact alone, two tools that cross with five hundred.
+  static constexpr double kContradicting = 1000;
+  static constexpr double kSlipping = 10;
   static constexpr int kMaxEquations = 3 * kMaxContacts;
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                kMaxEquations, kMaxEquations>;
@@ -52,7 +60,7 @@ class ContactProblem {
   /// forces, not converged.
   RelaxationResult Solve();
 
-  /// The rows' forces on the tissue: sum of forces times axes.
+  /// The rows' forces on the tissue, sum of forces times axes, and their slip.
   void WriteForces(ContactSet* contacts) const;
 
  private:
@@ -71,6 +79,7 @@ class ContactProblem {
   Vector change_;
   Vector active_forces_;
   Vector forces_;
+  double slip_ = 0;  // m/N
 };
 
 }  // namespace hpdm

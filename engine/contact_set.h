@@ -32,6 +32,7 @@ class ContactSet {
         Matrix3d::Zero();                 ///< C_loc, the dent's: added to the point's own block of
                                           ///< the compliance, m/N, symmetric.
     Vector3d force_W = Vector3d::Zero();  ///< Result: force on the tissue, N.
+    double slip = 0;  ///< Result: how far the tissue stays behind `target` by unit force, m/N.
   };
 
   /// `n`: control points of the organ; `candidates`, `slots`: of its local functions, whose columns

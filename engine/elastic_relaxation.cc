@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/damped_energy.h"
 #include "engine/lattice_response.h"
 #include "engine/newton_step.h"
 
@@ -18,7 +19,9 @@ constexpr double kResolved = 1e-9;
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space. The first step is taken whole, so
 // that the contacts hold from there on; points that obey them are a convex set, in which the later
 // steps go downhill, as far as the energy falls.
-class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
+class NewtonRelaxation final : public Relaxation,
+                               public DampedRelaxation,
+                               public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options)
       : energy_(energy.Clone()),
@@ -30,10 +33,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
         step_(U_),
         load_(U_),
         columns_(3 * U_.rows(), 1 + ContactProblem::kMaxEquations) {
-    FullStiffness K(3 * U_.rows(), 3 * U_.rows());
-    energy_->Hessian(U_, false, &K);
-    at_rest_ = MakeLatticeResponse(K);
-    least_load_ = kResolved * K.diagonal().maxCoeff();
+    at_rest_ = MakeLatticeResponse(energy_.stiffness_at_rest());
+    least_load_ = kResolved * energy_.stiffness_at_rest().diagonal().maxCoeff();
   }
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
@@ -42,17 +43,18 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     has_tangent_ = contacts->size() > 0;
     if (!has_tangent_) {
       U_.setZero();
+      energy_.Damp(0, U_);
       *U = U_;
       return result;
     }
     result.converged = false;
     StartWatch();
-    double energy = energy_->Gradient(U_, &gradient_);
+    double energy = energy_.Gradient(U_, &gradient_);
     while (!result.converged && result.iterations < options_.max_iterations) {
       result.out_of_time =
           recorded_end > 0 ? result.iterations == recorded_end : !TimeForAnother(result.iterations);
       if (result.out_of_time) break;
-      if (!factor_.Factorise(U_, energy_.get())) {
+      if (!factor_.Factorise(U_, &energy_)) {
         has_tangent_ = false;
         break;
       }
@@ -60,11 +62,12 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       const double length = result.iterations == 0 ? 1 : Search(energy);
       U_ += length * step_;
       ++result.iterations;
-      energy = energy_->Gradient(U_, &gradient_);
+      energy = energy_.Gradient(U_, &gradient_);
       problem_.WriteForces(contacts);
       result.residual = Residual(*contacts);
       result.converged = length == 1 && result.residual <= options_.tolerance;
     }
+    StopDamping();
     *U = U_;
     if (!U_.allFinite()) U_.setZero();  // the caller reports it; the next step starts at rest
     return result;
@@ -73,6 +76,11 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   void StopNextAfter(int iterations) override { stop_after_ = iterations; }
 
   void RestartFrom(const Points& U) override { U_ = U; }
+
+  void DampNext(double damping, const Points& from) override {
+    energy_.Damp(damping, from);
+    U_ = from;
+  }
 
   const LatticeCompliance* compliance() const override { return this; }
 
@@ -94,6 +102,13 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
  private:
+  // The hand feels the elastic tangent, as of an energy that is quadratic.
+  void StopDamping() {
+    if (!(energy_.damping() > 0)) return;
+    energy_.Damp(0, U_);
+    has_tangent_ = has_tangent_ && factor_.Factorise(U_, &energy_);
+  }
+
   void StartWatch() {
     if (!options_.clock) return;
     started_ = iteration_began_ = options_.clock();
@@ -138,7 +153,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
   double Search(double energy) {
     const double slope = gradient_.cwiseProduct(step_).sum();
-    return SearchLength(U_, step_, energy, slope, 0, energy_.get(), &trial_, &load_);
+    return SearchLength(U_, step_, energy, slope, 0, &energy_, &trial_, &load_);
   }
 
   double Residual(const ContactSet& contacts) {
@@ -149,7 +164,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return (gradient_ - load_).norm() / std::max(load_.norm(), least_load_);
   }
 
-  std::unique_ptr<ElasticEnergy> energy_;
+  DampedEnergy energy_;
   NewtonOptions options_;
   NewtonFactor factor_;
   Points U_;                                  // n x 3: where the last step ended

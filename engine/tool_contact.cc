@@ -296,13 +296,14 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
     const ContactSet::Row& row = contacts[i];
     if (row.tool != tool_ || row.shaft) continue;
     force_W_ += row.force_W;
-    C_loc_ = row.local_compliance_W;
+    // What slips is as far from the tissue as its force takes it there: the tick goes on from it.
+    C_loc_ = row.local_compliance_W + row.slip * Matrix3d::Identity();
     if (!has_lattice) continue;
     if (tip_ < 0) tip_ = state.tips.AddTip();
     const Vector3d x_W = row.p_rest_W +
                          (contacts.Weights().row(i) * state.control_displacements).transpose() +
-                         row.local_compliance_W * row.force_W;
-    state.tips.AddRow(row.local_compliance_W, x_W, row.force_W) = contacts.Weights().row(i);
+                         C_loc_ * row.force_W;
+    state.tips.AddRow(C_loc_, x_W, row.force_W) = contacts.Weights().row(i);
   }
   touching_ = force_W_.squaredNorm() > 0;
   if (!has_lattice || tip_ >= 0 || grasped_count_ > 0) return;

@@ -4,6 +4,8 @@
 
 namespace hpdm {
 
+class DampedRelaxation;
+
 /// Tissue that recovers with a relaxation time tau (Kelvin-Voigt: a damper tau K beside every
 /// spring), around any relaxation: the contact forces f and the displacements obey
 ///     K (U + tau dU/dt) = B^T f,
@@ -12,8 +14,13 @@ namespace hpdm {
 ///     U(dt) = e U(0) + (1 - e) V,   K V = B^T f,   e = exp(-dt / tau),
 /// and U obeys the contacts where V, the rest state of the same forces, obeys them with the targets
 /// moved away from e U(0) by 1 / (1 - e) and a local compliance, which answers at once, as much
-/// larger. With a nonlinear energy, V is its minimum and U follows
-/// it in the same way.
+/// larger.
+///
+/// With a nonlinear energy there is no such V (it would be the answer to forces that are 1 / (1 -
+/// e) times what the tissue ever feels). The damper stays that of the tissue at rest and the same
+/// step is taken in the energy itself,
+///     dE/dU + e / (1 - e) K (U - U(0)) = B^T f,
+/// which is the above where E is quadratic; without contact, U(dt) = e U(0) of either.
 ///
 /// Deformation thread; allocates nothing.
 class ViscousRecovery {
@@ -33,6 +40,10 @@ class ViscousRecovery {
   }
 
  private:
+  RelaxationResult RelaxDamped(double dt, DampedRelaxation* damped, Relaxation* relaxation,
+                               ContactSet* contacts, Points* U);
+  double Elapsed(double dt) const;
+
   double relaxation_time_;
   Points U_;  // n x 3: where the last step ended
   Points V_;  // n x 3

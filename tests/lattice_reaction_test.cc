@@ -101,6 +101,39 @@ TEST(LatticeReaction, HeldTipsMoveAsTheirJawsDo) {
   }
 }
 
+// Jaws on tissue that cannot move apart, as within one cell of the lattice: before tips slipped,
+// 5e8 N.
+TEST(LatticeReaction, TipsThatTheTissueCannotTellApartSlip) {
+  HandRandom random(4);
+  for (int i = 0; i < 200; ++i) {
+    LatticeTip a, c;
+    a.compliance_W = c.compliance_W = RandomCompliance(&random).topLeftCorner<3, 3>();
+    const Matrix3d coupling = a.compliance_W;
+    const Vector3d way = 0.05 * RandomVector(&random).normalized();
+    a.normal_W = way.normalized();
+    c.normal_W = -a.normal_W;
+    a.p_current_W = way;
+    c.p_current_W = -way;
+    a.depth = c.depth = way.norm();
+    for (const bool a_holds : {true, false}) {
+      for (const bool c_holds : {true, false}) {
+        a.holds = a_holds;
+        c.holds = c_holds;
+        Vector3d f_a, f_c;
+        TipForces(a, c, coupling, &f_a, &f_c);
+        const double alone = std::max(TipForce(a).norm(), TipForce(c).norm());
+        EXPECT_LE(std::max(f_a.norm(), f_c.norm()), 10 * alone) << "as in the step";
+      }
+    }
+    // Alike they share their force, and do not slip.
+    a.holds = c.holds = true;
+    c.p_current_W = a.p_current_W;
+    Vector3d f_a, f_c;
+    TipForces(a, c, coupling, &f_a, &f_c);
+    EXPECT_LT((f_a + f_c - TipForce(a)).norm(), 1e-6 * TipForce(a).norm()) << "the pad of 1e-9";
+  }
+}
+
 TEST(LatticeReaction, ASeparatedPressHasNoForce) {
   LatticeTip tip;
   tip.compliance_W = 1e-3 * Matrix3d::Identity();

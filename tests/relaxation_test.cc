@@ -163,6 +163,9 @@ TEST_F(RelaxationTest, CoincidentContactsThatArePulledApartSlip) {
     EXPECT_TRUE(result.regularised);
     for (int i = 0; i < 2; ++i) {
       EXPECT_LT(contacts_[i].force_W.norm(), 11 * alone) << "the bound, and their own places'";
+      // So that step and tick agree on where the tool is: exact but for round-off of 0.1 m.
+      const Vector3d p_tool = PositionOf(i) + contacts_[i].slip * contacts_[i].force_W;
+      EXPECT_LT((p_tool - contacts_[i].target_W).norm(), 1e-9);
     }
     EXPECT_LT(U_.rowwise().norm().maxCoeff(), 2 * moved) << "most of it cancels";
   }
