@@ -149,7 +149,7 @@ Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, con
   // motions without any.
   const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * K * scale.asDiagonal());
-  constexpr double kLeast = 1e-13;
+  constexpr double kLeast = 1e-16;
   if (factor.info() != Eigen::Success || !(factor.rcond() > kLeast)) {
     throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
   }
