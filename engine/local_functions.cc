@@ -45,7 +45,8 @@ LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOption
                                const FullStiffness& K)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
       centres_(finer_.ControlPoints()) {
-  inverse_ = InverseStiffness(K, "add an [[organ.support]] or use fewer [organ.lattice] cells");
+  inverse_ = InverseStiffness(
+      K, "add an [[organ.support]] or use fewer [organ.lattice] cells or a lower degree");
 
   const LameParameters lame = ToLame(material);
   const auto [pointwise, projected] = ShareLambda(lame, dilatation);

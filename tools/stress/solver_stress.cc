@@ -118,7 +118,7 @@ StressCase NewtonIterations(bool quick) {
   return stress_case;
 }
 
-StressCase TimeStep(bool quick) {
+StressCase TimeStep(bool /*quick*/) {
   StressCase stress_case;
   stress_case.name = "time_step";
   stress_case.title = "Block pressed 6 mm for half a second and let go, in steps of one length";
@@ -131,10 +131,9 @@ StressCase TimeStep(bool quick) {
                         StressModel::kMetricSmall, StressModel::kMetricFinite,
                         StressModel::kContinuum,   StressModel::kMassSpring};
   std::map<StressModel, Points> held_shape;
-  stress_case.run = [quick, held_shape](StressModel model, double step_ms) mutable {
+  stress_case.run = [held_shape](StressModel model, double step_ms) mutable {
     StressBlock block = PressedBlock(true);
     block.squares = {10, 10, 6};
-    static_cast<void>(quick);
     Choose(model, &block.organ);
     const int steps = std::max(1, Whole(500 / step_ms));
     const double dt = 0.5 / steps;

@@ -93,7 +93,7 @@ StressBlock PressedBlock(bool quick) {
   block.squares = {20, 20, 12};
   block.bricks = quick ? std::array<int, 3>{10, 10, 6} : std::array<int, 3>{20, 20, 12};
   block.organ.name = "block";
-  block.organ.lattice.cells = {6, 6, 4};
+  block.organ.lattice.cells = quick ? std::array<int, 3>{4, 4, 3} : std::array<int, 3>{6, 6, 4};
   block.organ.lattice.margin = 0.005;
   const MaterialOptions& material = block.organ.material;
   block.organ.energy.alpha = material.young / (2 * (1 + material.poisson));

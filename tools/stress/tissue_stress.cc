@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/baselines/tetra_fem.h"
+#include "engine/organ.h"
 #include "tools/report_text.h"
 #include "tools/stress/hollow_box.h"
 #include "tools/stress/material_cases.h"
@@ -17,6 +17,8 @@ const std::vector<StressModel> kAllModels = {
     StressModel::kStrainSmall,     StressModel::kStrainFinite, StressModel::kMetricSmall,
     StressModel::kMetricFinite,    StressModel::kContinuum,    StressModel::kMassSpring,
     StressModel::kLinearTetrahedra};
+
+constexpr int kMostSubsteps = 1000;
 
 SurfaceMesh SurfaceOf(const StressBlock& block) {
   return BoxSurface(block.min, block.max, block.squares);
@@ -98,6 +100,7 @@ StressCase NearlyIncompressible(bool quick) {
   stress_case.models = kAllModels;
   const auto at = [quick](double gap) {
     StressBlock block = PressedBlock(quick);
+    block.organ.lattice.cells = {6, 6, 4};
     block.organ.material.poisson = 0.5 - gap;
     block.organ.energy.alpha = block.organ.material.young / (2 * (1.5 - gap));
     return block;
@@ -111,12 +114,13 @@ StressCase StiffnessContrast(bool quick) {
   stress_case.title = "Block pressed over a hard tumour of 40 x 40 x 20 mm, 20 mm deep";
   stress_case.truth =
       "quadratic tetrahedra, surface displacement; degraded from 15 %, failed from 40 %";
-  stress_case.parameter = {"stiffness contrast", "", 1, 1000, 1e6, true};
+  stress_case.parameter = {"stiffness contrast", "", 1, 1000, 1e4, true};
   stress_case.models = {StressModel::kStrainSmall, StressModel::kStrainFinite,
                         StressModel::kMetricSmall, StressModel::kMetricFinite,
                         StressModel::kLinearTetrahedra};
   const auto at = [quick](double contrast) {
     StressBlock block = PressedBlock(quick);
+    block.organ.lattice.cells = {6, 6, 4};
     block.organ.regions = {{Box{Vector3d(0.03, 0.03, 0.02), Vector3d(0.07, 0.07, 0.04)},
                             contrast * block.organ.material.young}};
     return block;
@@ -147,29 +151,40 @@ StressCase ThinWall(bool quick) {
   return stress_case;
 }
 
-StressCase Slivers(bool quick) {
+StressCase Slivers(bool /*quick*/) {
   StressCase stress_case;
   stress_case.name = "slivers";
   stress_case.title = "Block pressed, slivers along every other edge of its surface";
   stress_case.truth =
-      "the same model without slivers, surface displacement; degraded from 1 %, failed from 10 %";
+      "the same model without slivers, surface displacement; degraded from 1 %, failed from 10 % "
+      "or "
+      "with more than 1,000 explicit substeps in a step of 33 ms";
   stress_case.parameter = {"area of a sliver over a triangle's", "", 0.5, 1e-6, 1e-12, true};
   stress_case.models = {StressModel::kStrainSmall, StressModel::kStrainFinite,
                         StressModel::kMetricSmall, StressModel::kMetricFinite,
                         StressModel::kContinuum,   StressModel::kMassSpring};
-  const StressBlock block = PressedBlock(true);
+  StressBlock block = PressedBlock(true);
+  block.squares = {10, 10, 6};
   const SurfaceMesh clean = SurfaceOf(block);
   std::map<StressModel, Points> without;
   stress_case.run = [=](StressModel model, double ratio) mutable {
     if (!without.contains(model)) {
       without[model] = Rest(block.organ, clean, block.loads, model).displacements;
     }
-    StressAnswer answer = Rest(block.organ, WithSlivers(clean, ratio), block.loads, model);
+    const SurfaceMesh slivered = WithSlivers(clean, ratio);
+    StressAnswer answer = Rest(block.organ, slivered, block.loads, model);
     const Points kept = answer.displacements.topRows(clean.vertices.rows());
     answer.displacements = kept;
-    return JudgeAnswer(clean, answer, without[model], model, 0.01, 0.1);
+    StressTrial trial = JudgeAnswer(clean, answer, without[model], model, 0.01, 0.1);
+    if (model == StressModel::kMassSpring) {
+      OrganOptions springs = block.organ;
+      Choose(model, &springs);
+      const int substeps = OrganModel(springs, slivered).springs()->substeps();
+      trial.how = Format("%d substeps a step", substeps);
+      if (substeps > kMostSubsteps) trial.fate = StressFate::kFailed;
+    }
+    return trial;
   };
-  static_cast<void>(quick);
   return stress_case;
 }
 
@@ -197,7 +212,10 @@ StressCase NothingHolds(bool quick) {
     const double moved = force * length * length / (1e-3 * modulus * size.prod());
     Points truth = Points::Zero(rest.vertices.rows(), 3);
     truth.col(2).setConstant(moved);
-    return JudgeAnswer(rest, answer, truth, model, 0.05, 0.5);
+    StressTrial trial = JudgeAnswer(rest, answer, truth, model, 0.05, 0.5);
+    if (model == StressModel::kMassSpring) trial.how = "its springs to rest hold it";
+    if (model == StressModel::kLinearTetrahedra) trial.how = "drifts away";
+    return trial;
   };
   return stress_case;
 }
