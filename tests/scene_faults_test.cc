@@ -101,7 +101,7 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
       {"[[organ.region]]\nyoung=0\nsphere={centre=[0,0,0],radius=1}", "5:7",
        "organ[0].region[0].young", "out of range (0)", "above 0"},
       {"[[organ.region]]\nyoung=-nan\nsphere={centre=[0,0,0],radius=1}", "5:7",
-       "organ[0].region[0].young", "(-nan)", "above 0"},
+       "organ[0].region[0].young", "is not finite", "above 0"},
       {"model='continuum'\n[[organ.region]]\nyoung=1", "5:1", "organ[0].region",
        "belongs to model = \"hpdm\"", "change the model"},
       // supports
