@@ -12,11 +12,6 @@
 namespace hpdm {
 namespace {
 
-const std::vector<StressModel> kAllModels = {
-    StressModel::kStrainSmall,     StressModel::kStrainFinite, StressModel::kMetricSmall,
-    StressModel::kMetricFinite,    StressModel::kContinuum,    StressModel::kMassSpring,
-    StressModel::kLinearTetrahedra};
-
 // How far the end of a cantilever of square section goes for a unit force, m/N (Timoshenko).
 double BeamCompliance(double length, double thickness, double young) {
   const double area = thickness * thickness, inertia = area * area / 12;

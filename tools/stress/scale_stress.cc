@@ -71,10 +71,7 @@ StressCase Rescaled(bool quick) {
       "the same shape (static; and by steps of each solver), surface displacement; degraded from "
       "1e-6, failed from 1e-3";
   stress_case.parameter = {"scale", "", 10, 1000, quick ? 1e3 : 1e6, true};
-  stress_case.models = {StressModel::kStrainSmall,     StressModel::kStrainFinite,
-                        StressModel::kMetricSmall,     StressModel::kMetricFinite,
-                        StressModel::kContinuum,       StressModel::kMassSpring,
-                        StressModel::kLinearTetrahedra};
+  stress_case.models = kAllModels;
   stress_case.run = [](StressModel model, double scale) {
     const StressBlock block = Scaled(1, 1);
     const SurfaceMesh rest = BoxSurface(block.min, block.max, block.squares);

@@ -11,6 +11,11 @@
 
 namespace hpdm {
 
+inline const std::vector<StressModel> kAllModels = {
+    StressModel::kStrainSmall,     StressModel::kStrainFinite, StressModel::kMetricSmall,
+    StressModel::kMetricFinite,    StressModel::kContinuum,    StressModel::kMassSpring,
+    StressModel::kLinearTetrahedra};
+
 /// A box of tissue under static loads, for every model: its surface in squares, its tetrahedra in
 /// bricks of six.
 struct StressBlock {

@@ -13,11 +13,6 @@
 namespace hpdm {
 namespace {
 
-const std::vector<StressModel> kAllModels = {
-    StressModel::kStrainSmall,     StressModel::kStrainFinite, StressModel::kMetricSmall,
-    StressModel::kMetricFinite,    StressModel::kContinuum,    StressModel::kMassSpring,
-    StressModel::kLinearTetrahedra};
-
 constexpr int kMostSubsteps = 1000;
 
 SurfaceMesh SurfaceOf(const StressBlock& block) {
