@@ -87,7 +87,7 @@ class FullResponse final : public LatticeResponse {
   explicit FullResponse(const FullStiffness& K)
       : n_(K.rows() / 3),
         inverse_(InverseStiffness(
-            K, "add an [[organ.support]] or use fewer [organ.lattice] cells or a lower degree")),
+            K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
         response_(K.rows(), ContactProblem::kMaxEquations) {}
 
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {

@@ -46,7 +46,7 @@ LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOption
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
       centres_(finer_.ControlPoints()) {
   inverse_ = InverseStiffness(
-      K, "add an [[organ.support]] or use fewer [organ.lattice] cells or a lower degree");
+      K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson");
 
   const LameParameters lame = ToLame(material);
   const auto [pointwise, projected] = ShareLambda(lame, dilatation);

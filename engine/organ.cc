@@ -34,6 +34,48 @@ std::array<int, 3> SamplingCells(const LatticeOptions& options) {
           std::max(options.degree[2], 4)};
 }
 
+// Beyond these a model is refused before anything is reserved: a machine that has not so much
+// memory would end the program, or others, without a word.
+constexpr double kMostAssemblyBytes = 4e9;
+constexpr double kMostMatrixBytes = 1e9;  // 6,400 unknowns, whose factors take minutes
+
+[[noreturn]] void RefuseAsTooLarge(const OrganOptions& options, const char* what, double bytes,
+                                   double most) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "its lattice needs %.1f GB for %s, beyond the %.0f GB allowed; give fewer cells or "
+                "a lower degree",
+                bytes / 1e9, what, most / 1e9);
+  throw InputError("organ \"" + options.name + "\": " + text);
+}
+
+// The number and the value of each function at each of `points`.
+void CheckAssembly(const OrganOptions& options, const Lattice& lattice, double points) {
+  double functions = 1;  // at a point
+  for (const int degree : options.lattice.degree) functions *= degree + 1;
+  const double bytes = 12 * points * std::min<double>(functions, lattice.size());
+  if (bytes > kMostAssemblyBytes) {
+    RefuseAsTooLarge(options, "its functions at the tissue's samples", bytes, kMostAssemblyBytes);
+  }
+}
+
+// The stiffness of each pair of unknowns, its factor and its inverse.
+void CheckMatrices(const OrganOptions& options, double control_points) {
+  const double unknowns = (options.energy.type == EnergyType::kStrain ? 3.0 : 1.0) * control_points;
+  const double bytes = 24 * unknowns * unknowns;
+  if (bytes > kMostMatrixBytes) {
+    RefuseAsTooLarge(options, "its stiffness and the factors", bytes, kMostMatrixBytes);
+  }
+}
+
+// Half as many cells as the tissue's volume would fill: fewer than hold tissue.
+double LeastControlPoints(const Lattice& lattice, const SurfaceMesh& rest,
+                          const std::array<int, 3>& cells) {
+  const double share =
+      std::abs(EnclosedVolume(rest.vertices, rest.triangles)) / lattice.box().lengths.prod();
+  return 0.5 * std::min(share, 1.0) * cells[0] * cells[1] * cells[2];
+}
+
 }  // namespace
 
 OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
@@ -61,13 +103,21 @@ void OrganModel::BuildLatticeModel() {
       BoundingLatticeBox(rest_.vertices, options_.X_WO.linear(), options_.lattice.margin),
       options_.lattice);
   const std::array<int, 3> cells = SamplingCells(options_.lattice);
+  if (options_.lattice.basis == BasisType::kBSpline) {
+    CheckMatrices(options_, LeastControlPoints(*lattice_, rest_, options_.lattice.cells));
+  }
   const auto [sampled, stiffness] = SampleStiffness(rest_, lattice_->box(), cells, options_);
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};
   const bool over_box =
       options_.energy.type == EnergyType::kMetric && options_.energy.domain == EnergyDomain::kBox;
+  // Over the box, three points a cell and axis (BuildEnergy).
+  CheckAssembly(options_, *lattice_,
+                over_box ? 27.0 * cells[0] * cells[1] * cells[2]
+                         : static_cast<double>(tissue.weights.size()));
   if (!over_box) lattice_->DropControlPointsWithoutTissue(tissue);
+  CheckMatrices(options_, lattice_->size());
   weights_ = lattice_->Weights(rest_.vertices);
   resolution_ =
       kResolvedCells *

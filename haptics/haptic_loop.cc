@@ -19,6 +19,15 @@ Nanoseconds SinceWakeUp(Nanoseconds scheduled, const TickTiming& timing) {
   return timing.clock == nullptr ? 0 : timing.clock->Now() - scheduled - timing.wake_late_ns;
 }
 
+/// Whether a device that calls its sample valid may be believed: velocities and differences of
+/// times of anything beyond would not be finite.
+bool IsPose(const DeviceSample& sample, Nanoseconds now) {
+  constexpr double kLargestJoint = 1e6;  // rad, m
+  constexpr Nanoseconds kFurthest = 3600 * kNanosecondsPerSecond;
+  return (sample.joints.array().abs() <= kLargestJoint).all() &&
+         sample.time_ns <= now + kFurthest && sample.time_ns >= now - kFurthest;
+}
+
 }  // namespace
 
 HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds period_ns,
@@ -84,8 +93,7 @@ void HapticLoop::ReadDevices(Nanoseconds now) {
   if (paused_) return;
   for (Tool& tool : tools_) {
     DeviceSample sample = tool.instrument.device->Read(now);
-    if (!sample.joints.allFinite()) sample.valid = false;
-    if (sample.valid) {
+    if (sample.valid && IsPose(sample, now)) {
       tool.sample = sample;
       device_time_ns_ = std::max(device_time_ns_, sample.time_ns);
     } else {

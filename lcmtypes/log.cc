@@ -128,7 +128,8 @@ void SessionLog::Fail(LogFailure failure, int error) noexcept {
 }
 
 LogReader::File::File(const std::string& path)
-    : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    // A pipe, which is refused then, must not be waited for.
+    : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   if (descriptor_ < 0) {
     throw InputError(path + ": cannot open the log (" + std::strerror(errno) +
                      "): give the path of a session.lcmlog");

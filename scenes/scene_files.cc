@@ -69,9 +69,11 @@ std::optional<SceneFiles::Fault> SceneFiles::Find(const std::string& name, std::
   }
   const fs::path place = (folder_ / (file.copy.empty() ? name : file.copy)).lexically_normal();
   std::error_code error;
-  if (name.empty() || !fs::is_regular_file(place, error)) {
-    return Fault{"there is no such file",
-                 "paths start at the scene's folder, it was looked for at " + place.string()};
+  const fs::file_status status = fs::status(place, error);
+  if (name.empty() || !fs::is_regular_file(status)) {
+    return Fault{
+        !name.empty() && fs::exists(status) ? "is no regular file" : "there is no such file",
+        "paths start at the scene's folder, it was looked for at \"" + place.string() + '"'};
   }
   file.path = place.string();
   if (recorded()) {

@@ -10,6 +10,7 @@ constexpr int kMaxBernsteinDegree = 30;
 constexpr int kMaxCells = 64;
 constexpr int kMaxLocalFunctions = 250;
 constexpr int kMaxLocalRefinement = 6;
+constexpr double kMaxFineCells = 1e6;  // 100 along each axis
 
 void ReadUnit(const TableReader& table, double* unit_m) {
   constexpr double kMaxUnit = 1000;
@@ -64,6 +65,12 @@ LatticeOptions ReadLattice(const TableReader& table) {
 // Local functions refine splines whose stiffness is constant and factorised.
 void CheckLocalFunctions(const TableReader& lattice, const OrganOptions& organ) {
   if (organ.lattice.local.functions == 0) return;
+  double fine_cells = 1;
+  for (const int cells : organ.lattice.cells) fine_cells *= cells * organ.lattice.local.refinement;
+  if (fine_cells > kMaxFineCells) {
+    lattice.Fail("local_functions", "refines more than a million cells",
+                 "give fewer cells or a lower local_refinement");
+  }
   const auto refuse = [&lattice](const char* needs) {
     lattice.Fail("local_functions", std::string("needs ") + needs, "change that or give 0");
   };

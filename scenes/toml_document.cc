@@ -15,24 +15,6 @@ namespace hpdm {
 namespace {
 
 constexpr std::size_t kMaxShown = 60;  // bytes of a value in a message
-constexpr std::size_t kMaxMessage = 1000;
-
-/// Escapes control characters: no text of a file can break a message into two lines.
-std::string OneLine(std::string_view text) {
-  std::string line;
-  line.reserve(text.size());
-  for (const char c : text) {
-    if (c == '\n') {
-      line += "\\n";
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      constexpr char kHex[] = "0123456789abcdef";
-      line += {'\\', 'x', kHex[(c >> 4) & 0xf], kHex[c & 0xf]};
-    } else {
-      line += c;
-    }
-  }
-  return line;
-}
 
 /// Cuts at a character's border (UTF-8).
 std::string Shortened(std::string_view text, std::size_t max_bytes) {
@@ -181,23 +163,27 @@ TomlValue Convert(const TomlDocument& document, const toml::node& node, TomlPlac
 }
 
 std::string ReadText(const std::filesystem::path& path) {
-  const std::string name = OneLine(path.string());
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    throw InputError(name + ": cannot be read: it is a folder; name a scene file (.toml)");
+  const auto fail = [&path](const std::string& reason, const char* remedy) {
+    throw InputError(path.string() + ": cannot be read: " + reason + "; " + remedy);
+  };
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) fail("it is a folder", "name a scene file (.toml)");
+  // A pipe would be waited for, and a device may have no end.
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    fail("it is no regular file", "name a scene file (.toml)");
   }
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::string text(kMaxTomlBytes + 1, '\0');
   if (file) file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!file && !file.eof()) {
-    const char* reason = errno != 0 ? std::strerror(errno) : "read error";
-    throw InputError(name + ": cannot be read: " + reason +
-                     "; check the name and the rights of the scene file");
+    fail(errno != 0 ? std::strerror(errno) : "read error",
+         "check the name and the rights of the scene file");
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kMaxTomlBytes) {
-    throw InputError(name + ": is larger than " + std::to_string(kMaxTomlBytes) +
+    throw InputError(path.string() + ": is larger than " + std::to_string(kMaxTomlBytes) +
                      " bytes; name a scene file (.toml), meshes are files of their own");
   }
   return text;
@@ -234,7 +220,7 @@ void FailAt(const TomlDocument& document, TomlPlace place, std::string_view subj
   std::string line = document.path.string();
   line += ':' + std::to_string(place.line) + ':' + std::to_string(place.column) + ": ";
   line.append(subject).append(": ").append(message);
-  throw InputError(Shortened(OneLine(line), kMaxMessage));
+  throw InputError(line);
 }
 
 std::string Quoted(std::string_view text) { return '"' + Shortened(text, kMaxShown) + '"'; }

@@ -25,43 +25,6 @@ TEST_F(Commands, LoadsOnARigidOrganAreRefused) {
   EXPECT_NE(outcome.err.find("organ \"stomach\" is rigid"), std::string::npos) << outcome.err;
 }
 
-TEST_F(Commands, BadInputIsOneLineAndExitTwo) {
-  std::ofstream(folder_ / "typo.toml") << "[scene]\nnmae = \"x\"\n";
-  const std::string missing = Folder("missing.toml"), typo = Folder("typo.toml");
-  for (const std::string& arguments :
-       {std::string(),
-        std::string("fly"),
-        "run " + missing,
-        "check " + missing,
-        "check " + typo,
-        "inspect " + Folder("missing.obj"),
-        "run " + kScene + " --device piano",
-        "run " + kScene + " --device nobody=sim",
-        "run " + kScene + " --device trace:" + missing,
-        "run " + kScene + " --device trace:" + typo,
-        "run " + kScene + " --device lcm --clock lockstep --seconds 1",
-        "run " + kScene + " --clock lockstep",
-        "replay " + missing,
-        "replay " + kScene,
-        std::string("replay motion.csv"),
-        "run " + kScene + " --size wide --out " + Folder("x"),
-        "run " + kScene + " --window --clock lockstep --seconds 1",
-        "run " + kScene + " --seconds 1 --film --no-pictures",
-        "log check " + missing,
-        "log check " + typo + " --types " + folder_.string(),
-        "log export " + missing + " --out " + Folder("l"),
-        "log export " + typo + " --out " + Folder("l.mcap"),
-        "log export " + typo + " --format mcap --out " + folder_.string(),
-        "log export " + typo + " --format xml --out " + Folder("l"),
-        "log export " + missing + " --format mcap --out " + Folder("l.mcap"),
-        "generate nothing --out " + Folder("g")}) {
-    const Outcome outcome = Hpdm(arguments);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << arguments << "\n"
-                                                                           << outcome.err;
-  }
-}
-
 TEST_F(Commands, CheckSaysWhatWouldBeBuilt) {
   const Outcome outcome = Hpdm("check --json " + kScene);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -3,6 +3,7 @@
 #include <clocale>
 #include <locale>
 
+#include "tests/comma_locale.h"
 #include "tests/scene_fixture.h"
 
 namespace hpdm {
@@ -338,14 +339,13 @@ TEST_F(SceneTest, ADecimalCommaOfStreamsChangesNoNumber) {
 }
 
 TEST_F(SceneTest, ADecimalCommaOfTheCLibraryChangesNoNumber) {
-  const char* found = nullptr;
-  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "nl_NL.UTF-8", "es_ES.UTF-8"}) {
-    if (found == nullptr) found = std::setlocale(LC_ALL, name);
-  }
-  if (found == nullptr) GTEST_SKIP() << "no locale with a decimal comma is installed";
+  if (!MakeCommaLocale(folder_.path())) GTEST_SKIP() << "no locale can be made; install locales";
+  setenv("LOCPATH", folder_.path().c_str(), 1);
+  ASSERT_NE(std::setlocale(LC_ALL, kCommaLocale), nullptr);
   ASSERT_STREQ(std::localeconv()->decimal_point, ",");
   const double unit_m = Load(kOrgan + "unit=0.031\n").organs[0].unit_m;
   std::setlocale(LC_ALL, "C");
+  unsetenv("LOCPATH");
   EXPECT_EQ(unit_m, 0.031);
 }
 

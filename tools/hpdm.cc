@@ -1,14 +1,56 @@
+#include <fcntl.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <iostream>
 #include <new>
+#include <string>
 
 #include "engine/error.h"
 #include "tools/commands.h"
 
-// hpdm: one program, one file a subcommand. Exit codes: 0 done, 1 a check failed, 2 bad input or
-// usage (one line on stderr), 3 the machine lacks something that was asked for.
-int main(int argc, char** argv) {
+namespace {
+
+/// Where one of them is closed, the first file that is opened would get what is printed.
+void OpenStandardStreams() {
+  for (int stream = 0; stream <= 2; ++stream) {
+    if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) std::abort();
+  }
+}
+
+/// A variable of a script that is not set must not choose a default.
+void RefuseEmptyArguments(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (!word.empty() && !(word.starts_with("--") && word.ends_with('='))) continue;
+    const std::string before = i > 1 ? std::string(" (after ") + argv[i - 1] + ")" : "";
+    throw hpdm::InputError("argument " + std::to_string(i) + before +
+                           ": is empty; give a value or leave the option out");
+  }
+}
+
+int Fail(const char* message, const char* remedy, int exit_code) {
+  std::fprintf(stderr, "hpdm: %s\n", hpdm::OneLine(std::string(message) + remedy).c_str());
+  return exit_code;
+}
+
+/// What was printed may be on its way: a disk that is full may tell it only now.
+int AfterOutput(int exit_code) {
+  if (exit_code >= 2) return exit_code;  // a failure has been told
+  errno = 0;
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;
+  const std::string reason = errno != 0 ? std::strerror(errno) : "a write failed";
+  Fail(("standard output cannot be written (" + reason + ")").c_str(),
+       "; make space, or send it elsewhere", 2);
+  return 2;
+}
+
+int Hpdm(int argc, char** argv) {
   CLI::App app("HPDM: a real-time engine for laparoscopic-surgery training", "hpdm");
   app.require_subcommand(1);
   app.set_version_flag("--version", HPDM_VERSION);
@@ -26,26 +68,31 @@ int main(int argc, char** argv) {
   hpdm::AddStressCommand(app);
   hpdm::AddGenerateCommand(app);
   try {
+    RefuseEmptyArguments(argc, argv);
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
   } catch (const CLI::RuntimeError& check_failed) {
     return check_failed.get_exit_code();
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "hpdm: %s; see hpdm --help\n", error.what());
-    return 2;
+    return Fail(error.what(), "; see hpdm --help", 2);
   } catch (const hpdm::InputError& error) {
-    std::fprintf(stderr, "hpdm: %s\n", error.what());
-    return 2;
+    return Fail(error.what(), "", 2);
   } catch (const hpdm::MachineError& error) {
-    std::fprintf(stderr, "hpdm: %s\n", error.what());
-    return 3;
+    return Fail(error.what(), "", 3);
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "hpdm: out of memory; take fewer lattice cells or a coarser mesh\n");
-    return 3;
+    return Fail("out of memory; take fewer lattice cells or a coarser mesh", "", 3);
   } catch (const std::exception& error) {  // caught so that destructors run: a terminal is restored
-    std::fprintf(stderr, "hpdm: %s; see hpdm --help\n", error.what());
-    return 3;
+    return Fail(error.what(), "; see hpdm --help", 3);
   }
   return 0;
+}
+
+}  // namespace
+
+// hpdm: one program, one file a subcommand. Exit codes: 0 done, 1 a check failed, 2 bad input or
+// usage (one line on stderr), 3 the machine lacks something that was asked for.
+int main(int argc, char** argv) {
+  OpenStandardStreams();
+  return AfterOutput(Hpdm(argc, argv));
 }

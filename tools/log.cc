@@ -1,3 +1,5 @@
+#include "lcmtypes/log.h"
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -13,6 +15,7 @@
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
 #include "tools/session_path.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -61,7 +64,7 @@ void Print(const LogHealth& health) {
   std::printf("%-14s %-18s %10s %10s %12s %8s %8s %10s %10s\n", "channel", "type", "messages",
               "per s", "bytes", "gaps", "lost", "not rising", "unreadable");
   for (const ChannelFacts& c : health.channels) {
-    std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", c.channel.c_str(),
+    std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", OneLine(c.channel).c_str(),
                 c.type.c_str(), WithCommas(static_cast<long long>(c.messages)).c_str(), c.Rate(),
                 WithCommas(static_cast<long long>(c.bytes)).c_str(),
                 WithCommas(static_cast<long long>(c.gaps)).c_str(),
@@ -118,8 +121,17 @@ void CheckPlace(const LogOptions& options) {
   }
 }
 
+void RefuseWithoutEvents(const std::string& log) {
+  LogReader reader(log);
+  LogEvent event;
+  if (reader.Next(&event)) return;
+  throw InputError(log + ": holds no event of a log; give the path of a session.lcmlog");
+}
+
 void Export(const LogOptions& options) {
   CheckPlace(options);
+  RefuseOwnInput(options.out, {LogPathOf(options.log)});
+  RefuseWithoutEvents(LogPathOf(options.log));
   const bool mcap = options.format == "mcap";
   const std::vector<ExportedChannel> exported = (mcap ? ExportMcap : ExportCsv)(
       LogPathOf(options.log), options.out, options.channels, SchemasWith(options.types));
@@ -132,11 +144,13 @@ void Export(const LogOptions& options) {
                     {"messages", channel.messages},
                     {"skipped", channel.skipped}});
     if (options.json) continue;
-    const std::string place = mcap ? options.out + ": " + channel.channel : channel.file.string();
+    const std::string place =
+        OneLine(mcap ? options.out + ": " + channel.channel : channel.file.string());
     if (left_out) {
-      std::printf(
-          "%s: left out, %s messages of unknown type %s (give --types)\n", channel.channel.c_str(),
-          WithCommas(static_cast<long long>(channel.skipped)).c_str(), channel.type.c_str());
+      std::printf("%s: left out, %s messages of unknown type %s (give --types)\n",
+                  OneLine(channel.channel).c_str(),
+                  WithCommas(static_cast<long long>(channel.skipped)).c_str(),
+                  channel.type.c_str());
     } else {
       std::printf("%s: %s %s%s\n", place.c_str(),
                   WithCommas(static_cast<long long>(channel.messages)).c_str(),

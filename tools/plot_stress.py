@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle  # noqa: E402
 MODELS = (("strain_small", "strain,\nsmall"), ("strain_finite", "strain,\nfinite"),
           ("metric_small", "metric,\nsmall"), ("metric_finite", "metric,\nfinite"),
           ("continuum", "surface\ncontinuum"), ("mass_spring", "mass-\nspring"),
-          ("linear_tetrahedra", "linear\ntetrahedra"))
+          ("linear_tetrahedra", "linear\ntetrahedra"), ("point_proxy", "point\nproxy"))
 FATES = {"survived": "#b7dfb9", "degraded": "#fbe3a2", "failed": "#f2a9a0"}
 GROUPS = {"material": "tissue, lattice, solver", "contact": "contacts", "motion": "large motions",
           "haptics": "tip, tick and device"}
@@ -27,16 +27,22 @@ def error(row):
     if not row["error"]:
         return ""
     value = 100 * float(row["error"])
-    return f"{value:.2g} %" if value < 1000 else "> 10x"
+    if 0 < value < 0.005:
+        return "< 0.01 %"
+    return (f"{value:.2g} %" if value < 9.95 else f"{value:.0f} %") if value < 1000 else "> 10x"
+
+
+def figure_of(value):
+    return f"{float(value):.3g}" if abs(float(value)) < 1000 else f"{float(value):.0f}"
 
 
 def boundary(row):
     unit = f" {row['unit']}" if row["unit"] else ""
     if not row["fails_from"]:
-        return f"beyond {float(row['utmost']):.3g}{unit}"
+        return f"beyond {figure_of(row['utmost'])}{unit}"
     if not row["holds_to"]:
-        return f"not even {float(row['easy']):.3g}{unit}"
-    return f"to {float(row['holds_to']):.3g}{unit}"
+        return f"not even {figure_of(row['easy'])}{unit}"
+    return f"to {figure_of(row['holds_to'])}{unit}"
 
 
 def main(table, picture):
@@ -69,7 +75,7 @@ def main(table, picture):
             continue
         any_row = next(iter(case.values()))
         unit = f" {any_row['unit']}" if any_row["unit"] else ""
-        asked = f"{any_row['title']}: {any_row['parameter']} {float(any_row['asked']):.3g}{unit}"
+        asked = f"{any_row['title']}: {any_row['parameter']} {figure_of(any_row['asked'])}{unit}"
         axes.text(-3.5, y + 0.22, "\n".join(textwrap.wrap(asked, 56)[:2]), fontsize=7.5, va="center")
         for x, (name, _) in enumerate(models):
             row = case.get(name)

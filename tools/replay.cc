@@ -15,6 +15,7 @@
 #include "tools/json_figures.h"
 #include "tools/lockstep.h"
 #include "tools/log_replay.h"
+#include "tools/number_option.h"
 #include "tools/realtime_replay.h"
 #include "tools/report_text.h"
 #include "tools/session_path.h"
@@ -273,7 +274,8 @@ void ReplayTrace(const ReplayOptions& options) {
   }
   const Scene scene = LoadScene(options.scene);
   Session session(scene, ChooseDevices({"trace:" + options.log}, scene.instruments));
-  for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
+  for (const std::string& remark : session.remarks())
+    std::cerr << "hpdm: note: " << OneLine(remark) << "\n";
   const auto ticks =
       static_cast<std::uint64_t>(session.trace_length() / session.haptic_period_ns()) + 1;
   if (options.clock == "real") {
@@ -298,12 +300,14 @@ void ReplaySession(const ReplayOptions& options) {
     return Print(options, report, RealtimeText(report));
   }
   const LogReplay replay = ReplayLog(log, options.tolerance, &session);
+  if (replay.ticks_compared == 0) {
+    const std::string why =
+        replay.ended_early.empty() ? "no tick has an output that can be read" : replay.ended_early;
+    throw InputError(log.path() + ": nothing to compare (" + why +
+                     "); give a log that holds the session's beginning, of this version's types");
+  }
   const Json report = Report(log, session, replay);
   Print(options, report, ReplayText(log, replay, report));
-  if (replay.ticks_compared == 0) {
-    throw InputError(log.path() + ": nothing to compare (" + replay.ended_early +
-                     "); give a log that holds the session's beginning");
-  }
   if (replay.comparison.first_beyond()) throw CLI::RuntimeError(1);
 }
 
@@ -325,7 +329,7 @@ void AddReplayCommand(CLI::App& app) {
   replay
       ->add_option("--tolerance", options->tolerance,
                    "Largest difference, of the field's largest value in the log; 0: none at all")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(NumberFrom(0.0, 1.0))
       ->capture_default_str();
   replay
       ->add_option("--clock", options->clock,

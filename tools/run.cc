@@ -14,11 +14,13 @@
 #include "lcmtypes/network.h"
 #include "lcmtypes/wall_time.h"
 #include "render/egl_context.h"
+#include "render/laparoscope.h"
 #include "scenes/obj_writer.h"
 #include "tools/commands.h"
 #include "tools/film.h"
 #include "tools/json_figures.h"
 #include "tools/latency_table.h"
+#include "tools/number_option.h"
 #include "tools/plot_latency.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
@@ -68,12 +70,32 @@ std::vector<OrganView> OrganViewsOf(const RunOptions& options, const Session& se
   return views;
 }
 
+struct PictureSize {
+  int width = 0, height = 0;
+};
+
+PictureSize SizeOf(const RunOptions& options) {
+  PictureSize size;
+  const std::size_t cross = std::min(options.size.find('x'), options.size.size());
+  const std::string_view text = options.size;
+  if (!ReadNumber(text.substr(0, cross), &size.width) ||
+      !ReadNumber(text.substr(std::min(cross + 1, text.size())), &size.height)) {
+    throw InputError("--size " + options.size + ": is not WIDTHxHEIGHT; give 640x480, for example");
+  }
+  for (const int side : {size.width, size.height}) {
+    if (side >= Laparoscope::kMinSide && side <= Laparoscope::kMaxSide) continue;
+    throw InputError("--size " + options.size + ": cannot be drawn; give " +
+                     std::to_string(Laparoscope::kMinSide) + " to " +
+                     std::to_string(Laparoscope::kMaxSide) + " pixels on a side");
+  }
+  return size;
+}
+
 RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session) {
   RenderOptions render;
-  char end;
-  if (std::sscanf(options.size.c_str(), "%dx%d%c", &render.width, &render.height, &end) != 2) {
-    throw InputError("--size " + options.size + ": is not WIDTHxHEIGHT, such as 640x480");
-  }
+  const PictureSize size = SizeOf(options);
+  render.width = size.width;
+  render.height = size.height;
   render.max_hz = session.scene().timing.render_hz;
   render.names = session.Names();
   render.background = session.Background();
@@ -185,7 +207,9 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
     throw InputError(std::string("--film: contradicts ") +
                      (options.pictures ? "--fps 0" : "--no-pictures") + "; leave one out");
   }
-  const StopSignals signals;  // before any thread
+  SizeOf(options);
+  if (options.live) NetworkUrl();  // refuses what is no address, before anything is made
+  const StopSignals signals;       // before any thread
   // A file that may not grow and a reader of our output that has gone are failed writes, which are
   // told; they must not end the session.
   for (const int failed_write : {SIGXFSZ, SIGPIPE}) std::signal(failed_write, SIG_IGN);
@@ -203,7 +227,6 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
         "--out` writes");
   }
   for (const std::string& reference : options.references) session.LoadReference(reference);
-  for (const std::string& remark : session.remarks()) std::cerr << "hpdm: note: " << remark << "\n";
   RenderOptions render_options = RenderOptionsOf(options, session);
   // A machine that cannot draw says so before the session.
   std::optional<TrainerWindow> window;
@@ -226,6 +249,8 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
   SessionFolder folder(
       options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
       session.scene(), TracesOf(session.device_choices()));
+  for (const std::string& remark : session.remarks())
+    std::cerr << "hpdm: note: " << OneLine(remark) << "\n";
   if (options.pictures && options.FramesPerSecond() > 0) {
     render_options.frame_folder = folder.File("frames");
     render_options.frame_fps = options.FramesPerSecond();
@@ -297,7 +322,7 @@ void AddRunCommand(CLI::App& app, std::vector<std::string> command_line) {
          "--seconds", options->seconds,
          "Length; without it, until SIGINT or SIGTERM, Esc in the window, or the end of the "
          "traces")
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(NumberFrom(0.001, 1e6));
   run->add_option("--out", options->out, "Session folder to make [out/session_N]");
   run->add_flag("--headless", options->headless, "Draw without a window (the default)");
   run->add_flag("--window", options->window,
@@ -305,7 +330,7 @@ void AddRunCommand(CLI::App& app, std::vector<std::string> command_line) {
   run->add_option("--fps", options->frames_per_second,
                   "Pictures a second kept in frames/; 0 keeps none [2; in a window those that r "
                   "asks for, 30]")
-      ->check(CLI::Range(0.0, 240.0));
+      ->check(NumberFrom(0.0, 240.0));
   run->add_flag(
       "--film", options->film,
       "Make film.mp4 of the pictures in frames/, with ffmpeg; take --fps 30 for a smooth one");

@@ -11,6 +11,7 @@
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
 #include "render/overlay_view.h"
+#include "tools/in_scene.h"
 #include "tools/instrument_looks.h"
 #include "tools/report_text.h"
 #include "tools/static_case.h"
@@ -79,8 +80,10 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
   ReadPictures();
   BuildOrgans();
   BuildInstruments();
-  CompareStiffness();
-  BuildWalls();
+  InScene(scene_, [this] {
+    CompareStiffness();
+    BuildWalls();
+  });
   const int tools = static_cast<int>(scene_.instruments.size());
   render_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
@@ -106,7 +109,8 @@ void Session::ReadPictures() {
 void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
-    organs_.emplace_back(options, LoadPosedMesh(options, &remarks_));
+    SurfaceMesh rest = LoadPosedMesh(options, &remarks_);
+    InScene(scene_, [&] { organs_.emplace_back(options, std::move(rest)); });
     if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
       throw InputError(
           options.mesh + ": has no texture coordinates, which the texture of organ \"" +
@@ -131,9 +135,11 @@ void Session::BuildInstruments() {
     for (int held = 0; held < instrument.HeldCount(); ++held) {
       looks.push_back(LoadLooks(instrument.Held(held)));
     }
-    const HandSite site = SiteOf(instrument);
-    kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
-                             instrument.device);
+    const HandSite site = InScene(scene_, [&] { return SiteOf(instrument); });
+    InScene(scene_, [&] {
+      kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
+                               instrument.device);
+    });
     const std::size_t index = kinematics_.size() - 1;
     if (choices_[index].type == DeviceChoice::Type::kSim &&
         !kinematics_.back().Inverse(site.p_target_W, 0, 1).reachable) {
@@ -145,7 +151,7 @@ void Session::BuildInstruments() {
                  1000 * distance, 1000 * instrument.device.min_insertion,
                  1000 * instrument.device.max_insertion));
     }
-    devices_.push_back(BuildDevice(index, site));
+    devices_.push_back(InScene(scene_, [&] { return BuildDevice(index, site); }));
   }
   for (const DeviceChoice& choice : choices_) {
     if (choice.type != DeviceChoice::Type::kTrace) trace_length_ = 0;

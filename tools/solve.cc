@@ -4,11 +4,16 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/baselines/surface_error.h"
+#include "engine/error.h"
 #include "engine/static_loads.h"
 #include "tools/commands.h"
+#include "tools/in_scene.h"
 #include "tools/solve_picture.h"
+#include "tools/staged_file.h"
 #include "tools/static_case.h"
 #include "tools/surface_table.h"
 #include "tools/timing.h"
@@ -59,14 +64,44 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& figures)
   }
 }
 
+// Every file that a scene names, and the scene.
+std::vector<std::string> FilesOf(const Scene& scene) {
+  std::vector<std::string> files = {scene.path.string()};
+  for (const SceneFile& file : scene.files) files.push_back(file.path);
+  return files;
+}
+
+// Displacements that contradict each other would be met half-way without a word.
+void RefuseContradictions(const Scene& scene, const StaticSolution& solution) {
+  if (solution.share < 1) return;  // told of at the end
+  for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    const std::optional<Vector3d>& asked = scene.loads[i].displacement_W;
+    // Far beyond what a solver leaves.
+    if (!asked || (solution.load_displacements[i] - *asked).norm() <= 1e-3 * asked->norm())
+      continue;
+    throw InputError(
+        scene.path.string() + ": load[" + std::to_string(i) +
+        "]: its displacement contradicts another load's at the same place; remove one");
+  }
+}
+
 void Solve(const SolveOptions& options) {
   const StaticCase load_case = LoadStaticCase(options.scene);
   const Scene& scene = load_case.scene;
+  std::vector<std::string> inputs = FilesOf(scene);
+  std::optional<Points> reference;
+  if (!options.reference.empty()) {
+    inputs.push_back(options.reference);
+    reference = ReadReferenceDisplacements(options.reference, load_case.rest);
+  }
+  for (const std::string& out : {options.out, options.picture}) RefuseOwnInput(out, inputs);
   const TimingClock::time_point start = TimingClock::now();
-  const OrganModel model(load_case.organ, load_case.rest);
-  const StaticLoads loads(model, scene.loads);
+  const OrganModel model =
+      InScene(scene, [&] { return OrganModel(load_case.organ, load_case.rest); });
+  const StaticLoads loads = InScene(scene, [&] { return StaticLoads(model, scene.loads); });
   const double setup_ms = MillisecondsSince(start);
   const StaticSolution solution = loads.Solve();
+  RefuseContradictions(scene, solution);
   WriteSurfaceTable(options.out, {model.rest().vertices, solution.vertex_displacements});
 
   Json figures = {
@@ -88,9 +123,7 @@ void Solve(const SolveOptions& options) {
     figures["loads"].push_back(
         {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
   }
-  std::optional<Points> reference;
-  if (!options.reference.empty()) {
-    reference = ReadReferenceDisplacements(options.reference, model.rest());
+  if (reference) {
     figures["error"] =
         RelativeSurfaceError(model.rest(), solution.vertex_displacements, *reference);
   }
@@ -107,13 +140,13 @@ void Solve(const SolveOptions& options) {
     std::fprintf(stderr,
                  "%s: warning: %.2g %% of the tissue is inverted or compressed beyond what its law "
                  "resists; refine the lattice there, or take law = \"neo_hookean\"\n",
-                 scene.path.c_str(), 100 * solution.collapsed);
+                 OneLine(scene.path.string()).c_str(), 100 * solution.collapsed);
   }
   if (solution.share < 1) {
     std::fprintf(stderr,
                  "%s: no equilibrium beyond %.3g of the loads, where the energy stops carrying "
                  "them; lower them or take law = \"neo_hookean\"\n",
-                 scene.path.c_str(), solution.share);
+                 OneLine(scene.path.string()).c_str(), solution.share);
     throw CLI::RuntimeError(1);
   }
 }

@@ -34,6 +34,14 @@ bool IsOpenFile(fs::path path) {
 
 }  // namespace
 
+void RefuseOwnInput(const fs::path& out, const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    std::error_code error;
+    if (!fs::is_regular_file(input, error) || !fs::equivalent(out, input, error)) continue;
+    throw InputError(out.string() + ": is read by this command; choose another file to write");
+  }
+}
+
 StagedFile::StagedFile(fs::path path) : path_(std::move(path)) {
   std::error_code ignored;
   const bool is_open = IsOpenFile(path_);

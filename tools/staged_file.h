@@ -2,9 +2,14 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace hpdm {
+
+/// Throws InputError where `out`, to be written, is one of the files that the command reads.
+void RefuseOwnInput(const std::filesystem::path& out, const std::vector<std::string>& inputs);
 
 /// A file that gets its name only when it is whole: it is written beside its place as
 /// NAME.part-..., and Commit gives it the name, replacing what had it. Without Commit nothing

@@ -1,10 +1,14 @@
 #include "tools/surface_table.h"
 
 #include <charconv>
+#include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <string>
 #include <vector>
 
 #include "engine/error.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -14,9 +18,14 @@ constexpr char kHeader[] = "x,y,z,ux,uy,uz";
 }  // namespace
 
 SurfaceTable ReadSurfaceTable(const std::string& path) {
-  std::ifstream file(path);
+  std::ifstream file;
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) file.open(path);
+  if (!file.is_open()) {
+    throw InputError(path + ": cannot be read; give a table that hpdm solve --out wrote");
+  }
   std::string line;
-  if (!file || !std::getline(file, line) || line != kHeader) {
+  if (!std::getline(file, line) || line != kHeader) {
     throw InputError(path + ":1: is not a surface table; its first line must be " + kHeader);
   }
   std::vector<double> values;
@@ -27,9 +36,11 @@ SurfaceTable ReadSurfaceTable(const std::string& path) {
       double value = 0;
       const auto [next, error] = std::from_chars(at, end, value);
       const bool last = column == 5;
-      if (error != std::errc() || (last ? next != end : next == end || *next != ',')) {
-        throw InputError(path + ":" + std::to_string(number) +
-                         ": is not six numbers separated by commas");
+      if (error != std::errc() || !std::isfinite(value) ||
+          (last ? next != end : next == end || *next != ',')) {
+        throw InputError(
+            path + ":" + std::to_string(number) +
+            ": is not six finite numbers separated by commas; write it anew with hpdm solve --out");
       }
       values.push_back(value);
       at = next + !last;
@@ -41,21 +52,18 @@ SurfaceTable ReadSurfaceTable(const std::string& path) {
 }
 
 void WriteSurfaceTable(const std::string& path, const SurfaceTable& table) {
-  std::ofstream file(path);
-  file << kHeader << "\n";
-  const auto number = [&](double value) {
-    char text[32];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, value);
-    file.write(text, end - text);
-  };
+  StagedFile file(path);
+  std::string text = std::string(kHeader) + "\n";
   for (Eigen::Index v = 0; v < table.positions.rows(); ++v) {
     for (int d = 0; d < 6; ++d) {
-      number(d < 3 ? table.positions(v, d) : table.displacements(v, d - 3));
-      file << (d < 5 ? ',' : '\n');
+      const double value = d < 3 ? table.positions(v, d) : table.displacements(v, d - 3);
+      char digits[32];
+      text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+      text += d < 5 ? ',' : '\n';
     }
   }
-  file.close();
-  if (!file) throw InputError(path + ": cannot be written; choose another file with --out");
+  file.Write(text);
+  file.Commit();
 }
 
 }  // namespace hpdm

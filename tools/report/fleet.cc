@@ -2,6 +2,7 @@
 
 #include <string.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -193,18 +194,22 @@ FleetSummary ReportAll(const FleetOptions& options) { return Fleet(options).Run(
 
 FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path& table) {
   constexpr std::size_t kLinesTogether = 1000;
+  // Before the table is made. A pipe may be read, too, but a device may have no end.
+  for (const std::string& path : files) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    const bool readable = fs::is_regular_file(status) || fs::is_fifo(status);
+    if (path != "-" && (!readable || access(path.c_str(), R_OK) != 0)) {
+      throw InputError(path + ": cannot be read; give files of lines that --json-line printed");
+    }
+  }
   const std::unique_ptr<SessionTable> to = OpenSessionTable(table);
   std::unordered_map<std::string, KnownSession> known = to->Known();
   FleetSummary summary;
   std::vector<Json> lines;
   for (const std::string& path : files) {
     std::ifstream file;
-    std::error_code ignored;
-    // A pipe may be read, too.
-    if (path != "-" && !fs::is_directory(path, ignored)) file.open(path, std::ios::binary);
-    if (path != "-" && !file.is_open()) {
-      throw InputError(path + ": cannot be read; give files of lines that --json-line printed");
-    }
+    if (path != "-") file.open(path, std::ios::binary);
     std::istream& in = path == "-" ? std::cin : file;
     std::string text;
     for (std::size_t number = 1; std::getline(in, text); ++number) {

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "engine/error.h"
+#include "tools/number_option.h"
 #include "tools/report/fleet.h"
 #include "tools/report/session_line.h"
 #include "tools/report_text.h"
@@ -49,7 +50,7 @@ void AddFleetOptions(CLI::App* report, const std::vector<CLI::Option*>& single,
       ->check(CLI::Range(1, kMostJobs))
       ->needs(all);
   report->add_option("--timeout", arguments->patience, "s for one session")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(NumberFrom(0.001, 1e6))
       ->capture_default_str()
       ->needs(all);
   report

@@ -8,6 +8,7 @@
 #include "engine/error.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/number_option.h"
 #include "tools/report/fleet_command.h"
 #include "tools/report/report_json.h"
 #include "tools/report/report_page.h"
@@ -53,6 +54,9 @@ void WritePage(const ReportOptions& options, SessionFiles* files, const SessionR
   if (fs::equivalent(out, files->log, error)) {
     throw InputError(out.string() + ": is the session's log; choose another file with --out");
   }
+  if (!files->folder.empty()) {
+    RefuseOwnInput(out, {files->folder / "scene.toml", files->folder / "summary.json"});
+  }
   StagedFile page(out);
   page.Write(text);
   page.Commit();
@@ -78,7 +82,7 @@ void Report(const ReportOptions& options) {
     return;
   }
   for (const std::string& fault : reading.report.health.Faults()) {
-    std::fprintf(stderr, "hpdm: %s: %s\n", files.log.c_str(), fault.c_str());
+    std::fprintf(stderr, "hpdm: %s: %s\n", OneLine(files.log.string()).c_str(), fault.c_str());
   }
 }
 
@@ -93,7 +97,7 @@ void AddReportCommand(CLI::App& app) {
   report
       ->add_option("--force-limit", options->force_limit,
                    "N: time and times above it are told (tools/report/README.md)")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberFrom(1e-6, 1e6))
       ->capture_default_str();
   CLI::Option* against = report->add_option(
       "--against", options->against, "Another session's folder or log, whose figures stand beside");

@@ -14,6 +14,7 @@
 #include "engine/error.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
+#include "tools/number_option.h"
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
 #include "tools/session_path.h"
@@ -70,7 +71,7 @@ void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const 
     Print(report);
   }
   if (report.table.messages() > 0) return;
-  std::fprintf(stderr, "hpdm: spy: nothing came from %s; %s\n", source->name().c_str(),
+  std::fprintf(stderr, "hpdm: spy: nothing came from %s; %s\n", OneLine(source->name()).c_str(),
                log ? "give a log that holds events"
                    : "start a session with hpdm run SCENE --live, with the same LCM_DEFAULT_URL "
                      "as here");
@@ -145,17 +146,17 @@ void AddSpyCommand(CLI::App& app) {
   spy->add_flag("--once", options->once,
                 "Watch for --seconds, print a table and end; exit 1 when nothing came");
   spy->add_option("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
-      ->check(CLI::Range(0.01, 1e9));
+      ->check(NumberFrom(0.01, 1e9));
   spy->add_flag("--json", options->json, "With --once: everything as JSON, with the last values");
   spy->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
       ->allow_extra_args(false);
   spy->add_option("--speed", options->speed,
                   "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
                   "it can be read")
-      ->check(CLI::Range(LogPlayer::kSlowest, LogPlayer::kFastest));
+      ->check(NumberFrom(LogPlayer::kSlowest, LogPlayer::kFastest));
   spy->add_option("--from", options->from,
                   "Where to start in a log, s from its start; --once counts nothing before")
-      ->check(CLI::Range(0.0, 1e9));
+      ->check(NumberFrom(0.0, 1e9));
   CLI::Option* web = spy->add_option("--web", options->web_value,
                                      "Show a dashboard in a browser, on this port of this machine "
                                      "alone; 8090 unless given, 0: any free one");

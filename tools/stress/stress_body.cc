@@ -63,14 +63,12 @@ std::string Harm(const StressOutcome& outcome, double released) {
 }
 
 // Always where the motion has it.
-class StressBody::Device final : public hpdm::Device {
+class StressBody::Scripted final : public Device {
  public:
-  explicit Device(const StressTool& tool) : tool_(tool), kinematics_(Kinematics(tool)) {
-    force_.Home();
-    force_.Enable(true);
-  }
+  Scripted(std::function<StressPose(double)> motion, const ImpulseEngineKinematics& kinematics)
+      : motion_(std::move(motion)), kinematics_(kinematics) {}
   DeviceSample Read(Nanoseconds now) noexcept override {
-    const StressPose pose = tool_.motion(ToSeconds(now));
+    const StressPose pose = motion_(ToSeconds(now));
     return {.sequence = ++sequence_,
             .time_ns = now,
             .joints = kinematics_.Inverse(pose.p_tip_W, pose.roll, pose.jaw).joints,
@@ -84,7 +82,7 @@ class StressBody::Device final : public hpdm::Device {
   DeviceLimits limits() const noexcept override { return LimitsOf(FarReaching()); }
 
  private:
-  StressTool tool_;
+  std::function<StressPose(double)> motion_;
   ImpulseEngineKinematics kinematics_;
   ForceSwitch force_;
   std::uint64_t sequence_ = 0;
@@ -104,28 +102,44 @@ StressBody::StressBody(const OrganOptions& organ, SurfaceMesh rest, std::vector<
   std::vector<ToolOptions> options;
   std::vector<HapticInstrument> instruments;
   for (const StressTool& tool : tools) {
-    devices_.push_back(std::make_unique<Device>(tool));
+    const ImpulseEngineKinematics kinematics = Kinematics(tool);
+    devices_.push_back(tool.device ? tool.device(kinematics)
+                                   : std::make_unique<Scripted>(tool.motion, kinematics));
+    devices_.back()->Home();
+    devices_.back()->EnableForce(true);
     options.push_back(tool.tool);
     options.back().prefetch = 1.5 * ToSeconds(step);
-    instruments.push_back(
-        {devices_.back().get(), Kinematics(tool), tool.tool.tip_radius, guard, 0, {}, {}});
+    instruments.push_back({devices_.back().get(),
+                           kinematics,
+                           tool.tool.tip_radius,
+                           guard,
+                           tool.friction,
+                           {},
+                           tool.tool.exchanges});
   }
   deformation_ = std::make_unique<DeformationLoop>(
       organs_, options, DeformationEdges{tool_states_, patches_, render_, telemetry_, &steps_});
-  haptics_ = std::make_unique<HapticLoop>(std::move(instruments), period,
-                                          HapticLoop::Edges{tool_states_, patches_, ticks_});
+  haptics_ = std::make_unique<HapticLoop>(
+      std::move(instruments), period,
+      HapticLoop::Edges{tool_states_, patches_, ticks_, nullptr, &control_});
   clock_ = std::make_unique<Lockstep>(timing, haptics_.get(), deformation_.get());
 }
 
 StressBody::~StressBody() = default;
 
-void StressBody::RunUntil(double seconds) {
+void StressBody::RunUntil(double seconds, std::vector<ToolSample>* course) {
   const auto end = static_cast<std::uint64_t>(seconds * timing_.haptic_hz);
   while (clock_->tick() < end) {
     if (clock_->StepIfDue()) MeasureStep();
     clock_->Tick();
     MeasureTick();
+    if (course != nullptr) course->push_back(tick_.tools[0]);
   }
+}
+
+void StressBody::Ask(const SessionControl& asked) {
+  control_.Back() = asked;
+  control_.Publish();
 }
 
 void StressBody::MeasureStep() {

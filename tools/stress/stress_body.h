@@ -30,6 +30,11 @@ struct StressTool {
   std::function<StressPose(double)> motion;
   Vector3d p_trocar_W = Vector3d::Zero();  ///< m; within 1 m of all of the way, 1 mm beside it.
   ToolOptions tool = {};
+  double friction = 0;  ///< Coulomb coefficient.
+
+  /// Who moves the tool instead, with kinematics about the trocar that start at the motion's own
+  /// beginning; absent: nothing but `motion`.
+  std::function<std::unique_ptr<Device>(const ImpulseEngineKinematics&)> device;
 };
 
 /// What came of it, over all that was run.
@@ -74,8 +79,12 @@ class StressBody {
              const TimingOptions& timing = {});
   ~StressBody();
 
-  /// Goes on until `seconds` of session time.
-  void RunUntil(double seconds);
+  /// Goes on until `seconds` of session time. `course`: gets every tick of the first tool, if
+  /// given.
+  void RunUntil(double seconds, std::vector<ToolSample>* course = nullptr);
+
+  /// What the trainee asks, from the next tick on.
+  void Ask(const SessionControl& asked);
 
   const StressOutcome& outcome() const { return outcome_; }
   const OrganModel& organ() const { return organs_[0]; }
@@ -85,7 +94,7 @@ class StressBody {
   const HapticSample& tick() const { return tick_; }
 
  private:
-  class Device;
+  class Scripted;
 
   void MeasureStep();
   void MeasureTick();
@@ -97,6 +106,7 @@ class StressBody {
   TripleBuffer<ContactPatch> patches_;
   TripleBuffer<SceneSnapshot> render_;
   TripleBuffer<SceneSnapshot> telemetry_;
+  TripleBuffer<SessionControl> control_;
   SpscQueue<StepSample> steps_{4};
   SpscQueue<HapticSample> ticks_{4};
   std::unique_ptr<DeformationLoop> deformation_;

@@ -22,6 +22,7 @@ constexpr std::array<ModelFacts, kStressModels> kModels = {{
     {"continuum", "surface continuum"},
     {"mass_spring", "mass-spring"},
     {"linear_tetrahedra", "linear tetrahedra"},
+    {"point_proxy", "point proxy"},
 }};
 
 }  // namespace
@@ -33,7 +34,7 @@ std::string Title(StressModel model) { return kModels[static_cast<std::size_t>(m
 bool IsOurs(StressModel model) { return model <= StressModel::kMetricFinite; }
 
 void Choose(StressModel model, OrganOptions* options) {
-  HPDM_CHECK(model != StressModel::kLinearTetrahedra);
+  HPDM_CHECK(model < StressModel::kLinearTetrahedra);
   if (model == StressModel::kContinuum || model == StressModel::kMassSpring) {
     options->model =
         model == StressModel::kContinuum ? OrganModelType::kContinuum : OrganModelType::kMassSpring;

@@ -19,8 +19,9 @@ enum class StressModel {
   kContinuum,         ///< Surface continuum.
   kMassSpring,        ///< Springs on the surface, explicit Euler.
   kLinearTetrahedra,  ///< Of about 4,000 nodes, offline.
+  kPointProxy,        ///< A proxy on the last step's triangles (point_proxy.h): no tissue.
 };
-inline constexpr int kStressModels = 7;
+inline constexpr int kStressModels = 8;
 
 /// Stable: "strain_small", "mass_spring".
 std::string Name(StressModel model);
@@ -28,7 +29,7 @@ std::string Name(StressModel model);
 std::string Title(StressModel model);
 /// Of the project's own lattice, which nothing may harm.
 bool IsOurs(StressModel model);
-/// Sets energy and strain, or the surface model; the rest of `options` stays. Not for tetrahedra.
+/// Sets energy and strain, or the surface model; the rest of `options` stays. Not for tetrahedra and point proxy.
 void Choose(StressModel model, OrganOptions* options);
 
 enum class StressFate { kSurvived, kDegraded, kFailed };

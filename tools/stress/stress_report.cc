@@ -1,6 +1,7 @@
 #include "tools/stress/stress_report.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tools/json_rows.h"
 #include "tools/report_text.h"
@@ -18,11 +19,14 @@ const char* FateName(StressFate fate) {
 Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 std::string Value(const StressParameter& parameter, double value) {
-  return Format("%.3g", value) + (parameter.unit.empty() ? "" : " " + parameter.unit);
+  return Format(std::abs(value) < 1000 ? "%.3g" : "%.0f", value) +
+         (parameter.unit.empty() ? "" : " " + parameter.unit);
 }
 
 std::string Percent(double error) {
-  return error < 9.995 ? Format("%.2g %%", 100 * error) : Format("%.1gx", error);
+  if (error > 0 && error < 5e-5) return "< 0.01 %";
+  if (error < 0.0995) return Format("%.2g %%", 100 * error);
+  return error < 9.995 ? Format("%.0f %%", 100 * error) : Format("%.1gx", error);
 }
 
 Json ToJson(const StressParameter& parameter) {

@@ -1,0 +1,412 @@
+// Scene files that are no good, as a user would give them to the program:
+// tests/bad_input/scenes.csv.
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include <fstream>
+#include <random>
+
+#include "tests/bad_input/bad_input.h"
+#include "tests/bad_input/sound_scene.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kMegabyte(1 << 20, ' ');
+
+std::string Repeated(const std::string& text, std::size_t count) {
+  std::string all;
+  all.reserve(text.size() * count);
+  for (std::size_t i = 0; i < count; ++i) all += text;
+  return all;
+}
+
+std::string Garbage(std::size_t bytes) {
+  std::mt19937 random(7);
+  std::string text(bytes, '\0');
+  for (char& c : text) c = static_cast<char>(random());
+  return text;
+}
+
+class Scenes : public BadInputs {
+ public:
+  Scenes() : BadInputs("scenes", WriteBox) {}
+
+  using BadInputs::Add;
+  /// A text that is checked.
+  void Text(const std::string& name, const std::string& text) {
+    Add(name, {"check", "s.toml"}, WithFile("s.toml", text));
+  }
+  /// The sound scene with other lines: one in the organ's, its lattice's or its material's table.
+  void Organ(const std::string& line) {
+    Text("organ: " + line, SoundScene({.organ = line + "\n"}));
+  }
+  void Lattice(const std::string& line) {
+    Text("lattice: " + line, SoundScene({.lattice = line + "\n"}));
+  }
+  void Material(const std::string& line) {
+    Text("material: " + line, SoundScene({.material = line + "\n"}));
+  }
+  void Instrument(const std::string& line) {
+    Text("instrument: " + line, SoundScene({.instrument = line + "\n"}));
+  }
+  /// The sound scene with a table behind it.
+  void Table(const std::string& name, const std::string& table) {
+    Text(name, SoundScene({}) + table + "\n");
+  }
+  void Timing(const std::string& line) { Table("timing: " + line, "[timing]\n" + line); }
+  /// What stands at the scene's place.
+  void Place(const std::string& name, const Make& make) { Add(name, {"check", "s.toml"}, make); }
+  void Solved(const std::string& name, const std::string& load) {
+    Add(name, {"solve", "s.toml", "--out", "f.csv"},
+        WithFile("s.toml", SoundScene({}) + "[[load]]\n" + load + "\n"));
+  }
+  void Run(const std::string& name, const std::string& text) {
+    Add(name,
+        {"run", "s.toml", "--clock", "lockstep", "--seconds", "0.1", "--no-pictures", "--out", "o"},
+        WithFile("s.toml", text));
+  }
+};
+
+void AddTexts(Scenes* s) {
+  const std::string sound = SoundScene({});
+  std::string crlf;
+  for (const char c : sound) crlf += c == '\n' ? "\r\n" : std::string(1, c);
+  std::string cr = sound;
+  std::replace(cr.begin(), cr.end(), '\n', '\r');
+  std::string utf16 = "\xff\xfe";
+  for (const char c : sound) utf16 += {c, '\0'};
+  s->Text("sound", sound);
+  s->Text("empty", "");
+  s->Text("a comment alone", "# nothing");
+  s->Text("byte order mark", "\xef\xbb\xbf" + sound);
+  s->Text("byte order mark alone", "\xef\xbb\xbf");
+  s->Text("CRLF line ends", crlf);
+  s->Text("CR line ends", cr);
+  s->Text("UTF-16", utf16);
+  s->Text("Latin-1", SoundScene({.name = "f\xfcr"}));
+  s->Text("overlong UTF-8", SoundScene({.name = "\xc0\xaf"}));
+  s->Text("UTF-8 of half a surrogate pair", SoundScene({.name = "\xed\xa0\x80"}));
+  s->Text("a NUL byte", SoundScene({.name = std::string("a\0b", 3)}));
+  s->Text("a name in another script", SoundScene({.name = "\xe8\x82\x9d"}));
+  s->Text("a name of 65 bytes", SoundScene({.name = std::string(65, 'n')}));
+  s->Text("a name of a megabyte", SoundScene({.name = std::string(1 << 20, 'n')}));
+  const std::string after_name = sound.substr(sound.find("mesh="));
+  s->Text("a name with a line break", "[[organ]]\nname=\"a\\nb\"\n" + after_name);
+  s->Text("a name with a terminal's escape", "[[organ]]\nname=\"\\u001b[2J\"\n" + after_name);
+  s->Text("10 MB of garbage", Garbage(10'000'000));
+  s->Text("a megabyte of garbage", Garbage(1'000'000));
+  s->Text("a megabyte of spaces", kMegabyte);
+  s->Text("a megabyte of comment", Repeated("# ", 1 << 19));
+  s->Text("a megabyte of brackets", Repeated("[", 1 << 20));
+  s->Text("arrays nested 100,000 deep", "a=" + Repeated("[", 100'000) + Repeated("]", 100'000));
+  s->Text("inline tables nested 10,000 deep",
+          "a=" + Repeated("{a=", 10'000) + "1" + Repeated("}", 10'000));
+  s->Text("a key of 100,000 parts", Repeated("a.", 100'000) + "a=1");
+  s->Text("a table of 10,000 parts", std::string("[") + Repeated("a.", 10'000) + "a]");
+  s->Text("an unknown key of a megabyte", std::string((1 << 20) - 2, 'k') + "=1");
+  s->Text("100,000 unknown keys", [] {
+    std::string text;
+    for (int i = 0; i < 100'000; ++i) text.append("k").append(std::to_string(i)).append("=1\n");
+    return text;
+  }());
+  s->Text("an array of 500,000 numbers", "a=[" + Repeated("1,", 500'000) + "]");
+  s->Text("100,000 organs", Repeated("[[organ]]\n", 100'000));
+  s->Text("a million organs", Repeated("[[organ]]\n", 1'000'000));
+  s->Text("one organ too many", [] {
+    std::string text;
+    for (int i = 0; i < 65; ++i) {
+      text.append("[[organ]]\nmesh='../common/box.obj'\nname='")
+          .append(std::to_string(i))
+          .append("'\n");
+    }
+    return text;
+  }());
+  s->Text("a string without an end", "[scene]\nname = \"x\n");
+  s->Text("a table without an end", "[scene\nname = 'x'\n");
+  s->Text("a value without a key", "= 3\n");
+  s->Text("half of a scene", sound.substr(0, sound.size() / 2));
+  s->Text("a mesh instead of a scene", "v 0 0 0\nv 1 0 0\nf 1 2 3\n");
+  s->Text("JSON instead of TOML", "{\"organ\": []}");
+  s->Text("a key given twice", SoundScene({.organ = "name='again'\n"}));
+  s->Text("a table given twice", sound + "[timing]\n[timing]\n");
+  s->Text("a table that is a value already", "organ=1\n[[organ]]\n");
+  s->Text("no organ", "[scene]\nname='x'\n");
+  s->Text("organ = []", "organ=[]\n");
+  s->Text("two organs of one name", sound + "[[organ]]\nname='liver'\nmesh='../common/box.obj'\n");
+  s->Text("two instruments of one name", sound + "[[instrument]]\nname='probe'\ntrocar=[0,0,1]\n");
+  s->Text("three instruments", sound +
+                                   "[[instrument]]\nname='b'\ntrocar=[0,0,1]\n"
+                                   "[[instrument]]\nname='c'\ntrocar=[0,0,1]\n");
+}
+
+void AddPlaces(Scenes* s) {
+  s->Place("missing", {});
+  s->Place("a folder", [](const fs::path& here) { fs::create_directory(here / "s.toml"); });
+  s->Place("a pipe without a writer",
+           [](const fs::path& here) { mkfifo((here / "s.toml").c_str(), 0600); });
+  s->Place("a socket", [](const fs::path& here) {
+    const int descriptor = socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un name{.sun_family = AF_UNIX, .sun_path = {}};
+    (here / "s.toml").string().copy(name.sun_path, sizeof name.sun_path - 1);
+    EXPECT_EQ(bind(descriptor, reinterpret_cast<const sockaddr*>(&name), sizeof name), 0);
+    close(descriptor);
+  });
+  s->Place("a link to itself",
+           [](const fs::path& here) { fs::create_symlink("s.toml", here / "s.toml"); });
+  s->Place("a link to nothing",
+           [](const fs::path& here) { fs::create_symlink("no.toml", here / "s.toml"); });
+  s->Place("a link to a sound scene", [](const fs::path& here) {
+    fs::create_directory(here / "real");
+    WithFile("real/s.toml", SoundScene({}))(here);
+    fs::create_symlink("real/s.toml", here / "s.toml");
+  });
+  s->Add("a file that may not be read",
+         {.words = {"check", "s.toml"}, .folder = {}, .as_nobody_else = true},
+         [](const fs::path& here) {
+           WithFile("s.toml", SoundScene({}))(here);
+           fs::permissions(here / "s.toml", fs::perms::none);
+         });
+  for (const std::string device : {"/dev/zero", "/dev/null", "/dev/stdin", "/proc/self/mem"}) {
+    s->Add(device, {"check", device});
+  }
+  s->Add("no name", {"check", ""});
+  s->Add("a file name with a line break", {"check", "a\nb.toml"});
+  s->Add("a file name with a terminal's escape", {"check", "\x1b[2J.toml"});
+  s->Add("a file name that is not UTF-8", {"check", "\xff.toml"});
+  s->Add("a file name of 100,000 bytes", {"check", std::string(100'000, 'n')});
+}
+
+void AddOrgans(Scenes* s) {
+  for (const char* line : {"untt='mm'",
+                           "unit='cm'",
+                           "unit='inch'",
+                           "unit=0",
+                           "unit=-1",
+                           "unit=nan",
+                           "unit=inf",
+                           "unit=1e-300",
+                           "unit=1e-12",
+                           "unit=1000",
+                           "unit=1e9",
+                           "unit=true",
+                           "unit=[1]",
+                           "unit=1979-05-27",
+                           "unit=1e999",
+                           "unit=0,001",
+                           "unit=1_000_0",
+                           "unit=9223372036854775808",
+                           "model='jelly'",
+                           "model=3",
+                           "texture='no.png'",
+                           "texture='../common'",
+                           "wall_stiffness=1",
+                           "pose.position=[0,0,150]",
+                           "pose.position=[0,nan,0]",
+                           "pose.position=[0,0]",
+                           "pose.position=[9,9,9]",
+                           "pose.rotation_deg=[0,0,inf]",
+                           "pose.rotation_deg=[1e15,0,0]",
+                           "pose={}",
+                           "motion={displacement=[1,0,0],frequency=1}",
+                           "motion={displacement=[0,0,0.01],frequency=-1}",
+                           "motion={displacement=[0,0,0.01],frequency=0}",
+                           "motion={displacement=[0,0,nan],frequency=1}"}) {
+    s->Organ(line);
+  }
+  for (const char* mesh : {"", "no.obj", "..", "s.toml", "/dev/zero", "/dev/null", "loop", "pipe",
+                           "empty.obj", "garbage.obj", "../common/box.txt"}) {
+    s->Add(std::string("organ: mesh='") + mesh + "'", {"check", "s.toml"},
+           [mesh](const fs::path& here) {
+             WithFile("s.toml", SoundScene({.mesh = mesh}))(here);
+             WithFile("empty.obj", "")(here);
+             WithFile("garbage.obj", Garbage(100'000))(here);
+             fs::create_symlink("loop", here / "loop");
+             mkfifo((here / "pipe").c_str(), 0600);
+           });
+  }
+  for (const char* line : {"cells=0",
+                           "cells=-1",
+                           "cells=65",
+                           "cells=1000000",
+                           "cells=64",
+                           "cells=[4,4]",
+                           "cells=4.5",
+                           "cells=nan",
+                           "cells='4'",
+                           "degree=0",
+                           "degree=4",
+                           "degree=[1,2,3]",
+                           "degree=9223372036854775807",
+                           "basis='nurbs'",
+                           "margin=-0.1",
+                           "margin=nan",
+                           "margin=1",
+                           "local_functions=-1",
+                           "local_functions=1000000",
+                           "local_functions=250",
+                           "local_refinement=1",
+                           "local_refinement=100"}) {
+    s->Lattice(line);
+  }
+  s->Text("a Bernstein lattice of degree 30",
+          SoundScene({.lattice = "basis='bernstein'\ndegree=30", .cells = ""}));
+  s->Text("a Bernstein lattice with cells", SoundScene({.lattice = "basis='bernstein'"}));
+  s->Text("a Bernstein lattice with local functions",
+          SoundScene({.lattice = "basis='bernstein'\nlocal_functions=8", .cells = ""}));
+  for (const char* line : {"young=-5000",
+                           "young=0",
+                           "young=nan",
+                           "young=inf",
+                           "young=1e-300",
+                           "young=1e-6",
+                           "young=1e12",
+                           "young=1e13",
+                           "young='soft'",
+                           "poisson=0.5",
+                           "poisson=0.4999999999999999",
+                           "poisson=-0.1",
+                           "poisson=1",
+                           "poisson=nan",
+                           "density=0",
+                           "density=-1",
+                           "density=inf",
+                           "density=1e-300",
+                           "relaxation_time=-1",
+                           "relaxation_time=nan",
+                           "relaxation_time=1001",
+                           "colour='red'"}) {
+    s->Material(line);
+  }
+  s->Text("a metric energy without stiffness", SoundScene({.energy = "type='metric'\nalpha=0"}));
+  s->Text("a metric energy of NaN", SoundScene({.energy = "type='metric'\nalpha=nan"}));
+  s->Text("a metric energy of negative beta", SoundScene({.energy = "type='metric'\nbeta=-1"}));
+  s->Text("an energy of another type", SoundScene({.energy = "type='magnetic'"}));
+  s->Text("Newton without iterations",
+          SoundScene({.energy = "strain='finite'\nnewton_iterations=0"}));
+  s->Text("Newton without time", SoundScene({.energy = "strain='finite'\nnewton_budget=0"}));
+  s->Table("a support without a region", "[[organ.support]]\nfixed=true");
+  s->Table("a support of NaN",
+           "[[organ.support]]\nstiffness=nan\nsphere={centre=[0,0,0],radius=1}");
+  s->Table("a support of no stiffness",
+           "[[organ.support]]\nstiffness=0\nsphere={centre=[0,0,0],radius=1}");
+  s->Table("a support of a negative radius",
+           "[[organ.support]]\nfixed=true\nsphere={centre=[0,0,0],radius=-1}");
+  s->Table("a support turned inside out",
+           "[[organ.support]]\nfixed=true\nbox={min=[0,0,1],max=[1,1,0]}");
+  s->Table("a support beside the tissue",
+           "[[organ.support]]\nfixed=true\nsphere={centre=[5,5,5],radius=0.01}");
+  s->Table("a support between the samples",
+           "[[organ.support]]\nfixed=true\nsphere={centre=[0,0,0.0501],radius=1e-12}");
+  s->Table("a support of all tissue",
+           "[[organ.support]]\nfixed=true\n"
+           "box_fraction={min=[0,0,0],max=[1,1,1]}");
+}
+
+void AddRest(Scenes* s) {
+  for (const char* line :
+       {"haptic_hz=0", "haptic_hz=-1000", "haptic_hz=nan", "haptic_hz=1000000000",
+        "haptic_hz=1000.5", "haptic_hz='1 kHz'", "haptic_hz=100", "haptic_hz=10000",
+        "deformation_hz=0", "deformation_hz=-30", "deformation_hz=1001", "render_hz=0",
+        "render_hz=1000000", "patch_delay_ticks=0", "patch_delay_ticks=-34",
+        "patch_delay_ticks=2147483648", "seconds=1"}) {
+    s->Timing(line);
+  }
+  for (const char* line : {"tip_radius=0",
+                           "tip_radius=-1",
+                           "tip_radius=nan",
+                           "tip_radius=1e-300",
+                           "tip_radius=10",
+                           "friction=-1",
+                           "friction=inf",
+                           "type='spoon'",
+                           "hand.seed=-1",
+                           "hand.script='dance'",
+                           "hand.organ='lung'",
+                           "hand.depth=nan",
+                           "hand.depth=-1",
+                           "hand.speed=0",
+                           "hand.speed=1e9",
+                           "device.mass=0",
+                           "device.mass=-1",
+                           "device.damping=nan",
+                           "device.max_force=-1",
+                           "device.max_force=1e300",
+                           "device.encoder_step=-1",
+                           "trace.file='no.csv'",
+                           "trace.speed=0",
+                           "trace.speed=nan",
+                           "trace.scale=-1",
+                           "exchange=[{name='probe'}]",
+                           "jaws={}",
+                           "mesh='no.obj'"}) {
+    s->Instrument(line);
+  }
+  s->Text("instrument: trocar=[0,0,50]", SoundScene({.trocar = "[0,0,50]"}));
+  s->Table("a scope at its target", "[laparoscope]\nposition=[0,0,0]\ntarget=[0,0,0]");
+  s->Table("a scope of NaN", "[laparoscope]\nposition=[0,nan,0]");
+  s->Table("a scope of 20 degrees", "[laparoscope]\nangle_deg=20");
+  s->Table("a view of 180 degrees", "[laparoscope]\nfield_of_view_deg=180");
+  s->Table("gravity", "[scene]\ngravity=[0,0,-9.81]");
+  s->Table("a background that is missing", "[scene]\nbackground='no.png'");
+  s->Table(
+      "a file of a record that leads out",
+      "[[file]]\nname='box.obj'\ncopy='../common/box.obj'\nsha256='" + std::string(64, '0') + "'");
+  s->Table("a file of a record without a sum", "[[file]]\nname='../common/box.obj'");
+  s->Table("a record that lacks the mesh",
+           "[[file]]\nname='other'\nsha256='" + std::string(64, '0') + "'");
+  s->Table("unknown table", "[laproscope]");
+
+  const std::string at = "organ='liver'\npoint=[0,0,0.05]\nradius=0.03\n";
+  s->Add("no load to solve", {"solve", "s.toml", "--out", "f.csv"},
+         WithFile("s.toml", SoundScene({})));
+  s->Solved("a load", at + "force=[0,0,-1]");
+  s->Solved("a load on nothing", "organ='lung'\npoint=[0,0,0]\nradius=1\nforce=[0,0,1]");
+  s->Solved("a load of NaN", at + "force=[0,nan,0]");
+  s->Solved("a load of a meganewton too much", at + "force=[0,0,1e7]");
+  s->Solved("a load beside the organ", "organ='liver'\npoint=[5,5,5]\nradius=0.03\nforce=[0,0,1]");
+  s->Solved("a load of no radius", "organ='liver'\npoint=[0,0,0.05]\nradius=0\nforce=[0,0,1]");
+  s->Solved("a load narrower than a number",
+            "organ='liver'\npoint=[0,0,0.05]\nradius=1e-300\nforce=[0,0,1]");
+  s->Solved("a load without a value", at);
+  s->Solved("a pressure on no surface",
+            "organ='liver'\npressure=10\nsphere={centre=[5,5,5],radius=0.01}");
+  s->Solved("the same displacement twice",
+            at + "displacement=[0,0,-0.001]\n[[load]]\n" + at + "displacement=[0,0,-0.001]");
+  s->Solved("two displacements that contradict each other",
+            at + "displacement=[0,0,-0.001]\n[[load]]\n" + at + "displacement=[0,0,0.001]");
+
+  for (const char* material : {"young=1e-300", "young=1e12", "poisson=0.4999999999999999"}) {
+    s->Run(std::string("a session of strain energy: ") + material,
+           SoundScene({.energy = "type='strain'\n", .material = material}));
+  }
+  s->Text("a lattice of strain energy too fine for any memory",
+          SoundScene({.lattice = "cells=32", .energy = "type='strain'\n"}));
+  s->Text("local functions too fine for any memory",
+          SoundScene({.lattice = "cells=32\nlocal_functions=8\nlocal_refinement=6",
+                      .energy = "type='strain'\n"}));
+  s->Run("a session of a giant", SoundScene({.organ = "unit=1000\n"}));
+  s->Run("a session of a dwarf", SoundScene({.organ = "unit=1e-12\n"}));
+  s->Run("a session without an instrument", SoundScene({}).substr(0, SoundScene({}).find("[[ins")));
+  s->Run("a session inside the organ", SoundScene({.trocar = "[0,0,0]"}));
+  s->Run("two organs in one place",
+         SoundScene({}) + "[[organ]]\nname='twin'\nmesh='../common/box.obj'\n");
+  s->Run("a name that is a path", SoundScene({.name = "../../../x"}));
+}
+
+TEST(BadInput, ScenesAreTreatedAsTheTableSays) {
+  Scenes scenes;
+  AddTexts(&scenes);
+  AddPlaces(&scenes);
+  AddOrgans(&scenes);
+  AddRest(&scenes);
+  scenes.Compare();
+}
+
+}  // namespace
+}  // namespace hpdm

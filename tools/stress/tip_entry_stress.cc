@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tools/report_text.h"
+#include "tools/stress/haptic_parts.h"
+#include "tools/stress/touched_organ.h"
+
+namespace hpdm {
+namespace {
+
+// N: a force of that size is felt; below, a contact is as good as over.
+constexpr double kFelt = 0.02;
+
+// A force downwards, of more than a trifle of the true one.
+bool PullsIn(const FeltCourse& course, const Vector3d& truth) {
+  const double least = -std::max(kFelt, 0.05 * truth.norm());
+  return std::any_of(course.begin(), course.end(),
+                     [&](const ToolSample& tick) { return tick.force_W.z() < least; });
+}
+
+// From `from` s on.
+bool FeelsNothing(const FeltCourse& course, double from) {
+  return std::all_of(course.begin() + std::lround(1e3 * from), course.end(),
+                     [](const ToolSample& tick) { return tick.force_W.norm() < kFelt; });
+}
+
+StressTrial InsideAtStart(StressModel model, double depth_mm, bool quick) {
+  constexpr double kLeaves = 0.8, kSpeed = 0.1, kAway = 0.02;  // s, m/s, m
+  const TouchedOrgan touched = SoftOrgan(model, quick);
+  const Vector3d top = touched.Top(0.02, 0.01);
+  const double depth = 1e-3 * depth_mm;
+  const StressPose deep = Below(top, depth), away = Below(top, -kAway);
+  const double out = kLeaves + (depth + kAway) / kSpeed;
+  const StressTool tool = OverOrgan({{kLeaves, deep}, {out, away}});
+  const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
+  const Vector3d truth = ForceGoneToSlowly(touched, tool, away, deep);
+  const Vector3d force = MeanForce(felt.course, kLeaves - 0.05, kLeaves);
+  StressTrial trial = JudgeTouch(model, RelativeError(force, truth), 0.1, 0.5, felt.outcome,
+                                 kLeaves + depth / kSpeed);
+  if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
+  if (!FeelsNothing(felt.course, out)) Fail("holds on to the tool", &trial);
+  TellForces(force.norm(), truth.norm(), &trial);
+  return trial;
+}
+
+StressTrial ThroughWall(StressModel model, double speed, bool quick) {
+  constexpr double kDepth = 0.015, kAway = 0.012, kLeaves = 1, kBack = 0.3;  // m, m, s, m/s
+  const TouchedOrgan touched = HollowOrgan(model, quick);
+  const Vector3d top = touched.Top(0.006, 0.004);
+  const StressPose deep = Below(top, kDepth), away = Below(top, -kAway);
+  const double out = kLeaves + (kDepth + kAway) / kBack;
+  const StressTool tool = OverOrgan({{kRampedIn, away},
+                                     {kRampedIn + (kDepth + kAway) / speed, deep},
+                                     {kLeaves, deep},
+                                     {out, away}});
+  const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
+  const Vector3d truth = ForceGoneToSlowly(touched, tool, away, deep);
+  const Vector3d force = MeanForce(felt.course, kLeaves - 0.05, kLeaves);
+  StressTrial trial = JudgeTouch(model, RelativeError(force, truth), 0.1, 0.5, felt.outcome,
+                                 kLeaves + kDepth / kBack);
+  if (force.norm() < kFelt) Fail("tunnels: no force behind the wall", &trial);
+  if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
+  if (!FeelsNothing(felt.course, out)) Fail("holds on to the tool", &trial);
+  TellForces(force.norm(), truth.norm(), &trial);
+  return trial;
+}
+
+// From beyond the reach of any patch.
+StressTrial FastTouch(StressModel model, double speed, bool quick) {
+  constexpr double kDepth = 0.01, kAway = 0.08, kJudged = 0.2;  // m, m, s
+  const TouchedOrgan touched = SoftOrgan(model, quick);
+  const Vector3d top = touched.Top(0.02, 0.01);
+  const StressPose deep = Below(top, kDepth), away = Below(top, -kAway);
+  const double arrives = kRampedIn + (kAway + kDepth) / speed, leaves = arrives + kJudged;
+  const double out = leaves + (kAway + kDepth) / speed;
+  const StressTool tool =
+      OverOrgan({{kRampedIn, away}, {arrives, deep}, {leaves, deep}, {out, away}});
+  const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
+  const Vector3d truth = ForceGoneToSlowly(touched, tool, Below(top, -0.02), deep);
+  const auto first = static_cast<std::size_t>(1e3 * arrives);
+  double error = 0;
+  int blind = 0;
+  for (std::size_t i = first; i < first + 200; ++i) {
+    error += RelativeError(felt.course[i].force_W, truth) / 200;
+    blind += felt.course[i].force_W.norm() < kFelt;
+  }
+  StressTrial trial = JudgeTouch(model, error, 0.1, 0.5, felt.outcome, leaves + kDepth / speed);
+  if (blind > 0 && trial.how.empty()) trial.how = Format("%d ms without force", blind);
+  if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
+  if (!FeelsNothing(felt.course, out + 0.3)) Fail("holds on to the tool", &trial);
+  return trial;
+}
+
+// Asked for in the depth, another instrument comes when the tip is free, and is felt as itself.
+StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
+  constexpr double kSpeed = 0.1, kAway = 0.01;  // m/s, m
+  const TouchedOrgan touched = SoftOrgan(model, quick);
+  const Vector3d top = touched.Top(0.02, 0.01);
+  const double depth = 1e-3 * depth_mm, way = (depth + kAway) / kSpeed;
+  const StressPose deep = Below(top, depth), away = Below(top, -kAway);
+  const double there = kRampedIn + way, asks = there + 0.2, leaves = asks + 0.2, out = leaves + way;
+  const double again = out + 0.6 + way, end = again + 0.2, gone = end + way;
+  StressTool tool = OverOrgan({{kRampedIn, away},
+                               {there, deep},
+                               {leaves, deep},
+                               {out, away},
+                               {out + 0.6, away},
+                               {again, deep},
+                               {end, deep},
+                               {gone, away}});
+  StressTool fine = tool;
+  fine.tool.tip_radius = 0.001;
+  tool.tool.exchanges = {{.tip_radius = fine.tool.tip_radius}};
+  StressBody body(touched.organ, touched.rest, {tool}, touched.timing);
+  FeltCourse course;
+  body.RunUntil(asks, &course);
+  SessionControl control;
+  control.exchange[0] = 1;
+  body.Ask(control);
+  body.RunUntil(gone + ToRest(model), &course);
+
+  const Vector3d before = MeanForce(course, asks - 0.05, asks);
+  const Vector3d after = MeanForce(course, asks, leaves);
+  const Vector3d truth = ForceGoneToSlowly(touched, fine, away, deep);
+  const Vector3d other = MeanForce(course, end - 0.05, end);
+  const double kept = RelativeError(after, before), taken = RelativeError(other, truth);
+  StressTrial trial =
+      JudgeTouch(model, std::max(kept, taken), 0.1, 0.5, body.outcome(), end + depth / kSpeed);
+  if (course[std::lround(1e3 * leaves)].exchange != 0) Fail("exchanged in the depth", &trial);
+  if (course[std::lround(1e3 * (out + 0.5))].exchange != 1) Fail("never exchanged", &trial);
+  if (kept > taken) TellForces(after.norm(), before.norm(), &trial);
+  TellForces(other.norm(), truth.norm(), &trial);
+  return trial;
+}
+
+}  // namespace
+
+std::vector<StressCase> TipEntryStress(bool quick) {
+  const std::string place = "the force of the same place gone to slowly";
+  std::vector<StressCase> cases;
+  cases.push_back({.name = "tool_inside_at_start",
+                   .group = {},
+                   .title = "Session begins with the tool inside the organ",
+                   .truth = place +
+                            " from outside; degraded from 10 %, failed from 50 %, or pulled "
+                            "in, or held after it is out",
+                   .parameter = {"depth", "mm", 2, 15, 45},
+                   .models = kTouchModels,
+                   .run = [quick](StressModel model, double value) {
+                     return InsideAtStart(model, value, quick);
+                   }});
+  cases.push_back({.name = "through_thin_wall",
+                   .group = {},
+                   .title = "Tool 15 mm through the 3 mm wall of a hollow organ",
+                   .truth = place + "; degraded from 10 %, failed from 50 %, or tunnelled, pulled "
+                                    "in, or held after it is out",
+                   .parameter = {"speed", "m/s", 0.1, 10, 100, true},
+                   .models = kTouchModels,
+                   .run = [quick](StressModel model, double value) {
+                     return ThroughWall(model, value, quick);
+                   }});
+  cases.push_back(
+      {.name = "fast_device",
+       .group = {},
+       .title = "Device comes from 80 mm away, 10 mm deep",
+       .truth = place + ", over the first 0.2 s; degraded from 10 %, failed from 50 %, "
+                        "or pulled in, or held after it is out",
+       .parameter = {"speed", "m/s", 0.1, 1, 10, true},
+       .models = kTouchModels,
+       .run = [quick](StressModel model, double value) { return FastTouch(model, value, quick); }});
+  cases.push_back(
+      {.name = "exchange_while_deep",
+       .group = {},
+       .title = "Another instrument asked for while the tip presses",
+       .truth = "the force before, as long as it presses, and then " + place +
+                " with the other one; degraded from 10 %, failed from 50 %, or when it "
+                "is exchanged in the depth or never",
+       .parameter = {"depth", "mm", 2, 15, 40},
+       .models = {},
+       .run = [quick](StressModel model, double value) { return Exchange(model, value, quick); }});
+  return cases;
+}
+
+}  // namespace hpdm
