@@ -86,8 +86,8 @@ class FullResponse final : public LatticeResponse {
  public:
   explicit FullResponse(const FullStiffness& K)
       : n_(K.rows() / 3),
-        inverse_(
-            InverseStiffness(K, "add an [[organ.support]], use fewer cells or a lower poisson")),
+        inverse_(InverseStiffness(
+            K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
         response_(K.rows(), ContactProblem::kMaxEquations) {}
 
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {
@@ -149,7 +149,9 @@ Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, con
   // motions without any.
   const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * K * scale.asDiagonal());
-  constexpr double kLeast = 1e-13;
+  // A motion that nothing holds leaves round-off, some 1e-18; a held Bernstein lattice of degree
+  // (20, 2, 2), whose functions are nearly dependent, 4e-15.
+  constexpr double kLeast = 1e-15;
   if (factor.info() != Eigen::Success || !(factor.rcond() > kLeast)) {
     throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
   }

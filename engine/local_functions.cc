@@ -45,7 +45,8 @@ LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOption
                                const FullStiffness& K)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
       centres_(finer_.ControlPoints()) {
-  inverse_ = InverseStiffness(K, "add an [[organ.support]], use fewer cells or a lower poisson");
+  inverse_ = InverseStiffness(
+      K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson");
 
   const LameParameters lame = ToLame(material);
   const auto [pointwise, projected] = ShareLambda(lame, dilatation);

@@ -12,9 +12,9 @@
 #include "engine/finite_strain_energy.h"
 #include "engine/mesh_facts.h"
 #include "engine/mesh_import.h"
+#include "engine/stiffness_regions.h"
 #include "engine/surface_kernel.h"
 #include "engine/thickness.h"
-#include "engine/tissue_cache.h"
 
 namespace hpdm {
 namespace {
@@ -83,7 +83,10 @@ double LeastControlPoints(const Lattice& lattice, const SurfaceMesh& rest,
 }  // namespace
 
 OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
-    : options_(options), rest_(std::move(rest)), topology_(rest_.vertices.rows(), rest_.triangles) {
+    : options_(options),
+      rest_(std::move(rest)),
+      bounds_(AxisAlignedBounds(rest_.vertices)),
+      topology_(rest_.vertices.rows(), rest_.triangles) {
   VertexNormals(rest_.vertices, rest_.triangles, &rest_normals_);
   if (options.model == OrganModelType::kHpdm) {
     BuildLatticeModel();
@@ -115,13 +118,7 @@ void OrganModel::BuildLatticeModel() {
   if (options_.lattice.basis == BasisType::kBSpline) {
     CheckMatrices(options_, LeastControlPoints(*lattice_, rest_, options_.lattice.cells));
   }
-  const TissueQuadrature sampled = [&] {
-    try {
-      return CachedTissue(rest_, lattice_->box(), cells);
-    } catch (const InputError& error) {
-      throw InputError("organ \"" + options_.name + "\": " + options_.mesh + ": " + error.what());
-    }
-  }();
+  const auto [sampled, stiffness] = SampleStiffness(rest_, lattice_->box(), cells, options_);
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};
@@ -139,15 +136,18 @@ void OrganModel::BuildLatticeModel() {
       lattice_->box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
   thickness_ = LocalThickness(rest_, rest_normals_, 3 * resolution_);
 
-  std::vector<Quadrature> regions;
-  const Box bounds = AxisAlignedBounds(rest_.vertices);
+  std::vector<Quadrature> held;
   for (const SupportOptions& support : options_.supports) {
-    regions.push_back(SampleSupport(rest_, support, bounds, ControlPointSpacing(*lattice_)));
-    if (regions.back().weights.size() > 0) continue;
-    throw InputError("organ \"" + options_.name + "\": support " + std::to_string(regions.size()) +
-                     " holds no tissue; move or enlarge its region");
+    held.push_back(SampleSupport(rest_, support, bounds_, ControlPointSpacing(*lattice_)));
+    if (held.back().weights.size() == 0) {
+      throw InputError("organ \"" + options_.name + "\": support " + std::to_string(held.size()) +
+                       " holds no tissue; move or enlarge its region");
+    }
+    if (support.stiffness) continue;
+    held.back().weights =
+        ElasticWeights(options_, bounds_, held.back().points, held.back().weights);
   }
-  BuildEnergy(tissue, cells, regions);
+  BuildEnergy({tissue.points, tissue.weights.cwiseProduct(stiffness)}, cells, held);
   fold_watch_.emplace(*lattice_, local_ ? &local_->finer() : nullptr, tissue);
 }
 
@@ -184,21 +184,21 @@ void OrganModel::BuildRigidModel() {
   centre_of_volume_W_ = EnclosedCentre(rest_.vertices, rest_.triangles);
 }
 
-void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
-                             const std::vector<Quadrature>& regions) {
+void OrganModel::BuildEnergy(const Quadrature& elastic, const std::array<int, 3>& cells,
+                             const std::vector<Quadrature>& held) {
   const EnergyOptions& energy = options_.energy;
   const bool strain = energy.type == EnergyType::kStrain;
   const bool finite = energy.strain == StrainMeasure::kFinite;
-  const ScalarStiffness supports =
-      SupportStiffness(*lattice_, tissue, options_.supports, regions,
-                       strain ? options_.material.young : energy.alpha);
+  const ScalarStiffness supports = SupportStiffness(
+      *lattice_, elastic, options_.supports, held, strain ? options_.material.young : energy.alpha);
   if (!strain) {
     // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
     // lumped weights, whose sum is exact.
-    const Quadrature domain =
-        energy.domain == EnergyDomain::kOrgan
-            ? tissue
-            : BoxQuadrature(lattice_->box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+    Quadrature domain = elastic;
+    if (energy.domain == EnergyDomain::kBox) {
+      domain = BoxQuadrature(lattice_->box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+      domain.weights = ElasticWeights(options_, bounds_, domain.points, domain.weights);
+    }
     if (!finite) {
       stiffness_ =
           ScalarStiffness(MetricStiffness(*lattice_, domain, energy.alpha, energy.beta) + supports);
@@ -210,19 +210,21 @@ void OrganModel::BuildEnergy(const Quadrature& tissue, const std::array<int, 3>&
     finite_energy_->Clone()->Hessian(Points::Zero(lattice_->size(), 3), false, &K);
     stiffness_ = std::move(K);
   } else {
-    FullStiffness K = StrainStiffness(*lattice_, tissue, options_.material, Dilatation::kProjected);
+    FullStiffness K =
+        StrainStiffness(*lattice_, elastic, options_.material, Dilatation::kProjected);
     AddAlongEachAxis(supports, &K);
     if (options_.lattice.local.functions > 0) {
       HPDM_CHECK(!finite && options_.lattice.basis == BasisType::kBSpline &&
                  energy.solver == SolverType::kCholesky);
-      local_.emplace(*lattice_, options_.lattice.local, tissue, options_.material,
-                     Dilatation::kProjected, regions, K);
+      local_.emplace(*lattice_, options_.lattice.local, elastic, options_.material,
+                     Dilatation::kProjected, held, K);
       local_weights_ = local_->finer().Weights(rest_.vertices);
     }
     stiffness_ = std::move(K);
     if (!finite) return;
-    finite_energy_ = std::make_unique<FiniteStrainEnergy>(
-        *lattice_, tissue, energy.law, ToLame(options_.material), Dilatation::kProjected, supports);
+    finite_energy_ = std::make_unique<FiniteStrainEnergy>(*lattice_, elastic, energy.law,
+                                                          ToLame(options_.material),
+                                                          Dilatation::kProjected, supports);
   }
   if (energy.solver == SolverType::kGaussSeidel) {
     warnings_.push_back("organ \"" + options_.name +
@@ -310,8 +312,10 @@ double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
 }
 
 SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
-  return {options_.material, InterpolatedNormal(rest_.vertices, rest_.triangles, topology_, at),
-          radius, ResolvedRadius(at, radius)};
+  MaterialOptions material = options_.material;
+  material.young = YoungAt(options_, bounds_, at.Position(rest_.vertices, rest_.triangles));
+  return {material, InterpolatedNormal(rest_.vertices, rest_.triangles, topology_, at), radius,
+          ResolvedRadius(at, radius)};
 }
 
 SurfaceDent OrganModel::AddLoadToRow(const Vector3d& p_centre_W, double radius,

@@ -110,11 +110,12 @@ class OrganModel {
   void BuildLatticeModel();
   void BuildSurfaceModel();
   void BuildRigidModel();
-  void BuildEnergy(const Quadrature& tissue, const std::array<int, 3>& cells,
-                   const std::vector<Quadrature>& regions);
+  void BuildEnergy(const Quadrature& elastic, const std::array<int, 3>& cells,
+                   const std::vector<Quadrature>& held);
 
   OrganOptions options_;
   SurfaceMesh rest_;
+  Box bounds_;  // of the rest surface
   Points rest_normals_;
   SurfaceTopology topology_;
   std::optional<Lattice> lattice_;

@@ -78,6 +78,13 @@ struct SupportOptions {
   std::optional<double> stiffness;  ///< Pa/m^2; absent: fixed.
 };
 
+/// Tissue inside the region, whatever its depth, has a stiffness of its own: a tumour, a capsule.
+/// Where regions overlap the last one counts.
+struct StiffnessRegion {
+  Region region;
+  double young = 0;  ///< Pa. Energy "metric" takes alpha and beta times young over the material's.
+};
+
 enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
 
 struct OrganOptions {
@@ -95,6 +102,7 @@ struct OrganOptions {
   LatticeOptions lattice;
   EnergyOptions energy;
   MaterialOptions material;
+  std::vector<StiffnessRegion> regions;  ///< kHpdm only.
   std::vector<SupportOptions> supports;
 };
 

@@ -21,23 +21,6 @@ constexpr double kFixedPenalty = 256;
 // Most cells along an axis of a support's region: more would follow nothing but rounding.
 constexpr double kMaxRegionCells = 32;
 
-// An axis-aligned box that holds the region's part of the organ; empty (max < min) when there is
-// none.
-Box RegionBounds(const SupportOptions& support, const Box& bounds) {
-  Box region;
-  if (const Box* box = std::get_if<Box>(&support.region)) {
-    region = *box;
-  } else if (const Sphere* sphere = std::get_if<Sphere>(&support.region)) {
-    region = {sphere->centre.array() - sphere->radius, sphere->centre.array() + sphere->radius};
-  } else {
-    const BoxFraction& fraction = std::get<BoxFraction>(support.region);
-    const Vector3d size = bounds.max - bounds.min;
-    region = {bounds.min + fraction.min.cwiseProduct(size),
-              bounds.min + fraction.max.cwiseProduct(size)};
-  }
-  return {region.min.cwiseMax(bounds.min), region.max.cwiseMin(bounds.max)};
-}
-
 ScalarStiffness FixedStiffness(const Lattice& lattice, const Quadrature& region, double stiffness) {
   const CoarserSplines splines(lattice, region);
   const Eigen::MatrixXd P = splines.Project(lattice.Weights(region.points));
@@ -62,9 +45,24 @@ Box AxisAlignedBounds(const Points& vertices) {
   return {vertices.colwise().minCoeff().transpose(), vertices.colwise().maxCoeff().transpose()};
 }
 
+Box BoundsOf(const Region& region, const Box& bounds) {
+  Box around;
+  if (const Box* box = std::get_if<Box>(&region)) {
+    around = *box;
+  } else if (const Sphere* sphere = std::get_if<Sphere>(&region)) {
+    around = {sphere->centre.array() - sphere->radius, sphere->centre.array() + sphere->radius};
+  } else {
+    const BoxFraction& fraction = std::get<BoxFraction>(region);
+    const Vector3d size = bounds.max - bounds.min;
+    around = {bounds.min + fraction.min.cwiseProduct(size),
+              bounds.min + fraction.max.cwiseProduct(size)};
+  }
+  return {around.min.cwiseMax(bounds.min), around.max.cwiseMin(bounds.max)};
+}
+
 Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& support,
                          const Box& bounds, double spacing) {
-  const Box region = RegionBounds(support, bounds);
+  const Box region = BoundsOf(support.region, bounds);
   const Vector3d size = region.max - region.min;
   Quadrature inside{Points(0, 3), Eigen::VectorXd(0)};
   if (!(size.array() > 0).all()) return inside;

@@ -17,6 +17,10 @@ bool InRegion(const Region& region, const Box& bounds, const Vector3d& p_W);
 /// Axis-aligned bounding box of the vertices (V x 3, m).
 Box AxisAlignedBounds(const Points& vertices);
 
+/// The axis-aligned box of the region's part of the organ with the box `bounds`; empty (max < min)
+/// when there is none.
+Box BoundsOf(const Region& region, const Box& bounds);
+
 /// The tissue of `rest_W` inside a support's region (world, m, m^3), sampled by cells of the
 /// region's own of at most `spacing` (m), so that its edge is sharp wherever the lattice's cells
 /// lie. Empty when it holds none. Set-up only.
@@ -27,7 +31,8 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
 double ControlPointSpacing(const Lattice& lattice);
 
 /// The springs of the supports (n x n, N/m, the same along each axis). regions[s] holds the tissue
-/// of supports[s]; `tissue` is the organ's.
+/// of supports[s]; `tissue` is the organ's. Where it is stiffer or softer than `modulus`, its
+/// weights, and those of a fixed support's tissue, are multiplied alike (ElasticWeights).
 ///
 /// A support with a stiffness k(x) has the energy 1/2 int k |u|^2 dV. A fixed one has 1/2 int k
 /// |Pu|^2 dV with k = 256 modulus / h^2 and P the projection on splines one degree lower over the

@@ -14,8 +14,8 @@ inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz"
                                                    "patch_delay_ticks"};
 
 inline constexpr std::string_view kOrganKeys[] = {
-    "name",   "mesh",    "unit",   "model",    "texture", "pose",
-    "motion", "lattice", "energy", "material", "support", "wall_stiffness"};
+    "name",    "mesh",   "unit",     "model",  "texture", "pose",          "motion",
+    "lattice", "energy", "material", "region", "support", "wall_stiffness"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};
@@ -25,6 +25,7 @@ inline constexpr std::string_view kEnergyKeys[] = {
     "newton_budget"};
 inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density",
                                                      "relaxation_time"};
+inline constexpr std::string_view kRegionKeys[] = {"box", "box_fraction", "sphere", "young"};
 inline constexpr std::string_view kSupportKeys[] = {"box", "box_fraction", "sphere", "fixed",
                                                     "stiffness"};
 inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
@@ -84,6 +85,10 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.lattice", kLatticeKeys},
     {"organ.energy", kEnergyKeys},
     {"organ.material", kMaterialKeys},
+    {"organ.region", kRegionKeys},
+    {"organ.region.box", kBoxKeys},
+    {"organ.region.box_fraction", kBoxKeys},
+    {"organ.region.sphere", kSphereKeys},
     {"organ.support", kSupportKeys},
     {"organ.support.box", kBoxKeys},
     {"organ.support.box_fraction", kBoxKeys},

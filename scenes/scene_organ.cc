@@ -160,6 +160,16 @@ std::optional<Region> ReadRegion(const TableReader& table) {
   return std::nullopt;
 }
 
+StiffnessRegion ReadStiffnessRegion(const TableReader& table) {
+  StiffnessRegion stiffer;
+  const std::optional<Region> region = ReadRegion(table);
+  if (!region) table.Fail("has no region", "give box, box_fraction or sphere");
+  stiffer.region = *region;
+  table.Require("young", "give the tissue's Young's modulus there in Pa");
+  table.ReadNumber("young", Interval::Positive(1e12, "Pa"), &stiffer.young);
+  return stiffer;
+}
+
 OrganMotion ReadMotion(const TableReader& table) {
   OrganMotion motion;
   table.Require("displacement", "give how far it goes as [x, y, z] in m");
@@ -207,7 +217,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
                    &organ.model);
   const bool rigid = organ.model == OrganModelType::kRigid;
   if (organ.model != OrganModelType::kHpdm) {
-    for (const std::string_view key : {"lattice", "energy"}) {
+    for (const std::string_view key : {"lattice", "energy", "region"}) {
       if (!table.Has(key)) continue;
       table.Fail(key, "belongs to model = \"hpdm\"", "remove the table or change the model");
     }
@@ -240,6 +250,9 @@ OrganOptions ReadOrgan(const TableReader& table) {
       material->Fail("relaxation_time", "belongs to model = \"hpdm\"",
                      "remove it: the model has a damping of its own");
     }
+  }
+  for (const TableReader& region : table.Tables("region", kRegionKeys)) {
+    organ.regions.push_back(ReadStiffnessRegion(region));
   }
   for (const TableReader& support : table.Tables("support", kSupportKeys)) {
     organ.supports.push_back(ReadSupport(support));

@@ -33,7 +33,7 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
       {"untt='mm'", "4:1", "organ[0].untt", "is not a known key", "did you mean unit?"},
       {"zzz=1", "4:1", "organ[0].zzz", "is not a known key",
        "known here are name, mesh, unit, model, texture, pose, motion, lattice, energy, material, "
-       "support"},
+       "region"},
       {"[laproscope]", "4:2", "laproscope", "is not a known key", "did you mean laparoscope?"},
       {"pose.rotation=[0,0,0]", "4:6", "organ[0].pose.rotation", "is not a known key",
        "did you mean rotation_deg?"},
@@ -82,6 +82,16 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
        "give a number at least 0 and below 0.5"},
       {"material.poisson=-0.1", "4:18", "organ[0].material.poisson", "(-0.1)", "below 0.5"},
       {"material.density=0", "4:18", "organ[0].material.density", "(0)", "in kg/m^3"},
+      // regions
+      {"[[organ.region]]\nyoung=1", "4:1", "organ[0].region[0]", "has no region", "sphere"},
+      {"[[organ.region]]\nsphere={centre=[0,0,0],radius=1}", "4:1", "organ[0].region[0].young",
+       "is missing", "in Pa"},
+      {"[[organ.region]]\nyoung=0\nsphere={centre=[0,0,0],radius=1}", "5:7",
+       "organ[0].region[0].young", "out of range (0)", "above 0"},
+      {"[[organ.region]]\nyoung=-nan\nsphere={centre=[0,0,0],radius=1}", "5:7",
+       "organ[0].region[0].young", "is not finite", "above 0"},
+      {"model='continuum'\n[[organ.region]]\nyoung=1", "5:1", "organ[0].region",
+       "belongs to model = \"hpdm\"", "change the model"},
       // supports
       {"[[organ.support]]\nfixed=true", "4:1", "organ[0].support[0]", "has no region",
        "give box, box_fraction or sphere"},

@@ -45,6 +45,8 @@ motion = { displacement = [0.001, 0.002, 0.003], frequency = 0.3 }
 lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01 }
 energy = { type = "strain", strain = "finite", law = "stvk", solver = "gauss_seidel", newton_iterations = 5, newton_budget = 0.01 }
 material = { young = 1000, poisson = 0.3, density = 900, relaxation_time = 0.2 }
+region = [ { sphere = { centre = [1, 2, 3], radius = 0.25 }, young = 1e5 },
+           { box_fraction = { min = [0, 0, 0], max = [1, 1, 0.5] }, young = 10 } ]
 support = [ { box = { min = [0, 0, 0], max = [1, 2, 3] }, fixed = true },
             { sphere = { centre = [1, 2, 3], radius = 0.5 }, stiffness = 1e6 },
             { box_fraction = { min = [0, 0.5, 0], max = [1, 1, 1] }, fixed = true } ]
@@ -168,6 +170,11 @@ focal_length = 0.0024
   EXPECT_EQ(a.material.poisson, 0.3);
   EXPECT_EQ(a.material.density, 900);
   EXPECT_EQ(a.material.relaxation_time, 0.2);
+  ASSERT_EQ(a.regions.size(), 2u);
+  EXPECT_EQ(std::get<Sphere>(a.regions[0].region).radius, 0.25);
+  EXPECT_EQ(a.regions[0].young, 1e5);
+  EXPECT_EQ(std::get<BoxFraction>(a.regions[1].region).max, Vector3d(1, 1, 0.5));
+  EXPECT_EQ(a.regions[1].young, 10);
   ASSERT_EQ(a.supports.size(), 3u);
   EXPECT_EQ(std::get<Box>(a.supports[0].region).max, Vector3d(1, 2, 3));
   EXPECT_EQ(a.supports[0].stiffness, std::nullopt);

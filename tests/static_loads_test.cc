@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "engine/error.h"
+#include "tests/mesh_shapes.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
@@ -40,6 +41,37 @@ LoadOptions Force(const Vector3d& p, const Vector3d& force) {
 }
 
 const Vector3d kTop(0.01, 0.005, 0.0494), kSide(0.0985, 0.008, 0.007);
+
+TEST(StaticLoads, BernsteinLatticeOfDegreeTwentyIsSolved) {
+  // Its functions are nearly dependent: the condition of K is 1e14, of what it does to tissue not.
+  OrganOptions options;
+  options.name = "bar";
+  options.energy.type = EnergyType::kStrain;
+  options.material.poisson = 0;
+  options.lattice.basis = BasisType::kBernstein;
+  options.lattice.cells = {1, 1, 1};
+  options.lattice.degree = {20, 2, 2};
+  options.lattice.margin = 0.005;
+  options.supports = {{Box{Vector3d(-1, -1, -1), Vector3d(0, 1, 1)}, {}}};
+  const OrganModel bar(options, MakeBox(Vector3d(-0.04, -0.01, -0.01), Vector3d(0.2, 0.01, 0.01)));
+  const StaticSolution bent = StaticLoads(bar, {Force({0.2, 0, 0}, {0, 0, 1e-4})}).Solve();
+  // Timoshenko's beam; 5 %: where the support ends and the load's patch is on the end face.
+  const double inertia = std::pow(0.02, 4) / 12, young = options.material.young;
+  const double beam = std::pow(0.2, 3) / (3 * young * inertia) + 0.2 / (5. / 12 * young * 4e-4);
+  EXPECT_NEAR(bent.Compliance(), beam, 0.05 * beam);
+}
+
+TEST(StaticLoads, FreeBodysStiffnessIsRefused) {
+  for (const int cells : {2, 4}) {
+    LatticeOptions options;
+    options.cells = {cells, cells, cells};
+    const Lattice lattice({Vector3d::Zero(), Matrix3d::Identity(), Vector3d(0.2, 0.1, 0.1)},
+                          options);
+    const Quadrature tissue = BoxQuadrature(lattice.box(), {12, 12, 12});
+    const FullStiffness K = StrainStiffness(lattice, tissue, {}, Dilatation::kProjected);
+    EXPECT_THROW(MakeLatticeResponse(K), InputError);
+  }
+}
 
 class StaticLoadsTest : public testing::TestWithParam<EnergyType> {
  protected:

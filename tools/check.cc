@@ -36,6 +36,7 @@ Json OrganFacts(const OrganModel& organ) {
                 {"triangles", organ.rest().triangles.rows()},
                 {"tissue_volume_m3", organ.tissue_volume()},
                 {"control_points", organ.control_points()},
+                {"stiffness_regions", organ.options().regions.size()},
                 {"supports", organ.options().supports.size()}};
   if (organ.rigid()) return facts;
   // Unknowns that are coupled: one axis at a time (metric, continuum), or all three.
@@ -86,6 +87,9 @@ void PrintOrgan(const Json& organ) {
     }
   } else {
     std::printf("  model %s on the vertices\n", organ["model"].get<std::string>().c_str());
+  }
+  if (const long regions = organ["stiffness_regions"].get<long>(); regions > 0) {
+    std::printf("  %ld region%s of other stiffness\n", regions, regions == 1 ? "" : "s");
   }
   const Json& cost = organ["cost"];
   std::printf("  %.0f coupled unknowns, ", cost["unknowns"].get<double>());

@@ -26,12 +26,14 @@ constexpr double kFar = 0.13819660112501052, kNear = 0.58541019662496845;
 
 }  // namespace
 
-TetraBody::TetraBody(TetraMesh mesh, const MaterialOptions& material, TetraLaw law)
+TetraBody::TetraBody(TetraMesh mesh, const MaterialOptions& material, TetraLaw law,
+                     const Eigen::VectorXd& stiffness)
     : mesh_(std::move(mesh)), options_(material), material_(material, law) {
   for (Eigen::Index e = 0; e < mesh_.elements.rows(); ++e) {
     const Matrix3d edges = CornerEdges(mesh_, e);
     Element element;
     element.volume = edges.determinant() / 6;
+    element.stiffness = stiffness.size() > 0 ? stiffness[e] : 1;
     element.gradients.bottomRows(3) = edges.inverse();
     element.gradients.row(0) = -element.gradients.bottomRows(3).colwise().sum();
     elements_.push_back(element);
@@ -65,7 +67,7 @@ double TetraBody::Energy(const Points& u) const {
   const double at_rest = material_.Density(Matrix3d::Identity());
   double energy = 0;
   ForEachPoint([&](Eigen::Index e, const ShapeGradients& dN, double weight) {
-    energy += weight * (material_.Density(DeformationGradient(e, dN, u)) - at_rest);
+    energy += weight * Stiffness(e) * (material_.Density(DeformationGradient(e, dN, u)) - at_rest);
   });
   return energy;
 }
@@ -73,7 +75,7 @@ double TetraBody::Energy(const Points& u) const {
 Points TetraBody::Gradient(const Points& u) const {
   Points gradient = Points::Zero(u.rows(), 3);
   ForEachPoint([&](Eigen::Index e, const ShapeGradients& dN, double weight) {
-    const Matrix3d P = weight * material_.Stress(DeformationGradient(e, dN, u));
+    const Matrix3d P = weight * Stiffness(e) * material_.Stress(DeformationGradient(e, dN, u));
     for (Eigen::Index a = 0; a < dN.rows(); ++a) {
       gradient.row(mesh_.elements(e, a)) += dN.row(a) * P.transpose();
     }
@@ -84,7 +86,8 @@ Points TetraBody::Gradient(const Points& u) const {
 void TetraBody::SetHessian(const Points& u, bool convex, BlockMatrix* K) const {
   K->SetZero();
   ForEachPoint([&](Eigen::Index e, const ShapeGradients& dN, double weight) {
-    const Matrix9d C = weight * material_.Tangent(DeformationGradient(e, dN, u), convex);
+    const Matrix9d C =
+        weight * Stiffness(e) * material_.Tangent(DeformationGradient(e, dN, u), convex);
     for (Eigen::Index b = 0; b < dN.rows(); ++b) {
       Eigen::Matrix<double, 9, 3> Cb = Eigen::Matrix<double, 9, 3>::Zero();
       for (int l = 0; l < 3; ++l) Cb += C.middleCols<3>(3 * l) * dN(b, l);

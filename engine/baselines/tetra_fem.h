@@ -17,7 +17,9 @@ namespace hpdm {
 /// Quadrature: one point (linear) or four (quadratic, exact for small strain).
 class TetraBody {
  public:
-  TetraBody(TetraMesh mesh, const MaterialOptions& material, TetraLaw law);
+  /// `stiffness` (T): Young's modulus of each element over the material's; empty: one for all.
+  TetraBody(TetraMesh mesh, const MaterialOptions& material, TetraLaw law,
+            const Eigen::VectorXd& stiffness = {});
 
   const TetraMesh& mesh() const { return mesh_; }
   const MaterialOptions& options() const { return options_; }
@@ -33,10 +35,14 @@ class TetraBody {
   struct Element {
     Eigen::Matrix<double, 4, 3> gradients;  ///< Of the barycentric coordinates, 1/m.
     double volume;                          ///< m^3.
+    double stiffness;                       ///< Relative.
   };
-  /// Calls visit(element, shape gradients A x 3, weight m^3) at every quadrature point.
+  /// Calls visit(element, shape gradients A x 3, volume m^3) at every quadrature point.
   template <typename Visit>
   void ForEachPoint(const Visit& visit) const;
+  double Stiffness(Eigen::Index e) const {
+    return elements_[static_cast<std::size_t>(e)].stiffness;
+  }
   Matrix3d DeformationGradient(Eigen::Index e, const Eigen::Matrix<double, Eigen::Dynamic, 3>& dN,
                                const Points& u) const;
 

@@ -11,7 +11,7 @@
 #include "engine/organ.h"
 #include "haptics/hand_script.h"
 #include "tools/report_text.h"
-#include "tools/stress/stress_block.h"
+#include "tools/stress/motion_block.h"
 #include "tools/stress/stress_cases.h"
 
 namespace hpdm {

@@ -9,7 +9,7 @@
 
 #include "engine/baselines/surface_error.h"
 #include "tools/report_text.h"
-#include "tools/stress/stress_block.h"
+#include "tools/stress/motion_block.h"
 #include "tools/stress/stress_cases.h"
 
 namespace hpdm {

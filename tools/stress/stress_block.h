@@ -1,56 +1,75 @@
 #pragma once
 
-#include <string>
-#include <utility>
+#include <array>
+#include <functional>
+#include <map>
 #include <vector>
 
-#include "tools/stress/stress_body.h"
+#include "engine/organ_options.h"
+#include "engine/surface_mesh.h"
 #include "tools/stress/stress_case.h"
 
-/// The body that contacts and motions are tried on: a cube of soft tissue of 100 mm, held in its
-/// lower quarter (E 5 kPa, Poisson's ratio 0.45).
 namespace hpdm {
 
-inline constexpr double kBlockThickness = 0.1;  ///< m; the top is at z = 0.
-/// s: the hands wait until their forces are on.
-inline constexpr double kBlockStart = 0.6;
+inline const std::vector<StressModel> kAllModels = {
+    StressModel::kStrainSmall,     StressModel::kStrainFinite, StressModel::kMetricSmall,
+    StressModel::kMetricFinite,    StressModel::kContinuum,    StressModel::kMassSpring,
+    StressModel::kLinearTetrahedra};
 
-/// `quick`: 3 cells an axis, not 4.
-OrganOptions BlockOrgan(StressModel model, bool quick);
-/// Faces outwards, edges of 5 mm (quick: 7 mm).
-SurfaceMesh BlockSurface(bool quick);
-/// All models but the tetrahedra; those on a lattice alone.
-std::vector<StressModel> BlockModels();
-std::vector<StressModel> LatticeModels();
+/// A box of tissue under static loads, for every model: its surface in squares, its tetrahedra in
+/// bricks of six.
+struct StressBlock {
+  Vector3d min = Vector3d::Zero();            ///< m.
+  Vector3d max = Vector3d::Zero();            ///< m.
+  std::array<int, 3> squares = {10, 10, 10};  ///< Of the surface along each axis, two triangles.
+  std::array<int, 3> bricks = {10, 10, 10};   ///< Of the linear tetrahedra.
+  OrganOptions organ;                         ///< Without the model, which is chosen apart.
+  std::vector<LoadOptions> loads;
+};
 
-/// A pose `x` beside the middle of the top and `z` above it, m.
-StressPose AtBlock(double x, double z, double jaw = 1, double roll = 0);
-/// A grasper of 5 mm that goes through `waypoints`, its trocar above the block.
-StressTool BlockHand(std::vector<std::pair<double, StressPose>> waypoints, double x_trocar = 0.02);
-/// A grasper that closes on the top at `x`, goes to `far` in `seconds` from kBlockStart on (0:
-/// within one tick), opens at `released` and is away.
-StressTool BlockGrasp(double x, const StressPose& far, double seconds, double released,
-                      double x_trocar = 0.02);
-/// A ball of 20 mm radius that goes `depth` (m) deep in `seconds` from kBlockStart on, and is away
-/// at `released`.
-StressTool BlockBall(double depth, double seconds, double released);
+/// 100 x 100 x 60 mm of soft tissue (5 kPa, Poisson's ratio 0.45) whose lowest 12 mm are held,
+/// pressed on top by 0.05 N over 30 mm: strains of a per cent at most, where the models for small
+/// and for finite strain agree. The energy "metric" gets the same shear modulus.
+StressBlock PressedBlock(bool quick);
 
-/// What came of a motion that ends at `released` (s): runs the body to a second after that.
-///
-/// The error is of the tissue's volume while it is held, over that at rest. The fate is its own
-/// (kVolumeDegraded, kVolumeFailed) but at least degraded where tissue was shown inside out or did
-/// not follow its tools, and failed where any vertex stays 0.1 mm from rest.
-StressTrial JudgeMotion(StressBody* body, double released);
-inline constexpr double kVolumeDegraded = 0.1;
-inline constexpr double kVolumeFailed = 0.5;
-/// In words, for StressCase::truth.
-extern const char* const kVolumeTruth;
+/// A cantilever: `length` x `thickness` x `thickness` (m) free in x > 0 and 2 thicknesses held
+/// beyond, with Poisson's ratio 0, so that the held end hinders nothing. A force at the free end
+/// bends it by a hundredth of its length.
+StressBlock Cantilever(double length, double thickness);
 
-/// Whether the body is back, and what was seen of it, as JudgeMotion has it; for a trial whose
-/// error is another. Raises its fate and sets how and harm.
-void AddReturn(StressBody* body, double released, StressTrial* trial);
+/// Of a box [min, max]: closed, outwards.
+SurfaceMesh BoxSurface(const Vector3d& min, const Vector3d& max, const std::array<int, 3>& squares);
 
-/// Of the organ's vertices from rest, V x 3, m.
-Points Displacements(const StressBody& body);
+/// Of the models, and what they did not do.
+struct StressAnswer {
+  Points displacements;   ///< V x 3, m; empty: there is none.
+  double compliance = 0;  ///< Of the first load, m/N.
+  double share = 1;       ///< Of the loads that were carried.
+  double residual = 0;    ///< Of the equilibrium, relative.
+};
+
+/// Where the block's surface rests. Throws InputError where the model refuses to be built.
+StressAnswer Rest(const StressBlock& block, StressModel model);
+/// The same of any surface with the block's organ and loads; not for tetrahedra.
+StressAnswer Rest(const OrganOptions& organ, const SurfaceMesh& rest,
+                  const std::vector<LoadOptions>& loads, StressModel model);
+/// Quadratic tetrahedra in `bricks`: the truth.
+StressAnswer QuadraticRest(const StressBlock& block, const std::array<int, 3>& bricks);
+
+/// Judge() of an answer against a truth (relative L2 over the surface), with its harm: a model of
+/// ours that does not answer with finite numbers.
+StressTrial JudgeAnswer(const SurfaceMesh& rest, const StressAnswer& answer, const Points& truth,
+                        StressModel model, double degraded_from, double failed_from);
+
+/// What was computed once for a value, for the trials of all models.
+class Remembered {
+ public:
+  explicit Remembered(std::function<Points(double)> compute) : compute_(std::move(compute)) {}
+  const Points& At(double value);
+
+ private:
+  std::function<Points(double)> compute_;
+  std::map<double, Points> known_;
+};
 
 }  // namespace hpdm
