@@ -36,15 +36,18 @@ struct ReplayOptions {
 Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   if (!options.scene.empty()) return LoadScene(options.scene);
   const fs::path beside = fs::path(log).parent_path() / "scene.toml";
-  std::error_code ignored;
-  if (!fs::exists(beside, ignored)) {
-    throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene");
+  const fs::path folder = beside.parent_path();
+  if (FileInside(folder, beside.filename()).empty()) {
+    throw InputError(
+        log + ": no scene.toml " +
+        (LeadsOutside(folder, beside.filename()) ? "that is no link out of its folder " : "") +
+        "beside it; give the log's scene with --scene");
   }
   try {
     Scene scene = LoadScene(beside);
-    // What others recorded names no files of this machine.
+    // What others recorded names no files of this machine, nor leads to them by a link.
     for (const SceneFile& file : scene.files) {
-      if (StaysInside(file.copy.empty() ? file.name : file.copy)) continue;
+      if (LiesInside(folder, file.path)) continue;
       throw InputError(beside.string() + ": " + Quoted(file.name) +
                        " lies outside of the session folder, which alone is read");
     }
