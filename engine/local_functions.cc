@@ -44,9 +44,8 @@ LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOption
                                Dilatation dilatation, const std::vector<Quadrature>& regions,
                                const FullStiffness& K)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
-      centres_(finer_.ControlPoints()) {
-  inverse_ = InverseStiffness(K, "add an [[organ.support]] or use fewer [organ.lattice] cells");
-
+      centres_(finer_.ControlPoints()),
+      inverse_(InverseStiffness(K, "add an [[organ.support]] or use fewer [organ.lattice] cells")) {
   const LameParameters lame = ToLame(material);
   const auto [pointwise, projected] = ShareLambda(lame, dilatation);
   const std::array<WeightMatrix, 3> gradients = lattice.GradientWeights(tissue.points);

@@ -31,7 +31,7 @@ constexpr int kDefaultPort = 7667;  // LCM's
 int NumberBehind(std::string_view text, std::string_view name) {
   const std::size_t at = text.rfind(name);
   int number = -1;
-  if (at != text.npos) {
+  if (at != std::string_view::npos) {
     std::from_chars(text.data() + at + name.size(), text.data() + text.size(), number);
   }
   return number;
@@ -40,7 +40,7 @@ int NumberBehind(std::string_view text, std::string_view name) {
 /// Whether what is sent may leave this machine.
 bool ReachesOthers(std::string_view url) {
   const std::size_t options = url.find('?');
-  return options != url.npos && NumberBehind(url.substr(options), "ttl=") > 0;
+  return options != std::string_view::npos && NumberBehind(url.substr(options), "ttl=") > 0;
 }
 
 /// This program's sockets that receive datagrams at a port.
@@ -49,7 +49,7 @@ std::vector<int> DatagramSockets(int port) {
   std::error_code error;
   for (std::filesystem::directory_iterator entry("/proc/self/fd", error), end;
        !error && entry != end; entry.increment(error)) {
-    const int descriptor = std::atoi(entry->path().filename().c_str());
+    const int descriptor = NumberBehind(entry->path().native(), "/");
     int type = 0;
     socklen_t size = sizeof type;
     sockaddr_in bound{};

@@ -131,7 +131,7 @@ void SessionFolder::Keep(const std::string& name, const fs::path& from, std::str
   // A file that is there may be this one: of a second name, or where a scene's own folder is --out.
   if (!error && !fs::exists(to, error)) fs::copy_file(from, to, error);
   if (error) FailToWrite(to, error.message());
-  KeptFile& kept = files_.emplace_back(name, copy, Sha256OfFile(to));
+  KeptFile& kept = files_.emplace_back(KeptFile{name, copy, Sha256OfFile(to)});
   if (kept.sha256 != Sha256OfFile(from)) {
     throw InputError(to.string() + ": is there already and is not " + from.string() +
                      "; choose another folder with --out");
