@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "tools/json_rows.h"
+
 namespace hpdm {
 namespace {
 
@@ -21,13 +23,6 @@ void Add(const std::string& name, const std::optional<Timing>& timing, Json* jso
 }
 
 // As RFC 4180 asks: a file name may hold anything.
-std::string Quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
 bool Counts(const ChartPoint& point) {
   return point.converged && std::isfinite(point.error) && std::isfinite(point.StepMicroseconds());
 }
@@ -74,27 +69,8 @@ std::string ChartCsv(const std::vector<ChartPoint>& points,
                      const std::vector<std::string>& header) {
   std::string text;
   for (const std::string& line : header) text += "# " + line + "\n";
-  bool first = true;
-  const Json names = ToJson(ChartPoint());
-  for (const auto& [name, value] : names.items()) {
-    text += (first ? "" : ",") + name;
-    first = false;
-  }
-  text += "\n";
-  for (const ChartPoint& point : points) {
-    first = true;
-    const Json values = ToJson(point);
-    for (const auto& [name, value] : values.items()) {
-      if (!first) text += ",";
-      first = false;
-      if (value.is_string()) {
-        text += Quoted(value.get<std::string>());
-      } else if (!value.is_null()) {
-        text += value.dump();
-      }
-    }
-    text += "\n";
-  }
+  text += CsvNames(ToJson(ChartPoint()));
+  for (const ChartPoint& point : points) text += CsvValues(ToJson(point));
   return text;
 }
 

@@ -24,5 +24,6 @@ void AddSolveCommand(CLI::App& app);
 void AddChartCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 void AddHapticsCommand(CLI::App& app);
+void AddStressCommand(CLI::App& app);
 
 }  // namespace hpdm

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   hpdm::AddChartCommand(app);
   hpdm::AddBenchCommand(app);
   hpdm::AddHapticsCommand(app);
+  hpdm::AddStressCommand(app);
   hpdm::AddGenerateCommand(app);
   try {
     app.parse(argc, argv);

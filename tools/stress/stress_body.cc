@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/check.h"
+#include "tools/report_text.h"
 
 namespace hpdm {
 namespace {
@@ -44,6 +45,21 @@ std::function<StressPose(double)> Through(std::vector<std::pair<double, StressPo
                       .roll = a.roll + along * (b.roll - a.roll),
                       .jaw = a.jaw + along * (b.jaw - a.jaw)};
   };
+}
+
+std::string Harm(const StressOutcome& outcome, double released) {
+  constexpr double kToRest = 1. / 30 + 0.1;  // s: a step, its delay and what is left of a decay
+  if (!outcome.finite || (outcome.flags & kStepNotFinite) != 0) return "not finite";
+  if (outcome.force > ForceGuardOptions().max_force * (1 + 1e-12)) {
+    return Format("%.3g N on the hand", outcome.force);
+  }
+  if (outcome.force_change > 1 + 1e-9) {
+    return Format("force step of %.3g slew limits", outcome.force_change);
+  }
+  if (outcome.last_off_rest >= released + kToRest) {
+    return Format("%.2g mm stay", 1e3 * outcome.displacement);
+  }
+  return "";
 }
 
 // Always where the motion has it.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -54,6 +55,12 @@ struct StressOutcome {
       0;               ///< Largest change of the displayed force in a tick over the slew limit.
   bool finite = true;  ///< Vertices, patches' forces and displayed forces, always.
 };
+
+/// What no tool may do to tissue or hand, in a few words: values that are not finite, a displayed
+/// force or its change beyond the guard's limits, or tissue that is not back at rest a tenth of a
+/// second and a step after the tools left it at `released` (s; infinite: they did not). Empty:
+/// none.
+std::string Harm(const StressOutcome& outcome, double released);
 
 /// One organ and tools that nothing stops, for cases that go where methods break: both production
 /// loops in lockstep, as in a session, and a record of what became of tissue and forces.

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "tools/stress/stress_case.h"
+
+namespace hpdm {
+
+/// The cases of each group, in the order of the table. `quick`: smaller bodies and shorter motions,
+/// the same claims.
+std::vector<StressCase> MaterialStress(bool quick);  ///< Tissue, lattice and solver, at rest.
+std::vector<StressCase> ContactStress(bool quick);   ///< Rows of contacts, coincident and many.
+std::vector<StressCase> MotionStress(bool quick);    ///< Tissue taken where it folds.
+std::vector<StressCase> HapticStress(bool quick);    ///< Tip, tick and device.
+
+}  // namespace hpdm
