@@ -44,10 +44,9 @@ LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOption
                                Dilatation dilatation, const std::vector<Quadrature>& regions,
                                const FullStiffness& K)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
-      centres_(finer_.ControlPoints()) {
-  inverse_ = InverseStiffness(
-      K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson");
-
+      centres_(finer_.ControlPoints()),
+      inverse_(InverseStiffness(
+          K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")) {
   const LameParameters lame = ToLame(material);
   const auto [pointwise, projected] = ShareLambda(lame, dilatation);
   const std::array<WeightMatrix, 3> gradients = lattice.GradientWeights(tissue.points);

@@ -29,7 +29,7 @@ DeviceLink::DeviceLink(const std::string& url, const SessionClock& clock, const 
     realtime.fifo_priority = kPriority;
     RequestRealtime(realtime);
     try {
-      lcm_ = Connect(url, kOption);
+      lcm_ = ConnectToReceive(url, kOption);
       lcm::Subscription* subscription =
           lcm_->subscribeFunction(kDeviceChannel, HandleReceived, this);
       if (subscription == nullptr) FailToConnect(url, kOption);

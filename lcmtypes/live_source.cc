@@ -33,7 +33,7 @@ std::string WithLargeBuffer(const std::string& url) {
 }  // namespace
 
 LiveSource::LiveSource(const std::string& url, const std::string& option)
-    : lcm_(Connect(WithLargeBuffer(url), option)) {
+    : lcm_(ConnectToReceive(WithLargeBuffer(url), option)) {
   lcm::Subscription* subscription = lcm_->subscribeFunction(".*", Receive, this);
   if (subscription == nullptr) FailToConnect(url, option);
   subscription->setQueueCapacity(kLcmQueue);

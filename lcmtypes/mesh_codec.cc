@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "engine/check.h"
 
@@ -48,15 +47,20 @@ int Take(int remaining, int item_bytes, int* room) {
   return count;
 }
 
+/// NaN is itself, and 0 is not -0.
+template <typename Array>
+bool SameBits(const Array& a, const Array& b) {
+  const auto a_bytes = std::as_bytes(std::span(a)), b_bytes = std::as_bytes(std::span(b));
+  return std::equal(a_bytes.begin(), a_bytes.end(), b_bytes.begin());
+}
+
 bool SameWhole(const mesh_t& a, const mesh_t& b) {
   return a.organ == b.organ && a.part_count == b.part_count && a.name == b.name &&
          a.total_vertices == b.total_vertices && a.total_triangles == b.total_triangles &&
          a.total_kept == b.total_kept && a.basis == b.basis &&
          a.local_refinement == b.local_refinement && std::equal(a.degree, a.degree + 3, b.degree) &&
-         std::equal(a.cells, a.cells + 3, b.cells) &&
-         std::memcmp(a.origin, b.origin, sizeof a.origin) == 0 &&
-         std::memcmp(a.axes, b.axes, sizeof a.axes) == 0 &&
-         std::memcmp(a.lengths, b.lengths, sizeof a.lengths) == 0;
+         std::equal(a.cells, a.cells + 3, b.cells) && SameBits(a.origin, b.origin) &&
+         SameBits(a.axes, b.axes) && SameBits(a.lengths, b.lengths);
 }
 
 /// The lattice of a part's header without its kept indices; an error text or null.

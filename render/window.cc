@@ -122,7 +122,7 @@ struct Window::Callbacks {
 };
 
 /// The window's context on the render thread.
-class Window::Context : public RenderContext {
+class Window::Context final : public RenderContext {
  public:
   explicit Context(Window* window) : window_(window) {
     if (!MakeCurrent()) throw MachineError("--window: its display has gone away");

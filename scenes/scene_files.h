@@ -26,7 +26,8 @@ bool LiesInside(const std::filesystem::path& folder, const std::filesystem::path
 
 /// Finds the files that a scene names. Without [[file]] tables a name is a path that starts at the
 /// scene's folder and may lead anywhere. With them the scene is a record: each name must have its
-/// table, its file must lie inside the scene's folder (links followed) and be the same to the bit.
+/// table, its file must lie inside the scene's folder (by name, and with links followed) and be the
+/// same to the bit.
 /// One thread.
 class SceneFiles {
  public:

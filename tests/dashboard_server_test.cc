@@ -67,6 +67,19 @@ json FirstUpdateWith(const char* member, int port) {
   return found;
 }
 
+TEST(DashboardServer, IsReachedByThisMachineAloneUnlessAskedOtherwise) {
+  DashboardOptions options;
+  options.port = 0;
+  // 127.0.0.2 is this machine too, by an address that the default does not listen on.
+  const auto reached = [&options] {
+    const DashboardServer server(options, "a test", true);
+    return httplib::Client("127.0.0.2", server.port()).Get("/").error() == httplib::Error::Success;
+  };
+  EXPECT_FALSE(reached());
+  options.host = "0.0.0.0";
+  EXPECT_TRUE(reached());
+}
+
 TEST(DashboardServer, RefusesOtherSites) {
   DashboardServer server({"127.0.0.1", 0}, "a test", true);
   httplib::Client client("127.0.0.1", server.port());

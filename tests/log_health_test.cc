@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +17,7 @@
 #include "engine/error.h"
 #include "lcmtypes/codec.h"
 #include "lcmtypes/log.h"
+#include "tests/program.h"
 #include "tests/read_file.h"
 #include "tests/scratch_folder.h"
 #include "tools/log_export.h"
@@ -307,6 +309,44 @@ TEST_F(LogHealthTest, AChannelThatIsNotThereIsRefusedAndNamesStayInTheFolder) {
                InputError);
   const auto exported = ExportCsv(log_, folder_.path() / "csv", {}, MessageSchemas::Hpdm());
   EXPECT_EQ(exported[0].file, folder_.path() / "csv" / "______evil.csv");
+}
+
+TEST_F(LogHealthTest, ATableReplacesALinkAndNeverWhatItLeadsTo) {
+  {
+    SessionLog log(log_, 0);
+    event_t event{};
+    Write(&log, "evil", 0, event);
+  }
+  const fs::path folder = folder_.path() / "csv", table = folder / "evil.csv";
+  fs::create_directory(folder);
+  std::ofstream(folder_.path() / "victim") << "precious";
+  fs::create_symlink("../victim", table);
+  ExportCsv(log_, folder, {}, MessageSchemas::Hpdm());
+  EXPECT_EQ(ReadFile(folder_.path() / "victim"), "precious");
+  EXPECT_FALSE(fs::is_symlink(table));
+  EXPECT_TRUE(ReadFile(table).starts_with("time_us,"));
+
+  fs::remove(table);
+  ASSERT_EQ(mkfifo(table.c_str(), 0600), 0);  // would wait for a reader for ever
+  EXPECT_THROW(ExportCsv(log_, folder, {}, MessageSchemas::Hpdm()), InputError);
+}
+
+TEST_F(LogHealthTest, NamesReachATerminalAsTextThatItDoesNotObey) {
+  {
+    SessionLog log(log_, 0);
+    event_t event{};
+    Write(&log, "\x1b]0;title\x07", 0, event);
+    log.Write("\x1b[2J", 0, std::vector<std::uint8_t>(8));  // of no known type
+  }
+  const std::string out = folder_ / "told";
+  EXPECT_EQ(Shell(kHpdmProgram + " log check " + log_ + " >" + out + " 2>&1"), 0);
+  const std::string told = ReadFile(out);
+  EXPECT_NE(told.find("?]0;title?"), std::string::npos) << told;
+  EXPECT_EQ(told.find('\x1b'), std::string::npos);
+  EXPECT_EQ(Shell(kHpdmProgram + " log export " + log_ + " --out " + (folder_ / "csv") + " >" +
+                  out + " 2>&1"),
+            0);
+  EXPECT_EQ(ReadFile(out).find('\x1b'), std::string::npos);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace hpdm {
 /// A log of ticks that a test makes up.
 class MadeSession {
  public:
-  explicit MadeSession(std::vector<std::string> instruments = {"probe"})
+  explicit MadeSession(const std::vector<std::string>& instruments = {"probe"})
       : telemetry_(&samples_, &steps_, &scenes_, log(), {}, Info(instruments)),
         tools_(static_cast<int>(instruments.size())) {}
 

@@ -70,6 +70,30 @@ TEST_F(RecordedScene, ReadsACopyInsteadOfTheNameAndNothingOutside) {
                        "lies outside of the scene's folder"));
 }
 
+TEST_F(RecordedScene, NamesNothingByAWayThroughAnotherFolder) {
+  // Inside of this folder all the same, but not of the one that a new session copies it to.
+  const std::string around = "../" + folder_.path().filename().string() + "/m.obj";
+  for (const std::string& name : {around, (folder_.path() / "m.obj").string()}) {
+    const std::string organ = "[[organ]]\nname='liver'\nmesh='" + name + "'\n";
+    EXPECT_TRUE(
+        Contains(LoadError(organ + Entry(name, kSumOfAbc)), "lies outside of the scene's folder"))
+        << name;
+    EXPECT_TRUE(Load(organ + Entry(name, kSumOfAbc, "m.obj")).recorded);
+  }
+}
+
+TEST_F(RecordedScene, TakesNoPlaceOfTheSessionsOwn) {
+  for (const char* own : {"session.lcmlog", "summary.json/m.obj", "./frames/m.obj"}) {
+    fs::create_directories((folder_.path() / own).parent_path());
+    folder_.Write(own, "abc");
+    const Scene scene = Load(kOrgan + Entry("m.obj", kSumOfAbc, own));
+    const ScratchFolder kept;
+    EXPECT_TRUE(Contains(ErrorOf([&] { SessionFolder(kept / "out", scene); }),
+                         "is what a session itself writes"))
+        << own;
+  }
+}
+
 TEST_F(RecordedScene, MustBeWhole) {
   EXPECT_TRUE(Contains(LoadError(kOrgan + Entry("t.png", kSumOfNothing)),
                        "organ[0].mesh: has no [[file]] table"));
@@ -184,11 +208,23 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
   EXPECT_EQ(ReadFile(folder_ / "again/scene.toml"), ReadFile(folder_ / "moved/scene.toml"));
 
   std::ofstream(folder_ / "moved/files/liver.obj", std::ios::app) << "# touched\n";
-  EXPECT_EQ(
-      Shell(kHpdmProgram + " replay " + (folder_ / "moved") + " >/dev/null 2>" + (folder_ / "o")),
-      2);
-  EXPECT_TRUE(Contains(ReadFile(folder_ / "o"), "is not the file of the record"));
-  EXPECT_EQ(Count(ReadFile(folder_ / "o"), "\n"), 1);
+  const auto expect_refused = [this](const std::string& why) {
+    EXPECT_EQ(
+        Shell(kHpdmProgram + " replay " + (folder_ / "moved") + " >/dev/null 2>" + (folder_ / "o")),
+        2);
+    EXPECT_TRUE(Contains(ReadFile(folder_ / "o"), why));
+    EXPECT_EQ(Count(ReadFile(folder_ / "o"), "\n"), 1);
+  };
+  expect_refused("is not the file of the record");
+
+  // A stranger's folder, which leads to files of this machine.
+  const fs::path moved = folder_.path() / "moved", liver = kScenes / "meshes/liver_274.obj";
+  fs::create_symlink(liver, moved / "link.obj");
+  std::ofstream(moved / "scene.toml") << "[[organ]]\nname = \"liver\"\nmesh = \"link.obj\"\n";
+  expect_refused("lies outside of the session folder");
+  fs::rename(moved / "scene.toml", folder_.path() / "elsewhere.toml");
+  fs::create_symlink("../elsewhere.toml", moved / "scene.toml");
+  expect_refused("is a link out of the session folder");
 }
 
 }  // namespace

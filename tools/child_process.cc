@@ -52,6 +52,7 @@ using Files = std::array<int, 3>;
 pid_t Spawn(const std::vector<std::string>& words, const Files& files, bool own_group) {
   std::vector<std::string> kept = words;
   std::vector<char*> argv;
+  argv.reserve(kept.size() + 1);
   for (std::string& word : kept) argv.push_back(word.data());
   argv.push_back(nullptr);
   // Closes when the program has been started, or tells why it cannot.

@@ -95,7 +95,7 @@ void Measure(double seconds) {
 
   AskForPriority(kDriverPriority);  // LCM's own thread for the driver's socket inherits it
   Ear ear{clock, std::vector<Nanoseconds>(ticks)};
-  const auto driver = Connect(NetworkUrl(), "hpdm_driver_latency");
+  const auto driver = ConnectToReceive(NetworkUrl(), "hpdm_driver_latency");
   driver->subscribeFunction(kForceChannel, Hear, &ear)->setQueueCapacity(0);
   std::vector<Nanoseconds> published(ticks + 1000);  // by sequence number
   RealtimeOptions haptic;

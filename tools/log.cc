@@ -94,9 +94,9 @@ void Print(const LogHealth& health) {
   std::printf("%-14s %-18s %10s %10s %12s %8s %8s %10s %10s\n", "channel", "type", "messages",
               "per s", "bytes", "gaps", "lost", "not rising", "unreadable");
   for (const ChannelFacts& c : health.channels) {
-    std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", OneLine(c.channel).c_str(),
-                c.type.c_str(), WithCommas(static_cast<long long>(c.messages)).c_str(), c.Rate(),
-                WithCommas(static_cast<long long>(c.bytes)).c_str(),
+    std::printf("%-14s %-18s %10s %10.4g %12s %8s %8s %10s %10s\n", Printable(c.channel).c_str(),
+                Printable(c.type).c_str(), WithCommas(static_cast<long long>(c.messages)).c_str(),
+                c.Rate(), WithCommas(static_cast<long long>(c.bytes)).c_str(),
                 WithCommas(static_cast<long long>(c.gaps)).c_str(),
                 WithCommas(static_cast<long long>(c.lost)).c_str(),
                 WithCommas(static_cast<long long>(c.not_rising)).c_str(),
@@ -213,13 +213,12 @@ void Export(const LogOptions& options) {
                     {"messages", channel.messages},
                     {"skipped", channel.skipped}});
     if (options.json) continue;
+    const std::string name = Printable(channel.channel), type = Printable(channel.type);
     const std::string place =
-        OneLine(mcap ? options.out + ": " + channel.channel : channel.file.string());
+        mcap ? OneLine(options.out) + ": " + name : OneLine(channel.file.string());
     if (left_out) {
-      std::printf("%s: left out, %s messages of unknown type %s (give --types)\n",
-                  OneLine(channel.channel).c_str(),
-                  WithCommas(static_cast<long long>(channel.skipped)).c_str(),
-                  channel.type.c_str());
+      std::printf("%s: left out, %s messages of unknown type %s (give --types)\n", name.c_str(),
+                  WithCommas(static_cast<long long>(channel.skipped)).c_str(), type.c_str());
     } else {
       std::printf("%s: %s %s%s\n", place.c_str(),
                   WithCommas(static_cast<long long>(channel.messages)).c_str(),

@@ -181,7 +181,7 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
     if (table.type == nullptr) continue;
     table.exported.file = folder / names.Of(channel);
     open.Use(&table);
-    table.out.emplace(table.exported.file);
+    table.out.emplace(table.exported.file, StagedFile::Name::kOfOthers);
     WriteRow("time_us", table.columns.names(), &*table.out);
   }
   LogReader reader(log);

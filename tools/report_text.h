@@ -3,6 +3,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 namespace hpdm {
 
@@ -14,6 +15,16 @@ namespace hpdm {
   std::vsnprintf(text, sizeof text, format, values);
   va_end(values);
   return text;
+}
+
+/// A name or text from a message or a log: what a terminal might obey, or does not show in one
+/// column a byte, becomes '?'.
+inline std::string Printable(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c < 0x20 || c > 0x7e) c = '?';
+  }
+  return result;
 }
 
 /// A duration in the unit that people would choose.

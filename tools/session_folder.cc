@@ -13,6 +13,7 @@
 #include "engine/error.h"
 #include "scenes/file_hash.h"
 #include "scenes/obj_writer.h"
+#include "scenes/toml_document.h"
 #include "tools/session_path.h"
 
 namespace hpdm {
@@ -30,9 +31,9 @@ constexpr const char* kOwnNames[] = {kSessionLogName, "scene.toml",  "summary.js
                                      "last.png",      "film.mp4",    "frames",       "screenshots",
                                      "report.html",   kFilesFolder};
 
-bool KeepsItsPlace(const fs::path& name) {
-  return StaysInside(name) && std::find(std::begin(kOwnNames), std::end(kOwnNames),
-                                        *name.lexically_normal().begin()) == std::end(kOwnNames);
+bool IsOwnName(const fs::path& name) {
+  return std::find(std::begin(kOwnNames), std::end(kOwnNames), *name.lexically_normal().begin()) !=
+         std::end(kOwnNames);
 }
 
 // As a TOML basic string. Names of a scene hold no control characters.
@@ -68,7 +69,16 @@ SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
   folder_descriptor_ = open(path_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   for (const SceneFile& file : scene.files) {
     std::string copy = file.copy;
-    if (copy.empty() && (scene.recorded || KeepsItsPlace(file.name))) copy = file.name;
+    if (scene.recorded) {
+      // SceneFiles has made sure that it stays inside of a folder.
+      if (copy.empty()) copy = file.name;
+      if (IsOwnName(copy) && *fs::path(copy).lexically_normal().begin() != kFilesFolder) {
+        throw InputError(scene.path.string() + ": [[file]] " + Quoted(copy) +
+                         ": is what a session itself writes; give the file another copy");
+      }
+    } else if (copy.empty() && StaysInside(file.name) && !IsOwnName(file.name)) {
+      copy = file.name;
+    }
     Keep(file.name, file.path, copy);
   }
   WriteScene(scene);
@@ -121,7 +131,7 @@ void SessionFolder::Keep(const std::string& name, const fs::path& from, std::str
   // A file that is there may be this one: of a second name, or where a scene's own folder is --out.
   if (!error && !fs::exists(to, error)) fs::copy_file(from, to, error);
   if (error) FailToWrite(to, error.message());
-  KeptFile& kept = files_.emplace_back(name, copy, Sha256OfFile(to));
+  KeptFile& kept = files_.emplace_back(KeptFile{name, copy, Sha256OfFile(to)});
   if (kept.sha256 != Sha256OfFile(from)) {
     throw InputError(to.string() + ": is there already and is not " + from.string() +
                      "; choose another folder with --out");

@@ -3,7 +3,9 @@
 #include <optional>
 
 #include "engine/error.h"
+#include "scenes/scene_files.h"
 #include "scenes/toml_document.h"
+#include "tools/session_path.h"
 
 namespace hpdm {
 namespace {
@@ -29,9 +31,13 @@ std::filesystem::path SceneBeside(const std::filesystem::path& log) {
 }
 
 Scene LoadRecordedScene(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.parent_path();
+  if (LeadsOutside(folder, path.filename())) {
+    throw InputError(path.string() + ": is a link out of the session folder, which alone is read");
+  }
   Scene scene = LoadScene(path);
   for (const SceneFile& file : scene.files) {
-    if (StaysInside(file.copy.empty() ? file.name : file.copy)) continue;
+    if (LiesInside(folder, file.path)) continue;
     throw InputError(path.string() + ": " + Quoted(file.name) +
                      " lies outside of the session folder, which alone is read");
   }

@@ -42,14 +42,21 @@ void RefuseOwnInput(const fs::path& out, const std::vector<std::string>& inputs)
   }
 }
 
-StagedFile::StagedFile(fs::path path) : path_(std::move(path)) {
+StagedFile::StagedFile(fs::path path, Name name) : path_(std::move(path)) {
   std::error_code ignored;
-  const bool is_open = IsOpenFile(path_);
+  const bool follows = name == Name::kOfUser;
+  const bool is_open = follows && IsOpenFile(path_);
   // A link keeps its place; what it leads to is replaced.
-  if (!is_open && fs::is_symlink(path_, ignored) && fs::is_regular_file(path_, ignored)) {
+  if (follows && !is_open && fs::is_symlink(path_, ignored) &&
+      fs::is_regular_file(path_, ignored)) {
     if (fs::path file = fs::canonical(path_, ignored); !ignored) path_ = std::move(file);
   }
-  const fs::file_status status = fs::status(path_, ignored);
+  fs::file_status status =
+      follows ? fs::status(path_, ignored) : fs::symlink_status(path_, ignored);
+  if (!follows && fs::is_symlink(status)) status = fs::file_status(fs::file_type::not_found);
+  if (!follows && fs::is_other(status)) {
+    throw InputError(path_.string() + ": is no file; remove it, or choose another with --out");
+  }
   int descriptor = -1;
   if (fs::is_directory(status) || path_.filename().empty()) Refuse("cannot be made", EISDIR);
   if (is_open || (fs::exists(status) && !fs::is_regular_file(status))) {

@@ -13,12 +13,17 @@ void RefuseOwnInput(const std::filesystem::path& out, const std::vector<std::str
 
 /// A file that gets its name only when it is whole: it is written beside its place as
 /// NAME.part-..., and Commit gives it the name, replacing what had it. Without Commit nothing
-/// remains. A pipe, a device and what is open already (/dev/stdout) are written as they are, at
-/// their end. One thread.
+/// remains. One thread.
 class StagedFile {
  public:
+  /// Who chose the name. Of the user's, a link is followed, and a pipe, a device and what is open
+  /// already (/dev/stdout) are written as they are, at their end. Of a name that comes from a log,
+  /// or that stands in a folder which may be a stranger's, a link is replaced, never followed, and
+  /// what is neither a file nor a link is refused.
+  enum class Name { kOfUser, kOfOthers };
+
   /// Throws InputError where it cannot be made.
-  explicit StagedFile(std::filesystem::path path);
+  explicit StagedFile(std::filesystem::path path, Name name = Name::kOfUser);
   StagedFile(StagedFile&& other) noexcept;
   ~StagedFile();
   StagedFile& operator=(StagedFile&&) = delete;

@@ -30,34 +30,22 @@ struct ReportOptions {
   FleetArguments fleet;
 };
 
-/// report.html beside the log, whose folder may be a stranger's: a link of this name is replaced,
-/// never followed, and what is neither a file nor a link is left alone.
-fs::path OwnPage(const SessionFiles& files) {
-  const fs::path page =
-      (files.folder.empty() ? files.log.parent_path() : files.folder) / "report.html";
-  std::error_code error;
-  const fs::file_status status = fs::symlink_status(page, error);
-  if (fs::is_symlink(status)) {
-    fs::remove(page, error);
-  } else if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw InputError(page.string() + ": is no file; remove it, or choose another with --out");
-  }
-  return page;
-}
-
 void WritePage(const ReportOptions& options, SessionFiles* files, const SessionReading& reading,
                const SessionReport* against) {
   LoadPictures(files);
   const std::string text = ReportPageText(reading, *files, against);
-  const fs::path out = options.out.empty() ? OwnPage(*files) : fs::path(options.out);
+  // Beside the log, in a folder that may be a stranger's, unless the user names a place.
+  const bool beside = options.out.empty();
+  const fs::path folder = files->folder.empty() ? files->log.parent_path() : files->folder;
+  const fs::path out = beside ? folder / "report.html" : fs::path(options.out);
   std::error_code error;
-  if (fs::equivalent(out, files->log, error)) {
+  if (fs::equivalent(out, files->log, error) && !(beside && fs::is_symlink(out, error))) {
     throw InputError(out.string() + ": is the session's log; choose another file with --out");
   }
   if (!files->folder.empty()) {
     RefuseOwnInput(out, {files->folder / "scene.toml", files->folder / "summary.json"});
   }
-  StagedFile page(out);
+  StagedFile page(out, beside ? StagedFile::Name::kOfOthers : StagedFile::Name::kOfUser);
   page.Write(text);
   page.Commit();
   if (!options.json) std::printf("%s\n", out.c_str());

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/error.h"
+#include "scenes/scene_files.h"
 #include "tools/base64.h"
 #include "tools/session_path.h"
 
@@ -48,6 +49,7 @@ std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& fold
   std::vector<std::string> names;
   std::vector<std::pair<std::string, std::string>> some;
   std::error_code error;
+  if (!LiesInside(folder, folder / "frames")) return some;
   for (fs::directory_iterator entry(folder / "frames", error), end; !error && entry != end;
        entry.increment(error)) {
     if (entry->path().extension() == ".png") {

@@ -12,16 +12,6 @@
 
 namespace hpdm {
 
-/// A name or text from a message: what a terminal might obey, or does not show in one column a
-/// byte, becomes '?'.
-inline std::string Printable(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c < 0x20 || c > 0x7e) c = '?';
-  }
-  return result;
-}
-
 /// Whether `text` has `part` in it, whatever the case.
 inline bool HasInIt(std::string_view text, std::string_view part) {
   const auto same = [](char a, char b) {

@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# Reads the sources for faults: cppcheck, without the false alarms that tools/cppcheck.txt names, and
+# clang-tidy with the checks that .clang-tidy agrees on. Exit 1 where one is found.
+# Usage: tools/lint.sh [--quick | FILE_OR_FOLDER...]      (nothing: everything, most of an hour)
+#   --quick   cppcheck over everything, clang-tidy where foreign bytes are read
+# Needs a configured build folder (tools/setup.sh), for the flags and the generated headers.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+folders=(engine haptics lcmtypes render scenes tests tools)
+# What takes files, messages and requests apart, and where paths are judged.
+foreign=(
+  engine/mesh_file.cc engine/mesh_file_obj.cc engine/mesh_file_ply.cc engine/mesh_file_stl.cc
+  engine/tissue_cache.cc
+  haptics/trace_file.cc
+  lcmtypes/codec.cc lcmtypes/device_link.cc lcmtypes/log.cc lcmtypes/mesh_codec.cc
+  lcmtypes/message_schema.cc lcmtypes/message_schema_parser.cc lcmtypes/message_walk.cc
+  lcmtypes/network.cc
+  render/image_file.cc
+  scenes/file_hash.cc scenes/scene_files.cc scenes/table_reader.cc scenes/toml_document.cc
+  tools/child_process.cc tools/log_export.cc tools/session_folder.cc tools/session_path.cc
+  tools/staged_file.cc
+  tools/spy/request_origin.cc tools/spy/request_server.cc
+)
+
+to_check=("${folders[@]}")  # by cppcheck
+to_tidy=("${folders[@]}")
+if [ "${1:-}" = --quick ]; then
+  to_tidy=("${foreign[@]}")
+elif [ $# -gt 0 ]; then
+  to_check=("$@")
+  to_tidy=("$@")
+fi
+if [ ! -f build/compile_commands.json ]; then
+  echo "lint: build/compile_commands.json is not there; run tools/setup.sh" >&2
+  exit 3
+fi
+cmake --build build --target hpdm_lcm_headers >/dev/null
+
+failed=0
+echo "lint: cppcheck"
+cppcheck -j2 --quiet --language=c++ --std=c++20 --library=googletest \
+  --enable=warning,performance,portability --suppressions-list=tools/cppcheck.txt \
+  --template='{file}:{line}: {message} [{id}]' --error-exitcode=1 -I. "${to_check[@]}" || failed=1
+
+# The compile database's own files alone: of a folder, those below it.
+mapfile -t sources < <(
+  python3 - "${to_tidy[@]}" <<'PYTHON'
+import json, os, sys
+wanted = [os.path.normpath(name) for name in sys.argv[1:]]
+with open("build/compile_commands.json") as file:
+    files = {os.path.relpath(entry["file"]) for entry in json.load(file)}
+for name in sorted(files):
+    if any(name == w or name.startswith(w + "/") for w in wanted):
+        print(name)
+PYTHON
+)
+echo "lint: clang-tidy over ${#sources[@]} files"
+if [ ${#sources[@]} -gt 0 ]; then
+  # GCC's options that Clang does not know are none of its business.
+  printf '%s\0' "${sources[@]}" |
+    xargs -0 -P2 -n1 clang-tidy -p build --quiet --extra-arg=-Wno-unknown-warning-option \
+      2> >(grep -vE '^[0-9]+ warnings?( and [0-9]+ errors?)? generated|^Suppressed|^Use -' >&2) ||
+    failed=1
+fi
+exit $failed
