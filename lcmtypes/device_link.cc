@@ -16,7 +16,6 @@ namespace hpdm {
 namespace {
 
 constexpr char kOption[] = "--device lcm";
-constexpr int kReceivePatienceMs = 20;
 
 }  // namespace
 

@@ -10,7 +10,6 @@
 namespace hpdm {
 namespace {
 
-constexpr int kReceivePatienceMs = 20;
 // Messages are taken in portions, which saves a wake-up for each.
 constexpr auto kPause = std::chrono::milliseconds(4);
 // LCM's own queue holds what comes in such a pause, one message a microsecond. It is bounded by

@@ -12,6 +12,9 @@ namespace hpdm {
 /// LCM's default multicast group, kept on this machine.
 inline constexpr char kLocalUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 
+/// How long a receiving thread waits before it looks whether it is to stop.
+inline constexpr int kReceivePatienceMs = 20;
+
 /// Where a session speaks LCM: LCM_DEFAULT_URL, or else kLocalUrl.
 std::string NetworkUrl();
 

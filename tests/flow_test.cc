@@ -429,7 +429,7 @@ TEST_F(Flow, InterruptClosesTheLogAndWritesTheSummary) {
     const std::string out = Folder(std::to_string(signal));
     const pid_t child = fork();
     if (child == 0) {
-      freopen("/dev/null", "w", stdout);
+      if (freopen("/dev/null", "w", stdout) == nullptr) _exit(127);
       execl(kHpdmProgram.c_str(), "hpdm", "run", kScene.c_str(), "--out", out.c_str(), nullptr);
       _exit(127);
     }

@@ -176,6 +176,27 @@ TEST(StressBody, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
   EXPECT_NEAR(forces[1] / forces[0], 1, 0.1);
 }
 
+// A level shaft lies on the tissue beside what the jaws hold, which goes with them: pushed away by
+// the shaft it would pull at them with 23 N. Edges of 3 mm, so that some of it is held.
+TEST(StressBody, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
+  const auto largest_force = [](double shaft_radius) {
+    const double in = kTop - 0.0025;
+    StressTool tool = Hand({{0, At(0, in + 0.02)},
+                            {0.4, At(0, in)},
+                            {0.45, At(0, in)},
+                            {0.5, At(0, in, 0)},
+                            {0.6, At(0, in, 0)},
+                            {0.9, At(-0.01, in - 0.003, 0)}});
+    tool.p_trocar_W = Vector3d(0.35, 0.01, kTop + 0.01);
+    tool.tool.shaft_radius = shaft_radius;
+    StressBody body(Organ(StrainMeasure::kSmall), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 5), {tool});
+    body.RunUntil(1);
+    return body.outcome().tissue_force;
+  };
+  // The tissue farther along is held down by it: more is moved.
+  EXPECT_LT(largest_force(ToolOptions().shaft_radius), 2 * largest_force(1e-4));
+}
+
 TEST(StressBody, AReadingThatIsNotFiniteHoldsTheTool) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const double at = kTop + ToolOptions().tip_radius;

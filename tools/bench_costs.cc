@@ -14,7 +14,7 @@ constexpr double kVerticesFittedFrom = 2000;
 constexpr double kControlPointsFittedFrom = 60;
 constexpr double kSetUpFittedFrom = 300;
 
-RepeatOptions Repeats(bool quick) {
+RepeatOptions CostRepeats(bool quick) {
   return quick ? RepeatOptions{3, 100, 20} : RepeatOptions{5, 500, 300};
 }
 
@@ -64,12 +64,12 @@ std::vector<CostCurve> CostOfVertices(bool quick) {
     Points vertices = organ.rest.vertices;
     SurfaceTree tree(organ.rest.vertices, organ.rest.triangles);
     const auto times = TimeInTurn(
-        {[&] { relocate.Relocate(U, &vertices); }, [&] { tree.Refit(vertices); }}, Repeats(quick));
+        {[&] { relocate.Relocate(U, &vertices); }, [&] { tree.Refit(vertices); }}, CostRepeats(quick));
     Add(size, Summary(times[0]), &relocation);
     Add(size, Summary(times[1]), &refit);
     if (organ.rest.vertices.rows() <= most_of_continuum) {
       PressedBody body(organ, ContinuumStep::kPrefactored);
-      Add(size, Time([&] { body.Step(); }, Repeats(quick)), &continuum);
+      Add(size, Time([&] { body.Step(); }, CostRepeats(quick)), &continuum);
     }
     if (organ.rest.vertices.rows() >= most) break;
   }
@@ -108,7 +108,7 @@ std::vector<CostCurve> CostOfControlPoints(bool quick) {
       if (of == &strain && rotates_freely) continue;
       organ.options.energy.type = of == &strain ? EnergyType::kStrain : EnergyType::kMetric;
       PressedBody body(organ);
-      Add(body.unknowns(), Time([&] { body.Step(); }, Repeats(quick)), of);
+      Add(body.unknowns(), Time([&] { body.Step(); }, CostRepeats(quick)), of);
       const double us = 1000 * body.setup_ms();
       if (of == &strain) Add(body.unknowns(), {us, us}, &setup);
     }

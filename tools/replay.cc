@@ -167,7 +167,7 @@ Json CountToJson(const TickCount& ticks) {
             {"stalled", ticks.skipped.stalled}}}};
 }
 
-Json ToolsToJson(const Session& session, const SessionSummary& summary) {
+Json FeltToJson(const Session& session, const SessionSummary& summary) {
   Json tools = Json::array();
   for (int t = 0; t < summary.tool_count; ++t) {
     const ToolSummary& tool = summary.tools[t];
@@ -196,7 +196,7 @@ Json Report(const std::string& recording, const Session& session, const Realtime
                    {"period", ToJson(replay.session.latencies[Latency::kHapticPeriod])},
                    {"patch_age", ToJson(replay.session.latencies[Latency::kPatchAge])}}},
                  {"not_measured", replay.overflows},
-                 {"tools", ToolsToJson(session, replay.session)}};
+                 {"tools", FeltToJson(session, replay.session)}};
   if (of_log) {
     report["compared"] = replay.compared;
     report["forces"] = ForcesToJson(session, replay.forces);
@@ -257,7 +257,7 @@ Json PlayInLockstep(const std::string& trace, std::uint64_t ticks, Session* sess
   }
   return {{"trace", trace},      {"scene", session->scene().path.string()},
           {"clock", "lockstep"}, {"ticks", ticks},
-          {"steps", steps},      {"tools", ToolsToJson(*session, statistics.Summary())}};
+          {"steps", steps},      {"tools", FeltToJson(*session, statistics.Summary())}};
 }
 
 // A recorded motion (haptics/trace_file.h) on a scene.

@@ -44,9 +44,9 @@ if [ "${1:-}" = --install-only ]; then exit 0; fi
 
 # --- build ----------------------------------------------------------------------------------------
 echo "setup: building"
-werror=OFF
-if [ -n "${CI:-}" ]; then werror=ON; fi
-run "cmake" cmake --preset release -DHPDM_WERROR=$werror
+strict=OFF
+if [ -n "${CI:-}" ]; then strict=ON; fi
+run "cmake" cmake --preset release -DHPDM_WERROR=$strict -DHPDM_BATCHES=$strict
 targets=()
 for target in "$@"; do targets+=(--target "$target"); done
 run "the build" cmake --build build "${targets[@]}"

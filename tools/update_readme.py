@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Measures what README.md shows of speed and accuracy, and replaces the tables and the picture.
+"""Measures what README.md shows, and replaces the tables and the pictures.
 
 Usage, from the repository's root after a build, on a machine that does nothing else:
 
-    tools/update_readme.py [--quick] [--keep]
+    tools/update_readme.py [--quick] [--keep] [chart] [bench] [stress]
 
-Runs `hpdm chart` and `hpdm bench` into out/ and puts chart.md and bench.md between the lines
-`<!-- NAME begin -->` and `<!-- NAME end -->` of README.md, chart.png into scenes/pictures. --keep
-takes the measurements that are there already.
+Runs `hpdm NAME --out out/NAME` for each of the names (none: all) and puts NAME.md between the lines
+`<!-- NAME begin -->` and `<!-- NAME end -->` of README.md, NAME.png, if there is one, into
+scenes/pictures. --keep takes the measurements that are there already.
 """
 
 import pathlib
@@ -17,6 +17,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
+NAMES = ("chart", "bench", "stress")
 
 
 def replaced(text, name, table):
@@ -29,21 +30,24 @@ def replaced(text, name, table):
 
 
 def main(arguments):
-    unknown = set(arguments) - {"--quick", "--keep"}
+    options = {each for each in arguments if each.startswith("-")}
+    names = [each for each in arguments if each not in options] or NAMES
+    unknown = (options - {"--quick", "--keep"}) | (set(names) - set(NAMES))
     if unknown:
-        raise SystemExit(f"update_readme.py: {unknown.pop()} is not an option\n{__doc__}")
-    quick = ["--quick"] if "--quick" in arguments else []
-    if "--keep" not in arguments:
-        for command in ("chart", "bench"):
-            program = [ROOT / "build/tools/hpdm", command, "--out", OUT / command, *quick]
+        raise SystemExit(f"update_readme.py: {unknown.pop()} is no option and no name\n{__doc__}")
+    quick = ["--quick"] if "--quick" in options else []
+    if "--keep" not in options:
+        for name in names:
+            program = [ROOT / "build/tools/hpdm", name, "--out", OUT / name, *quick]
             subprocess.run(program, cwd=ROOT, check=True)
     readme = ROOT / "README.md"
     text = readme.read_text(encoding="utf-8")
-    for name in ("chart", "bench"):
-        table = (OUT / name / f"{name}.md").read_text(encoding="utf-8")
-        text = replaced(text, name, table)
+    for name in names:
+        text = replaced(text, name, (OUT / name / f"{name}.md").read_text(encoding="utf-8"))
+        picture = OUT / name / f"{name}.png"
+        if picture.exists():
+            shutil.copy(picture, ROOT / "scenes/pictures")
     readme.write_text(text, encoding="utf-8")
-    shutil.copy(OUT / "chart/chart.png", ROOT / "scenes/pictures/chart.png")
 
 
 if __name__ == "__main__":

@@ -57,6 +57,7 @@ std::string Harm(const StressOutcome& outcome, double released) {
     return Format("force step of %.3g slew limits", outcome.force_change);
   }
   if (outcome.last_off_rest >= released + kToRest) {
+    if (outcome.displacement < StressBody::kAtRest) return "slow to come to rest";
     return Format("%.2g mm stay", 1e3 * outcome.displacement);
   }
   return "";

@@ -10,7 +10,7 @@ namespace hpdm {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kFelt = 1e-3;     // N: less is no force
+constexpr double kNoForce = 1e-3;  // N: less is no force
 constexpr double kClearly = 2e-4;  // m: deeper, there must be force
 
 // N, on average while it slides.
@@ -40,7 +40,7 @@ StressTrial PointTool(StressModel model, double thousands, bool quick, const Kep
   const FeltCourse& coarse = Kept(kept, model, [&] { return on(1e3).course; });
   int lost = 0;
   for (auto i = std::lround(1e3 * (way.slides - 0.1)); i < std::lround(1e3 * way.ends); ++i) {
-    lost += felt.course[i].force_W.norm() < kFelt;
+    lost += felt.course[i].force_W.norm() < kNoForce;
   }
   const double meant = SlidingForce(coarse, way), force = SlidingForce(felt.course, way);
   StressTrial trial =
@@ -64,7 +64,7 @@ StressTrial Breathing(StressModel model, double hertz, bool quick) {
     const Vector3d p_W = felt.course[i].p_tip_W - touched.organ.motion.Offset(t_ns);
     if (Depth(surface, p_W, ToolOptions().tip_radius) < kClearly) continue;
     ++deep;
-    blind += felt.course[i].reaction_W.norm() < kFelt;
+    blind += felt.course[i].reaction_W.norm() < kNoForce;
   }
   StressTrial trial = JudgeTouch(model, static_cast<double>(blind) / std::max(deep, 1), 0.01, 0.1,
                                  felt.outcome, kNever);
