@@ -6,18 +6,9 @@
 
 namespace hpdm {
 
-/// A relaxation that takes a damper into its energy: one whose energy is not quadratic, where no
-/// rest state of the forces stands for it (viscous_recovery.h).
-class DampedRelaxation {
- public:
-  virtual ~DampedRelaxation() = default;
-  /// The next Relax starts at `from` (n x 3, m) and solves
-  ///     dE/dU + damping K (U - from) = B^T f,   K the stiffness at rest.
-  virtual void DampNext(double damping, const Points& from) = 0;
-};
-
 /// An elastic energy and a damper,
-///     E(U) + damping / 2 (U - from)^T K (U - from),   K the stiffness at rest.
+///     E(U) + damping / 2 (U - from)^T K (U - from),   K the stiffness at rest
+/// (viscous_recovery.h).
 class DampedEnergy final : public ElasticEnergy {
  public:
   explicit DampedEnergy(std::unique_ptr<ElasticEnergy> elastic);

@@ -19,9 +19,7 @@ constexpr double kResolved = 1e-9;
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space. The first step is taken whole, so
 // that the contacts hold from there on; points that obey them are a convex set, in which the later
 // steps go downhill, as far as the energy falls.
-class NewtonRelaxation final : public Relaxation,
-                               public DampedRelaxation,
-                               public LatticeCompliance {
+class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options)
       : energy_(energy.Clone()),
@@ -77,9 +75,10 @@ class NewtonRelaxation final : public Relaxation,
 
   void RestartFrom(const Points& U) override { U_ = U; }
 
-  void DampNext(double damping, const Points& from) override {
+  bool DampNext(double damping, const Points& from) override {
     energy_.Damp(damping, from);
     U_ = from;
+    return true;
   }
 
   const LatticeCompliance* compliance() const override { return this; }

@@ -30,6 +30,11 @@ class Relaxation {
   /// that go on from there have anything to do here.
   virtual void RestartFrom(const Points& /*U*/) {}
 
+  /// Takes a damper into the energy of the next Relax, which starts at `from` (n x 3, m) and solves
+  ///     dE/dU + damping K (U - from) = B^T f,   K the stiffness at rest.
+  /// False: the energy is quadratic and needs none (viscous_recovery.h).
+  virtual bool DampNext(double /*damping*/, const Points& /*from*/) { return false; }
+
   /// What the lattice answers to a small change of the loads, for the contact patch; lives as long
   /// as this. nullptr: there is no such compliance, and the hand feels reaction "paper".
   virtual const LatticeCompliance* compliance() const { return nullptr; }

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "engine/damped_energy.h"
-
 namespace hpdm {
 
 ViscousRecovery::ViscousRecovery(double relaxation_time, int n)
@@ -14,10 +12,14 @@ ViscousRecovery::ViscousRecovery(double relaxation_time, int n)
 RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation, ContactSet* contacts,
                                         Points* U) {
   if (relaxation_time_ <= 0) return relaxation->Relax(contacts, U);
-  if (auto* damped = dynamic_cast<DampedRelaxation*>(relaxation)) {
-    return RelaxDamped(dt, damped, relaxation, contacts, U);
+  constexpr double kShortestStep = 1e-4;
+  const double elapsed = std::max(dt, kShortestStep) / relaxation_time_;
+  if (contacts->size() > 0 && relaxation->DampNext(1 / std::expm1(elapsed), U_)) {  // e / (1 - e)
+    const RelaxationResult result = relaxation->Relax(contacts, U);
+    U_ = *U;
+    if (!U_.allFinite()) U_.setZero();
+    return result;
   }
-  const double elapsed = Elapsed(dt);
   const double e = std::exp(-elapsed);
   const double done = -std::expm1(-elapsed);  // 1 - e, also where e is almost 1
   std::array<Vector3d, kMaxContacts> targets;
@@ -43,30 +45,6 @@ RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation, Conta
     V_.setZero();
   }
   return result;
-}
-
-RelaxationResult ViscousRecovery::RelaxDamped(double dt, DampedRelaxation* damped,
-                                              Relaxation* relaxation, ContactSet* contacts,
-                                              Points* U) {
-  const double elapsed = Elapsed(dt);
-  RelaxationResult result;
-  if (contacts->size() == 0) {
-    result = relaxation->Relax(contacts, &V_);
-    U_ *= std::exp(-elapsed);
-    *U = U_;
-  } else {
-    damped->DampNext(1 / std::expm1(elapsed), U_);  // e / (1 - e)
-    result = relaxation->Relax(contacts, U);
-    U_ = *U;
-  }
-  if (!U_.allFinite()) U_.setZero();
-  return result;
-}
-
-// In relaxation times.
-double ViscousRecovery::Elapsed(double dt) const {
-  constexpr double kShortestStep = 1e-4;
-  return std::max(dt, kShortestStep) / relaxation_time_;
 }
 
 }  // namespace hpdm

@@ -4,8 +4,6 @@
 
 namespace hpdm {
 
-class DampedRelaxation;
-
 /// Tissue that recovers with a relaxation time tau (Kelvin-Voigt: a damper tau K beside every
 /// spring), around any relaxation: the contact forces f and the displacements obey
 ///     K (U + tau dU/dt) = B^T f,
@@ -40,10 +38,6 @@ class ViscousRecovery {
   }
 
  private:
-  RelaxationResult RelaxDamped(double dt, DampedRelaxation* damped, Relaxation* relaxation,
-                               ContactSet* contacts, Points* U);
-  double Elapsed(double dt) const;
-
   double relaxation_time_;
   Points U_;  // n x 3: where the last step ended
   Points V_;  // n x 3

@@ -89,11 +89,10 @@ TEST(StressCase, RemembersHarmOfAnyTrialWithItsValue) {
     if (value > 100) trial.harm = "not finite";
     return trial;
   };
-  StressRow row{harmful, {Examine(harmful, StressModel::kStrainSmall, 3)}};
+  const StressRow row{harmful, {Examine(harmful, StressModel::kStrainSmall, 3)}};
   EXPECT_EQ(row.results[0].harm, "not finite at 200 mm");
   EXPECT_EQ(Harms({row}).size(), 1u);
-  row.results[0].model = StressModel::kMassSpring;
-  EXPECT_TRUE(Harms({row}).empty()) << "a baseline may break";
+  EXPECT_TRUE(Examine(harmful, StressModel::kMassSpring, 3).harm.empty()) << "a baseline may break";
 }
 
 TEST(StressReport, CsvHasALineACaseAndModelWithItsTextQuoted) {

@@ -111,9 +111,8 @@ StressTool BlockBall(double depth, double seconds, double released) {
 }
 
 const char* const kVolumeTruth =
-    "tissue keeps its volume (quadratic tetrahedra change theirs by 2 % when pressed to half): off "
-    "while held; degraded from 10 %, if inside out or left behind; failed from 50 %, or if 0.1 mm "
-    "stay a second after release";
+    "tissue keeps its volume: what it is off while held; degraded from 10 %, if inside out or left "
+    "behind; failed from 50 %, or if 0.1 mm stay a second after release";
 
 Points Displacements(const StressBody& body) {
   return body.state().vertices - body.organ().rest().vertices;

@@ -2,10 +2,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <future>
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <mutex>
 #include <system_error>
+#include <thread>
 
 #include "engine/error.h"
 #include "scenes/obj_writer.h"
@@ -61,6 +64,38 @@ std::vector<StressCase> Chosen(std::vector<StressCase> all, const std::vector<st
   return all;
 }
 
+// Cases share nothing, so that as many run at a time as there are processors; each is told of in
+// its turn.
+std::vector<StressRow> ExamineAll(const std::vector<StressCase>& cases,
+                                  const StressOptions& options) {
+  std::vector<StressRow> rows;
+  for (const StressCase& each : cases) rows.push_back({each, {}});
+  std::vector<bool> done(cases.size(), false);
+  std::size_t next = 0, told = 0;
+  std::mutex mutex;  // over all of the above but the row that a worker fills
+  const auto work = [&] {
+    for (std::unique_lock lock(mutex); next < rows.size();) {
+      const std::size_t mine = next++;
+      lock.unlock();
+      for (const StressModel model : cases[mine].models) {
+        rows[mine].results.push_back(
+            Examine(cases[mine], model, options.quick ? kQuickRounds : kRounds));
+      }
+      lock.lock();
+      done[mine] = true;
+      for (; told < rows.size() && done[told]; ++told) {
+        if (!options.json) std::cout << StressText(rows[told]) << std::flush;
+      }
+    }
+  };
+  std::vector<std::future<void>> workers;
+  for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) {
+    workers.push_back(std::async(std::launch::async, work));
+  }
+  for (std::future<void>& worker : workers) worker.get();
+  return rows;
+}
+
 // Of what was written, the names; a picture that could not be drawn is a remark.
 std::string Write(const fs::path& out, const std::vector<StressRow>& rows, const Json& report,
                   std::string* remark) {
@@ -90,14 +125,7 @@ void Stress(const StressOptions& options) {
     }
   }
   const MachineFacts machine = ThisMachine();
-  std::vector<StressRow> rows;
-  for (const StressCase& each : cases) {
-    rows.push_back({each, {}});
-    for (const StressModel model : each.models) {
-      rows.back().results.push_back(Examine(each, model, options.quick ? kQuickRounds : kRounds));
-    }
-    if (!options.json) std::cout << StressText(rows.back()) << std::flush;
-  }
+  const std::vector<StressRow> rows = ExamineAll(cases, options);
   const std::vector<std::string> harms = Harms(rows);
   Json report = {{"machine", ToJson(machine)}, {"cases", Json::array()}, {"harms", harms}};
   for (const StressRow& row : rows) report["cases"].push_back(ToJson(row));

@@ -75,7 +75,7 @@ StressResult Examine(const StressCase& stress_case, StressModel model, int round
       trial.how = std::string("refused: ") + refused.what();
     }
     ++result.trials;
-    if (result.harm.empty() && !trial.harm.empty()) {
+    if (IsOurs(model) && result.harm.empty() && !trial.harm.empty()) {
       result.harm = trial.harm + Format(" at %.4g %s", value, parameter.unit.c_str());
     }
     if (trial.fate == StressFate::kFailed) {

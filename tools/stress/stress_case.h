@@ -29,7 +29,8 @@ std::string Name(StressModel model);
 std::string Title(StressModel model);
 /// Of the project's own lattice, which nothing may harm.
 bool IsOurs(StressModel model);
-/// Sets energy and strain, or the surface model; the rest of `options` stays. Not for tetrahedra and point proxy.
+/// Sets energy and strain, or the surface model; the rest of `options` stays. Not for tetrahedra
+/// and point proxy.
 void Choose(StressModel model, OrganOptions* options);
 
 enum class StressFate { kSurvived, kDegraded, kFailed };
@@ -78,7 +79,7 @@ struct StressResult {
   std::optional<double> holds_to;    ///< The last value known not to fail; absent: fails when easy.
   std::optional<double> fails_from;  ///< The first known to fail; absent: holds to the utmost.
   std::string fails_how;             ///< At `fails_from`.
-  std::string harm;  ///< First of any trial, with the parameter's value; empty: none.
+  std::string harm;  ///< First of any trial of a model of ours, with the parameter's value.
   int trials = 0;
 };
 

@@ -26,7 +26,7 @@ std::string Value(const StressParameter& parameter, double value) {
 std::string Percent(double error) {
   if (error > 0 && error < 5e-5) return "< 0.01 %";
   if (error < 0.0995) return Format("%.2g %%", 100 * error);
-  return error < 9.995 ? Format("%.0f %%", 100 * error) : Format("%.1gx", error);
+  return error < 9.995 ? Format("%.0f %%", 100 * error) : Format("%.0fx", error);
 }
 
 Json ToJson(const StressParameter& parameter) {
@@ -155,7 +155,7 @@ std::vector<std::string> Harms(const std::vector<StressRow>& rows) {
   std::vector<std::string> harms;
   for (const StressRow& row : rows) {
     for (const StressResult& result : row.results) {
-      if (!IsOurs(result.model) || result.harm.empty()) continue;
+      if (result.harm.empty()) continue;
       harms.push_back(row.stress_case.name + ", " + Title(result.model) + ": " + result.harm);
     }
   }
