@@ -15,8 +15,6 @@
 namespace hpdm {
 namespace {
 
-std::size_t At(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
 [[noreturn]] void Refuse(const std::string& path, const std::string& what) {
   throw InputError(path + ": " + what);
 }

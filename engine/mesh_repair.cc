@@ -15,8 +15,6 @@ namespace {
 
 using Index = Eigen::Index;
 
-std::size_t At(Index i) { return static_cast<std::size_t>(i); }
-
 /// Joins points within a tolerance of an earlier one, by a hash grid of cells four tolerances wide:
 /// few points have more than one cell to search, and no cell can hold more than about a hundred.
 class Welder {
@@ -41,16 +39,13 @@ class Welder {
   }
 
  private:
-  using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+  // Whole numbers, which beyond 2^53 no integer would hold. Plus zero: of the two zeros one.
+  Vector3d CellOf(const Vector3d& p) const { return ((p - origin_) / cell_).array().floor() + 0.0; }
 
-  Cell CellOf(const Vector3d& p) const {
-    return ((p - origin_) / cell_).array().floor().matrix().cast<std::int64_t>();
-  }
-
-  int& Head(const Cell& cell) {
+  int& Head(const Vector3d& cell) {
     std::uint64_t hash = 0;
     for (int d = 0; d < 3; ++d) {
-      hash = (hash ^ static_cast<std::uint64_t>(cell[d])) * 0x9E3779B97F4A7C15u;
+      hash = (hash ^ std::bit_cast<std::uint64_t>(cell[d])) * 0x9E3779B97F4A7C15u;
       hash ^= hash >> 29;
     }
     return heads_[hash & (heads_.size() - 1)];
@@ -59,16 +54,20 @@ class Welder {
   int FindNear(int v) {
     const Vector3d p = points_.row(v);
     const Vector3d reach = Vector3d::Constant(tolerance_);
-    const Cell low = CellOf(p - reach), high = CellOf(p + reach);
+    const Vector3d low = CellOf(p - reach), high = CellOf(p + reach);
     int nearest = -1;
-    for (std::int64_t i = low.x(); i <= high.x(); ++i) {
-      for (std::int64_t j = low.y(); j <= high.y(); ++j) {
-        for (std::int64_t k = low.z(); k <= high.z(); ++k) {
-          for (int other = Head({i, j, k}); other >= 0; other = next_[At(other)]) {
-            const bool near = (points_.row(other).transpose() - p).norm() <= tolerance_;
-            if (near && (nearest < 0 || other < nearest)) nearest = other;
-          }
-        }
+    for (int corner = 0; corner < 8; ++corner) {  // two cells an axis at most
+      Vector3d cell = low;
+      bool again = false;
+      for (int d = 0; d < 3; ++d) {
+        if ((corner >> d & 1) == 0) continue;
+        again = again || high[d] == low[d];
+        cell[d] = high[d];
+      }
+      if (again) continue;
+      for (int other = Head(cell); other >= 0; other = next_[At(other)]) {
+        const bool near = (points_.row(other).transpose() - p).norm() <= tolerance_;
+        if (near && (nearest < 0 || other < nearest)) nearest = other;
       }
     }
     return nearest;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 
 namespace hpdm {
@@ -26,5 +27,8 @@ using Nanoseconds = std::int64_t;
 inline constexpr Nanoseconds kNanosecondsPerSecond = 1'000'000'000;
 
 inline double ToSeconds(Nanoseconds t) { return static_cast<double>(t) * 1e-9; }
+
+/// An index of Eigen's as one of the standard library's.
+inline std::size_t At(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace hpdm

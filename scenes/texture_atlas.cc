@@ -15,8 +15,6 @@ using Index = Eigen::Index;
 
 constexpr double kHiddenScale = 0.25;
 
-std::size_t At(Index i) { return static_cast<std::size_t>(i); }
-
 /// A chart in its own plane, in texels, with its lower left corner inside the gutter at (0, 0).
 struct Piece {
   TextureCoordinates corners;    ///< Three rows a triangle, as in the chart.

@@ -16,8 +16,6 @@ using Corners = Eigen::Matrix<double, 3, 2>;
 /// Texels around a chart whose colour its surface decides.
 constexpr double kReach = 3;
 
-std::size_t At(Index i) { return static_cast<std::size_t>(i); }
-
 /// A picture under way: colours, and whether each pixel has one.
 struct Canvas {
   explicit Canvas(int pixels) : size(pixels), colours(At(pixels * pixels), Vector3d::Zero()) {

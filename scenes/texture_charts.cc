@@ -12,8 +12,6 @@ namespace {
 
 using Index = Eigen::Index;
 
-std::size_t At(Index i) { return static_cast<std::size_t>(i); }
-
 /// Least cosine between a triangle's normal and its chart's axis: what the projection shortens to
 /// less would show as stretched texels.
 constexpr double kObliqueCosine = 0.3;

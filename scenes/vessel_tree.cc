@@ -12,8 +12,6 @@ namespace {
 /// Widest spot that Coverage is asked for, m.
 constexpr double kWidestSpot = 1e-3;
 
-std::size_t At(int i) { return static_cast<std::size_t>(i); }
-
 /// By Newton's method from above, which the C library's would not give to the bit.
 double CubeRoot(double x) {
   double root = std::max(x, 1.0);
