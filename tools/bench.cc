@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <system_error>
 
 #include "engine/error.h"
 #include "scenes/obj_writer.h"
@@ -11,6 +10,7 @@
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/machine_facts.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -121,14 +121,7 @@ Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
 
 void Bench(const BenchOptions& options) {
   namespace fs = std::filesystem;
-  if (!options.out.empty()) {
-    std::error_code error;
-    fs::create_directories(options.out, error);
-    if (error) {
-      throw InputError(options.out + ": cannot be created (" + error.message() +
-                       "); choose another --out");
-    }
-  }
+  if (!options.out.empty()) MakeOutFolder(options.out);
   const MachineFacts machine = ThisMachine();
   const TimingClock::time_point start = TimingClock::now();
   const auto progress = [&](const char* next) {

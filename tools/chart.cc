@@ -15,6 +15,7 @@
 #include "tools/machine_facts.h"
 #include "tools/plot_chart.h"
 #include "tools/python_plot.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -94,12 +95,7 @@ void Chart(const ChartOptions& options) {
   std::vector<std::string> remarks;
   const std::vector<ChartCase> cases = LoadChartCases(options, &remarks);
   const fs::path out(options.out);
-  std::error_code error;
-  fs::create_directories(out, error);
-  if (error) {
-    throw InputError(options.out + ": cannot be created (" + error.message() +
-                     "); choose another --out");
-  }
+  MakeOutFolder(options.out);
 
   const MachineFacts machine = ThisMachine();
   const std::vector<ChartFamily> families = ChartFamilies(options.quick);

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "engine/error.h"
@@ -13,6 +12,7 @@
 #include "scenes/obj_writer.h"
 #include "scenes/picture_assets.h"
 #include "tools/commands.h"
+#include "tools/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -77,12 +77,7 @@ void Generate(const GenerateOptions& options) {
   if (names.empty()) {
     names = options.pictures ? CommittedNames(PictureAssets()) : CommittedNames(MeshAssets());
   }
-  std::error_code error;
-  std::filesystem::create_directories(options.out, error);
-  if (error) {
-    throw InputError(options.out + ": cannot be created (" + error.message() +
-                     "); choose another --out");
-  }
+  MakeOutFolder(options.out);
   for (const std::string& name : names) {
     IsPicture(name) ? WritePicture(name, options.out) : WriteMesh(name, options.out);
   }

@@ -18,6 +18,7 @@
 #include "tools/plot_force_accuracy.h"
 #include "tools/python_plot.h"
 #include "tools/stability_map.h"
+#include "tools/staged_file.h"
 #include "tools/tip_accuracy.h"
 
 namespace hpdm {
@@ -158,11 +159,7 @@ void Haptics(const HapticsOptions& options) {
   if (options.Whole() && fs::exists(session, error)) {
     throw InputError(session.string() + ": already holds a session; choose another --out");
   }
-  fs::create_directories(out, error);
-  if (error) {
-    throw InputError(options.out + ": cannot be created (" + error.message() +
-                     "); choose another --out");
-  }
+  MakeOutFolder(options.out);
   Json report = {{"force_accuracy", MeasureForces(options, cases)}};
   if (options.Whole()) report["stability"] = MeasureBoundary(options);
   if (options.Whole()) report["latency"] = MeasureLatency(options, session);

@@ -34,6 +34,14 @@ bool IsOpenFile(fs::path path) {
 
 }  // namespace
 
+void MakeOutFolder(const fs::path& out) {
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (!error) return;
+  throw InputError(out.string() + ": cannot be created (" + error.message() +
+                   "); choose another --out");
+}
+
 void RefuseOwnInput(const fs::path& out, const std::vector<std::string>& inputs) {
   for (const std::string& input : inputs) {
     std::error_code error;

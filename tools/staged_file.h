@@ -8,6 +8,9 @@
 
 namespace hpdm {
 
+/// Makes a command's --out folder, unless it is there. Throws InputError where that cannot be.
+void MakeOutFolder(const std::filesystem::path& out);
+
 /// Throws InputError where `out`, to be written, is one of the files that the command reads.
 void RefuseOwnInput(const std::filesystem::path& out, const std::vector<std::string>& inputs);
 

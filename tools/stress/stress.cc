@@ -7,7 +7,6 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
-#include <system_error>
 #include <thread>
 
 #include "engine/error.h"
@@ -17,6 +16,7 @@
 #include "tools/machine_facts.h"
 #include "tools/plot_stress.h"
 #include "tools/python_plot.h"
+#include "tools/staged_file.h"
 #include "tools/stress/stress_cases.h"
 #include "tools/stress/stress_report.h"
 
@@ -116,14 +116,7 @@ void Stress(const StressOptions& options) {
     }
     return;
   }
-  if (!options.out.empty()) {
-    std::error_code error;
-    fs::create_directories(options.out, error);
-    if (error) {
-      throw InputError(options.out + ": cannot be created (" + error.message() +
-                       "); choose another --out");
-    }
-  }
+  if (!options.out.empty()) MakeOutFolder(options.out);
   const MachineFacts machine = ThisMachine();
   const std::vector<StressRow> rows = ExamineAll(cases, options);
   const std::vector<std::string> harms = Harms(rows);
