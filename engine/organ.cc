@@ -96,8 +96,7 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
     BuildSurfaceModel();
   }
   relocation_.emplace(rest_.vertices, weights_);
-  const double across =
-      (rest_.vertices.colwise().maxCoeff() - rest_.vertices.colwise().minCoeff()).maxCoeff();
+  const double across = (bounds_.max - bounds_.min).maxCoeff();
   if (across > kLargestOrgan || across < kSmallestOrgan) {
     char size[32];
     std::snprintf(size, sizeof size, "%.3g m", across);

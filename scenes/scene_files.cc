@@ -86,8 +86,7 @@ std::optional<SceneFiles::Fault> SceneFiles::Find(const std::string& name, std::
 
 std::optional<SceneFiles::Fault> SceneFiles::Verify(const SceneFile& file) const {
   // By its name too: what keeps a copy at the name (SessionFolder) has another folder around it.
-  if (!StaysInside(file.copy.empty() ? file.name : file.copy) ||
-      !LiesInside(folder_, file.path)) {
+  if (!StaysInside(file.copy.empty() ? file.name : file.copy) || !LiesInside(folder_, file.path)) {
     return Fault{
         "lies outside of the scene's folder, as no file of a record does",
         std::string("copy it into the folder and name it as its [[file]] copy, ") + kForget};

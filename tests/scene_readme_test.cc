@@ -29,7 +29,8 @@ std::string Dump(const Scene& scene) {
         << '\n';
     out << o.material.young << ' ' << o.material.poisson << ' ' << o.material.density << ' '
         << o.material.relaxation_time << '\n';
-    out << o.regions.size() << " regions " << o.supports.size() << " supports\n" << o.wall_stiffness.value_or(-1) << '\n';
+    out << o.regions.size() << " regions " << o.supports.size() << " supports\n"
+        << o.wall_stiffness.value_or(-1) << '\n';
   }
   for (const InstrumentOptions& i : scene.instruments) {
     for (int e = 0; e < i.HeldCount(); ++e) {

@@ -63,8 +63,9 @@ std::vector<CostCurve> CostOfVertices(bool quick) {
     const Relocation relocate(organ.rest.vertices, model.lattice()->Weights(organ.rest.vertices));
     Points vertices = organ.rest.vertices;
     SurfaceTree tree(organ.rest.vertices, organ.rest.triangles);
-    const auto times = TimeInTurn(
-        {[&] { relocate.Relocate(U, &vertices); }, [&] { tree.Refit(vertices); }}, CostRepeats(quick));
+    const auto times =
+        TimeInTurn({[&] { relocate.Relocate(U, &vertices); }, [&] { tree.Refit(vertices); }},
+                   CostRepeats(quick));
     Add(size, Summary(times[0]), &relocation);
     Add(size, Summary(times[1]), &refit);
     if (organ.rest.vertices.rows() <= most_of_continuum) {
