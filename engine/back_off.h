@@ -27,6 +27,9 @@ namespace hpdm {
 /// The tools are not held back: the tick's forces grow with their depth on the stiffness of the
 /// sound state, and the guard bounds them (force_guard.h).
 ///
+/// While an organ of adaptive strain blends both (blended_energy.h) a fold is told only, as in small
+/// strain.
+///
 /// All decisions follow from tools, step times and iterations, so a replay makes the same.
 /// Deformation thread; allocates nothing.
 class BackOff {
@@ -44,6 +47,11 @@ class BackOff {
   bool recovering() const { return recovering_; }
   /// Of the last step: what was taken back was not finite.
   bool not_finite() const { return not_finite_; }
+  /// FoldWatch::Sweep::gradient of the last step.
+  double gradient() const { return sweep_ ? sweep_->gradient : 0; }
+
+  /// Unknown `row` means something else from now on: it starts at rest.
+  void Forget(int row) { sound_.row(row).setZero(); }
 
  private:
   static constexpr int kStepsASweep = 30;  // of small strain
@@ -52,6 +60,7 @@ class BackOff {
 
   double Demand(const ContactSet& contacts) const;
   RelaxationResult RelaxWithin(double reach, double dt, OrganState* state);
+  bool IsLinear(const OrganState& state) const;
   bool Folds(const OrganState& state);
   bool Sound(double demand, const OrganState& state);
   RelaxationResult TakeBack(double demand, double dt, OrganState* state);

@@ -106,6 +106,7 @@ FoldWatch::FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrat
     cell.begin = next;
     for (const Eigen::Index q : members) {
       points_.row(next) = tissue.points.row(q);
+      cell.volume += tissue.weights[q];
       weights_[next++] = tissue.weights[q];
     }
     cell.end = next;
@@ -182,10 +183,15 @@ bool FoldWatch::Folded(const ActiveFunctions& active, const Points& U, int calls
                        Sweep* sweep) const {
   MeasureSlopes(active, U, sweep);
   Eigen::Index unclear = 0;
+  double squares = 0, fourths = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    sweep->clear[i] = Clear(i, *sweep);
+    const double bound = GradientBound(i, *sweep);
+    sweep->clear[i] = bound < 1;
+    squares += cells_[i].volume * bound * bound;
+    fourths += cells_[i].volume * bound * bound * bound * bound;
     if (!sweep->clear[i]) unclear += cells_[i].end - cells_[i].begin;
   }
+  sweep->gradient = squares > 0 ? std::sqrt(fourths / squares) : 0;
   Eigen::Index left = std::max(kFewest, unclear / calls + 1);
   for (; sweep->cell < cells_.size(); ++sweep->cell, sweep->point = 0) {
     if (sweep->clear[sweep->cell]) continue;
@@ -236,7 +242,7 @@ void FoldWatch::MeasureSlopes(const ActiveFunctions& active, const Points& U, Sw
   }
 }
 
-bool FoldWatch::Clear(std::size_t index, const Sweep& sweep) const {
+double FoldWatch::GradientBound(std::size_t index, const Sweep& sweep) const {
   const Cell& cell = cells_[index];
   double gradient2 = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -246,7 +252,7 @@ bool FoldWatch::Clear(std::size_t index, const Sweep& sweep) const {
     for (const auto& [pair, weight] : cell.loose[axis]) slope += weight * slopes[pair];
     gradient2 += slope * slope;
   }
-  return std::sqrt(gradient2) + sweep.local[index] < 1;
+  return std::sqrt(gradient2) + sweep.local[index];
 }
 
 double FoldWatch::Determinant(Eigen::Index q, const ActiveFunctions& active,

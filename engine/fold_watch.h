@@ -32,6 +32,10 @@ class FoldWatch {
   struct Sweep {
     explicit Sweep(const FoldWatch& watch);
     double share = 0;  ///< Of the tissue's volume (0..1) that the last whole sweep found folded.
+    /// How far the tissue was strained and turned in the last call: |grad u| of the cells by their
+    /// bounds, in the mean of its squares weighted by what it stores, sum v |grad u|^4 / sum v
+    /// |grad u|^2 of the cells' tissue v. Cells with a trace of tissue count as little in it.
+    double gradient = 0;
     std::size_t cell = 0;  // where to go on
     Eigen::Index point = 0;
     double found = 0;                           // m^3, since the sweep began
@@ -66,6 +70,7 @@ class FoldWatch {
   };
   struct Cell {
     Eigen::Index begin, end;  // of points_
+    double volume = 0;        // m^3
     std::array<std::vector<int>, 3> firm;
     std::array<std::vector<Weighed>, 3> loose;
   };
@@ -79,7 +84,7 @@ class FoldWatch {
   void AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const;
   void AddLocalSlopes();
   void MeasureSlopes(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
-  bool Clear(std::size_t cell, const Sweep& sweep) const;
+  double GradientBound(std::size_t cell, const Sweep& sweep) const;
   double Determinant(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
 
   Lattice lattice_;

@@ -187,7 +187,7 @@ void OrganModel::BuildEnergy(const Quadrature& elastic, const std::array<int, 3>
                              const std::vector<Quadrature>& held) {
   const EnergyOptions& energy = options_.energy;
   const bool strain = energy.type == EnergyType::kStrain;
-  const bool finite = energy.strain == StrainMeasure::kFinite;
+  const bool finite = energy.strain != StrainMeasure::kSmall;
   const ScalarStiffness supports = SupportStiffness(
       *lattice_, elastic, options_.supports, held, strain ? options_.material.young : energy.alpha);
   if (!strain) {
@@ -213,7 +213,7 @@ void OrganModel::BuildEnergy(const Quadrature& elastic, const std::array<int, 3>
         StrainStiffness(*lattice_, elastic, options_.material, Dilatation::kProjected);
     AddAlongEachAxis(supports, &K);
     if (options_.lattice.local.functions > 0) {
-      HPDM_CHECK(!finite && options_.lattice.basis == BasisType::kBSpline &&
+      HPDM_CHECK(options_.lattice.basis == BasisType::kBSpline &&
                  energy.solver == SolverType::kCholesky);
       local_.emplace(*lattice_, options_.lattice.local, elastic, options_.material,
                      Dilatation::kProjected, held, K);
@@ -237,13 +237,14 @@ std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
   if (rigid()) return MakeRigidRelaxation();
   if (continuum_) return std::make_unique<SurfaceContinuum>(*continuum_);
   if (springs_) return std::make_unique<MassSpring>(*springs_);
-  if (local_) return MakeCholeskyRelaxation(*local_, slots);
   if (finite_energy_ != nullptr) {
     return MakeNewtonRelaxation(*finite_energy_,
                                 {.max_iterations = options_.energy.newton_iterations,
                                  .budget = options_.energy.newton_budget,
-                                 .clock = std::move(clock)});
+                                 .clock = std::move(clock)},
+                                local(), slots);
   }
+  if (local_) return MakeCholeskyRelaxation(*local_, slots);
   return std::visit(
       [this](const auto& K) {
         return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)

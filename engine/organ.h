@@ -169,6 +169,7 @@ struct OrganState {
   std::unique_ptr<Relaxation> relaxation;
   ViscousRecovery recovery;  ///< Around `relaxation`.
   RelaxationResult relaxed;  ///< How the last relaxation ended.
+  OrganQuality quality;      ///< Of the step. Set before it.
 
   TipCompliance tips;  ///< Of the tools on the organ. Filled when the contact patches are built.
   /// Own compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.

@@ -31,10 +31,11 @@ class ViscousRecovery {
   /// as that.
   RelaxationResult Relax(double dt, Relaxation* relaxation, ContactSet* contacts, Points* U);
 
-  /// Unknown `row` means something else from now on: it starts at rest.
-  void Forget(int row) {
-    U_.row(row).setZero();
-    V_.row(row).setZero();
+  /// Unknown `row` keeps `share` (0..1) of where it was: 0 where it means something else from now
+  /// on and starts at rest.
+  void Fade(int row, double share) {
+    U_.row(row) *= share;
+    V_.row(row) *= share;
   }
 
  private:
