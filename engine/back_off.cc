@@ -28,6 +28,16 @@ BackOff::BackOff(const OrganModel& model, const OrganState& state)
 }
 
 RelaxationResult BackOff::Relax(double dt, OrganState* state) {
+  const RelaxationResult result = RelaxSoundly(dt, state);
+  if (model_.options().energy.strain == StrainMeasure::kAdaptive && sweep_ &&
+      state->control_displacements.allFinite()) {
+    gradient_ = model_.fold_watch()->LargestGradient(state->contacts.local,
+                                                     state->control_displacements, &*sweep_);
+  }
+  return result;
+}
+
+RelaxationResult BackOff::RelaxSoundly(double dt, OrganState* state) {
   folded_ = not_finite_ = false;
   const double demand = Demand(state->contacts);
   const bool is_free = state->contacts.size() == 0;

@@ -19,6 +19,12 @@ bool IsFinite(const ToolPose& tool) {
          tool.v_tip_W.allFinite() && std::isfinite(tool.jaw);
 }
 
+Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
+  std::vector<OrganOptions> options;
+  for (const OrganModel& organ : organs) options.push_back(organ.options());
+  return SheddableOf(options);
+}
+
 // All but the vertices.
 void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
   const int n = model.control_points();
@@ -47,13 +53,15 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     : models_(organs),
       edges_(edges),
       stopwatch_(std::move(stopwatch)),
-      qualities_(organs.begin(), organs.end()),
-      shedding_(organs, budget) {
+      shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   states_.reserve(organs.size());
   for (const OrganModel& model : organs)
     states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
-  for (std::size_t o = 0; o < organs.size(); ++o) back_offs_.emplace_back(organs[o], states_[o]);
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    back_offs_.emplace_back(organs[o], states_[o]);
+    qualities_.emplace_back(organs[o].options());
+  }
   for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     contacts_.emplace_back(static_cast<int>(t), tools[t]);
@@ -102,9 +110,8 @@ void DeformationLoop::ChooseQuality() {
   if (record_.shed_level > 0) record_.flags |= kStepShed;
   for (std::size_t o = 0; o < states_.size(); ++o) {
     OrganState& state = states_[o];
-    const OrganQuality chosen =
-        qualities_[o].Next(ceiling, state.contacts.size() > 0, back_offs_[o].gradient(),
-                           state.relaxed.share_slope);
+    const OrganQuality chosen = qualities_[o].Next(
+        ceiling, state.contacts.size() > 0, back_offs_[o].gradient(), state.relaxed.share_slope);
     if (obeys_) {
       state.quality.newton_iterations = chosen.newton_iterations;
       qualities_[o].Obey(state.quality);
@@ -260,8 +267,8 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.step = record_;
   sample_.organ_count = static_cast<int>(states_.size());
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    sample_.organs[o] = {states_[o].relaxed.iterations, states_[o].relaxed.out_of_time,
-                         back_offs_[o].folded(), back_offs_[o].recovering(),
+    sample_.organs[o] = {states_[o].relaxed.iterations,   states_[o].relaxed.out_of_time,
+                         back_offs_[o].folded(),          back_offs_[o].recovering(),
                          states_[o].quality.finite_share, states_[o].quality.local_share};
   }
   sample_.tool_count = tools.tool_count;

@@ -28,8 +28,8 @@ struct DeformationEdges {
 class DeformationLoop {
  public:
   /// `organs` and what `edges` names must outlive the loop. `stopwatch` gives the session time for
-  /// StepRecord::compute_ns; without one (lockstep) nothing is measured. Steps that take longer than
-  /// `budget` (ns) lower the organs' quality (load_shedding.h); 0: none does.
+  /// StepRecord::compute_ns; without one (lockstep) nothing is measured. Steps that take longer
+  /// than `budget` (ns) lower the organs' quality (load_shedding.h); 0: none does.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
                   Nanoseconds budget = 0);
@@ -68,12 +68,12 @@ class DeformationLoop {
   DeformationEdges edges_;
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganState> states_;
-  std::vector<BackOff> back_offs_;     // one an organ
-  std::vector<ToolContact> contacts_;  // one a tool
+  std::vector<BackOff> back_offs_;        // one an organ
+  std::vector<ToolContact> contacts_;     // one a tool
   std::vector<QualityChoice> qualities_;  // one an organ
   LoadShedding shedding_;
   bool obeys_ = false;  // the next step's quality is a recorded one
-  ToolState tools_;                    // of the last step, all finite
+  ToolState tools_;     // of the last step, all finite
   StepRecord record_;
   StepSample sample_;
 };

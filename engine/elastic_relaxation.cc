@@ -317,12 +317,12 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   std::unique_ptr<LatticeResponse> at_rest_;  // K^-1 of U = 0
   StepPotential potential_;
   NewtonFactor factor_;
-  Points at_;                 // (n + slots) x 3: W and V where the last step ended
-  Points trial_;              // likewise
-  Points gradient_;           // likewise, N
-  Points step_;               // likewise
-  Points load_;               // likewise, N: B^T f
-  Points restart_;            // likewise: U and V where the next Relax starts
+  Points at_;        // (n + slots) x 3: W and V where the last step ended
+  Points trial_;     // likewise
+  Points gradient_;  // likewise, N
+  Points step_;      // likewise
+  Points load_;      // likewise, N: B^T f
+  Points restart_;   // likewise: U and V where the next Relax starts
   bool restarts_ = false;
   Points from_;               // likewise: U and V that the next Relax is damped towards
   double damping_ = 0;        // of the next Relax

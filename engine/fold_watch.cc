@@ -106,7 +106,6 @@ FoldWatch::FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrat
     cell.begin = next;
     for (const Eigen::Index q : members) {
       points_.row(next) = tissue.points.row(q);
-      cell.volume += tissue.weights[q];
       weights_[next++] = tissue.weights[q];
     }
     cell.end = next;
@@ -183,15 +182,10 @@ bool FoldWatch::Folded(const ActiveFunctions& active, const Points& U, int calls
                        Sweep* sweep) const {
   MeasureSlopes(active, U, sweep);
   Eigen::Index unclear = 0;
-  double squares = 0, fourths = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    const double bound = GradientBound(i, *sweep);
-    sweep->clear[i] = bound < 1;
-    squares += cells_[i].volume * bound * bound;
-    fourths += cells_[i].volume * bound * bound * bound * bound;
+    sweep->clear[i] = Clear(i, *sweep);
     if (!sweep->clear[i]) unclear += cells_[i].end - cells_[i].begin;
   }
-  sweep->gradient = squares > 0 ? std::sqrt(fourths / squares) : 0;
   Eigen::Index left = std::max(kFewest, unclear / calls + 1);
   for (; sweep->cell < cells_.size(); ++sweep->cell, sweep->point = 0) {
     if (sweep->clear[sweep->cell]) continue;
@@ -242,7 +236,7 @@ void FoldWatch::MeasureSlopes(const ActiveFunctions& active, const Points& U, Sw
   }
 }
 
-double FoldWatch::GradientBound(std::size_t index, const Sweep& sweep) const {
+bool FoldWatch::Clear(std::size_t index, const Sweep& sweep) const {
   const Cell& cell = cells_[index];
   double gradient2 = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -252,24 +246,40 @@ double FoldWatch::GradientBound(std::size_t index, const Sweep& sweep) const {
     for (const auto& [pair, weight] : cell.loose[axis]) slope += weight * slopes[pair];
     gradient2 += slope * slope;
   }
-  return std::sqrt(gradient2) + sweep.local[index];
+  return std::sqrt(gradient2) + sweep.local[index] < 1;
 }
 
-double FoldWatch::Determinant(Eigen::Index q, const ActiveFunctions& active,
-                              const Points& U) const {
+double FoldWatch::LargestGradient(const ActiveFunctions& active, const Points& U,
+                                  Sweep* sweep) const {
+  const Eigen::Index samples = std::min<Eigen::Index>(kSamples, points());
+  double largest = 0;
+  for (Eigen::Index i = sweep->part; i < samples; i += kParts) {
+    largest = std::max(largest, Gradient(i * points() / samples, active, U).norm());
+  }
+  sweep->gradients[static_cast<std::size_t>(sweep->part)] = largest;
+  sweep->part = (sweep->part + 1) % kParts;
+  return *std::max_element(sweep->gradients.begin(), sweep->gradients.end());
+}
+
+Matrix3d FoldWatch::Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const {
   const Vector3d p = points_.row(q);
-  Matrix3d F = Matrix3d::Identity();
+  Matrix3d gradient = Matrix3d::Zero();
   AddGradient(
-      lattice_, p, [](int column) { return column; }, U, &F);
+      lattice_, p, [](int column) { return column; }, U, &gradient);
   if (finer_) {
     const int n = static_cast<int>(U.rows()) - active.slots();
     const auto row = [&](int candidate) {
       const int slot = active.Slot(candidate);
       return slot < 0 ? -1 : n + slot;
     };
-    AddGradient(*finer_, p, row, U, &F);
+    AddGradient(*finer_, p, row, U, &gradient);
   }
-  return F.determinant();
+  return gradient;
+}
+
+double FoldWatch::Determinant(Eigen::Index q, const ActiveFunctions& active,
+                              const Points& U) const {
+  return (Matrix3d::Identity() + Gradient(q, active, U)).determinant();
 }
 
 }  // namespace hpdm

@@ -28,14 +28,16 @@ class FoldWatch {
   /// `tissue`: world, m, m^3. `finer`: of the organ's local functions, or nullptr.
   FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue);
 
+  /// Sample points of LargestGradient, spread over the tissue, and into how many calls.
+  static constexpr int kSamples = 512;
+  static constexpr int kParts = 4;
+
   /// What a caller keeps of a watch from call to call.
   struct Sweep {
     explicit Sweep(const FoldWatch& watch);
     double share = 0;  ///< Of the tissue's volume (0..1) that the last whole sweep found folded.
-    /// How far the tissue was strained and turned in the last call: |grad u| of the cells by their
-    /// bounds, in the mean of its squares weighted by what it stores, sum v |grad u|^4 / sum v
-    /// |grad u|^2 of the cells' tissue v. Cells with a trace of tissue count as little in it.
-    double gradient = 0;
+    int part = 0;      // of LargestGradient: the next
+    std::array<double, kParts> gradients{};
     std::size_t cell = 0;  // where to go on
     Eigen::Index point = 0;
     double found = 0;                           // m^3, since the sweep began
@@ -49,6 +51,10 @@ class FoldWatch {
   /// when tissue is known to be folded: in what was swept so far or, before its end, in the last
   /// sweep. With one call it is whole, and the answer exact.
   bool Folded(const ActiveFunctions& active, const Points& U, int calls, Sweep* sweep) const;
+
+  /// How far the tissue is strained and turned: the largest |grad u| (Frobenius) at some of its
+  /// points, of which each call evaluates a part, some 40 us, and remembers the others.
+  double LargestGradient(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
 
   /// The least det(F) of all points, and the folded share: to measure and to test.
   struct Folds {
@@ -70,7 +76,6 @@ class FoldWatch {
   };
   struct Cell {
     Eigen::Index begin, end;  // of points_
-    double volume = 0;        // m^3
     std::array<std::vector<int>, 3> firm;
     std::array<std::vector<Weighed>, 3> loose;
   };
@@ -84,7 +89,8 @@ class FoldWatch {
   void AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const;
   void AddLocalSlopes();
   void MeasureSlopes(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
-  double GradientBound(std::size_t cell, const Sweep& sweep) const;
+  bool Clear(std::size_t cell, const Sweep& sweep) const;
+  Matrix3d Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
   double Determinant(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
 
   Lattice lattice_;

@@ -36,8 +36,8 @@ class LatticeResponse : public LatticeCompliance {
   virtual void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
 };
 
-/// Where a lattice of constant stiffness comes to rest under `contacts`: their forces, and U (n x 3,
-/// m). `problem` is scratch, with which the response is asked again.
+/// Where a lattice of constant stiffness comes to rest under `contacts`: their forces, and U (n x
+/// 3, m). `problem` is scratch, with which the response is asked again.
 RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* problem,
                                ContactSet* contacts, Points* U);
 

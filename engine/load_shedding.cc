@@ -4,16 +4,21 @@
 
 namespace hpdm {
 
-LoadShedding::LoadShedding(const std::vector<OrganModel>& organs, Nanoseconds budget)
-    : budget_(budget) {
-  for (const OrganModel& organ : organs) {
-    local_ = local_ || organ.local() != nullptr;
-    if (organ.finite_energy() == nullptr) continue;
-    finite_ = true;
-    int halvings = 0;
-    while (organ.options().energy.newton_iterations >> halvings > 1) ++halvings;
-    halvings_ = std::max(halvings_, halvings);
+Sheddable SheddableOf(const std::vector<OrganOptions>& organs) {
+  Sheddable sheddable;
+  for (const OrganOptions& organ : organs) {
+    sheddable.local = sheddable.local || organ.lattice.local.functions > 0;
+    if (organ.energy.strain == StrainMeasure::kSmall) continue;
+    sheddable.finite = true;
+    sheddable.newton_iterations =
+        std::max(sheddable.newton_iterations, organ.energy.newton_iterations);
   }
+  return sheddable;
+}
+
+LoadShedding::LoadShedding(const Sheddable& sheddable, Nanoseconds budget)
+    : budget_(budget), finite_(sheddable.finite), local_(sheddable.local) {
+  while (sheddable.newton_iterations >> halvings_ > 1) ++halvings_;
 }
 
 QualityCeiling LoadShedding::Ceiling() const {
@@ -28,8 +33,7 @@ void LoadShedding::Observe(Nanoseconds now_ns, Nanoseconds compute_ns, bool sett
   const bool too_long = compute_ns > budget_;
   too_long_ = too_long ? too_long_ + 1 : 0;
   if (too_long_ >= kTooMany && settled && level_ < levels()) Lower(now_ns);
-  const bool easy =
-      level_ > 0 && settled && compute_ns < static_cast<Nanoseconds>(kEase * budget_);
+  const bool easy = level_ > 0 && settled && compute_ns < static_cast<Nanoseconds>(kEase * budget_);
   if (!easy) {
     easy_since_ns_ = -1;
   } else if (easy_since_ns_ < 0) {

@@ -45,12 +45,12 @@ class LocalResponse {
   bool TakeSlots(const ActiveFunctions& active);
 
   const LocalFunctions& functions_;
-  std::vector<int> function_;     // of each slot, or -1
-  std::vector<double> weight_;    // of each slot
+  std::vector<int> function_;   // of each slot, or -1
+  std::vector<double> weight_;  // of each slot
   std::vector<bool> stale_;
-  Eigen::MatrixXd coupling_;      // 3n x 3 slots: X
-  Eigen::MatrixXd reduced_;       // 3 slots x 3 slots: S at full weight, 1 where a slot is empty
-  Eigen::MatrixXd regular_;       // S with weights, kept from being singular
+  Eigen::MatrixXd coupling_;  // 3n x 3 slots: X
+  Eigen::MatrixXd reduced_;   // 3 slots x 3 slots: S at full weight, 1 where a slot is empty
+  Eigen::MatrixXd regular_;   // S with weights, kept from being singular
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 

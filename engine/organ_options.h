@@ -46,7 +46,8 @@ struct EnergyOptions {
   double beta = 0.05;                          ///< N; metric only.
   int newton_iterations = 3;                   ///< Most a step; not of small strain.
   double newton_budget = 0.02;                 ///< s a step in the real clock; not of small strain.
-  double finite_from = 0.1;  ///< |grad u| where finite strain begins to come in; adaptive only.
+  double finite_from = 0.3;  ///< Strain and rotation, |grad u|, beyond which adaptive strain takes
+                             ///< finite strain; below 0.8 times that, small strain.
 };
 
 struct MaterialOptions {

@@ -27,9 +27,9 @@ class RefinedResponse final : public LatticeResponse {
   void SolveColumn(Eigen::Ref<Eigen::VectorXd> column) const;
 
   LocalResponse local_;
-  Eigen::Index unknowns_;             // 3n
-  Eigen::MatrixXd response_;          // (3n + 3 slots) x kMaxEquations
-  mutable Eigen::VectorXd scratch_;   // 3n
+  Eigen::Index unknowns_;            // 3n
+  Eigen::MatrixXd response_;         // (3n + 3 slots) x kMaxEquations
+  mutable Eigen::VectorXd scratch_;  // 3n
 };
 
 }  // namespace hpdm

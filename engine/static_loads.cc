@@ -16,7 +16,8 @@ namespace {
 
 using UnknownMap = Eigen::Map<Eigen::VectorXd>;
 
-// What holds U in place: the stiffness times U; U is (n + slots) x 3, `local` nullptr without slots.
+// What holds U in place: the stiffness times U; U is (n + slots) x 3, `local` nullptr without
+// slots.
 Eigen::VectorXd ElasticForce(const OrganModel& model, const LocalResponse* local, const Points& U) {
   Eigen::VectorXd force(U.size());
   if (model.springs() != nullptr) {
@@ -292,7 +293,10 @@ double StaticLoads::Residual(const StaticSolution& solution) const {
   }
   const double size = applied.norm();
   if (size == 0) return 0;
-  return (ElasticForce(model_, local_ ? &*local_ : nullptr, solution.control_displacements) - applied).norm() / size;
+  return (ElasticForce(model_, local_ ? &*local_ : nullptr, solution.control_displacements) -
+          applied)
+             .norm() /
+         size;
 }
 
 }  // namespace hpdm

@@ -156,7 +156,7 @@ class TelemetryLoop {
   SessionControl control_;  // as the last sample had it
   std::vector<std::string> organs_;
   std::array<bool, kMaxOrgans> organ_unsound_{};
-  int shed_level_ = 0;  // of the last step
+  int shed_level_ = 0;                                        // of the last step
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   std::uint64_t live_messages_ = 0;
   std::uint64_t live_errors_ = 0;

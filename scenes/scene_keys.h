@@ -21,7 +21,7 @@ inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};
 inline constexpr std::string_view kMotionKeys[] = {"displacement", "frequency"};
 inline constexpr std::string_view kEnergyKeys[] = {
-    "type",         "strain", "law", "solver", "domain", "alpha", "beta", "newton_iterations",
+    "type",          "strain",     "law", "solver", "domain", "alpha", "beta", "newton_iterations",
     "newton_budget", "finite_from"};
 inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density",
                                                      "relaxation_time"};

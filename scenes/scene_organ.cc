@@ -112,8 +112,7 @@ EnergyOptions ReadEnergy(const TableReader& table) {
     }
   }
   if (energy.strain != StrainMeasure::kAdaptive && table.Has("finite_from")) {
-    table.Fail("finite_from", "belongs to strain = \"adaptive\"",
-               "remove it or change the strain");
+    table.Fail("finite_from", "belongs to strain = \"adaptive\"", "remove it or change the strain");
   }
   table.ReadInteger("newton_iterations", 1, 1000, &energy.newton_iterations);
   table.ReadNumber("newton_budget", Interval::NotNegative(10, "s"), &energy.newton_budget);

@@ -140,6 +140,7 @@ class RefinedPress {
     response->Respond(contacts_, &problem_);
     return problem_.compliance()(0, 0);
   }
+  const ActiveFunctions& active() const { return contacts_.local; }
 
  private:
   const Body& body_;
@@ -160,6 +161,35 @@ TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
   RefinedPress again(body, local);
   const double first = again.Compliance(fresh.get(), Vector3d(0.04, 0.01, 0.045));
   EXPECT_NEAR(last, first, 1e-9 * first);  // the order of the slots only
+}
+
+TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
+  const Body body(GetParam());
+  const LocalFunctions local = body.Local();
+  RefinedPress press(body, local);
+  const auto response = MakeLatticeResponse(local, 20);
+  constexpr double kStride = 1e-5;  // m
+  double before = 0, last = 0, smooth = 0, swapped = 0;
+  int swaps = 0;
+  bool swapped_last = false;
+  for (int i = 0; i < 1500; ++i) {
+    const double now = press.Compliance(response.get(), Vector3d(kStride * i, 0.011, 0.045));
+    bool swaps_now = false;
+    for (int s = 0; s < 20; ++s) swaps_now = swaps_now || press.active().Changed(s);
+    if (i > 1) {
+      double& largest = swaps_now || swapped_last ? swapped : smooth;
+      largest = std::max(largest, std::abs(now - 2 * last + before) / now);
+      swaps += swaps_now;
+    }
+    swapped_last = swaps_now;
+    before = last;
+    last = now;
+  }
+  EXPECT_GT(swaps, 5);
+  // Weights have corners where they begin to fade and where they end: steps of the second
+  // difference that are as long as the stride. A function at full weight would be some 1e-3.
+  EXPECT_LT(swapped, 2e-5);
+  EXPECT_LT(smooth, 2e-5);
 }
 
 TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
@@ -203,6 +233,33 @@ TEST(ActiveFunctions, TakesTheNearestAndKeepsTheirSlots) {
   }
   EXPECT_EQ(active.Slot(13), slot[0]);
   EXPECT_TRUE(active.Changed(slot[0]));
+}
+
+TEST(ActiveFunctions, TheFarthestFadeAndTheirWeightTellsHowFar) {
+  Points centres(100, 3);
+  for (int a = 0; a < 100; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
+  ActiveFunctions active(100, 4);
+  const auto follow = [&](double x, double share = 1) {
+    const Vector3d point[] = {Vector3d(x, 0, 0)};
+    active.Follow(centres, point, 4, share);
+  };
+  const auto weight = [&](int function) { return active.Weight(active.Slot(function)); };
+  follow(10.49);  // 9 .. 12 are in; 12 is at 1.51, 8, the first outside, at 2.49
+  EXPECT_EQ(weight(10), 1);
+  EXPECT_EQ(weight(12), 1);
+  follow(10.99);  // 13 comes at 11.0: 9 is at 1.99, 13 at 2.01
+  EXPECT_NEAR(weight(9), (1 - 1.99 * 1.99 / (2.01 * 2.01)) / ActiveFunctions::kBand, 1e-12);
+  EXPECT_NEAR(active.Kept(active.Slot(9)), weight(9), 1e-12);
+  EXPECT_EQ(active.Kept(active.Slot(10)), 1);
+  const double fading = weight(9);
+  follow(10.99, 0.5);
+  EXPECT_EQ(weight(10), 0.5);
+  EXPECT_NEAR(weight(9), fading / 2, 1e-12);  // round-off
+  EXPECT_EQ(active.Kept(active.Slot(10)), 0.5);
+  follow(11.0 + 1e-9);
+  EXPECT_EQ(weight(13), ActiveFunctions::kLeastWeight);
+  follow(11.0, 0);
+  EXPECT_EQ(active.used(), 0);
 }
 
 TEST(ActiveFunctions, NoContactLetsGoOfAll) {
