@@ -46,6 +46,10 @@ RelaxationResult BackOff::RelaxSoundly(double dt, OrganState* state) {
     const RelaxationResult result = RelaxWithin(demand, dt, state);
     not_finite_ = !state->control_displacements.allFinite();
     folded_ = !not_finite_ && Folds(*state);
+    if (model_.finite_energy() != nullptr && !is_free && !not_finite_) {
+      sound_ = state->control_displacements;
+      sound_reach_ = demand;
+    }
     return result;
   }
   recovering_ = recovering_ && demand > reach_;
