@@ -174,6 +174,7 @@ void MeshView::SetHeat(const std::vector<float>& values) {
 
 void MeshView::Draw() const {
   if (closed_) glEnable(GL_CULL_FACE);
+  glVertexAttrib3fv(2, offset_.data());
   glBindVertexArray(layout_.name());
   glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(triangles_.size()), GL_UNSIGNED_INT, nullptr);
   glDisable(GL_CULL_FACE);

@@ -34,9 +34,9 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 /// One mesh on the graphics card: indices and texture coordinates stay, positions and normals are
 /// replaced when the mesh deforms. Render thread only.
 ///
-/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 3
-/// texture coordinates (0 without), 4 SetHeat. Vertices on a seam of the texture are drawn once a
-/// side of it (seams.h), with one normal.
+/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 2
+/// SetOffset, 3 texture coordinates (0 without), 4 SetHeat. Vertices on a seam of the texture are
+/// drawn once a side of it (seams.h), with one normal.
 ///
 /// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
 /// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
@@ -60,6 +60,9 @@ class MeshView {
   /// A value a vertex (V), input 4 of the vertex shader; 0 before the first.
   void SetHeat(const std::vector<float>& values);
 
+  /// By how much all of it is drawn away from its vertices (m), input 2 of the vertex shader.
+  void SetOffset(const Eigen::Vector3f& offset) { offset_ = offset; }
+
   /// Draws the triangles with the program in use; of a closed mesh only those that face the
   /// viewer, which takes a quarter off a frame of the software renderer.
   void Draw() const;
@@ -70,12 +73,13 @@ class MeshView {
   const PointsF& WithCopies(const PointsF& values);
 
   bool closed_;
-  Triangles triangles_;        // F x 3, over the V vertices
-  Eigen::Index vertex_count_;  // V
-  std::vector<int> copies_;    // SeamedMesh::copies
-  std::vector<float> heat_;    // R, scratch
-  PointsF normals_;            // V x 3
-  PointsF with_copies_;        // R x 3, scratch
+  Triangles triangles_;                               // F x 3, over the V vertices
+  Eigen::Index vertex_count_;                         // V
+  std::vector<int> copies_;                           // SeamedMesh::copies
+  std::vector<float> heat_;                           // R, scratch
+  Eigen::Vector3f offset_ = Eigen::Vector3f::Zero();  // m
+  PointsF normals_;                                   // V x 3
+  PointsF with_copies_;                               // R x 3, scratch
   GlObject layout_{GlKind::kVertexArray};
   GlObject position_buffer_{GlKind::kBuffer};
   GlObject normal_buffer_{GlKind::kBuffer};

@@ -15,15 +15,16 @@ namespace {
 constexpr const char* kVertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 offset;
 layout(location = 3) in vec2 texture_coordinate;
 out vec3 p_W;
 out vec3 normal_W;
 out vec2 uv;
 void main() {
-  p_W = position;
+  p_W = position + offset;
   normal_W = normal;
   uv = texture_coordinate;
-  gl_Position = clip_from_world * vec4(position, 1.0);
+  gl_Position = clip_from_world * vec4(p_W, 1.0);
 }
 )glsl";
 
@@ -94,9 +95,12 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     const bool textured = organ.texture != nullptr;
     HPDM_CHECK(!textured || organ.rest->texture_coordinates.rows() > 0);
     const SurfaceMesh mesh = WithCoordinates(*organ.rest);
-    organs_.push_back({MeshView(mesh), Texture(textured ? *organ.texture : White()),
+    organs_.push_back({MeshView(mesh),
+                       Texture(textured ? *organ.texture : White()),
                        textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
-                       static_cast<float>(MetresPerCoordinate(mesh)), nullptr});
+                       static_cast<float>(MetresPerCoordinate(mesh)),
+                       nullptr,
+                       {}});
     if (organ.model != nullptr && UsesShader(organ.ffd, renderer, *organ.model)) {
       organs_.back().deformation = DeformationOf(*organ.model, organs_.back().mesh.copies());
     }
@@ -104,6 +108,9 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
 }
 
 void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
+  mesh.SetOffset(shape.offset_W.cast<float>());
+  if (version == shape.version) return;
+  version = shape.version;
   if (deformation) {
     deformation->Deform(shape, mesh.positions(), mesh.normals());
   } else {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/organ.h"
@@ -35,8 +37,9 @@ class OrganPainter {
   /// refuses the shader. A texture for a mesh without texture coordinates is a bug.
   explicit OrganPainter(const std::vector<OrganView>& organs);
 
-  /// Moves the organs to where the snapshot has them. Fewer organs or another number of vertices
-  /// than at construction are a bug. Allocates nothing.
+  /// Moves the organs to where the snapshot has them; a shape is looked at only where its version
+  /// is another than at the last call. Fewer organs or another number of vertices than at
+  /// construction are a bug. Allocates nothing.
   void Move(const SceneSnapshot& snapshot);
 
   /// Draws depth alone.
@@ -56,6 +59,7 @@ class OrganPainter {
     Eigen::Vector3f colour;  // linear, multiplies the texture's
     float metres_per_uv;
     std::unique_ptr<LatticeDeformation> deformation;  // null: the snapshot's vertices
+    std::optional<std::uint64_t> version;             // OrganSnapshot's, of what is drawn
 
     void Move(const OrganSnapshot& shape);
   };

@@ -162,6 +162,7 @@ class OverlayViewTest : public testing::Test {
     view_.emplace(std::vector{organ}, std::vector<InstrumentView>());
   }
   Image Draw(std::uint32_t overlays) {
+    ++snapshot_.organs[0].version;
     if (!view_) Show(organ_);
     Image image;
     target_->Bind();

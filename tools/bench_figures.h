@@ -43,6 +43,16 @@ struct MeshComparison {
 };
 std::vector<MeshComparison> CompareMeshes(bool quick);
 
+/// Whole deformation steps of one organ under two instruments, alone and beside others that sleep.
+struct SleepFigures {
+  int sleeping = 0;   ///< Organs.
+  int triangles = 0;  ///< Of all organs.
+  Timing among, alone;
+  RatioSpread ratio;  ///< Among over alone.
+  Timing idle;        ///< A step in which all organs sleep.
+};
+std::vector<SleepFigures> TimeSleep(bool quick);
+
 /// Cost against size.
 struct CostCurve {
   std::string what;
@@ -112,6 +122,7 @@ FfdTable TimeFfd(bool quick);
 struct BenchFigures {
   std::vector<ModelComparison> models;
   std::vector<MeshComparison> meshes;
+  std::vector<SleepFigures> sleep;
   std::vector<CostCurve> costs;
   std::optional<TickFigures> ticks;
   double clock_reading_ns = 0;
