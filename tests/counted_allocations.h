@@ -28,6 +28,7 @@ inline void CountAllocation(std::size_t size) {
 
 // operator new and Eigen both end here. glibc lets a program put its own in front: one of those
 // that several source files bring.
+// NOLINTBEGIN(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_realloc(void*, std::size_t);
@@ -41,5 +42,6 @@ void* __libc_realloc(void*, std::size_t);
   return __libc_realloc(old, size);
 }
 }
+// NOLINTEND(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
 
 #endif
