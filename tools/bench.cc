@@ -55,9 +55,11 @@ Json ToJson(const MeshComparison& row) {
 }
 
 Json ToJson(const SleepFigures& row) {
-  return {{"sleeping", row.sleeping},   {"triangles", row.triangles},
-          {"among", ToJson(row.among)}, {"alone", ToJson(row.alone)},
-          {"ratio", ToJson(row.ratio)}, {"all_asleep", ToJson(row.idle)}};
+  Json json = {{"scene", row.scene},         {"sleeping", row.sleeping},
+               {"triangles", row.triangles}, {"among", ToJson(row.among)},
+               {"alone", ToJson(row.alone)}, {"ratio", ToJson(row.ratio)}};
+  if (row.idle_us) json["all_asleep_us"] = *row.idle_us;
+  return json;
 }
 
 Json ToJson(const CostCurve& curve) {
