@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "engine/surface_mesh.h"
@@ -9,6 +10,8 @@
 #include "render/seams.h"
 
 namespace hpdm {
+
+struct MeshLevel;
 
 /// V x 3, single precision, as the graphics card takes them.
 using PointsF = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -60,6 +63,12 @@ class MeshView {
   /// A value a vertex (V), input 4 of the vertex shader; 0 before the first.
   void SetHeat(const std::vector<float>& values);
 
+  /// Levels (mesh_levels.h) of this mesh to draw in place of all of its triangles, and which of
+  /// them is drawn; their first is the mesh itself, which is drawn at the start.
+  void SetLevels(const std::vector<MeshLevel>& levels);
+  void SelectLevel(int level) { level_ = static_cast<std::size_t>(level); }
+  int level() const { return static_cast<int>(level_); }
+
   /// By how much all of it is drawn away from its vertices (m), input 2 of the vertex shader.
   void SetOffset(const Eigen::Vector3f& offset) { offset_ = offset; }
 
@@ -70,12 +79,16 @@ class MeshView {
  private:
   void Upload(const PointsF& vertices);
   void CreateLayout(const Triangles& drawn);
+  void ReplaceIndices(const std::vector<const Triangles*>& levels);
   const PointsF& WithCopies(const PointsF& values);
 
   bool closed_;
-  Triangles triangles_;                               // F x 3, over the V vertices
-  Eigen::Index vertex_count_;                         // V
-  std::vector<int> copies_;                           // SeamedMesh::copies
+  Triangles triangles_;        // F x 3, over the V vertices
+  Eigen::Index vertex_count_;  // V
+  std::vector<int> copies_;    // SeamedMesh::copies
+  // Of each level, where its indices begin and how many they are.
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> ranges_;
+  std::size_t level_ = 0;
   std::vector<float> heat_;                           // R, scratch
   Eigen::Vector3f offset_ = Eigen::Vector3f::Zero();  // m
   PointsF normals_;                                   // V x 3
