@@ -28,14 +28,28 @@ BackOff::BackOff(const OrganModel& model, const OrganState& state)
 }
 
 RelaxationResult BackOff::Relax(double dt, OrganState* state) {
+  const RelaxationResult result = RelaxSoundly(dt, state);
+  if (model_.options().energy.strain == StrainMeasure::kAdaptive && sweep_ &&
+      state->control_displacements.allFinite()) {
+    gradient_ = model_.fold_watch()->LargestGradient(state->contacts.local,
+                                                     state->control_displacements, &*sweep_);
+  }
+  return result;
+}
+
+RelaxationResult BackOff::RelaxSoundly(double dt, OrganState* state) {
   folded_ = not_finite_ = false;
   const double demand = Demand(state->contacts);
   const bool is_free = state->contacts.size() == 0;
-  if (model_.finite_energy() == nullptr || is_free) {
-    if (is_free) Forget();
+  if (IsLinear(*state) || is_free) {
+    if (is_free || recovering_) Forget();
     const RelaxationResult result = RelaxWithin(demand, dt, state);
     not_finite_ = !state->control_displacements.allFinite();
     folded_ = !not_finite_ && Folds(*state);
+    if (model_.finite_energy() != nullptr && !is_free && !not_finite_) {
+      sound_ = state->control_displacements;
+      sound_reach_ = demand;
+    }
     return result;
   }
   recovering_ = recovering_ && demand > reach_;
@@ -50,7 +64,8 @@ RelaxationResult BackOff::Relax(double dt, OrganState* state) {
             .residual = second.residual,
             .converged = false,
             .regularised = second.regularised,
-            .out_of_time = result.out_of_time};
+            .out_of_time = result.out_of_time,
+            .share_slope = second.share_slope};
   }
   sound_ = state->control_displacements;
   sound_reach_ = reach;
@@ -89,9 +104,13 @@ RelaxationResult BackOff::RelaxWithin(double reach, double dt, OrganState* state
   return result;
 }
 
+bool BackOff::IsLinear(const OrganState& state) const {
+  return model_.finite_energy() == nullptr || state.quality.finite_share == 0;
+}
+
 bool BackOff::Folds(const OrganState& state) {
   if (!sweep_) return false;
-  const int calls = model_.finite_energy() != nullptr ? 1 : kStepsASweep;
+  const int calls = IsLinear(state) ? kStepsASweep : 1;
   return model_.fold_watch()->Folded(state.contacts.local, state.control_displacements, calls,
                                      &*sweep_);
 }
@@ -104,7 +123,8 @@ bool BackOff::Sound(double demand, const OrganState& state) {
   }
   const bool folds = Folds(state);
   folded_ = folded_ || folds;
-  return !folds && U.cwiseAbs().maxCoeff() <= kFarthest * (demand + size_);
+  const bool blends = state.quality.finite_share < 1;
+  return (blends || !folds) && U.cwiseAbs().maxCoeff() <= kFarthest * (demand + size_);
 }
 
 RelaxationResult BackOff::TakeBack(double demand, double dt, OrganState* state) {

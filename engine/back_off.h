@@ -27,6 +27,9 @@ namespace hpdm {
 /// The tools are not held back: the tick's forces grow with their depth on the stiffness of the
 /// sound state, and the guard bounds them (force_guard.h).
 ///
+/// While an organ of adaptive strain blends both (blended_energy.h) a fold is told only, as in
+/// small strain.
+///
 /// All decisions follow from tools, step times and iterations, so a replay makes the same.
 /// Deformation thread; allocates nothing.
 class BackOff {
@@ -44,14 +47,21 @@ class BackOff {
   bool recovering() const { return recovering_; }
   /// Of the last step: what was taken back was not finite.
   bool not_finite() const { return not_finite_; }
+  /// FoldWatch::LargestGradient of the last step; adaptive strain only.
+  double gradient() const { return gradient_; }
+
+  /// Unknown `row` means something else from now on: it starts at rest.
+  void Forget(int row) { sound_.row(row).setZero(); }
 
  private:
   static constexpr int kStepsASweep = 30;  // of small strain
   // Control points with little tissue move by metres in a lift of millimetres: this is a runaway.
   static constexpr double kFarthest = 1e6;
 
+  RelaxationResult RelaxSoundly(double dt, OrganState* state);
   double Demand(const ContactSet& contacts) const;
   RelaxationResult RelaxWithin(double reach, double dt, OrganState* state);
+  bool IsLinear(const OrganState& state) const;
   bool Folds(const OrganState& state);
   bool Sound(double demand, const OrganState& state);
   RelaxationResult TakeBack(double demand, double dt, OrganState* state);
@@ -65,6 +75,7 @@ class BackOff {
   bool folded_ = false;
   bool not_finite_ = false;
   bool recovering_ = false;
+  double gradient_ = 0;
   double reach_ = 0;          // m: of the demand that is followed while recovering
   double stride_ = 0;         // m: by which the next step reaches farther
   double sound_reach_ = 0;    // m: demand at the last sound state

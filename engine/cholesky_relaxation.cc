@@ -18,12 +18,7 @@ class CholeskyRelaxation final : public Relaxation {
       U->setZero();
       return {};
     }
-    problem_.Build(*contacts);
-    response_->Respond(*contacts, &problem_);
-    const RelaxationResult result = problem_.Solve();
-    problem_.WriteForces(contacts);
-    response_->Deform(problem_, U);
-    return result;
+    return SolveContacts(response_.get(), &problem_, contacts, U);
   }
 
   void Follow(const ActiveFunctions& active) override { response_->Follow(active); }

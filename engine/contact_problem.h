@@ -13,6 +13,9 @@ struct RelaxationResult {
   bool converged = true;     ///< False when the iteration budget was spent first.
   bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
   bool out_of_time = false;  ///< Not converged because its clock said so.
+  /// Relative change of the energy, in which contacts do no work, by the share of finite strain in
+  /// it (BlendedEnergy::ShareSlope); 0 where that share is 0.
+  double share_slope = 0;
 };
 
 /// The contacts of one step in their compliance space: E scalar equations, of which each moves one

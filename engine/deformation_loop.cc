@@ -19,6 +19,12 @@ bool IsFinite(const ToolPose& tool) {
          tool.v_tip_W.allFinite() && std::isfinite(tool.jaw);
 }
 
+Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
+  std::vector<OrganOptions> options;
+  for (const OrganModel& organ : organs) options.push_back(organ.options());
+  return SheddableOf(options);
+}
+
 // All but the vertices.
 void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
   const int n = model.control_points();
@@ -43,13 +49,19 @@ void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* 
 DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const std::vector<ToolOptions>& tools,
                                  const DeformationEdges& edges,
-                                 std::function<Nanoseconds()> stopwatch)
-    : models_(organs), edges_(edges), stopwatch_(std::move(stopwatch)) {
+                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget)
+    : models_(organs),
+      edges_(edges),
+      stopwatch_(std::move(stopwatch)),
+      shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   states_.reserve(organs.size());
   for (const OrganModel& model : organs)
     states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
-  for (std::size_t o = 0; o < organs.size(); ++o) back_offs_.emplace_back(organs[o], states_[o]);
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    back_offs_.emplace_back(organs[o], states_[o]);
+    qualities_.emplace_back(organs[o].options());
+  }
   for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     contacts_.emplace_back(static_cast<int>(t), tools[t]);
@@ -68,6 +80,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.flags = kStepOk;
 
   const ToolState& tools = WithinReason(given);
+  ChooseQuality();
   Collide(tools);
   WakeTouched();
   RepositionControlPoints();
@@ -75,6 +88,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   RelocateVertices();
   BuildContactPatch(tools);
   record_.compute_ns = stopwatch_ ? stopwatch_() - started : 0;
+  ObserveLoad();
   Publish(tools);
 }
 
@@ -82,10 +96,44 @@ void DeformationLoop::Obey(const StepSample& recorded) {
   const auto organs = std::min(static_cast<std::size_t>(recorded.organ_count), states_.size());
   for (std::size_t o = 0; o < organs; ++o) {
     const OrganRelaxation& organ = recorded.organs[o];
-    if (!organ.out_of_time) continue;
-    states_[o].relaxation->StopNextAfter(organ.iterations);
-    states_[o].awake = true;
+    if (organ.out_of_time) {
+      states_[o].relaxation->StopNextAfter(organ.iterations);
+      states_[o].awake = true;
+    }
+    states_[o].quality.finite_share = organ.finite_share;
+    states_[o].quality.local_share = organ.local_share;
   }
+  shedding_.Obey(recorded.step.shed_level);
+  obeys_ = true;
+}
+
+// What each organ's relaxation does in this step, from how the last one left it.
+void DeformationLoop::ChooseQuality() {
+  const QualityCeiling ceiling = shedding_.Ceiling();
+  record_.shed_level = shedding_.level();
+  if (record_.shed_level > 0) record_.flags |= kStepShed;
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    OrganState& state = states_[o];
+    const OrganQuality chosen = qualities_[o].Next(
+        ceiling, state.contacts.size() > 0, back_offs_[o].gradient(), state.relaxed.share_slope);
+    if (obeys_) {
+      state.quality.newton_iterations = chosen.newton_iterations;
+      qualities_[o].Obey(state.quality);
+    } else {
+      state.quality = chosen;
+    }
+    state.relaxation->SetQuality(state.quality);
+  }
+  obeys_ = false;
+}
+
+void DeformationLoop::ObserveLoad() {
+  bool touched = false, settled = true;
+  for (std::size_t o = 0; o < states_.size(); ++o) {
+    touched = touched || states_[o].contacts.size() > 0;
+    settled = settled && qualities_[o].settled();
+  }
+  if (stopwatch_ && touched) shedding_.Observe(record_.time_ns, record_.compute_ns, settled);
 }
 
 const ToolState& DeformationLoop::NewestTools() {
@@ -144,18 +192,18 @@ void DeformationLoop::Refine(int tool_count) {
     ActiveFunctions& active = state.contacts.local;
     if (count == 0 && active.used() == 0) continue;
     active.Follow(local->centres(), std::span(points.data(), count),
-                  models_[o].options().lattice.local.functions);
+                  models_[o].options().lattice.local.functions, state.quality.local_share);
     bool changed = false;
     for (int s = 0; s < active.slots(); ++s) {
-      if (!active.Changed(s)) continue;
       const int row = models_[o].control_points() + s;
+      state.recovery.Fade(row, active.Kept(s));
+      if (!active.Changed(s)) continue;
       state.control_displacements.row(row).setZero();
-      state.recovery.Forget(row);
+      back_offs_[o].Forget(row);
       changed = true;
     }
-    if (!changed) continue;
     state.relaxation->Follow(active);
-    state.version = record_.number;
+    if (changed) state.version = record_.number;
   }
 }
 
@@ -248,8 +296,9 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.step = record_;
   sample_.organ_count = static_cast<int>(states_.size());
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    sample_.organs[o] = {states_[o].relaxed.iterations, states_[o].relaxed.out_of_time,
-                         back_offs_[o].folded(), back_offs_[o].recovering()};
+    sample_.organs[o] = {states_[o].relaxed.iterations,   states_[o].relaxed.out_of_time,
+                         back_offs_[o].folded(),          back_offs_[o].recovering(),
+                         states_[o].quality.finite_share, states_[o].quality.local_share};
   }
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;

@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "engine/back_off.h"
+#include "engine/load_shedding.h"
 #include "engine/organ.h"
+#include "engine/quality_choice.h"
 #include "engine/snapshots.h"
 #include "engine/spsc_queue.h"
 #include "engine/tool_contact.h"
@@ -31,16 +33,19 @@ class DeformationLoop {
   /// `organs` and what `edges` names must outlive the loop. The scenes on the edges have the organs
   /// at rest (SizedSnapshot): a step writes the shapes that are newer than a slot's. `stopwatch`
   /// gives the session time for StepRecord::compute_ns; without one (lockstep) nothing is measured.
+  /// Steps that take longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: none
+  /// does.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
-                  const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr);
+                  const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
+                  Nanoseconds budget = 0);
 
   /// One step, begun at session time `now_ns`, from the given tool state; published on all edges. A
   /// tool whose pose is not finite counts as where it was.
   /// `wake_late_ns`: what the schedule measured, for the step's record.
   void Step(const ToolState& given, Nanoseconds now_ns, Nanoseconds wake_late_ns = 0);
 
-  /// For a replay: where a relaxation of the recorded step was out of time, that of the next Step
-  /// stops after as many iterations.
+  /// For a replay: the next Step takes the recorded one's quality, and where a relaxation of that
+  /// was out of time, stops after as many iterations.
   void Obey(const StepSample& recorded);
 
   /// The newest tool state on the edge.
@@ -51,6 +56,7 @@ class DeformationLoop {
   const OrganState& organ(int i) const { return states_[i]; }
 
  private:
+  void ChooseQuality();
   const ToolState& WithinReason(const ToolState& tools);
   void Collide(const ToolState& tools);
   void Refine(int tool_count);
@@ -60,6 +66,7 @@ class DeformationLoop {
   void RelocateVertices();
   bool AtRest(std::size_t organ) const;
   void BuildContactPatch(const ToolState& tools);
+  void ObserveLoad();
   void FillSample(const ToolState& tools);
   void Publish(const ToolState& tools);
   void FillScene(const ToolState& tools, SceneSnapshot* scene) const;
@@ -68,9 +75,12 @@ class DeformationLoop {
   DeformationEdges edges_;
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganState> states_;
-  std::vector<BackOff> back_offs_;     // one an organ
-  std::vector<ToolContact> contacts_;  // one a tool
-  ToolState tools_;                    // of the last step, all finite
+  std::vector<BackOff> back_offs_;        // one an organ
+  std::vector<ToolContact> contacts_;     // one a tool
+  std::vector<QualityChoice> qualities_;  // one an organ
+  LoadShedding shedding_;
+  bool obeys_ = false;  // the next step's quality is a recorded one
+  ToolState tools_;     // of the last step, all finite
   StepRecord record_;
   StepSample sample_;
 };

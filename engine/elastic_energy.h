@@ -7,22 +7,27 @@
 
 namespace hpdm {
 
+/// A smooth function of displacements U (n x 3, m): what a line search needs of an energy.
+class Potential {
+ public:
+  virtual ~Potential() = default;
+  /// E, J.
+  virtual double Energy(const Points& U) = 0;
+  /// E, and dE/dU (n x 3, N).
+  virtual double Gradient(const Points& U, Points* gradient) = 0;
+};
+
 /// The elastic energy E(U) of a lattice, supports included, for displacements of any size: what
 /// Newton's method (elastic_relaxation.h, static_newton.h) minimises. U: control displacements,
 /// n x 3, m. Zero, with no force, at U = 0. Methods keep scratch space, so one thread uses one
 /// object, and allocate nothing after their first call.
-class ElasticEnergy {
+class ElasticEnergy : public Potential {
  public:
-  virtual ~ElasticEnergy() = default;
   /// An object of another thread's own.
   virtual std::unique_ptr<ElasticEnergy> Clone() const = 0;
 
   /// n.
   virtual int control_points() const = 0;
-  /// E, J.
-  virtual double Energy(const Points& U) = 0;
-  /// E, and dE/dU (n x 3, N).
-  virtual double Gradient(const Points& U, Points* gradient) = 0;
   /// d^2E/dU^2 (3n x 3n, N/m, symmetric). With `semi_definite`, the part of each point or element
   /// is made positive semi-definite first, so that the sum is, and still exact where they are.
   virtual void Hessian(const Points& U, bool semi_definite, FullStiffness* K) = 0;

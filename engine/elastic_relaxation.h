@@ -23,7 +23,16 @@ struct NewtonOptions {
 /// search and, where the Hessian is indefinite, its positive part. The contacts hold exactly after
 /// every iteration; what a spent budget leaves is the residual of the equilibrium. Without contact
 /// the organ is at rest. `energy` is copied.
+///
+/// With OrganQuality::finite_share s below 1 the energy is that of BlendedEnergy; with s = 0 it is
+/// quadratic and the step one solve with K^-1, as in MakeCholeskyRelaxation. The contact patch's
+/// compliance is the tangent of the same energy.
+///
+/// With `functions`, local functions in `slots` slots add to U what they do in small strain
+/// (local_response.h). `functions` must outlive the relaxation.
 std::unique_ptr<Relaxation> MakeNewtonRelaxation(const ElasticEnergy& energy,
-                                                 const NewtonOptions& options = {});
+                                                 const NewtonOptions& options = {},
+                                                 const LocalFunctions* functions = nullptr,
+                                                 int slots = 0);
 
 }  // namespace hpdm

@@ -249,21 +249,37 @@ bool FoldWatch::Clear(std::size_t index, const Sweep& sweep) const {
   return std::sqrt(gradient2) + sweep.local[index] < 1;
 }
 
-double FoldWatch::Determinant(Eigen::Index q, const ActiveFunctions& active,
-                              const Points& U) const {
+double FoldWatch::LargestGradient(const ActiveFunctions& active, const Points& U,
+                                  Sweep* sweep) const {
+  const Eigen::Index samples = std::min<Eigen::Index>(kSamples, points());
+  double largest = 0;
+  for (Eigen::Index i = sweep->part; i < samples; i += kParts) {
+    largest = std::max(largest, Gradient(i * points() / samples, active, U).norm());
+  }
+  sweep->gradients[static_cast<std::size_t>(sweep->part)] = largest;
+  sweep->part = (sweep->part + 1) % kParts;
+  return *std::max_element(sweep->gradients.begin(), sweep->gradients.end());
+}
+
+Matrix3d FoldWatch::Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const {
   const Vector3d p = points_.row(q);
-  Matrix3d F = Matrix3d::Identity();
+  Matrix3d gradient = Matrix3d::Zero();
   AddGradient(
-      lattice_, p, [](int column) { return column; }, U, &F);
+      lattice_, p, [](int column) { return column; }, U, &gradient);
   if (finer_) {
     const int n = static_cast<int>(U.rows()) - active.slots();
     const auto row = [&](int candidate) {
       const int slot = active.Slot(candidate);
       return slot < 0 ? -1 : n + slot;
     };
-    AddGradient(*finer_, p, row, U, &F);
+    AddGradient(*finer_, p, row, U, &gradient);
   }
-  return F.determinant();
+  return gradient;
+}
+
+double FoldWatch::Determinant(Eigen::Index q, const ActiveFunctions& active,
+                              const Points& U) const {
+  return (Matrix3d::Identity() + Gradient(q, active, U)).determinant();
 }
 
 }  // namespace hpdm

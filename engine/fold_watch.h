@@ -28,10 +28,16 @@ class FoldWatch {
   /// `tissue`: world, m, m^3. `finer`: of the organ's local functions, or nullptr.
   FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue);
 
+  /// Sample points of LargestGradient, spread over the tissue, and into how many calls.
+  static constexpr int kSamples = 512;
+  static constexpr int kParts = 4;
+
   /// What a caller keeps of a watch from call to call.
   struct Sweep {
     explicit Sweep(const FoldWatch& watch);
     double share = 0;  ///< Of the tissue's volume (0..1) that the last whole sweep found folded.
+    int part = 0;      // of LargestGradient: the next
+    std::array<double, kParts> gradients{};
     std::size_t cell = 0;  // where to go on
     Eigen::Index point = 0;
     double found = 0;                           // m^3, since the sweep began
@@ -45,6 +51,10 @@ class FoldWatch {
   /// when tissue is known to be folded: in what was swept so far or, before its end, in the last
   /// sweep. With one call it is whole, and the answer exact.
   bool Folded(const ActiveFunctions& active, const Points& U, int calls, Sweep* sweep) const;
+
+  /// How far the tissue is strained and turned: the largest |grad u| (Frobenius) at some of its
+  /// points, of which each call evaluates a part, some 40 us, and remembers the others.
+  double LargestGradient(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
 
   /// The least det(F) of all points, and the folded share: to measure and to test.
   struct Folds {
@@ -80,6 +90,7 @@ class FoldWatch {
   void AddLocalSlopes();
   void MeasureSlopes(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
   bool Clear(std::size_t cell, const Sweep& sweep) const;
+  Matrix3d Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
   double Determinant(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
 
   Lattice lattice_;

@@ -12,6 +12,15 @@ struct SparseRow {
   std::span<const double> weights;
 };
 
+/// `loads` (3n x 3): a unit force along each axis on the point of row b, that on control point a
+/// along d in row 3 a + d.
+inline void FillUnitLoads(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> loads) {
+  loads.setZero();
+  for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+    for (int d = 0; d < 3; ++d) loads(3 * b.control_points[i] + d, d) += b.weights[i];
+  }
+}
+
 /// b K^-1 b^T from K^-1 (3n x 3n).
 Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b);
 

@@ -232,6 +232,16 @@ void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::Ma
   }
 }
 
+RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* problem,
+                               ContactSet* contacts, Points* U) {
+  problem->Build(*contacts);
+  response->Respond(*contacts, problem);
+  const RelaxationResult result = problem->Solve();
+  problem->WriteForces(contacts);
+  response->Deform(*problem, U);
+  return result;
+}
+
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K) {
   return std::make_unique<ScalarResponse>(K);
 }

@@ -20,8 +20,6 @@ void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::Ma
 /// Owned by one thread; Respond() and Deform() allocate nothing.
 class LatticeResponse : public LatticeCompliance {
  public:
-  virtual ~LatticeResponse() = default;
-
   /// Takes the local functions in use; Respond() does the same with those of its contacts. Without
   /// local functions nothing.
   virtual void Follow(const ActiveFunctions& active) { static_cast<void>(active); }
@@ -38,18 +36,22 @@ class LatticeResponse : public LatticeCompliance {
   virtual void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
 };
 
-/// K^-1. A contact's row b has few entries, one for each function that is not
-/// zero there (27 of quadratic splines), so a product with the columns of K^-1 that they name is
-/// several times cheaper than two triangular solves. Throws InputError (`remedy`) when K is not
-/// positive definite, or to round-off only.
+/// Where a lattice of constant stiffness comes to rest under `contacts`: their forces, and U (n x
+/// 3, m). `problem` is scratch, with which the response is asked again.
+RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* problem,
+                               ContactSet* contacts, Points* U);
+
+/// K^-1. A contact's row b has few entries, one for each function that is not zero there (27 of
+/// quadratic splines), so a product with the columns of K^-1 that they name is several times
+/// cheaper than two triangular solves. Throws InputError (`remedy`) when K is not positive
+/// definite, or to round-off only.
 Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy);
 
 /// Of dense K^-1. Throw InputError when K is not positive definite.
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K);
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K);
 
-/// With local functions in at most `slots` slots. `functions` must outlive it. A change of slot
-/// costs 3 x 3 blocks of S, a change of the set its factorisation: 0.2 (3 m)^3 operations.
+/// With local functions in at most `slots` slots (refined_response.h). `functions` must outlive it.
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const LocalFunctions& functions, int slots);
 
 }  // namespace hpdm

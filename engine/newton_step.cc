@@ -16,7 +16,7 @@ bool NewtonFactor::Factorise(const Points& U, ElasticEnergy* energy) {
 }
 
 double SearchLength(const Points& U, const Points& step, double value, double slope, double work,
-                    ElasticEnergy* energy, Points* trial, Points* gradient) {
+                    Potential* energy, Points* trial, Points* gradient) {
   constexpr double kSufficient = 1e-4;
   constexpr double kFlattened = 0.1;
   constexpr int kMaxHalvings = 20;

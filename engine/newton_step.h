@@ -30,6 +30,6 @@ class NewtonFactor {
 /// the derivative of E along the step at U, `work` (J) what given forces do along the whole step.
 /// `trial` and `gradient` (n x 3) are scratch.
 double SearchLength(const Points& U, const Points& step, double value, double slope, double work,
-                    ElasticEnergy* energy, Points* trial, Points* gradient);
+                    Potential* energy, Points* trial, Points* gradient);
 
 }  // namespace hpdm

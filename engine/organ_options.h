@@ -15,7 +15,8 @@ namespace hpdm {
 enum class BasisType { kBSpline, kBernstein };
 
 /// Finer splines that are added where a load or a tip is: the functions of a B-spline basis over
-/// `refinement` times as many cells that are nearest to the contact. Small strain only.
+/// `refinement` times as many cells that are nearest to the contact. What they add is of small
+/// strain.
 struct LocalFunctionOptions {
   int functions = 0;   ///< At most so many a contact; 0: none.
   int refinement = 2;  ///< Cells of the finer splines a cell of the lattice and axis, 2..6.
@@ -30,7 +31,7 @@ struct LatticeOptions {
 };
 
 enum class EnergyType { kMetric, kStrain };
-enum class StrainMeasure { kSmall, kFinite };
+enum class StrainMeasure { kSmall, kFinite, kAdaptive };
 enum class MaterialLaw { kNeoHookean, kStVenantKirchhoff };
 enum class SolverType { kCholesky, kGaussSeidel };
 enum class EnergyDomain { kBox, kOrgan };
@@ -43,8 +44,10 @@ struct EnergyOptions {
   EnergyDomain domain = EnergyDomain::kOrgan;  ///< Metric only.
   double alpha = 2000;                         ///< Pa; metric only (finite strain: eta).
   double beta = 0.05;                          ///< N; metric only.
-  int newton_iterations = 3;                   ///< Most a step; finite strain only.
-  double newton_budget = 0.02;                 ///< s a step in the real clock; finite strain only.
+  int newton_iterations = 3;                   ///< Most a step; not of small strain.
+  double newton_budget = 0.02;                 ///< s a step in the real clock; not of small strain.
+  double finite_from = 0.3;  ///< Strain and rotation, |grad u|, beyond which adaptive strain takes
+                             ///< finite strain; below 0.8 times that, small strain.
 };
 
 struct MaterialOptions {

@@ -6,6 +6,7 @@
 #include "engine/lattice_compliance.h"
 #include "engine/local_functions.h"
 #include "engine/metric_energy.h"
+#include "engine/organ_quality.h"
 #include "engine/strain_energy.h"
 
 namespace hpdm {
@@ -35,6 +36,9 @@ class Relaxation {
   /// The next Relax, which no clock limits then, stops after `iterations` (> 0): where a recorded
   /// one was out of time. Only relaxations with a clock have anything to do here.
   virtual void StopNextAfter(int /*iterations*/) {}
+
+  /// From the next Relax on. Only finite strain has anything to do here.
+  virtual void SetQuality(const OrganQuality& /*quality*/) {}
 
   /// The next Relax starts at `U` (n x 3, m) instead of where the last one ended. Only relaxations
   /// that go on from there have anything to do here.

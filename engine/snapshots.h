@@ -167,6 +167,7 @@ struct StepRecord {
   int iterations = 0;              ///< Of the relaxation, summed over the organs.
   double residual = 0;             ///< Largest relative residual of the relaxation.
   std::uint32_t flags = 0;         ///< StepFlag, or-ed.
+  std::int32_t shed_level = 0;     ///< Of quality, for want of time (load_shedding.h); 0: none.
 };
 
 /// What can go wrong in a step, each with its remedy.
@@ -180,6 +181,8 @@ enum StepFlag : std::uint32_t {
   kStepFolded = 1u << 4,      ///< Tissue is turned inside out: pull back, or more and finer cells.
   kStepRecovering = 1u << 5,  ///< An organ of finite strain does not follow its tools all the way,
                               ///< so that it stays sound: pull back, or more newton_iterations.
+  kStepShed = 1u << 6,  ///< Steps took longer than their budget and do less: fewer cells, fewer
+                        ///< newton_iterations, a faster machine or a lower deformation_hz.
 };
 
 /// Deformation loop -> haptic loop, latest value, every step.
@@ -231,6 +234,8 @@ struct OrganRelaxation {
   bool out_of_time = false;  ///< Its clock stopped it: a replay stops after as many iterations.
   bool folded = false;       ///< kStepFolded, of this organ.
   bool recovering = false;   ///< kStepRecovering, of this organ.
+  double finite_share = 0;   ///< OrganQuality, which a replay obeys.
+  double local_share = 0;    ///< Likewise.
 };
 
 /// Deformation loop -> telemetry loop, every step through a queue: all of a step that a replay must

@@ -16,9 +16,9 @@ namespace {
 
 using UnknownMap = Eigen::Map<Eigen::VectorXd>;
 
-// What holds U in place: the stiffness times U; U is (n + slots) x 3.
-Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& active,
-                             const Points& U) {
+// What holds U in place: the stiffness times U; U is (n + slots) x 3, `local` nullptr without
+// slots.
+Eigen::VectorXd ElasticForce(const OrganModel& model, const LocalResponse* local, const Points& U) {
   Eigen::VectorXd force(U.size());
   if (model.springs() != nullptr) {
     Eigen::Map<Points>(force.data(), U.rows(), 3) = model.springs()->RestoringForces(U);
@@ -29,26 +29,16 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const ActiveFunctions& act
     return force;
   }
   const auto& K = std::get<FullStiffness>(model.stiffness());
-  // With X = K^-1 C: K U + C V = K (U + X V), and C^T U + D V = X^T of that + S V.
-  const auto displacement = [&U](Eigen::Index a) { return U.row(a).transpose(); };
-  Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(U.data(), K.rows());
-  const Eigen::Index n = K.rows() / 3;
-  for (int s = 0; s < active.slots(); ++s) {
-    if (active.Function(s) < 0) continue;
-    moved += model.local()->Coupling(active.Function(s)) * displacement(n + s);
-  }
-  force.setZero();
-  force.head(K.rows()) = K * moved;
-  for (int s = 0; s < active.slots(); ++s) {
-    if (active.Function(s) < 0) continue;
-    auto own = force.segment<3>(K.rows() + 3 * s);
-    own = model.local()->Coupling(active.Function(s)).transpose() * force.head(K.rows());
-    for (int t = 0; t < active.slots(); ++t) {
-      if (active.Function(t) < 0) continue;
-      own += model.local()->ReducedStiffness(active.Function(s), active.Function(t)) *
-             displacement(n + t);
-    }
-  }
+  const Eigen::Index own = U.size() - K.rows();
+  const Eigen::Map<const Eigen::VectorXd> moved(U.data(), U.size());
+  Eigen::VectorXd W = moved.head(K.rows());
+  if (local != nullptr) local->AddCoupling(1, moved.tail(own), W);
+  force.head(K.rows()) = K * W;
+  if (local == nullptr) return force;
+  // K W on U, and X^T of that + S V on V.
+  force.tail(own) = -(local->stiffness() * moved.tail(own));
+  local->Reduce(force.head(K.rows()), force.tail(own));
+  force.tail(own) *= -1;
   return force;
 }
 
@@ -103,7 +93,9 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
       if (!load.pressure) centres.push_back(load.p_centre_W);
     }
     active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
-    response_->Follow(active_);
+    local_.emplace(*model.local(), active_.slots());
+    local_->Follow(active_);
+    if (response_ != nullptr) response_->Follow(active_);
   }
   if (model.options().model == OrganModelType::kContinuum) {
     surface_.emplace(std::get<ScalarStiffness>(model.stiffness()),
@@ -163,11 +155,25 @@ void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
 StaticSolution StaticLoads::SolveFinite() const {
   const std::size_t m = loads_.size();
   const Eigen::Index equations = rows_.cols();
-  StaticLoadRows rows{rows_, Eigen::VectorXd::Zero(equations), Eigen::VectorXd::Zero(equations),
-                      std::vector<bool>(3 * m, false), Eigen::MatrixXd::Zero(equations, equations)};
+  const Eigen::Index unknowns = 3 * model_.control_points();
+  StaticLoadRows rows{rows_.topRows(unknowns), Eigen::VectorXd::Zero(equations),
+                      Eigen::VectorXd::Zero(equations), std::vector<bool>(3 * m, false),
+                      Eigen::MatrixXd::Zero(equations, equations)};
+  // By the local functions (local_response.h): V = S^-1 (B_V - B_U X)^T f moves the points by as
+  // much again of (B_V - B_U X), and what is solved for is W = U + X V.
+  Eigen::MatrixXd moves_by_local = rows_.bottomRows(rows_.rows() - unknowns);
+  if (local_) {
+    for (Eigen::Index e = 0; e < equations; ++e) {
+      local_->Reduce(rows_.col(e).head(unknowns), moves_by_local.col(e));
+    }
+    Eigen::MatrixXd V = moves_by_local;
+    for (Eigen::Index e = 0; e < equations; ++e) local_->Solve(V.col(e));
+    rows.local = moves_by_local.transpose() * V;
+    moves_by_local = std::move(V);
+  }
   for (std::size_t i = 0; i < m; ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
-    rows.local.block<3, 3>(at, at) = dents_[i].Compliance();
+    rows.local.block<3, 3>(at, at) += dents_[i].Compliance();
     if (loads_[i].force_W.has_value()) rows.forces.segment<3>(at) = *loads_[i].force_W;
     if (!loads_[i].displacement_W.has_value()) continue;
     rows.moves.segment<3>(at) = *loads_[i].displacement_W;
@@ -177,17 +183,24 @@ StaticSolution StaticLoads::SolveFinite() const {
   StaticNewtonSolution found = SolveStaticLoads(rows, energy.get());
 
   StaticSolution solution;
-  solution.control_displacements = std::move(found.U);
+  const Eigen::VectorXd moved =
+      rows.rows.transpose() * UnknownMap(found.U.data(), unknowns) + rows.local * found.forces;
+  solution.collapsed = energy->CollapsedShare(found.U);
+  solution.control_displacements.resize(rows_.rows() / 3, 3);
+  solution.control_displacements.topRows(model_.control_points()) = found.U;
+  if (local_) {
+    UnknownMap U(solution.control_displacements.data(), rows_.rows());
+    U.tail(rows_.rows() - unknowns) = moves_by_local * found.forces;
+    local_->AddCoupling(-1, U.tail(rows_.rows() - unknowns), U.head(unknowns));
+  }
   solution.residual = found.residual;
   solution.share = found.share;
   solution.iterations = found.iterations;
-  solution.collapsed = energy->CollapsedShare(solution.control_displacements);
   solution.vertex_displacements.resize(model_.rest().vertices.rows(), 3);
   model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
+  model_.AddLocalDisplacements(active_, solution.control_displacements,
+                               &solution.vertex_displacements);
   AddDents(found.forces, &solution);
-  const Eigen::VectorXd moved =
-      rows_.transpose() * UnknownMap(solution.control_displacements.data(), rows_.rows()) +
-      rows.local * found.forces;
   for (std::size_t i = 0; i < m; ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
     solution.load_forces.emplace_back(found.forces.segment<3>(at));
@@ -280,7 +293,10 @@ double StaticLoads::Residual(const StaticSolution& solution) const {
   }
   const double size = applied.norm();
   if (size == 0) return 0;
-  return (ElasticForce(model_, active_, solution.control_displacements) - applied).norm() / size;
+  return (ElasticForce(model_, local_ ? &*local_ : nullptr, solution.control_displacements) -
+          applied)
+             .norm() /
+         size;
 }
 
 }  // namespace hpdm

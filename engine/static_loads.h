@@ -5,6 +5,7 @@
 
 #include "engine/baselines/sparse_cholesky.h"
 #include "engine/lattice_response.h"
+#include "engine/local_response.h"
 #include "engine/organ.h"
 
 namespace hpdm {
@@ -56,6 +57,7 @@ class StaticLoads {
   ActiveFunctions active_;
   std::vector<SurfaceDent> dents_;             // one a load
   std::unique_ptr<LatticeResponse> response_;  // of a lattice with constant stiffness
+  std::optional<LocalResponse> local_;         // the local functions in use
   std::optional<SparseCholesky> surface_;      // of the continuum
   // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch.
   Eigen::MatrixXd rows_;

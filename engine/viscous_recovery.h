@@ -36,10 +36,11 @@ class ViscousRecovery {
   /// Whether nothing is left to recover from.
   bool AtRest() const { return U_.isZero(0) && V_.isZero(0); }
 
-  /// Unknown `row` means something else from now on: it starts at rest.
-  void Forget(int row) {
-    U_.row(row).setZero();
-    V_.row(row).setZero();
+  /// Unknown `row` keeps `share` (0..1) of where it was: 0 where it means something else from now
+  /// on and starts at rest.
+  void Fade(int row, double share) {
+    U_.row(row) *= share;
+    V_.row(row) *= share;
   }
 
  private:

@@ -21,6 +21,8 @@ bool IsExchange(int exchange) { return exchange >= 0 && exchange < kMaxHeld; }
 
 bool IsKind(int kind) { return kind >= 0 && kind <= static_cast<int>(ContactKind::kGrasp); }
 
+bool IsShare(double share) { return share >= 0 && share <= 1; }
+
 bool IsToolCount(int count, std::size_t held) {
   return count >= 0 && count <= kMaxInstruments && static_cast<std::size_t>(count) == held;
 }
@@ -156,6 +158,8 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   for (int o = 0; o < sample.organ_count; ++o) {
     message->organs[o].iterations = sample.organs[o].iterations;
     message->organs[o].out_of_time = sample.organs[o].out_of_time;
+    message->organs[o].finite_share = sample.organs[o].finite_share;
+    message->organs[o].local_share = sample.organs[o].local_share;
   }
   message->tool_count = sample.tool_count;
   message->step = Signed(step.number);
@@ -168,6 +172,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   message->iterations = step.iterations;
   message->residual = step.residual;
   message->flags = static_cast<std::int32_t>(step.flags);
+  message->shed_level = step.shed_level;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolPose& pose = sample.tools[i];
@@ -207,8 +212,15 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   sample->organ_count = message.organ_count;
   for (int o = 0; o < message.organ_count; ++o) {
     const organ_relaxation_t& from = message.organs[o];
-    if (from.iterations < 0) return false;
-    sample->organs[o] = {from.iterations, from.out_of_time != 0};
+    if (from.iterations < 0 || !IsShare(from.finite_share) || !IsShare(from.local_share)) {
+      return false;
+    }
+    OrganRelaxation& organ = sample->organs[o];
+    organ = {};
+    organ.iterations = from.iterations;
+    organ.out_of_time = from.out_of_time != 0;
+    organ.finite_share = from.finite_share;
+    organ.local_share = from.local_share;
   }
   sample->tool_count = message.tool_count;
   *visible_tick = message.visible_tick;
@@ -222,6 +234,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   step.iterations = message.iterations;
   step.residual = message.residual;
   step.flags = static_cast<std::uint32_t>(message.flags);
+  step.shed_level = message.shed_level;
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_contact_t& from = message.tools[i];
     if (!IsKind(from.kind) || !IsExchange(from.exchange)) return false;

@@ -124,6 +124,10 @@ void SessionStatistics::Add(const StepRecord& step) {
   last_step_wake_up_ns_ = wake_up_ns;
   ++total_.steps;
   ++interval_.steps;
+  if ((step.flags & kStepShed) != 0) {
+    ++total_.steps_shed;
+    ++interval_.steps_shed;
+  }
   Count(Latency::kDeformationWakeUp, step.wake_late_ns);
   Count(Latency::kDeformationCompute, step.compute_ns);
 }
@@ -172,6 +176,7 @@ void SessionStatistics::CloseInterval(Nanoseconds end, stats_t* stats) {
   baseline_sent_ = true;
   stats->bin_count = static_cast<std::int32_t>(stats->bins.size());
   stats->stolen_ns = i.stolen;
+  stats->steps_shed = i.steps_shed;
   stats->skipped_late_wake_up = i.skipped.late_wake_up;
   stats->skipped_long_compute = i.skipped.long_compute;
   stats->skipped_stalled = i.skipped.stalled;

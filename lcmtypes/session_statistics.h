@@ -26,6 +26,7 @@ struct SessionSummary {
   SkippedTicks skipped;          ///< Not run, by cause.
   std::uint64_t steps = 0;       ///< That reached the telemetry.
   std::uint64_t steps_lost = 0;  ///< Run, but lost on the way (queue overflow).
+  std::uint64_t steps_shed = 0;  ///< Of `steps`: did less for want of time (kStepShed).
   std::uint64_t frames = 0;      ///< That reached the telemetry.
   double haptic_hz = 0;          ///< Ticks run a second, between the first and the last.
   double deformation_hz = 0;     ///< Steps a second, likewise, lost ones included.
@@ -71,6 +72,7 @@ class SessionStatistics {
     std::int64_t ticks = 0;
     std::int64_t steps = 0;
     std::int64_t steps_lost = 0;
+    std::int64_t steps_shed = 0;
     std::int64_t frames = 0;
     SkippedTicks skipped;
     Nanoseconds stolen = 0;

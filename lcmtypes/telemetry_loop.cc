@@ -220,6 +220,7 @@ void TelemetryLoop::HandleStep(const StepSample& sample) {
   AdvanceTo(step.time_ns, kSamplePatience);
   statistics_.Add(step);
   ReportOrgans(sample);
+  ReportShedding(step.shed_level);
   while (!first_uses_.empty() && first_uses_.front().first < step.number) first_uses_.pop_front();
 
   contact_t contact;
@@ -240,8 +241,8 @@ void TelemetryLoop::HandleStep(const StepSample& sample) {
 void TelemetryLoop::ReportOrgans(const StepSample& sample) {
   const auto count = std::min(organs_.size(), static_cast<std::size_t>(sample.organ_count));
   for (std::size_t o = 0; o < count; ++o) {
-    const auto& [iterations, out_of_time, folded, recovering] = sample.organs[o];
-    if (folded || recovering) {
+    const bool recovering = sample.organs[o].recovering;
+    if (sample.organs[o].folded || recovering) {
       organ_unsound_last_[o] = sample.step.time_ns;
       if (organ_unsound_[o]) continue;
       organ_unsound_[o] = true;
@@ -256,6 +257,22 @@ void TelemetryLoop::ReportOrgans(const StepSample& sample) {
                organs_[o] + ": its tissue is sound again and follows its tools");
     }
   }
+}
+
+void TelemetryLoop::ReportShedding(int level) {
+  if (level == shed_level_) return;
+  if (level > shed_level_) {
+    AddEvent(EventSeverity::kWarning, "steps.shed",
+             "deformation steps take longer than their budget: from here on they do less (level " +
+                 std::to_string(level) + ")");
+  } else if (level > 0) {
+    AddEvent(EventSeverity::kInfo, "steps.raised",
+             "deformation steps have time again and do more (level " + std::to_string(level) + ")");
+  } else {
+    AddEvent(EventSeverity::kInfo, "steps.restored",
+             "deformation steps have time again and do all that the scene asks");
+  }
+  shed_level_ = level;
 }
 
 void TelemetryLoop::HandleShapes(const SceneSnapshot& scene) {

@@ -120,6 +120,7 @@ class TelemetryLoop {
   void ReportControl(const HapticSample& sample);
   void HandleStep(const StepSample& step);
   void ReportOrgans(const StepSample& step);
+  void ReportShedding(int level);
   void HandleShapes(const SceneSnapshot& scene);
   void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);
   void WriteContact(contact_t* message, std::int64_t visible_tick);
@@ -155,6 +156,7 @@ class TelemetryLoop {
   SessionControl control_;  // as the last sample had it
   std::vector<std::string> organs_;
   std::array<bool, kMaxOrgans> organ_unsound_{};
+  int shed_level_ = 0;                                        // of the last step
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   struct SentShape {
     std::uint64_t version;  // OrganSnapshot's

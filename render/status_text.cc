@@ -46,6 +46,7 @@ std::vector<StatusLine> LoopLines(const Status& status) {
   } else if ((health.step_flags & kStepFolded) != 0) {
     lines.push_back({"tissue folded", Tone::kWarning});
   }
+  if ((health.step_flags & kStepShed) != 0) lines.push_back({"does less", Tone::kWarning});
   if (status.frame_hz > 0) lines.push_back({Text("picture %.0f Hz", status.frame_hz)});
   if (health.ticks > 0) {
     const std::uint32_t skipped = health.skipped.Total();

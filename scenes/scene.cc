@@ -21,6 +21,7 @@ TimingOptions ReadTiming(const TableReader& table) {
   }
   timing.patch_delay_ticks = (timing.haptic_hz + timing.deformation_hz - 1) / timing.deformation_hz;
   table.ReadInteger("patch_delay_ticks", 1, 10000, &timing.patch_delay_ticks);
+  table.ReadNumber("step_budget", {.min = 0, .max = 1}, &timing.step_budget);
   return timing;
 }
 

@@ -20,6 +20,12 @@ struct TimingOptions {
   int render_hz = 30;
   int patch_delay_ticks = 34;  ///< Lockstep: ticks from a step's start until its patch is visible.
                                ///< Default: one step, ceil(haptic_hz / deformation_hz).
+  double step_budget = 0.8;  ///< Real clock: share of the step's period beyond which steps do less;
+                             ///< 0: they never do.
+
+  Nanoseconds StepBudget() const {
+    return static_cast<Nanoseconds>(step_budget * kNanosecondsPerSecond / deformation_hz);
+  }
 };
 
 /// Everything that a scene file says, validated, in SI units and the world frame. The form is

@@ -11,7 +11,7 @@ inline constexpr std::string_view kRootKeys[] = {"scene", "timing",      "organ"
                                                  "load",  "laparoscope", "file"};
 inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
-                                                   "patch_delay_ticks"};
+                                                   "patch_delay_ticks", "step_budget"};
 
 inline constexpr std::string_view kOrganKeys[] = {
     "name",    "mesh",   "unit",     "model",  "texture", "pose",           "motion",
@@ -21,8 +21,8 @@ inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};
 inline constexpr std::string_view kMotionKeys[] = {"displacement", "frequency"};
 inline constexpr std::string_view kEnergyKeys[] = {
-    "type",         "strain", "law", "solver", "domain", "alpha", "beta", "newton_iterations",
-    "newton_budget"};
+    "type",          "strain",     "law", "solver", "domain", "alpha", "beta", "newton_iterations",
+    "newton_budget", "finite_from"};
 inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density",
                                                      "relaxation_time"};
 inline constexpr std::string_view kRegionKeys[] = {"box", "box_fraction", "sphere", "young"};

@@ -77,7 +77,6 @@ void CheckLocalFunctions(const TableReader& lattice, const OrganOptions& organ) 
   };
   if (organ.lattice.basis != BasisType::kBSpline) refuse("basis = \"bspline\"");
   if (organ.energy.type != EnergyType::kStrain) refuse("energy.type = \"strain\"");
-  if (organ.energy.strain != StrainMeasure::kSmall) refuse("energy.strain = \"small\"");
   if (organ.energy.solver != SolverType::kCholesky) refuse("energy.solver = \"cholesky\"");
 }
 
@@ -94,7 +93,10 @@ EnergyOptions ReadEnergy(const TableReader& table) {
   if (metric && table.Has("law")) {
     table.Fail("law", "belongs to type = \"strain\"", "remove it or change the type");
   }
-  table.ReadChoice("strain", {{"small", StrainMeasure::kSmall}, {"finite", StrainMeasure::kFinite}},
+  table.ReadChoice("strain",
+                   {{"small", StrainMeasure::kSmall},
+                    {"finite", StrainMeasure::kFinite},
+                    {"adaptive", StrainMeasure::kAdaptive}},
                    &energy.strain);
   table.ReadChoice(
       "law", {{"neo_hookean", MaterialLaw::kNeoHookean}, {"stvk", MaterialLaw::kStVenantKirchhoff}},
@@ -106,11 +108,16 @@ EnergyOptions ReadEnergy(const TableReader& table) {
                    &energy.domain);
   for (const std::string_view key : {"newton_iterations", "newton_budget"}) {
     if (energy.strain == StrainMeasure::kSmall && table.Has(key)) {
-      table.Fail(key, "belongs to strain = \"finite\"", "remove it or change the strain");
+      table.Fail(key, "belongs to strain = \"finite\" or \"adaptive\"",
+                 "remove it or change the strain");
     }
+  }
+  if (energy.strain != StrainMeasure::kAdaptive && table.Has("finite_from")) {
+    table.Fail("finite_from", "belongs to strain = \"adaptive\"", "remove it or change the strain");
   }
   table.ReadInteger("newton_iterations", 1, 1000, &energy.newton_iterations);
   table.ReadNumber("newton_budget", Interval::NotNegative(10, "s"), &energy.newton_budget);
+  table.ReadNumber("finite_from", {.min = 0, .max = 10, .above_min = true}, &energy.finite_from);
   // Not zero: beta alone leaves every linear map without energy, and fixed supports scale with it.
   table.ReadNumber("alpha", Interval::Positive(1e12, "Pa"), &energy.alpha);
   table.ReadNumber("beta", Interval::NotNegative(1e12, "N"), &energy.beta);

@@ -66,6 +66,14 @@ TEST(Accuracy, ATipFarBelowTheLatticesCellsFeelsTheYardsticksCompliance) {
   EXPECT_NEAR(Solve("liver_press_tip_2_5mm", 4, 64).compliance, 1, 0.02);  // 0.995
 }
 
+// What they add in finite strain is of small strain, however far the tissue is turned.
+TEST(Accuracy, LocalFunctionsHelpALargeLiftToo) {
+  const Accuracy plain = Solve("liver_lift_40mm", 4, 0), refined = Solve("liver_lift_40mm", 4, 27);
+  EXPECT_LT(refined.error, 0.125);  // 11.3 %
+  EXPECT_LT(refined.error, 0.75 * plain.error);
+  EXPECT_GT(refined.compliance, plain.compliance);  // 0.862, 0.788
+}
+
 // Large cells and a margin that wastes them, as an author has it who does not think of the wall.
 TEST(Accuracy, LocalFunctionsReachIntoThinWalls) {
   const Accuracy wall = Solve("gallbladder_press", 8, 64, 0.02);

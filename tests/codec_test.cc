@@ -154,6 +154,9 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     }
     sent.contacts[i].kernel_radius = random.Real();
   }
+  sent.step.shed_level = 3;
+  sent.organs[0].finite_share = 0.3;
+  sent.organs[1].local_share = 0.7;
   contact_t message{};
   ToMessage(sent, 1240, &message);
   StepSample received;
@@ -169,10 +172,13 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
   EXPECT_EQ(received.step.iterations, sent.step.iterations);
   EXPECT_EQ(received.step.residual, sent.step.residual);
   EXPECT_EQ(received.step.flags, sent.step.flags);
+  EXPECT_EQ(received.step.shed_level, sent.step.shed_level);
   ASSERT_EQ(received.organ_count, 2);
   for (int o = 0; o < 2; ++o) {
     EXPECT_EQ(received.organs[o].iterations, sent.organs[o].iterations);
     EXPECT_EQ(received.organs[o].out_of_time, sent.organs[o].out_of_time);
+    EXPECT_EQ(received.organs[o].finite_share, sent.organs[o].finite_share);
+    EXPECT_EQ(received.organs[o].local_share, sent.organs[o].local_share);
   }
   ASSERT_EQ(received.tool_count, 2);
   for (int i = 0; i < 2; ++i) {

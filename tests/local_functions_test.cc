@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <set>
 
 #include "engine/interior.h"
 #include "engine/lattice_response.h"
@@ -141,6 +142,7 @@ class RefinedPress {
     response->Respond(contacts_, &problem_);
     return problem_.compliance()(0, 0);
   }
+  const ActiveFunctions& active() const { return contacts_.local; }
 
  private:
   const LatticeBody& body_;
@@ -161,6 +163,36 @@ TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
   RefinedPress again(body, local);
   const double first = again.Compliance(fresh.get(), Vector3d(0.04, 0.01, 0.045));
   EXPECT_NEAR(last, first, 1e-9 * first);  // the order of the slots only
+}
+
+TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
+  const Body body(GetParam());
+  const LocalFunctions local = body.Local();
+  RefinedPress press(body, local);
+  const auto response = MakeLatticeResponse(local, 20);
+  const auto compliance = [&](double x) {
+    return press.Compliance(response.get(), Vector3d(x, 0.011, 0.045));
+  };
+  const auto set_at = [&](double x) {
+    compliance(x);
+    std::set<int> functions;
+    for (int s = 0; s < 20; ++s) functions.insert(press.active().Function(s));
+    return functions;
+  };
+  int swaps = 0;
+  for (int i = 0; i < 30; ++i) {
+    double before = 5e-4 * i, behind = before + 5e-4;
+    const std::set<int> first = set_at(before);
+    if (set_at(behind) == first) continue;
+    ++swaps;
+    while (behind - before > 1e-9) {
+      const double middle = (before + behind) / 2;
+      (set_at(middle) == first ? before : behind) = middle;
+    }
+    // A nanometre: the weights there are below 1e-6. At full weight a function makes some 1e-3.
+    EXPECT_NEAR(compliance(behind) / compliance(before), 1, 1e-6) << before;
+  }
+  EXPECT_GT(swaps, 3);
 }
 
 TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
@@ -204,6 +236,33 @@ TEST(ActiveFunctions, TakesTheNearestAndKeepsTheirSlots) {
   }
   EXPECT_EQ(active.Slot(13), slot[0]);
   EXPECT_TRUE(active.Changed(slot[0]));
+}
+
+TEST(ActiveFunctions, TheFarthestFadeAndTheirWeightTellsHowFar) {
+  Points centres(100, 3);
+  for (int a = 0; a < 100; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
+  ActiveFunctions active(100, 4);
+  const auto follow = [&](double x, double share = 1) {
+    const Vector3d point[] = {Vector3d(x, 0, 0)};
+    active.Follow(centres, point, 4, share);
+  };
+  const auto weight = [&](int function) { return active.Weight(active.Slot(function)); };
+  follow(10.49);  // 9 .. 12 are in; 12 is at 1.51, 8, the first outside, at 2.49
+  EXPECT_EQ(weight(10), 1);
+  EXPECT_EQ(weight(12), 1);
+  follow(10.99);  // 13 comes at 11.0: 9 is at 1.99, 13 at 2.01
+  EXPECT_NEAR(weight(9), (1 - 1.99 * 1.99 / (2.01 * 2.01)) / ActiveFunctions::kBand, 1e-12);
+  EXPECT_NEAR(active.Kept(active.Slot(9)), weight(9), 1e-12);
+  EXPECT_EQ(active.Kept(active.Slot(10)), 1);
+  const double fading = weight(9);
+  follow(10.99, 0.5);
+  EXPECT_EQ(weight(10), 0.5);
+  EXPECT_NEAR(weight(9), fading / 2, 1e-12);  // round-off
+  EXPECT_EQ(active.Kept(active.Slot(10)), 0.5);
+  follow(11.0 + 1e-9);
+  EXPECT_EQ(weight(13), ActiveFunctions::kLeastWeight);
+  follow(11.0, 0);
+  EXPECT_EQ(active.used(), 0);
 }
 
 TEST(ActiveFunctions, NoContactLetsGoOfAll) {

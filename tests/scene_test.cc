@@ -34,6 +34,7 @@ haptic_hz = 500
 deformation_hz = 25
 render_hz = 60
 patch_delay_ticks = 7
+step_budget = 0.5
 [[organ]]
 name = "a"
 mesh = "m.obj"
@@ -143,6 +144,7 @@ focal_length = 0.0024
   EXPECT_EQ(s.timing.deformation_hz, 25);
   EXPECT_EQ(s.timing.render_hz, 60);
   EXPECT_EQ(s.timing.patch_delay_ticks, 7);
+  EXPECT_EQ(s.timing.step_budget, 0.5);
 
   ASSERT_EQ(s.organs.size(), 2u);
   const OrganOptions& a = s.organs[0];

@@ -86,6 +86,22 @@ TEST(SessionStatistics, StepNumbersTellTheStepsLost) {
   EXPECT_EQ(summary.latencies[Latency::kDeformationCompute].max(), 10);
 }
 
+TEST(SessionStatistics, StepsThatDidLessAreCounted) {
+  SessionStatistics statistics(1'000'000);
+  StepRecord step;
+  for (step.number = 1; step.number <= 10; ++step.number) {
+    step.time_ns += 33'000'000;
+    step.flags = step.number > 7 ? kStepShed | kStepBudgetSpent : kStepBudgetSpent;
+    statistics.Add(step);
+  }
+  stats_t stats{};
+  statistics.CloseInterval(step.time_ns, &stats);
+  EXPECT_EQ(stats.steps_shed, 3);
+  statistics.CloseInterval(2 * step.time_ns, &stats);
+  EXPECT_EQ(stats.steps_shed, 0);
+  EXPECT_EQ(statistics.Summary().steps_shed, 3u);
+}
+
 TEST(SessionStatistics, IntervalsStartAfreshAndTheSessionGoesOn) {
   SessionStatistics statistics(kPeriod);
   for (std::uint64_t tick = 0; tick < 1000; ++tick) {

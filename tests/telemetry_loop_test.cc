@@ -481,6 +481,31 @@ TEST(TelemetryLoop, AnOrganThatFoldsIsTwoEventsHoweverOftenItDoes) {
   EXPECT_TRUE(organs[2].text.starts_with("liver: its tools ask for more"));
 }
 
+TEST(TelemetryLoop, WhatStepsShedIsAnEventALevel) {
+  const ScratchFolder folder;
+  {
+    SpscQueue<HapticSample> samples(4);
+    StepEdges edges(1024);
+    TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", {},
+                            TwoProbesAndALiver());
+    for (std::uint64_t n = 1; n <= 60; ++n) {
+      StepSample sample;
+      sample.step.number = n;
+      sample.step.time_ns = static_cast<Nanoseconds>(n) * 33 * kPeriod;
+      sample.step.shed_level = n < 10 || n >= 50 ? 0 : n < 20 || n >= 40 ? 1 : 2;
+      if (sample.step.shed_level > 0) sample.step.flags = kStepShed;
+      edges.steps.Push(sample);
+    }
+  }
+  std::vector<std::string> names;
+  const LogContents log = ReadLog(folder / "session.lcmlog");
+  for (const event_t& event : log.events) {
+    if (event.name.starts_with("steps.")) names.push_back(event.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"steps.shed", "steps.shed", "steps.raised",
+                                             "steps.restored"}));
+}
+
 int OpenSockets() {
   int sockets = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {

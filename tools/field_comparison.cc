@@ -60,10 +60,15 @@ void VisitFields(const StepSample& a, const StepSample& b, Visit&& visit) {
   visit.Integer(-1, "device_time_ns", a.step.device_time_ns, b.step.device_time_ns);
   visit.Integer(-1, "iterations", a.step.iterations, b.step.iterations);
   visit.Integer(-1, "flags", a.step.flags, b.step.flags);
+  visit.Integer(-1, "shed_level", a.step.shed_level, b.step.shed_level);
   visit.Integer(-1, "organ_count", a.organ_count, b.organ_count);
   for (int o = 0; o < a.organ_count; ++o) {
     visit.Integer(-1, "organs.iterations", a.organs[o].iterations, b.organs[o].iterations);
     visit.Integer(-1, "organs.out_of_time", a.organs[o].out_of_time, b.organs[o].out_of_time);
+    visit.Real(-1, "organs.finite_share", Numbers(a.organs[o].finite_share),
+               Numbers(b.organs[o].finite_share));
+    visit.Real(-1, "organs.local_share", Numbers(a.organs[o].local_share),
+               Numbers(b.organs[o].local_share));
   }
   for (int t = 0; t < a.tool_count; ++t) {
     const ToolPose &p = a.tools[t], &q = b.tools[t];

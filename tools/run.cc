@@ -266,7 +266,7 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
   DeformationLoop deformation(session.organs(), session.DeformationTools(),
                               {session.tool_states, session.patches, *session.render_scenes,
                                *session.telemetry_scenes, &session.steps},
-                              stopwatch);
+                              stopwatch, session.scene().timing.StepBudget());
   RenderLoop render(
       OrganViewsOf(options, session), session.InstrumentViews(), session.scene().laparoscope,
       render_options,

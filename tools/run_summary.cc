@@ -39,6 +39,7 @@ Json HapticToJson(const RunRecord& record, const SessionSummary& session) {
 Json DeformationToJson(const RunRecord& record, const SessionSummary& session) {
   Json deformation = {{"rate_hz", session.deformation_hz},
                       {"steps", record.deformation.ticks},
+                      {"steps_shed", session.steps_shed},
                       {"skipped", SkippedToJson(record.deformation.skipped)}};
   AddLatencies("deformation", session.latencies, &deformation);
   return deformation;

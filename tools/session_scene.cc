@@ -20,7 +20,7 @@ constexpr double kCreeps = 18;
 std::optional<double> SettlesIn(const OrganOptions& organ) {
   if (organ.model != OrganModelType::kHpdm) return std::nullopt;
   if (organ.energy.solver == SolverType::kGaussSeidel) return std::nullopt;
-  const double settled = organ.energy.strain == StrainMeasure::kFinite ? kSettled : 0;
+  const double settled = organ.energy.strain != StrainMeasure::kSmall ? kSettled : 0;
   return settled + kCreeps * organ.material.relaxation_time;
 }
 

@@ -135,6 +135,7 @@ Json ToJson(const SessionReport& report) {
                      {"long_compute", report.skipped.long_compute},
                      {"stalled", report.skipped.stalled}};
   json["stolen_s"] = report.stolen;
+  json["steps_shed"] = report.steps_shed;
   json["log_health"] = HealthToJson(report.health);
   json["events"] = Json::array();
   for (const SessionEvent& event : report.events) {

@@ -13,7 +13,8 @@ namespace hpdm {
 ///     hands: [{name, instruments, time_s, path_length_m, ..., organs: [{organ,
 ///     contact_time_s, ...}]}], latencies: [{name, count, p50_us, p90_us, p99_us, p99_9_us,
 ///     max_us}], ticks, skipped: {total, late_wake_up, long_compute, stalled}, stolen_s,
-///     log_health: {sound, bytes, ..., faults: [text]}, events: [{time_s, severity, name, text}]
+///     steps_shed, log_health: {sound, bytes, ..., faults: [text]}, events: [{time_s, severity,
+///     name, text}]
 nlohmann::ordered_json ToJson(const SessionReport& report);
 
 }  // namespace hpdm

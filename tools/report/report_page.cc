@@ -153,6 +153,10 @@ std::string LatencyTable(const SessionReport& report) {
   if (report.stolen > 0) {
     html += Format(" The host took %.2f s from the machine's processors.", report.stolen);
   }
+  if (report.steps_shed > 0) {
+    html += Format(" %s deformation steps did less for want of time.",
+                   WithCommas(report.steps_shed).c_str());
+  }
   html += "</p>\n";
   if (!report.measured) {
     return html +

@@ -72,6 +72,7 @@ class Surroundings {
       NoteEpoch(event.time_us, stats_.time_ns);
       latencies_.Add(stats_);
       stolen_ += ToSeconds(stats_.stolen_ns);
+      steps_shed_ += stats_.steps_shed;
     }
     if (event.channel == kEventChannel && Read(event, &event_)) {
       NoteEpoch(event.time_us, event_.time_ns);
@@ -87,6 +88,7 @@ class Surroundings {
     for (const auto& [channel, sequence] : sequences_) report.health.lost += sequence.lost();
     report.start_us = epoch_us_ > kFirstWallTime ? epoch_us_ : 0;
     report.stolen = stolen_;
+    report.steps_shed = steps_shed_;
     report.events = std::move(session_events_);
     for (std::size_t k = 0; k < kLatencyCount; ++k) report.latencies[k] = Latency(k);
     for (const auto& [number, organ] : organs_) {
@@ -196,6 +198,7 @@ class Surroundings {
   std::int64_t epoch_us_ = 0;
   std::string start_text_;
   double stolen_ = 0;
+  std::int64_t steps_shed_ = 0;
   LatencySums latencies_;
   std::vector<std::string> taken_;  // instruments, an exchange each
   std::vector<SessionEvent> session_events_;

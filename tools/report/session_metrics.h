@@ -109,7 +109,8 @@ struct SessionReport {
   std::uint64_t exchanges = 0;  ///< Times that a hand took another instrument.
   SkippedTicks skipped;
   std::array<LatencyReport, kLatencyCount> latencies;
-  double stolen = 0;  ///< s, that the host took from the machine's processors.
+  double stolen = 0;            ///< s, that the host took from the machine's processors.
+  std::int64_t steps_shed = 0;  ///< Deformation steps that did less for want of time.
   LogReport health;
   std::vector<SessionEvent> events;
 };
