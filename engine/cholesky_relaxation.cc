@@ -13,13 +13,15 @@ class CholeskyRelaxation final : public Relaxation {
       : response_(std::move(response)) {}
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
-    response_->Follow(contacts->local);  // also for compliance(), which is asked without contacts
+    Follow(contacts->local);
     if (contacts->size() == 0) {
       U->setZero();
       return {};
     }
     return SolveContacts(response_.get(), &problem_, contacts, U);
   }
+
+  void Follow(const ActiveFunctions& active) override { response_->Follow(active); }
 
   const LatticeCompliance* compliance() const override { return response_.get(); }
 

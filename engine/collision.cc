@@ -3,8 +3,10 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/AABB.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "engine/check.h"
 #include "engine/closest_point.h"
@@ -26,26 +28,65 @@ double SquaredDistance(const Aabb& a, const Aabb& b) {
   return gap.squaredNorm();
 }
 
+// What a point or a segment asks of a tree: its own box, and which boxes it passes.
+struct Query {
+  Query(const Vector3d& p) : Query(p, p) {}
+  Query(const Vector3d& from, const Vector3d& to)
+      : box(from, to), start(from), way(to - from), is_point(from == to) {}
+
+  // Whether the segment comes as near to the box as sqrt(reach2) along every axis. It does wherever
+  // it comes that near at all; a slanted one leaves most boxes out that its own box meets.
+  bool Passes(const Aabb& other, double reach2) const {
+    if (is_point) return true;          // its box says it all
+    constexpr double kRounding = 1e-9;  // m
+    const double reach = std::sqrt(reach2) + kRounding;
+    double enter = 0, leave = 1;
+    for (int d = 0; d < 3; ++d) {
+      const double low = other.min_[d] - reach - start[d], high = other.max_[d] + reach - start[d];
+      if (way[d] == 0) {
+        if (low > 0 || high < 0) return false;
+        continue;
+      }
+      const double a = low / way[d], b = high / way[d];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter <= leave;
+  }
+
+  Aabb box;
+  Vector3d start, way;
+  bool is_point;
+};
+
 // Visits the leaves whose box is closer than *bound2 (squared, m^2; `visit` may lower it) to the
-// query's box, near children first. Depth is that of the tree: about log2 F, and for FCL's middle
-// split at most F.
+// query, near children first. Depth is that of the tree: about log2 F, and for FCL's middle split
+// at most F.
 template <typename Visit>
-void Walk(const Model& model, int node_id, const Aabb& query, const double* bound2,
-          const Visit& visit) {
+void WalkFrom(const Model& model, int node_id, const Query& query, const double* bound2,
+              const Visit& visit) {
   const auto& node = model.getBV(node_id);
   if (node.isLeaf()) {
     visit(node.primitiveId());
     return;
   }
   int near = node.leftChild(), far = node.rightChild();
-  double near2 = SquaredDistance(model.getBV(near).bv, query);
-  double far2 = SquaredDistance(model.getBV(far).bv, query);
+  double near2 = SquaredDistance(model.getBV(near).bv, query.box);
+  double far2 = SquaredDistance(model.getBV(far).bv, query.box);
   if (far2 < near2) {
     std::swap(near, far);
     std::swap(near2, far2);
   }
-  if (near2 <= *bound2) Walk(model, near, query, bound2, visit);
-  if (far2 <= *bound2) Walk(model, far, query, bound2, visit);
+  for (const auto& [child, distance2] : {std::pair(near, near2), std::pair(far, far2)}) {
+    if (distance2 > *bound2 || !query.Passes(model.getBV(child).bv, *bound2)) continue;
+    WalkFrom(model, child, query, bound2, visit);
+  }
+}
+
+template <typename Visit>
+void Walk(const Model& model, const Query& query, const double* bound2, const Visit& visit) {
+  if (SquaredDistance(model.getBV(0).bv, query.box) > *bound2) return;
+  WalkFrom(model, 0, query, bound2, visit);
 }
 
 struct Corners {
@@ -107,7 +148,7 @@ SurfaceHit SurfaceTree::Closest(const Vector3d& p, double max_distance) const {
   const Model& model = tree_->model;
   SurfaceHit best;
   double best2 = max_distance * max_distance;
-  Walk(model, 0, Aabb(p), &best2, [&](int triangle) {
+  Walk(model, Query(p), &best2, [&](int triangle) {
     const Corners t = CornersOf(model, triangle);
     const TrianglePoint closest = ClosestOnTriangle(p, t.a, t.b, t.c);
     const double distance2 = (closest.point - p).squaredNorm();
@@ -124,7 +165,7 @@ SurfaceHit SurfaceTree::ClosestToSegment(const Vector3d& start, const Vector3d& 
   const Model& model = tree_->model;
   SurfaceHit best;
   double best2 = max_distance * max_distance;
-  Walk(model, 0, Aabb(start, end), &best2, [&](int triangle) {
+  Walk(model, Query(start, end), &best2, [&](int triangle) {
     const Corners t = CornersOf(model, triangle);
     const SegmentTrianglePair pair = ClosestSegmentTriangle(start, end, t.a, t.b, t.c);
     if (pair.squared_distance > best2) return;
@@ -141,7 +182,7 @@ SurfaceHit SurfaceTree::FirstEntry(const Vector3d& start, const Vector3d& end) c
   SurfaceHit first;
   first.along = std::numeric_limits<double>::infinity();
   const double touching = 0;
-  Walk(model, 0, Aabb(start, end), &touching, [&](int triangle) {
+  Walk(model, Query(start, end), &touching, [&](int triangle) {
     const Corners t = CornersOf(model, triangle);
     double along;
     Vector3d barycentric;

@@ -27,7 +27,8 @@ struct SurfaceHit {
 /// longest axis, kept while the vertices move (paper 3.2.3). FCL builds and holds the tree; refit
 /// and queries walk its nodes, because FCL 0.7 copies the whole tree in a collision with a shape
 /// and has no distance from an AABB tree to a capsule. Queries are exact, cost O(log F + triangles
-/// near) in the usual case, allocate nothing, and may run in several threads between refits.
+/// near) in the usual case and no more than a look at the outermost box where that is out of reach;
+/// they allocate nothing, and may run in several threads between refits.
 class SurfaceTree {
  public:
   /// `vertices` (V x 3, m), `triangles` (F x 3), F >= 1.

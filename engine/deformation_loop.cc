@@ -82,6 +82,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   const ToolState& tools = WithinReason(given);
   ChooseQuality();
   Collide(tools);
+  WakeTouched();
   RepositionControlPoints();
   Relax(dt);
   RelocateVertices();
@@ -95,7 +96,10 @@ void DeformationLoop::Obey(const StepSample& recorded) {
   const auto organs = std::min(static_cast<std::size_t>(recorded.organ_count), states_.size());
   for (std::size_t o = 0; o < organs; ++o) {
     const OrganRelaxation& organ = recorded.organs[o];
-    if (organ.out_of_time) states_[o].relaxation->StopNextAfter(organ.iterations);
+    if (organ.out_of_time) {
+      states_[o].relaxation->StopNextAfter(organ.iterations);
+      states_[o].awake = true;
+    }
     states_[o].quality.finite_share = organ.finite_share;
     states_[o].quality.local_share = organ.local_share;
   }
@@ -155,7 +159,8 @@ void DeformationLoop::Collide(const ToolState& tools) {
     OrganState& state = states_[o];
     state.offset_last_W = state.offset_W;
     state.offset_W = models_[o].options().motion.Offset(tools.time_ns);
-    if (!models_[o].rigid()) state.tree.Refit(state.vertices);
+    if (!state.tree_fits) state.tree.Refit(state.vertices);
+    state.tree_fits = true;
     state.contacts.Clear();
   }
   // No tool has a pose before the haptic loop's first tick.
@@ -185,21 +190,39 @@ void DeformationLoop::Refine(int tool_count) {
     }
     OrganState& state = states_[o];
     ActiveFunctions& active = state.contacts.local;
+    if (count == 0 && active.used() == 0) continue;
     active.Follow(local->centres(), std::span(points.data(), count),
                   models_[o].options().lattice.local.functions, state.quality.local_share);
+    bool changed = false;
     for (int s = 0; s < active.slots(); ++s) {
       const int row = models_[o].control_points() + s;
       state.recovery.Fade(row, active.Kept(s));
       if (!active.Changed(s)) continue;
       state.control_displacements.row(row).setZero();
       back_offs_[o].Forget(row);
+      changed = true;
     }
+    state.relaxation->Follow(active);
+    if (changed) state.version = record_.number;
   }
+}
+
+void DeformationLoop::WakeTouched() {
+  for (OrganState& state : states_) state.awake = state.awake || state.contacts.size() > 0;
+}
+
+// Whether the next step would find the organ as this one left it, were it not touched. A sweep of
+// the fold watch that had begun before is to end first.
+bool DeformationLoop::AtRest(std::size_t organ) const {
+  const OrganState& state = states_[organ];
+  return state.contacts.size() == 0 && state.control_displacements.isZero(0) &&
+         state.recovery.AtRest() && state.relaxation->AtRest() && !back_offs_[organ].folded();
 }
 
 // Stage A (Eq. 26-28): the contacts go where the tools ask, by the least change of the lattice.
 void DeformationLoop::RepositionControlPoints() {
   for (OrganState& state : states_) {
+    if (!state.awake) continue;
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxContacts, 3> change(
         state.contacts.size(), 3);
     for (int i = 0; i < state.contacts.size(); ++i) {
@@ -223,6 +246,7 @@ void DeformationLoop::Relax(double dt) {
   record_.residual = 0;
   for (std::size_t o = 0; o < states_.size(); ++o) {
     OrganState& state = states_[o];
+    if (!state.awake) continue;
     BackOff& back_off = back_offs_[o];
     state.relaxed = back_off.Relax(dt, &state);
     if (!state.control_displacements.allFinite()) {
@@ -239,13 +263,18 @@ void DeformationLoop::Relax(double dt) {
   }
 }
 
-// Stage C (Eq. 4): x = X + B U.
+// Stage C (Eq. 4): x = X + B U. Who is at rest then falls asleep.
 void DeformationLoop::RelocateVertices() {
   for (std::size_t o = 0; o < states_.size(); ++o) {
+    OrganState& state = states_[o];
+    if (!state.awake) continue;
+    state.awake = !AtRest(o);
     if (models_[o].rigid()) continue;
-    models_[o].relocation().Relocate(states_[o].control_displacements, &states_[o].vertices);
-    models_[o].AddLocalDisplacements(states_[o].contacts.local, states_[o].control_displacements,
-                                     &states_[o].vertices);
+    models_[o].relocation().Relocate(state.control_displacements, &state.vertices);
+    models_[o].AddLocalDisplacements(state.contacts.local, state.control_displacements,
+                                     &state.vertices);
+    state.tree_fits = false;
+    state.version = record_.number;
   }
 }
 
@@ -303,15 +332,14 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->tools = tools.tools;
   scene->contacts = sample_.contacts;
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    FillShape(models_[o], states_[o], &scene->organs[o]);
-    scene->organs[o].offset_W = states_[o].offset_W;
-    if (scene->organs[o].vertices.rows() > 0) {
-      scene->organs[o].vertices = states_[o].vertices.cast<float>();
-      for (int i = 0; i < scene->organs[o].dent_count; ++i) {
-        models_[o].AddDent(scene->organs[o].dents[i], &scene->organs[o].vertices);
-      }
-      scene->organs[o].vertices.rowwise() += states_[o].offset_W.transpose().cast<float>();
-    }
+    OrganSnapshot& shape = scene->organs[o];
+    shape.offset_W = states_[o].offset_W;
+    if (shape.version == states_[o].version) continue;
+    shape.version = states_[o].version;
+    FillShape(models_[o], states_[o], &shape);
+    if (shape.vertices.rows() == 0) continue;
+    shape.vertices = states_[o].vertices.cast<float>();
+    for (int i = 0; i < shape.dent_count; ++i) models_[o].AddDent(shape.dents[i], &shape.vertices);
   }
 }
 

@@ -23,13 +23,18 @@ struct DeformationEdges {
   SpscQueue<StepSample>* steps = nullptr;  ///< nullptr: nobody keeps every step.
 };
 
-/// The ~30 Hz loop: moves the organs under the tools (design: one deformation step). All methods
-/// but the constructor belong to the deformation thread; they never throw, log or lock.
+/// The ~30 Hz loop: moves the organs under the tools (design: one deformation step). An organ
+/// sleeps while nothing touches it and it is at rest: then a step asks its tree's outermost box
+/// whether a tool is near, and no more. What touches it wakes it within the step.
+///
+/// All methods but the constructor belong to the deformation thread; they never throw, log or lock.
 class DeformationLoop {
  public:
-  /// `organs` and what `edges` names must outlive the loop. `stopwatch` gives the session time for
-  /// StepRecord::compute_ns; without one (lockstep) nothing is measured. Steps that take longer
-  /// than `budget` (ns) lower the organs' quality (load_shedding.h); 0: none does.
+  /// `organs` and what `edges` names must outlive the loop. The scenes on the edges have the organs
+  /// at rest (SizedSnapshot): a step writes the shapes that are newer than a slot's. `stopwatch`
+  /// gives the session time for StepRecord::compute_ns; without one (lockstep) nothing is measured.
+  /// Steps that take longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: none
+  /// does.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
                   Nanoseconds budget = 0);
@@ -55,9 +60,11 @@ class DeformationLoop {
   const ToolState& WithinReason(const ToolState& tools);
   void Collide(const ToolState& tools);
   void Refine(int tool_count);
+  void WakeTouched();
   void RepositionControlPoints();
   void Relax(double dt);
   void RelocateVertices();
+  bool AtRest(std::size_t organ) const;
   void BuildContactPatch(const ToolState& tools);
   void ObserveLoad();
   void FillSample(const ToolState& tools);

@@ -83,7 +83,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       : energy_(energy.Clone()),
         options_(options),
         n_(energy.control_points()),
-        at_rest_(AtRest(functions, slots, energy_, &local_)),
+        at_rest_(ResponseAtRest(functions, slots, energy_, &local_)),
         potential_(&energy_, local_, slots),
         factor_(n_),
         at_(Points::Zero(n_ + slots, 3)),
@@ -100,7 +100,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
     const int recorded_end = std::exchange(stop_after_, 0);
-    at_rest_->Follow(contacts->local);
+    Follow(contacts->local);
     if (std::exchange(restarts_, false)) Enter(restart_);
     has_tangent_ = contacts->size() > 0 && energy_.share() > 0;
     if (contacts->size() == 0) {
@@ -122,6 +122,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     if (!U->allFinite()) at_.setZero();  // the caller reports it; the next step starts at rest
     return result;
   }
+
+  void Follow(const ActiveFunctions& active) override { at_rest_->Follow(active); }
 
   void StopNextAfter(int iterations) override { stop_after_ = iterations; }
 
@@ -159,9 +161,9 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
  private:
-  static std::unique_ptr<LatticeResponse> AtRest(const LocalFunctions* functions, int slots,
-                                                 const BlendedEnergy& energy,
-                                                 const LocalResponse** local) {
+  static std::unique_ptr<LatticeResponse> ResponseAtRest(const LocalFunctions* functions, int slots,
+                                                         const BlendedEnergy& energy,
+                                                         const LocalResponse** local) {
     if (functions == nullptr) return MakeLatticeResponse(energy.stiffness_at_rest());
     auto refined = std::make_unique<RefinedResponse>(*functions, slots);
     *local = &refined->local();

@@ -1,9 +1,9 @@
 #include "engine/lattice_response.h"
 
-#include <Eigen/Cholesky>
 #include <string>
 
 #include "engine/error.h"
+#include "engine/symmetric_inverse.h"
 
 namespace hpdm {
 namespace {
@@ -81,38 +81,55 @@ class ScalarResponse final : public LatticeResponse {
       row_compliance_;  // m x m: B K^-1 B^T
 };
 
-// The axes are coupled: 3n x 3n.
+// The axes are coupled: 3n x 3n. Of K^-1 a step reads what its contacts touch: between the control
+// points of their rows for the compliance, and whole columns once, for the sum of all forces.
 class FullResponse final : public LatticeResponse {
  public:
   explicit FullResponse(const FullStiffness& K)
       : n_(K.rows() / 3),
         inverse_(InverseStiffness(
             K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
-        response_(K.rows(), ContactProblem::kMaxEquations) {}
+        touched_(static_cast<std::size_t>(n_)),
+        weights_(kMaxContacts, n_),
+        moved_(3, n_) {}
 
   void Respond(const ContactSet& contacts, ContactProblem* problem) override {
-    const int equations = problem->size();
-    for (int e = 0; e < equations; ++e) {
-      const auto& [row, axis, force, unilateral] = (*problem)[e];
-      auto response = response_.col(e);
-      response.setZero();
-      for (Eigen::Index a = 0; a < n_; ++a) {
-        const double weight = contacts.Weights()(row, a);
-        if (weight == 0) continue;
-        for (int d = 0; d < 3; ++d) {
-          if (force[d] != 0) response += weight * force[d] * inverse_.col(3 * a + d);
+    Gather(contacts);
+    for (int g = 0; g < problem->size(); ++g) {
+      Move((*problem)[g]);
+      Vector3d moved = Vector3d::Zero();
+      int at = -1;  // the equations of one contact follow each other
+      for (int e = 0; e < problem->size(); ++e) {
+        const ContactProblem::Equation& equation = (*problem)[e];
+        if (equation.row != at) {
+          at = equation.row;
+          moved.setZero();
+          for (int t = 0; t < count_; ++t) moved += weights_(at, t) * moved_.col(t);
         }
+        problem->compliance()(e, g) = equation.axis_W.dot(moved);
       }
     }
-    FillCompliance(contacts, response_, problem);
   }
 
   void Deform(const ContactProblem& problem, Points* U) const override {
-    AsVector(U).noalias() = response_.leftCols(problem.size()) * problem.forces();
+    auto u = AsVector(U);
+    u.setZero();
+    for (int t = 0; t < count_; ++t) {
+      Vector3d force = Vector3d::Zero();
+      for (int e = 0; e < problem.size(); ++e) {
+        force += problem.forces()[e] * weights_(problem[e].row, t) * problem[e].force_W;
+      }
+      AddColumns(touched_[static_cast<std::size_t>(t)], force, &u);
+    }
   }
 
   void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override {
-    columns = (inverse_ * columns).eval();
+    Eigen::VectorXd u(columns.rows());
+    for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+      u.setZero();
+      for (int a = 0; a < n_; ++a) AddColumns(a, columns.col(c).segment<3>(3 * a), &u);
+      columns.col(c) = u;
+    }
   }
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
@@ -125,9 +142,49 @@ class FullResponse final : public LatticeResponse {
   Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
 
  private:
-  Eigen::Index n_;
+  // The control points with a weight in any row, and their weights.
+  void Gather(const ContactSet& contacts) {
+    count_ = 0;
+    for (int a = 0; a < n_; ++a) {
+      const auto weights = contacts.Weights().col(a);
+      if ((weights.array() == 0).all()) continue;
+      weights_.col(count_).head(contacts.size()) = weights;
+      touched_[static_cast<std::size_t>(count_++)] = a;
+    }
+  }
+
+  // How the touched control points move by the equation's unit force.
+  void Move(const ContactProblem::Equation& equation) {
+    auto moved = moved_.leftCols(count_);
+    moved.setZero();
+    for (int t = 0; t < count_; ++t) {
+      const double weight = weights_(equation.row, t);
+      if (weight == 0) continue;
+      for (int d = 0; d < 3; ++d) {
+        if (equation.force_W[d] == 0) continue;
+        const auto column = inverse_.col(3 * touched_[static_cast<std::size_t>(t)] + d);
+        const double force = weight * equation.force_W[d];
+        for (int s = 0; s < count_; ++s) {
+          moved.col(s) += force * column.segment<3>(3 * touched_[static_cast<std::size_t>(s)]);
+        }
+      }
+    }
+  }
+
+  // Adds the displacements by a force (N) on control point a.
+  template <typename Displacements>
+  void AddColumns(int a, const Vector3d& force, Displacements* u) const {
+    for (int d = 0; d < 3; ++d) {
+      if (force[d] != 0) *u += force[d] * inverse_.col(3 * a + d);
+    }
+  }
+
+  int n_;
   Eigen::MatrixXd inverse_;   // 3n x 3n
-  Eigen::MatrixXd response_;  // 3n x kMaxEquations
+  int count_ = 0;             // of control points that the contacts of the last Respond() touch:
+  std::vector<int> touched_;  // n, these
+  Eigen::MatrixXd weights_;   // kMaxContacts x n: their weights in each contact's row
+  Eigen::Matrix3Xd moved_;    // 3 x n: how each moves by the force at hand
 };
 
 }  // namespace
@@ -148,14 +205,16 @@ Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, con
   // Functions with little tissue have little stiffness; with a unit diagonal they do not look like
   // motions without any.
   const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * K * scale.asDiagonal());
+  Eigen::MatrixXd inverse = scale.asDiagonal() * K * scale.asDiagonal();
   // A motion that nothing holds leaves round-off, some 1e-18; a held Bernstein lattice of degree
   // (20, 2, 2), whose functions are nearly dependent, 4e-15.
   constexpr double kLeast = 1e-15;
-  if (factor.info() != Eigen::Success || !(factor.rcond() > kLeast)) {
+  if (!(InvertSymmetric(&inverse) > kLeast)) {
     throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
   }
-  return scale.asDiagonal() * factor.solve(Eigen::MatrixXd(scale.asDiagonal()));
+  inverse.array().colwise() *= scale.array();
+  inverse.array().rowwise() *= scale.transpose().array();
+  return inverse;
 }
 
 void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,

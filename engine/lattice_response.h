@@ -24,8 +24,8 @@ class LatticeResponse : public LatticeCompliance {
   /// local functions nothing.
   virtual void Follow(const ActiveFunctions& active) { static_cast<void>(active); }
 
-  /// The response to a unit force along every equation of `problem` (built from `contacts`), kept
-  /// for Deform(), and with it the problem's compliance W = B_c K^-1 B_c^T.
+  /// The compliance W = B_c K^-1 B_c^T of `problem` (built from `contacts`); what Deform() needs of
+  /// the contacts is kept.
   virtual void Respond(const ContactSet& contacts, ContactProblem* problem) = 0;
 
   /// U (n x 3, m; with local functions their slots follow) under the problem's forces; of the last
@@ -43,12 +43,11 @@ RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* proble
 
 /// K^-1. A contact's row b has few entries, one for each function that is not zero there (27 of
 /// quadratic splines), so a product with the columns of K^-1 that they name is several times
-/// cheaper than two triangular solves; K^-1 costs six times the factorisation, once. Throws
-/// InputError
-/// (`remedy`) when K is not positive definite, or to round-off only.
+/// cheaper than two triangular solves. Throws InputError (`remedy`) when K is not positive
+/// definite, or to round-off only.
 Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy);
 
-/// Cholesky factorisations. Throw InputError when K is not positive definite.
+/// Of dense K^-1. Throw InputError when K is not positive definite.
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K);
 std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K);
 

@@ -12,6 +12,7 @@
 #include "engine/finite_strain_energy.h"
 #include "engine/mesh_facts.h"
 #include "engine/mesh_import.h"
+#include "engine/mesh_subdivision.h"
 #include "engine/stiffness_regions.h"
 #include "engine/surface_kernel.h"
 #include "engine/thickness.h"
@@ -357,11 +358,12 @@ SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>*
   for (const auto& [what, count] : imported.repairs.List()) {
     repairs->push_back(options.mesh + ": mended: " + what + " (" + std::to_string(count) + ")");
   }
-  Points& vertices = imported.mesh.vertices;
+  SurfaceMesh mesh = Subdivided(imported.mesh, options.subdivisions, options.mesh.c_str());
+  Points& vertices = mesh.vertices;
   for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
     vertices.row(v) = options.X_WO * Vector3d(vertices.row(v));
   }
-  return std::move(imported.mesh);
+  return mesh;
 }
 
 }  // namespace hpdm

@@ -163,7 +163,7 @@ struct OrganState {
                                  ///< reposition and relax.
   Points vertices;               ///< V x 3, m, world: X + B U, without dents and the organ's
                                  ///< offset. Set by relocate.
-  SurfaceTree tree;              ///< Over `vertices`. Refitted by collide.
+  SurfaceTree tree;              ///< Over `vertices`. Refitted by collide where they have moved.
   ContactSet contacts;           ///< Filled by collide, forces set by relax.
   NeighbourhoodSearch neighbourhoods;
   std::unique_ptr<Relaxation> relaxation;
@@ -171,13 +171,19 @@ struct OrganState {
   RelaxationResult relaxed;  ///< How the last relaxation ended.
   OrganQuality quality;      ///< Of the step. Set before it.
 
+  /// A step has to relax and relocate it: it is touched, or still moves. An organ that is not awake
+  /// is at rest to the last bit, and costs nothing but the question whether it is touched.
+  bool awake = false;
+  bool tree_fits = true;      ///< `tree` is that of `vertices` as they are.
+  std::uint64_t version = 0;  ///< OrganSnapshot::version.
+
   TipCompliance tips;  ///< Of the tools on the organ. Filled when the contact patches are built.
   /// Own compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
   std::vector<Matrix3d> vertex_compliances;
 };
 
-/// The posed rest surface of an organ: reads options.mesh, applies unit_m, then X_WO. Throws
-/// InputError. `repairs` gets one line a repair of the file.
+/// The posed rest surface of an organ: reads options.mesh, subdivides it, applies unit_m, then X_WO.
+/// Throws InputError. `repairs` gets one line a repair of the file.
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs);
 
 }  // namespace hpdm

@@ -11,6 +11,9 @@
 
 namespace hpdm {
 
+/// m: where everything moves by less, nothing moves.
+inline constexpr double kStill = 1e-9;
+
 /// Stage B of a step: the control displacements of least energy E(U) that obey the contacts,
 ///     dE/dU = B^T f,   grasp: x = target,   press: f = -n f_n, f_n >= 0, g = n.(target - x) >= 0,
 ///     f_n g = 0
@@ -22,6 +25,13 @@ class Relaxation {
   /// `U` (n x 3, m): in, where to start (the moved control points of stage A; only iterative
   /// solvers use it); out, the solution. Fills the rows' forces. Deformation thread.
   virtual RelaxationResult Relax(ContactSet* contacts, Points* U) = 0;
+
+  /// Whether a Relax without contacts that gave U = 0 would give it again: it keeps no motion of
+  /// its own. What is left of one below kStill a step, such a Relax has taken for none.
+  virtual bool AtRest() const { return true; }
+
+  /// Takes other local functions in use, for compliance(); Relax does the same.
+  virtual void Follow(const ActiveFunctions& /*active*/) {}
 
   /// The next Relax, which no clock limits then, stops after `iterations` (> 0): where a recorded
   /// one was out of time. Only relaxations with a clock have anything to do here.

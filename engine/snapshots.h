@@ -203,10 +203,13 @@ struct DentSnapshot {
   Vector3d strength_W = Vector3d::Zero();  ///< m^2.
 };
 
-/// One organ as the step left it.
+/// One organ as the step left it. All but the offset is its shape, which is written only when it
+/// changes: a reader that has seen its version need not look at it again.
 struct OrganSnapshot {
-  Vector3d offset_W = Vector3d::Zero();  ///< Of the whole organ, m: already in the vertices, not in
-                                         ///< the displacements and dents.
+  /// Number of the step that changed the shape last; 0: that of SizedSnapshot().
+  std::uint64_t version = 0;
+  Vector3d offset_W = Vector3d::Zero();  ///< Of the whole organ, m: not in the shape, to which it
+                                         ///< comes.
   Points control_displacements;          ///< n x 3, m, world axes (U).
   std::vector<int> local_functions;      ///< Index in the finer splines' grid of each slot, or -1.
   Points local_displacements;            ///< Slots x 3, m.

@@ -29,12 +29,13 @@ FullStiffness StrainStiffness(const Lattice& lattice, const Quadrature& tissue,
   AddElasticBlocks(
       gradients, gradients, tissue.weights, {lame.mu, pointwise},
       [&K](Eigen::Index row, Eigen::Index column, double value) { K(row, column) += value; });
-  if (projected > 0) {
-    const Eigen::MatrixXd P = ProjectedDilatation(lattice, tissue);
-    K.noalias() += projected * P.transpose() * P;
-  }
   // Symmetric to the last bit, whatever the order of summation.
   K = 0.5 * (K + K.transpose()).eval();
+  if (projected > 0) {
+    const Eigen::MatrixXd P = ProjectedDilatation(lattice, tissue);
+    K.selfadjointView<Eigen::Lower>().rankUpdate(P.transpose(), projected);
+    K.triangularView<Eigen::StrictlyUpper>() = K.transpose();
+  }
   return K;
 }
 

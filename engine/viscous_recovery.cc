@@ -39,6 +39,7 @@ RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation, Conta
     (*contacts)[i].slip *= done;
   }
   U_ = e * U_ + done * V_;
+  if (contacts->size() == 0 && U_.isZero(kStill)) U_.setZero();
   *U = U_;
   if (!U_.allFinite()) {  // the caller reports it; the next step starts at rest
     U_.setZero();

@@ -20,6 +20,8 @@ namespace hpdm {
 ///     dE/dU + e / (1 - e) K (U - U(0)) = B^T f,
 /// which is the above where E is quadratic; without contact, U(dt) = e U(0) of either.
 ///
+/// A recovery that has less than kStill left to go is over.
+///
 /// Deformation thread; allocates nothing.
 class ViscousRecovery {
  public:
@@ -30,6 +32,9 @@ class ViscousRecovery {
   /// As Relaxation::Relax() of `relaxation`, `dt` (s) after the last call; less than 0.1 ms counts
   /// as that.
   RelaxationResult Relax(double dt, Relaxation* relaxation, ContactSet* contacts, Points* U);
+
+  /// Whether nothing is left to recover from.
+  bool AtRest() const { return U_.isZero(0) && V_.isZero(0); }
 
   /// Unknown `row` keeps `share` (0..1) of where it was: 0 where it means something else from now
   /// on and starts at rest.

@@ -57,7 +57,7 @@ LatticeTip BesideHeld(const LatticeTip& a, const LatticeTip& c, const Matrix3d& 
 void Couple(const LatticeTip& a, const LatticeTip& c, const Matrix3d& coupling_W,
             Vector3d* force_a_W, Vector3d* force_c_W) {
   if (!a.holds && !c.holds) {
-    double f_a, f_c;
+    double f_a = 0, f_c = 0;
     SolvePresses(a, c, coupling_W, &f_a, &f_c);
     *force_a_W = f_a * Direction(a);
     *force_c_W = f_c * Direction(c);

@@ -21,7 +21,7 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t) {
   const double q = std::sqrt(std::abs(q2));
   // The real roots, of which the slow one would cancel as q - sigma under a weak spring.
   const double fast_root = -(q + sigma), slow_root = -k / m / (q + sigma);
-  double c, s;  // e^(-sigma t) cosh(q t) and e^(-sigma t) sinh(q t) / q
+  double c = 0, s = 0;  // e^(-sigma t) cosh(q t) and e^(-sigma t) sinh(q t) / q
   if (q * t < 1e-6) {
     c = std::exp(-sigma * t);
     s = t * c;
@@ -40,7 +40,7 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t) {
   // The velocity answers a held force as the position does an impulse, with s / m; the position is
   // the integral of that.
   const double v = s / m;
-  double x;
+  double x = 0;
   if (b * t < m && k * t * t < m) {
     // Where the others cancel: the power series of m x'' + b x' + k x = 1.
     double term = 0.5 * t * t / m, before = 0;  // c_n t^n, c_(n-1) t^(n-1)

@@ -24,6 +24,9 @@ constexpr Nanoseconds kSamplePatience = kNanosecondsPerSecond / 2;
 // While the haptic loop stands still, older ones are replaced before a tick can use them.
 constexpr std::size_t kMaxWaiting = 1024;
 
+// A shape that stays is sent again as often: who joins late, or seeks in a log, has it by then.
+constexpr Nanoseconds kShapeRepeat = kNanosecondsPerSecond;
+
 // An organ at the border of what its tissue can do is one event, not one a step.
 constexpr Nanoseconds kSoundAgain = kNanosecondsPerSecond / 4;
 
@@ -275,7 +278,14 @@ void TelemetryLoop::ReportShedding(int level) {
 void TelemetryLoop::HandleShapes(const SceneSnapshot& scene) {
   const StepRecord& step = scene.step;
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
-    ToMessage(step, static_cast<int>(i), scene.organs[i], &organ_);
+    const OrganSnapshot& organ = scene.organs[i];
+    std::optional<SentShape>& sent = sent_[i];
+    if (sent && sent->version == organ.version && sent->offset_W == organ.offset_W &&
+        step.time_ns < sent->time + kShapeRepeat) {
+      continue;
+    }
+    sent = {organ.version, organ.offset_W, step.time_ns};
+    ToMessage(step, static_cast<int>(i), organ, &organ_);
     ++organ_.sequence;
     Send(kOrganChannel, step.time_ns, organ_);
   }

@@ -158,6 +158,12 @@ class TelemetryLoop {
   std::array<bool, kMaxOrgans> organ_unsound_{};
   int shed_level_ = 0;                                        // of the last step
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
+  struct SentShape {
+    std::uint64_t version;  // OrganSnapshot's
+    Vector3d offset_W;      // m
+    Nanoseconds time;       // of the session
+  };
+  std::array<std::optional<SentShape>, kMaxOrgans> sent_;
   std::uint64_t live_messages_ = 0;
   std::uint64_t live_errors_ = 0;
 

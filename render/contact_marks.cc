@@ -32,14 +32,16 @@ void AddArrow(const Vector3d& from, const Vector3d& arrow, float radius, const C
 
 }  // namespace
 
-void AddContactMarks(const ToolContactState& contact, const PointsF& vertices,
+void AddContactMarks(const ToolContactState& contact, const OrganSnapshot& shape,
                      const Triangles& triangles, Marks* marks) {
   // A tip that is near has a contact to be, without a force.
   if (contact.kind == ContactKind::kNone || contact.force_on_tissue_W.isZero(0)) return;
   const double radius = std::max(contact.kernel_radius, kLeastRadius);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
     std::array<Vector3d, 3> corners;
-    for (int k = 0; k < 3; ++k) corners[k] = vertices.row(triangles(t, k)).cast<double>();
+    for (int k = 0; k < 3; ++k) {
+      corners[k] = shape.vertices.row(triangles(t, k)).transpose().cast<double>() + shape.offset_W;
+    }
     const Vector3d nearest =
         ClosestOnTriangle(contact.contact_W, corners[0], corners[1], corners[2]).point;
     if ((nearest - contact.contact_W).squaredNorm() > radius * radius) continue;

@@ -3,7 +3,6 @@
 #include "engine/snapshots.h"
 #include "engine/surface_mesh.h"
 #include "render/mark_painter.h"
-#include "render/mesh_view.h"
 
 namespace hpdm {
 
@@ -13,7 +12,7 @@ inline constexpr double kArrowLength = 0.03;  ///< m a newton, of the drawn forc
 /// as points, the surface's normal, and the force on the hand (opposite to the one on the tissue,
 /// so that it stands out of the organ) as an arrow of kArrowLength. Nothing without a force.
 /// O(triangles). Render thread.
-void AddContactMarks(const ToolContactState& contact, const PointsF& vertices,
+void AddContactMarks(const ToolContactState& contact, const OrganSnapshot& shape,
                      const Triangles& triangles, Marks* marks);
 
 }  // namespace hpdm

@@ -13,15 +13,16 @@ namespace {
 constexpr const char* kVertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 offset;
 layout(location = 4) in float heat;
 out vec3 p_W;
 out vec3 normal_W;
 out float value;
 void main() {
-  p_W = position;
+  p_W = position + offset;
   normal_W = normal;
   value = heat;
-  gl_Position = clip_from_world * vec4(position, 1.0);
+  gl_Position = clip_from_world * vec4(p_W, 1.0);
 }
 )glsl";
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -114,6 +115,32 @@ double Laparoscope::Undistorted(double tangent) const {
     if (std::abs(step) < 1e-15) break;
   }
   return r * edge;
+}
+
+double Laparoscope::MostPixelsPerMetre(const Vector3d& low_W, const Vector3d& high_W) const {
+  const Vector3d axis_W = ViewingAxis_W();
+  const Vector3d middle_W = (low_W + high_W) / 2, half_W = (high_W - low_W) / 2;
+  const double depth = axis_W.dot(middle_W - X_WC_.translation()) - axis_W.cwiseAbs().dot(half_W);
+  if (!(depth > kNear)) return std::numeric_limits<double>::infinity();
+  // At the tangent t of the angle off the axis, a line along (1, -t) across and along the axis is
+  // drawn longest, sqrt(1 + t^2) times as long as one across it. The lens then stretches by the
+  // slope of Distorted() at most, which is at the edge or in the middle.
+  const double edge = circle_radius_px_ / focal_length_px_;
+  const double lens = std::max(1.0, 1 + 3 * distortion_) / (1 + distortion_);
+  return focal_length_px_ / depth * std::sqrt(1 + edge * edge) * lens;
+}
+
+bool Laparoscope::MaySee(const Vector3d& low_W, const Vector3d& high_W) const {
+  const Vector3d middle_W = (low_W + high_W) / 2 - X_WC_.translation();
+  const Vector3d half_W = (high_W - low_W) / 2;
+  const double x = 0.5 * width_ / focal_length_px_, y = 0.5 * height_ / focal_length_px_;
+  // The picture's four sides as planes through the lens, normals inwards.
+  for (const Vector3d& side_C : {Vector3d(1, 0, -x), Vector3d(-1, 0, -x), Vector3d(0, 1, -y),
+                                 Vector3d(0, -1, -y), Vector3d(0, 0, -1)}) {
+    const Vector3d side_W = X_WC_.linear() * side_C;
+    if (side_W.dot(middle_W) + side_W.cwiseAbs().dot(half_W) < 0) return false;
+  }
+  return true;
 }
 
 Vector3d Laparoscope::Project(const Vector3d& p_W) const {

@@ -72,6 +72,15 @@ class Laparoscope {
   double Undistorted(double tangent) const;
   double distortion() const { return distortion_; }  ///< LaparoscopeOptions::distortion.
 
+  /// Pixels a metre, at most, of a short line in any direction anywhere in a box of the world (its
+  /// lowest and highest corner, m), where it is inside the circle; infinite for a box that reaches
+  /// nearer than kNear.
+  double MostPixelsPerMetre(const Vector3d& low_W, const Vector3d& high_W) const;
+
+  /// False only where nothing of a box of the world (its lowest and highest corner, m) is in the
+  /// picture.
+  bool MaySee(const Vector3d& low_W, const Vector3d& high_W) const;
+
   /// Where a world point appears: x from the picture's left edge and y from its top edge (px; a
   /// pixel's centre is at half-integers), then its distance along the viewing axis (m; only a
   /// positive one can be seen).

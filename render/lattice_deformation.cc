@@ -87,7 +87,6 @@ uniform samplerBuffer sinking;             // KernelSinking
 uniform mat3 unit_from_world;              // d unit / d rest, 1/m
 uniform float sinking_tail;
 uniform int active_count;
-uniform vec3 offset;
 uniform int dent_count;
 uniform vec4 dent_centre[MAX_DENTS];       // w: radius
 uniform vec4 dent_normal[MAX_DENTS];       // w: resolved radius
@@ -163,7 +162,7 @@ void main() {
     F += outerProduct(dent_strength[i].xyz, slope / max(d, 1e-9) * from_centre);
   }
 
-  position = rest + u + offset;
+  position = rest + u;
   mat3 cofactors = mat3(cross(F[1], F[2]), cross(F[2], F[0]), cross(F[0], F[1]));
   vec3 n = cofactors * rest_normal;
   normal = n * inversesqrt(max(dot(n, n), 1e-30));
@@ -228,7 +227,6 @@ LatticeDeformation::LatticeDeformation(const OrganModel& model, const Points& re
       program_("deformation", {Sizes(model).c_str(), kUnivariate, kDeform}, {},
                {"position", "normal"}),
       active_count_(program_.Uniform("active_count")),
-      offset_(program_.Uniform("offset")),
       dent_count_(program_.Uniform("dent_count")),
       dent_centre_(program_.Uniform("dent_centre")),
       dent_normal_(program_.Uniform("dent_normal")),
@@ -323,8 +321,6 @@ void LatticeDeformation::Deform(const OrganSnapshot& shape, const GlObject& posi
   program_.Use();
   UploadShape(shape);
   UploadDents(shape);
-  const Eigen::Vector3f offset = shape.offset_W.cast<float>();
-  glUniform3fv(offset_, 1, offset.data());
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_BUFFER, sinking_texture_.name());
   glActiveTexture(GL_TEXTURE0);

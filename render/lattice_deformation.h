@@ -28,7 +28,7 @@ enum class FfdPath : std::uint8_t {
 bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model);
 
 /// Free-form deformation in a vertex shader (Eq. 4): x = X + sum_a phi_a(X) U_a, with the local
-/// functions, dents and the offset that DeformationLoop adds to a snapshot's vertices, for any
+/// functions and dents that DeformationLoop adds to a snapshot's vertices, for any
 /// points of the organ's rest surface. Positions agree with the CPU's to single precision.
 ///
 /// Normals are n = cof(F) n_rest (Nanson) with F = dx/dX of the same map, so no vertex needs its
@@ -59,7 +59,7 @@ class LatticeDeformation {
   const OrganModel& model_;
   int count_;
   ShaderProgram program_;
-  int active_count_, offset_, dent_count_, dent_centre_, dent_normal_, dent_strength_;
+  int active_count_, dent_count_, dent_centre_, dent_normal_, dent_strength_;
   std::vector<Eigen::Vector4f> shape_;  // the lattice's grid, then two entries a local function
   GlObject layout_{GlKind::kVertexArray};
   GlObject rest_buffer_{GlKind::kBuffer};

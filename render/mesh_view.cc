@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/check.h"
+#include "render/mesh_levels.h"
 
 namespace hpdm {
 namespace {
@@ -129,11 +130,35 @@ void MeshView::CreateLayout(const Triangles& drawn) {
   SetInput(0, position_buffer_, 3);
   SetInput(1, normal_buffer_, 3);
   SetInput(3, coordinate_buffer_, 2);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer_.name());
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-               static_cast<GLsizeiptr>(drawn.size()) * static_cast<GLsizeiptr>(sizeof(int)),
-               drawn.data(), GL_STATIC_DRAW);
   glBindVertexArray(0);
+  ReplaceIndices({&drawn});
+}
+
+void MeshView::ReplaceIndices(const std::vector<const Triangles*>& levels) {
+  Eigen::Index count = 0;
+  ranges_.clear();
+  for (const Triangles* level : levels) {
+    ranges_.emplace_back(count, level->size());
+    count += level->size();
+  }
+  const auto bytes = [](Eigen::Index indices) {
+    return static_cast<GLsizeiptr>(indices) * static_cast<GLsizeiptr>(sizeof(int));
+  };
+  glBindVertexArray(layout_.name());
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer_.name());
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, bytes(count), nullptr, GL_STATIC_DRAW);
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, bytes(ranges_[i].first), bytes(ranges_[i].second),
+                    levels[i]->data());
+  }
+  glBindVertexArray(0);
+}
+
+void MeshView::SetLevels(const std::vector<MeshLevel>& levels) {
+  HPDM_CHECK(!levels.empty() && levels[0].triangles.size() == triangles_.size());
+  std::vector<const Triangles*> drawn;
+  for (const MeshLevel& level : levels) drawn.push_back(&level.triangles);
+  ReplaceIndices(drawn);
 }
 
 const PointsF& MeshView::WithCopies(const PointsF& values) {
@@ -174,8 +199,11 @@ void MeshView::SetHeat(const std::vector<float>& values) {
 
 void MeshView::Draw() const {
   if (closed_) glEnable(GL_CULL_FACE);
+  glVertexAttrib3fv(2, offset_.data());
   glBindVertexArray(layout_.name());
-  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(triangles_.size()), GL_UNSIGNED_INT, nullptr);
+  const auto& [first, count] = ranges_[level_];
+  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
+                 reinterpret_cast<const void*>(static_cast<std::size_t>(first) * sizeof(int)));
   glDisable(GL_CULL_FACE);
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "engine/surface_mesh.h"
@@ -9,6 +10,8 @@
 #include "render/seams.h"
 
 namespace hpdm {
+
+struct MeshLevel;
 
 /// V x 3, single precision, as the graphics card takes them.
 using PointsF = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -34,9 +37,9 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 /// One mesh on the graphics card: indices and texture coordinates stay, positions and normals are
 /// replaced when the mesh deforms. Render thread only.
 ///
-/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 3
-/// texture coordinates (0 without), 4 SetHeat. Vertices on a seam of the texture are drawn once a
-/// side of it (seams.h), with one normal.
+/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 2
+/// SetOffset, 3 texture coordinates (0 without), 4 SetHeat. Vertices on a seam of the texture are
+/// drawn once a side of it (seams.h), with one normal.
 ///
 /// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
 /// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
@@ -60,6 +63,15 @@ class MeshView {
   /// A value a vertex (V), input 4 of the vertex shader; 0 before the first.
   void SetHeat(const std::vector<float>& values);
 
+  /// Levels (mesh_levels.h) of this mesh to draw in place of all of its triangles, and which of
+  /// them is drawn; their first is the mesh itself, which is drawn at the start.
+  void SetLevels(const std::vector<MeshLevel>& levels);
+  void SelectLevel(int level) { level_ = static_cast<std::size_t>(level); }
+  int level() const { return static_cast<int>(level_); }
+
+  /// By how much all of it is drawn away from its vertices (m), input 2 of the vertex shader.
+  void SetOffset(const Eigen::Vector3f& offset) { offset_ = offset; }
+
   /// Draws the triangles with the program in use; of a closed mesh only those that face the
   /// viewer, which takes a quarter off a frame of the software renderer.
   void Draw() const;
@@ -67,15 +79,20 @@ class MeshView {
  private:
   void Upload(const PointsF& vertices);
   void CreateLayout(const Triangles& drawn);
+  void ReplaceIndices(const std::vector<const Triangles*>& levels);
   const PointsF& WithCopies(const PointsF& values);
 
   bool closed_;
   Triangles triangles_;        // F x 3, over the V vertices
   Eigen::Index vertex_count_;  // V
   std::vector<int> copies_;    // SeamedMesh::copies
-  std::vector<float> heat_;    // R, scratch
-  PointsF normals_;            // V x 3
-  PointsF with_copies_;        // R x 3, scratch
+  // Of each level, where its indices begin and how many they are.
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> ranges_;
+  std::size_t level_ = 0;
+  std::vector<float> heat_;                           // R, scratch
+  Eigen::Vector3f offset_ = Eigen::Vector3f::Zero();  // m
+  PointsF normals_;                                   // V x 3
+  PointsF with_copies_;                               // R x 3, scratch
   GlObject layout_{GlKind::kVertexArray};
   GlObject position_buffer_{GlKind::kBuffer};
   GlObject normal_buffer_{GlKind::kBuffer};

@@ -2,6 +2,7 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <string>
 
 #include "engine/check.h"
@@ -15,15 +16,16 @@ namespace {
 constexpr const char* kVertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 offset;
 layout(location = 3) in vec2 texture_coordinate;
 out vec3 p_W;
 out vec3 normal_W;
 out vec2 uv;
 void main() {
-  p_W = position;
+  p_W = position + offset;
   normal_W = normal;
   uv = texture_coordinate;
-  gl_Position = clip_from_world * vec4(position, 1.0);
+  gl_Position = clip_from_world * vec4(p_W, 1.0);
 }
 )glsl";
 
@@ -75,7 +77,7 @@ std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
 
 }  // namespace
 
-OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
+OrganPainter::OrganPainter(const std::vector<OrganView>& organs, bool levels)
     : program_("organ", {glsl::kFrame, kVertex},
                {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kFragment}),
       depth_program_("organ depth", {glsl::kFrame, kVertex}, {kDepthFragment}),
@@ -94,9 +96,11 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
     const bool textured = organ.texture != nullptr;
     HPDM_CHECK(!textured || organ.rest->texture_coordinates.rows() > 0);
     const SurfaceMesh mesh = WithCoordinates(*organ.rest);
-    organs_.push_back({MeshView(mesh), Texture(textured ? *organ.texture : White()),
-                       textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
-                       static_cast<float>(MetresPerCoordinate(mesh)), nullptr});
+    organs_.push_back({.mesh = MeshView(mesh),
+                       .texture = Texture(textured ? *organ.texture : White()),
+                       .colour = textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
+                       .metres_per_uv = static_cast<float>(MetresPerCoordinate(mesh))});
+    if (levels) organs_.back().SetLevels(mesh);
     if (organ.model != nullptr && UsesShader(organ.ffd, renderer, *organ.model)) {
       organs_.back().deformation = DeformationOf(*organ.model, organs_.back().mesh.copies());
     }
@@ -104,6 +108,14 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs)
 }
 
 void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
+  mesh.SetOffset(shape.offset_W.cast<float>());
+  if (version == shape.version) return;
+  version = shape.version;
+  std::fill(errors.begin(), errors.end(), -1.0);
+  if (shape.vertices.rows() > 0) {
+    low_W = shape.vertices.colwise().minCoeff().transpose().cast<double>();
+    high_W = shape.vertices.colwise().maxCoeff().transpose().cast<double>();
+  }
   if (deformation) {
     deformation->Deform(shape, mesh.positions(), mesh.normals());
   } else {
@@ -111,14 +123,41 @@ void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
   }
 }
 
-void OrganPainter::Move(const SceneSnapshot& snapshot) {
+void OrganPainter::Organ::SetLevels(const SurfaceMesh& rest) {
+  levels = MakeLevels(CutSeams(rest), rest.vertices, metres_per_uv);
+  mesh.SetLevels(levels);
+  errors.resize(levels.size());
+}
+
+void OrganPainter::Organ::Look(const OrganSnapshot& shape, const Laparoscope& scope) {
+  if (shape.vertices.rows() == 0) return;  // where it is, only the card knows
+  const Vector3d low = low_W + shape.offset_W, high = high_W + shape.offset_W;
+  may_be_seen = scope.MaySee(low, high);
+  if (levels.size() < 2 || !may_be_seen) return;
+  const double scale = scope.MostPixelsPerMetre(low, high);
+  const auto error_of = [&](int level) {
+    double& error = errors[static_cast<std::size_t>(level)];
+    if (error < 0) {
+      error = DeformedError(levels[static_cast<std::size_t>(level)], mesh.copies(), shape.vertices);
+    }
+    return error;
+  };
+  mesh.SelectLevel(LevelChoice::After(mesh.level(), levels, scale, error_of));
+}
+
+void OrganPainter::Move(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
-  for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].Move(snapshot.organs[o]);
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    organs_[o].Move(snapshot.organs[o]);
+    organs_[o].Look(snapshot.organs[o], scope);
+  }
 }
 
 void OrganPainter::DrawDepth() const {
   depth_program_.Use();
-  for (const Organ& organ : organs_) organ.mesh.Draw();
+  for (const Organ& organ : organs_) {
+    if (organ.may_be_seen) organ.mesh.Draw();
+  }
 }
 
 void OrganPainter::Draw(const Occlusion* occlusion) const {
@@ -130,6 +169,7 @@ void OrganPainter::Draw(const Occlusion* occlusion) const {
     no_occlusion_.Bind(kOcclusionUnit);
   }
   for (const Organ& organ : organs_) {
+    if (!organ.may_be_seen) continue;
     organ.texture.Bind(kBaseTextureUnit);
     glUniform3fv(base_colour_, 1, organ.colour.data());
     glUniform1f(metres_per_uv_, organ.metres_per_uv);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/organ.h"
@@ -8,7 +10,9 @@
 #include "engine/surface_mesh.h"
 #include "render/colour.h"
 #include "render/image_file.h"
+#include "render/laparoscope.h"
 #include "render/lattice_deformation.h"
+#include "render/mesh_levels.h"
 #include "render/mesh_view.h"
 #include "render/occlusion.h"
 #include "render/shaders.h"
@@ -31,13 +35,16 @@ struct OrganView {
 /// The organs on the graphics card. Render thread only.
 class OrganPainter {
  public:
-  /// Compiles the program and uploads meshes and textures. Throws MachineError when the driver
+  /// Compiles the program and uploads meshes, their levels (unless `levels` is false) and textures.
+  /// Throws MachineError when the driver
   /// refuses the shader. A texture for a mesh without texture coordinates is a bug.
-  explicit OrganPainter(const std::vector<OrganView>& organs);
+  explicit OrganPainter(const std::vector<OrganView>& organs, bool levels = true);
 
-  /// Moves the organs to where the snapshot has them. Fewer organs or another number of vertices
-  /// than at construction are a bug. Allocates nothing.
-  void Move(const SceneSnapshot& snapshot);
+  /// Moves the organs to where the snapshot has them, and chooses which of them are drawn in a
+  /// picture through `scope`, and with which level; a shape is looked at only where its version
+  /// is another than at the last call. Fewer organs or another number of vertices than at
+  /// construction are a bug. Allocates nothing.
+  void Move(const SceneSnapshot& snapshot, const Laparoscope& scope);
 
   /// Draws depth alone.
   void DrawDepth() const;
@@ -55,9 +62,16 @@ class OrganPainter {
     Texture texture;
     Eigen::Vector3f colour;  // linear, multiplies the texture's
     float metres_per_uv;
-    std::unique_ptr<LatticeDeformation> deformation;  // null: the snapshot's vertices
+    std::unique_ptr<LatticeDeformation> deformation = {};  // null: the snapshot's vertices
+    std::vector<MeshLevel> levels = {};                    // the first is all of the mesh
+    std::optional<std::uint64_t> version = {};             // OrganSnapshot's, of what is drawn
+    Vector3d low_W = Vector3d::Zero(), high_W = Vector3d::Zero();  // m, of that shape
+    bool may_be_seen = true;
+    std::vector<double> errors = {};  // m, of each level in that shape; < 0: not known yet
 
+    void SetLevels(const SurfaceMesh& rest);
     void Move(const OrganSnapshot& shape);
+    void Look(const OrganSnapshot& shape, const Laparoscope& scope);
   };
 
   ShaderProgram program_;

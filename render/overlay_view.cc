@@ -53,8 +53,7 @@ void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
       const ToolContactState& contact = snapshot.contacts[t];
       if (contact.organ < 0 || contact.organ >= static_cast<int>(organs_.size())) continue;
       const auto organ = static_cast<std::size_t>(contact.organ);
-      AddContactMarks(contact, snapshot.organs[organ].vertices, organs_[organ].rest->triangles,
-                      &marks_);
+      AddContactMarks(contact, snapshot.organs[organ], organs_[organ].rest->triangles, &marks_);
     }
     marks_painter_.Draw(marks_, 0.6f, Laparoscope::kFar);
   }
@@ -93,8 +92,7 @@ void OverlayView::DrawErrors(const SceneSnapshot& snapshot, OrganPainter* organs
     HPDM_CHECK(reference.rows() == rest.rows() && shape.vertices.rows() == rest.rows());
     error_.resize(static_cast<std::size_t>(rest.rows()));
     for (Eigen::Index v = 0; v < rest.rows(); ++v) {
-      const Eigen::RowVector3d u =
-          shape.vertices.row(v).cast<double>() - shape.offset_W.transpose() - rest.row(v);
+      const Eigen::RowVector3d u = shape.vertices.row(v).cast<double>() - rest.row(v);
       error_[static_cast<std::size_t>(v)] =
           static_cast<float>((u - reference.row(v)).norm() / organs_[o].error_scale);
     }

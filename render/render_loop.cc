@@ -22,14 +22,12 @@ namespace {
 // picture's age and costs about 1 % of a core.
 constexpr std::chrono::microseconds kPollPeriod(500);
 
-// From where the organ's own motion has it.
 double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
   HPDM_CHECK(organ.vertices.rows() == rest.rows());
-  const Eigen::RowVector3f offset = organ.offset_W.transpose().cast<float>();
   float largest2 = 0;
   for (Eigen::Index v = 0; v < rest.rows(); ++v) {
     // std::max keeps its first argument when the second is not a number.
-    largest2 = std::max(largest2, (organ.vertices.row(v) - offset - rest.row(v)).squaredNorm());
+    largest2 = std::max(largest2, (organ.vertices.row(v) - rest.row(v)).squaredNorm());
   }
   return std::sqrt(static_cast<double>(largest2));
 }
@@ -78,6 +76,7 @@ RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView
     sink_.emplace(options_.frame_folder, options_.frame_fps);
   }
   for (const OrganView& organ : organs_) rest_.push_back(organ.rest->vertices.cast<float>());
+  displacements_.resize(rest_.size());
 }
 
 RenderLoop::~RenderLoop() { EndOnThisThread(); }
@@ -207,7 +206,11 @@ void RenderLoop::CountDropped(std::uint64_t number) {
 void RenderLoop::KeepDeepest(const SceneSnapshot& snapshot) {
   double displacement = 0;
   for (std::size_t o = 0; o < rest_.size(); ++o) {
-    displacement = std::max(displacement, LargestDisplacement(snapshot.organs[o], rest_[o]));
+    const OrganSnapshot& organ = snapshot.organs[o];
+    auto& [version, largest] = displacements_[o];
+    if (version != organ.version) largest = LargestDisplacement(organ, rest_[o]);
+    version = organ.version;
+    displacement = std::max(displacement, largest);
   }
   if (displacement <= deepest_displacement_) return;
   deepest_displacement_ = displacement;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/loop_event.h"
@@ -157,6 +158,8 @@ class RenderLoop {
   RenderContextFactory make_context_;
   ViewSettings settings_;
   std::vector<PointsF> rest_;  // per organ, V x 3
+  // Per organ, OrganSnapshot::version and its largest displacement, m.
+  std::vector<std::pair<std::optional<std::uint64_t>, double>> displacements_;
   std::unique_ptr<Drawing> drawing_;
   FrameRate frame_rate_;
   std::optional<FrameSink> sink_;

@@ -7,7 +7,10 @@ namespace hpdm {
 SceneView::SceneView(const std::vector<OrganView>& organs,
                      const std::vector<InstrumentView>& instruments, const Image* background,
                      const SceneViewOptions& options)
-    : organs_(organs), instruments_(instruments), cavity_(background), overlays_(organs) {
+    : organs_(organs, options.levels),
+      instruments_(instruments),
+      cavity_(background),
+      overlays_(organs) {
   if (options.occlusion) occlusion_.emplace();
 }
 
@@ -17,7 +20,7 @@ void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
   instruments_.AddTo(snapshot, &frame);
   frame_.Upload(frame);
 
-  organs_.Move(snapshot);
+  organs_.Move(snapshot, scope);
   glDepthFunc(GL_LEQUAL);
   if (occlusion_) occlusion_->Update(scope, [this] { organs_.DrawDepth(); });
 

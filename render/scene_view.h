@@ -19,6 +19,7 @@ namespace hpdm {
 /// What may be left out of the picture on a slow machine.
 struct SceneViewOptions {
   bool occlusion = true;  ///< Shade in crevices and under instruments.
+  bool levels = true;     ///< Fewer triangles for organs that are small (mesh_levels.h).
 };
 
 /// Everything that is in the picture, on the graphics card. Draws into whatever framebuffer is

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/error.h"
-#include "scenes/quadric.h"
+#include "engine/quadric.h"
 
 namespace hpdm {
 namespace {

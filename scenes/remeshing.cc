@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "scenes/quadric.h"
+#include "engine/quadric.h"
 
 namespace hpdm {
 namespace {

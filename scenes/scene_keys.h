@@ -14,8 +14,8 @@ inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz"
                                                    "patch_delay_ticks", "step_budget"};
 
 inline constexpr std::string_view kOrganKeys[] = {
-    "name",    "mesh",   "unit",     "model",  "texture", "pose",          "motion",
-    "lattice", "energy", "material", "region", "support", "wall_stiffness"};
+    "name",    "mesh",   "unit",     "model",  "texture", "pose",           "motion",
+    "lattice", "energy", "material", "region", "support", "wall_stiffness", "subdivisions"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "local_functions", "local_refinement"};

@@ -8,6 +8,7 @@ namespace {
 // beyond what a step can solve for.
 constexpr int kMaxBernsteinDegree = 30;
 constexpr int kMaxCells = 64;
+constexpr int kMaxSubdivisions = 5;
 constexpr int kMaxLocalFunctions = 250;
 constexpr int kMaxLocalRefinement = 6;
 constexpr double kMaxFineCells = 1e6;  // 100 along each axis
@@ -216,6 +217,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
   table.Require("mesh", "name a mesh file (OBJ, STL or PLY)");
   table.ReadFile("mesh", &organ.mesh);
   ReadUnit(table, &organ.unit_m);
+  table.ReadInteger("subdivisions", 0, kMaxSubdivisions, &organ.subdivisions);
   table.ReadChoice("model",
                    {{"hpdm", OrganModelType::kHpdm},
                     {"continuum", OrganModelType::kContinuum},

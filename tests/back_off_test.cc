@@ -16,7 +16,7 @@ namespace hpdm {
 namespace {
 
 // Of finite strain, small enough to be quick.
-OrganOptions Options(MaterialLaw law = MaterialLaw::kStVenantKirchhoff) {
+OrganOptions FiniteOptions(MaterialLaw law = MaterialLaw::kStVenantKirchhoff) {
   OrganOptions options;
   options.name = "ellipsoid";
   options.energy.type = EnergyType::kStrain;
@@ -51,7 +51,8 @@ class BackOffTest : public testing::Test {
     return (state_.contacts.Weights().row(0) * state_.control_displacements)[2];
   }
 
-  std::vector<OrganModel> models_ = OneOrgan(Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
+  std::vector<OrganModel> models_ =
+      OneOrgan(FiniteOptions(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   OrganState state_{models_[0], 1};
   BackOff back_off_{models_[0], state_};
 };
@@ -114,7 +115,7 @@ TEST_F(BackOffTest, WhatIsNotFiniteIsTakenBackToTheLastSoundState) {
 
 TEST(BackOff, AllocatesNothing) {
   if (!kCountsAllocations) GTEST_SKIP() << "the sanitizer's allocator";
-  OrganOptions options = Options();
+  OrganOptions options = FiniteOptions();
   options.energy.strain = StrainMeasure::kSmall;  // Newton's method has Eigen's scratch space
   const std::vector<OrganModel> models = OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   OrganState state(models[0], 1);
@@ -130,7 +131,7 @@ TEST(BackOff, AllocatesNothing) {
 // log.
 TEST(BackOff, AReplayTakesBackTheSameSteps) {
   const std::vector<OrganModel> models =
-      OneOrgan(Options(MaterialLaw::kNeoHookean), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
+      OneOrgan(FiniteOptions(MaterialLaw::kNeoHookean), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   Nanoseconds now = 0, longer = 0;
   const auto clock = [&] { return now += 4'000'000 + (longer += 7'000'001) % 9'000'000; };
   struct Bench {

@@ -43,7 +43,7 @@ ChartPoint Point(double step_us, double error, const std::string& load_case = "c
   point.basis = "bspline";
   point.solver = "cholesky";
   point.degree = 2;
-  point.cells = 4;
+  point.cells = {4, 4, 4};
   point.unknowns = 178;
   point.error = error;
   point.response = Timing{step_us, step_us};
@@ -108,6 +108,15 @@ TEST(ChartPoints, CsvColumnsStayAsScriptsKnowThem) {
   EXPECT_NE(ChartCsv({odd}, {}).find(
                 "\n\"a \"\"b\"\", c\",0,hpdm,strain,small,bspline,2,4,178,cholesky,0,0,,"),
             std::string::npos);
+}
+
+TEST(ChartPoints, CellsThatDifferByAxisAreNamedEach) {
+  ChartPoint point = Point(100, 0.05);
+  EXPECT_EQ(Describe(point), "strain, quadratic B-spline 4^3, n 178");
+  EXPECT_EQ(ToJson(point)["cells"], "4");
+  point.cells = {14, 16, 7};
+  EXPECT_EQ(Describe(point), "strain, quadratic B-spline 14 x 16 x 7, n 178");
+  EXPECT_EQ(ToJson(point)["cells"], "14x16x7");
 }
 
 TEST(ChartPoints, ReportPutsHollowOrgansLastAndNamesTheBestOfEachBudget) {

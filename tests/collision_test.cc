@@ -113,6 +113,38 @@ TEST_F(SurfaceTreeTest, CapsuleTouchesWhereItsAxisIsClosest) {
   EXPECT_NEAR(hit.along, 0.5, 0.05);
 }
 
+TEST_F(SurfaceTreeTest, SlantedSegmentsAgreeWithAllTriangles) {
+  std::mt19937 random(5);
+  int found = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const Vector3d start = RandomPoint(&random, 0.2), end = RandomPoint(&random, 0.2);
+    const double reach = 0.05 * random() / 4294967295.0;
+    double nearest = reach, entry = 2;
+    for (Eigen::Index t = 0; t < mesh_.triangles.rows(); ++t) {
+      const Vector3d a = mesh_.vertices.row(mesh_.triangles(t, 0)),
+                     b = mesh_.vertices.row(mesh_.triangles(t, 1)),
+                     c = mesh_.vertices.row(mesh_.triangles(t, 2));
+      const double distance2 = ClosestSegmentTriangle(start, end, a, b, c).squared_distance;
+      nearest = std::min(nearest, std::sqrt(distance2));
+      double along;
+      Vector3d weights;
+      if (CrossesFromFront(start, end, a, b, c, &along, &weights)) entry = std::min(entry, along);
+    }
+    const SurfaceHit hit = tree_.ClosestToSegment(start, end, reach);
+    EXPECT_EQ(hit.at.triangle >= 0, nearest < reach);
+    if (nearest < reach) {
+      EXPECT_EQ(hit.distance, nearest);
+    }
+    const SurfaceHit first = tree_.FirstEntry(start, end);
+    EXPECT_EQ(first.at.triangle >= 0, entry <= 1);
+    if (entry <= 1) {
+      EXPECT_EQ(first.along, entry);
+    }
+    found += nearest < reach;
+  }
+  EXPECT_GT(found, 100);
+}
+
 TEST_F(SurfaceTreeTest, FirstEntryIsTheFrontHoweverFarTheStep) {
   const SurfaceHit hit = tree_.FirstEntry(Vector3d(0.01, 0.005, 1), Vector3d(0.01, 0.005, -1));
   ASSERT_GE(hit.at.triangle, 0);

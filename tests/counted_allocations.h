@@ -2,8 +2,8 @@
 
 #include <cstddef>
 
-/// Counts the heap allocations of an executable, for tests that a loop makes none. To be included
-/// by one source file of it. Sanitizers bring an allocator of their own: nothing is counted then.
+/// Counts the heap allocations of an executable, for tests that a loop makes none. Sanitizers bring
+/// an allocator of their own: nothing is counted then.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
 inline constexpr bool kCountsAllocations = false;
@@ -26,19 +26,22 @@ inline void CountAllocation(std::size_t size) {
   if (size > largest_allocation_of_this_thread) largest_allocation_of_this_thread = size;
 }
 
-// operator new and Eigen both end here. glibc lets a program put its own in front.
+// operator new and Eigen both end here. glibc lets a program put its own in front: one of those
+// that several source files bring.
+// NOLINTBEGIN(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_realloc(void*, std::size_t);
 
-void* malloc(std::size_t size) {
+[[gnu::weak]] void* malloc(std::size_t size) {
   CountAllocation(size);
   return __libc_malloc(size);
 }
-void* realloc(void* old, std::size_t size) {
+[[gnu::weak]] void* realloc(void* old, std::size_t size) {
   CountAllocation(size);
   return __libc_realloc(old, size);
 }
 }
+// NOLINTEND(misc-definitions-in-headers,readability-inconsistent-declaration-parameter-name)
 
 #endif

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr char kScene[] = HPDM_SOURCE_DIR "/scenes/two_hands.toml";
+constexpr char kSceneText[] = HPDM_SOURCE_DIR "/scenes/two_hands.toml";
 
 template <typename Message>
 LogEvent EventOf(const char* channel, const Message& message) {
@@ -47,7 +47,7 @@ json Updated(DashboardState* state, DashboardState::Seen* seen) {
 
 std::vector<LogEvent> SessionEvents() {
   const ScratchFolder folder;
-  Record({.scene = kScene, .log = folder / "s.lcmlog", .ticks = 1200, .hand_lead_ms = 900});
+  Record({.scene = kSceneText, .log = folder / "s.lcmlog", .ticks = 1200, .hand_lead_ms = 900});
   LogReader reader(folder / "s.lcmlog");
   std::vector<LogEvent> events;
   for (LogEvent event; reader.Next(&event);) events.push_back(event);

@@ -25,8 +25,7 @@ constexpr StrainCase kStrainCases[] = {{MaterialLaw::kNeoHookean, Dilatation::kP
                                        {MaterialLaw::kStVenantKirchhoff, Dilatation::kProjected},
                                        {MaterialLaw::kStVenantKirchhoff, Dilatation::kPointwise}};
 constexpr StrainCase kNeoHookean = kStrainCases[0];
-constexpr auto kGrasp = ContactSet::RowKind::kGrasp;
-constexpr auto kPress = ContactSet::RowKind::kPress;
+using enum ContactSet::RowKind;
 
 // A 0.2 x 0.15 x 0.1 m block of 4 x 4 x 4 quadratic cells, its bottom fifth held.
 class ElasticRelaxationTest : public testing::Test {

@@ -12,13 +12,13 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-const double kTick = ForceGuardOptions{}.period;
+const double kTickSeconds = ForceGuardOptions{}.period;
 
 ForceGuard::Input Healthy(const Vector3d& reaction) {
   ForceGuard::Input input;
   input.reaction_W = reaction;
   input.J = Vector3d(0.1, 0.1, 1).asDiagonal();
-  input.elapsed = kTick;
+  input.elapsed = kTickSeconds;
   input.has_patch = true;
   input.patch_age_ns = 50'000'000;
   input.device_valid = true;
@@ -92,7 +92,7 @@ TEST(ForceGuard, ClampsTheTorquesOfALongLeverAndKeepsTheDirection) {
 
 TEST(ForceGuard, LimitsTheStepInForce) {
   ForceGuard guard = Settled({0, 0, 0});
-  const double longest = ForceGuardOptions{}.max_force_rate * kTick;  // 2 N
+  const double longest = ForceGuardOptions{}.max_force_rate * kTickSeconds;  // 2 N
   auto output = guard.Filter(Healthy({0, 0, 5}));
   EXPECT_EQ(output.flags, kGuardSlewed);
   EXPECT_NEAR(output.force_W.z(), longest, 1e-12);
@@ -110,7 +110,7 @@ TEST(ForceGuard, NotFiniteForcesDecayFromTheLastSafeOne) {
       const auto output = guard.Filter(Healthy({0, bad, 0}));
       ASSERT_TRUE(output.force_W.allFinite());
       EXPECT_EQ(output.flags, kGuardNotFinite);
-      EXPECT_NEAR(output.force_W.z(), 3 * std::exp(-tick * kTick / 0.05), 1e-12);
+      EXPECT_NEAR(output.force_W.z(), 3 * std::exp(-tick * kTickSeconds / 0.05), 1e-12);
       EXPECT_LT(output.force_W.z(), last);
       last = output.force_W.z();
     }
@@ -129,7 +129,7 @@ TEST(ForceGuard, StalePatchDecaysOnlyBeyondItsAge) {
   input.patch_age_ns += 1;
   const auto output = guard.Filter(input);
   EXPECT_EQ(output.flags, kGuardStalePatch);
-  EXPECT_NEAR(output.force_W.z(), 3 * std::exp(-kTick / 0.05), 1e-12);
+  EXPECT_NEAR(output.force_W.z(), 3 * std::exp(-kTickSeconds / 0.05), 1e-12);
   for (int i = 0; i < 1000; ++i) guard.Filter(input);
   // exp(-1 s / 50 ms) = 2e-9 of 3 N.
   EXPECT_LT(guard.Filter(input).force_W.norm(), 1e-8);
@@ -184,11 +184,11 @@ TEST(ForceGuard, NeverExceedsSlewOrForceLimitWhateverComesIn) {
     input.J = Vector3d(random.Uniform(0.02, 0.3), random.Uniform(0.02, 0.3), 1).asDiagonal();
     input.device_valid = random.Uniform(0, 1) > 0.02;
     input.patch_age_ns = random.Uniform(0, 1) > 0.02 ? 0 : 1'000'000'000;
-    input.elapsed = kTick * std::floor(random.Uniform(1, 4));
+    input.elapsed = kTickSeconds * std::floor(random.Uniform(1, 4));
     const auto output = guard.Filter(input);
     ASSERT_TRUE(output.force_W.allFinite());
     // Round-off in the last places only.
-    ASSERT_LE((output.force_W - last).norm(), options.max_force_rate * kTick * (1 + 1e-12));
+    ASSERT_LE((output.force_W - last).norm(), options.max_force_rate * kTickSeconds * (1 + 1e-12));
     ASSERT_LE(output.force_W.norm(), options.max_force * (1 + 1e-12));
     last = output.force_W;
   }

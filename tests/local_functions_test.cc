@@ -17,8 +17,8 @@ constexpr int kRefinement = 2;
 
 // An ellipsoid in a lattice of 3 x 3 x 3 cells, held by springs everywhere (so that no region
 // excludes candidates).
-struct Body {
-  explicit Body(double poisson)
+struct LatticeBody {
+  explicit LatticeBody(double poisson)
       : material{.young = 5000, .poisson = poisson},
         mesh(Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2)),
         lattice(BoundingLatticeBox(mesh.vertices, Matrix3d::Identity(), 0.01), Options()) {
@@ -53,7 +53,8 @@ struct Body {
 
 // The energy that local_functions.h describes, from the displacement gradients at the tissue's
 // points: of U and V together, with what the projection does not see of V's own dilatation.
-double EnergyAtPoints(const Body& body, const Lattice& finer, const Points& U, const Points& V) {
+double EnergyAtPoints(const LatticeBody& body, const Lattice& finer, const Points& U,
+                      const Points& V) {
   const auto [mu, lambda] = ToLame(body.material);
   const auto [pointwise, projected] = ShareLambda({mu, lambda}, Dilatation::kProjected);
   const auto coarse = body.lattice.GradientWeights(body.tissue.points),
@@ -86,7 +87,7 @@ class LocalFunctionsTest : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(PoissonRatios, LocalFunctionsTest, testing::Values(0.3, 0.45));
 
 TEST_P(LocalFunctionsTest, CouplingAndReducedStiffnessHoldTheEnergy) {
-  const Body body(GetParam());
+  const LatticeBody body(GetParam());
   const LocalFunctions local = body.Local();
   std::srand(1);
   const Points U = 1e-3 * Points::Random(body.lattice.size(), 3);
@@ -110,7 +111,7 @@ TEST_P(LocalFunctionsTest, CouplingAndReducedStiffnessHoldTheEnergy) {
 }
 
 TEST_P(LocalFunctionsTest, NoneTouchesASupportsRegion) {
-  const Body body(GetParam());
+  const LatticeBody body(GetParam());
   Quadrature region{body.tissue.points.topRows(200), body.tissue.weights.head(200)};
   const LocalFunctions local(body.lattice, {.functions = 20, .refinement = kRefinement},
                              body.tissue, body.material, Dilatation::kProjected, {region}, body.K);
@@ -121,7 +122,7 @@ TEST_P(LocalFunctionsTest, NoneTouchesASupportsRegion) {
 // A press on top of the body, its row over the lattice and the local functions in use.
 class RefinedPress {
  public:
-  RefinedPress(const Body& body, const LocalFunctions& local)
+  RefinedPress(const LatticeBody& body, const LocalFunctions& local)
       : body_(body), local_(local), contacts_(body.lattice.size(), local.size(), 20) {}
 
   // Compliance under the press at p.
@@ -144,14 +145,14 @@ class RefinedPress {
   const ActiveFunctions& active() const { return contacts_.local; }
 
  private:
-  const Body& body_;
+  const LatticeBody& body_;
   const LocalFunctions& local_;
   ContactSet contacts_;
   ContactProblem problem_;
 };
 
 TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
-  const Body body(GetParam());
+  const LatticeBody body(GetParam());
   const LocalFunctions local = body.Local();
   RefinedPress press(body, local);
   const auto moving = MakeLatticeResponse(local, 20), fresh = MakeLatticeResponse(local, 20);
@@ -195,7 +196,7 @@ TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
 }
 
 TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
-  const Body body(GetParam());
+  const LatticeBody body(GetParam());
   const LocalFunctions local = body.Local();
   const auto plain = MakeLatticeResponse(body.K), refined = MakeLatticeResponse(local, 20);
   for (const double x : {-0.06, -0.02, 0.0, 0.03}) {

@@ -11,10 +11,9 @@
 namespace hpdm {
 namespace {
 
-constexpr auto kGrasp = ContactSet::RowKind::kGrasp;
-constexpr auto kPress = ContactSet::RowKind::kPress;
+using enum ContactSet::RowKind;
 
-SurfaceMesh Body(int splits = 2) {
+SurfaceMesh SpringBody(int splits = 2) {
   return Ellipsoid(Vector3d(0.1, 0.07, 0.03), splits, SomePose());
 }
 
@@ -74,7 +73,7 @@ TEST(MassSpring, EvenSheetHasTheStatedModulus) {
 }
 
 TEST(MassSpring, EveryPairHasOneSpringOfTheExpectedKind) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   std::set<std::pair<int, int>> pairs;
   std::array<int, 3> count{};
   for (const Spring& spring : SurfaceSprings(rest, 30, 0.5, 0.5)) {
@@ -93,7 +92,7 @@ TEST(MassSpring, EveryPairHasOneSpringOfTheExpectedKind) {
 }
 
 TEST(MassSpring, RestIsEquilibrium) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   MassSpring model = Model(rest);
   ContactSet contacts(static_cast<int>(rest.vertices.rows()));
   Points U = Points::Constant(rest.vertices.rows(), 3, 0.01);
@@ -102,7 +101,7 @@ TEST(MassSpring, RestIsEquilibrium) {
 }
 
 TEST(MassSpring, ForcesAreTheEnergysGradient) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   const MassSpring model = FreeModel(rest);
   const Points p = Disturbed(rest, 0.003);
   Points forces(p.rows(), 3);
@@ -116,7 +115,7 @@ TEST(MassSpring, ForcesAreTheEnergysGradient) {
 }
 
 TEST(MassSpring, RigidMotionsCostNothing) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   const MassSpring model = FreeModel(rest);
   const Isometry3d X = SomePose();
   const Points moved =
@@ -130,7 +129,7 @@ TEST(MassSpring, RigidMotionsCostNothing) {
 }
 
 TEST(MassSpring, ForcesAndTorquesSumToZeroWithoutSupports) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   const MassSpring model = FreeModel(rest);
   const Points p = Disturbed(rest, 0.003);
   Points forces(p.rows(), 3);
@@ -158,7 +157,7 @@ double Growth(const SurfaceMesh& rest, double substep, int count) {
 }
 
 TEST(MassSpring, SchemeIsStableBelowTheLimitAndUnstableAbove) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   const double limit = FreeModel(rest).StableSubstepAtRest();
   // Symplectic Euler with h^2 lambda < 4 keeps |u| within 1 / sqrt(1 - h^2 lambda / 4) = 5 of the
   // start; above, a mode grows by 1.22 a substep. The limit is known to well below 1 %.
@@ -168,7 +167,7 @@ TEST(MassSpring, SchemeIsStableBelowTheLimitAndUnstableAbove) {
 }
 
 TEST(MassSpring, ChosenSubstepsAreBelowTheLimitOfAnyStretchedState) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   const MassSpring model = Model(rest);
   EXPECT_LE(model.SafeSubstep(), model.StableSubstepAtRest());
   EXPECT_LE(1. / 30 / model.substeps(), MassSpring::kSafety * model.SafeSubstep());
@@ -179,7 +178,7 @@ TEST(MassSpring, ChosenSubstepsAreBelowTheLimitOfAnyStretchedState) {
 }
 
 TEST(MassSpring, ContactsHoldExactlyAfterEveryStep) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   const int v = FarEnd(rest), w = (v + 40) % 162;
   MassSpring model = Model(rest);
   ContactSet contacts(static_cast<int>(rest.vertices.rows()));
@@ -197,7 +196,7 @@ TEST(MassSpring, ContactsHoldExactlyAfterEveryStep) {
 }
 
 TEST(MassSpring, HeldContactSettlesWhereSupportsBalanceTheTool) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   const Eigen::VectorXd ground = Ground(rest);
   MassSpring model = Model(rest);
   ContactSet contacts(static_cast<int>(rest.vertices.rows()));
@@ -213,7 +212,7 @@ TEST(MassSpring, HeldContactSettlesWhereSupportsBalanceTheTool) {
 }
 
 TEST(MassSpring, ReleaseReturnsToRest) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   MassSpringOptions options;
   options.home = 1e6;  // Pa/m^2
   MassSpring model = Model(rest, options);
@@ -229,7 +228,7 @@ TEST(MassSpring, ReleaseReturnsToRest) {
 
 TEST(MassSpring, SubstepCostIsLinearInTheVertices) {
   const auto visits = [](int splits) {
-    return static_cast<double>(FreeModel(Body(splits)).SubstepVisits());
+    return static_cast<double>(FreeModel(SpringBody(splits)).SubstepVisits());
   };
   // Edges, shear and flexion springs: three of each a vertex, and the vertex.
   EXPECT_NEAR(visits(2) / 162, 10, 1);
@@ -238,7 +237,7 @@ TEST(MassSpring, SubstepCostIsLinearInTheVertices) {
 
 TEST(MassSpring, StepAllocatesNothing) {
   if (!kCountsAllocations) GTEST_SKIP() << "a sanitizer's allocator is in use";
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   MassSpring model = Model(rest);
   Points U = Points::Zero(rest.vertices.rows(), 3);
   ContactSet contacts(static_cast<int>(rest.vertices.rows()));
@@ -253,7 +252,7 @@ TEST(MassSpring, StepAllocatesNothing) {
 }
 
 TEST(MassSpring, MassIsThatOfTheEnclosedTissue) {
-  const SurfaceMesh rest = Body();
+  const SurfaceMesh rest = SpringBody();
   EXPECT_NEAR(Model(rest).Mass() / (1060 * EnclosedVolume(rest.vertices, rest.triangles)), 1,
               1e-12);  // round-off
 }

@@ -18,7 +18,7 @@ Lattice SomeLattice(BasisType type, int degree) {
                  options);
 }
 
-std::vector<Lattice> AllLattices() {
+std::vector<Lattice> BuiltLattices() {
   return {SomeLattice(BasisType::kBSpline, 1), SomeLattice(BasisType::kBSpline, 2),
           SomeLattice(BasisType::kBSpline, 3), SomeLattice(BasisType::kBernstein, 3)};
 }
@@ -26,7 +26,7 @@ std::vector<Lattice> AllLattices() {
 Quadrature WholeBox(const Lattice& lattice) { return BoxQuadrature(lattice.box(), {12, 12, 15}); }
 
 TEST(MetricEnergy, StiffnessIsSymmetricSemiDefiniteWithZeroRowSums) {
-  for (const Lattice& lattice : AllLattices()) {
+  for (const Lattice& lattice : BuiltLattices()) {
     const Eigen::MatrixXd K = MetricStiffness(lattice, WholeBox(lattice), 2000, 0.05);
     const double size = K.cwiseAbs().maxCoeff();
     EXPECT_EQ((K - K.transpose()).cwiseAbs().maxCoeff(), 0);
@@ -39,7 +39,7 @@ TEST(MetricEnergy, StiffnessIsSymmetricSemiDefiniteWithZeroRowSums) {
 }
 
 TEST(MetricEnergy, TranslationCostsNothing) {
-  for (const Lattice& lattice : AllLattices()) {
+  for (const Lattice& lattice : BuiltLattices()) {
     const ScalarStiffness K = MetricStiffness(lattice, WholeBox(lattice), 2000, 0.05);
     const Points U = Eigen::RowVector3d(0.03, -0.02, 0.01).replicate(lattice.size(), 1);
     const double size = Eigen::MatrixXd(K).cwiseAbs().maxCoeff();
@@ -49,7 +49,7 @@ TEST(MetricEnergy, TranslationCostsNothing) {
 
 TEST(MetricEnergy, UniformStretchCostsAlphaTimesStrainSquaredTimesVolume) {
   const double alpha = 2000, strain = 0.01;
-  for (const Lattice& lattice : AllLattices()) {
+  for (const Lattice& lattice : BuiltLattices()) {
     const ScalarStiffness K = MetricStiffness(lattice, WholeBox(lattice), alpha, 0.05);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector3d direction = lattice.box().axes.col(axis);

@@ -118,16 +118,18 @@ TEST(LatticeMarks, LinesJoinNeighboursAndLocalFunctionsHaveAColourOfTheirOwn) {
 TEST(ContactMarks, ArrowIsTheForceOnTheHand) {
   const SurfaceMesh mesh = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2);
   ToolContactState contact;
+  OrganSnapshot shape;
+  shape.vertices = mesh.vertices.cast<float>();
   Marks marks;
-  AddContactMarks(contact, mesh.vertices.cast<float>(), mesh.triangles, &marks);
+  AddContactMarks(contact, shape, mesh.triangles, &marks);
   EXPECT_TRUE(marks.empty());
   contact.kind = ContactKind::kPress;
   contact.contact_W = Vector3d(0, 0, 0.05);
   contact.normal_W = Vector3d::UnitZ();
-  AddContactMarks(contact, mesh.vertices.cast<float>(), mesh.triangles, &marks);
+  AddContactMarks(contact, shape, mesh.triangles, &marks);
   EXPECT_TRUE(marks.empty());  // near, but without a force
   contact.force_on_tissue_W = Vector3d(0.2, 0, -1.5);
-  AddContactMarks(contact, mesh.vertices.cast<float>(), mesh.triangles, &marks);
+  AddContactMarks(contact, shape, mesh.triangles, &marks);
   const Vector3d tip = marks.back().b_W.cast<double>();
   // Single precision.
   EXPECT_LT((tip - contact.contact_W + kArrowLength * contact.force_on_tissue_W).norm(), 1e-7);
@@ -162,6 +164,7 @@ class OverlayViewTest : public testing::Test {
     view_.emplace(std::vector{organ}, std::vector<InstrumentView>());
   }
   Image Draw(std::uint32_t overlays) {
+    ++snapshot_.organs[0].version;
     if (!view_) Show(organ_);
     Image image;
     target_->Bind();

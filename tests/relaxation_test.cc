@@ -221,6 +221,18 @@ TEST_F(StrainRelaxationTest, ForcesBalanceTheEnergysGradient) {
   EXPECT_EQ(contacts_[2].force_W.norm(), 0);
 }
 
+TEST_F(StrainRelaxationTest, NothingRemainsOfTheContactsBefore) {
+  AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.01, 0, 0.02));
+  AddContact(kPress, Vector3d(0.15, 0.1, 0.1), Vector3d(0, 0, -0.01));
+  full_->Relax(&contacts_, &U_);
+  contacts_.Clear();
+  AddContact(kPress, Vector3d(0.12, 0.03, 0.1), Vector3d(0, 0, -0.01));
+  full_->Relax(&contacts_, &U_);
+  const Points after = U_;
+  MakeCholeskyRelaxation(K_full_)->Relax(&contacts_, &U_);
+  EXPECT_TRUE(U_ == after);
+}
+
 TEST_F(StrainRelaxationTest, GaussSeidelAgreesWithCholesky) {
   AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.01, 0, 0.02));
   AddContact(kPress, Vector3d(0.15, 0.1, 0.1), Vector3d(0, 0, -0.01));

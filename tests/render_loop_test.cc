@@ -102,6 +102,7 @@ class RenderLoopTest : public testing::Test {
     SceneSnapshot& back = buffer_->Back();
     back = snapshot;
     back.step.number = ++number_;
+    for (OrganSnapshot& organ : back.organs) organ.version = number_;
     buffer_->Publish();
   }
 
@@ -183,6 +184,37 @@ TEST_F(RenderLoopTest, DrawsWhatTheHandHolds) {
   EXPECT_NE(thick_image.rgb, thin_image.rgb);
   other.tools[0].exchange = 7;  // that nobody gave a view of
   EXPECT_EQ(Picture(other).rgb, thin_image.rgb);
+}
+
+TEST_F(RenderLoopTest, AShapeIsLookedAtAgainOnlyWhereItsVersionIsAnother) {
+  const auto loop = MakeLoop();
+  Publish(rest_snapshot_);
+  ASSERT_TRUE(loop->Frame()) << loop->failure();
+  const Image rest = loop->image();
+  for (const std::uint64_t version : {1, 2}) {
+    SceneSnapshot& back = buffer_->Back();
+    back = Dented(0.012);
+    back.step.number = ++number_;
+    back.organs[0].version = version;  // 1: as of the shape at rest
+    buffer_->Publish();
+    ASSERT_TRUE(loop->Frame()) << loop->failure();
+    EXPECT_EQ(loop->image().rgb == rest.rgb, version == 1);
+  }
+}
+
+TEST_F(RenderLoopTest, AnOffsetMovesTheWholeOrganAndItsColours) {
+  SceneSnapshot moved = rest_snapshot_, carried = rest_snapshot_;
+  const Eigen::RowVector3f offset(0.0078125f, 0, -0.015625f);  // sums of floats without rounding
+  moved.organs[0].vertices.rowwise() += offset;
+  carried.organs[0].offset_W = offset.transpose().cast<double>();
+  const Image expected = Picture(moved), image = Picture(carried);
+  EXPECT_NE(image.rgb, Picture(rest_snapshot_).rgb);
+  // Normals of triangles elsewhere round otherwise.
+  int largest = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+    largest = std::max(largest, std::abs(image.rgb[i] - expected.rgb[i]));
+  }
+  EXPECT_LE(largest, 2);
 }
 
 TEST_F(RenderLoopTest, ADentChangesThePictureThereAndNowhereElse) {

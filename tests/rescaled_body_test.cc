@@ -26,12 +26,14 @@ OrganOptions Options(const Unit& unit) {
   return options;
 }
 
-SurfaceMesh Body(const Unit& unit) { return Ellipsoid(unit.length * Vector3d(0.1, 0.07, 0.05), 3); }
+SurfaceMesh ScaledBody(const Unit& unit) {
+  return Ellipsoid(unit.length * Vector3d(0.1, 0.07, 0.05), 3);
+}
 
 // Displacements over the unit of length: at rest under a force, and after three real-time steps
 // under a press and a grasp that are pushed past each other.
 std::vector<Points> Shapes(OrganOptions options, const Unit& unit) {
-  const OrganModel organ(options, Body(unit));
+  const OrganModel organ(options, ScaledBody(unit));
   LoadOptions load;
   load.organ = "ellipsoid";
   load.p_centre_W = unit.length * Vector3d(0.01, 0.005, 0.0494);
@@ -59,25 +61,27 @@ std::vector<Points> Shapes(OrganOptions options, const Unit& unit) {
   return shapes;
 }
 
-struct Model {
+struct ScaledModel {
   const char* name;
   EnergyType type;
   StrainMeasure strain;
   SolverType solver;
 };
 
-class RescaledBodyTest : public testing::TestWithParam<Model> {};
+class RescaledBodyTest : public testing::TestWithParam<ScaledModel> {};
 INSTANTIATE_TEST_SUITE_P(
     Models, RescaledBodyTest,
     testing::Values(
-        Model{"strain", EnergyType::kStrain, StrainMeasure::kSmall, SolverType::kCholesky},
-        Model{"strain_sweeps", EnergyType::kStrain, StrainMeasure::kSmall,
-              SolverType::kGaussSeidel},
-        Model{"strain_finite", EnergyType::kStrain, StrainMeasure::kFinite, SolverType::kCholesky},
-        Model{"metric", EnergyType::kMetric, StrainMeasure::kSmall, SolverType::kCholesky},
-        Model{"metric_sweeps", EnergyType::kMetric, StrainMeasure::kSmall,
-              SolverType::kGaussSeidel},
-        Model{"metric_finite", EnergyType::kMetric, StrainMeasure::kFinite, SolverType::kCholesky}),
+        ScaledModel{"strain", EnergyType::kStrain, StrainMeasure::kSmall, SolverType::kCholesky},
+        ScaledModel{"strain_sweeps", EnergyType::kStrain, StrainMeasure::kSmall,
+                    SolverType::kGaussSeidel},
+        ScaledModel{"strain_finite", EnergyType::kStrain, StrainMeasure::kFinite,
+                    SolverType::kCholesky},
+        ScaledModel{"metric", EnergyType::kMetric, StrainMeasure::kSmall, SolverType::kCholesky},
+        ScaledModel{"metric_sweeps", EnergyType::kMetric, StrainMeasure::kSmall,
+                    SolverType::kGaussSeidel},
+        ScaledModel{"metric_finite", EnergyType::kMetric, StrainMeasure::kFinite,
+                    SolverType::kCholesky}),
     [](const auto& model) { return model.param.name; });
 
 TEST_P(RescaledBodyTest, TakesTheSameShapeInAnyUnit) {
@@ -89,7 +93,7 @@ TEST_P(RescaledBodyTest, TakesTheSameShapeInAnyUnit) {
     return made;
   };
   const std::vector<Points> shapes = Shapes(options({1, 1}), {1, 1});
-  const SurfaceMesh rest = Body({1, 1});
+  const SurfaceMesh rest = ScaledBody({1, 1});
   for (const Unit& unit : {Unit{1e3, 1}, Unit{1e-3, 1}, Unit{1, 1e6}, Unit{1, 1e-6}}) {
     SCOPED_TRACE(testing::Message()
                  << unit.length << " x length, " << unit.modulus << " x modulus");

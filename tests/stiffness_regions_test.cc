@@ -15,7 +15,7 @@ namespace hpdm {
 namespace {
 
 // A bar of 0.12 x 0.04 x 0.04 m of which x < 0 is held, without Poisson's effect.
-OrganOptions Bar() {
+OrganOptions BarOfTwo() {
   OrganOptions options;
   options.name = "bar";
   options.energy.type = EnergyType::kStrain;
@@ -56,7 +56,7 @@ StiffnessTissue Sample(const OrganOptions& options) {
 
 TEST(StiffnessRegions, BarOfTwoStiffnessesStretchesAsSpringsInSeries) {
   // The border lies within a cell (of 28 mm), where the strain jumps and a spline's does not.
-  OrganOptions options = Bar();
+  OrganOptions options = BarOfTwo();
   const double plain = Stretch(options);
   options.regions = {{Box{Vector3d(0.05, -1, -1), Vector3d(1, 1, 1)}, 10 * options.material.young}};
   const double series = (0.05 + 0.07 / 10) / 0.12;
@@ -70,7 +70,7 @@ TEST(StiffnessRegions, BarOfTwoStiffnessesStretchesAsSpringsInSeries) {
 
 TEST(StiffnessRegions, RegionOverAllIsTheMaterialsOwnModulus) {
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
-    OrganOptions stiff = Bar(), everywhere = Bar();
+    OrganOptions stiff = BarOfTwo(), everywhere = BarOfTwo();
     stiff.energy.strain = everywhere.energy.strain = strain;
     stiff.material.young = 20000;
     everywhere.regions = {{BoxFraction{}, 20000}};
@@ -84,11 +84,11 @@ TEST(StiffnessRegions, RegionOverAllIsTheMaterialsOwnModulus) {
 }
 
 TEST(StiffnessRegions, SoftAndStiffHaveTheirSharesOfTheVolume) {
-  OrganOptions options = Bar();
+  OrganOptions options = BarOfTwo();
   constexpr double kRadius = 0.01;
   options.regions = {{Sphere{Vector3d(0.043, 0.002, -0.003), kRadius}, 50}};
   const StiffnessTissue sampled = Sample(options);
-  const double whole = Sample(Bar()).tissue.Volume();
+  const double whole = Sample(BarOfTwo()).tissue.Volume();
   EXPECT_NEAR(sampled.tissue.Volume(), whole, 1e-9 * whole) << "no tissue is won or lost";
   double inside = 0;
   std::map<std::pair<int, double>, int> points;
@@ -103,7 +103,7 @@ TEST(StiffnessRegions, SoftAndStiffHaveTheirSharesOfTheVolume) {
 }
 
 TEST(StiffnessRegions, LastRegionCounts) {
-  OrganOptions options = Bar();
+  OrganOptions options = BarOfTwo();
   options.regions = {{BoxFraction{}, 1}, {Box{Vector3d(0, -1, -1), Vector3d(1, 1, 1)}, 2}};
   const Box bounds{Vector3d(-0.04, -0.02, -0.02), Vector3d(0.12, 0.02, 0.02)};
   EXPECT_EQ(YoungAt(options, bounds, Vector3d(0.05, 0, 0)), 2);
@@ -115,7 +115,7 @@ TEST(StiffnessRegions, LastRegionCounts) {
 TEST(StiffnessRegions, StiffTumourIsFeltThroughSoftTissue) {
   // A tip on the surface: over the tumour it meets more resistance than beside it.
   for (const EnergyType type : {EnergyType::kStrain, EnergyType::kMetric}) {
-    OrganOptions options = Bar();
+    OrganOptions options = BarOfTwo();
     options.energy.type = type;
     options.lattice.cells = {12, 3, 3};
     options.supports = {{Box{Vector3d(-1, -1, -1), Vector3d(1, 1, -0.016)}, {}}};
@@ -131,7 +131,7 @@ TEST(StiffnessRegions, StiffTumourIsFeltThroughSoftTissue) {
 }
 
 TEST(StiffnessRegions, RegionWithoutTissueIsRefused) {
-  OrganOptions options = Bar();
+  OrganOptions options = BarOfTwo();
   options.regions = {{Sphere{Vector3d(1, 1, 1), 0.01}, 50}};
   try {
     OrganModel(options, BarMesh());

@@ -21,8 +21,8 @@ Quadrature Sample(const SurfaceMesh& mesh, const Lattice& lattice) {
 }
 
 // An ellipsoid in a turned lattice, the control points without tissue dropped.
-struct Organ {
-  Organ() {
+struct SampledOrgan {
+  SampledOrgan() {
     mesh = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3, SomePose());
     lattice = Lattice(BoundingLatticeBox(mesh.vertices, SomePose().linear(), 0.01), {});
     tissue = Sample(mesh, lattice);
@@ -69,7 +69,7 @@ struct Block {
 };
 
 TEST(StrainEnergy, RigidMotionsCostNothingAndNothingElseIsFree) {
-  const Organ organ;
+  const SampledOrgan organ;
   for (const Dilatation form : kBothForms) {
     const FullStiffness K = StrainStiffness(organ.lattice, organ.tissue, {}, form);
     EXPECT_EQ((K - K.transpose()).norm(), 0);
@@ -98,7 +98,7 @@ TEST(StrainEnergy, RigidMotionsCostNothingAndNothingElseIsFree) {
 }
 
 TEST(StrainEnergy, UniformStrainHasTheEnergyOfTheContinuum) {
-  const Organ organ;
+  const SampledOrgan organ;
   const MaterialOptions material{.young = 5000, .poisson = 0.4};
   const auto [mu, lambda] = ToLame(material);
   Matrix3d A;
@@ -145,7 +145,7 @@ TEST(StrainEnergy, UniaxialStretchGivesYoungsModulusExactly) {
 }
 
 TEST(StrainEnergy, ABodyOfAnySizeHasTheSameStiffnessInItsOwnUnits) {
-  const Organ organ;
+  const SampledOrgan organ;
   for (const double scale : {1e-3, 1e3}) {
     OrientedBox box = organ.lattice.box();
     box.origin_W *= scale;
@@ -163,7 +163,7 @@ TEST(StrainEnergy, ABodyOfAnySizeHasTheSameStiffnessInItsOwnUnits) {
 }
 
 TEST(StrainEnergy, FormsAgreeWithoutLateralContraction) {
-  const Organ organ;
+  const SampledOrgan organ;
   const MaterialOptions material{.young = 5000, .poisson = 0};
   EXPECT_EQ(StrainStiffness(organ.lattice, organ.tissue, material, Dilatation::kPointwise),
             StrainStiffness(organ.lattice, organ.tissue, material, Dilatation::kProjected));

@@ -15,8 +15,7 @@ namespace hpdm {
 namespace {
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
-constexpr auto kGrasp = ContactSet::RowKind::kGrasp;
-constexpr auto kPress = ContactSet::RowKind::kPress;
+using enum ContactSet::RowKind;
 
 // A flat body with obtuse triangles in a pose of its own: 162 vertices.
 SurfaceMesh Body(int splits = 2) {

@@ -13,7 +13,7 @@
 #include "scenes/marching_tetrahedra.h"
 #include "scenes/mesh_decimation.h"
 #include "scenes/obj_writer.h"
-#include "scenes/quadric.h"
+#include "engine/quadric.h"
 #include "tests/mesh_checks.h"
 
 namespace hpdm {

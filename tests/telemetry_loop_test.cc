@@ -77,6 +77,7 @@ struct StepEdges {
     steps.Push(sample);
     SceneSnapshot& scene = scenes.Back();
     scene.step = sample.step;
+    scene.organs[0].version = number;
     scene.organs[0].control_displacements.setConstant(1e-3 * static_cast<double>(number));
     scenes.Publish();
   }
@@ -190,6 +191,32 @@ TEST(TelemetryLoop, EveryStepIsInTheLogWithItsInputAndVisibleTick) {
     EXPECT_EQ(log.organs[i].value_count, 3 * kControlPoints);
     EXPECT_FLOAT_EQ(log.organs[i].displacements[0], 1e-3F * static_cast<float>(i + 1));
   }
+}
+
+TEST(TelemetryLoop, AShapeThatStaysIsSentOnceASecondAndOneThatMovesAtEveryStep) {
+  const ScratchFolder folder;
+  constexpr int kSteps = 120, kMoves = 90;  // of 1/30 s each
+  {
+    SpscQueue<HapticSample> samples(64);
+    StepEdges edges;
+    TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", {},
+                            TwoProbesAndALiver());
+    for (int step = 0; step < kSteps; ++step) {
+      SceneSnapshot& scene = edges.scenes.Back();
+      scene.step.number = static_cast<std::uint64_t>(step) + 1;
+      scene.step.time_ns = step * kNanosecondsPerSecond / 30;
+      scene.organs[0].offset_W.x() = 1e-3 * std::max(0, step - kMoves);
+      edges.scenes.Publish();
+      telemetry.Drain();
+    }
+  }
+  std::vector<std::int64_t> steps;
+  for (const organ_t& organ : ReadLog(folder / "session.lcmlog").organs) {
+    steps.push_back(organ.step);
+  }
+  std::vector<std::int64_t> expected = {1, 31, 61};
+  for (int step = kMoves; step < kSteps; ++step) expected.push_back(step + 1);
+  EXPECT_EQ(steps, expected);
 }
 
 TEST(TelemetryLoop, AStepThatNoTickUsedIsNeverVisible) {

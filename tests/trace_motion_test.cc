@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kMs = 1'000'000;
+constexpr Nanoseconds kMillisecond = 1'000'000;
 
 TraceRow Row(Nanoseconds time, double x, double roll = 0, double jaw = 1) {
   TraceRow row;
@@ -31,7 +31,8 @@ std::vector<TraceRow> TeleoperatedRows() {
   for (int i = 0; i < 1000; ++i) {
     const double t = 0.008 * (i / 2);
     const Nanoseconds jitter = static_cast<Nanoseconds>(random() % 3) - 1;
-    rows.push_back(Row((4 * i + (i > 0 ? jitter : 0)) * kMs, 0.02 * std::sin(2 * M_PI * t)));
+    rows.push_back(
+        Row((4 * i + (i > 0 ? jitter : 0)) * kMillisecond, 0.02 * std::sin(2 * M_PI * t)));
   }
   return rows;
 }
@@ -39,7 +40,7 @@ std::vector<TraceRow> TeleoperatedRows() {
 TEST(TraceMotion, PassesThroughEveryRowThatIsNoRepeat) {
   std::vector<TraceRow> rows;
   for (int i = 0; i < 100; ++i)
-    rows.push_back(Row(4 * kMs * i, std::sin(0.3 * i), std::cos(0.2 * i)));
+    rows.push_back(Row(4 * kMillisecond * i, std::sin(0.3 * i), std::cos(0.2 * i)));
   const TraceMotion motion(rows);
   TraceMotion::Cursor cursor;
   for (const TraceRow& row : rows) {
@@ -55,7 +56,7 @@ TEST(TraceMotion, NeverLeavesTheTwoRowsAndIsNeverTwiceAsFastAsTheirSecant) {
   for (int i = 0; i < 300; ++i) {
     // The last term keeps neighbours apart: a repeat would be dropped.
     rows.push_back(Row(time, static_cast<double>(random() % 1000) * 1e-3 + i % 2 * 1e-4));
-    time += static_cast<Nanoseconds>(1 + random() % 9) * kMs;
+    time += static_cast<Nanoseconds>(1 + random() % 9) * kMillisecond;
   }
   const TraceMotion motion(rows);
   TraceMotion::Cursor cursor;
@@ -79,15 +80,15 @@ TEST(TraceMotion, VelocityIsContinuousOverRowsRestsGapsAndEnds) {
   std::vector<TraceRow> rows;
   Nanoseconds t = 0;
   double x = 0;
-  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMs, x += 1e-4 * (1 + i % 3)));
-  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMs, x));          // a rest of 120 ms
-  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMs, x -= 2e-4));  // back
-  t += 500 * kMs;                                                             // a gap
-  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMs, x += 1e-4));
-  for (TraceRow& row : rows) row.time_ns -= 4 * kMs;
+  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMillisecond, x += 1e-4 * (1 + i % 3)));
+  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMillisecond, x));  // a rest of 120 ms
+  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMillisecond, x -= 2e-4));  // back
+  t += 500 * kMillisecond;                                                             // a gap
+  for (int i = 0; i < 30; ++i) rows.push_back(Row(t += 4 * kMillisecond, x += 1e-4));
+  for (TraceRow& row : rows) row.time_ns -= 4 * kMillisecond;
   const TraceMotion motion(rows);
   EXPECT_EQ(motion.gaps().count, 1u);
-  EXPECT_EQ(motion.gaps().longest_ns, 504 * kMs);
+  EXPECT_EQ(motion.gaps().longest_ns, 504 * kMillisecond);
   TraceMotion::Cursor cursor;
   const Nanoseconds step = 10'000;
   const auto velocity = [&](Nanoseconds at) {
@@ -108,8 +109,8 @@ TEST(TraceMotion, RepeatsOfAFastRecorderAreNoStaircase) {
   TraceMotion::Cursor cursor;
   double slowest = 1, fastest = 0;
   // Around t = 1 s the hand moves at 2 pi 20 mm/s = 126 mm/s, a twentieth of a second within 5 %.
-  for (Nanoseconds t = 960 * kMs; t < 1040 * kMs; t += kMs) {
-    const double v = (X(motion, t + kMs, &cursor) - X(motion, t, &cursor)) / 1e-3;
+  for (Nanoseconds t = 960 * kMillisecond; t < 1040 * kMillisecond; t += kMillisecond) {
+    const double v = (X(motion, t + kMillisecond, &cursor) - X(motion, t, &cursor)) / 1e-3;
     slowest = std::min(slowest, v);
     fastest = std::max(fastest, v);
   }
@@ -121,34 +122,36 @@ TEST(TraceMotion, RepeatsOfAFastRecorderAreNoStaircase) {
 
 TEST(TraceMotion, ARestOfAPauseOrMoreStaysARest) {
   std::vector<TraceRow> rows;
-  for (int i = 0; i < 100; ++i) rows.push_back(Row(4 * kMs * i, i < 50 ? 0 : 1e-3 * (i - 49)));
+  for (int i = 0; i < 100; ++i)
+    rows.push_back(Row(4 * kMillisecond * i, i < 50 ? 0 : 1e-3 * (i - 49)));
   const TraceMotion motion(rows);
   TraceMotion::Cursor cursor;
-  EXPECT_EQ(X(motion, 4 * kMs * 49, &cursor), 0) << "not creeping ahead of the last repeat";
-  EXPECT_GT(X(motion, 4 * kMs * 50, &cursor), 0.9e-3);
+  EXPECT_EQ(X(motion, 4 * kMillisecond * 49, &cursor), 0)
+      << "not creeping ahead of the last repeat";
+  EXPECT_GT(X(motion, 4 * kMillisecond * 50, &cursor), 0.9e-3);
 }
 
 TEST(TraceMotion, AGapIsBridgedByMinimumJerk) {
   std::vector<TraceRow> rows;
-  for (int i = 0; i < 50; ++i) rows.push_back(Row(4 * kMs * i, 0.01));
-  const Nanoseconds end = rows.back().time_ns + 1656 * kMs;
-  for (int i = 0; i < 50; ++i) rows.push_back(Row(end + 4 * kMs * i, 0.03));
+  for (int i = 0; i < 50; ++i) rows.push_back(Row(4 * kMillisecond * i, 0.01));
+  const Nanoseconds end = rows.back().time_ns + 1656 * kMillisecond;
+  for (int i = 0; i < 50; ++i) rows.push_back(Row(end + 4 * kMillisecond * i, 0.03));
   const TraceMotion motion(rows);
   TraceMotion::Cursor cursor;
   for (int i = 0; i <= 10; ++i) {
-    const double x = X(motion, rows[49].time_ns + 1656 * kMs * i / 10, &cursor);
+    const double x = X(motion, rows[49].time_ns + 1656 * kMillisecond * i / 10, &cursor);
     EXPECT_NEAR(x, 0.01 + 0.02 * MinimumJerk::Position(0.1 * i), 1e-12);
   }
 }
 
 TEST(TraceMotion, ASlowRecorderHasNoGaps) {
   std::vector<TraceRow> rows;
-  for (int i = 0; i < 50; ++i) rows.push_back(Row(100 * kMs * i, 1e-3 * i));
+  for (int i = 0; i < 50; ++i) rows.push_back(Row(100 * kMillisecond * i, 1e-3 * i));
   const TraceMotion motion(rows);
   EXPECT_EQ(motion.gaps().count, 0u);
   TraceMotion::Cursor cursor;
   // Between rows of an even motion it stays even, to rounding.
-  EXPECT_NEAR(X(motion, 2525 * kMs, &cursor), 25.25e-3, 1e-15);
+  EXPECT_NEAR(X(motion, 2525 * kMillisecond, &cursor), 25.25e-3, 1e-15);
 }
 
 TEST(TraceMotion, RollAndJawRepeatOnTheirOwn) {
@@ -158,7 +161,7 @@ TEST(TraceMotion, RollAndJawRepeatOnTheirOwn) {
   for (std::size_t i = 0; i < flickering.size(); ++i) flickering[i].values[kJaw] -= i % 2 * 1e-3;
   const TraceMotion plain(rows), other(flickering);
   TraceMotion::Cursor a, b;
-  for (Nanoseconds t = 0; t < plain.duration(); t += kMs) {
+  for (Nanoseconds t = 0; t < plain.duration(); t += kMillisecond) {
     ASSERT_EQ(plain.At(t, &a).head<4>(), other.At(t, &b).head<4>());
   }
 }
@@ -168,7 +171,8 @@ TEST(TraceMotion, AnyOrderOfTimesGivesTheSameValues) {
   std::mt19937 random(4);
   TraceMotion::Cursor wandering;
   for (int i = 0; i < 2000; ++i) {
-    const Nanoseconds t = static_cast<Nanoseconds>(random() % 5000) * kMs - 500 * kMs;
+    const Nanoseconds t =
+        static_cast<Nanoseconds>(random() % 5000) * kMillisecond - 500 * kMillisecond;
     TraceMotion::Cursor fresh;
     ASSERT_EQ(motion.At(t, &wandering), motion.At(t, &fresh));
   }
@@ -178,7 +182,7 @@ TEST(TraceMotion, OneRowIsAStill) {
   const TraceMotion motion({Row(0, 0.5, 0.1, 0.2)});
   TraceMotion::Cursor cursor;
   EXPECT_EQ(motion.duration(), 0);
-  for (const Nanoseconds t : {-kMs, Nanoseconds{0}, kMs}) {
+  for (const Nanoseconds t : {-kMillisecond, Nanoseconds{0}, kMillisecond}) {
     EXPECT_EQ(motion.At(t, &cursor), Row(0, 0.5, 0.1, 0.2).values);
   }
 }

@@ -9,8 +9,8 @@
 namespace hpdm {
 namespace {
 
-constexpr double kRadius = 0.05;  // m
-const Ellipsoid kBall(Vector3d::Zero(), Vector3d::Constant(kRadius));
+constexpr double kBallRadius = 0.05;  // m
+const Ellipsoid kBall(Vector3d::Zero(), Vector3d::Constant(kBallRadius));
 const std::vector<std::vector<Vector3d>> kTrunk = {
     {Vector3d(0, 0, 0.05), Vector3d(0.01, 0, 0.049), Vector3d(0.02, 0, 0.046)}};
 constexpr VesselOptions kOptions = {.targets = 300,
@@ -27,7 +27,7 @@ TEST(VesselTree, SuppliesTheWholeSurfaceAndNothingBesideIt) {
   constexpr int kPoints = 300;
   for (int i = 0; i < kPoints; ++i) {
     Vector3d p(random.Fraction() - 0.5, random.Fraction() - 0.5, random.Fraction() - 0.5);
-    p *= kRadius / p.norm();
+    p *= kBallRadius / p.norm();
     bool near = false;
     // Within two of the distances at which a target is supplied, there is a vessel.
     for (int j = 0; j < 2000 && !near; ++j) {
@@ -48,7 +48,7 @@ TEST(VesselTree, TrunksAreWiderThanTwigsByMurraysLaw) {
   const VesselTree tree(kBall, kTrunk, kOptions);
   // Width of the trunk, seen across it; it carries more than a hundred twigs, and fewer than the
   // targets: its radius is 0.2 mm times the cube root of their number.
-  const Vector3d middle(0.005, 0, std::sqrt(kRadius * kRadius - 0.005 * 0.005));
+  const Vector3d middle(0.005, 0, std::sqrt(kBallRadius * kBallRadius - 0.005 * 0.005));
   double width = 0;
   constexpr double kStep = 2e-5;
   for (double y = -4e-3; y < 4e-3; y += kStep) {

@@ -47,8 +47,7 @@ class ViscousRecoveryTest : public testing::Test {
   Points U_;
 };
 
-constexpr auto kGrasp = ContactSet::RowKind::kGrasp;
-constexpr auto kPress = ContactSet::RowKind::kPress;
+using enum ContactSet::RowKind;
 
 TEST_F(ViscousRecoveryTest, LetGoTissueDecaysExponentiallyWhateverTheStepLength) {
   const Vector3d lift(0.01, 0, 0.02);

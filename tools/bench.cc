@@ -54,6 +54,14 @@ Json ToJson(const MeshComparison& row) {
           {"ratio", ToJson(row.ratio)}};
 }
 
+Json ToJson(const SleepFigures& row) {
+  Json json = {{"scene", row.scene},         {"sleeping", row.sleeping},
+               {"triangles", row.triangles}, {"among", ToJson(row.among)},
+               {"alone", ToJson(row.alone)}, {"ratio", ToJson(row.ratio)}};
+  if (row.idle_us) json["all_asleep_us"] = *row.idle_us;
+  return json;
+}
+
 Json ToJson(const CostCurve& curve) {
   return {{"cost", curve.what},
           {"of", curve.of},
@@ -110,6 +118,7 @@ Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
   Json json = {{"machine", ToJson(machine)}};
   for (const ModelComparison& row : figures.models) json["models"].push_back(ToJson(row));
   for (const MeshComparison& row : figures.meshes) json["meshes"].push_back(ToJson(row));
+  for (const SleepFigures& row : figures.sleep) json["sleep"].push_back(ToJson(row));
   for (const CostCurve& curve : figures.costs) json["costs"].push_back(ToJson(curve));
   if (figures.ticks.has_value()) json["ticks"] = ToJson(*figures.ticks);
   if (!figures.hand_overs.empty()) json["clock_reading_us"] = figures.clock_reading_ns / 1000;
@@ -148,6 +157,7 @@ void Bench(const BenchOptions& options) {
     figures.models = CompareModels(options.quick);
   }
   if (wanted("meshes", "coarse and fine triangles")) figures.meshes = CompareMeshes(options.quick);
+  if (wanted("sleep", "organs that nothing touches")) figures.sleep = TimeSleep(options.quick);
   if (wanted("costs", "cost of vertices and of control points")) {
     figures.costs = CostOfVertices(options.quick);
     const std::vector<CostCurve> of_control_points = CostOfControlPoints(options.quick);
@@ -177,7 +187,8 @@ void AddBenchCommand(CLI::App& app) {
   bench->add_option("--json", options->json, "File to write all figures to");
   bench->add_option("--out", options->out, "Folder for bench.json and bench.md; made when missing");
   bench->add_option("--only", options->only, "Measure this alone")
-      ->check(CLI::IsMember({"ticks", "hand-over", "frames", "ffd", "models", "meshes", "costs"}));
+      ->check(CLI::IsMember(
+          {"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs"}));
   bench->add_flag("--quick", options->quick, "Fewer repeats and smaller sizes");
   bench->callback([options] { Bench(*options); });
 }

@@ -49,7 +49,6 @@ class PressedShape {
     model_.AddLocalDisplacements(active_, U_, &moved_);
     shape_.vertices = moved_.cast<float>();
     model_.AddDent(shape_.dents[0], &shape_.vertices);
-    shape_.vertices.rowwise() += shape_.offset_W.transpose().cast<float>();
   }
   const OrganSnapshot& shape() const { return shape_; }
 

@@ -43,6 +43,18 @@ struct MeshComparison {
 };
 std::vector<MeshComparison> CompareMeshes(bool quick);
 
+/// Whole deformation steps of one organ under two instruments, alone and beside others that sleep.
+struct SleepFigures {
+  std::string scene;
+  int sleeping = 0;   ///< Organs.
+  int triangles = 0;  ///< Of all organs.
+  Timing among, alone;
+  RatioSpread ratio;              ///< Among over alone.
+  std::optional<double> idle_us;  ///< A step in which all organs sleep, median.
+};
+/// With the working folder's scenes/stress.toml, where it is.
+std::vector<SleepFigures> TimeSleep(bool quick);
+
 /// Cost against size.
 struct CostCurve {
   std::string what;
@@ -112,6 +124,7 @@ FfdTable TimeFfd(bool quick);
 struct BenchFigures {
   std::vector<ModelComparison> models;
   std::vector<MeshComparison> meshes;
+  std::vector<SleepFigures> sleep;
   std::vector<CostCurve> costs;
   std::optional<TickFigures> ticks;
   double clock_reading_ns = 0;

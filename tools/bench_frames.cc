@@ -23,7 +23,7 @@ namespace hpdm {
 namespace {
 
 constexpr std::array kScenes = {"scenes/liver_palpation.toml", "scenes/two_hands.toml",
-                                "scenes/abdomen.toml"};
+                                "scenes/abdomen.toml", "scenes/stress.toml"};
 constexpr std::array<std::pair<int, int>, 2> kSizes = {{{640, 480}, {1280, 720}}};
 
 // The snapshots that a session's first seconds would draw.
@@ -71,6 +71,7 @@ struct Way {
 std::vector<Way> Ways() {
   return {{.name = "as in a session", .view = {}},
           {.name = "without occlusion", .view = {.occlusion = false}},
+          {.name = "every triangle", .view = {.levels = false}},
           {.name = "four samples a pixel", .samples = 4, .view = {}},
           {.name = "with distortion -0.15", .view = {}, .distortion = -0.15}};
 }

@@ -2,10 +2,8 @@
 #include <functional>
 
 #include "engine/check.h"
-#include "engine/deformation_loop.h"
-#include "scenes/instrument_mesh.h"
 #include "tools/bench_figures.h"
-#include "tools/pressed_body.h"
+#include "tools/pressed_scene.h"
 
 namespace hpdm {
 namespace {
@@ -90,73 +88,6 @@ void Compare(const LatticeRow& lattice, const std::vector<ContinuumRow>& continu
   }
 }
 
-// A session's deformation loop under instruments that press in front, without devices or threads.
-class PressedScene {
- public:
-  PressedScene(const BenchOrgan& organ, int instruments)
-      : probe_(ProbeMesh()),
-        organs_(Organs(organ)),
-        render_(SizedSnapshot(organs_, instruments, true)),
-        telemetry_(SizedSnapshot(organs_, instruments, false)),
-        loop_(organs_, std::vector<ToolOptions>(static_cast<std::size_t>(instruments)),
-              {tool_states_, patches_, render_, telemetry_}) {
-    tools_.tool_count = instruments;
-    for (int i = 0; i < instruments; ++i) {
-      const SurfaceMesh& rest = organs_[0].rest();
-      const SurfacePoint at = FrontPoint(rest, i == 0 ? -0.04 : 0.05);
-      const Vector3d p = at.Position(rest.vertices, rest.triangles);
-      entry_[i] = p;
-      tools_.tools[i].p_trocar_W = p + Vector3d(0, 0, 0.15);
-      tools_.tools[i].X_WT.translation() = p + Vector3d(0, 0, 0.02);
-    }
-    posed_.assign(static_cast<std::size_t>(instruments), probe_.vertices);
-    loop_.Step(tools_, 0);  // outside, so that the tips enter with the next one
-  }
-
-  void Step() {
-    deep_ = !deep_;
-    for (int i = 0; i < tools_.tool_count; ++i) {
-      Isometry3d& X_WT = tools_.tools[i].X_WT;
-      X_WT.translation() = entry_[i] - Vector3d(0, 0, deep_ ? 0.006 : 0.005);
-      // What an eye sees of the instrument; collisions take its capsule and the tip's ball.
-      Points& posed = posed_[static_cast<std::size_t>(i)];
-      posed.noalias() = probe_.vertices * X_WT.linear().transpose();
-      posed.rowwise() += X_WT.translation().transpose();
-    }
-    now_ns_ += kNanosecondsPerSecond / 30;
-    loop_.Step(tools_, now_ns_);
-  }
-
-  bool AllPress() const {
-    int pressing = 0;
-    const OrganState& state = loop_.organ(0);
-    for (int i = 0; i < state.contacts.size(); ++i) {
-      pressing += !state.contacts[i].shaft && state.contacts[i].force_W.norm() > 0;
-    }
-    return pressing == tools_.tool_count;
-  }
-  int polygons() const { return tools_.tool_count * static_cast<int>(probe_.triangles.rows()); }
-
- private:
-  static std::vector<OrganModel> Organs(const BenchOrgan& organ) {
-    std::vector<OrganModel> organs;
-    organs.emplace_back(organ.options, organ.rest);
-    return organs;
-  }
-
-  SurfaceMesh probe_;
-  std::vector<OrganModel> organs_;
-  TripleBuffer<ToolState> tool_states_;
-  TripleBuffer<ContactPatch> patches_;
-  TripleBuffer<SceneSnapshot> render_, telemetry_;
-  DeformationLoop loop_;
-  ToolState tools_;
-  std::array<Vector3d, kMaxInstruments> entry_;
-  std::vector<Points> posed_;
-  Nanoseconds now_ns_ = 0;
-  bool deep_ = false;
-};
-
 }  // namespace
 
 std::vector<ModelComparison> CompareModels(bool quick) {
@@ -194,7 +125,7 @@ std::vector<MeshComparison> CompareMeshes(bool quick) {
       BenchOrgan coarse = MakeBenchOrgan("liver_274"), fine = MakeBenchOrgan("liver_1332");
       Configure(lattice, &coarse);
       Configure(lattice, &fine);
-      PressedScene coarse_scene(coarse, instruments), fine_scene(fine, instruments);
+      PressedScene coarse_scene({coarse}, instruments), fine_scene({fine}, instruments);
       const auto times =
           TimeCycles([&] { coarse_scene.Step(); }, [&] { fine_scene.Step(); }, Repeats(quick));
       HPDM_CHECK(coarse_scene.AllPress() && fine_scene.AllPress());

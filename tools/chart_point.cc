@@ -12,6 +12,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+std::string Cells(const ChartPoint& point, const std::string& times, const std::string& cubed) {
+  const auto& [l, m, n] = point.cells;
+  if (l == m && m == n) return std::to_string(l) + cubed;
+  return std::to_string(l) + times + std::to_string(m) + times + std::to_string(n);
+}
+
 template <typename T>
 Json OrNull(const std::optional<T>& value) {
   return value.has_value() ? Json(*value) : Json();
@@ -45,7 +51,7 @@ Json ToJson(const ChartPoint& point) {
                {"strain", point.strain},
                {"basis", point.basis},
                {"degree", point.degree},
-               {"cells", point.cells},
+               {"cells", Cells(point, "x", "")},
                {"unknowns", point.unknowns},
                {"solver", point.solver},
                {"local_functions", point.local_functions},
@@ -104,8 +110,7 @@ std::string Describe(const ChartPoint& point) {
   std::string text = point.energy;
   if (point.energy == "metric" || point.strain == "finite") text += " (" + point.strain + ")";
   if (point.basis == "bspline") {
-    text += std::string(", ") + kDegrees[point.degree] + "B-spline " + std::to_string(point.cells) +
-            "^3";
+    text += std::string(", ") + kDegrees[point.degree] + "B-spline " + Cells(point, " x ", "^3");
   } else {
     text += ", Bernstein of degree " + std::to_string(point.degree);
   }

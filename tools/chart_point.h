@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -19,8 +20,8 @@ struct ChartPoint {
   std::string basis;
   std::string solver;
   int degree = 0;
-  int cells = 0;
-  int unknowns = 0;  ///< Control points, vertices or nodes.
+  std::array<int, 3> cells = {0, 0, 0};  ///< Along each axis.
+  int unknowns = 0;                      ///< Control points, vertices or nodes.
   int local_functions = 0;
   int local_refinement = 0;
 

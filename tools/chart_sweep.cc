@@ -78,6 +78,12 @@ OrganOptions OrganOf(const ChartFamily& family, int size, const OrganOptions& or
   return options;
 }
 
+// Whether a case's author chose a lattice that no family has.
+bool HasCellsOfItsOwn(const OrganOptions& options) {
+  const auto& [l, m, n] = options.lattice.cells;
+  return options.model == OrganModelType::kHpdm && (l != m || m != n);
+}
+
 ChartPoint Labelled(const StaticCase& load_case, bool hollow, const OrganOptions& options) {
   ChartPoint point;
   point.load_case = CaseName(load_case);
@@ -100,7 +106,7 @@ ChartPoint Labelled(const StaticCase& load_case, bool hollow, const OrganOptions
                                                              : "cholesky";
   point.basis = options.lattice.basis == BasisType::kBSpline ? "bspline" : "bernstein";
   point.degree = options.lattice.degree[0];
-  point.cells = options.lattice.cells[0];
+  point.cells = options.lattice.cells;
   point.local_functions = options.lattice.local.functions;
   point.local_refinement = point.local_functions > 0 ? options.lattice.local.refinement : 0;
   return point;
@@ -253,6 +259,10 @@ ChartSweep SweepCase(const StaticCase& load_case, const CaseReference& reference
         break;
       }
     }
+  }
+  if (HasCellsOfItsOwn(load_case.organ)) {
+    sweep.points.push_back(Measure(load_case, reference, fine_vertices, load_case.organ, hollow));
+    progress(sweep.points.back());
   }
   AddLinearTetrahedra(load_case, reference, hollow, &sweep.points);
   return sweep;

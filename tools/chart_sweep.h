@@ -25,9 +25,9 @@ struct ChartSweep {
   std::vector<std::string> remarks;  ///< What was left out and why, one line each.
 };
 
-/// Measures every family on a case, and adds what the reference says of linear tetrahedra. A family
-/// ends before its finer members when one takes longer than any budget allows. `progress` is told
-/// of every point. Single-threaded.
+/// Measures every family on a case, then the case's own lattice where no family has its cells, and
+/// adds what the reference says of linear tetrahedra. A family ends before its finer members when
+/// one takes longer than any budget allows. `progress` is told of every point. Single-threaded.
 ChartSweep SweepCase(const StaticCase& load_case, const CaseReference& reference,
                      const std::vector<ChartFamily>& families,
                      const std::function<void(const ChartPoint&)>& progress);

@@ -157,6 +157,10 @@ RelaxationResult MassSpring::Relax(ContactSet* contacts, Points* U) {
   }
   for (int i = 0; i < m; ++i) (*contacts)[i].force_W = force_sum_[i] / substeps_;
   result.residual = StaticResidual(*contacts);
+  if (m == 0 && v_.isZero(kStill / options_.time_step) && (p_ - rest_).isZero(kStill)) {
+    p_ = rest_;
+    v_.setZero();
+  }
   *U = p_ - rest_;
   if (!p_.allFinite()) {  // the caller reports it; the next step starts at rest
     result.converged = false;

@@ -76,6 +76,7 @@ class MassSpring final : public Relaxation {
   /// rows are over the V vertices; `U` (V x 3, m) is the displacement at the end of the step: only
   /// set, as the masses have their own motion. Deformation thread; allocates nothing.
   RelaxationResult Relax(ContactSet* contacts, Points* U) override;
+  bool AtRest() const override { return v_.isZero(0) && p_ == rest_; }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.
   void Reset(const Points& u);

@@ -145,6 +145,10 @@ RelaxationResult SurfaceContinuum::Relax(ContactSet* contacts, Points* U) {
     v_.row(v) = (next - u_.row(v)) / dt;
     u_.row(v) = next;
   }
+  if (m == 0 && v_.isZero(kStill / dt) && u_.isZero(kStill)) {
+    u_.setZero();
+    v_.setZero();
+  }
   *U = u_;
   if (!u_.allFinite()) {  // the caller reports it; the next step starts at rest
     Reset(Points::Zero(u_.rows(), 3));

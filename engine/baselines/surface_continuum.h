@@ -65,6 +65,7 @@ class SurfaceContinuum final : public Relaxation {
   /// One time step. Contact rows are over the V vertices; `U` (V x 3, m) is the displacement at its
   /// end. Deformation thread; allocates nothing.
   RelaxationResult Relax(ContactSet* contacts, Points* U) override;
+  bool AtRest() const override { return v_.isZero(0) && u_.isZero(0); }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.
   void Reset(const Points& u);

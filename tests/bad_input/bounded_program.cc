@@ -84,12 +84,4 @@ BoundedOutcome RunBounded(const BoundedRun& run) {
   return outcome;
 }
 
-bool CanDropRights() {
-  const pid_t child = fork();
-  if (child == 0) _exit(DropRights() ? 0 : 1);
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 }  // namespace hpdm

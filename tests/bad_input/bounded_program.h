@@ -32,7 +32,4 @@ struct BoundedOutcome {
 /// sanitizers, which reserve terabytes, the address space is not limited.
 BoundedOutcome RunBounded(const BoundedRun& run);
 
-/// Whether this process could start one that `as_nobody_else` takes rights from.
-bool CanDropRights();
-
 }  // namespace hpdm

@@ -1,4 +1,4 @@
-#include "scenes/quadric.h"
+#include "engine/quadric.h"
 
 namespace hpdm {
 
