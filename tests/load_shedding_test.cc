@@ -5,7 +5,7 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kPeriod = kNanosecondsPerSecond / 30;
+constexpr Nanoseconds kStepPeriod = kNanosecondsPerSecond / 30;
 constexpr Nanoseconds kBudget = 20'000'000;
 
 constexpr Sheddable kAll{.newton_iterations = 4, .finite = true, .local = true};
@@ -14,7 +14,7 @@ class LoadSheddingTest : public testing::Test {
  protected:
   void Step(Nanoseconds compute, bool settled = true) {
     shedding_.Observe(now_, compute, settled);
-    now_ += kPeriod;
+    now_ += kStepPeriod;
   }
   void Steps(int count, Nanoseconds compute) {
     for (int i = 0; i < count; ++i) Step(compute);
@@ -69,7 +69,7 @@ TEST_F(LoadSheddingTest, WithTimeToSpareItRisesLevelByLevel) {
     const Nanoseconds from = now_;
     while (shedding_.level() > level) Step(kBudget / 4);
     EXPECT_GE(now_ - from, LoadShedding::kWait);
-    EXPECT_LE(now_ - from, LoadShedding::kWait + 3 * kPeriod);
+    EXPECT_LE(now_ - from, LoadShedding::kWait + 3 * kStepPeriod);
   }
 }
 
@@ -88,7 +88,7 @@ TEST_F(LoadSheddingTest, ALoadThatLastsIsTriedEverMoreRarely) {
 
 TEST_F(LoadSheddingTest, WithoutABudgetNothingIsShed) {
   LoadShedding shedding(kAll, 0);
-  for (int i = 0; i < 100; ++i) shedding.Observe(i * kPeriod, kNanosecondsPerSecond, true);
+  for (int i = 0; i < 100; ++i) shedding.Observe(i * kStepPeriod, kNanosecondsPerSecond, true);
   EXPECT_EQ(shedding.level(), 0);
 }
 
@@ -101,7 +101,7 @@ TEST(LoadShedding, ShedsOnlyWhatThereIs) {
   EXPECT_EQ(LoadShedding(SheddableOf({refined, finite}), kBudget).levels(), 3);
 
   LoadShedding shedding(SheddableOf({refined}), kBudget);
-  for (int i = 0; i < 4; ++i) shedding.Observe(i * kPeriod, 2 * kBudget, true);
+  for (int i = 0; i < 4; ++i) shedding.Observe(i * kStepPeriod, 2 * kBudget, true);
   EXPECT_EQ(shedding.level(), 1);
   EXPECT_FALSE(shedding.Ceiling().local);
 }

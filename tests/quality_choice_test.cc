@@ -7,9 +7,9 @@ namespace {
 
 constexpr double kBound = 0.3;
 constexpr double kSlope = 0.1;  // dE/ds over E
-constexpr QualityCeiling kAll;
+constexpr QualityCeiling kNothingShed;
 
-OrganOptions Options(StrainMeasure strain) {
+OrganOptions ChoiceOptions(StrainMeasure strain) {
   OrganOptions options;
   options.energy.type = EnergyType::kStrain;
   options.energy.strain = strain;
@@ -22,13 +22,13 @@ OrganOptions Options(StrainMeasure strain) {
 class QualityChoiceTest : public testing::Test {
  protected:
   explicit QualityChoiceTest(StrainMeasure strain = StrainMeasure::kAdaptive)
-      : choice_(Options(strain)) {}
+      : choice_(ChoiceOptions(strain)) {}
 
-  double Share(double gradient, const QualityCeiling& ceiling = kAll, bool touched = true) {
+  double Share(double gradient, const QualityCeiling& ceiling = kNothingShed, bool touched = true) {
     return choice_.Next(ceiling, touched, gradient, kSlope).finite_share;
   }
   // The share after as many steps as anything takes.
-  double InTheEnd(double gradient, const QualityCeiling& ceiling = kAll) {
+  double InTheEnd(double gradient, const QualityCeiling& ceiling = kNothingShed) {
     for (int step = 0; step < 1000; ++step) Share(gradient, ceiling);
     return Share(gradient, ceiling);
   }
@@ -79,13 +79,13 @@ TEST_F(QualityChoiceTest, FarBeyondTheBoundItHurriesWithinALimit) {
 
 TEST_F(QualityChoiceTest, WithoutContactThereIsNothingToBeGradualAbout) {
   InTheEnd(2 * kBound);
-  EXPECT_EQ(Share(2 * kBound, kAll, false), 0);
+  EXPECT_EQ(Share(2 * kBound, kNothingShed, false), 0);
 }
 
 TEST_F(QualityChoiceTest, ACeilingIsFollowedDownAndUpInSteps) {
   const QualityCeiling none{.halvings = 5, .finite = false, .local = false};
   InTheEnd(2 * kBound);
-  OrganQuality last = choice_.Next(kAll, true, 2 * kBound, kSlope);
+  OrganQuality last = choice_.Next(kNothingShed, true, 2 * kBound, kSlope);
   EXPECT_EQ(last.newton_iterations, 4);
   EXPECT_EQ(last.local_share, 1);
   EXPECT_TRUE(choice_.settled());
@@ -98,19 +98,19 @@ TEST_F(QualityChoiceTest, ACeilingIsFollowedDownAndUpInSteps) {
   }
   EXPECT_TRUE(choice_.settled());
   EXPECT_EQ(InTheEnd(2 * kBound), 1);
-  EXPECT_EQ(choice_.Next(kAll, true, 2 * kBound, kSlope).local_share, 1);
+  EXPECT_EQ(choice_.Next(kNothingShed, true, 2 * kBound, kSlope).local_share, 1);
 }
 
 TEST_F(QualityChoiceTest, WhatAReplayTakesIsWhereItGoesOn) {
   choice_.Obey({.newton_iterations = 4, .finite_share = 0.5, .local_share = 0.25});
-  const OrganQuality next = choice_.Next(kAll, true, 2 * kBound, kSlope);
+  const OrganQuality next = choice_.Next(kNothingShed, true, 2 * kBound, kSlope);
   EXPECT_GT(next.finite_share, 0.5);
   EXPECT_LT(next.finite_share, 0.6);
   EXPECT_EQ(next.local_share, 0.25 + QualityChoice::kLocalStep);
 }
 
 TEST_F(FiniteChoiceTest, FiniteStrainIsAlwaysWhole) {
-  EXPECT_EQ(Share(0, kAll, false), 1);
+  EXPECT_EQ(Share(0, kNothingShed, false), 1);
   EXPECT_EQ(Share(0), 1);
   EXPECT_EQ(Share(10 * kBound), 1);
 }

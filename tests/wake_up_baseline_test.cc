@@ -5,7 +5,7 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kPeriod = 1'000'000;
+constexpr Nanoseconds kTickPeriod = 1'000'000;
 
 // Wakes the n-th sleep n microseconds late, but every hundredth by two and a half periods.
 class LateClock : public LoopClock {
@@ -14,7 +14,7 @@ class LateClock : public LoopClock {
   Nanoseconds ThreadCpuTime() noexcept override { return 0; }
   void SleepUntil(Nanoseconds time) noexcept override {
     ++sleeps_;
-    now_ = time + (sleeps_ % 100 == 0 ? 5 * kPeriod / 2 : sleeps_ * 1000);
+    now_ = time + (sleeps_ % 100 == 0 ? 5 * kTickPeriod / 2 : sleeps_ * 1000);
   }
 
  private:
@@ -24,19 +24,20 @@ class LateClock : public LoopClock {
 
 TEST(WakeUpBaseline, IsTheLatenessOfEveryTickOfALoopWithNothingToDo) {
   LateClock clock;
-  const WakeUpBaseline baseline = MeasureWakeUps({kPeriod, kPeriod, 102}, {}, clock);
+  const WakeUpBaseline baseline = MeasureWakeUps({kTickPeriod, kTickPeriod, 102}, {}, clock);
   EXPECT_EQ(baseline.count.Periods(), 102u);
   EXPECT_EQ(baseline.count.ticks, 100u);
   EXPECT_EQ(baseline.count.skipped.late_wake_up, 2u) << "the hundredth sleep missed two periods";
   EXPECT_EQ(baseline.wake_late.count(), 100u);
-  EXPECT_EQ(baseline.wake_late.max(), 5 * kPeriod / 2) << "and is not cut to its tick's own period";
+  EXPECT_EQ(baseline.wake_late.max(), 5 * kTickPeriod / 2)
+      << "and is not cut to its tick's own period";
 }
 
 TEST(WakeUpBaseline, EndsWhenAsked) {
   LateClock clock;
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_EQ(MeasureWakeUps({0, kPeriod, 1000}, stop.get_token(), clock).count.Periods(), 0u);
+  EXPECT_EQ(MeasureWakeUps({0, kTickPeriod, 1000}, stop.get_token(), clock).count.Periods(), 0u);
 }
 
 }  // namespace
