@@ -7,7 +7,6 @@
 #include "engine/check.h"
 
 namespace hpdm {
-namespace {
 
 Lattice LowerDegree(const Lattice& lattice) {
   LatticeOptions options;
@@ -18,8 +17,6 @@ Lattice LowerDegree(const Lattice& lattice) {
   }
   return Lattice(lattice.box(), options);
 }
-
-}  // namespace
 
 CoarserSplines::CoarserSplines(const Lattice& lattice, const Quadrature& tissue) {
   Lattice coarser = LowerDegree(lattice);

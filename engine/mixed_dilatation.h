@@ -5,6 +5,10 @@
 
 namespace hpdm {
 
+/// The splines one degree lower than a lattice's along every axis, over the same box and cells; all
+/// control points kept.
+Lattice LowerDegree(const Lattice& lattice);
+
 /// An orthonormal basis of the splines one degree lower than a lattice's along every axis, over the
 /// same cells and in the inner product of the tissue: (f, g) = int f g dV. It tests fields that the
 /// lattice cannot follow point by point: the projected dilatation below and the projected supports

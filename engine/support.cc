@@ -101,25 +101,33 @@ double ControlPointSpacing(const Lattice& lattice) {
   return sum / 3;
 }
 
+double FixedSupport(const Lattice& lattice, double modulus) {
+  const double h = ControlPointSpacing(lattice);
+  return kFixedPenalty * modulus / (h * h);
+}
+
+double WeakSupport(const Lattice& lattice, double modulus) {
+  const double length = lattice.box().lengths.mean();
+  return kWeakSpring * modulus / (length * length);
+}
+
 ScalarStiffness SupportStiffness(const Lattice& lattice, const Quadrature& tissue,
                                  const std::vector<SupportOptions>& supports,
                                  const std::vector<Quadrature>& regions, double modulus) {
   HPDM_CHECK(regions.size() == supports.size());
-  const double h = ControlPointSpacing(lattice);
   const auto springs = [&lattice](const Quadrature& region, double stiffness) {
     const WeightMatrix weights = lattice.Weights(region.points);
     return ScalarStiffness(stiffness * weights.transpose() * region.weights.asDiagonal() * weights);
   };
   if (supports.empty()) {
-    const double length = lattice.box().lengths.mean();
-    return springs(tissue, kWeakSpring * modulus / (length * length));
+    return springs(tissue, WeakSupport(lattice, modulus));
   }
   ScalarStiffness sum(lattice.size(), lattice.size());
   for (std::size_t s = 0; s < supports.size(); ++s) {
     if (regions[s].weights.size() == 0) continue;
     sum += supports[s].stiffness
                ? springs(regions[s], *supports[s].stiffness)
-               : FixedStiffness(lattice, regions[s], kFixedPenalty * modulus / (h * h));
+               : FixedStiffness(lattice, regions[s], FixedSupport(lattice, modulus));
   }
   return sum;
 }

@@ -44,6 +44,10 @@ double ControlPointSpacing(const Lattice& lattice);
 ///
 /// With no support at all, all tissue is tied to rest with 1e-3 modulus / length^2 (length: mean
 /// edge of the lattice's box), so that the organ stays finite. `modulus`: alpha or Young's, Pa.
+///
+/// The two stiffnesses, Pa/m^2, of which a lattice with h and this box makes its springs:
+double FixedSupport(const Lattice& lattice, double modulus);
+double WeakSupport(const Lattice& lattice, double modulus);
 ScalarStiffness SupportStiffness(const Lattice& lattice, const Quadrature& tissue,
                                  const std::vector<SupportOptions>& supports,
                                  const std::vector<Quadrature>& regions, double modulus);

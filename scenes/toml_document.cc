@@ -127,6 +127,8 @@ TomlValue Convert(const TomlDocument& document, const toml::node& node, TomlPlac
                   int depth) {
   TomlValue out;
   out.place = PlaceOf(node.source(), parent);
+  out.end =
+      node.source().end ? TomlPlace{node.source().end.line, node.source().end.column} : out.place;
   if (depth > kMaxTomlDepth) {
     FailAt(document, out.place, "TOML",
            "tables and arrays are nested too deeply; a scene needs " +

@@ -30,6 +30,8 @@ struct TomlDate {};
 struct TomlValue {
   TomlPlace place;
   std::variant<std::int64_t, double, bool, std::string, TomlDate, TomlArray, TomlTable> value;
+  /// One character past it; as `place` for a table that only a longer key implies.
+  TomlPlace end = {};
 };
 
 struct TomlEntry {

@@ -59,13 +59,13 @@ void AddSubcommands(CommandLines* c) {
   c->Add("--help");
   for (const std::string command :
        {"run", "replay", "report", "spy", "log", "log check", "log export", "check", "inspect",
-        "solve", "chart", "generate"}) {
+        "solve", "chart", "plan", "generate"}) {
     c->Add(command);
   }
   for (const std::string command :
        {"run s.toml", "replay s.toml", "report folder", "spy s.toml", "log check s.toml",
         "log export s.toml", "check s.toml", "inspect s.toml", "solve s.toml", "chart s.toml",
-        "bench", "haptics", "generate", "stress"}) {
+        "plan s.toml", "bench", "haptics", "generate", "stress"}) {
     c->Add(command + " --frobnicate");
     c->Add(command + " --help");
   }
@@ -243,7 +243,13 @@ void AddWriters(CommandLines* c) {
                            "haptics no.toml --only press --out o",
                            "chart no.toml --out o",
                            "chart s.toml --out o --references folder",
-                           "chart --out o"}) {
+                           "chart --out o",
+                           "plan no.toml --error 0.1 --budget-ms 1",
+                           "plan s.toml --error 0.1",
+                           "plan s.toml --error 5 --budget-ms 1",
+                           "plan s.toml --error nan --budget-ms 1",
+                           "plan s.toml --error 0.1 --budget-ms 0",
+                           "plan s.toml --error 0.1 --budget-ms 1 --out s.toml"}) {
     c->Add(line);
   }
   c->AsNobodyElse("solve s.toml --out read_only/f.csv");

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "engine/baselines/skin.h"
 #include "engine/baselines/surface_error.h"
 #include "engine/error.h"
+#include "tools/chart_measure.h"
 #include "tools/flat_subdivision.h"
 #include "tools/loaded_body.h"
 
@@ -48,19 +48,6 @@ LatticeOptions Bernstein() {
   return lattice;
 }
 
-// Whether the stiffness is that of the tissue. The other models' moduli are numbers to be tuned:
-// they are pressed as deep as the yardstick's patch goes, as if tuned until that agreed.
-bool HasModulus(const OrganOptions& options) {
-  return options.model == OrganModelType::kHpdm && options.energy.type == EnergyType::kStrain;
-}
-
-// The factor on `u` that brings it nearest to `reference`, in the norm of RelativeSurfaceError.
-double BestScale(const SurfaceMesh& rest, const Points& u, const Points& reference) {
-  const Eigen::VectorXd areas = VertexAreas(rest);
-  return areas.dot(u.cwiseProduct(reference).rowwise().sum()) /
-         areas.dot(u.rowwise().squaredNorm());
-}
-
 OrganOptions OrganOf(const ChartFamily& family, int size, const OrganOptions& organ) {
   OrganOptions options = organ;
   const double margin = organ.lattice.margin;
@@ -84,83 +71,19 @@ bool HasCellsOfItsOwn(const OrganOptions& options) {
   return options.model == OrganModelType::kHpdm && (l != m || m != n);
 }
 
-ChartPoint Labelled(const StaticCase& load_case, bool hollow, const OrganOptions& options) {
-  ChartPoint point;
-  point.load_case = CaseName(load_case);
-  point.hollow = hollow;
-  if (options.model != OrganModelType::kHpdm) {
-    const bool continuum = options.model == OrganModelType::kContinuum;
-    point.model = continuum ? "continuum" : "mass_spring";
-    point.solver = continuum ? "cholesky" : "explicit";
-    return point;
-  }
-  const EnergyOptions& energy = options.energy;
-  const bool strain = energy.type == EnergyType::kStrain;
-  const bool finite = energy.strain == StrainMeasure::kFinite;
-  point.model = "hpdm";
-  point.energy = strain ? "strain" : "metric";
-  point.strain = strain ? (finite ? "finite" : "small")
-                        : (energy.domain == EnergyDomain::kOrgan ? "organ" : "box");
-  point.solver = finite                                      ? "newton"
-                 : energy.solver == SolverType::kGaussSeidel ? "gauss_seidel"
-                                                             : "cholesky";
-  point.basis = options.lattice.basis == BasisType::kBSpline ? "bspline" : "bernstein";
-  point.degree = options.lattice.degree[0];
-  point.cells = options.lattice.cells;
-  point.local_functions = options.lattice.local.functions;
-  point.local_refinement = point.local_functions > 0 ? options.lattice.local.refinement : 0;
-  return point;
-}
-
-// A model without a modulus in pascals is taken where the yardstick has the loads' patches and,
-// where forces are given, as deep as makes the error least: no tuning of its stiffness could do
-// better.
-void FollowAtBestDepth(const StaticCase& load_case, const CaseReference& reference,
-                       LoadedBody* body) {
-  const bool depth_is_given =
-      std::all_of(load_case.scene.loads.begin(), load_case.scene.loads.end(),
-                  [](const LoadOptions& load) { return load.displacement_W.has_value(); });
-  double depth = 1;
-  body->Follow(reference.displacements);
-  for (int round = 0; !depth_is_given && round < 3; ++round) {  // a linear model needs one
-    const double better =
-        BestScale(load_case.rest, body->VertexDisplacements(), reference.displacements);
-    if (!(better > 0)) return;
-    depth *= better;
-    body->Follow(depth * reference.displacements);
-  }
-}
-
-// Takes the body to rest under the case's loads. Gauss-Seidel is timed for a step, not for the many
-// from which the loads' displacements are found: those are the direct solver's, whose answer is the
-// same.
-bool Load(const StaticCase& load_case, const CaseReference& reference, const OrganOptions& options,
-          LoadedBody* body) {
-  if (options.model == OrganModelType::kHpdm && options.energy.solver == SolverType::kGaussSeidel) {
-    OrganOptions direct = options;
-    direct.energy.solver = SolverType::kCholesky;
-    LoadedBody twin(load_case, direct);
-    const bool balanced = Load(load_case, reference, direct, &twin);
-    body->StartFrom(twin);
-    return balanced;
-  }
-  if (HasModulus(options)) return body->Balance();
-  FollowAtBestDepth(load_case, reference, body);
-  return true;
-}
-
 Timing Sum(const Timing& a, const Timing& b, double times_b) {
   return {a.median_us + times_b * b.median_us, a.minimum_us + times_b * b.minimum_us};
 }
 
 ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
                    const Points& fine_vertices, const OrganOptions& options, bool hollow) {
-  ChartPoint point = Labelled(load_case, hollow, options);
+  ChartPoint point = Labelled(CaseName(load_case), hollow, options);
   LoadedBody body(load_case, options);
   point.unknowns = body.unknowns();
   point.setup_ms = body.setup_ms();
   point.fitted = !HasModulus(options);
-  const bool balanced = Load(load_case, reference, options, &body);
+  const bool balanced =
+      TakeToRest(load_case.rest, load_case.scene.loads, reference.displacements, options, &body);
   const LoadedBody::StepTimes times = body.TimeSteps();
   point.response = times.response;
   point.iterations = times.last.iterations;
@@ -246,7 +169,7 @@ ChartSweep SweepCase(const StaticCase& load_case, const CaseReference& reference
       try {
         sweep.points.push_back(Measure(load_case, reference, fine_vertices, options, hollow));
       } catch (const InputError& error) {
-        const ChartPoint point = Labelled(load_case, hollow, options);
+        const ChartPoint point = Labelled(CaseName(load_case), hollow, options);
         sweep.remarks.push_back(point.load_case + ": " + Describe(point) +
                                 " and finer is left out: " + error.what());
         break;

@@ -22,6 +22,7 @@ void AddReplayCommand(CLI::App& app);
 void AddReportCommand(CLI::App& app);
 void AddSolveCommand(CLI::App& app);
 void AddChartCommand(CLI::App& app);
+void AddPlanCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 void AddHapticsCommand(CLI::App& app);
 void AddStressCommand(CLI::App& app);

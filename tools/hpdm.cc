@@ -63,6 +63,7 @@ int Hpdm(int argc, char** argv) {
   hpdm::AddInspectCommand(app);
   hpdm::AddSolveCommand(app);
   hpdm::AddChartCommand(app);
+  hpdm::AddPlanCommand(app);
   hpdm::AddBenchCommand(app);
   hpdm::AddHapticsCommand(app);
   hpdm::AddStressCommand(app);

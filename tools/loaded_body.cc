@@ -41,48 +41,55 @@ std::unique_ptr<Relaxation> MakeSurfaceModel(const OrganOptions& options, const 
 
 }  // namespace
 
-LoadedBody::LoadedBody(const StaticCase& load_case, const OrganOptions& options)
-    : case_(load_case), options_(options), contacts_(0), vertices_(load_case.rest.vertices) {
+LoadedBody::LoadedBody(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
+                       const OrganOptions& options)
+    : rest_(rest), loads_(loads), options_(options), contacts_(0), vertices_(rest.vertices) {
   const TimingClock::time_point start = TimingClock::now();
   if (options.model == OrganModelType::kHpdm) {
-    organ_.emplace(options, load_case.rest);
+    organ_.emplace(options, rest);
     weights_ = organ_->weights();
-    relaxation_ =
-        organ_->MakeRelaxation(organ_->LocalSlots(static_cast<int>(load_case.scene.loads.size())));
+    slots_ = organ_->LocalSlots(static_cast<int>(loads.size()));
+    relaxation_ = organ_->MakeRelaxation(slots_);
   } else {
-    weights_ = VertexWeights(load_case.rest.vertices.rows());
-    relaxation_ = MakeSurfaceModel(options, load_case.rest);
+    weights_ = VertexWeights(rest.vertices.rows());
+    relaxation_ = MakeSurfaceModel(options, rest);
   }
   setup_ms_ = MillisecondsSince(start);
   AddPatches();
 }
 
+void LoadedBody::Reload(const std::vector<LoadOptions>& loads) {
+  loads_ = loads;
+  dents_.clear();
+  AddPatches();
+  relaxation_->RestartFrom(U_);
+}
+
 void LoadedBody::AddPatches() {
-  const SurfaceMesh& rest = case_.rest;
-  const std::vector<LoadOptions>& loads = case_.scene.loads;
-  if (loads.size() > kMaxContacts) {
-    throw InputError(case_.scene.path.string() + ": has more than " + std::to_string(kMaxContacts) +
-                     " loads; leave some out");
+  if (loads_.size() > kMaxContacts) {
+    throw InputError("organ \"" + options_.name + "\": has more than " +
+                     std::to_string(kMaxContacts) + " loads; leave some out");
   }
-  const int slots = organ_ ? organ_->LocalSlots(static_cast<int>(loads.size())) : 0;
-  contacts_ = ContactSet(unknowns(), slots > 0 ? organ_->local()->size() : 0, slots);
-  if (slots > 0) {
+  contacts_ = ContactSet(unknowns(), slots_ > 0 ? organ_->local()->size() : 0, slots_);
+  if (slots_ > 0) {
+    HPDM_CHECK(organ_->LocalSlots(static_cast<int>(loads_.size())) <= slots_);
     std::vector<Vector3d> centres;
-    for (const LoadOptions& load : loads) centres.push_back(load.p_centre_W);
+    for (const LoadOptions& load : loads_) centres.push_back(load.p_centre_W);
     contacts_.local.Follow(organ_->local()->centres(), centres, options_.lattice.local.functions);
   }
-  U_ = Points::Zero(unknowns() + slots, 3);
-  patches_ = ContactWeights::Zero(static_cast<Eigen::Index>(loads.size()), rest.vertices.rows());
-  for (std::size_t i = 0; i < loads.size(); ++i) {
+  U_ = Points::Zero(unknowns() + slots_, 3);
+  patches_ = ContactWeights::Zero(static_cast<Eigen::Index>(loads_.size()), rest_.vertices.rows());
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
     auto patch = patches_.row(static_cast<Eigen::Index>(i));
-    for (const SurfaceSample& sample : SurfaceKernel(rest, loads[i].p_centre_W, loads[i].radius)) {
+    for (const SurfaceSample& sample :
+         SurfaceKernel(rest_, loads_[i].p_centre_W, loads_[i].radius)) {
       for (int k = 0; k < 3; ++k) {
-        patch[rest.triangles(sample.triangle, k)] += sample.weight * sample.barycentric[k];
+        patch[rest_.triangles(sample.triangle, k)] += sample.weight * sample.barycentric[k];
       }
     }
     ContactSet::Row* row = contacts_.Add();
     row->kind = ContactSet::RowKind::kGrasp;
-    row->p_rest_W = (patch * rest.vertices).transpose();
+    row->p_rest_W = (patch * rest_.vertices).transpose();
     row->target_W = row->p_rest_W;
     if (organ_) {
       AddLatticeRow(i);
@@ -95,7 +102,7 @@ void LoadedBody::AddPatches() {
 }
 
 void LoadedBody::AddLatticeRow(std::size_t load) {
-  const LoadOptions& options = case_.scene.loads[load];
+  const LoadOptions& options = loads_[load];
   dents_.push_back(organ_->AddLoadToRow(options.p_centre_W, options.radius, contacts_.local,
                                         contacts_.WeightRow(static_cast<int>(load))));
 }
@@ -106,9 +113,8 @@ void LoadedBody::AddDents(Points* vertices) const {
   organ_->AddLocalDisplacements(contacts_.local, U_, vertices);
   for (int i = 0; i < contacts_.size(); ++i) {
     const auto load = static_cast<std::size_t>(i);
-    organ_->AddDent(
-        AppliedDent(dents_[load], case_.scene.loads[load].p_centre_W, contacts_[i].force_W),
-        vertices);
+    organ_->AddDent(AppliedDent(dents_[load], loads_[load].p_centre_W, contacts_[i].force_W),
+                    vertices);
   }
 }
 
@@ -162,7 +168,7 @@ bool LoadedBody::Balance() {
   Eigen::VectorXd depth = Eigen::VectorXd::Zero(size);  // wanted, of the others
   Eigen::MatrixXd dent = Eigen::MatrixXd::Zero(size, size);
   for (int i = 0; i < contacts_.size(); ++i) {
-    const LoadOptions& load = case_.scene.loads[static_cast<std::size_t>(i)];
+    const LoadOptions& load = loads_[static_cast<std::size_t>(i)];
     if (load.force_W.has_value()) force.segment<3>(3 * i) = *load.force_W;
     if (load.displacement_W.has_value()) depth.segment<3>(3 * i) = *load.displacement_W;
     dent.block<3, 3>(3 * i, 3 * i) = dents_[static_cast<std::size_t>(i)].Compliance();
@@ -214,7 +220,7 @@ bool LoadedBody::Balance() {
 }
 
 bool LoadedBody::IsDepth(Eigen::Index component) const {
-  return case_.scene.loads[static_cast<std::size_t>(component / 3)].displacement_W.has_value();
+  return loads_[static_cast<std::size_t>(component / 3)].displacement_W.has_value();
 }
 
 void LoadedBody::StartFrom(const LoadedBody& other) {

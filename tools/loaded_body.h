@@ -16,10 +16,15 @@ namespace hpdm {
 /// (half_space.h) is added to it, and local functions are those at the loads.
 class LoadedBody {
  public:
-  /// A lattice (options.model hpdm) or a surface model of the case's own vertices; `options` are
-  /// those of the case's organ with what is to be compared changed. The case must outlive it.
-  /// Throws InputError when the options cannot be built.
-  LoadedBody(const StaticCase& load_case, const OrganOptions& options);
+  /// A lattice (options.model hpdm) or a surface model of the vertices of `rest`, which must
+  /// outlive it, under `loads`: forces and displacements. Throws InputError when the options cannot
+  /// be built or a load touches no surface.
+  LoadedBody(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
+             const OrganOptions& options);
+  /// Of a case's surface and loads; `options` are those of its organ with what is to be compared
+  /// changed.
+  LoadedBody(const StaticCase& load_case, const OrganOptions& options)
+      : LoadedBody(load_case.rest, load_case.scene.loads, options) {}
   LoadedBody(const LoadedBody&) = delete;  // the relaxation refers to the organ
   LoadedBody& operator=(const LoadedBody&) = delete;
 
@@ -37,11 +42,14 @@ class LoadedBody {
   /// Takes the patches to where a solution `u` (V x 3, m) has them instead, whatever the force.
   void Follow(const Points& u);
 
+  /// Takes other loads, at most as many as it was made for, and goes to rest without any.
+  void Reload(const std::vector<LoadOptions>& loads);
+
   /// Goes to where another body of the same unknowns was taken.
   void StartFrom(const LoadedBody& other);
 
   /// Repeated real-time steps between 0.95 of the loads' displacements and all of them: `response`
-  /// repositions and relaxes, `relocation` moves the case's vertices with the lattice and `dents`
+  /// repositions and relaxes, `relocation` moves the vertices with the lattice and `dents`
   /// with what is added at the loads. Ends at rest under all.
   struct StepTimes {
     Timing response, relocation, dents;
@@ -63,11 +71,13 @@ class LoadedBody {
   bool IsDepth(Eigen::Index component) const;  // of the loads' 3 m, given as displacement
   void AddDents(Points* vertices) const;
 
-  const StaticCase& case_;
+  const SurfaceMesh& rest_;
+  std::vector<LoadOptions> loads_;
   OrganOptions options_;
   std::optional<OrganModel> organ_;
   WeightMatrix weights_;  // V x n: the lattice's, or the identity
   std::unique_ptr<Relaxation> relaxation_;
+  int slots_ = 0;  // for local functions
   double setup_ms_ = 0;
   ContactSet contacts_;
   Points U_;                        // (n + slots) x 3, m

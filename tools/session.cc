@@ -11,6 +11,7 @@
 #include "haptics/simulated_hand.h"
 #include "haptics/trace_device.h"
 #include "render/overlay_view.h"
+#include "tools/hand_site.h"
 #include "tools/in_scene.h"
 #include "tools/instrument_looks.h"
 #include "tools/report_text.h"
@@ -243,37 +244,12 @@ void Session::BuildWalls() {
   }
 }
 
-// Where a hand goes when the scene does not say: where the line from its trocar to the middle of
-// the organ's tissue enters the surface.
 HandSite Session::SiteOf(const InstrumentOptions& instrument) const {
-  const OrganModel* organ = nullptr;
-  for (const OrganModel& candidate : organs_) {
-    if (candidate.options().name == instrument.hand.organ) organ = &candidate;
+  for (const OrganModel& organ : organs_) {
+    if (organ.options().name != instrument.hand.organ) continue;
+    return SiteOnOrgan(instrument, organ.rest(), organ.centre_of_volume_W());
   }
-  if (organ == nullptr) {
-    throw InputError("instrument \"" + instrument.name + "\": no organ for the hand to go to");
-  }
-  const SurfaceMesh& rest = organ->rest();
-  const SurfaceTree tree(rest.vertices, rest.triangles);
-  const Box bounds = AxisAlignedBounds(rest.vertices);
-  const double size = (bounds.max - bounds.min).norm();
-  SurfacePoint at;
-  if (instrument.hand.target.has_value()) {
-    at = tree.Closest(*instrument.hand.target, 10 * size).at;
-  } else {
-    at = tree.FirstEntry(instrument.p_trocar_W, organ->centre_of_volume_W()).at;
-  }
-  if (at.triangle < 0) {
-    throw InputError("instrument \"" + instrument.name +
-                     "\": its hand finds no surface of organ \"" + instrument.hand.organ +
-                     "\"; set instrument.hand.target near it, or the trocar outside of it");
-  }
-  HandSite site;
-  site.p_target_W = at.Position(rest.vertices, rest.triangles);
-  site.normal_W = InterpolatedNormal(rest.vertices, rest.triangles, organ->topology(), at);
-  site.p_trocar_W = instrument.p_trocar_W;
-  site.organ_size = size;
-  return site;
+  throw InputError("instrument \"" + instrument.name + "\": no organ for the hand to go to");
 }
 
 void Session::EnableForces(bool on) {

@@ -3,9 +3,9 @@
 
 Usage, from the repository's root after a build, on a machine that does nothing else:
 
-    tools/update_readme.py [--quick] [--keep] [chart] [bench] [stress]
+    tools/update_readme.py [--quick] [--keep] [chart] [bench] [stress] [plan]
 
-Runs `hpdm NAME --out out/NAME` for each of the names (none: all) and puts NAME.md between the lines
+Runs `hpdm NAME --out out/NAME` for each of the names (none: all; `plan` on a scene) and puts NAME.md between the lines
 `<!-- NAME begin -->` and `<!-- NAME end -->` of README.md, NAME.png, if there is one, into
 scenes/pictures. --keep takes the measurements that are there already.
 """
@@ -17,7 +17,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
-NAMES = ("chart", "bench", "stress")
+NAMES = ("chart", "bench", "stress", "plan")
+PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 
 
 def replaced(text, name, table):
@@ -29,6 +30,12 @@ def replaced(text, name, table):
     return f"{head}{begin}\n{table}{end}{tail}"
 
 
+def command(name, quick):
+    if name == "plan":
+        return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
+    return [name, "--out", OUT / name, *quick]
+
+
 def main(arguments):
     options = {each for each in arguments if each.startswith("-")}
     names = [each for each in arguments if each not in options] or NAMES
@@ -38,8 +45,8 @@ def main(arguments):
     quick = ["--quick"] if "--quick" in options else []
     if "--keep" not in options:
         for name in names:
-            program = [ROOT / "build/tools/hpdm", name, "--out", OUT / name, *quick]
-            subprocess.run(program, cwd=ROOT, check=True)
+            program = ROOT / "build/tools/hpdm"
+            subprocess.run([program, *command(name, quick)], cwd=ROOT, check=True)
     readme = ROOT / "README.md"
     text = readme.read_text(encoding="utf-8")
     for name in names:

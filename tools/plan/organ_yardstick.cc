@@ -1,0 +1,123 @@
+#include "tools/plan/organ_yardstick.h"
+
+#include <cmath>
+
+#include "engine/baselines/fine_lattice.h"
+#include "engine/baselines/skin.h"
+#include "engine/error.h"
+#include "engine/organ.h"
+#include "engine/static_loads.h"
+#include "tools/report_text.h"
+
+namespace hpdm {
+namespace {
+
+constexpr int kLevels[] = {12, 16, 24, 32, 48};
+constexpr int kMostControlPoints = 15000;  // the next level may have three times as many
+constexpr double kEnough = 0.4;            // of the error asked for: doubt
+constexpr double kFiniteMatters = 0.5;     // of the error asked for
+
+OrganOptions CoarseModel(const OrganOptions& organ, StrainMeasure strain) {
+  OrganOptions options = organ;
+  options.model = OrganModelType::kHpdm;
+  options.energy.type = EnergyType::kStrain;
+  options.energy.strain = strain;
+  options.energy.solver = SolverType::kCholesky;
+  options.lattice = LatticeOptions();
+  options.lattice.margin = organ.lattice.margin;
+  return options;
+}
+
+// What finite strain adds to each case on a coarse lattice.
+std::vector<Points> FiniteDifferences(const OrganOptions& organ, const SurfaceMesh& rest,
+                                      const OrganTouches& touches, double* share,
+                                      std::vector<std::string>* remarks) {
+  const OrganModel small(CoarseModel(organ, StrainMeasure::kSmall), rest);
+  const OrganModel finite(CoarseModel(organ, StrainMeasure::kFinite), rest);
+  std::vector<Points> differences, bent_shapes, straight_shapes;
+  *share = 0;
+  for (const std::vector<LoadOptions>& loads : touches.cases) {
+    const StaticSolution bent = StaticLoads(finite, loads).Solve();
+    const Points straight = StaticLoads(small, loads).Solve().vertex_displacements;
+    if (bent.share < 1) {
+      remarks->push_back("organ \"" + organ.name +
+                         "\": finite strain does not carry its loads; they are judged in small "
+                         "strain");
+      return {};
+    }
+    differences.push_back(bent.vertex_displacements - straight);
+    bent_shapes.push_back(bent.vertex_displacements);
+    straight_shapes.push_back(straight);
+  }
+  *share = PooledError(rest, straight_shapes, bent_shapes);
+  return differences;
+}
+
+}  // namespace
+
+double PooledError(const SurfaceMesh& rest, const std::vector<Points>& u,
+                   const std::vector<Points>& reference) {
+  const Eigen::VectorXd areas = VertexAreas(rest);
+  double apart = 0, moved = 0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    apart += areas.dot((u[i] - reference[i]).rowwise().squaredNorm());
+    moved += areas.dot(reference[i].rowwise().squaredNorm());
+  }
+  return std::sqrt(apart / moved);
+}
+
+OrganYardstick MakeYardstick(const OrganOptions& organ, const SurfaceMesh& rest,
+                             const OrganTouches& touches, double error,
+                             std::vector<std::string>* remarks) {
+  OrganYardstick yardstick;
+  for (const int cells : kLevels) {
+    const FineLattice lattice(organ, rest, cells);
+    std::vector<Points> finer;
+    for (const std::vector<LoadOptions>& loads : touches.cases) {
+      finer.push_back(lattice.Displacements(loads));
+    }
+    const bool first = yardstick.cells == 0;
+    const double doubt = first ? 1 : PooledError(rest, yardstick.displacements, finer);
+    const bool enough = doubt <= kEnough * error;
+    yardstick.displacements = std::move(finer);
+    yardstick.doubt = doubt;
+    yardstick.cells = cells;
+    yardstick.control_points = lattice.control_points();
+    if (enough || 3 * yardstick.control_points > kMostControlPoints) break;
+  }
+  if (yardstick.doubt > kEnough * error) {
+    remarks->push_back("organ \"" + organ.name +
+                       "\": the finest lattice that is tried leaves more in doubt than 0.4 "
+                       "of the error asked for; the estimates hold only so far");
+  }
+  const std::vector<Points> differences =
+      FiniteDifferences(organ, rest, touches, &yardstick.finite_share, remarks);
+  const bool matters = yardstick.finite_share > kFiniteMatters * error;
+  yardstick.finite = matters && organ.energy.strain != StrainMeasure::kSmall;
+  if (matters && !yardstick.finite) {
+    remarks->push_back("organ \"" + organ.name +
+                       "\": strain = \"small\" is taken at its word; finite "
+                       "strain would change the answer under these loads by " +
+                       Format("%.0f %%", 100 * yardstick.finite_share) +
+                       "; give strain = \"finite\" to have it judged so");
+  }
+  for (std::size_t i = 0; yardstick.finite && i < differences.size(); ++i) {
+    yardstick.displacements[i] += differences[i];
+  }
+  return yardstick;
+}
+
+void ScalePresses(const OrganOptions& organ, const SurfaceMesh& rest, double stiffness,
+                  double depth, OrganTouches* touches) {
+  if (touches->from_scene) return;
+  const OrganModel coarse(CoarseModel(organ, StrainMeasure::kSmall), rest);
+  const auto scale = [&](LoadOptions* press) {
+    press->force_W->normalize();
+    const double compliance = StaticLoads(coarse, {*press}).Solve().Compliance();
+    *press->force_W *= stiffness * depth / (1 + stiffness * compliance);
+  };
+  for (std::vector<LoadOptions>& loads : touches->cases) scale(&loads.front());
+  for (LoadOptions& patch : touches->patches) scale(&patch);
+}
+
+}  // namespace hpdm

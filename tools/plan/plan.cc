@@ -1,0 +1,122 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "engine/error.h"
+#include "scenes/obj_writer.h"
+#include "tools/commands.h"
+#include "tools/json_figures.h"
+#include "tools/machine_facts.h"
+#include "tools/number_option.h"
+#include "tools/plan/plan_report.h"
+#include "tools/plan/scene_plan.h"
+#include "tools/plot_plan.h"
+#include "tools/python_plot.h"
+#include "tools/report_text.h"
+#include "tools/staged_file.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct PlanOptions {
+  std::string scene;
+  std::string out;
+  std::string chart;
+  double error = 0;
+  double budget_ms = 0;
+  double seconds = 0;
+  bool json = false;
+};
+
+void WriteChart(const fs::path& folder, const ScenePlan& plan, const Json& report,
+                const MachineFacts& machine, std::string* remark) {
+  WriteTextFile(folder / "plan.csv",
+                PlanCsv(plan, {"processor: " + machine.processor, "compiler: " + machine.compiler,
+                               "flags: " + machine.flags,
+                               "threads: 1, load before: " + Format("%.2g", machine.load)}));
+  WriteTextFile(folder / "plan.md",
+                PlanMarkdown(plan, report["scene"].get<std::string>(), ToText(machine)));
+  WriteTextFile(folder / "plan.json", JsonText(report) + "\n");
+  *remark = RunPlotScript(kPlotPlanScript,
+                          {(folder / "plan.csv").string(), (folder / "plan.png").string()});
+}
+
+void Plan(const PlanOptions& options) {
+  const Scene scene = LoadScene(options.scene);
+  if (!options.out.empty()) {
+    std::vector<std::string> inputs = {scene.path.string()};
+    for (const SceneFile& file : scene.files) inputs.push_back(file.path);
+    RefuseOwnInput(options.out, inputs);
+  }
+  if (!options.chart.empty()) MakeOutFolder(options.chart);
+  const MachineFacts machine = ThisMachine();
+  const TimingClock::time_point start = TimingClock::now();
+  ScenePlan plan = MakePlan(scene, {options.error, 1e3 * options.budget_ms}, options.seconds,
+                            [](const std::string& organ, const PlanPoint& point) {
+                              std::fprintf(stderr, "%s: %s: %.1f %%, %s\n", organ.c_str(),
+                                           DescribeModel(point.model).c_str(), 100 * point.error,
+                                           Duration(point.MostMicroseconds()).c_str());
+                            });
+  const double searched_s = MillisecondsSince(start) / 1e3;
+  if (plan.MeetsBoth() && !options.out.empty()) {
+    const fs::path out(options.out);
+    const std::string text = PlannedScene(scene, plan, out.parent_path());
+    CheckPlannedScene(text, out, plan);
+    WriteTextFile(out, text);
+  }
+  Json report = {{"scene", scene.path.string()}, {"machine", ToJson(machine)}};
+  report.update(ToJson(plan));
+  report["seconds"] = searched_s;
+  report["remarks"] = plan.remarks;
+  if (!options.chart.empty()) {
+    std::string remark;
+    WriteChart(options.chart, plan, report, machine, &remark);
+    if (!remark.empty()) plan.remarks.push_back(remark);
+  }
+  if (options.json) {
+    std::cout << JsonText(report) << "\n";
+  } else {
+    std::cout << PlanText(plan) << VerdictText(plan) << Format("searched in %.1f s; ", searched_s)
+              << ToText(machine) << "\n";
+    if (plan.MeetsBoth() && !options.out.empty()) std::cout << options.out << ": written\n";
+    if (!options.chart.empty()) {
+      std::cout << options.chart << ": plan.csv, plan.json, plan.md, plan.png\n";
+    }
+  }
+  for (const std::string& remark : plan.remarks) std::fprintf(stderr, "hpdm: %s\n", remark.c_str());
+  if (plan.MeetsBoth()) return;
+  if (options.json) std::fputs(VerdictText(plan).c_str(), stderr);
+  throw CLI::RuntimeError(1);
+}
+
+}  // namespace
+
+void AddPlanCommand(CLI::App& app) {
+  const auto options = std::make_shared<PlanOptions>();
+  CLI::App* plan =
+      app.add_subcommand("plan", "Find the cheapest models that meet an error and a step's budget");
+  plan->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
+  plan->add_option("--error", options->error,
+                   "Most error of an organ's motion, relative: 0.05 is 5 %")
+      ->required()
+      ->check(NumberFrom(0.001, 1));
+  plan->add_option("--budget-ms", options->budget_ms,
+                   "Longest deformation step, of all organs that can be touched at once, ms")
+      ->required()
+      ->check(NumberFrom(0.001, 1000));
+  plan->add_option("--out", options->out,
+                   "Scene to write: this one with the chosen models, comments and all");
+  plan->add_option("--chart", options->chart,
+                   "Folder for the chart: plan.csv, .json, .md, .png; made when missing");
+  plan->add_option("--seconds", options->seconds, "End the search of models after so long")
+      ->check(NumberFrom(1, 86400));
+  plan->add_flag("--json", options->json, "Print JSON");
+  plan->callback([options] { Plan(*options); });
+}
+
+}  // namespace hpdm
