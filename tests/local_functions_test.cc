@@ -166,7 +166,7 @@ TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
 }
 
 TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
-  const Body body(GetParam());
+  const LatticeBody body(GetParam());
   const LocalFunctions local = body.Local();
   RefinedPress press(body, local);
   const auto response = MakeLatticeResponse(local, 20);
