@@ -29,12 +29,22 @@ BackOff::BackOff(const OrganModel& model, const OrganState& state)
 
 RelaxationResult BackOff::Relax(double dt, OrganState* state) {
   const RelaxationResult result = RelaxSoundly(dt, state);
-  if (model_.options().energy.strain == StrainMeasure::kAdaptive && sweep_ &&
-      state->control_displacements.allFinite()) {
-    gradient_ = model_.fold_watch()->LargestGradient(state->contacts.local,
-                                                     state->control_displacements, &*sweep_);
+  if (model_.options().energy.strain == StrainMeasure::kAdaptive && sweep_) {
+    WatchGradient(*state);
   }
   return result;
+}
+
+// What it was under contacts that are gone says nothing of the next.
+void BackOff::WatchGradient(const OrganState& state) {
+  if (state.contacts.size() == 0 || !state.control_displacements.allFinite()) {
+    sweep_->part = 0;
+    sweep_->gradients.fill(0);
+    gradient_ = 0;
+    return;
+  }
+  gradient_ = model_.fold_watch()->LargestGradient(state.contacts.local,
+                                                   state.control_displacements, &*sweep_);
 }
 
 RelaxationResult BackOff::RelaxSoundly(double dt, OrganState* state) {

@@ -59,6 +59,7 @@ class BackOff {
   static constexpr double kFarthest = 1e6;
 
   RelaxationResult RelaxSoundly(double dt, OrganState* state);
+  void WatchGradient(const OrganState& state);
   double Demand(const ContactSet& contacts) const;
   RelaxationResult RelaxWithin(double reach, double dt, OrganState* state);
   bool IsLinear(const OrganState& state) const;

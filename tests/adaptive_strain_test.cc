@@ -138,6 +138,19 @@ TEST_P(AdaptiveStrain, IsTheSameEachTime) {
   }
 }
 
+TEST(AdaptiveStrainLoop, ANewTouchBeginsInSmallStrain) {
+  const std::vector<OrganModel> organ =
+      OneOrgan(Options(StrainMeasure::kAdaptive), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
+  Bench bench(organ);
+  for (int step = 0; step < 30; ++step) bench.Step(kRadius - 0.001 * step, false);
+  EXPECT_GT(bench.share(), 0);
+  bench.Step(kRadius + 0.01, false);
+  for (int step = 0; step < 6; ++step) {
+    bench.Step(kRadius - 0.002, false);
+    EXPECT_EQ(bench.share(), 0) << step;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Ramps, AdaptiveStrain,
                          testing::Values(Ramp{"press", false, kRadius, kRadius - 0.03, 0},
                                          Ramp{"press_refined", false, kRadius, kRadius - 0.03, 12},
