@@ -171,10 +171,10 @@ StressCase ManyContacts(bool quick) {
 
 // Each jaws' way, m.
 constexpr double kApart = 0.05;
-constexpr double kReleased = kBlockStart + 0.5;  // s
+constexpr double kLetGo = kBlockStart + 0.5;  // s
 
 StressTool PullAside(double from, double side) {
-  return BlockGrasp(side * from, AtBlock(side * (from + kApart), 0.0125, 0), 0, kReleased,
+  return BlockGrasp(side * from, AtBlock(side * (from + kApart), 0.0125, 0), 0, kLetGo,
                     side * 0.02);
 }
 
@@ -190,7 +190,7 @@ StressCase ToolsApart(bool quick) {
     const auto pull = [&](const std::vector<StressTool>& tools) {
       auto body =
           std::make_unique<StressBody>(BlockOrgan(model, quick), BlockSurface(quick), tools);
-      body->RunUntil(kReleased);
+      body->RunUntil(kLetGo);
       return body;
     };
     if (!alone->contains(model)) {
@@ -201,7 +201,7 @@ StressCase ToolsApart(bool quick) {
     const auto body = pull({PullAside(from, -1), PullAside(from, 1)});
     const double most = std::max(body->outcome().tissue_force, body->outcome().reaction);
     StressTrial trial = Judge(std::max(0.0, most / alone->at(model) - 1), 9, 99);
-    AddReturn(body.get(), kReleased, &trial);
+    AddReturn(body.get(), kLetGo, &trial);
     return trial;
   };
   return stress_case;
