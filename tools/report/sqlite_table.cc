@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 /// "HPDM" in the file's header, and the version of its tables.
 constexpr int kApplication = 0x4850444D;
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
 /// How long to wait for another program that writes, ms.
 constexpr int kPatience = 60'000;
 
@@ -40,6 +40,7 @@ constexpr TableColumn kSessionColumns[] = {
     {"skipped_long_compute", "INTEGER", "/report/skipped/long_compute"},
     {"skipped_stalled", "INTEGER", "/report/skipped/stalled"},
     {"stolen_s", "REAL", "/report/stolen_s"},
+    {"steps_shed", "INTEGER", "/report/steps_shed"},
     {"log_sound", "INTEGER", "/report/log_health/sound"},
     {"log_closed", "INTEGER", "/report/log_health/closed"},
     {"log_events", "INTEGER", "/report/log_health/events"},
