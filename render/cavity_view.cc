@@ -11,7 +11,7 @@
 namespace hpdm {
 namespace {
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kCavityVertex = R"glsl(
 out vec3 ray_W;
 void main() {
   vec2 clip = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
@@ -78,7 +78,7 @@ std::vector<const char*> FragmentParts(bool picture) {
 }  // namespace
 
 CavityPainter::CavityPainter(const Image* background)
-    : program_("cavity", {glsl::kFrame, kVertex}, FragmentParts(background != nullptr)),
+    : program_("cavity", {glsl::kFrame, kCavityVertex}, FragmentParts(background != nullptr)),
       has_picture_(background != nullptr) {
   program_.BindBlock("Frame", FrameBlock::kBinding);
   if (background == nullptr) {

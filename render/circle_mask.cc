@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kMaskVertex = R"glsl(
 // Vertex pairs around the circle: even ones just outside its soft edge, odd ones off the picture.
 // Three more are the notch.
 void main() {
@@ -24,14 +24,14 @@ void main() {
 }
 )glsl";
 
-constexpr const char* kFragment = R"glsl(
+constexpr const char* kMaskFragment = R"glsl(
 out vec4 colour;
 void main() { colour = vec4(0.0, 0.0, 0.0, 1.0); }
 )glsl";
 
 }  // namespace
 
-CircleMask::CircleMask() : program_("circle mask", {glsl::kFrame, kVertex}, {kFragment}) {
+CircleMask::CircleMask() : program_("circle mask", {glsl::kFrame, kMaskVertex}, {kMaskFragment}) {
   program_.BindBlock("Frame", FrameBlock::kBinding);
 }
 

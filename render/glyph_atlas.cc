@@ -26,7 +26,7 @@ std::vector<char32_t> Characters() {
   return characters;
 }
 
-void Require(FT_Error error, const char* what) {
+void RequireFreeType(FT_Error error, const char* what) {
   if (error != 0) {
     throw MachineError(std::string("text on the picture: FreeType: ") + what + " failed (error " +
                        std::to_string(error) + "); reinstall libfreetype6");
@@ -38,14 +38,15 @@ void Require(FT_Error error, const char* what) {
 GlyphAtlas::GlyphAtlas(int pixels) : pixels_(pixels) {
   HPDM_CHECK(pixels >= 6 && pixels <= 200);
   FT_Library library = nullptr;
-  Require(FT_Init_FreeType(&library), "the start");
+  RequireFreeType(FT_Init_FreeType(&library), "the start");
   const std::unique_ptr<FT_LibraryRec_, decltype(&FT_Done_FreeType)> owned(library,
                                                                            FT_Done_FreeType);
   FT_Face face = nullptr;
   const auto file = FontFile();
-  Require(FT_New_Memory_Face(library, file.data(), static_cast<FT_Long>(file.size()), 0, &face),
-          "reading the font");
-  Require(FT_Set_Pixel_Sizes(face, 0, static_cast<FT_UInt>(pixels)), "scaling the font");
+  RequireFreeType(
+      FT_New_Memory_Face(library, file.data(), static_cast<FT_Long>(file.size()), 0, &face),
+      "reading the font");
+  RequireFreeType(FT_Set_Pixel_Sizes(face, 0, static_cast<FT_UInt>(pixels)), "scaling the font");
   constexpr int kUnit = 64;  // FreeType counts in 64ths of a pixel
   line_height_ = static_cast<int>(face->size->metrics.height / kUnit);
   ascent_ = static_cast<int>(face->size->metrics.ascender / kUnit);
@@ -56,7 +57,7 @@ GlyphAtlas::GlyphAtlas(int pixels) : pixels_(pixels) {
   coverage_.assign(static_cast<std::size_t>(width_), 0);
   coverage_[0] = 255;
   for (const char32_t code : Characters()) {
-    Require(FT_Load_Char(face, code, FT_LOAD_RENDER), "drawing a character");
+    RequireFreeType(FT_Load_Char(face, code, FT_LOAD_RENDER), "drawing a character");
     const FT_GlyphSlot slot = face->glyph;
     const FT_Bitmap& bitmap = slot->bitmap;
     Glyph glyph;

@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kHeatVertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 offset;
@@ -91,9 +91,9 @@ void main() {
 }  // namespace
 
 HeatPainter::HeatPainter()
-    : force_("force overlay", {glsl::kFrame, kVertex},
+    : force_("force overlay", {glsl::kFrame, kHeatVertex},
              {glsl::kFrame, ColourMapGlsl().c_str(), kPaint, kForce}),
-      vertex_heat_("error overlay", {glsl::kFrame, kVertex},
+      vertex_heat_("error overlay", {glsl::kFrame, kHeatVertex},
                    {glsl::kFrame, ColourMapGlsl().c_str(), kPaint, kVertexHeat}),
       bar_("colour bar", {glsl::kFrame, kBarVertex}, {ColourMapGlsl().c_str(), kBarFragment}),
       spot_count_(force_.Uniform("spot_count")),

@@ -17,7 +17,7 @@ constexpr double kCrease = std::numbers::pi / 5;  // rad: sharper edges of an in
 constexpr double kShaftLength = 0.40;             // m: longer than any insertion
 constexpr double kBeyond = 1e3;                   // m: no instrument is as long
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kInstrumentVertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 world_from_mesh;   // rigid
@@ -33,7 +33,7 @@ void main() {
 }
 )glsl";
 
-constexpr const char* kFragment = R"glsl(
+constexpr const char* kInstrumentFragment = R"glsl(
 in vec3 p_W;
 in vec3 normal_W;
 in float along;
@@ -75,7 +75,8 @@ Isometry3d PoseInTool(const InstrumentPart& part, double jaw) {
 }
 
 InstrumentPainter::InstrumentPainter(const std::vector<InstrumentView>& instruments)
-    : program_("instrument", {glsl::kFrame, kVertex}, {glsl::kFrame, glsl::kLight, kFragment}),
+    : program_("instrument", {glsl::kFrame, kInstrumentVertex},
+               {glsl::kFrame, glsl::kLight, kInstrumentFragment}),
       world_from_mesh_(program_.Uniform("world_from_mesh")),
       base_colour_(program_.Uniform("base_colour")),
       insulation_(program_.Uniform("insulation")),

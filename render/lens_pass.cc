@@ -11,7 +11,7 @@ constexpr int kPictureUnit = 0;
 constexpr int kSectors = 48;
 constexpr int kRings = 24;
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kLensVertex = R"glsl(
 uniform vec3 circle;        // radius in the picture's half width and half height; rings
 uniform float distortion;
 out vec2 place;
@@ -69,7 +69,7 @@ void main() {
 }  // namespace
 
 LensPass::LensPass(Edges edges)
-    : program_("lens", {kVertex}, {edges == Edges::kSmoothed ? kSmoothed : kAsDrawn}),
+    : program_("lens", {kLensVertex}, {edges == Edges::kSmoothed ? kSmoothed : kAsDrawn}),
       circle_(program_.Uniform("circle")),
       distortion_(program_.Uniform("distortion")) {
   program_.BindTexture("picture", kPictureUnit);

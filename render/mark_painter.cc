@@ -9,7 +9,7 @@
 namespace hpdm {
 namespace {
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kMarkVertex = R"glsl(
 layout(location = 0) in vec4 a;       // position in the world, radius in pixels
 layout(location = 1) in vec4 b;
 layout(location = 2) in vec4 paint;   // colour as on a screen, opacity
@@ -54,7 +54,7 @@ void main() {
 }
 )glsl";
 
-constexpr const char* kFragment = R"glsl(
+constexpr const char* kMarkFragment = R"glsl(
 noperspective in vec2 at;
 flat in vec2 from;
 flat in vec2 to;
@@ -84,7 +84,7 @@ void SetInput(GLuint index, std::size_t first) {
 }  // namespace
 
 MarkPainter::MarkPainter()
-    : program_("marks", {glsl::kFrame, kVertex}, {glsl::kFrame, kFragment}),
+    : program_("marks", {glsl::kFrame, kMarkVertex}, {glsl::kFrame, kMarkFragment}),
       opacity_(program_.Uniform("opacity")),
       fade_from_(program_.Uniform("fade_from")) {
   program_.BindBlock("Frame", FrameBlock::kBinding);

@@ -7,14 +7,14 @@ namespace {
 
 constexpr int kDepthUnit = 0;
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kOcclusionVertex = R"glsl(
 void main() {
   vec2 clip = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
   gl_Position = vec4(clip, 0.0, 1.0);
 }
 )glsl";
 
-constexpr const char* kFragment = R"glsl(
+constexpr const char* kOcclusionFragment = R"glsl(
 uniform sampler2D depth;
 uniform vec2 inverse_depth;   // 1 / z = x + y * depth, 1/m
 uniform vec3 sampling;        // radius: px times m, m; strength
@@ -65,7 +65,7 @@ void SetStorage(const GlObject& texture, GLint format, GLenum of, GLenum type, i
 }  // namespace
 
 Occlusion::Occlusion()
-    : program_("occlusion", {kVertex}, {kFragment}),
+    : program_("occlusion", {kOcclusionVertex}, {kOcclusionFragment}),
       sampling_(program_.Uniform("sampling")),
       inverse_depth_(program_.Uniform("inverse_depth")) {
   program_.BindTexture("depth", kDepthUnit);

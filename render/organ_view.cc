@@ -13,7 +13,7 @@
 namespace hpdm {
 namespace {
 
-constexpr const char* kVertex = R"glsl(
+constexpr const char* kOrganVertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 offset;
@@ -29,7 +29,7 @@ void main() {
 }
 )glsl";
 
-constexpr const char* kFragment = R"glsl(
+constexpr const char* kOrganFragment = R"glsl(
 in vec3 p_W;
 in vec3 normal_W;
 in vec2 uv;
@@ -51,7 +51,7 @@ void main() {
 }
 )glsl";
 
-constexpr const char* kDepthFragment = "void main() {}\n";
+constexpr const char* kOrganDepthFragment = "void main() {}\n";
 
 constexpr int kBaseTextureUnit = 0;
 constexpr int kDetailUnit = 1;
@@ -78,9 +78,9 @@ std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
 }  // namespace
 
 OrganPainter::OrganPainter(const std::vector<OrganView>& organs, bool levels)
-    : program_("organ", {glsl::kFrame, kVertex},
-               {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kFragment}),
-      depth_program_("organ depth", {glsl::kFrame, kVertex}, {kDepthFragment}),
+    : program_("organ", {glsl::kFrame, kOrganVertex},
+               {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kOrganFragment}),
+      depth_program_("organ depth", {glsl::kFrame, kOrganVertex}, {kOrganDepthFragment}),
       base_colour_(program_.Uniform("base_colour")),
       metres_per_uv_(program_.Uniform("metres_per_uv")),
       detail_(TissueDetail()),

@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-const char* const kVertex = R"(
+const char* const kTextVertex = R"(
 layout(location = 0) in vec2 at_px;
 layout(location = 1) in vec2 atlas_px;
 layout(location = 2) in vec4 colour;
@@ -23,7 +23,7 @@ void main() {
 }
 )";
 
-const char* const kFragment = R"(
+const char* const kTextFragment = R"(
 in vec2 atlas_place;
 in vec4 text_colour;
 uniform sampler2D coverage;
@@ -36,7 +36,7 @@ void main() {
 }  // namespace
 
 TextPainter::TextPainter()
-    : program_("text", {kVertex}, {kFragment}),
+    : program_("text", {kTextVertex}, {kTextFragment}),
       picture_size_(program_.Uniform("picture_size")),
       atlas_size_(program_.Uniform("atlas_size")) {
   glBindVertexArray(inputs_.name());

@@ -47,9 +47,9 @@ std::vector<std::vector<Vector3d>> Joined(std::vector<std::vector<Vector3d>> fir
   return first;
 }
 
-class Liver {
+class LiverColours {
  public:
-  Liver() : vessels_(*shape_, Trunks(), kVessels) {}
+  LiverColours() : vessels_(*shape_, Trunks(), kVessels) {}
 
   Vector3d At(const Vector3d& p) const {
     const double patches = FractalNoise(p / 0.05, 3, 1), mottle = FractalNoise(p / 0.012, 2, 5);
@@ -86,9 +86,9 @@ class Liver {
   VesselTree vessels_;
 };
 
-class Stomach {
+class StomachColours {
  public:
-  Stomach()
+  StomachColours()
       : greater_(StomachGreaterCurvature()),
         lesser_(StomachLesserCurvature()),
         arteries_(*shape_, Trunks(0.026), Vessels(4)),
@@ -132,9 +132,9 @@ class Stomach {
   VesselTree arteries_, veins_;
 };
 
-class Gallbladder {
+class GallbladderColours {
  public:
-  Gallbladder() : vessels_(*shape_, Trunks(), kVessels) {}
+  GallbladderColours() : vessels_(*shape_, Trunks(), kVessels) {}
 
   Vector3d At(const Vector3d& p) const {
     const double patches = FractalNoise(p / 0.016, 3, 41), mottle = FractalNoise(p / 0.003, 2, 45);
@@ -189,8 +189,8 @@ Vector3d FatColour(const Vector3d& p) {
   return Mix(yellow, {0.74, 0.46, 0.26}, 0.45 * cleft * cleft);
 }
 
-SurfaceColour LiverColour() { return ColourOf<Liver>(); }
-SurfaceColour StomachColour() { return ColourOf<Stomach>(); }
-SurfaceColour GallbladderColour() { return ColourOf<Gallbladder>(); }
+SurfaceColour LiverColour() { return ColourOf<LiverColours>(); }
+SurfaceColour StomachColour() { return ColourOf<StomachColours>(); }
+SurfaceColour GallbladderColour() { return ColourOf<GallbladderColours>(); }
 
 }  // namespace hpdm

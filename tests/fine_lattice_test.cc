@@ -56,9 +56,9 @@ TEST(FineLattices, AgreeWithTheDirectSolutionOfTheSameCells) {
     const StaticSolution direct = Direct(body, 8, loads);
     EXPECT_EQ(lattice.control_points(), direct.control_displacements.rows());
     // Conjugate gradients to 3e-4.
-    EXPECT_LT(
-        RelativeSurfaceError(body.rest, lattice.Displacements(loads), direct.vertex_displacements),
-        1e-3);
+    EXPECT_LT(RelativeSurfaceError(body.rest, lattice.Displacements({loads})[0],
+                                   direct.vertex_displacements),
+              1e-3);
   }
 }
 
@@ -69,15 +69,27 @@ TEST(FineLattices, MeetDisplacementsAndForcesTogether) {
   moved.p_centre_W = {0.1, 0, 0};
   moved.displacement_W = Vector3d(0, 0, 0.01);
   const std::vector<LoadOptions> loads = {PressOnTop({0, 0, -0.5}), moved};
-  const Points u = FineLattice(body.organ, body.rest, 8).Displacements(loads);
+  const Points u = FineLattice(body.organ, body.rest, 8).Displacements({loads})[0];
   EXPECT_LT(RelativeSurfaceError(body.rest, u, Direct(body, 8, loads).vertex_displacements), 1e-3);
+}
+
+TEST(FineLattices, SolveEachOfManyCasesAsIfItWereAlone) {
+  const Body body = HeldEllipsoid();
+  const FineLattice lattice(body.organ, body.rest, 6);
+  std::vector<std::vector<LoadOptions>> cases;
+  for (int i = 0; i < 6; ++i) cases.push_back({PressOnTop({0.1 * i, 0, -0.5})});
+  const std::vector<Points> together = lattice.Displacements(cases);
+  ASSERT_EQ(together.size(), cases.size());
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    EXPECT_EQ(together[i], lattice.Displacements({cases[i]})[0]) << i;
+  }
 }
 
 TEST(FineLattices, HoldWhatSpringsHold) {
   Body body = HeldEllipsoid();
   body.organ.supports[0].stiffness = 1e6;
   const std::vector<LoadOptions> loads = {PressOnTop({0, 0, -0.5})};
-  const Points u = FineLattice(body.organ, body.rest, 6).Displacements(loads);
+  const Points u = FineLattice(body.organ, body.rest, 6).Displacements({loads})[0];
   EXPECT_LT(RelativeSurfaceError(body.rest, u, Direct(body, 6, loads).vertex_displacements), 1e-3);
 }
 
@@ -86,10 +98,10 @@ TEST(FineLattices, RefusePressuresAndLoadsThatTouchNothing) {
   const FineLattice lattice(body.organ, body.rest, 4);
   LoadOptions pressure;
   pressure.pressure = 10;
-  EXPECT_THROW(lattice.Displacements({pressure}), InputError);
+  EXPECT_THROW(lattice.Displacements({{pressure}}), InputError);
   LoadOptions beside = PressOnTop({0, 0, -1});
   beside.p_centre_W = {0, 0, 1};
-  EXPECT_THROW(lattice.Displacements({beside}), InputError);
+  EXPECT_THROW(lattice.Displacements({{beside}}), InputError);
 }
 
 }  // namespace

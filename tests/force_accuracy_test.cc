@@ -145,7 +145,7 @@ class FlowHaptics : public testing::Test {
     return {std::istreambuf_iterator<char>(file), {}};
   }
 
-  const std::string scene_ = std::string(HPDM_SOURCE_DIR) + "/scenes/two_hands.toml";
+  const std::string scene_ = HPDM_SOURCE_DIR "/scenes/two_hands.toml";
   ScratchFolder folder_;
 };
 

@@ -51,10 +51,7 @@ TEST_P(PlanOnReferences, EstimatesWithinAFactorOfTwoAndKeepsItsPromise) {
       MakePlan(load_case.scene, {error, 5e3}, 0, [](const std::string&, const PlanPoint&) {});
   const OrganPlan& organ = plan.organs.at(0);
   const auto truth_of = [&](const PlanPoint& point) {
-    const OrganModel model(point.model, load_case.rest);
-    return RelativeSurfaceError(
-        load_case.rest, StaticLoads(model, load_case.scene.loads).Solve().vertex_displacements,
-        reference.displacements);
+    return RelativeSurfaceError(load_case.rest, point.answers.at(0), reference.displacements);
   };
   double least = 1e9, most = 0;
   int judged = 0;

@@ -57,6 +57,26 @@ int PlaceAround(const std::array<int, 3>& a, const std::array<int, 3>& b) {
   return ((b[0] - a[0] + kReach) * kAcross + b[1] - a[1] + kReach) * kAcross + b[2] - a[2] + kReach;
 }
 
+// X of L L^T X = B, in place, L's rows and columns permuted: all columns of B in one pass over L.
+template <typename Columns>
+void SolveTogether(const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>& inner, Columns* B) {
+  const Eigen::SparseMatrix<double>& L = inner.matrixL().nestedExpression();
+  using Column = Eigen::SparseMatrix<double>::InnerIterator;
+  Columns X = inner.permutationP() * *B;
+  for (Eigen::Index j = 0; j < L.cols(); ++j) {
+    Column it(L, j);
+    X.row(j) /= it.value();  // the diagonal stands first
+    for (++it; it; ++it) X.row(it.index()) -= it.value() * X.row(j);
+  }
+  for (Eigen::Index j = L.cols() - 1; j >= 0; --j) {
+    Column it(L, j);
+    const double diagonal = it.value();
+    for (++it; it; ++it) X.row(j) -= it.value() * X.row(it.index());
+    X.row(j) /= diagonal;
+  }
+  *B = inner.permutationPinv() * X;
+}
+
 }  // namespace
 
 FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int cells)
@@ -237,60 +257,73 @@ void FineLattice::Factorise() {
   for (const Matrix3d& block : own) preconditioner_.push_back(block.inverse());
 }
 
-void FineLattice::Multiply(const Eigen::VectorXd& x, Eigen::VectorXd* y) const {
+void FineLattice::Multiply(const Columns& x, Columns* y) const {
   const std::size_t n = preconditioner_.size();
-  y->resize(x.size());
+  y->resize(x.rows(), kTogether);
   for (std::size_t a = 0; a < n; ++a) {
-    double sum[3] = {0, 0, 0};
+    Eigen::Array<double, 3, kTogether, Eigen::RowMajor> sum = decltype(sum)::Zero();
     const float* block = &blocks_[a * kAround * 9];
     const int* column = &neighbours_[a * kAround];
     for (int place = 0; place < kAround; ++place, block += 9) {
       if (column[place] < 0) continue;
-      const double* u = &x[3 * column[place]];
+      const double* u = x.data() + std::ptrdiff_t{3 * kTogether} * column[place];
       for (int d = 0; d < 3; ++d) {
-        sum[d] += block[3 * d] * u[0] + block[3 * d + 1] * u[1] + block[3 * d + 2] * u[2];
+        for (int c = 0; c < kTogether; ++c) {
+          sum(d, c) += block[3 * d] * u[c] + block[3 * d + 1] * u[kTogether + c] +
+                       block[3 * d + 2] * u[2 * kTogether + c];
+        }
       }
     }
-    for (int d = 0; d < 3; ++d) (*y)[static_cast<Eigen::Index>(3 * a) + d] = sum[d];
+    y->middleRows<3>(static_cast<Eigen::Index>(3 * a)) = sum;
   }
   for (const Projection& each : dilatations_) {
-    const Eigen::VectorXd moments = each.moments * x;
-    *y += each.stiffness * (each.moments.transpose() * each.inner->solve(moments));
+    Columns moments = each.moments * x;
+    SolveTogether(*each.inner, &moments);
+    *y += each.stiffness * (each.moments.transpose() * moments);
   }
-  const Eigen::Map<const Points> U(x.data(), lattice_.size(), 3);
-  Eigen::Map<Points> force(y->data(), lattice_.size(), 3);
+  // A row a control point: its three displacements of every column.
+  using ByPoint = Eigen::Matrix<double, Eigen::Dynamic, 3 * kTogether, Eigen::RowMajor>;
+  const Eigen::Map<const ByPoint> U(x.data(), lattice_.size(), 3 * kTogether);
+  Eigen::Map<ByPoint> force(y->data(), lattice_.size(), 3 * kTogether);
   force += springs_ * U;
   for (const Projection& each : held_) {
-    const Eigen::MatrixXd moments = each.moments * U;
-    force += each.stiffness * (each.moments.transpose() * each.inner->solve(moments));
+    ByPoint moments = each.moments * U;
+    SolveTogether(*each.inner, &moments);
+    force += each.stiffness * (each.moments.transpose() * moments);
   }
 }
 
-// Conjugate gradients.
-Eigen::VectorXd FineLattice::Solve(const Eigen::VectorXd& load) const {
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(load.size()), r = load, z(load.size()), p, Kp;
+// Conjugate gradients, each column's own; one that is solved waits for the others.
+FineLattice::Columns FineLattice::Solve(const Columns& loads) const {
+  using Row = Eigen::Array<double, 1, kTogether>;
+  Columns x = Columns::Zero(loads.rows(), kTogether), r = loads, z(loads.rows(), kTogether), p, Kp;
   const auto precondition = [&] {
     for (std::size_t a = 0; a < preconditioner_.size(); ++a) {
       const auto at = static_cast<Eigen::Index>(3 * a);
-      z.segment<3>(at) = preconditioner_[a] * r.segment<3>(at);
+      z.middleRows<3>(at) = preconditioner_[a] * r.middleRows<3>(at);
     }
+  };
+  const auto dot = [](const Columns& a, const Columns& b) -> Row {
+    return a.cwiseProduct(b).colwise().sum();
   };
   precondition();
   p = z;
-  double size = r.dot(z);
-  const double enough = kFineTolerance * kFineTolerance * size;
-  for (int i = 0; size > enough; ++i) {
+  Row size = dot(r, z);
+  const Row enough = kFineTolerance * kFineTolerance * size;
+  for (int i = 0; (size > enough).any(); ++i) {
     Multiply(p, &Kp);
-    const double step = size / p.dot(Kp);
-    if (i == kMostIterations || !std::isfinite(step)) {
+    const Eigen::Array<bool, 1, kTogether> moves = size > enough;
+    const Row step = moves.select(size / dot(p, Kp), 0);
+    if (i == kMostIterations || !step.isFinite().all()) {
       throw InputError("organ \"" + organ_.name +
                        "\": nothing seems to hold it; add an [[organ.support]]");
     }
-    x += step * p;
-    r -= step * Kp;
+    x += p * step.matrix().asDiagonal();
+    r -= Kp * step.matrix().asDiagonal();
     precondition();
-    const double next = r.dot(z);
-    p = z + next / size * p;
+    const Row next = moves.select(dot(r, z), size);
+    const Row turn = moves.select(next / size, 0);
+    p = z + p * turn.matrix().asDiagonal();
     size = next;
   }
   return x;
@@ -320,62 +353,100 @@ FineLattice::Patch FineLattice::PatchOf(const LoadOptions& load) const {
   return patch;
 }
 
-Points FineLattice::Displacements(const std::vector<LoadOptions>& loads) const {
-  const auto equations = static_cast<Eigen::Index>(3 * loads.size());
-  std::vector<Patch> patches;
-  for (const LoadOptions& load : loads) patches.push_back(PatchOf(load));
-  Eigen::VectorXd force = Eigen::VectorXd::Zero(equations), moved = force;
-  std::vector<Eigen::Index> held;  // equations whose displacement is given
-  for (std::size_t i = 0; i < loads.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(3 * i);
-    if (loads[i].force_W) force.segment<3>(at) = *loads[i].force_W;
-    if (!loads[i].displacement_W) continue;
-    moved.segment<3>(at) = *loads[i].displacement_W;
-    for (int d = 0; d < 3; ++d) held.push_back(at + d);
+std::vector<Points> FineLattice::Displacements(
+    const std::vector<std::vector<LoadOptions>>& cases) const {
+  std::vector<Answer> answers;
+  for (const std::vector<LoadOptions>& loads : cases) answers.push_back(Ask(loads));
+  // What is asked of all the cases, as many together as one pass over the stiffness takes.
+  std::vector<Eigen::VectorXd*> asked;
+  for (Answer& answer : answers) {
+    for (Eigen::VectorXd& field : answer.fields) asked.push_back(&field);
   }
+  for (std::size_t begin = 0; begin < asked.size(); begin += kTogether) {
+    const std::size_t count = std::min<std::size_t>(kTogether, asked.size() - begin);
+    Columns columns = Columns::Zero(3 * lattice_.size(), kTogether);
+    for (std::size_t c = 0; c < count; ++c) {
+      columns.col(static_cast<Eigen::Index>(c)) = *asked[begin + c];
+    }
+    columns = Solve(columns);
+    for (std::size_t c = 0; c < count; ++c) {
+      *asked[begin + c] = columns.col(static_cast<Eigen::Index>(c));
+    }
+  }
+  std::vector<Points> displacements;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    displacements.push_back(Compose(cases[i], &answers[i]));
+  }
+  return displacements;
+}
+
+FineLattice::Answer FineLattice::Ask(const std::vector<LoadOptions>& loads) const {
+  Answer answer;
+  const auto equations = static_cast<Eigen::Index>(3 * loads.size());
+  answer.force.setZero(equations);
+  answer.moved.setZero(equations);
   const auto load_of = [&](const Eigen::VectorXd& forces) {
     Eigen::VectorXd load = Eigen::VectorXd::Zero(3 * lattice_.size());
     for (std::size_t i = 0; i < loads.size(); ++i) {
       const Vector3d f = forces.segment<3>(static_cast<Eigen::Index>(3 * i));
       if (f.isZero(0)) continue;
       for (Eigen::Index a = 0; a < lattice_.size(); ++a) {
-        load.segment<3>(3 * a) += patches[i].weights[a] * f;
+        load.segment<3>(3 * a) += answer.patches[i].weights[a] * f;
       }
     }
     return load;
   };
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    answer.patches.push_back(PatchOf(loads[i]));
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    if (loads[i].force_W) answer.force.segment<3>(at) = *loads[i].force_W;
+    if (!loads[i].displacement_W) continue;
+    answer.moved.segment<3>(at) = *loads[i].displacement_W;
+    for (int d = 0; d < 3; ++d) answer.held.push_back(at + d);
+  }
+  answer.fields.push_back(load_of(answer.force));
+  for (const Eigen::Index equation : answer.held) {
+    answer.fields.push_back(load_of(Eigen::VectorXd::Unit(equations, equation)));
+  }
+  return answer;
+}
+
+Points FineLattice::Compose(const std::vector<LoadOptions>& loads, Answer* answer) const {
+  const Eigen::Index equations = answer->force.size();
   const auto displacements_of = [&](const Eigen::VectorXd& U, const Eigen::VectorXd& forces) {
     Eigen::VectorXd at_loads(equations);
     const Eigen::Map<const Points> moved_points(U.data(), lattice_.size(), 3);
     for (std::size_t i = 0; i < loads.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(3 * i);
-      at_loads.segment<3>(at) = moved_points.transpose() * patches[i].weights +
-                                patches[i].dent.Compliance() * forces.segment<3>(at);
+      const Patch& patch = answer->patches[i];
+      at_loads.segment<3>(at) = moved_points.transpose() * patch.weights +
+                                patch.dent.Compliance() * forces.segment<3>(at);
     }
     return at_loads;
   };
-  // The forces that are given, then what each of those that are asked for does.
-  Eigen::VectorXd U = Eigen::VectorXd::Zero(3 * lattice_.size());
-  if (!force.isZero(0)) U = Solve(load_of(force));
-  if (!held.empty()) {
-    const auto unknown = static_cast<Eigen::Index>(held.size());
-    const Eigen::VectorXd missing = (moved - displacements_of(U, force))(held);
-    Eigen::MatrixXd responses(U.size(), unknown), compliance(unknown, unknown);
+  Eigen::VectorXd& U = answer->fields.front();
+  if (!answer->held.empty()) {
+    const auto unknown = static_cast<Eigen::Index>(answer->held.size());
+    const Eigen::VectorXd missing =
+        (answer->moved - displacements_of(U, answer->force))(answer->held);
+    Eigen::MatrixXd compliance(unknown, unknown);
     for (Eigen::Index c = 0; c < unknown; ++c) {
-      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(equations, held[c]);
-      responses.col(c) = Solve(load_of(unit));
-      compliance.col(c) = displacements_of(responses.col(c), unit)(held);
+      const auto k = static_cast<std::size_t>(c);
+      compliance.col(c) = displacements_of(
+          answer->fields[k + 1], Eigen::VectorXd::Unit(equations, answer->held[k]))(answer->held);
     }
     const Eigen::VectorXd found = compliance.fullPivLu().solve(missing);
-    U += responses * found;
-    force(held) += found;
+    for (Eigen::Index c = 0; c < unknown; ++c) {
+      U += found[c] * answer->fields[static_cast<std::size_t>(c) + 1];
+    }
+    answer->force(answer->held) += found;
   }
 
   Points u =
       lattice_.Weights(rest_.vertices) * Eigen::Map<const Points>(U.data(), lattice_.size(), 3);
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    const SurfaceDent& dent = patches[i].dent;
-    const Vector3d f = force.segment<3>(static_cast<Eigen::Index>(3 * i));
+    const SurfaceDent& dent = answer->patches[i].dent;
+    const Vector3d f = answer->force.segment<3>(static_cast<Eigen::Index>(3 * i));
     const double reach = DentReach(dent.radius(), dent.resolved_radius());
     for (Eigen::Index v = 0; v < u.rows(); ++v) {
       const double d = (rest_.vertices.row(v).transpose() - loads[i].p_centre_W).norm();

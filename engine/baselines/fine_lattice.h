@@ -29,10 +29,11 @@ class FineLattice {
 
   int control_points() const { return lattice_.size(); }  ///< n.
 
-  /// Where the surface comes to rest under forces and displacements that act together (V x 3, m).
-  /// What a patch does below the cells' size is a half-space's (half_space.h). Throws InputError
-  /// when a load touches no surface, is a pressure, or nothing holds the organ.
-  Points Displacements(const std::vector<LoadOptions>& loads) const;
+  /// Where the surface comes to rest in each case under its forces and displacements, which act
+  /// together (V x 3, m). What a patch does below the cells' size is a half-space's (half_space.h).
+  /// Four cases of forces cost little more than one. Throws InputError when a load touches no
+  /// surface, is a pressure, or nothing holds the organ.
+  std::vector<Points> Displacements(const std::vector<std::vector<LoadOptions>>& cases) const;
 
  private:
   // Fields projected on the splines one degree lower, in the inner product of some tissue:
@@ -43,10 +44,21 @@ class FineLattice {
     std::unique_ptr<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>> inner;
     Eigen::VectorXd sums;  // m: of the inner products' rows, which preconditioning takes for them
   };
+  // Displacements or forces (3n x so many, m or N) that are solved for in one pass over the
+  // stiffness, which is all that an iteration waits for.
+  static constexpr int kTogether = 4;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, kTogether, Eigen::RowMajor>;
   // A load as the lattice gets it, and the rest of what it does.
   struct Patch {
     Eigen::VectorXd weights;  // n
     SurfaceDent dent;
+  };
+  // Of a case's loads: what is solved for, and what is known of the rest.
+  struct Answer {
+    std::vector<Patch> patches;
+    Eigen::VectorXd force, moved;         // 3 a load, N and m: what is given
+    std::vector<Eigen::Index> held;       // equations whose displacement is given
+    std::vector<Eigen::VectorXd> fields;  // 3n: of the given forces, then of 1 N in each of `held`
   };
 
   void AddElasticity(const struct TissueQuadrature& sampled, const Quadrature& elastic);
@@ -56,9 +68,11 @@ class FineLattice {
   void Factorise();
   Projection Project(const Quadrature& tissue, const std::vector<WeightMatrix>& fields,
                      double stiffness) const;
-  void Multiply(const Eigen::VectorXd& x, Eigen::VectorXd* y) const;
-  Eigen::VectorXd Solve(const Eigen::VectorXd& load) const;
+  void Multiply(const Columns& x, Columns* y) const;
+  Columns Solve(const Columns& loads) const;
   Patch PatchOf(const LoadOptions& load) const;
+  Answer Ask(const std::vector<LoadOptions>& loads) const;  // `fields` are the loads' own: N
+  Points Compose(const std::vector<LoadOptions>& loads, Answer* answer) const;
 
   OrganOptions organ_;
   SurfaceMesh rest_;

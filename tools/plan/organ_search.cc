@@ -75,16 +75,15 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
   LoadedBody body(rest, most, model);
   point.setup_ms = ThreadMilliseconds() - start_ms;
   point.control_points = body.unknowns();
-  std::vector<Points> answers;
   for (std::size_t i = 0; i < touches.cases.size(); ++i) {
     body.Reload(touches.cases[i]);
     const Points& reference = yardstick.displacements[i];
     point.converged &= TakeToRest(rest, touches.cases[i], reference, model, &body);
     point.local_functions = std::max(
         point.local_functions, body.local_functions() / static_cast<int>(touches.cases[i].size()));
-    answers.push_back(body.VertexDisplacements());
+    point.answers.push_back(body.VertexDisplacements());
   }
-  point.distance = PooledError(rest, answers, yardstick.displacements);
+  point.distance = PooledError(rest, point.answers, yardstick.displacements);
   point.error = std::hypot(point.distance, yardstick.doubt);
   if (!std::isfinite(point.error)) point.converged = false;
   for (std::size_t contacts = 1; contacts <= touches.patches.size(); ++contacts) {

@@ -18,12 +18,13 @@ struct PlanPoint {
   OrganOptions model;
   bool choosable = true;
   int control_points = 0;
-  int local_functions = 0;    ///< A contact, in use.
-  double distance = 0;        ///< From the yardstick: PooledError.
-  double error = 0;           ///< The estimate: with what the yardstick leaves in doubt.
-  bool converged = true;      ///< Within a step's budget, and under the loads.
-  std::vector<Timing> steps;  ///< [k]: reposition, relax, relocate with k + 1 contacts.
-  double setup_ms = 0;        ///< Of the thread's own time.
+  int local_functions = 0;      ///< A contact, in use.
+  std::vector<Points> answers;  ///< To each case: V x 3, m.
+  double distance = 0;          ///< Theirs from the yardstick: PooledError.
+  double error = 0;             ///< The estimate: with what the yardstick leaves in doubt.
+  bool converged = true;        ///< Within a step's budget, and under the loads.
+  std::vector<Timing> steps;    ///< [k]: reposition, relax, relocate with k + 1 contacts.
+  double setup_ms = 0;          ///< Of the thread's own time.
   double Microseconds(std::size_t contacts) const { return steps[contacts - 1].median_us; }
   /// With as many contacts as there may be.
   double MostMicroseconds() const { return steps.back().median_us; }

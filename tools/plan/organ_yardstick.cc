@@ -72,10 +72,7 @@ OrganYardstick MakeYardstick(const OrganOptions& organ, const SurfaceMesh& rest,
   OrganYardstick yardstick;
   for (const int cells : kLevels) {
     const FineLattice lattice(organ, rest, cells);
-    std::vector<Points> finer;
-    for (const std::vector<LoadOptions>& loads : touches.cases) {
-      finer.push_back(lattice.Displacements(loads));
-    }
+    std::vector<Points> finer = lattice.Displacements(touches.cases);
     const bool first = yardstick.cells == 0;
     const double doubt = first ? 1 : PooledError(rest, yardstick.displacements, finer);
     const bool enough = doubt <= kEnough * error;

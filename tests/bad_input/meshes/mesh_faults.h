@@ -47,6 +47,11 @@ class MeshFaults {
   std::vector<MeshFault> all_;
 };
 
+/// A text with the first `from` in it replaced.
+inline std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
 /// The sound body that the faults are made of: a sphere, radius 50 mm, 42 vertices, 80 triangles.
 inline SurfaceMesh SoundBody() { return MakeSphere(1, 0.05); }
 

@@ -10,10 +10,6 @@ constexpr PlyEncoding kText = PlyEncoding::kText, kLittle = PlyEncoding::kLittle
                       kBig = PlyEncoding::kBigEndian;
 
 /// The text with the first `from` in it replaced.
-std::string Replaced(std::string text, const std::string& from, const std::string& to) {
-  return text.replace(text.find(from), from.size(), to);
-}
-
 /// A random coordinate replaced in a file of either byte order.
 std::string WithNumber(PlyEncoding encoding, float number, MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();

@@ -7,11 +7,7 @@
 namespace hpdm {
 namespace {
 
-std::string Replaced(std::string text, const std::string& from, const std::string& to) {
-  return text.replace(text.find(from), from.size(), to);
-}
-
-void AddTexts(MeshFaults* faults) {
+void AddStlTexts(MeshFaults* faults) {
   const std::string text = StlText(SoundBody());
   faults->Add("sound_text.stl", text);
   std::string shouted = text;
@@ -70,7 +66,7 @@ void AddBinaries(MeshFaults* faults) {
 }  // namespace
 
 void AddStlFaults(MeshFaults* faults) {
-  AddTexts(faults);
+  AddStlTexts(faults);
   AddBinaries(faults);
 }
 
