@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lcmtypes/message_walk.h"
+
 namespace hpdm {
 namespace {
 
-constexpr std::size_t kHashBytes = 8;
 constexpr std::size_t kCountBytes = 4;
 
 template <typename Vector>

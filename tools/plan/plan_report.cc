@@ -12,15 +12,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// What the report says of the points of one organ.
-struct Marks {
+struct PointMarks {
   std::vector<std::size_t> order;  // from fast to slow
   std::vector<bool> front;
   std::optional<std::size_t> chosen;
 };
 
-Marks MarksOf(const ScenePlan& plan, std::size_t o) {
+PointMarks PointMarksOf(const ScenePlan& plan, std::size_t o) {
   const std::vector<PlanPoint>& points = plan.organs[o].points;
-  Marks marks{std::vector<std::size_t>(points.size()), std::vector<bool>(points.size()), {}};
+  PointMarks marks{std::vector<std::size_t>(points.size()), std::vector<bool>(points.size()), {}};
   std::iota(marks.order.begin(), marks.order.end(), std::size_t{0});
   std::stable_sort(marks.order.begin(), marks.order.end(), [&](std::size_t a, std::size_t b) {
     return points[a].MostMicroseconds() < points[b].MostMicroseconds();
@@ -102,7 +102,7 @@ std::string PlanText(const ScenePlan& plan) {
     text += YardstickText(organ) + "\n";
     text += "      error       step   set-up  control points, model; step of " + Contacts(organ) +
             "; * best of its time, > chosen\n";
-    const Marks marks = MarksOf(plan, o);
+    const PointMarks marks = PointMarksOf(plan, o);
     for (const std::size_t i : marks.order) {
       const PlanPoint& point = organ.points[i];
       text += Format("  %c%c %5.1f %% %10s %8s  %5d  %s%s\n", marks.chosen == i ? '>' : ' ',
@@ -161,7 +161,7 @@ std::string PlanMarkdown(const ScenePlan& plan, const std::string& scene,
       text += "| " + organ.name + " | " + FateText(organ) + " | - | - | - | |\n";
       continue;
     }
-    const Marks marks = MarksOf(plan, o);
+    const PointMarks marks = PointMarksOf(plan, o);
     for (const std::size_t i : marks.order) {
       if (!marks.front[i]) continue;
       const PlanPoint& point = organ.points[i];
@@ -202,7 +202,7 @@ Json ToJson(const ScenePlan& plan) {
                                {"doubt", organ.yardstick.doubt},
                                {"finite_share", organ.yardstick.finite_share},
                                {"finite", organ.yardstick.finite}};
-      const Marks marks = MarksOf(plan, o);
+      const PointMarks marks = PointMarksOf(plan, o);
       of_organ["points"] = Json::array();
       for (const std::size_t i : marks.order) {
         of_organ["points"].push_back(PointJson(organ.points[i], marks.front[i], marks.chosen == i));
@@ -219,7 +219,7 @@ std::string PlanCsv(const ScenePlan& plan, const std::vector<std::string>& heade
   bool named = false;
   for (std::size_t o = 0; o < plan.organs.size(); ++o) {
     const OrganPlan& organ = plan.organs[o];
-    const Marks marks = MarksOf(plan, o);
+    const PointMarks marks = PointMarksOf(plan, o);
     for (const std::size_t i : marks.order) {
       const PlanPoint& point = organ.points[i];
       const Json row = {{"organ", organ.name},

@@ -109,11 +109,11 @@ std::vector<CourseVector> Smoothed(const CourseStretch& stretch) {
   return samples;
 }
 
-using Interval = std::pair<double, double>;  // from, to, s
+using MotionInterval = std::pair<double, double>;  // from, to, s
 
 /// When an instrument is faster than kIdleSpeed, in order.
-std::vector<Interval> Moving(std::span<const CourseStretch> stretches) {
-  std::vector<Interval> moving;
+std::vector<MotionInterval> Moving(std::span<const CourseStretch> stretches) {
+  std::vector<MotionInterval> moving;
   for (const CourseStretch& stretch : stretches) {
     const std::vector<double> speeds = Rates(Smoothed(stretch), Tip);
     bool moves = false;
@@ -190,7 +190,7 @@ MotionMetrics MeasureMotion(std::span<const CourseStretch> stretches) {
 }
 
 double BothMoving(std::span<const CourseStretch> a, std::span<const CourseStretch> b) {
-  const std::vector<Interval> left = Moving(a), right = Moving(b);
+  const std::vector<MotionInterval> left = Moving(a), right = Moving(b);
   double both = 0;
   for (std::size_t l = 0, r = 0; l < left.size() && r < right.size();) {
     both += std::max(

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 constexpr int kApplication = 0x4850444D;
 constexpr int kVersion = 3;
 /// How long to wait for another program that writes, ms.
-constexpr int kPatience = 60'000;
+constexpr int kLockPatience = 60'000;
 
 constexpr TableColumn kSessionColumns[] = {
     {"exit_code", "INTEGER", "/exit_code"},
@@ -149,7 +149,7 @@ SqliteTable::SqliteTable(const std::filesystem::path& path)
                                      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
   database_.reset(opened);
   if (result != SQLITE_OK) Refuse();
-  sqlite3_busy_timeout(opened, kPatience);
+  sqlite3_busy_timeout(opened, kLockPatience);
   CreateTables();
   PrepareInserts();
 }

@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 // How long a page waits for an answer to what it asked.
-constexpr milliseconds kPatience{10};
+constexpr milliseconds kAnswerTime{10};
 
 // What was said once before the place that the player went to.
 void Recall(LogPlayer* player, DashboardServer* server) {
@@ -83,12 +83,12 @@ void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schem
   bool ended = false;
   auto look_at = steady_clock::now();
   for (;;) {
-    if (source->messages().Next(&event, kPatience)) {
+    if (source->messages().Next(&event, kAnswerTime)) {
       if (player != nullptr) event.time_us = player->event_us();
       server.Take(event);
     }
     if (steady_clock::now() < look_at) continue;
-    look_at = steady_clock::now() + kPatience;
+    look_at = steady_clock::now() + kAnswerTime;
     if (stop.WaitFor(0)) return;
     server.SetDropped(source->dropped());
     if (player == nullptr) continue;
@@ -97,7 +97,7 @@ void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schem
     ended = player->ended();
     server.Set(StatusOf(*player));
     // Nothing is read then, which would not wait.
-    if (ended && stop.WaitFor(std::chrono::nanoseconds(kPatience).count())) return;
+    if (ended && stop.WaitFor(std::chrono::nanoseconds(kAnswerTime).count())) return;
   }
 }
 

@@ -157,7 +157,7 @@ void FieldListView::Draw(TerminalScreen* screen, const FieldHistory& history, in
 bool FieldListView::Handle(int key, const FieldHistory& history) {
   Arrange(history);  // several keys may come between two pictures
   const auto at = static_cast<std::size_t>(std::max(0, cursor_.selected));
-  if (key == kKeyEnter && at < rows_.size()) {
+  if (key == kTerminalKeyEnter && at < rows_.size()) {
     // A group of many values opens and closes, on its own row or any of its values'.
     const std::string group = groups_[at];
     if (opened_.contains(group)) {

@@ -21,18 +21,18 @@ struct ListCursor {
   /// False: the key does not move it.
   bool Handle(int key, int height) {
     switch (key) {
-      case kKeyUp:
+      case kTerminalKeyUp:
       case 'k':
         --selected;
         return true;
-      case kKeyDown:
+      case kTerminalKeyDown:
       case 'j':
         ++selected;
         return true;
-      case kKeyPageUp:
+      case kTerminalKeyPageUp:
         selected -= std::max(1, height - 1);
         return true;
-      case kKeyPageDown:
+      case kTerminalKeyPageDown:
         selected += std::max(1, height - 1);
         return true;
       case 'g':

@@ -53,10 +53,10 @@ bool HandleLogKey(int key, LogPlayer* player, bool* sought) {
     case '-':
       ChangeSpeed(player, false);
       return true;
-    case kKeyLeft:
+    case kTerminalKeyLeft:
       seek(position - 5 * kSecondUs);
       return true;
-    case kKeyRight:
+    case kTerminalKeyRight:
       forward(5 * kSecondUs);
       return true;
     case '<':
@@ -67,10 +67,10 @@ bool HandleLogKey(int key, LogPlayer* player, bool* sought) {
     case '.':
       forward(60 * kSecondUs);
       return true;
-    case kKeyHome:
+    case kTerminalKeyHome:
       seek(0);
       return true;
-    case kKeyEnd:
+    case kTerminalKeyEnd:
       seek(player->length_us());
       return true;
     default:

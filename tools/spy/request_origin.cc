@@ -34,7 +34,7 @@ std::vector<std::string> NamesOfMachine() {
   char text[HOST_NAME_MAX + 1] = {};
   if (gethostname(text, HOST_NAME_MAX) != 0 || text[0] == '\0') return {};
   const std::string whole = Lower(text);
-  const std::string first = whole.substr(0, whole.find('.'));
+  const std::string first(whole.begin(), std::find(whole.begin(), whole.end(), '.'));
   return {whole, first, first + ".local"};
 }
 

@@ -177,37 +177,37 @@ int TerminalScreen::NextKey() {
   const int key = wgetch(stdscr);
   switch (key) {
     case ERR:
-      return kNoKey;
+      return kNoTerminalKey;
     case KEY_UP:
-      return kKeyUp;
+      return kTerminalKeyUp;
     case KEY_DOWN:
-      return kKeyDown;
+      return kTerminalKeyDown;
     case KEY_LEFT:
-      return kKeyLeft;
+      return kTerminalKeyLeft;
     case KEY_RIGHT:
-      return kKeyRight;
+      return kTerminalKeyRight;
     case KEY_PPAGE:
-      return kKeyPageUp;
+      return kTerminalKeyPageUp;
     case KEY_NPAGE:
-      return kKeyPageDown;
+      return kTerminalKeyPageDown;
     case KEY_HOME:
-      return kKeyHome;
+      return kTerminalKeyHome;
     case KEY_END:
-      return kKeyEnd;
+      return kTerminalKeyEnd;
     case KEY_ENTER:
     case '\r':
     case '\n':
-      return kKeyEnter;
+      return kTerminalKeyEnter;
     case KEY_BACKSPACE:
     case 0x7f:
     case '\b':
-      return kKeyBackspace;
+      return kTerminalKeyBackspace;
     case 0x1b:
-      return kKeyEscape;
+      return kTerminalKeyEscape;
     case KEY_RESIZE:
       // What a terminal does with its rows when it changes its size is its own affair.
       clearok(stdscr, TRUE);
-      return kKeyResize;
+      return kTerminalKeyResize;
     default:
       return key;
   }

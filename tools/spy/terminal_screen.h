@@ -17,20 +17,20 @@ struct Glyphs {
 };
 
 /// What is not a character.
-enum Key : int {
-  kNoKey = -1,
-  kKeyUp = 0x200000,  // beyond Unicode
-  kKeyDown,
-  kKeyLeft,
-  kKeyRight,
-  kKeyPageUp,
-  kKeyPageDown,
-  kKeyHome,
-  kKeyEnd,
-  kKeyEnter,
-  kKeyBackspace,
-  kKeyEscape,
-  kKeyResize,
+enum TerminalKey : int {
+  kNoTerminalKey = -1,
+  kTerminalKeyUp = 0x200000,  // beyond Unicode
+  kTerminalKeyDown,
+  kTerminalKeyLeft,
+  kTerminalKeyRight,
+  kTerminalKeyPageUp,
+  kTerminalKeyPageDown,
+  kTerminalKeyHome,
+  kTerminalKeyEnd,
+  kTerminalKeyEnter,
+  kTerminalKeyBackspace,
+  kTerminalKeyEscape,
+  kTerminalKeyResize,
 };
 
 enum class TextStyle { kPlain, kBold, kDim, kBar, kSelected, kAlarm, kAccent };
@@ -62,7 +62,7 @@ class TerminalScreen {
 
   /// Waits for a key; true when there is one.
   bool Wait(int milliseconds);
-  /// The next key that was pressed, or kNoKey.
+  /// The next key that was pressed, or kNoTerminalKey.
   int NextKey();
   /// The terminal was closed.
   bool gone() const { return gone_; }

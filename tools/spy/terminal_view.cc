@@ -62,7 +62,8 @@ class View {
     while (!quit_ && !screen_.gone() && !stop.WaitFor(0)) {
       bool touched = false;
       if (screen_.Wait(busy ? 0 : kPoll)) {
-        for (int key = screen_.NextKey(); key != kNoKey && !quit_; key = screen_.NextKey()) {
+        for (int key = screen_.NextKey(); key != kNoTerminalKey && !quit_;
+             key = screen_.NextKey()) {
           Handle(key);
           touched = true;
         }
@@ -107,8 +108,8 @@ class View {
 
   void Handle(int key) {
     if (help_) {
-      help_ = key == kKeyDown || key == kKeyUp || key == kKeyResize;
-      help_top_ += key == kKeyDown ? 1 : key == kKeyUp ? -1 : 0;
+      help_ = key == kTerminalKeyDown || key == kTerminalKeyUp || key == kTerminalKeyResize;
+      help_top_ += key == kTerminalKeyDown ? 1 : key == kTerminalKeyUp ? -1 : 0;
     } else if (typing_) {
       Type(key);
     } else if (key == '?') {
@@ -120,13 +121,13 @@ class View {
       ApplyFilter();
     } else if (key == 'q') {
       quit_ = true;
-    } else if (key == kKeyEscape || key == kKeyBackspace) {
+    } else if (key == kTerminalKeyEscape || key == kTerminalKeyBackspace) {
       Back();
     } else if (source_.player() != nullptr && HandleLogKey(key, source_.player(), &sought_)) {
       if (sought_) Jump();
     } else if (!open_.empty()) {
       fields_.Handle(key, history_);
-    } else if (key == kKeyEnter) {
+    } else if (key == kTerminalKeyEnter) {
       Open(channels_.selected());
     } else {
       channels_.Handle(key);
@@ -146,12 +147,12 @@ class View {
   }
 
   void Type(int key) {
-    if (key == kKeyEnter) {
+    if (key == kTerminalKeyEnter) {
       typing_ = false;
-    } else if (key == kKeyEscape) {
+    } else if (key == kTerminalKeyEscape) {
       typing_ = false;
       filter_.clear();
-    } else if (key == kKeyBackspace) {
+    } else if (key == kTerminalKeyBackspace) {
       if (filter_.empty()) typing_ = false;
       if (!filter_.empty()) filter_.pop_back();
     } else if (key >= 0x20 && key < 0x7f && filter_.size() < 60) {

@@ -28,9 +28,9 @@ StressCase ContactCase(std::string name, std::string title, StressParameter para
 }
 
 // The block held at points of its top, as by jaws: what the step does between collision and patch.
-class HeldBlock {
+class BlockHeldAtPoints {
  public:
-  explicit HeldBlock(const OrganOptions& options, bool quick)
+  explicit BlockHeldAtPoints(const OrganOptions& options, bool quick)
       : organ_(options, BlockSurface(quick)), state_(organ_, 1) {}
 
   const OrganModel& organ() const { return organ_; }
@@ -100,9 +100,10 @@ StressCase CoincidentContacts(bool quick) {
       "one at 1e-18 m): degraded from 1 %, failed from 10 %";
   stress_case.run = [quick](StressModel model, double distance) {
     const Vector3d p(0.005, 0.003, 0), beside = p + Vector3d(distance, 0, 0);
-    HeldBlock block(BlockOrgan(model, quick), quick);
+    BlockHeldAtPoints block(BlockOrgan(model, quick), quick);
     double error = 0;
-    for (Points (HeldBlock::*answer)() : {&HeldBlock::MovedDirectly, &HeldBlock::Relaxed}) {
+    for (Points (BlockHeldAtPoints::*answer)() :
+         {&BlockHeldAtPoints::MovedDirectly, &BlockHeldAtPoints::Relaxed}) {
       block.LetGo();
       block.Hold(p, Vector3d(0, 0, 0.01));
       const Points one = (block.*answer)();
@@ -119,7 +120,7 @@ StressCase CoincidentContacts(bool quick) {
 }
 
 // How far the points of the last step are from their targets, over the ways.
-double Missed(const HeldBlock& block, const Points& U) {
+double Missed(const BlockHeldAtPoints& block, const Points& U) {
   const ContactSet& contacts = block.state().contacts;
   double missed = 0, ways = 0;
   for (int i = 0; i < contacts.size(); ++i) {
@@ -144,7 +145,7 @@ StressCase ManyContacts(bool quick) {
     options.lattice.cells = {1, 1, 1};
     options.lattice.degree = {1, 1, 1};
     options.supports.clear();
-    HeldBlock block(options, quick);
+    BlockHeldAtPoints block(options, quick);
     HandRandom random(1);
     for (int i = 0; i < static_cast<int>(points); ++i) {
       const auto any = [&](double most) { return random.Uniform(-most, most); };

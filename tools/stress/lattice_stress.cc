@@ -33,8 +33,6 @@ StressTrial JudgeCompliance(const StressAnswer& answer, double truth, StressMode
   return trial;
 }
 
-int Whole(double value) { return static_cast<int>(std::lround(value)); }
-
 }  // namespace
 
 StressCase BernsteinDegree(bool quick) {

@@ -13,12 +13,10 @@
 namespace hpdm {
 namespace {
 
-int Whole(double value) { return static_cast<int>(std::lround(value)); }
-
 /// The block pressed by a grasp of its top patch, which is taken `depth` (m) down at once.
-class HeldBlock {
+class BlockHeldAtPatch {
  public:
-  HeldBlock(const OrganOptions& organ, const StressBlock& block, double depth)
+  BlockHeldAtPatch(const OrganOptions& organ, const StressBlock& block, double depth)
       : block_(block),
         depth_(depth),
         organ_(organ, BoxSurface(block.min, block.max, block.squares)),
@@ -74,7 +72,7 @@ StressCase GaussSeidelSweeps(bool quick) {
     StressBlock block = PressedBlock(quick);
     block.organ.material.poisson = 0.49;
     Choose(model, &block.organ);
-    HeldBlock exact(block.organ, block, 0.006), swept(block.organ, block, 0.006);
+    BlockHeldAtPatch exact(block.organ, block, 0.006), swept(block.organ, block, 0.006);
     const int n = exact.organ().control_points();
     ViscousRecovery none(0, n), none_either(0, n);
     exact.Step(0, true, exact.organ().MakeRelaxation(0).get(), &none);
@@ -106,7 +104,7 @@ StressCase NewtonIterations(bool quick) {
       Choose(model, &block.organ);
       if (model == StressModel::kMetricFinite) block.organ.energy.alpha /= 4;
       block.organ.energy.newton_iterations = most;
-      HeldBlock held(block.organ, block, 0.02);
+      BlockHeldAtPatch held(block.organ, block, 0.02);
       ViscousRecovery none(0, held.organ().control_points());
       const std::unique_ptr<Relaxation> newton = held.organ().MakeRelaxation(0);
       for (int step = 0; step < 10; ++step) held.Step(0, true, newton.get(), &none);
@@ -139,7 +137,7 @@ StressCase TimeStep(bool /*quick*/) {
     const double dt = 0.5 / steps;
     if (IsOurs(model)) {
       constexpr double kRecovery = 0.2;
-      HeldBlock body(block.organ, block, 0.006);
+      BlockHeldAtPatch body(block.organ, block, 0.006);
       ViscousRecovery recovery(kRecovery, body.organ().control_points());
       const std::unique_ptr<Relaxation> relaxation = body.organ().MakeRelaxation(0);
       for (int s = 0; s < steps; ++s) body.Step(dt, true, relaxation.get(), &recovery);
@@ -150,7 +148,7 @@ StressCase TimeStep(bool /*quick*/) {
     }
     const auto hold = [&](double length, bool explicit_euler) {
       block.organ.time_step = length;
-      HeldBlock body(block.organ, block, 0.006);
+      BlockHeldAtPatch body(block.organ, block, 0.006);
       ViscousRecovery none(0, body.organ().control_points());
       std::unique_ptr<Relaxation> relaxation = body.organ().MakeRelaxation(0);
       if (explicit_euler) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -32,6 +33,9 @@ bool IsOurs(StressModel model);
 /// Sets energy and strain, or the surface model; the rest of `options` stays. Not for tetrahedra
 /// and point proxy.
 void Choose(StressModel model, OrganOptions* options);
+
+/// A parameter that is a number of things.
+inline int Whole(double parameter) { return static_cast<int>(std::lround(parameter)); }
 
 enum class StressFate { kSurvived, kDegraded, kFailed };
 
