@@ -3,8 +3,7 @@
 # clang-tidy with the checks that .clang-tidy agrees on. Exit 1 where one is found.
 # Usage: tools/lint.sh [--quick | FILE_OR_FOLDER...]      (nothing: everything, some 20 minutes)
 #   --quick   cppcheck over everything, clang-tidy where foreign bytes are read
-# Reads batches of sixteen files (HPDM_BATCHES), which cost little more than one; --quick and files one
-# by one.
+# Reads batches of files (HPDM_BATCHES), which cost little more than one; --quick and files one by one.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
