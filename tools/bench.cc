@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "engine/error.h"
 #include "scenes/obj_writer.h"
@@ -20,7 +22,7 @@ using Json = nlohmann::ordered_json;
 struct BenchOptions {
   std::string json;
   std::string out;
-  std::string only;
+  std::set<std::string> only;
   bool quick = false;
 };
 
@@ -138,7 +140,7 @@ void Bench(const BenchOptions& options) {
   };
   BenchFigures figures;
   const auto wanted = [&](const char* what, const char* words) {
-    const bool yes = options.only.empty() || options.only == what;
+    const bool yes = options.only.empty() || options.only.contains(what);
     if (yes) progress(words);
     return yes;
   };
@@ -149,7 +151,7 @@ void Bench(const BenchOptions& options) {
   }
   if (wanted("frames", "frames of the laparoscope's picture")) {
     figures.frames = TimeFrames(options.quick);
-    if (figures.frames.empty() && options.only == "frames") {
+    if (figures.frames.empty() && options.only.contains("frames")) {
       throw InputError("scenes: has no scene to draw; go to the folder that holds scenes/");
     }
   }
@@ -186,7 +188,7 @@ void AddBenchCommand(CLI::App& app) {
       app.add_subcommand("bench", "Time the paper's tables and what the cost grows with");
   bench->add_option("--json", options->json, "File to write all figures to");
   bench->add_option("--out", options->out, "Folder for bench.json and bench.md; made when missing");
-  bench->add_option("--only", options->only, "Measure this alone")
+  bench->add_option("--only", options->only, "Measure these alone")
       ->check(CLI::IsMember(
           {"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs"}));
   bench->add_flag("--quick", options->quick, "Fewer repeats and smaller sizes");
