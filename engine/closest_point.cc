@@ -101,11 +101,12 @@ SegmentTrianglePair ClosestSegmentTriangle(const Vector3d& start, const Vector3d
                                            const Vector3d& c) {
   SegmentTrianglePair best;
   Vector3d barycentric;
-  double along;
+  double along = 0;
   if (CrossesFromFront(start, end, a, b, c, &along, &barycentric)) {
     best = {{start + along * (end - start), barycentric}, along, 0};
     return best;
   }
+  // NOLINTNEXTLINE(readability-suspicious-call-argument): the other way
   if (CrossesFromFront(end, start, a, b, c, &along, &barycentric)) {
     best = {{end + along * (start - end), barycentric}, 1 - along, 0};
     return best;

@@ -184,7 +184,7 @@ SurfaceHit SurfaceTree::FirstEntry(const Vector3d& start, const Vector3d& end) c
   const double touching = 0;
   Walk(model, Query(start, end), &touching, [&](int triangle) {
     const Corners t = CornersOf(model, triangle);
-    double along;
+    double along = 0;
     Vector3d barycentric;
     if (!CrossesFromFront(start, end, t.a, t.b, t.c, &along, &barycentric)) return;
     if (along >= first.along) return;

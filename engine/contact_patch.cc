@@ -76,7 +76,7 @@ void ToolContact::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel
   patch->reaction = ReactionType::kPaper;
   patch->contact_W = at_.Position(state.vertices, triangles);
   if (grasped_count_ == 0) return;
-  int corner;
+  int corner = 0;
   grasped_[0].at.barycentric.maxCoeff(&corner);
   FillPaperNode(model, triangles(grasped_[0].at.triangle, corner), options_, &patch->grasp_node);
   patch->p_original_W = grasped_[0].at.Position(model.rest().vertices, triangles);

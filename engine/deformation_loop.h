@@ -57,7 +57,7 @@ class DeformationLoop {
 
  private:
   void ChooseQuality();
-  const ToolState& WithinReason(const ToolState& tools);
+  const ToolState& WithinReason(const ToolState& given);
   void Collide(const ToolState& tools);
   void Refine(int tool_count);
   void WakeTouched();

@@ -89,7 +89,7 @@ class FoldWatch {
   void AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const;
   void AddLocalSlopes();
   void MeasureSlopes(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
-  bool Clear(std::size_t cell, const Sweep& sweep) const;
+  bool Clear(std::size_t index, const Sweep& sweep) const;
   Matrix3d Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
   double Determinant(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
 

@@ -34,9 +34,11 @@ std::vector<Vector2d> Flatten(const Points& corners) {
 
 class EarClipper {
  public:
-  explicit EarClipper(const Points& corners) : p_(Flatten(corners)), ring_(p_.size()) {
+  explicit EarClipper(const Points& corners)
+      : p_(Flatten(corners)),
+        ring_(p_.size()),
+        tests_left_(8 * static_cast<long>(p_.size() * p_.size())) {
     std::iota(ring_.begin(), ring_.end(), 0);
-    tests_left_ = 8 * static_cast<long>(p_.size() * p_.size());
   }
 
   std::vector<std::array<int, 3>> Clip() {

@@ -98,9 +98,9 @@ class StiffnessSampler {
     return Vector3d::Ones().cwiseQuotient(Vector3d(cells_[0], cells_[1], cells_[2]));
   }
   Vector3d CellCorner(int cell) const {
-    const Vector3d at(cell % cells_[0], cell / cells_[0] % cells_[1],
-                      cell / (cells_[0] * cells_[1]));
-    return at.cwiseProduct(CellSize());
+    const Eigen::Vector3i at(cell % cells_[0], cell / cells_[0] % cells_[1],
+                             cell / (cells_[0] * cells_[1]));
+    return at.cast<double>().cwiseProduct(CellSize());
   }
 
   // Parts of a cell along each axis, 0 where no region comes near.

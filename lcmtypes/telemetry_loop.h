@@ -118,8 +118,8 @@ class TelemetryLoop {
   void HandleSample(const HapticSample& sample);
   void ReportDevices(const HapticSample& sample);
   void ReportControl(const HapticSample& sample);
-  void HandleStep(const StepSample& step);
-  void ReportOrgans(const StepSample& step);
+  void HandleStep(const StepSample& sample);
+  void ReportOrgans(const StepSample& sample);
   void ReportShedding(int level);
   void HandleShapes(const SceneSnapshot& scene);
   void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);

@@ -58,14 +58,14 @@ GlyphAtlas::GlyphAtlas(int pixels) : pixels_(pixels) {
   coverage_[0] = 255;
   for (const char32_t code : Characters()) {
     RequireFreeType(FT_Load_Char(face, code, FT_LOAD_RENDER), "drawing a character");
-    const FT_GlyphSlot slot = face->glyph;
-    const FT_Bitmap& bitmap = slot->bitmap;
+    const FT_GlyphSlotRec& slot = *face->glyph;
+    const FT_Bitmap& bitmap = slot.bitmap;
     Glyph glyph;
     glyph.width = static_cast<int>(bitmap.width);
     glyph.height = static_cast<int>(bitmap.rows);
-    glyph.left = slot->bitmap_left;
-    glyph.top = slot->bitmap_top;
-    glyph.advance = static_cast<int>(slot->advance.x / kUnit);
+    glyph.left = slot.bitmap_left;
+    glyph.top = slot.bitmap_top;
+    glyph.advance = static_cast<int>(slot.advance.x / kUnit);
     if (x + glyph.width > width_) {
       x = 0;
       y += row_height + kGap;

@@ -47,7 +47,11 @@ Laparoscope Placed(const LaparoscopeOptions& options) { return Laparoscope(optio
 }  // namespace
 
 Laparoscope::Laparoscope(const LaparoscopeOptions& options, int width, int height)
-    : width_(width), height_(height), distortion_(options.distortion) {
+    : width_(width),
+      height_(height),
+      circle_radius_px_(0.5 * kCircleFraction * std::min(width, height)),
+      focal_length_px_(circle_radius_px_ / std::tan(options.field_of_view / 2)),
+      distortion_(options.distortion) {
   constexpr double kDegree = std::numbers::pi / 180;
   const auto in_range = [](int side) { return side >= kMinSide && side <= kMaxSide; };
   Require(in_range(width) && in_range(height),
@@ -67,8 +71,6 @@ Laparoscope::Laparoscope(const LaparoscopeOptions& options, int width, int heigh
   Require(target_distance_ > kNear && std::isfinite(target_distance_),
           "its position and its target coincide; move one of them");
 
-  circle_radius_px_ = 0.5 * kCircleFraction * std::min(width, height);
-  focal_length_px_ = circle_radius_px_ / std::tan(options.field_of_view / 2);
 
   X_WC_.translation() = options.p_scope_W;
   if (options.p_trocar_W) {

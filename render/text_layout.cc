@@ -1,6 +1,7 @@
 #include "render/text_layout.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hpdm {
 namespace {
@@ -50,7 +51,7 @@ class Page {
     const int top = base - thickness;
     AddRectangle(left, top, BarWidth(), thickness, {0.35f, 0.37f, 0.40f, 0.9f});
     AddRectangle(left + 1, top + 1, BarWidth() - 2, thickness - 2, {0.05f, 0.05f, 0.06f, 1});
-    const int filled = static_cast<int>(*line.bar * (BarWidth() - 2) + 0.5);
+    const int filled = static_cast<int>(std::lround(*line.bar * (BarWidth() - 2)));
     AddRectangle(left + 1, top + 1, filled, thickness - 2, BarColour(*line.bar));
   }
 

@@ -268,7 +268,7 @@ Image AbdomenPicture(int width, int height) {
       for (int k = 0; k < 3; ++k) {
         // The square root is close to sRGB's curve, and the same everywhere.
         const double component = std::clamp(std::sqrt(colour[k]), 0.0, 1.0);
-        image.rgb.push_back(static_cast<std::uint8_t>(component * 255 + 0.5));
+        image.rgb.push_back(static_cast<std::uint8_t>(std::lround(component * 255)));
       }
     }
   }

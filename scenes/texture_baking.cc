@@ -148,7 +148,7 @@ Image BakeTexture(const SurfaceMesh& mesh, int size, const SurfaceColour& colour
     for (int x = 0; x < size; ++x) {
       for (int k = 0; k < 3; ++k) {
         const double component = std::clamp(canvas.colours[canvas.Pixel(x, y)][k], 0.0, 1.0);
-        image.rgb.push_back(static_cast<std::uint8_t>(component * 255 + 0.5));
+        image.rgb.push_back(static_cast<std::uint8_t>(std::lround(component * 255)));
       }
     }
   }

@@ -134,8 +134,8 @@ TEST(BackOff, AReplayTakesBackTheSameSteps) {
       OneOrgan(FiniteOptions(MaterialLaw::kNeoHookean), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   Nanoseconds now = 0, longer = 0;
   const auto clock = [&] { return now += 4'000'000 + (longer += 7'000'001) % 9'000'000; };
-  struct Bench {
-    Bench(const std::vector<OrganModel>& organs, std::function<Nanoseconds()> stopwatch)
+  struct LoopAndEdges {
+    LoopAndEdges(const std::vector<OrganModel>& organs, std::function<Nanoseconds()> stopwatch)
         : render(SizedSnapshot(organs, 1, false)),
           telemetry(SizedSnapshot(organs, 1, false)),
           loop(organs, {ToolOptions{.can_grasp = true}}, {tools, patch, render, telemetry, &steps},

@@ -312,7 +312,7 @@ TEST(Codec, ValuesThatNoSenderWritesAreRefused) {
   contact_t contact{};
   ToMessage(step, kNeverVisible, &contact);
   contact.tools[0].orientation[0] = std::numeric_limits<double>::quiet_NaN();
-  std::int64_t tick;
+  std::int64_t tick = 0;
   EXPECT_FALSE(FromMessage(contact, &step, &tick));
   ToMessage(step, kNeverVisible, &contact);
   contact.organ_count = kMaxOrgans + 1;

@@ -126,7 +126,7 @@ TEST_F(SurfaceTreeTest, SlantedSegmentsAgreeWithAllTriangles) {
                      c = mesh_.vertices.row(mesh_.triangles(t, 2));
       const double distance2 = ClosestSegmentTriangle(start, end, a, b, c).squared_distance;
       nearest = std::min(nearest, std::sqrt(distance2));
-      double along;
+      double along = 0;
       Vector3d weights;
       if (CrossesFromFront(start, end, a, b, c, &along, &weights)) entry = std::min(entry, along);
     }

@@ -38,7 +38,7 @@ TEST(ContactStiffness, IsWhatATipFeelsThere) {
   TripleBuffer<SceneSnapshot> telemetry{SizedSnapshot(organs, 1, false)};
   DeformationLoop loop(organs, {ToolOptions{}}, {tools, patches, render, telemetry});
   const Points& vertices = organs[0].rest().vertices;
-  Eigen::Index top;
+  Eigen::Index top = 0;
   vertices.col(2).maxCoeff(&top);
   ToolState state;
   state.tool_count = 1;

@@ -82,6 +82,7 @@ class SofaLiver : public testing::Test {
     std::FILE* pipe = popen(("gzip -dc '" + record + "'").c_str(), "r");
     ASSERT_NE(pipe, nullptr);
     std::string text;
+    // NOLINTNEXTLINE(bugprone-infinite-loop): fread changes the text, and n with each round
     for (char part[4096]; const std::size_t n = std::fread(part, 1, sizeof part, pipe);) {
       text.append(part, n);
     }

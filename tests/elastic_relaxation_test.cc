@@ -85,7 +85,7 @@ class ElasticRelaxationTest : public testing::Test {
     for (int c = 0; c < 64; ++c) {
       OrientedBox cell = box;
       cell.lengths /= 4;
-      cell.origin_W = box.FromUnit(Vector3d(c / 16, c / 4 % 4, c % 4) / 4);
+      cell.origin_W = box.FromUnit(Eigen::Vector3i(c / 16, c / 4 % 4, c % 4).cast<double>() / 4);
       const Quadrature part = BoxQuadrature(cell, {3, 3, 3});
       all.points.middleRows(27 * c, 27) = part.points;
       all.weights.segment(27 * c, 27) = part.weights;

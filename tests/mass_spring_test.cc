@@ -32,7 +32,7 @@ MassSpring FreeModel(const SurfaceMesh& rest, const MassSpringOptions& options =
 }
 
 int FarEnd(const SurfaceMesh& rest) {
-  int v;
+  int v = 0;
   rest.vertices.col(0).maxCoeff(&v);
   return v;
 }

@@ -203,7 +203,7 @@ TEST(MeshAssets, LiverHasADomeAHollowUndersideAndASharpBorder) {
   // The underside is hollow: half-way between the right lobe's lower tip and the left lobe's tip,
   // both on the inferior border, there is no tissue.
   const SurfaceMesh mesh = Committed("liver_5000");
-  Eigen::Index lower_tip, left_tip;
+  Eigen::Index lower_tip = 0, left_tip = 0;
   mesh.vertices.col(1).minCoeff(&lower_tip);
   mesh.vertices.col(0).maxCoeff(&left_tip);
   const Vector3d between = 0.5 * (mesh.vertices.row(lower_tip) + mesh.vertices.row(left_tip));

@@ -141,7 +141,8 @@ inline double DistanceToTriangle(const Vector3d& p, const std::array<Vector3d, 3
   bool above = true;
   double nearest = 1e300;
   for (int k = 0; k < 3; ++k) {
-    const Vector3d a = triangle[k], edge = triangle[(k + 1) % 3] - a;
+    const Vector3d& a = triangle[k];
+    const Vector3d edge = triangle[(k + 1) % 3] - a;
     above = above && normal.cross(edge).dot(p - a) >= 0;
     const double s = std::clamp(edge.dot(p - a) / edge.squaredNorm(), 0.0, 1.0);
     nearest = std::min(nearest, (p - a - s * edge).norm());

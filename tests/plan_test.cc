@@ -78,8 +78,8 @@ TEST_P(PlanOnReferences, EstimatesWithinAFactorOfTwoAndKeepsItsPromise) {
 }
 
 // One organ's points for the choice alone: no measurement takes part.
-OrganPlan Searched(const std::string& name, std::vector<std::size_t> instruments,
-                   std::vector<std::array<double, 3>> error_and_steps) {
+OrganPlan Searched(const std::string& name, const std::vector<std::size_t>& instruments,
+                   const std::vector<std::array<double, 3>>& error_and_steps) {
   OrganPlan organ;
   organ.name = name;
   organ.fate = OrganFate::kSearched;

@@ -57,7 +57,7 @@ TEST_F(QualityChoiceTest, BetweenTheBoundsItStaysAsItIs) {
 TEST_F(QualityChoiceTest, AStepMovesTheForceByNoMoreThanItsShare) {
   double last = Share(1.01 * kBound);
   EXPECT_EQ(last, QualityChoice::kFirstStep);
-  for (double share; last < 1; last = share) {
+  for (double share = 0; last < 1; last = share) {
     share = Share(1.01 * kBound);
     EXPECT_LE((share - last) * kSlope * QualityChoice::kForceOverEnergy,
               1.01 * QualityChoice::kForceStep * 1.01);  // 1.01: as far beyond the bound; round-off

@@ -108,7 +108,8 @@ TEST(Realtime, MemoryIsNotLockedUnderAFiniteLimitWithoutTheRight) {
     options.lock_memory = true;
     const RealtimeReport first = RequestRealtime(options);
     const RealtimeReport second = RequestRealtime(options);
-    void* memory = std::malloc(10'000'000);  // would fail under MCL_FUTURE
+    // NOLINTNEXTLINE(cppcoreguidelines-no-malloc): would fail under MCL_FUTURE
+    void* memory = std::malloc(10'000'000);
     _exit(!first.locked_memory.granted && !first.locked_memory.why_not.empty() &&
                   second.locked_memory.why_not == first.locked_memory.why_not && memory != nullptr
               ? 0

@@ -32,7 +32,7 @@ SurfaceMesh ScaledBody(const Unit& unit) {
 
 // Displacements over the unit of length: at rest under a force, and after three real-time steps
 // under a press and a grasp that are pushed past each other.
-std::vector<Points> Shapes(OrganOptions options, const Unit& unit) {
+std::vector<Points> Shapes(const OrganOptions& options, const Unit& unit) {
   const OrganModel organ(options, ScaledBody(unit));
   LoadOptions load;
   load.organ = "ellipsoid";

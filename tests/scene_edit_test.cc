@@ -11,7 +11,7 @@ class SceneEdits : public SceneTest {
  protected:
   /// The text after changes to the first organ; it is a scene.
   std::string Edited(const std::string& text, std::vector<SceneKeyEdit> keys,
-                     std::vector<std::string> removed = {}) {
+                     const std::vector<std::string>& removed = {}) {
     const Scene scene = Load(text);
     const std::string edited =
         EditedScene(scene, {{.organ = 0, .keys = std::move(keys), .removed_tables = removed}});

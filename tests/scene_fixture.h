@@ -81,7 +81,7 @@ class SceneTest : public testing::Test {
   std::string Shorten(std::string message) const {
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     const std::string prefix = folder_.path().string() + "/";
-    for (std::size_t at; (at = message.find(prefix)) != std::string::npos;) {
+    for (std::size_t at = 0; (at = message.find(prefix)) != std::string::npos;) {
       message.erase(at, prefix.size());
     }
     return message;

@@ -86,7 +86,7 @@ TEST(SpscQueue, OverflowsAndArrivalsAddUpBetweenThreads) {
   });
   std::uint64_t arrived = 0, last = 0, backwards = 0;
   while (last <= kItems) {
-    std::uint64_t n;
+    std::uint64_t n = 0;
     if (!queue.Pop(&n)) {
       std::this_thread::yield();
       continue;

@@ -136,7 +136,7 @@ LoadOptions Pressure(double pressure, std::optional<Region> region = std::nullop
   LoadOptions load;
   load.organ = "ellipsoid";
   load.pressure = pressure;
-  load.region = region;
+  load.region = std::move(region);
   return load;
 }
 

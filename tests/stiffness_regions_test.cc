@@ -134,7 +134,7 @@ TEST(StiffnessRegions, RegionWithoutTissueIsRefused) {
   OrganOptions options = BarOfTwo();
   options.regions = {{Sphere{Vector3d(1, 1, 1), 0.01}, 50}};
   try {
-    OrganModel(options, BarMesh());
+    const OrganModel model(options, BarMesh());
     FAIL() << "was accepted";
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "organ \"bar\": region 1 holds no tissue; move or enlarge it");

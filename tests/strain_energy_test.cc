@@ -55,8 +55,9 @@ struct Block {
       for (int j = 0; j < 3 * cells[1]; ++j) {
         for (int k = 0; k < 3 * cells[2]; ++k) {
           const Vector3d cell(1.0 / cells[0], 1.0 / cells[1], 1.0 / cells[2]);
-          const Vector3d c(i / 3 + 0.5 + offset[i % 3], j / 3 + 0.5 + offset[j % 3],
-                           k / 3 + 0.5 + offset[k % 3]);
+          const Eigen::Vector3i at(i / 3, j / 3, k / 3);
+          const Vector3d c = at.cast<double>() + Vector3d(0.5 + offset[i % 3], 0.5 + offset[j % 3],
+                                                          0.5 + offset[k % 3]);
           tissue.points.row(q) = lattice.box().FromUnit(c.cwiseProduct(cell));
           tissue.weights[q++] =
               weight[i % 3] * weight[j % 3] * weight[k % 3] * cell.cwiseProduct(size).prod();

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "engine/error.h"
+#include "engine/quadric.h"
 #include "scenes/editable_mesh.h"
 #include "scenes/marching_tetrahedra.h"
 #include "scenes/mesh_decimation.h"
 #include "scenes/obj_writer.h"
-#include "engine/quadric.h"
 #include "tests/mesh_checks.h"
 
 namespace hpdm {

@@ -319,6 +319,7 @@ TEST(TipContact, APressThroughTheCentreOfCurvatureKeepsItsSide) {
   for (int i = 0; i <= steps; ++i) expect_continuous(kRadius - i * kStep);
   EXPECT_GT(last.z(), 0.9 * kStiffness * steps * kStep);  // all but along the axis
   // The next patch of the same surface changes nothing.
+  // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): another object is the point
   const ToolPatch next = patch;
   contact.SetPatch(next);
   expect_continuous(kRadius - steps * kStep);

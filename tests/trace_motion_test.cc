@@ -29,7 +29,8 @@ std::vector<TraceRow> TeleoperatedRows() {
   std::mt19937 random(3);
   std::vector<TraceRow> rows;
   for (int i = 0; i < 1000; ++i) {
-    const double t = 0.008 * (i / 2);
+    const int pair = i / 2;
+    const double t = 0.008 * pair;
     const Nanoseconds jitter = static_cast<Nanoseconds>(random() % 3) - 1;
     rows.push_back(
         Row((4 * i + (i > 0 ? jitter : 0)) * kMillisecond, 0.02 * std::sin(2 * M_PI * t)));
