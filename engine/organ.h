@@ -182,8 +182,8 @@ struct OrganState {
   std::vector<Matrix3d> vertex_compliances;
 };
 
-/// The posed rest surface of an organ: reads options.mesh, subdivides it, applies unit_m, then X_WO.
-/// Throws InputError. `repairs` gets one line a repair of the file.
+/// The posed rest surface of an organ: reads options.mesh, subdivides it, applies unit_m, then
+/// X_WO. Throws InputError. `repairs` gets one line a repair of the file.
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs);
 
 }  // namespace hpdm

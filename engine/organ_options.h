@@ -92,9 +92,9 @@ enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
 
 struct OrganOptions {
   std::string name;
-  std::string mesh;   ///< Path of the mesh file, absolute or relative to the working folder.
-  double unit_m = 1;  ///< Metres per unit of the mesh file.
-  int subdivisions = 0;    ///< Of the file's triangles (mesh_subdivision.h).
+  std::string mesh;      ///< Path of the mesh file, absolute or relative to the working folder.
+  double unit_m = 1;     ///< Metres per unit of the mesh file.
+  int subdivisions = 0;  ///< Of the file's triangles (mesh_subdivision.h).
   Isometry3d X_WO = Isometry3d::Identity();  ///< Pose, applied after the unit.
   OrganModelType model = OrganModelType::kHpdm;
   double time_step = 1. / 30;  ///< s, between deformation steps; kContinuum and kMassSpring only,

@@ -71,7 +71,6 @@ Laparoscope::Laparoscope(const LaparoscopeOptions& options, int width, int heigh
   Require(target_distance_ > kNear && std::isfinite(target_distance_),
           "its position and its target coincide; move one of them");
 
-
   X_WC_.translation() = options.p_scope_W;
   if (options.p_trocar_W) {
     p_trocar_W_ = *options.p_trocar_W;
