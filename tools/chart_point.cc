@@ -1,11 +1,11 @@
 #include "tools/chart_point.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "tools/json_rows.h"
+#include "tools/pareto_front.h"
 
 namespace hpdm {
 namespace {
@@ -81,19 +81,11 @@ std::string ChartCsv(const std::vector<ChartPoint>& points,
 }
 
 std::vector<std::size_t> ParetoFront(const std::vector<ChartPoint>& points) {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (Counts(points[i])) order.push_back(i);
+  std::vector<CostAndError> costs;
+  for (const ChartPoint& point : points) {
+    costs.push_back({Counts(point), point.StepMicroseconds(), point.error});
   }
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const double first = points[a].StepMicroseconds(), second = points[b].StepMicroseconds();
-    return first != second ? first < second : points[a].error < points[b].error;
-  });
-  std::vector<std::size_t> front;
-  for (const std::size_t i : order) {
-    if (front.empty() || points[i].error < points[front.back()].error) front.push_back(i);
-  }
-  return front;
+  return ParetoFront(costs);
 }
 
 const ChartPoint* BestWithin(const std::vector<ChartPoint>& points, double budget_us) {

@@ -6,6 +6,7 @@
 
 #include "engine/error.h"
 #include "tools/chart_measure.h"
+#include "tools/pareto_front.h"
 
 namespace hpdm {
 namespace {
@@ -159,19 +160,13 @@ std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh&
 }
 
 std::vector<std::size_t> PlanFront(const std::vector<PlanPoint>& points) {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points[i].choosable && points[i].converged) order.push_back(i);
+  std::vector<CostAndError> costs;
+  for (const PlanPoint& point : points) {
+    // What does not count need not have steps.
+    const bool counts = point.choosable && point.converged;
+    costs.push_back({counts, counts ? point.MostMicroseconds() : 0, point.error});
   }
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const double first = points[a].MostMicroseconds(), second = points[b].MostMicroseconds();
-    return first != second ? first < second : points[a].error < points[b].error;
-  });
-  std::vector<std::size_t> front;
-  for (const std::size_t i : order) {
-    if (front.empty() || points[i].error < points[front.back()].error) front.push_back(i);
-  }
-  return front;
+  return ParetoFront(costs);
 }
 
 std::optional<std::size_t> CheapestWithin(const std::vector<PlanPoint>& points, double error) {
