@@ -1,24 +1,22 @@
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "engine/error.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 
 namespace hpdm {
 namespace {
 
 std::string Inspect(std::vector<std::string> arguments) {
-  CLI::App app;
-  AddInspectCommand(app);
   arguments.insert(arguments.begin(), "inspect");
-  std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   testing::internal::CaptureStdout();
   try {
-    app.parse(arguments);
+    RunCommandLine("hpdm", "", "", std::move(arguments),
+                   [](Command app) { AddInspectCommand(app); });
   } catch (...) {
     testing::internal::GetCapturedStdout();
     throw;

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -9,6 +8,7 @@
 #include "engine/error.h"
 #include "scenes/obj_writer.h"
 #include "tools/bench_figures.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/machine_facts.h"
@@ -182,17 +182,15 @@ void Bench(const BenchOptions& options) {
 
 }  // namespace
 
-void AddBenchCommand(CLI::App& app) {
+void AddBenchCommand(Command app) {
   const auto options = std::make_shared<BenchOptions>();
-  CLI::App* bench =
-      app.add_subcommand("bench", "Time the paper's tables and what the cost grows with");
-  bench->add_option("--json", options->json, "File to write all figures to");
-  bench->add_option("--out", options->out, "Folder for bench.json and bench.md; made when missing");
-  bench->add_option("--only", options->only, "Measure these alone")
-      ->check(CLI::IsMember(
-          {"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs"}));
-  bench->add_flag("--quick", options->quick, "Fewer repeats and smaller sizes");
-  bench->callback([options] { Bench(*options); });
+  Command bench = app.AddCommand("bench", "Time the paper's tables and what the cost grows with");
+  bench.AddOption("--json", options->json, "File to write all figures to");
+  bench.AddOption("--out", options->out, "Folder for bench.json and bench.md; made when missing");
+  bench.AddOption("--only", options->only, "Measure these alone")
+      .OneOf({"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs"});
+  bench.AddFlag("--quick", options->quick, "Fewer repeats and smaller sizes");
+  bench.OnRun([options] { Bench(*options); });
 }
 
 }  // namespace hpdm

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include "scenes/obj_writer.h"
 #include "tools/chart_report.h"
 #include "tools/chart_sweep.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/machine_facts.h"
@@ -134,17 +134,17 @@ void Chart(const ChartOptions& options) {
 
 }  // namespace
 
-void AddChartCommand(CLI::App& app) {
+void AddChartCommand(Command app) {
   const auto options = std::make_shared<ChartOptions>();
-  CLI::App* chart = app.add_subcommand("chart", "Chart error against time of every model");
-  chart->add_option("cases", options->cases,
-                    "Scene files with [[load]] tables; all of scenes/cases by default");
-  chart->add_option("--references", options->references,
-                    "Folder of NAME.csv and NAME.json; ../../tests/reference from each case");
-  chart->add_option("--out", options->out, "Folder to write to; made when missing")->required();
-  chart->add_flag("--json", options->json, "Print JSON");
-  chart->add_flag("--quick", options->quick, "A few models only");
-  chart->callback([options] { Chart(*options); });
+  Command chart = app.AddCommand("chart", "Chart error against time of every model");
+  chart.AddOption("cases", options->cases,
+                  "Scene files with [[load]] tables; all of scenes/cases by default");
+  chart.AddOption("--references", options->references,
+                  "Folder of NAME.csv and NAME.json; ../../tests/reference from each case");
+  chart.AddOption("--out", options->out, "Folder to write to; made when missing").Required();
+  chart.AddFlag("--json", options->json, "Print JSON");
+  chart.AddFlag("--quick", options->quick, "A few models only");
+  chart.OnRun([options] { Chart(*options); });
 }
 
 }  // namespace hpdm

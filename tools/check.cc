@@ -1,10 +1,10 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "scenes/instrument_types.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/session.h"
@@ -218,14 +218,14 @@ void Check(const std::string& scene, bool as_json) {
 
 }  // namespace
 
-void AddCheckCommand(CLI::App& app) {
+void AddCheckCommand(Command app) {
   auto scene = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
-  CLI::App* check =
-      app.add_subcommand("check", "Validate a scene and say what would be built and its cost");
-  check->add_option("scene", *scene, "Scene file (TOML; see scenes/README.md)")->required();
-  check->add_flag("--json", *as_json, "Print JSON");
-  check->callback([scene, as_json] { Check(*scene, *as_json); });
+  Command check =
+      app.AddCommand("check", "Validate a scene and say what would be built and its cost");
+  check.AddOption("scene", *scene, "Scene file (TOML; see scenes/README.md)").Required();
+  check.AddFlag("--json", *as_json, "Print JSON");
+  check.OnRun([scene, as_json] { Check(*scene, *as_json); });
 }
 
 }  // namespace hpdm

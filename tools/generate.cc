@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "scenes/mesh_assets.h"
 #include "scenes/obj_writer.h"
 #include "scenes/picture_assets.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/staged_file.h"
 
@@ -85,20 +85,20 @@ void Generate(const GenerateOptions& options) {
 
 }  // namespace
 
-void AddGenerateCommand(CLI::App& app) {
+void AddGenerateCommand(Command app) {
   const auto options = std::make_shared<GenerateOptions>();
-  CLI::App* command =
-      app.add_subcommand("generate", "Make the project's meshes and pictures from nothing");
+  Command command =
+      app.AddCommand("generate", "Make the project's meshes and pictures from nothing");
   std::vector<std::string> known;
   for (const MeshAsset& asset : MeshAssets()) known.push_back(asset.name);
   for (const PictureAsset& asset : PictureAssets()) known.push_back(asset.name);
-  command->add_option("names", options->names, "Assets to make; all of scenes/meshes by default")
-      ->check(CLI::IsMember(known).description(""));  // before anything is written
-  command->add_option("--out", options->out,
-                      "Folder to write NAME.obj and NAME.png to; made when missing");
-  command->add_flag("--pictures", options->pictures, "Without names: all of scenes/textures");
-  command->add_flag("--list", options->list, "List the assets and stop");
-  command->callback([options] { Generate(*options); });
+  command.AddOption("names", options->names, "Assets to make; all of scenes/meshes by default")
+      .OneOfUnlisted(known);  // before anything is written
+  command.AddOption("--out", options->out,
+                    "Folder to write NAME.obj and NAME.png to; made when missing");
+  command.AddFlag("--pictures", options->pictures, "Without names: all of scenes/textures");
+  command.AddFlag("--list", options->list, "List the assets and stop");
+  command.OnRun([options] { Generate(*options); });
 }
 
 }  // namespace hpdm

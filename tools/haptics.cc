@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "tools/accuracy_cases.h"
 #include "tools/accuracy_report.h"
 #include "tools/child_process.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/force_accuracy.h"
 #include "tools/json_figures.h"
@@ -174,19 +174,18 @@ void Haptics(const HapticsOptions& options) {
 
 }  // namespace
 
-void AddHapticsCommand(CLI::App& app) {
+void AddHapticsCommand(Command app) {
   const auto options = std::make_shared<HapticsOptions>();
-  CLI::App* haptics = app.add_subcommand(
+  Command haptics = app.AddCommand(
       "haptics", "Measure and plot the force on the hand: accuracy, stability, latency");
-  haptics->add_option("scene", options->scene, "Scene of the two hands; others lie beside it")
-      ->capture_default_str();
-  haptics->add_option("--out", options->out, "Folder to write to; made when missing")
-      ->capture_default_str();
-  haptics->add_option("--only", options->only,
-                      "Measure the accuracy of these cases alone, such as press");
-  haptics->add_flag("--quick", options->quick, "Small strain only, shorter hands and session");
-  haptics->add_flag("--json", options->json, "Print JSON");
-  haptics->callback([options] { Haptics(*options); });
+  haptics.AddOption("scene", options->scene, "Scene of the two hands; others lie beside it")
+      .ShowDefault();
+  haptics.AddOption("--out", options->out, "Folder to write to; made when missing").ShowDefault();
+  haptics.AddOption("--only", options->only,
+                    "Measure the accuracy of these cases alone, such as press");
+  haptics.AddFlag("--quick", options->quick, "Small strain only, shorter hands and session");
+  haptics.AddFlag("--json", options->json, "Print JSON");
+  haptics.OnRun([options] { Haptics(*options); });
 }
 
 }  // namespace hpdm

@@ -1,6 +1,5 @@
 #include <fcntl.h>
 
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -9,8 +8,10 @@
 #include <iostream>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "engine/error.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 
 namespace {
@@ -50,11 +51,8 @@ int AfterOutput(int exit_code) {
   return 2;
 }
 
-int Hpdm(int argc, char** argv) {
-  CLI::App app("HPDM: a real-time engine for laparoscopic-surgery training", "hpdm");
-  app.require_subcommand(1);
-  app.set_version_flag("--version", HPDM_VERSION);
-  hpdm::AddRunCommand(app, {argv, argv + argc});
+void AddCommands(hpdm::Command app, const std::vector<std::string>& command_line) {
+  hpdm::AddRunCommand(app, command_line);
   hpdm::AddReplayCommand(app);
   hpdm::AddReportCommand(app);
   hpdm::AddSpyCommand(app);
@@ -68,15 +66,16 @@ int Hpdm(int argc, char** argv) {
   hpdm::AddHapticsCommand(app);
   hpdm::AddStressCommand(app);
   hpdm::AddGenerateCommand(app);
+}
+
+int Hpdm(int argc, char** argv) {
   try {
     RefuseEmptyArguments(argc, argv);
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // --help, --version
-    return app.exit(asked);
-  } catch (const CLI::RuntimeError& check_failed) {
-    return check_failed.get_exit_code();
-  } catch (const CLI::ParseError& error) {
-    return Fail(error.what(), "; see hpdm --help", 2);
+    const std::vector<std::string> command_line(argv, argv + argc);
+    return hpdm::RunCommandLine("hpdm",
+                                "HPDM: a real-time engine for laparoscopic-surgery training",
+                                HPDM_VERSION, {command_line.begin() + 1, command_line.end()},
+                                [&](hpdm::Command app) { AddCommands(app, command_line); });
   } catch (const hpdm::InputError& error) {
     return Fail(error.what(), "", 2);
   } catch (const hpdm::MachineError& error) {
@@ -86,7 +85,6 @@ int Hpdm(int argc, char** argv) {
   } catch (const std::exception& error) {  // caught so that destructors run: a terminal is restored
     return Fail(error.what(), "; see hpdm --help", 3);
   }
-  return 0;
 }
 
 }  // namespace

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +8,7 @@
 #include "engine/error.h"
 #include "engine/mesh_facts.h"
 #include "engine/mesh_import.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 
@@ -115,15 +115,15 @@ void Inspect(const InspectOptions& options) {
 
 }  // namespace
 
-void AddInspectCommand(CLI::App& app) {
+void AddInspectCommand(Command app) {
   // Shared with the callback, which outlives this function.
   const auto options = std::make_shared<InspectOptions>();
-  CLI::App* command = app.add_subcommand("inspect", "Facts and repairs of a surface mesh");
-  command->add_option("mesh", options->mesh, "OBJ, STL or PLY file")->required();
-  command->add_option("--unit", options->unit, "Unit of the file: m, mm or metres per unit")
-      ->capture_default_str();
-  command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options] { Inspect(*options); });
+  Command command = app.AddCommand("inspect", "Facts and repairs of a surface mesh");
+  command.AddOption("mesh", options->mesh, "OBJ, STL or PLY file").Required();
+  command.AddOption("--unit", options->unit, "Unit of the file: m, mm or metres per unit")
+      .ShowDefault();
+  command.AddFlag("--json", options->json, "Print JSON");
+  command.OnRun([options] { Inspect(*options); });
 }
 
 }  // namespace hpdm

@@ -1,6 +1,5 @@
 #include "lcmtypes/log.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +11,7 @@
 
 #include "engine/error.h"
 #include "lcmtypes/log_health.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/log_export.h"
@@ -171,7 +171,7 @@ void Check(const LogOptions& options) {
       std::printf("%s: the intact events\n", options.repaired.c_str());
     }
   }
-  if (!health.Sound() || !AllHold(invariants)) throw CLI::RuntimeError(1);
+  if (!health.Sound() || !AllHold(invariants)) throw CheckFailed();
 }
 
 /// Refuses an --out that --format does not fit.
@@ -234,47 +234,47 @@ void Export(const LogOptions& options) {
 
 }  // namespace
 
-void AddLogCommand(CLI::App& app) {
-  CLI::App* log = app.add_subcommand("log", "Check and export session logs and other LCM logs");
-  log->require_subcommand(1);
+void AddLogCommand(Command app) {
+  Command log = app.AddCommand("log", "Check and export session logs and other LCM logs");
+  log.RequireCommand();
   const auto add = [log](const char* name, const char* what, LogOptions* options) {
-    CLI::App* command = log->add_subcommand(name, what);
-    command->add_option("log", options->log, "LCM log file, or a session's folder")->required();
-    command->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
-        ->allow_extra_args(false);
-    command->add_flag("--json", options->json, "Print the result as JSON");
+    Command command = log.AddCommand(name, what);
+    command.AddOption("log", options->log, "LCM log file, or a session's folder").Required();
+    command.AddOption("--types", options->types, "Further LCM types: a .lcm file; repeatable")
+        .OneValueEach();
+    command.AddFlag("--json", options->json, "Print the result as JSON");
     return command;
   };
   const auto to_check = std::make_shared<LogOptions>();
-  CLI::App* check =
+  Command check =
       add("check",
           "Gaps, order, damage, and of a session what must hold in every tick and step: finite "
           "numbers, forces within limits, no energy from nowhere, organs at rest when nothing "
           "touches them; exit 1 when something is wrong",
           to_check.get());
-  check->add_option("--repair", to_check->repaired,
-                    "Write the intact events as a new log of this name");
+  check.AddOption("--repair", to_check->repaired,
+                  "Write the intact events as a new log of this name");
   check
-      ->add_option("--period", to_check->period,
-                   "The hands do the same again every so many seconds: the forces must be the same "
-                   "bit for bit, from the third period on those of the second")
-      ->check(CLI::Range(0.001, 1e6));
-  check->callback([to_check] { Check(*to_check); });
+      .AddOption("--period", to_check->period,
+                 "The hands do the same again every so many seconds: the forces must be the same "
+                 "bit for bit, from the third period on those of the second")
+      .From(0.001, 1e6);
+  check.OnRun([to_check] { Check(*to_check); });
 
   const auto to_export = std::make_shared<LogOptions>();
-  CLI::App* exporting =
+  Command exporting =
       add("export", "A CSV table of each channel, or one MCAP file", to_export.get());
   exporting
-      ->add_option("--out", to_export->out,
-                   "csv: folder for CHANNEL.csv, made when missing; mcap: the file")
-      ->required();
+      .AddOption("--out", to_export->out,
+                 "csv: folder for CHANNEL.csv, made when missing; mcap: the file")
+      .Required();
   exporting
-      ->add_option("--format", to_export->format,
-                   "csv, or mcap: one file of JSON messages for Foxglove and PlotJuggler")
-      ->check(CLI::IsMember({"csv", "mcap"}))
-      ->capture_default_str();
-  exporting->add_option("--channels", to_export->channels, "These alone");
-  exporting->callback([to_export] { Export(*to_export); });
+      .AddOption("--format", to_export->format,
+                 "csv, or mcap: one file of JSON messages for Foxglove and PlotJuggler")
+      .OneOf({"csv", "mcap"})
+      .ShowDefault();
+  exporting.AddOption("--channels", to_export->channels, "These alone");
+  exporting.OnRun([to_export] { Export(*to_export); });
 }
 
 }  // namespace hpdm

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -9,12 +8,12 @@
 #include <vector>
 
 #include "engine/error.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/device_choice.h"
 #include "tools/json_figures.h"
 #include "tools/lockstep.h"
 #include "tools/log_replay.h"
-#include "tools/number_option.h"
 #include "tools/realtime_replay.h"
 #include "tools/report_text.h"
 #include "tools/session_path.h"
@@ -301,7 +300,7 @@ void ReplaySession(const ReplayOptions& options) {
   }
   const Json report = Report(log, session, replay);
   Print(options, report, ReplayText(log, replay, report));
-  if (replay.comparison.first_beyond()) throw CLI::RuntimeError(1);
+  if (replay.comparison.first_beyond()) throw CheckFailed();
 }
 
 void Replay(const ReplayOptions& options) {
@@ -310,28 +309,28 @@ void Replay(const ReplayOptions& options) {
 
 }  // namespace
 
-void AddReplayCommand(CLI::App& app) {
+void AddReplayCommand(Command app) {
   auto options = std::make_shared<ReplayOptions>();
-  CLI::App* replay = app.add_subcommand(
+  Command replay = app.AddCommand(
       "replay", "Run a session's log again and compare the forces, or a recorded motion");
   replay
-      ->add_option("log", options->log,
-                   "Session folder, its session.lcmlog, or a recorded motion (CSV)")
-      ->required();
-  replay->add_option("--scene", options->scene, "Scene [of a log: scene.toml beside it]");
+      .AddOption("log", options->log,
+                 "Session folder, its session.lcmlog, or a recorded motion (CSV)")
+      .Required();
+  replay.AddOption("--scene", options->scene, "Scene [of a log: scene.toml beside it]");
   replay
-      ->add_option("--tolerance", options->tolerance,
-                   "Largest difference, of the field's largest value in the log; 0: none at all")
-      ->check(NumberFrom(0.0, 1.0))
-      ->capture_default_str();
+      .AddOption("--tolerance", options->tolerance,
+                 "Largest difference, of the field's largest value in the log; 0: none at all")
+      .From(0.0, 1.0)
+      .ShowDefault();
   replay
-      ->add_option("--clock", options->clock,
-                   "logged: every tick, step and patch as in the log; real: in real time, with a "
-                   "latency report")
-      ->check(CLI::IsMember({"logged", "real"}))
-      ->capture_default_str();
-  replay->add_flag("--json", options->json, "Print the report as JSON");
-  replay->callback([options] { Replay(*options); });
+      .AddOption("--clock", options->clock,
+                 "logged: every tick, step and patch as in the log; real: in real time, with a "
+                 "latency report")
+      .OneOf({"logged", "real"})
+      .ShowDefault();
+  replay.AddFlag("--json", options->json, "Print the report as JSON");
+  replay.OnRun([options] { Replay(*options); });
 }
 
 }  // namespace hpdm

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <csignal>
@@ -16,11 +15,12 @@
 #include "render/egl_context.h"
 #include "render/laparoscope.h"
 #include "scenes/obj_writer.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/film.h"
 #include "tools/json_figures.h"
 #include "tools/latency_table.h"
-#include "tools/number_option.h"
+#include "tools/number_text.h"
 #include "tools/plot_latency.h"
 #include "tools/plot_timeline.h"
 #include "tools/python_plot.h"
@@ -314,59 +314,58 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
 
 }  // namespace
 
-void AddRunCommand(CLI::App& app, std::vector<std::string> command_line) {
+void AddRunCommand(Command app, std::vector<std::string> command_line) {
   auto options = std::make_shared<RunOptions>();
-  CLI::App* run = app.add_subcommand("run", "Run a session of a scene");
-  run->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
-  run->add_option(
-         "--seconds", options->seconds,
-         "Length; without it, until SIGINT or SIGTERM, Esc in the window, or the end of the "
-         "traces")
-      ->check(NumberFrom(0.001, 1e6));
-  run->add_option("--out", options->out, "Session folder to make [out/session_N]");
-  run->add_flag("--headless", options->headless, "Draw without a window (the default)");
-  run->add_flag("--window", options->window,
-                "Draw in a window; the mouse moves the instruments (F1 lists the keys)");
-  run->add_option("--fps", options->frames_per_second,
-                  "Pictures a second kept in frames/; 0 keeps none [2; in a window those that r "
-                  "asks for, 30]")
-      ->check(NumberFrom(0.0, 240.0));
-  run->add_flag(
+  Command run = app.AddCommand("run", "Run a session of a scene");
+  run.AddOption("scene", options->scene, "Scene file (TOML; see scenes/README.md)").Required();
+  run.AddOption("--seconds", options->seconds,
+                "Length; without it, until SIGINT or SIGTERM, Esc in the window, or the end of the "
+                "traces")
+      .From(0.001, 1e6);
+  run.AddOption("--out", options->out, "Session folder to make [out/session_N]");
+  run.AddFlag("--headless", options->headless, "Draw without a window (the default)");
+  run.AddFlag("--window", options->window,
+              "Draw in a window; the mouse moves the instruments (F1 lists the keys)");
+  run.AddOption("--fps", options->frames_per_second,
+                "Pictures a second kept in frames/; 0 keeps none [2; in a window those that r "
+                "asks for, 30]")
+      .From(0.0, 240.0);
+  run.AddFlag(
       "--film", options->film,
       "Make film.mp4 of the pictures in frames/, with ffmpeg; take --fps 30 for a smooth one");
-  run->add_flag("!--no-pictures", options->pictures, "Draw nothing");
-  run->add_option("--size", options->size, "Picture, WIDTHxHEIGHT")->capture_default_str();
-  run->add_option(
+  run.AddFlag("!--no-pictures", options->pictures, "Draw nothing");
+  run.AddOption("--size", options->size, "Picture, WIDTHxHEIGHT").ShowDefault();
+  run.AddOption(
          "--overlay", options->overlays,
          "Drawn over the picture, separated by commas: force (0 to 2 N), contacts, lattice, error "
          "(see --reference), text")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"force", "contacts", "lattice", "error", "text"}));
-  run->add_option("--reference", options->references,
-                  "Surface displacements that --overlay error compares an organ with: FILE as "
-                  "`hpdm solve --out` writes it, or ORGAN=FILE; repeatable");
-  run->add_option("--ffd", options->ffd,
-                  "Who deforms the organs in the picture: cpu, shader, or auto: the shader, unless "
-                  "the renderer is software or a lattice has more than 350 control points")
-      ->check(CLI::IsMember({"auto", "cpu", "shader"}))
-      ->capture_default_str();
-  run->add_option("--clock", options->clock, "real, or lockstep: one thread, virtual time")
-      ->check(CLI::IsMember({"real", "lockstep"}))
-      ->capture_default_str();
-  run->add_option("--device", options->devices,
-                  "What moves the instruments: sim, trace:FILE (CSV), lcm (an external driver) or "
-                  "mouse; NAME=... for one of them; repeatable [the scene's trace, or sim, in a "
-                  "window mouse]");
-  run->add_option("--exchange", options->exchanges,
-                  "NAME=OTHER@SECONDS: the hand that began with NAME takes OTHER (see "
-                  "instrument.exchange in scenes/README.md) as soon as its tip is free; repeatable")
-      ->excludes("--window");
-  run->add_flag("--live", options->live,
-                "Publish over LCM too (LCM_DEFAULT_URL, or this machine's multicast)");
-  run->add_flag("--require-rt", options->require_realtime,
-                "Exit with 3 when the system refuses real-time scheduling or memory locking");
-  run->add_flag("--json", options->json, "Print the summary as JSON");
-  run->callback([options, command_line = std::move(command_line)] { Run(*options, command_line); });
+      .SplitAt(',')
+      .OneOf({"force", "contacts", "lattice", "error", "text"});
+  run.AddOption("--reference", options->references,
+                "Surface displacements that --overlay error compares an organ with: FILE as "
+                "`hpdm solve --out` writes it, or ORGAN=FILE; repeatable");
+  run.AddOption("--ffd", options->ffd,
+                "Who deforms the organs in the picture: cpu, shader, or auto: the shader, unless "
+                "the renderer is software or a lattice has more than 350 control points")
+      .OneOf({"auto", "cpu", "shader"})
+      .ShowDefault();
+  run.AddOption("--clock", options->clock, "real, or lockstep: one thread, virtual time")
+      .OneOf({"real", "lockstep"})
+      .ShowDefault();
+  run.AddOption("--device", options->devices,
+                "What moves the instruments: sim, trace:FILE (CSV), lcm (an external driver) or "
+                "mouse; NAME=... for one of them; repeatable [the scene's trace, or sim, in a "
+                "window mouse]");
+  run.AddOption("--exchange", options->exchanges,
+                "NAME=OTHER@SECONDS: the hand that began with NAME takes OTHER (see "
+                "instrument.exchange in scenes/README.md) as soon as its tip is free; repeatable")
+      .Excludes("--window");
+  run.AddFlag("--live", options->live,
+              "Publish over LCM too (LCM_DEFAULT_URL, or this machine's multicast)");
+  run.AddFlag("--require-rt", options->require_realtime,
+              "Exit with 3 when the system refuses real-time scheduling or memory locking");
+  run.AddFlag("--json", options->json, "Print the summary as JSON");
+  run.OnRun([options, command_line = std::move(command_line)] { Run(*options, command_line); });
 }
 
 }  // namespace hpdm

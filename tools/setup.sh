@@ -46,7 +46,7 @@ if [ "${1:-}" = --install-only ]; then exit 0; fi
 echo "setup: building"
 strict=OFF
 if [ -n "${CI:-}" ]; then strict=ON; fi
-run "cmake" cmake --preset release -DHPDM_WERROR=$strict -DHPDM_BATCHES=$strict
+run "cmake" cmake --preset release -DHPDM_WERROR=$strict
 targets=()
 for target in "$@"; do targets+=(--target "$target"); done
 run "the build" cmake --build build "${targets[@]}"

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "engine/baselines/surface_error.h"
 #include "engine/error.h"
 #include "engine/static_loads.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/in_scene.h"
 #include "tools/solve_picture.h"
@@ -147,25 +147,25 @@ void Solve(const SolveOptions& options) {
                  "%s: no equilibrium beyond %.3g of the loads, where the energy stops carrying "
                  "them; lower them or take law = \"neo_hookean\"\n",
                  OneLine(scene.path.string()).c_str(), solution.share);
-    throw CLI::RuntimeError(1);
+    throw CheckFailed();
   }
 }
 
 }  // namespace
 
-void AddSolveCommand(CLI::App& app) {
+void AddSolveCommand(Command app) {
   auto options = std::make_shared<SolveOptions>();
-  CLI::App* solve = app.add_subcommand("solve", "Solve a scene's static load case");
-  solve->add_option("scene", options->scene, "Scene file with [[load]] tables")->required();
-  solve->add_option("--out", options->out, "CSV to write: x,y,z,ux,uy,uz of each vertex, m")
-      ->required();
-  solve->add_option("--reference", options->reference,
-                    "CSV of the same form to measure the error against");
-  solve->add_option("--picture", options->picture,
-                    "PNG to write: the solved shape through the scene's laparoscope, coloured by "
-                    "its displacement, or with --reference by its error");
-  solve->add_flag("--json", options->json, "Print JSON");
-  solve->callback([options] { Solve(*options); });
+  Command solve = app.AddCommand("solve", "Solve a scene's static load case");
+  solve.AddOption("scene", options->scene, "Scene file with [[load]] tables").Required();
+  solve.AddOption("--out", options->out, "CSV to write: x,y,z,ux,uy,uz of each vertex, m")
+      .Required();
+  solve.AddOption("--reference", options->reference,
+                  "CSV of the same form to measure the error against");
+  solve.AddOption("--picture", options->picture,
+                  "PNG to write: the solved shape through the scene's laparoscope, coloured by "
+                  "its displacement, or with --reference by its error");
+  solve.AddFlag("--json", options->json, "Print JSON");
+  solve.OnRun([options] { Solve(*options); });
 }
 
 }  // namespace hpdm

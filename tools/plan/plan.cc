@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -6,10 +5,10 @@
 
 #include "engine/error.h"
 #include "scenes/obj_writer.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/machine_facts.h"
-#include "tools/number_option.h"
 #include "tools/plan/plan_report.h"
 #include "tools/plan/scene_plan.h"
 #include "tools/plot_plan.h"
@@ -91,32 +90,32 @@ void Plan(const PlanOptions& options) {
   for (const std::string& remark : plan.remarks) std::fprintf(stderr, "hpdm: %s\n", remark.c_str());
   if (plan.MeetsBoth()) return;
   if (options.json) std::fputs(VerdictText(plan).c_str(), stderr);
-  throw CLI::RuntimeError(1);
+  throw CheckFailed();
 }
 
 }  // namespace
 
-void AddPlanCommand(CLI::App& app) {
+void AddPlanCommand(Command app) {
   const auto options = std::make_shared<PlanOptions>();
-  CLI::App* plan =
-      app.add_subcommand("plan", "Find the cheapest models that meet an error and a step's budget");
-  plan->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
-  plan->add_option("--error", options->error,
-                   "Most error of an organ's motion, relative: 0.05 is 5 %")
-      ->required()
-      ->check(NumberFrom(0.001, 1));
-  plan->add_option("--budget-ms", options->budget_ms,
-                   "Longest deformation step, of all organs that can be touched at once, ms")
-      ->required()
-      ->check(NumberFrom(0.001, 1000));
-  plan->add_option("--out", options->out,
-                   "Scene to write: this one with the chosen models, comments and all");
-  plan->add_option("--chart", options->chart,
-                   "Folder for the chart: plan.csv, .json, .md, .png; made when missing");
-  plan->add_option("--seconds", options->seconds, "End the search of models after so long")
-      ->check(NumberFrom(1, 86400));
-  plan->add_flag("--json", options->json, "Print JSON");
-  plan->callback([options] { Plan(*options); });
+  Command plan =
+      app.AddCommand("plan", "Find the cheapest models that meet an error and a step's budget");
+  plan.AddOption("scene", options->scene, "Scene file (TOML; see scenes/README.md)").Required();
+  plan.AddOption("--error", options->error,
+                 "Most error of an organ's motion, relative: 0.05 is 5 %")
+      .Required()
+      .From(0.001, 1);
+  plan.AddOption("--budget-ms", options->budget_ms,
+                 "Longest deformation step, of all organs that can be touched at once, ms")
+      .Required()
+      .From(0.001, 1000);
+  plan.AddOption("--out", options->out,
+                 "Scene to write: this one with the chosen models, comments and all");
+  plan.AddOption("--chart", options->chart,
+                 "Folder for the chart: plan.csv, .json, .md, .png; made when missing");
+  plan.AddOption("--seconds", options->seconds, "End the search of models after so long")
+      .From(1, 86400);
+  plan.AddFlag("--json", options->json, "Print JSON");
+  plan.OnRun([options] { Plan(*options); });
 }
 
 }  // namespace hpdm

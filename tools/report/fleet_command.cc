@@ -1,11 +1,9 @@
 #include "tools/report/fleet_command.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <thread>
 
 #include "engine/error.h"
-#include "tools/number_option.h"
 #include "tools/report/fleet.h"
 #include "tools/report/session_line.h"
 #include "tools/report_text.h"
@@ -21,42 +19,41 @@ void PrintLine(const std::string& session, double force_limit) {
   if (std::fflush(stdout) != 0) throw InputError("stdout: cannot be written; make space");
   if (line.at("exit_code") == 0) return;
   std::fprintf(stderr, "hpdm: %s\n", line.at("error").get<std::string>().c_str());
-  throw CLI::RuntimeError(line.at("exit_code").get<int>());
+  throw CheckFailed{line.at("exit_code").get<int>()};
 }
 
 }  // namespace
 
-void AddFleetOptions(CLI::App* report, const std::vector<CLI::Option*>& single,
-                     FleetArguments* arguments) {
+void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArguments* arguments) {
   constexpr int kMostJobs = 256;
-  CLI::Option* line = report->add_flag(
-      "--json-line", arguments->json_line,
-      "Print the figures as one line of JSON, whatever becomes of it: the unit for "
-      "clusters (tools/report/fleet.md)");
-  CLI::Option* all =
-      report->add_flag("--all", arguments->all,
-                       "SESSION is a folder of session folders, at any depth: a process and a line "
-                       "of JSON each; --out: a table of all, SQLite or .jsonl");
-  CLI::Option* collect =
-      report->add_option("--collect", arguments->collect,
-                         "Put the lines that --json-line printed, from these files (-: standard "
-                         "input), into the table --out");
-  collect->excludes(all)->excludes(line);
-  line->excludes(all);
-  for (CLI::Option* option : single) {
-    for (CLI::Option* many : {all, line, collect}) many->excludes(option);
+  Option line =
+      report.AddFlag("--json-line", arguments->json_line,
+                     "Print the figures as one line of JSON, whatever becomes of it: the unit for "
+                     "clusters (tools/report/fleet.md)");
+  Option all =
+      report.AddFlag("--all", arguments->all,
+                     "SESSION is a folder of session folders, at any depth: a process and a line "
+                     "of JSON each; --out: a table of all, SQLite or .jsonl");
+  Option collect =
+      report.AddOption("--collect", arguments->collect,
+                       "Put the lines that --json-line printed, from these files (-: standard "
+                       "input), into the table --out");
+  collect.Excludes(all).Excludes(line);
+  line.Excludes(all);
+  for (Option option : single) {
+    for (Option many : {all, line, collect}) many.Excludes(option);
   }
-  report->add_option("--jobs", arguments->jobs, "Processes at once; default: one a processor")
-      ->check(CLI::Range(1, kMostJobs))
-      ->needs(all);
-  report->add_option("--timeout", arguments->patience, "s for one session")
-      ->check(NumberFrom(0.001, 1e6))
-      ->capture_default_str()
-      ->needs(all);
+  report.AddOption("--jobs", arguments->jobs, "Processes at once; default: one a processor")
+      .From(1, kMostJobs)
+      .Needs(all);
+  report.AddOption("--timeout", arguments->patience, "s for one session")
+      .From(0.001, 1e6)
+      .ShowDefault()
+      .Needs(all);
   report
-      ->add_flag("--again", arguments->again,
-                 "Read those too that the table has and whose logs are unchanged")
-      ->needs(all);
+      .AddFlag("--again", arguments->again,
+               "Read those too that the table has and whose logs are unchanged")
+      .Needs(all);
 }
 
 bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
@@ -92,7 +89,7 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
                  Count(summary.sessions).c_str(), Count(summary.reported).c_str(),
                  Count(summary.failed).c_str());
   }
-  if (summary.failed > 0) throw CLI::RuntimeError(1);
+  if (summary.failed > 0) throw CheckFailed();
   return true;
 }
 

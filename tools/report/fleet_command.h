@@ -3,10 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
+#include "tools/command_line.h"
 
 namespace hpdm {
 
@@ -21,12 +18,11 @@ struct FleetArguments {
 };
 
 /// Adds them to the command `hpdm report`; `single` are its options for one session alone.
-void AddFleetOptions(CLI::App* report, const std::vector<CLI::Option*>& single,
-                     FleetArguments* arguments);
+void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArguments* arguments);
 
 /// Does what they ask for; false: they ask for nothing. `session` is what the command was given, a
 /// session's folder or with --all one of many, `out` its --out. A failed session is
-/// CLI::RuntimeError with the exit code.
+/// CheckFailed with the exit code.
 bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
                      const std::string& out, double force_limit);
 

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -6,9 +5,9 @@
 #include <string>
 
 #include "engine/error.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
-#include "tools/number_option.h"
 #include "tools/report/fleet_command.h"
 #include "tools/report/report_json.h"
 #include "tools/report/report_page.h"
@@ -76,23 +75,23 @@ void Report(const ReportOptions& options) {
 
 }  // namespace
 
-void AddReportCommand(CLI::App& app) {
+void AddReportCommand(Command app) {
   const auto options = std::make_shared<ReportOptions>();
-  CLI::App* report = app.add_subcommand(
+  Command report = app.AddCommand(
       "report", "A session as one HTML page for trainer and trainee; its figures as JSON");
-  report->add_option("session", options->session, "A session's folder, or its log");
-  report->add_option("--out", options->out, "HTML file; default: report.html beside the log");
+  report.AddOption("session", options->session, "A session's folder, or its log");
+  report.AddOption("--out", options->out, "HTML file; default: report.html beside the log");
   report
-      ->add_option("--force-limit", options->force_limit,
-                   "N: time and times above it are told (tools/report/README.md)")
-      ->check(NumberFrom(1e-6, 1e6))
-      ->capture_default_str();
-  CLI::Option* against = report->add_option(
-      "--against", options->against, "Another session's folder or log, whose figures stand beside");
-  CLI::Option* json = report->add_flag("--json", options->json,
-                                       "Print the figures as JSON; a page only with --out");
+      .AddOption("--force-limit", options->force_limit,
+                 "N: time and times above it are told (tools/report/README.md)")
+      .From(1e-6, 1e6)
+      .ShowDefault();
+  Option against = report.AddOption("--against", options->against,
+                                    "Another session's folder or log, whose figures stand beside");
+  Option json =
+      report.AddFlag("--json", options->json, "Print the figures as JSON; a page only with --out");
   AddFleetOptions(report, {against, json}, &options->fleet);
-  report->callback([options] { Report(*options); });
+  report.OnRun([options] { Report(*options); });
 }
 
 }  // namespace hpdm

@@ -1,6 +1,5 @@
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -12,9 +11,9 @@
 #include <vector>
 
 #include "engine/error.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
-#include "tools/number_option.h"
 #include "tools/report_text.h"
 #include "tools/schema_files.h"
 #include "tools/session_path.h"
@@ -75,7 +74,7 @@ void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const 
                log ? "give a log that holds events"
                    : "start a session with hpdm run SCENE --live, with the same LCM_DEFAULT_URL "
                      "as here");
-  throw CLI::RuntimeError(1);
+  throw CheckFailed();
 }
 
 // --web [PORT] takes what stands after it: what is no number is the log.
@@ -134,38 +133,38 @@ void Spy(const SpyOptions& options) {
 
 }  // namespace
 
-void AddSpyCommand(CLI::App& app) {
+void AddSpyCommand(Command app) {
   const auto options = std::make_shared<SpyOptions>();
-  CLI::App* spy = app.add_subcommand(
+  Command spy = app.AddCommand(
       "spy",
       "Look at LCM messages as they come, or at a log as it is played: channels, rates, losses, "
       "values");
-  spy->add_option("log", options->log,
-                  "Log to play, or a session's folder; without one the network of LCM_DEFAULT_URL, "
-                  "or else of this machine");
-  spy->add_flag("--once", options->once,
-                "Watch for --seconds, print a table and end; exit 1 when nothing came");
-  spy->add_option("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
-      ->check(NumberFrom(0.01, 1e9));
-  spy->add_flag("--json", options->json, "With --once: everything as JSON, with the last values");
-  spy->add_option("--types", options->types, "Further LCM types: a .lcm file; repeatable")
-      ->allow_extra_args(false);
-  spy->add_option("--speed", options->speed,
-                  "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
-                  "it can be read")
-      ->check(NumberFrom(LogPlayer::kSlowest, LogPlayer::kFastest));
-  spy->add_option("--from", options->from,
-                  "Where to start in a log, s from its start; --once counts nothing before")
-      ->check(NumberFrom(0.0, 1e9));
-  CLI::Option* web = spy->add_option("--web", options->web_value,
-                                     "Show a dashboard in a browser, on this port of this machine "
-                                     "alone; 8090 unless given, 0: any free one");
-  web->expected(0, 1)->type_name("PORT");
-  spy->add_option("--host", options->dashboard.host,
-                  "With --web: the address to listen on, which others may then reach")
-      ->needs(web);
-  spy->callback([options, web] {
-    options->web = web->count() > 0;
+  spy.AddOption("log", options->log,
+                "Log to play, or a session's folder; without one the network of LCM_DEFAULT_URL, "
+                "or else of this machine");
+  spy.AddFlag("--once", options->once,
+              "Watch for --seconds, print a table and end; exit 1 when nothing came");
+  spy.AddOption("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
+      .From(0.01, 1e9);
+  spy.AddFlag("--json", options->json, "With --once: everything as JSON, with the last values");
+  spy.AddOption("--types", options->types, "Further LCM types: a .lcm file; repeatable")
+      .OneValueEach();
+  spy.AddOption("--speed", options->speed,
+                "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
+                "it can be read")
+      .From(LogPlayer::kSlowest, LogPlayer::kFastest);
+  spy.AddOption("--from", options->from,
+                "Where to start in a log, s from its start; --once counts nothing before")
+      .From(0.0, 1e9);
+  Option web = spy.AddOption("--web", options->web_value,
+                             "Show a dashboard in a browser, on this port of this machine "
+                             "alone; 8090 unless given, 0: any free one");
+  web.OptionalValue("PORT");
+  spy.AddOption("--host", options->dashboard.host,
+                "With --web: the address to listen on, which others may then reach")
+      .Needs(web);
+  spy.OnRun([options, web] {
+    options->web = web.Given();
     TakeWebValue(options.get());
     Spy(*options);
   });

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -11,6 +10,7 @@
 
 #include "engine/error.h"
 #include "scenes/obj_writer.h"
+#include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/json_figures.h"
 #include "tools/machine_facts.h"
@@ -127,22 +127,20 @@ void Stress(const StressOptions& options) {
   std::cout << (options.json ? JsonText(report) + "\n" : written);
   if (!remark.empty()) std::fprintf(stderr, "hpdm: %s\n", remark.c_str());
   for (const std::string& harm : harms) std::fprintf(stderr, "hpdm: %s\n", harm.c_str());
-  if (!harms.empty()) throw CLI::RuntimeError(1);
+  if (!harms.empty()) throw CheckFailed();
 }
 
 }  // namespace
 
-void AddStressCommand(CLI::App& app) {
+void AddStressCommand(Command app) {
   const auto options = std::make_shared<StressOptions>();
-  CLI::App* stress =
-      app.add_subcommand("stress", "Go where methods fail, and say which fails where");
-  stress->add_option("--only", options->only, "These cases or groups alone");
-  stress->add_option("--out", options->out,
-                     "Folder for the table and the picture; made if missing");
-  stress->add_flag("--json", options->json, "Print JSON");
-  stress->add_flag("--quick", options->quick, "Smaller bodies, coarser boundaries");
-  stress->add_flag("--list", options->list, "Name the cases and end");
-  stress->callback([options] { Stress(*options); });
+  Command stress = app.AddCommand("stress", "Go where methods fail, and say which fails where");
+  stress.AddOption("--only", options->only, "These cases or groups alone");
+  stress.AddOption("--out", options->out, "Folder for the table and the picture; made if missing");
+  stress.AddFlag("--json", options->json, "Print JSON");
+  stress.AddFlag("--quick", options->quick, "Smaller bodies, coarser boundaries");
+  stress.AddFlag("--list", options->list, "Name the cases and end");
+  stress.OnRun([options] { Stress(*options); });
 }
 
 }  // namespace hpdm
