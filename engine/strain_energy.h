@@ -68,7 +68,7 @@ void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,
 FullStiffness StrainStiffness(const Lattice& lattice, const Quadrature& tissue,
                               const MaterialOptions& material, Dilatation dilatation);
 
-/// S (x) I: the same scalar stiffness (n x n) along each world axis, added to K (3n x 3n).
+/// K_s (x) I: the same scalar stiffness (n x n) along each world axis, added to K (3n x 3n).
 void AddAlongEachAxis(const Eigen::SparseMatrix<double, Eigen::RowMajor>& scalar, FullStiffness* K);
 
 }  // namespace hpdm
