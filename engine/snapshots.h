@@ -252,7 +252,7 @@ struct StepSample {
   std::array<ToolContactState, kMaxInstruments> contacts;  ///< In the world: moved with the organ.
 };
 
-/// Why a tick was skipped (design: threads).
+/// Skipped ticks by cause, as RunOnSchedule (loop_schedule.h) finds it.
 struct SkippedTicks {
   std::uint32_t late_wake_up = 0;  ///< The scheduler woke the thread late.
   std::uint32_t long_compute = 0;  ///< The previous tick's own computing took over a period.

@@ -58,8 +58,8 @@ void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,
   }
 }
 
-/// The lattice's elastic energy for small strain (design "strain"): with u = sum_a phi_a U_a and
-/// eps = sym(grad u),
+/// The lattice's elastic energy for small strain (engine/README.md, section 5): with u = sum_a
+/// phi_a U_a and eps = sym(grad u),
 ///     E(U) = int mu |eps|^2 + lambda/2 (tr eps)^2 dV = 1/2 U^T K U
 /// over the organ's own `tissue` (world, m, m^3), isotropic and linear. Returns K: symmetric,
 /// positive semi-definite; translations and infinitesimal rotations cost nothing. The block of

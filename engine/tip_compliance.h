@@ -10,9 +10,9 @@
 
 namespace hpdm {
 
-/// The tips that touch one organ, or are about to, each condensed to one point (design: one haptic
-/// tick). A tip has m rows b_i: one of a press, or those of the grasped points, which jaws move
-/// together. With C_rows = B K^-1 B^T + C_loc over the rows of all tips and T the identities
+/// The tips that touch one organ, or are about to, each condensed to one point (engine/README.md,
+/// section 4). A tip has m rows b_i: one of a press, or those of the grasped points, which jaws
+/// move together. With C_rows = B K^-1 B^T + C_loc over the rows of all tips and T the identities
 /// stacked per tip,
 ///     S = T^T C_rows^-1 T,   C = S^-1,   f = T^T (row forces),   p_original = x - C f:
 /// where each tip's point x goes when all of them let go. Of a press, x is its row's point; of
