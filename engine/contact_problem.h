@@ -19,13 +19,13 @@ struct RelaxationResult {
 };
 
 /// The contacts of one step in their compliance space: E scalar equations, of which each moves one
-/// contact point along one axis, coupled by the compliance W (E x E, m/N),
-///     W f = change            where a contact is held (grasp),
-///     0 <= f, W f >= change, f (W f - change) = 0   where it presses.
+/// contact point along one axis, coupled by the compliance A (E x E, m/N),
+///     A f = change                                  where a contact is held (grasp),
+///     0 <= f, A f >= change, f (A f - change) = 0   where it presses.
 /// A grasp row gives three equations along the world axes; a press one, along minus its normal,
 /// with f the pressing force f_n and `change` how deep the tool is below the point. With
-/// friction a press's force is not along its axis, and W is not symmetric.
-/// The rows' local compliance (ContactSet::Row) adds to their points' own blocks of W.
+/// friction a press's force is not along its axis, and A is not symmetric.
+/// The rows' local compliance (ContactSet::Row) adds to their points' own blocks of A.
 /// Solved by an active-set method. Sized once; deformation thread; allocates nothing.
 ///
 /// (Nearly) coincident contacts that are to go different ways would pull against each other with up
@@ -54,7 +54,7 @@ class ContactProblem {
 
   int size() const { return size_; }
   const Equation& operator[](int e) const { return equations_[e]; }
-  /// E x E, of the lattice alone, to be filled in before each Solve().
+  /// A (E x E), of the lattice alone, to be filled in before each Solve().
   Matrix& compliance() { return compliance_; }
   Vector& change() { return change_; }              ///< E, m.
   const Vector& forces() const { return forces_; }  ///< E, N, of Solve().

@@ -23,9 +23,9 @@ struct DeformationEdges {
   SpscQueue<StepSample>* steps = nullptr;  ///< nullptr: nobody keeps every step.
 };
 
-/// The ~30 Hz loop: moves the organs under the tools (design: one deformation step). An organ
-/// sleeps while nothing touches it and it is at rest: then a step asks its tree's outermost box
-/// whether a tool is near, and no more. What touches it wakes it within the step.
+/// The ~30 Hz loop: moves the organs under the tools (stages: engine/README.md, section 6). An
+/// organ sleeps while nothing touches it and it is at rest: then a step asks its tree's outermost
+/// box whether a tool is near, and no more. What touches it wakes it within the step.
 ///
 /// All methods but the constructor belong to the deformation thread; they never throw, log or lock.
 class DeformationLoop {

@@ -11,7 +11,7 @@
 namespace hpdm {
 
 /// The lattice's elastic energy for strain of any size, with its supports:
-///     E(U) = int W_0(I + grad u) dV + lambda/2 int theta^2 dV + 1/2 sum_d U_d^T S U_d,
+///     E(U) = int W_0(I + grad u) dV + lambda/2 int theta^2 dV + 1/2 sum_d U_d^T K_s U_d,
 /// over the organ's own tissue, u = sum_a phi_a U_a, W_0 + lambda/2 theta^2 a HyperelasticLaw.
 ///
 /// Dilatation::kProjected takes the projection of theta on splines one degree lower in its place
@@ -20,7 +20,7 @@ namespace hpdm {
 /// pointwise, which with W_0 resists inversion at each point, whatever the averages.
 class FiniteStrainEnergy final : public ElasticEnergy {
  public:
-  /// `tissue`: world, m, m^3. `supports` (n x n, N/m): S, alike along each axis.
+  /// `tissue`: world, m, m^3. `supports` (n x n, N/m): K_s, alike along each axis.
   FiniteStrainEnergy(const Lattice& lattice, const Quadrature& tissue, MaterialLaw law,
                      const LameParameters& lame, Dilatation dilatation,
                      const ScalarStiffness& supports);
@@ -59,7 +59,7 @@ class FiniteStrainEnergy final : public ElasticEnergy {
   HyperelasticLaw law_;  // W with the pointwise part of lambda
   double lambda_;        // Pa, of the projected dilatation; 0 without
   ScalarStiffness supports_;
-  FullStiffness support_stiffness_;  // 3n x 3n: S along each axis
+  FullStiffness support_stiffness_;  // 3n x 3n: K_s along each axis
   std::vector<Cell> cells_;
   Eigen::MatrixXd factor_;  // c x c, lower: CoarserSplines::factor()
 

@@ -11,7 +11,7 @@
 namespace hpdm {
 
 /// The compliance between the equations of `problem` (built from `contacts`) from the response to a
-/// unit force along each: W_eg = axis_e . (b_e U_g), with column g of `response` (3n x >= E) the
+/// unit force along each: A_eg = axis_e . (b_e U_g), with column g of `response` (3n x >= E) the
 /// displacements U_g.
 void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,
                     ContactProblem* problem);
@@ -24,7 +24,7 @@ class LatticeResponse : public LatticeCompliance {
   /// local functions nothing.
   virtual void Follow(const ActiveFunctions& active) { static_cast<void>(active); }
 
-  /// The compliance W = B_c K^-1 B_c^T of `problem` (built from `contacts`); what Deform() needs of
+  /// The compliance A = B_c K^-1 B_c^T of `problem` (built from `contacts`); what Deform() needs of
   /// the contacts is kept.
   virtual void Respond(const ContactSet& contacts, ContactProblem* problem) = 0;
 

@@ -19,7 +19,7 @@ LocalResponse::LocalResponse(const LocalFunctions& functions, int slots)
       regular_(reduced_),
       factor_(reduced_) {}
 
-// The parts of X and S that belong to slots that changed; whether any did.
+// The parts of Y and Sigma that belong to slots that changed; whether any did.
 bool LocalResponse::TakeSlots(const ActiveFunctions& active) {
   bool changed = false;
   for (int s = 0; s < active.slots(); ++s) {
@@ -57,8 +57,8 @@ void LocalResponse::Follow(const ActiveFunctions& active) {
     weight_[s] = active.Weight(s);
   }
   if (!changed) return;
-  // Local functions that together make up one of the lattice's own leave its share of S without
-  // stiffness; which of the two moves is arbitrary then.
+  // Local functions that together make up one of the lattice's own leave its share of Sigma
+  // without stiffness; which of the two moves is arbitrary then.
   for (double extra = kRegularisation; extra < 1; extra *= 10) {
     regular_ = reduced_;
     for (int s = 0; s < active.slots(); ++s) regular_.block<3, 3>(3 * s, 3 * s) /= weight_[s];

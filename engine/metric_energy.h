@@ -13,14 +13,14 @@ namespace hpdm {
 /// n x n, N/m: couples the control displacements in x, y and z alike.
 using ScalarStiffness = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-/// The paper's lattice energy (Eq. 14-22 for a solid, linear part; design "metric" (a)):
+/// The paper's lattice energy (Eq. 14-22 for a solid, linear part; engine/README.md, section 5):
 ///     E(U) = 1/2 sum_k int alpha |d_k U|^2 + beta |d_kk U|^2 dV = 1/2 U^T K U
 /// by differences of neighbouring control points at spacing h_k = box length / cells (Bernstein:
 /// / degree). A difference along k is weighted by the tissue under the function that multiplies it
 /// in the derivative of the lattice map (degree reduced by one along k), so the weights of one
 /// direction add up to the tissue's volume; a second difference has the mean weight of its two
 /// differences. Being a sum of squares of differences, K is symmetric, positive semi-definite and
-/// has zero row sums, which the stencil printed as Eq. 19 has not (design: misprints).
+/// has zero row sums, which the stencil printed as Eq. 19 lacks (engine/README.md, section 3).
 /// `tissue`: points over the organ, or over the whole box (BoxQuadrature). alpha in Pa, beta in N.
 ScalarStiffness MetricStiffness(const Lattice& lattice, const Quadrature& tissue, double alpha,
                                 double beta);

@@ -7,7 +7,7 @@ namespace hpdm {
 
 /// A lattice of constant stiffness with local functions in use: with a load (f, g) on the control
 /// points and on them (local_response.h),
-///     V = S^-1 (g - X^T f),   U = K^-1 f - X V.
+///     V = Sigma^-1 (g - Y^T f),   U = K^-1 f - Y V.
 class RefinedResponse final : public LatticeResponse {
  public:
   RefinedResponse(const LocalFunctions& functions, int slots);

@@ -17,8 +17,8 @@ inline constexpr double kStill = 1e-9;
 /// Stage B of a step: the control displacements of least energy E(U) that obey the contacts,
 ///     dE/dU = B^T f,   grasp: x = target,   press: f = -n f_n, f_n >= 0, g = n.(target - x) >= 0,
 ///     f_n g = 0
-/// with contact points x = p_rest + B U + C_loc f (design: one deformation step). Below: E = 1/2
-/// U^T K U with K constant; elastic_relaxation.h: strain of any size.
+/// with contact points x = p_rest + B U + C_loc f (engine/README.md, section 4). Below:
+/// constant K, E = 1/2 U^T K U; elastic_relaxation.h: strain of any size.
 class Relaxation {
  public:
   virtual ~Relaxation() = default;

@@ -10,14 +10,17 @@
 /// The values that threads exchange. Each type crosses exactly the edges named here:
 ///
 ///     device -> haptic loop --ToolState--> deformation loop --SceneSnapshot--> render loop
-///                  |  ^------ContactPatch------'     '---SceneSnapshot--> telemetry loop
-///                  '--------------- HapticSample queue (every tick) ---------^
-///     render loop --FrameRecord queue (every frame)---------> telemetry loop --SessionHealth-->
-///     render
-///                                         StepSample queue (every step) -----^
-///     window --SessionControl--> haptic loop
+///                 |   ^------ContactPatch-----'     |     |                       |    ^
+///                 |               StepSample queue  |     | SceneSnapshot         |    |
+///                 |                                 v     v                       |    |
+///                 '---HapticSample queue------> telemetry loop <-FrameRecord queue'    |
+///                                                      '----------SessionHealth--------'
 ///
-/// Latest-value edges are a TripleBuffer, every-item edges an SpscQueue. Everything but
+///     window --SessionControl--> haptic loop
+///     link of external drivers --DeviceSample--> haptic loop --HapticSample queue--> the same link
+///
+/// A queue keeps every item (SpscQueue): one HapticSample a tick, one StepSample a step, one
+/// FrameRecord a picture. The other edges keep the latest value (TripleBuffer). Everything but
 /// SceneSnapshot has a fixed size, so writing one in place allocates nothing; a SceneSnapshot's
 /// arrays are sized before the threads start.
 namespace hpdm {
@@ -249,7 +252,7 @@ struct StepSample {
   std::array<ToolContactState, kMaxInstruments> contacts;  ///< In the world: moved with the organ.
 };
 
-/// Why a tick was skipped (design: threads).
+/// Skipped ticks by cause, as RunOnSchedule (loop_schedule.h) finds it.
 struct SkippedTicks {
   std::uint32_t late_wake_up = 0;  ///< The scheduler woke the thread late.
   std::uint32_t long_compute = 0;  ///< The previous tick's own computing took over a period.

@@ -35,7 +35,7 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const LocalResponse* local
   if (local != nullptr) local->AddCoupling(1, moved.tail(own), W);
   force.head(K.rows()) = K * W;
   if (local == nullptr) return force;
-  // K W on U, and X^T of that + S V on V.
+  // K W on U, and Y^T of that + Sigma V on V.
   force.tail(own) = -(local->stiffness() * moved.tail(own));
   local->Reduce(force.head(K.rows()), force.tail(own));
   force.tail(own) *= -1;
@@ -159,8 +159,8 @@ StaticSolution StaticLoads::SolveFinite() const {
   StaticLoadRows rows{rows_.topRows(unknowns), Eigen::VectorXd::Zero(equations),
                       Eigen::VectorXd::Zero(equations), std::vector<bool>(3 * m, false),
                       Eigen::MatrixXd::Zero(equations, equations)};
-  // By the local functions (local_response.h): V = S^-1 (B_V - B_U X)^T f moves the points by as
-  // much again of (B_V - B_U X), and what is solved for is W = U + X V.
+  // By the local functions (local_response.h): V = Sigma^-1 (B_V - B_U Y)^T f moves the points by
+  // (B_V - B_U Y) V beside what the lattice does, and what is solved for is W = U + Y V.
   Eigen::MatrixXd moves_by_local = rows_.bottomRows(rows_.rows() - unknowns);
   if (local_) {
     for (Eigen::Index e = 0; e < equations; ++e) {

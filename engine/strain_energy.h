@@ -58,8 +58,8 @@ void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,
   }
 }
 
-/// The lattice's elastic energy for small strain (design "strain"): with u = sum_a phi_a U_a and
-/// eps = sym(grad u),
+/// The lattice's elastic energy for small strain (engine/README.md, section 5): with u = sum_a
+/// phi_a U_a and eps = sym(grad u),
 ///     E(U) = int mu |eps|^2 + lambda/2 (tr eps)^2 dV = 1/2 U^T K U
 /// over the organ's own `tissue` (world, m, m^3), isotropic and linear. Returns K: symmetric,
 /// positive semi-definite; translations and infinitesimal rotations cost nothing. The block of
@@ -68,7 +68,7 @@ void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,
 FullStiffness StrainStiffness(const Lattice& lattice, const Quadrature& tissue,
                               const MaterialOptions& material, Dilatation dilatation);
 
-/// S (x) I: the same scalar stiffness (n x n) along each world axis, added to K (3n x 3n).
+/// K_s (x) I: the same scalar stiffness (n x n) along each world axis, added to K (3n x 3n).
 void AddAlongEachAxis(const Eigen::SparseMatrix<double, Eigen::RowMajor>& scalar, FullStiffness* K);
 
 }  // namespace hpdm

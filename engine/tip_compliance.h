@@ -10,14 +10,14 @@
 
 namespace hpdm {
 
-/// The tips that touch one organ, or are about to, each condensed to one point (design: one haptic
-/// tick). A tip has m rows b_i: one of a press, or those of the grasped points, which jaws move
-/// together. With W = B K^-1 B^T + C_loc over the rows of all tips and T the identities stacked per
-/// tip,
-///     S = T^T W^-1 T,   C = S^-1,   f = T^T (row forces),   p_original = x - C f:
+/// The tips that touch one organ, or are about to, each condensed to one point (engine/README.md,
+/// section 4). A tip has m rows b_i: one of a press, or those of the grasped points, which jaws
+/// move together. With C_rows = B K^-1 B^T + C_loc over the rows of all tips and T the identities
+/// stacked per tip,
+///     S = T^T C_rows^-1 T,   C = S^-1,   f = T^T (row forces),   p_original = x - C f:
 /// where each tip's point x goes when all of them let go. Of a press, x is its row's point; of
-/// jaws, the mean of theirs with the weights W^-1 T C, which f turns about least. For presses C =
-/// W.
+/// jaws, the mean of theirs with the weights C_rows^-1 T C, which f turns about least. For presses
+/// C = C_rows.
 ///
 /// Sized once for the organ; a step fills it in place. Deformation thread; allocates nothing.
 class TipCompliance {
@@ -91,8 +91,8 @@ class TipCompliance {
   Eigen::MatrixXd response_;      // 3n x 3 rows: K^-1 b_i^T
   Eigen::MatrixXd tip_response_;  // 3n x 3 tips: the same of the condensed tips
   Eigen::VectorXd displacement_;  // 3n: of the tips' forces
-  Square row_compliance_;         // W
-  Stack share_;                   // W^-1 T C: the rows' forces by a unit force on each tip
+  Square row_compliance_;         // C_rows
+  Stack share_;                   // C_rows^-1 T C: the rows' forces by a unit force on each tip
   Small compliance_;              // C
 };
 

@@ -10,8 +10,9 @@ namespace hpdm {
 /// one atomic exchange each, no lock, no fence, no copy and no allocation. The reader never sees a
 /// value half written and never an older one than before; values in between may be skipped.
 ///
-///     writer's back_ --Publish--> middle_ (shared: index and "new" bit) --Update--> reader's
-///     front_
+///     writer                     shared                     reader
+///     back_  -----Publish----->  middle_  -----Update----->  front_
+///                                index and "new" bit
 ///
 /// Each of the three slots belongs to exactly one of writer, middle and reader at any time; the
 /// exchange with acquire-release order passes ownership, so plain reads and writes of the slot are

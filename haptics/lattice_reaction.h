@@ -4,7 +4,7 @@
 
 namespace hpdm {
 
-/// One tip at tissue whose compliance is known, in one tick (design: one haptic tick).
+/// One tip at tissue whose compliance is known, in one tick (engine/README.md, section 4).
 /// With p_original where its point goes when all tips let go and C its compliance, forces F on the
 /// tissue move it to
 ///     p_current = p_original + C F (+ C_ac F_c of another tip c on the same organ).

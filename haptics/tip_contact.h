@@ -31,12 +31,11 @@ struct ContactResult {
 /// A press is at a point s of the released surface. Made: at the foot of the tip's centre
 /// (patch_surface.h), or where the tip crossed the surface since the last tick. It ends in the tick
 /// in which its force does. In between it goes to where the point that it presses,
-///     x_c = p_original(s) + C f + C_ac f_c  (f, f_c: forces on the tissue of this tip and
-///     another),
-/// lies under the tip: each tick it walks along the surface by the tangential part of
-/// x_tip - r n - x_c, if that becomes shorter by it, and no farther than the tip's own motion
-/// explains. Deeper than the surface's radius of curvature, where no s is in equilibrium, a contact
-/// would run away otherwise.
+///     x_c = p_original(s) + C f + C_ac f_c
+/// (f, f_c: forces on the tissue of this tip and another) lies under the tip: each tick it walks
+/// along the surface by the tangential part of x_tip - r n - x_c, if that becomes shorter by it,
+/// and no farther than the tip's own motion explains. Deeper than the surface's radius of
+/// curvature, where no s is in equilibrium, a contact would run away otherwise.
 ///
 /// Reaction "lattice". n is the released surface's interpolated normal, turned as the pressed
 /// surface turns, n ~ n_released + tilt + R (F - the step's force), with R the tilt's compliance

@@ -95,7 +95,7 @@ TEST_P(LocalFunctionsTest, CouplingAndReducedStiffnessHoldTheEnergy) {
   const std::vector<int> used = {3, 40, 41, local.size() / 2, local.size() - 5};
   for (const int a : used) V.row(a) = 1e-3 * Eigen::RowVector3d::Random();
 
-  // 1/2 |U + X V|_K^2 + 1/2 V^T S V.
+  // 1/2 |U + Y V|_K^2 + 1/2 V^T Sigma V.
   Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(U.data(), U.size());
   double energy = 0;
   for (const int a : used) {

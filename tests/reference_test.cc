@@ -127,7 +127,8 @@ TEST(SofaLiver, IsPressedAsFarAsTheYardstickSays) {
   EXPECT_LT(double{facts["coarser_quadratic"].back()["error"]}, 0.02);
   const double ratio =
       StaticLoads(model, scene.loads).Solve().Compliance() / double{facts["compliance_m_per_N"]};
-  // Design: 0.90-1.05 under a press of R = 15 mm.
+  // The lattice resolves a press of R = 15 mm: on liver_press it has 0.97 of the compliance. What
+  // another shape and the support add is some per cent.
   EXPECT_GT(ratio, 0.90);
   EXPECT_LT(ratio, 1.05);
 }

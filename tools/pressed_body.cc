@@ -140,7 +140,7 @@ double PressedBody::StaticResidual() const {
   if (const auto* scalar = std::get_if<ScalarStiffness>(&stiffness_)) {
     elastic = *scalar * U_;
   } else {
-    // With X = K^-1 C of the local functions (local_functions.h): K U + C V = K (U + X V).
+    // With Y = K^-1 K_c of the local functions (local_functions.h): K U + K_c V = K (U + Y V).
     Points moved = U_.topRows(n);
     Eigen::Map<Eigen::VectorXd> u(moved.data(), moved.size());
     for (int s = 0; s < contacts_.local.slots(); ++s) {

@@ -52,20 +52,24 @@ struct Loops {
 /// The real clock, one thread a loop:
 ///
 ///     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz) --SceneSnapshot--> render
-///        ^        |  ^------ContactPatch--------'      '---SceneSnapshot--> telemetry -> log, LCM
-///        '-effort-'  '---HapticSample queue, every tick-------------------^  ^  ^
-///                                   StepSample queue, every step ---------'  |
-///                      FrameRecord, LoopEvent queues of render ---------------'--SessionHealth-->
-///                      render
+///        ^        | |  ^-------ContactPatch-------'     |     |                       |   ^
+///        '-effort-' |                 StepSample queue  |     | SceneSnapshot         |   |
+///                   |                                   v     v                       |   |
+///                   '---HapticSample queue--------> telemetry <-FrameRecord, LoopEvent'   |
+///                                                    |     '----------SessionHealth-------'
+///                                                    '--> log, LCM
 ///
-/// With a window the main thread takes its input, where the window library wants it:
+/// FrameRecord and LoopEvent are queues too; the other edges keep the latest value. With a window
+/// the main thread takes its input, where the window library wants it:
 ///
 ///     window --HandTarget, SessionControl--> haptic;   window --ViewSettings--> render
 ///
-/// Without one it tells the haptic loop the exchanges that were asked for on the command line.
+/// Without one it passes on the exchanges that the command line asked for.
 ///
-/// External devices have a link of two threads: HPDM_DEVICE --> device, HapticSample -->
-/// HPDM_FORCE.
+/// External devices have a link of two threads:
+///
+///     HPDM_DEVICE --> link --DeviceSample--> device
+///     HPDM_FORCE <--- link <--HapticSample queue, every tick-- haptic
 ///
 /// The two loops with a deadline start together, once each has asked for its real-time state and
 /// the render thread has its shaders. The haptic thread ends the session at its last tick; the

@@ -34,13 +34,13 @@ class ContactRows {
   std::vector<Entry> entries_;
 };
 
-/// m x m, one number a pair of contact rows, for x, y and z alike: W, m/N.
+/// m x m, one number a pair of contact rows, for x, y and z alike: A, m/N.
 using ContactCompliance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                         kMaxContacts, kMaxContacts>;
 using ContactPoints = std::array<Vector3d, kMaxContacts>;
 
-/// Finds the forces f that make the contact points x = p_free + W f obey the contacts
-/// (contact_set.h), and writes them into the rows. `compliance`: W, symmetric with a positive
+/// Finds the forces f that make the contact points x = p_free + A f obey the contacts
+/// (contact_set.h), and writes them into the rows. `compliance`: A, symmetric with a positive
 /// diagonal; `p_free_W`: the m contact points without contact forces, m; `targets_W`: what stands
 /// for the rows' targets, m; `problem` is the memory. Deformation thread; allocates nothing.
 RelaxationResult SolveContactForces(const ContactCompliance& compliance,
