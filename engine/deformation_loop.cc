@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "engine/check.h"
+#include "engine/base/check.h"
 
 namespace hpdm {
 namespace {

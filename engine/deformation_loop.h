@@ -3,14 +3,14 @@
 #include <functional>
 #include <vector>
 
-#include "engine/back_off.h"
-#include "engine/load_shedding.h"
 #include "engine/organ.h"
-#include "engine/quality_choice.h"
 #include "engine/snapshots.h"
-#include "engine/spsc_queue.h"
-#include "engine/tool_contact.h"
-#include "engine/triple_buffer.h"
+#include "engine/step/back_off.h"
+#include "engine/step/load_shedding.h"
+#include "engine/step/quality_choice.h"
+#include "engine/step/tool_contact.h"
+#include "engine/threads/spsc_queue.h"
+#include "engine/threads/triple_buffer.h"
 
 namespace hpdm {
 

@@ -6,16 +6,16 @@
 #include <cstdio>
 #include <utility>
 
-#include "engine/check.h"
-#include "engine/error.h"
-#include "engine/finite_metric_energy.h"
-#include "engine/finite_strain_energy.h"
-#include "engine/mesh_facts.h"
-#include "engine/mesh_import.h"
-#include "engine/mesh_subdivision.h"
-#include "engine/stiffness_regions.h"
-#include "engine/surface_kernel.h"
-#include "engine/thickness.h"
+#include "engine/base/check.h"
+#include "engine/base/error.h"
+#include "engine/contact/surface_kernel.h"
+#include "engine/energy/finite_metric_energy.h"
+#include "engine/energy/finite_strain_energy.h"
+#include "engine/mesh/files/mesh_import.h"
+#include "engine/mesh/mesh_facts.h"
+#include "engine/mesh/mesh_subdivision.h"
+#include "engine/mesh/thickness.h"
+#include "engine/tissue/stiffness_regions.h"
 
 namespace hpdm {
 namespace {

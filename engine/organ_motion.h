@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/types.h"
+#include "engine/base/types.h"
 
 namespace hpdm {
 

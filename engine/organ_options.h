@@ -6,10 +6,10 @@
 #include <variant>
 #include <vector>
 
+#include "engine/base/types.h"
 #include "engine/organ_motion.h"
-#include "engine/types.h"
 
-/// What a scene says of an organ, validated by the loader (scenes/scene.h), SI units.
+/// What a scene says of an organ, validated by the loader (scenes/loader/scene.h), SI units.
 namespace hpdm {
 
 enum class BasisType { kBSpline, kBernstein };

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/types.h"
 #include "engine/organ_motion.h"
-#include "engine/types.h"
 
 /// The values that threads exchange. Each type crosses exactly the edges named here:
 ///

@@ -6,16 +6,16 @@
 #include <stop_token>
 #include <vector>
 
-#include "engine/held_tool.h"
-#include "engine/loop_schedule.h"
 #include "engine/snapshots.h"
-#include "engine/spsc_queue.h"
-#include "engine/triple_buffer.h"
-#include "haptics/device.h"
-#include "haptics/force_guard.h"
-#include "haptics/impulse_engine.h"
-#include "haptics/passivity.h"
-#include "haptics/tip_contact.h"
+#include "engine/step/held_tool.h"
+#include "engine/threads/loop_schedule.h"
+#include "engine/threads/spsc_queue.h"
+#include "engine/threads/triple_buffer.h"
+#include "haptics/contact/tip_contact.h"
+#include "haptics/device/device.h"
+#include "haptics/device/impulse_engine.h"
+#include "haptics/safety/force_guard.h"
+#include "haptics/safety/passivity.h"
 
 namespace hpdm {
 

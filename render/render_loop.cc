@@ -9,11 +9,11 @@
 #include <thread>
 #include <utility>
 
-#include "engine/check.h"
-#include "engine/error.h"
-#include "render/egl_context.h"
-#include "render/picture_target.h"
-#include "render/text_painter.h"
+#include "engine/base/check.h"
+#include "engine/base/error.h"
+#include "render/camera/picture_target.h"
+#include "render/gl/egl_context.h"
+#include "render/overlay/text_painter.h"
 
 namespace hpdm {
 namespace {

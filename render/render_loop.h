@@ -10,18 +10,18 @@
 #include <utility>
 #include <vector>
 
-#include "engine/loop_event.h"
 #include "engine/snapshots.h"
-#include "engine/spsc_queue.h"
-#include "engine/triple_buffer.h"
-#include "render/egl_context.h"
-#include "render/frame_sink.h"
-#include "render/image_file.h"
-#include "render/laparoscope.h"
-#include "render/render_context.h"
+#include "engine/threads/loop_event.h"
+#include "engine/threads/spsc_queue.h"
+#include "engine/threads/triple_buffer.h"
+#include "render/camera/laparoscope.h"
+#include "render/gl/egl_context.h"
+#include "render/gl/render_context.h"
+#include "render/image/frame_sink.h"
+#include "render/image/image_file.h"
+#include "render/overlay/status_text.h"
+#include "render/overlay/view_settings.h"
 #include "render/scene_view.h"
-#include "render/status_text.h"
-#include "render/view_settings.h"
 
 namespace hpdm {
 

@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "engine/snapshots.h"
-#include "render/cavity_view.h"
-#include "render/circle_mask.h"
-#include "render/frame_uniforms.h"
-#include "render/instrument_view.h"
-#include "render/laparoscope.h"
-#include "render/occlusion.h"
-#include "render/organ_view.h"
-#include "render/overlay_view.h"
+#include "render/camera/circle_mask.h"
+#include "render/camera/frame_uniforms.h"
+#include "render/camera/laparoscope.h"
+#include "render/instrument/instrument_view.h"
+#include "render/overlay/overlay_view.h"
+#include "render/tissue/cavity_view.h"
+#include "render/tissue/occlusion.h"
+#include "render/tissue/organ_view.h"
 
 namespace hpdm {
 

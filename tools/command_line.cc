@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "engine/error.h"
-#include "tools/number_text.h"
+#include "engine/base/error.h"
+#include "tools/shared/number_text.h"
 
 namespace hpdm {
 namespace {

@@ -67,7 +67,7 @@ def run_session(program, scene, seconds, folder, extra=()):
         for row in csv.DictReader(file):
             if row["latency"] in bins:
                 upper = int(row["upper_ns"])
-                width = 1 << max(upper.bit_length() - 6, 0)  # engine/histogram.h
+                width = 1 << max(upper.bit_length() - 6, 0)  # engine/threads/histogram.h
                 us = min((upper - width // 2) // 1000, LARGEST_US)
                 of = bins[row["latency"]]
                 of[us] = of.get(us, 0) + int(row["count"])

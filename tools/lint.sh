@@ -9,17 +9,19 @@ cd "$(dirname "$0")/.."
 folders=(engine haptics lcmtypes render scenes tests tools)
 # What takes files, messages and requests apart, and where paths are judged.
 foreign=(
-  engine/mesh_file.cc engine/mesh_file_obj.cc engine/mesh_file_ply.cc engine/mesh_file_stl.cc
-  engine/tissue_cache.cc
-  haptics/trace_file.cc
-  lcmtypes/codec.cc lcmtypes/device_link.cc lcmtypes/log.cc lcmtypes/mesh_codec.cc
-  lcmtypes/message_schema.cc lcmtypes/message_schema_parser.cc lcmtypes/message_walk.cc
-  lcmtypes/network.cc
-  render/image_file.cc
-  scenes/file_hash.cc scenes/scene_files.cc scenes/table_reader.cc scenes/toml_document.cc
-  tools/child_process.cc tools/log_export.cc tools/session_folder.cc tools/session_path.cc
-  tools/staged_file.cc
-  tools/spy/request_origin.cc tools/spy/request_server.cc
+  engine/mesh/files/mesh_file.cc engine/mesh/files/mesh_file_obj.cc
+  engine/mesh/files/mesh_file_ply.cc engine/mesh/files/mesh_file_stl.cc
+  engine/tissue/tissue_cache.cc
+  haptics/device/trace_file.cc
+  lcmtypes/live/device_link.cc lcmtypes/live/network.cc lcmtypes/log/log.cc lcmtypes/wire/codec.cc
+  lcmtypes/wire/mesh_codec.cc lcmtypes/wire/message_schema.cc lcmtypes/wire/message_schema_parser.cc
+  lcmtypes/wire/message_walk.cc
+  render/image/image_file.cc
+  scenes/loader/file_hash.cc scenes/loader/scene_files.cc scenes/loader/table_reader.cc
+  scenes/loader/toml_document.cc
+  tools/log/log_export.cc tools/session/session_folder.cc tools/session/session_path.cc
+  tools/shared/child_process.cc tools/shared/staged_file.cc tools/spy/dashboard/request_origin.cc
+  tools/spy/dashboard/request_server.cc
 )
 
 to_check=("${folders[@]}")  # by cppcheck

@@ -25,7 +25,7 @@ One line for each thing that must hold; exit status 1 where one does not:
                an hour less than 0.4 bytes a tick. Medians of the first and the last fifth of what
                remains; what Mesa's renderer comes to need in a busier picture are steps of 64 kB
     finite, ticks, steps, force, slew, stored, work, rest, repeats
-               as `hpdm log check` has them (lcmtypes/session_invariants.h)
+               as `hpdm log check` has them (lcmtypes/analysis/session_invariants.h)
 """
 
 import argparse

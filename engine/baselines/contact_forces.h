@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "engine/contact_problem.h"
-#include "engine/contact_set.h"
+#include "engine/contact/contact_problem.h"
+#include "engine/contact/contact_set.h"
 
 namespace hpdm {
 

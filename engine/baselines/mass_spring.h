@@ -7,7 +7,7 @@
 #include "engine/baselines/contact_forces.h"
 #include "engine/baselines/skin.h"
 #include "engine/organ_options.h"
-#include "engine/relaxation.h"
+#include "engine/solver/relaxation.h"
 
 namespace hpdm {
 

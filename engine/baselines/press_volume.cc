@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include "engine/base/check.h"
 #include "engine/baselines/skin.h"
 #include "engine/baselines/surface_error.h"
-#include "engine/check.h"
 
 namespace hpdm {
 

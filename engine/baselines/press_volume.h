@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/collision.h"
-#include "engine/relaxation.h"
-#include "engine/surface_mesh.h"
+#include "engine/mesh/collision.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/solver/relaxation.h"
 
 namespace hpdm {
 

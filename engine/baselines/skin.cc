@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "engine/error.h"
-#include "engine/support.h"
+#include "engine/base/error.h"
+#include "engine/tissue/support.h"
 
 namespace hpdm {
 namespace {

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/lattice.h"
+#include "engine/lattice/lattice.h"
+#include "engine/mesh/surface_mesh.h"
 #include "engine/organ_options.h"
-#include "engine/surface_mesh.h"
 
 namespace hpdm {
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/SparseCholesky>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 
 namespace hpdm {
 namespace {

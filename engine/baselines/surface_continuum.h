@@ -4,8 +4,8 @@
 
 #include "engine/baselines/contact_forces.h"
 #include "engine/baselines/skin.h"
-#include "engine/baselines/sparse_cholesky.h"
-#include "engine/relaxation.h"
+#include "engine/solver/relaxation.h"
+#include "engine/solver/sparse_cholesky.h"
 
 namespace hpdm {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/surface_mesh.h"
+#include "engine/mesh/surface_mesh.h"
 
 namespace hpdm {
 

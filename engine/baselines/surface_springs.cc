@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "engine/baselines/mass_spring.h"
-#include "engine/mesh_edges.h"
+#include "engine/mesh/mesh_edges.h"
 
 namespace hpdm {
 namespace {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "tests/read_file.h"
+#include "tests/support/read_file.h"
 
 namespace hpdm {
 namespace {

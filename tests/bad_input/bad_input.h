@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/bad_input/bounded_program.h"
-#include "tests/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 /// Tables of bad inputs (tests/bad_input/*.csv, README.md there) and what compares the program with
 /// them.

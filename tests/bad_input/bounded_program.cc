@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "tests/program.h"
+#include "tests/support/program.h"
 
 namespace hpdm {
 namespace {

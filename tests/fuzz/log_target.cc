@@ -1,9 +1,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "lcmtypes/log.h"
-#include "lcmtypes/log_health.h"
-#include "lcmtypes/logged_session.h"
+#include "lcmtypes/analysis/log_health.h"
+#include "lcmtypes/analysis/logged_session.h"
+#include "lcmtypes/log/log.h"
 #include "tests/fuzz/input_file.h"
 
 namespace hpdm::fuzz {

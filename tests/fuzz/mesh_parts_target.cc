@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "lcmtypes/codec.h"
-#include "lcmtypes/mesh_codec.h"
+#include "lcmtypes/wire/codec.h"
+#include "lcmtypes/wire/mesh_codec.h"
 #include "tests/fuzz/input_file.h"
 
 namespace hpdm::fuzz {

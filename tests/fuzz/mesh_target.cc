@@ -3,7 +3,7 @@
 #include <set>
 #include <vector>
 
-#include "engine/mesh_import.h"
+#include "engine/mesh/files/mesh_import.h"
 #include "tests/fuzz/input_file.h"
 
 namespace hpdm::fuzz {

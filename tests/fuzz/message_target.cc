@@ -5,8 +5,8 @@
 #include <variant>
 #include <vector>
 
-#include "lcmtypes/codec.h"
-#include "lcmtypes/message_schema.h"
+#include "lcmtypes/wire/codec.h"
+#include "lcmtypes/wire/message_schema.h"
 #include "tests/fuzz/input_file.h"
 
 namespace hpdm::fuzz {

@@ -4,7 +4,7 @@
 #include <set>
 #include <variant>
 
-#include "scenes/scene.h"
+#include "scenes/loader/scene.h"
 #include "tests/fuzz/input_file.h"
 
 namespace hpdm::fuzz {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "lcmtypes/message_schema.h"
+#include "lcmtypes/wire/message_schema.h"
 #include "tests/fuzz/input_file.h"
 
 namespace hpdm::fuzz {

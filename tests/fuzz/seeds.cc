@@ -6,10 +6,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "lcmtypes/codec.h"
-#include "lcmtypes/log.h"
-#include "lcmtypes/mesh_codec.h"
-#include "tests/scratch_folder.h"
+#include "lcmtypes/log/log.h"
+#include "lcmtypes/wire/codec.h"
+#include "lcmtypes/wire/mesh_codec.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hpdm::fuzz {
 namespace {

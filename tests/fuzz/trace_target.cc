@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/trace_file.h"
-#include "haptics/trace_motion.h"
+#include "haptics/device/trace_file.h"
+#include "haptics/device/trace_motion.h"
 #include "tests/fuzz/input_file.h"
 
 namespace hpdm::fuzz {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/error.h"
-#include "tools/chart_measure.h"
-#include "tools/pareto_front.h"
+#include "engine/base/error.h"
+#include "tools/chart/chart_measure.h"
+#include "tools/shared/pareto_front.h"
 
 namespace hpdm {
 namespace {

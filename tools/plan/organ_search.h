@@ -8,7 +8,7 @@
 #include "tools/plan/organ_touches.h"
 #include "tools/plan/organ_yardstick.h"
 #include "tools/plan/plan_families.h"
-#include "tools/timing.h"
+#include "tools/shared/timing.h"
 
 namespace hpdm {
 

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/base/error.h"
 #include "engine/baselines/skin.h"
-#include "engine/collision.h"
-#include "engine/error.h"
-#include "engine/support.h"
-#include "engine/surface_kernel.h"
-#include "engine/surface_topology.h"
-#include "haptics/impulse_engine.h"
-#include "tools/hand_site.h"
-#include "tools/in_scene.h"
+#include "engine/contact/surface_kernel.h"
+#include "engine/mesh/collision.h"
+#include "engine/mesh/surface_topology.h"
+#include "engine/tissue/support.h"
+#include "haptics/device/impulse_engine.h"
+#include "tools/session/hand_site.h"
+#include "tools/shared/in_scene.h"
 
 namespace hpdm {
 namespace {

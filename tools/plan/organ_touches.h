@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/surface_mesh.h"
-#include "scenes/scene.h"
+#include "engine/mesh/surface_mesh.h"
+#include "scenes/loader/scene.h"
 
 namespace hpdm {
 

@@ -2,12 +2,12 @@
 
 #include <cmath>
 
-#include "engine/baselines/fine_lattice.h"
+#include "engine/base/error.h"
 #include "engine/baselines/skin.h"
-#include "engine/error.h"
 #include "engine/organ.h"
-#include "engine/static_loads.h"
-#include "tools/report_text.h"
+#include "engine/reference_fem/fine_lattice.h"
+#include "engine/statics/static_loads.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {

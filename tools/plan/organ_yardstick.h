@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/surface_mesh.h"
+#include "engine/mesh/surface_mesh.h"
 #include "tools/plan/organ_touches.h"
 
 namespace hpdm {
@@ -26,11 +26,11 @@ struct OrganYardstick {
 double PooledError(const SurfaceMesh& rest, const std::vector<Points>& u,
                    const std::vector<Points>& reference);
 
-/// Solves the cases on lattices of 12, 16, 24 .. 48 cells (baselines/fine_lattice.h) until one
-/// changes the answer by less than 0.4 of `error`, or would take minutes. The loads are taken
-/// as they are, so presses must have been scaled (ScalePresses). Where on a lattice of 4 cells
-/// finite strain changes the answer by more than half of `error`, that difference is added if the
-/// scene asks for more than small strain, and a remark if it does not. Throws InputError.
+/// Solves the cases on lattices of 12, 16, 24 .. 48 cells (engine/reference_fem/fine_lattice.h)
+/// until one changes the answer by less than 0.4 of `error`, or would take minutes. The loads are
+/// taken as they are, so presses must have been scaled (ScalePresses). Where on a lattice of 4
+/// cells finite strain changes the answer by more than half of `error`, that difference is added if
+/// the scene asks for more than small strain, and a remark if it does not. Throws InputError.
 OrganYardstick MakeYardstick(const OrganOptions& organ, const SurfaceMesh& rest,
                              const OrganTouches& touches, double error,
                              std::vector<std::string>* remarks);

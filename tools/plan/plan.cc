@@ -3,18 +3,18 @@
 #include <iostream>
 #include <memory>
 
-#include "engine/error.h"
-#include "scenes/obj_writer.h"
+#include "engine/base/error.h"
+#include "scenes/generator/meshing/obj_writer.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/json_figures.h"
-#include "tools/machine_facts.h"
 #include "tools/plan/plan_report.h"
 #include "tools/plan/scene_plan.h"
-#include "tools/plot_plan.h"
-#include "tools/python_plot.h"
-#include "tools/report_text.h"
-#include "tools/staged_file.h"
+#include "tools/plots/plot_plan.h"
+#include "tools/plots/python_plot.h"
+#include "tools/shared/json_figures.h"
+#include "tools/shared/machine_facts.h"
+#include "tools/shared/report_text.h"
+#include "tools/shared/staged_file.h"
 
 namespace hpdm {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/lattice.h"
-#include "tools/report_text.h"
+#include "engine/lattice/lattice.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/mesh/surface_mesh.h"
 #include "engine/organ_options.h"
-#include "engine/surface_mesh.h"
 
 namespace hpdm {
 

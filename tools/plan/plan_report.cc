@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "tools/json_rows.h"
-#include "tools/report_text.h"
+#include "tools/shared/json_rows.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {

@@ -1,6 +1,6 @@
-#include "engine/error.h"
-#include "scenes/scene_edit.h"
-#include "scenes/scene_parts.h"
+#include "engine/base/error.h"
+#include "scenes/loader/scene_edit.h"
+#include "scenes/loader/scene_parts.h"
 #include "tools/plan/plan_families.h"
 #include "tools/plan/scene_plan.h"
 

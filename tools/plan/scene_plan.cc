@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <set>
 
-#include "engine/error.h"
-#include "engine/mesh_facts.h"
+#include "engine/base/error.h"
+#include "engine/mesh/mesh_facts.h"
 #include "engine/organ.h"
-#include "tools/in_scene.h"
-#include "tools/static_case.h"
+#include "tools/shared/in_scene.h"
+#include "tools/shared/static_case.h"
 
 namespace hpdm {
 namespace {

@@ -4,16 +4,16 @@
 #include <optional>
 #include <string>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/json_figures.h"
-#include "tools/report/fleet_command.h"
-#include "tools/report/report_json.h"
-#include "tools/report/report_page.h"
-#include "tools/report/session_files.h"
-#include "tools/report/session_metrics.h"
-#include "tools/staged_file.h"
+#include "tools/report/fleet/fleet_command.h"
+#include "tools/report/metrics/report_json.h"
+#include "tools/report/metrics/session_files.h"
+#include "tools/report/metrics/session_metrics.h"
+#include "tools/report/page/report_page.h"
+#include "tools/shared/json_figures.h"
+#include "tools/shared/staged_file.h"
 
 namespace hpdm {
 namespace {

@@ -3,9 +3,9 @@
 #include <chrono>
 #include <cstdio>
 
-#include "lcmtypes/wall_time.h"
-#include "tools/report_text.h"
-#include "tools/spy/spy_text.h"
+#include "lcmtypes/live/wall_time.h"
+#include "tools/shared/report_text.h"
+#include "tools/spy/terminal/spy_text.h"
 
 namespace hpdm {
 namespace {

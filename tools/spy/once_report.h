@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "lcmtypes/channel_table.h"
+#include "lcmtypes/analysis/channel_table.h"
+#include "tools/session/stop_signals.h"
 #include "tools/spy/spy_source.h"
-#include "tools/stop_signals.h"
 
 namespace hpdm {
 

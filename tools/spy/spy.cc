@@ -10,18 +10,18 @@
 #include <system_error>
 #include <vector>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/json_figures.h"
-#include "tools/report_text.h"
-#include "tools/schema_files.h"
-#include "tools/session_path.h"
-#include "tools/spy/dashboard.h"
+#include "tools/session/session_path.h"
+#include "tools/session/stop_signals.h"
+#include "tools/shared/json_figures.h"
+#include "tools/shared/report_text.h"
+#include "tools/shared/schema_files.h"
+#include "tools/spy/dashboard/dashboard.h"
 #include "tools/spy/once_report.h"
 #include "tools/spy/spy_source.h"
-#include "tools/spy/terminal_view.h"
-#include "tools/stop_signals.h"
+#include "tools/spy/terminal/terminal_view.h"
 
 namespace hpdm {
 namespace {

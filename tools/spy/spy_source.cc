@@ -1,6 +1,6 @@
 #include "tools/spy/spy_source.h"
 
-#include "lcmtypes/network.h"
+#include "lcmtypes/live/network.h"
 
 namespace hpdm {
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "lcmtypes/live_source.h"
-#include "lcmtypes/log_player.h"
+#include "lcmtypes/live/live_source.h"
+#include "lcmtypes/log/log_player.h"
 
 namespace hpdm {
 

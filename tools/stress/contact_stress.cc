@@ -9,8 +9,8 @@
 
 #include "engine/baselines/surface_error.h"
 #include "engine/organ.h"
-#include "haptics/hand_script.h"
-#include "tools/report_text.h"
+#include "haptics/device/hand_script.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/motion_block.h"
 #include "tools/stress/stress_cases.h"
 

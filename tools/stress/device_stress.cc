@@ -6,10 +6,10 @@
 #include <random>
 #include <utility>
 
-#include "haptics/device_axes.h"
-#include "haptics/external_device.h"
-#include "haptics/sim_device.h"
-#include "tools/report_text.h"
+#include "haptics/device/device_axes.h"
+#include "haptics/device/external_device.h"
+#include "haptics/device/sim_device.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/haptic_parts.h"
 #include "tools/stress/touched_organ.h"
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/baselines/tetra_fem.h"
+#include "engine/reference_fem/tetra_fem.h"
 
 namespace hpdm {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/baselines/tetra_mesh.h"
+#include "engine/reference_fem/tetra_mesh.h"
 #include "tools/stress/stress_block.h"
 
 namespace hpdm {

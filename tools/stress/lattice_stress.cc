@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/baselines/tetra_fem.h"
-#include "tools/report_text.h"
+#include "engine/reference_fem/tetra_fem.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/material_cases.h"
 #include "tools/stress/stress_block.h"
 

@@ -6,8 +6,8 @@
 #include <map>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/baselines/tetra_mesh.h"
-#include "tools/report_text.h"
+#include "engine/reference_fem/tetra_mesh.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {

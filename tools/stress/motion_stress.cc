@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "engine/baselines/surface_error.h"
-#include "tools/report_text.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/motion_block.h"
 #include "tools/stress/stress_cases.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/collision.h"
-#include "engine/surface_mesh.h"
+#include "engine/mesh/collision.h"
+#include "engine/mesh/surface_mesh.h"
 
 namespace hpdm {
 

@@ -6,7 +6,7 @@
 
 #include "engine/baselines/skin.h"
 #include "engine/organ.h"
-#include "tools/report_text.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/material_cases.h"
 #include "tools/stress/stress_block.h"
 

@@ -8,15 +8,15 @@
 #include <mutex>
 #include <thread>
 
-#include "engine/error.h"
-#include "scenes/obj_writer.h"
+#include "engine/base/error.h"
+#include "scenes/generator/meshing/obj_writer.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/json_figures.h"
-#include "tools/machine_facts.h"
-#include "tools/plot_stress.h"
-#include "tools/python_plot.h"
-#include "tools/staged_file.h"
+#include "tools/plots/plot_stress.h"
+#include "tools/plots/python_plot.h"
+#include "tools/shared/json_figures.h"
+#include "tools/shared/machine_facts.h"
+#include "tools/shared/staged_file.h"
 #include "tools/stress/stress_cases.h"
 #include "tools/stress/stress_report.h"
 

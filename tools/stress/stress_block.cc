@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/baselines/tetra_fem.h"
 #include "engine/organ.h"
-#include "engine/static_loads.h"
-#include "engine/stiffness_regions.h"
-#include "tools/report_text.h"
+#include "engine/reference_fem/tetra_fem.h"
+#include "engine/statics/static_loads.h"
+#include "engine/tissue/stiffness_regions.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {

@@ -5,8 +5,8 @@
 #include <map>
 #include <vector>
 
+#include "engine/mesh/surface_mesh.h"
 #include "engine/organ_options.h"
-#include "engine/surface_mesh.h"
 #include "tools/stress/stress_case.h"
 
 namespace hpdm {

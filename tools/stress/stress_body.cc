@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/check.h"
-#include "tools/report_text.h"
+#include "engine/base/check.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "engine/deformation_loop.h"
 #include "haptics/haptic_loop.h"
-#include "scenes/scene.h"
-#include "tools/lockstep.h"
+#include "scenes/loader/scene.h"
+#include "tools/session/lockstep.h"
 
 namespace hpdm {
 

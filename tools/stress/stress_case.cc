@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 
-#include "engine/check.h"
-#include "engine/error.h"
-#include "tools/report_text.h"
+#include "engine/base/check.h"
+#include "engine/base/error.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {

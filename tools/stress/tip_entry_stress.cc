@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/report_text.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/haptic_parts.h"
 #include "tools/stress/touched_organ.h"
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/report_text.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/haptic_parts.h"
 #include "tools/stress/touched_organ.h"
 

@@ -5,7 +5,7 @@
 
 #include "engine/baselines/surface_error.h"
 #include "engine/organ.h"
-#include "tools/report_text.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/hollow_box.h"
 #include "tools/stress/material_cases.h"
 #include "tools/stress/stress_block.h"

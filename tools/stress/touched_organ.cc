@@ -8,9 +8,9 @@
 #include <numbers>
 #include <utility>
 
-#include "engine/check.h"
-#include "tools/force_signal.h"
-#include "tools/report_text.h"
+#include "engine/base/check.h"
+#include "tools/shared/force_signal.h"
+#include "tools/shared/report_text.h"
 #include "tools/stress/point_proxy.h"
 
 namespace hpdm {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/collision.h"
+#include "engine/mesh/collision.h"
 #include "tools/stress/stress_body.h"
 #include "tools/stress/stress_case.h"
 

@@ -7,7 +7,8 @@
 import * as esbuild from 'esbuild';
 import {readdirSync, readFileSync, writeFileSync} from 'node:fs';
 
-// 64-bit FNV-1a over names and contents in the order of the names, as tests/web_pages_test.cc has it.
+// 64-bit FNV-1a over names and contents in the order of the names, as
+// tests/tools/web/web_pages_test.cc has it.
 function hashOfSources() {
   let hash = 0xcbf29ce484222325n;
   const add = (bytes) => {

@@ -10,7 +10,7 @@
 
 #include <map>
 
-#include "engine/error.h"
+#include "engine/base/error.h"
 
 namespace hpdm {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <functional>
 
-#include "engine/baselines/tetra_mesh.h"
-#include "engine/surface_mesh.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/reference_fem/tetra_mesh.h"
 
 namespace hpdm {
 

@@ -9,12 +9,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "engine/base/error.h"
 #include "engine/baselines/surface_error.h"
-#include "engine/baselines/tetra_fem.h"
-#include "engine/error.h"
-#include "engine/mesh_facts.h"
+#include "engine/mesh/mesh_facts.h"
 #include "engine/organ.h"
-#include "scenes/scene.h"
+#include "engine/reference_fem/tetra_fem.h"
+#include "scenes/loader/scene.h"
 #include "tools/yardstick/cgal_mesher.h"
 
 namespace hpdm {

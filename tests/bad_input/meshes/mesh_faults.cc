@@ -3,7 +3,7 @@
 #include <fstream>
 #include <utility>
 
-#include "tests/mesh_bytes.h"
+#include "tests/support/mesh_bytes.h"
 
 namespace hpdm {
 

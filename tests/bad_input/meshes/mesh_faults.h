@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/mesh_shapes.h"
+#include "tests/support/mesh_shapes.h"
 
 /// Files that are given for meshes and are faulty, or sound in an unusual way.
 namespace hpdm {

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "tests/bad_input/meshes/mesh_faults.h"
-#include "tests/mesh_bytes.h"
+#include "tests/support/mesh_bytes.h"
 
 namespace hpdm {
 namespace {

@@ -1,7 +1,7 @@
 #include <limits>
 
 #include "tests/bad_input/meshes/mesh_faults.h"
-#include "tests/mesh_bytes.h"
+#include "tests/support/mesh_bytes.h"
 
 namespace hpdm {
 namespace {

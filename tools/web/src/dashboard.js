@@ -1,4 +1,4 @@
-// The dashboard: what `hpdm spy --web` sends (tools/spy/dashboard_state.cc), as it comes.
+// The dashboard: what `hpdm spy --web` sends (tools/spy/dashboard/dashboard_state.cc), as it comes.
 import './page.css';
 import './dashboard.css';
 import {Charts} from './dashboard_charts.js';

@@ -12,7 +12,7 @@ export function numbers(text, Type) {
 }
 
 /// Values at c (0..1) of the functions first .. first + degree along one axis, into `values` from
-/// `at` on; returns first. As engine/basis.cc.
+/// `at` on; returns first. As engine/lattice/basis.cc.
 export function evaluate(bernstein, degree, cells, c, values, at) {
   c = Math.min(Math.max(c, 0), 1);
   if (bernstein) {
@@ -134,8 +134,9 @@ export function vertexNormals(x, triangles, normals) {
   }
 }
 
-/// How deep a half-space's surface sinks at s radii from a load's centre (engine/half_space.h), by
-/// the table that the server sends: even steps up to `end`, then two terms of a series.
+/// How deep a half-space's surface sinks at s radii from a load's centre
+/// (engine/contact/half_space.h), by the table that the server sends: even steps up to `end`, then
+/// two terms of a series.
 export function makeSinking({end, values, tail}) {
   const table = numbers(values, Float64Array), intervals = table.length - 1;
   return (s) => {

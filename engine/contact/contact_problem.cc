@@ -1,0 +1,151 @@
+#include "engine/contact/contact_problem.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace hpdm {
+namespace {
+
+// Of positions, by the tools' poses.
+constexpr double kRoundOff = 1e-12;
+
+}  // namespace
+
+void ContactProblem::Build(const ContactSet& contacts) {
+  size_ = 0;
+  for (int i = 0; i < contacts.size(); ++i) {
+    const ContactSet::Row& row = contacts[i];
+    if (row.kind == ContactSet::RowKind::kPress) {
+      equations_[size_++] = {i, -row.normal_W, row.friction_W - row.normal_W, true};
+    } else {
+      for (int d = 0; d < 3; ++d)
+        equations_[size_++] = {i, Vector3d::Unit(d), Vector3d::Unit(d), false};
+    }
+  }
+  change_.resize(size_);
+  forces_.setZero(size_);
+  compliance_.resize(size_, size_);
+  for (int e = 0; e < size_; ++e) {
+    const ContactSet::Row& row = contacts[equations_[e].row];
+    change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
+    // Coincident contacts at rest must not contradict each other, and slip, over nothing.
+    const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
+    if (std::abs(change_[e]) <= kRoundOff * size) change_[e] = 0;
+    local_[e] = row.local_compliance_W * equations_[e].force_W;
+  }
+}
+
+void ContactProblem::AddLocalCompliance() {
+  for (int e = 0; e < size_; ++e) {
+    for (int g = 0; g < size_; ++g) {
+      if (equations_[e].row == equations_[g].row) {
+        compliance_(e, g) += equations_[e].axis_W.dot(local_[g]);
+      }
+    }
+  }
+}
+
+RelaxationResult ContactProblem::Solve() {
+  RelaxationResult result;
+  AddLocalCompliance();
+  // Presses that would be free without force start inactive.
+  for (int e = 0; e < size_; ++e) active_[e] = !equations_[e].unilateral || change_[e] > 0;
+  // Each round releases the presses that would pull and adds those that would be pierced.
+  constexpr int kMaxRounds = 2 * kMaxContacts;
+  bool changed = true;
+  while (changed && result.iterations < kMaxRounds) {
+    ++result.iterations;
+    result.regularised = SolveActive();
+    changed = UpdateActiveSet();
+  }
+  result.converged = !changed;
+  return result;
+}
+
+// Forces of the active equations so that they hold; the others get none. True when the equations
+// are (nearly) dependent.
+bool ContactProblem::SolveActive() {
+  forces_.setZero();
+  slip_ = 0;
+  int count = 0;
+  for (int e = 0; e < size_; ++e) {
+    if (active_[e]) active_list_[count++] = e;
+  }
+  if (count == 0) return false;
+  double way = 0, stiffest = compliance_(active_list_[0], active_list_[0]), softest = 0;
+  for (int i = 0; i < count; ++i) {
+    const int e = active_list_[i];
+    way = std::max(way, std::abs(change_[e]));
+    stiffest = std::min(stiffest, compliance_(e, e));
+    softest = std::max(softest, compliance_(e, e));
+  }
+  const bool friction = HasFriction();
+  const auto solve = [&](double pad) {
+    active_compliance_.resize(count, count);
+    active_forces_.resize(count);
+    for (int i = 0; i < count; ++i) {
+      active_forces_[i] = change_[active_list_[i]];
+      for (int j = 0; j < count; ++j) {
+        active_compliance_(i, j) = compliance_(active_list_[i], active_list_[j]);
+      }
+    }
+    active_compliance_.diagonal().array() += pad;
+    if (friction) {
+      const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(active_compliance_);
+      active_forces_ = factor.solve(active_forces_).eval();
+      return factor.matrixLU().diagonal().cwiseAbs().minCoeff() < 10 * pad;
+    }
+    const Eigen::LDLT<Eigen::Ref<Matrix>> factor(active_compliance_);
+    factor.solveInPlace(active_forces_);
+    return factor.vectorD().minCoeff() < 10 * pad;
+  };
+  // A pad compliance of 1e-9 of the softest contact: coincident contacts share their force, and
+  // others move by one part in 1e9.
+  double pad = 1e-9 * softest;
+  bool dependent = solve(pad);
+  const double alone = way / stiffest;
+  if (active_forces_.cwiseAbs().maxCoeff() > kContradicting * alone) {
+    while (active_forces_.cwiseAbs().maxCoeff() > kSlipping * alone && pad < softest) {
+      pad *= 10;
+      solve(pad);
+    }
+    dependent = true;
+    slip_ = pad;
+  }
+  for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
+  return dependent;
+}
+
+bool ContactProblem::HasFriction() const {
+  for (int e = 0; e < size_; ++e) {
+    if (equations_[e].force_W != equations_[e].axis_W) return true;
+  }
+  return false;
+}
+
+bool ContactProblem::UpdateActiveSet() {
+  bool changed = false;
+  const double slack = 1e-9 * change_.cwiseAbs().maxCoeff();  // round-off of the solve, in any unit
+  for (int e = 0; e < size_; ++e) {
+    if (!equations_[e].unilateral) continue;
+    if (active_[e] ? forces_[e] < 0 : change_[e] - compliance_.row(e).dot(forces_) > slack) {
+      active_[e] = !active_[e];
+      changed = true;
+    }
+  }
+  return changed;
+}
+
+void ContactProblem::WriteForces(ContactSet* contacts) const {
+  for (int i = 0; i < contacts->size(); ++i) {
+    (*contacts)[i].force_W.setZero();
+    (*contacts)[i].slip = slip_;
+  }
+  for (int e = 0; e < size_; ++e) {
+    (*contacts)[equations_[e].row].force_W += forces_[e] * equations_[e].force_W;
+  }
+}
+
+}  // namespace hpdm

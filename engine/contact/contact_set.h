@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/base/types.h"
+#include "engine/contact/half_space.h"
+#include "engine/lattice/active_functions.h"
+#include "engine/lattice/direct_manipulation.h"
+
+namespace hpdm {
+
+/// What the tools ask of one organ in one step: m contact rows, each a material point of the
+/// surface with its lattice row b. Sized once; a step fills it in place.
+///
+/// A grasp row is bilateral: the point goes to `target`. A press row is unilateral: the point stays
+/// on or below the plane through `target` with the outward normal n, n . (x - target) <= 0, and the
+/// force on the tissue is f_n (friction - n) with f_n >= 0.
+class ContactSet {
+ public:
+  enum class RowKind : std::uint8_t { kPress, kGrasp };
+  struct Row {
+    RowKind kind = RowKind::kPress;
+    int tool = 0;
+    bool shaft = false;                      ///< Of the tool's shaft, not of its tip or jaws.
+    Vector3d p_rest_W = Vector3d::Zero();    ///< Rest position of the material point, m.
+    Vector3d target_W = Vector3d::Zero();    ///< m.
+    Vector3d normal_W = Vector3d::UnitZ();   ///< Outward unit normal; press only.
+    Vector3d friction_W = Vector3d::Zero();  ///< Press: tangential force on the tissue over f_n.
+    SurfaceDent dent;                        ///< What the tip does below the resolution.
+    Matrix3d local_compliance_W =
+        Matrix3d::Zero();                 ///< C_loc, the dent's: added to the point's own block of
+                                          ///< the compliance, m/N, symmetric.
+    Vector3d force_W = Vector3d::Zero();  ///< Result: force on the tissue, N.
+    double slip = 0;  ///< Result: how far the tissue stays behind `target` by unit force, m/N.
+  };
+
+  /// `n`: control points of the organ; `candidates`, `slots`: of its local functions, whose columns
+  /// follow those of the control points.
+  explicit ContactSet(int n, int candidates = 0, int slots = 0)
+      : local(candidates, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
+
+  /// The local functions in use, chosen before rows are added.
+  ActiveFunctions local;
+
+  void Clear() { size_ = 0; }
+  int size() const { return size_; }
+
+  /// The new row, its weights zero, to be filled in; nullptr when kMaxContacts is reached.
+  Row* Add() {
+    if (size_ == kMaxContacts) return nullptr;
+    weights_.row(size_).setZero();
+    rows_[size_] = Row();
+    return &rows_[size_++];
+  }
+  Row& operator[](int i) { return rows_[i]; }
+  const Row& operator[](int i) const { return rows_[i]; }
+
+  /// m x (n + slots), of the rows in use.
+  auto Weights() const { return weights_.topRows(size_); }
+  auto WeightRow(int i) { return weights_.row(i); }
+
+ private:
+  int size_ = 0;
+  std::array<Row, kMaxContacts> rows_;
+  ContactWeights weights_;
+};
+
+}  // namespace hpdm

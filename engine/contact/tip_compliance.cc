@@ -1,0 +1,117 @@
+#include "engine/contact/tip_compliance.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace hpdm {
+namespace {
+
+// b times a 3n x 3 response, or 3n vector.
+template <class Columns>
+auto Product(const SparseRow& b, const Columns& response) {
+  Eigen::Matrix<double, 3, Columns::ColsAtCompileTime> sum;
+  sum.setZero();
+  for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+    sum += b.weights[i] * response.template middleRows<3>(3 * b.control_points[i]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+TipCompliance::TipCompliance(int n)
+    : n_(n),
+      weights_(kMaxRows + 1, n),
+      columns_(n),
+      values_(n),
+      response_(3 * n, 3 * kMaxRows),
+      tip_response_(3 * n, 3 * kMaxTips),
+      displacement_(Eigen::VectorXd::Zero(3 * n)),
+      compliance_(Small::Zero()) {}
+
+void TipCompliance::Clear() {
+  tip_count_ = 0;
+  row_count_ = 0;
+}
+
+int TipCompliance::AddTip() {
+  HPDM_CHECK(tip_count_ < kMaxTips);
+  return tip_count_++;
+}
+
+SparseRow TipCompliance::Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
+  std::size_t entries = 0;
+  for (int a = 0; a < n_; ++a) {
+    if (row[a] == 0) continue;
+    columns_[entries] = a;
+    values_[entries++] = row[a];
+  }
+  return {{columns_.data(), entries}, {values_.data(), entries}};
+}
+
+void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
+  row_compliance_.resize(3 * row_count_, 3 * row_count_);
+  for (int i = 0; i < row_count_; ++i) {
+    const SparseRow b = Compress(weights_.row(i));
+    lattice.RespondTo(b, response_.middleCols<3>(3 * i));
+    for (int j = 0; j <= i; ++j) {
+      const Matrix3d C = Product(b, response_.middleCols<3>(3 * j));
+      row_compliance_.block<3, 3>(3 * i, 3 * j) = C;
+      row_compliance_.block<3, 3>(3 * j, 3 * i) = C.transpose();
+    }
+    auto own = row_compliance_.block<3, 3>(3 * i, 3 * i);
+    own = ((own + own.transpose()) / 2 + rows_[i].C_loc).eval();
+  }
+}
+
+void TipCompliance::Condense(const LatticeCompliance& lattice) {
+  if (row_count_ == 0) return;
+  FillRowCompliance(lattice);
+  const int tips = 3 * tip_count_;
+  compliance_.setZero();
+  if (row_count_ == tip_count_) {
+    share_.setIdentity(3 * row_count_, tips);
+    compliance_.topLeftCorner(tips, tips) = row_compliance_;
+  } else {
+    // Grasped points that (nearly) coincide share their force, as in the contact problem.
+    row_compliance_.diagonal().array() += 1e-9 * row_compliance_.diagonal().maxCoeff();
+    share_.setZero(3 * row_count_, tips);
+    for (int i = 0; i < row_count_; ++i) {
+      share_.block<3, 3>(3 * i, 3 * rows_[i].tip).setIdentity();
+    }
+    const Eigen::LDLT<Eigen::Ref<Square>> factor(row_compliance_);
+    factor.solveInPlace(share_);
+    Small stiffness = Small::Identity();  // S, and 1 for what is not there
+    stiffness.topLeftCorner(tips, tips).setZero();
+    for (int i = 0; i < row_count_; ++i) {
+      stiffness.middleRows<3>(3 * rows_[i].tip).leftCols(tips) += share_.middleRows<3>(3 * i);
+    }
+    compliance_ = stiffness.inverse();
+    compliance_ = ((compliance_ + compliance_.transpose()) / 2).eval();
+    share_ = (share_ * compliance_.topLeftCorner(tips, tips)).eval();
+  }
+
+  tip_response_.leftCols(tips).noalias() = response_.leftCols(3 * row_count_) * share_;
+  displacement_.setZero();
+  for (int t = 0; t < tip_count_; ++t) tips_[t] = Tip();
+  for (int i = 0; i < row_count_; ++i) {
+    const Row& row = rows_[i];
+    displacement_.noalias() += response_.middleCols<3>(3 * i) * row.force_W;
+    tips_[row.tip].force_W += row.force_W;
+    tips_[row.tip].x_W += share_.block<3, 3>(3 * i, 3 * row.tip).transpose() * row.x_W;
+  }
+  for (int a = 0; a < tip_count_; ++a) {
+    tips_[a].p_original_W = tips_[a].x_W;
+    for (int c = 0; c < tip_count_; ++c) tips_[a].p_original_W -= Between(a, c) * tips_[c].force_W;
+  }
+}
+
+Matrix3d TipCompliance::Coupling(const SparseRow& b, int c) const {
+  return Product(b, tip_response_.middleCols<3>(3 * c));
+}
+
+Vector3d TipCompliance::Released(const SparseRow& b, const Vector3d& x_W) const {
+  return x_W - Product(b, displacement_);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,55 @@
+#include "engine/energy/mixed_dilatation.h"
+
+#include <Eigen/Cholesky>
+#include <array>
+#include <vector>
+
+#include "engine/base/check.h"
+
+namespace hpdm {
+
+Lattice LowerDegree(const Lattice& lattice) {
+  LatticeOptions options;
+  options.basis = lattice.basis().axis(0).type();
+  for (int d = 0; d < 3; ++d) {
+    options.degree[d] = lattice.basis().axis(d).degree() - 1;
+    options.cells[d] = lattice.basis().axis(d).cells();
+  }
+  return Lattice(lattice.box(), options);
+}
+
+CoarserSplines::CoarserSplines(const Lattice& lattice, const Quadrature& tissue) {
+  Lattice coarser = LowerDegree(lattice);
+  coarser.DropControlPointsWithoutTissue(tissue);
+  const WeightMatrix values = coarser.Weights(tissue.points);
+  weighted_values_ = tissue.weights.asDiagonal() * values;
+  Eigen::MatrixXd mass = Eigen::MatrixXd(WeightMatrix(values.transpose() * weighted_values_));
+  mass.diagonal() *= 1 + 1e-8;
+  const Eigen::LLT<Eigen::MatrixXd> llt(mass);
+  HPDM_CHECK(llt.info() == Eigen::Success);
+  factor_ = llt.matrixL();
+}
+
+WeightMatrix CoarserSplines::Moments(const WeightMatrix& fields) const {
+  return weighted_values_.transpose() * fields;
+}
+
+Eigen::MatrixXd CoarserSplines::Project(const WeightMatrix& fields) const {
+  Eigen::MatrixXd moments = Eigen::MatrixXd(Moments(fields));
+  factor_.triangularView<Eigen::Lower>().solveInPlace(moments);
+  return moments;
+}
+
+Eigen::MatrixXd ProjectedDilatation(const Lattice& lattice, const Quadrature& tissue) {
+  const std::array<WeightMatrix, 3> gradients = lattice.GradientWeights(tissue.points);
+  const CoarserSplines splines(lattice, tissue);
+  Eigen::MatrixXd projected;
+  for (int d = 0; d < 3; ++d) {
+    const Eigen::MatrixXd along = splines.Project(gradients[d]);
+    if (d == 0) projected.resize(along.rows(), 3 * along.cols());
+    for (Eigen::Index a = 0; a < along.cols(); ++a) projected.col(3 * a + d) = along.col(a);
+  }
+  return projected;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "engine/base/quadrature.h"
+#include "engine/lattice/lattice.h"
+#include "engine/organ_options.h"
+
+namespace hpdm {
+
+/// 3n x 3n, N/m, symmetric: unknown 3 a + d is the displacement of control point a along world axis
+/// d, so an n x 3 row-major array of displacements is the vector of unknowns as it lies in memory.
+using FullStiffness = Eigen::MatrixXd;
+
+/// Lame's parameters of an isotropic elastic material, Pa.
+struct LameParameters {
+  double mu = 0;      ///< Shear modulus E / (2 (1 + nu)).
+  double lambda = 0;  ///< E nu / ((1 + nu) (1 - 2 nu)).
+};
+LameParameters ToLame(const MaterialOptions& material);
+
+/// Where the volumetric part of the energy is evaluated: at each quadrature point, or mostly after
+/// a projection on splines one degree lower (mixed_dilatation.h), which does not lock nearly
+/// incompressible tissue.
+enum class Dilatation { kPointwise, kProjected };
+
+/// How lambda is shared. What the projection does not see would cost nothing and let local
+/// functions (local_functions.h) overshoot, so up to 2 mu of lambda stays at the quadrature points:
+/// all of it for nu <= 1/3, a fifth for nu = 0.45, and no more as nu nears 1/2.
+struct DilatationShare {
+  double pointwise = 0;  ///< Pa.
+  double projected = 0;  ///< Pa.
+};
+DilatationShare ShareLambda(const LameParameters& lame, Dilatation dilatation);
+
+/// Adds the elastic blocks between functions with the gradients `left` (element d: Q x m, 1/m) and
+/// `right` (Q x n) over the tissue's `weights` (Q, m^3): calls add(row, column, value) with row
+/// 3 a + i, column 3 b + j; the values of each pair sum to the integral of
+///     mu (p.q I + q p^T) + lambda p q^T    (N/m; p = left_a, q = right_b).
+template <typename Add>
+void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,
+                      const std::array<WeightMatrix, 3>& right, const Eigen::VectorXd& weights,
+                      const LameParameters& lame, Add&& add) {
+  // The matrices G_ij = int d_i phi_a d_j phi_b dV hold all that the blocks are made of:
+  // (a,i),(b,j) gets mu (delta_ij sum_k G_kk + G_ji) + lambda G_ij.
+  for (int i = 0; i < 3; ++i) {
+    const WeightMatrix weighted = weights.asDiagonal() * left[i];
+    for (int j = 0; j < 3; ++j) {
+      const WeightMatrix G = weighted.transpose() * right[j];
+      for (Eigen::Index a = 0; a < G.rows(); ++a) {
+        for (WeightMatrix::InnerIterator it(G, a); it; ++it) {
+          const Eigen::Index b = it.index();
+          add(3 * a + j, 3 * b + i, lame.mu * it.value());
+          if (lame.lambda != 0) add(3 * a + i, 3 * b + j, lame.lambda * it.value());
+          if (i != j) continue;
+          for (int d = 0; d < 3; ++d) add(3 * a + d, 3 * b + d, lame.mu * it.value());
+        }
+      }
+    }
+  }
+}
+
+/// The lattice's elastic energy for small strain (engine/README.md, section 5): with u = sum_a
+/// phi_a U_a and eps = sym(grad u),
+///     E(U) = int mu |eps|^2 + lambda/2 (tr eps)^2 dV = 1/2 U^T K U
+/// over the organ's own `tissue` (world, m, m^3), isotropic and linear. Returns K: symmetric,
+/// positive semi-definite; translations and infinitesimal rotations cost nothing. The block of
+/// control points a and b, whose gradients are p and q, is the integral of
+///     mu (p.q I + q p^T) + lambda p q^T.
+FullStiffness StrainStiffness(const Lattice& lattice, const Quadrature& tissue,
+                              const MaterialOptions& material, Dilatation dilatation);
+
+/// K_s (x) I: the same scalar stiffness (n x n) along each world axis, added to K (3n x 3n).
+void AddAlongEachAxis(const Eigen::SparseMatrix<double, Eigen::RowMajor>& scalar, FullStiffness* K);
+
+}  // namespace hpdm

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "engine/base/types.h"
+
+namespace hpdm {
+
+/// A point of a triangle abc.
+struct TrianglePoint {
+  Vector3d point = Vector3d::Zero();
+  Vector3d barycentric = Vector3d::Zero();  ///< Weights of a, b, c; sum to one.
+};
+
+/// The point of triangle abc that is closest to `p`, by the Voronoi regions of its corners, edges
+/// and face (Ericson, Real-Time Collision Detection, 5.1.5). Degenerate triangles give a point of
+/// their longest edge. Any thread, wait-free, no allocation.
+TrianglePoint ClosestOnTriangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
+                                const Vector3d& c);
+
+/// Parameter (0..1) of the point of segment ab that is closest to `p`; 0 for a segment without
+/// length.
+double ClosestOnSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b);
+
+/// The pair of closest points of the segment from `start` to `end` and the triangle abc.
+struct SegmentTrianglePair {
+  TrianglePoint on_triangle;
+  double along = 0;             ///< Parameter (0..1) of the point on the segment.
+  double squared_distance = 0;  ///< 0 when they cross.
+};
+SegmentTrianglePair ClosestSegmentTriangle(const Vector3d& start, const Vector3d& end,
+                                           const Vector3d& a, const Vector3d& b, const Vector3d& c);
+
+/// Where the segment from `start` to `end` passes through triangle abc from its front (the side
+/// that its counter-clockwise normal points to). False when it does not.
+bool CrossesFromFront(const Vector3d& start, const Vector3d& end, const Vector3d& a,
+                      const Vector3d& b, const Vector3d& c, double* along, Vector3d* barycentric);
+
+}  // namespace hpdm

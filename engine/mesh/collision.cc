@@ -1,0 +1,197 @@
+#include "engine/mesh/collision.h"
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/math/bv/AABB.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "engine/base/check.h"
+#include "engine/mesh/closest_point.h"
+
+namespace hpdm {
+
+using Aabb = fcl::AABB<double>;
+using Model = fcl::BVHModel<Aabb>;
+
+struct SurfaceTree::Tree {
+  Model model;
+};
+
+namespace {
+
+// Squared distance between two boxes.
+double SquaredDistance(const Aabb& a, const Aabb& b) {
+  const Vector3d gap = (a.min_ - b.max_).cwiseMax(b.min_ - a.max_).cwiseMax(Vector3d::Zero());
+  return gap.squaredNorm();
+}
+
+// What a point or a segment asks of a tree: its own box, and which boxes it passes.
+struct Query {
+  Query(const Vector3d& p) : Query(p, p) {}
+  Query(const Vector3d& from, const Vector3d& to)
+      : box(from, to), start(from), way(to - from), is_point(from == to) {}
+
+  // Whether the segment comes as near to the box as sqrt(reach2) along every axis. It does wherever
+  // it comes that near at all; a slanted one leaves most boxes out that its own box meets.
+  bool Passes(const Aabb& other, double reach2) const {
+    if (is_point) return true;          // its box says it all
+    constexpr double kRounding = 1e-9;  // m
+    const double reach = std::sqrt(reach2) + kRounding;
+    double enter = 0, leave = 1;
+    for (int d = 0; d < 3; ++d) {
+      const double low = other.min_[d] - reach - start[d], high = other.max_[d] + reach - start[d];
+      if (way[d] == 0) {
+        if (low > 0 || high < 0) return false;
+        continue;
+      }
+      const double a = low / way[d], b = high / way[d];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter <= leave;
+  }
+
+  Aabb box;
+  Vector3d start, way;
+  bool is_point;
+};
+
+// Visits the leaves whose box is closer than *bound2 (squared, m^2; `visit` may lower it) to the
+// query, near children first. Depth is that of the tree: about log2 F, and for FCL's middle split
+// at most F.
+template <typename Visit>
+void WalkFrom(const Model& model, int node_id, const Query& query, const double* bound2,
+              const Visit& visit) {
+  const auto& node = model.getBV(node_id);
+  if (node.isLeaf()) {
+    visit(node.primitiveId());
+    return;
+  }
+  int near = node.leftChild(), far = node.rightChild();
+  double near2 = SquaredDistance(model.getBV(near).bv, query.box);
+  double far2 = SquaredDistance(model.getBV(far).bv, query.box);
+  if (far2 < near2) {
+    std::swap(near, far);
+    std::swap(near2, far2);
+  }
+  for (const auto& [child, distance2] : {std::pair(near, near2), std::pair(far, far2)}) {
+    if (distance2 > *bound2 || !query.Passes(model.getBV(child).bv, *bound2)) continue;
+    WalkFrom(model, child, query, bound2, visit);
+  }
+}
+
+template <typename Visit>
+void Walk(const Model& model, const Query& query, const double* bound2, const Visit& visit) {
+  if (SquaredDistance(model.getBV(0).bv, query.box) > *bound2) return;
+  WalkFrom(model, 0, query, bound2, visit);
+}
+
+struct Corners {
+  const Vector3d &a, &b, &c;
+};
+
+Corners CornersOf(const Model& model, int triangle) {
+  const fcl::Triangle& t = model.tri_indices[triangle];
+  return {model.vertices[t[0]], model.vertices[t[1]], model.vertices[t[2]]};
+}
+
+}  // namespace
+
+SurfaceTree::SurfaceTree(const Points& vertices, const Triangles& triangles)
+    : tree_(std::make_unique<Tree>()) {
+  HPDM_CHECK(triangles.rows() >= 1);
+  Model& model = tree_->model;
+  model.bv_splitter =
+      std::make_shared<fcl::detail::BVSplitter<Aabb>>(fcl::detail::SPLIT_METHOD_BV_CENTER);
+  std::vector<Vector3d> points(vertices.rows());
+  for (Eigen::Index v = 0; v < vertices.rows(); ++v) points[v] = vertices.row(v);
+  std::vector<fcl::Triangle> faces(triangles.rows());
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+    faces[t] = fcl::Triangle(triangles(t, 0), triangles(t, 1), triangles(t, 2));
+  }
+  model.beginModel(static_cast<int>(triangles.rows()), static_cast<int>(vertices.rows()));
+  model.addSubModel(points, faces);
+  model.endModel();
+  // Refit goes through the nodes from the last to the first: children come after their parent.
+  for (int id = 0; id < model.getNumBVs(); ++id) {
+    const auto& node = model.getBV(id);
+    HPDM_CHECK(node.isLeaf() || (node.leftChild() > id && node.rightChild() > id));
+  }
+}
+
+SurfaceTree::~SurfaceTree() = default;
+SurfaceTree::SurfaceTree(SurfaceTree&&) noexcept = default;
+
+void SurfaceTree::Refit(const Points& vertices) {
+  Model& model = tree_->model;
+  HPDM_CHECK(vertices.rows() == model.num_vertices);
+  for (int v = 0; v < model.num_vertices; ++v) model.vertices[v] = vertices.row(v).transpose();
+  for (int id = model.getNumBVs() - 1; id >= 0; --id) {
+    auto& node = model.getBV(id);
+    if (node.isLeaf()) {
+      const Corners t = CornersOf(model, node.primitiveId());
+      node.bv.min_ = t.a.cwiseMin(t.b).cwiseMin(t.c);
+      node.bv.max_ = t.a.cwiseMax(t.b).cwiseMax(t.c);
+    } else {
+      const Aabb& left = model.getBV(node.leftChild()).bv;
+      const Aabb& right = model.getBV(node.rightChild()).bv;
+      node.bv.min_ = left.min_.cwiseMin(right.min_);
+      node.bv.max_ = left.max_.cwiseMax(right.max_);
+    }
+  }
+}
+
+SurfaceHit SurfaceTree::Closest(const Vector3d& p, double max_distance) const {
+  const Model& model = tree_->model;
+  SurfaceHit best;
+  double best2 = max_distance * max_distance;
+  Walk(model, Query(p), &best2, [&](int triangle) {
+    const Corners t = CornersOf(model, triangle);
+    const TrianglePoint closest = ClosestOnTriangle(p, t.a, t.b, t.c);
+    const double distance2 = (closest.point - p).squaredNorm();
+    if (distance2 > best2) return;
+    best2 = distance2;
+    best.at = {triangle, closest.barycentric};
+  });
+  best.distance = std::sqrt(best2);
+  return best;
+}
+
+SurfaceHit SurfaceTree::ClosestToSegment(const Vector3d& start, const Vector3d& end,
+                                         double max_distance) const {
+  const Model& model = tree_->model;
+  SurfaceHit best;
+  double best2 = max_distance * max_distance;
+  Walk(model, Query(start, end), &best2, [&](int triangle) {
+    const Corners t = CornersOf(model, triangle);
+    const SegmentTrianglePair pair = ClosestSegmentTriangle(start, end, t.a, t.b, t.c);
+    if (pair.squared_distance > best2) return;
+    best2 = pair.squared_distance;
+    best.at = {triangle, pair.on_triangle.barycentric};
+    best.along = pair.along;
+  });
+  best.distance = std::sqrt(best2);
+  return best;
+}
+
+SurfaceHit SurfaceTree::FirstEntry(const Vector3d& start, const Vector3d& end) const {
+  const Model& model = tree_->model;
+  SurfaceHit first;
+  first.along = std::numeric_limits<double>::infinity();
+  const double touching = 0;
+  Walk(model, Query(start, end), &touching, [&](int triangle) {
+    const Corners t = CornersOf(model, triangle);
+    double along = 0;
+    Vector3d barycentric;
+    if (!CrossesFromFront(start, end, t.a, t.b, t.c, &along, &barycentric)) return;
+    if (along >= first.along) return;
+    first.along = along;
+    first.at = {triangle, barycentric};
+  });
+  return first;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "engine/base/types.h"
+
+namespace hpdm {
+
+/// Splits a polygon, given by its corners in order (n x 3, n >= 3, nearly planar), into n - 2
+/// triangles of corner numbers with the polygon's orientation, by clipping ears in the plane of its
+/// Newell normal (Meisters, "Polygons have ears", 1975). Concave polygons and bridges to holes
+/// (corners given twice) are covered without overlap. A polygon that crosses itself still gets n -
+/// 2 triangles along its own border, so that a closed mesh stays closed. At most 8 n^2 point tests.
+std::vector<std::array<int, 3>> TriangulatePolygon(const Points& corners);
+
+}  // namespace hpdm

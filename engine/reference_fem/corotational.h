@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/organ_options.h"
+#include "engine/reference_fem/block_matrix.h"
+
+namespace hpdm {
+
+/// Linear tetrahedra whose small-strain stiffness turns with each element (Mueller and Gross 2004),
+/// the rotation taken from two of its edges (the "large" method of Nesme, Payan, Faure 2005), as
+/// simulators in use today compute it. Only to compare with their recorded results: the forces are
+/// not the gradient of an energy, so the yardstick itself is TetraBody.
+class CorotationalBody {
+ public:
+  /// A linear mesh.
+  CorotationalBody(TetraMesh mesh, const MaterialOptions& material);
+
+  const TetraMesh& mesh() const { return mesh_; }
+
+  /// At displacements u (N x 3, m): the elastic forces on the nodes (N x 3, N), and the stiffness
+  /// with the rotations held (N/m), which acts on small changes of u.
+  void Evaluate(const Points& u, Points* forces, BlockMatrix* K) const;
+
+  /// Mass of each node, kg: a quarter of the elements around it.
+  Eigen::VectorXd LumpedMasses(double density) const;
+
+ private:
+  struct Element {
+    Matrix3d frame;                           ///< Columns: the axes from its edges at rest.
+    Eigen::Matrix<double, 12, 12> stiffness;  ///< At rest, world axes.
+    double volume;
+  };
+
+  TetraMesh mesh_;
+  std::vector<Element> elements_;
+};
+
+/// Static equilibrium of a corotational body under `forces` (N x 3, N), with the listed nodes held.
+/// Throws InputError when it is not reached.
+Points SolveCorotational(const CorotationalBody& body, const std::vector<int>& held,
+                         const Points& forces);
+
+/// Ties nodes to rest so stiffly that they do not move: 1e6 times the largest stiffness around.
+void HoldNodes(const std::vector<int>& nodes, BlockMatrix* K);
+
+}  // namespace hpdm

@@ -1,0 +1,460 @@
+#include "engine/reference_fem/fine_lattice.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/contact/surface_kernel.h"
+#include "engine/energy/mixed_dilatation.h"
+#include "engine/energy/strain_energy.h"
+#include "engine/mesh/thickness.h"
+#include "engine/tissue/stiffness_regions.h"
+#include "engine/tissue/support.h"
+
+namespace hpdm {
+namespace {
+
+constexpr int kReach = 2;                // quadratic: neighbours up to two control points away
+constexpr int kAcross = 2 * kReach + 1;  // so many along an axis
+constexpr int kAround = kAcross * kAcross * kAcross;
+constexpr double kFinestResolved = 1.25;  // mean cells: a kernel's radius (organ.cc)
+// Of the residual in the preconditioner's norm: displacements follow to about the same.
+constexpr double kFineTolerance = 3e-4;
+constexpr int kMostIterations = 20000;
+
+Lattice CubicCells(const OrganOptions& organ, const SurfaceMesh& rest, int cells) {
+  const Vector3d tight = BoundingLatticeBox(rest.vertices, organ.X_WO.linear(), 0).lengths;
+  const double side = tight.maxCoeff() / cells;
+  // A little loose: on the box's face itself rounding would decide.
+  const OrientedBox box = BoundingLatticeBox(rest.vertices, organ.X_WO.linear(), 0.05 * side);
+  LatticeOptions options;
+  for (int d = 0; d < 3; ++d) {
+    options.cells[d] = std::max(1, static_cast<int>(std::lround(box.lengths[d] / side)));
+  }
+  return {box, options};
+}
+
+Vector3d CellSize(const Lattice& lattice) {
+  Vector3d size;
+  for (int d = 0; d < 3; ++d) {
+    size[d] = lattice.box().lengths[d] / lattice.basis().axis(d).cells();
+  }
+  return size;
+}
+
+std::array<int, 3> GridPlace(const Lattice& lattice, int column) {
+  const int index = lattice.kept()[static_cast<std::size_t>(column)];
+  const int nz = lattice.basis().axis(2).count(), ny = lattice.basis().axis(1).count();
+  return {index / (ny * nz), index / nz % ny, index % nz};
+}
+
+// Of the control point at `b` among those around the one at `a`.
+int PlaceAround(const std::array<int, 3>& a, const std::array<int, 3>& b) {
+  return ((b[0] - a[0] + kReach) * kAcross + b[1] - a[1] + kReach) * kAcross + b[2] - a[2] + kReach;
+}
+
+// X of L L^T X = B, in place, L's rows and columns permuted: all columns of B in one pass over L.
+template <typename Columns>
+void SolveTogether(const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>& inner, Columns* B) {
+  const Eigen::SparseMatrix<double>& L = inner.matrixL().nestedExpression();
+  using Column = Eigen::SparseMatrix<double>::InnerIterator;
+  Columns X = inner.permutationP() * *B;
+  for (Eigen::Index j = 0; j < L.cols(); ++j) {
+    Column it(L, j);
+    X.row(j) /= it.value();  // the diagonal stands first
+    for (++it; it; ++it) X.row(it.index()) -= it.value() * X.row(j);
+  }
+  for (Eigen::Index j = L.cols() - 1; j >= 0; --j) {
+    Column it(L, j);
+    const double diagonal = it.value();
+    for (++it; it; ++it) X.row(j) -= it.value() * X.row(it.index());
+    X.row(j) /= diagonal;
+  }
+  *B = inner.permutationPinv() * X;
+}
+
+}  // namespace
+
+FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int cells)
+    : organ_(organ),
+      rest_(rest),
+      bounds_(AxisAlignedBounds(rest.vertices)),
+      topology_(rest.vertices.rows(), rest.triangles),
+      lattice_(CubicCells(organ, rest, cells)) {
+  VertexNormals(rest_.vertices, rest_.triangles, &normals_);
+  const TensorBasis& basis = lattice_.basis();
+  const auto [sampled, stiffness] =
+      SampleStiffness(rest, lattice_.box(),
+                      {basis.axis(0).cells(), basis.axis(1).cells(), basis.axis(2).cells()}, organ);
+  const Quadrature elastic{sampled.points, sampled.weights.cwiseProduct(stiffness)};
+  lattice_.DropControlPointsWithoutTissue({sampled.points, sampled.weights});
+  thickness_ = LocalThickness(rest_, normals_, 3 * kFinestResolved * CellSize(lattice_).mean());
+  AddElasticity(sampled, elastic);
+  AddSupports(elastic);
+  Factorise();
+}
+
+void FineLattice::AddElasticity(const TissueQuadrature& sampled, const Quadrature& elastic) {
+  const auto n = static_cast<std::size_t>(lattice_.size());
+  neighbours_.assign(n * kAround, -1);
+  std::vector<double> blocks(n * kAround * 9, 0);
+  const TensorBasis& basis = lattice_.basis();
+  for (int a = 0; a < lattice_.size(); ++a) {
+    const std::array<int, 3> at = GridPlace(lattice_, a);
+    for (int place = 0; place < kAround; ++place) {
+      const int i = at[0] + place / (kAcross * kAcross) - kReach;
+      const int j = at[1] + place / kAcross % kAcross - kReach;
+      const int k = at[2] + place % kAcross - kReach;
+      if (std::min({i, j, k}) < 0 || i >= basis.axis(0).count() || j >= basis.axis(1).count() ||
+          k >= basis.axis(2).count()) {
+        continue;
+      }
+      neighbours_[static_cast<std::size_t>(a) * kAround + place] =
+          lattice_.Column(basis.Index(i, j, k));
+    }
+  }
+
+  const LameParameters lame = ToLame(organ_.material);
+  const DilatationShare share = ShareLambda(lame, Dilatation::kProjected);
+  const auto count = static_cast<Eigen::Index>(sampled.cells.size());
+  for (Eigen::Index begin = 0, end = 0; begin < count; begin = end) {
+    const int cell = sampled.cells[static_cast<std::size_t>(begin)];
+    while (end < count && sampled.cells[static_cast<std::size_t>(end)] == cell) ++end;
+    AddCell(elastic, begin, end, lame.mu, share.pointwise, &blocks);
+  }
+  blocks_.assign(blocks.begin(), blocks.end());
+  if (share.projected == 0) return;
+  const std::array<WeightMatrix, 3> gradients = lattice_.GradientWeights(elastic.points);
+  dilatations_.push_back(
+      Project(elastic, {gradients[0], gradients[1], gradients[2]}, share.projected));
+}
+
+// The blocks of strain_energy.h between the functions of one cell.
+void FineLattice::AddCell(const Quadrature& elastic, Eigen::Index begin, Eigen::Index end,
+                          double mu, double lambda, std::vector<double>* blocks) const {
+  std::vector<int> columns;
+  std::array<Eigen::MatrixXd, 3> gradients;  // points x functions
+  for (Eigen::MatrixXd& each : gradients) each.setZero(end - begin, kAround);
+  for (Eigen::Index q = begin; q < end; ++q) {
+    lattice_.ForEachGradient(elastic.points.row(q).transpose(),
+                             [&](int column, const Vector3d& gradient) {
+                               auto found = std::find(columns.begin(), columns.end(), column);
+                               if (found == columns.end())
+                                 found = columns.insert(columns.end(), column);
+                               for (int d = 0; d < 3; ++d)
+                                 gradients[d](q - begin, found - columns.begin()) = gradient[d];
+                             });
+  }
+  const auto functions = static_cast<Eigen::Index>(columns.size());
+  std::array<std::array<Eigen::MatrixXd, 3>, 3> G;  // int d_i phi_a d_j phi_b dV
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::MatrixXd weighted =
+        elastic.weights.segment(begin, end - begin).asDiagonal() * gradients[i].leftCols(functions);
+    for (int j = 0; j < 3; ++j) {
+      G[i][j].noalias() = weighted.transpose() * gradients[j].leftCols(functions);
+    }
+  }
+  for (Eigen::Index a = 0; a < functions; ++a) {
+    const std::array<int, 3> at = GridPlace(lattice_, columns[static_cast<std::size_t>(a)]);
+    const auto row = static_cast<std::size_t>(columns[static_cast<std::size_t>(a)]);
+    for (Eigen::Index b = 0; b < functions; ++b) {
+      const int place = PlaceAround(at, GridPlace(lattice_, columns[static_cast<std::size_t>(b)]));
+      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(
+          &(*blocks)[(row * kAround + place) * 9]);
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) block(i, j) += mu * G[j][i](a, b) + lambda * G[i][j](a, b);
+      }
+      block.diagonal().array() += mu * (G[0][0](a, b) + G[1][1](a, b) + G[2][2](a, b));
+    }
+  }
+}
+
+FineLattice::Projection FineLattice::Project(const Quadrature& tissue,
+                                             const std::vector<WeightMatrix>& fields,
+                                             double stiffness) const {
+  Lattice coarser = LowerDegree(lattice_);
+  coarser.DropControlPointsWithoutTissue(tissue);
+  const WeightMatrix values = coarser.Weights(tissue.points);
+  const WeightMatrix weighted = tissue.weights.asDiagonal() * values;
+  Eigen::SparseMatrix<double> inner = WeightMatrix(values.transpose() * weighted);
+  for (Eigen::Index b = 0; b < inner.rows(); ++b) inner.coeffRef(b, b) *= 1 + 1e-8;
+  Projection projection;
+  projection.stiffness = stiffness;
+  projection.inner = std::make_unique<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>>(inner);
+  projection.sums = weighted.transpose() * Eigen::VectorXd::Ones(tissue.weights.size());
+  const auto axes = static_cast<int>(fields.size());
+  std::vector<Eigen::Triplet<double>> moments;
+  for (int d = 0; d < axes; ++d) {
+    const WeightMatrix of_axis = weighted.transpose() * fields[static_cast<std::size_t>(d)];
+    for (Eigen::Index b = 0; b < of_axis.rows(); ++b) {
+      for (WeightMatrix::InnerIterator it(of_axis, b); it; ++it) {
+        moments.emplace_back(static_cast<int>(b), axes * static_cast<int>(it.index()) + d,
+                             it.value());
+      }
+    }
+  }
+  projection.moments.resize(inner.rows(), axes * lattice_.size());
+  projection.moments.setFromTriplets(moments.begin(), moments.end());
+  return projection;
+}
+
+void FineLattice::AddSupports(const Quadrature& elastic) {
+  springs_ = WeightMatrix(lattice_.size(), lattice_.size());
+  const auto add = [this](const Quadrature& region, double stiffness) {
+    const WeightMatrix weights = lattice_.Weights(region.points);
+    springs_ +=
+        WeightMatrix(stiffness * weights.transpose() * region.weights.asDiagonal() * weights);
+  };
+  if (organ_.supports.empty()) add(elastic, WeakSupport(lattice_, organ_.material.young));
+  for (const SupportOptions& support : organ_.supports) {
+    Quadrature region = SampleSupport(rest_, support, bounds_, ControlPointSpacing(lattice_));
+    if (region.weights.size() == 0) {
+      throw InputError("organ \"" + organ_.name +
+                       "\": a support holds no tissue; move or enlarge its region");
+    }
+    if (support.stiffness) {
+      add(region, *support.stiffness);
+      continue;
+    }
+    region.weights = ElasticWeights(organ_, bounds_, region.points, region.weights);
+    held_.push_back(Project(region, {lattice_.Weights(region.points)},
+                            FixedSupport(lattice_, organ_.material.young)));
+  }
+}
+
+// Each control point's own block, of the projections with their inner products lumped.
+void FineLattice::Factorise() {
+  std::vector<Matrix3d> own(static_cast<std::size_t>(lattice_.size()));
+  for (int a = 0; a < lattice_.size(); ++a) {
+    const std::size_t middle = static_cast<std::size_t>(a) * kAround + kAround / 2;
+    using Block = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+    own[a] = Eigen::Map<const Block>(&blocks_[middle * 9]).cast<double>() +
+             springs_.coeff(a, a) * Matrix3d::Identity();
+  }
+  for (const Projection& each : dilatations_) {
+    for (Eigen::Index b = 0; b < each.moments.rows(); ++b) {
+      const double scale = each.stiffness / each.sums[b];
+      for (WeightMatrix::InnerIterator it(each.moments, b); it;) {
+        const Eigen::Index a = it.index() / 3;
+        Vector3d moment = Vector3d::Zero();
+        for (; it && it.index() / 3 == a; ++it) moment[it.index() % 3] = it.value();
+        own[a] += scale * moment * moment.transpose();
+      }
+    }
+  }
+  for (const Projection& each : held_) {
+    for (Eigen::Index b = 0; b < each.moments.rows(); ++b) {
+      for (WeightMatrix::InnerIterator it(each.moments, b); it; ++it) {
+        own[it.index()].diagonal().array() +=
+            each.stiffness * it.value() * it.value() / each.sums[b];
+      }
+    }
+  }
+  for (const Matrix3d& block : own) preconditioner_.push_back(block.inverse());
+}
+
+void FineLattice::Multiply(const Columns& x, Columns* y) const {
+  const std::size_t n = preconditioner_.size();
+  y->resize(x.rows(), kTogether);
+  for (std::size_t a = 0; a < n; ++a) {
+    Eigen::Array<double, 3, kTogether, Eigen::RowMajor> sum = decltype(sum)::Zero();
+    const float* block = &blocks_[a * kAround * 9];
+    const int* column = &neighbours_[a * kAround];
+    for (int place = 0; place < kAround; ++place, block += 9) {
+      if (column[place] < 0) continue;
+      const double* u = x.data() + std::ptrdiff_t{3 * kTogether} * column[place];
+      for (int d = 0; d < 3; ++d) {
+        for (int c = 0; c < kTogether; ++c) {
+          sum(d, c) += block[3 * d] * u[c] + block[3 * d + 1] * u[kTogether + c] +
+                       block[3 * d + 2] * u[2 * kTogether + c];
+        }
+      }
+    }
+    y->middleRows<3>(static_cast<Eigen::Index>(3 * a)) = sum;
+  }
+  for (const Projection& each : dilatations_) {
+    Columns moments = each.moments * x;
+    SolveTogether(*each.inner, &moments);
+    *y += each.stiffness * (each.moments.transpose() * moments);
+  }
+  // A row a control point: its three displacements of every column.
+  using ByPoint = Eigen::Matrix<double, Eigen::Dynamic, 3 * kTogether, Eigen::RowMajor>;
+  const Eigen::Map<const ByPoint> U(x.data(), lattice_.size(), 3 * kTogether);
+  Eigen::Map<ByPoint> force(y->data(), lattice_.size(), 3 * kTogether);
+  force += springs_ * U;
+  for (const Projection& each : held_) {
+    ByPoint moments = each.moments * U;
+    SolveTogether(*each.inner, &moments);
+    force += each.stiffness * (each.moments.transpose() * moments);
+  }
+}
+
+// Conjugate gradients, each column's own; one that is solved waits for the others.
+FineLattice::Columns FineLattice::Solve(const Columns& loads) const {
+  using Row = Eigen::Array<double, 1, kTogether>;
+  Columns x = Columns::Zero(loads.rows(), kTogether), r = loads, z(loads.rows(), kTogether), p, Kp;
+  const auto precondition = [&] {
+    for (std::size_t a = 0; a < preconditioner_.size(); ++a) {
+      const auto at = static_cast<Eigen::Index>(3 * a);
+      z.middleRows<3>(at) = preconditioner_[a] * r.middleRows<3>(at);
+    }
+  };
+  const auto dot = [](const Columns& a, const Columns& b) -> Row {
+    return a.cwiseProduct(b).colwise().sum();
+  };
+  precondition();
+  p = z;
+  Row size = dot(r, z);
+  const Row enough = kFineTolerance * kFineTolerance * size;
+  for (int i = 0; (size > enough).any(); ++i) {
+    Multiply(p, &Kp);
+    const Eigen::Array<bool, 1, kTogether> moves = size > enough;
+    const Row step = moves.select(size / dot(p, Kp), 0);
+    if (i == kMostIterations || !step.isFinite().all()) {
+      throw InputError("organ \"" + organ_.name +
+                       "\": nothing seems to hold it; add an [[organ.support]]");
+    }
+    x += p * step.matrix().asDiagonal();
+    r -= Kp * step.matrix().asDiagonal();
+    precondition();
+    const Row next = moves.select(dot(r, z), size);
+    const Row turn = moves.select(next / size, 0);
+    p = z + p * turn.matrix().asDiagonal();
+    size = next;
+  }
+  return x;
+}
+
+FineLattice::Patch FineLattice::PatchOf(const LoadOptions& load) const {
+  if (load.pressure) {
+    throw InputError("organ \"" + organ_.name +
+                     "\": has a pressure for a load; give a force or a displacement");
+  }
+  const SurfacePoint at = NearestSurfacePoint(rest_, load.p_centre_W);
+  double thickness = 0;
+  for (int k = 0; k < 3; ++k) {
+    thickness += at.barycentric[k] * thickness_[rest_.triangles(at.triangle, k)];
+  }
+  MaterialOptions material = organ_.material;
+  material.young = YoungAt(organ_, bounds_, at.Position(rest_.vertices, rest_.triangles));
+  const double resolved = std::max(load.radius, thickness / 3);
+  Patch patch{Eigen::VectorXd::Zero(lattice_.size()),
+              {material, InterpolatedNormal(rest_.vertices, rest_.triangles, topology_, at),
+               load.radius, resolved}};
+  for (const SurfaceSample& sample : SurfaceKernel(rest_, load.p_centre_W, resolved)) {
+    lattice_.ForEachFunction(
+        AtSample(sample, rest_.triangles, rest_.vertices),
+        [&](int column, double value) { patch.weights[column] += sample.weight * value; });
+  }
+  return patch;
+}
+
+std::vector<Points> FineLattice::Displacements(
+    const std::vector<std::vector<LoadOptions>>& cases) const {
+  std::vector<Answer> answers;
+  for (const std::vector<LoadOptions>& loads : cases) answers.push_back(Ask(loads));
+  // What is asked of all the cases, as many together as one pass over the stiffness takes.
+  std::vector<Eigen::VectorXd*> asked;
+  for (Answer& answer : answers) {
+    for (Eigen::VectorXd& field : answer.fields) asked.push_back(&field);
+  }
+  for (std::size_t begin = 0; begin < asked.size(); begin += kTogether) {
+    const std::size_t count = std::min<std::size_t>(kTogether, asked.size() - begin);
+    Columns columns = Columns::Zero(3 * lattice_.size(), kTogether);
+    for (std::size_t c = 0; c < count; ++c) {
+      columns.col(static_cast<Eigen::Index>(c)) = *asked[begin + c];
+    }
+    columns = Solve(columns);
+    for (std::size_t c = 0; c < count; ++c) {
+      *asked[begin + c] = columns.col(static_cast<Eigen::Index>(c));
+    }
+  }
+  std::vector<Points> displacements;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    displacements.push_back(Compose(cases[i], &answers[i]));
+  }
+  return displacements;
+}
+
+FineLattice::Answer FineLattice::Ask(const std::vector<LoadOptions>& loads) const {
+  Answer answer;
+  const auto equations = static_cast<Eigen::Index>(3 * loads.size());
+  answer.force.setZero(equations);
+  answer.moved.setZero(equations);
+  const auto load_of = [&](const Eigen::VectorXd& forces) {
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(3 * lattice_.size());
+    for (std::size_t i = 0; i < loads.size(); ++i) {
+      const Vector3d f = forces.segment<3>(static_cast<Eigen::Index>(3 * i));
+      if (f.isZero(0)) continue;
+      for (Eigen::Index a = 0; a < lattice_.size(); ++a) {
+        load.segment<3>(3 * a) += answer.patches[i].weights[a] * f;
+      }
+    }
+    return load;
+  };
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    answer.patches.push_back(PatchOf(loads[i]));
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    if (loads[i].force_W) answer.force.segment<3>(at) = *loads[i].force_W;
+    if (!loads[i].displacement_W) continue;
+    answer.moved.segment<3>(at) = *loads[i].displacement_W;
+    for (int d = 0; d < 3; ++d) answer.held.push_back(at + d);
+  }
+  answer.fields.push_back(load_of(answer.force));
+  for (const Eigen::Index equation : answer.held) {
+    answer.fields.push_back(load_of(Eigen::VectorXd::Unit(equations, equation)));
+  }
+  return answer;
+}
+
+Points FineLattice::Compose(const std::vector<LoadOptions>& loads, Answer* answer) const {
+  const Eigen::Index equations = answer->force.size();
+  const auto displacements_of = [&](const Eigen::VectorXd& U, const Eigen::VectorXd& forces) {
+    Eigen::VectorXd at_loads(equations);
+    const Eigen::Map<const Points> moved_points(U.data(), lattice_.size(), 3);
+    for (std::size_t i = 0; i < loads.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(3 * i);
+      const Patch& patch = answer->patches[i];
+      at_loads.segment<3>(at) = moved_points.transpose() * patch.weights +
+                                patch.dent.Compliance() * forces.segment<3>(at);
+    }
+    return at_loads;
+  };
+  Eigen::VectorXd& U = answer->fields.front();
+  if (!answer->held.empty()) {
+    const auto unknown = static_cast<Eigen::Index>(answer->held.size());
+    const Eigen::VectorXd missing =
+        (answer->moved - displacements_of(U, answer->force))(answer->held);
+    Eigen::MatrixXd compliance(unknown, unknown);
+    for (Eigen::Index c = 0; c < unknown; ++c) {
+      const auto k = static_cast<std::size_t>(c);
+      compliance.col(c) = displacements_of(
+          answer->fields[k + 1], Eigen::VectorXd::Unit(equations, answer->held[k]))(answer->held);
+    }
+    const Eigen::VectorXd found = compliance.fullPivLu().solve(missing);
+    for (Eigen::Index c = 0; c < unknown; ++c) {
+      U += found[c] * answer->fields[static_cast<std::size_t>(c) + 1];
+    }
+    answer->force(answer->held) += found;
+  }
+
+  Points u =
+      lattice_.Weights(rest_.vertices) * Eigen::Map<const Points>(U.data(), lattice_.size(), 3);
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    const SurfaceDent& dent = answer->patches[i].dent;
+    const Vector3d f = answer->force.segment<3>(static_cast<Eigen::Index>(3 * i));
+    const double reach = DentReach(dent.radius(), dent.resolved_radius());
+    for (Eigen::Index v = 0; v < u.rows(); ++v) {
+      const double d = (rest_.vertices.row(v).transpose() - loads[i].p_centre_W).norm();
+      if (d >= reach || normals_.row(v).dot(dent.normal_W()) <= 0) continue;
+      u.row(v) += (dent.At(d) * f).transpose();
+    }
+  }
+  return u;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "engine/organ_options.h"
+#include "engine/reference_fem/block_matrix.h"
+#include "engine/reference_fem/tetra_law.h"
+#include "engine/reference_fem/tetra_mesh.h"
+
+/// Linear and quadratic tetrahedral finite elements: the offline yardstick that the real-time
+/// models are measured against. Set-up and tools only: allocates and takes seconds to minutes.
+namespace hpdm {
+
+/// The elastic energy of a mesh as a function of its nodes' displacements u (N x 3, m).
+/// Quadrature: one point (linear) or four (quadratic, exact for small strain).
+class TetraBody {
+ public:
+  /// `stiffness` (T): Young's modulus of each element over the material's; empty: one for all.
+  TetraBody(TetraMesh mesh, const MaterialOptions& material, TetraLaw law,
+            const Eigen::VectorXd& stiffness = {});
+
+  const TetraMesh& mesh() const { return mesh_; }
+  const MaterialOptions& options() const { return options_; }
+  TetraLaw law() const { return material_.law(); }
+
+  double Energy(const Points& u) const;                                 ///< J.
+  Points Gradient(const Points& u) const;                               ///< dE/du, N x 3, N.
+  void SetHessian(const Points& u, bool convex, BlockMatrix* K) const;  ///< d2E/du2, N/m.
+  /// Change of volume over volume: mean of det F - 1, or of tr e at small strain.
+  double VolumeChange(const Points& u) const;
+
+ private:
+  struct Element {
+    Eigen::Matrix<double, 4, 3> gradients;  ///< Of the barycentric coordinates, 1/m.
+    double volume;                          ///< m^3.
+    double stiffness;                       ///< Relative.
+  };
+  /// Calls visit(element, shape gradients A x 3, volume m^3) at every quadrature point.
+  template <typename Visit>
+  void ForEachPoint(const Visit& visit) const;
+  double Stiffness(Eigen::Index e) const {
+    return elements_[static_cast<std::size_t>(e)].stiffness;
+  }
+  Matrix3d DeformationGradient(Eigen::Index e, const Eigen::Matrix<double, Eigen::Dynamic, 3>& dN,
+                               const Points& u) const;
+
+  TetraMesh mesh_;
+  MaterialOptions options_;
+  TetraMaterial material_;
+  std::vector<Element> elements_;
+};
+
+/// A linear function of the nodes' displacements: sum of weight x u_node. Nodes may repeat.
+using TetraRow = std::vector<std::pair<int, double>>;
+
+/// A load on the row `patch`: a force shared by its weights, or a value prescribed to it.
+struct TetraLoad {
+  TetraRow patch;
+  std::optional<Vector3d> force;         ///< N.
+  std::optional<Vector3d> displacement;  ///< m.
+};
+
+/// What holds and moves a body.
+struct TetraProblem {
+  BlockMatrix springs;  ///< To rest, N/m; over the body's elements.
+  Points forces;        ///< N x 3, N, besides the loads.
+  std::vector<TetraLoad> loads;
+};
+
+/// No springs, no forces, no loads.
+TetraProblem EmptyProblem(const TetraBody& body);
+
+/// The supports and loads of an organ with the posed rest surface `rest` (m, world), whose tissue
+/// the body's mesh fills. Supports are springs per volume, integrated with 14 points an element and
+/// each point asked whether it is in the region; a fixed one stands for 1e6 E / L^2, L the mean
+/// edge of the surface's bounding box, so that it matches regions of tissue and not of nodes. Loads
+/// act through SurfaceKernel. Throws InputError when a support holds no tissue.
+TetraProblem MakeTetraProblem(const TetraBody& body, const SurfaceMesh& rest,
+                              const std::vector<SupportOptions>& supports,
+                              const std::vector<LoadOptions>& loads);
+
+struct TetraSolveOptions {
+  int load_steps = 1;         ///< Equal parts in which all loads grow; small strain needs one.
+  int most_iterations = 100;  ///< Newton, a step.
+  double tolerance = 1e-7;    ///< Residual forces over the loads' forces.
+};
+
+struct TetraSolution {
+  Points u;                             ///< N x 3, m.
+  std::vector<Vector3d> forces;         ///< Of each load, N; computed where it prescribes.
+  std::vector<Vector3d> displacements;  ///< Of each load's patch, m.
+  double residual = 0;                  ///< As in the tolerance.
+  int newton_iterations = 0;
+  int solver_iterations = 0;
+  bool converged = false;
+
+  /// Displacement of load `i` along its force over the force, m/N.
+  double Compliance(std::size_t i = 0) const;
+};
+
+/// Static equilibrium under all loads at once. Newton's method with a backtracking line search on
+/// the potential energy; where the tangent is indefinite, with its convex part (Teran, Sifakis,
+/// Irving, Fedkiw 2005). Prescribed rows are Lagrange multipliers. Tolerances are relative, so the
+/// result does not depend on units. Throws InputError when nothing holds the body.
+TetraSolution SolveTetra(const TetraBody& body, const TetraProblem& problem,
+                         const TetraSolveOptions& options = TetraSolveOptions());
+
+/// The row of each surface point (m), in the element that holds it or is nearest.
+std::vector<TetraRow> PointRows(const TetraMesh& mesh, const Points& points);
+
+/// Displacement of each row, R x 3.
+Points ApplyRows(const std::vector<TetraRow>& rows, const Points& u);
+
+}  // namespace hpdm

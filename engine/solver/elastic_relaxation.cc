@@ -1,0 +1,348 @@
+#include "engine/solver/elastic_relaxation.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/energy/blended_energy.h"
+#include "engine/solver/newton_step.h"
+#include "engine/solver/refined_response.h"
+
+namespace hpdm {
+namespace {
+
+// m. A force that moves tissue by less is none: where a tip only touches, and where a press has let
+// go, the residual must not be relative to it.
+constexpr double kResolved = 1e-9;
+
+using VectorMap = Eigen::Map<Eigen::VectorXd>;
+using ConstVectorMap = Eigen::Map<const Eigen::VectorXd>;
+
+VectorMap Unknowns(Points* U) { return {U->data(), U->size()}; }
+
+// The energy of W and V together (local_response.h), (n + slots) x 3, with the damper's on both.
+class StepPotential final : public Potential {
+ public:
+  StepPotential(BlendedEnergy* energy, const LocalResponse* local, int slots)
+      : energy_(energy),
+        local_(local),
+        W_(Points::Zero(energy->control_points(), 3)),
+        gradient_(W_),
+        V_damped_(Eigen::VectorXd::Zero(3 * slots)),
+        load_(V_damped_) {}
+
+  void Damp(const Eigen::Ref<const Eigen::VectorXd>& V_from) { V_damped_ = V_from; }
+  const Eigen::VectorXd& damped_from() const { return V_damped_; }
+
+  double Energy(const Points& at) override {
+    W_ = at.topRows(W_.rows());
+    return energy_->Energy(W_) + LocalEnergy(at);
+  }
+  double Gradient(const Points& at, Points* gradient) override {
+    W_ = at.topRows(W_.rows());
+    double energy = energy_->Gradient(W_, &gradient_);
+    gradient->topRows(W_.rows()) = gradient_;
+    if (load_.size() == 0) return energy;
+    energy += LocalEnergy(at);
+    Unknowns(gradient).tail(load_.size()) = load_;
+    return energy;
+  }
+  double ShareSlope() { return energy_->ShareSlope(W_); }
+
+ private:
+  // Fills load_ with its gradient.
+  double LocalEnergy(const Points& at) {
+    if (load_.size() == 0) return 0;
+    const auto V = ConstVectorMap(at.data(), at.size()).tail(load_.size());
+    load_.noalias() = local_->stiffness() * V;
+    double energy = V.dot(load_) / 2;
+    if (energy_->damping() > 0) {
+      away_.noalias() = local_->stiffness() * (V - V_damped_);
+      energy += energy_->damping() / 2 * (V - V_damped_).dot(away_);
+      load_ += energy_->damping() * away_;
+    }
+    return energy;
+  }
+
+  BlendedEnergy* energy_;
+  const LocalResponse* local_;  // nullptr without slots
+  Points W_, gradient_;         // n x 3
+  Eigen::VectorXd V_damped_;    // 3 slots, m: where the damper holds V
+  Eigen::VectorXd load_;        // 3 slots, N
+  Eigen::VectorXd away_;        // 3 slots, N
+};
+
+// Each Newton step solves the contact problem of the energy's quadratic model at (W, V):
+//     K d + g = B^T f,   Sigma V = (B_V - B Y)^T f,   contacts hold at (W + d, V),
+// as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space, to which V adds its own. The first
+// step is taken whole, so that the contacts hold from there on; points that obey them are a convex
+// set, in which the later steps go downhill, as far as the energy falls.
+class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
+ public:
+  NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options,
+                   const LocalFunctions* functions, int slots)
+      : energy_(energy.Clone()),
+        options_(options),
+        n_(energy.control_points()),
+        at_rest_(ResponseAtRest(functions, slots, energy_, &local_)),
+        potential_(&energy_, local_, slots),
+        factor_(n_),
+        at_(Points::Zero(n_ + slots, 3)),
+        trial_(at_),
+        gradient_(at_),
+        step_(at_),
+        load_(at_),
+        restart_(at_),
+        from_(at_),
+        W_(Points::Zero(n_, 3)),
+        columns_(3 * at_.rows(), 1 + ContactProblem::kMaxEquations) {
+    least_load_ = kResolved * energy_.stiffness_at_rest().diagonal().maxCoeff();
+  }
+
+  RelaxationResult Relax(ContactSet* contacts, Points* U) override {
+    const int recorded_end = std::exchange(stop_after_, 0);
+    Follow(contacts->local);
+    if (std::exchange(restarts_, false)) Enter(restart_);
+    has_tangent_ = contacts->size() > 0 && energy_.share() > 0;
+    if (contacts->size() == 0) {
+      at_.setZero();
+      energy_.Damp(0, W_);
+      U->setZero();
+      return {};
+    }
+    if (!has_tangent_) {
+      const RelaxationResult result = SolveContacts(at_rest_.get(), &problem_, contacts, U);
+      Enter(*U);
+      return result;
+    }
+    StartDamping();
+    const RelaxationResult result = Iterate(recorded_end, contacts);
+    StopDamping();
+    *U = at_;
+    if (local_ != nullptr) local_->AddCoupling(-1, Slots(at_), Unknowns(U).head(3 * n_));
+    if (!U->allFinite()) at_.setZero();  // the caller reports it; the next step starts at rest
+    return result;
+  }
+
+  void Follow(const ActiveFunctions& active) override { at_rest_->Follow(active); }
+
+  void StopNextAfter(int iterations) override { stop_after_ = iterations; }
+
+  void SetQuality(const OrganQuality& quality) override {
+    most_iterations_ = std::min(options_.max_iterations, quality.newton_iterations);
+    energy_.SetShare(quality.finite_share);
+  }
+
+  void RestartFrom(const Points& U) override {
+    restart_ = U;
+    restarts_ = true;
+  }
+
+  bool DampNext(double damping, const Points& from) override {
+    if (energy_.share() == 0) return false;
+    damping_ = damping;
+    from_ = from;
+    return true;
+  }
+
+  const LatticeCompliance* compliance() const override { return this; }
+
+  // With the last Newton step's tangent.
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    if (!has_tangent_) {
+      at_rest_->RespondTo(b, response);
+      return;
+    }
+    FillUnitLoads(b, response);
+    Respond(1, response);
+  }
+
+  Matrix3d PointCompliance(const SparseRow& b) const override {
+    return at_rest_->PointCompliance(b);
+  }
+
+ private:
+  static std::unique_ptr<LatticeResponse> ResponseAtRest(const LocalFunctions* functions, int slots,
+                                                         const BlendedEnergy& energy,
+                                                         const LocalResponse** local) {
+    if (functions == nullptr) return MakeLatticeResponse(energy.stiffness_at_rest());
+    auto refined = std::make_unique<RefinedResponse>(*functions, slots);
+    *local = &refined->local();
+    return refined;
+  }
+
+  Eigen::VectorBlock<const ConstVectorMap> Slots(const Points& at) const {
+    return {ConstVectorMap(at.data(), at.size()), 3 * n_, at.size() - 3 * n_};
+  }
+
+  // (W, V) of (U, V).
+  void Enter(const Points& U) {
+    at_ = U;
+    if (local_ != nullptr) local_->AddCoupling(1, Slots(U), Unknowns(&at_).head(3 * n_));
+  }
+
+  RelaxationResult Iterate(int recorded_end, ContactSet* contacts) {
+    RelaxationResult result;
+    result.converged = false;
+    StartWatch();
+    double energy = potential_.Gradient(at_, &gradient_);
+    while (!result.converged && result.iterations < most_iterations_) {
+      result.out_of_time =
+          recorded_end > 0 ? result.iterations == recorded_end : !TimeForAnother(result.iterations);
+      if (result.out_of_time) break;
+      W_ = at_.topRows(n_);
+      if (!factor_.Factorise(W_, &energy_)) {
+        has_tangent_ = false;
+        break;
+      }
+      result.regularised = SolveStep(*contacts).regularised;
+      const double length = result.iterations == 0 ? 1 : Search(energy);
+      at_ += length * step_;
+      ++result.iterations;
+      energy = potential_.Gradient(at_, &gradient_);
+      problem_.WriteForces(contacts);
+      result.residual = Residual(*contacts);
+      result.converged = length == 1 && result.residual <= options_.tolerance;
+    }
+    result.share_slope = potential_.ShareSlope();
+    return result;
+  }
+
+  void StartDamping() {
+    const double damping = std::exchange(damping_, 0);
+    if (!(damping > 0)) return;
+    Enter(from_);
+    W_ = at_.topRows(n_);
+    energy_.Damp(damping, W_);
+    potential_.Damp(Slots(at_));
+  }
+
+  // The hand feels the elastic tangent, as of an energy that is quadratic.
+  void StopDamping() {
+    if (!(energy_.damping() > 0)) return;
+    W_ = at_.topRows(n_);
+    energy_.Damp(0, W_);
+    has_tangent_ = has_tangent_ && factor_.Factorise(W_, &energy_);
+  }
+
+  void StartWatch() {
+    if (!options_.clock) return;
+    started_ = iteration_began_ = options_.clock();
+    longest_ = 0;
+  }
+
+  // Whether an iteration as long as the longest so far would end within the budget.
+  bool TimeForAnother(int iterations) {
+    if (!options_.clock || options_.budget <= 0) return true;
+    const Nanoseconds now = options_.clock();
+    longest_ = std::max(longest_, now - iteration_began_);
+    iteration_began_ = now;
+    return iterations == 0 || ToSeconds(now - started_ + longest_) <= options_.budget;
+  }
+
+  // Columns of loads on (U, V) to displacements (U, V), in place, with the tangent; V moves by
+  // `local_share` of what its loads ask.
+  void Respond(double local_share, Eigen::Ref<Eigen::MatrixXd> columns) const {
+    auto lattice = columns.topRows(3 * n_);
+    if (local_ != nullptr) {
+      for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+        auto V = columns.col(c).tail(columns.rows() - 3 * n_);
+        local_->Reduce(lattice.col(c), V);
+        local_->Solve(V);
+        V *= local_share;
+      }
+    }
+    factor_.SolveInPlace(lattice);
+    if (local_ == nullptr) return;
+    for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+      local_->AddCoupling(-1, columns.col(c).tail(columns.rows() - 3 * n_), lattice.col(c));
+    }
+  }
+
+  // The step from (W, V) and the forces f.
+  RelaxationResult SolveStep(const ContactSet& contacts) {
+    problem_.Build(contacts);
+    const int equations = problem_.size();
+    const Eigen::Index slots = at_.size() - 3 * n_;
+    auto free = columns_.col(0);
+    free.head(3 * n_) = -Unknowns(&gradient_).head(3 * n_);
+    for (int e = 0; e < equations; ++e) {
+      Eigen::Map<Points>(columns_.col(1 + e).data(), at_.rows(), 3).noalias() =
+          contacts.Weights().row(problem_[e].row).transpose() * problem_[e].force_W.transpose();
+    }
+    auto response = columns_.middleCols(1, equations);
+    // Where a damper holds V, it yields less, from where that leaves it without load.
+    const double kept = energy_.damping() / (1 + energy_.damping());
+    factor_.SolveInPlace(free.head(3 * n_));
+    free.tail(slots) = kept * potential_.damped_from();
+    Respond(1 - kept, response);
+
+    trial_.topRows(n_) = at_.topRows(n_) + Eigen::Map<const Points>(free.data(), n_, 3);
+    Unknowns(&trial_).tail(slots) = free.tail(slots);
+    if (local_ != nullptr) {
+      local_->AddCoupling(-1, free.tail(slots), Unknowns(&trial_).head(3 * n_));
+    }
+    for (int e = 0; e < equations; ++e) {
+      problem_.change()[e] -=
+          problem_[e].axis_W.dot((contacts.Weights().row(problem_[e].row) * trial_).transpose());
+    }
+    FillCompliance(contacts, response, &problem_);
+    const RelaxationResult result = problem_.Solve();
+    VectorMap step = Unknowns(&step_);
+    step << free.head(3 * n_), Eigen::VectorXd::Zero(slots);
+    step.noalias() += response * problem_.forces();
+    if (local_ != nullptr) local_->AddCoupling(1, step.tail(slots), step.head(3 * n_));
+    step.tail(slots) += free.tail(slots) - Slots(at_);
+    return result;
+  }
+
+  double Search(double energy) {
+    const double slope = gradient_.cwiseProduct(step_).sum();
+    return SearchLength(at_, step_, energy, slope, 0, &potential_, &trial_, &load_);
+  }
+
+  // Of W; V is at rest under its loads.
+  double Residual(const ContactSet& contacts) {
+    auto load = load_.topRows(n_);
+    load.setZero();
+    for (int i = 0; i < contacts.size(); ++i) {
+      load.noalias() +=
+          contacts.Weights().row(i).leftCols(n_).transpose() * contacts[i].force_W.transpose();
+    }
+    return (gradient_.topRows(n_) - load).norm() / std::max(load.norm(), least_load_);
+  }
+
+  BlendedEnergy energy_;
+  NewtonOptions options_;
+  Eigen::Index n_;
+  int most_iterations_ = options_.max_iterations;
+  const LocalResponse* local_ = nullptr;      // at_rest_'s
+  std::unique_ptr<LatticeResponse> at_rest_;  // K^-1 of U = 0
+  StepPotential potential_;
+  NewtonFactor factor_;
+  Points at_;        // (n + slots) x 3: W and V where the last step ended
+  Points trial_;     // likewise
+  Points gradient_;  // likewise, N
+  Points step_;      // likewise
+  Points load_;      // likewise, N: B^T f
+  Points restart_;   // likewise: U and V where the next Relax starts
+  bool restarts_ = false;
+  Points from_;               // likewise: U and V that the next Relax is damped towards
+  double damping_ = 0;        // of the next Relax
+  Points W_;                  // n x 3
+  Eigen::MatrixXd columns_;   // 3(n + slots) x (1 + equations): the free step, then the responses
+  bool has_tangent_ = false;  // factor_ holds the last step's
+  ContactProblem problem_;
+  double least_load_ = 0;  // N: smaller ones count as this in the residual
+  Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
+  int stop_after_ = 0;  // iterations of the next Relax; 0: as the options say
+};
+
+}  // namespace
+
+std::unique_ptr<Relaxation> MakeNewtonRelaxation(const ElasticEnergy& energy,
+                                                 const NewtonOptions& options,
+                                                 const LocalFunctions* functions, int slots) {
+  return std::make_unique<NewtonRelaxation>(energy, options, functions, slots);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,253 @@
+#include "engine/solver/lattice_response.h"
+
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/solver/symmetric_inverse.h"
+
+namespace hpdm {
+namespace {
+
+// The unknowns of U as one vector (Points are row-major).
+Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()}; }
+
+// x, y and z respond alike and apart: one column a contact row, whatever its equations.
+class ScalarResponse final : public LatticeResponse {
+ public:
+  explicit ScalarResponse(const ScalarStiffness& K)
+      : inverse_(InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
+        response_(K.rows(), kMaxContacts) {}
+
+  void Respond(const ContactSet& contacts, ContactProblem* problem) override {
+    for (int i = 0; i < contacts.size(); ++i) {
+      auto response = response_.col(i);
+      response.setZero();
+      for (Eigen::Index a = 0; a < inverse_.rows(); ++a) {
+        const double weight = contacts.Weights()(i, a);
+        if (weight != 0) response += weight * inverse_.col(a);
+      }
+    }
+    row_compliance_.noalias() = contacts.Weights() * response_.leftCols(contacts.size());
+    for (int e = 0; e < problem->size(); ++e) {
+      const ContactProblem::Equation& first = (*problem)[e];
+      for (int g = 0; g < problem->size(); ++g) {
+        const ContactProblem::Equation& second = (*problem)[g];
+        problem->compliance()(e, g) =
+            row_compliance_(first.row, second.row) * first.axis_W.dot(second.force_W);
+      }
+    }
+  }
+
+  void Deform(const ContactProblem& problem, Points* U) const override {
+    U->setZero();
+    for (int e = 0; e < problem.size(); ++e) {
+      const Vector3d force = problem.forces()[e] * problem[e].force_W;
+      for (int d = 0; d < 3; ++d) U->col(d) += force[d] * response_.col(problem[e].row);
+    }
+  }
+
+  void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override {
+    for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+      Eigen::Map<Points> loads(columns.col(c).data(), inverse_.rows(), 3);
+      loads = (inverse_ * loads).eval();
+    }
+  }
+
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    response.setZero();
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      for (Eigen::Index c = 0; c < inverse_.rows(); ++c) {
+        const double moved = b.weights[i] * inverse_(c, b.control_points[i]);
+        for (int d = 0; d < 3; ++d) response(3 * c + d, d) += moved;
+      }
+    }
+  }
+
+  Matrix3d PointCompliance(const SparseRow& b) const override {
+    double sum = 0;
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      for (std::size_t j = 0; j < b.control_points.size(); ++j) {
+        sum += b.weights[i] * b.weights[j] * inverse_(b.control_points[j], b.control_points[i]);
+      }
+    }
+    return sum * Matrix3d::Identity();
+  }
+
+ private:
+  Eigen::MatrixXd inverse_;   // n x n
+  Eigen::MatrixXd response_;  // n x kMaxContacts: K^-1 B^T
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxContacts,
+                kMaxContacts>
+      row_compliance_;  // m x m: B K^-1 B^T
+};
+
+// The axes are coupled: 3n x 3n. Of K^-1 a step reads what its contacts touch: between the control
+// points of their rows for the compliance, and whole columns once, for the sum of all forces.
+class FullResponse final : public LatticeResponse {
+ public:
+  explicit FullResponse(const FullStiffness& K)
+      : n_(K.rows() / 3),
+        inverse_(InverseStiffness(
+            K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
+        touched_(static_cast<std::size_t>(n_)),
+        weights_(kMaxContacts, n_),
+        moved_(3, n_) {}
+
+  void Respond(const ContactSet& contacts, ContactProblem* problem) override {
+    Gather(contacts);
+    for (int g = 0; g < problem->size(); ++g) {
+      Move((*problem)[g]);
+      Vector3d moved = Vector3d::Zero();
+      int at = -1;  // the equations of one contact follow each other
+      for (int e = 0; e < problem->size(); ++e) {
+        const ContactProblem::Equation& equation = (*problem)[e];
+        if (equation.row != at) {
+          at = equation.row;
+          moved.setZero();
+          for (int t = 0; t < count_; ++t) moved += weights_(at, t) * moved_.col(t);
+        }
+        problem->compliance()(e, g) = equation.axis_W.dot(moved);
+      }
+    }
+  }
+
+  void Deform(const ContactProblem& problem, Points* U) const override {
+    auto u = AsVector(U);
+    u.setZero();
+    for (int t = 0; t < count_; ++t) {
+      Vector3d force = Vector3d::Zero();
+      for (int e = 0; e < problem.size(); ++e) {
+        force += problem.forces()[e] * weights_(problem[e].row, t) * problem[e].force_W;
+      }
+      AddColumns(touched_[static_cast<std::size_t>(t)], force, &u);
+    }
+  }
+
+  void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override {
+    Eigen::VectorXd u(columns.rows());
+    for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+      u.setZero();
+      for (int a = 0; a < n_; ++a) AddColumns(a, columns.col(c).segment<3>(3 * a), &u);
+      columns.col(c) = u;
+    }
+  }
+
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    response.setZero();
+    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+      response += b.weights[i] * inverse_.middleCols<3>(3 * b.control_points[i]);
+    }
+  }
+
+  Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
+
+ private:
+  // The control points with a weight in any row, and their weights.
+  void Gather(const ContactSet& contacts) {
+    count_ = 0;
+    for (int a = 0; a < n_; ++a) {
+      const auto weights = contacts.Weights().col(a);
+      if ((weights.array() == 0).all()) continue;
+      weights_.col(count_).head(contacts.size()) = weights;
+      touched_[static_cast<std::size_t>(count_++)] = a;
+    }
+  }
+
+  // How the touched control points move by the equation's unit force.
+  void Move(const ContactProblem::Equation& equation) {
+    auto moved = moved_.leftCols(count_);
+    moved.setZero();
+    for (int t = 0; t < count_; ++t) {
+      const double weight = weights_(equation.row, t);
+      if (weight == 0) continue;
+      for (int d = 0; d < 3; ++d) {
+        if (equation.force_W[d] == 0) continue;
+        const auto column = inverse_.col(3 * touched_[static_cast<std::size_t>(t)] + d);
+        const double force = weight * equation.force_W[d];
+        for (int s = 0; s < count_; ++s) {
+          moved.col(s) += force * column.segment<3>(3 * touched_[static_cast<std::size_t>(s)]);
+        }
+      }
+    }
+  }
+
+  // Adds the displacements by a force (N) on control point a.
+  template <typename Displacements>
+  void AddColumns(int a, const Vector3d& force, Displacements* u) const {
+    for (int d = 0; d < 3; ++d) {
+      if (force[d] != 0) *u += force[d] * inverse_.col(3 * a + d);
+    }
+  }
+
+  int n_;
+  Eigen::MatrixXd inverse_;   // 3n x 3n
+  int count_ = 0;             // of control points that the contacts of the last Respond() touch:
+  std::vector<int> touched_;  // n, these
+  Eigen::MatrixXd weights_;   // kMaxContacts x n: their weights in each contact's row
+  Eigen::Matrix3Xd moved_;    // 3 x n: how each moves by the force at hand
+};
+
+}  // namespace
+
+Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+    Matrix3d row = Matrix3d::Zero();
+    for (std::size_t j = 0; j < b.control_points.size(); ++j) {
+      row += b.weights[j] * inverse.block<3, 3>(3 * b.control_points[j], 3 * b.control_points[i]);
+    }
+    sum += b.weights[i] * row;
+  }
+  return (sum + sum.transpose()) / 2;
+}
+
+Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy) {
+  // Functions with little tissue have little stiffness; with a unit diagonal they do not look like
+  // motions without any.
+  const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd inverse = scale.asDiagonal() * K * scale.asDiagonal();
+  // A motion that nothing holds leaves round-off, some 1e-18; a held Bernstein lattice of degree
+  // (20, 2, 2), whose functions are nearly dependent, 4e-15.
+  constexpr double kLeast = 1e-15;
+  if (!(InvertSymmetric(&inverse) > kLeast)) {
+    throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
+  }
+  inverse.array().colwise() *= scale.array();
+  inverse.array().rowwise() *= scale.transpose().array();
+  return inverse;
+}
+
+void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,
+                    ContactProblem* problem) {
+  for (int g = 0; g < problem->size(); ++g) {
+    const Eigen::Map<const Points> U(response.col(g).data(), response.rows() / 3, 3);
+    Vector3d moved = Vector3d::Zero();
+    int at = -1;  // the equations of one contact follow each other
+    for (int e = 0; e < problem->size(); ++e) {
+      const auto& [row, axis, force, unilateral] = (*problem)[e];
+      if (row != at) moved.noalias() = (contacts.Weights().row(row) * U).transpose();
+      at = row;
+      problem->compliance()(e, g) = axis.dot(moved);
+    }
+  }
+}
+
+RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* problem,
+                               ContactSet* contacts, Points* U) {
+  problem->Build(*contacts);
+  response->Respond(*contacts, problem);
+  const RelaxationResult result = problem->Solve();
+  problem->WriteForces(contacts);
+  response->Deform(*problem, U);
+  return result;
+}
+
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K) {
+  return std::make_unique<ScalarResponse>(K);
+}
+
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K) {
+  return std::make_unique<FullResponse>(K);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <memory>
+
+#include "engine/contact/contact_problem.h"
+#include "engine/contact/lattice_compliance.h"
+#include "engine/energy/metric_energy.h"
+#include "engine/energy/strain_energy.h"
+#include "engine/solver/local_functions.h"
+
+namespace hpdm {
+
+/// The compliance between the equations of `problem` (built from `contacts`) from the response to a
+/// unit force along each: A_eg = axis_e . (b_e U_g), with column g of `response` (3n x >= E) the
+/// displacements U_g.
+void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,
+                    ContactProblem* problem);
+
+/// What a lattice of constant stiffness K answers to loads: U = K^-1 R, with K factorised once.
+/// Owned by one thread; Respond() and Deform() allocate nothing.
+class LatticeResponse : public LatticeCompliance {
+ public:
+  /// Takes the local functions in use; Respond() does the same with those of its contacts. Without
+  /// local functions nothing.
+  virtual void Follow(const ActiveFunctions& active) { static_cast<void>(active); }
+
+  /// The compliance A = B_c K^-1 B_c^T of `problem` (built from `contacts`); what Deform() needs of
+  /// the contacts is kept.
+  virtual void Respond(const ContactSet& contacts, ContactProblem* problem) = 0;
+
+  /// U (n x 3, m; with local functions their slots follow) under the problem's forces; of the last
+  /// Respond().
+  virtual void Deform(const ContactProblem& problem, Points* U) const = 0;
+
+  /// R -> K^-1 R in place: columns of 3n loads (N), of control point a along d in row 3 a + d.
+  virtual void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
+};
+
+/// Where a lattice of constant stiffness comes to rest under `contacts`: their forces, and U (n x
+/// 3, m). `problem` is scratch, with which the response is asked again.
+RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* problem,
+                               ContactSet* contacts, Points* U);
+
+/// K^-1. A contact's row b has few entries, one for each function that is not zero there (27 of
+/// quadratic splines), so a product with the columns of K^-1 that they name is several times
+/// cheaper than two triangular solves. Throws InputError (`remedy`) when K is not positive
+/// definite, or to round-off only.
+Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy);
+
+/// Of dense K^-1. Throw InputError when K is not positive definite.
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K);
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K);
+
+/// With local functions in at most `slots` slots (refined_response.h). `functions` must outlive it.
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const LocalFunctions& functions, int slots);
+
+}  // namespace hpdm

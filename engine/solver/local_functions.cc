@@ -1,0 +1,104 @@
+#include "engine/solver/local_functions.h"
+
+#include <array>
+
+#include "engine/energy/mixed_dilatation.h"
+#include "engine/solver/lattice_response.h"
+
+namespace hpdm {
+namespace {
+
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& tissue,
+                     const std::vector<Quadrature>& regions) {
+  LatticeOptions options;
+  options.basis = lattice.basis().axis(0).type();
+  for (int d = 0; d < 3; ++d) {
+    options.degree[d] = lattice.basis().axis(d).degree();
+    options.cells[d] = refinement * lattice.basis().axis(d).cells();
+  }
+  Lattice finer(lattice.box(), options);
+  finer.DropControlPointsWithoutTissue(tissue);
+  std::vector<bool> held(finer.size());
+  for (const Quadrature& region : regions) {
+    for (Eigen::Index q = 0; q < region.points.rows(); ++q) {
+      finer.ForEachFunction(region.points.row(q).transpose(),
+                            [&held](int column, double) { held[column] = true; });
+    }
+  }
+  finer.DropControlPoints(held);
+  return finer;
+}
+
+auto Collect(Triplets* triplets, Eigen::Index first_row = 0) {
+  return [triplets, first_row](Eigen::Index row, Eigen::Index column, double value) {
+    triplets->emplace_back(static_cast<int>(first_row + row), static_cast<int>(column), value);
+  };
+}
+
+}  // namespace
+
+LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOptions& options,
+                               const Quadrature& tissue, const MaterialOptions& material,
+                               Dilatation dilatation, const std::vector<Quadrature>& regions,
+                               const FullStiffness& K)
+    : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
+      centres_(finer_.ControlPoints()),
+      inverse_(InverseStiffness(
+          K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")) {
+  const LameParameters lame = ToLame(material);
+  const auto [pointwise, projected] = ShareLambda(lame, dilatation);
+  const std::array<WeightMatrix, 3> gradients = lattice.GradientWeights(tissue.points);
+  const std::array<WeightMatrix, 3> finer_gradients = finer_.GradientWeights(tissue.points);
+  const Eigen::Index unknowns = K.rows(), columns = 3 * static_cast<Eigen::Index>(size());
+
+  Triplets own;
+  AddElasticBlocks(finer_gradients, finer_gradients, tissue.weights, lame, Collect(&own));
+  own_.resize(columns, columns);
+  own_.setFromTriplets(own.begin(), own.end());
+
+  Triplets sparse;
+  AddElasticBlocks(gradients, finer_gradients, tissue.weights, {lame.mu, pointwise},
+                   Collect(&sparse));
+  Eigen::MatrixXd H(0, unknowns);
+  if (projected > 0) {
+    const CoarserSplines splines(lattice, tissue);
+    H = projected * ProjectedDilatation(lattice, tissue);
+    splines.factor().triangularView<Eigen::Lower>().adjoint().solveInPlace(H);
+    for (int d = 0; d < 3; ++d) {
+      const WeightMatrix moments = splines.Moments(finer_gradients[d]);
+      for (Eigen::Index b = 0; b < moments.rows(); ++b) {
+        for (WeightMatrix::InnerIterator it(moments, b); it; ++it) {
+          Collect(&sparse, unknowns)(b, 3 * it.index() + d, it.value());
+        }
+      }
+    }
+  }
+  sparse_.resize(unknowns + H.rows(), columns);
+  sparse_.setFromTriplets(sparse.begin(), sparse.end());
+
+  Eigen::MatrixXd Z(unknowns + H.rows(), unknowns + H.rows());
+  Z.topLeftCorner(unknowns, unknowns) = inverse_;
+  Z.bottomLeftCorner(H.rows(), unknowns).noalias() = H * inverse_;
+  Z.topRightCorner(unknowns, H.rows()) = Z.bottomLeftCorner(H.rows(), unknowns).transpose();
+  Z.bottomRightCorner(H.rows(), H.rows()).noalias() =
+      Z.bottomLeftCorner(H.rows(), unknowns) * H.transpose();
+  coupling_.noalias() = Z * sparse_;
+}
+
+Matrix3d LocalFunctions::ReducedStiffness(int a, int b) const {
+  Matrix3d S;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      double sum = own_.coeff(3 * a + i, 3 * b + j);
+      for (Eigen::SparseMatrix<double>::InnerIterator it(sparse_, 3 * a + i); it; ++it) {
+        sum -= it.value() * coupling_(it.index(), 3 * b + j);
+      }
+      S(i, j) = sum;
+    }
+  }
+  return S;
+}
+
+}  // namespace hpdm

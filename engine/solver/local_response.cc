@@ -1,0 +1,71 @@
+#include "engine/solver/local_response.h"
+
+#include <algorithm>
+
+namespace hpdm {
+namespace {
+
+constexpr double kRegularisation = 1e-9;
+
+}  // namespace
+
+LocalResponse::LocalResponse(const LocalFunctions& functions, int slots)
+    : functions_(functions),
+      function_(slots, -1),
+      weight_(slots, 1),
+      stale_(slots),
+      coupling_(Eigen::MatrixXd::Zero(functions.inverse().rows(), 3 * slots)),
+      reduced_(Eigen::MatrixXd::Identity(3 * slots, 3 * slots)),
+      regular_(reduced_),
+      factor_(reduced_) {}
+
+// The parts of Y and Sigma that belong to slots that changed; whether any did.
+bool LocalResponse::TakeSlots(const ActiveFunctions& active) {
+  bool changed = false;
+  for (int s = 0; s < active.slots(); ++s) {
+    stale_[s] = function_[s] != active.Function(s);
+    if (!stale_[s]) continue;
+    changed = true;
+    function_[s] = active.Function(s);
+    if (function_[s] >= 0) {
+      coupling_.middleCols<3>(3 * s) = functions_.Coupling(function_[s]);
+    } else {
+      coupling_.middleCols<3>(3 * s).setZero();
+    }
+  }
+  if (!changed) return false;
+  for (int s = 0; s < active.slots(); ++s) {
+    for (int t = 0; t <= s; ++t) {
+      if (!stale_[s] && !stale_[t]) continue;
+      Matrix3d block = Matrix3d::Zero();
+      if (function_[s] >= 0 && function_[t] >= 0) {
+        block = functions_.ReducedStiffness(function_[s], function_[t]);
+      } else if (s == t) {
+        block.setIdentity();
+      }
+      reduced_.block<3, 3>(3 * s, 3 * t) = block;
+      reduced_.block<3, 3>(3 * t, 3 * s) = block.transpose();
+    }
+  }
+  return true;
+}
+
+void LocalResponse::Follow(const ActiveFunctions& active) {
+  bool changed = TakeSlots(active);
+  for (int s = 0; s < active.slots(); ++s) {
+    changed = changed || weight_[s] != active.Weight(s);
+    weight_[s] = active.Weight(s);
+  }
+  if (!changed) return;
+  // Local functions that together make up one of the lattice's own leave its share of Sigma
+  // without stiffness; which of the two moves is arbitrary then.
+  for (double extra = kRegularisation; extra < 1; extra *= 10) {
+    regular_ = reduced_;
+    for (int s = 0; s < active.slots(); ++s) regular_.block<3, 3>(3 * s, 3 * s) /= weight_[s];
+    regular_.diagonal() *= 1 + extra;
+    factor_.compute(regular_);
+    if (factor_.info() == Eigen::Success) return;
+  }
+}
+
+}  // namespace hpdm

@@ -1,0 +1,58 @@
+#include "engine/solver/refined_response.h"
+
+namespace hpdm {
+
+RefinedResponse::RefinedResponse(const LocalFunctions& functions, int slots)
+    : local_(functions, slots),
+      unknowns_(functions.inverse().rows()),
+      response_(unknowns_ + 3 * slots, ContactProblem::kMaxEquations),
+      scratch_(unknowns_) {}
+
+void RefinedResponse::Respond(const ContactSet& contacts, ContactProblem* problem) {
+  Follow(contacts.local);
+  const int equations = problem->size();
+  for (int e = 0; e < equations; ++e) {
+    const auto& [row, axis, force, unilateral] = (*problem)[e];
+    auto load = response_.col(e);
+    for (Eigen::Index a = 0; 3 * a < load.size(); ++a) {
+      load.segment<3>(3 * a) = contacts.Weights()(row, a) * force;
+    }
+  }
+  Solve(response_.leftCols(equations));
+  FillCompliance(contacts, response_, problem);
+}
+
+void RefinedResponse::Deform(const ContactProblem& problem, Points* U) const {
+  Eigen::Map<Eigen::VectorXd>(U->data(), U->size()).noalias() =
+      response_.leftCols(problem.size()) * problem.forces();
+}
+
+void RefinedResponse::Solve(Eigen::Ref<Eigen::MatrixXd> columns) const {
+  for (Eigen::Index c = 0; c < columns.cols(); ++c) SolveColumn(columns.col(c));
+}
+
+void RefinedResponse::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
+  FillUnitLoads(b, response);
+  Solve(response);
+}
+
+// Loads have few entries: a contact's row has one for each function that is not zero there.
+void RefinedResponse::SolveColumn(Eigen::Ref<Eigen::VectorXd> column) const {
+  auto f = column.head(unknowns_);
+  auto g = column.tail(column.size() - unknowns_);
+  const Eigen::MatrixXd& inverse = local_.functions().inverse();
+  scratch_.setZero();
+  for (Eigen::Index i = 0; i < unknowns_; ++i) {
+    if (f[i] != 0) scratch_ += f[i] * inverse.col(i);
+  }
+  local_.Reduce(f, g);
+  local_.Solve(g);
+  f = scratch_;
+  local_.AddCoupling(-1, g, f);
+}
+
+std::unique_ptr<LatticeResponse> MakeLatticeResponse(const LocalFunctions& functions, int slots) {
+  return std::make_unique<RefinedResponse>(functions, slots);
+}
+
+}  // namespace hpdm

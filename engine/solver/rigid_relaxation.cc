@@ -1,0 +1,35 @@
+#include "engine/contact/contact_problem.h"
+#include "engine/solver/relaxation.h"
+
+namespace hpdm {
+namespace {
+
+// No control points, so K^-1 is nothing between any two points.
+class NoCompliance final : public LatticeCompliance {
+ public:
+  void RespondTo(const SparseRow&, Eigen::Ref<Eigen::MatrixXd>) const override {}
+  Matrix3d PointCompliance(const SparseRow&) const override { return Matrix3d::Zero(); }
+};
+
+class RigidRelaxation final : public Relaxation {
+ public:
+  RelaxationResult Relax(ContactSet* contacts, Points*) override {
+    if (contacts->size() == 0) return {};
+    problem_.Build(*contacts);
+    problem_.compliance().setZero();
+    const RelaxationResult result = problem_.Solve();
+    problem_.WriteForces(contacts);
+    return result;
+  }
+  const LatticeCompliance* compliance() const override { return &nothing_; }
+
+ private:
+  NoCompliance nothing_;
+  ContactProblem problem_;
+};
+
+}  // namespace
+
+std::unique_ptr<Relaxation> MakeRigidRelaxation() { return std::make_unique<RigidRelaxation>(); }
+
+}  // namespace hpdm

@@ -1,0 +1,51 @@
+#include "engine/solver/viscous_recovery.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace hpdm {
+
+ViscousRecovery::ViscousRecovery(double relaxation_time, int n)
+    : relaxation_time_(relaxation_time), U_(Points::Zero(n, 3)), V_(U_) {}
+
+RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation, ContactSet* contacts,
+                                        Points* U) {
+  if (relaxation_time_ <= 0) return relaxation->Relax(contacts, U);
+  constexpr double kShortestStep = 1e-4;
+  const double elapsed = std::max(dt, kShortestStep) / relaxation_time_;
+  if (contacts->size() > 0 && relaxation->DampNext(1 / std::expm1(elapsed), U_)) {  // e / (1 - e)
+    const RelaxationResult result = relaxation->Relax(contacts, U);
+    U_ = *U;
+    if (!U_.allFinite()) U_.setZero();
+    return result;
+  }
+  const double e = std::exp(-elapsed);
+  const double done = -std::expm1(-elapsed);  // 1 - e, also where e is almost 1
+  std::array<Vector3d, kMaxContacts> targets;
+  std::array<Matrix3d, kMaxContacts> local_compliances;
+  for (int i = 0; i < contacts->size(); ++i) {
+    ContactSet::Row& row = (*contacts)[i];
+    targets[i] = row.target_W;
+    local_compliances[i] = row.local_compliance_W;
+    row.local_compliance_W /= done;
+    const Vector3d kept = e * (contacts->Weights().row(i) * U_).transpose();
+    row.target_W = row.p_rest_W + (row.target_W - row.p_rest_W - kept) / done;
+  }
+  const RelaxationResult result = relaxation->Relax(contacts, &V_);
+  for (int i = 0; i < contacts->size(); ++i) {
+    (*contacts)[i].target_W = targets[i];
+    (*contacts)[i].local_compliance_W = local_compliances[i];
+    (*contacts)[i].slip *= done;
+  }
+  U_ = e * U_ + done * V_;
+  if (contacts->size() == 0 && U_.isZero(kStill)) U_.setZero();
+  *U = U_;
+  if (!U_.allFinite()) {  // the caller reports it; the next step starts at rest
+    U_.setZero();
+    V_.setZero();
+  }
+  return result;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,221 @@
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/step/tool_contact.h"
+
+namespace hpdm {
+namespace {
+
+// Eq. 29 with the rest neighbours of a vertex and hand-set stiffness (reaction = "paper").
+void FillPaperNode(const OrganModel& model, int vertex, const ToolOptions& options,
+                   ReactionNode* node) {
+  const Triangles& triangles = model.rest().triangles;
+  std::array<int, ReactionNode::kMaxNeighbours> ring;
+  int count = 0;
+  for (int t : model.topology().TrianglesAround(vertex)) {
+    for (int k = 0; k < 3; ++k) {
+      const int w = triangles(t, k);
+      const auto end = ring.begin() + count;
+      if (w == vertex || count == ReactionNode::kMaxNeighbours ||
+          std::find(ring.begin(), end, w) != end) {
+        continue;
+      }
+      ring[count++] = w;
+    }
+  }
+  node->k1 = options.k1;
+  node->neighbour_count = count;
+  for (int i = 0; i < count; ++i) {
+    const Vector3d edge = model.rest().vertices.row(vertex) - model.rest().vertices.row(ring[i]);
+    node->neighbours[i] = {edge, edge.norm(), options.k2};
+  }
+}
+
+// G with G `from` G^T = `to`; the identity when one of them is not positive definite.
+Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
+  const Eigen::LLT<Matrix3d> root_from(from), root_to(to);
+  if (root_from.info() != Eigen::Success || root_to.info() != Eigen::Success) {
+    return Matrix3d::Identity();
+  }
+  const Matrix3d inverse = root_from.matrixL().solve(Matrix3d::Identity());
+  return Matrix3d(root_to.matrixL()) * inverse;
+}
+
+}  // namespace
+
+void ToolContact::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel>& models,
+                            std::vector<OrganState>* states, ToolPatch* patch) {
+  static_cast<ToolContactState&>(*patch) = {};
+  patch->exchange = tool_W.exchange;
+  patch->organ = organ_;
+  patch->point_count = 0;
+  patch->triangle_count = 0;
+  patch->tilt_W.setZero();
+  patch->tilt_compliance_W.setZero();
+  patch->contact_W = tool_W.X_WT.translation();
+  patch->motion = {};
+  patch->shaft_contact = shaft_touches_;
+  if (organ_ < 0) return;
+
+  const OrganModel& model = models[organ_];
+  OrganState& state = (*states)[organ_];
+  const ToolPose tool = SeenFrom(state, tool_W);
+  const Triangles& triangles = model.rest().triangles;
+  patch->motion = model.options().motion;
+  patch->kind = grasped_count_ > 0 ? ContactKind::kGrasp : ContactKind::kPress;
+  patch->force_on_tissue_W = force_W_;
+  Prefetch(tool, model, &state);
+  FillPatchPoints(model, &state, patch);
+  if (tip_ >= 0) {
+    FillLatticeContact(model, &state, patch);
+    patch->p_grasp_T = tool.X_WT.inverse() * patch->contact_W;
+    return;
+  }
+  patch->reaction = ReactionType::kPaper;
+  patch->contact_W = at_.Position(state.vertices, triangles);
+  if (grasped_count_ == 0) return;
+  int corner = 0;
+  grasped_[0].at.barycentric.maxCoeff(&corner);
+  FillPaperNode(model, triangles(grasped_[0].at.triangle, corner), options_, &patch->grasp_node);
+  patch->p_original_W = grasped_[0].at.Position(model.rest().vertices, triangles);
+  patch->p_grasp_T = grasped_[0].p_T;
+}
+
+// Around where the tip will be, but with the contact well inside.
+void ToolContact::Prefetch(const ToolPose& tool, const OrganModel& model, OrganState* state) {
+  const SurfaceMesh& rest = model.rest();
+  const Vector3d p = at_.Position(rest.vertices, rest.triangles);
+  double reach2 = 0;
+  for (int i = 0; i < around_.count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d corner = rest.vertices.row(rest.triangles(around_.triangles[i], k));
+      reach2 = std::max(reach2, (corner - p).squaredNorm());
+    }
+  }
+  Vector3d ahead = options_.prefetch * tool.v_tip_W;
+  const double longest = std::sqrt(reach2) / 3;
+  if (ahead.norm() > longest) ahead *= longest / ahead.norm();
+  const SurfacePoint centre = ClosestIn(around_, rest.vertices, rest.triangles, p + ahead);
+  state->neighbourhoods.Collect(rest.vertices, centre,
+                                {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints}, &prefetched_);
+  // Across a sharp edge, or where the triangles ahead are much smaller, it may be left behind.
+  const auto end = prefetched_.triangles.begin() + prefetched_.count;
+  if (std::find(prefetched_.triangles.begin(), end, at_.triangle) == end) prefetched_ = around_;
+}
+
+// The triangles, and at their corners what belongs to the vertex alone.
+void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
+                                  ToolPatch* patch) const {
+  const Triangles& triangles = model.rest().triangles;
+  std::array<int, ToolPatch::kMaxPoints> vertex;
+  for (int i = 0; i < prefetched_.count; ++i) {
+    patch->mesh_triangles[i] = prefetched_.triangles[i];
+    for (int k = 0; k < 3; ++k) {
+      const int v = triangles(prefetched_.triangles[i], k);
+      const auto end = vertex.begin() + patch->point_count;
+      const auto found = std::find(vertex.begin(), end, v);
+      patch->triangles[i][k] = static_cast<std::uint8_t>(found - vertex.begin());
+      if (found != end) continue;
+      vertex[patch->point_count++] = v;
+    }
+  }
+  patch->triangle_count = prefetched_.count;
+  const bool has_other = tip_ >= 0 && state->tips.size() > 1;
+  for (int i = 0; i < patch->point_count; ++i) {
+    const int v = vertex[i];
+    PatchPoint& point = patch->points[i];
+    point.normal_W = model.rest_normals().row(v);
+    if (tip_ < 0) {
+      point.p_original_W = model.rest().vertices.row(v);
+      FillPaperNode(model, v, options_, &point.node);
+      continue;
+    }
+    const SparseRow b = VertexRow(model, v, state);
+    point.p_original_W = state->tips.Released(b, state->vertices.row(v));
+    point.compliance_W = state->vertex_compliances[v];
+    point.coupling_W = has_other ? state->tips.Coupling(b, 1 - tip_) : Matrix3d::Zero();
+  }
+}
+
+// The lattice's row at a vertex, until the next.
+SparseRow ToolContact::VertexRow(const OrganModel& model, int vertex, OrganState* state) const {
+  const ActiveFunctions& local = state->contacts.local;
+  if (local.slots() == 0) return model.LatticeRow(vertex);
+  auto row = state->tips.ScratchRow();
+  model.AddToRow(model.topology().AtVertex(model.rest().triangles, vertex), 1, local, row);
+  return state->tips.Compress(row);
+}
+
+// The contact as the step solved it, and the points' values so that their interpolation gives the
+// contact's own at its place. The compliances vary over the surface as they do at rest, under a
+// factor that takes in the kernel and the tangent, and under the local part.
+void ToolContact::FillLatticeContact(const OrganModel& model, OrganState* state,
+                                     ToolPatch* patch) const {
+  const TipCompliance::Tip& tip = state->tips[tip_];
+  patch->reaction = ReactionType::kLattice;
+  patch->contact_W = tip.x_W;
+  patch->p_original_W = tip.p_original_W;
+  patch->compliance_W = state->tips.Between(tip_, tip_);
+  const bool has_other = state->tips.size() > 1;
+  if (has_other) patch->coupling_W = state->tips.Between(tip_, 1 - tip_);
+  if (patch->kind == ContactKind::kGrasp) {
+    // For the press that is left when the jaws open.
+    const double radius = std::max(held().tip_radius, kLeastRadius);
+    const Matrix3d C_loc = model.Dent(at_, radius).Compliance();
+    for (int i = 0; i < patch->point_count; ++i) patch->points[i].compliance_W += C_loc;
+    return;
+  }
+  patch->normal_W = normal_;
+  patch->kernel_radius = std::max(held().tip_radius, kLeastRadius);
+  FillTilt(model, state, patch);
+
+  Vector3d p_original = Vector3d::Zero();
+  Matrix3d compliance = Matrix3d::Zero(), coupling = Matrix3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const int v = model.rest().triangles(at_.triangle, k);
+    const double weight = at_.barycentric[k];
+    const SparseRow b = VertexRow(model, v, state);
+    p_original += weight * state->tips.Released(b, state->vertices.row(v));
+    compliance += weight * state->vertex_compliances[v];
+    if (has_other) coupling += weight * state->tips.Coupling(b, 1 - tip_);
+  }
+  const Vector3d further = tip.p_original_W - p_original;
+  const Matrix3d G = Congruence(compliance, patch->compliance_W - C_loc_);
+  const Matrix3d more_coupling = patch->coupling_W - coupling;
+  for (int i = 0; i < patch->point_count; ++i) {
+    PatchPoint& point = patch->points[i];
+    point.p_original_W += further;
+    point.compliance_W = (G * point.compliance_W * G.transpose() + C_loc_).eval();
+    point.coupling_W += more_coupling;
+  }
+}
+
+// By the triangle of the contact: the lattice is smooth over it.
+void ToolContact::FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const {
+  const Points& rest = model.rest().vertices;
+  const Eigen::RowVector3i corners = model.rest().triangles.row(at_.triangle);
+  std::array<Vector3d, 3> p_rest, p;
+  std::array<Matrix3d, 3> moved;  // by unit forces along the axes, a column each
+  for (int k = 0; k < 3; ++k) {
+    p_rest[k] = rest.row(corners[k]);
+    p[k] = state->vertices.row(corners[k]);
+    moved[k] = state->tips.Coupling(VertexRow(model, corners[k], state), tip_);
+  }
+  const Vector3d face_rest = (p_rest[1] - p_rest[0]).cross(p_rest[2] - p_rest[0]);
+  const Vector3d a = p[1] - p[0], b = p[2] - p[0];
+  const Vector3d face = a.cross(b);
+  const double size = face.norm();
+  if (!(size > 0) || !(face_rest.squaredNorm() > 0)) return;
+  const Vector3d n = face / size;
+  patch->tilt_W = n - face_rest.normalized();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d da = moved[1].col(axis) - moved[0].col(axis);
+    const Vector3d db = moved[2].col(axis) - moved[0].col(axis);
+    const Vector3d rate = (da.cross(b) + a.cross(db)) / size;
+    patch->tilt_compliance_W.col(axis) = rate - n.dot(rate) * n;
+  }
+}
+
+}  // namespace hpdm

@@ -1,0 +1,396 @@
+#include "engine/tissue/interior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "engine/base/check.h"
+#include "engine/base/error.h"
+#include "engine/mesh/winding_number.h"
+#include "engine/tissue/moment_compression.h"
+
+namespace hpdm {
+namespace {
+
+/// Slack of the overlap test in units of the box: a surface along a face belongs to both sides, and
+/// rounding cannot change that.
+constexpr double kSlack = 1e-9;
+/// Farther from 0.5 than this at its centre, a block without surface is decided by its centre.
+constexpr double kClear = 0.4;
+/// A surface encloses something where its winding number exceeds this. In the plane of a flat sheet
+/// it is a half, which is tissue or not as rounding has it.
+constexpr double kEnclosed = 0.51;
+/// Most surface that a box may hold, in units of its longest side squared. A body's own is a few;
+/// each unit takes about a fifth of a second, and triangles that cross each other have thousands.
+constexpr double kMostSurface = 50;
+/// Gauss points along an axis of an inside block of a split cell: exact to degree 3, and smaller
+/// blocks than the cell need no more.
+constexpr int kBlockGaussPoints = 2;
+
+/// Of one triangle counts at most this: about the largest cut through a box.
+constexpr double kMostOfATriangle = 1.5;
+
+std::string Figure(const char* form, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, form, value);
+  return text;
+}
+
+struct GaussRule {
+  std::vector<double> points, weights;  ///< On [0, 1]; the weights sum to 1.
+};
+
+/// Gauss-Legendre rule with n = 1..5 points, by Newton's method on P_n.
+GaussRule MakeGaussRule(int n) {
+  GaussRule rule;
+  for (int i = 0; i < n; ++i) {
+    double x = std::cos(3.14159265358979323846 * (i + 0.75) / (n + 0.5));
+    double derivative = 0;
+    for (int iteration = 0; iteration < 20; ++iteration) {
+      double p = x, before = 1;
+      for (int k = 2; k <= n; ++k) {
+        const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
+        before = p;
+        p = next;
+      }
+      derivative = n * (x * p - before) / (x * x - 1);
+      x -= p / derivative;
+    }
+    rule.points.push_back((1 - x) / 2);
+    rule.weights.push_back(1 / ((1 - x * x) * derivative * derivative));
+  }
+  return rule;
+}
+
+/// Closest point of a triangle with an area (Ericson, "Real-Time Collision Detection", 5.1.5).
+Vector3d ClosestPoint(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d ab = b - a, ac = c - a;
+  const double d1 = ab.dot(p - a), d2 = ac.dot(p - a);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const double d3 = ab.dot(p - b), d4 = ac.dot(p - b);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double d5 = ab.dot(p - c), d6 = ac.dot(p - c);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double area_c = d1 * d4 - d3 * d2;
+  if (area_c <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const double area_b = d5 * d2 - d1 * d6;
+  if (area_b <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double area_a = d3 * d6 - d5 * d4;
+  if (area_a <= 0 && d4 >= d3 && d5 >= d6) {
+    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  }
+  return a + (area_b * ab + area_c * ac) / (area_a + area_b + area_c);
+}
+
+/// An axis-aligned part of the box.
+struct Block {
+  Vector3d centre;
+  Vector3d half;  ///< Half its size.
+};
+
+/// Works in the box's own frame, scaled so that the box's longest side is 1.
+class TissueSampler {
+ public:
+  TissueSampler(const SurfaceMesh& mesh, const OrientedBox& box, const std::array<int, 3>& cells,
+                const InteriorOptions& options)
+      : box_(box),
+        scale_(box.lengths.maxCoeff()),
+        cells_(cells),
+        cell_size_((box.lengths / scale_).unaryExpr(&TissueSampler::Snap).array() /
+                   Eigen::Array3d(cells[0], cells[1], cells[2])),
+        options_(options),
+        gauss_(MakeGaussRule(options.gauss_points)),
+        block_gauss_(MakeGaussRule(kBlockGaussPoints)),
+        vertices_(ToBox(mesh.vertices)),
+        triangles_(mesh.triangles),
+        winding_(vertices_, triangles_) {
+    // The smallest blocks take two samples along each axis.
+    const double smallest = 2.0 / options.resolution;
+    while (cell_size_.maxCoeff() / std::pow(2.0, depth_) > smallest * (1 + kSlack)) ++depth_;
+  }
+
+  /// Without a point when nothing is enclosed.
+  TissueQuadrature Sample() {
+    SortTrianglesIntoCells();
+    TissueQuadrature tissue;
+    const int count = cells_[0] * cells_[1] * cells_[2];
+    tissue.cell_volumes.setZero(count);
+    std::vector<double> points, weights;  // of all cells
+    for (int cell = 0; cell < count; ++cell) {
+      SampleCell(cell);
+      for (Eigen::Index q = 0; q < cell_weights_.size(); ++q) {
+        const Vector3d p_W = box_.origin_W + box_.axes * (scale_ * cell_points_.row(q).transpose());
+        points.insert(points.end(), {p_W.x(), p_W.y(), p_W.z()});
+        weights.push_back(cell_weights_[q] * scale_ * scale_ * scale_);
+        tissue.cells.push_back(cell);
+        tissue.cell_volumes[cell] += weights.back();
+      }
+    }
+    // Samples that a sheet cuts would otherwise count by a half on either side of it.
+    if (!(largest_winding_ > kEnclosed)) return TissueQuadrature();
+    const auto q = static_cast<Eigen::Index>(weights.size());
+    tissue.points = Eigen::Map<Points>(points.data(), q, 3);
+    tissue.weights = Eigen::Map<Eigen::VectorXd>(weights.data(), q);
+    return tissue;
+  }
+
+ private:
+  // Rounds to a billionth of the box, so that the round-off of a body's unit or place cannot decide
+  // on which side of a plane a point lies: a rescaled body gets the rescaled points.
+  static double Snap(double value) {
+    constexpr double kGrid = 1 << 30;
+    return std::round(value * kGrid) / kGrid;
+  }
+
+  Points ToBox(const Points& p_W) const {
+    const Points p = (p_W.rowwise() - box_.origin_W.transpose()) * (box_.axes / scale_);
+    return p.unaryExpr(&TissueSampler::Snap);
+  }
+
+  int CellNumber(int i, int j, int k) const { return i + cells_[0] * (j + cells_[1] * k); }
+
+  Block CellBlock(int cell) const {
+    const int i = cell % cells_[0], j = cell / cells_[0] % cells_[1],
+              k = cell / (cells_[0] * cells_[1]);
+    return {cell_size_.cwiseProduct(Vector3d(i + 0.5, j + 0.5, k + 0.5)), cell_size_ / 2};
+  }
+
+  Vector3d Corner(int triangle, int c) const { return vertices_.row(triangles_(triangle, c)); }
+
+  /// By bounding box and plane; may take a near miss for a hit, never the other way.
+  bool Overlaps(int triangle, const Block& block) const {
+    const Vector3d a = Corner(triangle, 0) - block.centre, b = Corner(triangle, 1) - block.centre,
+                   c = Corner(triangle, 2) - block.centre;
+    const Vector3d reach = block.half.array() + kSlack;
+    if ((a.cwiseMin(b).cwiseMin(c).array() > reach.array()).any()) return false;
+    if ((a.cwiseMax(b).cwiseMax(c).array() < -reach.array()).any()) return false;
+    const Vector3d n = (b - a).cross(c - a);
+    return std::abs(n.dot(a)) <= n.cwiseAbs().dot(reach);
+  }
+
+  /// Throws where their area is beyond kMostSurface.
+  void SortTrianglesIntoCells() {
+    double surface = 0;
+    cell_triangles_.resize(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]));
+    for (int t = 0; t < static_cast<int>(triangles_.rows()); ++t) {
+      const Vector3d a = Corner(t, 0), b = Corner(t, 1), c = Corner(t, 2);
+      const Vector3d low = (a.cwiseMin(b).cwiseMin(c).array() - kSlack) / cell_size_.array();
+      const Vector3d high = (a.cwiseMax(b).cwiseMax(c).array() + kSlack) / cell_size_.array();
+      std::array<int, 3> first, last;
+      for (std::size_t d = 0; d < 3; ++d) {
+        const auto axis = static_cast<Eigen::Index>(d);
+        // Clamped as doubles: a surface far outside the box does not fit an int.
+        first[d] = static_cast<int>(std::clamp(std::floor(low[axis]), 0.0, 1.0 * cells_[d]));
+        last[d] = static_cast<int>(std::clamp(std::floor(high[axis]), -1.0, cells_[d] - 1.0));
+      }
+      bool hits = false;
+      for (int k = first[2]; k <= last[2]; ++k) {
+        for (int j = first[1]; j <= last[1]; ++j) {
+          for (int i = first[0]; i <= last[0]; ++i) {
+            const int cell = CellNumber(i, j, k);
+            if (!Overlaps(t, CellBlock(cell))) continue;
+            cell_triangles_[static_cast<std::size_t>(cell)].push_back(t);
+            hits = true;
+          }
+        }
+      }
+      if (hits) surface += std::min((b - a).cross(c - a).norm() / 2, kMostOfATriangle);
+    }
+    if (surface <= kMostSurface) return;
+    throw InputError("the triangles in the box that is sampled have an area of " +
+                     Figure("%.3g", surface) + " times the square of its longest side, and " +
+                     Figure("%g", kMostSurface) +
+                     " is the most: they cross each other; export the tissue's surface alone");
+  }
+
+  /// Fills cell_points_ and cell_weights_ (box frame).
+  void SampleCell(int cell) {
+    samples_.clear();
+    split_ = false;
+    const Block block = CellBlock(cell);
+    Visit(block, cell_triangles_[static_cast<std::size_t>(cell)], depth_);
+    const auto count = static_cast<Eigen::Index>(samples_.size());
+    cell_points_.resize(count, 3);
+    cell_weights_.resize(count);
+    for (Eigen::Index q = 0; q < count; ++q) {
+      const Eigen::Vector4d& sample = samples_[static_cast<std::size_t>(q)];
+      cell_points_.row(q) = (sample.head<3>() - block.centre).cwiseQuotient(block.half);
+      cell_weights_[q] = sample[3];
+    }
+    if (split_) CompressMoments(options_.moment_degree, &cell_points_, &cell_weights_);
+    for (Eigen::Index q = 0; q < cell_weights_.size(); ++q) {
+      cell_points_.row(q) = block.centre + cell_points_.row(q).transpose().cwiseProduct(block.half);
+    }
+  }
+
+  double Winding(const Vector3d& p) {
+    const double winding = winding_.At(p);
+    largest_winding_ = std::max(largest_winding_, winding);
+    return winding;
+  }
+  bool Inside(const Vector3d& p) { return Winding(p) > 0.5; }
+
+  void Visit(const Block& block, const std::vector<int>& triangles, int depth) {
+    if (triangles.empty()) {
+      const double centre = Winding(block.centre);
+      if (std::abs(centre - 0.5) > kClear || CornersAgree(block, centre > 0.5)) {
+        if (centre > 0.5) AddGauss(block, split_ ? block_gauss_ : gauss_);
+        return;
+      }
+    }
+    split_ = true;
+    if (depth == 0) {
+      AddSamples(block, triangles);
+      return;
+    }
+    for (int octant = 0; octant < 8; ++octant) {
+      const Block child = Octant(block, octant);
+      std::vector<int> inside;
+      for (const int t : triangles) {
+        if (Overlaps(t, child)) inside.push_back(t);
+      }
+      Visit(child, inside, depth - 1);
+    }
+  }
+
+  static Block Octant(const Block& block, int octant) {
+    const Vector3d side(octant & 1 ? 1 : -1, octant & 2 ? 1 : -1, octant & 4 ? 1 : -1);
+    return {block.centre + side.cwiseProduct(block.half) / 2, block.half / 2};
+  }
+
+  /// Whether a block without surface, yet not clear, lies on one side. There the winding number is
+  /// harmonic, so a gap's 0.5 level runs through smoothly and parts the corners.
+  bool CornersAgree(const Block& block, bool inside) {
+    for (int octant = 0; octant < 8; ++octant) {
+      const Block corner = Octant({block.centre, 2 * block.half}, octant);
+      if (Inside(corner.centre) != inside) return false;
+    }
+    return true;
+  }
+
+  /// The smallest blocks: their eighths count wholly or, where the surface cuts them, by the part
+  /// on the tissue's side of the plane of the nearest triangle.
+  void AddSamples(const Block& block, const std::vector<int>& triangles) {
+    for (int octant = 0; octant < 8; ++octant) {
+      const Block part = Octant(block, octant);
+      const bool inside = Inside(part.centre);
+      const std::optional<Nearest> nearest = FindNearest(part.centre, triangles);
+      if (nearest && nearest->distance < part.half.norm()) {
+        AddCutPart(part, *nearest, inside);
+      } else if (inside) {
+        AddSample(part.centre, 8 * part.half.prod());
+      }
+    }
+  }
+
+  struct Nearest {
+    Vector3d point, normal;  ///< On the triangle; the triangle's unit normal.
+    double distance;
+  };
+
+  std::optional<Nearest> FindNearest(const Vector3d& p, const std::vector<int>& triangles) const {
+    std::optional<Nearest> nearest;
+    for (const int t : triangles) {
+      const Vector3d a = Corner(t, 0), b = Corner(t, 1), c = Corner(t, 2);
+      const Vector3d normal = (b - a).cross(c - a);
+      if (!(normal.norm() > 0)) continue;
+      const Vector3d point = ClosestPoint(p, a, b, c);
+      const double distance = (point - p).norm();
+      if (!nearest || distance < nearest->distance) {
+        nearest = Nearest{point, normal.normalized(), distance};
+      }
+    }
+    return nearest;
+  }
+
+  /// Integrates the side of a plane along the axis nearest to its normal, exactly, in four columns.
+  /// The winding number at the centre, not the triangle, says which side is tissue.
+  void AddCutPart(const Block& part, const Nearest& nearest, bool inside) {
+    Vector3d out = nearest.normal;
+    if (nearest.distance > kSlack) {
+      out = (part.centre - nearest.point) * ((inside ? -1 : 1) / nearest.distance);
+    }
+    Eigen::Index along = 0;
+    out.cwiseAbs().maxCoeff(&along);
+    const Eigen::Index u = (along + 1) % 3, v = (along + 2) % 3;
+    const double low = part.centre[along] - part.half[along],
+                 high = part.centre[along] + part.half[along];
+    for (const double s : block_gauss_.points) {
+      for (const double t : block_gauss_.points) {
+        Vector3d p = part.centre;
+        p[u] += (2 * s - 1) * part.half[u];
+        p[v] += (2 * t - 1) * part.half[v];
+        const double across =
+            out[u] * (p[u] - nearest.point[u]) + out[v] * (p[v] - nearest.point[v]);
+        const double cut = nearest.point[along] - across / out[along];
+        const double begin = out[along] > 0 ? low : std::max(low, cut);
+        const double end = out[along] > 0 ? std::min(high, cut) : high;
+        if (end - begin <= kSlack) continue;
+        p[along] = (begin + end) / 2;
+        AddSample(p, (end - begin) * part.half[u] * part.half[v]);
+      }
+    }
+  }
+
+  void AddSample(const Vector3d& p, double weight) {
+    samples_.emplace_back(p.x(), p.y(), p.z(), weight);
+  }
+
+  void AddGauss(const Block& block, const GaussRule& rule) {
+    const std::size_t n = rule.points.size();
+    const double volume = 8 * block.half.prod();
+    for (std::size_t k = 0; k < n; ++k) {
+      for (std::size_t j = 0; j < n; ++j) {
+        for (std::size_t i = 0; i < n; ++i) {
+          const Vector3d s(rule.points[i], rule.points[j], rule.points[k]);
+          const Vector3d p = block.centre + block.half.cwiseProduct(2 * s - Vector3d::Ones());
+          AddSample(p, volume * rule.weights[i] * rule.weights[j] * rule.weights[k]);
+        }
+      }
+    }
+  }
+
+  const OrientedBox& box_;
+  const double scale_;
+  const std::array<int, 3> cells_;
+  const Vector3d cell_size_;
+  const InteriorOptions options_;
+  const GaussRule gauss_, block_gauss_;
+  const Points vertices_;
+  const Triangles& triangles_;
+  const WindingNumber winding_;
+  int depth_ = 0;
+  double largest_winding_ = 0;  // at any sample
+
+  std::vector<std::vector<int>> cell_triangles_;
+  // Of the cell at hand.
+  std::vector<Eigen::Vector4d> samples_;  // point, weight
+  bool split_ = false;
+  Points cell_points_;
+  Eigen::VectorXd cell_weights_;
+};
+
+}  // namespace
+
+TissueQuadrature SampleTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,
+                              const std::array<int, 3>& cells, const InteriorOptions& options) {
+  HPDM_CHECK(std::min({cells[0], cells[1], cells[2]}) > 0 && (box_W.lengths.array() > 0).all());
+  HPDM_CHECK(options.resolution > 0 && options.gauss_points >= 1 && options.gauss_points <= 5);
+  TissueQuadrature tissue = TissueSampler(mesh_W, box_W, cells, options).Sample();
+  if (tissue.weights.size() == 0) {
+    throw InputError(
+        "no tissue: inside the lattice's box the surface encloses nothing that samples " +
+        Figure("%.3g", 1000 * box_W.lengths.maxCoeff() / options.resolution) +
+        " mm apart would meet; check that the mesh is a closed (or nearly closed) surface that "
+        "faces outwards, its unit and the lattice's margin");
+  }
+  return tissue;
+}
+
+Vector3d CentreOfVolume(const TissueQuadrature& tissue) {
+  return tissue.points.transpose() * tissue.weights / tissue.weights.sum();
+}
+
+}  // namespace hpdm

@@ -1,0 +1,215 @@
+#include "engine/tissue/stiffness_regions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/tissue/moment_compression.h"
+#include "engine/tissue/support.h"
+#include "engine/tissue/tissue_cache.h"
+
+namespace hpdm {
+namespace {
+
+// Its error tells of which organ, and what file.
+TissueQuadrature SampledTissue(const SurfaceMesh& rest_W, const OrientedBox& box_W,
+                               const std::array<int, 3>& cells, const OrganOptions& organ) {
+  try {
+    return CachedTissue(rest_W, box_W, cells);
+  } catch (const InputError& error) {
+    throw InputError("organ \"" + organ.name + "\": " + organ.mesh + ": " + error.what());
+  }
+}
+
+constexpr int kFewestParts = 8, kMostParts = 16;  // of a cell, along an axis
+constexpr int kMomentDegree = 3;                  // as InteriorOptions::moment_degree
+
+// The last region that holds the point, or -1.
+int RegionAt(const OrganOptions& organ, const Box& bounds, const Vector3d& p_W) {
+  for (int r = static_cast<int>(organ.regions.size()) - 1; r >= 0; --r) {
+    if (InRegion(organ.regions[static_cast<std::size_t>(r)].region, bounds, p_W)) return r;
+  }
+  return -1;
+}
+
+double RelativeYoung(const OrganOptions& organ, int region) {
+  if (region < 0) return 1;
+  return organ.regions[static_cast<std::size_t>(region)].young / organ.material.young;
+}
+
+struct RegionBox {
+  Vector3d min, max;  // in units of the lattice's box
+  double least_side;  // m
+};
+
+RegionBox BoxAround(const Region& region, const Box& bounds, const OrientedBox& box_W) {
+  const Box around = BoundsOf(region, bounds);
+  RegionBox found{Vector3d::Constant(1), Vector3d::Zero(), (around.max - around.min).minCoeff()};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d p(corner & 1 ? around.max.x() : around.min.x(),
+                     corner & 2 ? around.max.y() : around.min.y(),
+                     corner & 4 ? around.max.z() : around.min.z());
+    const Vector3d c = box_W.ToUnit(p);
+    found.min = found.min.cwiseMin(c);
+    found.max = found.max.cwiseMax(c);
+  }
+  return found;
+}
+
+class StiffnessSampler {
+ public:
+  StiffnessSampler(const SurfaceMesh& rest_W, const OrientedBox& box_W,
+                   const std::array<int, 3>& cells, const OrganOptions& organ)
+      : rest_(rest_W),
+        box_(box_W),
+        cells_(cells),
+        organ_(organ),
+        bounds_(AxisAlignedBounds(rest_W.vertices)),
+        held_(organ.regions.size(), false) {
+    for (const StiffnessRegion& region : organ.regions) {
+      boxes_.push_back(BoxAround(region.region, bounds_, box_W));
+    }
+  }
+
+  StiffnessTissue Sample() {
+    const TissueQuadrature whole = SampledTissue(rest_, box_, cells_, organ_);
+    all_.tissue.cell_volumes = whole.cell_volumes;
+    const auto count = static_cast<Eigen::Index>(whole.cells.size());
+    for (Eigen::Index begin = 0, end = 0; begin < count; begin = end) {
+      const int cell = whole.cells[static_cast<std::size_t>(begin)];
+      while (end < count && whole.cells[static_cast<std::size_t>(end)] == cell) ++end;
+      const int parts = PartsOf(cell);
+      if (parts == 0 || !AddInParts(cell, parts)) {
+        AddSorted(cell, whole.points.middleRows(begin, end - begin),
+                  whole.weights.segment(begin, end - begin), false);
+      }
+    }
+    for (std::size_t r = 0; r < held_.size(); ++r) {
+      if (held_[r]) continue;
+      throw InputError("organ \"" + organ_.name + "\": region " + std::to_string(r + 1) +
+                       " holds no tissue; move or enlarge it");
+    }
+    Collect();
+    return std::move(all_);
+  }
+
+ private:
+  Vector3d CellSize() const {
+    return Vector3d::Ones().cwiseQuotient(Vector3d(cells_[0], cells_[1], cells_[2]));
+  }
+  Vector3d CellCorner(int cell) const {
+    const Eigen::Vector3i at(cell % cells_[0], cell / cells_[0] % cells_[1],
+                             cell / (cells_[0] * cells_[1]));
+    return at.cast<double>().cwiseProduct(CellSize());
+  }
+
+  // Parts of a cell along each axis, 0 where no region comes near.
+  int PartsOf(int cell) const {
+    const Vector3d low = CellCorner(cell), high = low + CellSize();
+    const double longest = CellSize().cwiseProduct(box_.lengths).maxCoeff();
+    int parts = 0;
+    for (const RegionBox& region : boxes_) {
+      if ((region.min.array() >= high.array()).any()) continue;
+      if ((region.max.array() <= low.array()).any()) continue;
+      const double wanted = std::ceil(4 * longest / region.least_side);
+      parts =
+          std::max(parts, static_cast<int>(std::clamp<double>(wanted, kFewestParts, kMostParts)));
+    }
+    return parts;
+  }
+
+  // False when the parts hold no tissue.
+  bool AddInParts(int cell, int parts) {
+    const OrientedBox part_of{box_.FromUnit(CellCorner(cell)), box_.axes,
+                              box_.lengths.cwiseProduct(CellSize())};
+    TissueQuadrature fine;
+    try {
+      fine = CachedTissue(rest_, part_of, {parts, parts, parts},
+                          {.resolution = 2 * kMostParts, .gauss_points = 2, .moment_degree = 1});
+    } catch (const InputError&) {
+      return false;
+    }
+    // What was found of the cell's volume before counts, not what its parts add up to.
+    fine.weights *= all_.tissue.cell_volumes[cell] / fine.weights.sum();
+    AddSorted(cell, fine.points, fine.weights, true);
+    return true;
+  }
+
+  // The points of a cell, region by region; `many`: reduced to few.
+  void AddSorted(int cell, const Points& points, const Eigen::VectorXd& weights, bool many) {
+    std::vector<std::vector<Eigen::Index>> sorted(organ_.regions.size() + 1);
+    for (Eigen::Index q = 0; q < weights.size(); ++q) {
+      const int region = RegionAt(organ_, bounds_, points.row(q).transpose());
+      sorted[static_cast<std::size_t>(region + 1)].push_back(q);
+    }
+    for (std::size_t side = 0; side < sorted.size(); ++side) {
+      if (sorted[side].empty()) continue;
+      const int region = static_cast<int>(side) - 1;
+      if (region >= 0) held_[static_cast<std::size_t>(region)] = true;
+      Points kept = points(sorted[side], Eigen::all);
+      Eigen::VectorXd kept_weights = weights(sorted[side]);
+      if (many) Reduce(cell, &kept, &kept_weights);
+      for (Eigen::Index q = 0; q < kept_weights.size(); ++q) {
+        points_.insert(points_.end(), {kept(q, 0), kept(q, 1), kept(q, 2)});
+        weights_.push_back(kept_weights[q]);
+        stiffness_.push_back(RelativeYoung(organ_, region));
+        all_.tissue.cells.push_back(cell);
+      }
+    }
+  }
+
+  void Reduce(int cell, Points* points, Eigen::VectorXd* weights) const {
+    const Vector3d half = CellSize() / 2, centre = CellCorner(cell) + half;
+    for (Eigen::Index q = 0; q < points->rows(); ++q) {
+      const Vector3d c = box_.ToUnit(points->row(q).transpose());
+      points->row(q) = (c - centre).cwiseQuotient(half).transpose();
+    }
+    CompressMoments(kMomentDegree, points, weights);
+    for (Eigen::Index q = 0; q < points->rows(); ++q) {
+      const Vector3d c = centre + points->row(q).transpose().cwiseProduct(half);
+      points->row(q) = box_.FromUnit(c).transpose();
+    }
+  }
+
+  void Collect() {
+    const auto count = static_cast<Eigen::Index>(weights_.size());
+    all_.tissue.points = Eigen::Map<const Points>(points_.data(), count, 3);
+    all_.tissue.weights = Eigen::Map<const Eigen::VectorXd>(weights_.data(), count);
+    all_.stiffness = Eigen::Map<const Eigen::VectorXd>(stiffness_.data(), count);
+  }
+
+  const SurfaceMesh& rest_;
+  const OrientedBox& box_;
+  const std::array<int, 3>& cells_;
+  const OrganOptions& organ_;
+  Box bounds_;
+  std::vector<RegionBox> boxes_;
+  std::vector<bool> held_;  // regions with tissue
+  StiffnessTissue all_;
+  std::vector<double> points_, weights_, stiffness_;  // of all cells
+};
+
+}  // namespace
+
+double YoungAt(const OrganOptions& organ, const Box& bounds, const Vector3d& p_W) {
+  return organ.material.young * RelativeYoung(organ, RegionAt(organ, bounds, p_W));
+}
+
+StiffnessTissue SampleStiffness(const SurfaceMesh& rest_W, const OrientedBox& box_W,
+                                const std::array<int, 3>& cells, const OrganOptions& organ) {
+  if (!organ.regions.empty()) return StiffnessSampler(rest_W, box_W, cells, organ).Sample();
+  StiffnessTissue plain{SampledTissue(rest_W, box_W, cells, organ), {}};
+  plain.stiffness.setOnes(plain.tissue.weights.size());
+  return plain;
+}
+
+Eigen::VectorXd ElasticWeights(const OrganOptions& organ, const Box& bounds, const Points& points,
+                               const Eigen::VectorXd& weights) {
+  Eigen::VectorXd elastic = weights;
+  for (Eigen::Index q = 0; q < weights.size(); ++q) {
+    elastic[q] *= YoungAt(organ, bounds, points.row(q).transpose()) / organ.material.young;
+  }
+  return elastic;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,303 @@
+#include "haptics/contact/patch_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/mesh/closest_point.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kBorderTolerance = 1e-6;  // m, sideways of the border
+constexpr double kInside = -1e-9;          // smallest weight of a point inside a triangle
+constexpr double kSameFoot = 0.005;        // m, between a contact and a patch that goes on with it
+// Offset surface's area over the released one's: 0 at the centre of curvature, where the foot runs
+// away.
+constexpr double kLeastArea = 1e-6;
+constexpr int kMaxNewtonSteps = 12;
+constexpr int kMaxMarch = 16;
+constexpr double kLeastCosine = 0.2;  // between interpolated and face normal
+constexpr double kMostStretch = 3;    // of a foot's distance over the closest one
+constexpr double kSettledWeight = 1e-10;
+constexpr double kSettled = 1e-12;     // m
+constexpr double kLeastAspect = 1e-9;  // twice the area over the longest edge squared
+
+bool InRange(const std::array<std::uint8_t, 3>& corners, int point_count) {
+  return corners[0] < point_count && corners[1] < point_count && corners[2] < point_count;
+}
+
+}  // namespace
+
+void PatchSurface::Build(const ToolPatch& patch) noexcept {
+  triangle_count_ = 0;
+  const int point_count = std::clamp(patch.point_count, 0, kMaxPoints);
+  const int given = std::clamp(patch.triangle_count, 0, kMaxTriangles);
+  for (int i = 0; i < point_count; ++i) {
+    points_W_[i] = patch.points[i].p_original_W;
+    const Vector3d& n = patch.points[i].normal_W;
+    const double length = n.norm();
+    normals_W_[i] = length > 0.5 && length < 2 ? Vector3d(n / length) : Vector3d::Zero();
+  }
+  for (auto& row : left_of_) row.fill(kNone);
+  for (int t = 0; t < given; ++t) {
+    const Corners& corners = patch.triangles[t];
+    if (!InRange(corners, point_count)) continue;
+    const Vector3d &a = points_W_[corners[0]], &b = points_W_[corners[1]],
+                   &c = points_W_[corners[2]];
+    const Vector3d twice_area = (b - a).cross(c - a);
+    const double longest_squared =
+        std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    // Written so that a coordinate that is not finite leaves the triangle out.
+    const bool usable = twice_area.norm() > kLeastAspect * longest_squared && longest_squared > 0 &&
+                        std::isfinite(longest_squared);
+    const int slot = triangle_count_;
+    for (int i = 0; i < 3; ++i) {
+      left_of_[corners[i]][corners[(i + 1) % 3]] =
+          usable ? static_cast<std::uint8_t>(slot) : kLeftOut;
+    }
+    if (!usable) continue;
+    const Vector3d centre = (a + b + c) / 3;
+    triangles_[slot] = corners;
+    mesh_triangles_[slot] = patch.mesh_triangles[t];
+    face_normals_W_[slot] = twice_area.normalized();
+    centre_x_[slot] = centre.x();
+    centre_y_[slot] = centre.y();
+    centre_z_[slot] = centre.z();
+    radius_[slot] = std::sqrt(std::max(
+        {(a - centre).squaredNorm(), (b - centre).squaredNorm(), (c - centre).squaredNorm()}));
+    ++triangle_count_;
+  }
+}
+
+bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept {
+  const Closest closest = FindClosest(c_W);
+  if (closest.triangle < 0) return false;
+
+  const Vector3d& face_normal = face_normals_W_[closest.triangle];
+  const Vector3d normal = NormalAt(closest.triangle, closest.weights);
+  const bool inside_face = closest.weights.minCoeff() > 0;
+  const bool outside = closest.offset_W.dot(inside_face ? face_normal : normal) >= 0;
+  if (outside && closest.distance > reach) return false;
+
+  if (FollowNormals(c_W, closest, foot)) return foot->gap <= reach;
+
+  if (IsOnBorder(closest)) {
+    const Vector3d sideways = closest.offset_W - closest.offset_W.dot(face_normal) * face_normal;
+    if (sideways.norm() > kBorderTolerance) return false;
+  }
+  Put(closest.triangle, closest.weights, foot);
+  foot->gap = outside ? closest.distance : -closest.distance;
+  foot->normal_W = closest.distance > kSettled ? Vector3d(closest.offset_W / foot->gap) : normal;
+  return true;
+}
+
+bool PatchSurface::FindEntry(const Vector3d& a_W, const Vector3d& b_W,
+                             SurfaceFoot* foot) const noexcept {
+  const Vector3d way = b_W - a_W;
+  double earliest = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < triangle_count_; ++t) {
+    const Corners& corners = triangles_[t];
+    const Vector3d &p0 = points_W_[corners[0]], &n = face_normals_W_[t];
+    const double slope = way.dot(n);
+    if (!(slope < 0)) continue;
+    const double along = (p0 - a_W).dot(n) / slope;
+    if (!(along >= 0 && along <= 1 && along < earliest)) continue;
+    const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
+    const Vector3d offset = a_W + along * way - p0;
+    const double area = e1.cross(e2).dot(n);
+    const double w1 = offset.cross(e2).dot(n) / area, w2 = e1.cross(offset).dot(n) / area;
+    if (std::min({w1, w2, 1 - w1 - w2}) < 0) continue;
+    earliest = along;
+    Put(t, Vector3d(1 - w1 - w2, w1, w2), foot);
+  }
+  return earliest <= 1;
+}
+
+bool PatchSurface::Find(int mesh_triangle, const Vector3d& weights, const Vector3d& p_W,
+                        SurfaceFoot* foot) const noexcept {
+  for (int t = 0; t < triangle_count_ && mesh_triangle >= 0; ++t) {
+    if (mesh_triangles_[t] != mesh_triangle) continue;
+    Put(t, weights, foot);
+    return true;
+  }
+  const Closest closest = FindClosest(p_W);
+  if (closest.triangle < 0 || closest.distance > kSameFoot) return false;
+  Put(closest.triangle, closest.weights, foot);
+  return true;
+}
+
+void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
+  int triangle = foot->triangle;
+  Vector3d weights = foot->weights;
+  Vector3d left = d_W;  // of the way
+  for (int march = 0; march < kMaxMarch; ++march) {
+    const Corners& corners = triangles_[triangle];
+    const Vector3d &p0 = points_W_[corners[0]], &n = face_normals_W_[triangle];
+    const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
+    const double area = e1.cross(e2).dot(n);
+    Vector3d change(0, left.cross(e2).dot(n) / area, e1.cross(left).dot(n) / area);
+    change[0] = -change[1] - change[2];
+    // As far as the first edge that is in the way.
+    double along = 1;
+    int edge = -1;
+    for (int i = 0; i < 3; ++i) {
+      if (!(change[i] < 0) || weights[i] + along * change[i] >= kInside) continue;
+      along = std::max(-weights[i] / change[i], 0.0);
+      edge = i;
+    }
+    weights += along * change;
+    if (edge < 0) break;
+    weights[edge] = 0;
+    left *= 1 - along;
+    const std::uint8_t from = corners[(edge + 1) % 3], to = corners[(edge + 2) % 3];
+    const std::uint8_t next = left_of_[to][from];
+    if (next >= triangle_count_) {  // along the border
+      const Vector3d direction = (points_W_[to] - points_W_[from]).normalized();
+      const Vector3d rest = left.dot(direction) * direction;
+      if ((left - rest).norm() < kSettled) break;  // it was already
+      left = rest;
+      continue;
+    }
+    const double w_from = weights[(edge + 1) % 3], w_to = weights[(edge + 2) % 3];
+    triangle = next;
+    for (int i = 0; i < 3; ++i) {
+      const std::uint8_t corner = triangles_[next][i];
+      weights[i] = corner == from ? w_from : corner == to ? w_to : 0;
+    }
+  }
+  weights = weights.cwiseMax(0.0);
+  Put(triangle, weights / weights.sum(), foot);
+}
+
+// All but the gap.
+void PatchSurface::Put(int triangle, const Vector3d& weights, SurfaceFoot* foot) const {
+  foot->triangle = triangle;
+  foot->mesh_triangle = mesh_triangles_[triangle];
+  foot->corners = triangles_[triangle];
+  foot->weights = weights;
+  foot->normal_W = NormalAt(triangle, weights);
+}
+
+// Opposed or missing vertex normals leave the face's own.
+Vector3d PatchSurface::NormalAt(int triangle, const Vector3d& weights) const {
+  const Vector3d normal = Interpolated(normals_W_, triangles_[triangle], weights);
+  const double length = normal.norm();
+  return length > kLeastCosine ? Vector3d(normal / length) : face_normals_W_[triangle];
+}
+
+PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
+  std::array<double, kMaxTriangles> to_centre;
+  for (int t = 0; t < triangle_count_; ++t) {
+    const double x = centre_x_[t] - c_W.x(), y = centre_y_[t] - c_W.y(), z = centre_z_[t] - c_W.z();
+    to_centre[t] = std::sqrt(x * x + y * y + z * z);
+  }
+  Closest best;
+  best.distance = std::numeric_limits<double>::infinity();
+  const auto try_triangle = [&](int t) {
+    const Corners& corners = triangles_[t];
+    const Vector3d weights =
+        ClosestOnTriangle(c_W, points_W_[corners[0]], points_W_[corners[1]], points_W_[corners[2]])
+            .barycentric;
+    const Vector3d offset = c_W - Interpolated(points_W_, corners, weights);
+    const double distance = offset.norm();
+    if (distance < best.distance) best = {t, weights, offset, distance};
+  };
+  // The triangle with the nearest centre gives a bound that leaves most others out.
+  int nearest = -1;
+  for (int t = 0; t < triangle_count_; ++t) {
+    if (nearest < 0 || to_centre[t] < to_centre[nearest]) nearest = t;
+  }
+  if (nearest >= 0) try_triangle(nearest);
+  for (int t = 0; t < triangle_count_; ++t) {
+    if (t != nearest && to_centre[t] - radius_[t] < best.distance) try_triangle(t);
+  }
+  return best;
+}
+
+bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
+                                 SurfaceFoot* foot) const {
+  int triangle = start.triangle;
+  Vector3d weights = start.weights;
+  double t = start.offset_W.dot(Interpolated(normals_W_, triangles_[triangle], weights));
+  for (int march = 0; march < kMaxMarch; ++march) {
+    const Corners& corners = triangles_[triangle];
+    const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W_[corners[0]];
+    const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
+    const Vector3d m1 = normals_W_[corners[1]] - n0, m2 = normals_W_[corners[2]] - n0;
+
+    // Newton's method for p(w) + t n(w) = c in the weights w1, w2 and t.
+    double w1 = weights[1], w2 = weights[2];
+    Vector3d n;
+    bool settled = false;
+    for (int step = 0; step < kMaxNewtonSteps && !settled; ++step) {
+      n = n0 + w1 * m1 + w2 * m2;
+      const Vector3d missing = c_W - (p0 + w1 * e1 + w2 * e2) - t * n;
+      const Vector3d c1 = e1 + t * m1, c2 = e2 + t * m2;
+      const Vector3d c1_c2 = c1.cross(c2);
+      const double determinant = c1_c2.dot(n);
+      // Positive: the offset surface has not folded over, c lies before the centre of curvature.
+      if (!(determinant > kLeastArea * e1.cross(e2).dot(n))) return false;
+      const double d1 = missing.dot(c2.cross(n)) / determinant;
+      const double d2 = missing.dot(n.cross(c1)) / determinant;
+      const double dt = missing.dot(c1_c2) / determinant;
+      w1 += d1;
+      w2 += d2;
+      t += dt;
+      settled = std::abs(d1) + std::abs(d2) < kSettledWeight && std::abs(dt) < kSettled;
+    }
+    if (!settled) return false;
+    weights = Vector3d(1 - w1 - w2, w1, w2);
+
+    int lowest = 0;
+    const double least = weights.minCoeff(&lowest);
+    if (least >= kInside) {
+      n = n0 + w1 * m1 + w2 * m2;
+      const double length = n.norm();
+      if (n.dot(face_normals_W_[triangle]) < kLeastCosine * length) return false;
+      if (std::abs(t) * length > kMostStretch * start.distance + kSettled) return false;
+      Put(triangle, weights, foot);
+      foot->normal_W = n / length;
+      foot->gap = t * length;
+      return true;
+    }
+    // Across the edge opposite the lowest weight, from where the foot left the triangle.
+    const std::uint8_t from = corners[(lowest + 1) % 3], to = corners[(lowest + 2) % 3];
+    const std::uint8_t next = left_of_[to][from];
+    if (next >= triangle_count_) return false;
+    const double along = std::clamp(
+        weights[(lowest + 2) % 3] / (weights[(lowest + 1) % 3] + weights[(lowest + 2) % 3]), 0.0,
+        1.0);
+    triangle = next;
+    for (int i = 0; i < 3; ++i) {
+      const std::uint8_t corner = triangles_[next][i];
+      weights[i] = corner == from ? 1 - along : corner == to ? along : 0;
+    }
+  }
+  return false;
+}
+
+bool PatchSurface::IsOnBorder(const Closest& closest) const {
+  const Corners& corners = triangles_[closest.triangle];
+  int zeros = 0, zero = 0, one = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (closest.weights[i] == 0) {
+      ++zeros;
+      zero = i;
+    } else {
+      one = i;
+    }
+  }
+  if (zeros == 0) return false;
+  if (zeros == 1) {
+    return left_of_[corners[(zero + 2) % 3]][corners[(zero + 1) % 3]] == kNone;
+  }
+  // A vertex is on the border when one of its edges lacks its other side.
+  const std::uint8_t vertex = corners[one];
+  for (int other = 0; other < kMaxPoints; ++other) {
+    if ((left_of_[vertex][other] == kNone) != (left_of_[other][vertex] == kNone)) return true;
+  }
+  return false;
+}
+
+}  // namespace hpdm

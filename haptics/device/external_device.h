@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+
+#include "engine/threads/triple_buffer.h"
+#include "haptics/device/device.h"
+
+namespace hpdm {
+
+/// A device whose driver runs elsewhere: its readings arrive in a triple buffer, which the driver's
+/// link writes, and its forces leave with the haptic loop's samples (HapticLoop::Edges::link).
+///
+///     driver --> link --DeviceSample, latest--> [ExternalDevice] --> haptic loop
+///       ^          ^                                                     |
+///       '----------'---------------HapticSample, every tick--------------'
+///
+/// Watchdog, by the session times of the Reads alone: without a new reading the last pose stands
+/// (from kHeldAfter on the haptic loop lets its velocity fade); after kLostAfter it is no longer
+/// valid, and the force guard takes the force away. The next usable reading makes it valid again,
+/// and the guard ramps the force in.
+///
+/// A reading that is marked invalid or not finite makes the device invalid until the next usable
+/// one. Joints beyond the workspace are clamped to it.
+class ExternalDevice : public Device {
+ public:
+  static constexpr Nanoseconds kLostAfter = 50'000'000;
+
+  explicit ExternalDevice(const DeviceLimits& limits) : limits_(limits) {}
+
+  /// Where the link writes readings, their times already in session time. One writer.
+  TripleBuffer<DeviceSample>& readings() { return readings_; }
+
+  DeviceSample Read(Nanoseconds now) noexcept override;
+  /// The driver takes the effort from the haptic sample, which is 0 while ForceOn() is false.
+  void Write(const AxisEffort&) noexcept override {}
+  /// The driver homes its own axes before it publishes.
+  void Home() noexcept override { force_.Home(); }
+  void EnableForce(bool on) noexcept override { force_.Enable(on); }
+  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
+  bool ForceOn() const noexcept override { return force_.On(); }
+  DeviceLimits limits() const noexcept override { return limits_; }
+
+ private:
+  DeviceLimits limits_;
+  TripleBuffer<DeviceSample> readings_;
+  ForceSwitch force_;
+  DeviceSample sample_;         // the last usable one
+  bool usable_ = false;         // the newest reading is
+  Nanoseconds arrived_ns_ = 0;  // of the Read that found the newest reading
+};
+
+}  // namespace hpdm

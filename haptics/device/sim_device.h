@@ -1,0 +1,73 @@
+#pragma once
+
+#include <memory>
+
+#include "haptics/device/device.h"
+#include "haptics/device/hand.h"
+#include "haptics/device/impulse_engine.h"
+#include "haptics/device/instrument_options.h"
+
+namespace hpdm {
+
+/// The Laparoscopic Impulse Engine, simulated, in a hand that follows a script or a mouse.
+///
+/// On each actuated axis q_i (pitch, yaw, insertion), with constant inertia m_i, viscous damping
+/// b_i and Coulomb friction f_i from the profile,
+///
+///     m_i q_i'' = tau_i + J_i^T F_hand - b_i q_i' - f_i sign(q_i'),
+///     F_hand = K (p* - p) + B (p*' - p'),
+///
+/// where tau is the written effort, held from Write to Write and saturated at the axis limits, and
+/// p* the hand's intent for the tip's centre. Roll and jaw have no actuator: they follow the hand.
+/// The trocar lets the shaft pass freely; the inertia coupling between the axes is neglected.
+///
+/// Integrated with the velocity at the end of a sub-step of at most 0.5 ms (implicit Euler in K, B
+/// and b), which is stable for any hand. The columns of J are orthogonal and the hand's impedance
+/// is isotropic, so the axes separate, and each one's step is a scalar problem that is solved
+/// exactly: friction is a soft threshold on the momentum (it holds an axis at exactly zero velocity
+/// and cannot chatter), a workspace stop is a bound on the velocity (inelastic).
+///
+/// Advances by the time between Reads, virtual or real, by at most 10 ms a Read: after a longer gap
+/// the hand goes on from where it was.
+class SimDevice : public Device {
+ public:
+  /// Throws InputError when an inertia is not positive or a damping or friction is negative.
+  SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics& kinematics,
+            std::unique_ptr<Hand> hand);
+
+  DeviceSample Read(Nanoseconds now) noexcept override;
+  void Write(const AxisEffort& effort) noexcept override;
+  void Home() noexcept override;
+  void EnableForce(bool on) noexcept override { force_.Enable(on); }
+  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
+  bool ForceOn() const noexcept override { return force_.On(); }
+  DeviceLimits limits() const noexcept override { return kinematics_.limits(); }
+
+  /// The true joints, before the encoders. Owner.
+  const JointVector& joints() const { return joints_; }
+  /// Of pitch, yaw (rad/s) and insertion (m/s). Owner.
+  const Vector3d& axis_velocity() const { return velocity_; }
+  /// Energy of the axes' motion and of the hand's spring, J. Owner.
+  double Energy() const;
+
+ private:
+  void Step(Nanoseconds step_ns) noexcept;
+
+  ImpulseEngineKinematics kinematics_;
+  std::unique_ptr<Hand> hand_;
+  Vector3d inertia_;   // kg m^2, kg m^2, kg
+  Vector3d damping_;   // N m s/rad, N m s/rad, N s/m
+  Vector3d friction_;  // N m, N m, N
+  Vector3d max_effort_;
+
+  ForceSwitch force_;
+  AxisEffort effort_ = AxisEffort::Zero();
+  HandIntent intent_;
+  JointVector joints_;
+  Vector3d velocity_ = Vector3d::Zero();
+  Nanoseconds hand_time_ns_ = 0;
+  Nanoseconds last_read_ns_ = 0;
+  std::uint64_t reads_ = 0;
+};
+
+}  // namespace hpdm

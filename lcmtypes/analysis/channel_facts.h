@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "lcmtypes/log/log.h"
+#include "lcmtypes/wire/message_schema.h"
+
+namespace hpdm {
+
+/// What was seen of one channel.
+struct ChannelFacts {
+  std::string channel;
+  std::string type;    ///< "hpdm.tool_t"; the hash in hexadecimal where it is not known.
+  bool known = false;  ///< The type is.
+  std::uint64_t messages = 0;
+  std::uint64_t bytes = 0;    ///< Of the messages alone.
+  std::int64_t first_us = 0;  ///< Time stamps.
+  std::int64_t last_us = 0;
+  std::uint64_t unreadable = 0;  ///< Not one message of the channel's type.
+  std::uint64_t gaps = 0;        ///< Places where the sequence numbers jump,
+  std::uint64_t lost = 0;        ///< and the messages missing there.
+  std::uint64_t not_rising = 0;  ///< Sequence numbers that repeat or go back.
+
+  /// Messages a second, from the first to the last.
+  double Rate() const {
+    if (last_us <= first_us) return 0;
+    // The difference of foreign time stamps may not fit into 64 bits.
+    const double us = static_cast<double>(last_us) - static_cast<double>(first_us);
+    return 1e6 * static_cast<double>(messages - 1) / us;
+  }
+};
+
+/// Counts the messages of one channel. Its type is that of its first message whose type is known; a
+/// message counts as readable when it has that type's hash and exactly its size. Sequence numbers
+/// are those of a member `sequence`, counted for each value of a member `instrument` where a type
+/// has one (at most kMaxInstrumentsCounted values). A sender that was started anew, and counts from
+/// the beginning again, is followed after kRestartRun messages. One thread; the schemas outlive it.
+class ChannelCounter {
+ public:
+  static constexpr int kRestartRun = 10;
+  static constexpr std::size_t kMaxInstrumentsCounted = 1024;
+
+  explicit ChannelCounter(const MessageSchemas& schemas) : schemas_(&schemas) {}
+
+  /// True when the message is readable.
+  bool Add(const LogEvent& event);
+
+  /// The next message need not follow the last one: no loss is counted between them.
+  void Interrupt() { sequences_.clear(); }
+
+  const ChannelFacts& facts() const { return facts_; }
+  const LcmStruct* type() const { return type_; }  ///< Null while it is not known.
+
+ private:
+  struct Sequence {
+    std::int64_t highest;
+    std::int64_t previous;  // of the message before
+    int run = 0;            // messages that follow one another below the highest
+  };
+  void Count(const MessageOrder& order);
+
+  const MessageSchemas* schemas_;
+  ChannelFacts facts_;
+  const LcmStruct* type_ = nullptr;
+  std::map<std::int64_t, Sequence> sequences_;  // by instrument
+};
+
+}  // namespace hpdm

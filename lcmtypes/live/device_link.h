@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/snapshots.h"
+#include "engine/threads/loop_event.h"
+#include "engine/threads/session_clock.h"
+#include "engine/threads/spsc_queue.h"
+#include "engine/threads/triple_buffer.h"
+#include "hpdm/force_t.hpp"
+#include "lcmtypes/live/driver_clock.h"
+
+namespace lcm {
+class LCM;
+struct ReceiveBuffer;
+}  // namespace lcm
+
+namespace hpdm {
+
+struct DeviceLinkSummary {
+  std::uint64_t received = 0;     ///< Readings handed on.
+  std::uint64_t refused = 0;      ///< No reading, of no instrument of ours, or old.
+  std::uint64_t sent = 0;         ///< Forces published.
+  std::uint64_t send_errors = 0;  ///< Forces that the network refused.
+  std::uint64_t overflows = 0;    ///< Ticks that found the queue to the link full.
+};
+
+/// Devices whose drivers are other programs: takes HPDM_DEVICE in and gives HPDM_FORCE out.
+///
+///     HPDM_DEVICE --> [Receive] --DeviceSample, latest--> ExternalDevice --> haptic loop
+///     HPDM_FORCE <--- [Send] <---HapticSample queue, every tick-----------------'
+///
+/// Receive sleeps until a message comes. The haptic thread may not make a system call, so it cannot
+/// wake Send: Send looks into the queue every kSendPeriod.
+///
+/// Foreign bytes are checked before anything is made of them. Of each instrument's readings the
+/// sequence numbers must rise; a reading that comes late is refused, unless none came for
+/// kRestartAfter: then its driver has been started anew. The driver's clock is put into session
+/// time (DriverClock).
+class DeviceLink {
+ public:
+  static constexpr Nanoseconds kSendPeriod = 100'000;
+  static constexpr Nanoseconds kRestartAfter = 50'000'000;
+
+  struct Edges {
+    /// By instrument; null: not driven from outside, and its readings are refused.
+    std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> devices{};
+    SpscQueue<HapticSample>& forces;
+    SpscQueue<LoopEvent>* events = nullptr;  ///< Told the first refusal of each kind.
+  };
+
+  /// Opens `url` and subscribes. The thread that LCM starts for its socket runs under SCHED_FIFO at
+  /// kPriority where the system grants it. The edges outlive the link. Throws MachineError where no
+  /// network lets it. "memq://" stays inside the program, for tests.
+  DeviceLink(const std::string& url, const SessionClock& clock, const Edges& edges);
+  ~DeviceLink();
+  DeviceLink(const DeviceLink&) = delete;
+  DeviceLink& operator=(const DeviceLink&) = delete;
+
+  /// Below the haptic loop, above the deformation.
+  static constexpr int kPriority = 70;
+
+  /// A thread each, until the stop (within 20 ms). Neither throws.
+  void Receive(std::stop_token stop) noexcept;
+  void Send(std::stop_token stop) noexcept;
+
+  /// Handles one message's bytes that arrived at session time `arrival`. The receiving thread.
+  void Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival) noexcept;
+
+  /// When both threads have ended.
+  DeviceLinkSummary Summary() const;
+
+  lcm::LCM& connection() { return *lcm_; }
+
+ private:
+  // Why a message is not taken.
+  enum class Refusal { kNoReading, kNotOurs, kStale };
+  static constexpr std::size_t kRefusals = 3;
+  void Refuse(Refusal why, std::size_t bytes, int instrument) noexcept;
+  static void HandleReceived(const lcm::ReceiveBuffer* received, const std::string& channel,
+                             DeviceLink* link);
+
+  struct Driver {
+    DriverClock clock;
+    bool heard = false;
+    std::uint64_t last_sequence = 0;
+    Nanoseconds last_arrival = 0;
+  };
+
+  SessionClock clock_;
+  Edges edges_;
+  std::unique_ptr<lcm::LCM> lcm_;
+
+  // The receiving thread's.
+  std::array<Driver, kMaxInstruments> drivers_;
+  std::uint64_t received_ = 0;
+  std::array<std::uint64_t, kRefusals> refused_{};
+
+  // The sending thread's.
+  force_t force_{};
+  std::vector<std::uint8_t> buffer_;
+  std::uint64_t sent_ = 0, send_errors_ = 0;
+};
+
+}  // namespace hpdm

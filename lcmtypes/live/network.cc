@@ -1,0 +1,168 @@
+#include "lcmtypes/live/network.h"
+
+#include <arpa/inet.h>
+#include <linux/filter.h>
+#include <linux/if_arp.h>
+#include <linux/if_packet.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <iterator>
+#include <lcm/lcm-cpp.hpp>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "engine/base/error.h"
+
+namespace hpdm {
+namespace {
+
+constexpr std::string_view kMulticast = "udpm://";
+constexpr int kDefaultPort = 7667;  // LCM's
+
+/// The number behind `name` in the text, the last one; -1 where there is none.
+int NumberBehind(std::string_view text, std::string_view name) {
+  const std::size_t at = text.rfind(name);
+  int number = -1;
+  if (at != std::string_view::npos) {
+    std::from_chars(text.data() + at + name.size(), text.data() + text.size(), number);
+  }
+  return number;
+}
+
+/// Whether what is sent may leave this machine.
+bool ReachesOthers(std::string_view url) {
+  const std::size_t options = url.find('?');
+  return options != std::string_view::npos && NumberBehind(url.substr(options), "ttl=") > 0;
+}
+
+/// This program's sockets that receive datagrams at a port.
+std::vector<int> DatagramSockets(int port) {
+  std::vector<int> sockets;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry("/proc/self/fd", error), end;
+       !error && entry != end; entry.increment(error)) {
+    const int descriptor = NumberBehind(entry->path().native(), "/");
+    int type = 0;
+    socklen_t size = sizeof type;
+    sockaddr_in bound{};
+    socklen_t bound_size = sizeof bound;
+    if (getsockopt(descriptor, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_DGRAM &&
+        getsockname(descriptor, reinterpret_cast<sockaddr*>(&bound), &bound_size) == 0 &&
+        bound.sin_family == AF_INET && ntohs(bound.sin_port) == port) {
+      sockets.push_back(descriptor);
+    }
+  }
+  return sockets;
+}
+
+/// Lets a socket take only what this machine sent: a copy that multicast turned back on its way
+/// out, or what came by the loopback. Neither can be had from outside, whatever address a packet
+/// claims to come from.
+bool TakeOwnPacketsOnly(int socket) {
+  constexpr auto kPacketType = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_PKTTYPE);
+  constexpr auto kInterfaceType = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_HATYPE);
+  sock_filter program[] = {
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kPacketType),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_LOOPBACK, 2, 0),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kInterfaceType),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ARPHRD_LOOPBACK, 0, 1),
+      BPF_STMT(BPF_RET | BPF_K, 0xffffffff),  // all of it
+      BPF_STMT(BPF_RET | BPF_K, 0),
+  };
+  const sock_fprog filter = {static_cast<unsigned short>(std::size(program)), program};
+  return setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) == 0;
+}
+
+/// Until LCM has read, and without a subscription forgotten, what came before the filter; or a
+/// while, where this machine itself keeps sending.
+void ForgetEarlierPackets(int socket) {
+  constexpr int kMostWaits = 50;
+  int waiting = 1;
+  for (int i = 0; i < kMostWaits && waiting > 0; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (ioctl(socket, FIONREAD, &waiting) != 0) return;
+  }
+}
+
+/// Whether liblcm takes the multicast address: nothing, which is its own, or A.B.C.D:PORT. Of
+/// another it says so on stderr, in words of its own.
+bool IsMulticast(std::string_view address) {
+  if (address.empty()) return true;
+  int numbers[5] = {};  // the port last
+  const char* at = address.data();
+  const char* const end = at + address.size();
+  for (int i = 0; i < 5; ++i) {
+    const auto [next, error] = std::from_chars(at, end, numbers[i]);
+    const char after = i < 3 ? '.' : ':';
+    if (error != std::errc() || (i < 4 ? next == end || *next != after : next != end)) return false;
+    if (numbers[i] < 0 || numbers[i] > (i < 4 ? 255 : 65535)) return false;
+    at = next + 1;
+  }
+  return numbers[0] >= 224 && numbers[0] <= 239;
+}
+
+bool IsUrl(std::string_view url) {
+  if (url.starts_with(kMulticast)) {
+    return IsMulticast(url.substr(kMulticast.size(), url.find('?') - kMulticast.size()));
+  }
+  for (const char* other : {"mpudpm://", "tcpq://", "file://", "memq://"}) {
+    if (url.starts_with(other)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string NetworkUrl() {
+  const char* variable = std::getenv("LCM_DEFAULT_URL");
+  if (variable == nullptr || *variable == '\0') return kLocalUrl;
+  const std::string url = variable;
+  if (IsUrl(url)) return url;
+  throw InputError("LCM_DEFAULT_URL=" + url + ": is no address of LCM; give such as " + kLocalUrl +
+                   ", or unset it");
+}
+
+std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& option) {
+  auto connection = std::make_unique<lcm::LCM>(url);
+  if (!connection->good()) FailToConnect(url, option);
+  return connection;
+}
+
+std::unique_ptr<lcm::LCM> ConnectToReceive(const std::string& url, const std::string& option) {
+  auto connection = Connect(url, option);
+  if (!url.starts_with(kMulticast) || ReachesOthers(url)) return connection;
+  const int named = NumberBehind(std::string_view(url).substr(0, url.find('?')), ":");
+  const int port = named > 0 ? named : kDefaultPort;
+  const std::vector<int> others = DatagramSockets(port);        // of further connections
+  if (connection->getFileno() < 0) FailToConnect(url, option);  // opens the socket
+  std::vector<int> sockets = DatagramSockets(port);
+  std::erase_if(sockets, [&others](int socket) {
+    return std::find(others.begin(), others.end(), socket) != others.end();
+  });
+  bool kept = !sockets.empty();
+  for (const int socket : sockets) kept = TakeOwnPacketsOnly(socket) && kept;
+  if (!kept) {
+    throw MachineError(option + ": " + url +
+                       " cannot be kept to this machine: the system lets no filter be set on a "
+                       "socket; add ttl=1 to hear other machines too");
+  }
+  for (const int socket : sockets) ForgetEarlierPackets(socket);
+  return connection;
+}
+
+void FailToConnect(const std::string& url, const std::string& option) {
+  throw MachineError(option + ": LCM cannot open " + url +
+                     ": set LCM_DEFAULT_URL, or give the machine a multicast route "
+                     "(ip route add 239.255.76.67 dev lo)");
+}
+
+}  // namespace hpdm

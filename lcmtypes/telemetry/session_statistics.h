@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/snapshots.h"
+#include "engine/threads/latency.h"
+#include "hpdm/stats_t.hpp"
+
+namespace hpdm {
+
+/// What one instrument did. "In contact" is a tick whose ToolSample::kind is not kNone; a tick
+/// stands until the next one, so the periods skipped after it (the device holds its force) count
+/// with it.
+struct ToolSummary {
+  double peak_force = 0;     ///< N, largest |force on the hand| sent.
+  double mean_force = 0;     ///< N, mean |force on the hand| over the contact time.
+  double contact_time = 0;   ///< s.
+  double deepest_press = 0;  ///< m, largest depth of the tip below the released surface.
+};
+
+/// A session in figures.
+struct SessionSummary {
+  std::uint64_t ticks = 0;       ///< That reached the telemetry.
+  std::uint64_t ticks_lost = 0;  ///< Run, but lost on the way (queue overflow).
+  SkippedTicks skipped;          ///< Not run, by cause.
+  std::uint64_t steps = 0;       ///< That reached the telemetry.
+  std::uint64_t steps_lost = 0;  ///< Run, but lost on the way (queue overflow).
+  std::uint64_t steps_shed = 0;  ///< Of `steps`: did less for want of time (kStepShed).
+  std::uint64_t frames = 0;      ///< That reached the telemetry.
+  double haptic_hz = 0;          ///< Ticks run a second, between the first and the last.
+  double deformation_hz = 0;     ///< Steps a second, likewise, lost ones included.
+  Latencies latencies;        ///< Ages and device-to-force once there is a patch, a valid sample.
+  Nanoseconds stolen_ns = 0;  ///< That the host took from the machine's processors.
+  int tool_count = 0;
+  std::array<ToolSummary, kMaxInstruments> tools;
+};
+
+/// Statistics of a session and of the current interval. Counts and sums only: the same samples give
+/// the same figures. One thread; allocates only as the message's bins grow.
+class SessionStatistics {
+ public:
+  /// `haptic_period` (ns): how long the last tick counts. `baseline`: the wake-ups of an empty loop
+  /// before the session, which its own stand beside.
+  explicit SessionStatistics(Nanoseconds haptic_period, const Histogram& baseline = {});
+
+  /// Samples, steps and frames, each in their order.
+  void Add(const HapticSample& sample);
+  void Add(const StepRecord& step);
+  void Add(const FrameRecord& frame);
+  /// Time that the host has taken from the machine since the last such call, ns.
+  void AddStolen(Nanoseconds stolen);
+
+  /// Fills in the interval's fields of `stats` (all but the sequence number and the counts of the
+  /// queues, the log and the network) and starts the next interval at `end`.
+  void CloseInterval(Nanoseconds end, stats_t* stats);
+  /// Whether anything was added since the last CloseInterval.
+  bool interval_empty() const {
+    return interval_.ticks == 0 && interval_.steps == 0 && interval_.frames == 0;
+  }
+  Nanoseconds interval_start() const { return interval_.start; }
+
+  /// The sums of everything added so far: all of a Summary but its rates and what takes the length
+  /// of a contact. Copies nothing.
+  const SessionSummary& sums() const { return total_; }
+  /// Of everything added so far; the last tick counts one period.
+  SessionSummary Summary() const;
+
+ private:
+  struct Interval {
+    Nanoseconds start = 0;
+    std::int64_t ticks = 0;
+    std::int64_t steps = 0;
+    std::int64_t steps_lost = 0;
+    std::int64_t steps_shed = 0;
+    std::int64_t frames = 0;
+    SkippedTicks skipped;
+    Nanoseconds stolen = 0;
+    Latencies latencies;
+  };
+  struct ToolHold {  // what the last tick left standing, and the sums up to it
+    double force = 0;
+    bool contact = false;
+    std::uint64_t contact_periods = 0;
+    double force_periods = 0;
+  };
+  void Hold(std::uint64_t periods);
+  void Count(Latency which, Nanoseconds duration);
+
+  Nanoseconds haptic_period_;
+  Nanoseconds paused_until_ns_ = -1;  // device samples up to it are as old as the pause is long
+  Interval interval_;
+  SessionSummary total_;
+  std::array<ToolHold, kMaxInstruments> holds_;
+  std::uint64_t last_tick_ = 0, last_step_ = 0;
+  std::uint64_t lost_between_ = 0;  // steps lost after the first that came
+  bool baseline_sent_ = false;
+  Nanoseconds last_wake_up_ns_ = 0, last_step_wake_up_ns_ = 0, last_picture_ns_ = 0;
+  Nanoseconds first_tick_ns_ = 0, last_tick_ns_ = 0, first_step_ns_ = 0, last_step_ns_ = 0;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/camera/lens_pass.h"
+#include "render/gl/gl_object.h"
+#include "render/image/image_file.h"
+
+namespace hpdm {
+
+class Laparoscope;
+
+/// A rectangle of a screen, px.
+struct ScreenPlace {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+/// Where a picture goes on a screen of width x height pixels (sides up to 32,767): in its middle,
+/// undistorted, as large as fits.
+ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int height);
+
+/// Where a picture is drawn off screen: a framebuffer with depth, resolved into a plain one, which
+/// is shown and read back. Render thread only.
+///
+/// Jagged edges: a graphics card draws several samples a pixel. On a software renderer those would
+/// cost more than all shading (15 of 28 ms of core time at 640 x 480), so there the edges are
+/// smoothed in the picture (lens_pass.h).
+///
+///     Bind, draw the scene -> Resolve, draw flat things over it -> ShowOnScreen -> Read
+///
+/// The read-back is plain, not through pixel buffers in flight: those would hide the copy of a
+/// graphics card (about 1 MB) at the price of showing every picture one frame, 33 ms, late.
+class PictureTarget {
+ public:
+  /// `samples` a pixel, at most what the driver offers; 1: smoothed edges; 0: whichever suits the
+  /// renderer. Throws MachineError when the driver refuses the size.
+  PictureTarget(int width, int height, int samples);
+
+  /// Directs drawing here, over the whole picture.
+  void Bind() const;
+
+  /// Resolves the scene that `scope` sees into the plain framebuffer, through the lens's
+  /// distortion if it has any. Later drawing goes there: without samples and without depth, over
+  /// the whole picture.
+  void Resolve(const Laparoscope& scope) const;
+
+  /// Copies the resolved picture into the middle of the context's own framebuffer of width x height
+  /// pixels, as large as fits; the rest is black.
+  void ShowOnScreen(int width, int height) const;
+
+  /// Waits until everything is drawn and copies the resolved picture into `image`, resized only
+  /// when it differs.
+  void Read(Image* image);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+ private:
+  static int UsualSamples();
+
+  int width_;
+  int height_;
+  bool multisampled_;
+  GlObject drawn_{GlKind::kFramebuffer};  // unused with one sample, which goes into pinhole_
+  GlObject drawn_colour_{GlKind::kRenderbuffer};
+  GlObject drawn_depth_{GlKind::kRenderbuffer};
+  GlObject pinhole_{GlKind::kFramebuffer};  // the scene before the lens pass
+  GlObject pinhole_colour_{GlKind::kTexture};
+  LensPass lens_;
+  GlObject resolved_{GlKind::kFramebuffer};
+  GlObject resolved_colour_{GlKind::kRenderbuffer};
+  std::vector<std::uint8_t> rgba_;  // 4 width height bytes, rows from the bottom up
+};
+
+}  // namespace hpdm

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "engine/mesh/surface_mesh.h"
+#include "engine/snapshots.h"
+#include "render/camera/frame_uniforms.h"
+#include "render/gl/shaders.h"
+#include "render/image/colour.h"
+#include "render/tissue/mesh_view.h"
+
+namespace hpdm {
+
+/// A part of an instrument. The mesh must outlive the view.
+struct InstrumentPart {
+  const SurfaceMesh* mesh = nullptr;  ///< In the tool frame T, jaws closed, m.
+  double pivot = 0;                   ///< m: a jaw turns about the line x = 0, z = pivot.
+  double opening =
+      0;  ///< rad, of an open jaw: its tip goes towards +x, or if negative -x; 0: rigid.
+};
+
+/// Where a part is in the tool frame (rigid) when the jaws are open by `jaw` (0 closed .. 1 open).
+Isometry3d PoseInTool(const InstrumentPart& part, double jaw);
+
+/// An instrument to draw, in its tool frame T (origin at the centre of the tip sphere, z along the
+/// shaft towards the trocar, y the jaws' axis).
+struct InstrumentView {
+  std::vector<InstrumentPart> parts;            ///< None: a capsule of the radii below.
+  double tip_radius = 0.0025;                   ///< m.
+  double shaft_radius = 0.0025;                 ///< m.
+  Colour colour = Colour(0.80f, 0.81f, 0.83f);  ///< Steel.
+  /// m: from this z in T on the shaft wears its insulation, which is no metal.
+  double insulated_from = std::numeric_limits<double>::infinity();
+  Colour insulation = Colour(0.12f, 0.12f, 0.13f);
+  /// What else the hand can hold: ToolPose::exchange 1, 2, ... Theirs stay empty.
+  std::vector<InstrumentView> exchanges = {};
+};
+
+/// The instruments on the graphics card. Render thread only.
+class InstrumentPainter {
+ public:
+  /// Compiles the program and uploads the meshes: at most kMaxInstruments, more are a bug. Throws
+  /// MachineError when the driver refuses the shader.
+  explicit InstrumentPainter(const std::vector<InstrumentView>& instruments);
+
+  /// Puts the instruments that the snapshot has into the frame, for what lies in their shade.
+  void AddTo(const SceneSnapshot& snapshot, FrameUniforms* frame) const;
+
+  /// Draws the instruments that the snapshot has (none before the first tick), each as what its
+  /// hand holds and with its jaws as they are. Allocates nothing.
+  void Draw(const SceneSnapshot& snapshot) const;
+
+ private:
+  struct Part {
+    MeshView mesh;
+    InstrumentPart placed;
+  };
+  struct Instrument {
+    std::vector<Part> parts;
+    Eigen::Vector3f colour;  // linear, as is the next one
+    Eigen::Vector3f insulation;
+    double insulated_from;
+    double tip_radius;
+    double shaft_radius;
+  };
+
+  static Instrument Upload(const InstrumentView& view);
+  int DrawnCount(const SceneSnapshot& snapshot) const;
+  const Instrument& Held(int tool, const ToolPose& pose) const;
+
+  ShaderProgram program_;
+  int world_from_mesh_;
+  int base_colour_;
+  int insulation_;
+  int insulated_from_;
+  std::vector<std::vector<Instrument>> instruments_;  // [tool][ToolPose::exchange]
+};
+
+}  // namespace hpdm

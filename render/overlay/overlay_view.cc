@@ -1,0 +1,104 @@
+#include "render/overlay/overlay_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/base/check.h"
+#include "render/overlay/contact_marks.h"
+#include "render/overlay/lattice_marks.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kLeastSpot = 0.02;  // m
+
+int ContactCount(const SceneSnapshot& snapshot) {
+  return std::min(snapshot.tool_count, kMaxInstruments);
+}
+
+}  // namespace
+
+double RoundedUp(double value) {
+  if (!(value > 0)) return 1e-3;
+  const double decade = std::pow(10, std::floor(std::log10(value)));
+  for (const double step : {1., 2., 5.}) {
+    if (step * decade >= value) return step * decade;
+  }
+  return 10 * decade;
+}
+
+OverlayView::OverlayView(const std::vector<OrganView>& organs) : organs_(organs) {
+  for (const OrganView& organ : organs_) {
+    const bool has_lattice = organ.model != nullptr && organ.model->lattice();
+    presence_.push_back(has_lattice ? ControlPointPresence(*organ.model) : Eigen::VectorXf());
+  }
+}
+
+void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
+                       std::uint32_t overlays, OrganPainter* organs) {
+  if (overlays & kOverlayError) DrawErrors(snapshot, organs);
+  if (overlays & kOverlayForce) DrawForces(snapshot, *organs);
+  if (overlays & kOverlayLattice) {
+    marks_.clear();
+    for (std::size_t o = 0; o < organs_.size(); ++o) {
+      if (organs_[o].model == nullptr) continue;
+      AddLatticeMarks(*organs_[o].model, presence_[o], snapshot.organs[o], &marks_);
+    }
+    marks_painter_.Draw(marks_, 0.3f, 0.9 * scope.target_distance());
+  }
+  if (overlays & kOverlayContacts) {
+    marks_.clear();
+    for (int t = 0; t < ContactCount(snapshot); ++t) {
+      const ToolContactState& contact = snapshot.contacts[t];
+      if (contact.organ < 0 || contact.organ >= static_cast<int>(organs_.size())) continue;
+      const auto organ = static_cast<std::size_t>(contact.organ);
+      AddContactMarks(contact, snapshot.organs[organ], organs_[organ].rest->triangles, &marks_);
+    }
+    marks_painter_.Draw(marks_, 0.6f, Laparoscope::kFar);
+  }
+}
+
+void OverlayView::DrawScales(std::uint32_t overlays) {
+  const bool has_reference =
+      std::any_of(organs_.begin(), organs_.end(),
+                  [](const OrganView& organ) { return organ.reference != nullptr; });
+  int bars = 0;
+  if (overlays & kOverlayForce) heat_.DrawBar(bars++);
+  if ((overlays & kOverlayError) && has_reference) heat_.DrawBar(bars++);
+}
+
+void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& organs) {
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    std::array<ForceSpot, kMaxInstruments> spots;
+    int count = 0;
+    for (int t = 0; t < ContactCount(snapshot); ++t) {
+      const ToolContactState& contact = snapshot.contacts[t];
+      const double force = contact.force_on_tissue_W.norm();
+      if (contact.organ != static_cast<int>(o) || !(force > 0)) continue;
+      spots[count++] = {contact.contact_W,
+                        std::max(kForceSpotRadii * contact.kernel_radius, kLeastSpot), force};
+    }
+    heat_.DrawForce(organs.mesh(o), spots, count, kForceScale);
+  }
+}
+
+void OverlayView::DrawErrors(const SceneSnapshot& snapshot, OrganPainter* organs) {
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    if (organs_[o].reference == nullptr) continue;
+    const OrganSnapshot& shape = snapshot.organs[o];
+    const Points& rest = organs_[o].rest->vertices;
+    const Points& reference = *organs_[o].reference;
+    HPDM_CHECK(reference.rows() == rest.rows() && shape.vertices.rows() == rest.rows());
+    error_.resize(static_cast<std::size_t>(rest.rows()));
+    for (Eigen::Index v = 0; v < rest.rows(); ++v) {
+      const Eigen::RowVector3d u = shape.vertices.row(v).cast<double>() - rest.row(v);
+      error_[static_cast<std::size_t>(v)] =
+          static_cast<float>((u - reference.row(v)).norm() / organs_[o].error_scale);
+    }
+    organs->mesh(o).SetHeat(error_);
+    heat_.DrawVertexHeat(organs->mesh(o));
+  }
+}
+
+}  // namespace hpdm

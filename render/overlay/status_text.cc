@@ -1,0 +1,157 @@
+#include "render/overlay/status_text.h"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+namespace hpdm {
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string Text(const char* format, ...) {
+  char text[120];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+double Milli(Nanoseconds duration) { return 1e-6 * static_cast<double>(duration); }
+
+std::string InstrumentName(const StatusNames& names, int tool, int exchange) {
+  const auto t = static_cast<std::size_t>(tool), e = static_cast<std::size_t>(exchange);
+  if (t < names.instruments.size() && e < names.instruments[t].size()) {
+    return names.instruments[t][e];
+  }
+  return Text("instrument %d", tool + 1);
+}
+
+std::string OrganName(const StatusNames& names, int organ) {
+  const auto o = static_cast<std::size_t>(organ);
+  return o < names.organs.size() ? names.organs[o] : Text("organ %d", organ + 1);
+}
+
+std::vector<StatusLine> LoopLines(const Status& status) {
+  const SessionHealth& health = status.health;
+  std::vector<StatusLine> lines;
+  if (health.haptic_hz > 0) {
+    lines.push_back({Text("haptics %.0f Hz, late %.0f \u00b5s (p99)", health.haptic_hz,
+                          1e-3 * static_cast<double>(health.wake_late_p99_ns))});
+    lines.push_back(
+        {Text("deformation %.0f Hz, %.1f ms", health.deformation_hz, Milli(health.step_compute_ns)),
+         health.step_flags == 0 ? Tone::kPlain : Tone::kWarning});
+  }
+  if ((health.step_flags & kStepRecovering) != 0) {
+    lines.push_back({"tissue holds back", Tone::kWarning});
+  } else if ((health.step_flags & kStepFolded) != 0) {
+    lines.push_back({"tissue folded", Tone::kWarning});
+  }
+  if ((health.step_flags & kStepShed) != 0) lines.push_back({"does less", Tone::kWarning});
+  if (status.frame_hz > 0) lines.push_back({Text("picture %.0f Hz", status.frame_hz)});
+  if (health.ticks > 0) {
+    const std::uint32_t skipped = health.skipped.Total();
+    lines.push_back({Text("skipped %u", skipped), skipped == 0 ? Tone::kDim : Tone::kWarning});
+  }
+  if (health.log_lost > 0) {
+    lines.push_back(
+        {Text("log lost %llu", static_cast<unsigned long long>(health.log_lost)), Tone::kAlarm});
+  }
+  return lines;
+}
+
+std::vector<StatusLine> StateLines(const Status& status, const StatusNames& names) {
+  std::vector<StatusLine> lines;
+  const ViewSettings& view = status.view;
+  if (view.click_takes) {
+    const int active = view.active_instrument;
+    const int exchange = active < status.scene.tool_count ? status.scene.tools[active].exchange : 0;
+    lines.push_back({"click: take the " + InstrumentName(names, active, exchange), Tone::kGood});
+  }
+  if (view.window_width > 0) lines.push_back({"F1: keys", Tone::kDim});
+  if (view.overlays & kOverlayForce) lines.push_back({Text("colours: 0 to %g N", kForceScale)});
+  if ((view.overlays & kOverlayError) && status.error_scale > 0) {
+    lines.push_back({Text("colours: 0 to %g mm off", 1e3 * status.error_scale)});
+  }
+  if (view.recording) lines.push_back({"\u25cf recording", Tone::kAlarm});
+  return lines;
+}
+
+// The line of what holds a force back, if anything does.
+void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
+  if ((flags & kGuardDeviceInvalid) != 0) {
+    lines->push_back({"device lost", Tone::kAlarm});
+  } else if ((flags & kGuardDisabled) != 0) {
+    lines->push_back({"force off", Tone::kWarning});
+  } else if ((flags & kGuardStalePatch) != 0) {
+    lines->push_back({"tissue late", Tone::kAlarm});
+  } else if ((flags & kGuardClamped) != 0) {
+    lines->push_back({"force limit", Tone::kAlarm});
+  }
+}
+
+std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names, int tool) {
+  const SessionHealth::Tool& health = status.health.tools[tool];
+  const bool active = status.view.window_width > 0 && tool == status.view.active_instrument;
+  std::vector<StatusLine> lines;
+  AddGuardLine(health.guard_flags, &lines);
+  lines.push_back(
+      {(active ? "\u25b8 " : "") + InstrumentName(names, tool, status.scene.tools[tool].exchange),
+       active ? Tone::kGood : Tone::kPlain});
+  lines.push_back(health.organ >= 0 ? StatusLine{Text("%.1f mm ", 1e3 * health.depth) +
+                                                 OrganName(names, health.organ)}
+                                    : StatusLine{"free", Tone::kDim});
+  const double force = health.force_W.norm();
+  lines.push_back({Text("%.2f N", force), Tone::kPlain, std::clamp(force / kBarForce, 0.0, 1.0)});
+  lines.push_back({Text("peak %.2f N", health.peak_force), Tone::kDim});
+  return lines;
+}
+
+std::vector<StatusLine> Keys() {
+  const auto key = [](const char* keys, const char* what) {
+    return StatusLine{what, Tone::kPlain, {}, keys};
+  };
+  return {
+      {"Instrument", Tone::kGood},
+      key("click, Space", "take it with the mouse; Space lets it go"),
+      key("mouse, wheel", "move the tip, push it in and out"),
+      key("left button, j", "close the jaws"),
+      key("right button, q e", "roll"),
+      key("Tab, 1 2", "the other instrument"),
+      key("x", "exchange it"),
+      {"Laparoscope", Tone::kGood},
+      key("arrows, Shift + mouse", "turn"),
+      key("PgUp PgDn, Shift + wheel", "in and out"),
+      key("+ \u2212", "zoom"),
+      key("a", "optics of 0, 30, 45\u00b0"),
+      key(", .", "turn the optics"),
+      {"Session", Tone::kGood},
+      key("p", "pause"),
+      key("s, r", "screenshot, record"),
+      key("o", "what is drawn over the picture"),
+      key("F1, h", "these keys"),
+      key("Esc", "end"),
+  };
+}
+
+}  // namespace
+
+StatusText MakeStatusText(const Status& status, const StatusNames& names) {
+  StatusText text;
+  const bool told = (status.view.overlays & kOverlayText) != 0;
+  if (told) {
+    text.loops = LoopLines(status);
+    for (int tool = 0; tool < std::min(status.scene.tool_count, status.health.tool_count); ++tool) {
+      text.tools[tool] = ToolLines(status, names, tool);
+    }
+    text.state = StateLines(status, names);
+  }
+  // What the user asked for is said even where the rest is switched off.
+  if (status.view.help) {
+    text.banner = Keys();
+  } else if (status.view.paused) {
+    text.banner = {{"PAUSED", Tone::kWarning}, {"p: go on"}};
+  }
+  return text;
+}
+
+}  // namespace hpdm

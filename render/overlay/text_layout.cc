@@ -1,0 +1,160 @@
+#include "render/overlay/text_layout.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hpdm {
+namespace {
+
+constexpr int kBarWidth = 8;  // in text sizes / 2
+
+Eigen::Vector4f ColourOf(Tone tone) {
+  switch (tone) {
+    case Tone::kPlain:
+      return {0.92f, 0.93f, 0.94f, 1};
+    case Tone::kDim:
+      return {0.60f, 0.63f, 0.66f, 1};
+    case Tone::kGood:
+      return {0.45f, 0.85f, 0.95f, 1};
+    case Tone::kWarning:
+      return {1.0f, 0.80f, 0.30f, 1};
+    case Tone::kAlarm:
+      return {1.0f, 0.42f, 0.36f, 1};
+  }
+  return Eigen::Vector4f::Ones();
+}
+
+// From calm to alarming.
+Eigen::Vector4f BarColour(double fraction) {
+  return fraction < 0.4   ? Eigen::Vector4f(0.35f, 0.80f, 0.45f, 1)
+         : fraction < 0.7 ? ColourOf(Tone::kWarning)
+                          : ColourOf(Tone::kAlarm);
+}
+
+class Page {
+ public:
+  Page(const GlyphAtlas& atlas, int width, int height)
+      : atlas_(atlas), width_(width), height_(height) {}
+
+  int LineWidth(const StatusLine& line) const {
+    return atlas_.Width(line.text) + (line.bar ? Gap() + BarWidth() : 0);
+  }
+
+  // A line with its top left corner at (x, y).
+  void AddLine(const StatusLine& line, int x, int y) {
+    const int base = y + atlas_.ascent();
+    // Dark edges keep light text readable where it reaches over the picture.
+    AddText(line.text, x + 1, base + 1, {0, 0, 0, 0.8f});
+    const int end = AddText(line.text, x, base, ColourOf(line.tone));
+    if (!line.bar) return;
+    const int left = end + Gap(), thickness = std::max(3, atlas_.pixels() / 2);
+    const int top = base - thickness;
+    AddRectangle(left, top, BarWidth(), thickness, {0.35f, 0.37f, 0.40f, 0.9f});
+    AddRectangle(left + 1, top + 1, BarWidth() - 2, thickness - 2, {0.05f, 0.05f, 0.06f, 1});
+    const int filled = static_cast<int>(std::lround(*line.bar * (BarWidth() - 2)));
+    AddRectangle(left + 1, top + 1, filled, thickness - 2, BarColour(*line.bar));
+  }
+
+  void AddRectangle(int x, int y, int width, int height, const Eigen::Vector4f& colour) {
+    if (width <= 0 || height <= 0) return;
+    Add({x, y, width, height, 0, 0, 1, 1, colour});
+  }
+
+  // Lines from the top down at the left or right edge.
+  void AddBlock(const std::vector<StatusLine>& lines, bool right, int top) {
+    for (const StatusLine& line : lines) {
+      AddLine(line, right ? width_ - Margin() - LineWidth(line) : Margin(), top);
+      top += atlas_.line_height();
+    }
+  }
+
+  // In the middle on a dark panel: a list of keys in two columns, or a short message.
+  void AddBanner(const std::vector<StatusLine>& lines) {
+    if (lines.empty()) return;
+    int key_column = 0, text_column = 0;
+    for (const StatusLine& line : lines) {
+      if (!line.key.empty()) key_column = std::max(key_column, atlas_.Width(line.key) + 2 * Gap());
+    }
+    for (const StatusLine& line : lines) {
+      text_column = std::max(text_column, LineWidth(line) - (line.key.empty() ? key_column : 0));
+    }
+    const int width = key_column + text_column, height = BlockHeight(lines);
+    const int pad = atlas_.pixels(), x = (width_ - width) / 2;
+    int y = (height_ - height) / 2;
+    AddRectangle(x - pad, y - pad, width + 2 * pad, height + 2 * pad, {0.03f, 0.03f, 0.04f, 0.82f});
+    for (const StatusLine& line : lines) {
+      if (!line.key.empty()) AddLine({line.key, Tone::kWarning}, x, y);
+      const int left = key_column == 0    ? (width_ - LineWidth(line)) / 2
+                       : line.key.empty() ? x
+                                          : x + key_column;
+      AddLine(line, left, y);
+      y += atlas_.line_height();
+    }
+  }
+
+  int Margin() const { return atlas_.pixels() / 2; }
+  int BlockHeight(const std::vector<StatusLine>& lines) const {
+    return static_cast<int>(lines.size()) * atlas_.line_height();
+  }
+  std::vector<TextQuad> Take() { return std::move(quads_); }
+
+ private:
+  int Gap() const { return atlas_.pixels() / 2; }
+  int BarWidth() const { return kBarWidth * atlas_.pixels() / 2; }
+
+  // Returns the pen's place after it.
+  int AddText(const std::string& text, int x, int base, const Eigen::Vector4f& colour) {
+    for (const char32_t code : CodePoints(text)) {
+      const Glyph& glyph = atlas_.At(code);
+      if (glyph.width > 0) {
+        Add({x + glyph.left, base - glyph.top, glyph.width, glyph.height, glyph.x, glyph.y,
+             glyph.width, glyph.height, colour});
+      }
+      x += glyph.advance;
+    }
+    return x;
+  }
+
+  void Add(const TextQuad& quad) {
+    const bool inside = quad.x >= 0 && quad.y >= 0 && quad.x + quad.width <= width_ &&
+                        quad.y + quad.height <= height_;
+    const bool shapeless = quad.atlas_x == 0 && quad.atlas_y == 0;
+    if (inside) {
+      quads_.push_back(quad);
+    } else if (shapeless) {  // a rectangle is cut, a character left out
+      TextQuad cut = quad;
+      cut.x = std::max(quad.x, 0);
+      cut.y = std::max(quad.y, 0);
+      cut.width = std::min(quad.x + quad.width, width_) - cut.x;
+      cut.height = std::min(quad.y + quad.height, height_) - cut.y;
+      if (cut.width > 0 && cut.height > 0) quads_.push_back(cut);
+    }
+  }
+
+  const GlyphAtlas& atlas_;
+  int width_;
+  int height_;
+  std::vector<TextQuad> quads_;
+};
+
+}  // namespace
+
+int TextPixels(int width, int height) {
+  return std::clamp(std::min(width * 3 / 4, height) / 35, 9, 48);
+}
+
+std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, int width,
+                             int height) {
+  Page page(atlas, width, height);
+  const int margin = page.Margin();
+  page.AddBlock(text.loops, false, margin);
+  page.AddBlock(text.state, true, margin);
+  for (int tool = 0; tool < kMaxInstruments; ++tool) {
+    page.AddBlock(text.tools[tool], tool == 1,
+                  height - margin - page.BlockHeight(text.tools[tool]));
+  }
+  page.AddBanner(text.banner);
+  return page.Take();
+}
+
+}  // namespace hpdm

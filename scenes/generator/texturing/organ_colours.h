@@ -1,0 +1,26 @@
+#pragma once
+
+#include "scenes/generator/texturing/texture_baking.h"
+
+/// What the organs look like through a laparoscope, as functions of the point in their own frame
+/// (implicit_shapes.h), so that every mesh of an organ gets the same colours at the same place. The
+/// wet sheen is the shader's. The same bits on every x86-64 machine.
+namespace hpdm {
+
+/// `a` at t = 0, `b` at 1.
+inline Vector3d Mix(const Vector3d& a, const Vector3d& b, double t) { return a + (b - a) * t; }
+
+/// Fat: yellow lobules a few millimetres wide that run softly into each other.
+Vector3d FatColour(const Vector3d& p);
+
+/// Dark reddish brown with a fine speckle of lobules, paler where the border is thin, a few faint
+/// vessels in the capsule.
+SurfaceColour LiverColour();
+
+/// Pale pink serosa with branching vessels from both curvatures and fat along them.
+SurfaceColour StomachColour();
+
+/// Grey-green to blue with fine vessels and some fat at the neck.
+SurfaceColour GallbladderColour();
+
+}  // namespace hpdm

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string_view>
+#include <utility>
+
+#include "haptics/device/instrument_options.h"
+
+namespace hpdm {
+
+/// What scene files and reports call the types of instruments.
+inline constexpr std::pair<std::string_view, InstrumentType> kInstrumentTypes[] = {
+    {"probe", InstrumentType::kProbe},
+    {"grasper", InstrumentType::kGrasper},
+    {"scissors", InstrumentType::kScissors},
+    {"hook", InstrumentType::kHook}};
+
+}  // namespace hpdm

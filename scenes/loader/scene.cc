@@ -1,0 +1,146 @@
+#include "scenes/loader/scene.h"
+
+#include <cmath>
+
+#include "engine/snapshots.h"
+#include "scenes/loader/not_yet.h"
+#include "scenes/loader/scene_keys.h"
+#include "scenes/loader/scene_parts.h"
+
+namespace hpdm {
+namespace {
+
+TimingOptions ReadTiming(const TableReader& table) {
+  TimingOptions timing;
+  table.ReadInteger("haptic_hz", 100, 10000, &timing.haptic_hz);
+  table.ReadInteger("deformation_hz", 1, 1000, &timing.deformation_hz);
+  table.ReadInteger("render_hz", 1, 240, &timing.render_hz);
+  if (timing.deformation_hz > timing.haptic_hz) {
+    table.Fail("deformation_hz", "is above haptic_hz = " + std::to_string(timing.haptic_hz),
+               "the deformation loop must not be the faster one");
+  }
+  timing.patch_delay_ticks = (timing.haptic_hz + timing.deformation_hz - 1) / timing.deformation_hz;
+  table.ReadInteger("patch_delay_ticks", 1, 10000, &timing.patch_delay_ticks);
+  table.ReadNumber("step_budget", {.min = 0, .max = 1}, &timing.step_budget);
+  return timing;
+}
+
+LaparoscopeOptions ReadLaparoscope(const TableReader& table) {
+  LaparoscopeOptions scope;
+  table.ReadVector("position", kCoordinate, &scope.p_scope_W);
+  table.ReadVector("target", kCoordinate, &scope.p_target_W);
+  if ((scope.p_target_W - scope.p_scope_W).norm() <= kScopeNear) {
+    table.Fail("target", "is within 2 mm of position", "let the scope look at a point before it");
+  }
+  Vector3d trocar = Vector3d::Zero();
+  if (table.ReadVector("trocar", kCoordinate, &trocar)) {
+    scope.p_trocar_W = trocar;
+    if ((trocar - scope.p_scope_W).norm() <= kScopeNear) {
+      table.Fail("trocar", "is within 2 mm of position", "the shaft goes from one to the other");
+    }
+  }
+  int angle_deg = 0;
+  table.ReadInteger("angle_deg", 0, 45, &angle_deg);
+  if (angle_deg != 0 && angle_deg != 30 && angle_deg != 45) {
+    table.Fail("angle_deg", "is no laparoscope's angle", "give 0, 30 or 45");
+  }
+  scope.angle = Radians(angle_deg);
+
+  table.RefuseBoth("field_of_view_deg", "focal_length");
+  double field_of_view_deg = 0, focal_length = 0;
+  if (table.ReadNumber("field_of_view_deg", {.min = 10, .max = 120, .unit = "degrees"},
+                       &field_of_view_deg)) {
+    scope.field_of_view = Radians(field_of_view_deg);
+  }
+  if (table.ReadNumber("focal_length", {.min = 0.0015, .max = 0.025, .unit = "m"}, &focal_length)) {
+    scope.field_of_view = FieldOfView(focal_length);
+  }
+  table.ReadNumber("distortion", {.min = -0.3, .max = 0.3, .unit = ""}, &scope.distortion);
+  return scope;
+}
+
+template <typename Options>
+void RefuseTakenName(const TableReader& table, const Options& added,
+                     const std::vector<Options>& others) {
+  for (const Options& other : others) {
+    if (other.name == added.name) table.Fail("name", "is taken", "give each one its own name");
+  }
+}
+
+}  // namespace
+
+void RequireOrgan(const TableReader& table, std::string_view key, const std::string& name,
+                  const std::vector<OrganOptions>& organs) {
+  std::string names;
+  for (const OrganOptions& organ : organs) {
+    if (organ.name == name) return;
+    names += (names.empty() ? "" : ", ") + Quoted(organ.name);
+  }
+  table.Fail(key, "is not the name of an organ", "the scene's organs are " + names);
+}
+
+void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rotation) {
+  Vector3d degrees;
+  if (!table.ReadVector(key, Interval::Within(360, "degrees"), &degrees)) return;
+  const Eigen::AngleAxisd about_x(Radians(degrees.x()), Vector3d::UnitX());
+  const Eigen::AngleAxisd about_y(Radians(degrees.y()), Vector3d::UnitY());
+  const Eigen::AngleAxisd about_z(Radians(degrees.z()), Vector3d::UnitZ());
+  *rotation = (about_z * about_y * about_x).toRotationMatrix();
+}
+
+Scene ReadScene(const TomlDocument& document) {
+  Scene scene;
+  scene.path = document.path;
+  scene.source_text = document.text;
+  scene.name = document.path.stem().string();
+
+  SceneFiles files(document.path.parent_path());
+  const TableReader root(document, kRootKeys, &files);
+  files.ReadEntries(root);
+  if (const auto table = root.Table("scene", kSceneKeys)) {
+    table->ReadName("name", &scene.name);
+    table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &scene.gravity);
+    table->ReadFile("background", &scene.background);
+  }
+  if (const auto table = root.Table("timing", kTimingKeys)) scene.timing = ReadTiming(*table);
+
+  root.Require("organ", "describe at least one organ in an [[organ]] table");
+  for (const TableReader& table : root.Tables("organ", kOrganKeys)) {
+    if (scene.organs.size() == static_cast<std::size_t>(kMaxOrgans)) {
+      table.Fail("is one organ too many", "a scene has " + std::to_string(kMaxOrgans) + " at most");
+    }
+    OrganOptions organ = ReadOrgan(table);
+    organ.time_step = 1.0 / scene.timing.deformation_hz;
+    RefuseTakenName(table, organ, scene.organs);
+    scene.organs.push_back(std::move(organ));
+  }
+  if (scene.organs.empty()) {
+    root.Fail("organ", "holds no organ", "describe at least one organ in an [[organ]] table");
+  }
+  for (const TableReader& table : root.Tables("instrument", kInstrumentKeys)) {
+    if (scene.instruments.size() == static_cast<std::size_t>(kMaxInstruments)) {
+      table.Fail("is one instrument too many",
+                 "a scene has " + std::to_string(kMaxInstruments) + " at most");
+    }
+    InstrumentOptions instrument = ReadInstrument(table, scene.organs);
+    RefuseTakenName(table, instrument, scene.instruments);
+    scene.instruments.push_back(std::move(instrument));
+  }
+  for (const TableReader& table : root.Tables("load", kLoadKeys)) {
+    scene.loads.push_back(ReadLoad(table, scene.organs));
+  }
+  if (const auto table = root.Table("laparoscope", kLaparoscopeKeys)) {
+    scene.laparoscope = ReadLaparoscope(*table);
+  }
+  scene.files = files.found();
+  scene.recorded = files.recorded();
+  return scene;
+}
+
+Scene LoadScene(const std::filesystem::path& path) {
+  const TomlDocument document = ReadToml(path);
+  RefuseNotYet(document);
+  return ReadScene(document);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,174 @@
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "scenes/loader/instrument_types.h"
+#include "scenes/loader/scene_keys.h"
+#include "scenes/loader/scene_parts.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kMaxRadius = 0.05;  // m; instruments are 5 to 12 mm thick
+
+DeviceProfile ReadDevice(const TableReader& table) {
+  enum class Profile { kImpulseEngine };
+  Profile profile = Profile::kImpulseEngine;
+  table.ReadChoice("profile", {{"impulse_engine", Profile::kImpulseEngine}}, &profile);
+
+  DeviceProfile device;
+  table.ReadNumber("mass", Interval::Positive(100, "kg"), &device.mass);
+  table.ReadNumber("rotational_inertia", Interval::Positive(100, "kg m^2"),
+                   &device.rotational_inertia);
+  table.ReadNumber("damping", Interval::NotNegative(1e4, "N s/m"), &device.damping);
+  table.ReadNumber("rotational_damping", Interval::NotNegative(1e4, "N m s/rad"),
+                   &device.rotational_damping);
+  table.ReadNumber("friction", Interval::NotNegative(100, "N"), &device.friction);
+  table.ReadNumber("rotational_friction", Interval::NotNegative(100, "N m"),
+                   &device.rotational_friction);
+  table.ReadNumber("encoder_step", Interval::Positive(0.01, "m"), &device.encoder_step);
+  table.ReadNumber("angle_encoder_step", Interval::Positive(0.1, "rad"),
+                   &device.angle_encoder_step);
+  table.ReadNumber("jaw_encoder_step", Interval::Positive(1, "of the jaw's range"),
+                   &device.jaw_encoder_step);
+  table.ReadNumber("max_force", Interval::Positive(1000, "N"), &device.max_force);
+  table.ReadNumber("max_torque", Interval::Positive(1000, "N m"), &device.max_torque);
+  table.ReadNumber("max_force_rate", Interval::Positive(1e6, "N/s"), &device.max_force_rate);
+  // Pitch and yaw stay below a right angle, where the kinematics about the trocar are singular.
+  table.ReadNumber("max_angle", Interval::Positive(1.5, "rad"), &device.max_angle);
+  table.ReadNumber("min_insertion", Interval::NotNegative(1, "m"), &device.min_insertion);
+  table.ReadNumber("max_insertion", Interval::Positive(1, "m"), &device.max_insertion);
+  if (device.min_insertion >= device.max_insertion) {
+    const std::string_view key = table.Has("max_insertion") ? "max_insertion" : "min_insertion";
+    table.Fail(key, "leaves no travel between min_insertion and max_insertion",
+               "give max_insertion above min_insertion");
+  }
+  table.ReadNumber("delay", Interval::NotNegative(0.1, "s"), &device.delay);
+  table.ReadBoolean("passivity_control", &device.passivity_control);
+  return device;
+}
+
+HandOptions ReadHand(const TableReader& table, InstrumentType type,
+                     const std::vector<OrganOptions>& organs) {
+  HandOptions hand;
+  hand.organ = organs.front().name;
+  table.ReadChoice("script",
+                   {{"palpate", HandScript::kPalpate},
+                    {"tap", HandScript::kTap},
+                    {"slide", HandScript::kSlide},
+                    {"grasp_lift", HandScript::kGraspLift},
+                    {"grasp_pull", HandScript::kGraspPull},
+                    {"random", HandScript::kRandom}},
+                   &hand.script);
+  const bool grasps =
+      hand.script == HandScript::kGraspLift || hand.script == HandScript::kGraspPull;
+  if (grasps && type != InstrumentType::kGrasper) {
+    table.Fail("script", "needs an instrument that holds tissue",
+               "give the instrument type = \"grasper\"");
+  }
+  table.ReadInteger<std::uint32_t>("seed", 0, std::numeric_limits<std::uint32_t>::max(),
+                                   &hand.seed);
+  if (table.ReadString("organ", &hand.organ)) RequireOrgan(table, "organ", hand.organ, organs);
+  Vector3d target = Vector3d::Zero();
+  if (table.ReadVector("target", kCoordinate, &target)) hand.target = target;
+  table.ReadNumber("depth", Interval::Positive(0.5, "m"), &hand.depth);
+  table.ReadNumber("speed", Interval::Positive(5, "m/s"), &hand.speed);
+  table.ReadNumber("stiffness", Interval::Positive(1e5, "N/m"), &hand.stiffness);
+  table.ReadNumber("damping", Interval::NotNegative(1e4, "N s/m"), &hand.damping);
+  table.ReadNumber("tremor", Interval::NotNegative(0.01, "m"), &hand.tremor);
+  return hand;
+}
+
+TraceOptions ReadTrace(const TableReader& table) {
+  TraceOptions trace;
+  table.ReadFile("file", &trace.file);
+  table.ReadNumber("scale", Interval::Positive(1000, "m per unit of the file"), &trace.scale);
+  ReadRotation(table, "rotation_deg", &trace.R_WF);
+  Vector3d position = Vector3d::Zero();
+  if (table.ReadVector("position", kCoordinate, &position)) trace.position = position;
+  table.ReadNumber("speed", {.min = 0.01, .max = 100, .unit = "times as fast as recorded"},
+                   &trace.speed);
+  return trace;
+}
+
+JawOptions ReadJaws(const TableReader& table) {
+  JawOptions jaws;
+  for (const std::string_view key : {"meshes", "pivot", "opening_deg"}) {
+    table.Require(key, "jaws are meshes, a pivot in m and an opening_deg");
+  }
+  table.ReadFiles("meshes", 2, &jaws.meshes);
+  table.ReadNumber("pivot", Interval::NotNegative(1, "m"), &jaws.pivot);
+  double opening_deg = 0;
+  table.ReadNumber("opening_deg", Interval::Positive(90, "degrees"), &opening_deg);
+  jaws.opening = Radians(opening_deg);
+  return jaws;
+}
+
+/// The keys that an instrument and its exchanges share.
+void ReadHeld(const TableReader& table, HeldInstrument* held) {
+  table.Require("name", "name the instrument");
+  table.ReadName("name", &held->name);
+  table.ReadChoice("type", kInstrumentTypes, &held->type);
+  table.ReadFile("mesh", &held->mesh);
+  if (table.Has("jaws") && held->mesh.empty()) {
+    table.Fail("jaws", "belongs to an own mesh",
+               "remove it (a type draws its own jaws) or give mesh, the part that does not turn");
+  }
+  if (const auto jaws = table.Table("jaws", kJawKeys)) held->jaws = ReadJaws(*jaws);
+  double insulated_from = 0;
+  if (table.ReadNumber("insulated_from", Interval::NotNegative(1, "m"), &insulated_from)) {
+    held->insulated_from = insulated_from;
+  }
+  table.ReadNumber("tip_radius", Interval::Positive(kMaxRadius, "m"), &held->tip_radius);
+  table.ReadNumber("shaft_radius", Interval::Positive(kMaxRadius, "m"), &held->shaft_radius);
+  table.ReadNumber("friction", Interval::NotNegative(2, ""), &held->friction);
+}
+
+void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {
+  for (const TableReader& exchange : table.Tables("exchange", kExchangeKeys)) {
+    if (instrument->exchanges.size() == static_cast<std::size_t>(kMaxHeld - 1)) {
+      exchange.Fail("is one exchange too many", "a hand has " + std::to_string(kMaxHeld - 1) +
+                                                    " at most beside its first instrument");
+    }
+    HeldInstrument held;
+    ReadHeld(exchange, &held);
+    for (int i = 0; i < instrument->HeldCount(); ++i) {
+      if (instrument->Held(i).name != held.name) continue;
+      exchange.Fail("name", "is taken", "give each instrument of a hand its own name");
+    }
+    instrument->exchanges.push_back(std::move(held));
+  }
+}
+
+}  // namespace
+
+InstrumentOptions ReadInstrument(const TableReader& table,
+                                 const std::vector<OrganOptions>& organs) {
+  InstrumentOptions instrument;
+  ReadHeld(table, &instrument);
+  table.Require("trocar", "give the point where it enters the body as [x, y, z] in m");
+  table.ReadVector("trocar", kCoordinate, &instrument.p_trocar_W);
+  table.ReadChoice("reaction",
+                   {{"paper", ReactionType::kPaper}, {"lattice", ReactionType::kLattice}},
+                   &instrument.reaction);
+  for (const std::string_view key : {"k1", "k2"}) {
+    if (instrument.reaction != ReactionType::kPaper && table.Has(key)) {
+      table.Fail(key, "belongs to reaction = \"paper\"", "remove it or change the reaction");
+    }
+  }
+  table.ReadNumber("k1", Interval::NotNegative(1e5, "N/m"), &instrument.k1);
+  table.ReadNumber("k2", Interval::NotNegative(1e5, "N/m"), &instrument.k2);
+
+  if (const auto device = table.Table("device", kDeviceKeys)) {
+    instrument.device = ReadDevice(*device);
+  }
+  instrument.hand.organ = organs.front().name;
+  if (const auto hand = table.Table("hand", kHandKeys)) {
+    instrument.hand = ReadHand(*hand, instrument.type, organs);
+  }
+  if (const auto trace = table.Table("trace", kTraceKeys)) instrument.trace = ReadTrace(*trace);
+  ReadExchanges(table, &instrument);
+  return instrument;
+}
+
+}  // namespace hpdm

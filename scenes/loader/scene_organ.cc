@@ -1,0 +1,307 @@
+#include "scenes/loader/scene_keys.h"
+#include "scenes/loader/scene_parts.h"
+
+namespace hpdm {
+namespace {
+
+// Binomial coefficients of this degree are exact in double, and (30 + 1)^3 control points are far
+// beyond what a step can solve for.
+constexpr int kMaxBernsteinDegree = 30;
+constexpr int kMaxCells = 64;
+constexpr int kMaxSubdivisions = 5;
+constexpr int kMaxLocalFunctions = 250;
+constexpr int kMaxLocalRefinement = 6;
+constexpr double kMaxFineCells = 1e6;  // 100 along each axis
+
+void ReadUnit(const TableReader& table, double* unit_m) {
+  constexpr double kMaxUnit = 1000;
+  if (!table.HasString("unit")) {
+    table.ReadNumber("unit", Interval::Positive(kMaxUnit, "metres per unit"), unit_m);
+    return;
+  }
+  constexpr std::pair<std::string_view, double> kUnits[] = {{"m", 1.0}, {"mm", 1e-3}};
+  std::string text;
+  table.ReadString("unit", &text);
+  for (const auto& [name, metres] : kUnits) {
+    if (name == text) {
+      *unit_m = metres;
+      return;
+    }
+  }
+  table.Fail("unit", "is not a known unit", "give \"m\", \"mm\" or metres per unit as a number");
+}
+
+Isometry3d ReadPose(const TableReader& table) {
+  Vector3d position = Vector3d::Zero();
+  Matrix3d rotation = Matrix3d::Identity();
+  table.ReadVector("position", kCoordinate, &position);
+  ReadRotation(table, "rotation_deg", &rotation);
+  Isometry3d X_WO = Isometry3d::Identity();
+  X_WO.linear() = rotation;
+  X_WO.translation() = position;
+  return X_WO;
+}
+
+LatticeOptions ReadLattice(const TableReader& table) {
+  LatticeOptions lattice;
+  table.ReadChoice("basis",
+                   {{"bspline", BasisType::kBSpline}, {"bernstein", BasisType::kBernstein}},
+                   &lattice.basis);
+  const bool bspline = lattice.basis == BasisType::kBSpline;
+  table.ReadIntegers("degree", 1, bspline ? 3 : kMaxBernsteinDegree, &lattice.degree);
+  if (!bspline) {
+    if (table.Has("cells")) {
+      table.Fail("cells", "belongs to basis = \"bspline\"",
+                 "remove it: a Bernstein lattice is one cell");
+    }
+    lattice.cells = {1, 1, 1};
+  }
+  table.ReadIntegers("cells", 1, kMaxCells, &lattice.cells);
+  table.ReadNumber("margin", Interval::NotNegative(1, "m"), &lattice.margin);
+  table.ReadInteger("local_functions", 0, kMaxLocalFunctions, &lattice.local.functions);
+  table.ReadInteger("local_refinement", 2, kMaxLocalRefinement, &lattice.local.refinement);
+  return lattice;
+}
+
+// Local functions refine splines whose stiffness is constant and factorised.
+void CheckLocalFunctions(const TableReader& lattice, const OrganOptions& organ) {
+  if (organ.lattice.local.functions == 0) return;
+  double fine_cells = 1;
+  for (const int cells : organ.lattice.cells) fine_cells *= cells * organ.lattice.local.refinement;
+  if (fine_cells > kMaxFineCells) {
+    lattice.Fail("local_functions", "refines more than a million cells",
+                 "give fewer cells or a lower local_refinement");
+  }
+  const auto refuse = [&lattice](const char* needs) {
+    lattice.Fail("local_functions", std::string("needs ") + needs, "change that or give 0");
+  };
+  if (organ.lattice.basis != BasisType::kBSpline) refuse("basis = \"bspline\"");
+  if (organ.energy.type != EnergyType::kStrain) refuse("energy.type = \"strain\"");
+  if (organ.energy.solver != SolverType::kCholesky) refuse("energy.solver = \"cholesky\"");
+}
+
+EnergyOptions ReadEnergy(const TableReader& table) {
+  EnergyOptions energy;
+  table.ReadChoice("type", {{"metric", EnergyType::kMetric}, {"strain", EnergyType::kStrain}},
+                   &energy.type);
+  const bool metric = energy.type == EnergyType::kMetric;
+  for (const std::string_view key : {"domain", "alpha", "beta"}) {
+    if (!metric && table.Has(key)) {
+      table.Fail(key, "belongs to type = \"metric\"", "remove it or change the type");
+    }
+  }
+  if (metric && table.Has("law")) {
+    table.Fail("law", "belongs to type = \"strain\"", "remove it or change the type");
+  }
+  table.ReadChoice("strain",
+                   {{"small", StrainMeasure::kSmall},
+                    {"finite", StrainMeasure::kFinite},
+                    {"adaptive", StrainMeasure::kAdaptive}},
+                   &energy.strain);
+  table.ReadChoice(
+      "law", {{"neo_hookean", MaterialLaw::kNeoHookean}, {"stvk", MaterialLaw::kStVenantKirchhoff}},
+      &energy.law);
+  table.ReadChoice(
+      "solver", {{"cholesky", SolverType::kCholesky}, {"gauss_seidel", SolverType::kGaussSeidel}},
+      &energy.solver);
+  table.ReadChoice("domain", {{"box", EnergyDomain::kBox}, {"organ", EnergyDomain::kOrgan}},
+                   &energy.domain);
+  for (const std::string_view key : {"newton_iterations", "newton_budget"}) {
+    if (energy.strain == StrainMeasure::kSmall && table.Has(key)) {
+      table.Fail(key, "belongs to strain = \"finite\" or \"adaptive\"",
+                 "remove it or change the strain");
+    }
+  }
+  if (energy.strain != StrainMeasure::kAdaptive && table.Has("finite_from")) {
+    table.Fail("finite_from", "belongs to strain = \"adaptive\"", "remove it or change the strain");
+  }
+  table.ReadInteger("newton_iterations", 1, 1000, &energy.newton_iterations);
+  table.ReadNumber("newton_budget", Interval::NotNegative(10, "s"), &energy.newton_budget);
+  table.ReadNumber("finite_from", {.min = 0, .max = 10, .above_min = true}, &energy.finite_from);
+  // Not zero: beta alone leaves every linear map without energy, and fixed supports scale with it.
+  table.ReadNumber("alpha", Interval::Positive(1e12, "Pa"), &energy.alpha);
+  table.ReadNumber("beta", Interval::NotNegative(1e12, "N"), &energy.beta);
+  return energy;
+}
+
+MaterialOptions ReadMaterial(const TableReader& table) {
+  MaterialOptions material;
+  table.ReadNumber("young", Interval::Positive(1e12, "Pa"), &material.young);
+  table.ReadNumber("poisson", {.min = 0, .max = 0.5, .below_max = true}, &material.poisson);
+  table.ReadNumber("density", Interval::Positive(30000, "kg/m^3"), &material.density);
+  table.ReadNumber("relaxation_time", Interval::NotNegative(1000, "s"), &material.relaxation_time);
+  return material;
+}
+
+void ReadCorners(const TableReader& table, const Interval& range, Vector3d* min, Vector3d* max) {
+  for (const std::string_view key : {"min", "max"}) table.Require(key, "give both corners");
+  table.ReadVector("min", range, min);
+  table.ReadVector("max", range, max);
+  if (!(min->array() < max->array()).all()) {
+    table.Fail("max", "is not above min in every coordinate", "a region must hold some volume");
+  }
+}
+
+/// Absent when the table holds none.
+std::optional<Region> ReadRegion(const TableReader& table) {
+  table.RefuseBoth("box", "box_fraction");
+  table.RefuseBoth("box", "sphere");
+  table.RefuseBoth("box_fraction", "sphere");
+  if (const auto box = table.Table("box", kBoxKeys)) {
+    Box region;
+    ReadCorners(*box, kCoordinate, &region.min, &region.max);
+    return region;
+  }
+  if (const auto fraction = table.Table("box_fraction", kBoxKeys)) {
+    BoxFraction region;
+    ReadCorners(*fraction, {.min = 0, .max = 1}, &region.min, &region.max);
+    return region;
+  }
+  if (const auto sphere = table.Table("sphere", kSphereKeys)) {
+    Sphere region;
+    sphere->Require("centre", "give it as [x, y, z] in m");
+    sphere->Require("radius", "give it in m");
+    sphere->ReadVector("centre", kCoordinate, &region.centre);
+    sphere->ReadNumber("radius", Interval::Positive(kMaxCoordinate, "m"), &region.radius);
+    return region;
+  }
+  return std::nullopt;
+}
+
+StiffnessRegion ReadStiffnessRegion(const TableReader& table) {
+  StiffnessRegion stiffer;
+  const std::optional<Region> region = ReadRegion(table);
+  if (!region) table.Fail("has no region", "give box, box_fraction or sphere");
+  stiffer.region = *region;
+  table.Require("young", "give the tissue's Young's modulus there in Pa");
+  table.ReadNumber("young", Interval::Positive(1e12, "Pa"), &stiffer.young);
+  return stiffer;
+}
+
+OrganMotion ReadMotion(const TableReader& table) {
+  OrganMotion motion;
+  table.Require("displacement", "give how far it goes as [x, y, z] in m");
+  table.ReadVector("displacement", Interval::Within(0.1, "m"), &motion.displacement_W);
+  table.Require("frequency", "give it in Hz; 0.25 is a breath in four seconds");
+  table.ReadNumber("frequency", Interval::NotNegative(10, "Hz"), &motion.frequency);
+  return motion;
+}
+
+SupportOptions ReadSupport(const TableReader& table) {
+  SupportOptions support;
+  const std::optional<Region> region = ReadRegion(table);
+  if (!region) table.Fail("has no region", "give box, box_fraction or sphere");
+  support.region = *region;
+
+  table.RefuseBoth("fixed", "stiffness");
+  bool fixed = false;
+  if (table.ReadBoolean("fixed", &fixed) && !fixed) {
+    table.Fail("fixed", "leaves the support without effect",
+               "give fixed = true, or stiffness instead of it");
+  }
+  double stiffness = 0;
+  if (table.ReadNumber("stiffness", Interval::Positive(1e15, "Pa/m^2"), &stiffness)) {
+    support.stiffness = stiffness;
+  } else if (!fixed) {
+    table.Fail("does not say how it holds the tissue", "give fixed = true or stiffness");
+  }
+  return support;
+}
+
+}  // namespace
+
+OrganOptions ReadOrgan(const TableReader& table) {
+  OrganOptions organ;
+  table.Require("name", "name the organ");
+  table.ReadName("name", &organ.name);
+  table.Require("mesh", "name a mesh file (OBJ, STL or PLY)");
+  table.ReadFile("mesh", &organ.mesh);
+  ReadUnit(table, &organ.unit_m);
+  table.ReadInteger("subdivisions", 0, kMaxSubdivisions, &organ.subdivisions);
+  table.ReadChoice("model",
+                   {{"hpdm", OrganModelType::kHpdm},
+                    {"continuum", OrganModelType::kContinuum},
+                    {"mass_spring", OrganModelType::kMassSpring},
+                    {"rigid", OrganModelType::kRigid}},
+                   &organ.model);
+  const bool rigid = organ.model == OrganModelType::kRigid;
+  if (organ.model != OrganModelType::kHpdm) {
+    for (const std::string_view key : {"lattice", "energy", "region"}) {
+      if (!table.Has(key)) continue;
+      table.Fail(key, "belongs to model = \"hpdm\"", "remove the table or change the model");
+    }
+  }
+  for (const std::string_view key : {"material", "support"}) {
+    if (!rigid || !table.Has(key)) continue;
+    table.Fail(key, "means nothing to model = \"rigid\", which neither deforms nor moves",
+               "remove the table or change the model");
+  }
+  if (!rigid && table.Has("wall_stiffness")) {
+    table.Fail("wall_stiffness", "belongs to model = \"rigid\"", "remove it or change the model");
+  }
+  double wall_stiffness = 0;
+  if (table.ReadNumber("wall_stiffness", Interval::Positive(1e6, "N/m"), &wall_stiffness)) {
+    organ.wall_stiffness = wall_stiffness;
+  }
+  table.ReadFile("texture", &organ.texture);
+  if (const auto pose = table.Table("pose", kPoseKeys)) organ.X_WO = ReadPose(*pose);
+  if (const auto motion = table.Table("motion", kMotionKeys)) organ.motion = ReadMotion(*motion);
+  if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
+    organ.lattice = ReadLattice(*lattice);
+  }
+  if (const auto energy = table.Table("energy", kEnergyKeys)) organ.energy = ReadEnergy(*energy);
+  if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
+    CheckLocalFunctions(*lattice, organ);
+  }
+  if (const auto material = table.Table("material", kMaterialKeys)) {
+    organ.material = ReadMaterial(*material);
+    if (organ.model != OrganModelType::kHpdm && material->Has("relaxation_time")) {
+      material->Fail("relaxation_time", "belongs to model = \"hpdm\"",
+                     "remove it: the model has a damping of its own");
+    }
+  }
+  for (const TableReader& region : table.Tables("region", kRegionKeys)) {
+    organ.regions.push_back(ReadStiffnessRegion(region));
+  }
+  for (const TableReader& support : table.Tables("support", kSupportKeys)) {
+    organ.supports.push_back(ReadSupport(support));
+  }
+  return organ;
+}
+
+LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs) {
+  LoadOptions load;
+  table.Require("organ", "name the organ that the load acts on");
+  table.ReadString("organ", &load.organ);
+  RequireOrgan(table, "organ", load.organ, organs);
+  for (const std::string_view other : {"force", "displacement", "point", "radius"}) {
+    table.RefuseBoth(other, "pressure");
+  }
+  double pressure = 0;
+  if (table.ReadNumber("pressure", Interval::Within(1e9, "Pa"), &pressure)) {
+    load.pressure = pressure;
+    load.region = ReadRegion(table);
+    return load;
+  }
+  for (const std::string_view key : {"box", "box_fraction", "sphere"}) {
+    if (table.Has(key)) {
+      table.Fail(key, "is the region of a pressure", "remove it or give pressure");
+    }
+  }
+  table.Require("point", "give the load's centre as [x, y, z] in m");
+  table.ReadVector("point", kCoordinate, &load.p_centre_W);
+  table.Require("radius", "give the radius of the loaded surface in m");
+  table.ReadNumber("radius", Interval::Positive(kMaxCoordinate, "m"), &load.radius);
+  table.RefuseBoth("force", "displacement");
+  Vector3d value = Vector3d::Zero();
+  if (table.ReadVector("force", Interval::Within(1e6, "N"), &value)) {
+    load.force_W = value;
+  } else if (table.ReadVector("displacement", kCoordinate, &value)) {
+    load.displacement_W = value;
+  } else {
+    table.Fail("loads nothing", "give force or displacement as [x, y, z], or pressure");
+  }
+  return load;
+}
+
+}  // namespace hpdm

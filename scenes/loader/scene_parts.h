@@ -1,0 +1,34 @@
+#pragma once
+
+#include <numbers>
+#include <vector>
+
+#include "scenes/loader/scene.h"
+#include "scenes/loader/table_reader.h"
+
+/// The parts of LoadScene. Each turns its tables into validated options and throws InputError at
+/// the first fault.
+namespace hpdm {
+
+/// Coordinates and lengths in a scene. An operating field is well below a metre across, so a
+/// number beyond 10 m is most likely in millimetres.
+inline constexpr double kMaxCoordinate = 10;
+inline constexpr Interval kCoordinate = Interval::Within(kMaxCoordinate, "m");
+
+inline double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
+
+/// Reads angles about x, y and z in degrees: R = Rz Ry Rx, about the world's x axis first.
+void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rotation);
+
+/// The whole form, features of later versions included: LoadScene without RefuseNotYet.
+Scene ReadScene(const TomlDocument& document);
+
+OrganOptions ReadOrgan(const TableReader& table);
+LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs);
+InstrumentOptions ReadInstrument(const TableReader& table, const std::vector<OrganOptions>& organs);
+
+/// Fails at `key` unless its value `name` is the name of an organ.
+void RequireOrgan(const TableReader& table, std::string_view key, const std::string& name,
+                  const std::vector<OrganOptions>& organs);
+
+}  // namespace hpdm

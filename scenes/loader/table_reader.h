@@ -1,0 +1,144 @@
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/base/types.h"
+#include "scenes/loader/toml_document.h"
+
+namespace hpdm {
+
+class SceneFiles;
+
+/// The numbers that a key takes, in `unit` (empty for a pure number).
+struct Interval {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  std::string_view unit = {};
+  bool above_min = false;  ///< `min` itself is refused.
+  bool below_max = false;  ///< `max` itself is refused.
+
+  /// Above 0.
+  static constexpr Interval Positive(double max, std::string_view unit) {
+    return {.min = 0, .max = max, .unit = unit, .above_min = true};
+  }
+  /// 0 or above.
+  static constexpr Interval NotNegative(double max, std::string_view unit) {
+    return {.min = 0, .max = max, .unit = unit};
+  }
+  static constexpr Interval Within(double magnitude, std::string_view unit) {
+    return {.min = -magnitude, .max = magnitude, .unit = unit};
+  }
+  bool Contains(double x) const {
+    return (above_min ? x > min : x >= min) && (below_max ? x < max : x <= max);
+  }
+};
+
+/// Typed and checked access to one table of a document. Every failure throws InputError:
+/// `FILE:LINE:COLUMN: key.path: what is wrong (the value); remedy`, one line.
+///
+/// A Read function leaves *out alone and returns false when the key is absent, so the default is
+/// whatever stood there. The document must outlive the reader.
+class TableReader {
+ public:
+  using Keys = std::span<const std::string_view>;
+
+  /// The whole document. Fails at the first key that is not in `known`, naming the nearest known
+  /// one or, when none is near, all of them. So do the tables got by Table and Tables.
+  /// `files` finds the files that values name; the reader keeps the pointer.
+  TableReader(const TomlDocument& document, Keys known, SceneFiles* files);
+
+  bool Has(std::string_view key) const { return Find(key) != nullptr; }
+  /// The key is given and its value is a string.
+  bool HasString(std::string_view key) const;
+  /// Fails when the key is absent.
+  void Require(std::string_view key, std::string_view remedy) const;
+  /// Fails when both keys are given.
+  void RefuseBoth(std::string_view a, std::string_view b) const;
+
+  bool ReadNumber(std::string_view key, const Interval& range, double* out) const;
+  /// An array of three numbers.
+  bool ReadVector(std::string_view key, const Interval& range, Vector3d* out) const;
+  bool ReadBoolean(std::string_view key, bool* out) const;
+  /// Without control characters.
+  bool ReadString(std::string_view key, std::string* out) const;
+  /// A string of 1 to 64 bytes that is not blank.
+  bool ReadName(std::string_view key, std::string* out) const;
+  /// A file that exists (SceneFiles); *out is relative to the working folder or absolute, as the
+  /// document's own path is.
+  bool ReadFile(std::string_view key, std::string* out) const;
+
+  /// An array of 1 to `most` of them.
+  bool ReadFiles(std::string_view key, std::size_t most, std::vector<std::string>* out) const;
+
+  template <std::integral Int>
+  bool ReadInteger(std::string_view key, Int min, Int max, Int* out) const {
+    const std::optional<std::int64_t> value = Integer(key, min, max);
+    if (value) *out = static_cast<Int>(*value);
+    return value.has_value();
+  }
+
+  /// An array of three integers, or one integer for all three.
+  bool ReadIntegers(std::string_view key, int min, int max, std::array<int, 3>* out) const;
+
+  /// One of the choices' strings.
+  template <typename Enum, std::size_t N>
+  bool ReadChoice(std::string_view key, const std::pair<std::string_view, Enum> (&choices)[N],
+                  Enum* out) const {
+    std::string text;
+    if (!ReadString(key, &text)) return false;
+    std::array<std::string_view, N> names;
+    for (std::size_t i = 0; i < N; ++i) {
+      names[i] = choices[i].first;
+      if (choices[i].first == text) {
+        *out = choices[i].second;
+        return true;
+      }
+    }
+    FailChoice(key, names);
+  }
+
+  /// A table inside this one, [key] or key = {...}.
+  std::optional<TableReader> Table(std::string_view key, Keys known) const;
+  /// An array of tables, [[key]]; empty when absent.
+  std::vector<TableReader> Tables(std::string_view key, Keys known) const;
+
+  /// Fails at the key's value, or at the table when the key is absent.
+  [[noreturn]] void Fail(std::string_view key, std::string_view what,
+                         std::string_view remedy) const;
+  /// Fails at the table itself.
+  [[noreturn]] void Fail(std::string_view what, std::string_view remedy) const;
+
+ private:
+  TableReader(const TomlDocument& document, const TomlValue& table, std::string path, Keys known,
+              SceneFiles* files);
+
+  const TomlEntry* Find(std::string_view key) const;
+  std::string PathOf(std::string_view key) const;
+  std::string FileAt(std::string_view key, const std::string& text) const;
+  [[noreturn]] void FailType(std::string_view key, const TomlValue& value,
+                             std::string_view wanted) const;
+  [[noreturn]] void FailChoice(std::string_view key, Keys names) const;
+  std::optional<std::int64_t> Integer(std::string_view key, std::int64_t min,
+                                      std::int64_t max) const;
+  std::int64_t CheckedInteger(std::string_view key, const TomlValue& value, std::int64_t min,
+                              std::int64_t max) const;
+  double CheckedNumber(std::string_view key, const TomlValue& value, const Interval& range) const;
+
+  const TomlDocument* document_;
+  const TomlValue* table_;
+  std::string path_;  ///< As in "organ[0].lattice", empty for the document.
+  Keys known_;
+  SceneFiles* files_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,289 @@
+#include "engine/solver/local_functions.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <set>
+
+#include "engine/energy/mixed_dilatation.h"
+#include "engine/solver/lattice_response.h"
+#include "engine/tissue/interior.h"
+#include "tests/support/shapes.h"
+
+namespace hpdm {
+namespace {
+
+constexpr int kRefinement = 2;
+
+// An ellipsoid in a lattice of 3 x 3 x 3 cells, held by springs everywhere (so that no region
+// excludes candidates).
+struct LatticeBody {
+  explicit LatticeBody(double poisson)
+      : material{.young = 5000, .poisson = poisson},
+        mesh(Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2)),
+        lattice(BoundingLatticeBox(mesh.vertices, Matrix3d::Identity(), 0.01), Options()) {
+    const TissueQuadrature sampled =
+        SampleTissue(mesh, lattice.box(), {6, 6, 6}, {.resolution = 48});
+    tissue = {sampled.points, sampled.weights};
+    lattice.DropControlPointsWithoutTissue(tissue);
+    K = StrainStiffness(lattice, tissue, material, Dilatation::kProjected);
+    const WeightMatrix weights = lattice.Weights(tissue.points);
+    springs = 1e6 * weights.transpose() * tissue.weights.asDiagonal() * weights;
+    AddAlongEachAxis(springs, &K);
+  }
+
+  static LatticeOptions Options() {
+    LatticeOptions options;
+    options.cells = {3, 3, 3};
+    return options;
+  }
+
+  LocalFunctions Local() const {
+    return LocalFunctions(lattice, {.functions = 20, .refinement = kRefinement}, tissue, material,
+                          Dilatation::kProjected, {}, K);
+  }
+
+  MaterialOptions material;
+  SurfaceMesh mesh;
+  Lattice lattice;
+  Quadrature tissue;
+  ScalarStiffness springs;
+  FullStiffness K;
+};
+
+// The energy that local_functions.h describes, from the displacement gradients at the tissue's
+// points: of U and V together, with what the projection does not see of V's own dilatation.
+double EnergyAtPoints(const LatticeBody& body, const Lattice& finer, const Points& U,
+                      const Points& V) {
+  const auto [mu, lambda] = ToLame(body.material);
+  const auto [pointwise, projected] = ShareLambda({mu, lambda}, Dilatation::kProjected);
+  const auto coarse = body.lattice.GradientWeights(body.tissue.points),
+             fine = finer.GradientWeights(body.tissue.points);
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(body.tissue.weights.size()), sum = own;
+  double energy = 0;
+  for (Eigen::Index q = 0; q < own.size(); ++q) {
+    Matrix3d grad_u = Matrix3d::Zero(), grad_v = Matrix3d::Zero();
+    for (int d = 0; d < 3; ++d) {
+      grad_u.col(d) = (coarse[d].row(q) * U).transpose();
+      grad_v.col(d) = (fine[d].row(q) * V).transpose();
+    }
+    const Matrix3d strain = 0.5 * (grad_u + grad_v + (grad_u + grad_v).transpose());
+    own[q] = grad_v.trace();
+    sum[q] = strain.trace();
+    energy +=
+        body.tissue.weights[q] * (mu * strain.squaredNorm() + pointwise / 2 * sum[q] * sum[q] +
+                                  projected / 2 * own[q] * own[q]);
+  }
+  const CoarserSplines splines(body.lattice, body.tissue);
+  const auto seen = [&](const Eigen::VectorXd& field) {
+    return splines.Project(WeightMatrix(field.sparseView())).squaredNorm();
+  };
+  energy += projected / 2 * (seen(sum) - seen(own));
+  for (int d = 0; d < 3; ++d) energy += 0.5 * U.col(d).dot(body.springs * U.col(d));
+  return energy;
+}
+
+class LocalFunctionsTest : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(PoissonRatios, LocalFunctionsTest, testing::Values(0.3, 0.45));
+
+TEST_P(LocalFunctionsTest, CouplingAndReducedStiffnessHoldTheEnergy) {
+  const LatticeBody body(GetParam());
+  const LocalFunctions local = body.Local();
+  std::srand(1);
+  const Points U = 1e-3 * Points::Random(body.lattice.size(), 3);
+  Points V = Points::Zero(local.size(), 3);
+  const std::vector<int> used = {3, 40, 41, local.size() / 2, local.size() - 5};
+  for (const int a : used) V.row(a) = 1e-3 * Eigen::RowVector3d::Random();
+
+  // 1/2 |U + Y V|_K^2 + 1/2 V^T Sigma V.
+  Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(U.data(), U.size());
+  double energy = 0;
+  for (const int a : used) {
+    moved += local.Coupling(a) * V.row(a).transpose();
+    for (const int b : used) {
+      energy += 0.5 * V.row(a) * local.ReducedStiffness(a, b) * V.row(b).transpose();
+    }
+  }
+  energy += 0.5 * moved.dot(body.K * moved);
+  const double exact = EnergyAtPoints(body, local.finer(), U, V);
+  // Round-off times the condition of K, and the damping of nearly dependent coarser splines.
+  EXPECT_NEAR(energy, exact, 1e-7 * exact);
+}
+
+TEST_P(LocalFunctionsTest, NoneTouchesASupportsRegion) {
+  const LatticeBody body(GetParam());
+  Quadrature region{body.tissue.points.topRows(200), body.tissue.weights.head(200)};
+  const LocalFunctions local(body.lattice, {.functions = 20, .refinement = kRefinement},
+                             body.tissue, body.material, Dilatation::kProjected, {region}, body.K);
+  EXPECT_LT(local.size(), body.Local().size());
+  EXPECT_EQ(local.finer().Weights(region.points).nonZeros(), 0);
+}
+
+// A press on top of the body, its row over the lattice and the local functions in use.
+class RefinedPress {
+ public:
+  RefinedPress(const LatticeBody& body, const LocalFunctions& local)
+      : body_(body), local_(local), contacts_(body.lattice.size(), local.size(), 20) {}
+
+  // Compliance under the press at p.
+  double Compliance(LatticeResponse* response, const Vector3d& p) {
+    contacts_.Clear();
+    const Vector3d points[] = {p};
+    contacts_.local.Follow(local_.centres(), points, 20);
+    ContactSet::Row* row = contacts_.Add();
+    row->p_rest_W = p;
+    auto weights = contacts_.WeightRow(0);
+    body_.lattice.ForEachFunction(p, [&](int column, double value) { weights[column] = value; });
+    local_.finer().ForEachFunction(p, [&](int candidate, double value) {
+      const int slot = contacts_.local.Slot(candidate);
+      if (slot >= 0) weights[body_.lattice.size() + slot] = value;
+    });
+    problem_.Build(contacts_);
+    response->Respond(contacts_, &problem_);
+    return problem_.compliance()(0, 0);
+  }
+  const ActiveFunctions& active() const { return contacts_.local; }
+
+ private:
+  const LatticeBody& body_;
+  const LocalFunctions& local_;
+  ContactSet contacts_;
+  ContactProblem problem_;
+};
+
+TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
+  const LatticeBody body(GetParam());
+  const LocalFunctions local = body.Local();
+  RefinedPress press(body, local);
+  const auto moving = MakeLatticeResponse(local, 20), fresh = MakeLatticeResponse(local, 20);
+  double last = 0;
+  for (int i = 0; i <= 10; ++i) {
+    last = press.Compliance(moving.get(), Vector3d(0.008 * i - 0.04, 0.01, 0.045));
+  }
+  RefinedPress again(body, local);
+  const double first = again.Compliance(fresh.get(), Vector3d(0.04, 0.01, 0.045));
+  EXPECT_NEAR(last, first, 1e-9 * first);  // the order of the slots only
+}
+
+TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
+  const LatticeBody body(GetParam());
+  const LocalFunctions local = body.Local();
+  RefinedPress press(body, local);
+  const auto response = MakeLatticeResponse(local, 20);
+  const auto compliance = [&](double x) {
+    return press.Compliance(response.get(), Vector3d(x, 0.011, 0.045));
+  };
+  const auto set_at = [&](double x) {
+    compliance(x);
+    std::set<int> functions;
+    for (int s = 0; s < 20; ++s) functions.insert(press.active().Function(s));
+    return functions;
+  };
+  int swaps = 0;
+  for (int i = 0; i < 30; ++i) {
+    double before = 5e-4 * i, behind = before + 5e-4;
+    const std::set<int> first = set_at(before);
+    if (set_at(behind) == first) continue;
+    ++swaps;
+    while (behind - before > 1e-9) {
+      const double middle = (before + behind) / 2;
+      (set_at(middle) == first ? before : behind) = middle;
+    }
+    // A nanometre: the weights there are below 1e-6. At full weight a function makes some 1e-3.
+    EXPECT_NEAR(compliance(behind) / compliance(before), 1, 1e-6) << before;
+  }
+  EXPECT_GT(swaps, 3);
+}
+
+TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
+  const LatticeBody body(GetParam());
+  const LocalFunctions local = body.Local();
+  const auto plain = MakeLatticeResponse(body.K), refined = MakeLatticeResponse(local, 20);
+  for (const double x : {-0.06, -0.02, 0.0, 0.03}) {
+    const Vector3d p(x, 0.01, 0.04);
+    ContactSet contacts(body.lattice.size());
+    contacts.Add();
+    auto weights = contacts.WeightRow(0);
+    body.lattice.ForEachFunction(p, [&](int column, double value) { weights[column] = value; });
+    ContactProblem problem;
+    problem.Build(contacts);
+    plain->Respond(contacts, &problem);
+    // A larger space has a smaller least energy; a point load gains well over a tenth.
+    EXPECT_GT(RefinedPress(body, local).Compliance(refined.get(), p),
+              1.1 * problem.compliance()(0, 0));
+  }
+}
+
+TEST(ActiveFunctions, TakesTheNearestAndKeepsTheirSlots) {
+  Points centres(100, 3);
+  for (int a = 0; a < 100; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
+  ActiveFunctions active(100, 4);
+  const Vector3d first[] = {Vector3d(10.4, 0, 0)};
+  active.Follow(centres, first, 4);
+  std::array<int, 4> slot{};
+  for (int a = 9; a <= 12; ++a) {
+    ASSERT_GE(active.Slot(a), 0) << a;
+    EXPECT_EQ(active.Function(active.Slot(a)), a);
+    EXPECT_TRUE(active.Changed(active.Slot(a)));
+    slot[a - 9] = active.Slot(a);
+  }
+  const Vector3d moved[] = {Vector3d(11.4, 0, 0)};
+  active.Follow(centres, moved, 4);
+  EXPECT_EQ(active.Slot(9), -1);
+  for (int a = 10; a <= 12; ++a) {
+    EXPECT_EQ(active.Slot(a), slot[a - 9]);
+    EXPECT_FALSE(active.Changed(active.Slot(a)));
+  }
+  EXPECT_EQ(active.Slot(13), slot[0]);
+  EXPECT_TRUE(active.Changed(slot[0]));
+}
+
+TEST(ActiveFunctions, TheFarthestFadeAndTheirWeightTellsHowFar) {
+  Points centres(100, 3);
+  for (int a = 0; a < 100; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
+  ActiveFunctions active(100, 4);
+  const auto follow = [&](double x, double share = 1) {
+    const Vector3d point[] = {Vector3d(x, 0, 0)};
+    active.Follow(centres, point, 4, share);
+  };
+  const auto weight = [&](int function) { return active.Weight(active.Slot(function)); };
+  follow(10.49);  // 9 .. 12 are in; 12 is at 1.51, 8, the first outside, at 2.49
+  EXPECT_EQ(weight(10), 1);
+  EXPECT_EQ(weight(12), 1);
+  follow(10.99);  // 13 comes at 11.0: 9 is at 1.99, 13 at 2.01
+  EXPECT_NEAR(weight(9), (1 - 1.99 * 1.99 / (2.01 * 2.01)) / ActiveFunctions::kBand, 1e-12);
+  EXPECT_NEAR(active.Kept(active.Slot(9)), weight(9), 1e-12);
+  EXPECT_EQ(active.Kept(active.Slot(10)), 1);
+  const double fading = weight(9);
+  follow(10.99, 0.5);
+  EXPECT_EQ(weight(10), 0.5);
+  EXPECT_NEAR(weight(9), fading / 2, 1e-12);  // round-off
+  EXPECT_EQ(active.Kept(active.Slot(10)), 0.5);
+  follow(11.0 + 1e-9);
+  EXPECT_EQ(weight(13), ActiveFunctions::kLeastWeight);
+  follow(11.0, 0);
+  EXPECT_EQ(active.used(), 0);
+}
+
+TEST(ActiveFunctions, NoContactLetsGoOfAll) {
+  ActiveFunctions active(10, 4);
+  const Vector3d point[] = {Vector3d::Zero()};
+  const Points centres = Points::Random(10, 3);
+  active.Follow(centres, point, 4);
+  active.Follow(centres, {}, 4);
+  for (int s = 0; s < 4; ++s) EXPECT_EQ(active.Function(s), -1);
+}
+
+TEST(ActiveFunctions, TwoContactsShareTheSlots) {
+  Points centres(10, 3);
+  for (int a = 0; a < 10; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
+  ActiveFunctions active(10, 8);
+  const Vector3d points[] = {Vector3d(1.4, 0, 0), Vector3d(3.4, 0, 0)};
+  active.Follow(centres, points, 4);  // 0..3 and 2..5: two are in both
+  int used = 0;
+  for (int s = 0; s < 8; ++s) used += active.Function(s) >= 0;
+  EXPECT_EQ(used, 6);
+}
+
+}  // namespace
+}  // namespace hpdm

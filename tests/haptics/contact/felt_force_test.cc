@@ -1,0 +1,264 @@
+// The force that the hand feels is the lattice's own: deformation loop and tip contact in lockstep.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+
+#include "tests/support/felt_bench.h"
+#include "tests/support/shapes.h"
+
+namespace hpdm {
+namespace {
+
+// The same surface with every triangle in four.
+SurfaceMesh SplitFlat(const SurfaceMesh& mesh) {
+  std::map<std::pair<int, int>, int> middles;
+  std::vector<Vector3d> added;
+  SurfaceMesh split;
+  split.triangles.resize(4 * mesh.triangles.rows(), 3);
+  const auto middle = [&](int a, int b) {
+    const auto [it, is_new] = middles.try_emplace(
+        std::minmax(a, b), static_cast<int>(mesh.vertices.rows() + added.size()));
+    if (is_new) added.push_back((mesh.vertices.row(a) + mesh.vertices.row(b)).transpose() / 2);
+    return it->second;
+  };
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const int a = mesh.triangles(t, 0), b = mesh.triangles(t, 1), c = mesh.triangles(t, 2);
+    const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+    split.triangles.row(4 * t) << a, ab, ca;
+    split.triangles.row(4 * t + 1) << b, bc, ab;
+    split.triangles.row(4 * t + 2) << c, ca, bc;
+    split.triangles.row(4 * t + 3) << ab, bc, ca;
+  }
+  split.vertices.resize(mesh.vertices.rows() + static_cast<Eigen::Index>(added.size()), 3);
+  split.vertices.topRows(mesh.vertices.rows()) = mesh.vertices;
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    split.vertices.row(mesh.vertices.rows() + static_cast<Eigen::Index>(i)) = added[i].transpose();
+  }
+  return split;
+}
+
+// Steps and ticks of still tools until both have the other's contact.
+constexpr int kRounds = 4;
+
+class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeasure>> {
+ protected:
+  static OrganOptions Options() {
+    OrganOptions options = SoftOrgan("ellipsoid", 3);
+    options.energy.solver = GetParam().first;
+    options.energy.strain = GetParam().second;
+    options.supports[0].region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)};
+    return options;
+  }
+  FeltBench bench_{Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2), Grasper()};
+  static ToolOptions Grasper() {
+    ToolOptions tool;
+    tool.can_grasp = true;
+    return tool;
+  }
+};
+
+// From the first step of a contact on, whatever the solver.
+TEST_P(FeltForce, IsTheStepsOwnWhereTheToolsHaveNotMoved) {
+  for (double z = 0.056; z > 0.04; z -= 0.003) {
+    const ToolPose a = FeltBench::At({0.02, 0.01, z}), c = FeltBench::At({-0.01, 0.01, z + 0.002});
+    for (int i = 0; i < kRounds; ++i) {
+      bench_.Step(a, c);
+      bench_.Settle(a, c);
+    }
+    for (int t = 0; t < 2; ++t) {
+      const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
+      // The relaxations leave 1e-6 of the deepest contact's depth.
+      EXPECT_LT((bench_.Hand(t) + force).norm(), 1e-6 * force.norm() + 1e-7) << z << ' ' << t;
+    }
+  }
+  EXPECT_GT(bench_.Hand().z(), 0.2);
+  EXPECT_GT(bench_.Hand(1).z(), 0.1);
+}
+
+TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
+  const Vector3d top(0, 0, 0.0525);
+  const ToolPose press = FeltBench::At({0.03, 0, 0.044});
+  bench_.Step(FeltBench::At(top, 1), press);
+  bench_.Step(FeltBench::At(top, 0), press);
+  for (double lift = 0.003; lift < 0.013; lift += 0.003) {
+    const ToolPose jaws = FeltBench::At(top + Vector3d(0.2 * lift, 0, lift), 0);
+    for (int i = 0; i < kRounds; ++i) {
+      bench_.Step(jaws, press);
+      bench_.Settle(jaws, press);
+    }
+    for (int t = 0; t < 2; ++t) {
+      const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
+      // As above; Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which
+      // are far stiffer against each other than together.
+      const double tolerance = GetParam().first == SolverType::kGaussSeidel ? 1e-3 : 1e-6;
+      EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm() + 1e-7)
+          << lift << ' ' << t;
+    }
+  }
+  EXPECT_EQ(bench_.Patch().kind, ContactKind::kGrasp);
+  EXPECT_LT(bench_.Hand().z(), -0.2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Relaxations, FeltForce,
+                         testing::Values(std::pair(SolverType::kCholesky, StrainMeasure::kSmall),
+                                         std::pair(SolverType::kGaussSeidel, StrainMeasure::kSmall),
+                                         std::pair(SolverType::kCholesky, StrainMeasure::kFinite)));
+
+// Between two steps the tick extrapolates by the compliance: it meets the next step's force.
+TEST(FeltForceOfTheLiver, MeetsTheNextStepsAsTheTipGoesDeeper) {
+  const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
+  FeltBench bench(options, Load(options));
+  const ToolPose tool = bench.PressTo(bench.Top(0.03, -0.02), 0.010);
+  const ToolPose deeper = FeltBench::At(tool.X_WT.translation() - Vector3d(0, 0, 0.002));
+  bench.Tick(deeper);
+  const Vector3d felt = bench.Hand();
+  bench.Step(deeper);
+  const Vector3d force = bench.Patch().force_on_tissue_W;
+  // 2 mm of 10, in which the contact slips and the surface turns under it: by their linear laws.
+  EXPECT_LT((felt + force).norm(), 0.02 * force.norm());
+}
+
+TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
+  const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
+  const SurfaceMesh coarse = Load(options);
+  const SurfaceMesh fine = SplitFlat(SplitFlat(coarse));
+  FeltBench on_coarse(options, coarse), on_fine(options, fine);
+  const SurfaceTopology topology(coarse.vertices.rows(), coarse.triangles);
+  double mean = 0;
+  for (const Vector3d& at : {Vector3d(0.03, -0.02, 0), Vector3d(0.02, -0.035, 0),
+                             Vector3d(0.01, -0.01, 0), Vector3d(0.045, -0.015, 0)}) {
+    const SurfacePoint place =
+        SurfaceTree(coarse.vertices, coarse.triangles).Closest(on_coarse.Top(at.x(), at.y()), 1).at;
+    const Vector3d top = place.Position(coarse.vertices, coarse.triangles);
+    const Vector3d normal = InterpolatedNormal(coarse.vertices, coarse.triangles, topology, place);
+    Vector3d felt[2];
+    for (int i = 0; i < 2; ++i) {
+      FeltBench& bench = i == 0 ? on_coarse : on_fine;
+      bench.PressTo(top, 0.010, normal);
+      felt[i] = bench.Hand();
+      bench.Step(FeltBench::Away());
+    }
+    const double difference = std::abs(felt[1].norm() / felt[0].norm() - 1);
+    std::printf("F %.4f N, %.4f N on the finer surface\n", felt[0].norm(), felt[1].norm());
+    mean += difference / 4;
+    // The tissue's samples make the stiffness differ by 0.5 %; the thickness that bounds the
+    // kernel is interpolated, and the contact slips over facets: 0.4 % at most here.
+    EXPECT_LT(difference, 0.03) << at.transpose();
+  }
+  std::printf("mean difference of |F|: %.2f %%\n", 100 * mean);
+  EXPECT_LT(mean, 0.01);
+}
+
+// A slide of 30 mm at 0.1 m/s, 10 mm deep, with the session's delay of 34 ticks.
+TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
+  const OrganOptions options = SoftOrgan("liver_1332.obj", 6);
+  FeltBench bench(options, Load(options));
+  const Vector3d top = bench.Top(0.02, -0.02);
+  const ToolPose start = bench.PressTo(top, 0.010);
+  bench.Tick(start);
+  Vector3d last = bench.Hand();
+  double largest = 0, largest_force = 0;
+  ToolPose seen = start;
+  for (int tick = 1; tick <= 300; ++tick) {
+    const ToolPose tool = FeltBench::At(start.X_WT.translation() + Vector3d(1e-4 * tick, 0, 0));
+    if (tick % 34 == 0) {
+      bench.Step(seen);
+      seen = tool;
+    }
+    bench.Tick(tool);
+    largest = std::max(largest, (bench.Hand() - last).norm());
+    largest_force = std::max(largest_force, bench.Hand().norm());
+    last = bench.Hand();
+    ASSERT_GT(last.norm(), 0) << tick;
+  }
+  std::printf("slide: largest tick step %.4f N of %.3f N\n", largest, largest_force);
+  // A patch knows the compliance and the turn of the surface where the contact was 3.4 to 6.8 mm
+  // before; what it changes is faded in over 20 ticks. The facets turn by 0.2 rad, 7 mm apart.
+  EXPECT_LT(largest, 0.015 * largest_force);
+}
+
+// The row of a press is the surface's, not its triangles'.
+TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
+  const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
+  const SurfaceMesh coarse = Load(options);
+  FeltBench on_coarse(options, coarse), on_fine(options, SplitFlat(SplitFlat(coarse)));
+  for (const Vector3d& at : {Vector3d(0.03, -0.02, 0), Vector3d(0.02, -0.035, 0),
+                             Vector3d(0.01, -0.01, 0), Vector3d(0.045, -0.015, 0)}) {
+    // Near, but not yet touching: the contact is the same point of the surface.
+    const ToolPose tool = FeltBench::At(on_coarse.Top(at.x(), at.y()) + Vector3d(0, 0, 0.004));
+    on_coarse.Step(tool);
+    on_fine.Step(tool);
+    const ContactSet& rows = on_coarse.loop().organ(0).contacts;
+    const ContactSet& fine_rows = on_fine.loop().organ(0).contacts;
+    ASSERT_EQ(rows.size(), 1);
+    ASSERT_EQ(fine_rows.size(), 1);
+    // Samples of R / 4 may lie differently in large and in small triangles, and the tissue's
+    // thickness, which bounds R, is interpolated between other vertices.
+    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 0.03 * rows.Weights().norm());
+    EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 1e-6);
+  }
+}
+
+// Deeper than the gallbladder's own radius, where the released surface has no foot below the tip.
+TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
+  OrganOptions options = SoftOrgan("gallbladder.obj", 4);
+  options.supports[0].region = BoxFraction{Vector3d(0, 0, 0), Vector3d(1, 1, 0.27)};
+  FeltBench bench(options, Load(options));
+  const Vector3d top = bench.Top(0.0013, 0.0047) + Vector3d(0, 0, ToolOptions().tip_radius);
+  // Down 25 mm at 0.05 m/s, held, and back.
+  double largest = 0, largest_force = 0;
+  Vector3d last = Vector3d::Zero();
+  ToolPose seen = FeltBench::At(top + Vector3d(0, 0, 0.005));
+  bench.Step(seen);
+  for (int tick = 0; tick <= 1500; ++tick) {
+    const double depth = std::min({5e-5 * tick - 0.005, 0.025, 5e-5 * (1400 - tick)});
+    const ToolPose tool = FeltBench::At(top - Vector3d(0, 0, depth));
+    if (tick % 34 == 0) {
+      bench.Step(seen);
+      seen = tool;
+    }
+    bench.Tick(tool);
+    largest = std::max(largest, (bench.Hand() - last).norm());
+    largest_force = std::max(largest_force, bench.Hand().norm());
+    last = bench.Hand();
+  }
+  std::printf("gallbladder: largest tick step %.4f N of %.3f N\n", largest, largest_force);
+  EXPECT_GT(largest_force, 0.1);
+  // A tick's motion of 0.05 mm makes 0.003 N at most; the rest is patches that fade in.
+  EXPECT_LT(largest, 0.03 * largest_force);
+}
+
+// The work of the felt force over a slow press is the energy that the lattice stores.
+TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
+  const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
+  FeltBench bench(options, Load(options));
+  const Vector3d top = bench.Top(0.03, -0.02) + Vector3d(0, 0, ToolOptions().tip_radius);
+  const auto energy = [&] {
+    const Points& U = bench.loop().organ(0).control_displacements;
+    const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
+    const ContactSet& contacts = bench.loop().organ(0).contacts;
+    double sum = 0.5 * u.dot(std::get<FullStiffness>(bench.model().stiffness()) * u);
+    for (int i = 0; i < contacts.size(); ++i) {  // and the dent below its resolution
+      sum += 0.5 * contacts[i].force_W.dot(contacts[i].local_compliance_W * contacts[i].force_W);
+    }
+    return sum;
+  };
+  double work = 0;
+  Vector3d last = Vector3d::Zero();
+  for (double z = -0.003; z < 0.010; z += 1e-4) {
+    const ToolPose tool = FeltBench::At(top - Vector3d(0, 0, z));
+    bench.Step(tool);
+    bench.Tick(tool);
+    work += 0.5 * (bench.Hand() + last).dot(Vector3d(0, 0, 1e-4));
+    last = bench.Hand();
+  }
+  EXPECT_GT(work, 1e-4);
+  // The contact slips over the tissue without friction, but no farther than its tip's motion.
+  EXPECT_NEAR(work, energy(), 0.03 * work);
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,148 @@
+#include "haptics/contact/lattice_reaction.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "haptics/contact/reaction_force.h"
+#include "haptics/device/hand_script.h"
+
+namespace hpdm {
+namespace {
+
+Vector3d RandomVector(HandRandom* random) {
+  return {random->Uniform(-1, 1), random->Uniform(-1, 1), random->Uniform(-1, 1)};
+}
+
+// A 6 x 6 compliance of two tips, m/N: about 1 / (300 N/m), well coupled.
+Eigen::Matrix<double, 6, 6> RandomCompliance(HandRandom* random) {
+  Eigen::Matrix<double, 6, 6> A;
+  for (double& value : A.reshaped()) value = random->Uniform(-1, 1);
+  const Eigen::Matrix<double, 6, 6> C = A * A.transpose();
+  return 1e-3 * (C + 0.3 * Eigen::Matrix<double, 6, 6>::Identity());
+}
+
+TEST(LatticeReaction, Equation29WithItsNeighboursIsTheCompliancesInverse) {
+  HandRandom random(1);
+  for (int i = 0; i < 200; ++i) {
+    const Matrix3d C = RandomCompliance(&random).topLeftCorner<3, 3>();
+    const ReactionNode node = NodeOfCompliance(C);
+    EXPECT_EQ(node.neighbour_count, 2);
+    for (const double size : {1e-7, 1e-4, 0.03}) {  // m
+      const Vector3d delta = size * RandomVector(&random);
+      const Vector3d force = C.ldlt().solve(delta);
+      // The neighbours' directions turn by delta / 1e10 m; what is left is round-off.
+      EXPECT_LT((ForceOnTissue(node, delta) - force).norm(), 1e-9 * force.norm());
+    }
+  }
+}
+
+TEST(LatticeReaction, TwoPressesSolveTheirComplementarityProblem) {
+  HandRandom random(2);
+  int both = 0, one = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto C = RandomCompliance(&random);
+    const Matrix3d C_ac = C.topRightCorner<3, 3>();
+    LatticeTip a, c;
+    a.compliance_W = C.topLeftCorner<3, 3>();
+    c.compliance_W = C.bottomRightCorner<3, 3>();
+    a.normal_W = RandomVector(&random).normalized();
+    c.normal_W = RandomVector(&random).normalized();
+    a.depth = random.Uniform(-0.002, 0.01);
+    c.depth = random.Uniform(-0.002, 0.01);
+    Vector3d f_a, f_c;
+    TipForces(a, c, C_ac, &f_a, &f_c);
+    const double n_a = -a.normal_W.dot(f_a), n_c = -c.normal_W.dot(f_c);
+    EXPECT_GE(n_a, 0);
+    EXPECT_GE(n_c, 0);
+    // Gaps of the tips from the tissue under both forces; 1e-8 of 1 cm for the pad of 1e-9.
+    const double gap_a = -a.depth - a.normal_W.dot(a.compliance_W * f_a + C_ac * f_c);
+    const double gap_c = -c.depth - c.normal_W.dot(c.compliance_W * f_c + C_ac.transpose() * f_a);
+    EXPECT_GT(gap_a, -1e-9);
+    EXPECT_GT(gap_c, -1e-9);
+    EXPECT_LT(std::abs(gap_a * n_a), 1e-7);
+    EXPECT_LT(std::abs(gap_c * n_c), 1e-7);
+    both += n_a > 0 && n_c > 0;
+    one += (n_a > 0) != (n_c > 0);
+  }
+  EXPECT_GT(both, 100);
+  EXPECT_GT(one, 100);
+}
+
+TEST(LatticeReaction, HeldTipsMoveAsTheirJawsDo) {
+  HandRandom random(3);
+  for (int i = 0; i < 200; ++i) {
+    const auto C = RandomCompliance(&random);
+    LatticeTip a, c;
+    a.holds = c.holds = true;
+    a.compliance_W = C.topLeftCorner<3, 3>();
+    c.compliance_W = C.bottomRightCorner<3, 3>();
+    a.p_current_W = 0.01 * RandomVector(&random);
+    c.p_current_W = 0.01 * RandomVector(&random);
+    Vector3d f_a, f_c;
+    TipForces(a, c, C.topRightCorner<3, 3>(), &f_a, &f_c);
+    Eigen::Matrix<double, 6, 1> moved, force;
+    moved << a.p_current_W, c.p_current_W;
+    force << f_a, f_c;
+    // The condition number is about 100; the tips' own compliance is padded by 1e-9.
+    EXPECT_LT((C * force - moved).norm(), 1e-6 * moved.norm());
+
+    // A press beside it feels the held tissue.
+    a.holds = false;
+    a.normal_W = RandomVector(&random).normalized();
+    a.depth = 0.01;
+    TipForces(a, c, C.topRightCorner<3, 3>(), &f_a, &f_c);
+    const Vector3d x_c = c.compliance_W * f_c + C.bottomLeftCorner<3, 3>() * f_a;
+    EXPECT_LT((x_c - c.p_current_W).norm(), 1e-6 * c.p_current_W.norm());
+    if (f_a.norm() > 0) {
+      const Vector3d x_a = a.compliance_W * f_a + C.topRightCorner<3, 3>() * f_c;
+      EXPECT_NEAR(a.normal_W.dot(x_a), -a.depth, 1e-8);
+    }
+  }
+}
+
+// Jaws on tissue that cannot move apart, as within one cell of the lattice: before tips slipped,
+// 5e8 N.
+TEST(LatticeReaction, TipsThatTheTissueCannotTellApartSlip) {
+  HandRandom random(4);
+  for (int i = 0; i < 200; ++i) {
+    LatticeTip a, c;
+    a.compliance_W = c.compliance_W = RandomCompliance(&random).topLeftCorner<3, 3>();
+    const Matrix3d coupling = a.compliance_W;
+    const Vector3d way = 0.05 * RandomVector(&random).normalized();
+    a.normal_W = way.normalized();
+    c.normal_W = -a.normal_W;
+    a.p_current_W = way;
+    c.p_current_W = -way;
+    a.depth = c.depth = way.norm();
+    for (const bool a_holds : {true, false}) {
+      for (const bool c_holds : {true, false}) {
+        a.holds = a_holds;
+        c.holds = c_holds;
+        Vector3d f_a, f_c;
+        TipForces(a, c, coupling, &f_a, &f_c);
+        const double alone = std::max(TipForce(a).norm(), TipForce(c).norm());
+        EXPECT_LE(std::max(f_a.norm(), f_c.norm()), 10 * alone) << "as in the step";
+      }
+    }
+    // Alike they share their force, and do not slip.
+    a.holds = c.holds = true;
+    c.p_current_W = a.p_current_W;
+    Vector3d f_a, f_c;
+    TipForces(a, c, coupling, &f_a, &f_c);
+    EXPECT_LT((f_a + f_c - TipForce(a)).norm(), 1e-6 * TipForce(a).norm()) << "the pad of 1e-9";
+  }
+}
+
+TEST(LatticeReaction, ASeparatedPressHasNoForce) {
+  LatticeTip tip;
+  tip.compliance_W = 1e-3 * Matrix3d::Identity();
+  tip.normal_W = Vector3d::UnitZ();
+  tip.depth = -1e-9;
+  EXPECT_EQ(TipForce(tip), Vector3d::Zero());
+  tip.depth = 1e-3;
+  EXPECT_LT((TipForce(tip) + Vector3d::UnitZ()).norm(), 1e-15);
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,167 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "haptics/device/sim_device.h"
+#include "haptics/device/simulated_hand.h"
+#include "haptics/haptic_loop.h"
+#include "tests/support/contact_patches.h"
+
+/// A haptic loop on the bench: devices and patches in the tests' hands.
+namespace hpdm {
+
+inline constexpr Nanoseconds kPeriod = 1'000'000;
+inline constexpr double kStiffness = 120;     // N/m
+inline constexpr double kTipRadius = 0.0025;  // m
+inline const Vector3d kTrocar(0, 0, 0.1);     // straight above the patches' middle
+
+inline ImpulseEngineKinematics Kinematics() {
+  return {kTrocar, -Vector3d::UnitZ(), DeviceProfile{}};
+}
+
+// A device whose pose the test sets.
+class FakeDevice : public Device {
+ public:
+  DeviceSample Read(Nanoseconds now) noexcept override {
+    return {.sequence = ++reads_, .time_ns = now, .joints = joints, .valid = valid};
+  }
+  void Write(const AxisEffort& effort) noexcept override { written = effort; }
+  void Home() override { force_.Home(); }
+  void EnableForce(bool on) noexcept override { force_.Enable(on); }
+  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
+  bool ForceOn() const noexcept override { return force_.On(); }
+  DeviceLimits limits() const noexcept override { return LimitsOf({}); }
+
+  void MoveTip(const Vector3d& p_W) { joints = Kinematics().Inverse(p_W, 0, 1).joints; }
+
+  JointVector joints = JointVector::Zero();
+  bool valid = true;
+  AxisEffort written = AxisEffort::Zero();
+
+ private:
+  ForceSwitch force_;
+  std::uint64_t reads_ = 0;
+};
+
+// A loop with one fake device over a plane at z = 0, ticked in virtual time.
+class Bench {
+ public:
+  explicit Bench(bool passivity_control = true, std::vector<HeldTool> exchanges = {}) {
+    device.MoveTip({0, 0, 0.01});
+    device.Home();
+    device.EnableForce(true);
+    HapticInstrument instrument{&device, Kinematics(), kTipRadius, {}};
+    instrument.passivity.control = passivity_control;
+    instrument.exchanges = std::move(exchanges);
+    loop = std::make_unique<HapticLoop>(
+        std::vector{instrument}, kPeriod,
+        HapticLoop::Edges{tool_states, patches, samples, nullptr, &control});
+  }
+
+  void PublishPatch() {
+    ContactPatch& patch = patches.Back();
+    patch = {};
+    patch.step.number = ++step;
+    patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
+    patch.tool_count = 1;
+    patch.tools[0] = PlanePatch(7, 0.03, stiffness);
+    patch.tools[0].exchange = exchange;
+    patches.Publish();
+  }
+
+  HapticSample Tick() {
+    loop->Tick(tick, static_cast<Nanoseconds>(tick) * kPeriod, {});
+    ++tick;
+    HapticSample sample;
+    EXPECT_TRUE(samples.Pop(&sample));
+    return sample;
+  }
+
+  // Past the ramp-in, with a fresh patch every 33 ticks.
+  void Settle() {
+    for (int i = 0; i < 600; ++i) {
+      if (i % 33 == 0) PublishPatch();
+      Tick();
+    }
+  }
+
+  void Ask(const SessionControl& asked) {
+    control.Back() = asked;
+    control.Publish();
+  }
+
+  double stiffness = kStiffness;  // N/m, of the patches to come
+  int exchange = 0;               // that they are for
+  FakeDevice device;
+  TripleBuffer<ToolState> tool_states;
+  TripleBuffer<ContactPatch> patches;
+  TripleBuffer<SessionControl> control;
+  SpscQueue<HapticSample> samples{64};
+  std::unique_ptr<HapticLoop> loop;
+  std::uint64_t tick = 0;
+  std::uint64_t step = 0;
+};
+
+// Two simulated hands over full patches, as in a session.
+struct SimulatedSession {
+  SimulatedSession() {
+    std::vector<HapticInstrument> instruments;
+    for (int i = 0; i < kMaxInstruments; ++i) {
+      HandOptions options;
+      options.seed = static_cast<std::uint32_t>(i + 1);
+      options.script = i == 0 ? HandScript::kPalpate : HandScript::kRandom;
+      const HandSite site{Vector3d::Zero(), Vector3d::UnitZ(), kTrocar, 0.2};
+      devices.push_back(std::make_unique<SimDevice>(
+          DeviceProfile{}, Kinematics(), std::make_unique<SimulatedHand>(options, site)));
+      devices.back()->Home();
+      devices.back()->EnableForce(true);
+      instruments.push_back({devices.back().get(), Kinematics(), kTipRadius, {}});
+      instruments.back().exchanges = {{.tip_radius = 0.5 * kTipRadius}};
+    }
+    loop = std::make_unique<HapticLoop>(
+        instruments, kPeriod, HapticLoop::Edges{tool_states, patches, samples, nullptr, &control});
+  }
+
+  void PublishPatch(std::uint64_t tick) {
+    ContactPatch& patch = patches.Back();
+    patch.step.number = ++step;
+    patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
+    patch.tool_count = kMaxInstruments;
+    for (ToolPatch& tool : patch.tools) {
+      tool = SpherePatch(8, 0.04, 0.1, kStiffness);
+      tool.exchange = exchange;
+    }
+    patches.Publish();
+  }
+
+  void Ask(const SessionControl& asked) {
+    control.Back() = asked;
+    control.Publish();
+  }
+
+  void Run(std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t tick = begin; tick < end; ++tick) {
+      if (tick % 33 == 0) PublishPatch(tick);
+      loop->Tick(tick, static_cast<Nanoseconds>(tick) * kPeriod, {});
+      HapticSample sample;
+      while (samples.Pop(&sample)) log.push_back(sample);
+    }
+  }
+
+  int exchange = 0;  // that the patches to come are for
+  std::vector<std::unique_ptr<SimDevice>> devices;
+  TripleBuffer<ToolState> tool_states;
+  TripleBuffer<ContactPatch> patches;
+  TripleBuffer<SessionControl> control;
+  SpscQueue<HapticSample> samples{64};
+  std::unique_ptr<HapticLoop> loop;
+  std::uint64_t step = 0;
+  std::vector<HapticSample> log;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/telemetry/telemetry_loop.h"
+#include "tests/support/scratch_folder.h"
+#include "tools/report/metrics/session_metrics.h"
+
+namespace hpdm {
+
+/// A log of ticks that a test makes up.
+class MadeSession {
+ public:
+  explicit MadeSession(const std::vector<std::string>& instruments = {"probe"})
+      : telemetry_(&samples_, &steps_, &scenes_, log(), {}, Info(instruments)),
+        tools_(static_cast<int>(instruments.size())) {}
+
+  std::string log() const { return folder_ / "session.lcmlog"; }
+
+  /// The next tick, changed by `change`.
+  void Tick(const std::function<void(HapticSample*)>& change = nullptr) {
+    HapticSample sample;
+    sample.tick = tick_++;
+    sample.time_ns = static_cast<Nanoseconds>(sample.tick) * 1'000'000;
+    sample.tool_count = tools_;
+    for (ToolSample& tool : sample.tools) tool.device_valid = true;
+    if (change) change(&sample);
+    samples_.Push(sample);
+    telemetry_.Drain();
+  }
+  /// Ticks with one instrument's force (N) on an organ; -1: without contact.
+  void Press(int ticks, double force, int organ, int tool = 0) {
+    for (int i = 0; i < ticks; ++i) {
+      Tick([&](HapticSample* sample) {
+        sample->tools[tool].force_W = {0, 0, force};
+        sample->tools[tool].depth = force / 1000;
+        sample->tools[tool].organ = organ;
+        sample->tools[tool].kind = organ < 0 ? ContactKind::kNone : ContactKind::kPress;
+      });
+    }
+  }
+  /// The log again, with its events as `change` leaves them; false: without this one.
+  SessionReading Read(const std::function<bool(LogEvent*)>& change) {
+    const std::string changed = folder_ / "changed.lcmlog";
+    {
+      SessionLog copy(changed, 0);
+      LogReader reader(log());
+      for (LogEvent event; reader.Next(&event);) {
+        if (change(&event)) copy.Append(event.channel.c_str(), event.time_us, event.data);
+      }
+    }
+    return ReadSession(changed);
+  }
+  void Skip(int ticks) { tick_ += static_cast<std::uint64_t>(ticks); }
+  SessionReading Finish(double force_limit = kDefaultForceLimit) {
+    telemetry_.Finish();
+    return ReadSession(log(), force_limit);
+  }
+
+ private:
+  static SessionInfo Info(const std::vector<std::string>& instruments) {
+    SessionInfo info;
+    info.instruments = instruments;
+    for (const std::string& instrument : instruments) {
+      info.held.push_back({instrument, "hook", "blunt"});
+    }
+    OrganDescription organ;
+    organ.vertices = Points::Zero(3, 3);
+    organ.triangles = Triangles::Zero(1, 3);
+    organ.triangles << 0, 1, 2;
+    for (const char* name : {"liver", "gallbladder"}) {
+      organ.name = name;
+      info.organs.push_back(organ);
+    }
+    return info;
+  }
+
+  ScratchFolder folder_;
+  SpscQueue<HapticSample> samples_{4096};
+  SpscQueue<StepSample> steps_{16};
+  TripleBuffer<SceneSnapshot> scenes_;
+  TelemetryLoop telemetry_;
+  int tools_;
+  std::uint64_t tick_ = 0;
+};
+
+}  // namespace hpdm

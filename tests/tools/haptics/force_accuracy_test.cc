@@ -1,0 +1,180 @@
+// The felt force between two deformation steps, against the whole model solved at every tick.
+#include "tools/haptics/force_accuracy.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "engine/base/error.h"
+#include "tests/support/scratch_folder.h"
+#include "tools/haptics/accuracy_cases.h"
+#include "tools/haptics/tip_accuracy.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kRate = 1000, kComb = 30;
+
+Scene TwoHands() { return LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/two_hands.toml"); }
+
+Scene CaseScene(const std::string& name) {
+  for (const AccuracyCase& each : AccuracyCases(TwoHands(), true)) {
+    if (each.name == name) return each.scene;
+  }
+  ADD_FAILURE() << name;
+  return {};
+}
+
+ForceSignal Signal(int ticks, const std::function<double(double)>& force) {
+  ForceSignal signal;
+  for (int t = 0; t < ticks; ++t) signal.emplace_back(0, 0, force(t / kRate));
+  return signal;
+}
+
+TEST(ForceSignal, ErrorIsOverThePeakAndInContactOnly) {
+  ForceSignal reference(100, Vector3d::Zero()), force(100, Vector3d::Zero());
+  for (int t = 40; t < 60; ++t) {
+    reference[t] = {0, 0, 2};
+    force[t] = {0, 0.1, 2};
+  }
+  EXPECT_NEAR(ContactError(force, reference), 0.05, 1e-12);  // arithmetic
+  EXPECT_EQ(ContactError(reference, reference), 0);
+  EXPECT_NEAR(LargestStep(reference), 2, 1e-12);
+}
+
+// 1 N with a hand's tremor of 10 % and a comb of 2 % in the fundamental and 1 % in the third.
+TEST(ForceSignal, CombIsWhatTheReferenceDoesNotHaveAtTheHarmonics) {
+  const auto hand = [](double t) { return 1 + 0.1 * std::sin(2 * std::numbers::pi * 9.3 * t); };
+  const ForceSignal reference = Signal(1700, hand);
+  const ForceSignal force = Signal(1700, [&](double t) {
+    return hand(t) + 0.02 * std::sqrt(2) * std::sin(2 * std::numbers::pi * kComb * t + 1) +
+           0.01 * std::sqrt(2) * std::cos(2 * std::numbers::pi * 3 * kComb * t);
+  });
+  // The sinusoids' root mean squares, over that of the whole: the window's side lobes leave 1e-4.
+  const double whole = std::sqrt(1 + 0.5 * 0.01 + 5e-4);
+  EXPECT_NEAR(Comb(force, reference, kRate, kComb), std::hypot(0.02, 0.01) / whole, 2e-4);
+  EXPECT_LT(Comb(reference, reference, kRate, kComb), 1e-12);
+}
+
+TEST(ForceSignal, CombOfAShortContactIsUnknown) {
+  ForceSignal force(1000, Vector3d::Zero());
+  for (int t = 100; t < 200; ++t) force[t] = {0, 0, 1};  // three periods
+  EXPECT_TRUE(std::isnan(Comb(force, force, kRate, kComb)));
+}
+
+TEST(AccuracyCases, NeedAGrasper) {
+  Scene scene = TwoHands();
+  scene.instruments.pop_back();
+  EXPECT_THROW(AccuracyCases(scene, true), InputError);
+}
+
+struct Claim {
+  const char* name;
+  double error;  // at most, of the peak
+};
+
+class FeltForceOf : public testing::TestWithParam<Claim> {};
+
+TEST_P(FeltForceOf, AHandIsTheWholeModels) {
+  const ForceAccuracy accuracy = MeasureForceAccuracy(CaseScene(GetParam().name), 1.6);
+  for (const ForceFigures& figures : accuracy.figures) {
+    std::printf("%s, %s: %.2f %% of %.3f N, comb %.2f %%, step %.4f N (%.4f), paper %.1f %%\n",
+                GetParam().name, figures.instrument.c_str(), 100 * figures.error, figures.peak,
+                100 * figures.comb, figures.largest_step, figures.reference_largest_step,
+                100 * figures.paper_fitted_error);
+    EXPECT_GT(figures.peak, 0.1);
+    EXPECT_GT(figures.contact_ticks, 100);
+    EXPECT_EQ(figures.shaft_ticks, 0);
+    EXPECT_LT(figures.error, GetParam().error);
+    // The patches' arrival is faded in: no rhythm of theirs and no step beyond the motion's own,
+    // which is that of the whole model (its contact may turn by a percent in a tick).
+    EXPECT_FALSE(figures.comb > 0.003);  // unknown for a tap's short contacts
+    EXPECT_LT(figures.largest_step, 1.2 * figures.reference_largest_step);
+    // Where no time has passed since the step the tick gives the step's own force, but for what the
+    // contact goes on in that tick.
+    EXPECT_LT(figures.tick_error, 0.01);
+    // Rest neighbours know no direction: even the springs that fit this very pull best are far off.
+    if (figures.script == HandScript::kGraspPull) {
+      EXPECT_GT(figures.paper_fitted_error, 5 * figures.error);
+    }
+  }
+}
+
+// The target is 0.05. What is left are the normal's direction, which the tick has by a rate of the
+// step before, and what jaws close on, which the next step decides.
+INSTANTIATE_TEST_SUITE_P(Hands, FeltForceOf,
+                         testing::Values(Claim{"press", 0.02}, Claim{"slide", 0.02},
+                                         Claim{"tap", 0.01}, Claim{"grasp_pull", 0.02},
+                                         Claim{"press_grasp_pull", 0.02},
+                                         Claim{"slide_press", 0.02}, Claim{"slide_friction", 0.02}),
+                         [](const auto& claim) { return claim.param.name; });
+
+// The force for the displacement that quadratic tetrahedra find under the same force.
+TEST(TipAccuracy, TheForceIsTheYardsticksUnderATip) {
+  const std::string source = HPDM_SOURCE_DIR;
+  for (const std::string name : {"liver_press_tip_5mm", "liver_press_tip_2_5mm"}) {
+    const StaticCase load_case = LoadStaticCase(source + "/scenes/cases/" + name + ".toml");
+    const CaseReference reference = LoadCaseReference(load_case, source + "/tests/reference");
+    const TipAccuracy tip = MeasureTipAccuracy(load_case, reference, 27);
+    // What 4 x 4 x 4 cells with local functions leave of the compliance under the tip: 1 % at most.
+    EXPECT_NEAR(tip.force, tip.yardstick_force, 0.02 * tip.yardstick_force) << name;
+  }
+}
+
+class FlowHaptics : public testing::Test {
+ protected:
+  // As a user runs it.
+  int Hpdm(const std::string& arguments) {
+    const std::string program = std::string(HPDM_BINARY_DIR) + "/tools/hpdm";
+    const int status = std::system(("cd " + folder_.path().string() + " && " + program + " " +
+                                    arguments + " >stdout 2>stderr </dev/null")
+                                       .c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  std::string Read(const std::string& name) const {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  const std::string scene_ = HPDM_SOURCE_DIR "/scenes/two_hands.toml";
+  ScratchFolder folder_;
+};
+
+TEST_F(FlowHaptics, OneCaseLeavesItsFiguresCourseAndPictures) {
+  ASSERT_EQ(Hpdm("haptics " + scene_ + " --quick --only press --out measured --json"), 0)
+      << Read("stderr");
+  const nlohmann::json all = nlohmann::json::parse(Read("stdout"));
+  EXPECT_EQ(all, nlohmann::json::parse(Read("measured/haptics.json")));
+  const nlohmann::json& report = all["force_accuracy"];
+  ASSERT_EQ(report["hands"].size(), 1u);
+  const nlohmann::json& hand = report["hands"][0];
+  EXPECT_EQ(hand["case"], "press");
+  EXPECT_GT(hand["peak_N"], 0.1);
+  EXPECT_EQ(report["targets"]["error"], 0.05);
+  const std::string course = Read("measured/" + hand["course"].get<std::string>());
+  EXPECT_EQ(std::count(course.begin(), course.end(), '\n'), 1 + 1600);  // the names, and 1.6 s
+  EXPECT_NE(Read("measured/force_accuracy.md").find("| `press`, probe |"), std::string::npos);
+  if (Read("stderr").find("no plot") != std::string::npos) return;
+  for (const char* picture : {"force_courses.png", "force_errors.png"}) {
+    EXPECT_EQ(Read(std::string("measured/") + picture).substr(1, 3), "PNG") << picture;
+  }
+}
+
+TEST_F(FlowHaptics, AnUnknownCaseNamesTheKnownOnes) {
+  EXPECT_EQ(Hpdm("haptics " + scene_ + " --only pres --out measured"), 2);
+  EXPECT_NE(Read("stderr").find("--only pres: is no case; choose of press, slide"),
+            std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "measured"));  // nothing was written
+}
+
+}  // namespace
+}  // namespace hpdm

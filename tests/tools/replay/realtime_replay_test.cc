@@ -1,0 +1,37 @@
+#include "tools/replay/realtime_replay.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/support/recorded_session.h"
+#include "tests/support/scratch_folder.h"
+
+namespace hpdm {
+namespace {
+
+// On the machine's own clock: no claim of timing or force, only that the accounts are right. Two
+// threads run beside this one, and ThreadSanitizer sees every access.
+TEST(RealtimeReplay, AccountsForEveryPeriodOfTheLog) {
+  const ScratchFolder folder;
+  const std::string scene = folder / "scene.toml", log = folder / "session.lcmlog";
+  std::ofstream(scene) << "[[organ]]\nname = \"liver\"\nmesh = \"" << HPDM_SOURCE_DIR
+                       << "/scenes/meshes/liver_274.obj\"\n"
+                          "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
+  Record({.scene = scene, .log = log, .ticks = 500, .busy_seed = 1});
+  LoggedTick last;
+  for (TickReader ticks(log); ticks.Next(&last);) {
+  }
+  Session session(LoadScene(scene));
+  const RealtimeReplay replay = ReplayInRealTime(LoggedSession(log), &session);
+  EXPECT_EQ(replay.haptic.Periods(), last.sample.tick + 1);
+  EXPECT_EQ(replay.overflows, 0u);
+  EXPECT_EQ(replay.session.latencies[Latency::kHapticWakeUp].count(), replay.haptic.ticks);
+  EXPECT_EQ(replay.session.latencies[Latency::kHapticCompute].count(), replay.haptic.ticks);
+  EXPECT_GT(replay.compared, 0u);
+  EXPECT_LE(replay.compared, replay.haptic.ticks);
+  EXPECT_GT(replay.deformation.ticks, 0u);
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,103 @@
+#include "tools/session/contact_stiffness.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/deformation_loop.h"
+#include "tests/support/one_organ.h"
+#include "tests/support/shapes.h"
+
+namespace hpdm {
+namespace {
+
+const Vector3d kRadii(0.1, 0.07, 0.05);  // m
+const Vector3d kTrocar(0, 0, 0.2);
+
+// An ellipsoid held in its lower part.
+std::vector<OrganModel> Organ(double young) {
+  OrganOptions options;
+  options.name = "ellipsoid";
+  options.energy.type = EnergyType::kStrain;
+  options.material.young = young;
+  options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
+  return OneOrgan(options, Ellipsoid(kRadii, 3));
+}
+
+ImpulseEngineKinematics Kinematics() { return {kTrocar, -Vector3d::UnitZ(), DeviceProfile{}}; }
+
+std::optional<StiffestContact> Find(const OrganModel& organ, const InstrumentOptions& instrument) {
+  return FindStiffestContact(organ, instrument, Kinematics(), 1e-3, 0);
+}
+
+TEST(ContactStiffness, IsWhatATipFeelsThere) {
+  const std::vector<OrganModel> organs = Organ(5000);
+  const InstrumentOptions instrument;
+  const Eigen::VectorXd stiffness = ContactStiffness(organs[0], instrument);
+  TripleBuffer<ToolState> tools;
+  TripleBuffer<ContactPatch> patches;
+  TripleBuffer<SceneSnapshot> render{SizedSnapshot(organs, 1, true)};
+  TripleBuffer<SceneSnapshot> telemetry{SizedSnapshot(organs, 1, false)};
+  DeformationLoop loop(organs, {ToolOptions{}}, {tools, patches, render, telemetry});
+  const Points& vertices = organs[0].rest().vertices;
+  Eigen::Index top = 0;
+  vertices.col(2).maxCoeff(&top);
+  ToolState state;
+  state.tool_count = 1;
+  const Vector3d normal = organs[0].rest_normals().row(top);
+  state.tools[0].X_WT.translation() =
+      Vector3d(vertices.row(top)) + (instrument.tip_radius - 0.001) * normal;
+  state.tools[0].p_trocar_W = kTrocar;
+  loop.Step(state, 0);
+  patches.Update();
+  const ToolPatch& patch = patches.Front().tools[0];
+  ASSERT_GT(patch.force_on_tissue_W.norm(), 0);
+  const double felt = 1 / patch.normal_W.dot(patch.compliance_W * patch.normal_W);
+  // The lattice gets the step's force through a kernel, here at the vertex: 5 %.
+  EXPECT_NEAR(stiffness[top], felt, 0.05 * felt);
+}
+
+TEST(ContactStiffness, GrowsWithTheMaterialAndLeavesTheLimit) {
+  const auto soft = Find(Organ(5000)[0], {}), stiff = Find(Organ(20000)[0], {});
+  ASSERT_TRUE(soft && stiff);
+  EXPECT_NEAR(stiff->stiffness, 4 * soft->stiffness, 1e-6 * stiff->stiffness);  // linear
+  EXPECT_EQ(stiff->limit.passivity, soft->limit.passivity);
+  EXPECT_EQ(stiff->axis, soft->axis);
+}
+
+TEST(ContactStiffness, HandSetSpringsAddUpOverTheNeighbours) {
+  InstrumentOptions instrument;
+  instrument.reaction = ReactionType::kPaper;
+  const Eigen::VectorXd stiffness = ContactStiffness(Organ(5000)[0], instrument);
+  // A split icosahedron: six neighbours, and five at its own twelve corners.
+  EXPECT_EQ(stiffness.maxCoeff(), instrument.k1 + 6 * instrument.k2);
+  EXPECT_EQ(stiffness.minCoeff(), instrument.k1 + 5 * instrument.k2);
+}
+
+TEST(ContactStiffness, RemarkNamesBothFiguresAndTheRemedyBeyondTheLimitOnly) {
+  InstrumentOptions instrument;
+  instrument.reaction = ReactionType::kPaper;
+  const std::vector<OrganModel> organs = Organ(5000);
+  EXPECT_EQ(StiffnessRemark("probe", "liver", *Find(organs[0], instrument)), "");
+  instrument.k1 = 4940;
+  instrument.device.damping = 0.5;
+  const auto contact = Find(organs[0], instrument);
+  const std::string remark = StiffnessRemark("probe", "liver", *contact);
+  EXPECT_NE(remark.find("instrument \"probe\": organ \"liver\" is up to "), remark.npos) << remark;
+  EXPECT_NE(remark.find(std::to_string(std::lround(contact->stiffness)) + " N/m"), remark.npos);
+  EXPECT_NE(remark.find(std::to_string(std::lround(contact->limit.stability)) + " N/m"),
+            remark.npos);
+  EXPECT_NE(remark.find("raise timing.haptic_hz"), remark.npos);
+  EXPECT_EQ(remark.find('\n'), remark.npos);
+}
+
+TEST(ContactStiffness, WhatFacesAwayOrLiesOutOfReachIsNotFelt) {
+  InstrumentOptions instrument;
+  const std::vector<OrganModel> organs = Organ(5000);
+  const auto contact = Find(organs[0], instrument);
+  ASSERT_TRUE(contact);
+  EXPECT_GT(contact->p_W.z(), 0);  // the side of the trocar; below, where it is held, is stiffer
+  const ImpulseEngineKinematics far(Vector3d(0, 0, 2), -Vector3d::UnitZ(), DeviceProfile{});
+  EXPECT_FALSE(FindStiffestContact(organs[0], instrument, far, 1e-3, 0));
+}
+
+}  // namespace
+}  // namespace hpdm

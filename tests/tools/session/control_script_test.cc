@@ -1,0 +1,52 @@
+#include "tools/session/control_script.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+
+namespace hpdm {
+namespace {
+
+std::vector<InstrumentOptions> TwoHands() {
+  std::vector<InstrumentOptions> instruments(2);
+  instruments[0].name = "left";
+  instruments[0].exchanges.resize(1);
+  instruments[0].exchanges[0].name = "hook";
+  instruments[1].name = "right";
+  return instruments;
+}
+
+std::string ErrorOf(const std::string& argument) {
+  try {
+    ParseExchanges({argument}, TwoHands());
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ControlScript, ExchangesAreAskedForInTheOrderOfTheirTimes) {
+  ControlScript script = ParseExchanges({"left=left@2.5", "left=hook@1"}, TwoHands());
+  TripleBuffer<SessionControl> edge;
+  script.Advance(999'999'999, &edge);
+  EXPECT_FALSE(edge.Update()) << "nothing is asked before its time";
+  script.Advance(1'000'000'000, &edge);
+  EXPECT_TRUE(edge.Update());
+  EXPECT_EQ(edge.Front().exchange[0], 1);
+  script.Advance(2'000'000'000, &edge);
+  EXPECT_FALSE(edge.Update());
+  script.Advance(9'000'000'000, &edge);
+  EXPECT_TRUE(edge.Update());
+  EXPECT_EQ(edge.Front().exchange[0], 0);
+}
+
+TEST(ControlScript, WhatIsNoExchangeIsNamedWithTheRemedy) {
+  for (const char* text : {"left=hook", "left=hook@", "left=hook@x", "left=hook@-1", "@"}) {
+    EXPECT_NE(ErrorOf(text).find("give NAME=OTHER@SECONDS"), std::string::npos) << text;
+  }
+  EXPECT_NE(ErrorOf("right=hook@1").find("it has left=left, left=hook, right=right"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+
+#include "engine/mesh/surface_mesh.h"
+#include "tools/stress/point_proxy.h"
+#include "tools/stress/stress_cases.h"
+#include "tools/stress/touched_organ.h"
+
+namespace hpdm {
+namespace {
+
+// Each tissue is sampled once.
+const bool kept_tissue =
+    (std::filesystem::create_directories(HPDM_BINARY_DIR "/tests/stress_tissue"),
+     setenv("HPDM_CACHE", HPDM_BINARY_DIR "/tests/stress_tissue", 1) == 0);
+
+double EllipsoidVolume(const Vector3d& radii) { return 4 * std::numbers::pi / 3 * radii.prod(); }
+
+TEST(TouchedOrgan, EllipsoidsAreClosedAndNearTheirVolume) {
+  const Vector3d radii(0.05, 0.04, 0.03);
+  const SurfaceMesh mesh = GeodesicEllipsoid(radii, 8);
+  EXPECT_EQ(mesh.triangles.rows(), 20 * 64);
+  EXPECT_EQ(mesh.vertices.rows(), 10 * 64 + 2) << "Euler: every edge has two triangles";
+  // An inscribed polyhedron of edges e lacks about e^2 / 4 R^2 of a sphere: 1.2 % here.
+  EXPECT_NEAR(EnclosedVolume(mesh.vertices, mesh.triangles), EllipsoidVolume(radii),
+              0.02 * EllipsoidVolume(radii));
+  const SurfaceMesh hollow = HollowEllipsoid(radii, 0.003, 8);
+  const double wall = EllipsoidVolume(radii) - EllipsoidVolume(radii - Vector3d::Constant(0.003));
+  EXPECT_NEAR(EnclosedVolume(hollow.vertices, hollow.triangles), wall, 0.02 * wall);
+}
+
+TEST(TouchedOrgan, DepthIsThatOfTheSpheresLowestPoint) {
+  const TouchedOrgan touched = SoftOrgan(StressModel::kMetricSmall, true);
+  const Vector3d top = touched.Top(0, 0.004);
+  const SurfaceTree surface(touched.rest.vertices, touched.rest.triangles);
+  for (const double depth : {-0.002, 0.0, 0.002, 0.004}) {
+    // The surface there is nearly level.
+    EXPECT_NEAR(Depth(surface, Below(top, depth).p_tip_W, ToolOptions().tip_radius), depth, 2e-5);
+  }
+}
+
+TEST(PointProxy, StaysOnAStillSurfaceAndIsPastOneThatMovesBetweenSteps) {
+  constexpr double kStiffness = 100;  // N/m
+  const SurfaceMesh mesh = GeodesicEllipsoid(Vector3d(0.1, 0.07, 0.05), 6);
+  TouchedOrgan touched;
+  touched.rest = mesh;
+  const Vector3d top = touched.Top(0.001, 0.004);
+  const SurfaceTree surface(mesh.vertices, mesh.triangles);
+  PointProxy proxy(mesh, kStiffness);
+  proxy.Tick(top + 0.001 * Vector3d::UnitZ());
+  const Vector3d pressed = proxy.Tick(top - 0.005 * Vector3d::UnitZ());
+  EXPECT_NEAR(pressed.norm(), kStiffness * 0.005, 0.01 * kStiffness * 0.005);
+  EXPECT_GT(pressed.z(), 0);
+  for (double x = 0; x < 0.03; x += 1e-4) {
+    EXPECT_GT(proxy.Tick(touched.Top(surface, 0.001 + x, 0.004) - 0.005 * Vector3d::UnitZ()).z(),
+              0.1);
+  }
+  proxy.MoveSurface(0.001 * Vector3d::UnitZ());
+  EXPECT_EQ(proxy.Tick(top - 0.005 * Vector3d::UnitZ()), Vector3d::Zero());
+}
+
+// What hpdm stress says of the project's own models, at the value that each case asks for.
+TEST(HapticStress, OurSmallStrainSurvivesWhatIsAsked) {
+  for (const StressCase& each : HapticStress(true)) {
+    for (const StressModel model : {StressModel::kStrainSmall, StressModel::kMetricSmall}) {
+      const StressTrial trial = each.run(model, each.parameter.asked);
+      EXPECT_EQ(trial.fate, StressFate::kSurvived) << each.name << ": " << trial.how;
+      EXPECT_EQ(trial.harm, "") << each.name;
+    }
+  }
+}
+
+// A force or an organ may not be what it should there, but nothing is done to hand or tissue.
+TEST(HapticStress, NothingHarmsOursAtTheUtmost) {
+  for (const StressCase& each : HapticStress(true)) {
+    for (const StressModel model : {StressModel::kStrainSmall, StressModel::kMetricFinite}) {
+      EXPECT_EQ(each.run(model, each.parameter.utmost).harm, "") << each.name;
+    }
+  }
+}
+
+TEST(HapticStress, ABaselineFailsWhereOursDoNot) {
+  for (const StressCase& each : HapticStress(true)) {
+    if (each.name != "tool_inside_at_start" && each.name != "breathing_under_still_tool") continue;
+    EXPECT_EQ(each.run(StressModel::kPointProxy, each.parameter.asked).fate, StressFate::kFailed)
+        << each.name;
+  }
+}
+
+// The readings that come are enough while every gap stays below what the device counts as lost.
+TEST(HapticStress, HalfOfTheReadingsLostCostsLittleForce) {
+  for (const StressCase& each : HapticStress(true)) {
+    if (each.name != "lost_samples") continue;
+    const StressTrial trial = each.run(StressModel::kStrainSmall, 50);
+    // A reading is one tick old on average, 50 um at 50 mm/s: 0.6 % of the 8 mm.
+    EXPECT_LT(*trial.error, 0.02);
+  }
+}
+
+TEST(StressBody, AToolWithFrictionIsHeldBackAlongItsSlide) {
+  const TouchedOrgan touched = SoftOrgan(StressModel::kStrainSmall, true);
+  const Vector3d top = touched.Top(0, 0.004), aside = top + 0.005 * Vector3d::UnitX();
+  StressTool tool =
+      OverOrgan({{0.55, Below(top, -0.01)}, {0.8, Below(top, 0.005)}, {1, Below(aside, 0.005)}});
+  const double smooth = Feel(touched, tool, 1.2).course.back().force_W.x();
+  tool.friction = 0.5;
+  const double rough = Feel(touched, tool, 1.2).course.back().force_W.x();
+  EXPECT_LT(rough, smooth - 0.01);
+}
+
+}  // namespace
+}  // namespace hpdm

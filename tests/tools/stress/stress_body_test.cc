@@ -1,0 +1,248 @@
+#include "tools/stress/stress_body.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+
+#include "tests/support/shapes.h"
+
+namespace hpdm {
+namespace {
+
+// One tissue, sampled once.
+const bool kept_tissue =
+    (std::filesystem::create_directories(HPDM_BINARY_DIR "/tests/stress_tissue"),
+     setenv("HPDM_CACHE", HPDM_BINARY_DIR "/tests/stress_tissue", 1) == 0);
+
+constexpr double kTop = 0.05;  // m, of the ellipsoid
+
+StressPose At(double x, double z, double jaw = 1, double roll = 0) {
+  return {.p_tip_W = Vector3d(x, 0, z), .roll = roll, .jaw = jaw};
+}
+
+// An ellipsoid of 0.1 x 0.07 x 0.05 m half-axes, held in its lower quarter.
+OrganOptions Organ(StrainMeasure strain, EnergyType energy = EnergyType::kStrain) {
+  OrganOptions options;
+  options.name = "ellipsoid";
+  options.energy.type = energy;
+  options.energy.strain = strain;
+  options.energy.alpha = 500;
+  options.lattice.cells = {3, 3, 3};
+  options.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
+  return options;
+}
+
+std::vector<OrganOptions> AllModels() {
+  std::vector<OrganOptions> all;
+  for (const EnergyType energy : {EnergyType::kStrain, EnergyType::kMetric}) {
+    for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
+      all.push_back(Organ(strain, energy));
+    }
+  }
+  all.push_back(Organ(StrainMeasure::kFinite));
+  all.back().energy.law = MaterialLaw::kStVenantKirchhoff;
+  all.push_back(Organ(StrainMeasure::kSmall));
+  all.back().lattice.local.functions = 20;
+  all.push_back(Organ(StrainMeasure::kSmall));
+  all.back().lattice.basis = BasisType::kBernstein;
+  all.back().lattice.degree = {3, 3, 3};
+  all.back().lattice.cells = {1, 1, 1};
+  return all;
+}
+
+SurfaceMesh Surface() { return Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3); }
+
+StressTool Hand(std::vector<std::pair<double, StressPose>> way, double x_trocar = 0.02) {
+  StressTool tool;
+  tool.motion = Through(std::move(way));
+  tool.p_trocar_W = Vector3d(x_trocar, 0.01, 0.4);
+  tool.tool.can_grasp = true;
+  return tool;
+}
+
+// Grasps the top at x (jaws closed by 0.6 s), goes to `far` within a step, opens and is away at 1
+// s.
+StressTool Grasp(double x, const StressPose& far, double x_trocar = 0.02) {
+  const double at = kTop + ToolOptions().tip_radius;
+  return Hand({{0, At(x, at)},
+               {0.45, At(x, at)},
+               {0.5, At(x, at, 0)},
+               {0.6, At(x, at, 0)},
+               {0.6, far},
+               {1, far},
+               {1, At(x, at + 0.02)}},
+              x_trocar);
+}
+
+// A ball of 20 mm that goes `depth` deep within a step, and back at 1 s.
+StressTool Ball(double depth) {
+  constexpr double kRadius = 0.02;
+  const StressPose away = At(0, kTop + kRadius + 0.01), deep = At(0, kTop + kRadius - depth);
+  StressTool tool = Hand({{0, away}, {0.6, away}, {0.6, deep}, {1, deep}, {1, away}});
+  tool.tool.tip_radius = kRadius;
+  return tool;
+}
+
+void ExpectHarmless(const StressOutcome& outcome, double released) {
+  EXPECT_EQ(Harm(outcome, released), "");
+  EXPECT_LT(outcome.displacement, StressBody::kAtRest);
+}
+
+TEST(StressBody, GoesThroughItsWaypoints) {
+  const auto motion = Through({{1, At(0, 1)}, {2, At(0, 3, 0)}, {2, At(1, 3)}, {4, At(1, 1)}});
+  EXPECT_EQ(motion(0).p_tip_W, Vector3d(0, 0, 1));
+  EXPECT_EQ(motion(1.5).p_tip_W, Vector3d(0, 0, 2));
+  EXPECT_EQ(motion(1.5).jaw, 0.5);
+  EXPECT_EQ(motion(2).p_tip_W, Vector3d(1, 0, 3));
+  EXPECT_EQ(motion(3).p_tip_W, Vector3d(1, 0, 2));
+  EXPECT_EQ(motion(9).p_tip_W, Vector3d(1, 0, 1));
+}
+
+TEST(StressBody, MeasuresWhatAGentlePressDoes) {
+  const double at = kTop + ToolOptions().tip_radius;
+  StressBody body(Organ(StrainMeasure::kSmall), Surface(),
+                  {Hand({{0, At(0, at + 0.01)}, {0.8, At(0, at - 0.01)}})});
+  body.RunUntil(1.2);
+  const StressOutcome& outcome = body.outcome();
+  EXPECT_EQ(outcome.steps, 35) << "36 began, and the last is not visible yet";
+  EXPECT_EQ(outcome.flags, kStepOk);
+  EXPECT_EQ(outcome.folded_share, 0);
+  EXPECT_NEAR(outcome.force, body.tick().tools[0].force_W.norm(), 1e-3) << "it holds";
+  EXPECT_GT(outcome.force, 0.1);
+  EXPECT_NEAR(outcome.force, outcome.tissue_force, 0.02 * outcome.force);
+  EXPECT_GT(outcome.displacement, 1e-4);
+  EXPECT_NEAR(outcome.last_off_rest, 35. / 30, 0.04);
+}
+
+class StressBodyOfModel : public testing::TestWithParam<OrganOptions> {};
+
+TEST_P(StressBodyOfModel, ComesBackFromAGraspThroughItselfAsIfNothingHadBeen) {
+  StressBody body(GetParam(), Surface(), {Grasp(0, At(0, -0.08, 0))});
+  body.RunUntil(1.3);
+  ExpectHarmless(body.outcome(), 1);
+  if (GetParam().energy.strain == StrainMeasure::kFinite) {
+    EXPECT_EQ(body.outcome().folded_share, 0) << "what folds is taken back before it is shown";
+  } else if (body.outcome().folded_share > 0) {
+    EXPECT_NE(body.outcome().flags & kStepFolded, 0u);
+  }
+  EXPECT_EQ(body.step().step.flags, kStepOk);
+}
+
+TEST_P(StressBodyOfModel, ComesBackFromABallThroughTheOrgan) {
+  StressBody body(GetParam(), Surface(), {Ball(0.09)});
+  body.RunUntil(1.3);
+  ExpectHarmless(body.outcome(), 1);
+  EXPECT_EQ(body.step().step.flags, kStepOk);
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, StressBodyOfModel, testing::ValuesIn(AllModels()));
+
+// Both jaws hold the same tissue at the top, or tissue that the lattice cannot take apart: within a
+// cell, rigid jaws leave it none of its freedoms.
+TEST(StressBody, TwoToolsThatPullTheSamePointApartSlip) {
+  for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
+    for (const double x : {0.001, 0.015}) {
+      StressBody body(Organ(strain), Surface(),
+                      {Grasp(-x, At(-0.06, 0.08, 0), -0.02), Grasp(x, At(0.06, 0.08, 0))});
+      body.RunUntil(1.3);
+      ExpectHarmless(body.outcome(), 1);
+      // 5e9 N without slip; E L^2 of the organ is 5000 Pa (0.2 m)^2 = 200 N.
+      EXPECT_LT(body.outcome().tissue_force, 1000);
+      EXPECT_LT(body.outcome().reaction, 1000) << "before the guard";
+    }
+  }
+}
+
+// Viscous tissue that is pulled within a step feels 30 times its elastic force: that force's own
+// rest state, which a step of finite strain once went by, lies 150 mm away and took vertices 95 mm.
+TEST(StressBody, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
+  constexpr double kWay = 0.005;  // m
+  std::vector<double> forces;
+  for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
+    OrganOptions options = Organ(strain);
+    options.material.relaxation_time = 1;
+    const double at = kTop + ToolOptions().tip_radius;
+    StressBody body(options, Surface(), {Grasp(0, At(0, at - kWay, 0))});
+    body.RunUntil(1);
+    forces.push_back(body.outcome().tissue_force);
+    EXPECT_LT(body.outcome().largest_displacement, 1.2 * kWay) << "what bulges beside the jaws";
+    EXPECT_EQ(body.outcome().flags & (kStepFolded | kStepRecovering), 0u);
+  }
+  // A way of a tenth of the organ's thickness: strains of some percent.
+  EXPECT_NEAR(forces[1] / forces[0], 1, 0.1);
+}
+
+// A level shaft lies on the tissue beside what the jaws hold, which goes with them: pushed away by
+// the shaft it would pull at them with 23 N. Edges of 3 mm, so that some of it is held.
+TEST(StressBody, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
+  const auto largest_force = [](double shaft_radius) {
+    const double in = kTop - 0.0025;
+    StressTool tool = Hand({{0, At(0, in + 0.02)},
+                            {0.4, At(0, in)},
+                            {0.45, At(0, in)},
+                            {0.5, At(0, in, 0)},
+                            {0.6, At(0, in, 0)},
+                            {0.9, At(-0.01, in - 0.003, 0)}});
+    tool.p_trocar_W = Vector3d(0.35, 0.01, kTop + 0.01);
+    tool.tool.shaft_radius = shaft_radius;
+    StressBody body(Organ(StrainMeasure::kSmall), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 5), {tool});
+    body.RunUntil(1);
+    return body.outcome().tissue_force;
+  };
+  // The tissue farther along is held down by it: more is moved.
+  EXPECT_LT(largest_force(ToolOptions().shaft_radius), 2 * largest_force(1e-4));
+}
+
+TEST(StressBody, AReadingThatIsNotFiniteHoldsTheTool) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const double at = kTop + ToolOptions().tip_radius;
+  const StressPose pressed = At(0, at - 0.01), away = At(0, at + 0.01);
+  StressBody body(Organ(StrainMeasure::kFinite), Surface(),
+                  {Hand({{0, away},
+                         {0.5, pressed},
+                         {0.8, pressed},
+                         {0.8, At(kNan, kNan)},
+                         {0.9, At(kNan, kNan)},
+                         {0.9, pressed},
+                         {1, pressed},
+                         {1, away}})});
+  body.RunUntil(1.3);
+  ExpectHarmless(body.outcome(), 1);
+}
+
+// A finite-strain organ that could not follow does so again once it is asked for less, with no
+// memory of it: it ends where one that was only ever asked for that much does.
+TEST(StressBody, AfterTooMuchALittleIsFollowedAgain) {
+  const double at = kTop + ToolOptions().tip_radius;
+  const StressPose little = At(0, at + 0.004, 0);
+  const auto grasp_then = [&](const StressPose& much) {
+    return Hand({{0, At(0, at)},
+                 {0.45, At(0, at)},
+                 {0.5, At(0, at, 0)},
+                 {0.6, At(0, at, 0)},
+                 {0.6, much},
+                 {1, much},
+                 {1.1, little}});
+  };
+  for (const MaterialLaw law : {MaterialLaw::kNeoHookean, MaterialLaw::kStVenantKirchhoff}) {
+    OrganOptions options = Organ(StrainMeasure::kFinite);
+    options.energy.law = law;
+    StressBody spoilt(options, Surface(), {grasp_then(At(0, -0.08, 0))});
+    StressBody fresh(options, Surface(), {grasp_then(little)});
+    spoilt.RunUntil(0.9);
+    EXPECT_NE(spoilt.step().step.flags & kStepRecovering, 0u);
+    spoilt.RunUntil(1.6);
+    fresh.RunUntil(1.6);
+    EXPECT_EQ(spoilt.step().step.flags & (kStepRecovering | kStepFolded), 0u);
+    EXPECT_EQ(fresh.outcome().flags & (kStepRecovering | kStepFolded), 0u);
+    // Newton's tolerance and more: the last of its steps changes 1e-6 of the load.
+    EXPECT_LT((spoilt.state().vertices - fresh.state().vertices).rowwise().norm().maxCoeff(), 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,196 @@
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "engine/base/error.h"
+#include "scenes/generator/meshing/obj_writer.h"
+#include "tools/bench/bench_figures.h"
+#include "tools/command_line.h"
+#include "tools/commands.h"
+#include "tools/shared/json_figures.h"
+#include "tools/shared/machine_facts.h"
+#include "tools/shared/staged_file.h"
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct BenchOptions {
+  std::string json;
+  std::string out;
+  std::set<std::string> only;
+  bool quick = false;
+};
+
+Json ToJson(const Timing& timing) {
+  return {{"median_us", timing.median_us}, {"min_us", timing.minimum_us}};
+}
+
+Json ToJson(const RatioSpread& ratio) {
+  return {{"median", ratio.median}, {"p10", ratio.low}, {"p90", ratio.high}};
+}
+
+Json ToJson(const ModelComparison& row) {
+  return {{"lattice", row.lattice},
+          {"continuum", row.continuum},
+          {"second_organ", row.second_organ},
+          {"lattice_step", ToJson(row.lattice_step)},
+          {"continuum_step", ToJson(row.continuum_step)},
+          {"lattice_residual", row.lattice_residual},
+          {"continuum_residual", row.continuum_residual},
+          {"ratio", ToJson(row.ratio)}};
+}
+
+Json ToJson(const MeshComparison& row) {
+  return {{"lattice", row.energy},
+          {"instruments", row.instruments},
+          {"instrument_polygons", row.polygons},
+          {"coarse_triangles", row.coarse_triangles},
+          {"coarse_step", ToJson(row.coarse)},
+          {"fine_triangles", row.fine_triangles},
+          {"fine_step", ToJson(row.fine)},
+          {"ratio", ToJson(row.ratio)}};
+}
+
+Json ToJson(const SleepFigures& row) {
+  Json json = {{"scene", row.scene},         {"sleeping", row.sleeping},
+               {"triangles", row.triangles}, {"among", ToJson(row.among)},
+               {"alone", ToJson(row.alone)}, {"ratio", ToJson(row.ratio)}};
+  if (row.idle_us) json["all_asleep_us"] = *row.idle_us;
+  return json;
+}
+
+Json ToJson(const CostCurve& curve) {
+  return {{"cost", curve.what},
+          {"of", curve.of},
+          {"size", curve.size},
+          {"min_us", curve.us},
+          {"fitted_from", curve.fitted_from},
+          {"exponent", curve.law.exponent},
+          {"factor_us", curve.law.factor},
+          {"r_squared", curve.law.r_squared}};
+}
+
+Json ToJson(const TickFigures& ticks) {
+  return {{"coarse_triangles", ticks.coarse_triangles},
+          {"fine_triangles", ticks.fine_triangles},
+          {"coarse", ToJson(ticks.coarse)},
+          {"fine", ToJson(ticks.fine)},
+          {"with_new_patch", ToJson(ticks.with_new_patch)},
+          {"bare_loop", ToJson(ticks.bare)},
+          {"ratio", ToJson(ticks.ratio)}};
+}
+
+Json ToJson(const HandOverFigures& row) {
+  return {{"snapshot", row.snapshot},
+          {"bytes", row.bytes},
+          {"publish", ToJson(row.publish)},
+          {"update", ToJson(row.update)}};
+}
+
+Json ToJson(const FrameFigures& row) {
+  return {{"scene", row.scene},
+          {"triangles", row.triangles},
+          {"width", row.width},
+          {"height", row.height},
+          {"way", row.way},
+          {"frame", ToJson(row.frame)},
+          {"cores", ToJson(row.cores)}};
+}
+
+Json ToJson(const FfdTable& table) {
+  Json rows;
+  for (const FfdFigures& row : table.rows) {
+    rows.push_back({{"lattice", row.lattice},
+                    {"control_points", row.control_points},
+                    {"triangles", row.triangles},
+                    {"cpu_step", ToJson(row.step)},
+                    {"cpu_upload", ToJson(row.upload)},
+                    {"shader", ToJson(row.shader)},
+                    {"shader_over_cpu", row.ratio}});
+  }
+  return {{"renderer", table.renderer}, {"rows", rows}};
+}
+
+Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
+  Json json = {{"machine", ToJson(machine)}};
+  for (const ModelComparison& row : figures.models) json["models"].push_back(ToJson(row));
+  for (const MeshComparison& row : figures.meshes) json["meshes"].push_back(ToJson(row));
+  for (const SleepFigures& row : figures.sleep) json["sleep"].push_back(ToJson(row));
+  for (const CostCurve& curve : figures.costs) json["costs"].push_back(ToJson(curve));
+  if (figures.ticks.has_value()) json["ticks"] = ToJson(*figures.ticks);
+  if (!figures.hand_overs.empty()) json["clock_reading_us"] = figures.clock_reading_ns / 1000;
+  for (const HandOverFigures& row : figures.hand_overs) json["hand_overs"].push_back(ToJson(row));
+  for (const FrameFigures& row : figures.frames) json["frames"].push_back(ToJson(row));
+  if (figures.ffd.has_value()) json["ffd"] = ToJson(*figures.ffd);
+  return json;
+}
+
+void Bench(const BenchOptions& options) {
+  namespace fs = std::filesystem;
+  if (!options.out.empty()) MakeOutFolder(options.out);
+  const MachineFacts machine = ThisMachine();
+  const TimingClock::time_point start = TimingClock::now();
+  const auto progress = [&](const char* next) {
+    std::fprintf(stderr, "%5.1f s: %s\n", MillisecondsSince(start) / 1000, next);
+  };
+  BenchFigures figures;
+  const auto wanted = [&](const char* what, const char* words) {
+    const bool yes = options.only.empty() || options.only.contains(what);
+    if (yes) progress(words);
+    return yes;
+  };
+  if (wanted("ticks", "haptic ticks")) figures.ticks = TimeTicks(options.quick);
+  if (wanted("hand-over", "hand-over of snapshots")) {
+    figures.clock_reading_ns = ClockReadingNanoseconds();
+    figures.hand_overs = TimeHandOvers(options.quick);
+  }
+  if (wanted("frames", "frames of the laparoscope's picture")) {
+    figures.frames = TimeFrames(options.quick);
+    if (figures.frames.empty() && options.only.contains("frames")) {
+      throw InputError("scenes: has no scene to draw; go to the folder that holds scenes/");
+    }
+  }
+  if (wanted("models", "lattice and surface continuum")) {
+    figures.models = CompareModels(options.quick);
+  }
+  if (wanted("meshes", "coarse and fine triangles")) figures.meshes = CompareMeshes(options.quick);
+  if (wanted("sleep", "organs that nothing touches")) figures.sleep = TimeSleep(options.quick);
+  if (wanted("costs", "cost of vertices and of control points")) {
+    figures.costs = CostOfVertices(options.quick);
+    const std::vector<CostCurve> of_control_points = CostOfControlPoints(options.quick);
+    figures.costs.insert(figures.costs.end(), of_control_points.begin(), of_control_points.end());
+  }
+  if (wanted("ffd", "deformation on the CPU and in the shader")) {
+    figures.ffd = TimeFfd(options.quick);
+  }
+  progress("done");
+
+  const std::string markdown = BenchMarkdown(figures, ToText(machine));
+  const std::string json = JsonText(ToJson(figures, machine)) + "\n";
+  if (!options.json.empty()) WriteTextFile(options.json, json);
+  if (!options.out.empty()) {
+    WriteTextFile(fs::path(options.out) / "bench.json", json);
+    WriteTextFile(fs::path(options.out) / "bench.md", markdown);
+  }
+  std::cout << markdown;
+}
+
+}  // namespace
+
+void AddBenchCommand(Command app) {
+  const auto options = std::make_shared<BenchOptions>();
+  Command bench = app.AddCommand("bench", "Time the paper's tables and what the cost grows with");
+  bench.AddOption("--json", options->json, "File to write all figures to");
+  bench.AddOption("--out", options->out, "Folder for bench.json and bench.md; made when missing");
+  bench.AddOption("--only", options->only, "Measure these alone")
+      .OneOf({"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs"});
+  bench.AddFlag("--quick", options->quick, "Fewer repeats and smaller sizes");
+  bench.OnRun([options] { Bench(*options); });
+}
+
+}  // namespace hpdm

@@ -1,0 +1,127 @@
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "engine/organ.h"
+#include "render/camera/picture_target.h"
+#include "render/gl/egl_context.h"
+#include "render/tissue/lattice_deformation.h"
+#include "render/tissue/mesh_view.h"
+#include "tools/bench/bench_figures.h"
+#include "tools/bench/pressed_body.h"
+#include "tools/shared/flat_subdivision.h"
+
+namespace hpdm {
+namespace {
+
+// The shape of an organ that one tip presses: any displacements, the local functions around a
+// point and a dent there.
+class PressedShape {
+ public:
+  explicit PressedShape(const OrganModel& model)
+      : model_(model),
+        active_(model.local() != nullptr ? model.local()->size() : 0, model.LocalSlots(1)),
+        U_(1e-3 * Points::Random(model.control_points() + active_.slots(), 3)),
+        moved_(model.rest().vertices) {
+    const SurfacePoint front = FrontPoint(model.rest(), 0);
+    const Vector3d p = front.Position(model.rest().vertices, model.rest().triangles);
+    shape_.control_displacements = U_.topRows(model.control_points());
+    shape_.local_displacements = U_.bottomRows(active_.slots());
+    if (model.local() != nullptr) {
+      active_.Follow(model.local()->centres(), std::span(&p, 1),
+                     model.options().lattice.local.functions);
+      for (int s = 0; s < active_.slots(); ++s) {
+        const int function = active_.Function(s);
+        shape_.local_functions.push_back(function < 0 ? -1
+                                                      : model.local()->finer().kept()[function]);
+      }
+    }
+    shape_.dents[shape_.dent_count++] =
+        AppliedDent(model.Dent(front, 0.0025), p, Vector3d(0, 0, -1));
+    shape_.vertices = model.rest().vertices.cast<float>();
+  }
+
+  // As a deformation step does.
+  void Relocate() {
+    model_.relocation().Relocate(U_, &moved_);
+    model_.AddLocalDisplacements(active_, U_, &moved_);
+    shape_.vertices = moved_.cast<float>();
+    model_.AddDent(shape_.dents[0], &shape_.vertices);
+  }
+  const OrganSnapshot& shape() const { return shape_; }
+
+ private:
+  const OrganModel& model_;
+  ActiveFunctions active_;
+  Points U_, moved_;
+  OrganSnapshot shape_;
+};
+
+struct FfdLattice {
+  const char* words;
+  LatticeOptions options;
+};
+
+std::vector<FfdLattice> Lattices(bool quick) {
+  std::vector<FfdLattice> lattices(4);
+  lattices[0].words = "B-spline 4^3";
+  lattices[1].words = "B-spline 4^3, 20 local functions";
+  lattices[1].options.local.functions = 20;
+  lattices[2].words = "B-spline 6^3";
+  lattices[2].options.cells = {6, 6, 6};
+  lattices[3].words = "Bernstein of degree 4";
+  lattices[3].options.basis = BasisType::kBernstein;
+  lattices[3].options.degree = {4, 4, 4};
+  lattices[3].options.cells = {1, 1, 1};
+  if (quick) lattices.resize(2);
+  return lattices;
+}
+
+FfdFigures TimeFfdOf(const FfdLattice& lattice, BenchOrgan organ, bool quick) {
+  organ.options.lattice = lattice.options;
+  const OrganModel model(organ.options, organ.rest);
+  PressedShape pressed(model);
+  MeshView uploaded(model.rest()), deformed(model.rest());
+  LatticeDeformation deformation(model, model.rest().vertices, model.rest_normals());
+  const auto times =
+      TimeInTurn({[&] { pressed.Relocate(); },
+                  [&] {
+                    uploaded.SetVertices(pressed.shape().vertices);
+                    glFinish();
+                  },
+                  [&] {
+                    deformation.Deform(pressed.shape(), deformed.positions(), deformed.normals());
+                    glFinish();
+                  }},
+                 quick ? RepeatOptions{5, 100, 60} : RepeatOptions{20, 500, 500});
+  FfdFigures figures{.lattice = lattice.words,
+                     .control_points = model.control_points(),
+                     .triangles = static_cast<int>(organ.rest.triangles.rows()),
+                     .step = Summary(times[0]),
+                     .upload = Summary(times[1]),
+                     .shader = Summary(times[2]),
+                     .ratio = {}};
+  figures.ratio = figures.shader.median_us / (figures.step.median_us + figures.upload.median_us);
+  return figures;
+}
+
+}  // namespace
+
+FfdTable TimeFfd(bool quick) {
+  const EglContext context;
+  PictureTarget target(16, 16, 1);
+  target.Bind();
+  FfdTable table{.renderer = context.renderer(), .rows = {}};
+  for (const FfdLattice& lattice : Lattices(quick)) {
+    BenchOrgan organ = MakeBenchOrgan("liver_1332");
+    for (int size = 0; size < (quick ? 2 : 3); ++size) {
+      table.rows.push_back(TimeFfdOf(lattice, organ, quick));
+      organ.rest = FlatSubdivided(organ.rest);
+    }
+  }
+  return table;
+}
+
+}  // namespace hpdm

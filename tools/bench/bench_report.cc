@@ -1,0 +1,214 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/check.h"
+#include "tools/bench/bench_figures.h"
+#include "tools/shared/report_text.h"
+
+namespace hpdm {
+namespace {
+
+std::string Rate(const Timing& step) { return WithCommas(std::llround(1e6 / step.median_us)); }
+
+std::string Spread(const RatioSpread& ratio) {
+  return Format("%.3g (%.3g-%.3g)", ratio.median, ratio.low, ratio.high);
+}
+
+// The row with the second organ stands beside the one without.
+std::string ModelTable(const std::vector<ModelComparison>& rows) {
+  std::string text =
+      "| lattice | surface continuum | lattice, steps/s | continuum, steps/s | ratio | two organs: "
+      "lattice | continuum | ratio | residuals |\n|---|---|---|---|---|---|---|---|---|\n";
+  for (const ModelComparison& row : rows) {
+    if (row.second_organ) continue;
+    const auto both = std::find_if(rows.begin(), rows.end(), [&](const ModelComparison& other) {
+      return other.second_organ && other.lattice == row.lattice && other.continuum == row.continuum;
+    });
+    text += Format("| %s | %s | %s | %s | %s |", row.lattice.c_str(), row.continuum.c_str(),
+                   Rate(row.lattice_step).c_str(), Rate(row.continuum_step).c_str(),
+                   Spread(row.ratio).c_str());
+    text += both == rows.end()
+                ? std::string(" - | - | - |")
+                : Format(" %s | %s | %s |", Rate(both->lattice_step).c_str(),
+                         Rate(both->continuum_step).c_str(), Spread(both->ratio).c_str());
+    text += Format(" %.0e / %.0e |\n", row.lattice_residual, row.continuum_residual);
+  }
+  return text;
+}
+
+std::string MeshTable(const std::vector<MeshComparison>& rows) {
+  if (rows.empty()) return "";
+  std::string text = Format(
+      "| lattice | instruments | %s triangles, steps/s | %s triangles, steps/s | ratio of the "
+      "times |\n|---|---|---|---|---|\n",
+      WithCommas(rows[0].coarse_triangles).c_str(), WithCommas(rows[0].fine_triangles).c_str());
+  for (const MeshComparison& row : rows) {
+    const std::string instruments = row.instruments == 0
+                                        ? std::string("none")
+                                        : Format("%d, of %s polygons together", row.instruments,
+                                                 WithCommas(row.polygons).c_str());
+    text += Format("| %s | %s | %s | %s | %s |\n", row.energy.c_str(), instruments.c_str(),
+                   Rate(row.coarse).c_str(), Rate(row.fine).c_str(), Spread(row.ratio).c_str());
+  }
+  return text;
+}
+
+std::string SleepTable(const std::vector<SleepFigures>& rows) {
+  std::string text =
+      "| scene | asleep | triangles in all | touched organ alone | among them | ratio | all asleep "
+      "|\n|---|---|---|---|---|---|---|\n";
+  for (const SleepFigures& row : rows) {
+    text +=
+        Format("| %s | %d | %s | %.0f / %.0f | %.0f / %.0f | %s | %s |\n", row.scene.c_str(),
+               row.sleeping, WithCommas(row.triangles).c_str(), row.alone.minimum_us,
+               row.alone.median_us, row.among.minimum_us, row.among.median_us,
+               Spread(row.ratio).c_str(), row.idle_us ? Format("%.2f", *row.idle_us).c_str() : "-");
+  }
+  return text;
+}
+
+std::string CostTable(const std::vector<CostCurve>& curves) {
+  std::string text =
+      "| cost | from | to | exponent | r^2 | fitted from |\n|---|---|---|---|---|---|\n";
+  for (const CostCurve& curve : curves) {
+    text += Format("| %s | %s %s: %s | %s: %s | %.2f | %.3f | %s |\n", curve.what.c_str(),
+                   WithCommas(std::llround(curve.size.front())).c_str(), curve.of.c_str(),
+                   Duration(curve.us.front()).c_str(),
+                   WithCommas(std::llround(curve.size.back())).c_str(),
+                   Duration(curve.us.back()).c_str(), curve.law.exponent, curve.law.r_squared,
+                   WithCommas(std::llround(curve.fitted_from)).c_str());
+  }
+  return text;
+}
+
+std::string Microseconds(const Histogram& histogram) {
+  const auto us = [](std::int64_t ns) { return static_cast<double>(ns) / 1000; };
+  return Format("%.2f | %.2f | %.2f | %.2f", us(histogram.Percentile(0.5)),
+                us(histogram.Percentile(0.99)), us(histogram.Percentile(0.999)),
+                us(histogram.max()));
+}
+
+std::string TickTable(const TickFigures& ticks) {
+  const auto row = [](const std::string& name, const Histogram& histogram) {
+    return "| " + name + " | " + Microseconds(histogram) + " |\n";
+  };
+  const auto of = [](int triangles) { return "tick, " + WithCommas(triangles) + " triangles"; };
+  return "| us | median | p99 | p99.9 | max |\n|---|---|---|---|---|\n" +
+         row(of(ticks.coarse_triangles), ticks.coarse) + row(of(ticks.fine_triangles), ticks.fine) +
+         row("those of both that take a step's patch", ticks.with_new_patch) +
+         row("bare loop of arithmetic", ticks.bare) +
+         Format("\nMany triangles over few: %s.\n", Spread(ticks.ratio).c_str());
+}
+
+std::string HandOverTable(const std::vector<HandOverFigures>& rows) {
+  std::string text =
+      "| snapshot | bytes | publish, us: median | p99 | p99.9 | max | update, us: median | p99 | "
+      "p99.9 | max |\n|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const HandOverFigures& row : rows) {
+    text += Format("| %s | %s | %s | %s |\n", row.snapshot.c_str(),
+                   WithCommas(static_cast<long>(row.bytes)).c_str(),
+                   Microseconds(row.publish).c_str(), Microseconds(row.update).c_str());
+  }
+  return text;
+}
+
+std::string FrameTable(const std::vector<FrameFigures>& rows) {
+  std::string text =
+      "| scene | triangles | pixels | drawn | ms: median | p90 | p99 | frames/s | core time, ms |\n"
+      "|---|---|---|---|---|---|---|---|---|\n";
+  for (const FrameFigures& row : rows) {
+    const auto ms = [&](double share) {
+      return static_cast<double>(row.frame.Percentile(share)) / 1e6;
+    };
+    text += Format("| %s | %s | %d x %d | %s | %.1f | %.1f | %.1f | %.0f | %.1f |\n",
+                   row.scene.c_str(), WithCommas(row.triangles).c_str(), row.width, row.height,
+                   row.way.c_str(), ms(0.5), ms(0.9), ms(0.99), 1000 / ms(0.5),
+                   static_cast<double>(row.cores.Percentile(0.5)) / 1e6);
+  }
+  return text;
+}
+
+std::string FfdText(const FfdTable& table) {
+  std::string text =
+      "Free-form deformation of one organ for the picture, one tip pressing, us (medians): on the "
+      "CPU the relocation with local functions and dent, which a step needs for its collisions "
+      "anyway, then normals and upload in the render thread; in the shader everything, upload of "
+      "the control points to finished vertices and normals. " +
+      table.renderer +
+      ".\n\n| lattice | control points | triangles | CPU: relocate | CPU: normals, upload | shader "
+      "| shader over CPU |\n|---|---|---|---|---|---|---|\n";
+  for (const FfdFigures& row : table.rows) {
+    text += Format("| %s | %d | %s | %.0f | %.0f | %.0f | %.2f |\n", row.lattice.c_str(),
+                   row.control_points, WithCommas(row.triangles).c_str(), row.step.median_us,
+                   row.upload.median_us, row.shader.median_us, row.ratio);
+  }
+  return text;
+}
+
+}  // namespace
+
+RatioSpread RatioOf(const std::vector<double>& slow_us, const std::vector<double>& fast_us) {
+  HPDM_CHECK(!slow_us.empty() && slow_us.size() == fast_us.size());
+  std::vector<double> ratios(slow_us.size());
+  for (std::size_t i = 0; i < ratios.size(); ++i) ratios[i] = slow_us[i] / fast_us[i];
+  std::sort(ratios.begin(), ratios.end());
+  const auto at = [&](double share) {
+    return ratios[static_cast<std::size_t>(std::lround(share * double(ratios.size() - 1)))];
+  };
+  return {at(0.5), at(0.1), at(0.9)};
+}
+
+std::string BenchMarkdown(const BenchFigures& figures, const std::string& machine) {
+  std::string text;
+  if (!figures.models.empty()) {
+    text +=
+        "The paper's Table 1: deformation steps per second under a tip's press, without and with a "
+        "second organ under a second tip (reposition, relax, relocate; medians; ratios of steps "
+        "timed in turn, in brackets their 10 and 90 %; residual |K U - B^T f| / |B^T f|).\n\n" +
+        ModelTable(figures.models) + "\n";
+  }
+  if (!figures.meshes.empty()) {
+    text +=
+        "The paper's Table 2: whole deformation steps per second (collide to publish), instruments "
+        "pressing; where none does, the organ sleeps.\n\n" +
+        MeshTable(figures.meshes) + "\n";
+  }
+  if (!figures.sleep.empty()) {
+    text +=
+        "Whole deformation steps of a liver under two instruments, beside organs that nothing "
+        "touches (us; minimum and median; ratio of steps timed in turn, in brackets its 10 and 90 "
+        "%).\n\n" +
+        SleepTable(figures.sleep) + "\n";
+  }
+  if (!figures.costs.empty()) {
+    text +=
+        "Cost against size: minima; exponents by least squares in log-log over the sizes from "
+        "\"fitted from\" on.\n\n" +
+        CostTable(figures.costs) + "\n";
+  }
+  if (figures.ticks.has_value()) {
+    text +=
+        "One haptic tick, two tools pressing and sliding with friction, at 1 kHz (wall time; the "
+        "bare loop, as long as a tick, runs in the same periods and tells what the host adds; "
+        "ratio "
+        "of the medians of blocks of 100 ticks, in brackets 10 and 90 % of them).\n\n" +
+        TickTable(*figures.ticks) + "\n";
+  }
+  if (!figures.hand_overs.empty()) {
+    text += Format(
+                "A snapshot's hand-over between two threads, one publishing every 2 us and one "
+                "always looking for news (reading the clock, %.0f ns, included).\n\n",
+                figures.clock_reading_ns) +
+            HandOverTable(figures.hand_overs) + "\n";
+  }
+  if (!figures.frames.empty()) {
+    text +=
+        "A frame of the laparoscope's picture, drawn and read back, without the other loops (wall "
+        "time; the ways of drawing in turn, on the same snapshots).\n\n" +
+        FrameTable(figures.frames) + "\n";
+  }
+  if (figures.ffd.has_value()) text += FfdText(*figures.ffd) + "\n";
+  return text + "Times: " + machine + ".\n";
+}
+
+}  // namespace hpdm

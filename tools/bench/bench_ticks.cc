@@ -1,0 +1,221 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "engine/base/check.h"
+#include "engine/deformation_loop.h"
+#include "engine/threads/loop_schedule.h"
+#include "engine/threads/realtime.h"
+#include "haptics/haptic_loop.h"
+#include "tools/bench/bench_figures.h"
+#include "tools/bench/pressed_body.h"
+
+namespace hpdm {
+namespace {
+
+constexpr Nanoseconds kPeriod = 1'000'000;
+constexpr int kPoses = 1000;
+constexpr double kFriction = 0.2;
+
+// A device that goes round a given path, a pose a reading.
+class PathDevice : public Device {
+ public:
+  explicit PathDevice(std::vector<JointVector> path) : path_(std::move(path)) {}
+
+  DeviceSample Read(Nanoseconds now) noexcept override {
+    const JointVector& joints = path_[reads_ % path_.size()];
+    return {.sequence = ++reads_, .time_ns = now, .joints = joints, .valid = true};
+  }
+  void Write(const AxisEffort& effort) noexcept override { effort_ = effort; }
+  void Home() noexcept override { force_.Home(); }
+  void EnableForce(bool on) noexcept override { force_.Enable(on); }
+  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
+  bool ForceOn() const noexcept override { return force_.On(); }
+  DeviceLimits limits() const noexcept override { return LimitsOf({}); }
+
+ private:
+  std::vector<JointVector> path_;
+  ForceSwitch force_;
+  AxisEffort effort_ = AxisEffort::Zero();
+  std::uint64_t reads_ = 0;
+};
+
+// A session's haptic and deformation loop with two tools that press 5 mm deep and slide to and fro
+// by 3 mm, once a second.
+class FeltScene {
+ public:
+  explicit FeltScene(const BenchOrgan& organ)
+      : organs_(Organs(organ)),
+        render_(SizedSnapshot(organs_, kMaxInstruments, true)),
+        telemetry_(SizedSnapshot(organs_, kMaxInstruments, false)),
+        deformation_(organs_, std::vector<ToolOptions>(kMaxInstruments),
+                     {tool_states_, patches_, render_, telemetry_}),
+        haptics_(Instruments(), kPeriod, {tool_states_, patches_, samples_}) {}
+
+  int triangles() const { return static_cast<int>(organs_[0].rest().triangles.rows()); }
+
+  // Wall time of one tick, due now, ns.
+  Nanoseconds Tick(std::uint64_t tick, LoopClock* clock) {
+    haptics_.Tick(tick, clock->Now(), {.clock = clock});
+    HapticSample sample;
+    HPDM_CHECK(samples_.Pop(&sample));
+    ticks_pressing_ +=
+        sample.tools[0].kind == ContactKind::kPress && sample.tools[1].kind == ContactKind::kPress;
+    return sample.compute_ns;
+  }
+  void Step(Nanoseconds now) { deformation_.Step(deformation_.NewestTools(), now); }
+  int ticks_pressing() const { return ticks_pressing_; }  // with both tools
+  void ForgetPresses() { ticks_pressing_ = 0; }
+
+ private:
+  static std::vector<OrganModel> Organs(const BenchOrgan& organ) {
+    std::vector<OrganModel> organs;
+    organs.emplace_back(organ.options, organ.rest);
+    return organs;
+  }
+
+  std::vector<HapticInstrument> Instruments() {
+    std::vector<HapticInstrument> instruments;
+    const SurfaceMesh& rest = organs_[0].rest();
+    for (int i = 0; i < kMaxInstruments; ++i) {
+      const SurfacePoint at = FrontPoint(rest, i == 0 ? -0.04 : 0.05);
+      const Vector3d p_W = at.Position(rest.vertices, rest.triangles);
+      const ImpulseEngineKinematics kinematics(p_W + Vector3d(0, 0, 0.15), -Vector3d::UnitZ(),
+                                               DeviceProfile{});
+      std::vector<JointVector> path;
+      for (int k = 0; k < kPoses; ++k) {
+        const double slide = 0.0015 * std::sin(2 * std::numbers::pi * k / kPoses);
+        path.push_back(kinematics.Inverse(p_W + Vector3d(slide, 0, -0.005), 0, 1).joints);
+      }
+      devices_.push_back(std::make_unique<PathDevice>(std::move(path)));
+      devices_.back()->Home();
+      devices_.back()->EnableForce(true);
+      instruments.push_back({.device = devices_.back().get(),
+                             .kinematics = kinematics,
+                             .tip_radius = ToolOptions().tip_radius,
+                             .friction = kFriction});
+    }
+    return instruments;
+  }
+
+  std::vector<OrganModel> organs_;
+  std::vector<std::unique_ptr<PathDevice>> devices_;
+  TripleBuffer<ToolState> tool_states_;
+  TripleBuffer<ContactPatch> patches_;
+  TripleBuffer<SceneSnapshot> render_, telemetry_;
+  SpscQueue<HapticSample> samples_{4};
+  DeformationLoop deformation_;
+  HapticLoop haptics_;
+  int ticks_pressing_ = 0;
+};
+
+// Arithmetic that waits for itself: `rounds` of them take what they take, whatever the caches hold.
+double BareLoop(int rounds) {
+  volatile double start = 1.0;
+  double x = start;
+  for (int i = 0; i < rounds; ++i) x = x * 0.999999 + 1e-6;
+  return x;
+}
+
+// Rounds of the bare loop that take about `wanted` ns.
+int RoundsFor(double wanted, LoopClock* clock) {
+  constexpr int kRounds = 20000;
+  Nanoseconds fastest = kNanosecondsPerSecond;
+  volatile double sink = 0;
+  for (int i = 0; i < 20; ++i) {
+    const Nanoseconds start = clock->Now();
+    sink = BareLoop(kRounds);
+    fastest = std::min(fastest, clock->Now() - start);
+  }
+  static_cast<void>(sink);
+  return static_cast<int>(std::lround(kRounds * wanted / static_cast<double>(fastest)));
+}
+
+double Median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+// A tick of each scene and the bare loop in every period, in turn: what disturbs one disturbs all.
+class TickTimer {
+ public:
+  TickTimer(FeltScene* coarse, FeltScene* fine) : scenes_{coarse, fine} {}
+
+  TickFigures Run(int ticks) {
+    TickFigures figures;
+    for (int i = 0; i < kRampTicks; ++i) OnePeriod(i, &figures);
+    bare_rounds_ = RoundsFor(static_cast<double>(figures.coarse.Percentile(0.5)), &clock_);
+    figures = TickFigures();
+    for (FeltScene* scene : scenes_) scene->ForgetPresses();
+    std::vector<double> coarse, fine;  // medians of blocks
+    for (int i = 0; i < ticks; ++i) {
+      OnePeriod(i, &figures);
+      if (i % kBlock < kBlock - 1) continue;
+      coarse.push_back(Median(&blocks_[0]));
+      fine.push_back(Median(&blocks_[1]));
+      for (std::vector<double>& block : blocks_) block.clear();
+    }
+    for (FeltScene* scene : scenes_) HPDM_CHECK(scene->ticks_pressing() == ticks);
+    figures.coarse_triangles = scenes_[0]->triangles();
+    figures.fine_triangles = scenes_[1]->triangles();
+    figures.ratio = RatioOf(fine, coarse);
+    return figures;
+  }
+
+ private:
+  static constexpr int kRampTicks = 660;  // the forces' ramp-in and the first steps
+  static constexpr int kBlock = 100;      // ticks a ratio
+  static constexpr int kTicksAStep = 33;
+
+  void OnePeriod(int number, TickFigures* figures) {
+    clock_.SleepUntil(wake_);
+    std::array<Nanoseconds, 2> took;
+    // Which goes first finds the colder caches.
+    for (const int i : {number % 2, 1 - number % 2}) took[i] = scenes_[i]->Tick(tick_, &clock_);
+    figures->coarse.Add(took[0]);
+    figures->fine.Add(took[1]);
+    for (int i = 0; i < 2; ++i) {
+      if (number % kTicksAStep == 0) figures->with_new_patch.Add(took[i]);
+      blocks_[i].push_back(static_cast<double>(took[i]));
+    }
+    const Nanoseconds start = clock_.Now();
+    result_ = BareLoop(bare_rounds_);
+    figures->bare.Add(clock_.Now() - start);
+    if (number % kTicksAStep == kTicksAStep - 1) {
+      for (FeltScene* scene : scenes_) scene->Step(clock_.Now());
+    }
+    ++tick_;
+    wake_ = std::max(wake_ + kPeriod, clock_.Now());
+  }
+
+  std::array<FeltScene*, 2> scenes_;
+  RealLoopClock clock_{SessionClock()};
+  Nanoseconds wake_ = 0;
+  std::uint64_t tick_ = 0;
+  int bare_rounds_ = 0;
+  volatile double result_ = 0;
+  std::array<std::vector<double>, 2> blocks_;
+};
+
+}  // namespace
+
+TickFigures TimeTicks(bool quick) {
+  BenchOrgan coarse = MakeBenchOrgan("liver_274");
+  BenchOrgan fine = MakeBenchOrgan(quick ? "liver_5000" : "liver_120000");
+  for (BenchOrgan* organ : {&coarse, &fine}) organ->options.lattice.cells = {6, 6, 6};
+  FeltScene coarse_scene(coarse), fine_scene(fine);
+  TickFigures figures;
+  std::jthread([&] {
+    RequestRealtime({.fifo_priority = 80, .lock_memory = true, .prefault_stack = true});
+    figures = TickTimer(&coarse_scene, &fine_scene).Run(quick ? 1000 : 20000);
+  }).join();
+  return figures;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,150 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <system_error>
+
+#include "engine/base/error.h"
+#include "scenes/generator/meshing/obj_writer.h"
+#include "tools/chart/chart_report.h"
+#include "tools/chart/chart_sweep.h"
+#include "tools/command_line.h"
+#include "tools/commands.h"
+#include "tools/plots/plot_chart.h"
+#include "tools/plots/python_plot.h"
+#include "tools/shared/json_figures.h"
+#include "tools/shared/machine_facts.h"
+#include "tools/shared/staged_file.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct ChartOptions {
+  std::vector<std::string> cases;
+  std::string references;
+  std::string out;
+  bool json = false;
+  bool quick = false;
+};
+
+// The scene files of a folder, sorted, so that charts of different machines have one order.
+std::vector<std::string> ScenesIn(const fs::path& folder) {
+  std::vector<std::string> scenes;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".toml") scenes.push_back(entry.path().string());
+  }
+  if (scenes.empty()) {
+    throw InputError(folder.string() +
+                     ": has no load cases; go to the folder that holds scenes/cases, or name the "
+                     "scene files");
+  }
+  std::sort(scenes.begin(), scenes.end());
+  return scenes;
+}
+
+// A case's references lie beside its scenes: scenes/cases and tests/reference.
+fs::path ReferenceFolder(const ChartOptions& options, const std::string& scene) {
+  if (!options.references.empty()) return options.references;
+  return fs::path(scene).parent_path() / "../../tests/reference";
+}
+
+struct ChartCase {
+  StaticCase load_case;
+  CaseReference reference;
+};
+
+ChartCase LoadChartCase(const ChartOptions& options, const std::string& scene) {
+  ChartCase loaded;
+  loaded.load_case = LoadStaticCase(scene);
+  for (const LoadOptions& load : loaded.load_case.scene.loads) {
+    if (!load.pressure.has_value()) continue;
+    throw InputError(scene +
+                     ": has a pressure, which no instrument's patch gives; chart cases of forces "
+                     "and displacements");
+  }
+  loaded.reference = LoadCaseReference(loaded.load_case, ReferenceFolder(options, scene));
+  return loaded;
+}
+
+// All input before any measurement: a missing file costs no minutes. Cases that are named must all
+// be there; of scenes/cases those are taken that can be.
+std::vector<ChartCase> LoadChartCases(const ChartOptions& options,
+                                      std::vector<std::string>* remarks) {
+  std::vector<ChartCase> cases;
+  if (!options.cases.empty()) {
+    for (const std::string& scene : options.cases) cases.push_back(LoadChartCase(options, scene));
+    return cases;
+  }
+  for (const std::string& scene : ScenesIn("scenes/cases")) {
+    try {
+      cases.push_back(LoadChartCase(options, scene));
+    } catch (const InputError& error) {
+      remarks->push_back(std::string("left out: ") + error.what());
+    }
+  }
+  if (cases.empty()) throw InputError("scenes/cases: " + remarks->front());
+  return cases;
+}
+
+void Chart(const ChartOptions& options) {
+  std::vector<std::string> remarks;
+  const std::vector<ChartCase> cases = LoadChartCases(options, &remarks);
+  const fs::path out(options.out);
+  MakeOutFolder(options.out);
+
+  const MachineFacts machine = ThisMachine();
+  const std::vector<ChartFamily> families = ChartFamilies(options.quick);
+  std::vector<ChartPoint> points;
+  for (const ChartCase& each : cases) {
+    const ChartSweep sweep =
+        SweepCase(each.load_case, each.reference, families, [](const ChartPoint& point) {
+          std::fprintf(stderr, "%s: %s: %.1f %%, %.0f us\n", point.load_case.c_str(),
+                       Describe(point).c_str(), 100 * point.error, point.StepMicroseconds());
+        });
+    points.insert(points.end(), sweep.points.begin(), sweep.points.end());
+    remarks.insert(remarks.end(), sweep.remarks.begin(), sweep.remarks.end());
+  }
+
+  WriteTextFile(out / "chart.csv",
+                ChartCsv(points, {"processor: " + machine.processor,
+                                  "compiler: " + machine.compiler, "flags: " + machine.flags,
+                                  "threads: 1, load before: " + Format("%.2g", machine.load)}));
+  WriteTextFile(out / "chart.md", ChartMarkdown(points, ToText(machine)));
+  Json report = {{"machine", ToJson(machine)}, {"points", Json::array()}, {"remarks", remarks}};
+  for (const ChartPoint& point : points) report["points"].push_back(ToJson(point));
+  WriteTextFile(out / "chart.json", JsonText(report) + "\n");
+  const std::string no_plot = RunPlotScript(
+      kPlotChartScript,
+      {(out / "chart.csv").string(), (out / "chart.png").string(), (out / "chart.svg").string()});
+  if (!no_plot.empty()) remarks.push_back(no_plot);
+  if (options.json) {
+    std::cout << JsonText(report) << "\n";
+  } else {
+    std::cout << ChartText(points) << ToText(machine) << "\n"
+              << out.string() << ": chart.csv, chart.json, chart.md"
+              << (no_plot.empty() ? ", chart.png, chart.svg\n" : "\n");
+  }
+  for (const std::string& remark : remarks) std::fprintf(stderr, "hpdm: %s\n", remark.c_str());
+}
+
+}  // namespace
+
+void AddChartCommand(Command app) {
+  const auto options = std::make_shared<ChartOptions>();
+  Command chart = app.AddCommand("chart", "Chart error against time of every model");
+  chart.AddOption("cases", options->cases,
+                  "Scene files with [[load]] tables; all of scenes/cases by default");
+  chart.AddOption("--references", options->references,
+                  "Folder of NAME.csv and NAME.json; ../../tests/reference from each case");
+  chart.AddOption("--out", options->out, "Folder to write to; made when missing").Required();
+  chart.AddFlag("--json", options->json, "Print JSON");
+  chart.AddFlag("--quick", options->quick, "A few models only");
+  chart.OnRun([options] { Chart(*options); });
+}
+
+}  // namespace hpdm

@@ -1,0 +1,194 @@
+#include "tools/chart/chart_sweep.h"
+
+#include <algorithm>
+
+#include "engine/base/error.h"
+#include "engine/baselines/surface_error.h"
+#include "tools/chart/chart_measure.h"
+#include "tools/chart/loaded_body.h"
+#include "tools/shared/flat_subdivision.h"
+
+namespace hpdm {
+namespace {
+
+// Beyond three frames of 33 ms, and half a minute of set-up, nobody would use a finer model.
+constexpr double kSlowestStep = 100e3;         // us
+constexpr double kSlowestSetup = 30e3;         // ms
+constexpr Eigen::Index kFineVertices = 15000;  // of 30,000 triangles
+
+// Sweep of LatticeOptions::local.
+constexpr LocalFunctionOptions kLocalFunctions[] = {{27, 2}, {27, 3}, {27, 4},
+                                                    {64, 2}, {64, 3}, {64, 4}};
+
+EnergyOptions Strain(StrainMeasure strain, SolverType solver) {
+  EnergyOptions energy;
+  energy.type = EnergyType::kStrain;
+  energy.strain = strain;
+  energy.solver = solver;
+  return energy;
+}
+
+EnergyOptions Metric(EnergyDomain domain, SolverType solver) {
+  EnergyOptions energy;
+  energy.domain = domain;
+  energy.solver = solver;
+  return energy;
+}
+
+LatticeOptions BSpline(int degree, const LocalFunctionOptions& local = {}) {
+  LatticeOptions lattice;
+  lattice.degree = {degree, degree, degree};
+  lattice.local = local;
+  return lattice;
+}
+
+LatticeOptions Bernstein() {
+  LatticeOptions lattice;
+  lattice.basis = BasisType::kBernstein;
+  return lattice;
+}
+
+OrganOptions OrganOf(const ChartFamily& family, int size, const OrganOptions& organ) {
+  OrganOptions options = organ;
+  const double margin = organ.lattice.margin;
+  options.model = family.model;
+  options.energy = family.energy;
+  options.energy.law = organ.energy.law;
+  options.lattice = family.lattice;
+  options.lattice.margin = margin;
+  if (family.lattice.basis == BasisType::kBSpline) {
+    options.lattice.cells = {size, size, size};
+  } else {
+    options.lattice.cells = {1, 1, 1};
+    options.lattice.degree = {size, size, size};
+  }
+  return options;
+}
+
+// Whether a case's author chose a lattice that no family has.
+bool HasCellsOfItsOwn(const OrganOptions& options) {
+  const auto& [l, m, n] = options.lattice.cells;
+  return options.model == OrganModelType::kHpdm && (l != m || m != n);
+}
+
+Timing Sum(const Timing& a, const Timing& b, double times_b) {
+  return {a.median_us + times_b * b.median_us, a.minimum_us + times_b * b.minimum_us};
+}
+
+ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
+                   const Points& fine_vertices, const OrganOptions& options, bool hollow) {
+  ChartPoint point = Labelled(CaseName(load_case), hollow, options);
+  LoadedBody body(load_case, options);
+  point.unknowns = body.unknowns();
+  point.setup_ms = body.setup_ms();
+  point.fitted = !HasModulus(options);
+  const bool balanced =
+      TakeToRest(load_case.rest, load_case.scene.loads, reference.displacements, options, &body);
+  const LoadedBody::StepTimes times = body.TimeSteps();
+  point.response = times.response;
+  point.iterations = times.last.iterations;
+  point.residual = times.last.residual;
+  point.converged = balanced && times.last.converged;
+  point.error =
+      RelativeSurfaceError(load_case.rest, body.VertexDisplacements(), reference.displacements);
+  if (!point.fitted) point.compliance_ratio = body.Compliance() / reference.compliance;
+  if (body.lattice_organ()) {
+    point.local_functions = body.local_functions();
+    point.relocation = Sum(times.relocation, times.dents, 1);
+    const Relocation relocation(fine_vertices,
+                                body.lattice_organ()->lattice()->Weights(fine_vertices));
+    const Points U = Points::Random(body.lattice_organ()->control_points(), 3);
+    Points moved = fine_vertices;
+    const Timing lattice = Time([&] { relocation.Relocate(U, &moved); });
+    // What is added at the loads costs the same a vertex.
+    point.relocation_30k = Sum(lattice, times.dents,
+                               static_cast<double>(fine_vertices.rows()) /
+                                   static_cast<double>(load_case.rest.vertices.rows()));
+  }
+  return point;
+}
+
+void AddLinearTetrahedra(const StaticCase& load_case, const CaseReference& reference, bool hollow,
+                         std::vector<ChartPoint>* points) {
+  for (const LinearTetrahedra& mesh : reference.linear) {
+    ChartPoint point;
+    point.load_case = CaseName(load_case);
+    point.hollow = hollow;
+    point.model = mesh.graded ? "linear_graded" : "linear_tetrahedra";
+    point.unknowns = mesh.nodes;
+    point.error = mesh.error;
+    point.compliance_ratio = mesh.compliance_ratio;
+    points->push_back(point);
+  }
+}
+
+}  // namespace
+
+std::vector<ChartFamily> ChartFamilies(bool quick) {
+  using enum SolverType;
+  const std::vector<int> few = {2, 4};
+  const auto sizes = [&](std::vector<int> all) { return quick ? few : all; };
+  const EnergyOptions small = Strain(StrainMeasure::kSmall, kCholesky);
+  std::vector<ChartFamily> families;
+  const auto add = [&](const EnergyOptions& energy, const LatticeOptions& lattice,
+                       const std::vector<int>& all) {
+    families.push_back({OrganModelType::kHpdm, energy, lattice, sizes(all)});
+  };
+  add(small, BSpline(2), {2, 3, 4, 5, 6, 7, 8, 9, 10});
+  for (const LocalFunctionOptions& local : kLocalFunctions) {
+    if (quick && (local.functions < 64 || local.refinement > 2)) continue;
+    add(small, BSpline(2, local), {4, 6});
+  }
+  add(Strain(StrainMeasure::kFinite, kCholesky), BSpline(2), {2, 3, 4});
+  add(Metric(EnergyDomain::kOrgan, kCholesky), BSpline(2), {2, 4, 6, 8, 10});
+  families.push_back({OrganModelType::kContinuum, {}, {}, {1}});
+  families.push_back({OrganModelType::kMassSpring, {}, {}, {1}});
+  if (quick) return families;
+  add(small, BSpline(2, kLocalFunctions[3]), {2, 3, 8});
+  add(small, BSpline(2, {18, 2}), {4});  // some 200 functions together
+  add(small, BSpline(1), {2, 4, 6, 8, 10});
+  add(small, BSpline(3), {2, 3, 4, 5, 6, 8});
+  add(small, Bernstein(), {2, 3, 4, 5, 6});
+  add(Strain(StrainMeasure::kSmall, kGaussSeidel), BSpline(2), {2, 3, 4, 6});
+  add(Metric(EnergyDomain::kOrgan, kGaussSeidel), BSpline(2), {2, 4, 6});
+  add(Metric(EnergyDomain::kBox, kCholesky), BSpline(2), {2, 4, 6, 8});
+  add(Metric(EnergyDomain::kBox, kGaussSeidel), Bernstein(), {2, 3, 4, 6});  // the paper's own
+  return families;
+}
+
+ChartSweep SweepCase(const StaticCase& load_case, const CaseReference& reference,
+                     const std::vector<ChartFamily>& families,
+                     const std::function<void(const ChartPoint&)>& progress) {
+  ChartSweep sweep;
+  const bool hollow = IsHollow(load_case.rest);
+  const Points fine_vertices =
+      FlatSubdividedTo(load_case.rest, kFineVertices).vertices.topRows(kFineVertices);
+  for (const ChartFamily& family : families) {
+    for (const int size : family.sizes) {
+      const OrganOptions options = OrganOf(family, size, load_case.organ);
+      try {
+        sweep.points.push_back(Measure(load_case, reference, fine_vertices, options, hollow));
+      } catch (const InputError& error) {
+        const ChartPoint point = Labelled(CaseName(load_case), hollow, options);
+        sweep.remarks.push_back(point.load_case + ": " + Describe(point) +
+                                " and finer is left out: " + error.what());
+        break;
+      }
+      const ChartPoint& point = sweep.points.back();
+      progress(point);
+      if (point.StepMicroseconds() > kSlowestStep || *point.setup_ms > kSlowestSetup) {
+        sweep.remarks.push_back(point.load_case + ": finer than " + Describe(point) +
+                                " is left out: too slow");
+        break;
+      }
+    }
+  }
+  if (HasCellsOfItsOwn(load_case.organ)) {
+    sweep.points.push_back(Measure(load_case, reference, fine_vertices, load_case.organ, hollow));
+    progress(sweep.points.back());
+  }
+  AddLinearTetrahedra(load_case, reference, hollow, &sweep.points);
+  return sweep;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,134 @@
+#include "tools/haptics/accuracy_report.h"
+
+#include <cmath>
+
+#include "tools/shared/report_text.h"
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A share in percent; NaN: there is none.
+std::string Percent(double share) {
+  return std::isnan(share) ? "-" : Format(share < 0.0995 ? "%.2f" : "%.1f", 100 * share);
+}
+
+Json ToJson(const HandReport& hand) {
+  const ForceFigures& f = hand.figures;
+  return {{"case", hand.case_name},
+          {"instrument", f.instrument},
+          {"peak_N", f.peak},
+          {"error", f.error},
+          {"magnitude_error", f.magnitude_error},
+          {"comb", std::isnan(f.comb) ? Json(nullptr) : Json(f.comb)},
+          {"largest_step_N", f.largest_step},
+          {"reference_largest_step_N", f.reference_largest_step},
+          {"contact_ticks", f.contact_ticks},
+          {"missed_ticks", f.missed_ticks},
+          {"false_ticks", f.false_ticks},
+          {"shaft_ticks", f.shaft_ticks},
+          {"reference_tick_error", f.tick_error},
+          {"reference_largest_tick_error", f.largest_tick_error},
+          {"paper_error", f.paper_error},
+          {"paper_fitted_error", f.paper_fitted_error},
+          {"paper_fitted_k1_N_per_m", f.paper_fitted_k1},
+          {"paper_fitted_k2_N_per_m", f.paper_fitted_k2},
+          {"course", hand.course}};
+}
+
+Json ToJson(const TipAccuracy& tip) {
+  return {{"case", tip.case_name},
+          {"local_functions", tip.local_functions},
+          {"yardstick_force_N", tip.yardstick_force},
+          {"force_N", tip.force},
+          {"force_ratio", tip.force / tip.yardstick_force}};
+}
+
+}  // namespace
+
+std::string CourseTable(const ForceCourse& course, double rate_hz) {
+  std::string table =
+      "t,production_N,reference_N,reference_tick_N,paper_N,paper_fitted_N,production_x,"
+      "production_y,production_z,reference_x,reference_y,reference_z,depth\n";
+  for (std::size_t t = 0; t < course.production.size(); ++t) {
+    const Vector3d& p = course.production[t];
+    const Vector3d& r = course.reference[t];
+    table += Format("%.4f,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n",
+                    static_cast<double>(t) / rate_hz, p.norm(), r.norm(),
+                    course.reference_tick[t].norm(), course.paper[t].norm(),
+                    course.paper_fitted[t].norm(), p.x(), p.y(), p.z(), r.x(), r.y(), r.z(),
+                    course.depth[t]);
+  }
+  return table;
+}
+
+Json AccuracyJson(const std::vector<HandReport>& hands, const std::vector<TipAccuracy>& tips) {
+  Json report = {
+      {"targets", {{"error", kErrorTarget}, {"error_aim", kErrorAim}, {"comb", kCombTarget}}},
+      {"hands", Json::array()},
+      {"tips", Json::array()}};
+  for (const HandReport& hand : hands) report["hands"].push_back(ToJson(hand));
+  for (const TipAccuracy& tip : tips) report["tips"].push_back(ToJson(tip));
+  return report;
+}
+
+std::string AccuracyHead() {
+  return Format(
+             "Force on the hand against the whole model at every tick. Errors in %% of the "
+             "reference's "
+             "peak; target %.0f, aim %.0f; comb in %% of the force, target %.0f.\n",
+             100 * kErrorTarget, 100 * kErrorAim, 100 * kCombTarget) +
+         Format("%-24s %-8s %7s %6s %6s %6s %8s %8s %7s %6s %6s %6s %8s %6s %6s %5s %5s\n", "case",
+                "tool", "peak N", "error", "of |F|", "comb", "step N", "(ref.)", "contact",
+                "missed", "false", "shaft", "ref.tick", "paper", "fitted", "k1", "k2");
+}
+
+std::string AccuracyRow(const HandReport& hand) {
+  const ForceFigures& f = hand.figures;
+  return Format(
+      "%-24s %-8s %7.3f %6s %6s %6s %8.4f %8.4f %7d %6d %6d %6d %8.1e %6s %6s %5.1f %5.1f\n",
+      hand.case_name.c_str(), f.instrument.c_str(), f.peak, Percent(f.error).c_str(),
+      Percent(f.magnitude_error).c_str(), Percent(f.comb).c_str(), f.largest_step,
+      f.reference_largest_step, f.contact_ticks, f.missed_ticks, f.false_ticks, f.shaft_ticks,
+      f.largest_tick_error, Percent(f.paper_error).c_str(), Percent(f.paper_fitted_error).c_str(),
+      f.paper_fitted_k1, f.paper_fitted_k2);
+}
+
+std::string AccuracyTips(const std::vector<TipAccuracy>& tips) {
+  std::string text;
+  for (const TipAccuracy& tip : tips) {
+    text += Format(
+        "%s, %d local functions: the force for the yardstick's displacement is %.3f of "
+        "its %.3g N\n",
+        tip.case_name.c_str(), tip.local_functions, tip.force / tip.yardstick_force,
+        tip.yardstick_force);
+  }
+  return text;
+}
+
+std::string AccuracyMarkdown(const std::vector<HandReport>& hands,
+                             const std::vector<TipAccuracy>& tips) {
+  std::string text =
+      "| hand | peak | error, at most 5 % | comb, at most 1 % | largest step in a tick (the whole "
+      "model's) | the paper's Eq. 29, k1 and k2 fitted (default) |\n|---|---|---|---|---|---|\n";
+  for (const HandReport& hand : hands) {
+    const ForceFigures& f = hand.figures;
+    text += Format("| `%s`, %s | %.2f N | %s %% | %s | %.3f N (%.3f) | %s %% (%s %%) |\n",
+                   hand.case_name.c_str(), f.instrument.c_str(), f.peak, Percent(f.error).c_str(),
+                   std::isnan(f.comb) ? "-" : (Percent(f.comb) + " %").c_str(), f.largest_step,
+                   f.reference_largest_step, Percent(f.paper_fitted_error).c_str(),
+                   Percent(f.paper_error).c_str());
+  }
+  if (tips.empty()) return text;
+  text +=
+      "\n| tip case | local functions | force for the yardstick's displacement over its force "
+      "|\n|---|---|---|\n";
+  for (const TipAccuracy& tip : tips) {
+    text += Format("| `%s` | %d | %.3f |\n", tip.case_name.c_str(), tip.local_functions,
+                   tip.force / tip.yardstick_force);
+  }
+  return text;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,256 @@
+#include "tools/haptics/force_accuracy.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "haptics/device/replay_device.h"
+#include "tools/session/lockstep.h"
+#include "tools/session/session.h"
+
+namespace hpdm {
+namespace {
+
+// One tick of the production run: what moved, and what the step was given.
+struct RecordedTick {
+  std::array<ToolSample, kMaxInstruments> samples;
+  ToolState tools;
+};
+
+// A haptic and a deformation loop of their own on a session's organs.
+struct LoopPair {
+  LoopPair(const Session& session, std::vector<HapticInstrument> instruments,
+           const std::vector<ToolOptions>& tools)
+      : scenes(SizedSnapshot(session.organs(), static_cast<int>(tools.size()), false)),
+        haptics(std::move(instruments), session.haptic_period_ns(),
+                {tool_states, patches, samples}),
+        deformation(session.organs(), tools, {tool_states, patches, unread_scenes, scenes}) {}
+
+  // The tick's sample.
+  const HapticSample& Sample() {
+    while (samples.Pop(&sample)) continue;
+    return sample;
+  }
+
+  TripleBuffer<ToolState> tool_states;
+  TripleBuffer<ContactPatch> patches;
+  TripleBuffer<SceneSnapshot> scenes;
+  TripleBuffer<SceneSnapshot> unread_scenes{scenes.Front()};
+  SpscQueue<HapticSample> samples{4};
+  HapticLoop haptics;
+  DeformationLoop deformation;
+  HapticSample sample;
+};
+
+// The scene's session and what its hands did, to be played again.
+class Trial {
+ public:
+  Trial(const Scene& scene, double seconds)
+      : session_(scene),
+        ticks_(static_cast<std::size_t>(std::lround(seconds * scene.timing.haptic_hz))) {}
+
+  const Session& session() const { return session_; }
+
+  void RecordProduction(std::vector<ForceCourse>* courses) {
+    LoopPair loops(session_, session_.HapticInstruments(), session_.DeformationTools());
+    session_.EnableForces(true);
+    RunLockstep(&loops, nullptr, [&](const HapticSample& sample) {
+      motion_.push_back({sample.tools, loops.deformation.NewestTools()});
+      for (std::size_t i = 0; i < courses->size(); ++i) {
+        (*courses)[i].production.push_back(sample.tools[i].reaction_W);
+        (*courses)[i].depth.push_back(sample.tools[i].depth);
+      }
+    });
+    session_.EnableForces(false);
+  }
+
+  // A step before every tick. Its contacts are where the tick before left them; its tools where
+  // this tick's will be.
+  void PlayReference(ForceAccuracy* accuracy) {
+    Hands hands = RecordedHands();
+    LoopPair loops(session_, Instruments(&hands), session_.DeformationTools());
+    for (std::size_t tick = 0; tick < ticks_; ++tick) {
+      MoveTo(tick, &hands);
+      ToolState tools = motion_[tick].tools;
+      tools.touches = loops.deformation.NewestTools().touches;
+      const Nanoseconds now = static_cast<Nanoseconds>(tick) * session_.haptic_period_ns();
+      loops.deformation.Step(tools, now);
+      loops.haptics.Tick(tick, now, {});
+      const HapticSample& sample = loops.Sample();
+      loops.scenes.Update();
+      const SceneSnapshot& step = loops.scenes.Front();
+      for (std::size_t i = 0; i < accuracy->courses.size(); ++i) {
+        ForceCourse& course = accuracy->courses[i];
+        course.reference.push_back(-step.contacts[i].force_on_tissue_W);
+        course.shaft_ticks += step.contacts[i].shaft_contact;
+        course.reference_tick.push_back(sample.tools[i].reaction_W);
+      }
+      accuracy->residual = std::max(accuracy->residual, step.step.residual);
+      if ((step.step.flags & kStepBudgetSpent) != 0) ++accuracy->unfinished_steps;
+    }
+  }
+
+  // Production with the springs of `options`, one an instrument.
+  std::vector<ForceSignal> PlayPaper(const std::vector<ToolOptions>& options) {
+    Hands hands = RecordedHands();
+    LoopPair loops(session_, Instruments(&hands), options);
+    std::vector<ForceSignal> forces(options.size());
+    RunLockstep(&loops, &hands, [&](const HapticSample& sample) {
+      for (std::size_t i = 0; i < forces.size(); ++i) {
+        forces[i].push_back(sample.tools[i].reaction_W);
+      }
+    });
+    return forces;
+  }
+
+ private:
+  using Hands = std::vector<ReplayDevice>;  // one an instrument
+
+  // `hands`: those to move, if it is not the session's own that work.
+  void RunLockstep(LoopPair* loops, Hands* hands,
+                   const std::function<void(const HapticSample&)>& keep) const {
+    Lockstep clock(session_.scene().timing, &loops->haptics, &loops->deformation);
+    while (clock.tick() < ticks_) {
+      clock.StepIfDue();
+      if (hands != nullptr) MoveTo(clock.tick(), hands);
+      clock.Tick();
+      keep(loops->Sample());
+    }
+  }
+
+  Hands RecordedHands() const {
+    Hands hands;
+    for (const HapticInstrument& instrument : session_.HapticInstruments()) {
+      hands.emplace_back(instrument.device->limits());
+    }
+    return hands;
+  }
+  void MoveTo(std::size_t tick, Hands* hands) const {
+    for (std::size_t i = 0; i < hands->size(); ++i) (*hands)[i].Set(motion_[tick].samples[i]);
+  }
+  std::vector<HapticInstrument> Instruments(Hands* hands) const {
+    std::vector<HapticInstrument> instruments = session_.HapticInstruments();
+    for (std::size_t i = 0; i < hands->size(); ++i) instruments[i].device = &(*hands)[i];
+    return instruments;
+  }
+
+  Session session_;
+  std::size_t ticks_;
+  std::vector<RecordedTick> motion_;
+};
+
+// The springs of Eq. 29 whose force, linear in them, is nearest to the reference: base + (k - k of
+// base) . slopes, k >= 0, by least squares over the time.
+struct Springs {
+  double k1 = 0;
+  double k2 = 0;
+};
+Springs FittedSprings(const Springs& at, const ForceSignal& base, const ForceSignal& more_k1,
+                      const ForceSignal& more_k2, double more, const ForceSignal& reference) {
+  Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d y = Eigen::Vector2d::Zero();
+  for (std::size_t t = 0; t < base.size(); ++t) {
+    Eigen::Matrix<double, 3, 2> slope;
+    slope << (more_k1[t] - base[t]) / more, (more_k2[t] - base[t]) / more;
+    A += slope.transpose() * slope;
+    y += slope.transpose() * (reference[t] - base[t] + slope * Eigen::Vector2d(at.k1, at.k2));
+  }
+  // The best of both springs together, each alone, and none: |F - reference|^2 up to a constant.
+  Eigen::Vector2d best = Eigen::Vector2d::Zero();
+  const auto try_springs = [&](const Eigen::Vector2d& k) {
+    const auto misfit = [&](const Eigen::Vector2d& v) { return v.dot(A * v) - 2 * y.dot(v); };
+    if (k.allFinite() && k.minCoeff() >= 0 && misfit(k) < misfit(best)) best = k;
+  };
+  try_springs(A.ldlt().solve(y));
+  try_springs({y[0] / A(0, 0), 0});
+  try_springs({0, y[1] / A(1, 1)});
+  return {best[0], best[1]};
+}
+
+void PlayPapers(Trial* trial, std::vector<ForceCourse>* courses, std::vector<Springs>* fitted) {
+  constexpr double kMore = 10;  // N/m
+  std::vector<ToolOptions> options = trial->session().DeformationTools();
+  for (ToolOptions& tool : options) tool.reaction = ReactionType::kPaper;
+  const auto play = [&](double more_k1, double more_k2) {
+    std::vector<ToolOptions> stiffer = options;
+    for (ToolOptions& tool : stiffer) {
+      tool.k1 += more_k1;
+      tool.k2 += more_k2;
+    }
+    return trial->PlayPaper(stiffer);
+  };
+  const std::vector<ForceSignal> paper = play(0, 0);
+  const std::vector<ForceSignal> more_k1 = play(kMore, 0), more_k2 = play(0, kMore);
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    fitted->push_back(FittedSprings({options[i].k1, options[i].k2}, paper[i], more_k1[i],
+                                    more_k2[i], kMore, (*courses)[i].reference));
+    options[i].k1 = fitted->back().k1;
+    options[i].k2 = fitted->back().k2;
+  }
+  const std::vector<ForceSignal> best = play(0, 0);
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    (*courses)[i].paper = paper[i];
+    (*courses)[i].paper_fitted = best[i];
+  }
+}
+
+ForceSignal Magnitude(const ForceSignal& force) {
+  ForceSignal magnitude;
+  for (const Vector3d& f : force) magnitude.emplace_back(f.norm(), 0, 0);
+  return magnitude;
+}
+
+ForceFigures FiguresOf(const ForceCourse& course, const TimingOptions& timing) {
+  ForceFigures figures;
+  figures.peak = PeakForce(course.reference);
+  figures.shaft_ticks = course.shaft_ticks;
+  for (std::size_t t = 0; t < course.reference.size(); ++t) {
+    const bool acts = course.reference[t].squaredNorm() > 0;
+    const bool felt = course.production[t].squaredNorm() > 0;
+    figures.contact_ticks += acts;
+    figures.missed_ticks += acts && !felt;
+    figures.false_ticks += felt && !acts;
+    figures.largest_tick_error = std::max(figures.largest_tick_error,
+                                          (course.reference_tick[t] - course.reference[t]).norm());
+  }
+  if (figures.peak > 0) figures.largest_tick_error /= figures.peak;
+  figures.error = ContactError(course.production, course.reference);
+  figures.magnitude_error = ContactError(Magnitude(course.production), Magnitude(course.reference));
+  figures.comb = Comb(course.production, course.reference, timing.haptic_hz, timing.deformation_hz);
+  figures.largest_step = LargestStep(course.production);
+  figures.reference_largest_step = LargestStep(course.reference);
+  figures.tick_error = ContactError(course.reference_tick, course.reference);
+  figures.paper_error = ContactError(course.paper, course.reference);
+  figures.paper_fitted_error = ContactError(course.paper_fitted, course.reference);
+  return figures;
+}
+
+}  // namespace
+
+ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds) {
+  if (scene.instruments.empty()) {
+    throw InputError(scene.path.string() +
+                     ": has no instrument whose force could be measured; add an [[instrument]]");
+  }
+  Trial trial(scene, seconds);
+  ForceAccuracy accuracy;
+  accuracy.rate_hz = scene.timing.haptic_hz;
+  accuracy.courses.resize(scene.instruments.size());
+  trial.RecordProduction(&accuracy.courses);
+  trial.PlayReference(&accuracy);
+  std::vector<Springs> fitted;
+  PlayPapers(&trial, &accuracy.courses, &fitted);
+  for (std::size_t i = 0; i < accuracy.courses.size(); ++i) {
+    accuracy.figures.push_back(FiguresOf(accuracy.courses[i], scene.timing));
+    accuracy.figures.back().instrument = scene.instruments[i].name;
+    accuracy.figures.back().script = scene.instruments[i].hand.script;
+    accuracy.figures.back().paper_fitted_k1 = fitted[i].k1;
+    accuracy.figures.back().paper_fitted_k2 = fitted[i].k2;
+  }
+  return accuracy;
+}
+
+}  // namespace hpdm

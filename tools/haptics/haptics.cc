@@ -1,0 +1,191 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <system_error>
+
+#include "engine/base/error.h"
+#include "scenes/generator/meshing/obj_writer.h"
+#include "tools/command_line.h"
+#include "tools/commands.h"
+#include "tools/haptics/accuracy_cases.h"
+#include "tools/haptics/accuracy_report.h"
+#include "tools/haptics/force_accuracy.h"
+#include "tools/haptics/stability_map.h"
+#include "tools/haptics/tip_accuracy.h"
+#include "tools/plots/plot_force_accuracy.h"
+#include "tools/plots/python_plot.h"
+#include "tools/shared/child_process.h"
+#include "tools/shared/json_figures.h"
+#include "tools/shared/staged_file.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct HapticsOptions {
+  std::string scene = "scenes/two_hands.toml";
+  std::string out = "out/haptics";
+  std::vector<std::string> only;
+  bool quick = false;
+  bool json = false;
+
+  // Cases that are named are for tuning: they come alone.
+  bool Whole() const { return only.empty(); }
+};
+
+constexpr const char* kTipCases[] = {"liver_press_tip_5mm", "liver_press_tip_2_5mm"};
+
+// Cases that are named must exist: a slip of the pen must not measure nothing.
+std::vector<AccuracyCase> ChosenCases(const HapticsOptions& options) {
+  std::vector<AccuracyCase> cases = AccuracyCases(LoadScene(options.scene), options.quick);
+  if (options.Whole()) return cases;
+  std::vector<AccuracyCase> chosen;
+  for (const std::string& name : options.only) {
+    const auto at = std::find_if(cases.begin(), cases.end(),
+                                 [&](const AccuracyCase& each) { return each.name == name; });
+    if (at == cases.end()) {
+      std::string names;
+      for (const AccuracyCase& each : cases) names += (names.empty() ? "" : ", ") + each.name;
+      throw InputError("--only " + name + ": is no case; choose of " + names);
+    }
+    chosen.push_back(*at);
+  }
+  return chosen;
+}
+
+// Beside the scene, as the load cases of scenes/ have their yardsticks; what is not there is left
+// out. They cost a second each.
+std::vector<TipAccuracy> MeasureTips(const fs::path& scenes) {
+  std::vector<TipAccuracy> tips;
+  for (const char* name : kTipCases) {
+    try {
+      const StaticCase load_case = LoadStaticCase((scenes / "cases" / name).string() + ".toml");
+      const CaseReference reference = LoadCaseReference(load_case, scenes / "../tests/reference");
+      for (const int local_functions : {0, 27}) {
+        tips.push_back(MeasureTipAccuracy(load_case, reference, local_functions));
+      }
+    } catch (const InputError& error) {
+      std::fprintf(stderr, "hpdm: note: left out: %s\n", error.what());
+    }
+  }
+  return tips;
+}
+
+std::vector<HandReport> MeasureHands(const std::vector<AccuracyCase>& cases, const fs::path& out,
+                                     bool quiet) {
+  std::vector<HandReport> hands;
+  if (!quiet) std::cout << AccuracyHead() << std::flush;
+  for (const AccuracyCase& each : cases) {
+    const ForceAccuracy accuracy = MeasureForceAccuracy(each.scene, each.seconds);
+    if (accuracy.unfinished_steps > 0) {
+      std::fprintf(stderr,
+                   "hpdm: note: %s: %d steps of the reference spent their iterations; largest "
+                   "residual %.1e\n",
+                   each.name.c_str(), accuracy.unfinished_steps, accuracy.residual);
+    }
+    for (std::size_t i = 0; i < accuracy.figures.size(); ++i) {
+      const ForceFigures& figures = accuracy.figures[i];
+      hands.push_back(
+          {each.name, figures, "force_" + each.name + "_" + figures.instrument + ".csv"});
+      WriteTextFile(out / hands.back().course, CourseTable(accuracy.courses[i], accuracy.rate_hz));
+      if (!quiet) std::cout << AccuracyRow(hands.back()) << std::flush;
+    }
+  }
+  return hands;
+}
+
+// How accurate the force is: force_accuracy.json and .md, force_*.csv, two pictures.
+Json MeasureForces(const HapticsOptions& options, const std::vector<AccuracyCase>& cases) {
+  const fs::path out(options.out);
+  std::vector<TipAccuracy> tips;
+  if (options.Whole()) tips = MeasureTips(fs::path(options.scene).parent_path());
+  const std::vector<HandReport> hands = MeasureHands(cases, out, options.json);
+  const Json report = AccuracyJson(hands, tips);
+  WriteTextFile(out / "force_accuracy.json", JsonText(report) + "\n");
+  WriteTextFile(out / "force_accuracy.md", AccuracyMarkdown(hands, tips));
+  if (!options.json) std::cout << AccuracyTips(tips) << std::flush;
+  const std::string no_plot =
+      RunPlotScript(kPlotForceAccuracyScript,
+                    {(out / "force_accuracy.json").string(), (out / "force_courses.png").string(),
+                     (out / "force_errors.png").string()});
+  if (!no_plot.empty()) std::fprintf(stderr, "hpdm: note: %s\n", no_plot.c_str());
+  return report;
+}
+
+// How late it comes: a session on the real clock in a process of its own, as a user runs it, so
+// that nothing of this one lies in its memory. Its folder holds latency.png.
+Json MeasureLatency(const HapticsOptions& options, const fs::path& folder) {
+  const std::string seconds = options.quick ? "2" : "10";
+  const fs::path scene = fs::path(options.scene).parent_path() / "liver_palpation.toml";
+  const int code = RunChild({"/proc/self/exe", "run", scene.string(), "--seconds", seconds, "--fps",
+                             "0", "--out", folder.string()},
+                            options.json);
+  if (code != 0) {
+    std::fprintf(stderr, "hpdm: note: no latency: the session ended with %d; try hpdm run %s\n",
+                 code, scene.c_str());
+    return nullptr;
+  }
+  std::ifstream file(folder / "summary.json");
+  const Json summary = Json::parse(file);
+  if (!options.json) {
+    std::printf("Tick compute p99 %.1f us (at most 20, aim 7).\n",
+                summary["haptic"]["compute"]["p99_us"].get<double>());
+  }
+  return summary;
+}
+
+// How stiff it may be: stability.csv and .png.
+Json MeasureBoundary(const HapticsOptions& options) {
+  const StabilityMap map = MeasureStability({.quick = options.quick});
+  const std::string no_plot = WriteStability(map, options.out);
+  if (!no_plot.empty()) std::fprintf(stderr, "hpdm: note: %s\n", no_plot.c_str());
+  const double deviation = LargestDeviation(map);
+  if (!options.json) {
+    std::printf("Stability boundary without friction within %.2f %% of the exact roots.\n",
+                100 * deviation);
+  }
+  return {{"table", "stability.csv"}, {"deviation_from_roots", deviation}};
+}
+
+void Haptics(const HapticsOptions& options) {
+  const std::vector<AccuracyCase> cases = ChosenCases(options);
+  const fs::path out(options.out), session = out / "latency";
+  std::error_code error;
+  if (options.Whole() && fs::exists(session, error)) {
+    throw InputError(session.string() + ": already holds a session; choose another --out");
+  }
+  MakeOutFolder(options.out);
+  Json report = {{"force_accuracy", MeasureForces(options, cases)}};
+  if (options.Whole()) report["stability"] = MeasureBoundary(options);
+  if (options.Whole()) report["latency"] = MeasureLatency(options, session);
+  WriteTextFile(out / "haptics.json", JsonText(report) + "\n");
+  if (options.json) {
+    std::cout << JsonText(report) << "\n";
+  } else {
+    std::cout << out.string() << ": haptics.json, force_accuracy.md, force_courses.png, "
+              << "force_errors.png" << (options.Whole() ? ", stability.png, latency/\n" : "\n");
+  }
+}
+
+}  // namespace
+
+void AddHapticsCommand(Command app) {
+  const auto options = std::make_shared<HapticsOptions>();
+  Command haptics = app.AddCommand(
+      "haptics", "Measure and plot the force on the hand: accuracy, stability, latency");
+  haptics.AddOption("scene", options->scene, "Scene of the two hands; others lie beside it")
+      .ShowDefault();
+  haptics.AddOption("--out", options->out, "Folder to write to; made when missing").ShowDefault();
+  haptics.AddOption("--only", options->only,
+                    "Measure the accuracy of these cases alone, such as press");
+  haptics.AddFlag("--quick", options->quick, "Small strain only, shorter hands and session");
+  haptics.AddFlag("--json", options->json, "Print JSON");
+  haptics.OnRun([options] { Haptics(*options); });
+}
+
+}  // namespace hpdm

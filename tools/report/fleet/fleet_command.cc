@@ -1,0 +1,96 @@
+#include "tools/report/fleet/fleet_command.h"
+
+#include <cstdio>
+#include <thread>
+
+#include "engine/base/error.h"
+#include "tools/report/fleet/fleet.h"
+#include "tools/report/fleet/session_line.h"
+#include "tools/shared/report_text.h"
+
+namespace hpdm {
+namespace {
+
+std::string Count(std::size_t number) { return WithCommas(static_cast<long long>(number)); }
+
+void PrintLine(const std::string& session, double force_limit) {
+  const nlohmann::ordered_json line = SessionLine(session, force_limit);
+  std::printf("%s\n", LineText(line).c_str());
+  if (std::fflush(stdout) != 0) throw InputError("stdout: cannot be written; make space");
+  if (line.at("exit_code") == 0) return;
+  std::fprintf(stderr, "hpdm: %s\n", line.at("error").get<std::string>().c_str());
+  throw CheckFailed{line.at("exit_code").get<int>()};
+}
+
+}  // namespace
+
+void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArguments* arguments) {
+  constexpr int kMostJobs = 256;
+  Option line =
+      report.AddFlag("--json-line", arguments->json_line,
+                     "Print the figures as one line of JSON, whatever becomes of it: the unit for "
+                     "clusters (tools/report/fleet.md)");
+  Option all =
+      report.AddFlag("--all", arguments->all,
+                     "SESSION is a folder of session folders, at any depth: a process and a line "
+                     "of JSON each; --out: a table of all, SQLite or .jsonl");
+  Option collect =
+      report.AddOption("--collect", arguments->collect,
+                       "Put the lines that --json-line printed, from these files (-: standard "
+                       "input), into the table --out");
+  collect.Excludes(all).Excludes(line);
+  line.Excludes(all);
+  for (Option option : single) {
+    for (Option many : {all, line, collect}) many.Excludes(option);
+  }
+  report.AddOption("--jobs", arguments->jobs, "Processes at once; default: one a processor")
+      .From(1, kMostJobs)
+      .Needs(all);
+  report.AddOption("--timeout", arguments->patience, "s for one session")
+      .From(0.001, 1e6)
+      .ShowDefault()
+      .Needs(all);
+  report
+      .AddFlag("--again", arguments->again,
+               "Read those too that the table has and whose logs are unchanged")
+      .Needs(all);
+}
+
+bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
+                     const std::string& out, double force_limit) {
+  if (arguments.collect.empty() && session.empty()) {
+    throw InputError("report: no session; give its folder, or a folder of sessions with --all");
+  }
+  if (arguments.json_line) {
+    if (!out.empty()) throw InputError("--out " + out + ": --json-line prints on stdout alone");
+    PrintLine(session, force_limit);
+    return true;
+  }
+  if (!arguments.all && arguments.collect.empty()) return false;
+  FleetSummary summary;
+  if (arguments.all) {
+    FleetOptions options{.folder = session,
+                         .table = out,
+                         .patience = arguments.patience,
+                         .force_limit = force_limit,
+                         .again = arguments.again};
+    options.jobs = arguments.jobs > 0
+                       ? arguments.jobs
+                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    summary = ReportAll(options);
+    std::fprintf(stderr, "%s sessions: %s reported, %s unchanged, %s failed\n",
+                 Count(summary.sessions).c_str(), Count(summary.reported).c_str(),
+                 Count(summary.unchanged).c_str(), Count(summary.failed).c_str());
+  } else {
+    if (!session.empty()) throw InputError(session + ": --collect takes lines alone, no session");
+    if (out.empty()) throw InputError("--collect: no table; give --out TABLE.sqlite");
+    summary = CollectLines(arguments.collect, out);
+    std::fprintf(stderr, "%s lines: %s of reported sessions, %s refused\n",
+                 Count(summary.sessions).c_str(), Count(summary.reported).c_str(),
+                 Count(summary.failed).c_str());
+  }
+  if (summary.failed > 0) throw CheckFailed();
+  return true;
+}
+
+}  // namespace hpdm

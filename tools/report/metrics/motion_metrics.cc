@@ -1,0 +1,203 @@
+#include "tools/report/metrics/motion_metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+namespace hpdm {
+namespace {
+
+/// Of the shaft in the gimbal's home frame (haptics/device/impulse_engine.h); angles between
+/// directions do not depend on the frame.
+Vector3d Direction(const CourseVector& v) {
+  const double pitch = v[kCoursePitch], yaw = v[kCourseYaw];
+  return {std::cos(pitch) * std::sin(yaw), -std::sin(pitch), std::cos(pitch) * std::cos(yaw)};
+}
+
+double AngleBetween(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+Vector3d Tip(const CourseVector& v) { return v.segment<3>(kCourseTip); }
+Vector3d Force(const CourseVector& v) { return v.segment<3>(kCourseForce); }
+
+/// |dr/dt| by central differences, one-sided at the ends; zeros for a single sample.
+template <typename Part>
+std::vector<double> Rates(const std::vector<CourseVector>& samples, Part part) {
+  std::vector<double> rates(samples.size(), 0.0);
+  if (samples.size() < 2) return rates;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::size_t before = i > 0 ? i - 1 : 0, after = std::min(i + 1, samples.size() - 1);
+    rates[i] = (part(samples[after]) - part(samples[before])).norm() /
+               (static_cast<double>(after - before) * kCoursePeriod);
+  }
+  return rates;
+}
+
+struct Sums {
+  double distance = 0, path = 0;      // of the movements
+  std::vector<double> smoothness;     // of each
+  double force_rate = 0;              // integral over the samples with a force
+  std::size_t moved = 0, forced = 0;  // samples
+};
+
+/// A movement from its start to its stop, which are slower than kIdleSpeed: cut off there, its
+/// speeds stand on a step whose spectrum is not the movement's. It is followed outwards while it
+/// slows down, to kMovementEdge of its fastest.
+std::pair<std::size_t, std::size_t> Whole(const std::vector<double>& speeds, std::size_t begin,
+                                          std::size_t end) {
+  const auto at = [&speeds](std::size_t i) {
+    return speeds.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  const double edge = kMovementEdge * *std::max_element(at(begin), at(end));
+  while (begin > 0 && speeds[begin] > edge && speeds[begin - 1] < speeds[begin]) --begin;
+  while (end < speeds.size() && speeds[end - 1] > edge && speeds[end] < speeds[end - 1]) ++end;
+  return {begin, end};
+}
+
+/// What samples [begin, end), all faster than kIdleSpeed, add if they are a movement.
+void AddMovement(const std::vector<CourseVector>& samples, const std::vector<double>& speeds,
+                 std::size_t begin, std::size_t end, MotionMetrics* metrics, Sums* sums) {
+  if (static_cast<double>(end - begin) * kCoursePeriod < kMovementTime) return;
+  const auto first = speeds.begin() + static_cast<std::ptrdiff_t>(begin);
+  const auto last = speeds.begin() + static_cast<std::ptrdiff_t>(end);
+  if (*std::max_element(first, last) < kMovementSpeed) return;
+  ++metrics->movements;
+  sums->distance += (Tip(samples[end - 1]) - Tip(samples[begin])).norm();
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    sums->path += (Tip(samples[i]) - Tip(samples[i - 1])).norm();
+  }
+  if (static_cast<double>(end - begin) * kCoursePeriod <= kDiscreteMovement) {
+    const auto [from, to] = Whole(speeds, begin, end);
+    sums->smoothness.push_back(
+        SpectralArcLength(std::span(speeds).subspan(from, to - from), kCoursePeriod));
+  }
+}
+
+void Measure(const std::vector<CourseVector>& samples, MotionMetrics* metrics, Sums* sums) {
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const CourseVector &a = samples[i - 1], &b = samples[i];
+    metrics->path_length += (Tip(b) - Tip(a)).norm();
+    metrics->angular_path += AngleBetween(Direction(a), Direction(b));
+    metrics->roll_path += std::abs(b[kCourseRoll] - a[kCourseRoll]);
+    metrics->insertion_path += std::abs(b[kCourseInsertion] - a[kCourseInsertion]);
+  }
+  const std::vector<double> speeds = Rates(samples, Tip);
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= speeds.size(); ++i) {
+    const bool moves = i < speeds.size() && speeds[i] >= kIdleSpeed;
+    if (moves) ++sums->moved;
+    if (moves) continue;
+    AddMovement(samples, speeds, begin, i, metrics, sums);
+    begin = i + 1;
+  }
+  for (const double speed : speeds) metrics->peak_speed = std::max(metrics->peak_speed, speed);
+  const std::vector<double> force_rates = Rates(samples, Force);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    metrics->peak_force_rate = std::max(metrics->peak_force_rate, force_rates[i]);
+    if (Force(samples[i]).norm() < kNoForce) continue;
+    ++sums->forced;
+    sums->force_rate += force_rates[i];
+  }
+}
+
+std::vector<CourseVector> Smoothed(const CourseStretch& stretch) {
+  std::vector<CourseVector> samples = stretch.samples;
+  SmoothZeroPhase(kMotionCutoff, kCoursePeriod, &samples);
+  return samples;
+}
+
+using MotionInterval = std::pair<double, double>;  // from, to, s
+
+/// When an instrument is faster than kIdleSpeed, in order.
+std::vector<MotionInterval> Moving(std::span<const CourseStretch> stretches) {
+  std::vector<MotionInterval> moving;
+  for (const CourseStretch& stretch : stretches) {
+    const std::vector<double> speeds = Rates(Smoothed(stretch), Tip);
+    bool moves = false;
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      const double from = stretch.start + (static_cast<double>(i) - 0.5) * kCoursePeriod;
+      const bool moved = std::exchange(moves, speeds[i] >= kIdleSpeed);
+      if (moves && !moved) moving.emplace_back(from, from);
+      if (moves) moving.back().second = from + kCoursePeriod;
+    }
+  }
+  return moving;
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+}  // namespace
+
+double SpectralArcLength(std::span<const double> speeds, double period) {
+  // The spectrum where the authors have it: zero padding to 2^4 times the next power of two.
+  std::size_t padded = 1;
+  while (padded < speeds.size()) padded *= 2;
+  padded *= 16;
+  const double step = 1 / (static_cast<double>(padded) * period);  // Hz
+  const auto bins = static_cast<std::size_t>(kSparcCutoff / step) + 1;
+  std::vector<double> amplitudes;
+  amplitudes.reserve(bins);
+  for (std::size_t k = 0; k < bins; ++k) {
+    // Goertzel's recurrence: few bins of a short movement need no fast transform.
+    const double w = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(padded);
+    const double twice = 2 * std::cos(w);
+    double s1 = 0, s2 = 0;
+    for (const double speed : speeds) {
+      const double s = speed + twice * s1 - s2;
+      s2 = s1;
+      s1 = s;
+    }
+    amplitudes.push_back(std::sqrt(std::max(0.0, s1 * s1 + s2 * s2 - twice * s1 * s2)));
+  }
+  std::size_t last = 0;
+  for (std::size_t k = 0; k < bins; ++k) {
+    if (amplitudes[k] >= kSparcAmplitude * amplitudes[0]) last = k;
+  }
+  double length = 0;
+  for (std::size_t k = 1; k <= last; ++k) {
+    length += std::hypot(1 / static_cast<double>(last),
+                         (amplitudes[k] - amplitudes[k - 1]) / amplitudes[0]);
+  }
+  return -length;
+}
+
+MotionMetrics MeasureMotion(std::span<const CourseStretch> stretches) {
+  MotionMetrics metrics;
+  Sums sums;
+  std::size_t count = 0;
+  for (const CourseStretch& stretch : stretches) {
+    Measure(Smoothed(stretch), &metrics, &sums);
+    count += stretch.samples.size();
+  }
+  const auto seconds = [](std::size_t samples) {
+    return static_cast<double>(samples) * kCoursePeriod;
+  };
+  metrics.time = seconds(count);
+  metrics.idle = seconds(count - sums.moved);
+  if (count > 0) metrics.mean_speed = metrics.path_length / metrics.time;
+  if (sums.path > 0) metrics.economy = sums.distance / sums.path;
+  if (!sums.smoothness.empty()) metrics.smoothness = Median(std::move(sums.smoothness));
+  if (sums.forced > 0) metrics.mean_force_rate = sums.force_rate / static_cast<double>(sums.forced);
+  return metrics;
+}
+
+double BothMoving(std::span<const CourseStretch> a, std::span<const CourseStretch> b) {
+  const std::vector<MotionInterval> left = Moving(a), right = Moving(b);
+  double both = 0;
+  for (std::size_t l = 0, r = 0; l < left.size() && r < right.size();) {
+    both += std::max(
+        0.0, std::min(left[l].second, right[r].second) - std::max(left[l].first, right[r].first));
+    left[l].second < right[r].second ? ++l : ++r;
+  }
+  return both;
+}
+
+}  // namespace hpdm

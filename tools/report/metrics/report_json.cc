@@ -1,0 +1,150 @@
+#include "tools/report/metrics/report_json.h"
+
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <string>
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+/// 2026-01-31T12:00:00Z; null when the session has no wall time.
+Json StartText(std::int64_t start_us) {
+  if (start_us == 0) return nullptr;
+  const std::time_t seconds = static_cast<std::time_t>(start_us / 1'000'000);
+  std::tm utc{};
+  char text[40];
+  if (gmtime_r(&seconds, &utc) == nullptr ||
+      std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) == 0) {
+    return nullptr;
+  }
+  return text;
+}
+
+void AddSession(const SessionReport& report, Json* json) {
+  (*json)["log"] = report.log;
+  (*json)["scene"] = report.scene.empty() ? Json(nullptr) : Json(report.scene);
+  (*json)["start"] = StartText(report.start_us);
+  (*json)["measured"] = report.measured;
+  (*json)["duration_s"] = report.duration;
+  (*json)["active_s"] = report.active;
+  (*json)["paused_s"] = report.paused;
+  (*json)["force_limit_N"] = report.force_limit;
+  (*json)["both_moving_s"] = OrNull(report.both_moving);
+}
+
+void AddContact(const ContactMetrics& contact, Json* json) {
+  (*json)["contact_time_s"] = contact.time;
+  (*json)["contacts"] = contact.count;
+  (*json)["forces_off_s"] = contact.forces_off;
+  (*json)["forces_clamped_s"] = contact.clamped;
+  (*json)["peak_force_N"] = contact.peak_force;
+  (*json)["mean_force_N"] = contact.mean_force;
+  (*json)["force_impulse_Ns"] = contact.impulse;
+  (*json)["over_limit_s"] = contact.over_limit;
+  (*json)["over_limit_count"] = contact.over_limit_count;
+  (*json)["deepest_press_m"] = contact.deepest_press;
+}
+
+void AddHand(const HandReport& hand, Json* json) {
+  const MotionMetrics& motion = hand.motion;
+  (*json)["name"] = hand.name;
+  (*json)["instruments"] = hand.Label();
+  (*json)["time_s"] = motion.time;
+  (*json)["path_length_m"] = motion.path_length;
+  (*json)["angular_path_rad"] = motion.angular_path;
+  (*json)["roll_path_rad"] = motion.roll_path;
+  (*json)["insertion_path_m"] = motion.insertion_path;
+  (*json)["economy_of_motion"] = OrNull(motion.economy);
+  (*json)["movements"] = motion.movements;
+  (*json)["mean_speed_m_per_s"] = motion.mean_speed;
+  (*json)["peak_speed_m_per_s"] = motion.peak_speed;
+  (*json)["smoothness_sparc"] = OrNull(motion.smoothness);
+  (*json)["idle_s"] = motion.idle;
+  AddContact(hand.contact, json);
+  (*json)["mean_force_rate_N_per_s"] = motion.mean_force_rate;
+  (*json)["peak_force_rate_N_per_s"] = motion.peak_force_rate;
+  (*json)["device_lost_s"] = hand.device_lost;
+}
+
+double Microseconds(Nanoseconds time) { return static_cast<double>(time) / 1000; }
+
+Json LatencyToJson(const LatencyReport& latency) {
+  return {{"name", latency.name},
+          {"count", latency.count},
+          {"p50_us", Microseconds(latency.p50)},
+          {"p90_us", Microseconds(latency.p90)},
+          {"p99_us", Microseconds(latency.p99)},
+          {"p99_9_us", Microseconds(latency.p99_9)},
+          {"max_us", Microseconds(latency.max)}};
+}
+
+Json HealthToJson(const LogReport& health) {
+  return {{"sound", health.Sound()},
+          {"closed", health.closed},
+          {"bytes", health.bytes},
+          {"events", health.events},
+          {"damaged_bytes", health.damaged_bytes},
+          {"torn_bytes", health.torn_bytes},
+          {"unreadable", health.unreadable},
+          {"ticks_lost", health.ticks_lost},
+          {"outputs_lost", health.outputs_lost},
+          {"messages_lost", health.lost},
+          {"faults", health.Faults()}};
+}
+
+const char* SeverityName(EventSeverity severity) {
+  switch (severity) {
+    case EventSeverity::kWarning:
+      return "warning";
+    case EventSeverity::kError:
+      return "error";
+    default:
+      return "info";
+  }
+}
+
+}  // namespace
+
+Json ToJson(const SessionReport& report) {
+  Json json = Json::object();
+  AddSession(report, &json);
+  json["hands"] = Json::array();
+  for (const HandReport& hand : report.hands) {
+    Json entry = Json::object();
+    AddHand(hand, &entry);
+    entry["organs"] = Json::array();
+    for (std::size_t o = 0; o < hand.by_organ.size(); ++o) {
+      Json organ = {{"organ", report.organs[o]}};
+      AddContact(hand.by_organ[o], &organ);
+      entry["organs"].push_back(std::move(organ));
+    }
+    json["hands"].push_back(std::move(entry));
+  }
+  json["latencies"] = Json::array();
+  for (const LatencyReport& latency : report.latencies) {
+    if (latency.count > 0) json["latencies"].push_back(LatencyToJson(latency));
+  }
+  json["ticks"] = report.ticks;
+  json["skipped"] = {{"total", report.skipped.Total()},
+                     {"late_wake_up", report.skipped.late_wake_up},
+                     {"long_compute", report.skipped.long_compute},
+                     {"stalled", report.skipped.stalled}};
+  json["stolen_s"] = report.stolen;
+  json["steps_shed"] = report.steps_shed;
+  json["log_health"] = HealthToJson(report.health);
+  json["events"] = Json::array();
+  for (const SessionEvent& event : report.events) {
+    json["events"].push_back({{"time_s", event.time},
+                              {"severity", SeverityName(event.severity)},
+                              {"name", event.name},
+                              {"text", event.text}});
+  }
+  return json;
+}
+
+}  // namespace hpdm

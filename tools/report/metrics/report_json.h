@@ -1,0 +1,20 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "tools/report/metrics/session_metrics.h"
+
+namespace hpdm {
+
+/// What `hpdm report --json` prints. Keys carry their units and are stable; what a session lacks is
+/// null. Text that is not UTF-8 stays as it is: print with JsonText.
+///
+///     log, scene, start, measured, duration_s, active_s, paused_s, force_limit_N, both_moving_s,
+///     hands: [{name, instruments, time_s, path_length_m, ..., organs: [{organ,
+///     contact_time_s, ...}]}], latencies: [{name, count, p50_us, p90_us, p99_us, p99_9_us,
+///     max_us}], ticks, skipped: {total, late_wake_up, long_compute, stalled}, stolen_s,
+///     steps_shed, log_health: {sound, bytes, ..., faults: [text]}, events: [{time_s, severity,
+///     name, text}]
+nlohmann::ordered_json ToJson(const SessionReport& report);
+
+}  // namespace hpdm

@@ -1,0 +1,111 @@
+#include "tools/report/metrics/session_files.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "scenes/loader/scene_files.h"
+#include "tools/session/session_path.h"
+#include "tools/shared/base64.h"
+
+namespace hpdm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostPictureBytes = 1'500'000;
+constexpr std::size_t kMostSummaryBytes = 10'000'000;
+constexpr int kFramesShown = 4;
+
+std::vector<std::uint8_t> Bytes(const fs::path& file, std::size_t most) {
+  std::error_code error;
+  if (file.empty() || fs::file_size(file, error) > most || error) return {};
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+std::string SceneName(const fs::path& folder) {
+  const std::vector<std::uint8_t> text =
+      Bytes(FileInside(folder, "summary.json"), kMostSummaryBytes);
+  const auto json = nlohmann::json::parse(text.begin(), text.end(), nullptr, false);
+  if (!json.is_object() || !json.contains("scene") || !json["scene"].is_string()) return "";
+  return json["scene"];
+}
+
+bool IsPng(std::span<const std::uint8_t> bytes) {
+  constexpr std::uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  return bytes.size() > sizeof kSignature &&
+         std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
+}
+
+/// Names and captions of frames, evenly taken from all of them in the order of their names.
+std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::vector<std::pair<std::string, std::string>> some;
+  std::error_code error;
+  if (!LiesInside(folder, folder / "frames")) return some;
+  for (fs::directory_iterator entry(folder / "frames", error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().extension() == ".png") {
+      names.push_back("frames/" + entry->path().filename().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  const std::size_t count = names.size();
+  for (int i = 0; i < kFramesShown && count > 0; ++i) {
+    const std::size_t at = (2 * static_cast<std::size_t>(i) + 1) * count / (2 * kFramesShown);
+    if (!some.empty() && some.back().first == names[at]) continue;
+    some.emplace_back(names[at],
+                      "Frame " + std::to_string(at + 1) + " of " + std::to_string(count));
+  }
+  return some;
+}
+
+}  // namespace
+
+SessionFiles FindSessionFiles(const fs::path& path) {
+  std::error_code error;
+  SessionFiles files;
+  if (fs::is_directory(path, error)) {
+    files.folder = path;
+    files.log = LogPathOf(path);
+    files.scene = SceneName(path);
+    for (const char* name : {"scene.toml", "summary.json"}) {
+      if (FileInside(path, name).empty()) files.missing.emplace_back(name);
+    }
+  } else if (fs::is_regular_file(path, error)) {
+    files.log = path;
+  } else {
+    throw InputError(path.string() + ": is not there; give a session's folder or its log");
+  }
+  return files;
+}
+
+SessionReading ReadSession(const SessionFiles& files, double force_limit) {
+  SessionReading reading = ReadSession(files.log.string(), force_limit);
+  reading.report.scene = files.scene;
+  return reading;
+}
+
+void LoadPictures(SessionFiles* files) {
+  if (files->folder.empty()) return;
+  std::vector<std::pair<std::string, std::string>> wanted = {
+      {"deepest.png", "At the deepest press"}, {"last.png", "At the end"}};
+  const auto frames = SomeFrames(files->folder);
+  wanted.insert(wanted.end(), frames.begin(), frames.end());
+  std::size_t left = kMostPictureBytes;
+  for (const auto& [name, caption] : wanted) {
+    const std::vector<std::uint8_t> bytes = Bytes(FileInside(files->folder, name), left);
+    if (!IsPng(bytes)) continue;
+    left -= bytes.size();
+    files->pictures.push_back({name, caption, "data:image/png;base64," + Base64Of(bytes)});
+  }
+}
+
+}  // namespace hpdm

@@ -1,0 +1,268 @@
+#include "tools/report/metrics/session_metrics.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <span>
+
+#include "engine/base/error.h"
+#include "lcmtypes/analysis/logged_session.h"
+#include "lcmtypes/log/log.h"
+#include "lcmtypes/wire/codec.h"
+#include "tools/report/metrics/session_ticks.h"
+#include "tools/shared/latency_sums.h"
+#include "tools/shared/mesh_parts.h"
+#include "tools/shared/report_text.h"
+
+namespace hpdm {
+namespace {
+
+constexpr std::string_view kStartPrefix = "instruments: ";
+/// Wall times are later than this, microseconds since 1970; the lockstep clock begins at 0.
+constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
+/// A course has a peak for each tick that the file has room for, which takes more bytes than this,
+/// and for an hour without ticks: far more than a session that is worth drawing.
+constexpr std::uint64_t kFewestTickBytes = 50;
+constexpr std::size_t kSilentPeaks = 720'000;
+/// Names and texts of a damaged or hostile log are cut here, bytes.
+constexpr std::size_t kLongestName = 256, kLongestText = 1000;
+
+/// Sequence numbers of one channel, which rise by one.
+class Sequence {
+ public:
+  void Add(std::int64_t number) {
+    if (has_last_ && number > last_) {
+      lost_ += static_cast<std::uint64_t>(number) - static_cast<std::uint64_t>(last_) - 1;
+    }
+    if (!has_last_ || number > last_) last_ = number;
+    has_last_ = true;
+  }
+  std::uint64_t lost() const { return lost_; }
+
+ private:
+  bool has_last_ = false;
+  std::int64_t last_ = 0;
+  std::uint64_t lost_ = 0;
+};
+
+/// Of "probe: the hand holds blunt now" the end's "blunt"; empty for another text.
+std::string InstrumentTaken(const std::string& text) {
+  constexpr std::string_view kHolds = ": the hand holds ", kNow = " now";
+  const std::size_t at = text.rfind(kHolds);
+  if (at == std::string::npos || !text.ends_with(kNow)) return "";
+  const std::size_t begin = at + kHolds.size();
+  if (begin + kNow.size() > text.size()) return "";
+  return text.substr(begin, text.size() - kNow.size() - begin).substr(0, kLongestName);
+}
+
+/// All of a log but its ticks, as it passes by.
+class Surroundings {
+ public:
+  void Visit(const LogEvent& event) {
+    ++events_;
+    if (event.channel == kContactChannel) Read(event, &contact_);
+    if (event.channel == kOrganChannel) Read(event, &organ_);
+    if (event.channel == kMeshChannel && Read(event, &mesh_) && mesh_.organ >= 0 &&
+        mesh_.organ < kMaxOrgans) {
+      Organ& organ = organs_[mesh_.organ];
+      organ.name = mesh_.name.substr(0, kLongestName);
+      organ.mesh.Take(std::move(mesh_));
+    }
+    if (event.channel == kStatsChannel && Read(event, &stats_)) {
+      NoteEpoch(event.time_us, stats_.time_ns);
+      latencies_.Add(stats_);
+      stolen_ += ToSeconds(stats_.stolen_ns);
+      steps_shed_ += stats_.steps_shed;
+    }
+    if (event.channel == kEventChannel && Read(event, &event_)) {
+      NoteEpoch(event.time_us, event_.time_ns);
+      AddEvent();
+    }
+  }
+
+  void Fill(SessionReading* reading) {
+    SessionReport& report = reading->report;
+    report.health.events = events_;
+    report.health.unreadable += unreadable_;
+    report.health.closed = closed_;
+    for (const auto& [channel, sequence] : sequences_) report.health.lost += sequence.lost();
+    report.start_us = epoch_us_ > kFirstWallTime ? epoch_us_ : 0;
+    report.stolen = stolen_;
+    report.steps_shed = steps_shed_;
+    report.events = std::move(session_events_);
+    for (std::size_t k = 0; k < kLatencyCount; ++k) report.latencies[k] = Latency(k);
+    for (const auto& [number, organ] : organs_) {
+      const auto index = static_cast<std::size_t>(number);
+      if (report.organs.size() <= index) report.organs.resize(index + 1);
+      report.organs[index] = organ.name;
+      if (organ.mesh.whole()) {
+        reading->course.organs.push_back(*organ.mesh.whole());
+      } else {
+        const std::string& why = organ.mesh.error();
+        reading->course.organs_missing.push_back(
+            organ.name + " is not drawn: " + (why.empty() ? "parts of its mesh are missing" : why));
+      }
+    }
+    NameHands(&report);
+  }
+
+ private:
+  struct Organ {
+    std::string name;
+    MeshParts mesh;
+  };
+
+  template <typename Message>
+  bool Read(const LogEvent& event, Message* message) {
+    if (!DecodeMessage(event.data, message)) {
+      ++unreadable_;
+      return false;
+    }
+    sequences_[event.channel].Add(message->sequence);
+    return true;
+  }
+
+  void NoteEpoch(std::int64_t time_us, std::int64_t time_ns) {
+    if (epoch_known_) return;
+    epoch_known_ = true;
+    epoch_us_ = time_us - time_ns / 1000;
+  }
+
+  void AddEvent() {
+    if (event_.name == "session.start") start_text_ = event_.text;
+    closed_ |= event_.name == "session.end";
+    if (event_.name == "instrument.exchanged") taken_.push_back(InstrumentTaken(event_.text));
+    const auto severity = static_cast<EventSeverity>(
+        std::clamp<int>(event_.severity, 0, static_cast<int>(EventSeverity::kError)));
+    session_events_.push_back({ToSeconds(event_.time_ns), severity,
+                               event_.name.substr(0, kLongestName),
+                               event_.text.substr(0, kLongestText)});
+  }
+
+  LatencyReport Latency(std::size_t k) const {
+    const LatencySums::Sum& sum = latencies_.Of(k);
+    LatencyReport report;
+    report.name = kLatencyNames[k];
+    report.count = sum.count;
+    report.max = sum.max_ns;
+    report.bins.assign(sum.bins.begin(), sum.bins.end());
+    report.p50 = sum.Percentile(0.5);
+    report.p90 = sum.Percentile(0.9);
+    report.p99 = sum.Percentile(0.99);
+    report.p99_9 = sum.Percentile(0.999);
+    return report;
+  }
+
+  /// From the session's first event, as far as its names can be told apart.
+  void NameHands(SessionReport* report) const {
+    std::vector<std::string> names;
+    if (start_text_.starts_with(kStartPrefix)) {
+      std::string rest = start_text_.substr(kStartPrefix.size());
+      if (report->hands.size() == 1) {
+        names.push_back(rest);
+      } else {
+        for (std::size_t at = 0; at != std::string::npos;) {
+          const std::size_t comma = rest.find(", ", at);
+          names.push_back(rest.substr(at, comma - at));
+          at = comma == std::string::npos ? comma : comma + 2;
+        }
+      }
+    }
+    for (std::size_t h = 0; h < report->hands.size(); ++h) {
+      report->hands[h].name = names.size() == report->hands.size()
+                                  ? names[h].substr(0, kLongestName)
+                                  : "hand " + std::to_string(h + 1);
+      for (UsedInstrument& held : report->hands[h].held) {
+        if (held.exchange == 0) {
+          held.name = report->hands[h].name;
+        } else if (held.nth > 0 && taken_.size() == report->exchanges &&
+                   !taken_[held.nth - 1].empty()) {
+          held.name = taken_[held.nth - 1];
+        } else {
+          held.name = "exchange " + std::to_string(held.exchange);
+        }
+      }
+    }
+  }
+
+  // Reused, so that a long log allocates little.
+  contact_t contact_{};
+  organ_t organ_{};
+  mesh_t mesh_{};
+  stats_t stats_{};
+  event_t event_{};
+  std::uint64_t events_ = 0, unreadable_ = 0;
+  std::map<std::string, Sequence> sequences_;
+  std::map<std::int32_t, Organ> organs_;
+  bool epoch_known_ = false, closed_ = false;
+  std::int64_t epoch_us_ = 0;
+  std::string start_text_;
+  double stolen_ = 0;
+  std::int64_t steps_shed_ = 0;
+  LatencySums latencies_;
+  std::vector<std::string> taken_;  // instruments, an exchange each
+  std::vector<SessionEvent> session_events_;
+};
+
+}  // namespace
+
+std::string HandReport::Label() const {
+  std::string label;
+  for (const UsedInstrument& one : held) label += (label.empty() ? "" : ", then ") + one.name;
+  return label;
+}
+
+std::vector<std::string> LogReport::Faults() const {
+  std::vector<std::string> faults;
+  const auto add = [&faults](std::uint64_t count, const char* what) {
+    if (count > 0) faults.push_back(WithCommas(static_cast<long long>(count)) + what);
+  };
+  if (!closed) faults.emplace_back("the session was not closed: its end is missing");
+  add(damaged_bytes, " bytes in the log are damaged");
+  add(torn_bytes, " bytes at the log's end are torn off an event");
+  add(unreadable, " messages hold nothing usable");
+  add(ticks_lost, " haptic ticks ran but are not in the log");
+  add(outputs_lost, " haptic ticks lack their output; the one before stands for it");
+  add(lost, " other messages are missing by their sequence numbers");
+  return faults;
+}
+
+SessionReading ReadSession(const std::string& log, double force_limit) {
+  Surroundings surroundings;
+  TickReader reader(log, [&surroundings](const LogEvent& event) { surroundings.Visit(event); });
+  SessionTicks ticks(force_limit, reader.log().size() / kFewestTickBytes + kSilentPeaks);
+  SessionReading reading;
+  SessionReport& report = reading.report;
+  report.log = log;
+  report.force_limit = force_limit;
+  LoggedTick tick;
+  bool any = false;
+  while (reader.Next(&tick)) {
+    if (!ticks.Add(tick)) {
+      ++report.health.unreadable;
+      continue;
+    }
+    any = true;
+    report.health.ticks_lost += tick.lost_before;
+    report.health.outputs_lost += tick.has_output ? 0 : 1;
+  }
+  if (!any) {
+    throw InputError(log + ": holds no haptic tick: give the session.lcmlog of a session");
+  }
+  report.health.unreadable += reader.unreadable();
+  report.health.bytes = reader.log().size();
+  report.health.torn_bytes = reader.log().size() - reader.log().intact_end();
+  report.health.damaged_bytes = reader.log().damaged_bytes() - report.health.torn_bytes;
+  ticks.Fill(&reading);
+  surroundings.Fill(&reading);
+  for (HandReport& hand : report.hands) {
+    if (report.organs.size() < hand.by_organ.size()) report.organs.resize(hand.by_organ.size());
+  }
+  for (std::size_t o = 0; o < report.organs.size(); ++o) {
+    if (report.organs[o].empty()) report.organs[o] = "organ " + std::to_string(o + 1);
+  }
+  for (HandReport& hand : report.hands) hand.by_organ.resize(report.organs.size());
+  return reading;
+}
+
+}  // namespace hpdm

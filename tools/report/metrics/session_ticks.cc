@@ -1,0 +1,230 @@
+#include "tools/report/metrics/session_ticks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "tools/report/metrics/motion_metrics.h"
+
+namespace hpdm {
+namespace {
+
+/// What no session reaches, m and N: a damaged message does.
+constexpr double kFarthest = 1e3, kStrongest = 1e6;
+/// No haptic loop is slower, s a period.
+constexpr double kLongestPeriod = 0.05;
+
+bool IsUsable(const HapticSample& sample) {
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const ToolSample& tool = sample.tools[static_cast<std::size_t>(t)];
+    if (!(tool.joints.cwiseAbs().maxCoeff() < kFarthest) || !tool.joints.allFinite() ||
+        !tool.p_tip_W.allFinite() || tool.p_tip_W.norm() > kFarthest || !tool.force_W.allFinite() ||
+        tool.force_W.norm() > kStrongest || !(std::abs(tool.depth) < kFarthest)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+CourseVector CourseOf(const ToolSample& tool) {
+  CourseVector course;
+  course << tool.p_tip_W, tool.joints.head<4>(), tool.force_W;
+  return course;
+}
+
+}  // namespace
+
+void ContactSums::Add(double time, double duration, const ToolSample& tool, bool counts,
+                      bool touches) {
+  const double force = counts ? tool.force_W.norm() : 0;
+  const bool over = force > limit_;
+  metrics_.peak_force = std::max(metrics_.peak_force, force);
+  metrics_.impulse += force * duration;
+  if (over) metrics_.over_limit += duration;
+  if (over && !over_) ++metrics_.over_limit_count;
+  over_ = over;
+  if (counts) metrics_.deepest_press = std::max(metrics_.deepest_press, tool.depth);
+  if (!touches) return;
+  const bool shown = (tool.guard_flags & kGuardDisabled) == 0;
+  if (!shown) metrics_.forces_off += duration;
+  if (shown && (tool.guard_flags & kGuardClamped) != 0) metrics_.clamped += duration;
+  if (time - end_ > kContactPause) ++metrics_.count;
+  end_ = time + duration;
+  metrics_.time += duration;
+  if (shown) contact_impulse_ += force * duration;
+}
+
+ContactMetrics ContactSums::Metrics() const {
+  ContactMetrics metrics = metrics_;
+  const double shown = metrics.time - metrics.forces_off;
+  if (shown > 0) metrics.mean_force = contact_impulse_ / shown;
+  return metrics;
+}
+
+bool SessionTicks::Add(const LoggedTick& logged) {
+  HapticSample sample = logged.sample;
+  if (!IsUsable(sample)) return false;
+  if (begun_ && !Follows(sample)) {
+    if (ticks_ > 1) return false;
+    begun_ = false;  // of two first ticks that contradict each other the second is believed
+  }
+  if (begun_) {
+    KnowPeriod(sample, logged.lost_before);
+    const double until = logged.lost_before > 0 ? Time(last_) + period_ : Time(sample);
+    Close(std::min(until, Time(sample)));
+    const double missing = std::max(0.0, Time(sample) - until);
+    missing_ += missing;
+    for (Hand& hand : hands_) hand.PassOver(missing);
+  } else {
+    Begin(sample);
+  }
+  if (!logged.has_output && begun_) HoldOutput(&sample);
+  begun_ = true;
+  ++ticks_;
+  NoteExchanges(sample);
+  skipped_.late_wake_up += sample.skipped.late_wake_up;
+  skipped_.long_compute += sample.skipped.long_compute;
+  skipped_.stalled += sample.skipped.stalled;
+  measured_ |= sample.wake_late_ns != 0 || sample.compute_ns != 0;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    if (sample.paused || !sample.tools[h].device_valid) {
+      hands_[h].course.Break();  // a pose that is the last one still is no movement and no rest
+    } else {
+      hands_[h].course.Add(Time(sample), CourseOf(sample.tools[h]));
+    }
+  }
+  last_ = sample;
+  return true;
+}
+
+void SessionTicks::Fill(SessionReading* reading) {
+  if (!begun_) return;
+  Close(Time(last_) + period_);
+  SessionReport& report = reading->report;
+  report.ticks = ticks_;
+  report.skipped = skipped_;
+  report.measured = measured_;
+  report.duration = Time(last_) + period_ - start_;
+  report.paused = paused_;
+  report.active = report.duration - paused_ - missing_;
+  reading->course.start = start_;
+  reading->course.pauses = std::move(pauses_);
+  for (Hand& hand : hands_) {
+    hand.course.Break();
+    HandReport figures;
+    figures.motion = MeasureMotion(hand.course.stretches());
+    figures.contact = hand.all.Metrics();
+    for (const ContactSums& organ : hand.organs) figures.by_organ.push_back(organ.Metrics());
+    figures.device_lost = hand.device_lost;
+    figures.held = std::move(hand.held);
+    report.hands.push_back(std::move(figures));
+    reading->course.hands.push_back({hand.course.stretches(), std::move(hand.peaks)});
+  }
+  report.exchanges = exchanges_;
+  if (hands_.size() == 2) {
+    report.both_moving = BothMoving(hands_[0].course.stretches(), hands_[1].course.stretches());
+  }
+}
+
+void SessionTicks::Begin(const HapticSample& sample) {
+  start_ = Time(sample);
+  ticks_ = 0;
+  exchanges_ = 0;
+  skipped_ = {};
+  measured_ = false;
+  hands_.assign(static_cast<std::size_t>(sample.tool_count), Hand(limit_));
+}
+
+void SessionTicks::NoteExchanges(const HapticSample& sample) {
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    Hand& hand = hands_[h];
+    const int exchange = sample.tools[h].exchange;
+    if (exchange == hand.exchange) continue;
+    hand.exchange = exchange;
+    ++exchanges_;
+    // Held from the first tick on: the hand's first instrument never was.
+    if (ticks_ == 1) hand.held.clear();
+    const bool known =
+        std::any_of(hand.held.begin(), hand.held.end(),
+                    [exchange](const UsedInstrument& held) { return held.exchange == exchange; });
+    if (!known) hand.held.push_back({exchange, exchanges_, ""});
+  }
+}
+
+bool SessionTicks::Follows(const HapticSample& sample) const {
+  if (sample.tool_count != static_cast<int>(hands_.size()) || sample.tick <= last_.tick) {
+    return false;
+  }
+  const double passed = Time(sample) - Time(last_);
+  return passed > 0 && passed <= kLongestPeriod * static_cast<double>(sample.tick - last_.tick);
+}
+
+void SessionTicks::KnowPeriod(const HapticSample& sample, std::uint64_t lost) {
+  if (lost == 0) {
+    period_ = (Time(sample) - Time(last_)) / static_cast<double>(sample.tick - last_.tick);
+  }
+}
+
+void SessionTicks::HoldOutput(HapticSample* sample) const {
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const ToolSample& before = last_.tools[h];
+    ToolSample& tool = sample->tools[h];
+    tool.force_W = before.force_W;
+    tool.depth = before.depth;
+    tool.organ = before.organ;
+    tool.kind = before.kind;
+    tool.guard_flags = before.guard_flags;
+  }
+}
+
+void SessionTicks::Close(double until) {
+  const double time = Time(last_), duration = until - time;
+  if (last_.paused) {
+    paused_ += duration;
+    if (pauses_.empty() || time - pauses_.back().second > period_ / 2) {
+      pauses_.emplace_back(time, until);
+    }
+    pauses_.back().second = until;
+  }
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    Hand& hand = hands_[h];
+    const ToolSample& tool = last_.tools[h];
+    AddPeaks(tool, time, until, &hand.peaks);
+    if (last_.paused) {
+      hand.PassOver(duration);
+      continue;
+    }
+    if (!tool.device_valid) hand.device_lost += duration;
+    const bool touches = tool.kind != ContactKind::kNone;
+    hand.all.Add(time, duration, tool, true, touches);
+    const auto organ = static_cast<std::size_t>(tool.organ);
+    const bool at_organ = touches && tool.organ >= 0 && tool.organ < kMaxOrgans;
+    if (at_organ && hand.organs.size() <= organ) {
+      hand.organs.resize(organ + 1, ContactSums(limit_));
+    }
+    for (std::size_t o = 0; o < hand.organs.size(); ++o) {
+      const bool here = at_organ && o == organ;
+      hand.organs[o].Add(time, duration, tool, here, here);
+    }
+  }
+}
+
+void SessionTicks::AddPeaks(const ToolSample& tool, double time, double until,
+                            std::vector<SessionCourse::Peaks>* peaks) const {
+  const auto bin = [this](double at) {
+    return static_cast<std::size_t>((at - start_) / kCoursePeriod);
+  };
+  // To the middle of its last period: the next tick's bin is that one's own.
+  const std::size_t end = std::min(bin(std::max(time, until - period_ / 2)) + 1, most_peaks_);
+  if (peaks->size() < end) peaks->resize(end);
+  for (std::size_t b = bin(time); b < end; ++b) {
+    SessionCourse::Peaks& peak = (*peaks)[b];
+    peak.force = std::max(peak.force, static_cast<float>(tool.force_W.norm()));
+    peak.depth = std::max(peak.depth, static_cast<float>(tool.depth));
+    if (tool.kind != ContactKind::kNone && tool.organ >= 0 && tool.organ < kMaxOrgans) {
+      peak.organ = static_cast<std::int8_t>(tool.organ);
+    }
+  }
+}
+
+}  // namespace hpdm

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "engine/snapshots.h"
+#include "lcmtypes/analysis/logged_session.h"
+#include "tools/report/metrics/session_metrics.h"
+#include "tools/report/metrics/uniform_course.h"
+
+namespace hpdm {
+
+/// Sums over the ticks of one instrument, of all of them or of those with one organ.
+class ContactSums {
+ public:
+  explicit ContactSums(double limit) : limit_(limit) {}
+
+  /// A tick and how long it stands, s. `counts`: its force and depth are of these contacts.
+  void Add(double time, double duration, const ToolSample& tool, bool counts, bool touches);
+  /// So much time counts for nothing, s (a pause, lost ticks): it separates no contacts.
+  void PassOver(double duration) { end_ += duration; }
+  ContactMetrics Metrics() const;
+
+ private:
+  double limit_;
+  ContactMetrics metrics_;
+  double contact_impulse_ = 0;                             // N s, while the device shows forces
+  double end_ = -std::numeric_limits<double>::infinity();  // of the last contact
+  bool over_ = false;
+};
+
+/// Turns a log's ticks, each of which stands until the next, into what a session's report holds of
+/// its hands. One thread.
+class SessionTicks {
+ public:
+  /// `force_limit` in N. Courses have at most `most_peaks` peaks: what comes later is not drawn,
+  /// so that the times that a damaged or hostile log claims take no memory.
+  SessionTicks(double force_limit, std::size_t most_peaks)
+      : limit_(force_limit), most_peaks_(most_peaks) {}
+
+  /// False: the tick is not one that can follow, or holds what no session reaches.
+  bool Add(const LoggedTick& logged);
+  /// Fills in the hands, the times, the ticks and the courses. Once, at the end.
+  void Fill(SessionReading* reading);
+
+ private:
+  struct Hand {
+    explicit Hand(double limit) : all(limit) {}
+    void PassOver(double duration) {
+      all.PassOver(duration);
+      for (ContactSums& organ : organs) organ.PassOver(duration);
+    }
+    UniformCourse course;
+    ContactSums all;
+    std::vector<ContactSums> organs;
+    std::vector<SessionCourse::Peaks> peaks;
+    double device_lost = 0;
+    int exchange = 0;
+    std::vector<UsedInstrument> held = {{}};
+  };
+
+  static double Time(const HapticSample& sample) { return ToSeconds(sample.time_ns); }
+
+  void Begin(const HapticSample& sample);
+  bool Follows(const HapticSample& sample) const;
+  void NoteExchanges(const HapticSample& sample);
+  void KnowPeriod(const HapticSample& sample, std::uint64_t lost);
+  /// What the tick's missing output was is not known: the one before stands.
+  void HoldOutput(HapticSample* sample) const;
+  /// The last tick stands until then, s.
+  void Close(double until);
+  void AddPeaks(const ToolSample& tool, double time, double until,
+                std::vector<SessionCourse::Peaks>* peaks) const;
+
+  double limit_;
+  std::size_t most_peaks_;
+  bool begun_ = false;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t exchanges_ = 0;
+  double start_ = 0, period_ = 0.001, paused_ = 0, missing_ = 0;
+  bool measured_ = false;
+  SkippedTicks skipped_;
+  HapticSample last_;
+  std::vector<Hand> hands_;
+  std::vector<std::pair<double, double>> pauses_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,59 @@
+#include "tools/report/metrics/verdicts.h"
+
+#include "tools/shared/report_text.h"
+
+namespace hpdm {
+namespace {
+
+/// Why the log cannot tell that a hand stayed below the limit; empty when it can.
+std::string WhyOpen(const SessionReport& report, const ContactMetrics& contact) {
+  if (report.health.ticks_lost + report.health.outputs_lost > 0) {
+    return "the log lacks forces";
+  }
+  if (contact.forces_off > 0) {
+    return Format("forces were off for %.2f s of its contacts", contact.forces_off);
+  }
+  if (contact.clamped > 0) {
+    return Format("the tissue's force was beyond the device for %.2f s", contact.clamped);
+  }
+  return "";
+}
+
+Verdict OfForces(const SessionReport& report, const HandReport& hand) {
+  const ContactMetrics& contact = hand.contact;
+  const std::string who = hand.Label() + ": ", limit = LimitText(report.force_limit);
+  if (contact.over_limit_count > 0) {
+    return {Verdict::kBad,
+            who + Format("above the force limit of %s %llu %s, %.2f s in all (peak %.2f N)",
+                         limit.c_str(), static_cast<unsigned long long>(contact.over_limit_count),
+                         contact.over_limit_count == 1 ? "time" : "times", contact.over_limit,
+                         contact.peak_force)};
+  }
+  if (const std::string why = WhyOpen(report, contact); !why.empty()) {
+    return {Verdict::kOpen,
+            who + Format("cannot be judged by the force limit of %s: %s (peak that was shown: "
+                         "%.2f N)",
+                         limit.c_str(), why.c_str(), contact.peak_force)};
+  }
+  return {Verdict::kGood, who + Format("stayed below the force limit of %s (peak %.2f N)",
+                                       limit.c_str(), contact.peak_force)};
+}
+
+}  // namespace
+
+std::string LimitText(double limit) { return Format("%.3g N", limit); }
+
+std::vector<Verdict> Verdicts(const SessionReport& report) {
+  std::vector<Verdict> verdicts;
+  for (const HandReport& hand : report.hands) verdicts.push_back(OfForces(report, hand));
+  if (report.health.Sound()) {
+    verdicts.push_back({Verdict::kGood, "the log is complete and sound"});
+  } else {
+    for (const std::string& fault : report.health.Faults()) {
+      verdicts.push_back({Verdict::kBad, fault});
+    }
+  }
+  return verdicts;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "tools/report/metrics/session_metrics.h"
+
+namespace hpdm {
+
+/// Points that a curve of the page has at most.
+inline constexpr std::size_t kMostCurvePoints = 3000;
+
+/// What the page's script draws, SI units but mm where said. Curves are thinned so that every peak
+/// stays: a stretch of samples becomes its smallest and its largest one.
+///
+///     start, duration, limit, pauses: [[from, to]], events: [{time, severity, name}],
+///     hands: [{name, force: {times, values}, depth_mm: {times, values},
+///              contacts: [[from, to, organ]],
+///              path: {x, y, z, force}}]        mm, null between two stretches
+///     organ_names: [name] by index
+///     organs: [{name, vertices, triangles}]    base64 of int16 (0.1 mm) and uint32 triples
+///     organs_left_out: [name]
+///     latencies: [{name, bins: [[upper_us, count]]}]
+nlohmann::ordered_json PageData(const SessionReading& reading);
+
+/// Times and values of one curve, thinned: at most `most` points, in order. Two curves over the
+/// same samples may differ in their times.
+struct ThinnedCurve {
+  std::vector<double> times, values;
+};
+ThinnedCurve Thin(std::span<const float> values, double period, std::size_t most);
+
+}  // namespace hpdm

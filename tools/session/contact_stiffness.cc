@@ -1,0 +1,87 @@
+#include "tools/session/contact_stiffness.h"
+
+#include <algorithm>
+
+#include "engine/step/tool_contact.h"
+#include "tools/shared/report_text.h"
+
+namespace hpdm {
+
+Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOptions& instrument) {
+  const SurfaceMesh& rest = organ.rest();
+  const int count = static_cast<int>(rest.vertices.rows());
+  Eigen::VectorXd stiffness(count);
+  std::unique_ptr<Relaxation> relaxation;
+  if (instrument.reaction == ReactionType::kLattice && organ.lattice()) {
+    relaxation = organ.MakeRelaxation(organ.LocalSlots(1));
+  }
+  if (relaxation == nullptr || relaxation->compliance() == nullptr) {
+    Eigen::VectorXi corners = Eigen::VectorXi::Zero(count);  // as many as neighbours, once closed
+    for (Eigen::Index i = 0; i < rest.triangles.size(); ++i) ++corners[rest.triangles.data()[i]];
+    for (int v = 0; v < count; ++v) {
+      const int neighbours = std::min(corners[v], ReactionNode::kMaxNeighbours);
+      stiffness[v] = instrument.k1 + neighbours * instrument.k2;
+    }
+    return stiffness;
+  }
+  const double radius = std::max(instrument.tip_radius, ToolContact::kLeastRadius);
+  for (int v = 0; v < count; ++v) {
+    const SurfacePoint at = organ.topology().AtVertex(rest.triangles, v);
+    const Matrix3d C = relaxation->compliance()->PointCompliance(organ.LatticeRow(v)) +
+                       organ.Dent(at, radius).Compliance();
+    const Vector3d n = organ.rest_normals().row(v);
+    stiffness[v] = 1 / n.dot(C * n);
+  }
+  return stiffness;
+}
+
+std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
+                                                   const InstrumentOptions& instrument,
+                                                   const ImpulseEngineKinematics& kinematics,
+                                                   double period, double delay) {
+  const Eigen::VectorXd stiffness = ContactStiffness(organ, instrument);
+  const std::array<StiffnessLimit, 3> limits =
+      StiffnessLimits(AxesOf(instrument.device), period, delay);
+  std::optional<StiffestContact> worst;
+  for (Eigen::Index v = 0; v < stiffness.size(); ++v) {
+    const Vector3d p_W = organ.rest().vertices.row(v), n_W = organ.rest_normals().row(v);
+    if (n_W.dot(kinematics.p_trocar_W() - p_W) <= 0) continue;
+    const auto pose = kinematics.Inverse(p_W + instrument.tip_radius * n_W, 0, 1);
+    if (!pose.reachable) continue;
+    const Matrix3d J = kinematics.Jacobian(pose.joints);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double g = J.col(axis).squaredNorm(), along = J.col(axis).dot(n_W);
+      const StiffnessLimit& limit = limits[axis];
+      const StiffestContact contact{.stiffness = stiffness[v] * along * along / g,
+                                    .limit = {limit.passivity / g, limit.stability / g},
+                                    .axis = axis,
+                                    .p_W = p_W};
+      if (!worst || contact.Ratio() > worst->Ratio()) worst = contact;
+    }
+  }
+  return worst;
+}
+
+std::string StiffnessRemark(const std::string& instrument, const std::string& organ,
+                            const StiffestContact& contact) {
+  if (!(contact.Ratio() > 1)) return "";
+  const bool unstable = contact.stiffness > contact.limit.stability;
+  return Format(
+      "instrument \"%s\": organ \"%s\" is up to %.0f N/m stiff (%s, at [%.3f, %.3f, %.3f]), and "
+      "its "
+      "device displays at most %.0f N/m %s; soften the material, raise timing.haptic_hz or give "
+      "instrument.device more %s",
+      instrument.c_str(), organ.c_str(), contact.stiffness, AxisName(contact.axis), contact.p_W.x(),
+      contact.p_W.y(), contact.p_W.z(),
+      unstable ? contact.limit.stability : contact.limit.passivity,
+      unstable ? "without a hand that damps it" : "passively",
+      unstable || contact.limit.passivity > 0.99 * contact.limit.stability ? "damping"
+                                                                           : "damping or friction");
+}
+
+const char* AxisName(int axis) {
+  static constexpr const char* kNames[] = {"pitch", "yaw", "insertion"};
+  return kNames[axis];
+}
+
+}  // namespace hpdm

@@ -1,0 +1,72 @@
+#include "tools/session/control_script.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+#include <utility>
+
+#include "engine/base/error.h"
+
+namespace hpdm {
+namespace {
+
+struct Exchange {
+  Nanoseconds time_ns;
+  std::size_t instrument;
+  int exchange;
+};
+
+[[noreturn]] void Fail(const std::string& argument, const std::string& why) {
+  throw InputError("--exchange " + argument + ": " + why);
+}
+
+Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>& instruments) {
+  const std::size_t at = argument.rfind('@');
+  double seconds = -1;
+  if (at != std::string::npos) {
+    const char* end = argument.data() + argument.size();
+    const auto [stop, error] = std::from_chars(argument.data() + at + 1, end, seconds);
+    if (error != std::errc() || stop != end) seconds = -1;
+  }
+  if (!(seconds >= 0 && seconds <= 1e6)) {
+    Fail(argument, "is no exchange; give NAME=OTHER@SECONDS, such as probe=hook@3");
+  }
+  const std::string names = argument.substr(0, at);
+  std::string known;
+  for (std::size_t i = 0; i < instruments.size(); ++i) {
+    for (int exchange = 0; exchange < instruments[i].HeldCount(); ++exchange) {
+      const std::string held = instruments[i].name + "=" + instruments[i].Held(exchange).name;
+      if (held == names) return {std::llround(seconds * 1e9), i, exchange};
+      known += (known.empty() ? "" : ", ") + held;
+    }
+  }
+  Fail(argument, "the scene has no such exchange; it has " + (known.empty() ? "none" : known));
+}
+
+}  // namespace
+
+void ControlScript::Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge) {
+  const std::size_t before = next_;
+  while (next_ < wishes_.size() && wishes_[next_].time_ns <= now_ns) ++next_;
+  if (next_ == before) return;
+  edge->Back() = wishes_[next_ - 1].control;
+  edge->Publish();
+}
+
+ControlScript ParseExchanges(const std::vector<std::string>& arguments,
+                             const std::vector<InstrumentOptions>& instruments) {
+  std::vector<Exchange> exchanges;
+  for (const std::string& argument : arguments) exchanges.push_back(Parse(argument, instruments));
+  std::stable_sort(exchanges.begin(), exchanges.end(),
+                   [](const Exchange& a, const Exchange& b) { return a.time_ns < b.time_ns; });
+  std::vector<TimedControl> wishes;
+  SessionControl control;
+  for (const Exchange& exchange : exchanges) {
+    control.exchange[exchange.instrument] = exchange.exchange;
+    wishes.push_back({exchange.time_ns, control});
+  }
+  return ControlScript(std::move(wishes));
+}
+
+}  // namespace hpdm

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "haptics/device/instrument_options.h"
+#include "render/instrument/instrument_view.h"
+#include "scenes/generator/shapes/instrument_mesh.h"
+
+namespace hpdm {
+
+/// What is drawn of an instrument: its own meshes, or else its type's
+/// (scenes/generator/shapes/instrument_mesh.h) where its radii are those of a 5 mm instrument, or
+/// else nothing, for a capsule of its radii. Set-up; throws InputError for a mesh that cannot be
+/// read.
+InstrumentModel LoadLooks(const HeldInstrument& instrument);
+
+/// The same as the render loop takes it. `looks` must outlive the view.
+InstrumentView ViewOf(const HeldInstrument& instrument, const InstrumentModel& looks);
+
+}  // namespace hpdm

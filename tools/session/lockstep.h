@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+
+#include "engine/deformation_loop.h"
+#include "haptics/haptic_loop.h"
+#include "scenes/loader/scene.h"
+
+namespace hpdm {
+
+/// The lockstep clock of a haptic and a deformation loop: one thread, virtual time. Step j takes
+/// the tool state of tick ceil(j haptic_hz / deformation_hz) and is seen patch_delay_ticks later.
+/// It is computed when it becomes visible, from the state kept at its start, which gives the same
+/// result.
+///
+///     while (...) { clock.StepIfDue(); clock.Tick(); }
+class Lockstep {
+ public:
+  /// Both loops must outlive this.
+  Lockstep(const TimingOptions& timing, HapticLoop* haptics, DeformationLoop* deformation)
+      : timing_(timing), haptics_(haptics), deformation_(deformation) {}
+
+  /// Number of the next tick.
+  std::uint64_t tick() const { return tick_; }
+
+  /// Computes the step whose patch the next tick is the first to see. True if there was one.
+  bool StepIfDue();
+
+  /// The haptic tick, and the beginning of the step that takes its tool state.
+  void Tick();
+
+ private:
+  TimingOptions timing_;
+  HapticLoop* haptics_;
+  DeformationLoop* deformation_;
+  std::uint64_t tick_ = 0;
+  std::uint64_t steps_begun_ = 0;
+  std::deque<ToolState> begun_;
+};
+
+}  // namespace hpdm

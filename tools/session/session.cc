@@ -1,0 +1,396 @@
+#include "tools/session/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/check.h"
+#include "engine/base/error.h"
+#include "haptics/device/external_device.h"
+#include "haptics/device/sim_device.h"
+#include "haptics/device/simulated_hand.h"
+#include "haptics/device/trace_device.h"
+#include "render/overlay/overlay_view.h"
+#include "tools/session/hand_site.h"
+#include "tools/session/instrument_looks.h"
+#include "tools/shared/in_scene.h"
+#include "tools/shared/report_text.h"
+#include "tools/shared/static_case.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kMouseStart = 0.03;  // m, from a mouse's first place to the tissue
+
+// What playing a trace will be like, one line.
+std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
+                        const TraceMapping& mapping, const TraceDevice& device, bool fitted) {
+  std::string remark =
+      Format("plays %.1f s, %zu rows", ToSeconds(device.duration()), file.rows.size());
+  if (file.place == TracePlace::kTip) {
+    const Vector3d& p = mapping.position_W;
+    remark += Format(" (%zu places), up to %.3f m/s, file's origin at [%.4f, %.4f, %.4f]%s",
+                     motion.places().size(), mapping.speed * mapping.scale * motion.fastest(),
+                     p.x(), p.y(), p.z(), fitted ? " (fitted)" : "");
+  } else if (file.place == TracePlace::kNone) {
+    remark += ", the tip stands still";
+  }
+  if (const TraceMotion::Gaps gaps = motion.gaps(); gaps.count > 0) {
+    remark += Format("; %zu gap%s, the longest of %.2f s, bridged by a smooth move", gaps.count,
+                     gaps.count == 1 ? "" : "s", ToSeconds(gaps.longest_ns));
+  }
+  if (const double share = device.ClampedShare(); share > 0) {
+    remark += Format(
+        "; %.2g %% of the rows are out of the device's reach and clamped: move it by "
+        "instrument.trace",
+        100 * share);
+  }
+  for (std::size_t i = 0; i < file.unread_columns.size(); ++i) {
+    remark += (i == 0 ? "; not read: " : ", ") + file.unread_columns[i];
+  }
+  return remark + " [" + file.path + "]";
+}
+
+std::vector<HeldTool> ExchangesOf(const InstrumentOptions& instrument) {
+  std::vector<HeldTool> exchanges;
+  for (const HeldInstrument& held : instrument.exchanges) {
+    exchanges.push_back({.tip_radius = held.tip_radius,
+                         .shaft_radius = held.shaft_radius,
+                         .friction = held.friction,
+                         .can_grasp = held.type == InstrumentType::kGrasper});
+  }
+  return exchanges;
+}
+
+// A quarter of the reference's largest displacement: an error of a few per cent of it is seen.
+double ErrorScale(const Points& reference) {
+  return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
+}
+
+}  // namespace
+
+Session::Session(Scene scene, std::vector<DeviceChoice> devices)
+    : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
+      steps(2 * static_cast<std::size_t>(scene.timing.deformation_hz)),
+      external_forces(64),
+      frames(2 * static_cast<std::size_t>(std::ceil(scene.timing.render_hz)) + 1),
+      scene_(std::move(scene)),
+      choices_(std::move(devices)) {
+  HPDM_CHECK(choices_.size() == scene_.instruments.size());
+  ReadTraces();
+  ReadPictures();
+  BuildOrgans();
+  BuildInstruments();
+  InScene(scene_, [this] {
+    CompareStiffness();
+    BuildWalls();
+  });
+  const int tools = static_cast<int>(scene_.instruments.size());
+  render_scenes =
+      std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, true));
+  telemetry_scenes =
+      std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, false));
+}
+
+// Before what takes longer, so that a bad trace is told at once.
+void Session::ReadTraces() {
+  for (const DeviceChoice& choice : choices_) {
+    traces_.push_back(choice.type == DeviceChoice::Type::kTrace ? ReadTraceFile(choice.trace)
+                                                                : TraceFile());
+  }
+}
+
+void Session::ReadPictures() {
+  if (!scene_.background.empty()) background_ = ReadPng(scene_.background);
+  for (const OrganOptions& organ : scene_.organs) {
+    textures_.push_back(organ.texture.empty() ? Image() : ReadPng(organ.texture));
+  }
+}
+
+void Session::BuildOrgans() {
+  organs_.reserve(scene_.organs.size());
+  for (const OrganOptions& options : scene_.organs) {
+    SurfaceMesh rest = LoadPosedMesh(options, &remarks_);
+    InScene(scene_, [&] { organs_.emplace_back(options, std::move(rest)); });
+    if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
+      throw InputError(
+          options.mesh + ": has no texture coordinates, which the texture of organ \"" +
+          options.name + "\" needs; export the mesh with them, or remove organ.texture");
+    }
+    references_.emplace_back(0, 3);
+    const std::vector<std::string>& warnings = organs_.back().warnings();
+    remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
+  }
+}
+
+void Session::BuildInstruments() {
+  for (const InstrumentOptions& instrument : scene_.instruments) {
+    for (const OrganModel& organ : organs_) {
+      if (instrument.reaction == ReactionType::kPaper || organ.lattice() || organ.rigid()) continue;
+      remarks_.push_back(
+          "instrument \"" + instrument.name + "\": organ \"" + organ.options().name +
+          "\" has no lattice whose force it could feel; it feels the default springs "
+          "of reaction = \"paper\" there");
+    }
+    std::vector<InstrumentModel>& looks = looks_.emplace_back();
+    for (int held = 0; held < instrument.HeldCount(); ++held) {
+      looks.push_back(LoadLooks(instrument.Held(held)));
+    }
+    const HandSite site = InScene(scene_, [&] { return SiteOf(instrument); });
+    InScene(scene_, [&] {
+      kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
+                               instrument.device);
+    });
+    const std::size_t index = kinematics_.size() - 1;
+    if (choices_[index].type == DeviceChoice::Type::kSim &&
+        !kinematics_.back().Inverse(site.p_target_W, 0, 1).reachable) {
+      const double distance = (site.p_target_W - instrument.p_trocar_W).norm();
+      remarks_.push_back(
+          "instrument \"" + instrument.name + "\"" +
+          Format(": the hand's target is %.0f mm from the trocar, the shaft reaches %.0f to "
+                 "%.0f mm; move the trocar or the target",
+                 1000 * distance, 1000 * instrument.device.min_insertion,
+                 1000 * instrument.device.max_insertion));
+    }
+    devices_.push_back(InScene(scene_, [&] { return BuildDevice(index, site); }));
+  }
+  for (const DeviceChoice& choice : choices_) {
+    if (choice.type != DeviceChoice::Type::kTrace) trace_length_ = 0;
+  }
+}
+
+std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandSite& site) {
+  const InstrumentOptions& options = scene_.instruments[instrument];
+  switch (choices_[instrument].type) {
+    case DeviceChoice::Type::kTrace:
+      return BuildTraceDevice(instrument, site);
+    case DeviceChoice::Type::kLcm: {
+      auto device = std::make_unique<ExternalDevice>(kinematics_[instrument].limits());
+      external_readings[instrument] = &device->readings();
+      return device;
+    }
+    case DeviceChoice::Type::kMouse: {
+      // On the way to the target, at most halfway, where nothing is touched yet.
+      const Vector3d out_W = site.p_trocar_W - site.p_target_W;
+      const double distance = std::min(kMouseStart, 0.5 * out_W.norm());
+      const HandTarget start = {site.p_target_W + distance * out_W.normalized()};
+      auto hand = std::make_unique<MouseHand>(start, options.hand.stiffness, options.hand.damping);
+      hand_targets[instrument] = &hand->targets();
+      return std::make_unique<SimDevice>(options.device, kinematics_[instrument], std::move(hand));
+    }
+    case DeviceChoice::Type::kSim:
+      break;
+  }
+  return std::make_unique<SimDevice>(options.device, kinematics_[instrument],
+                                     std::make_unique<SimulatedHand>(options.hand, site));
+}
+
+std::unique_ptr<Device> Session::BuildTraceDevice(std::size_t instrument, const HandSite& site) {
+  const InstrumentOptions& options = scene_.instruments[instrument];
+  const TraceFile& file = traces_[instrument];
+  const TraceMotion motion(file.rows);
+  TraceMapping mapping{.scale = options.trace.scale,
+                       .R_WF = options.trace.R_WF,
+                       .position_W = options.trace.position.value_or(Vector3d::Zero()),
+                       .speed = options.trace.speed};
+  if (!options.trace.position) {
+    mapping = Fitted(mapping, motion, site.p_target_W - options.hand.depth * site.normal_W,
+                     site.normal_W);
+  }
+  auto device = std::make_unique<TraceDevice>(file, motion, mapping, kinematics_[instrument]);
+  trace_length_ = std::max(trace_length_, device->duration());
+  remarks_.push_back("instrument \"" + options.name +
+                     "\": " + TraceRemark(file, motion, mapping, *device, !options.trace.position));
+  return device;
+}
+
+bool Session::HasExternalDevice() const {
+  return std::any_of(external_readings.begin(), external_readings.end(),
+                     [](const auto* readings) { return readings != nullptr; });
+}
+
+void Session::CompareStiffness() {
+  const double period = ToSeconds(haptic_period_ns());
+  for (std::size_t i = 0; i < kinematics_.size(); ++i) {
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    for (const OrganModel& organ : organs_) {
+      if (organ.rigid()) continue;
+      const auto stiffest =
+          FindStiffestContact(organ, instrument, kinematics_[i], period, instrument.device.delay);
+      if (!stiffest) continue;
+      contacts_.push_back({instrument.name, organ.options().name, *stiffest});
+      const std::string remark = StiffnessRemark(instrument.name, organ.options().name, *stiffest);
+      if (!remark.empty()) remarks_.push_back(remark);
+    }
+  }
+}
+
+void Session::BuildWalls() {
+  if (std::none_of(organs_.begin(), organs_.end(),
+                   [](const OrganModel& organ) { return organ.rigid(); })) {
+    return;
+  }
+  for (std::size_t i = 0; i < kinematics_.size(); ++i) {
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    walls_.push_back(
+        FindVirtualWall(organs_, instrument, kinematics_[i], ToSeconds(haptic_period_ns())));
+    const std::vector<std::string> remarks = WallRemarks(organs_, instrument.name, walls_.back());
+    remarks_.insert(remarks_.end(), remarks.begin(), remarks.end());
+    if (choices_[i].type == DeviceChoice::Type::kLcm && instrument.device.delay == 0) {
+      remarks_.push_back("instrument \"" + instrument.name +
+                         "\": rigid organs are as stiff as a device without delay displays; give "
+                         "its driver's as instrument.device.delay");
+    }
+  }
+}
+
+HandSite Session::SiteOf(const InstrumentOptions& instrument) const {
+  for (const OrganModel& organ : organs_) {
+    if (organ.options().name != instrument.hand.organ) continue;
+    return SiteOnOrgan(instrument, organ.rest(), organ.centre_of_volume_W());
+  }
+  throw InputError("instrument \"" + instrument.name + "\": no organ for the hand to go to");
+}
+
+void Session::EnableForces(bool on) {
+  for (const std::unique_ptr<Device>& device : devices_) {
+    if (on) device->Home();
+    device->EnableForce(on);
+  }
+}
+
+std::vector<HapticInstrument> Session::HapticInstruments() const {
+  std::vector<HapticInstrument> instruments;
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    const InstrumentOptions& options = scene_.instruments[i];
+    ForceGuardOptions guard;
+    guard.max_force = options.device.max_force;
+    guard.max_torque = options.device.max_torque;
+    guard.max_force_rate = options.device.max_force_rate;
+    guard.stale_age_ns = 4 * kNanosecondsPerSecond / scene_.timing.deformation_hz;
+    PassivityOptions passivity;
+    passivity.control = options.device.passivity_control;
+    passivity.device = AxesOf(options.device);
+    instruments.push_back({devices_[i].get(), kinematics_[i], options.tip_radius, guard,
+                           options.friction, passivity, ExchangesOf(options)});
+  }
+  return instruments;
+}
+
+std::vector<ToolOptions> Session::DeformationTools() const {
+  std::vector<ToolOptions> tools;
+  for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
+    const InstrumentOptions& options = scene_.instruments[i];
+    tools.push_back({.tip_radius = options.tip_radius,
+                     .shaft_radius = options.shaft_radius,
+                     .can_grasp = options.type == InstrumentType::kGrasper,
+                     .prefetch = 1.5 / scene_.timing.deformation_hz,
+                     .reaction = options.reaction,
+                     .k1 = options.k1,
+                     .k2 = options.k2,
+                     .exchanges = ExchangesOf(options)});
+    if (!walls_.empty()) tools.back().wall_stiffness = walls_[i].stiffness;
+  }
+  return tools;
+}
+
+void Session::LoadReference(const std::string& argument) {
+  const auto named = std::find_if(organs_.begin(), organs_.end(), [&](const OrganModel& organ) {
+    return argument.starts_with(organ.options().name + "=");
+  });
+  if (named == organs_.end() && organs_.size() != 1) {
+    throw InputError("--reference " + argument + ": the scene has " +
+                     std::to_string(organs_.size()) + " organs; say which, as in " +
+                     organs_[0].options().name + "=FILE");
+  }
+  const auto organ = static_cast<std::size_t>(named == organs_.end() ? 0 : named - organs_.begin());
+  const std::string file =
+      named == organs_.end() ? argument : argument.substr(named->options().name.size() + 1);
+  references_[organ] = ReadReferenceDisplacements(file, organs_[organ].rest());
+  remarks_.push_back(Format("organ \"%s\": error overlay from 0 to %g mm against %s",
+                            organs_[organ].options().name.c_str(),
+                            1000 * ErrorScale(references_[organ]), file.c_str()));
+}
+
+std::vector<OrganView> Session::OrganViews() const {
+  std::vector<OrganView> views;
+  for (std::size_t i = 0; i < organs_.size(); ++i) {
+    OrganView& view = views.emplace_back();
+    view.rest = &organs_[i].rest();
+    view.model = &organs_[i];
+    if (textures_[i].width > 0) view.texture = &textures_[i];
+    if (references_[i].rows() > 0) {
+      view.reference = &references_[i];
+      view.error_scale = ErrorScale(references_[i]);
+    }
+  }
+  return views;
+}
+
+const Image* Session::Background() const { return background_.width > 0 ? &background_ : nullptr; }
+
+std::vector<InstrumentView> Session::InstrumentViews() const {
+  std::vector<InstrumentView> views;
+  for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
+    const InstrumentOptions& instrument = scene_.instruments[i];
+    InstrumentView& view = views.emplace_back(ViewOf(instrument, looks_[i].front()));
+    for (int held = 1; held < instrument.HeldCount(); ++held) {
+      view.exchanges.push_back(ViewOf(instrument.Held(held), looks_[i][held]));
+    }
+  }
+  return views;
+}
+
+std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {
+  std::vector<TrainerInput::Instrument> instruments(scene_.instruments.size());
+  for (std::size_t i = 0; i < instruments.size(); ++i) {
+    instruments[i].exchanges = scene_.instruments[i].HeldCount();
+    if (hand_targets[i] == nullptr) continue;
+    instruments[i].mouse = kinematics_[i];
+    instruments[i].start = hand_targets[i]->Front();
+  }
+  return instruments;
+}
+
+StatusNames Session::Names() const {
+  StatusNames names;
+  for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
+  for (const InstrumentOptions& options : scene_.instruments) {
+    std::vector<std::string>& held = names.instruments.emplace_back();
+    for (int e = 0; e < options.HeldCount(); ++e) held.push_back(options.Held(e).name);
+  }
+  return names;
+}
+
+SessionInfo Session::Info() const {
+  SessionInfo info;
+  for (const InstrumentOptions& options : scene_.instruments) {
+    info.instruments.push_back(options.name);
+    std::vector<std::string>& names = info.held.emplace_back();
+    for (int held = 0; held < options.HeldCount(); ++held) names.push_back(options.Held(held).name);
+  }
+  for (const OrganModel& organ : organs_) {
+    info.organs.push_back(
+        {organ.options().name, organ.rest().vertices, organ.rest().triangles, std::nullopt});
+    if (!organ.lattice()) continue;
+    const Lattice& lattice = *organ.lattice();
+    const TensorBasis& basis = lattice.basis();
+    LatticeDescription description;
+    description.basis = basis.axis(0).type();
+    for (int d = 0; d < 3; ++d) {
+      description.degree[d] = basis.axis(d).degree();
+      description.cells[d] = basis.axis(d).cells();
+    }
+    description.origin_W = lattice.box().origin_W;
+    description.axes = lattice.box().axes;
+    description.lengths = lattice.box().lengths;
+    description.kept = lattice.kept();
+    if (organ.local() != nullptr) {
+      description.local_refinement = organ.options().lattice.local.refinement;
+    }
+    info.organs.back().lattice = description;
+  }
+  return info;
+}
+
+}  // namespace hpdm

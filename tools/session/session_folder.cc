@@ -1,0 +1,185 @@
+#include "tools/session/session_folder.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "engine/base/error.h"
+#include "scenes/generator/meshing/obj_writer.h"
+#include "scenes/loader/file_hash.h"
+#include "scenes/loader/toml_document.h"
+#include "tools/session/session_path.h"
+
+namespace hpdm {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr char kFilesFolder[] = "files";
+// For summary.json and latency.csv, with room to spare.
+constexpr off_t kReserveBytes = 256 * 1024;
+
+// What a session and the commands that read it write beside scene.toml: no file of a scene may
+// stand there.
+constexpr const char* kOwnNames[] = {kSessionLogName, "scene.toml",  "summary.json", "timeline.csv",
+                                     "timeline.png",  "latency.csv", "latency.png",  "deepest.png",
+                                     "last.png",      "film.mp4",    "frames",       "screenshots",
+                                     "report.html",   kFilesFolder};
+
+bool IsOwnName(const fs::path& name) {
+  return std::find(std::begin(kOwnNames), std::end(kOwnNames), *name.lexically_normal().begin()) !=
+         std::end(kOwnNames);
+}
+
+// As a TOML basic string. Names of a scene hold no control characters.
+std::string TomlString(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+[[noreturn]] void FailToWrite(const fs::path& path, const std::string& reason) {
+  throw InputError(path.string() + ": cannot be written (" + reason +
+                   "); choose a writable folder with --out");
+}
+
+}  // namespace
+
+SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
+                             const std::vector<std::string>& traces)
+    : path_(path) {
+  std::error_code error;
+  fs::create_directories(path_, error);
+  if (error) {
+    throw InputError(path_.string() + ": cannot make the session folder (" + error.message() +
+                     "); choose another with --out");
+  }
+  if (fs::exists(File(kSessionLogName), error)) {
+    throw InputError(path_.string() +
+                     ": already holds a session; choose another folder with --out");
+  }
+  folder_descriptor_ = open(path_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+  for (const SceneFile& file : scene.files) {
+    std::string copy = file.copy;
+    if (scene.recorded) {
+      // SceneFiles has made sure that it stays inside of a folder.
+      if (copy.empty()) copy = file.name;
+      if (IsOwnName(copy) && *fs::path(copy).lexically_normal().begin() != kFilesFolder) {
+        throw InputError(scene.path.string() + ": [[file]] " + Quoted(copy) +
+                         ": is what a session itself writes; give the file another copy");
+      }
+    } else if (copy.empty() && StaysInside(file.name) && !IsOwnName(file.name)) {
+      copy = file.name;
+    }
+    Keep(file.name, file.path, copy);
+  }
+  WriteScene(scene);
+  for (const std::string& trace : traces) {
+    const auto of_scene = [&trace](const SceneFile& file) { return file.path == trace; };
+    if (std::none_of(scene.files.begin(), scene.files.end(), of_scene)) Keep(trace, trace, "");
+  }
+  Reserve();
+}
+
+SessionFolder::~SessionFolder() {
+  for (const int descriptor : {folder_descriptor_, reserve_descriptor_}) {
+    if (descriptor >= 0) close(descriptor);
+  }
+}
+
+/// An open file without a name: the space is free again however the program ends.
+void SessionFolder::Reserve() {
+  const fs::path path = File("reserve");
+  reserve_descriptor_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (reserve_descriptor_ < 0) FailToWrite(path, std::strerror(errno));
+  unlink(path.c_str());
+  const int error = posix_fallocate(reserve_descriptor_, 0, kReserveBytes);
+  if (error == ENOSPC || error == EDQUOT) FailToWrite(path_, std::strerror(error));
+}
+
+bool SessionFolder::Finish() {
+  if (reserve_descriptor_ >= 0) close(reserve_descriptor_);
+  reserve_descriptor_ = -1;
+  std::error_code error;
+  struct stat folder, named;
+  if (fstat(folder_descriptor_, &folder) != 0) return fs::exists(path_, error);
+  if (folder.st_nlink == 0) return false;
+  if (stat(path_.c_str(), &named) == 0 && named.st_ino == folder.st_ino &&
+      named.st_dev == folder.st_dev) {
+    return true;
+  }
+  const fs::path now =
+      fs::read_symlink("/proc/self/fd/" + std::to_string(folder_descriptor_), error);
+  if (!error) path_ = now;
+  return !error;
+}
+
+/// Copies a file to `copy`, or to a free name in files/ where that is empty.
+void SessionFolder::Keep(const std::string& name, const fs::path& from, std::string copy) {
+  if (copy.empty()) copy = FreeCopyName(from);
+  const fs::path to = File(copy).lexically_normal();
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  // A file that is there may be this one: of a second name, or where a scene's own folder is --out.
+  if (!error && !fs::exists(to, error)) fs::copy_file(from, to, error);
+  if (error) FailToWrite(to, error.message());
+  KeptFile& kept = files_.emplace_back(KeptFile{name, copy, Sha256OfFile(to)});
+  if (kept.sha256 != Sha256OfFile(from)) {
+    throw InputError(to.string() + ": is there already and is not " + from.string() +
+                     "; choose another folder with --out");
+  }
+}
+
+std::string SessionFolder::FreeCopyName(const fs::path& file) const {
+  const auto taken = [this](const std::string& name) {
+    return std::any_of(files_.begin(), files_.end(),
+                       [&](const KeptFile& kept) { return fs::path(kept.copy) == name; });
+  };
+  for (int number = 1;; ++number) {
+    std::string name = kFilesFolder;
+    name.append("/").append(file.stem().string());
+    if (number > 1) name.append("_").append(std::to_string(number));
+    name.append(file.extension().string());
+    if (!taken(name)) return name;
+  }
+}
+
+void SessionFolder::WriteScene(const Scene& scene) const {
+  std::string text = scene.source_text;
+  if (!scene.recorded && !files_.empty()) {
+    if (!text.ends_with('\n')) text += '\n';
+    text += "\n# What the session read: each file as it was.\n";
+    for (const KeptFile& file : files_) {
+      text += "[[file]]\nname = " + TomlString(file.name) + "\n";
+      if (file.copy != file.name) text += "copy = " + TomlString(file.copy) + "\n";
+      text += "sha256 = \"" + file.sha256 + "\"\n";
+    }
+  }
+  const fs::path path = File("scene.toml");
+  std::error_code ignored;
+  if (fs::exists(path, ignored)) {
+    std::ifstream file(path, std::ios::binary);
+    if (std::string(std::istreambuf_iterator<char>(file), {}) == text) return;
+    throw InputError(path.string() +
+                     ": is there already and is another scene; choose another folder with --out");
+  }
+  WriteTextFile(path, text);
+}
+
+fs::path SessionFolder::FreeName() {
+  int number = 1;
+  const auto name = [&] { return fs::path("out") / ("session_" + std::to_string(number)); };
+  std::error_code ignored;
+  while (fs::exists(name(), ignored)) ++number;
+  return name();
+}
+
+}  // namespace hpdm

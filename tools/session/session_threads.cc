@@ -1,0 +1,143 @@
+#include "tools/session/session_threads.h"
+
+#include <latch>
+#include <stop_token>
+#include <thread>
+
+#include "engine/base/error.h"
+#include "engine/threads/loop_schedule.h"
+#include "tools/session/lockstep.h"
+#include "tools/session/realtime_threads.h"
+
+namespace hpdm {
+namespace {
+
+constexpr Nanoseconds kBaselineLength = kNanosecondsPerSecond;
+// What a window's input waits for at most when nothing is typed, s: held keys act this often.
+constexpr double kWindowPeriod = 0.01;
+
+}  // namespace
+
+MachineState TryMachine(bool lockstep, bool require_realtime, Nanoseconds period_ns) {
+  MachineState machine;
+  if (lockstep && !require_realtime) return machine;
+  machine.process = RequestRealtime(ProcessRealtime());
+  std::jthread([&] {
+    machine.haptic = RequestRealtime(HapticRealtime());
+    if (lockstep || (require_realtime && !machine.Refusal().empty())) return;
+    RealLoopClock clock{SessionClock()};
+    const auto ticks = static_cast<std::uint64_t>(kBaselineLength / period_ns);
+    machine.baseline = MeasureWakeUps({period_ns, period_ns, ticks}, {}, clock);
+  }).join();
+  if (require_realtime && !machine.Refusal().empty()) {
+    throw MachineError("--require-rt: " + machine.Refusal() +
+                       "; run as root or raise the rtprio and memlock limits");
+  }
+  return machine;
+}
+
+RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
+                         const SessionClock& clock) {
+  RunRecord record;
+  record.baseline = machine.baseline;
+  RealtimeReport haptic, deformation;
+  loops.session.EnableForces(true);
+  std::latch start(loops.pictures ? 3 : 2);
+  std::stop_source over;
+
+  std::jthread receive_thread, send_thread;
+  if (loops.link != nullptr) {
+    RealtimeOptions realtime;
+    realtime.fifo_priority = DeviceLink::kPriority;
+    receive_thread = std::jthread([&, realtime](std::stop_token stop) {
+      RequestRealtime(realtime);
+      loops.link->Receive(stop);
+    });
+    send_thread = std::jthread([&, realtime](std::stop_token stop) {
+      RequestRealtime(realtime);
+      loops.link->Send(stop);
+    });
+  }
+  std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
+  std::jthread render_thread;
+  if (loops.pictures) {
+    render_thread = std::jthread([&](std::stop_token stop) {
+      loops.render.TryToStart();
+      start.arrive_and_wait();
+      loops.render.Run(stop);
+    });
+  }
+  std::jthread deformation_thread([&](std::stop_token stop) {
+    deformation = RequestRealtime(DeformationRealtime());
+    start.arrive_and_wait();
+    RealLoopClock loop_clock(clock);
+    const int hz = loops.session.scene().timing.deformation_hz;
+    record.deformation = RunOnSchedule(
+        {.start_ns = clock.Now(), .period_ns = kNanosecondsPerSecond / hz}, stop, loop_clock,
+        [&](std::uint64_t, Nanoseconds due, const TickTiming& timing) {
+          loops.deformation.Step(loops.deformation.NewestTools(), due, timing.wake_late_ns);
+        });
+  });
+  std::jthread haptic_thread([&](std::stop_token stop) {
+    haptic = RequestRealtime(HapticRealtime());
+    start.arrive_and_wait();
+    RealLoopClock loop_clock(clock);
+    record.haptic = loops.haptics.RunRealClock(stop, loop_clock, clock.Now(), loops.end_tick);
+    over.request_stop();
+  });
+
+  bool has_window = loops.window != nullptr;
+  while (!over.stop_requested() && !record.interrupted) {
+    if (has_window && loops.window->lost()) {
+      loops.window->Resume();
+      has_window = false;
+    }
+    if (has_window) {
+      loops.window->Pump(kWindowPeriod);
+      record.interrupted = loops.window->ended() || loops.signals.WaitFor(0);
+    } else {
+      loops.exchanges->Advance(clock.Now(), &loops.session.control);
+      record.interrupted = loops.signals.WaitFor(20'000'000);
+    }
+  }
+  for (std::jthread* thread : {&haptic_thread, &deformation_thread, &render_thread,
+                               &telemetry_thread, &receive_thread, &send_thread}) {
+    if (!thread->joinable()) continue;
+    thread->request_stop();
+    thread->join();
+  }
+  if (loops.link != nullptr) record.link = loops.link->Summary();
+  loops.session.EnableForces(false);
+  record.realtime = {
+      {"process", machine.process}, {"haptic", haptic}, {"deformation", deformation}};
+  return record;
+}
+
+RunRecord RunInLockstep(const Loops& loops) {
+  RunRecord record;
+  record.lockstep = true;
+  const TimingOptions& timing = loops.session.scene().timing;
+  Lockstep clock(timing, &loops.haptics, &loops.deformation);
+  loops.session.EnableForces(true);
+  while (clock.tick() < loops.end_tick && !record.interrupted) {
+    // The queue holds two seconds of samples, and steps may be rarer.
+    if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
+    if (clock.StepIfDue()) {
+      ++record.deformation.ticks;
+      if (loops.pictures) loops.render.Frame();
+      loops.telemetry.Drain();
+      record.interrupted = loops.signals.WaitFor(0);
+    }
+    loops.exchanges->Advance(
+        static_cast<Nanoseconds>(clock.tick()) * loops.session.haptic_period_ns(),
+        &loops.session.control);
+    clock.Tick();
+    ++record.haptic.ticks;
+  }
+  loops.session.EnableForces(false);
+  loops.telemetry.Finish();
+  loops.render.EndOnThisThread();
+  return record;
+}
+
+}  // namespace hpdm

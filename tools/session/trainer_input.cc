@@ -1,0 +1,273 @@
+#include "tools/session/trainer_input.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include "engine/base/check.h"
+#include "render/camera/laparoscope.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+// Of held keys, a second.
+constexpr double kScopeTurn = 25 * kDegree;  // rad
+constexpr double kScopeSlide = 0.04;         // m
+constexpr double kOpticsTurn = 60 * kDegree;
+constexpr double kToolTurn = 120 * kDegree;
+constexpr double kZoom = 1.8;  // factor on the focal length
+
+constexpr double kWheelInsertion = 0.004;    // m a step
+constexpr double kDragTurn = 0.5 * kDegree;  // rad a pixel
+constexpr double kNearestTip = 0.01;         // m: a tip at the lens would not follow any cursor
+
+// What `o` shows in turn.
+constexpr std::uint32_t kOverlayCycle[] = {
+    kOverlayText,
+    kOverlayText | kOverlayForce,
+    kOverlayText | kOverlayForce | kOverlayContacts,
+    kOverlayText | kOverlayLattice,
+    kOverlayText | kOverlayError,
+    kOverlayNone,
+};
+constexpr double kOptics[] = {0, 30 * kDegree, 45 * kDegree};
+
+}  // namespace
+
+TrainerInput::TrainerInput(const ViewSettings& view, const std::vector<Instrument>& instruments)
+    : view_(view), instruments_(instruments) {
+  HPDM_CHECK(instruments.size() <= kMaxInstruments);
+  for (std::size_t i = 0; i < instruments.size(); ++i) targets_[i] = instruments[i].start;
+  // The first that the mouse moves.
+  if (!HasHand()) NextInstrument();
+}
+
+bool TrainerInput::HasHand() const {
+  const auto active = static_cast<std::size_t>(view_.active_instrument);
+  return active < instruments_.size() && instruments_[active].mouse && !view_.paused;
+}
+
+void TrainerInput::Handle(const WindowEvent& event) {
+  Take(event);
+  view_.click_takes = !captured_ && HasHand();
+}
+
+void TrainerInput::Take(const WindowEvent& event) {
+  if (const auto* key = std::get_if<KeyEvent>(&event)) {
+    if (key->down) {
+      held_.insert(key->key);
+      Press(key->key);
+    } else {
+      held_.erase(key->key);
+    }
+  } else if (const auto* motion = std::get_if<MotionEvent>(&event)) {
+    Move(*motion);
+  } else if (const auto* wheel = std::get_if<WheelEvent>(&event)) {
+    if (Shift()) {
+      MoveScope(0, 0, kWheelInsertion * wheel->steps, 0, 1);
+    } else if (HasHand()) {
+      const int active = view_.active_instrument;
+      const ImpulseEngineKinematics& kinematics = *instruments_[active].mouse;
+      const Vector3d& p_W = targets_[active].p_W;
+      const Vector3d along_W = (p_W - kinematics.p_trocar_W()).normalized();
+      SetTarget(active, p_W + kWheelInsertion * wheel->steps * along_W, targets_[active].roll);
+    }
+  } else if (const auto* button = std::get_if<ButtonEvent>(&event)) {
+    if (button->button == MouseButton::kLeft) {
+      // The click that takes the instrument does not close its jaws.
+      grips_ = button->down && captured_;
+      captured_ |= button->down;
+      UpdateJaw();
+    } else if (button->button == MouseButton::kRight) {
+      twists_ = button->down;
+    }
+  } else if (const auto* size = std::get_if<ResizeEvent>(&event)) {
+    view_.window_width = size->width;
+    view_.window_height = size->height;
+  } else if (const auto* focus = std::get_if<FocusEvent>(&event)) {
+    if (focus->focused) return;
+    // Another window has the keyboard: nothing is held any more.
+    held_.clear();
+    captured_ = grips_ = twists_ = false;
+    UpdateJaw();
+  } else if (std::holds_alternative<CloseEvent>(event)) {
+    ended_ = true;
+  }
+}
+
+void TrainerInput::Press(int key) {
+  switch (key) {
+    case kKeyEscape:
+      ended_ = true;
+      break;
+    case kKeyF1:
+    case 'h':
+      view_.help = !view_.help;
+      break;
+    case ' ':
+      captured_ = !captured_;
+      grips_ = twists_ = false;
+      UpdateJaw();
+      break;
+    case kKeyTab:
+      NextInstrument();
+      break;
+    case '1':
+    case '2':
+      Activate(key - '1');
+      break;
+    case 'j':
+      closed_[view_.active_instrument] = !closed_[view_.active_instrument];
+      UpdateJaw();
+      break;
+    case 'x':
+      if (static_cast<std::size_t>(view_.active_instrument) < instruments_.size()) {
+        int& exchange = control_.exchange[view_.active_instrument];
+        exchange = (exchange + 1) % instruments_[view_.active_instrument].exchanges;
+      }
+      break;
+    case 'a':
+      NextOptics();
+      break;
+    case 'o':
+      NextOverlay();
+      break;
+    case 'p':
+      control_.paused = view_.paused = !view_.paused;
+      UpdateJaw();
+      break;
+    case 's':
+      ++view_.screenshots;
+      break;
+    case 'r':
+      view_.recording = !view_.recording;
+      break;
+    default:
+      break;
+  }
+}
+
+void TrainerInput::Advance(double seconds) {
+  const auto axis = [this, seconds](int forth, int back) {
+    return seconds * (static_cast<double>(Held(forth)) - static_cast<double>(Held(back)));
+  };
+  MoveScope(kScopeTurn * axis(kKeyUp, kKeyDown), kScopeTurn * axis(kKeyRight, kKeyLeft),
+            kScopeSlide * axis(kKeyPageUp, kKeyPageDown), kOpticsTurn * axis('.', ','),
+            std::pow(kZoom, axis(Held('=') ? '=' : '+', '-')));
+  Turn(kToolTurn * axis('e', 'q'));
+}
+
+void TrainerInput::Move(const MotionEvent& motion) {
+  if (!captured_) return;
+  if (Shift()) {
+    // Dragging across the circle's radius turns the view by half of its field.
+    const double turn = view_.scope.field_of_view / PixelsAcross();
+    MoveScope(-turn * motion.dy, turn * motion.dx, 0, 0, 1);
+    return;
+  }
+  if (!HasHand()) return;
+  if (twists_) {
+    Turn(kDragTurn * motion.dx);
+    return;
+  }
+  const int active = view_.active_instrument;
+  SetTarget(active, FollowOnScreen(targets_[active].p_W, motion), targets_[active].roll);
+}
+
+// Where a point goes that follows the cursor at its distance from the lens.
+Vector3d TrainerInput::FollowOnScreen(const Vector3d& p_W, const MotionEvent& motion) const {
+  // A square picture as high as the circle's: its pixels are the window's.
+  const int side = std::clamp(std::min(view_.window_width, view_.window_height),
+                              Laparoscope::kMinSide, Laparoscope::kMaxSide);
+  const Laparoscope scope(view_.scope, side, side);
+  const Vector3d pixel = scope.Project(p_W);
+  const double depth = std::max(kNearestTip, pixel.z()), focal = scope.focal_length_px();
+  Vector3d move_C(depth * motion.dx / focal, -depth * motion.dy / focal, 0);
+  // Through the lens, as far as it has a picture.
+  const Eigen::Vector2d from = pixel.head<2>() - Eigen::Vector2d::Constant(0.5 * side);
+  const Eigen::Vector2d to = from + Eigen::Vector2d(motion.dx, motion.dy);
+  const double edge = scope.circle_radius_px();
+  if (pixel.z() > kNearestTip && from.norm() < edge && to.norm() < edge) {
+    const auto straight = [&scope, focal](const Eigen::Vector2d& at) -> Eigen::Vector2d {
+      const double tangent = at.norm() / focal;
+      return tangent == 0 ? at : Eigen::Vector2d(at * (scope.Undistorted(tangent) / tangent));
+    };
+    const Eigen::Vector2d move = depth / focal * (straight(to) - straight(from));
+    move_C << move.x(), -move.y(), 0;
+  }
+  return p_W + scope.X_WC().linear() * move_C;
+}
+
+double TrainerInput::PixelsAcross() const {
+  const int side = std::min(view_.window_width, view_.window_height);
+  return Laparoscope::kCircleFraction * std::max(side, Laparoscope::kMinSide);
+}
+
+void TrainerInput::Turn(double roll) {
+  if (roll == 0 || !HasHand()) return;
+  const int active = view_.active_instrument;
+  SetTarget(active, targets_[active].p_W, targets_[active].roll + roll);
+}
+
+// Within the device's workspace, so that a mouse that goes on does not have to come all the way
+// back.
+void TrainerInput::SetTarget(int instrument, const Vector3d& p_W, double roll) {
+  HandTarget& target = targets_[instrument];
+  const ImpulseEngineKinematics& kinematics = *instruments_[instrument].mouse;
+  const JointVector joints = kinematics.Inverse(p_W, roll, target.jaw).joints;
+  target.p_W = kinematics.Forward(joints).translation();
+  target.roll = joints[kRoll];
+}
+
+void TrainerInput::UpdateJaw() {
+  for (int i = 0; i < static_cast<int>(instruments_.size()); ++i) {
+    const bool gripped = grips_ && i == view_.active_instrument;
+    if (!view_.paused) targets_[i].jaw = closed_[i] || gripped ? 0 : 1;
+  }
+}
+
+void TrainerInput::MoveScope(double up, double right, double insertion, double roll, double zoom) {
+  if (up == 0 && right == 0 && insertion == 0 && roll == 0 && zoom == 1) return;
+  view_.scope = Moved(
+      view_.scope, {.up = up, .right = right, .insertion = insertion, .roll = roll, .zoom = zoom});
+}
+
+void TrainerInput::NextOptics() {
+  // The next larger of the angles, and after the largest the first again.
+  const auto* next = std::find_if(std::begin(kOptics), std::end(kOptics), [this](double angle) {
+    return angle > view_.scope.angle + 1e-6;
+  });
+  view_.scope = WithOptics(view_.scope, next == std::end(kOptics) ? kOptics[0] : *next);
+}
+
+void TrainerInput::NextOverlay() {
+  const auto* now = std::find(std::begin(kOverlayCycle), std::end(kOverlayCycle), view_.overlays);
+  do {
+    const bool last = now == std::end(kOverlayCycle) || std::next(now) == std::end(kOverlayCycle);
+    now = last ? std::begin(kOverlayCycle) : std::next(now);
+  } while ((*now & kOverlayError) != 0 && !view_.has_reference);
+  view_.overlays = *now;
+}
+
+void TrainerInput::NextInstrument() {
+  for (std::size_t step = 1; step <= instruments_.size(); ++step) {
+    const std::size_t next =
+        (static_cast<std::size_t>(view_.active_instrument) + step) % instruments_.size();
+    if (!instruments_[next].mouse) continue;
+    Activate(static_cast<int>(next));
+    return;
+  }
+}
+
+void TrainerInput::Activate(int instrument) {
+  if (static_cast<std::size_t>(instrument) >= instruments_.size()) return;
+  if (!instruments_[instrument].mouse) return;
+  view_.active_instrument = instrument;
+  grips_ = false;
+  UpdateJaw();
+}
+
+}  // namespace hpdm

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "engine/snapshots.h"
+#include "haptics/device/impulse_engine.h"
+#include "haptics/device/mouse_hand.h"
+#include "render/overlay/view_settings.h"
+#include "render/window/window_event.h"
+
+namespace hpdm {
+
+/// What a window's keyboard and mouse mean: events in, what the loops are asked for out. No window,
+/// no thread, no clock of its own, so that the same events give the same wishes.
+///
+///     mouse (cursor captured)        the active instrument's tip follows it across the picture
+///     wheel                          inserts it along its shaft
+///     left button, j                 closes its jaws while held; until pressed again
+///     right button and drag, q, e    roll it
+///     Tab, 1, 2; x                   the next instrument, that one; what it is exchanged for
+///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
+///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
+///     o, p, s, r, F1 or h            overlays, pause, screenshot, recording, help
+///     Space or a click               captures the cursor; Space lets it go
+///     Esc                            ends the session
+///
+/// The tip follows in the plane through it that is parallel to the picture, by as much as the
+/// cursor moves on the screen there; the device's workspace bounds it.
+class TrainerInput {
+ public:
+  /// An instrument of the session.
+  struct Instrument {
+    std::optional<ImpulseEngineKinematics> mouse;  ///< Of one that the mouse moves.
+    HandTarget start;                              ///< Of the mouse.
+    int exchanges = 1;  ///< How many instruments the hand may hold in turn.
+  };
+
+  /// `view` is what the window shows first. At most kMaxInstruments.
+  TrainerInput(const ViewSettings& view, const std::vector<Instrument>& instruments);
+
+  /// Takes an event.
+  void Handle(const WindowEvent& event);
+  /// Lets the held keys act for `seconds` more.
+  void Advance(double seconds);
+
+  const ViewSettings& view() const { return view_; }
+  const SessionControl& control() const { return control_; }
+  const HandTarget& target(int instrument) const { return targets_[instrument]; }
+  bool captured() const { return captured_; }  ///< The cursor belongs to the instrument.
+  bool ended() const { return ended_; }
+
+ private:
+  void Take(const WindowEvent& event);
+  void Press(int key);
+  void Move(const MotionEvent& motion);
+  void Turn(double roll);
+  void MoveScope(double up, double right, double insertion, double roll, double zoom);
+  void NextInstrument();
+  void Activate(int instrument);
+  void NextOverlay();
+  void NextOptics();
+  void SetTarget(int instrument, const Vector3d& p_W, double roll);
+  bool Held(int key) const { return held_.contains(key); }
+  bool Shift() const { return Held(kKeyShift); }
+  /// Whether the mouse may move an instrument now.
+  bool HasHand() const;
+  void UpdateJaw();
+  Vector3d FollowOnScreen(const Vector3d& p_W, const MotionEvent& motion) const;
+  double PixelsAcross() const;
+
+  ViewSettings view_;
+  SessionControl control_;
+  std::vector<Instrument> instruments_;
+  std::array<HandTarget, kMaxInstruments> targets_;
+  std::array<bool, kMaxInstruments> closed_{};  // by key, until it is pressed again
+  std::set<int> held_;
+  bool grips_ = false;   // the left button is held
+  bool twists_ = false;  // the right button is held
+  bool captured_ = false;
+  bool ended_ = false;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "engine/threads/histogram.h"
+
+namespace hpdm {
+
+/// Indented text of what a command reports. A path in it need not be UTF-8, which JSON must be: its
+/// odd bytes become replacement characters.
+inline std::string JsonText(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// Percentiles of durations, in microseconds: mean, p50, p90, p99, p99.9, max, and their number.
+inline nlohmann::ordered_json ToJson(const Histogram& histogram) {
+  const auto us = [](double ns) { return ns / 1000; };
+  return {{"count", histogram.count()},
+          {"mean_us", us(histogram.mean())},
+          {"p50_us", us(static_cast<double>(histogram.Percentile(0.5)))},
+          {"p90_us", us(static_cast<double>(histogram.Percentile(0.9)))},
+          {"p99_us", us(static_cast<double>(histogram.Percentile(0.99)))},
+          {"p99_9_us", us(static_cast<double>(histogram.Percentile(0.999)))},
+          {"max_us", us(static_cast<double>(histogram.max()))}};
+}
+
+}  // namespace hpdm

@@ -1,0 +1,121 @@
+#include "tools/shared/static_case.h"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "engine/base/error.h"
+#include "engine/organ.h"
+#include "tools/shared/report_text.h"
+#include "tools/shared/surface_table.h"
+
+namespace hpdm {
+namespace {
+
+// Of an organ's size: files may round positions, and another pose is off by more.
+constexpr double kSamePlace = 1e-3;
+
+OrganOptions LoadedOrgan(const Scene& scene) {
+  if (scene.loads.empty()) {
+    throw InputError(scene.path.string() + ": has nothing to solve; add a [[load]] table");
+  }
+  for (const LoadOptions& load : scene.loads) {
+    if (load.organ != scene.loads[0].organ) {
+      throw InputError(scene.path.string() + ": loads act on \"" + scene.loads[0].organ +
+                       "\" and \"" + load.organ + "\"; solve one organ a scene");
+    }
+  }
+  const OrganOptions& organ = *std::find_if(
+      scene.organs.begin(), scene.organs.end(),
+      [&](const OrganOptions& candidate) { return candidate.name == scene.loads[0].organ; });
+  if (organ.model == OrganModelType::kRigid) {
+    throw InputError(scene.path.string() + ": organ \"" + organ.name +
+                     "\" is rigid: a load does not deform it; load another or change its model");
+  }
+  return organ;
+}
+
+}  // namespace
+
+StaticCase LoadStaticCase(const std::string& path) {
+  StaticCase load_case;
+  load_case.scene = LoadScene(path);
+  load_case.organ = LoadedOrgan(load_case.scene);
+  std::vector<std::string> repairs;
+  load_case.rest = LoadPosedMesh(load_case.organ, &repairs);
+  return load_case;
+}
+
+Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& rest) {
+  const SurfaceTable reference = ReadSurfaceTable(path);
+  if (reference.positions.rows() != rest.vertices.rows()) {
+    throw InputError(path + ": has " + std::to_string(reference.positions.rows()) +
+                     " vertices, the organ " + std::to_string(rest.vertices.rows()) +
+                     "; give the reference of the same mesh");
+  }
+  const double apart = (reference.positions - rest.vertices).rowwise().norm().maxCoeff();
+  const double size =
+      (rest.vertices.colwise().maxCoeff() - rest.vertices.colwise().minCoeff()).norm();
+  if (!(apart <= kSamePlace * size)) {
+    throw InputError(path + ": has the organ's vertices elsewhere, by up to " +
+                     Format("%.1f", 1000 * apart) +
+                     " mm; give the reference of the same mesh in the same pose");
+  }
+  return reference.displacements;
+}
+
+CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesystem::path& folder) {
+  const std::string name = CaseName(load_case);
+  const std::string table = (folder / (name + ".csv")).string();
+  const std::string facts = (folder / (name + ".json")).string();
+  const std::string remedy =
+      "; make it with hpdm_yardstick " + load_case.scene.path.string() + ", or leave the case out";
+  for (const std::string& file : {table, facts}) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored)) throw InputError(file + ": is missing" + remedy);
+  }
+  CaseReference reference;
+  reference.displacements = ReadReferenceDisplacements(table, load_case.rest);
+  std::ifstream file(facts);
+  try {
+    const nlohmann::json json = nlohmann::json::parse(file);
+    reference.compliance = json.at("compliance_m_per_N");
+    for (const nlohmann::json& load : json.value("loads", nlohmann::json::array())) {
+      const nlohmann::json& u = load.at("displacement_m");
+      reference.load_displacements.emplace_back(u.at(0), u.at(1), u.at(2));
+    }
+    for (const nlohmann::json& mesh : json.at("linear")) {
+      reference.linear.push_back(
+          {mesh.at("nodes"), mesh.at("graded"), mesh.at("error"), mesh.at("compliance_ratio")});
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(facts + ": is not the yardstick's (" + error.what() + ")" + remedy);
+  }
+  return reference;
+}
+
+std::string CaseName(const StaticCase& load_case) { return load_case.scene.path.stem().string(); }
+
+bool IsHollow(const SurfaceMesh& mesh) {
+  // Parts are joined through vertices: the smallest vertex of each.
+  std::vector<int> parent(static_cast<std::size_t>(mesh.vertices.rows()));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (int k = 1; k < 3; ++k) parent[root(mesh.triangles(t, k))] = root(mesh.triangles(t, 0));
+  }
+  Eigen::VectorXd volume = Eigen::VectorXd::Zero(mesh.vertices.rows());
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0));
+    const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1));
+    const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2));
+    volume[root(mesh.triangles(t, 0))] += a.dot(b.cross(c)) / 6;
+  }
+  return volume.minCoeff() < -1e-9 * volume.cwiseAbs().maxCoeff();
+}
+
+}  // namespace hpdm

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "engine/base/types.h"
+
+namespace hpdm {
+
+/// A surface displacement as `hpdm solve` writes it and tests/reference holds it: CSV with the
+/// header x,y,z,ux,uy,uz and a row per vertex, m.
+struct SurfaceTable {
+  Points positions;      ///< V x 3, at rest.
+  Points displacements;  ///< V x 3.
+};
+
+/// Throws InputError (file, line, remedy).
+SurfaceTable ReadSurfaceTable(const std::string& path);
+void WriteSurfaceTable(const std::string& path, const SurfaceTable& table);
+
+}  // namespace hpdm

@@ -1,0 +1,171 @@
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/baselines/surface_error.h"
+#include "engine/statics/static_loads.h"
+#include "tools/command_line.h"
+#include "tools/commands.h"
+#include "tools/shared/in_scene.h"
+#include "tools/shared/staged_file.h"
+#include "tools/shared/static_case.h"
+#include "tools/shared/surface_table.h"
+#include "tools/shared/timing.h"
+#include "tools/solve/solve_picture.h"
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct SolveOptions {
+  std::string scene;
+  std::string out;
+  std::string reference;
+  std::string picture;
+  bool json = false;
+};
+
+// Median of repeated solves, loads to vertices; of finite strain, the time of one iteration.
+double MedianSolveMicroseconds(const StaticLoads& loads, int iterations) {
+  return Time([&] { loads.Solve(); }, {3, 21, 2}).median_us / std::max(iterations, 1);
+}
+
+void Print(const SolveOptions& options, const Scene& scene, const Json& figures) {
+  if (options.json) {
+    std::cout << figures.dump(2) << "\n";
+    return;
+  }
+  std::printf(
+      "%s: %d control points and %d local functions, compliance %.4g m/N, largest displacement "
+      "%.2f mm\n",
+      scene.name.c_str(), figures["control_points"].get<int>(),
+      figures["local_functions"].get<int>(), figures["compliance_m_per_N"].get<double>(),
+      1000 * figures["largest_displacement_m"].get<double>());
+  const int iterations = figures["newton_iterations"].get<int>();
+  std::printf("set up in %.0f ms, %s in %.0f us, residual %.1e\n",
+              figures["setup_ms"].get<double>(),
+              iterations > 0 ? "each Newton iteration" : "solved", figures["step_us"].get<double>(),
+              figures["residual"].get<double>());
+  if (figures.contains("error")) {
+    std::printf("error against %s: %.1f %% (area-weighted relative L2)\n",
+                options.reference.c_str(), 100 * figures["error"].get<double>());
+  }
+  if (figures.contains("picture")) {
+    const Json& picture = figures["picture"];
+    std::printf("%s: coloured by %s, from 0 (dark blue) to %g mm (yellow)\n",
+                options.picture.c_str(), picture["colours"].get<std::string>().c_str(),
+                1000 * picture["full_scale_m"].get<double>());
+  }
+}
+
+// Every file that a scene names, and the scene.
+std::vector<std::string> FilesOf(const Scene& scene) {
+  std::vector<std::string> files = {scene.path.string()};
+  for (const SceneFile& file : scene.files) files.push_back(file.path);
+  return files;
+}
+
+// Displacements that contradict each other would be met half-way without a word.
+void RefuseContradictions(const Scene& scene, const StaticSolution& solution) {
+  if (solution.share < 1) return;  // told of at the end
+  for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    const std::optional<Vector3d>& asked = scene.loads[i].displacement_W;
+    // Far beyond what a solver leaves.
+    if (!asked || (solution.load_displacements[i] - *asked).norm() <= 1e-3 * asked->norm())
+      continue;
+    throw InputError(
+        scene.path.string() + ": load[" + std::to_string(i) +
+        "]: its displacement contradicts another load's at the same place; remove one");
+  }
+}
+
+void Solve(const SolveOptions& options) {
+  const StaticCase load_case = LoadStaticCase(options.scene);
+  const Scene& scene = load_case.scene;
+  std::vector<std::string> inputs = FilesOf(scene);
+  std::optional<Points> reference;
+  if (!options.reference.empty()) {
+    inputs.push_back(options.reference);
+    reference = ReadReferenceDisplacements(options.reference, load_case.rest);
+  }
+  for (const std::string& out : {options.out, options.picture}) RefuseOwnInput(out, inputs);
+  const TimingClock::time_point start = TimingClock::now();
+  const OrganModel model =
+      InScene(scene, [&] { return OrganModel(load_case.organ, load_case.rest); });
+  const StaticLoads loads = InScene(scene, [&] { return StaticLoads(model, scene.loads); });
+  const double setup_ms = MillisecondsSince(start);
+  const StaticSolution solution = loads.Solve();
+  RefuseContradictions(scene, solution);
+  WriteSurfaceTable(options.out, {model.rest().vertices, solution.vertex_displacements});
+
+  Json figures = {
+      {"scene", scene.name},
+      {"control_points", model.control_points()},
+      {"local_functions", loads.local_functions()},
+      {"compliance_m_per_N", solution.Compliance()},
+      {"largest_displacement_m", solution.vertex_displacements.rowwise().norm().maxCoeff()},
+      {"volume_change", RelativeVolumeChange(model.rest(), solution.vertex_displacements)},
+      {"residual", loads.Residual(solution)},
+      {"load_share", solution.share},
+      {"newton_iterations", solution.iterations},
+      {"collapsed_share", solution.collapsed},
+      {"setup_ms", setup_ms},
+      {"step_us", MedianSolveMicroseconds(loads, solution.iterations)}};
+  for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    const Vector3d& f = solution.load_forces[i];
+    const Vector3d& u = solution.load_displacements[i];
+    figures["loads"].push_back(
+        {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
+  }
+  if (reference) {
+    figures["error"] =
+        RelativeSurfaceError(model.rest(), solution.vertex_displacements, *reference);
+  }
+  if (!options.picture.empty()) {
+    const SolvedColours colours =
+        WriteSolvedPicture(options.picture, load_case, solution.vertex_displacements,
+                           reference ? &*reference : nullptr);
+    figures["picture"] = {{"file", options.picture},
+                          {"colours", colours.error ? "error" : "displacement"},
+                          {"full_scale_m", colours.full_scale}};
+  }
+  Print(options, scene, figures);
+  if (solution.collapsed > 0) {
+    std::fprintf(stderr,
+                 "%s: warning: %.2g %% of the tissue is inverted or compressed beyond what its law "
+                 "resists; refine the lattice there, or take law = \"neo_hookean\"\n",
+                 OneLine(scene.path.string()).c_str(), 100 * solution.collapsed);
+  }
+  if (solution.share < 1) {
+    std::fprintf(stderr,
+                 "%s: no equilibrium beyond %.3g of the loads, where the energy stops carrying "
+                 "them; lower them or take law = \"neo_hookean\"\n",
+                 OneLine(scene.path.string()).c_str(), solution.share);
+    throw CheckFailed();
+  }
+}
+
+}  // namespace
+
+void AddSolveCommand(Command app) {
+  auto options = std::make_shared<SolveOptions>();
+  Command solve = app.AddCommand("solve", "Solve a scene's static load case");
+  solve.AddOption("scene", options->scene, "Scene file with [[load]] tables").Required();
+  solve.AddOption("--out", options->out, "CSV to write: x,y,z,ux,uy,uz of each vertex, m")
+      .Required();
+  solve.AddOption("--reference", options->reference,
+                  "CSV of the same form to measure the error against");
+  solve.AddOption("--picture", options->picture,
+                  "PNG to write: the solved shape through the scene's laparoscope, coloured by "
+                  "its displacement, or with --reference by its error");
+  solve.AddFlag("--json", options->json, "Print JSON");
+  solve.OnRun([options] { Solve(*options); });
+}
+
+}  // namespace hpdm

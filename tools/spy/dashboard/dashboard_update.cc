@@ -1,0 +1,265 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string_view>
+
+#include "engine/contact/half_space.h"
+#include "tools/shared/base64.h"
+#include "tools/spy/dashboard/dashboard_state.h"
+
+/// What a DashboardState tells the page, as JSON: the half of the class that changes nothing but
+/// what a viewer has seen.
+
+namespace hpdm {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::seconds kChannelsEvery{1};
+constexpr int kSinkingIntervals = 256;
+constexpr double kSinkingEnd = 3;
+
+// Text from messages may be no UTF-8.
+std::string Text(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+void AddMember(const char* name, const std::string& value, std::string* members) {
+  if (!members->empty()) *members += ',';
+  *members += '"';
+  *members += name;
+  *members += "\":";
+  *members += value;
+}
+
+json Vector(const double* v) { return {v[0], v[1], v[2]}; }
+
+// The shape belongs to the mesh: as many displacements as it has control points or vertices.
+bool Fits(const organ_t& shape, const OrganDescription& mesh) {
+  const std::size_t n = shape.displacements.size() / 3;
+  if (!mesh.lattice) return n == 0 || n == static_cast<std::size_t>(mesh.vertices.rows());
+  return n == mesh.lattice->kept.size();
+}
+
+json DentJson(const dent_t& dent) {
+  return {{"centre", Vector(dent.centre)},
+          {"normal", Vector(dent.normal)},
+          {"radius", dent.radius},
+          {"resolved_radius", dent.resolved_radius},
+          {"strength", Vector(dent.strength)}};
+}
+
+json LoopJson(const loop_stats_t& loop, std::int64_t missed) {
+  return {{"rate_hz", loop.rate_hz}, {"cycles", loop.cycles}, {"missed", missed}};
+}
+
+// Half-space sinking (half_space.h) at even steps up to `end` radii, and its value there times
+// pi end^3 - end^2: the second term of the series beyond.
+std::string SinkingJson() {
+  std::array<double, kSinkingIntervals + 1> values;
+  for (int i = 0; i <= kSinkingIntervals; ++i) {
+    values[i] = KernelSinking(i * kSinkingEnd / kSinkingIntervals);
+  }
+  const double tail =
+      (values.back() * std::numbers::pi * kSinkingEnd - 1) * kSinkingEnd * kSinkingEnd;
+  return Text({{"end", kSinkingEnd}, {"values", Base64Of(values)}, {"tail", tail}});
+}
+
+}  // namespace
+
+const std::string& DashboardState::ShapeJson(int number) {
+  Organ& organ = organs_.at(number);
+  if (organ.shape_json_version == organ.shape_version) return organ.shape_json;
+  json value = {{"organ", number}};
+  if (organ.shape && organ.mesh.whole()) {
+    const organ_t& shape = *organ.shape;
+    value["fits"] = Fits(shape, *organ.mesh.whole());
+    value["step"] = shape.step;
+    value["offset"] = Vector(shape.offset);
+    value["displacements"] = Base64Of(shape.displacements);
+    value["local_functions"] = Base64Of(shape.local_functions);
+    value["local_displacements"] = Base64Of(shape.local_displacements);
+    value["dents"] = json::array();
+    for (const dent_t& dent : shape.dents) value["dents"].push_back(DentJson(dent));
+  }
+  organ.shape_json = Text(value);
+  organ.shape_json_version = organ.shape_version;
+  return organ.shape_json;
+}
+
+std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
+  std::string members;
+  if (seen->generation != generation_) {
+    const std::array<std::uint64_t, kMaxOrgans> meshes = seen->meshes;
+    const std::uint64_t names = seen->names;
+    const bool first = seen->generation == 0;
+    *seen = {};
+    seen->generation = generation_;
+    seen->meshes = meshes;
+    seen->names = names;
+    json present = json::array();
+    for (const auto& [number, organ] : organs_) present.push_back(number);
+    AddMember("reset", Text({{"organs", present}}), &members);
+    if (first) AddMember("sinking", SinkingJson(), &members);
+  }
+  if (seen->names != names_version_) {
+    seen->names = names_version_;
+    AddMember("instruments", Text(instruments_), &members);
+  }
+
+  std::string meshes, shapes;
+  for (auto& [number, organ] : organs_) {
+    if (organ.mesh_version == 0) continue;
+    std::uint64_t& mesh_seen = seen->meshes[number];
+    std::uint64_t& shape_seen = seen->shapes[number];
+    if (mesh_seen != organ.mesh_version) {
+      mesh_seen = organ.mesh_version;
+      shape_seen = 0;
+      organ.shape_json_version = 0;  // whether it fits is another question now
+      meshes += meshes.empty() ? "" : ",";
+      meshes +=
+          Text({{"organ", number}, {"version", mesh_seen}, {"name", organ.mesh.whole()->name}});
+    }
+    if (shape_seen != organ.shape_version) {
+      shape_seen = organ.shape_version;
+      shapes += shapes.empty() ? "" : ",";
+      shapes += ShapeJson(number);
+    }
+  }
+  if (!meshes.empty()) AddMember("meshes", "[" + meshes + "]", &members);
+  if (!shapes.empty()) AddMember("organs", "[" + shapes + "]", &members);
+
+  const std::uint64_t rows_end = trace_.first_row() + trace_.rows().size();
+  if (seen->row != rows_end) {
+    json rows = json::array();
+    for (std::uint64_t r = std::max(seen->row, trace_.first_row()); r < rows_end; ++r) {
+      const ForceTrace::Row& row = trace_.rows()[r - trace_.first_row()];
+      json values = {row.interval};
+      for (int i = 0; i < row.tool_count; ++i) {
+        values.insert(values.end(), {row.force[i], row.depth[i], row.guard_flags[i]});
+      }
+      rows.push_back(values);
+    }
+    seen->row = rows_end;
+    AddMember("rows", Text(rows), &members);
+  }
+  if (seen->tools != tools_version_) {
+    seen->tools = tools_version_;
+    AddMember("tools", ToolsJson(), &members);
+  }
+  if (seen->health != health_version_) {
+    seen->health = health_version_;
+    AddMember("health", HealthJson(), &members);
+  }
+  if (!events_.empty() && seen->event != events_.back().number) {
+    json list = json::array();
+    for (const Happened& happened : events_) {
+      if (happened.number <= seen->event) continue;
+      list.push_back({{"time", static_cast<double>(happened.event.time_ns) / 1e9},
+                      {"severity", happened.event.severity},
+                      {"name", happened.event.name},
+                      {"text", happened.event.text}});
+    }
+    seen->event = events_.back().number;
+    AddMember("events", Text(list), &members);
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (messages() > 0 && now - seen->channels >= kChannelsEvery) {
+    seen->channels = now;
+    AddMember("channels", ChannelsJson(now_us), &members);
+    json errors = json::array();
+    for (const auto& [number, organ] : organs_) {
+      if (!organ.mesh.error().empty()) errors.push_back({number, organ.mesh.error()});
+    }
+    AddMember("mesh_errors", Text(errors), &members);
+  }
+  return members;
+}
+
+std::string DashboardState::ToolsJson() const {
+  json value = {{"begin", static_cast<double>(trace_.begin_ns()) / 1e9}};
+  json& tools = value["tools"] = json::array();
+  if (force_) {
+    value["time"] = static_cast<double>(force_->time_ns) / 1e9;
+    for (int i = 0; i < force_->tool_count; ++i) {
+      const tool_force_t& tool = force_->tools[i];
+      const ForceTrace::Peak& peak = trace_.peaks()[i];
+      tools.push_back({{"force", Vector(tool.force)},
+                       {"depth", tool.depth},
+                       {"organ", tool.organ},
+                       {"kind", tool.kind},
+                       {"guard_flags", tool.guard_flags},
+                       {"peak_force", peak.force},
+                       {"peak_depth", peak.depth}});
+    }
+  }
+  if (contact_) {
+    value["step"] = contact_->step;
+    value["step_flags"] = contact_->flags;
+    json& poses = value["poses"] = json::array();
+    for (const tool_contact_t& tool : contact_->tools) {
+      poses.push_back({{"tip", Vector(tool.p_tip)}, {"trocar", Vector(tool.p_trocar)}});
+    }
+  }
+  return Text(value);
+}
+
+std::string DashboardState::HealthJson() const {
+  if (!stats_) return "null";
+  const stats_t& s = *stats_;
+  return Text({{"counted_s", static_cast<double>(counted_ns_) / 1e9},
+               {"haptic", LoopJson(s.haptic, missed_[0])},
+               {"deformation", LoopJson(s.deformation, missed_[1])},
+               {"render", LoopJson(s.render, missed_[2])},
+               {"skipped_late_wake_up", skipped_[0]},
+               {"skipped_long_compute", skipped_[1]},
+               {"skipped_stalled", skipped_[2]},
+               {"stolen_ms", static_cast<double>(stolen_ns_) / 1e6},
+               {"queue_overflows", s.queue_overflows},
+               {"log_events", s.log_events},
+               {"log_dropped", s.log_dropped},
+               {"live_errors", s.live_errors},
+               {"latencies", latencies_.ToJson()}});
+}
+
+std::string DashboardState::ChannelsJson(std::int64_t now_us) const {
+  json rows = json::array();
+  for (const ChannelRow& row : channels_.Rows(now_us)) {
+    rows.push_back({{"channel", row.facts.channel},
+                    {"type", row.facts.type},
+                    {"messages", row.facts.messages},
+                    {"rate_hz", row.flow.rate_hz},
+                    {"bytes_per_s", row.flow.bytes_per_s},
+                    {"lost", row.facts.lost},
+                    {"unreadable", row.facts.unreadable}});
+  }
+  return Text(rows);
+}
+
+std::string DashboardState::MeshJson(int number) const {
+  const auto at = organs_.find(number);
+  if (at == organs_.end() || !at->second.mesh.whole()) return {};
+  const OrganDescription& organ = *at->second.mesh.whole();
+  const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> vertices =
+      organ.vertices.cast<float>();
+  json value = {{"name", organ.name},
+                {"version", at->second.mesh_version},
+                {"vertices", Base64Of(vertices)},
+                {"triangles", Base64Of(organ.triangles)}};
+  if (organ.lattice) {
+    const LatticeDescription& lattice = *organ.lattice;
+    json axes = json::array();
+    for (int d = 0; d < 3; ++d) axes.push_back(Vector(lattice.axes.col(d).data()));
+    value["lattice"] = {{"basis", lattice.basis == BasisType::kBSpline ? "bspline" : "bernstein"},
+                        {"degree", lattice.degree},
+                        {"cells", lattice.cells},
+                        {"origin", Vector(lattice.origin_W.data())},
+                        {"axes", axes},
+                        {"lengths", Vector(lattice.lengths.data())},
+                        {"kept", Base64Of(lattice.kept)},
+                        {"local_refinement", lattice.local_refinement}};
+  }
+  return Text(value);
+}
+
+}  // namespace hpdm
