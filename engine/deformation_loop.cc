@@ -59,7 +59,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   for (const OrganModel& model : organs)
     states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
   for (std::size_t o = 0; o < organs.size(); ++o) {
-    back_offs_.emplace_back(organs[o], states_[o]);
+    inversion_recoveries_.emplace_back(organs[o], states_[o]);
     qualities_.emplace_back(organs[o].options());
   }
   for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
@@ -114,8 +114,9 @@ void DeformationLoop::ChooseQuality() {
   if (record_.shed_level > 0) record_.flags |= kStepShed;
   for (std::size_t o = 0; o < states_.size(); ++o) {
     OrganState& state = states_[o];
-    const OrganQuality chosen = qualities_[o].Next(
-        ceiling, state.contacts.size() > 0, back_offs_[o].gradient(), state.relaxed.share_slope);
+    const OrganQuality chosen =
+        qualities_[o].Next(ceiling, state.contacts.size() > 0, inversion_recoveries_[o].gradient(),
+                           state.relaxed.share_slope);
     if (obeys_) {
       state.quality.newton_iterations = chosen.newton_iterations;
       qualities_[o].Obey(state.quality);
@@ -199,7 +200,7 @@ void DeformationLoop::Refine(int tool_count) {
       state.recovery.Fade(row, active.Kept(s));
       if (!active.Changed(s)) continue;
       state.control_displacements.row(row).setZero();
-      back_offs_[o].Forget(row);
+      inversion_recoveries_[o].ResetRow(row);
       changed = true;
     }
     state.relaxation->Follow(active);
@@ -211,12 +212,13 @@ void DeformationLoop::WakeTouched() {
   for (OrganState& state : states_) state.awake = state.awake || state.contacts.size() > 0;
 }
 
-// Whether the next step would find the organ as this one left it, were it not touched. A sweep of
-// the fold watch that had begun before is to end first.
+// Whether the next step would find the organ as this one left it, were it not touched. A scan of
+// the inversion detector that began before must end first.
 bool DeformationLoop::AtRest(std::size_t organ) const {
   const OrganState& state = states_[organ];
   return state.contacts.size() == 0 && state.control_displacements.isZero(0) &&
-         state.recovery.AtRest() && state.relaxation->AtRest() && !back_offs_[organ].folded();
+         state.recovery.AtRest() && state.relaxation->AtRest() &&
+         !inversion_recoveries_[organ].inverted();
 }
 
 // Stage A (Eq. 26-28): the contacts go where the tools ask, by the least change of the lattice.
@@ -247,15 +249,15 @@ void DeformationLoop::Relax(double dt) {
   for (std::size_t o = 0; o < states_.size(); ++o) {
     OrganState& state = states_[o];
     if (!state.awake) continue;
-    BackOff& back_off = back_offs_[o];
-    state.relaxed = back_off.Relax(dt, &state);
+    InversionRecovery& inversion_recovery = inversion_recoveries_[o];
+    state.relaxed = inversion_recovery.Relax(dt, &state);
     if (!state.control_displacements.allFinite()) {
       state.control_displacements.setZero();
       state.contacts.Clear();
     }
-    if (back_off.not_finite()) record_.flags |= kStepNotFinite;
-    if (back_off.folded()) record_.flags |= kStepFolded;
-    if (back_off.recovering()) record_.flags |= kStepRecovering;
+    if (inversion_recovery.not_finite()) record_.flags |= kStepNotFinite;
+    if (inversion_recovery.inverted()) record_.flags |= kStepInverted;
+    if (inversion_recovery.recovering()) record_.flags |= kStepRecovering;
     if (!state.relaxed.converged) record_.flags |= kStepBudgetSpent;
     if (state.relaxed.regularised) record_.flags |= kStepContactsRegularised;
     record_.iterations += state.relaxed.iterations;
@@ -296,9 +298,9 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.step = record_;
   sample_.organ_count = static_cast<int>(states_.size());
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    sample_.organs[o] = {states_[o].relaxed.iterations,   states_[o].relaxed.out_of_time,
-                         back_offs_[o].folded(),          back_offs_[o].recovering(),
-                         states_[o].quality.finite_share, states_[o].quality.local_share};
+    sample_.organs[o] = {states_[o].relaxed.iterations,       states_[o].relaxed.out_of_time,
+                         inversion_recoveries_[o].inverted(), inversion_recoveries_[o].recovering(),
+                         states_[o].quality.finite_share,     states_[o].quality.local_share};
   }
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;

@@ -148,7 +148,7 @@ void OrganModel::BuildLatticeModel() {
         ElasticWeights(options_, bounds_, held.back().points, held.back().weights);
   }
   BuildEnergy({tissue.points, tissue.weights.cwiseProduct(stiffness)}, cells, held);
-  fold_watch_.emplace(*lattice_, local_ ? &local_->finer() : nullptr, tissue);
+  inversion_detector_.emplace(*lattice_, local_ ? &local_->finer() : nullptr, tissue);
 }
 
 void OrganModel::BuildSurfaceModel() {

@@ -15,7 +15,7 @@
 #include "engine/contact/half_space.h"
 #include "engine/contact/surface_kernel.h"
 #include "engine/contact/tip_compliance.h"
-#include "engine/energy/fold_watch.h"
+#include "engine/energy/inversion_detector.h"
 #include "engine/lattice/lattice.h"
 #include "engine/lattice/relocation.h"
 #include "engine/mesh/collision.h"
@@ -62,7 +62,9 @@ class OrganModel {
   /// The springs of model "mass_spring" at rest, to copy; nullptr for the other models.
   const MassSpring* springs() const { return springs_ ? &*springs_ : nullptr; }
   /// Of a lattice's tissue; nullptr for the other models.
-  const FoldWatch* fold_watch() const { return fold_watch_ ? &*fold_watch_ : nullptr; }
+  const InversionDetector* inversion_detector() const {
+    return inversion_detector_ ? &*inversion_detector_ : nullptr;
+  }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
   const Vector3d& centre_of_volume_W() const { return centre_of_volume_W_; }  ///< m.
   /// Things that work but are probably not meant, one line each.
@@ -127,7 +129,7 @@ class OrganModel {
   std::unique_ptr<const ElasticEnergy> finite_energy_;
   std::optional<LocalFunctions> local_;
   Eigen::SparseMatrix<double> local_weights_;  // V x N: basis values of the local functions
-  std::optional<FoldWatch> fold_watch_;
+  std::optional<InversionDetector> inversion_detector_;
   std::optional<SurfaceContinuum> continuum_;
   std::optional<MassSpring> springs_;
   double tissue_volume_ = 0;

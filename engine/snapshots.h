@@ -181,7 +181,8 @@ enum StepFlag : std::uint32_t {
   kStepContactsDropped = 1u << 2,  ///< More contacts than kMaxContacts on one organ: the first
                                    ///< tool's were kept, its jaws' before its shaft's.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
-  kStepFolded = 1u << 4,      ///< Tissue is turned inside out: pull back, or more and finer cells.
+  kStepInverted = 1u << 4,    ///< Tissue is turned inside out: pull back, or more and finer
+                              ///< cells.
   kStepRecovering = 1u << 5,  ///< An organ of finite strain does not follow its tools all the way,
                               ///< so that it stays sound: pull back, or more newton_iterations.
   kStepShed = 1u << 6,  ///< Steps took longer than their budget and do less: fewer cells, fewer
@@ -235,7 +236,7 @@ struct SceneSnapshot {
 struct OrganRelaxation {
   std::int32_t iterations = 0;
   bool out_of_time = false;  ///< Its clock stopped it: a replay stops after as many iterations.
-  bool folded = false;       ///< kStepFolded, of this organ.
+  bool inverted = false;     ///< kStepInverted, of this organ.
   bool recovering = false;   ///< kStepRecovering, of this organ.
   double finite_share = 0;   ///< OrganQuality, which a replay obeys.
   double local_share = 0;    ///< Likewise.

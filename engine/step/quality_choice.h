@@ -16,15 +16,15 @@ struct QualityCeiling {
 /// no hand feels.
 ///
 /// Adaptive strain begins in small strain, and goes to finite strain when |grad u|
-/// (FoldWatch::LargestGradient) exceeds `finite_from`, and back below kBack times that. On the way
-/// the energy is a blend of both (blended_energy.h), whose shares move only so far in a step that
-/// the force changes by about kForceStep of itself; up to kMostForceStep where the tissue is as
-/// many times beyond the bound, so that a fast tool does not leave the model behind. An energy E
-/// changes by (dE/ds) / E ds where the contacts hold the tissue and do no work, and the force, its
-/// derivative by the depth, by kForceOverEnergy times as much of itself: both strains agree to
-/// second order, so what is between them is of third order and more in the depth, and E of second.
-/// Ceilings and what the local functions do are followed in the same way. Without contact there is
-/// no force, and nothing to be gradual about.
+/// (InversionDetector::LargestGradient) exceeds `finite_from`, and back below kBack times that. On
+/// the way the energy is a blend of both (blended_energy.h), whose shares move only so far in a
+/// step that the force changes by about kForceStep of itself; up to kMostForceStep where the tissue
+/// is as many times beyond the bound, so that a fast tool does not leave the model behind. An
+/// energy E changes by (dE/ds) / E ds where the contacts hold the tissue and do no work, and the
+/// force, its derivative by the depth, by kForceOverEnergy times as much of itself: both strains
+/// agree to second order, so what is between them is of third order and more in the depth, and E of
+/// second. Ceilings and what the local functions do are followed in the same way. Without contact
+/// there is no force, and nothing to be gradual about.
 ///
 /// A blend may be a little stiffer than both (small strain resists rotation), which is why it is
 /// gone through and not stayed in.

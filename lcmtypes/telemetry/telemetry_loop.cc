@@ -242,7 +242,7 @@ void TelemetryLoop::ReportOrgans(const StepSample& sample) {
   const auto count = std::min(organs_.size(), static_cast<std::size_t>(sample.organ_count));
   for (std::size_t o = 0; o < count; ++o) {
     const bool recovering = sample.organs[o].recovering;
-    if (sample.organs[o].folded || recovering) {
+    if (sample.organs[o].inverted || recovering) {
       organ_unsound_last_[o] = sample.step.time_ns;
       if (organ_unsound_[o]) continue;
       organ_unsound_[o] = true;

@@ -43,8 +43,8 @@ std::vector<StatusLine> LoopLines(const Status& status) {
   }
   if ((health.step_flags & kStepRecovering) != 0) {
     lines.push_back({"tissue holds back", Tone::kWarning});
-  } else if ((health.step_flags & kStepFolded) != 0) {
-    lines.push_back({"tissue folded", Tone::kWarning});
+  } else if ((health.step_flags & kStepInverted) != 0) {
+    lines.push_back({"tissue inverted", Tone::kWarning});
   }
   if ((health.step_flags & kStepShed) != 0) lines.push_back({"does less", Tone::kWarning});
   if (status.frame_hz > 0) lines.push_back({Text("picture %.0f Hz", status.frame_hz)});

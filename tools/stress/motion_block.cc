@@ -137,9 +137,9 @@ void AddReturn(StressBody* body, double released, StressTrial* trial) {
   } else if (outcome.displacement > StressBody::kAtRest) {
     trial->fate = StressFate::kFailed;
     trial->how = Format("%.2g mm stay", 1e3 * outcome.displacement);
-  } else if (outcome.folded_share > 0) {
+  } else if (outcome.inverted_share > 0) {
     trial->fate = std::max(trial->fate, StressFate::kDegraded);
-    trial->how = Format("%.2g %% inside out", 100 * outcome.folded_share);
+    trial->how = Format("%.2g %% inside out", 100 * outcome.inverted_share);
   } else if ((outcome.flags & kStepRecovering) != 0) {
     trial->fate = std::max(trial->fate, StressFate::kDegraded);
     trial->how = "left behind";

@@ -41,7 +41,7 @@ StressCase OneTool(StressCase stress_case, bool quick, std::function<StressTool(
 StressCase PressDeep(bool quick) {
   return OneTool(
       MotionCase("press_deep",
-                 "A ball of 20 mm pressed into 100 mm of tissue, until it folds, and away",
+                 "A ball of 20 mm pressed into 100 mm of tissue, until it inverts, and away",
                  {"depth over thickness", "%", 5, 50, 110}),
       quick, [](double share) { return BlockBall(share / 100 * kBlockThickness, 0.2, kReleased); });
 }
@@ -193,10 +193,10 @@ StressCase Viscous(bool quick) {
     if (outcome.largest_displacement > 2 * kWay) {
       trial.fate = StressFate::kFailed;
       trial.how = Format("%.2g mm away", 1e3 * outcome.largest_displacement);
-    } else if (outcome.folded_share > 0 || (outcome.flags & kStepRecovering) != 0) {
+    } else if (outcome.inverted_share > 0 || (outcome.flags & kStepRecovering) != 0) {
       trial.fate = std::max(trial.fate, StressFate::kDegraded);
-      trial.how = outcome.folded_share > 0
-                      ? Format("%.2g %% inside out", 100 * outcome.folded_share)
+      trial.how = outcome.inverted_share > 0
+                      ? Format("%.2g %% inside out", 100 * outcome.inverted_share)
                       : "left behind";
     }
     trial.harm = Harm(outcome, std::numeric_limits<double>::infinity());

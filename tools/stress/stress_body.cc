@@ -159,11 +159,11 @@ void StressBody::MeasureStep() {
   outcome_.displacement = (state.vertices - organ().rest().vertices).rowwise().norm().maxCoeff();
   outcome_.largest_displacement = std::max(outcome_.largest_displacement, outcome_.displacement);
   if (!(outcome_.displacement <= kAtRest)) outcome_.last_off_rest = ToSeconds(step_.step.time_ns);
-  if (organ().fold_watch() == nullptr) return;
-  const FoldWatch::Folds folds =
-      organ().fold_watch()->EvaluateAll(state.contacts.local, state.control_displacements);
-  outcome_.least_determinant = std::min(outcome_.least_determinant, folds.least);
-  outcome_.folded_share = std::max(outcome_.folded_share, folds.share);
+  if (organ().inversion_detector() == nullptr) return;
+  const InversionDetector::Inversion inversion =
+      organ().inversion_detector()->EvaluateAll(state.contacts.local, state.control_displacements);
+  outcome_.least_determinant = std::min(outcome_.least_determinant, inversion.least);
+  outcome_.inverted_share = std::max(outcome_.inverted_share, inversion.share);
 }
 
 void StressBody::MeasureTick() {

@@ -41,7 +41,7 @@ struct StressTool {
 struct StressOutcome {
   // Of the tissue, after each step; every quadrature point evaluated.
   double least_determinant = 1;     ///< det(F).
-  double folded_share = 0;          ///< Largest share (0..1) of the volume with det(F) <= 0.
+  double inverted_share = 0;        ///< Largest share (0..1) of the volume with det(F) <= 0.
   double largest_displacement = 0;  ///< m, of a vertex, any time.
   double displacement = 0;          ///< m, of the vertex farthest from rest, after the last step.
   double last_off_rest = 0;  ///< s: session time of the last step that had a vertex kAtRest away.

@@ -10,7 +10,7 @@ namespace hpdm {
 /// the same claims.
 std::vector<StressCase> MaterialStress(bool quick);  ///< Tissue, lattice and solver, at rest.
 std::vector<StressCase> ContactStress(bool quick);   ///< Rows of contacts, coincident and many.
-std::vector<StressCase> MotionStress(bool quick);    ///< Tissue taken where it folds.
+std::vector<StressCase> MotionStress(bool quick);    ///< Tissue taken where it inverts.
 std::vector<StressCase> HapticStress(bool quick);    ///< Tip, tick and device.
 
 }  // namespace hpdm

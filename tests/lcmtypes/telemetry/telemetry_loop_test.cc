@@ -447,7 +447,7 @@ TEST(TelemetryLoop, ADeviceThatIsLostAndComesBackIsTwoEventsAtTheirTicks) {
   EXPECT_EQ(devices[1].time_ns, 250 * kPeriod);
 }
 
-TEST(TelemetryLoop, AnOrganThatFoldsIsTwoEventsHoweverOftenItDoes) {
+TEST(TelemetryLoop, AnInvertedOrganIsTwoEventsHoweverOftenItInverts) {
   const ScratchFolder folder;
   {
     SpscQueue<HapticSample> samples(4);
@@ -459,7 +459,7 @@ TEST(TelemetryLoop, AnOrganThatFoldsIsTwoEventsHoweverOftenItDoes) {
       sample.step.number = n;
       sample.step.time_ns = static_cast<Nanoseconds>(n) * 33 * kPeriod;
       sample.organ_count = 1;
-      sample.organs[0].folded = n >= 10 && n < 20 && n % 2 == 0;
+      sample.organs[0].inverted = n >= 10 && n < 20 && n % 2 == 0;
       sample.organs[0].recovering = n >= 40;
       edges.steps.Push(sample);
     }

@@ -140,11 +140,11 @@ TEST(GlyphAtlas, GlyphsDoNotOverlapInTheAtlas) {
   }
 }
 
-TEST(StatusText, TellsAnOrganThatFoldsOrHoldsBack) {
+TEST(StatusText, ReportsAnOrganThatIsInvertedOrHeldBack) {
   Scenery scenery;
   EXPECT_FALSE(Says(scenery.Text().loops, "tissue"));
-  scenery.health.step_flags = kStepFolded;
-  EXPECT_TRUE(Says(scenery.Text().loops, "tissue folded"));
+  scenery.health.step_flags = kStepInverted;
+  EXPECT_TRUE(Says(scenery.Text().loops, "tissue inverted"));
   scenery.health.step_flags |= kStepRecovering;
   EXPECT_TRUE(Says(scenery.Text().loops, "tissue holds back"));
 }

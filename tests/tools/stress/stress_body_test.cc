@@ -110,7 +110,7 @@ TEST(StressBody, MeasuresWhatAGentlePressDoes) {
   const StressOutcome& outcome = body.outcome();
   EXPECT_EQ(outcome.steps, 35) << "36 began, and the last is not visible yet";
   EXPECT_EQ(outcome.flags, kStepOk);
-  EXPECT_EQ(outcome.folded_share, 0);
+  EXPECT_EQ(outcome.inverted_share, 0);
   EXPECT_NEAR(outcome.force, body.tick().tools[0].force_W.norm(), 1e-3) << "it holds";
   EXPECT_GT(outcome.force, 0.1);
   EXPECT_NEAR(outcome.force, outcome.tissue_force, 0.02 * outcome.force);
@@ -125,9 +125,10 @@ TEST_P(StressBodyOfModel, ComesBackFromAGraspThroughItselfAsIfNothingHadBeen) {
   body.RunUntil(1.3);
   ExpectHarmless(body.outcome(), 1);
   if (GetParam().energy.strain == StrainMeasure::kFinite) {
-    EXPECT_EQ(body.outcome().folded_share, 0) << "what folds is taken back before it is shown";
-  } else if (body.outcome().folded_share > 0) {
-    EXPECT_NE(body.outcome().flags & kStepFolded, 0u);
+    EXPECT_EQ(body.outcome().inverted_share, 0)
+        << "an inverting step is rejected before it is shown";
+  } else if (body.outcome().inverted_share > 0) {
+    EXPECT_NE(body.outcome().flags & kStepInverted, 0u);
   }
   EXPECT_EQ(body.step().step.flags, kStepOk);
 }
@@ -170,7 +171,7 @@ TEST(StressBody, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
     body.RunUntil(1);
     forces.push_back(body.outcome().tissue_force);
     EXPECT_LT(body.outcome().largest_displacement, 1.2 * kWay) << "what bulges beside the jaws";
-    EXPECT_EQ(body.outcome().flags & (kStepFolded | kStepRecovering), 0u);
+    EXPECT_EQ(body.outcome().flags & (kStepInverted | kStepRecovering), 0u);
   }
   // A way of a tenth of the organ's thickness: strains of some percent.
   EXPECT_NEAR(forces[1] / forces[0], 1, 0.1);
@@ -237,8 +238,8 @@ TEST(StressBody, AfterTooMuchALittleIsFollowedAgain) {
     EXPECT_NE(spoilt.step().step.flags & kStepRecovering, 0u);
     spoilt.RunUntil(1.6);
     fresh.RunUntil(1.6);
-    EXPECT_EQ(spoilt.step().step.flags & (kStepRecovering | kStepFolded), 0u);
-    EXPECT_EQ(fresh.outcome().flags & (kStepRecovering | kStepFolded), 0u);
+    EXPECT_EQ(spoilt.step().step.flags & (kStepRecovering | kStepInverted), 0u);
+    EXPECT_EQ(fresh.outcome().flags & (kStepRecovering | kStepInverted), 0u);
     // Newton's tolerance and more: the last of its steps changes 1e-6 of the load.
     EXPECT_LT((spoilt.state().vertices - fresh.state().vertices).rowwise().norm().maxCoeff(), 1e-5);
   }

@@ -1,4 +1,4 @@
-#include "engine/step/back_off.h"
+#include "engine/step/inversion_recovery.h"
 
 #include <gtest/gtest.h>
 
@@ -39,13 +39,13 @@ void Hold(const OrganModel& model, const Vector3d& move, ContactSet* contacts) {
                                    [&](int column, double value) { weights[column] = value; });
 }
 
-class BackOffTest : public testing::Test {
+class InversionRecoveryTest : public testing::Test {
  protected:
   void Hold(const Vector3d& move) { hpdm::Hold(models_[0], move, &state_.contacts); }
-  void Relax() { back_off_.Relax(1. / 30, &state_); }
-  FoldWatch::Folds Folds() const {
-    return models_[0].fold_watch()->EvaluateAll(state_.contacts.local,
-                                                state_.control_displacements);
+  void Relax() { inversion_recovery_.Relax(1. / 30, &state_); }
+  InversionDetector::Inversion Evaluate() const {
+    return models_[0].inversion_detector()->EvaluateAll(state_.contacts.local,
+                                                        state_.control_displacements);
   }
   double Height() const {  // of the point above its rest
     return (state_.contacts.Weights().row(0) * state_.control_displacements)[2];
@@ -54,37 +54,37 @@ class BackOffTest : public testing::Test {
   std::vector<OrganModel> models_ =
       OneOrgan(FiniteOptions(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   OrganState state_{models_[0], 1};
-  BackOff back_off_{models_[0], state_};
+  InversionRecovery inversion_recovery_{models_[0], state_};
 };
 
-TEST_F(BackOffTest, WhatCanBeFollowedIsFollowedAtOnce) {
+TEST_F(InversionRecoveryTest, WhatCanBeFollowedIsFollowedAtOnce) {
   Hold(Vector3d(0, 0, 0.01));
   Relax();
-  EXPECT_FALSE(back_off_.folded());
-  EXPECT_FALSE(back_off_.recovering());
+  EXPECT_FALSE(inversion_recovery_.inverted());
+  EXPECT_FALSE(inversion_recovery_.recovering());
   EXPECT_NEAR(Height(), 0.01, 1e-9);  // the pad compliance's share
 }
 
-TEST_F(BackOffTest, WhatFoldsIsTakenBackAndApproachedWithinASecond) {
+TEST_F(InversionRecoveryTest, AnInvertingStepIsRejectedAndApproachedWithinASecond) {
   Hold(Vector3d(0, 0, -0.12));
   Relax();
-  EXPECT_TRUE(back_off_.folded());
-  EXPECT_TRUE(back_off_.recovering());
+  EXPECT_TRUE(inversion_recovery_.inverted());
+  EXPECT_TRUE(inversion_recovery_.recovering());
   EXPECT_NEAR(Height(), 0, 1e-9) << "the last sound state was rest";
   for (int step = 0; step < 30; ++step) {
     Hold(Vector3d(0, 0, -0.12));
     Relax();
     ASSERT_EQ(state_.contacts.size(), 1) << step;
-    ASSERT_GT(Folds().least, 0) << step;
+    ASSERT_GT(Evaluate().least, 0) << step;
     EXPECT_TRUE(state_.contacts[0].force_W.allFinite());
   }
   EXPECT_LT(Height(), -0.01);
-  EXPECT_FALSE(back_off_.folded()) << "no load step fails any more";
-  EXPECT_TRUE(back_off_.recovering());
+  EXPECT_FALSE(inversion_recovery_.inverted()) << "no load step fails any more";
+  EXPECT_TRUE(inversion_recovery_.recovering());
   EXPECT_NEAR(state_.contacts[0].target_W.z(), -0.07, 1e-12) << "what is asked is left alone";
 }
 
-TEST_F(BackOffTest, LessThanItFollowsEndsIt) {
+TEST_F(InversionRecoveryTest, LessThanItFollowsEndsIt) {
   for (int step = 0; step < 30; ++step) {
     Hold(Vector3d(0, 0, -0.12));
     Relax();
@@ -92,44 +92,44 @@ TEST_F(BackOffTest, LessThanItFollowsEndsIt) {
   const double reached = Height();
   Hold(Vector3d(0, 0, 0.9 * reached));
   Relax();
-  EXPECT_FALSE(back_off_.recovering());
+  EXPECT_FALSE(inversion_recovery_.recovering());
   EXPECT_NEAR(Height(), 0.9 * reached, 1e-9);
   state_.contacts.Clear();
   Relax();
   EXPECT_EQ(state_.control_displacements.norm(), 0);
 }
 
-TEST_F(BackOffTest, WhatIsNotFiniteIsTakenBackToTheLastSoundState) {
+TEST_F(InversionRecoveryTest, AStepThatIsNotFiniteGoesBackToTheLastSoundState) {
   Hold(Vector3d(0, 0, 0.01));
   for (int step = 0; step < 5; ++step) Relax();
   const Points sound = state_.control_displacements;
   state_.contacts.WeightRow(0)[3] = std::numeric_limits<double>::quiet_NaN();
   Relax();
-  EXPECT_TRUE(back_off_.not_finite());
+  EXPECT_TRUE(inversion_recovery_.not_finite());
   EXPECT_TRUE(state_.control_displacements.allFinite());
   Hold(Vector3d(0, 0, 0.01));
   for (int step = 0; step < 30; ++step) Relax();
-  EXPECT_FALSE(back_off_.recovering());
+  EXPECT_FALSE(inversion_recovery_.recovering());
   EXPECT_LT((state_.control_displacements - sound).norm(), 1e-6 * sound.norm());
 }
 
-TEST(BackOff, AllocatesNothing) {
+TEST(InversionRecovery, AllocatesNothing) {
   if (!kCountsAllocations) GTEST_SKIP() << "the sanitizer's allocator";
   OrganOptions options = FiniteOptions();
   options.energy.strain = StrainMeasure::kSmall;  // Newton's method has Eigen's scratch space
   const std::vector<OrganModel> models = OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   OrganState state(models[0], 1);
-  BackOff back_off(models[0], state);
+  InversionRecovery inversion_recovery(models[0], state);
   Hold(models[0], Vector3d(0, 0, -0.12), &state.contacts);
   const long before = AllocationsOfThisThread();
-  for (int step = 0; step < 10; ++step) back_off.Relax(1. / 30, &state);
+  for (int step = 0; step < 10; ++step) inversion_recovery.Relax(1. / 30, &state);
   EXPECT_EQ(AllocationsOfThisThread(), before);
-  EXPECT_TRUE(back_off.folded());
+  EXPECT_TRUE(inversion_recovery.inverted());
 }
 
 // One of the two loops has a clock that lets it make one or two iterations, the other obeys its
 // log.
-TEST(BackOff, AReplayTakesBackTheSameSteps) {
+TEST(InversionRecovery, AReplayRejectsTheSameSteps) {
   const std::vector<OrganModel> models =
       OneOrgan(FiniteOptions(MaterialLaw::kNeoHookean), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   Nanoseconds now = 0, longer = 0;
@@ -170,7 +170,7 @@ TEST(BackOff, AReplayTakesBackTheSameSteps) {
   }
   EXPECT_TRUE(out_of_time);
   EXPECT_NE(flags & kStepRecovering, 0u);
-  EXPECT_NE(flags & kStepFolded, 0u);
+  EXPECT_NE(flags & kStepInverted, 0u);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "engine/energy/fold_watch.h"
+#include "engine/energy/inversion_detector.h"
 
 #include <gtest/gtest.h>
 
@@ -25,13 +25,13 @@ LatticeOptions Lattice3(BasisType basis, int degree) {
 }
 
 // Every basis over a 0.2 x 0.15 x 0.1 m box that is turned in the world.
-class FoldWatchTest : public testing::TestWithParam<std::pair<BasisType, int>> {
+class InversionDetectorTest : public testing::TestWithParam<std::pair<BasisType, int>> {
  protected:
-  FoldWatchTest()
+  InversionDetectorTest()
       : lattice_({SomePose().translation(), SomePose().linear(), Vector3d(0.2, 0.15, 0.1)},
                  Lattice3(GetParam().first, GetParam().second)),
         tissue_(BoxQuadrature(lattice_.box(), {9, 8, 8})),
-        watch_(lattice_, nullptr, tissue_) {}
+        detector_(lattice_, nullptr, tissue_) {}
 
   Points LinearMap(const Matrix3d& F) const {
     return lattice_.ControlPoints() * (F - Matrix3d::Identity()).transpose();
@@ -39,45 +39,45 @@ class FoldWatchTest : public testing::TestWithParam<std::pair<BasisType, int>> {
 
   Lattice lattice_;
   Quadrature tissue_;
-  FoldWatch watch_;
+  InversionDetector detector_;
   // In one call.
-  double FoldedShare(const Points& U) const {
-    FoldWatch::Sweep sweep(watch_);
-    const bool folded = watch_.Folded(none_, U, 1, &sweep);
-    EXPECT_EQ(folded, sweep.share > 0);
-    return sweep.share;
+  double InvertedShare(const Points& U) const {
+    InversionDetector::ScanState scan(detector_);
+    const bool inverted = detector_.Inverted(none_, U, 1, &scan);
+    EXPECT_EQ(inverted, scan.share > 0);
+    return scan.share;
   }
 
   ActiveFunctions none_{0, 0};
 };
 
-TEST_P(FoldWatchTest, MirroredTissueIsAllFoldedAndTurnedTissueIsNot) {
-  EXPECT_EQ(FoldedShare(Points::Zero(lattice_.size(), 3)), 0);
-  EXPECT_EQ(watch_.EvaluateAll(none_, Points::Zero(lattice_.size(), 3)).least, 1);
+TEST_P(InversionDetectorTest, MirroredTissueIsAllInvertedAndTurnedTissueIsNot) {
+  EXPECT_EQ(InvertedShare(Points::Zero(lattice_.size(), 3)), 0);
+  EXPECT_EQ(detector_.EvaluateAll(none_, Points::Zero(lattice_.size(), 3)).least, 1);
   const Points mirrored = LinearMap(Vector3d(1, -1, 1).asDiagonal());
-  EXPECT_NEAR(FoldedShare(mirrored), 1, 1e-12);  // rounding of the sum
-  EXPECT_NEAR(watch_.EvaluateAll(none_, mirrored).least, -1, 1e-9);
-  // Half a turn is far beyond what the bound clears, and folds nothing.
+  EXPECT_NEAR(InvertedShare(mirrored), 1, 1e-12);  // rounding of the sum
+  EXPECT_NEAR(detector_.EvaluateAll(none_, mirrored).least, -1, 1e-9);
+  // Half a turn is far beyond what the bound clears, and inverts nothing.
   const Points turned =
       LinearMap(Eigen::AngleAxisd(std::numbers::pi, Vector3d(1, 2, 2) / 3).toRotationMatrix());
-  EXPECT_EQ(FoldedShare(turned), 0);
-  EXPECT_NEAR(watch_.EvaluateAll(none_, turned).least, 1, 1e-9);
+  EXPECT_EQ(InvertedShare(turned), 0);
+  EXPECT_NEAR(detector_.EvaluateAll(none_, turned).least, 1, 1e-9);
 }
 
-TEST_P(FoldWatchTest, TheBoundNeverClearsWhatIsFolded) {
+TEST_P(InversionDetectorTest, TheBoundNeverClearsWhatIsInverted) {
   srand(1);
   const Points shape = Points::Random(lattice_.size(), 3);
   bool clear = false, partly = false;
   for (double size = 0.001; size < 0.2; size *= 1.1) {
-    const FoldWatch::Folds all = watch_.EvaluateAll(none_, size * shape);
-    EXPECT_NEAR(FoldedShare(size * shape), all.share, 1e-14) << size;
+    const InversionDetector::Inversion all = detector_.EvaluateAll(none_, size * shape);
+    EXPECT_NEAR(InvertedShare(size * shape), all.share, 1e-14) << size;
     clear = clear || all.share == 0;
     partly = partly || (all.share > 0 && all.share < 0.3);
   }
   EXPECT_TRUE(clear && partly) << "the sizes cross the border";
 }
 
-TEST_P(FoldWatchTest, DeterminantsAreThoseOfTheLatticesGradients) {
+TEST_P(InversionDetectorTest, DeterminantsAreThoseOfTheLatticesGradients) {
   srand(2);
   const Points U = 0.02 * Points::Random(lattice_.size(), 3);
   const auto gradients = lattice_.GradientWeights(tissue_.points);
@@ -88,52 +88,52 @@ TEST_P(FoldWatchTest, DeterminantsAreThoseOfTheLatticesGradients) {
     least = std::min(least, F.determinant());
   }
   EXPECT_LT(least, 0.9);
-  EXPECT_NEAR(watch_.EvaluateAll(none_, U).least, least, 1e-12);
+  EXPECT_NEAR(detector_.EvaluateAll(none_, U).least, least, 1e-12);
 }
 
-TEST_P(FoldWatchTest, ASweepInPiecesFindsTheSame) {
+TEST_P(InversionDetectorTest, AScanInPiecesFindsTheSame) {
   srand(1);
   const Points U = 0.08 * Points::Random(lattice_.size(), 3);
-  const double share = watch_.EvaluateAll(none_, U).share;
+  const double share = detector_.EvaluateAll(none_, U).share;
   ASSERT_GT(share, 0.01);
-  FoldWatch::Sweep sweep(watch_);
+  InversionDetector::ScanState scan(detector_);
   int calls = 1;
-  bool told = watch_.Folded(none_, U, 5, &sweep);
-  for (; sweep.share == 0 && calls < 1000; ++calls) {
-    const bool folded = watch_.Folded(none_, U, 5, &sweep);
-    EXPECT_GE(folded, told) << "once found, it stays so until a sweep says otherwise";
-    told = folded;
+  bool told = detector_.Inverted(none_, U, 5, &scan);
+  for (; scan.share == 0 && calls < 1000; ++calls) {
+    const bool inverted = detector_.Inverted(none_, U, 5, &scan);
+    EXPECT_GE(inverted, told) << "once found, it stays so until a scan says otherwise";
+    told = inverted;
   }
   EXPECT_GT(calls, 1);
   EXPECT_LE(calls, 5);
-  EXPECT_NEAR(sweep.share, share, 1e-12);  // rounding of the sum
+  EXPECT_NEAR(scan.share, share, 1e-12);  // rounding of the sum
   // What is gone is gone at once: there is nothing left to evaluate.
-  EXPECT_FALSE(watch_.Folded(none_, 0 * U, 5, &sweep));
+  EXPECT_FALSE(detector_.Inverted(none_, 0 * U, 5, &scan));
 }
 
 // The functions at an organ's border may have a trace of tissue only, and move without moving it.
-TEST_P(FoldWatchTest, WhatHardlyTouchesTheTissueDoesNotSpoilTheBound) {
+TEST_P(InversionDetectorTest, WhatHardlyTouchesTheTissueDoesNotSpoilTheBound) {
   Quadrature inner = tissue_;
   for (Eigen::Index q = 0; q < inner.points.rows(); ++q) {
     const Vector3d c = lattice_.box().ToUnit(inner.points.row(q).transpose());
     inner.points.row(q) = lattice_.box().FromUnit(0.6 * c);
   }
-  const FoldWatch watch(lattice_, nullptr, inner);
+  const InversionDetector detector(lattice_, nullptr, inner);
   Points U = Points::Zero(lattice_.size(), 3);
   U.row(lattice_.size() - 1).setConstant(0.2);  // eight times the spacing
-  FoldWatch::Sweep sweep(watch);
-  EXPECT_FALSE(watch.Folded(none_, U, 1, &sweep));
-  EXPECT_EQ(std::count(sweep.clear.begin(), sweep.clear.end(), false), 0);
+  InversionDetector::ScanState scan(detector);
+  EXPECT_FALSE(detector.Inverted(none_, U, 1, &scan));
+  EXPECT_EQ(std::count(scan.clear.begin(), scan.clear.end(), false), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bases, FoldWatchTest,
+INSTANTIATE_TEST_SUITE_P(Bases, InversionDetectorTest,
                          testing::Values(std::pair(BasisType::kBSpline, 1),
                                          std::pair(BasisType::kBSpline, 2),
                                          std::pair(BasisType::kBSpline, 3),
                                          std::pair(BasisType::kBernstein, 3)));
 
 // A liver-sized ellipsoid with local functions under two places.
-TEST(FoldWatch, LocalFunctionsCount) {
+TEST(InversionDetector, LocalFunctionsCount) {
   OrganOptions options;
   options.name = "ellipsoid";
   options.energy.type = EnergyType::kStrain;
@@ -149,17 +149,17 @@ TEST(FoldWatch, LocalFunctionsCount) {
   U.topRows(n) = 0.002 * Points::Random(n, 3);
   const Points shape = Points::Random(active.slots(), 3);
   bool partly = false;
-  FoldWatch::Sweep sweep(*model.fold_watch());
+  InversionDetector::ScanState scan(*model.inversion_detector());
   for (double size = 0.001; size < 0.1; size *= 1.2) {
     U.bottomRows(active.slots()) = size * shape;
-    const FoldWatch::Folds all = model.fold_watch()->EvaluateAll(active, U);
-    EXPECT_EQ(model.fold_watch()->Folded(active, U, 1, &sweep), all.share > 0);
-    EXPECT_NEAR(sweep.share, all.share, 1e-14) << size;
+    const InversionDetector::Inversion all = model.inversion_detector()->EvaluateAll(active, U);
+    EXPECT_EQ(model.inversion_detector()->Inverted(active, U, 1, &scan), all.share > 0);
+    EXPECT_NEAR(scan.share, all.share, 1e-14) << size;
     partly = partly || (all.share > 0 && all.share < 0.3);
   }
   EXPECT_TRUE(partly);
   const long before = AllocationsOfThisThread();
-  model.fold_watch()->Folded(active, U, 1, &sweep);
+  model.inversion_detector()->Inverted(active, U, 1, &scan);
   EXPECT_EQ(AllocationsOfThisThread(), before) << "the deformation loop asks every step";
 }
 

@@ -1,4 +1,4 @@
-#include "engine/step/back_off.h"
+#include "engine/step/inversion_recovery.h"
 
 #include <algorithm>
 #include <array>
@@ -12,50 +12,50 @@ constexpr double kShortest = 1.0 / 8;
 constexpr double kWholeWay = 0.25;  // s
 // A load step that fails at this share of the way is the last one.
 constexpr double kLeast = 1.0 / 64;
-// What is taken back goes to this share of the last sound way: at its end, the next iteration may
-// fold the tissue.
+// A rejected step goes back to this share of the last sound way: at its end, the next iteration may
+// invert the tissue.
 constexpr double kBack = 0.9;
 
 }  // namespace
 
-BackOff::BackOff(const OrganModel& model, const OrganState& state)
+InversionRecovery::InversionRecovery(const OrganModel& model, const OrganState& state)
     : model_(model),
       at_rest_(state.recovery),
       size_(model.lattice() ? model.lattice()->box().lengths.norm() : 0),
       sound_(Points::Zero(state.control_displacements.rows(), 3)),
       recovery_(state.recovery) {
-  if (model.fold_watch() != nullptr) sweep_.emplace(*model.fold_watch());
+  if (model.inversion_detector() != nullptr) scan_.emplace(*model.inversion_detector());
 }
 
-RelaxationResult BackOff::Relax(double dt, OrganState* state) {
+RelaxationResult InversionRecovery::Relax(double dt, OrganState* state) {
   const RelaxationResult result = RelaxSoundly(dt, state);
-  if (model_.options().energy.strain == StrainMeasure::kAdaptive && sweep_) {
+  if (model_.options().energy.strain == StrainMeasure::kAdaptive && scan_) {
     WatchGradient(*state);
   }
   return result;
 }
 
 // What it was under contacts that are gone says nothing of the next.
-void BackOff::WatchGradient(const OrganState& state) {
+void InversionRecovery::WatchGradient(const OrganState& state) {
   if (state.contacts.size() == 0 || !state.control_displacements.allFinite()) {
-    sweep_->part = 0;
-    sweep_->gradients.fill(0);
+    scan_->part = 0;
+    scan_->gradients.fill(0);
     gradient_ = 0;
     return;
   }
-  gradient_ = model_.fold_watch()->LargestGradient(state.contacts.local,
-                                                   state.control_displacements, &*sweep_);
+  gradient_ = model_.inversion_detector()->LargestGradient(state.contacts.local,
+                                                           state.control_displacements, &*scan_);
 }
 
-RelaxationResult BackOff::RelaxSoundly(double dt, OrganState* state) {
-  folded_ = not_finite_ = false;
+RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
+  inverted_ = not_finite_ = false;
   const double demand = Demand(state->contacts);
   const bool is_free = state->contacts.size() == 0;
   if (IsLinear(*state) || is_free) {
-    if (is_free || recovering_) Forget();
+    if (is_free || recovering_) Reset();
     const RelaxationResult result = RelaxWithin(demand, dt, state);
     not_finite_ = !state->control_displacements.allFinite();
-    folded_ = !not_finite_ && Folds(*state);
+    inverted_ = !not_finite_ && IsInverted(*state);
     if (model_.finite_energy() != nullptr && !is_free && !not_finite_) {
       sound_ = state->control_displacements;
       sound_reach_ = demand;
@@ -68,7 +68,7 @@ RelaxationResult BackOff::RelaxSoundly(double dt, OrganState* state) {
   recovery_ = state->recovery;
   const RelaxationResult result = RelaxWithin(reach, dt, state);
   if (!Sound(demand, *state)) {
-    const RelaxationResult second = TakeBack(demand, dt, state);
+    const RelaxationResult second = RejectStep(demand, dt, state);
     // A replay obeys the first.
     return {.iterations = result.iterations,
             .residual = second.residual,
@@ -84,7 +84,7 @@ RelaxationResult BackOff::RelaxSoundly(double dt, OrganState* state) {
 }
 
 // How far the contacts' points are to go from rest, m: the farthest of them.
-double BackOff::Demand(const ContactSet& contacts) const {
+double InversionRecovery::Demand(const ContactSet& contacts) const {
   double demand = 0;
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactSet::Row& row = contacts[i];
@@ -98,7 +98,7 @@ double BackOff::Demand(const ContactSet& contacts) const {
 }
 
 // With every contact taken `reach` over the demand of its way.
-RelaxationResult BackOff::RelaxWithin(double reach, double dt, OrganState* state) {
+RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt, OrganState* state) {
   ContactSet& contacts = state->contacts;
   const double demand = Demand(contacts);
   const double share = demand > reach ? reach / demand : 1;
@@ -114,30 +114,30 @@ RelaxationResult BackOff::RelaxWithin(double reach, double dt, OrganState* state
   return result;
 }
 
-bool BackOff::IsLinear(const OrganState& state) const {
+bool InversionRecovery::IsLinear(const OrganState& state) const {
   return model_.finite_energy() == nullptr || state.quality.finite_share == 0;
 }
 
-bool BackOff::Folds(const OrganState& state) {
-  if (!sweep_) return false;
-  const int calls = IsLinear(state) ? kStepsASweep : 1;
-  return model_.fold_watch()->Folded(state.contacts.local, state.control_displacements, calls,
-                                     &*sweep_);
+bool InversionRecovery::IsInverted(const OrganState& state) {
+  if (!scan_) return false;
+  const int calls = IsLinear(state) ? kStepsPerScan : 1;
+  return model_.inversion_detector()->Inverted(state.contacts.local, state.control_displacements,
+                                               calls, &*scan_);
 }
 
-bool BackOff::Sound(double demand, const OrganState& state) {
+bool InversionRecovery::Sound(double demand, const OrganState& state) {
   const Points& U = state.control_displacements;
   if (!U.allFinite()) {
     not_finite_ = true;
     return false;
   }
-  const bool folds = Folds(state);
-  folded_ = folded_ || folds;
+  const bool inverted = IsInverted(state);
+  inverted_ = inverted_ || inverted;
   const bool blends = state.quality.finite_share < 1;
-  return (blends || !folds) && U.cwiseAbs().maxCoeff() <= kFarthest * (demand + size_);
+  return (blends || !inverted) && U.cwiseAbs().maxCoeff() <= kFarthest * (demand + size_);
 }
 
-RelaxationResult BackOff::TakeBack(double demand, double dt, OrganState* state) {
+RelaxationResult InversionRecovery::RejectStep(double demand, double dt, OrganState* state) {
   stride_ = recovering_ ? stride_ / 2 : std::clamp(dt / kWholeWay, kShortest, 1.0) * demand;
   if (stride_ < kLeast * demand) stride_ = 0;
   recovering_ = true;
@@ -160,7 +160,7 @@ RelaxationResult BackOff::TakeBack(double demand, double dt, OrganState* state) 
   return result;
 }
 
-void BackOff::Forget() {
+void InversionRecovery::Reset() {
   recovering_ = false;
   sound_.setZero();
   sound_reach_ = 0;

@@ -10,7 +10,7 @@
 
 namespace hpdm {
 
-/// Whether an organ's tissue is folded: turned inside out by the lattice map, det(F) <= 0 with
+/// Whether an organ's tissue is inverted: turned inside out by the lattice map, det(F) <= 0 with
 /// F = I + grad u, at its quadrature points.
 ///
 /// Few points are evaluated for that. The derivative of u along a lattice axis is a mean of the
@@ -23,45 +23,45 @@ namespace hpdm {
 /// are evaluated, over as many calls as the caller likes.
 ///
 /// Constant once built; read by any thread, without allocation.
-class FoldWatch {
+class InversionDetector {
  public:
   /// `tissue`: world, m, m^3. `finer`: of the organ's local functions, or nullptr.
-  FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue);
+  InversionDetector(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue);
 
   /// Sample points of LargestGradient, spread over the tissue, and into how many calls.
   static constexpr int kSamples = 512;
   static constexpr int kParts = 4;
 
   /// What a caller keeps of a watch from call to call.
-  struct Sweep {
-    explicit Sweep(const FoldWatch& watch);
-    double share = 0;  ///< Of the tissue's volume (0..1) that the last whole sweep found folded.
+  struct ScanState {
+    explicit ScanState(const InversionDetector& detector);
+    double share = 0;  ///< Of the tissue's volume (0..1) that the last whole scan found inverted.
     int part = 0;      // of LargestGradient: the next
     std::array<double, kParts> gradients{};
     std::size_t cell = 0;  // where to go on
     Eigen::Index point = 0;
-    double found = 0;                           // m^3, since the sweep began
+    double found = 0;                           // m^3, since the scan began
     std::array<std::vector<double>, 3> slopes;  // of each pair, 1
     std::vector<double> local;                  // of each cell, 1
     std::vector<bool> clear;                    // of each cell
   };
 
-  /// Goes on with a sweep under the control displacements `U` ((n + slots of `active`) x 3, m,
+  /// Goes on with a scan under the control displacements `U` ((n + slots of `active`) x 3, m,
   /// finite), with as many points that it takes no more than `calls` of them, and 64 at least. True
-  /// when tissue is known to be folded: in what was swept so far or, before its end, in the last
-  /// sweep. With one call it is whole, and the answer exact.
-  bool Folded(const ActiveFunctions& active, const Points& U, int calls, Sweep* sweep) const;
+  /// when tissue is known to be inverted: in what was scanned so far or, before its end, in the
+  /// last scan. With one call it is whole, and the answer exact.
+  bool Inverted(const ActiveFunctions& active, const Points& U, int calls, ScanState* scan) const;
 
   /// How far the tissue is strained and turned: the largest |grad u| (Frobenius) at some of its
   /// points, of which each call evaluates a part, some 40 us, and remembers the others.
-  double LargestGradient(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
+  double LargestGradient(const ActiveFunctions& active, const Points& U, ScanState* scan) const;
 
-  /// The least det(F) of all points, and the folded share: to measure and to test.
-  struct Folds {
+  /// The least det(F) of all points, and the inverted share: to measure and to test.
+  struct Inversion {
     double least = 1;
     double share = 0;
   };
-  Folds EvaluateAll(const ActiveFunctions& active, const Points& U) const;
+  Inversion EvaluateAll(const ActiveFunctions& active, const Points& U) const;
 
   int points() const { return static_cast<int>(points_.rows()); }  ///< Q.
 
@@ -88,8 +88,8 @@ class FoldWatch {
   void AddPairs(int axis, std::vector<int>* pair_at);
   void AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const;
   void AddLocalSlopes();
-  void MeasureSlopes(const ActiveFunctions& active, const Points& U, Sweep* sweep) const;
-  bool Clear(std::size_t index, const Sweep& sweep) const;
+  void MeasureSlopes(const ActiveFunctions& active, const Points& U, ScanState* scan) const;
+  bool Clear(std::size_t index, const ScanState& scan) const;
   Matrix3d Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
   double Determinant(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
 

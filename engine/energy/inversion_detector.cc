@@ -1,4 +1,4 @@
-#include "engine/energy/fold_watch.h"
+#include "engine/energy/inversion_detector.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -86,7 +86,8 @@ void AddGradient(const Lattice& lattice, const Vector3d& p_W, RowOf&& row_of, co
 
 }  // namespace
 
-FoldWatch::FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue)
+InversionDetector::InversionDetector(const Lattice& lattice, const Lattice* finer,
+                                     const Quadrature& tissue)
     : lattice_(lattice), volume_(tissue.weights.sum()) {
   const Grid groups = GroupsOf(lattice);
   std::map<Grid, std::vector<Eigen::Index>> points_of;
@@ -122,7 +123,7 @@ FoldWatch::FoldWatch(const Lattice& lattice, const Lattice* finer, const Quadrat
 }
 
 // `pair_at`: number of the pair by the index that ForEachDifference gives, -1 for none.
-void FoldWatch::AddPairs(int axis, std::vector<int>* pair_at) {
+void InversionDetector::AddPairs(int axis, std::vector<int>* pair_at) {
   const TensorBasis& basis = lattice_.basis();
   Grid count, at;
   for (int d = 0; d < 3; ++d) count[d] = basis.axis(d).count() - (d == axis ? 1 : 0);
@@ -141,7 +142,7 @@ void FoldWatch::AddPairs(int axis, std::vector<int>* pair_at) {
   }
 }
 
-void FoldWatch::AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const {
+void InversionDetector::AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const {
   std::map<int, double> weights;
   for (Eigen::Index q = cell->begin; q < cell->end; ++q) {
     ForEachDifference(lattice_, axis, points_.row(q).transpose(), [&](int index, double value) {
@@ -158,7 +159,7 @@ void FoldWatch::AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) c
   }
 }
 
-void FoldWatch::AddLocalSlopes() {
+void InversionDetector::AddLocalSlopes() {
   local_slopes_.resize(finer_->size());
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     std::map<int, double> slopes;
@@ -173,47 +174,49 @@ void FoldWatch::AddLocalSlopes() {
   }
 }
 
-FoldWatch::Sweep::Sweep(const FoldWatch& watch)
-    : local(watch.cells_.size()), clear(watch.cells_.size()) {
-  for (int axis = 0; axis < 3; ++axis) slopes[axis].resize(watch.pairs_[axis].size());
+InversionDetector::ScanState::ScanState(const InversionDetector& detector)
+    : local(detector.cells_.size()), clear(detector.cells_.size()) {
+  for (int axis = 0; axis < 3; ++axis) slopes[axis].resize(detector.pairs_[axis].size());
 }
 
-bool FoldWatch::Folded(const ActiveFunctions& active, const Points& U, int calls,
-                       Sweep* sweep) const {
-  MeasureSlopes(active, U, sweep);
+bool InversionDetector::Inverted(const ActiveFunctions& active, const Points& U, int calls,
+                                 ScanState* scan) const {
+  MeasureSlopes(active, U, scan);
   Eigen::Index unclear = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    sweep->clear[i] = Clear(i, *sweep);
-    if (!sweep->clear[i]) unclear += cells_[i].end - cells_[i].begin;
+    scan->clear[i] = Clear(i, *scan);
+    if (!scan->clear[i]) unclear += cells_[i].end - cells_[i].begin;
   }
   Eigen::Index left = std::max(kFewest, unclear / calls + 1);
-  for (; sweep->cell < cells_.size(); ++sweep->cell, sweep->point = 0) {
-    if (sweep->clear[sweep->cell]) continue;
-    const Cell& cell = cells_[sweep->cell];
-    for (; cell.begin + sweep->point < cell.end; ++sweep->point) {
-      if (left-- == 0) return sweep->found > 0 || sweep->share > 0;
-      const Eigen::Index q = cell.begin + sweep->point;
-      if (!(Determinant(q, active, U) > 0)) sweep->found += weights_[q];
+  for (; scan->cell < cells_.size(); ++scan->cell, scan->point = 0) {
+    if (scan->clear[scan->cell]) continue;
+    const Cell& cell = cells_[scan->cell];
+    for (; cell.begin + scan->point < cell.end; ++scan->point) {
+      if (left-- == 0) return scan->found > 0 || scan->share > 0;
+      const Eigen::Index q = cell.begin + scan->point;
+      if (!(Determinant(q, active, U) > 0)) scan->found += weights_[q];
     }
   }
-  sweep->share = sweep->found / volume_;
-  sweep->cell = 0;
-  sweep->point = 0;
-  sweep->found = 0;
-  return sweep->share > 0;
+  scan->share = scan->found / volume_;
+  scan->cell = 0;
+  scan->point = 0;
+  scan->found = 0;
+  return scan->share > 0;
 }
 
-FoldWatch::Folds FoldWatch::EvaluateAll(const ActiveFunctions& active, const Points& U) const {
-  Folds folds;
+InversionDetector::Inversion InversionDetector::EvaluateAll(const ActiveFunctions& active,
+                                                            const Points& U) const {
+  Inversion inversion;
   for (Eigen::Index q = 0; q < points_.rows(); ++q) {
     const double determinant = Determinant(q, active, U);
-    folds.least = std::min(folds.least, determinant);
-    if (!(determinant > 0)) folds.share += weights_[q] / volume_;
+    inversion.least = std::min(inversion.least, determinant);
+    if (!(determinant > 0)) inversion.share += weights_[q] / volume_;
   }
-  return folds;
+  return inversion;
 }
 
-void FoldWatch::MeasureSlopes(const ActiveFunctions& active, const Points& U, Sweep* sweep) const {
+void InversionDetector::MeasureSlopes(const ActiveFunctions& active, const Points& U,
+                                      ScanState* scan) const {
   for (int axis = 0; axis < 3; ++axis) {
     const double inverse =
         1 / (lattice_.box().lengths[axis] * lattice_.basis().axis(axis).spacing());
@@ -222,46 +225,47 @@ void FoldWatch::MeasureSlopes(const ActiveFunctions& active, const Points& U, Sw
       const double length = a < 0   ? U.row(b).norm()
                             : b < 0 ? U.row(a).norm()
                                     : (U.row(b) - U.row(a)).norm();
-      sweep->slopes[axis][i] = inverse * length;
+      scan->slopes[axis][i] = inverse * length;
     }
   }
-  std::fill(sweep->local.begin(), sweep->local.end(), 0.0);
+  std::fill(scan->local.begin(), scan->local.end(), 0.0);
   const auto n = U.rows() - active.slots();
   for (int slot = 0; slot < active.slots(); ++slot) {
     if (active.Function(slot) < 0) continue;
     const double length = U.row(n + slot).norm();
     for (const auto& [cell, slope] : local_slopes_[active.Function(slot)]) {
-      sweep->local[cell] += length * slope;
+      scan->local[cell] += length * slope;
     }
   }
 }
 
-bool FoldWatch::Clear(std::size_t index, const Sweep& sweep) const {
+bool InversionDetector::Clear(std::size_t index, const ScanState& scan) const {
   const Cell& cell = cells_[index];
   double gradient2 = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<double>& slopes = sweep.slopes[axis];
+    const std::vector<double>& slopes = scan.slopes[axis];
     double slope = 0;
     for (const int pair : cell.firm[axis]) slope = std::max(slope, slopes[pair]);
     for (const auto& [pair, weight] : cell.loose[axis]) slope += weight * slopes[pair];
     gradient2 += slope * slope;
   }
-  return std::sqrt(gradient2) + sweep.local[index] < 1;
+  return std::sqrt(gradient2) + scan.local[index] < 1;
 }
 
-double FoldWatch::LargestGradient(const ActiveFunctions& active, const Points& U,
-                                  Sweep* sweep) const {
+double InversionDetector::LargestGradient(const ActiveFunctions& active, const Points& U,
+                                          ScanState* scan) const {
   const Eigen::Index samples = std::min<Eigen::Index>(kSamples, points());
   double largest = 0;
-  for (Eigen::Index i = sweep->part; i < samples; i += kParts) {
+  for (Eigen::Index i = scan->part; i < samples; i += kParts) {
     largest = std::max(largest, Gradient(i * points() / samples, active, U).norm());
   }
-  sweep->gradients[static_cast<std::size_t>(sweep->part)] = largest;
-  sweep->part = (sweep->part + 1) % kParts;
-  return *std::max_element(sweep->gradients.begin(), sweep->gradients.end());
+  scan->gradients[static_cast<std::size_t>(scan->part)] = largest;
+  scan->part = (scan->part + 1) % kParts;
+  return *std::max_element(scan->gradients.begin(), scan->gradients.end());
 }
 
-Matrix3d FoldWatch::Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const {
+Matrix3d InversionDetector::Gradient(Eigen::Index q, const ActiveFunctions& active,
+                                     const Points& U) const {
   const Vector3d p = points_.row(q);
   Matrix3d gradient = Matrix3d::Zero();
   AddGradient(
@@ -277,8 +281,8 @@ Matrix3d FoldWatch::Gradient(Eigen::Index q, const ActiveFunctions& active, cons
   return gradient;
 }
 
-double FoldWatch::Determinant(Eigen::Index q, const ActiveFunctions& active,
-                              const Points& U) const {
+double InversionDetector::Determinant(Eigen::Index q, const ActiveFunctions& active,
+                                      const Points& U) const {
   return (Matrix3d::Identity() + Gradient(q, active, U)).determinant();
 }
 
