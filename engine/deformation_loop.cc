@@ -203,7 +203,7 @@ void DeformationLoop::Refine(int tool_count) {
       inversion_recoveries_[o].ResetRow(row);
       changed = true;
     }
-    state.relaxation->Follow(active);
+    state.relaxation->SetActiveFunctions(active);
     if (changed) state.version = record_.number;
   }
 }

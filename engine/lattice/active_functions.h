@@ -13,7 +13,7 @@ namespace hpdm {
 /// once; one thread; allocates nothing.
 ///
 /// Each function in use has a weight w in (0, 1]: it yields w times what it would alone
-/// (local_response.h). The weight is 0 where the function would be let go, so that none comes or
+/// (schur_complement.h). The weight is 0 where the function would be let go, so that none comes or
 /// goes with a jump: with d its distance from the contact and d_out that of the first function that
 /// is not taken,
 ///     w = min(1, (1 - d^2 / d_out^2) / kBand) share.

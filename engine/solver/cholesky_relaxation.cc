@@ -1,6 +1,6 @@
 #include <utility>
 
-#include "engine/solver/lattice_response.h"
+#include "engine/solver/compliance_solver.h"
 #include "engine/solver/relaxation.h"
 
 namespace hpdm {
@@ -9,39 +9,41 @@ namespace {
 // One solve with the factorised stiffness, then the contacts in their compliance space.
 class CholeskyRelaxation final : public Relaxation {
  public:
-  explicit CholeskyRelaxation(std::unique_ptr<LatticeResponse> response)
-      : response_(std::move(response)) {}
+  explicit CholeskyRelaxation(std::unique_ptr<ComplianceSolver> solver)
+      : solver_(std::move(solver)) {}
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
-    Follow(contacts->local);
+    SetActiveFunctions(contacts->local);
     if (contacts->size() == 0) {
       U->setZero();
       return {};
     }
-    return SolveContacts(response_.get(), &problem_, contacts, U);
+    return SolveContacts(solver_.get(), &problem_, contacts, U);
   }
 
-  void Follow(const ActiveFunctions& active) override { response_->Follow(active); }
+  void SetActiveFunctions(const ActiveFunctions& active) override {
+    solver_->SetActiveFunctions(active);
+  }
 
-  const LatticeCompliance* compliance() const override { return response_.get(); }
+  const LatticeCompliance* compliance() const override { return solver_.get(); }
 
  private:
-  std::unique_ptr<LatticeResponse> response_;
+  std::unique_ptr<ComplianceSolver> solver_;
   ContactProblem problem_;
 };
 
 }  // namespace
 
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const ScalarStiffness& K) {
-  return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(K));
+  return std::make_unique<CholeskyRelaxation>(MakeComplianceSolver(K));
 }
 
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots) {
-  return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(functions, slots));
+  return std::make_unique<CholeskyRelaxation>(MakeComplianceSolver(functions, slots));
 }
 
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K) {
-  return std::make_unique<CholeskyRelaxation>(MakeLatticeResponse(K));
+  return std::make_unique<CholeskyRelaxation>(MakeComplianceSolver(K));
 }
 
 }  // namespace hpdm

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "engine/energy/blended_energy.h"
+#include "engine/solver/enriched_compliance_solver.h"
 #include "engine/solver/newton_step.h"
-#include "engine/solver/refined_response.h"
 
 namespace hpdm {
 namespace {
@@ -19,12 +19,12 @@ using ConstVectorMap = Eigen::Map<const Eigen::VectorXd>;
 
 VectorMap Unknowns(Points* U) { return {U->data(), U->size()}; }
 
-// The energy of W and V together (local_response.h), (n + slots) x 3, with the damper's on both.
+// The energy of W and V together (schur_complement.h), (n + slots) x 3, with the damper's on both.
 class StepPotential final : public Potential {
  public:
-  StepPotential(BlendedEnergy* energy, const LocalResponse* local, int slots)
+  StepPotential(BlendedEnergy* energy, const SchurComplement* schur_complement, int slots)
       : energy_(energy),
-        local_(local),
+        schur_complement_(schur_complement),
         W_(Points::Zero(energy->control_points(), 3)),
         gradient_(W_),
         V_damped_(Eigen::VectorXd::Zero(3 * slots)),
@@ -53,10 +53,10 @@ class StepPotential final : public Potential {
   double LocalEnergy(const Points& at) {
     if (load_.size() == 0) return 0;
     const auto V = ConstVectorMap(at.data(), at.size()).tail(load_.size());
-    load_.noalias() = local_->stiffness() * V;
+    load_.noalias() = schur_complement_->stiffness() * V;
     double energy = V.dot(load_) / 2;
     if (energy_->damping() > 0) {
-      away_.noalias() = local_->stiffness() * (V - V_damped_);
+      away_.noalias() = schur_complement_->stiffness() * (V - V_damped_);
       energy += energy_->damping() / 2 * (V - V_damped_).dot(away_);
       load_ += energy_->damping() * away_;
     }
@@ -64,11 +64,11 @@ class StepPotential final : public Potential {
   }
 
   BlendedEnergy* energy_;
-  const LocalResponse* local_;  // nullptr without slots
-  Points W_, gradient_;         // n x 3
-  Eigen::VectorXd V_damped_;    // 3 slots, m: where the damper holds V
-  Eigen::VectorXd load_;        // 3 slots, N
-  Eigen::VectorXd away_;        // 3 slots, N
+  const SchurComplement* schur_complement_;  // nullptr without slots
+  Points W_, gradient_;                      // n x 3
+  Eigen::VectorXd V_damped_;                 // 3 slots, m: where the damper holds V
+  Eigen::VectorXd load_;                     // 3 slots, N
+  Eigen::VectorXd away_;                     // 3 slots, N
 };
 
 // Each Newton step solves the contact problem of the energy's quadratic model at (W, V):
@@ -83,8 +83,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       : energy_(energy.Clone()),
         options_(options),
         n_(energy.control_points()),
-        at_rest_(ResponseAtRest(functions, slots, energy_, &local_)),
-        potential_(&energy_, local_, slots),
+        at_rest_(SolverAtRest(functions, slots, energy_, &schur_complement_)),
+        potential_(&energy_, schur_complement_, slots),
         factor_(n_),
         at_(Points::Zero(n_ + slots, 3)),
         trial_(at_),
@@ -100,7 +100,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
     const int recorded_end = std::exchange(stop_after_, 0);
-    Follow(contacts->local);
+    SetActiveFunctions(contacts->local);
     if (std::exchange(restarts_, false)) Enter(restart_);
     has_tangent_ = contacts->size() > 0 && energy_.share() > 0;
     if (contacts->size() == 0) {
@@ -118,12 +118,15 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     const RelaxationResult result = Iterate(recorded_end, contacts);
     StopDamping();
     *U = at_;
-    if (local_ != nullptr) local_->AddCoupling(-1, Slots(at_), Unknowns(U).head(3 * n_));
+    if (schur_complement_ != nullptr)
+      schur_complement_->AddCoupling(-1, Slots(at_), Unknowns(U).head(3 * n_));
     if (!U->allFinite()) at_.setZero();  // the caller reports it; the next step starts at rest
     return result;
   }
 
-  void Follow(const ActiveFunctions& active) override { at_rest_->Follow(active); }
+  void SetActiveFunctions(const ActiveFunctions& active) override {
+    at_rest_->SetActiveFunctions(active);
+  }
 
   void StopNextAfter(int iterations) override { stop_after_ = iterations; }
 
@@ -161,12 +164,12 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
  private:
-  static std::unique_ptr<LatticeResponse> ResponseAtRest(const LocalFunctions* functions, int slots,
-                                                         const BlendedEnergy& energy,
-                                                         const LocalResponse** local) {
-    if (functions == nullptr) return MakeLatticeResponse(energy.stiffness_at_rest());
-    auto refined = std::make_unique<RefinedResponse>(*functions, slots);
-    *local = &refined->local();
+  static std::unique_ptr<ComplianceSolver> SolverAtRest(const LocalFunctions* functions, int slots,
+                                                        const BlendedEnergy& energy,
+                                                        const SchurComplement** schur_complement) {
+    if (functions == nullptr) return MakeComplianceSolver(energy.stiffness_at_rest());
+    auto refined = std::make_unique<EnrichedComplianceSolver>(*functions, slots);
+    *schur_complement = &refined->schur_complement();
     return refined;
   }
 
@@ -177,7 +180,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   // (W, V) of (U, V).
   void Enter(const Points& U) {
     at_ = U;
-    if (local_ != nullptr) local_->AddCoupling(1, Slots(U), Unknowns(&at_).head(3 * n_));
+    if (schur_complement_ != nullptr)
+      schur_complement_->AddCoupling(1, Slots(U), Unknowns(&at_).head(3 * n_));
   }
 
   RelaxationResult Iterate(int recorded_end, ContactSet* contacts) {
@@ -243,18 +247,19 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   // `local_share` of what its loads ask.
   void Respond(double local_share, Eigen::Ref<Eigen::MatrixXd> columns) const {
     auto lattice = columns.topRows(3 * n_);
-    if (local_ != nullptr) {
+    if (schur_complement_ != nullptr) {
       for (Eigen::Index c = 0; c < columns.cols(); ++c) {
         auto V = columns.col(c).tail(columns.rows() - 3 * n_);
-        local_->Reduce(lattice.col(c), V);
-        local_->Solve(V);
+        schur_complement_->Reduce(lattice.col(c), V);
+        schur_complement_->Solve(V);
         V *= local_share;
       }
     }
     factor_.SolveInPlace(lattice);
-    if (local_ == nullptr) return;
+    if (schur_complement_ == nullptr) return;
     for (Eigen::Index c = 0; c < columns.cols(); ++c) {
-      local_->AddCoupling(-1, columns.col(c).tail(columns.rows() - 3 * n_), lattice.col(c));
+      schur_complement_->AddCoupling(-1, columns.col(c).tail(columns.rows() - 3 * n_),
+                                     lattice.col(c));
     }
   }
 
@@ -278,8 +283,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
     trial_.topRows(n_) = at_.topRows(n_) + Eigen::Map<const Points>(free.data(), n_, 3);
     Unknowns(&trial_).tail(slots) = free.tail(slots);
-    if (local_ != nullptr) {
-      local_->AddCoupling(-1, free.tail(slots), Unknowns(&trial_).head(3 * n_));
+    if (schur_complement_ != nullptr) {
+      schur_complement_->AddCoupling(-1, free.tail(slots), Unknowns(&trial_).head(3 * n_));
     }
     for (int e = 0; e < equations; ++e) {
       problem_.change()[e] -=
@@ -290,7 +295,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     VectorMap step = Unknowns(&step_);
     step << free.head(3 * n_), Eigen::VectorXd::Zero(slots);
     step.noalias() += response * problem_.forces();
-    if (local_ != nullptr) local_->AddCoupling(1, step.tail(slots), step.head(3 * n_));
+    if (schur_complement_ != nullptr)
+      schur_complement_->AddCoupling(1, step.tail(slots), step.head(3 * n_));
     step.tail(slots) += free.tail(slots) - Slots(at_);
     return result;
   }
@@ -315,8 +321,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   NewtonOptions options_;
   Eigen::Index n_;
   int most_iterations_ = options_.max_iterations;
-  const LocalResponse* local_ = nullptr;      // at_rest_'s
-  std::unique_ptr<LatticeResponse> at_rest_;  // K^-1 of U = 0
+  const SchurComplement* schur_complement_ = nullptr;  // at_rest_'s
+  std::unique_ptr<ComplianceSolver> at_rest_;          // K^-1 of U = 0
   StepPotential potential_;
   NewtonFactor factor_;
   Points at_;        // (n + slots) x 3: W and V where the last step ended

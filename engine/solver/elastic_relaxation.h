@@ -29,7 +29,7 @@ struct NewtonOptions {
 /// compliance is the tangent of the same energy.
 ///
 /// With `functions`, local functions in `slots` slots add to U what they do in small strain
-/// (local_response.h). `functions` must outlive the relaxation.
+/// (schur_complement.h). `functions` must outlive the relaxation.
 std::unique_ptr<Relaxation> MakeNewtonRelaxation(const ElasticEnergy& energy,
                                                  const NewtonOptions& options = {},
                                                  const LocalFunctions* functions = nullptr,

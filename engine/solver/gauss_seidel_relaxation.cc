@@ -3,7 +3,7 @@
 #include <array>
 #include <memory>
 
-#include "engine/solver/lattice_response.h"
+#include "engine/solver/compliance_solver.h"
 #include "engine/solver/relaxation.h"
 
 namespace hpdm {
@@ -54,7 +54,7 @@ class GaussSeidelRelaxation final : public Relaxation {
   template <class Stiffness>
   GaussSeidelRelaxation(const Stiffness& K, const GaussSeidelOptions& options)
       : K_(K),
-        response_(MakeLatticeResponse(K)),
+        solver_(MakeComplianceSolver(K)),
         diagonal_(K_.size()),
         options_(options),
         load_(K_.size(), 3) {
@@ -81,7 +81,7 @@ class GaussSeidelRelaxation final : public Relaxation {
     return result;
   }
 
-  const LatticeCompliance* compliance() const override { return response_.get(); }
+  const LatticeCompliance* compliance() const override { return solver_.get(); }
 
  private:
   void Start(ContactSet* contacts, const Points& U) {
@@ -161,7 +161,7 @@ class GaussSeidelRelaxation final : public Relaxation {
   }
 
   Blocks K_;
-  std::unique_ptr<LatticeResponse> response_;
+  std::unique_ptr<ComplianceSolver> solver_;
   Eigen::VectorXd diagonal_;  // n: mean over the three axes
   GaussSeidelOptions options_;
   Points load_;  // n x 3: B^T f, then less K U

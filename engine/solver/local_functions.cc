@@ -3,7 +3,7 @@
 #include <array>
 
 #include "engine/energy/mixed_dilatation.h"
-#include "engine/solver/lattice_response.h"
+#include "engine/solver/compliance_solver.h"
 
 namespace hpdm {
 namespace {

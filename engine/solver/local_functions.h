@@ -21,7 +21,7 @@ namespace hpdm {
 /// K as without them. K_c and K_loc are the elastic blocks of strain_energy.h, in which what is
 /// projected of the dilatation of a local function couples to U only: its own volume is kept point
 /// by point, so the sum stays convex. All that a set of functions needs is here, so a change of the
-/// set costs a small dense factorisation and none of K (lattice_response.h): Y = K^-1 K_c and the
+/// set costs a small dense factorisation and none of K (compliance_solver.h): Y = K^-1 K_c and the
 /// reduced stiffness, the Schur complement Sigma = K_loc - K_c^T Y.
 ///
 /// Constant once built; read by any thread.

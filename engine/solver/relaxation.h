@@ -31,7 +31,7 @@ class Relaxation {
   virtual bool AtRest() const { return true; }
 
   /// Takes other local functions in use, for compliance(); Relax does the same.
-  virtual void Follow(const ActiveFunctions& /*active*/) {}
+  virtual void SetActiveFunctions(const ActiveFunctions& /*active*/) {}
 
   /// The next Relax, which no clock limits then, stops after `iterations` (> 0): where a recorded
   /// one was out of time. Only relaxations with a clock have anything to do here.

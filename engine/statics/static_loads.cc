@@ -16,9 +16,10 @@ namespace {
 
 using UnknownMap = Eigen::Map<Eigen::VectorXd>;
 
-// What holds U in place: the stiffness times U; U is (n + slots) x 3, `local` nullptr without
-// slots.
-Eigen::VectorXd ElasticForce(const OrganModel& model, const LocalResponse* local, const Points& U) {
+// What holds U in place: the stiffness times U; U is (n + slots) x 3, `schur_complement` nullptr
+// without slots.
+Eigen::VectorXd ElasticForce(const OrganModel& model, const SchurComplement* schur_complement,
+                             const Points& U) {
   Eigen::VectorXd force(U.size());
   if (model.springs() != nullptr) {
     Eigen::Map<Points>(force.data(), U.rows(), 3) = model.springs()->RestoringForces(U);
@@ -32,20 +33,20 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const LocalResponse* local
   const Eigen::Index own = U.size() - K.rows();
   const Eigen::Map<const Eigen::VectorXd> moved(U.data(), U.size());
   Eigen::VectorXd W = moved.head(K.rows());
-  if (local != nullptr) local->AddCoupling(1, moved.tail(own), W);
+  if (schur_complement != nullptr) schur_complement->AddCoupling(1, moved.tail(own), W);
   force.head(K.rows()) = K * W;
-  if (local == nullptr) return force;
+  if (schur_complement == nullptr) return force;
   // K W on U, and Y^T of that + Sigma V on V.
-  force.tail(own) = -(local->stiffness() * moved.tail(own));
-  local->Reduce(force.head(K.rows()), force.tail(own));
+  force.tail(own) = -(schur_complement->stiffness() * moved.tail(own));
+  schur_complement->Reduce(force.head(K.rows()), force.tail(own));
   force.tail(own) *= -1;
   return force;
 }
 
-std::unique_ptr<LatticeResponse> MakeResponse(const OrganModel& model, int slots) {
+std::unique_ptr<ComplianceSolver> MakeSolver(const OrganModel& model, int slots) {
   if (!model.lattice() || model.finite_energy() != nullptr) return nullptr;
-  if (model.local() != nullptr) return MakeLatticeResponse(*model.local(), slots);
-  return std::visit([](const auto& K) { return MakeLatticeResponse(K); }, model.stiffness());
+  if (model.local() != nullptr) return MakeComplianceSolver(*model.local(), slots);
+  return std::visit([](const auto& K) { return MakeComplianceSolver(K); }, model.stiffness());
 }
 
 // m: sides of the parts that a pressure's surface is split into.
@@ -75,7 +76,7 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
       loads_(loads),
       active_(model.local() != nullptr ? model.local()->size() : 0,
               model.LocalSlots(static_cast<int>(loads.size()))),
-      response_(MakeResponse(model, active_.slots())),
+      solver_(MakeSolver(model, active_.slots())),
       rows_(Eigen::MatrixXd::Zero(3 * (model.control_points() + active_.slots()),
                                   3 * static_cast<Eigen::Index>(loads.size()))),
       pressures_(Eigen::VectorXd::Zero(rows_.rows())),
@@ -93,9 +94,9 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
       if (!load.pressure) centres.push_back(load.p_centre_W);
     }
     active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
-    local_.emplace(*model.local(), active_.slots());
-    local_->Follow(active_);
-    if (response_ != nullptr) response_->Follow(active_);
+    schur_complement_.emplace(*model.local(), active_.slots());
+    schur_complement_->SetActiveFunctions(active_);
+    if (solver_ != nullptr) solver_->SetActiveFunctions(active_);
   }
   if (model.options().model == OrganModelType::kContinuum) {
     surface_.emplace(std::get<ScalarStiffness>(model.stiffness()),
@@ -146,7 +147,7 @@ void StaticLoads::AddPressure(std::size_t load) {
 
 // Columns of loads to displacements, in place.
 void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
-  if (!surface_) return response_->Solve(*columns);
+  if (!surface_) return solver_->Solve(*columns);
   for (Eigen::Index c = 0; c < columns->cols(); ++c) {
     surface_->Solve(Eigen::Map<Points>(columns->col(c).data(), columns->rows() / 3, 3));
   }
@@ -159,15 +160,15 @@ StaticSolution StaticLoads::SolveFinite() const {
   StaticLoadRows rows{rows_.topRows(unknowns), Eigen::VectorXd::Zero(equations),
                       Eigen::VectorXd::Zero(equations), std::vector<bool>(3 * m, false),
                       Eigen::MatrixXd::Zero(equations, equations)};
-  // By the local functions (local_response.h): V = Sigma^-1 (B_V - B_U Y)^T f moves the points by
+  // By the local functions (schur_complement.h): V = Sigma^-1 (B_V - B_U Y)^T f moves the points by
   // (B_V - B_U Y) V beside what the lattice does, and what is solved for is W = U + Y V.
   Eigen::MatrixXd moves_by_local = rows_.bottomRows(rows_.rows() - unknowns);
-  if (local_) {
+  if (schur_complement_) {
     for (Eigen::Index e = 0; e < equations; ++e) {
-      local_->Reduce(rows_.col(e).head(unknowns), moves_by_local.col(e));
+      schur_complement_->Reduce(rows_.col(e).head(unknowns), moves_by_local.col(e));
     }
     Eigen::MatrixXd V = moves_by_local;
-    for (Eigen::Index e = 0; e < equations; ++e) local_->Solve(V.col(e));
+    for (Eigen::Index e = 0; e < equations; ++e) schur_complement_->Solve(V.col(e));
     rows.local = moves_by_local.transpose() * V;
     moves_by_local = std::move(V);
   }
@@ -188,10 +189,10 @@ StaticSolution StaticLoads::SolveFinite() const {
   solution.collapsed = energy->CollapsedShare(found.U);
   solution.control_displacements.resize(rows_.rows() / 3, 3);
   solution.control_displacements.topRows(model_.control_points()) = found.U;
-  if (local_) {
+  if (schur_complement_) {
     UnknownMap U(solution.control_displacements.data(), rows_.rows());
     U.tail(rows_.rows() - unknowns) = moves_by_local * found.forces;
-    local_->AddCoupling(-1, U.tail(rows_.rows() - unknowns), U.head(unknowns));
+    schur_complement_->AddCoupling(-1, U.tail(rows_.rows() - unknowns), U.head(unknowns));
   }
   solution.residual = found.residual;
   solution.share = found.share;
@@ -293,7 +294,8 @@ double StaticLoads::Residual(const StaticSolution& solution) const {
   }
   const double size = applied.norm();
   if (size == 0) return 0;
-  return (ElasticForce(model_, local_ ? &*local_ : nullptr, solution.control_displacements) -
+  return (ElasticForce(model_, schur_complement_ ? &*schur_complement_ : nullptr,
+                       solution.control_displacements) -
           applied)
              .norm() /
          size;

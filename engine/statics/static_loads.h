@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "engine/organ.h"
-#include "engine/solver/lattice_response.h"
-#include "engine/solver/local_response.h"
+#include "engine/solver/compliance_solver.h"
+#include "engine/solver/schur_complement.h"
 #include "engine/solver/sparse_cholesky.h"
 
 namespace hpdm {
@@ -55,10 +55,10 @@ class StaticLoads {
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
   ActiveFunctions active_;
-  std::vector<SurfaceDent> dents_;             // one a load
-  std::unique_ptr<LatticeResponse> response_;  // of a lattice with constant stiffness
-  std::optional<LocalResponse> local_;         // the local functions in use
-  std::optional<SparseCholesky> surface_;      // of the continuum
+  std::vector<SurfaceDent> dents_;                   // one a load
+  std::unique_ptr<ComplianceSolver> solver_;         // of a lattice with constant stiffness
+  std::optional<SchurComplement> schur_complement_;  // the local functions in use
+  std::optional<SparseCholesky> surface_;            // of the continuum
   // 3(n + slots) x 3m: column 3 i + d puts a unit force along d on load i's patch.
   Eigen::MatrixXd rows_;
   Eigen::VectorXd pressures_;             // 3(n + slots), N: what all pressures put on U

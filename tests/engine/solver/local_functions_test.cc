@@ -6,7 +6,7 @@
 #include <set>
 
 #include "engine/energy/mixed_dilatation.h"
-#include "engine/solver/lattice_response.h"
+#include "engine/solver/compliance_solver.h"
 #include "engine/tissue/interior.h"
 #include "tests/support/shapes.h"
 
@@ -126,7 +126,7 @@ class RefinedPress {
       : body_(body), local_(local), contacts_(body.lattice.size(), local.size(), 20) {}
 
   // Compliance under the press at p.
-  double Compliance(LatticeResponse* response, const Vector3d& p) {
+  double Compliance(ComplianceSolver* solver, const Vector3d& p) {
     contacts_.Clear();
     const Vector3d points[] = {p};
     contacts_.local.Follow(local_.centres(), points, 20);
@@ -139,7 +139,7 @@ class RefinedPress {
       if (slot >= 0) weights[body_.lattice.size() + slot] = value;
     });
     problem_.Build(contacts_);
-    response->Respond(contacts_, &problem_);
+    solver->Respond(contacts_, &problem_);
     return problem_.compliance()(0, 0);
   }
   const ActiveFunctions& active() const { return contacts_.local; }
@@ -155,7 +155,7 @@ TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
   const LatticeBody body(GetParam());
   const LocalFunctions local = body.Local();
   RefinedPress press(body, local);
-  const auto moving = MakeLatticeResponse(local, 20), fresh = MakeLatticeResponse(local, 20);
+  const auto moving = MakeComplianceSolver(local, 20), fresh = MakeComplianceSolver(local, 20);
   double last = 0;
   for (int i = 0; i <= 10; ++i) {
     last = press.Compliance(moving.get(), Vector3d(0.008 * i - 0.04, 0.01, 0.045));
@@ -169,9 +169,9 @@ TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
   const LatticeBody body(GetParam());
   const LocalFunctions local = body.Local();
   RefinedPress press(body, local);
-  const auto response = MakeLatticeResponse(local, 20);
+  const auto solver = MakeComplianceSolver(local, 20);
   const auto compliance = [&](double x) {
-    return press.Compliance(response.get(), Vector3d(x, 0.011, 0.045));
+    return press.Compliance(solver.get(), Vector3d(x, 0.011, 0.045));
   };
   const auto set_at = [&](double x) {
     compliance(x);
@@ -198,7 +198,7 @@ TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
 TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
   const LatticeBody body(GetParam());
   const LocalFunctions local = body.Local();
-  const auto plain = MakeLatticeResponse(body.K), refined = MakeLatticeResponse(local, 20);
+  const auto plain = MakeComplianceSolver(body.K), refined = MakeComplianceSolver(local, 20);
   for (const double x : {-0.06, -0.02, 0.0, 0.03}) {
     const Vector3d p(x, 0.01, 0.04);
     ContactSet contacts(body.lattice.size());

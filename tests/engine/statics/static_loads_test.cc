@@ -69,7 +69,7 @@ TEST(StaticLoads, FreeBodysStiffnessIsRefused) {
                           options);
     const Quadrature tissue = BoxQuadrature(lattice.box(), {12, 12, 12});
     const FullStiffness K = StrainStiffness(lattice, tissue, {}, Dilatation::kProjected);
-    EXPECT_THROW(MakeLatticeResponse(K), InputError);
+    EXPECT_THROW(MakeComplianceSolver(K), InputError);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "engine/solver/local_response.h"
+#include "engine/solver/schur_complement.h"
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@ constexpr double kRegularisation = 1e-9;
 
 }  // namespace
 
-LocalResponse::LocalResponse(const LocalFunctions& functions, int slots)
+SchurComplement::SchurComplement(const LocalFunctions& functions, int slots)
     : functions_(functions),
       function_(slots, -1),
       weight_(slots, 1),
@@ -20,7 +20,7 @@ LocalResponse::LocalResponse(const LocalFunctions& functions, int slots)
       factor_(reduced_) {}
 
 // The parts of Y and Sigma that belong to slots that changed; whether any did.
-bool LocalResponse::TakeSlots(const ActiveFunctions& active) {
+bool SchurComplement::TakeSlots(const ActiveFunctions& active) {
   bool changed = false;
   for (int s = 0; s < active.slots(); ++s) {
     stale_[s] = function_[s] != active.Function(s);
@@ -50,7 +50,7 @@ bool LocalResponse::TakeSlots(const ActiveFunctions& active) {
   return true;
 }
 
-void LocalResponse::Follow(const ActiveFunctions& active) {
+void SchurComplement::SetActiveFunctions(const ActiveFunctions& active) {
   bool changed = TakeSlots(active);
   for (int s = 0; s < active.slots(); ++s) {
     changed = changed || weight_[s] != active.Weight(s);

@@ -18,14 +18,14 @@ namespace hpdm {
 /// so that alone it would move w times as far.
 ///
 /// Owned by one thread; methods allocate nothing.
-class LocalResponse {
+class SchurComplement {
  public:
-  LocalResponse(const LocalFunctions& functions, int slots);
+  SchurComplement(const LocalFunctions& functions, int slots);
 
   const LocalFunctions& functions() const { return functions_; }
   /// Takes the functions in use and their weights: 3 x 3 blocks of Sigma for each slot that
   /// changed, and where anything has, the factorisation, 0.2 (3 slots)^3 operations.
-  void Follow(const ActiveFunctions& active);
+  void SetActiveFunctions(const ActiveFunctions& active);
 
   /// `g` (3 slots, N): g - Y^T f in its place, with f (3n, N).
   void Reduce(const Eigen::Ref<const Eigen::VectorXd>& f, Eigen::Ref<Eigen::VectorXd> g) const {

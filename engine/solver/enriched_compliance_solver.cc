@@ -1,15 +1,15 @@
-#include "engine/solver/refined_response.h"
+#include "engine/solver/enriched_compliance_solver.h"
 
 namespace hpdm {
 
-RefinedResponse::RefinedResponse(const LocalFunctions& functions, int slots)
-    : local_(functions, slots),
+EnrichedComplianceSolver::EnrichedComplianceSolver(const LocalFunctions& functions, int slots)
+    : schur_complement_(functions, slots),
       unknowns_(functions.inverse().rows()),
       response_(unknowns_ + 3 * slots, ContactProblem::kMaxEquations),
       scratch_(unknowns_) {}
 
-void RefinedResponse::Respond(const ContactSet& contacts, ContactProblem* problem) {
-  Follow(contacts.local);
+void EnrichedComplianceSolver::Respond(const ContactSet& contacts, ContactProblem* problem) {
+  SetActiveFunctions(contacts.local);
   const int equations = problem->size();
   for (int e = 0; e < equations; ++e) {
     const auto& [row, axis, force, unilateral] = (*problem)[e];
@@ -22,37 +22,38 @@ void RefinedResponse::Respond(const ContactSet& contacts, ContactProblem* proble
   FillCompliance(contacts, response_, problem);
 }
 
-void RefinedResponse::Deform(const ContactProblem& problem, Points* U) const {
+void EnrichedComplianceSolver::Deform(const ContactProblem& problem, Points* U) const {
   Eigen::Map<Eigen::VectorXd>(U->data(), U->size()).noalias() =
       response_.leftCols(problem.size()) * problem.forces();
 }
 
-void RefinedResponse::Solve(Eigen::Ref<Eigen::MatrixXd> columns) const {
+void EnrichedComplianceSolver::Solve(Eigen::Ref<Eigen::MatrixXd> columns) const {
   for (Eigen::Index c = 0; c < columns.cols(); ++c) SolveColumn(columns.col(c));
 }
 
-void RefinedResponse::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
+void EnrichedComplianceSolver::RespondTo(const SparseRow& b,
+                                         Eigen::Ref<Eigen::MatrixXd> response) const {
   FillUnitLoads(b, response);
   Solve(response);
 }
 
 // Loads have few entries: a contact's row has one for each function that is not zero there.
-void RefinedResponse::SolveColumn(Eigen::Ref<Eigen::VectorXd> column) const {
+void EnrichedComplianceSolver::SolveColumn(Eigen::Ref<Eigen::VectorXd> column) const {
   auto f = column.head(unknowns_);
   auto g = column.tail(column.size() - unknowns_);
-  const Eigen::MatrixXd& inverse = local_.functions().inverse();
+  const Eigen::MatrixXd& inverse = schur_complement_.functions().inverse();
   scratch_.setZero();
   for (Eigen::Index i = 0; i < unknowns_; ++i) {
     if (f[i] != 0) scratch_ += f[i] * inverse.col(i);
   }
-  local_.Reduce(f, g);
-  local_.Solve(g);
+  schur_complement_.Reduce(f, g);
+  schur_complement_.Solve(g);
   f = scratch_;
-  local_.AddCoupling(-1, g, f);
+  schur_complement_.AddCoupling(-1, g, f);
 }
 
-std::unique_ptr<LatticeResponse> MakeLatticeResponse(const LocalFunctions& functions, int slots) {
-  return std::make_unique<RefinedResponse>(functions, slots);
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const LocalFunctions& functions, int slots) {
+  return std::make_unique<EnrichedComplianceSolver>(functions, slots);
 }
 
 }  // namespace hpdm

@@ -1,4 +1,4 @@
-#include "engine/solver/lattice_response.h"
+#include "engine/solver/compliance_solver.h"
 
 #include <string>
 
@@ -12,9 +12,9 @@ namespace {
 Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()}; }
 
 // x, y and z respond alike and apart: one column a contact row, whatever its equations.
-class ScalarResponse final : public LatticeResponse {
+class ScalarComplianceSolver final : public ComplianceSolver {
  public:
-  explicit ScalarResponse(const ScalarStiffness& K)
+  explicit ScalarComplianceSolver(const ScalarStiffness& K)
       : inverse_(InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
         response_(K.rows(), kMaxContacts) {}
 
@@ -83,9 +83,9 @@ class ScalarResponse final : public LatticeResponse {
 
 // The axes are coupled: 3n x 3n. Of K^-1 a step reads what its contacts touch: between the control
 // points of their rows for the compliance, and whole columns once, for the sum of all forces.
-class FullResponse final : public LatticeResponse {
+class FullComplianceSolver final : public ComplianceSolver {
  public:
-  explicit FullResponse(const FullStiffness& K)
+  explicit FullComplianceSolver(const FullStiffness& K)
       : n_(K.rows() / 3),
         inverse_(InverseStiffness(
             K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
@@ -232,22 +232,22 @@ void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::Ma
   }
 }
 
-RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* problem,
+RelaxationResult SolveContacts(ComplianceSolver* compliance_solver, ContactProblem* problem,
                                ContactSet* contacts, Points* U) {
   problem->Build(*contacts);
-  response->Respond(*contacts, problem);
+  compliance_solver->Respond(*contacts, problem);
   const RelaxationResult result = problem->Solve();
   problem->WriteForces(contacts);
-  response->Deform(*problem, U);
+  compliance_solver->Deform(*problem, U);
   return result;
 }
 
-std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K) {
-  return std::make_unique<ScalarResponse>(K);
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const ScalarStiffness& K) {
+  return std::make_unique<ScalarComplianceSolver>(K);
 }
 
-std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K) {
-  return std::make_unique<FullResponse>(K);
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const FullStiffness& K) {
+  return std::make_unique<FullComplianceSolver>(K);
 }
 
 }  // namespace hpdm

@@ -18,11 +18,11 @@ void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::Ma
 
 /// What a lattice of constant stiffness K answers to loads: U = K^-1 R, with K factorised once.
 /// Owned by one thread; Respond() and Deform() allocate nothing.
-class LatticeResponse : public LatticeCompliance {
+class ComplianceSolver : public LatticeCompliance {
  public:
   /// Takes the local functions in use; Respond() does the same with those of its contacts. Without
   /// local functions nothing.
-  virtual void Follow(const ActiveFunctions& active) { static_cast<void>(active); }
+  virtual void SetActiveFunctions(const ActiveFunctions& active) { static_cast<void>(active); }
 
   /// The compliance A = B_c K^-1 B_c^T of `problem` (built from `contacts`); what Deform() needs of
   /// the contacts is kept.
@@ -38,7 +38,7 @@ class LatticeResponse : public LatticeCompliance {
 
 /// Where a lattice of constant stiffness comes to rest under `contacts`: their forces, and U (n x
 /// 3, m). `problem` is scratch, with which the response is asked again.
-RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* problem,
+RelaxationResult SolveContacts(ComplianceSolver* compliance_solver, ContactProblem* problem,
                                ContactSet* contacts, Points* U);
 
 /// K^-1. A contact's row b has few entries, one for each function that is not zero there (27 of
@@ -48,10 +48,11 @@ RelaxationResult SolveContacts(LatticeResponse* response, ContactProblem* proble
 Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy);
 
 /// Of dense K^-1. Throw InputError when K is not positive definite.
-std::unique_ptr<LatticeResponse> MakeLatticeResponse(const ScalarStiffness& K);
-std::unique_ptr<LatticeResponse> MakeLatticeResponse(const FullStiffness& K);
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const ScalarStiffness& K);
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const FullStiffness& K);
 
-/// With local functions in at most `slots` slots (refined_response.h). `functions` must outlive it.
-std::unique_ptr<LatticeResponse> MakeLatticeResponse(const LocalFunctions& functions, int slots);
+/// With local functions in at most `slots` slots (enriched_compliance_solver.h). `functions` must
+/// outlive it.
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const LocalFunctions& functions, int slots);
 
 }  // namespace hpdm
