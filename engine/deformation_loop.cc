@@ -28,12 +28,13 @@ Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
 // All but the vertices.
 void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
   const int n = model.control_points();
-  const ActiveFunctions& active = state.contacts.local;
+  const ActiveRefinement& active = state.contacts.refinement;
   shape->control_displacements = state.control_displacements.topRows(n);
   shape->local_displacements = state.control_displacements.bottomRows(active.slots());
   for (int s = 0; s < active.slots(); ++s) {
     const int function = active.Function(s);
-    shape->local_functions[s] = function < 0 ? -1 : model.local()->finer().kept()[function];
+    shape->local_functions[s] =
+        function < 0 ? -1 : model.refinement_basis()->finer().kept()[function];
   }
   shape->dent_count = 0;
   for (int i = 0; i < state.contacts.size(); ++i) {
@@ -180,8 +181,8 @@ void DeformationLoop::Collide(const ToolState& tools) {
 // Local functions go where the tips are, or are about to be.
 void DeformationLoop::Refine(int tool_count) {
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    const LocalFunctions* local = models_[o].local();
-    if (local == nullptr) continue;
+    const RefinementBasis* basis = models_[o].refinement_basis();
+    if (basis == nullptr) continue;
     std::array<Vector3d, kMaxInstruments> points;
     std::size_t count = 0;
     for (int t = 0; t < tool_count; ++t) {
@@ -190,10 +191,10 @@ void DeformationLoop::Refine(int tool_count) {
       }
     }
     OrganState& state = states_[o];
-    ActiveFunctions& active = state.contacts.local;
+    ActiveRefinement& active = state.contacts.refinement;
     if (count == 0 && active.used() == 0) continue;
-    active.Follow(local->centres(), std::span(points.data(), count),
-                  models_[o].options().lattice.local.functions, state.quality.local_share);
+    active.ChooseNearest(basis->centres(), std::span(points.data(), count),
+                         models_[o].options().lattice.local.functions, state.quality.local_share);
     bool changed = false;
     for (int s = 0; s < active.slots(); ++s) {
       const int row = models_[o].control_points() + s;
@@ -273,7 +274,7 @@ void DeformationLoop::RelocateVertices() {
     state.awake = !AtRest(o);
     if (models_[o].rigid()) continue;
     models_[o].relocation().Relocate(state.control_displacements, &state.vertices);
-    models_[o].AddLocalDisplacements(state.contacts.local, state.control_displacements,
+    models_[o].AddLocalDisplacements(state.contacts.refinement, state.control_displacements,
                                      &state.vertices);
     state.tree_fits = false;
     state.version = record_.number;
@@ -351,7 +352,7 @@ SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_coun
   scene.tool_count = tool_count;
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;
-    const int slots = model.LocalSlots(tool_count);
+    const int slots = model.RefinementSlots(tool_count);
     organ.control_displacements = Points::Zero(model.control_points(), 3);
     organ.local_functions.assign(slots, -1);
     organ.local_displacements = Points::Zero(slots, 3);

@@ -148,7 +148,8 @@ void OrganModel::BuildLatticeModel() {
         ElasticWeights(options_, bounds_, held.back().points, held.back().weights);
   }
   BuildEnergy({tissue.points, tissue.weights.cwiseProduct(stiffness)}, cells, held);
-  inversion_detector_.emplace(*lattice_, local_ ? &local_->finer() : nullptr, tissue);
+  inversion_detector_.emplace(*lattice_, refinement_basis_ ? &refinement_basis_->finer() : nullptr,
+                              tissue);
 }
 
 void OrganModel::BuildSurfaceModel() {
@@ -216,14 +217,14 @@ void OrganModel::BuildEnergy(const Quadrature& elastic, const std::array<int, 3>
     if (options_.lattice.local.functions > 0) {
       HPDM_CHECK(options_.lattice.basis == BasisType::kBSpline &&
                  energy.solver == SolverType::kCholesky);
-      local_.emplace(*lattice_, options_.lattice.local, elastic, options_.material,
-                     Dilatation::kProjected, held, K);
-      local_weights_ = local_->finer().Weights(rest_.vertices);
+      refinement_basis_.emplace(*lattice_, options_.lattice.local, elastic, options_.material,
+                                Dilatation::kProjected, held, K);
+      refinement_weights_ = refinement_basis_->finer().Weights(rest_.vertices);
     }
     stiffness_ = std::move(K);
     if (!finite) return;
     Quadrature domain = elastic;
-    if (local_) {
+    if (refinement_basis_) {
       // Without the points that only the finer splines need, a quarter of them; K changes by 5e-4.
       const auto [sampled, stiffness] =
           SampleStiffness(rest_, lattice_->box(), options_.lattice.cells, options_);
@@ -249,9 +250,9 @@ std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
                                 {.max_iterations = options_.energy.newton_iterations,
                                  .budget = options_.energy.newton_budget,
                                  .clock = std::move(clock)},
-                                local(), slots);
+                                refinement_basis(), slots);
   }
-  if (local_) return MakeCholeskyRelaxation(*local_, slots);
+  if (refinement_basis_) return MakeCholeskyRelaxation(*refinement_basis_, slots);
   return std::visit(
       [this](const auto& K) {
         return options_.energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)
@@ -260,11 +261,11 @@ std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
       stiffness_);
 }
 
-int OrganModel::LocalSlots(int contacts) const {
-  return local_ ? contacts * options_.lattice.local.functions : 0;
+int OrganModel::RefinementSlots(int contacts) const {
+  return refinement_basis_ ? contacts * options_.lattice.local.functions : 0;
 }
 
-void OrganModel::AddToRow(const SurfacePoint& at, double weight, const ActiveFunctions& active,
+void OrganModel::AddToRow(const SurfacePoint& at, double weight, const ActiveRefinement& active,
                           Eigen::Ref<Eigen::RowVectorXd> row) const {
   if (!lattice_) {
     for (int k = 0; k < 3; ++k) {
@@ -276,19 +277,19 @@ void OrganModel::AddToRow(const SurfacePoint& at, double weight, const ActiveFun
   lattice_->ForEachFunction(p_rest_W,
                             [&](int column, double value) { row[column] += weight * value; });
   if (active.slots() == 0) return;
-  local_->finer().ForEachFunction(p_rest_W, [&](int candidate, double value) {
-    const int slot = active.Slot(candidate);
+  refinement_basis_->finer().ForEachFunction(p_rest_W, [&](int function, double value) {
+    const int slot = active.Slot(function);
     if (slot >= 0) row[control_points() + slot] += weight * value;
   });
 }
 
-void OrganModel::AddLocalDisplacements(const ActiveFunctions& active, const Points& U,
+void OrganModel::AddLocalDisplacements(const ActiveRefinement& active, const Points& U,
                                        Points* vertices) const {
   for (int slot = 0; slot < active.slots(); ++slot) {
     if (active.Function(slot) < 0) continue;
     const auto displacement = U.row(control_points() + slot);
-    for (Eigen::SparseMatrix<double>::InnerIterator it(local_weights_, active.Function(slot)); it;
-         ++it) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(refinement_weights_, active.Function(slot));
+         it; ++it) {
       vertices->row(it.index()) += it.value() * displacement;
     }
   }
@@ -326,7 +327,7 @@ SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
 }
 
 SurfaceDent OrganModel::AddLoadToRow(const Vector3d& p_centre_W, double radius,
-                                     const ActiveFunctions& active,
+                                     const ActiveRefinement& active,
                                      Eigen::Ref<Eigen::RowVectorXd> row) const {
   const SurfaceDent dent = Dent(NearestSurfacePoint(rest_, p_centre_W), radius);
   for (const SurfaceSample& sample : SurfaceKernel(rest_, p_centre_W, dent.resolved_radius())) {
@@ -336,13 +337,14 @@ SurfaceDent OrganModel::AddLoadToRow(const Vector3d& p_centre_W, double radius,
 }
 
 OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)
-    : control_displacements(Points::Zero(model.control_points() + model.LocalSlots(tools), 3)),
+    : control_displacements(Points::Zero(model.control_points() + model.RefinementSlots(tools), 3)),
       vertices(model.rest().vertices),
       tree(model.rest().vertices, model.rest().triangles),
-      contacts(model.control_points(), model.local() != nullptr ? model.local()->size() : 0,
-               model.LocalSlots(tools)),
+      contacts(model.control_points(),
+               model.refinement_basis() != nullptr ? model.refinement_basis()->size() : 0,
+               model.RefinementSlots(tools)),
       neighbourhoods(model.rest().triangles, model.topology()),
-      relaxation(model.MakeRelaxation(model.LocalSlots(tools), std::move(clock))),
+      relaxation(model.MakeRelaxation(model.RefinementSlots(tools), std::move(clock))),
       recovery(model.options().material.relaxation_time,
                static_cast<int>(control_displacements.rows())),
       tips(static_cast<int>(control_displacements.rows())) {

@@ -24,7 +24,7 @@
 #include "engine/organ_options.h"
 #include "engine/snapshots.h"
 #include "engine/solver/elastic_relaxation.h"
-#include "engine/solver/local_functions.h"
+#include "engine/solver/refinement_basis.h"
 #include "engine/solver/relaxation.h"
 #include "engine/solver/viscous_recovery.h"
 #include "engine/tissue/support.h"
@@ -78,18 +78,20 @@ class OrganModel {
 
   /// Lattice row of a vertex, without local functions.
   SparseRow LatticeRow(int vertex) const;
-  /// Candidates for local functions, or nullptr when the organ has none.
-  const LocalFunctions* local() const { return local_.has_value() ? &*local_ : nullptr; }
+  /// Basis of the local functions, or nullptr when the organ has none.
+  const RefinementBasis* refinement_basis() const {
+    return refinement_basis_.has_value() ? &*refinement_basis_ : nullptr;
+  }
   /// Slots for local functions at `contacts` places: 0 when the organ has none.
-  int LocalSlots(int contacts) const;
+  int RefinementSlots(int contacts) const;
   /// Adds weight x the basis values at a point of the surface to `row` (n + slots of `active`): of
   /// the lattice (or of the triangle's corners), then of the local functions in use. No allocation.
-  void AddToRow(const SurfacePoint& at, double weight, const ActiveFunctions& active,
+  void AddToRow(const SurfacePoint& at, double weight, const ActiveRefinement& active,
                 Eigen::Ref<Eigen::RowVectorXd> row) const;
 
   /// Adds to `vertices` (V x 3, m) what the local functions in use move them by; `U` ((n + slots) x
   /// 3, m). No allocation.
-  void AddLocalDisplacements(const ActiveFunctions& active, const Points& U,
+  void AddLocalDisplacements(const ActiveRefinement& active, const Points& U,
                              Points* vertices) const;
   /// Adds a dent to `vertices` (V x 3, m, of any scalar), on its side of the surface. O(V), no
   /// allocation.
@@ -105,7 +107,8 @@ class OrganModel {
   /// Adds a load's patch of `radius` (m) around the rest point `p_centre_W` (m) to `row`, as the
   /// lattice gets it, and returns the rest of what it does. Set-up only; throws InputError when no
   /// surface lies within the radius.
-  SurfaceDent AddLoadToRow(const Vector3d& p_centre_W, double radius, const ActiveFunctions& active,
+  SurfaceDent AddLoadToRow(const Vector3d& p_centre_W, double radius,
+                           const ActiveRefinement& active,
                            Eigen::Ref<Eigen::RowVectorXd> row) const;
 
  private:
@@ -127,8 +130,8 @@ class OrganModel {
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   LatticeStiffness stiffness_;
   std::unique_ptr<const ElasticEnergy> finite_energy_;
-  std::optional<LocalFunctions> local_;
-  Eigen::SparseMatrix<double> local_weights_;  // V x N: basis values of the local functions
+  std::optional<RefinementBasis> refinement_basis_;
+  Eigen::SparseMatrix<double> refinement_weights_;  // V x N: basis values of the local functions
   std::optional<InversionDetector> inversion_detector_;
   std::optional<SurfaceContinuum> continuum_;
   std::optional<MassSpring> springs_;

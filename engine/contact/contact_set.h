@@ -5,7 +5,7 @@
 
 #include "engine/base/types.h"
 #include "engine/contact/half_space.h"
-#include "engine/lattice/active_functions.h"
+#include "engine/lattice/active_refinement.h"
 #include "engine/lattice/direct_manipulation.h"
 
 namespace hpdm {
@@ -35,13 +35,13 @@ class ContactSet {
     double slip = 0;  ///< Result: how far the tissue stays behind `target` by unit force, m/N.
   };
 
-  /// `n`: control points of the organ; `candidates`, `slots`: of its local functions, whose columns
+  /// `n`: control points of the organ; `functions`, `slots`: of its local functions, whose columns
   /// follow those of the control points.
-  explicit ContactSet(int n, int candidates = 0, int slots = 0)
-      : local(candidates, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
+  explicit ContactSet(int n, int functions = 0, int slots = 0)
+      : refinement(functions, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
 
   /// The local functions in use, chosen before rows are added.
-  ActiveFunctions local;
+  ActiveRefinement refinement;
 
   void Clear() { size_ = 0; }
   int size() const { return size_; }

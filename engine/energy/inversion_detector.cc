@@ -165,12 +165,12 @@ void InversionDetector::AddLocalSlopes() {
     std::map<int, double> slopes;
     for (Eigen::Index q = cells_[i].begin; q < cells_[i].end; ++q) {
       finer_->ForEachGradient(points_.row(q).transpose(),
-                              [&](int candidate, const Vector3d& gradient) {
-                                double& slope = slopes[candidate];
+                              [&](int function, const Vector3d& gradient) {
+                                double& slope = slopes[function];
                                 slope = std::max(slope, gradient.norm());
                               });
     }
-    for (const auto& [candidate, slope] : slopes) local_slopes_[candidate].push_back({i, slope});
+    for (const auto& [function, slope] : slopes) local_slopes_[function].push_back({i, slope});
   }
 }
 
@@ -179,7 +179,7 @@ InversionDetector::ScanState::ScanState(const InversionDetector& detector)
   for (int axis = 0; axis < 3; ++axis) slopes[axis].resize(detector.pairs_[axis].size());
 }
 
-bool InversionDetector::Inverted(const ActiveFunctions& active, const Points& U, int calls,
+bool InversionDetector::Inverted(const ActiveRefinement& active, const Points& U, int calls,
                                  ScanState* scan) const {
   MeasureSlopes(active, U, scan);
   Eigen::Index unclear = 0;
@@ -204,7 +204,7 @@ bool InversionDetector::Inverted(const ActiveFunctions& active, const Points& U,
   return scan->share > 0;
 }
 
-InversionDetector::Inversion InversionDetector::EvaluateAll(const ActiveFunctions& active,
+InversionDetector::Inversion InversionDetector::EvaluateAll(const ActiveRefinement& active,
                                                             const Points& U) const {
   Inversion inversion;
   for (Eigen::Index q = 0; q < points_.rows(); ++q) {
@@ -215,7 +215,7 @@ InversionDetector::Inversion InversionDetector::EvaluateAll(const ActiveFunction
   return inversion;
 }
 
-void InversionDetector::MeasureSlopes(const ActiveFunctions& active, const Points& U,
+void InversionDetector::MeasureSlopes(const ActiveRefinement& active, const Points& U,
                                       ScanState* scan) const {
   for (int axis = 0; axis < 3; ++axis) {
     const double inverse =
@@ -252,7 +252,7 @@ bool InversionDetector::Clear(std::size_t index, const ScanState& scan) const {
   return std::sqrt(gradient2) + scan.local[index] < 1;
 }
 
-double InversionDetector::LargestGradient(const ActiveFunctions& active, const Points& U,
+double InversionDetector::LargestGradient(const ActiveRefinement& active, const Points& U,
                                           ScanState* scan) const {
   const Eigen::Index samples = std::min<Eigen::Index>(kSamples, points());
   double largest = 0;
@@ -264,7 +264,7 @@ double InversionDetector::LargestGradient(const ActiveFunctions& active, const P
   return *std::max_element(scan->gradients.begin(), scan->gradients.end());
 }
 
-Matrix3d InversionDetector::Gradient(Eigen::Index q, const ActiveFunctions& active,
+Matrix3d InversionDetector::Gradient(Eigen::Index q, const ActiveRefinement& active,
                                      const Points& U) const {
   const Vector3d p = points_.row(q);
   Matrix3d gradient = Matrix3d::Zero();
@@ -272,8 +272,8 @@ Matrix3d InversionDetector::Gradient(Eigen::Index q, const ActiveFunctions& acti
       lattice_, p, [](int column) { return column; }, U, &gradient);
   if (finer_) {
     const int n = static_cast<int>(U.rows()) - active.slots();
-    const auto row = [&](int candidate) {
-      const int slot = active.Slot(candidate);
+    const auto row = [&](int function) {
+      const int slot = active.Slot(function);
       return slot < 0 ? -1 : n + slot;
     };
     AddGradient(*finer_, p, row, U, &gradient);
@@ -281,7 +281,7 @@ Matrix3d InversionDetector::Gradient(Eigen::Index q, const ActiveFunctions& acti
   return gradient;
 }
 
-double InversionDetector::Determinant(Eigen::Index q, const ActiveFunctions& active,
+double InversionDetector::Determinant(Eigen::Index q, const ActiveRefinement& active,
                                       const Points& U) const {
   return (Matrix3d::Identity() + Gradient(q, active, U)).determinant();
 }

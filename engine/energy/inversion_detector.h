@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/base/quadrature.h"
-#include "engine/lattice/active_functions.h"
+#include "engine/lattice/active_refinement.h"
 #include "engine/lattice/lattice.h"
 
 namespace hpdm {
@@ -17,7 +17,7 @@ namespace hpdm {
 /// differences of neighbouring control displacements over their spacing, weighted by the functions
 /// of one degree less (UnivariateBasis::DerivativeBasis). So over the points of a cell it is at
 /// most the largest difference of those that weigh something there, and the sum of the others times
-/// the most that they weigh; local functions (local_functions.h) add |V| |grad phi|. Where these
+/// the most that they weigh; local functions (refinement_basis.h) add |V| |grad phi|. Where these
 /// leave |grad u| < 1, det(F) > 0. (The split matters: a control point with a trace of tissue may
 /// move by metres where the tissue moves by millimetres.) The points of cells that are not cleared
 /// are evaluated, over as many calls as the caller likes.
@@ -50,18 +50,18 @@ class InversionDetector {
   /// finite), with as many points that it takes no more than `calls` of them, and 64 at least. True
   /// when tissue is known to be inverted: in what was scanned so far or, before its end, in the
   /// last scan. With one call it is whole, and the answer exact.
-  bool Inverted(const ActiveFunctions& active, const Points& U, int calls, ScanState* scan) const;
+  bool Inverted(const ActiveRefinement& active, const Points& U, int calls, ScanState* scan) const;
 
   /// How far the tissue is strained and turned: the largest |grad u| (Frobenius) at some of its
   /// points, of which each call evaluates a part, some 40 us, and remembers the others.
-  double LargestGradient(const ActiveFunctions& active, const Points& U, ScanState* scan) const;
+  double LargestGradient(const ActiveRefinement& active, const Points& U, ScanState* scan) const;
 
   /// The least det(F) of all points, and the inverted share: to measure and to test.
   struct Inversion {
     double least = 1;
     double share = 0;
   };
-  Inversion EvaluateAll(const ActiveFunctions& active, const Points& U) const;
+  Inversion EvaluateAll(const ActiveRefinement& active, const Points& U) const;
 
   int points() const { return static_cast<int>(points_.rows()); }  ///< Q.
 
@@ -88,10 +88,10 @@ class InversionDetector {
   void AddPairs(int axis, std::vector<int>* pair_at);
   void AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const;
   void AddLocalSlopes();
-  void MeasureSlopes(const ActiveFunctions& active, const Points& U, ScanState* scan) const;
+  void MeasureSlopes(const ActiveRefinement& active, const Points& U, ScanState* scan) const;
   bool Clear(std::size_t index, const ScanState& scan) const;
-  Matrix3d Gradient(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
-  double Determinant(Eigen::Index q, const ActiveFunctions& active, const Points& U) const;
+  Matrix3d Gradient(Eigen::Index q, const ActiveRefinement& active, const Points& U) const;
+  double Determinant(Eigen::Index q, const ActiveRefinement& active, const Points& U) const;
 
   Lattice lattice_;
   std::optional<Lattice> finer_;
@@ -100,7 +100,7 @@ class InversionDetector {
   double volume_ = 0;        // m^3
   std::array<std::vector<Pair>, 3> pairs_;
   std::vector<Cell> cells_;
-  std::vector<std::vector<LocalSlope>> local_slopes_;  // of each candidate
+  std::vector<std::vector<LocalSlope>> local_slopes_;  // of each function
 };
 
 }  // namespace hpdm

@@ -23,8 +23,8 @@ LameParameters ToLame(const MaterialOptions& material);
 enum class Dilatation { kPointwise, kProjected };
 
 /// How lambda is shared. What the projection does not see would cost nothing and let local
-/// functions (local_functions.h) overshoot, so up to 2 mu of lambda stays at the quadrature points:
-/// all of it for nu <= 1/3, a fifth for nu = 0.45, and no more as nu nears 1/2.
+/// functions (refinement_basis.h) overshoot, so up to 2 mu of lambda stays at the quadrature
+/// points: all of it for nu <= 1/3, a fifth for nu = 0.45, and no more as nu nears 1/2.
 struct DilatationShare {
   double pointwise = 0;  ///< Pa.
   double projected = 0;  ///< Pa.

@@ -13,7 +13,7 @@ class CholeskyRelaxation final : public Relaxation {
       : solver_(std::move(solver)) {}
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
-    SetActiveFunctions(contacts->local);
+    SetActiveFunctions(contacts->refinement);
     if (contacts->size() == 0) {
       U->setZero();
       return {};
@@ -21,7 +21,7 @@ class CholeskyRelaxation final : public Relaxation {
     return SolveContacts(solver_.get(), &problem_, contacts, U);
   }
 
-  void SetActiveFunctions(const ActiveFunctions& active) override {
+  void SetActiveFunctions(const ActiveRefinement& active) override {
     solver_->SetActiveFunctions(active);
   }
 
@@ -38,7 +38,7 @@ std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const ScalarStiffness& K) {
   return std::make_unique<CholeskyRelaxation>(MakeComplianceSolver(K));
 }
 
-std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots) {
+std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const RefinementBasis& functions, int slots) {
   return std::make_unique<CholeskyRelaxation>(MakeComplianceSolver(functions, slots));
 }
 

@@ -6,7 +6,7 @@
 #include "engine/contact/lattice_compliance.h"
 #include "engine/energy/metric_energy.h"
 #include "engine/energy/strain_energy.h"
-#include "engine/solver/local_functions.h"
+#include "engine/solver/refinement_basis.h"
 
 namespace hpdm {
 
@@ -22,7 +22,7 @@ class ComplianceSolver : public LatticeCompliance {
  public:
   /// Takes the local functions in use; Respond() does the same with those of its contacts. Without
   /// local functions nothing.
-  virtual void SetActiveFunctions(const ActiveFunctions& active) { static_cast<void>(active); }
+  virtual void SetActiveFunctions(const ActiveRefinement& active) { static_cast<void>(active); }
 
   /// The compliance A = B_c K^-1 B_c^T of `problem` (built from `contacts`); what Deform() needs of
   /// the contacts is kept.
@@ -53,6 +53,6 @@ std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const FullStiffness& K);
 
 /// With local functions in at most `slots` slots (enriched_compliance_solver.h). `functions` must
 /// outlive it.
-std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const LocalFunctions& functions, int slots);
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const RefinementBasis& functions, int slots);
 
 }  // namespace hpdm

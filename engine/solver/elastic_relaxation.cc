@@ -79,7 +79,7 @@ class StepPotential final : public Potential {
 class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options,
-                   const LocalFunctions* functions, int slots)
+                   const RefinementBasis* functions, int slots)
       : energy_(energy.Clone()),
         options_(options),
         n_(energy.control_points()),
@@ -100,7 +100,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
   RelaxationResult Relax(ContactSet* contacts, Points* U) override {
     const int recorded_end = std::exchange(stop_after_, 0);
-    SetActiveFunctions(contacts->local);
+    SetActiveFunctions(contacts->refinement);
     if (std::exchange(restarts_, false)) Enter(restart_);
     has_tangent_ = contacts->size() > 0 && energy_.share() > 0;
     if (contacts->size() == 0) {
@@ -124,7 +124,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return result;
   }
 
-  void SetActiveFunctions(const ActiveFunctions& active) override {
+  void SetActiveFunctions(const ActiveRefinement& active) override {
     at_rest_->SetActiveFunctions(active);
   }
 
@@ -164,7 +164,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
  private:
-  static std::unique_ptr<ComplianceSolver> SolverAtRest(const LocalFunctions* functions, int slots,
+  static std::unique_ptr<ComplianceSolver> SolverAtRest(const RefinementBasis* functions, int slots,
                                                         const BlendedEnergy& energy,
                                                         const SchurComplement** schur_complement) {
     if (functions == nullptr) return MakeComplianceSolver(energy.stiffness_at_rest());
@@ -347,7 +347,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
 std::unique_ptr<Relaxation> MakeNewtonRelaxation(const ElasticEnergy& energy,
                                                  const NewtonOptions& options,
-                                                 const LocalFunctions* functions, int slots) {
+                                                 const RefinementBasis* functions, int slots) {
   return std::make_unique<NewtonRelaxation>(energy, options, functions, slots);
 }
 

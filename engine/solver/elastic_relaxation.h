@@ -32,7 +32,7 @@ struct NewtonOptions {
 /// (schur_complement.h). `functions` must outlive the relaxation.
 std::unique_ptr<Relaxation> MakeNewtonRelaxation(const ElasticEnergy& energy,
                                                  const NewtonOptions& options = {},
-                                                 const LocalFunctions* functions = nullptr,
+                                                 const RefinementBasis* functions = nullptr,
                                                  int slots = 0);
 
 }  // namespace hpdm

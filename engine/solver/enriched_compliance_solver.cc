@@ -2,14 +2,14 @@
 
 namespace hpdm {
 
-EnrichedComplianceSolver::EnrichedComplianceSolver(const LocalFunctions& functions, int slots)
+EnrichedComplianceSolver::EnrichedComplianceSolver(const RefinementBasis& functions, int slots)
     : schur_complement_(functions, slots),
       unknowns_(functions.inverse().rows()),
       response_(unknowns_ + 3 * slots, ContactProblem::kMaxEquations),
       scratch_(unknowns_) {}
 
 void EnrichedComplianceSolver::Respond(const ContactSet& contacts, ContactProblem* problem) {
-  SetActiveFunctions(contacts.local);
+  SetActiveFunctions(contacts.refinement);
   const int equations = problem->size();
   for (int e = 0; e < equations; ++e) {
     const auto& [row, axis, force, unilateral] = (*problem)[e];
@@ -52,7 +52,8 @@ void EnrichedComplianceSolver::SolveColumn(Eigen::Ref<Eigen::VectorXd> column) c
   schur_complement_.AddCoupling(-1, g, f);
 }
 
-std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const LocalFunctions& functions, int slots) {
+std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const RefinementBasis& functions,
+                                                       int slots) {
   return std::make_unique<EnrichedComplianceSolver>(functions, slots);
 }
 

@@ -10,9 +10,9 @@ namespace hpdm {
 ///     V = Sigma^-1 (g - Y^T f),   U = K^-1 f - Y V.
 class EnrichedComplianceSolver final : public ComplianceSolver {
  public:
-  EnrichedComplianceSolver(const LocalFunctions& functions, int slots);
+  EnrichedComplianceSolver(const RefinementBasis& functions, int slots);
 
-  void SetActiveFunctions(const ActiveFunctions& active) override {
+  void SetActiveFunctions(const ActiveRefinement& active) override {
     schur_complement_.SetActiveFunctions(active);
   }
   const SchurComplement& schur_complement() const { return schur_complement_; }

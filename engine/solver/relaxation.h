@@ -6,8 +6,8 @@
 #include "engine/contact/lattice_compliance.h"
 #include "engine/energy/metric_energy.h"
 #include "engine/energy/strain_energy.h"
-#include "engine/solver/local_functions.h"
 #include "engine/solver/organ_quality.h"
+#include "engine/solver/refinement_basis.h"
 
 namespace hpdm {
 
@@ -31,7 +31,7 @@ class Relaxation {
   virtual bool AtRest() const { return true; }
 
   /// Takes other local functions in use, for compliance(); Relax does the same.
-  virtual void SetActiveFunctions(const ActiveFunctions& /*active*/) {}
+  virtual void SetActiveFunctions(const ActiveRefinement& /*active*/) {}
 
   /// The next Relax, which no clock limits then, stops after `iterations` (> 0): where a recorded
   /// one was out of time. Only relaxations with a clock have anything to do here.
@@ -69,7 +69,7 @@ std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K);
 /// virtual wall, is all that answers.
 std::unique_ptr<Relaxation> MakeRigidRelaxation();
 /// With local functions in at most `slots` slots; `functions` must outlive it.
-std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const LocalFunctions& functions, int slots);
+std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const RefinementBasis& functions, int slots);
 
 /// The paper's solver, extended by the contacts: one block of three unknowns a control point, the
 /// contacts by an augmented Lagrangian whose multipliers rise once a sweep. Its compliance() comes

@@ -9,7 +9,7 @@ constexpr double kRegularisation = 1e-9;
 
 }  // namespace
 
-SchurComplement::SchurComplement(const LocalFunctions& functions, int slots)
+SchurComplement::SchurComplement(const RefinementBasis& functions, int slots)
     : functions_(functions),
       function_(slots, -1),
       weight_(slots, 1),
@@ -20,7 +20,7 @@ SchurComplement::SchurComplement(const LocalFunctions& functions, int slots)
       factor_(reduced_) {}
 
 // The parts of Y and Sigma that belong to slots that changed; whether any did.
-bool SchurComplement::TakeSlots(const ActiveFunctions& active) {
+bool SchurComplement::TakeSlots(const ActiveRefinement& active) {
   bool changed = false;
   for (int s = 0; s < active.slots(); ++s) {
     stale_[s] = function_[s] != active.Function(s);
@@ -50,7 +50,7 @@ bool SchurComplement::TakeSlots(const ActiveFunctions& active) {
   return true;
 }
 
-void SchurComplement::SetActiveFunctions(const ActiveFunctions& active) {
+void SchurComplement::SetActiveFunctions(const ActiveRefinement& active) {
   bool changed = TakeSlots(active);
   for (int s = 0; s < active.slots(); ++s) {
     changed = changed || weight_[s] != active.Weight(s);

@@ -3,29 +3,29 @@
 #include <Eigen/Cholesky>
 #include <vector>
 
-#include "engine/lattice/active_functions.h"
-#include "engine/solver/local_functions.h"
+#include "engine/lattice/active_refinement.h"
+#include "engine/solver/refinement_basis.h"
 
 namespace hpdm {
 
-/// The local functions in use beside a lattice (local_functions.h). With the displacements
+/// The local functions in use beside a lattice (refinement_basis.h). With the displacements
 /// W = U + Y V (n x 3, m) that the lattice would have without them, the energy falls apart,
 ///     1/2 [U V] [K K_c; K_c^T K_loc] [U V]^T = 1/2 W^T K W + 1/2 V^T Sigma V,
 /// and loads (f, g) on (U, V) become f on W and g - Y^T f on V. With finite strain the energy of W
 /// takes the place of its first part: what the local functions add stays that of small strain.
 ///
-/// A function of weight w (active_functions.h) has Sigma_ii / w in place of its own block Sigma_ii,
-/// so that alone it would move w times as far.
+/// A function of weight w (active_refinement.h) has Sigma_ii / w in place of its own block
+/// Sigma_ii, so that alone it would move w times as far.
 ///
 /// Owned by one thread; methods allocate nothing.
 class SchurComplement {
  public:
-  SchurComplement(const LocalFunctions& functions, int slots);
+  SchurComplement(const RefinementBasis& functions, int slots);
 
-  const LocalFunctions& functions() const { return functions_; }
+  const RefinementBasis& functions() const { return functions_; }
   /// Takes the functions in use and their weights: 3 x 3 blocks of Sigma for each slot that
   /// changed, and where anything has, the factorisation, 0.2 (3 slots)^3 operations.
-  void SetActiveFunctions(const ActiveFunctions& active);
+  void SetActiveFunctions(const ActiveRefinement& active);
 
   /// `g` (3 slots, N): g - Y^T f in its place, with f (3n, N).
   void Reduce(const Eigen::Ref<const Eigen::VectorXd>& f, Eigen::Ref<Eigen::VectorXd> g) const {
@@ -42,9 +42,9 @@ class SchurComplement {
   const Eigen::MatrixXd& stiffness() const { return regular_; }
 
  private:
-  bool TakeSlots(const ActiveFunctions& active);
+  bool TakeSlots(const ActiveRefinement& active);
 
-  const LocalFunctions& functions_;
+  const RefinementBasis& functions_;
   std::vector<int> function_;   // of each slot, or -1
   std::vector<double> weight_;  // of each slot
   std::vector<bool> stale_;

@@ -45,7 +45,8 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const SchurComplement* sch
 
 std::unique_ptr<ComplianceSolver> MakeSolver(const OrganModel& model, int slots) {
   if (!model.lattice() || model.finite_energy() != nullptr) return nullptr;
-  if (model.local() != nullptr) return MakeComplianceSolver(*model.local(), slots);
+  if (model.refinement_basis() != nullptr)
+    return MakeComplianceSolver(*model.refinement_basis(), slots);
   return std::visit([](const auto& K) { return MakeComplianceSolver(K); }, model.stiffness());
 }
 
@@ -74,8 +75,8 @@ double StaticSolution::Compliance() const {
 StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>& loads)
     : model_(model),
       loads_(loads),
-      active_(model.local() != nullptr ? model.local()->size() : 0,
-              model.LocalSlots(static_cast<int>(loads.size()))),
+      active_(model.refinement_basis() != nullptr ? model.refinement_basis()->size() : 0,
+              model.RefinementSlots(static_cast<int>(loads.size()))),
       solver_(MakeSolver(model, active_.slots())),
       rows_(Eigen::MatrixXd::Zero(3 * (model.control_points() + active_.slots()),
                                   3 * static_cast<Eigen::Index>(loads.size()))),
@@ -88,13 +89,14 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
                      "\": a pressure needs a constant stiffness; give a force, or take "
                      "strain = \"small\" and not mass_spring");
   }
-  if (model.local() != nullptr) {
+  if (model.refinement_basis() != nullptr) {
     std::vector<Vector3d> centres;
     for (const LoadOptions& load : loads) {
       if (!load.pressure) centres.push_back(load.p_centre_W);
     }
-    active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
-    schur_complement_.emplace(*model.local(), active_.slots());
+    active_.ChooseNearest(model.refinement_basis()->centres(), centres,
+                          model.options().lattice.local.functions);
+    schur_complement_.emplace(*model.refinement_basis(), active_.slots());
     schur_complement_->SetActiveFunctions(active_);
     if (solver_ != nullptr) solver_->SetActiveFunctions(active_);
   }

@@ -54,7 +54,7 @@ class StaticLoads {
 
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
-  ActiveFunctions active_;
+  ActiveRefinement active_;
   std::vector<SurfaceDent> dents_;                   // one a load
   std::unique_ptr<ComplianceSolver> solver_;         // of a lattice with constant stiffness
   std::optional<SchurComplement> schur_complement_;  // the local functions in use

@@ -141,10 +141,10 @@ void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
 
 // The lattice's row at a vertex, until the next.
 SparseRow ToolContact::VertexRow(const OrganModel& model, int vertex, OrganState* state) const {
-  const ActiveFunctions& local = state->contacts.local;
-  if (local.slots() == 0) return model.LatticeRow(vertex);
+  const ActiveRefinement& refinement = state->contacts.refinement;
+  if (refinement.slots() == 0) return model.LatticeRow(vertex);
   auto row = state->tips.ScratchRow();
-  model.AddToRow(model.topology().AtVertex(model.rest().triangles, vertex), 1, local, row);
+  model.AddToRow(model.topology().AtVertex(model.rest().triangles, vertex), 1, refinement, row);
   return state->tips.Compress(row);
 }
 

@@ -43,7 +43,7 @@ void InversionRecovery::WatchGradient(const OrganState& state) {
     gradient_ = 0;
     return;
   }
-  gradient_ = model_.inversion_detector()->LargestGradient(state.contacts.local,
+  gradient_ = model_.inversion_detector()->LargestGradient(state.contacts.refinement,
                                                            state.control_displacements, &*scan_);
 }
 
@@ -121,8 +121,8 @@ bool InversionRecovery::IsLinear(const OrganState& state) const {
 bool InversionRecovery::IsInverted(const OrganState& state) {
   if (!scan_) return false;
   const int calls = IsLinear(state) ? kStepsPerScan : 1;
-  return model_.inversion_detector()->Inverted(state.contacts.local, state.control_displacements,
-                                               calls, &*scan_);
+  return model_.inversion_detector()->Inverted(state.contacts.refinement,
+                                               state.control_displacements, calls, &*scan_);
 }
 
 bool InversionRecovery::Sound(double demand, const OrganState& state) {

@@ -193,7 +193,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
     row->tool = tool_;
     row->p_rest_W = grasped_[i].at.Position(rest.vertices, rest.triangles);
     row->target_W = tool.X_WT * grasped_[i].p_T;
-    model.AddToRow(grasped_[i].at, 1, state.contacts.local,
+    model.AddToRow(grasped_[i].at, 1, state.contacts.refinement,
                    state.contacts.WeightRow(state.contacts.size() - 1));
   }
   if (grasped_count_ > 0) return true;
@@ -276,7 +276,7 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   row->p_rest_W = p_rest_W;
   row->normal_W = normal;
   row->target_W = on_axis - held().shaft_radius * normal;
-  model.AddToRow(hit.at, 1, state->contacts.local,
+  model.AddToRow(hit.at, 1, state->contacts.refinement,
                  state->contacts.WeightRow(state->contacts.size() - 1));
   return true;
 }
@@ -319,7 +319,8 @@ void ToolContact::AddKernelToRow(const OrganModel& model, const OrganState& stat
                                  Eigen::Ref<Eigen::RowVectorXd> row) const {
   for (int i = 0; i < resolved_.sample_count; ++i) {
     const SurfaceSample& sample = resolved_.samples[i];
-    model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, state.contacts.local, row);
+    model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, state.contacts.refinement,
+                   row);
   }
 }
 

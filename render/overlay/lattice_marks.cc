@@ -50,7 +50,8 @@ Points DisplacedLocalFunctions(const OrganModel& model, const OrganSnapshot& sha
   for (Eigen::Index slot = 0; slot < slots; ++slot) {
     const int function = shape.local_functions[static_cast<std::size_t>(slot)];
     if (function < 0) continue;
-    const Vector3d centre = model.local()->centres().row(model.local()->finer().Column(function));
+    const Vector3d centre =
+        model.refinement_basis()->centres().row(model.refinement_basis()->finer().Column(function));
     Vector3d p = centre + shape.offset_W + shape.local_displacements.row(slot).transpose();
     model.lattice()->ForEachFunction(centre, [&](int column, double value) {
       p += value * shape.control_displacements.row(column).transpose();

@@ -181,7 +181,8 @@ std::string Number(const char* name, int value) {
 // Constants, so that the compiler unrolls the sums.
 std::string Sizes(const OrganModel& model) {
   const TensorBasis& basis = model.lattice()->basis();
-  const TensorBasis& finer = model.local() != nullptr ? model.local()->finer().basis() : basis;
+  const TensorBasis& finer =
+      model.refinement_basis() != nullptr ? model.refinement_basis()->finer().basis() : basis;
   std::array<int, 3> degrees, cells, counts, finer_cells;
   for (int d = 0; d < 3; ++d) {
     degrees[d] = basis.axis(d).degree();
@@ -252,7 +253,7 @@ LatticeDeformation::LatticeDeformation(const OrganModel& model, const Points& re
   glBufferData(GL_TEXTURE_BUFFER, sizeof sinking, sinking.data(), GL_STATIC_DRAW);
   Attach(sinking_texture_, GL_R32F, sinking_buffer_);
 
-  const int slots = model.LocalSlots(kMaxInstruments);
+  const int slots = model.RefinementSlots(kMaxInstruments);
   shape_.assign(static_cast<std::size_t>(model.lattice()->basis().count() + 2 * slots),
                 Eigen::Vector4f::Zero());
   glBindBuffer(GL_TEXTURE_BUFFER, shape_buffer_.name());
@@ -284,7 +285,7 @@ void LatticeDeformation::UploadShape(const OrganSnapshot& shape) {
   for (std::size_t s = 0; s < shape.local_functions.size(); ++s) {
     const int function = shape.local_functions[s];
     if (function < 0) continue;
-    const TensorBasis& finer = model_.local()->finer().basis();
+    const TensorBasis& finer = model_.refinement_basis()->finer().basis();
     const int ny = finer.axis(1).count(), nz = finer.axis(2).count();
     shape_[end++] =
         Eigen::Vector4i(function / (ny * nz), function / nz % ny, function % nz, 0).cast<float>();

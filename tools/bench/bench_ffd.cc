@@ -22,20 +22,21 @@ class PressedShape {
  public:
   explicit PressedShape(const OrganModel& model)
       : model_(model),
-        active_(model.local() != nullptr ? model.local()->size() : 0, model.LocalSlots(1)),
+        active_(model.refinement_basis() != nullptr ? model.refinement_basis()->size() : 0,
+                model.RefinementSlots(1)),
         U_(1e-3 * Points::Random(model.control_points() + active_.slots(), 3)),
         moved_(model.rest().vertices) {
     const SurfacePoint front = FrontPoint(model.rest(), 0);
     const Vector3d p = front.Position(model.rest().vertices, model.rest().triangles);
     shape_.control_displacements = U_.topRows(model.control_points());
     shape_.local_displacements = U_.bottomRows(active_.slots());
-    if (model.local() != nullptr) {
-      active_.Follow(model.local()->centres(), std::span(&p, 1),
-                     model.options().lattice.local.functions);
+    if (model.refinement_basis() != nullptr) {
+      active_.ChooseNearest(model.refinement_basis()->centres(), std::span(&p, 1),
+                            model.options().lattice.local.functions);
       for (int s = 0; s < active_.slots(); ++s) {
         const int function = active_.Function(s);
-        shape_.local_functions.push_back(function < 0 ? -1
-                                                      : model.local()->finer().kept()[function]);
+        shape_.local_functions.push_back(
+            function < 0 ? -1 : model.refinement_basis()->finer().kept()[function]);
       }
     }
     shape_.dents[shape_.dent_count++] =
@@ -54,7 +55,7 @@ class PressedShape {
 
  private:
   const OrganModel& model_;
-  ActiveFunctions active_;
+  ActiveRefinement active_;
   Points U_, moved_;
   OrganSnapshot shape_;
 };

@@ -60,7 +60,7 @@ PressedBody::PressedBody(const BenchOrgan& organ, double side)
     relaxation_ = std::visit([](const auto& K) { return MakeGaussSeidelRelaxation(K, kIterative); },
                              stiffness_);
   } else {
-    relaxation_ = organ_->MakeRelaxation(organ_->LocalSlots(1));
+    relaxation_ = organ_->MakeRelaxation(organ_->RefinementSlots(1));
   }
   setup_ms_ = MillisecondsSince(start);
   AddPress(organ, side);
@@ -88,8 +88,8 @@ PressedBody::PressedBody(const BenchOrgan& organ, ContinuumStep step, double sid
 void PressedBody::AddPress(const BenchOrgan& organ, double side) {
   const Triangles& triangles = organ.rest.triangles;
   const SurfacePoint at = FrontPoint(organ.rest, side);
-  const int slots = organ_ ? organ_->LocalSlots(1) : 0;
-  contacts_ = ContactSet(unknowns(), slots > 0 ? organ_->local()->size() : 0, slots);
+  const int slots = organ_ ? organ_->RefinementSlots(1) : 0;
+  contacts_ = ContactSet(unknowns(), slots > 0 ? organ_->refinement_basis()->size() : 0, slots);
   U_ = Points::Zero(unknowns() + slots, 3);
   ContactSet::Row* row = contacts_.Add();
   row->p_rest_W = at.Position(rest_, triangles);
@@ -99,7 +99,7 @@ void PressedBody::AddPress(const BenchOrgan& organ, double side) {
                       .normalized();
   if (slots > 0) FollowTip();
   if (organ_) {
-    organ_->AddToRow(at, 1, contacts_.local, contacts_.WeightRow(0));
+    organ_->AddToRow(at, 1, contacts_.refinement, contacts_.WeightRow(0));
   } else {
     for (int k = 0; k < 3; ++k) {
       contacts_.WeightRow(0)[triangles(at.triangle, k)] = at.barycentric[k];
@@ -109,8 +109,8 @@ void PressedBody::AddPress(const BenchOrgan& organ, double side) {
 
 void PressedBody::FollowTip() {
   const Vector3d p = contacts_[0].p_rest_W;
-  contacts_.local.Follow(organ_->local()->centres(), {&p, 1},
-                         organ_->options().lattice.local.functions);
+  contacts_.refinement.ChooseNearest(organ_->refinement_basis()->centres(), {&p, 1},
+                                     organ_->options().lattice.local.functions);
 }
 
 void PressedBody::Step() {
@@ -118,7 +118,7 @@ void PressedBody::Step() {
   row.target_W = row.p_rest_W - (deep_ ? 0.010 : 0.009) * row.normal_W;
   deep_ = !deep_;
   if (before_step_) before_step_();
-  if (contacts_.local.slots() > 0) FollowTip();
+  if (contacts_.refinement.slots() > 0) FollowTip();
   if (repositions_) {
     const Eigen::RowVector3d p = row.p_rest_W.transpose() + contacts_.Weights().row(0) * U_;
     const double move = std::min(0.0, row.normal_W.dot(row.target_W - p.transpose()));
@@ -128,7 +128,7 @@ void PressedBody::Step() {
   relaxation_->Relax(&contacts_, &U_);
   if (organ_) {
     organ_->relocation().Relocate(U_, &vertices_);
-    organ_->AddLocalDisplacements(contacts_.local, U_, &vertices_);
+    organ_->AddLocalDisplacements(contacts_.refinement, U_, &vertices_);
   } else {
     vertices_ = rest_ + U_;
   }
@@ -140,12 +140,13 @@ double PressedBody::StaticResidual() const {
   if (const auto* scalar = std::get_if<ScalarStiffness>(&stiffness_)) {
     elastic = *scalar * U_;
   } else {
-    // With Y = K^-1 K_c of the local functions (local_functions.h): K U + K_c V = K (U + Y V).
+    // With Y = K^-1 K_c of the local functions (refinement_basis.h): K U + K_c V = K (U + Y V).
     Points moved = U_.topRows(n);
     Eigen::Map<Eigen::VectorXd> u(moved.data(), moved.size());
-    for (int s = 0; s < contacts_.local.slots(); ++s) {
-      const int function = contacts_.local.Function(s);
-      if (function >= 0) u += organ_->local()->Coupling(function) * U_.row(n + s).transpose();
+    for (int s = 0; s < contacts_.refinement.slots(); ++s) {
+      const int function = contacts_.refinement.Function(s);
+      if (function >= 0)
+        u += organ_->refinement_basis()->Coupling(function) * U_.row(n + s).transpose();
     }
     Eigen::Map<Eigen::VectorXd>(elastic.data(), elastic.size()) =
         std::get<FullStiffness>(stiffness_) * u;

@@ -48,7 +48,7 @@ LoadedBody::LoadedBody(const SurfaceMesh& rest, const std::vector<LoadOptions>& 
   if (options.model == OrganModelType::kHpdm) {
     organ_.emplace(options, rest);
     weights_ = organ_->weights();
-    slots_ = organ_->LocalSlots(static_cast<int>(loads.size()));
+    slots_ = organ_->RefinementSlots(static_cast<int>(loads.size()));
     relaxation_ = organ_->MakeRelaxation(slots_);
   } else {
     weights_ = VertexWeights(rest.vertices.rows());
@@ -70,12 +70,13 @@ void LoadedBody::AddPatches() {
     throw InputError("organ \"" + options_.name + "\": has more than " +
                      std::to_string(kMaxContacts) + " loads; leave some out");
   }
-  contacts_ = ContactSet(unknowns(), slots_ > 0 ? organ_->local()->size() : 0, slots_);
+  contacts_ = ContactSet(unknowns(), slots_ > 0 ? organ_->refinement_basis()->size() : 0, slots_);
   if (slots_ > 0) {
-    HPDM_CHECK(organ_->LocalSlots(static_cast<int>(loads_.size())) <= slots_);
+    HPDM_CHECK(organ_->RefinementSlots(static_cast<int>(loads_.size())) <= slots_);
     std::vector<Vector3d> centres;
     for (const LoadOptions& load : loads_) centres.push_back(load.p_centre_W);
-    contacts_.local.Follow(organ_->local()->centres(), centres, options_.lattice.local.functions);
+    contacts_.refinement.ChooseNearest(organ_->refinement_basis()->centres(), centres,
+                                       options_.lattice.local.functions);
   }
   U_ = Points::Zero(unknowns() + slots_, 3);
   patches_ = ContactWeights::Zero(static_cast<Eigen::Index>(loads_.size()), rest_.vertices.rows());
@@ -103,14 +104,14 @@ void LoadedBody::AddPatches() {
 
 void LoadedBody::AddLatticeRow(std::size_t load) {
   const LoadOptions& options = loads_[load];
-  dents_.push_back(organ_->AddLoadToRow(options.p_centre_W, options.radius, contacts_.local,
+  dents_.push_back(organ_->AddLoadToRow(options.p_centre_W, options.radius, contacts_.refinement,
                                         contacts_.WeightRow(static_cast<int>(load))));
 }
 
-int LoadedBody::local_functions() const { return contacts_.local.used(); }
+int LoadedBody::local_functions() const { return contacts_.refinement.used(); }
 
 void LoadedBody::AddDents(Points* vertices) const {
-  organ_->AddLocalDisplacements(contacts_.local, U_, vertices);
+  organ_->AddLocalDisplacements(contacts_.refinement, U_, vertices);
   for (int i = 0; i < contacts_.size(); ++i) {
     const auto load = static_cast<std::size_t>(i);
     organ_->AddDent(AppliedDent(dents_[load], loads_[load].p_centre_W, contacts_[i].force_W),

@@ -48,10 +48,10 @@ Json OrganFacts(const OrganModel& organ) {
     facts["control_points_dropped"] = lattice.basis().count() - lattice.size();
     if (organ.options().energy.type == EnergyType::kStrain) unknowns *= 3;
     facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
-    if (organ.local() != nullptr) {
+    if (organ.refinement_basis() != nullptr) {
       facts["local_functions"] = organ.options().lattice.local.functions;
-      facts["local_candidates"] = organ.local()->size();
-      facts["cost"]["local_bytes"] = organ.local()->Bytes();
+      facts["local_candidates"] = organ.refinement_basis()->size();
+      facts["cost"]["local_bytes"] = organ.refinement_basis()->Bytes();
     }
   } else if (organ.springs() != nullptr) {
     unknowns *= 3;

@@ -13,7 +13,7 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
   Eigen::VectorXd stiffness(count);
   std::unique_ptr<Relaxation> relaxation;
   if (instrument.reaction == ReactionType::kLattice && organ.lattice()) {
-    relaxation = organ.MakeRelaxation(organ.LocalSlots(1));
+    relaxation = organ.MakeRelaxation(organ.RefinementSlots(1));
   }
   if (relaxation == nullptr || relaxation->compliance() == nullptr) {
     Eigen::VectorXi corners = Eigen::VectorXi::Zero(count);  // as many as neighbours, once closed

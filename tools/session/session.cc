@@ -385,7 +385,7 @@ SessionInfo Session::Info() const {
     description.axes = lattice.box().axes;
     description.lengths = lattice.box().lengths;
     description.kept = lattice.kept();
-    if (organ.local() != nullptr) {
+    if (organ.refinement_basis() != nullptr) {
       description.local_refinement = organ.options().lattice.local.refinement;
     }
     info.organs.back().lattice = description;

@@ -46,7 +46,7 @@ class BlockHeldAtPoints {
     row.kind = ContactSet::RowKind::kGrasp;
     row.p_rest_W = at.Position(organ_.rest().vertices, organ_.rest().triangles);
     row.target_W = row.p_rest_W + way;
-    organ_.AddToRow(at, 1, state_.contacts.local,
+    organ_.AddToRow(at, 1, state_.contacts.refinement,
                     state_.contacts.WeightRow(state_.contacts.size() - 1));
   }
 

@@ -40,7 +40,7 @@ Points Pressed(const StressBlock& block, StressModel model, SolverType solver) {
     ContactSet::Row* row = state.contacts.Add();
     row->p_rest_W = block.loads[0].p_centre_W;
     row->target_W = row->p_rest_W - Vector3d(0, 0, block.max.z() / 10);
-    row->dent = organ.AddLoadToRow(row->p_rest_W, block.loads[0].radius, state.contacts.local,
+    row->dent = organ.AddLoadToRow(row->p_rest_W, block.loads[0].radius, state.contacts.refinement,
                                    state.contacts.WeightRow(0));
     row->local_compliance_W = row->dent.Compliance();
     state.relaxation->Relax(&state.contacts, &state.control_displacements);

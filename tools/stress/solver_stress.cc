@@ -33,7 +33,7 @@ class BlockHeldAtPatch {
       row->kind = ContactSet::RowKind::kGrasp;
       row->p_rest_W = block_.loads[0].p_centre_W;
       row->target_W = row->p_rest_W - Vector3d(0, 0, depth_);
-      organ_.AddLoadToRow(row->p_rest_W, block_.loads[0].radius, contacts_.local,
+      organ_.AddLoadToRow(row->p_rest_W, block_.loads[0].radius, contacts_.refinement,
                           contacts_.WeightRow(0));
     }
     return recovery->Relax(dt, relaxation, &contacts_, &U_);

@@ -160,8 +160,8 @@ void StressBody::MeasureStep() {
   outcome_.largest_displacement = std::max(outcome_.largest_displacement, outcome_.displacement);
   if (!(outcome_.displacement <= kAtRest)) outcome_.last_off_rest = ToSeconds(step_.step.time_ns);
   if (organ().inversion_detector() == nullptr) return;
-  const InversionDetector::Inversion inversion =
-      organ().inversion_detector()->EvaluateAll(state.contacts.local, state.control_displacements);
+  const InversionDetector::Inversion inversion = organ().inversion_detector()->EvaluateAll(
+      state.contacts.refinement, state.control_displacements);
   outcome_.least_determinant = std::min(outcome_.least_determinant, inversion.least);
   outcome_.inverted_share = std::max(outcome_.inverted_share, inversion.share);
 }

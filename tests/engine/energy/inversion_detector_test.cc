@@ -48,7 +48,7 @@ class InversionDetectorTest : public testing::TestWithParam<std::pair<BasisType,
     return scan.share;
   }
 
-  ActiveFunctions none_{0, 0};
+  ActiveRefinement none_{0, 0};
 };
 
 TEST_P(InversionDetectorTest, MirroredTissueIsAllInvertedAndTurnedTissueIsNot) {
@@ -140,9 +140,10 @@ TEST(InversionDetector, LocalFunctionsCount) {
   options.lattice.local.functions = 20;
   options.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
   const OrganModel model(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
-  ActiveFunctions active(model.local()->size(), model.LocalSlots(2));
+  ActiveRefinement active(model.refinement_basis()->size(), model.RefinementSlots(2));
   const std::array<Vector3d, 2> places = {Vector3d(0.03, 0, 0.04), Vector3d(-0.03, 0, 0.04)};
-  active.Follow(model.local()->centres(), places, options.lattice.local.functions);
+  active.ChooseNearest(model.refinement_basis()->centres(), places,
+                       options.lattice.local.functions);
   const int n = model.control_points();
   srand(3);
   Points U = Points::Zero(n + active.slots(), 3);

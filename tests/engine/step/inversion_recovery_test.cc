@@ -44,7 +44,7 @@ class InversionRecoveryTest : public testing::Test {
   void Hold(const Vector3d& move) { hpdm::Hold(models_[0], move, &state_.contacts); }
   void Relax() { inversion_recovery_.Relax(1. / 30, &state_); }
   InversionDetector::Inversion Evaluate() const {
-    return models_[0].inversion_detector()->EvaluateAll(state_.contacts.local,
+    return models_[0].inversion_detector()->EvaluateAll(state_.contacts.refinement,
                                                         state_.control_displacements);
   }
   double Height() const {  // of the point above its rest

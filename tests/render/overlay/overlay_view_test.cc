@@ -93,7 +93,7 @@ TEST(LatticeMarks, LinesJoinNeighboursAndLocalFunctionsHaveAColourOfTheirOwn) {
   options.lattice.local.functions = 4;
   const OrganModel model(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   OrganSnapshot shape = ShapeAtRest(model);
-  shape.local_functions = {model.local()->finer().kept()[7], -1};
+  shape.local_functions = {model.refinement_basis()->finer().kept()[7], -1};
   shape.local_displacements = Points::Zero(2, 3);
   Marks marks;
   AddLatticeMarks(model, ControlPointPresence(model), shape, &marks);
@@ -110,7 +110,7 @@ TEST(LatticeMarks, LinesJoinNeighboursAndLocalFunctionsHaveAColourOfTheirOwn) {
     // Neighbours differ along one axis of the grid.
     EXPECT_EQ(((mark.a_W - mark.b_W).array().abs() > 1e-6f).count(), 1);
   }
-  const Eigen::Vector3f centre = model.local()->centres().row(7).cast<float>();
+  const Eigen::Vector3f centre = model.refinement_basis()->centres().row(7).cast<float>();
   EXPECT_LT((marks.back().a_W - centre).norm(), 1e-7f);
   EXPECT_NE(marks.back().colour, marks[marks.size() - 2].colour);
 }

@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "engine/energy/strain_energy.h"
-#include "engine/lattice/active_functions.h"
+#include "engine/lattice/active_refinement.h"
 #include "engine/lattice/lattice.h"
 
 namespace hpdm {
 
 /// The finer splines that an organ can add where it is touched: hierarchical refinement (Forsey,
 /// Bartels 1988) over `refinement` times as many cells, of which only a few near the contacts are
-/// in use at a time (active_functions.h). Candidates are all of them that have tissue and none in a
+/// in use at a time (active_refinement.h). The basis has all of them that have tissue and none in a
 /// support's region.
 ///
 /// With control displacements U (n) and those of the local functions in use, V (m), the energy is
@@ -25,16 +25,16 @@ namespace hpdm {
 /// reduced stiffness, the Schur complement Sigma = K_loc - K_c^T Y.
 ///
 /// Constant once built; read by any thread.
-class LocalFunctions {
+class RefinementBasis {
  public:
   /// `K` (3n x 3n): of `lattice` over `tissue` by StrainStiffness with `dilatation`, with supports
   /// in `regions`. `tissue` must resolve the finer cells. Throws InputError when K is not positive
   /// definite.
-  LocalFunctions(const Lattice& lattice, const LocalFunctionOptions& options,
-                 const Quadrature& tissue, const MaterialOptions& material, Dilatation dilatation,
-                 const std::vector<Quadrature>& regions, const FullStiffness& K);
+  RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
+                  const Quadrature& tissue, const MaterialOptions& material, Dilatation dilatation,
+                  const std::vector<Quadrature>& regions, const FullStiffness& K);
 
-  /// Candidates, N, and control points of the lattice, n.
+  /// Functions, N, and control points of the lattice, n.
   int size() const { return finer_.size(); }
   int control_points() const { return static_cast<int>(inverse_.rows()) / 3; }
   const Lattice& finer() const { return finer_; }
@@ -57,7 +57,7 @@ class LocalFunctions {
   Lattice finer_;
   Points centres_;
   Eigen::MatrixXd inverse_;
-  // A candidate couples to U directly and through the projected dilatation p: K_c = c + H^T d
+  // A function couples to U directly and through the projected dilatation p: K_c = c + H^T d
   // with few entries in c (3n x 3N) and d (m x 3N). `sparse_` is [c; d]; `coupling_` is Z [c; d]
   // with Z = [I H^T]^T K^-1 [I H^T], its first 3n rows Y.
   Eigen::SparseMatrix<double> sparse_;

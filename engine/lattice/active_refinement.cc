@@ -1,11 +1,11 @@
-#include "engine/lattice/active_functions.h"
+#include "engine/lattice/active_refinement.h"
 
 #include <algorithm>
 
 namespace hpdm {
 
-void ActiveFunctions::Follow(const Points& centres, std::span<const Vector3d> points, int per_point,
-                             double share) {
+void ActiveRefinement::ChooseNearest(const Points& centres, std::span<const Vector3d> points,
+                                     int per_point, double share) {
   for (int s = 0; s < slots(); ++s) last_[s] = Weight(s);
   std::fill(wanted_.begin(), wanted_.end(), 0);
   const int count = share > 0 ? std::min(per_point, static_cast<int>(order_.size())) : 0;

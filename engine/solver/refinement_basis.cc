@@ -1,4 +1,4 @@
-#include "engine/solver/local_functions.h"
+#include "engine/solver/refinement_basis.h"
 
 #include <array>
 
@@ -39,10 +39,10 @@ auto Collect(Triplets* triplets, Eigen::Index first_row = 0) {
 
 }  // namespace
 
-LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOptions& options,
-                               const Quadrature& tissue, const MaterialOptions& material,
-                               Dilatation dilatation, const std::vector<Quadrature>& regions,
-                               const FullStiffness& K)
+RefinementBasis::RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
+                                 const Quadrature& tissue, const MaterialOptions& material,
+                                 Dilatation dilatation, const std::vector<Quadrature>& regions,
+                                 const FullStiffness& K)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
       centres_(finer_.ControlPoints()),
       inverse_(InverseStiffness(
@@ -87,7 +87,7 @@ LocalFunctions::LocalFunctions(const Lattice& lattice, const LocalFunctionOption
   coupling_.noalias() = Z * sparse_;
 }
 
-Matrix3d LocalFunctions::ReducedStiffness(int a, int b) const {
+Matrix3d RefinementBasis::ReducedStiffness(int a, int b) const {
   Matrix3d S;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {

@@ -1,4 +1,4 @@
-#include "engine/solver/local_functions.h"
+#include "engine/solver/refinement_basis.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 constexpr int kRefinement = 2;
 
 // An ellipsoid in a lattice of 3 x 3 x 3 cells, held by springs everywhere (so that no region
-// excludes candidates).
+// excludes functions).
 struct LatticeBody {
   explicit LatticeBody(double poisson)
       : material{.young = 5000, .poisson = poisson},
@@ -38,9 +38,9 @@ struct LatticeBody {
     return options;
   }
 
-  LocalFunctions Local() const {
-    return LocalFunctions(lattice, {.functions = 20, .refinement = kRefinement}, tissue, material,
-                          Dilatation::kProjected, {}, K);
+  RefinementBasis Local() const {
+    return RefinementBasis(lattice, {.functions = 20, .refinement = kRefinement}, tissue, material,
+                           Dilatation::kProjected, {}, K);
   }
 
   MaterialOptions material;
@@ -51,7 +51,7 @@ struct LatticeBody {
   FullStiffness K;
 };
 
-// The energy that local_functions.h describes, from the displacement gradients at the tissue's
+// The energy that refinement_basis.h describes, from the displacement gradients at the tissue's
 // points: of U and V together, with what the projection does not see of V's own dilatation.
 double EnergyAtPoints(const LatticeBody& body, const Lattice& finer, const Points& U,
                       const Points& V) {
@@ -83,12 +83,12 @@ double EnergyAtPoints(const LatticeBody& body, const Lattice& finer, const Point
   return energy;
 }
 
-class LocalFunctionsTest : public testing::TestWithParam<double> {};
-INSTANTIATE_TEST_SUITE_P(PoissonRatios, LocalFunctionsTest, testing::Values(0.3, 0.45));
+class RefinementBasisTest : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(PoissonRatios, RefinementBasisTest, testing::Values(0.3, 0.45));
 
-TEST_P(LocalFunctionsTest, CouplingAndReducedStiffnessHoldTheEnergy) {
+TEST_P(RefinementBasisTest, CouplingAndReducedStiffnessHoldTheEnergy) {
   const LatticeBody body(GetParam());
-  const LocalFunctions local = body.Local();
+  const RefinementBasis local = body.Local();
   std::srand(1);
   const Points U = 1e-3 * Points::Random(body.lattice.size(), 3);
   Points V = Points::Zero(local.size(), 3);
@@ -110,11 +110,11 @@ TEST_P(LocalFunctionsTest, CouplingAndReducedStiffnessHoldTheEnergy) {
   EXPECT_NEAR(energy, exact, 1e-7 * exact);
 }
 
-TEST_P(LocalFunctionsTest, NoneTouchesASupportsRegion) {
+TEST_P(RefinementBasisTest, NoneTouchesASupportsRegion) {
   const LatticeBody body(GetParam());
   Quadrature region{body.tissue.points.topRows(200), body.tissue.weights.head(200)};
-  const LocalFunctions local(body.lattice, {.functions = 20, .refinement = kRefinement},
-                             body.tissue, body.material, Dilatation::kProjected, {region}, body.K);
+  const RefinementBasis local(body.lattice, {.functions = 20, .refinement = kRefinement},
+                              body.tissue, body.material, Dilatation::kProjected, {region}, body.K);
   EXPECT_LT(local.size(), body.Local().size());
   EXPECT_EQ(local.finer().Weights(region.points).nonZeros(), 0);
 }
@@ -122,38 +122,38 @@ TEST_P(LocalFunctionsTest, NoneTouchesASupportsRegion) {
 // A press on top of the body, its row over the lattice and the local functions in use.
 class RefinedPress {
  public:
-  RefinedPress(const LatticeBody& body, const LocalFunctions& local)
+  RefinedPress(const LatticeBody& body, const RefinementBasis& local)
       : body_(body), local_(local), contacts_(body.lattice.size(), local.size(), 20) {}
 
   // Compliance under the press at p.
   double Compliance(ComplianceSolver* solver, const Vector3d& p) {
     contacts_.Clear();
     const Vector3d points[] = {p};
-    contacts_.local.Follow(local_.centres(), points, 20);
+    contacts_.refinement.ChooseNearest(local_.centres(), points, 20);
     ContactSet::Row* row = contacts_.Add();
     row->p_rest_W = p;
     auto weights = contacts_.WeightRow(0);
     body_.lattice.ForEachFunction(p, [&](int column, double value) { weights[column] = value; });
-    local_.finer().ForEachFunction(p, [&](int candidate, double value) {
-      const int slot = contacts_.local.Slot(candidate);
+    local_.finer().ForEachFunction(p, [&](int function, double value) {
+      const int slot = contacts_.refinement.Slot(function);
       if (slot >= 0) weights[body_.lattice.size() + slot] = value;
     });
     problem_.Build(contacts_);
     solver->Respond(contacts_, &problem_);
     return problem_.compliance()(0, 0);
   }
-  const ActiveFunctions& active() const { return contacts_.local; }
+  const ActiveRefinement& active() const { return contacts_.refinement; }
 
  private:
   const LatticeBody& body_;
-  const LocalFunctions& local_;
+  const RefinementBasis& local_;
   ContactSet contacts_;
   ContactProblem problem_;
 };
 
-TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
+TEST_P(RefinementBasisTest, AMovingSetEndsAsAFreshOneBegins) {
   const LatticeBody body(GetParam());
-  const LocalFunctions local = body.Local();
+  const RefinementBasis local = body.Local();
   RefinedPress press(body, local);
   const auto moving = MakeComplianceSolver(local, 20), fresh = MakeComplianceSolver(local, 20);
   double last = 0;
@@ -165,9 +165,9 @@ TEST_P(LocalFunctionsTest, AMovingSetEndsAsAFreshOneBegins) {
   EXPECT_NEAR(last, first, 1e-9 * first);  // the order of the slots only
 }
 
-TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
+TEST_P(RefinementBasisTest, ComeAndGoWithoutAStep) {
   const LatticeBody body(GetParam());
-  const LocalFunctions local = body.Local();
+  const RefinementBasis local = body.Local();
   RefinedPress press(body, local);
   const auto solver = MakeComplianceSolver(local, 20);
   const auto compliance = [&](double x) {
@@ -195,9 +195,9 @@ TEST_P(LocalFunctionsTest, ComeAndGoWithoutAStep) {
   EXPECT_GT(swaps, 3);
 }
 
-TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
+TEST_P(RefinementBasisTest, SoftenAPressAndNeverStiffenIt) {
   const LatticeBody body(GetParam());
-  const LocalFunctions local = body.Local();
+  const RefinementBasis local = body.Local();
   const auto plain = MakeComplianceSolver(body.K), refined = MakeComplianceSolver(local, 20);
   for (const double x : {-0.06, -0.02, 0.0, 0.03}) {
     const Vector3d p(x, 0.01, 0.04);
@@ -214,12 +214,12 @@ TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
   }
 }
 
-TEST(ActiveFunctions, TakesTheNearestAndKeepsTheirSlots) {
+TEST(ActiveRefinement, TakesTheNearestAndKeepsTheirSlots) {
   Points centres(100, 3);
   for (int a = 0; a < 100; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
-  ActiveFunctions active(100, 4);
+  ActiveRefinement active(100, 4);
   const Vector3d first[] = {Vector3d(10.4, 0, 0)};
-  active.Follow(centres, first, 4);
+  active.ChooseNearest(centres, first, 4);
   std::array<int, 4> slot{};
   for (int a = 9; a <= 12; ++a) {
     ASSERT_GE(active.Slot(a), 0) << a;
@@ -228,7 +228,7 @@ TEST(ActiveFunctions, TakesTheNearestAndKeepsTheirSlots) {
     slot[a - 9] = active.Slot(a);
   }
   const Vector3d moved[] = {Vector3d(11.4, 0, 0)};
-  active.Follow(centres, moved, 4);
+  active.ChooseNearest(centres, moved, 4);
   EXPECT_EQ(active.Slot(9), -1);
   for (int a = 10; a <= 12; ++a) {
     EXPECT_EQ(active.Slot(a), slot[a - 9]);
@@ -238,20 +238,20 @@ TEST(ActiveFunctions, TakesTheNearestAndKeepsTheirSlots) {
   EXPECT_TRUE(active.Changed(slot[0]));
 }
 
-TEST(ActiveFunctions, TheFarthestFadeAndTheirWeightTellsHowFar) {
+TEST(ActiveRefinement, TheFarthestFadeAndTheirWeightTellsHowFar) {
   Points centres(100, 3);
   for (int a = 0; a < 100; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
-  ActiveFunctions active(100, 4);
+  ActiveRefinement active(100, 4);
   const auto follow = [&](double x, double share = 1) {
     const Vector3d point[] = {Vector3d(x, 0, 0)};
-    active.Follow(centres, point, 4, share);
+    active.ChooseNearest(centres, point, 4, share);
   };
   const auto weight = [&](int function) { return active.Weight(active.Slot(function)); };
   follow(10.49);  // 9 .. 12 are in; 12 is at 1.51, 8, the first outside, at 2.49
   EXPECT_EQ(weight(10), 1);
   EXPECT_EQ(weight(12), 1);
   follow(10.99);  // 13 comes at 11.0: 9 is at 1.99, 13 at 2.01
-  EXPECT_NEAR(weight(9), (1 - 1.99 * 1.99 / (2.01 * 2.01)) / ActiveFunctions::kBand, 1e-12);
+  EXPECT_NEAR(weight(9), (1 - 1.99 * 1.99 / (2.01 * 2.01)) / ActiveRefinement::kBand, 1e-12);
   EXPECT_NEAR(active.Kept(active.Slot(9)), weight(9), 1e-12);
   EXPECT_EQ(active.Kept(active.Slot(10)), 1);
   const double fading = weight(9);
@@ -260,26 +260,26 @@ TEST(ActiveFunctions, TheFarthestFadeAndTheirWeightTellsHowFar) {
   EXPECT_NEAR(weight(9), fading / 2, 1e-12);  // round-off
   EXPECT_EQ(active.Kept(active.Slot(10)), 0.5);
   follow(11.0 + 1e-9);
-  EXPECT_EQ(weight(13), ActiveFunctions::kLeastWeight);
+  EXPECT_EQ(weight(13), ActiveRefinement::kLeastWeight);
   follow(11.0, 0);
   EXPECT_EQ(active.used(), 0);
 }
 
-TEST(ActiveFunctions, NoContactLetsGoOfAll) {
-  ActiveFunctions active(10, 4);
+TEST(ActiveRefinement, NoContactLetsGoOfAll) {
+  ActiveRefinement active(10, 4);
   const Vector3d point[] = {Vector3d::Zero()};
   const Points centres = Points::Random(10, 3);
-  active.Follow(centres, point, 4);
-  active.Follow(centres, {}, 4);
+  active.ChooseNearest(centres, point, 4);
+  active.ChooseNearest(centres, {}, 4);
   for (int s = 0; s < 4; ++s) EXPECT_EQ(active.Function(s), -1);
 }
 
-TEST(ActiveFunctions, TwoContactsShareTheSlots) {
+TEST(ActiveRefinement, TwoContactsShareTheSlots) {
   Points centres(10, 3);
   for (int a = 0; a < 10; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
-  ActiveFunctions active(10, 8);
+  ActiveRefinement active(10, 8);
   const Vector3d points[] = {Vector3d(1.4, 0, 0), Vector3d(3.4, 0, 0)};
-  active.Follow(centres, points, 4);  // 0..3 and 2..5: two are in both
+  active.ChooseNearest(centres, points, 4);  // 0..3 and 2..5: two are in both
   int used = 0;
   for (int s = 0; s < 8; ++s) used += active.Function(s) >= 0;
   EXPECT_EQ(used, 6);
