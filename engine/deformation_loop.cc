@@ -36,12 +36,13 @@ void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* 
     shape->local_functions[s] =
         function < 0 ? -1 : model.refinement_basis()->finer().kept()[function];
   }
-  shape->dent_count = 0;
+  shape->indentation_count = 0;
   for (int i = 0; i < state.contacts.size(); ++i) {
     const ContactSet::Row& row = state.contacts[i];
-    const bool dents = row.dent.radius() < row.dent.resolved_radius();
-    if (!dents || shape->dent_count == kMaxInstruments) continue;
-    shape->dents[shape->dent_count++] = AppliedDent(row.dent, row.p_rest_W, row.force_W);
+    const bool indents = row.indentation.radius() < row.indentation.resolved_radius();
+    if (!indents || shape->indentation_count == kMaxInstruments) continue;
+    shape->indentations[shape->indentation_count++] =
+        AppliedIndentation(row.indentation, row.p_rest_W, row.force_W);
   }
 }
 
@@ -342,7 +343,8 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
     FillShape(models_[o], states_[o], &shape);
     if (shape.vertices.rows() == 0) continue;
     shape.vertices = states_[o].vertices.cast<float>();
-    for (int i = 0; i < shape.dent_count; ++i) models_[o].AddDent(shape.dents[i], &shape.vertices);
+    for (int i = 0; i < shape.indentation_count; ++i)
+      models_[o].AddIndentation(shape.indentations[i], &shape.vertices);
   }
 }
 

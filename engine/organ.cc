@@ -301,13 +301,13 @@ SparseRow OrganModel::LatticeRow(int vertex) const {
   return {{weights_.innerIndexPtr() + first, count}, {weights_.valuePtr() + first, count}};
 }
 
-DentSnapshot AppliedDent(const SurfaceDent& dent, const Vector3d& p_rest_W,
-                         const Vector3d& force_W) {
+IndentationSnapshot AppliedIndentation(const LocalIndentation& indentation,
+                                       const Vector3d& p_rest_W, const Vector3d& force_W) {
   return {.p_rest_W = p_rest_W,
-          .normal_W = dent.normal_W(),
-          .radius = dent.radius(),
-          .resolved_radius = dent.resolved_radius(),
-          .strength_W = dent.factor_W() * force_W};
+          .normal_W = indentation.normal_W(),
+          .radius = indentation.radius(),
+          .resolved_radius = indentation.resolved_radius(),
+          .amplitude_W = indentation.factor_W() * force_W};
 }
 
 double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
@@ -319,21 +319,22 @@ double OrganModel::ResolvedRadius(const SurfacePoint& at, double radius) const {
   return std::max(radius, thickness / 3);
 }
 
-SurfaceDent OrganModel::Dent(const SurfacePoint& at, double radius) const {
+LocalIndentation OrganModel::Indentation(const SurfacePoint& at, double radius) const {
   MaterialOptions material = options_.material;
   material.young = YoungAt(options_, bounds_, at.Position(rest_.vertices, rest_.triangles));
   return {material, InterpolatedNormal(rest_.vertices, rest_.triangles, topology_, at), radius,
           ResolvedRadius(at, radius)};
 }
 
-SurfaceDent OrganModel::AddLoadToRow(const Vector3d& p_centre_W, double radius,
-                                     const ActiveRefinement& active,
-                                     Eigen::Ref<Eigen::RowVectorXd> row) const {
-  const SurfaceDent dent = Dent(NearestSurfacePoint(rest_, p_centre_W), radius);
-  for (const SurfaceSample& sample : SurfaceKernel(rest_, p_centre_W, dent.resolved_radius())) {
+LocalIndentation OrganModel::AddLoadToRow(const Vector3d& p_centre_W, double radius,
+                                          const ActiveRefinement& active,
+                                          Eigen::Ref<Eigen::RowVectorXd> row) const {
+  const LocalIndentation indentation = Indentation(NearestSurfacePoint(rest_, p_centre_W), radius);
+  for (const SurfaceSample& sample :
+       SurfaceKernel(rest_, p_centre_W, indentation.resolved_radius())) {
     AddToRow({sample.triangle, sample.barycentric}, sample.weight, active, row);
   }
-  return dent;
+  return indentation;
 }
 
 OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)

@@ -93,23 +93,23 @@ class OrganModel {
   /// 3, m). No allocation.
   void AddLocalDisplacements(const ActiveRefinement& active, const Points& U,
                              Points* vertices) const;
-  /// Adds a dent to `vertices` (V x 3, m, of any scalar), on its side of the surface. O(V), no
-  /// allocation.
+  /// Adds an indentation to `vertices` (V x 3, m, of any scalar), on its side of the surface. O(V),
+  /// no allocation.
   template <typename Vertices>
-  void AddDent(const DentSnapshot& dent, Vertices* vertices) const;
+  void AddIndentation(const IndentationSnapshot& indentation, Vertices* vertices) const;
 
   /// The radius (m, at least `radius`) of the kernel with which a force on a patch of `radius` is
   /// given to the lattice (half_space.h): what its finest functions resolve, or a third of the
   /// tissue's thickness there, whichever is smaller. No allocation.
   double ResolvedRadius(const SurfacePoint& at, double radius) const;
   /// The rest of what that force does. No allocation.
-  SurfaceDent Dent(const SurfacePoint& at, double radius) const;
+  LocalIndentation Indentation(const SurfacePoint& at, double radius) const;
   /// Adds a load's patch of `radius` (m) around the rest point `p_centre_W` (m) to `row`, as the
   /// lattice gets it, and returns the rest of what it does. Set-up only; throws InputError when no
   /// surface lies within the radius.
-  SurfaceDent AddLoadToRow(const Vector3d& p_centre_W, double radius,
-                           const ActiveRefinement& active,
-                           Eigen::Ref<Eigen::RowVectorXd> row) const;
+  LocalIndentation AddLoadToRow(const Vector3d& p_centre_W, double radius,
+                                const ActiveRefinement& active,
+                                Eigen::Ref<Eigen::RowVectorXd> row) const;
 
  private:
   void BuildLatticeModel();
@@ -141,21 +141,23 @@ class OrganModel {
 };
 
 template <typename Vertices>
-void OrganModel::AddDent(const DentSnapshot& dent, Vertices* vertices) const {
-  const double reach = DentReach(dent.radius, dent.resolved_radius);
+void OrganModel::AddIndentation(const IndentationSnapshot& indentation, Vertices* vertices) const {
+  const double reach = IndentationReach(indentation.radius, indentation.resolved_radius);
   for (Eigen::Index v = 0; v < vertices->rows(); ++v) {
-    const double distance2 = (rest_.vertices.row(v).transpose() - dent.p_rest_W).squaredNorm();
+    const double distance2 =
+        (rest_.vertices.row(v).transpose() - indentation.p_rest_W).squaredNorm();
     if (distance2 >= reach * reach) continue;
-    if (rest_normals_.row(v).dot(dent.normal_W) <= 0) continue;
+    if (rest_normals_.row(v).dot(indentation.normal_W) <= 0) continue;
     const Vector3d moved =
-        DentShape(std::sqrt(distance2), dent.radius, dent.resolved_radius) * dent.strength_W;
+        IndentationProfile(std::sqrt(distance2), indentation.radius, indentation.resolved_radius) *
+        indentation.amplitude_W;
     vertices->row(v) += moved.transpose().template cast<typename Vertices::Scalar>();
   }
 }
 
-/// What a force on the tissue (N) at a rest point (m) makes of a dent.
-DentSnapshot AppliedDent(const SurfaceDent& dent, const Vector3d& p_rest_W,
-                         const Vector3d& force_W);
+/// What a force on the tissue (N) at a rest point (m) makes of an indentation.
+IndentationSnapshot AppliedIndentation(const LocalIndentation& indentation,
+                                       const Vector3d& p_rest_W, const Vector3d& force_W);
 
 /// The part of an organ that a step changes. Owned by the deformation thread.
 struct OrganState {
@@ -166,7 +168,7 @@ struct OrganState {
   Vector3d offset_last_W = Vector3d::Zero();  ///< In the step before.
   Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by
                                  ///< reposition and relax.
-  Points vertices;               ///< V x 3, m, world: X + B U, without dents and the organ's
+  Points vertices;               ///< V x 3, m, world: X + B U, without indentations and the organ's
                                  ///< offset. Set by relocate.
   SurfaceTree tree;              ///< Over `vertices`. Refitted by collide where they have moved.
   ContactSet contacts;           ///< Filled by collide, forces set by relax.

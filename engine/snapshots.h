@@ -196,15 +196,15 @@ struct ContactPatch {
   std::array<ToolPatch, kMaxInstruments> tools;
 };
 
-/// A dent below the lattice's resolution (half_space.h): a vertex at the distance d from `p_rest_W`
-/// whose rest normal is less than 90 degrees from `normal_W` moves by DentShape(d, radius,
-/// resolved_radius) strength_W.
-struct DentSnapshot {
+/// An indentation below the lattice's resolution (half_space.h): a vertex at the distance d from
+/// `p_rest_W` whose rest normal is less than 90 degrees from `normal_W` moves by
+/// IndentationProfile(d, radius, resolved_radius) amplitude_W.
+struct IndentationSnapshot {
   Vector3d p_rest_W = Vector3d::Zero();  ///< m.
   Vector3d normal_W = Vector3d::UnitZ();
-  double radius = 0;                       ///< m.
-  double resolved_radius = 0;              ///< m.
-  Vector3d strength_W = Vector3d::Zero();  ///< m^2.
+  double radius = 0;                        ///< m.
+  double resolved_radius = 0;               ///< m.
+  Vector3d amplitude_W = Vector3d::Zero();  ///< m^2.
 };
 
 /// One organ as the step left it. All but the offset is its shape, which is written only when it
@@ -217,8 +217,8 @@ struct OrganSnapshot {
   Points control_displacements;          ///< n x 3, m, world axes (U).
   std::vector<int> local_functions;      ///< Index in the finer splines' grid of each slot, or -1.
   Points local_displacements;            ///< Slots x 3, m.
-  int dent_count = 0;
-  std::array<DentSnapshot, kMaxInstruments> dents;
+  int indentation_count = 0;
+  std::array<IndentationSnapshot, kMaxInstruments> indentations;
   Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>
       vertices;  ///< V x 3, m, world; 0 x 3 on the telemetry edge, whose readers rebuild them.
 };

@@ -27,10 +27,11 @@ class ContactSet {
     Vector3d target_W = Vector3d::Zero();    ///< m.
     Vector3d normal_W = Vector3d::UnitZ();   ///< Outward unit normal; press only.
     Vector3d friction_W = Vector3d::Zero();  ///< Press: tangential force on the tissue over f_n.
-    SurfaceDent dent;                        ///< What the tip does below the resolution.
+    LocalIndentation indentation;            ///< What the tip does below the
+                                             ///< resolution.
     Matrix3d local_compliance_W =
-        Matrix3d::Zero();                 ///< C_loc, the dent's: added to the point's own block of
-                                          ///< the compliance, m/N, symmetric.
+        Matrix3d::Zero();                 ///< C_loc, the indentation's: added to the point's own
+                                          ///< block of the compliance, m/N, symmetric.
     Vector3d force_W = Vector3d::Zero();  ///< Result: force on the tissue, N.
     double slip = 0;  ///< Result: how far the tissue stays behind `target` by unit force, m/N.
   };

@@ -80,13 +80,13 @@ double KernelSinking(double d_over_R) { return Table().At(d_over_R); }
 
 double MeanKernelSinking() { return Table().mean(); }
 
-double DentShape(double d, double radius, double resolved_radius) {
-  if (d >= DentReach(radius, resolved_radius)) return 0;
+double IndentationProfile(double d, double radius, double resolved_radius) {
+  if (d >= IndentationReach(radius, resolved_radius)) return 0;
   return KernelSinking(d / radius) / radius - KernelSinking(d / resolved_radius) / resolved_radius;
 }
 
-SurfaceDent::SurfaceDent(const MaterialOptions& material, const Vector3d& normal_W, double radius,
-                         double resolved_radius)
+LocalIndentation::LocalIndentation(const MaterialOptions& material, const Vector3d& normal_W,
+                                   double radius, double resolved_radius)
     : normal_W_(normal_W), radius_(radius), resolved_radius_(resolved_radius) {
   HPDM_CHECK(radius > 0 && resolved_radius >= radius);
   const double nu = material.poisson;
@@ -96,7 +96,7 @@ SurfaceDent::SurfaceDent(const MaterialOptions& material, const Vector3d& normal
               material.young;
 }
 
-Matrix3d SurfaceDent::Compliance() const {
+Matrix3d LocalIndentation::Compliance() const {
   return MeanKernelSinking() * (1 / radius_ - 1 / resolved_radius_) * factor_W_;
 }
 

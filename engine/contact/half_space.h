@@ -15,12 +15,12 @@ double KernelSinking(double d_over_R);
 double MeanKernelSinking();
 
 /// g(d / radius) / radius - g(d / resolved_radius) / resolved_radius with g = KernelSinking, 1/m:
-/// the shape of the dent below. Zero beyond DentReach().
-double DentShape(double d, double radius, double resolved_radius);
+/// the shape of the indentation below. Zero beyond IndentationReach().
+double IndentationProfile(double d, double radius, double resolved_radius);
 
 /// m: where the shape has faded to less than 1e-3 of the resolved radius' own part; zero for equal
-/// radii, which leave no dent.
-inline double DentReach(double radius, double resolved_radius) {
+/// radii, which leave no indentation.
+inline double IndentationReach(double radius, double resolved_radius) {
   return radius < resolved_radius ? 4 * resolved_radius : 0;
 }
 
@@ -28,24 +28,26 @@ inline double DentReach(double radius, double resolved_radius) {
 /// `radius` is given to the lattice with the kernel of the larger `resolved_radius`, as which it
 /// comes to the same away from the patch, and the difference of the two is a half-space's:
 ///
-///     u(d) = H f DentShape(d, radius, resolved_radius)
+///     u(d) = H f IndentationProfile(d, radius, resolved_radius)
 ///
 /// with H = ((1 - nu^2) n n^T + (1 + nu)(1 - nu/2)(I - n n^T)) / E, which
 /// along the surface is the mean over directions (Cerruti). Small strain. Zero when the radii are
 /// equal. Any thread, no allocation.
-class SurfaceDent {
+class LocalIndentation {
  public:
-  /// No dent.
-  SurfaceDent() = default;
+  /// No indentation.
+  LocalIndentation() = default;
   /// `normal_W`: unit, of the surface. Requires 0 < radius <= resolved_radius (m).
-  SurfaceDent(const MaterialOptions& material, const Vector3d& normal_W, double radius,
-              double resolved_radius);
+  LocalIndentation(const MaterialOptions& material, const Vector3d& normal_W, double radius,
+                   double resolved_radius);
 
   /// Mean displacement of the patch (weighted by its kernel) for a unit force: C_loc, m/N.
   Matrix3d Compliance() const;
   /// Displacement at the distance `d` (m) from the patch's centre along the surface for a unit
   /// force, m/N.
-  Matrix3d At(double d) const { return DentShape(d, radius_, resolved_radius_) * factor_W_; }
+  Matrix3d At(double d) const {
+    return IndentationProfile(d, radius_, resolved_radius_) * factor_W_;
+  }
 
   const Vector3d& normal_W() const { return normal_W_; }
   double radius() const { return radius_; }

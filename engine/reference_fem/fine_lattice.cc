@@ -420,7 +420,7 @@ Points FineLattice::Compose(const std::vector<LoadOptions>& loads, Answer* answe
       const auto at = static_cast<Eigen::Index>(3 * i);
       const Patch& patch = answer->patches[i];
       at_loads.segment<3>(at) = moved_points.transpose() * patch.weights +
-                                patch.dent.Compliance() * forces.segment<3>(at);
+                                patch.indentation.Compliance() * forces.segment<3>(at);
     }
     return at_loads;
   };
@@ -445,13 +445,13 @@ Points FineLattice::Compose(const std::vector<LoadOptions>& loads, Answer* answe
   Points u =
       lattice_.Weights(rest_.vertices) * Eigen::Map<const Points>(U.data(), lattice_.size(), 3);
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    const SurfaceDent& dent = answer->patches[i].dent;
+    const LocalIndentation& indentation = answer->patches[i].indentation;
     const Vector3d f = answer->force.segment<3>(static_cast<Eigen::Index>(3 * i));
-    const double reach = DentReach(dent.radius(), dent.resolved_radius());
+    const double reach = IndentationReach(indentation.radius(), indentation.resolved_radius());
     for (Eigen::Index v = 0; v < u.rows(); ++v) {
       const double d = (rest_.vertices.row(v).transpose() - loads[i].p_centre_W).norm();
-      if (d >= reach || normals_.row(v).dot(dent.normal_W()) <= 0) continue;
-      u.row(v) += (dent.At(d) * f).transpose();
+      if (d >= reach || normals_.row(v).dot(indentation.normal_W()) <= 0) continue;
+      u.row(v) += (indentation.At(d) * f).transpose();
     }
   }
   return u;

@@ -51,7 +51,7 @@ class FineLattice {
   // A load as the lattice gets it, and the rest of what it does.
   struct Patch {
     Eigen::VectorXd weights;  // n
-    SurfaceDent dent;
+    LocalIndentation indentation;
   };
   // Of a case's loads: what is solved for, and what is known of the rest.
   struct Answer {

@@ -105,7 +105,7 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
                      "organ \"" + model.options().name +
                          "\": nothing holds its surface; add an [[organ.support]]");
   }
-  dents_.resize(loads.size());
+  indentations_.resize(loads.size());
   for (std::size_t i = 0; i < loads.size(); ++i) {
     if (loads[i].pressure) {
       AddPressure(i);
@@ -117,7 +117,8 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
 
 void StaticLoads::AddPatch(std::size_t load) {
   Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(rows_.rows() / 3);
-  dents_[load] = model_.AddLoadToRow(loads_[load].p_centre_W, loads_[load].radius, active_, row);
+  indentations_[load] =
+      model_.AddLoadToRow(loads_[load].p_centre_W, loads_[load].radius, active_, row);
   PutOnEachAxis(row, load, &rows_);
 }
 
@@ -176,7 +177,7 @@ StaticSolution StaticLoads::SolveFinite() const {
   }
   for (std::size_t i = 0; i < m; ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
-    rows.local.block<3, 3>(at, at) += dents_[i].Compliance();
+    rows.local.block<3, 3>(at, at) += indentations_[i].Compliance();
     if (loads_[i].force_W.has_value()) rows.forces.segment<3>(at) = *loads_[i].force_W;
     if (!loads_[i].displacement_W.has_value()) continue;
     rows.moves.segment<3>(at) = *loads_[i].displacement_W;
@@ -203,7 +204,7 @@ StaticSolution StaticLoads::SolveFinite() const {
   model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
-  AddDents(found.forces, &solution);
+  AddIndentations(found.forces, &solution);
   for (std::size_t i = 0; i < m; ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
     solution.load_forces.emplace_back(found.forces.segment<3>(at));
@@ -212,12 +213,12 @@ StaticSolution StaticLoads::SolveFinite() const {
   return solution;
 }
 
-void StaticLoads::AddDents(const Eigen::VectorXd& forces, StaticSolution* solution) const {
+void StaticLoads::AddIndentations(const Eigen::VectorXd& forces, StaticSolution* solution) const {
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     if (loads_[i].pressure) continue;
-    model_.AddDent(AppliedDent(dents_[i], loads_[i].p_centre_W,
-                               forces.segment<3>(3 * static_cast<Eigen::Index>(i))),
-                   &solution->vertex_displacements);
+    model_.AddIndentation(AppliedIndentation(indentations_[i], loads_[i].p_centre_W,
+                                             forces.segment<3>(3 * static_cast<Eigen::Index>(i))),
+                          &solution->vertex_displacements);
   }
 }
 
@@ -268,7 +269,8 @@ StaticSolution StaticLoads::Solve() const {
     Eigen::MatrixXd compliance = response.leftCols(3 * m);  // 3m x 3m
     const Eigen::VectorXd pressed = response.col(3 * m);
     for (Eigen::Index i = 0; i < m; ++i) {
-      compliance.block<3, 3>(3 * i, 3 * i) += dents_[static_cast<std::size_t>(i)].Compliance();
+      compliance.block<3, 3>(3 * i, 3 * i) +=
+          indentations_[static_cast<std::size_t>(i)].Compliance();
     }
     force = Forces(compliance, pressed);
     U = columns.leftCols(3 * m) * force + columns.col(3 * m);
@@ -278,7 +280,7 @@ StaticSolution StaticLoads::Solve() const {
   model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
-  AddDents(force, &solution);
+  AddIndentations(force, &solution);
   for (Eigen::Index i = 0; i < m; ++i) {
     solution.load_forces.emplace_back(force.segment<3>(3 * i) +
                                       pressure_force_[static_cast<std::size_t>(i)]);

@@ -50,12 +50,12 @@ class StaticLoads {
   void Respond(Eigen::MatrixXd* columns) const;
   Eigen::VectorXd Forces(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& free) const;
   StaticSolution SolveFinite() const;
-  void AddDents(const Eigen::VectorXd& forces, StaticSolution* solution) const;
+  void AddIndentations(const Eigen::VectorXd& forces, StaticSolution* solution) const;
 
   const OrganModel& model_;
   std::vector<LoadOptions> loads_;
   ActiveRefinement active_;
-  std::vector<SurfaceDent> dents_;                   // one a load
+  std::vector<LocalIndentation> indentations_;       // one a load
   std::unique_ptr<ComplianceSolver> solver_;         // of a lattice with constant stiffness
   std::optional<SchurComplement> schur_complement_;  // the local functions in use
   std::optional<SparseCholesky> surface_;            // of the continuum

@@ -163,7 +163,7 @@ void ToolContact::FillLatticeContact(const OrganModel& model, OrganState* state,
   if (patch->kind == ContactKind::kGrasp) {
     // For the press that is left when the jaws open.
     const double radius = std::max(held().tip_radius, kLeastRadius);
-    const Matrix3d C_loc = model.Dent(at_, radius).Compliance();
+    const Matrix3d C_loc = model.Indentation(at_, radius).Compliance();
     for (int i = 0; i < patch->point_count; ++i) patch->points[i].compliance_W += C_loc;
     return;
   }

@@ -13,7 +13,7 @@ namespace {
 constexpr double kNear = 0.005;
 
 // Cosine between the shaft's axis and the normal of what it touches, at most: a shaft that enters
-// the surface end on goes down the dent of its own tip.
+// the surface end on goes down the indentation of its own tip.
 constexpr double kMostEndOn = 0.7;
 
 }  // namespace
@@ -199,12 +199,12 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   if (grasped_count_ > 0) return true;
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
   const double radius = std::max(held().tip_radius, kLeastRadius);
-  dent_ = model.Dent(at_, radius);
+  indentation_ = model.Indentation(at_, radius);
   resolved_.sample_count = 0;
   if (!model.rigid()) {
-    state.neighbourhoods.Collect(rest.vertices, at_, {.reach = dent_.resolved_radius()},
+    state.neighbourhoods.Collect(rest.vertices, at_, {.reach = indentation_.resolved_radius()},
                                  &resolved_around_);
-    GatherKernel(rest, resolved_around_, at_, facing, dent_.resolved_radius(), &resolved_);
+    GatherKernel(rest, resolved_around_, at_, facing, indentation_.resolved_radius(), &resolved_);
   }
   if (normal_.squaredNorm() == 0) normal_ = KernelNormal(model, state, facing, radius);
   if ((gap_ > kNear && !from_tick_) || normal_.squaredNorm() == 0) return true;
@@ -215,7 +215,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   row->normal_W = normal_;
   row->friction_W = friction_;
   row->target_W = tool.X_WT.translation() - held().tip_radius * normal_;
-  row->dent = dent_;
+  row->indentation = indentation_;
   row->local_compliance_W = LocalCompliance(model);
   AddKernelToRow(model, state, state.contacts.WeightRow(state.contacts.size() - 1));
   return true;
@@ -223,7 +223,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
 
 // Of the press under the tip.
 Matrix3d ToolContact::LocalCompliance(const OrganModel& model) const {
-  if (!model.rigid()) return dent_.Compliance();
+  if (!model.rigid()) return indentation_.Compliance();
   return Matrix3d::Identity() / model.options().wall_stiffness.value_or(options_.wall_stiffness);
 }
 

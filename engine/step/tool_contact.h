@@ -37,10 +37,10 @@ struct ToolOptions {
 /// however far it has come.
 ///
 /// A press acts on the patch of GatherKernel() about the point under the tip, with the radius that
-/// the lattice resolves; what R = max(tip radius, 1 mm) does more is a dent (half_space.h).
+/// the lattice resolves; what R = max(tip radius, 1 mm) does more is an indentation (half_space.h).
 ///
 /// A rigid organ is a press on a virtual wall: its compliance, the same in every direction, stands
-/// where a dent's would, nothing else moves, and jaws do not grasp it.
+/// where an indentation's would, nothing else moves, and jaws do not grasp it.
 class ToolContact {
  public:
   static constexpr double kReach = 0.06;         ///< m: no patch beyond this distance.
@@ -121,7 +121,7 @@ class ToolContact {
   KernelPatch kernel_;                    // about at_, for a normal that the tick does not give
   Neighbourhood resolved_around_;         // at rest, as wide as the lattice resolves
   KernelSamples resolved_;                // with which the lattice gets it
-  SurfaceDent dent_;                      // the difference
+  LocalIndentation indentation_;          // the difference
   Vector3d normal_ = Vector3d::Zero();    // of the press; zero: not known yet
   Vector3d friction_ = Vector3d::Zero();  // of the press: tangential over normal force
   bool from_tick_ = false;                // the press

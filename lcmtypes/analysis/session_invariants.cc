@@ -155,9 +155,9 @@ double Difference(const OrganSnapshot& shape, const Points& rest) {
   };
   add(shape.control_displacements - rest);
   add(shape.local_displacements);
-  for (int i = 0; i < shape.dent_count; ++i) {
-    const DentSnapshot& dent = shape.dents[i];
-    difference = std::max(difference, dent.strength_W.norm() / dent.radius);
+  for (int i = 0; i < shape.indentation_count; ++i) {
+    const IndentationSnapshot& indentation = shape.indentations[i];
+    difference = std::max(difference, indentation.amplitude_W.norm() / indentation.radius);
   }
   return difference;
 }

@@ -288,14 +288,14 @@ void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, or
   }
   message->local_count = static_cast<std::int32_t>(message->local_functions.size());
   message->local_value_count = static_cast<std::int32_t>(message->local_displacements.size());
-  message->dent_count = shape.dent_count;
-  message->dents.resize(shape.dent_count);
-  for (int i = 0; i < shape.dent_count; ++i) {
-    const DentSnapshot& from = shape.dents[i];
+  message->dent_count = shape.indentation_count;
+  message->dents.resize(shape.indentation_count);
+  for (int i = 0; i < shape.indentation_count; ++i) {
+    const IndentationSnapshot& from = shape.indentations[i];
     dent_t& to = message->dents[i];
     Copy(from.p_rest_W, to.centre);
     Copy(from.normal_W, to.normal);
-    Copy(from.strength_W, to.strength);
+    Copy(from.amplitude_W, to.strength);
     to.radius = from.radius;
     to.resolved_radius = from.resolved_radius;
   }
@@ -322,10 +322,10 @@ bool FromMessage(const organ_t& message, OrganSnapshot* shape) {
   take(message.local_displacements, &shape->local_displacements);
   shape->offset_W = ToVector(message.offset);
   shape->local_functions = message.local_functions;
-  shape->dent_count = message.dent_count;
+  shape->indentation_count = message.dent_count;
   for (int i = 0; i < message.dent_count; ++i) {
     const dent_t& from = message.dents[i];
-    DentSnapshot& to = shape->dents[i];
+    IndentationSnapshot& to = shape->indentations[i];
     if (!(from.radius > 0) || !(from.resolved_radius >= from.radius)) return false;
     to = {Eigen::Map<const Vector3d>(from.centre), Eigen::Map<const Vector3d>(from.normal),
           from.radius, from.resolved_radius, Eigen::Map<const Vector3d>(from.strength)};

@@ -87,10 +87,10 @@ uniform samplerBuffer sinking;             // KernelSinking
 uniform mat3 unit_from_world;              // d unit / d rest, 1/m
 uniform float sinking_tail;
 uniform int active_count;
-uniform int dent_count;
-uniform vec4 dent_centre[MAX_DENTS];       // w: radius
-uniform vec4 dent_normal[MAX_DENTS];       // w: resolved radius
-uniform vec4 dent_strength[MAX_DENTS];     // w: reach
+uniform int indentation_count;
+uniform vec4 indentation_centre[MAX_INDENTATIONS];       // w: radius
+uniform vec4 indentation_normal[MAX_INDENTATIONS];       // w: resolved radius
+uniform vec4 indentation_amplitude[MAX_INDENTATIONS];     // w: reach
 out vec3 position;
 out vec3 normal;
 
@@ -151,15 +151,16 @@ void main() {
   }
   mat3 F = mat3(1.0) + by_unit * unit_from_world;
 
-  for (int i = 0; i < dent_count; ++i) {
-    vec3 from_centre = rest - dent_centre[i].xyz;
+  for (int i = 0; i < indentation_count; ++i) {
+    vec3 from_centre = rest - indentation_centre[i].xyz;
     float d = length(from_centre);
-    if (d >= dent_strength[i].w || dot(rest_normal, dent_normal[i].xyz) <= 0.0) continue;
-    float radius = dent_centre[i].w, resolved = dent_normal[i].w;
+    if (d >= indentation_amplitude[i].w ||
+        dot(rest_normal, indentation_normal[i].xyz) <= 0.0) continue;
+    float radius = indentation_centre[i].w, resolved = indentation_normal[i].w;
     vec2 near = Sinking(d / radius) / radius, far = Sinking(d / resolved) / resolved;
-    u += (near.x - far.x) * dent_strength[i].xyz;
+    u += (near.x - far.x) * indentation_amplitude[i].xyz;
     float slope = near.y / radius - far.y / resolved;
-    F += outerProduct(dent_strength[i].xyz, slope / max(d, 1e-9) * from_centre);
+    F += outerProduct(indentation_amplitude[i].xyz, slope / max(d, 1e-9) * from_centre);
   }
 
   position = rest + u;
@@ -193,7 +194,7 @@ std::string Sizes(const OrganModel& model) {
   return Number("BERNSTEIN", basis.axis(0).type() == BasisType::kBernstein ? 1 : 0) +
          Number("SUPPORT", 1 + *std::max_element(degrees.begin(), degrees.end())) +
          Vector("DEGREES", degrees) + Vector("CELLS", cells) + Vector("COUNTS", counts) +
-         Vector("FINER_CELLS", finer_cells) + Number("MAX_DENTS", kMaxInstruments) +
+         Vector("FINER_CELLS", finer_cells) + Number("MAX_INDENTATIONS", kMaxInstruments) +
          Number("SINKING_INTERVALS", kSinkingIntervals) + "#define SINKING_END " +
          std::to_string(kSinkingEnd) + "\n";
 }
@@ -228,10 +229,10 @@ LatticeDeformation::LatticeDeformation(const OrganModel& model, const Points& re
       program_("deformation", {Sizes(model).c_str(), kUnivariate, kDeform}, {},
                {"position", "normal"}),
       active_count_(program_.Uniform("active_count")),
-      dent_count_(program_.Uniform("dent_count")),
-      dent_centre_(program_.Uniform("dent_centre")),
-      dent_normal_(program_.Uniform("dent_normal")),
-      dent_strength_(program_.Uniform("dent_strength")) {
+      indentation_count_(program_.Uniform("indentation_count")),
+      indentation_centre_(program_.Uniform("indentation_centre")),
+      indentation_normal_(program_.Uniform("indentation_normal")),
+      indentation_amplitude_(program_.Uniform("indentation_amplitude")) {
   HPDM_CHECK(model.lattice().has_value() && rest_normals.rows() == rest.rows());
   const OrientedBox& box = model.lattice()->box();
   PointsF unit(rest.rows(), 3);
@@ -301,27 +302,28 @@ void LatticeDeformation::UploadShape(const OrganSnapshot& shape) {
                shape_.data(), GL_STREAM_DRAW);
 }
 
-void LatticeDeformation::UploadDents(const OrganSnapshot& shape) const {
-  std::array<Eigen::Vector4f, kMaxInstruments> centre, normal, strength;
-  for (int i = 0; i < shape.dent_count; ++i) {
-    const DentSnapshot& dent = shape.dents[i];
-    centre[i] << dent.p_rest_W.cast<float>(), static_cast<float>(dent.radius);
-    normal[i] << dent.normal_W.cast<float>(), static_cast<float>(dent.resolved_radius);
-    strength[i] << dent.strength_W.cast<float>(),
-        static_cast<float>(DentReach(dent.radius, dent.resolved_radius));
+void LatticeDeformation::UploadIndentations(const OrganSnapshot& shape) const {
+  std::array<Eigen::Vector4f, kMaxInstruments> centre, normal, amplitude;
+  for (int i = 0; i < shape.indentation_count; ++i) {
+    const IndentationSnapshot& indentation = shape.indentations[i];
+    centre[i] << indentation.p_rest_W.cast<float>(), static_cast<float>(indentation.radius);
+    normal[i] << indentation.normal_W.cast<float>(),
+        static_cast<float>(indentation.resolved_radius);
+    amplitude[i] << indentation.amplitude_W.cast<float>(),
+        static_cast<float>(IndentationReach(indentation.radius, indentation.resolved_radius));
   }
-  glUniform1i(dent_count_, shape.dent_count);
-  if (shape.dent_count == 0) return;
-  glUniform4fv(dent_centre_, shape.dent_count, centre[0].data());
-  glUniform4fv(dent_normal_, shape.dent_count, normal[0].data());
-  glUniform4fv(dent_strength_, shape.dent_count, strength[0].data());
+  glUniform1i(indentation_count_, shape.indentation_count);
+  if (shape.indentation_count == 0) return;
+  glUniform4fv(indentation_centre_, shape.indentation_count, centre[0].data());
+  glUniform4fv(indentation_normal_, shape.indentation_count, normal[0].data());
+  glUniform4fv(indentation_amplitude_, shape.indentation_count, amplitude[0].data());
 }
 
 void LatticeDeformation::Deform(const OrganSnapshot& shape, const GlObject& positions,
                                 const GlObject& normals) {
   program_.Use();
   UploadShape(shape);
-  UploadDents(shape);
+  UploadIndentations(shape);
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_BUFFER, sinking_texture_.name());
   glActiveTexture(GL_TEXTURE0);

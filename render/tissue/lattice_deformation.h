@@ -28,16 +28,16 @@ enum class FfdPath : std::uint8_t {
 bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model);
 
 /// Free-form deformation in a vertex shader (Eq. 4): x = X + sum_a phi_a(X) U_a, with the local
-/// functions and dents that DeformationLoop adds to a snapshot's vertices, for any
+/// functions and indentations that DeformationLoop adds to a snapshot's vertices, for any
 /// points of the organ's rest surface. Positions agree with the CPU's to single precision.
 ///
 /// Normals are n = cof(F) n_rest (Nanson) with F = dx/dX of the same map, so no vertex needs its
 /// neighbours. The CPU averages the normals of the deformed triangles: the two differ by what the
 /// triangles miss of the map's curvature.
 ///
-/// A frame sends the control displacements, the active local functions and the dents (16 bytes a
-/// control point). The shader's output goes by transform feedback into the buffers that the organ
-/// is drawn from, so that every vertex is deformed once however many programs draw it.
+/// A frame sends the control displacements, the active local functions and the indentations (16
+/// bytes a control point). The shader's output goes by transform feedback into the buffers that the
+/// organ is drawn from, so that every vertex is deformed once however many programs draw it.
 ///
 /// Render thread only.
 class LatticeDeformation {
@@ -54,12 +54,13 @@ class LatticeDeformation {
 
  private:
   void UploadShape(const OrganSnapshot& shape);
-  void UploadDents(const OrganSnapshot& shape) const;
+  void UploadIndentations(const OrganSnapshot& shape) const;
 
   const OrganModel& model_;
   int count_;
   ShaderProgram program_;
-  int active_count_, dent_count_, dent_centre_, dent_normal_, dent_strength_;
+  int active_count_, indentation_count_, indentation_centre_, indentation_normal_,
+      indentation_amplitude_;
   std::vector<Eigen::Vector4f> shape_;  // the lattice's grid, then two entries a local function
   GlObject layout_{GlKind::kVertexArray};
   GlObject rest_buffer_{GlKind::kBuffer};

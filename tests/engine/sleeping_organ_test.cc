@@ -227,8 +227,8 @@ TEST(SleepingOrgan, EverySlotOfAnEdgeHasTheShapesOfItsStep) {
           ASSERT_EQ(shape.version, state.version);
           ASSERT_EQ(shape.control_displacements,
                     state.control_displacements.topRows(shape.control_displacements.rows()));
-          // Where no dent is.
-          if (shape.dent_count == 0) {
+          // Where no indentation is.
+          if (shape.indentation_count == 0) {
             ASSERT_EQ(shape.vertices, state.vertices.cast<float>());
           }
         }

@@ -75,9 +75,9 @@ organ_t OrganMessage() {
   shape.control_displacements = Points::Constant(4, 3, 0.001);
   shape.local_functions = {7, 12};
   shape.local_displacements = Points::Constant(2, 3, 0.002);
-  shape.dent_count = 1;
-  shape.dents[0].radius = 0.0025;
-  shape.dents[0].resolved_radius = 0.02;
+  shape.indentation_count = 1;
+  shape.indentations[0].radius = 0.0025;
+  shape.indentations[0].resolved_radius = 0.02;
   organ_t message{};
   ToMessage(StepRecord(), 0, shape, &message);
   message.sequence = 1;

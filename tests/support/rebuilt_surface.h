@@ -40,13 +40,14 @@ inline Points Rebuilt(const OrganDescription& organ, const OrganSnapshot& shape)
                    &vertices);
   Points normals;
   VertexNormals(organ.vertices, organ.triangles, &normals);
-  for (int i = 0; i < shape.dent_count; ++i) {
-    const DentSnapshot& dent = shape.dents[i];
+  for (int i = 0; i < shape.indentation_count; ++i) {
+    const IndentationSnapshot& indentation = shape.indentations[i];
     for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-      if (normals.row(v).dot(dent.normal_W) <= 0) continue;
-      const double d = (organ.vertices.row(v).transpose() - dent.p_rest_W).norm();
-      vertices.row(v) +=
-          (DentShape(d, dent.radius, dent.resolved_radius) * dent.strength_W).transpose();
+      if (normals.row(v).dot(indentation.normal_W) <= 0) continue;
+      const double d = (organ.vertices.row(v).transpose() - indentation.p_rest_W).norm();
+      vertices.row(v) += (IndentationProfile(d, indentation.radius, indentation.resolved_radius) *
+                          indentation.amplitude_W)
+                             .transpose();
     }
   }
   vertices.rowwise() += shape.offset_W.transpose();

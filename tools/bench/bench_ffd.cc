@@ -17,7 +17,7 @@ namespace hpdm {
 namespace {
 
 // The shape of an organ that one tip presses: any displacements, the local functions around a
-// point and a dent there.
+// point and an indentation there.
 class PressedShape {
  public:
   explicit PressedShape(const OrganModel& model)
@@ -39,8 +39,8 @@ class PressedShape {
             function < 0 ? -1 : model.refinement_basis()->finer().kept()[function]);
       }
     }
-    shape_.dents[shape_.dent_count++] =
-        AppliedDent(model.Dent(front, 0.0025), p, Vector3d(0, 0, -1));
+    shape_.indentations[shape_.indentation_count++] =
+        AppliedIndentation(model.Indentation(front, 0.0025), p, Vector3d(0, 0, -1));
     shape_.vertices = model.rest().vertices.cast<float>();
   }
 
@@ -49,7 +49,7 @@ class PressedShape {
     model_.relocation().Relocate(U_, &moved_);
     model_.AddLocalDisplacements(active_, U_, &moved_);
     shape_.vertices = moved_.cast<float>();
-    model_.AddDent(shape_.dents[0], &shape_.vertices);
+    model_.AddIndentation(shape_.indentations[0], &shape_.vertices);
   }
   const OrganSnapshot& shape() const { return shape_; }
 

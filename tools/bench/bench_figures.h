@@ -109,7 +109,8 @@ std::vector<FrameFigures> TimeFrames(bool quick);
 struct FfdFigures {
   std::string lattice;  ///< In words.
   int control_points = 0, triangles = 0;
-  Timing step;       ///< CPU, in the step: relocation, local functions, dent, single precision.
+  Timing step;       ///< CPU, in the step: relocation, local functions, indentation, single
+                     ///< precision.
   Timing upload;     ///< CPU, in the render thread: normals, upload.
   Timing shader;     ///< Render thread, upload of the shape to finished vertices and normals.
   double ratio = 0;  ///< Shader over both of the CPU's.

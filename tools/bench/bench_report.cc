@@ -131,7 +131,8 @@ std::string FrameTable(const std::vector<FrameFigures>& rows) {
 std::string FfdText(const FfdTable& table) {
   std::string text =
       "Free-form deformation of one organ for the picture, one tip pressing, us (medians): on the "
-      "CPU the relocation with local functions and dent, which a step needs for its collisions "
+      "CPU the relocation with local functions and indentation, which a step needs for its "
+      "collisions "
       "anyway, then normals and upload in the render thread; in the shader everything, upload of "
       "the control points to finished vertices and normals. " +
       table.renderer +

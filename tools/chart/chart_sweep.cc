@@ -94,14 +94,14 @@ ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
   if (!point.fitted) point.compliance_ratio = body.Compliance() / reference.compliance;
   if (body.lattice_organ()) {
     point.local_functions = body.local_functions();
-    point.relocation = Sum(times.relocation, times.dents, 1);
+    point.relocation = Sum(times.relocation, times.indentations, 1);
     const Relocation relocation(fine_vertices,
                                 body.lattice_organ()->lattice()->Weights(fine_vertices));
     const Points U = Points::Random(body.lattice_organ()->control_points(), 3);
     Points moved = fine_vertices;
     const Timing lattice = Time([&] { relocation.Relocate(U, &moved); });
     // What is added at the loads costs the same a vertex.
-    point.relocation_30k = Sum(lattice, times.dents,
+    point.relocation_30k = Sum(lattice, times.indentations,
                                static_cast<double>(fine_vertices.rows()) /
                                    static_cast<double>(load_case.rest.vertices.rows()));
   }

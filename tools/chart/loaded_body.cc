@@ -60,7 +60,7 @@ LoadedBody::LoadedBody(const SurfaceMesh& rest, const std::vector<LoadOptions>& 
 
 void LoadedBody::Reload(const std::vector<LoadOptions>& loads) {
   loads_ = loads;
-  dents_.clear();
+  indentations_.clear();
   AddPatches();
   relaxation_->RestartFrom(U_);
 }
@@ -96,7 +96,7 @@ void LoadedBody::AddPatches() {
       AddLatticeRow(i);
     } else {
       contacts_.WeightRow(contacts_.size() - 1) = patch;
-      dents_.emplace_back();
+      indentations_.emplace_back();
     }
   }
   moved_ = Eigen::VectorXd::Zero(3 * contacts_.size());
@@ -104,24 +104,26 @@ void LoadedBody::AddPatches() {
 
 void LoadedBody::AddLatticeRow(std::size_t load) {
   const LoadOptions& options = loads_[load];
-  dents_.push_back(organ_->AddLoadToRow(options.p_centre_W, options.radius, contacts_.refinement,
-                                        contacts_.WeightRow(static_cast<int>(load))));
+  indentations_.push_back(organ_->AddLoadToRow(options.p_centre_W, options.radius,
+                                               contacts_.refinement,
+                                               contacts_.WeightRow(static_cast<int>(load))));
 }
 
 int LoadedBody::local_functions() const { return contacts_.refinement.used(); }
 
-void LoadedBody::AddDents(Points* vertices) const {
+void LoadedBody::AddIndentations(Points* vertices) const {
   organ_->AddLocalDisplacements(contacts_.refinement, U_, vertices);
   for (int i = 0; i < contacts_.size(); ++i) {
     const auto load = static_cast<std::size_t>(i);
-    organ_->AddDent(AppliedDent(dents_[load], loads_[load].p_centre_W, contacts_[i].force_W),
-                    vertices);
+    organ_->AddIndentation(
+        AppliedIndentation(indentations_[load], loads_[load].p_centre_W, contacts_[i].force_W),
+        vertices);
   }
 }
 
 Points LoadedBody::VertexDisplacements() const {
   Points u = weights_ * U_.topRows(weights_.cols());
-  if (organ_) AddDents(&u);
+  if (organ_) AddIndentations(&u);
   return u;
 }
 
@@ -167,15 +169,15 @@ bool LoadedBody::Balance() {
   const Eigen::Index size = moved_.size();
   Eigen::VectorXd force = Eigen::VectorXd::Zero(size);  // wanted, of the loads that give one
   Eigen::VectorXd depth = Eigen::VectorXd::Zero(size);  // wanted, of the others
-  Eigen::MatrixXd dent = Eigen::MatrixXd::Zero(size, size);
+  Eigen::MatrixXd indentation = Eigen::MatrixXd::Zero(size, size);
   for (int i = 0; i < contacts_.size(); ++i) {
     const LoadOptions& load = loads_[static_cast<std::size_t>(i)];
     if (load.force_W.has_value()) force.segment<3>(3 * i) = *load.force_W;
     if (load.displacement_W.has_value()) depth.segment<3>(3 * i) = *load.displacement_W;
-    dent.block<3, 3>(3 * i, 3 * i) = dents_[static_cast<std::size_t>(i)].Compliance();
+    indentation.block<3, 3>(3 * i, 3 * i) = indentations_[static_cast<std::size_t>(i)].Compliance();
   }
   moved_ = depth;
-  const bool only_depths = force.isZero(0) && dent.isZero(0);
+  const bool only_depths = force.isZero(0) && indentation.isZero(0);
   if (only_depths) {
     Settle(moved_);
     return true;
@@ -188,11 +190,11 @@ bool LoadedBody::Balance() {
     Settle(probe * Eigen::VectorXd::Unit(size, j));
     S.col(j) = Forces() / probe;
   }
-  // What is wanted: f = force of a load that gives one, x + dent f = depth of the others.
+  // What is wanted: f = force of a load that gives one, x + indentation f = depth of the others.
   const auto missing = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& f) {
     Eigen::VectorXd r = force - f;
     for (Eigen::Index j = 0; j < size; ++j) {
-      if (IsDepth(j)) r[j] = depth[j] - x[j] - dent.row(j).dot(f);
+      if (IsDepth(j)) r[j] = depth[j] - x[j] - indentation.row(j).dot(f);
     }
     return r;
   };
@@ -200,7 +202,7 @@ bool LoadedBody::Balance() {
   for (int iteration = 0; iteration < 30; ++iteration) {
     Eigen::MatrixXd tangent = S;
     for (Eigen::Index j = 0; j < size; ++j) {
-      if (IsDepth(j)) tangent.row(j) = Eigen::RowVectorXd::Unit(size, j) + dent.row(j) * S;
+      if (IsDepth(j)) tangent.row(j) = Eigen::RowVectorXd::Unit(size, j) + indentation.row(j) * S;
     }
     const Eigen::VectorXd change = tangent.fullPivLu().solve(missing(x, f));
     x += change;
@@ -239,7 +241,7 @@ LoadedBody::StepTimes LoadedBody::TimeSteps() {
   });
   if (organ_) {
     times.relocation = Time([&] { organ_->relocation().Relocate(U_, &vertices_); });
-    times.dents = Time([&] { AddDents(&vertices_); });
+    times.indentations = Time([&] { AddIndentations(&vertices_); });
   }
   Settle(moved_);
   return times;
@@ -248,7 +250,7 @@ LoadedBody::StepTimes LoadedBody::TimeSteps() {
 double LoadedBody::Compliance() const {
   const Vector3d force = contacts_[0].force_W;
   if (force.norm() == 0) return 0;
-  const Vector3d moved = moved_.head<3>() + dents_[0].Compliance() * force;
+  const Vector3d moved = moved_.head<3>() + indentations_[0].Compliance() * force;
   return moved.dot(force) / force.squaredNorm();
 }
 

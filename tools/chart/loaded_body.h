@@ -49,10 +49,10 @@ class LoadedBody {
   void StartFrom(const LoadedBody& other);
 
   /// Repeated real-time steps between 0.95 of the loads' displacements and all of them: `response`
-  /// repositions and relaxes, `relocation` moves the vertices with the lattice and `dents`
+  /// repositions and relaxes, `relocation` moves the vertices with the lattice and `indentations`
   /// with what is added at the loads. Ends at rest under all.
   struct StepTimes {
-    Timing response, relocation, dents;
+    Timing response, relocation, indentations;
     RelaxationResult last;  ///< Of one step, not of the repeats.
   };
   StepTimes TimeSteps();
@@ -69,7 +69,7 @@ class LoadedBody {
   void Settle(const Eigen::VectorXd& displacements);
   Eigen::VectorXd Forces() const;
   bool IsDepth(Eigen::Index component) const;  // of the loads' 3 m, given as displacement
-  void AddDents(Points* vertices) const;
+  void AddIndentations(Points* vertices) const;
 
   const SurfaceMesh& rest_;
   std::vector<LoadOptions> loads_;
@@ -80,11 +80,11 @@ class LoadedBody {
   int slots_ = 0;  // for local functions
   double setup_ms_ = 0;
   ContactSet contacts_;
-  Points U_;                        // (n + slots) x 3, m
-  std::vector<SurfaceDent> dents_;  // a load; nothing for the surface models
-  Points vertices_;                 // V x 3, m
-  ContactWeights patches_;          // loads x V: the loads' kernels
-  Eigen::VectorXd moved_;  // 3 x loads, m: where the patches were taken, without their dents
+  Points U_;                                    // (n + slots) x 3, m
+  std::vector<LocalIndentation> indentations_;  // a load; nothing for the surface models
+  Points vertices_;                             // V x 3, m
+  ContactWeights patches_;                      // loads x V: the loads' kernels
+  Eigen::VectorXd moved_;  // 3 x loads, m: where the patches were taken, without their indentations
 };
 
 }  // namespace hpdm

@@ -98,7 +98,8 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
     }
     const LoadedBody::StepTimes times = body.TimeSteps();
     point.converged &= times.last.converged;
-    point.steps.push_back(PlusTiming(PlusTiming(times.response, times.relocation), times.dents));
+    point.steps.push_back(
+        PlusTiming(PlusTiming(times.response, times.relocation), times.indentations));
   }
   return point;
 }

@@ -28,7 +28,7 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
   for (int v = 0; v < count; ++v) {
     const SurfacePoint at = organ.topology().AtVertex(rest.triangles, v);
     const Matrix3d C = relaxation->compliance()->PointCompliance(organ.LatticeRow(v)) +
-                       organ.Dent(at, radius).Compliance();
+                       organ.Indentation(at, radius).Compliance();
     const Vector3d n = organ.rest_normals().row(v);
     stiffness[v] = 1 / n.dot(C * n);
   }

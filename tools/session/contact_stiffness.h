@@ -20,11 +20,11 @@ struct StiffestContact {
 };
 
 /// How stiff each vertex of the organ is to a tip that presses it along its normal, N/m: V.
-/// Reaction "lattice": 1 / (n^T C n) with the compliance at rest of lattice and dent (half_space.h)
-/// under a tip of the given radius; local functions would make it softer by a little, so it is a
-/// bound. Not of a rigid organ (virtual_wall.h). Otherwise, and in an organ without a compliance,
-/// k1 + sum k2 of the vertex' neighbours. Set-up: factorises the organ's stiffness unless it has
-/// local functions.
+/// Reaction "lattice": 1 / (n^T C n) with the compliance at rest of lattice and indentation
+/// (half_space.h) under a tip of the given radius; local functions would make it softer by a
+/// little, so it is a bound. Not of a rigid organ (virtual_wall.h). Otherwise, and in an organ
+/// without a compliance, k1 + sum k2 of the vertex' neighbours. Set-up: factorises the organ's
+/// stiffness unless it has local functions.
 Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOptions& instrument);
 
 /// The greatest ratio of stiffness to limit over the vertices that the tip reaches: inside the

@@ -40,9 +40,9 @@ Points Pressed(const StressBlock& block, StressModel model, SolverType solver) {
     ContactSet::Row* row = state.contacts.Add();
     row->p_rest_W = block.loads[0].p_centre_W;
     row->target_W = row->p_rest_W - Vector3d(0, 0, block.max.z() / 10);
-    row->dent = organ.AddLoadToRow(row->p_rest_W, block.loads[0].radius, state.contacts.refinement,
-                                   state.contacts.WeightRow(0));
-    row->local_compliance_W = row->dent.Compliance();
+    row->indentation = organ.AddLoadToRow(row->p_rest_W, block.loads[0].radius,
+                                          state.contacts.refinement, state.contacts.WeightRow(0));
+    row->local_compliance_W = row->indentation.Compliance();
     state.relaxation->Relax(&state.contacts, &state.control_displacements);
   }
   Points moved(organ.rest().vertices.rows(), 3);

@@ -32,45 +32,47 @@ TEST(HalfSpace, TableJoinsTheMultipoleSeries) {
 // integration over pairs of points gives.
 TEST(HalfSpace, MeanSinkingIsTwoThirds) { EXPECT_NEAR(MeanKernelSinking(), 0.673, 5e-4); }
 
-TEST(SurfaceDent, EqualRadiiLeaveNone) {
-  const SurfaceDent dent(kTissue, Vector3d::UnitZ(), 0.005, 0.005);
-  EXPECT_EQ(dent.Compliance().norm(), 0);
-  EXPECT_EQ(dent.At(0).norm(), 0);
+TEST(LocalIndentation, EqualRadiiLeaveNone) {
+  const LocalIndentation indentation(kTissue, Vector3d::UnitZ(), 0.005, 0.005);
+  EXPECT_EQ(indentation.Compliance().norm(), 0);
+  EXPECT_EQ(indentation.At(0).norm(), 0);
 }
 
-TEST(SurfaceDent, ComplianceGrowsAsTheInverseRadius) {
-  const SurfaceDent coarse(kTissue, Vector3d::UnitZ(), 0.005, 1e3),
+TEST(LocalIndentation, ComplianceGrowsAsTheInverseRadius) {
+  const LocalIndentation coarse(kTissue, Vector3d::UnitZ(), 0.005, 1e3),
       fine(kTissue, Vector3d::UnitZ(), 0.0025, 1e3);
   EXPECT_NEAR(fine.Compliance()(2, 2) / coarse.Compliance()(2, 2), 2, 1e-4);  // radius / 1 km
 }
 
-TEST(SurfaceDent, MeanOfItsShapeIsItsCompliance) {
+TEST(LocalIndentation, MeanOfItsShapeIsItsCompliance) {
   const double R = 0.0025, resolved = 0.02;
-  const SurfaceDent dent(kTissue, Vector3d::UnitZ(), R, resolved);
+  const LocalIndentation indentation(kTissue, Vector3d::UnitZ(), R, resolved);
   double sum = 0, weights = 0;
   for (int i = 0; i < 1000; ++i) {
     const double d = (i + 0.5) / 1000 * R;
     const double weight = d * std::cos(std::numbers::pi * d / (2 * R));
-    sum += weight * dent.At(d)(2, 2);
+    sum += weight * indentation.At(d)(2, 2);
     weights += weight;
   }
-  // The patch sees the wider kernel's own dent near its centre, not averaged over its own patch.
+  // The patch sees the wider kernel's own indentation near its centre, not averaged over its own
+  // patch.
   const double wide_at_centre = KernelSinking(0) / resolved,
                wide_mean = MeanKernelSinking() / resolved;
   const double H = (1 - 0.45 * 0.45) / 5000;
-  EXPECT_NEAR(sum / weights, dent.Compliance()(2, 2) - H * (wide_at_centre - wide_mean),
-              0.005 * dent.Compliance()(2, 2));
+  EXPECT_NEAR(sum / weights, indentation.Compliance()(2, 2) - H * (wide_at_centre - wide_mean),
+              0.005 * indentation.Compliance()(2, 2));
 }
 
-TEST(SurfaceDent, FadesContinuouslyAwayFromThePatch) {
-  const SurfaceDent dent(kTissue, Vector3d::UnitZ(), 0.0025, 0.02);
-  EXPECT_LT(dent.At(0.999 * DentReach(0.0025, 0.02))(2, 2), 1e-3 * dent.At(0)(2, 2));
-  EXPECT_EQ(dent.At(1.001 * DentReach(0.0025, 0.02)).norm(), 0);
+TEST(LocalIndentation, FadesContinuouslyAwayFromThePatch) {
+  const LocalIndentation indentation(kTissue, Vector3d::UnitZ(), 0.0025, 0.02);
+  EXPECT_LT(indentation.At(0.999 * IndentationReach(0.0025, 0.02))(2, 2),
+            1e-3 * indentation.At(0)(2, 2));
+  EXPECT_EQ(indentation.At(1.001 * IndentationReach(0.0025, 0.02)).norm(), 0);
 }
 
-TEST(SurfaceDent, SoftestAcrossTheNormalAndSymmetric) {
+TEST(LocalIndentation, SoftestAcrossTheNormalAndSymmetric) {
   const Vector3d n = Vector3d(1, 2, 2) / 3;
-  const Matrix3d C = SurfaceDent(kTissue, n, 0.0025, 0.02).Compliance();
+  const Matrix3d C = LocalIndentation(kTissue, n, 0.0025, 0.02).Compliance();
   EXPECT_LT((C - C.transpose()).norm(), 1e-15);
   // (1 + nu)(1 - nu / 2) against 1 - nu^2.
   const Vector3d t = n.unitOrthogonal();

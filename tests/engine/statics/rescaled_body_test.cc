@@ -49,9 +49,9 @@ std::vector<Points> Shapes(const OrganOptions& options, const Unit& unit) {
       row->kind = grasps ? ContactSet::RowKind::kGrasp : ContactSet::RowKind::kPress;
       row->p_rest_W = unit.length * Vector3d(grasps ? 0.02 : -0.01, 0.005, 0.049);
       row->target_W = row->p_rest_W + unit.length * Vector3d(0.003, 0, grasps ? 0.006 : -0.006);
-      row->dent = organ.AddLoadToRow(row->p_rest_W, load.radius, state.contacts.refinement,
-                                     state.contacts.WeightRow(state.contacts.size() - 1));
-      row->local_compliance_W = row->dent.Compliance();
+      row->indentation = organ.AddLoadToRow(row->p_rest_W, load.radius, state.contacts.refinement,
+                                            state.contacts.WeightRow(state.contacts.size() - 1));
+      row->local_compliance_W = row->indentation.Compliance();
     }
     state.relaxation->Relax(&state.contacts, &state.control_displacements);
   }

@@ -241,7 +241,7 @@ TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
     const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
     const ContactSet& contacts = bench.loop().organ(0).contacts;
     double sum = 0.5 * u.dot(std::get<FullStiffness>(bench.model().stiffness()) * u);
-    for (int i = 0; i < contacts.size(); ++i) {  // and the dent below its resolution
+    for (int i = 0; i < contacts.size(); ++i) {  // and the indentation below its resolution
       sum += 0.5 * contacts[i].force_W.dot(contacts[i].local_compliance_W * contacts[i].force_W);
     }
     return sum;

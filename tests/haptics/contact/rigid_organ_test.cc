@@ -97,7 +97,7 @@ TEST(RigidOrgan, StepMovesNothing) {
   EXPECT_EQ(loop.organ(0).vertices, rest.vertices);
   const OrganSnapshot& shape = render.Front().organs[0];
   EXPECT_EQ(shape.control_displacements.rows(), 0);
-  EXPECT_EQ(shape.dent_count, 0);
+  EXPECT_EQ(shape.indentation_count, 0);
   EXPECT_EQ(shape.vertices, rest.vertices.cast<float>());
 }
 

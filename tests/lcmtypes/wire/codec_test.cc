@@ -208,9 +208,9 @@ TEST(Codec, DisplacementsComeBackInFloatAndFitOneDatagram) {
   sent.offset_W = Vector3d(0.001, -0.002, 1.0 / 3);
   sent.local_functions = std::vector<int>(128, 7);
   sent.local_displacements = Points::Random(128, 3) * 0.05;
-  sent.dent_count = kMaxInstruments;
-  for (DentSnapshot& dent : sent.dents) {
-    dent = {Vector3d::Random(), Vector3d::UnitX(), 0.0025, 0.02, Vector3d::Random()};
+  sent.indentation_count = kMaxInstruments;
+  for (IndentationSnapshot& indentation : sent.indentations) {
+    indentation = {Vector3d::Random(), Vector3d::UnitX(), 0.0025, 0.02, Vector3d::Random()};
   }
   organ_t message{};
   ToMessage(StepRecord(), 1, sent, &message);
@@ -226,13 +226,13 @@ TEST(Codec, DisplacementsComeBackInFloatAndFitOneDatagram) {
   expect_near(received.local_displacements, sent.local_displacements);
   EXPECT_EQ(received.offset_W, sent.offset_W);
   EXPECT_EQ(received.local_functions, sent.local_functions);
-  ASSERT_EQ(received.dent_count, sent.dent_count);
-  for (int i = 0; i < sent.dent_count; ++i) {
-    EXPECT_EQ(received.dents[i].p_rest_W, sent.dents[i].p_rest_W);
-    EXPECT_EQ(received.dents[i].normal_W, sent.dents[i].normal_W);
-    EXPECT_EQ(received.dents[i].strength_W, sent.dents[i].strength_W);
-    EXPECT_EQ(received.dents[i].radius, sent.dents[i].radius);
-    EXPECT_EQ(received.dents[i].resolved_radius, sent.dents[i].resolved_radius);
+  ASSERT_EQ(received.indentation_count, sent.indentation_count);
+  for (int i = 0; i < sent.indentation_count; ++i) {
+    EXPECT_EQ(received.indentations[i].p_rest_W, sent.indentations[i].p_rest_W);
+    EXPECT_EQ(received.indentations[i].normal_W, sent.indentations[i].normal_W);
+    EXPECT_EQ(received.indentations[i].amplitude_W, sent.indentations[i].amplitude_W);
+    EXPECT_EQ(received.indentations[i].radius, sent.indentations[i].radius);
+    EXPECT_EQ(received.indentations[i].resolved_radius, sent.indentations[i].resolved_radius);
   }
 
   ToMessage(StepRecord(), 0, OrganSnapshot(), &message);
@@ -244,15 +244,15 @@ TEST(Codec, DisplacementsComeBackInFloatAndFitOneDatagram) {
 TEST(Codec, AnOrganTakesTwelveBytesAControlPointSixteenALocalFunctionAndEightyEightADent) {
   for (const int points : {0, 64, 1000, 5000}) {
     for (const int local : {0, 64, 250}) {
-      for (int dents = 0; dents <= kMaxInstruments; ++dents) {
+      for (int indentations = 0; indentations <= kMaxInstruments; ++indentations) {
         OrganSnapshot shape;
         shape.control_displacements = Points::Zero(points, 3);
         shape.local_functions = std::vector<int>(static_cast<std::size_t>(local));
         shape.local_displacements = Points::Zero(local, 3);
-        shape.dent_count = dents;
+        shape.indentation_count = indentations;
         organ_t message{};
         ToMessage(StepRecord(), 0, shape, &message);
-        const int bytes = 76 + 12 * points + 16 * local + 88 * dents;
+        const int bytes = 76 + 12 * points + 16 * local + 88 * indentations;
         EXPECT_EQ(message.getEncodedSize(), bytes);
         // The aim: whole in one datagram, which holds 65 kB.
         if (points <= 1000) {
@@ -411,7 +411,7 @@ TEST(Codec, FlippedBitsNeverCrashADecoder) {
   shape.control_displacements = Points::Random(10, 3);
   shape.local_functions = {1, 2};
   shape.local_displacements = Points::Random(2, 3);
-  shape.dent_count = 1;
+  shape.indentation_count = 1;
   ToMessage(StepRecord(), 0, shape, &organ);
   DecodeWithFlippedBits(organ, 2);
   event_t event{};

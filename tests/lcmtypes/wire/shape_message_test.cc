@@ -60,13 +60,13 @@ TEST(ShapeMessages, AViewerRebuildsTheSurfaceFromThem) {
   ASSERT_TRUE(FromMessage(message, &shape));
 
   EXPECT_GT(shape.local_functions.size(), 0u);
-  EXPECT_EQ(shape.dent_count, 1);
+  EXPECT_EQ(shape.indentation_count, 1);
   const Points moved = shown - models[0].rest().vertices;
   EXPECT_GT(moved.rowwise().norm().maxCoeff(), 1e-4);
   // Floats of positions up to 0.1 m.
   EXPECT_LT((Rebuilt(organ, shape) - shown).cwiseAbs().maxCoeff(), 1e-7);
-  // Without the dent it would not be the same surface.
-  shape.dent_count = 0;
+  // Without the indentation it would not be the same surface.
+  shape.indentation_count = 0;
   EXPECT_GT((Rebuilt(organ, shape) - shown).cwiseAbs().maxCoeff(), 1e-6);
 }
 

@@ -162,7 +162,7 @@ TEST_P(LatticeDeformationTest, ShaderPutsVerticesWhereTheLoopDoes) {
   const PointsF rest = organs[0].rest().vertices.cast<float>();
   ASSERT_GT(LargestDistance(shape.vertices, rest), 0.003);
   if (GetParam().energy == EnergyType::kStrain) {
-    ASSERT_GT(shape.dent_count, 0);
+    ASSERT_GT(shape.indentation_count, 0);
   }
   if (GetParam().local_functions > 0) {
     ASSERT_GT(shape.local_displacements.norm(), 1e-4);
@@ -186,7 +186,7 @@ TEST_P(LatticeDeformationTest, NormalsAreThoseOfTheDeformedSurface) {
   const Eigen::ArrayXd cosines =
       normals_.cwiseProduct(expected).rowwise().sum().cast<double>().array().min(1);
   EXPECT_LT((normals_.rowwise().norm().array() - 1).abs().maxCoeff(), 1e-5);
-  // Triangles of 6 mm see little of a dent of 2.5 mm radius, around which they differ most.
+  // Triangles of 6 mm see little of an indentation of 2.5 mm radius, around which they differ most.
   const Eigen::ArrayXd angles = cosines.acos() * 180 / std::numbers::pi;
   RecordProperty("mean_degrees", std::to_string(angles.mean()));
   RecordProperty("largest_degrees", std::to_string(angles.maxCoeff()));
@@ -219,8 +219,8 @@ TEST_P(LatticeDeformationTest, NormalsStandOnTheImageOfTheTangentPlane) {
     }
     off = off.max(image.cwiseProduct(normals.cast<double>()).rowwise().sum().array().abs());
   }
-  // Round-off of positions, 3e-8 m over 4e-4 m, and at the dents the curvature of their shape; a
-  // degree-1 spline has a kink between its cells.
+  // Round-off of positions, 3e-8 m over 4e-4 m, and at the indentations the curvature of their
+  // shape; a degree-1 spline has a kink between its cells.
   EXPECT_LT(off.mean(), 1e-3);
 }
 
