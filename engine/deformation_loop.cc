@@ -62,7 +62,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     states_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
   for (std::size_t o = 0; o < organs.size(); ++o) {
     inversion_recoveries_.emplace_back(organs[o], states_[o]);
-    qualities_.emplace_back(organs[o].options());
+    blend_controllers_.emplace_back(organs[o].options());
   }
   for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
   for (std::size_t t = 0; t < tools.size(); ++t) {
@@ -102,8 +102,8 @@ void DeformationLoop::Obey(const StepSample& recorded) {
       states_[o].relaxation->StopNextAfter(organ.iterations);
       states_[o].awake = true;
     }
-    states_[o].quality.finite_share = organ.finite_share;
-    states_[o].quality.local_share = organ.local_share;
+    states_[o].quality.finite_strain_blend = organ.finite_strain_blend;
+    states_[o].quality.refinement_weight = organ.refinement_weight;
   }
   shedding_.Obey(recorded.step.shed_level);
   obeys_ = true;
@@ -116,12 +116,12 @@ void DeformationLoop::ChooseQuality() {
   if (record_.shed_level > 0) record_.flags |= kStepShed;
   for (std::size_t o = 0; o < states_.size(); ++o) {
     OrganState& state = states_[o];
-    const OrganQuality chosen =
-        qualities_[o].Next(ceiling, state.contacts.size() > 0, inversion_recoveries_[o].gradient(),
-                           state.relaxed.share_slope);
+    const StepQuality chosen =
+        blend_controllers_[o].Next(ceiling, state.contacts.size() > 0,
+                                   inversion_recoveries_[o].gradient(), state.relaxed.share_slope);
     if (obeys_) {
       state.quality.newton_iterations = chosen.newton_iterations;
-      qualities_[o].Obey(state.quality);
+      blend_controllers_[o].Obey(state.quality);
     } else {
       state.quality = chosen;
     }
@@ -134,7 +134,7 @@ void DeformationLoop::ObserveLoad() {
   bool touched = false, settled = true;
   for (std::size_t o = 0; o < states_.size(); ++o) {
     touched = touched || states_[o].contacts.size() > 0;
-    settled = settled && qualities_[o].settled();
+    settled = settled && blend_controllers_[o].settled();
   }
   if (stopwatch_ && touched) shedding_.Observe(record_.time_ns, record_.compute_ns, settled);
 }
@@ -195,7 +195,8 @@ void DeformationLoop::Refine(int tool_count) {
     ActiveRefinement& active = state.contacts.refinement;
     if (count == 0 && active.used() == 0) continue;
     active.ChooseNearest(basis->centres(), std::span(points.data(), count),
-                         models_[o].options().lattice.local.functions, state.quality.local_share);
+                         models_[o].options().lattice.local.functions,
+                         state.quality.refinement_weight);
     bool changed = false;
     for (int s = 0; s < active.slots(); ++s) {
       const int row = models_[o].control_points() + s;
@@ -300,9 +301,10 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.step = record_;
   sample_.organ_count = static_cast<int>(states_.size());
   for (std::size_t o = 0; o < states_.size(); ++o) {
-    sample_.organs[o] = {states_[o].relaxed.iterations,       states_[o].relaxed.out_of_time,
-                         inversion_recoveries_[o].inverted(), inversion_recoveries_[o].recovering(),
-                         states_[o].quality.finite_share,     states_[o].quality.local_share};
+    sample_.organs[o] = {
+        states_[o].relaxed.iterations,          states_[o].relaxed.out_of_time,
+        inversion_recoveries_[o].inverted(),    inversion_recoveries_[o].recovering(),
+        states_[o].quality.finite_strain_blend, states_[o].quality.refinement_weight};
   }
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;

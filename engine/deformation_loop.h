@@ -7,7 +7,7 @@
 #include "engine/snapshots.h"
 #include "engine/step/inversion_recovery.h"
 #include "engine/step/load_shedding.h"
-#include "engine/step/quality_choice.h"
+#include "engine/step/strain_blend_controller.h"
 #include "engine/step/tool_contact.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
@@ -75,9 +75,9 @@ class DeformationLoop {
   DeformationEdges edges_;
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganState> states_;
-  std::vector<InversionRecovery> inversion_recoveries_;  // one an organ
-  std::vector<ToolContact> contacts_;                    // one a tool
-  std::vector<QualityChoice> qualities_;                 // one an organ
+  std::vector<InversionRecovery> inversion_recoveries_;   // one an organ
+  std::vector<ToolContact> contacts_;                     // one a tool
+  std::vector<StrainBlendController> blend_controllers_;  // one an organ
   LoadShedding shedding_;
   bool obeys_ = false;  // the next step's quality is a recorded one
   ToolState tools_;     // of the last step, all finite

@@ -176,7 +176,7 @@ struct OrganState {
   std::unique_ptr<Relaxation> relaxation;
   ViscousRecovery recovery;  ///< Around `relaxation`.
   RelaxationResult relaxed;  ///< How the last relaxation ended.
-  OrganQuality quality;      ///< Of the step. Set before it.
+  StepQuality quality;       ///< Of the step. Set before it.
 
   /// A step has to relax and relocate it: it is touched, or still moves. An organ that is not awake
   /// is at rest to the last bit, and costs nothing but the question whether it is touched.

@@ -238,8 +238,8 @@ struct OrganRelaxation {
   bool out_of_time = false;  ///< Its clock stopped it: a replay stops after as many iterations.
   bool inverted = false;     ///< kStepInverted, of this organ.
   bool recovering = false;   ///< kStepRecovering, of this organ.
-  double finite_share = 0;   ///< OrganQuality, which a replay obeys.
-  double local_share = 0;    ///< Likewise.
+  double finite_strain_blend = 0;  ///< StepQuality, which a replay obeys.
+  double refinement_weight = 0;    ///< Likewise.
 };
 
 /// Deformation loop -> telemetry loop, every step through a queue: all of a step that a replay must

@@ -130,9 +130,9 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
   void StopNextAfter(int iterations) override { stop_after_ = iterations; }
 
-  void SetQuality(const OrganQuality& quality) override {
+  void SetQuality(const StepQuality& quality) override {
     most_iterations_ = std::min(options_.max_iterations, quality.newton_iterations);
-    energy_.SetShare(quality.finite_share);
+    energy_.SetShare(quality.finite_strain_blend);
   }
 
   void RestartFrom(const Points& U) override {
@@ -244,15 +244,15 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
   // Columns of loads on (U, V) to displacements (U, V), in place, with the tangent; V moves by
-  // `local_share` of what its loads ask.
-  void Respond(double local_share, Eigen::Ref<Eigen::MatrixXd> columns) const {
+  // `refinement_weight` of what its loads ask.
+  void Respond(double refinement_weight, Eigen::Ref<Eigen::MatrixXd> columns) const {
     auto lattice = columns.topRows(3 * n_);
     if (schur_complement_ != nullptr) {
       for (Eigen::Index c = 0; c < columns.cols(); ++c) {
         auto V = columns.col(c).tail(columns.rows() - 3 * n_);
         schur_complement_->Reduce(lattice.col(c), V);
         schur_complement_->Solve(V);
-        V *= local_share;
+        V *= refinement_weight;
       }
     }
     factor_.SolveInPlace(lattice);

@@ -24,9 +24,9 @@ struct NewtonOptions {
 /// every iteration; what a spent budget leaves is the residual of the equilibrium. Without contact
 /// the organ is at rest. `energy` is copied.
 ///
-/// With OrganQuality::finite_share s below 1 the energy is that of BlendedEnergy; with s = 0 it is
-/// quadratic and the step one solve with K^-1, as in MakeCholeskyRelaxation. The contact patch's
-/// compliance is the tangent of the same energy.
+/// With StepQuality::finite_strain_blend s below 1 the energy is that of BlendedEnergy; with s = 0
+/// it is quadratic and the step one solve with K^-1, as in MakeCholeskyRelaxation. The contact
+/// patch's compliance is the tangent of the same energy.
 ///
 /// With `functions`, local functions in `slots` slots add to U what they do in small strain
 /// (schur_complement.h). `functions` must outlive the relaxation.

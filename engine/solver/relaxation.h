@@ -6,8 +6,8 @@
 #include "engine/contact/lattice_compliance.h"
 #include "engine/energy/metric_energy.h"
 #include "engine/energy/strain_energy.h"
-#include "engine/solver/organ_quality.h"
 #include "engine/solver/refinement_basis.h"
+#include "engine/solver/step_quality.h"
 
 namespace hpdm {
 
@@ -38,7 +38,7 @@ class Relaxation {
   virtual void StopNextAfter(int /*iterations*/) {}
 
   /// From the next Relax on. Only finite strain has anything to do here.
-  virtual void SetQuality(const OrganQuality& /*quality*/) {}
+  virtual void SetQuality(const StepQuality& /*quality*/) {}
 
   /// The next Relax starts at `U` (n x 3, m) instead of where the last one ended. Only relaxations
   /// that go on from there have anything to do here.

@@ -115,7 +115,7 @@ RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt, OrganSt
 }
 
 bool InversionRecovery::IsLinear(const OrganState& state) const {
-  return model_.finite_energy() == nullptr || state.quality.finite_share == 0;
+  return model_.finite_energy() == nullptr || state.quality.finite_strain_blend == 0;
 }
 
 bool InversionRecovery::IsInverted(const OrganState& state) {
@@ -133,7 +133,7 @@ bool InversionRecovery::Sound(double demand, const OrganState& state) {
   }
   const bool inverted = IsInverted(state);
   inverted_ = inverted_ || inverted;
-  const bool blends = state.quality.finite_share < 1;
+  const bool blends = state.quality.finite_strain_blend < 1;
   return (blends || !inverted) && U.cwiseAbs().maxCoeff() <= kFarthest * (demand + size_);
 }
 

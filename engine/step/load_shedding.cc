@@ -7,7 +7,7 @@ namespace hpdm {
 Sheddable SheddableOf(const std::vector<OrganOptions>& organs) {
   Sheddable sheddable;
   for (const OrganOptions& organ : organs) {
-    sheddable.local = sheddable.local || organ.lattice.local.functions > 0;
+    sheddable.refinement = sheddable.refinement || organ.lattice.local.functions > 0;
     if (organ.energy.strain == StrainMeasure::kSmall) continue;
     sheddable.finite = true;
     sheddable.newton_iterations =
@@ -17,7 +17,7 @@ Sheddable SheddableOf(const std::vector<OrganOptions>& organs) {
 }
 
 LoadShedding::LoadShedding(const Sheddable& sheddable, Nanoseconds budget)
-    : budget_(budget), finite_(sheddable.finite), local_(sheddable.local) {
+    : budget_(budget), finite_(sheddable.finite), refinement_(sheddable.refinement) {
   while (sheddable.newton_iterations >> halvings_ > 1) ++halvings_;
 }
 
@@ -25,7 +25,7 @@ QualityCeiling LoadShedding::Ceiling() const {
   const int beyond = level_ - halvings_;
   return {.halvings = std::min(level_, halvings_),
           .finite = !finite_ || beyond < 1,
-          .local = !local_ || beyond < (finite_ ? 2 : 1)};
+          .refinement = !refinement_ || beyond < (finite_ ? 2 : 1)};
 }
 
 void LoadShedding::Observe(Nanoseconds now_ns, Nanoseconds compute_ns, bool settled) {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "engine/base/types.h"
-#include "engine/step/quality_choice.h"
+#include "engine/step/strain_blend_controller.h"
 
 namespace hpdm {
 
@@ -12,7 +12,7 @@ namespace hpdm {
 struct Sheddable {
   int newton_iterations = 1;  ///< The most of any organ of finite or adaptive strain.
   bool finite = false;
-  bool local = false;
+  bool refinement = false;
 };
 Sheddable SheddableOf(const std::vector<OrganOptions>& organs);
 
@@ -21,10 +21,11 @@ Sheddable SheddableOf(const std::vector<OrganOptions>& organs);
 /// until one is left; no finite strain; no local functions. Raises it again when there is time.
 ///
 /// A level falls when kTooMany steps in a row were too long, since one may have been the host's
-/// doing, and the organs have followed the last level down (QualityChoice::settled). It rises after
-/// steps at less than kEase of the budget for as long as it waits: kWait, and twice as long each
-/// time that a level which rose fell again within as long as it had waited, up to kLongestWait. So
-/// a load that lasts is tried out ever more rarely, and quality does not go to and fro.
+/// doing, and the organs have followed the last level down (StrainBlendController::settled). It
+/// rises after steps at less than kEase of the budget for as long as it waits: kWait, and twice as
+/// long each time that a level which rose fell again within as long as it had waited, up to
+/// kLongestWait. So a load that lasts is tried out ever more rarely, and quality does not go to and
+/// fro.
 ///
 /// Only steps in which an organ is touched say anything of the load. One thread; allocates nothing.
 class LoadShedding {
@@ -43,7 +44,7 @@ class LoadShedding {
   void Obey(int level) { level_ = std::clamp(level, 0, levels()); }
 
   int level() const { return level_; }  ///< 0: nothing is shed.
-  int levels() const { return halvings_ + (finite_ ? 1 : 0) + (local_ ? 1 : 0); }
+  int levels() const { return halvings_ + (finite_ ? 1 : 0) + (refinement_ ? 1 : 0); }
   QualityCeiling Ceiling() const;
 
  private:
@@ -53,7 +54,7 @@ class LoadShedding {
   Nanoseconds budget_;
   int halvings_ = 0;  // that the organs have in all
   bool finite_ = false;
-  bool local_ = false;
+  bool refinement_ = false;
   int level_ = 0;
   int too_long_ = 0;                // steps in a row
   Nanoseconds easy_since_ns_ = -1;  // -1: the last step was not

@@ -159,8 +159,8 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   for (int o = 0; o < sample.organ_count; ++o) {
     message->organs[o].iterations = sample.organs[o].iterations;
     message->organs[o].out_of_time = sample.organs[o].out_of_time;
-    message->organs[o].finite_share = sample.organs[o].finite_share;
-    message->organs[o].local_share = sample.organs[o].local_share;
+    message->organs[o].finite_share = sample.organs[o].finite_strain_blend;
+    message->organs[o].local_share = sample.organs[o].refinement_weight;
   }
   message->tool_count = sample.tool_count;
   message->step = Signed(step.number);
@@ -220,8 +220,8 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     organ = {};
     organ.iterations = from.iterations;
     organ.out_of_time = from.out_of_time != 0;
-    organ.finite_share = from.finite_share;
-    organ.local_share = from.local_share;
+    organ.finite_strain_blend = from.finite_share;
+    organ.refinement_weight = from.local_share;
   }
   sample->tool_count = message.tool_count;
   *visible_tick = message.visible_tick;

@@ -65,10 +65,10 @@ void VisitFields(const StepSample& a, const StepSample& b, Visit&& visit) {
   for (int o = 0; o < a.organ_count; ++o) {
     visit.Integer(-1, "organs.iterations", a.organs[o].iterations, b.organs[o].iterations);
     visit.Integer(-1, "organs.out_of_time", a.organs[o].out_of_time, b.organs[o].out_of_time);
-    visit.Real(-1, "organs.finite_share", Numbers(a.organs[o].finite_share),
-               Numbers(b.organs[o].finite_share));
-    visit.Real(-1, "organs.local_share", Numbers(a.organs[o].local_share),
-               Numbers(b.organs[o].local_share));
+    visit.Real(-1, "organs.finite_share", Numbers(a.organs[o].finite_strain_blend),
+               Numbers(b.organs[o].finite_strain_blend));
+    visit.Real(-1, "organs.local_share", Numbers(a.organs[o].refinement_weight),
+               Numbers(b.organs[o].refinement_weight));
   }
   for (int t = 0; t < a.tool_count; ++t) {
     const ToolPose &p = a.tools[t], &q = b.tools[t];

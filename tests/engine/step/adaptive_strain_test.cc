@@ -1,4 +1,4 @@
-// A step's quality where it matters: in the forces of presses and lifts (quality_choice.h,
+// A step's quality where it matters: in the forces of presses and lifts (strain_blend_controller.h,
 // load_shedding.h).
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ struct Bench {
     patch.Update();
     return patch.Front().tools[0];
   }
-  double share() const { return sample.organs[0].finite_share; }
+  double share() const { return sample.organs[0].finite_strain_blend; }
 
   TripleBuffer<ToolState> tools;
   TripleBuffer<ContactPatch> patch;
@@ -124,7 +124,8 @@ TEST_P(AdaptiveStrain, GoesOverWithoutAFeltStep) {
   }
   EXPECT_GT(small_steps, 5);
   EXPECT_GT(finite_steps, 0);
-  // At most QualityChoice::kMostForceStep, where the tool runs ahead; else a quarter of that.
+  // At most StrainBlendController::kMostForceStep, where the tool runs ahead; else a quarter of
+  // that.
   EXPECT_LE(largest, GetParam().grasps ? 0.02 : 0.005) << "of the force";
 }
 
@@ -168,7 +169,8 @@ TEST(Shedding, IsGradualToldAndObeyedByAReplay) {
   // Read when a step begins and when its patch is built, and by Newton's method between them.
   Bench* running = nullptr;
   const auto stopwatch = [&] {
-    const bool finite = running != nullptr && running->loop.organ(0).quality.finite_share > 0;
+    const bool finite =
+        running != nullptr && running->loop.organ(0).quality.finite_strain_blend > 0;
     now += busy && finite ? kBudget : 1'000'000;
     return now;
   };

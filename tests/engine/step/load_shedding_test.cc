@@ -8,7 +8,7 @@ namespace {
 constexpr Nanoseconds kStepPeriod = kNanosecondsPerSecond / 30;
 constexpr Nanoseconds kBudget = 20'000'000;
 
-constexpr Sheddable kAll{.newton_iterations = 4, .finite = true, .local = true};
+constexpr Sheddable kAll{.newton_iterations = 4, .finite = true, .refinement = true};
 
 class LoadSheddingTest : public testing::Test {
  protected:
@@ -33,7 +33,7 @@ TEST_F(LoadSheddingTest, QualityFallsInItsOrder) {
     EXPECT_EQ(shedding_.level(), level);
     EXPECT_EQ(ceiling.halvings, order[level].halvings) << level;
     EXPECT_EQ(ceiling.finite, order[level].finite) << level;
-    EXPECT_EQ(ceiling.local, order[level].local) << level;
+    EXPECT_EQ(ceiling.refinement, order[level].refinement) << level;
     Steps(LoadShedding::kTooMany, kBudget + 1);
   }
   Steps(10, 10 * kBudget);
@@ -103,7 +103,7 @@ TEST(LoadShedding, ShedsOnlyWhatThereIs) {
   LoadShedding shedding(SheddableOf({refined}), kBudget);
   for (int i = 0; i < 4; ++i) shedding.Observe(i * kStepPeriod, 2 * kBudget, true);
   EXPECT_EQ(shedding.level(), 1);
-  EXPECT_FALSE(shedding.Ceiling().local);
+  EXPECT_FALSE(shedding.Ceiling().refinement);
 }
 
 }  // namespace

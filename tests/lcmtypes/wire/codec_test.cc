@@ -155,8 +155,8 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
     sent.contacts[i].kernel_radius = random.Real();
   }
   sent.step.shed_level = 3;
-  sent.organs[0].finite_share = 0.3;
-  sent.organs[1].local_share = 0.7;
+  sent.organs[0].finite_strain_blend = 0.3;
+  sent.organs[1].refinement_weight = 0.7;
   contact_t message{};
   ToMessage(sent, 1240, &message);
   StepSample received;
@@ -177,8 +177,8 @@ TEST(Codec, AStepComesBackWithItsVisibleTick) {
   for (int o = 0; o < 2; ++o) {
     EXPECT_EQ(received.organs[o].iterations, sent.organs[o].iterations);
     EXPECT_EQ(received.organs[o].out_of_time, sent.organs[o].out_of_time);
-    EXPECT_EQ(received.organs[o].finite_share, sent.organs[o].finite_share);
-    EXPECT_EQ(received.organs[o].local_share, sent.organs[o].local_share);
+    EXPECT_EQ(received.organs[o].finite_strain_blend, sent.organs[o].finite_strain_blend);
+    EXPECT_EQ(received.organs[o].refinement_weight, sent.organs[o].refinement_weight);
   }
   ASSERT_EQ(received.tool_count, 2);
   for (int i = 0; i < 2; ++i) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/organ_options.h"
-#include "engine/solver/organ_quality.h"
+#include "engine/solver/step_quality.h"
 
 namespace hpdm {
 
@@ -9,7 +9,7 @@ namespace hpdm {
 struct QualityCeiling {
   int halvings = 0;  ///< Of Newton's iterations; one always remains.
   bool finite = true;
-  bool local = true;
+  bool refinement = true;
 };
 
 /// Chooses one organ's quality step by step: what its state needs, under a ceiling, in steps that
@@ -30,7 +30,7 @@ struct QualityCeiling {
 /// gone through and not stayed in.
 ///
 /// Follows from the states alone; one thread; allocates nothing.
-class QualityChoice {
+class StrainBlendController {
  public:
   static constexpr double kBack = 0.8;
   static constexpr double kForceStep = 0.005;
@@ -38,31 +38,31 @@ class QualityChoice {
   static constexpr double kForceOverEnergy = 3;
   static constexpr double kFirstStep = 1.0 / 256;  ///< From small strain, where dE/ds is unknown.
   static constexpr double kLargestStep = 1.0 / 8;
-  static constexpr double kLocalStep = 1.0 / 32;
+  static constexpr double kRefinementStep = 1.0 / 32;
 
-  explicit QualityChoice(const OrganOptions& organ);
+  explicit StrainBlendController(const OrganOptions& organ);
 
   /// For the next step. Of the last one: whether the organ was touched, |grad u|, and
   /// RelaxationResult::share_slope.
-  OrganQuality Next(const QualityCeiling& ceiling, bool touched, double gradient,
-                    double share_slope);
+  StepQuality Next(const QualityCeiling& ceiling, bool touched, double gradient,
+                   double share_slope);
   /// What a replay takes in its place.
-  void Obey(const OrganQuality& quality) { last_ = quality; }
+  void Obey(const StepQuality& quality) { last_ = quality; }
 
   /// Whether the last Next() is where the ceiling and the state want it.
   bool settled() const { return settled_; }
 
  private:
-  double WantedShare(const QualityCeiling& ceiling, bool touched, double gradient);
+  double WantedBlend(const QualityCeiling& ceiling, bool touched, double gradient);
   double LargestStep(double gradient, double share_slope) const;
 
   bool has_finite_;
-  bool has_local_;
+  bool has_refinement_;
   bool adaptive_;
   double finite_from_;
   int iterations_;
   bool wants_finite_ = false;  // adaptive
-  OrganQuality last_;
+  StepQuality last_;
   bool settled_ = true;
 };
 
