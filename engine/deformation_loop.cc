@@ -38,7 +38,7 @@ void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* 
   }
   shape->indentation_count = 0;
   for (int i = 0; i < state.contacts.size(); ++i) {
-    const ContactSet::Row& row = state.contacts[i];
+    const ContactConstraints::Row& row = state.contacts[i];
     const bool indents = row.indentation.radius() < row.indentation.resolved_radius();
     if (!indents || shape->indentation_count == kMaxInstruments) continue;
     shape->indentations[shape->indentation_count++] =
@@ -66,7 +66,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   }
   for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    contacts_.emplace_back(static_cast<int>(t), tools[t]);
+    trackers_.emplace_back(static_cast<int>(t), tools[t]);
   }
 }
 
@@ -167,13 +167,13 @@ void DeformationLoop::Collide(const ToolState& tools) {
     state.contacts.Clear();
   }
   // No tool has a pose before the haptic loop's first tick.
-  HPDM_CHECK(tools.tool_count <= static_cast<int>(contacts_.size()));
+  HPDM_CHECK(tools.tool_count <= static_cast<int>(trackers_.size()));
   for (int t = 0; t < tools.tool_count; ++t) {
-    contacts_[t].Follow(tools.tools[t], tools.touches[t], models_, &states_);
+    trackers_[t].Track(tools.tools[t], tools.touches[t], models_, &states_);
   }
   Refine(tools.tool_count);
   for (int t = 0; t < tools.tool_count; ++t) {
-    if (!contacts_[t].AddContacts(tools.tools[t], models_, &states_)) {
+    if (!trackers_[t].AddContacts(tools.tools[t], models_, &states_)) {
       record_.flags |= kStepContactsDropped;
     }
   }
@@ -187,8 +187,8 @@ void DeformationLoop::Refine(int tool_count) {
     std::array<Vector3d, kMaxInstruments> points;
     std::size_t count = 0;
     for (int t = 0; t < tool_count; ++t) {
-      if (contacts_[t].organ() == static_cast<int>(o)) {
-        points[count++] = contacts_[t].RestPoint(models_);
+      if (trackers_[t].organ() == static_cast<int>(o)) {
+        points[count++] = trackers_[t].RestPoint(models_);
       }
     }
     OrganState& state = states_[o];
@@ -231,12 +231,12 @@ void DeformationLoop::RepositionControlPoints() {
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxContacts, 3> change(
         state.contacts.size(), 3);
     for (int i = 0; i < state.contacts.size(); ++i) {
-      const ContactSet::Row& row = state.contacts[i];
+      const ContactConstraints::Row& row = state.contacts[i];
       const Vector3d p =
           row.p_rest_W +
           (state.contacts.Weights().row(i) * state.control_displacements).transpose();
       Vector3d move = row.target_W - p;
-      if (row.kind == ContactSet::RowKind::kPress) {
+      if (row.kind == ContactConstraints::RowKind::kPress) {
         move = std::min(0.0, row.normal_W.dot(move)) * row.normal_W;
       }
       change.row(i) = move;
@@ -286,14 +286,14 @@ void DeformationLoop::RelocateVertices() {
 // Stage D: what the haptic loop needs until the next step.
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganState& state : states_) state.tips.Clear();
-  for (int t = 0; t < tools.tool_count; ++t) contacts_[t].AddTip(models_, &states_);
+  for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTip(models_, &states_);
   for (OrganState& state : states_) {
     if (state.tips.size() > 0) state.tips.Condense(*state.relaxation->compliance());
   }
   ContactPatch& patch = edges_.patch.Back();
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
-    contacts_[t].FillPatch(tools.tools[t], models_, &states_, &patch.tools[t]);
+    trackers_[t].FillPatch(tools.tools[t], models_, &states_, &patch.tools[t]);
   }
 }
 
@@ -309,7 +309,7 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;
   for (int t = 0; t < tools.tool_count; ++t) {
-    ToolContactState& contact = sample_.contacts[t];
+    SolvedContact& contact = sample_.contacts[t];
     contact = edges_.patch.Back().tools[t];
     if (contact.organ < 0) continue;
     const Vector3d& offset_W = states_[contact.organ].offset_W;

@@ -8,7 +8,7 @@
 #include "engine/step/inversion_recovery.h"
 #include "engine/step/load_shedding.h"
 #include "engine/step/strain_blend_controller.h"
-#include "engine/step/tool_contact.h"
+#include "engine/step/tool_tracker.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
 
@@ -76,7 +76,7 @@ class DeformationLoop {
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganState> states_;
   std::vector<InversionRecovery> inversion_recoveries_;   // one an organ
-  std::vector<ToolContact> contacts_;                     // one a tool
+  std::vector<ToolTracker> trackers_;                     // one a tool
   std::vector<StrainBlendController> blend_controllers_;  // one an organ
   LoadShedding shedding_;
   bool obeys_ = false;  // the next step's quality is a recorded one

@@ -11,7 +11,7 @@
 
 #include "engine/baselines/mass_spring.h"
 #include "engine/baselines/surface_continuum.h"
-#include "engine/contact/contact_set.h"
+#include "engine/contact/contact_constraints.h"
 #include "engine/contact/half_space.h"
 #include "engine/contact/surface_kernel.h"
 #include "engine/contact/tip_compliance.h"
@@ -171,7 +171,7 @@ struct OrganState {
   Points vertices;               ///< V x 3, m, world: X + B U, without indentations and the organ's
                                  ///< offset. Set by relocate.
   SurfaceTree tree;              ///< Over `vertices`. Refitted by collide where they have moved.
-  ContactSet contacts;           ///< Filled by collide, forces set by relax.
+  ContactConstraints contacts;   ///< Filled by collide, forces set by relax.
   NeighbourhoodSearch neighbourhoods;
   std::unique_ptr<Relaxation> relaxation;
   ViscousRecovery recovery;  ///< Around `relaxation`.

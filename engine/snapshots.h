@@ -104,7 +104,7 @@ struct PatchPoint {
   Vector3d p_original_W = Vector3d::Zero();  ///< Where it is when the tools let go, m.
   Vector3d normal_W = Vector3d::Zero();      ///< Outward unit normal there.
   /// kLattice: C of the contact if it were here, m/N, symmetric positive definite; the mean over
-  /// the corners of the contact's triangle is ToolContactState::compliance_W.
+  /// the corners of the contact's triangle is SolvedContact::compliance_W.
   Matrix3d compliance_W = Matrix3d::Zero();
   Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: likewise to the other tool's tip.
   ReactionNode node;                       ///< kPaper.
@@ -116,7 +116,7 @@ inline constexpr double kJawLetsGo = 0.5;
 enum class ContactKind : std::uint8_t { kNone = 0, kPress = 1, kGrasp = 2 };
 
 /// The contact of one tool's tip as the step solved it.
-struct ToolContactState {
+struct SolvedContact {
   int organ = -1;  ///< Index of the organ, -1 when none is near.
   ContactKind kind = ContactKind::kNone;
   ReactionType reaction = ReactionType::kPaper;
@@ -139,7 +139,7 @@ struct ToolContactState {
 /// the next patch. The caps bound the set, so its radius shrinks with the mesh's edges: about 5
 /// edges, 12 mm on a surface of 2.5 mm edges. Its positions are those of an organ that stands
 /// still: `motion` carries them.
-struct ToolPatch : ToolContactState {
+struct ToolPatch : SolvedContact {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
   int exchange = 0;  ///< ToolPose::exchange of the instrument it is for.
@@ -228,8 +228,8 @@ struct SceneSnapshot {
   StepRecord step;
   std::vector<OrganSnapshot> organs;
   int tool_count = 0;
-  std::array<ToolPose, kMaxInstruments> tools;             ///< As the step used them.
-  std::array<ToolContactState, kMaxInstruments> contacts;  ///< Where a moving organ has them.
+  std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
+  std::array<SolvedContact, kMaxInstruments> contacts;  ///< Where a moving organ has them.
 };
 
 /// How one organ's relaxation ended.
@@ -248,9 +248,9 @@ struct StepSample {
   StepRecord step;
   int organ_count = 0;
   std::array<OrganRelaxation, kMaxOrgans> organs;
-  int tool_count = 0;                                      ///< 0 before the first tick too.
-  std::array<ToolPose, kMaxInstruments> tools;             ///< As the step used them.
-  std::array<ToolContactState, kMaxInstruments> contacts;  ///< In the world: moved with the organ.
+  int tool_count = 0;                                   ///< 0 before the first tick too.
+  std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
+  std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world: moved with the organ.
 };
 
 /// Skipped ticks by cause, as RunOnSchedule (loop_schedule.h) finds it.

@@ -5,7 +5,7 @@ namespace hpdm {
 ContactRows::ContactRows(Eigen::Index n)
     : entries_(static_cast<std::size_t>(n) * static_cast<std::size_t>(kMaxContacts)) {}
 
-void ContactRows::Gather(const ContactSet& contacts) {
+void ContactRows::Gather(const ContactConstraints& contacts) {
   size_ = contacts.size();
   std::size_t next = 0;
   for (int i = 0; i < size_; ++i) {
@@ -28,18 +28,18 @@ Vector3d ContactRows::Sum(int row, const Points& values) const {
 
 RelaxationResult SolveContactForces(const ContactCompliance& compliance,
                                     const ContactPoints& p_free_W, const ContactPoints& targets_W,
-                                    ContactProblem* problem, ContactSet* contacts) {
-  problem->Build(*contacts);
-  for (int e = 0; e < problem->size(); ++e) {
-    const ContactProblem::Equation& a = (*problem)[e];
-    problem->change()[e] = a.axis_W.dot(targets_W[a.row] - p_free_W[a.row]);
-    for (int g = 0; g < problem->size(); ++g) {
-      const ContactProblem::Equation& b = (*problem)[g];
-      problem->compliance()(e, g) = compliance(a.row, b.row) * a.axis_W.dot(b.axis_W);
+                                    ContactSolver* contact_solver, ContactConstraints* contacts) {
+  contact_solver->Build(*contacts);
+  for (int e = 0; e < contact_solver->size(); ++e) {
+    const ContactSolver::Equation& a = (*contact_solver)[e];
+    contact_solver->change()[e] = a.axis_W.dot(targets_W[a.row] - p_free_W[a.row]);
+    for (int g = 0; g < contact_solver->size(); ++g) {
+      const ContactSolver::Equation& b = (*contact_solver)[g];
+      contact_solver->compliance()(e, g) = compliance(a.row, b.row) * a.axis_W.dot(b.axis_W);
     }
   }
-  const RelaxationResult result = problem->Solve();
-  problem->WriteForces(contacts);
+  const RelaxationResult result = contact_solver->Solve();
+  contact_solver->WriteForces(contacts);
   return result;
 }
 

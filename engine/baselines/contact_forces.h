@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "engine/contact/contact_problem.h"
-#include "engine/contact/contact_set.h"
+#include "engine/contact/contact_constraints.h"
+#include "engine/contact/contact_solver.h"
 
 namespace hpdm {
 
@@ -20,7 +20,7 @@ class ContactRows {
   /// `n`: vertices of the organ.
   explicit ContactRows(Eigen::Index n);
 
-  void Gather(const ContactSet& contacts);
+  void Gather(const ContactConstraints& contacts);
   int size() const { return size_; }
   const Entry* begin(int row) const { return entries_.data() + first_[row]; }
   const Entry* end(int row) const { return entries_.data() + first_[row + 1]; }
@@ -40,11 +40,12 @@ using ContactCompliance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 using ContactPoints = std::array<Vector3d, kMaxContacts>;
 
 /// Finds the forces f that make the contact points x = p_free + A f obey the contacts
-/// (contact_set.h), and writes them into the rows. `compliance`: A, symmetric with a positive
-/// diagonal; `p_free_W`: the m contact points without contact forces, m; `targets_W`: what stands
-/// for the rows' targets, m; `problem` is the memory. Deformation thread; allocates nothing.
+/// (contact_constraints.h), and writes them into the rows. `compliance`: A, symmetric with a
+/// positive diagonal; `p_free_W`: the m contact points without contact forces, m; `targets_W`: what
+/// stands for the rows' targets, m; `contact_solver` is the memory. Deformation thread; allocates
+/// nothing.
 RelaxationResult SolveContactForces(const ContactCompliance& compliance,
                                     const ContactPoints& p_free_W, const ContactPoints& targets_W,
-                                    ContactProblem* problem, ContactSet* contacts);
+                                    ContactSolver* contact_solver, ContactConstraints* contacts);
 
 }  // namespace hpdm

@@ -132,7 +132,7 @@ double MassSpring::SafeSubstep() const {
   }));
 }
 
-RelaxationResult MassSpring::Relax(ContactSet* contacts, Points* U) {
+RelaxationResult MassSpring::Relax(ContactConstraints* contacts, Points* U) {
   RelaxationResult result;
   const int m = contacts->size();
   rows_.Gather(*contacts);
@@ -170,7 +170,7 @@ RelaxationResult MassSpring::Relax(ContactSet* contacts, Points* U) {
   return result;
 }
 
-void MassSpring::Substep(double share, RelaxationResult* result, ContactSet* contacts) {
+void MassSpring::Substep(double share, RelaxationResult* result, ContactConstraints* contacts) {
   SpringForces(p_, &force_);
   for (Eigen::Index v = 0; v < p_.rows(); ++v) {
     v_.row(v) =
@@ -181,17 +181,18 @@ void MassSpring::Substep(double share, RelaxationResult* result, ContactSet* con
   p_ += h_ * v_;
 }
 
-void MassSpring::SolveContacts(double share, RelaxationResult* result, ContactSet* contacts) {
+void MassSpring::SolveContacts(double share, RelaxationResult* result,
+                               ContactConstraints* contacts) {
   const int m = contacts->size();
   for (int i = 0; i < m; ++i) {
-    const ContactSet::Row& row = (*contacts)[i];
+    const ContactConstraints::Row& row = (*contacts)[i];
     p_free_W_[i] = row.p_rest_W + rows_.Sum(i, p_) - rows_.Sum(i, rest_) + h_ * rows_.Sum(i, v_);
     const Vector3d way = row.target_W - start_W_[i];
-    const bool moves = row.kind == ContactSet::RowKind::kGrasp || row.normal_W.dot(way) < 0;
+    const bool moves = row.kind == ContactConstraints::RowKind::kGrasp || row.normal_W.dot(way) < 0;
     targets_W_[i] = moves ? Vector3d(start_W_[i] + share * way) : row.target_W;
   }
   const RelaxationResult outcome =
-      SolveContactForces(compliance_, p_free_W_, targets_W_, &problem_, contacts);
+      SolveContactForces(compliance_, p_free_W_, targets_W_, &contact_solver_, contacts);
   result->iterations += outcome.iterations;
   result->converged = result->converged && outcome.converged;
   result->regularised = result->regularised || outcome.regularised;
@@ -204,7 +205,7 @@ void MassSpring::SolveContacts(double share, RelaxationResult* result, ContactSe
   }
 }
 
-double MassSpring::StaticResidual(const ContactSet& contacts) {
+double MassSpring::StaticResidual(const ContactConstraints& contacts) {
   SpringForces(p_, &force_);
   force_ -= ground_.asDiagonal() * (p_ - rest_);
   // The load alone is needed for its size; rows may share vertices.

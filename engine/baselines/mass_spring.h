@@ -75,7 +75,7 @@ class MassSpring final : public Relaxation {
   /// The rows' forces are the means over the step; residual is the static one at its end. Contact
   /// rows are over the V vertices; `U` (V x 3, m) is the displacement at the end of the step: only
   /// set, as the masses have their own motion. Deformation thread; allocates nothing.
-  RelaxationResult Relax(ContactSet* contacts, Points* U) override;
+  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override;
   bool AtRest() const override { return v_.isZero(0) && p_ == rest_; }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.
@@ -113,9 +113,9 @@ class MassSpring final : public Relaxation {
  private:
   MassSpring(const SurfaceMesh& rest, const Skin& skin, const Eigen::VectorXd& ground_springs,
              const MassSpringOptions& options);
-  void Substep(double share, RelaxationResult* result, ContactSet* contacts);
-  void SolveContacts(double share, RelaxationResult* result, ContactSet* contacts);
-  double StaticResidual(const ContactSet& contacts);
+  void Substep(double share, RelaxationResult* result, ContactConstraints* contacts);
+  void SolveContacts(double share, RelaxationResult* result, ContactConstraints* contacts);
+  double StaticResidual(const ContactConstraints& contacts);
 
   MassSpringOptions options_;
   Points rest_;             // V x 3, m
@@ -129,7 +129,7 @@ class MassSpring final : public Relaxation {
   Points v_;                        // V x 3, m/s
   Points force_;                    // V x 3, N
   ContactRows rows_;
-  ContactProblem problem_;
+  ContactSolver contact_solver_;
   ContactCompliance compliance_;  // h^2 B M^-1 B^T
   ContactPoints start_W_;         // contact points when the step began
   ContactPoints p_free_W_;

@@ -31,12 +31,12 @@ PressOutcome MeasurePress(const SurfaceMesh& rest, const WeightMatrix& weights,
   const Vector3d p_rest = patch * rest.vertices;
 
   PressOutcome outcome;
-  ContactSet contacts(static_cast<int>(weights.cols()));
+  ContactConstraints contacts(static_cast<int>(weights.cols()));
   Points U = Points::Zero(weights.cols(), 3);
   for (int step = 1; step <= ramp + hold; ++step) {
     contacts.Clear();
-    ContactSet::Row* row = contacts.Add();
-    row->kind = ContactSet::RowKind::kGrasp;
+    ContactConstraints::Row* row = contacts.Add();
+    row->kind = ContactConstraints::RowKind::kGrasp;
     row->p_rest_W = p_rest;
     row->normal_W = normal;
     row->target_W = p_rest - std::min(1.0, static_cast<double>(step) / ramp) * press.depth * normal;

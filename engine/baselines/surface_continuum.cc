@@ -103,7 +103,7 @@ void SurfaceContinuum::Reset(const Points& u) {
   v_.setZero();
 }
 
-RelaxationResult SurfaceContinuum::Relax(ContactSet* contacts, Points* U) {
+RelaxationResult SurfaceContinuum::Relax(ContactConstraints* contacts, Points* U) {
   const double dt = options_.time_step;
   const double inertia = 1 / (dt * dt) + options_.damping / (2 * dt);
   const double momentum = 1 / dt - options_.damping / 2;
@@ -134,7 +134,7 @@ RelaxationResult SurfaceContinuum::Relax(ContactSet* contacts, Points* U) {
       p_free_W_[i] += (*contacts)[i].p_rest_W;
       targets_W_[i] = (*contacts)[i].target_W;
     }
-    result = SolveContactForces(compliance_, p_free_W_, targets_W_, &problem_, contacts);
+    result = SolveContactForces(compliance_, p_free_W_, targets_W_, &contact_solver_, contacts);
     for (int i = 0; i < m; ++i) {
       for (int d = 0; d < 3; ++d) solution_.col(d) += (*contacts)[i].force_W[d] * Y.col(i);
     }
@@ -159,7 +159,7 @@ RelaxationResult SurfaceContinuum::Relax(ContactSet* contacts, Points* U) {
   return result;
 }
 
-double SurfaceContinuum::StaticResidual(const ContactSet& contacts) {
+double SurfaceContinuum::StaticResidual(const ContactConstraints& contacts) {
   pull_.noalias() = K_ * u_;
   Points& off_balance = solution_;  // free between steps
   off_balance.setZero();

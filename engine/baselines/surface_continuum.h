@@ -64,7 +64,7 @@ class SurfaceContinuum final : public Relaxation {
 
   /// One time step. Contact rows are over the V vertices; `U` (V x 3, m) is the displacement at its
   /// end. Deformation thread; allocates nothing.
-  RelaxationResult Relax(ContactSet* contacts, Points* U) override;
+  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override;
   bool AtRest() const override { return v_.isZero(0) && u_.isZero(0); }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.
@@ -80,7 +80,7 @@ class SurfaceContinuum final : public Relaxation {
   SurfaceContinuum(const SurfaceMesh& rest, const Skin& skin, const Eigen::VectorXd& ground_springs,
                    const SurfaceContinuumOptions& options, const std::string& name);
   ScalarStiffness StepMatrix() const;
-  double StaticResidual(const ContactSet& contacts);
+  double StaticResidual(const ContactConstraints& contacts);
 
   SurfaceContinuumOptions options_;
   Eigen::VectorXd mass_;  // V, kg
@@ -92,7 +92,7 @@ class SurfaceContinuum final : public Relaxation {
   Points pull_;               // V x 3, N: K u
   Eigen::MatrixXd response_;  // V x kMaxContacts: L^-1 P B^T
   ContactRows rows_;
-  ContactProblem problem_;
+  ContactSolver contact_solver_;
   ContactCompliance compliance_;
   ContactPoints p_free_W_;
   ContactPoints targets_W_;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "engine/base/check.h"
-#include "engine/contact/contact_problem.h"
+#include "engine/contact/contact_solver.h"
 #include "engine/contact/lattice_compliance.h"
 #include "engine/snapshots.h"
 
@@ -29,8 +29,8 @@ class TipCompliance {
   /// Begins the next tip, which must get at least one row; its index, at most kMaxInstruments - 1.
   int AddTip();
   /// A row of the last tip, zero, to be filled in; its local compliance (m/N), where its point is
-  /// now (m) and the force on the tissue there (N). Never more rows than a ContactSet has, and one
-  /// a tip beside it.
+  /// now (m) and the force on the tissue there (N). Never more rows than ContactConstraints has,
+  /// and one a tip beside it.
   auto AddRow(const Matrix3d& C_loc, const Vector3d& x_W, const Vector3d& force_W) {
     HPDM_CHECK(row_count_ < kMaxRows && tip_count_ > 0);
     rows_[row_count_] = {tip_count_ - 1, C_loc, x_W, force_W};

@@ -12,13 +12,13 @@ class CholeskyRelaxation final : public Relaxation {
   explicit CholeskyRelaxation(std::unique_ptr<ComplianceSolver> solver)
       : solver_(std::move(solver)) {}
 
-  RelaxationResult Relax(ContactSet* contacts, Points* U) override {
+  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override {
     SetActiveFunctions(contacts->refinement);
     if (contacts->size() == 0) {
       U->setZero();
       return {};
     }
-    return SolveContacts(solver_.get(), &problem_, contacts, U);
+    return SolveContacts(solver_.get(), &contact_solver_, contacts, U);
   }
 
   void SetActiveFunctions(const ActiveRefinement& active) override {
@@ -29,7 +29,7 @@ class CholeskyRelaxation final : public Relaxation {
 
  private:
   std::unique_ptr<ComplianceSolver> solver_;
-  ContactProblem problem_;
+  ContactSolver contact_solver_;
 };
 
 }  // namespace

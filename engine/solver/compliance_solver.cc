@@ -18,7 +18,7 @@ class ScalarComplianceSolver final : public ComplianceSolver {
       : inverse_(InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
         response_(K.rows(), kMaxContacts) {}
 
-  void Respond(const ContactSet& contacts, ContactProblem* problem) override {
+  void Respond(const ContactConstraints& contacts, ContactSolver* contact_solver) override {
     for (int i = 0; i < contacts.size(); ++i) {
       auto response = response_.col(i);
       response.setZero();
@@ -28,21 +28,21 @@ class ScalarComplianceSolver final : public ComplianceSolver {
       }
     }
     row_compliance_.noalias() = contacts.Weights() * response_.leftCols(contacts.size());
-    for (int e = 0; e < problem->size(); ++e) {
-      const ContactProblem::Equation& first = (*problem)[e];
-      for (int g = 0; g < problem->size(); ++g) {
-        const ContactProblem::Equation& second = (*problem)[g];
-        problem->compliance()(e, g) =
+    for (int e = 0; e < contact_solver->size(); ++e) {
+      const ContactSolver::Equation& first = (*contact_solver)[e];
+      for (int g = 0; g < contact_solver->size(); ++g) {
+        const ContactSolver::Equation& second = (*contact_solver)[g];
+        contact_solver->compliance()(e, g) =
             row_compliance_(first.row, second.row) * first.axis_W.dot(second.force_W);
       }
     }
   }
 
-  void Deform(const ContactProblem& problem, Points* U) const override {
+  void Deform(const ContactSolver& contact_solver, Points* U) const override {
     U->setZero();
-    for (int e = 0; e < problem.size(); ++e) {
-      const Vector3d force = problem.forces()[e] * problem[e].force_W;
-      for (int d = 0; d < 3; ++d) U->col(d) += force[d] * response_.col(problem[e].row);
+    for (int e = 0; e < contact_solver.size(); ++e) {
+      const Vector3d force = contact_solver.forces()[e] * contact_solver[e].force_W;
+      for (int d = 0; d < 3; ++d) U->col(d) += force[d] * response_.col(contact_solver[e].row);
     }
   }
 
@@ -93,31 +93,32 @@ class FullComplianceSolver final : public ComplianceSolver {
         weights_(kMaxContacts, n_),
         moved_(3, n_) {}
 
-  void Respond(const ContactSet& contacts, ContactProblem* problem) override {
+  void Respond(const ContactConstraints& contacts, ContactSolver* contact_solver) override {
     Gather(contacts);
-    for (int g = 0; g < problem->size(); ++g) {
-      Move((*problem)[g]);
+    for (int g = 0; g < contact_solver->size(); ++g) {
+      Move((*contact_solver)[g]);
       Vector3d moved = Vector3d::Zero();
       int at = -1;  // the equations of one contact follow each other
-      for (int e = 0; e < problem->size(); ++e) {
-        const ContactProblem::Equation& equation = (*problem)[e];
+      for (int e = 0; e < contact_solver->size(); ++e) {
+        const ContactSolver::Equation& equation = (*contact_solver)[e];
         if (equation.row != at) {
           at = equation.row;
           moved.setZero();
           for (int t = 0; t < count_; ++t) moved += weights_(at, t) * moved_.col(t);
         }
-        problem->compliance()(e, g) = equation.axis_W.dot(moved);
+        contact_solver->compliance()(e, g) = equation.axis_W.dot(moved);
       }
     }
   }
 
-  void Deform(const ContactProblem& problem, Points* U) const override {
+  void Deform(const ContactSolver& contact_solver, Points* U) const override {
     auto u = AsVector(U);
     u.setZero();
     for (int t = 0; t < count_; ++t) {
       Vector3d force = Vector3d::Zero();
-      for (int e = 0; e < problem.size(); ++e) {
-        force += problem.forces()[e] * weights_(problem[e].row, t) * problem[e].force_W;
+      for (int e = 0; e < contact_solver.size(); ++e) {
+        force += contact_solver.forces()[e] * weights_(contact_solver[e].row, t) *
+                 contact_solver[e].force_W;
       }
       AddColumns(touched_[static_cast<std::size_t>(t)], force, &u);
     }
@@ -143,7 +144,7 @@ class FullComplianceSolver final : public ComplianceSolver {
 
  private:
   // The control points with a weight in any row, and their weights.
-  void Gather(const ContactSet& contacts) {
+  void Gather(const ContactConstraints& contacts) {
     count_ = 0;
     for (int a = 0; a < n_; ++a) {
       const auto weights = contacts.Weights().col(a);
@@ -154,7 +155,7 @@ class FullComplianceSolver final : public ComplianceSolver {
   }
 
   // How the touched control points move by the equation's unit force.
-  void Move(const ContactProblem::Equation& equation) {
+  void Move(const ContactSolver::Equation& equation) {
     auto moved = moved_.leftCols(count_);
     moved.setZero();
     for (int t = 0; t < count_; ++t) {
@@ -217,28 +218,29 @@ Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, con
   return inverse;
 }
 
-void FillCompliance(const ContactSet& contacts, const Eigen::Ref<const Eigen::MatrixXd>& response,
-                    ContactProblem* problem) {
-  for (int g = 0; g < problem->size(); ++g) {
+void FillCompliance(const ContactConstraints& contacts,
+                    const Eigen::Ref<const Eigen::MatrixXd>& response,
+                    ContactSolver* contact_solver) {
+  for (int g = 0; g < contact_solver->size(); ++g) {
     const Eigen::Map<const Points> U(response.col(g).data(), response.rows() / 3, 3);
     Vector3d moved = Vector3d::Zero();
     int at = -1;  // the equations of one contact follow each other
-    for (int e = 0; e < problem->size(); ++e) {
-      const auto& [row, axis, force, unilateral] = (*problem)[e];
+    for (int e = 0; e < contact_solver->size(); ++e) {
+      const auto& [row, axis, force, unilateral] = (*contact_solver)[e];
       if (row != at) moved.noalias() = (contacts.Weights().row(row) * U).transpose();
       at = row;
-      problem->compliance()(e, g) = axis.dot(moved);
+      contact_solver->compliance()(e, g) = axis.dot(moved);
     }
   }
 }
 
-RelaxationResult SolveContacts(ComplianceSolver* compliance_solver, ContactProblem* problem,
-                               ContactSet* contacts, Points* U) {
-  problem->Build(*contacts);
-  compliance_solver->Respond(*contacts, problem);
-  const RelaxationResult result = problem->Solve();
-  problem->WriteForces(contacts);
-  compliance_solver->Deform(*problem, U);
+RelaxationResult SolveContacts(ComplianceSolver* compliance_solver, ContactSolver* contact_solver,
+                               ContactConstraints* contacts, Points* U) {
+  contact_solver->Build(*contacts);
+  compliance_solver->Respond(*contacts, contact_solver);
+  const RelaxationResult result = contact_solver->Solve();
+  contact_solver->WriteForces(contacts);
+  compliance_solver->Deform(*contact_solver, U);
   return result;
 }
 

@@ -94,11 +94,11 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
         restart_(at_),
         from_(at_),
         W_(Points::Zero(n_, 3)),
-        columns_(3 * at_.rows(), 1 + ContactProblem::kMaxEquations) {
+        columns_(3 * at_.rows(), 1 + ContactSolver::kMaxEquations) {
     least_load_ = kResolved * energy_.stiffness_at_rest().diagonal().maxCoeff();
   }
 
-  RelaxationResult Relax(ContactSet* contacts, Points* U) override {
+  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override {
     const int recorded_end = std::exchange(stop_after_, 0);
     SetActiveFunctions(contacts->refinement);
     if (std::exchange(restarts_, false)) Enter(restart_);
@@ -110,7 +110,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       return {};
     }
     if (!has_tangent_) {
-      const RelaxationResult result = SolveContacts(at_rest_.get(), &problem_, contacts, U);
+      const RelaxationResult result = SolveContacts(at_rest_.get(), &contact_solver_, contacts, U);
       Enter(*U);
       return result;
     }
@@ -184,7 +184,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       schur_complement_->AddCoupling(1, Slots(U), Unknowns(&at_).head(3 * n_));
   }
 
-  RelaxationResult Iterate(int recorded_end, ContactSet* contacts) {
+  RelaxationResult Iterate(int recorded_end, ContactConstraints* contacts) {
     RelaxationResult result;
     result.converged = false;
     StartWatch();
@@ -203,7 +203,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       at_ += length * step_;
       ++result.iterations;
       energy = potential_.Gradient(at_, &gradient_);
-      problem_.WriteForces(contacts);
+      contact_solver_.WriteForces(contacts);
       result.residual = Residual(*contacts);
       result.converged = length == 1 && result.residual <= options_.tolerance;
     }
@@ -264,15 +264,16 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
   // The step from (W, V) and the forces f.
-  RelaxationResult SolveStep(const ContactSet& contacts) {
-    problem_.Build(contacts);
-    const int equations = problem_.size();
+  RelaxationResult SolveStep(const ContactConstraints& contacts) {
+    contact_solver_.Build(contacts);
+    const int equations = contact_solver_.size();
     const Eigen::Index slots = at_.size() - 3 * n_;
     auto free = columns_.col(0);
     free.head(3 * n_) = -Unknowns(&gradient_).head(3 * n_);
     for (int e = 0; e < equations; ++e) {
       Eigen::Map<Points>(columns_.col(1 + e).data(), at_.rows(), 3).noalias() =
-          contacts.Weights().row(problem_[e].row).transpose() * problem_[e].force_W.transpose();
+          contacts.Weights().row(contact_solver_[e].row).transpose() *
+          contact_solver_[e].force_W.transpose();
     }
     auto response = columns_.middleCols(1, equations);
     // Where a damper holds V, it yields less, from where that leaves it without load.
@@ -287,14 +288,14 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       schur_complement_->AddCoupling(-1, free.tail(slots), Unknowns(&trial_).head(3 * n_));
     }
     for (int e = 0; e < equations; ++e) {
-      problem_.change()[e] -=
-          problem_[e].axis_W.dot((contacts.Weights().row(problem_[e].row) * trial_).transpose());
+      contact_solver_.change()[e] -= contact_solver_[e].axis_W.dot(
+          (contacts.Weights().row(contact_solver_[e].row) * trial_).transpose());
     }
-    FillCompliance(contacts, response, &problem_);
-    const RelaxationResult result = problem_.Solve();
+    FillCompliance(contacts, response, &contact_solver_);
+    const RelaxationResult result = contact_solver_.Solve();
     VectorMap step = Unknowns(&step_);
     step << free.head(3 * n_), Eigen::VectorXd::Zero(slots);
-    step.noalias() += response * problem_.forces();
+    step.noalias() += response * contact_solver_.forces();
     if (schur_complement_ != nullptr)
       schur_complement_->AddCoupling(1, step.tail(slots), step.head(3 * n_));
     step.tail(slots) += free.tail(slots) - Slots(at_);
@@ -307,7 +308,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   }
 
   // Of W; V is at rest under its loads.
-  double Residual(const ContactSet& contacts) {
+  double Residual(const ContactConstraints& contacts) {
     auto load = load_.topRows(n_);
     load.setZero();
     for (int i = 0; i < contacts.size(); ++i) {
@@ -337,7 +338,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   Points W_;                  // n x 3
   Eigen::MatrixXd columns_;   // 3(n + slots) x (1 + equations): the free step, then the responses
   bool has_tangent_ = false;  // factor_ holds the last step's
-  ContactProblem problem_;
+  ContactSolver contact_solver_;
   double least_load_ = 0;  // N: smaller ones count as this in the residual
   Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
   int stop_after_ = 0;  // iterations of the next Relax; 0: as the options say

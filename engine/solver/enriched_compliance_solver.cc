@@ -5,26 +5,27 @@ namespace hpdm {
 EnrichedComplianceSolver::EnrichedComplianceSolver(const RefinementBasis& functions, int slots)
     : schur_complement_(functions, slots),
       unknowns_(functions.inverse().rows()),
-      response_(unknowns_ + 3 * slots, ContactProblem::kMaxEquations),
+      response_(unknowns_ + 3 * slots, ContactSolver::kMaxEquations),
       scratch_(unknowns_) {}
 
-void EnrichedComplianceSolver::Respond(const ContactSet& contacts, ContactProblem* problem) {
+void EnrichedComplianceSolver::Respond(const ContactConstraints& contacts,
+                                       ContactSolver* contact_solver) {
   SetActiveFunctions(contacts.refinement);
-  const int equations = problem->size();
+  const int equations = contact_solver->size();
   for (int e = 0; e < equations; ++e) {
-    const auto& [row, axis, force, unilateral] = (*problem)[e];
+    const auto& [row, axis, force, unilateral] = (*contact_solver)[e];
     auto load = response_.col(e);
     for (Eigen::Index a = 0; 3 * a < load.size(); ++a) {
       load.segment<3>(3 * a) = contacts.Weights()(row, a) * force;
     }
   }
   Solve(response_.leftCols(equations));
-  FillCompliance(contacts, response_, problem);
+  FillCompliance(contacts, response_, contact_solver);
 }
 
-void EnrichedComplianceSolver::Deform(const ContactProblem& problem, Points* U) const {
+void EnrichedComplianceSolver::Deform(const ContactSolver& contact_solver, Points* U) const {
   Eigen::Map<Eigen::VectorXd>(U->data(), U->size()).noalias() =
-      response_.leftCols(problem.size()) * problem.forces();
+      response_.leftCols(contact_solver.size()) * contact_solver.forces();
 }
 
 void EnrichedComplianceSolver::Solve(Eigen::Ref<Eigen::MatrixXd> columns) const {

@@ -17,8 +17,8 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
   }
   const SchurComplement& schur_complement() const { return schur_complement_; }
 
-  void Respond(const ContactSet& contacts, ContactProblem* problem) override;
-  void Deform(const ContactProblem& problem, Points* U) const override;
+  void Respond(const ContactConstraints& contacts, ContactSolver* contact_solver) override;
+  void Deform(const ContactSolver& contact_solver, Points* U) const override;
   void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override;
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
   Matrix3d PointCompliance(const SparseRow& b) const override {

@@ -61,7 +61,7 @@ class GaussSeidelRelaxation final : public Relaxation {
     for (Eigen::Index a = 0; a < K_.size(); ++a) diagonal_[a] = K_.Diagonal(a).trace() / 3;
   }
 
-  RelaxationResult Relax(ContactSet* contacts, Points* U) override {
+  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override {
     RelaxationResult result;
     if (contacts->size() == 0) {
       U->setZero();
@@ -84,10 +84,10 @@ class GaussSeidelRelaxation final : public Relaxation {
   const LatticeCompliance* compliance() const override { return solver_.get(); }
 
  private:
-  void Start(ContactSet* contacts, const Points& U) {
+  void Start(ContactConstraints* contacts, const Points& U) {
     largest_change_ = 0;
     for (int i = 0; i < contacts->size(); ++i) {
-      ContactSet::Row& row = (*contacts)[i];
+      ContactConstraints::Row& row = (*contacts)[i];
       row.force_W.setZero();
       const auto b = contacts->Weights().row(i);
       off_target_[i] = row.p_rest_W - row.target_W;
@@ -101,9 +101,9 @@ class GaussSeidelRelaxation final : public Relaxation {
   }
 
   // (P / kappa + P C_loc P)^+: kappa P without local compliance.
-  static Matrix3d PenaltyStiffness(const ContactSet::Row& row, double penalty) {
+  static Matrix3d PenaltyStiffness(const ContactConstraints::Row& row, double penalty) {
     const Matrix3d& C = row.local_compliance_W;
-    if (row.kind == ContactSet::RowKind::kGrasp) {
+    if (row.kind == ContactConstraints::RowKind::kGrasp) {
       return (Matrix3d::Identity() / penalty + C).inverse();
     }
     const Vector3d& n = row.normal_W;
@@ -111,13 +111,14 @@ class GaussSeidelRelaxation final : public Relaxation {
   }
 
   // Force that the augmented Lagrangian puts on row i's point now.
-  Vector3d AugmentedForce(const ContactSet::Row& row, int i) const {
+  Vector3d AugmentedForce(const ContactConstraints::Row& row, int i) const {
     const Vector3d force = stiffness_[i] * (row.force_W / penalty_[i] - off_target_[i]);
-    const bool pulls = row.kind == ContactSet::RowKind::kPress && row.normal_W.dot(force) >= 0;
+    const bool pulls =
+        row.kind == ContactConstraints::RowKind::kPress && row.normal_W.dot(force) >= 0;
     return pulls ? Vector3d::Zero() : force;
   }
 
-  void Sweep(const ContactSet& contacts, Points* U) {
+  void Sweep(const ContactConstraints& contacts, Points* U) {
     const auto weights = contacts.Weights();
     for (Eigen::Index a = 0; a < K_.size(); ++a) {
       Vector3d gradient = K_.RowTimes(a, *U);
@@ -127,7 +128,7 @@ class GaussSeidelRelaxation final : public Relaxation {
         if (w == 0) continue;
         const Vector3d force = AugmentedForce(contacts[i], i);
         gradient -= w * force;
-        const bool grasps = contacts[i].kind == ContactSet::RowKind::kGrasp;
+        const bool grasps = contacts[i].kind == ContactConstraints::RowKind::kGrasp;
         if (grasps || force.squaredNorm() > 0) block += w * w * stiffness_[i];
       }
       const Vector3d change = -(block.inverse() * gradient);
@@ -137,10 +138,10 @@ class GaussSeidelRelaxation final : public Relaxation {
   }
 
   // Raises the multipliers; returns the largest violation relative to the largest contact change.
-  double UpdateForces(ContactSet* contacts) {
+  double UpdateForces(ContactConstraints* contacts) {
     double violation = 0;
     for (int i = 0; i < contacts->size(); ++i) {
-      ContactSet::Row& row = (*contacts)[i];
+      ContactConstraints::Row& row = (*contacts)[i];
       const Vector3d force = AugmentedForce(row, i);
       violation = std::max(violation, (force - row.force_W).norm() / penalty_[i]);
       row.force_W = force;
@@ -148,7 +149,7 @@ class GaussSeidelRelaxation final : public Relaxation {
     return largest_change_ > 0 ? violation / largest_change_ : 0;
   }
 
-  double Residual(const ContactSet& contacts, const Points& U) {
+  double Residual(const ContactConstraints& contacts, const Points& U) {
     load_.setZero();
     for (int i = 0; i < contacts.size(); ++i) {
       for (int d = 0; d < 3; ++d) {

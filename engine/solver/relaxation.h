@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "engine/contact/contact_problem.h"
+#include "engine/contact/contact_solver.h"
 #include "engine/contact/lattice_compliance.h"
 #include "engine/energy/metric_energy.h"
 #include "engine/energy/strain_energy.h"
@@ -24,7 +24,7 @@ class Relaxation {
   virtual ~Relaxation() = default;
   /// `U` (n x 3, m): in, where to start (the moved control points of stage A; only iterative
   /// solvers use it); out, the solution. Fills the rows' forces. Deformation thread.
-  virtual RelaxationResult Relax(ContactSet* contacts, Points* U) = 0;
+  virtual RelaxationResult Relax(ContactConstraints* contacts, Points* U) = 0;
 
   /// Whether a Relax without contacts that gave U = 0 would give it again: it keeps no motion of
   /// its own. What is left of one below kStill a step, such a Relax has taken for none.

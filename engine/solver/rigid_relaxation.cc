@@ -1,4 +1,4 @@
-#include "engine/contact/contact_problem.h"
+#include "engine/contact/contact_solver.h"
 #include "engine/solver/relaxation.h"
 
 namespace hpdm {
@@ -13,19 +13,19 @@ class NoCompliance final : public LatticeCompliance {
 
 class RigidRelaxation final : public Relaxation {
  public:
-  RelaxationResult Relax(ContactSet* contacts, Points*) override {
+  RelaxationResult Relax(ContactConstraints* contacts, Points*) override {
     if (contacts->size() == 0) return {};
-    problem_.Build(*contacts);
-    problem_.compliance().setZero();
-    const RelaxationResult result = problem_.Solve();
-    problem_.WriteForces(contacts);
+    contact_solver_.Build(*contacts);
+    contact_solver_.compliance().setZero();
+    const RelaxationResult result = contact_solver_.Solve();
+    contact_solver_.WriteForces(contacts);
     return result;
   }
   const LatticeCompliance* compliance() const override { return &nothing_; }
 
  private:
   NoCompliance nothing_;
-  ContactProblem problem_;
+  ContactSolver contact_solver_;
 };
 
 }  // namespace

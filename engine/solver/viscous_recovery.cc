@@ -9,8 +9,8 @@ namespace hpdm {
 ViscousRecovery::ViscousRecovery(double relaxation_time, int n)
     : relaxation_time_(relaxation_time), U_(Points::Zero(n, 3)), V_(U_) {}
 
-RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation, ContactSet* contacts,
-                                        Points* U) {
+RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation,
+                                        ContactConstraints* contacts, Points* U) {
   if (relaxation_time_ <= 0) return relaxation->Relax(contacts, U);
   constexpr double kShortestStep = 1e-4;
   const double elapsed = std::max(dt, kShortestStep) / relaxation_time_;
@@ -25,7 +25,7 @@ RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation, Conta
   std::array<Vector3d, kMaxContacts> targets;
   std::array<Matrix3d, kMaxContacts> local_compliances;
   for (int i = 0; i < contacts->size(); ++i) {
-    ContactSet::Row& row = (*contacts)[i];
+    ContactConstraints::Row& row = (*contacts)[i];
     targets[i] = row.target_W;
     local_compliances[i] = row.local_compliance_W;
     row.local_compliance_W /= done;

@@ -31,7 +31,8 @@ class ViscousRecovery {
 
   /// As Relaxation::Relax() of `relaxation`, `dt` (s) after the last call; less than 0.1 ms counts
   /// as that.
-  RelaxationResult Relax(double dt, Relaxation* relaxation, ContactSet* contacts, Points* U);
+  RelaxationResult Relax(double dt, Relaxation* relaxation, ContactConstraints* contacts,
+                         Points* U);
 
   /// Whether nothing is left to recover from.
   bool AtRest() const { return U_.isZero(0) && V_.isZero(0); }

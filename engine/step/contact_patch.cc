@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/step/tool_contact.h"
+#include "engine/step/tool_tracker.h"
 
 namespace hpdm {
 namespace {
@@ -45,9 +45,9 @@ Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
 
 }  // namespace
 
-void ToolContact::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel>& models,
+void ToolTracker::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel>& models,
                             std::vector<OrganState>* states, ToolPatch* patch) {
-  static_cast<ToolContactState&>(*patch) = {};
+  static_cast<SolvedContact&>(*patch) = {};
   patch->exchange = tool_W.exchange;
   patch->organ = organ_;
   patch->point_count = 0;
@@ -84,7 +84,7 @@ void ToolContact::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel
 }
 
 // Around where the tip will be, but with the contact well inside.
-void ToolContact::Prefetch(const ToolPose& tool, const OrganModel& model, OrganState* state) {
+void ToolTracker::Prefetch(const ToolPose& tool, const OrganModel& model, OrganState* state) {
   const SurfaceMesh& rest = model.rest();
   const Vector3d p = at_.Position(rest.vertices, rest.triangles);
   double reach2 = 0;
@@ -106,7 +106,7 @@ void ToolContact::Prefetch(const ToolPose& tool, const OrganModel& model, OrganS
 }
 
 // The triangles, and at their corners what belongs to the vertex alone.
-void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
+void ToolTracker::FillPatchPoints(const OrganModel& model, OrganState* state,
                                   ToolPatch* patch) const {
   const Triangles& triangles = model.rest().triangles;
   std::array<int, ToolPatch::kMaxPoints> vertex;
@@ -140,7 +140,7 @@ void ToolContact::FillPatchPoints(const OrganModel& model, OrganState* state,
 }
 
 // The lattice's row at a vertex, until the next.
-SparseRow ToolContact::VertexRow(const OrganModel& model, int vertex, OrganState* state) const {
+SparseRow ToolTracker::VertexRow(const OrganModel& model, int vertex, OrganState* state) const {
   const ActiveRefinement& refinement = state->contacts.refinement;
   if (refinement.slots() == 0) return model.LatticeRow(vertex);
   auto row = state->tips.ScratchRow();
@@ -151,7 +151,7 @@ SparseRow ToolContact::VertexRow(const OrganModel& model, int vertex, OrganState
 // The contact as the step solved it, and the points' values so that their interpolation gives the
 // contact's own at its place. The compliances vary over the surface as they do at rest, under a
 // factor that takes in the kernel and the tangent, and under the local part.
-void ToolContact::FillLatticeContact(const OrganModel& model, OrganState* state,
+void ToolTracker::FillLatticeContact(const OrganModel& model, OrganState* state,
                                      ToolPatch* patch) const {
   const TipCompliance::Tip& tip = state->tips[tip_];
   patch->reaction = ReactionType::kLattice;
@@ -193,7 +193,7 @@ void ToolContact::FillLatticeContact(const OrganModel& model, OrganState* state,
 }
 
 // By the triangle of the contact: the lattice is smooth over it.
-void ToolContact::FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const {
+void ToolTracker::FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const {
   const Points& rest = model.rest().vertices;
   const Eigen::RowVector3i corners = model.rest().triangles.row(at_.triangle);
   std::array<Vector3d, 3> p_rest, p;

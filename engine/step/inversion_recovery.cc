@@ -84,12 +84,12 @@ RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
 }
 
 // How far the contacts' points are to go from rest, m: the farthest of them.
-double InversionRecovery::Demand(const ContactSet& contacts) const {
+double InversionRecovery::Demand(const ContactConstraints& contacts) const {
   double demand = 0;
   for (int i = 0; i < contacts.size(); ++i) {
-    const ContactSet::Row& row = contacts[i];
+    const ContactConstraints::Row& row = contacts[i];
     const Vector3d way = row.target_W - row.p_rest_W;
-    const double length = row.kind == ContactSet::RowKind::kPress
+    const double length = row.kind == ContactConstraints::RowKind::kPress
                               ? std::max(0.0, -row.normal_W.dot(way))
                               : way.norm();
     demand = std::max(demand, length);
@@ -99,12 +99,12 @@ double InversionRecovery::Demand(const ContactSet& contacts) const {
 
 // With every contact taken `reach` over the demand of its way.
 RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt, OrganState* state) {
-  ContactSet& contacts = state->contacts;
+  ContactConstraints& contacts = state->contacts;
   const double demand = Demand(contacts);
   const double share = demand > reach ? reach / demand : 1;
   std::array<Vector3d, kMaxContacts> targets;
   for (int i = 0; i < contacts.size(); ++i) {
-    ContactSet::Row& row = contacts[i];
+    ContactConstraints::Row& row = contacts[i];
     targets[i] = row.target_W;
     if (share < 1) row.target_W = row.p_rest_W + share * (row.target_W - row.p_rest_W);
   }

@@ -60,7 +60,7 @@ class InversionRecovery {
 
   RelaxationResult RelaxSoundly(double dt, OrganState* state);
   void WatchGradient(const OrganState& state);
-  double Demand(const ContactSet& contacts) const;
+  double Demand(const ContactConstraints& contacts) const;
   RelaxationResult RelaxWithin(double reach, double dt, OrganState* state);
   bool IsLinear(const OrganState& state) const;
   bool IsInverted(const OrganState& state);

@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "engine/contact/contact_problem.h"
+#include "engine/contact/contact_solver.h"
 
 namespace hpdm {
 namespace {
@@ -93,10 +93,10 @@ void TipForces(const LatticeTip& a, const LatticeTip& c, const Matrix3d& couplin
     return std::max(force_a_W->norm(), force_c_W->norm());
   };
   const double alone = std::max(TipForce(a).norm(), TipForce(c).norm());
-  if (!(solve() > ContactProblem::kContradicting * alone)) return;
+  if (!(solve() > ContactSolver::kContradicting * alone)) return;
   do {
     apart *= 10;
-  } while (solve() > ContactProblem::kSlipping * alone && apart < kMostApart);
+  } while (solve() > ContactSolver::kSlipping * alone && apart < kMostApart);
 }
 
 ReactionNode NodeOfCompliance(const Matrix3d& C) noexcept {

@@ -28,7 +28,7 @@ Vector3d TipForce(const LatticeTip& tip) noexcept;
 /// The forces of two tips on one organ, coupled by C_ac (`coupling_W`, m/N): two presses are a
 /// complementarity problem in their f_n, and what jaws hold stays held while the other tip moves.
 /// Tips that the tissue cannot tell apart slip when they go different ways, as in the step
-/// (ContactProblem): each stays behind by a share of what its force moves it alone.
+/// (ContactSolver): each stays behind by a share of what its force moves it alone.
 /// Any thread; wait-free, no allocation.
 void TipForces(const LatticeTip& a, const LatticeTip& c, const Matrix3d& coupling_W,
                Vector3d* force_a_W, Vector3d* force_c_W) noexcept;

@@ -213,7 +213,7 @@ class StepJudges {
     double stored = 0;
     bool has_lattice = false;
     for (int t = 0; t < sample.tool_count; ++t) {
-      const ToolContactState& contact = sample.contacts[t];
+      const SolvedContact& contact = sample.contacts[t];
       if (contact.organ < 0 || contact.reaction != ReactionType::kLattice) continue;
       has_lattice = true;
       stored += contact.force_on_tissue_W.dot(contact.contact_W - contact.p_original_W) / 2;
@@ -227,7 +227,7 @@ class StepJudges {
     now.time = ToSeconds(sample.step.time_ns);
     if (!follows) now.last.fill(now.time);  // as far as is known
     for (int t = 0; t < sample.tool_count; ++t) {
-      const ToolContactState& contact = sample.contacts[t];
+      const SolvedContact& contact = sample.contacts[t];
       const bool known = contact.organ >= 0 && contact.organ < kMaxOrgans;
       const bool tip =
           known && (contact.kind == ContactKind::kGrasp || !contact.force_on_tissue_W.isZero(0));

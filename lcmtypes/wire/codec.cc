@@ -177,7 +177,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolPose& pose = sample.tools[i];
-    const ToolContactState& contact = sample.contacts[i];
+    const SolvedContact& contact = sample.contacts[i];
     tool_contact_t& to = message->tools[i];
     const Vector3d p_tip_W = pose.X_WT.translation();
     const Eigen::Quaterniond rotation(pose.X_WT.linear());
@@ -241,7 +241,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     if (!IsKind(from.kind) || !IsExchange(from.exchange)) return false;
     if (from.reaction < 0 || from.reaction > 1) return false;
     ToolPose& pose = sample->tools[i];
-    ToolContactState& contact = sample->contacts[i];
+    SolvedContact& contact = sample->contacts[i];
     const Eigen::Quaterniond rotation(from.orientation[0], from.orientation[1], from.orientation[2],
                                       from.orientation[3]);
     // Written so that NaN is refused too; a rounding away from 1 is some 1e-16.

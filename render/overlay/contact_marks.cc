@@ -32,7 +32,7 @@ void AddArrow(const Vector3d& from, const Vector3d& arrow, float radius, const C
 
 }  // namespace
 
-void AddContactMarks(const ToolContactState& contact, const OrganSnapshot& shape,
+void AddContactMarks(const SolvedContact& contact, const OrganSnapshot& shape,
                      const Triangles& triangles, Marks* marks) {
   // A tip that is near has a contact to be, without a force.
   if (contact.kind == ContactKind::kNone || contact.force_on_tissue_W.isZero(0)) return;

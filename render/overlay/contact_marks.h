@@ -12,7 +12,7 @@ inline constexpr double kArrowLength = 0.03;  ///< m a newton, of the drawn forc
 /// as points, the surface's normal, and the force on the hand (opposite to the one on the tissue,
 /// so that it stands out of the organ) as an arrow of kArrowLength. Nothing without a force.
 /// O(triangles). Render thread.
-void AddContactMarks(const ToolContactState& contact, const OrganSnapshot& shape,
+void AddContactMarks(const SolvedContact& contact, const OrganSnapshot& shape,
                      const Triangles& triangles, Marks* marks);
 
 }  // namespace hpdm

@@ -50,7 +50,7 @@ void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
   if (overlays & kOverlayContacts) {
     marks_.clear();
     for (int t = 0; t < ContactCount(snapshot); ++t) {
-      const ToolContactState& contact = snapshot.contacts[t];
+      const SolvedContact& contact = snapshot.contacts[t];
       if (contact.organ < 0 || contact.organ >= static_cast<int>(organs_.size())) continue;
       const auto organ = static_cast<std::size_t>(contact.organ);
       AddContactMarks(contact, snapshot.organs[organ], organs_[organ].rest->triangles, &marks_);
@@ -73,7 +73,7 @@ void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& 
     std::array<ForceSpot, kMaxInstruments> spots;
     int count = 0;
     for (int t = 0; t < ContactCount(snapshot); ++t) {
-      const ToolContactState& contact = snapshot.contacts[t];
+      const SolvedContact& contact = snapshot.contacts[t];
       const double force = contact.force_on_tissue_W.norm();
       if (contact.organ != static_cast<int>(o) || !(force > 0)) continue;
       spots[count++] = {contact.contact_W,

@@ -89,9 +89,10 @@ void PressedBody::AddPress(const BenchOrgan& organ, double side) {
   const Triangles& triangles = organ.rest.triangles;
   const SurfacePoint at = FrontPoint(organ.rest, side);
   const int slots = organ_ ? organ_->RefinementSlots(1) : 0;
-  contacts_ = ContactSet(unknowns(), slots > 0 ? organ_->refinement_basis()->size() : 0, slots);
+  contacts_ =
+      ContactConstraints(unknowns(), slots > 0 ? organ_->refinement_basis()->size() : 0, slots);
   U_ = Points::Zero(unknowns() + slots, 3);
-  ContactSet::Row* row = contacts_.Add();
+  ContactConstraints::Row* row = contacts_.Add();
   row->p_rest_W = at.Position(rest_, triangles);
   const Vector3d a = rest_.row(triangles(at.triangle, 0));
   row->normal_W = (Vector3d(rest_.row(triangles(at.triangle, 1))) - a)
@@ -114,7 +115,7 @@ void PressedBody::FollowTip() {
 }
 
 void PressedBody::Step() {
-  ContactSet::Row& row = contacts_[0];
+  ContactConstraints::Row& row = contacts_[0];
   row.target_W = row.p_rest_W - (deep_ ? 0.010 : 0.009) * row.normal_W;
   deep_ = !deep_;
   if (before_step_) before_step_();

@@ -60,7 +60,7 @@ class PressedBody {
   std::unique_ptr<Relaxation> relaxation_;
   std::function<void()> before_step_;
   double setup_ms_ = 0;
-  ContactSet contacts_{0};
+  ContactConstraints contacts_{0};
   Points rest_;      // V x 3, m
   Points U_;         // (n + slots) x 3, m
   Points vertices_;  // V x 3, m

@@ -70,7 +70,8 @@ void LoadedBody::AddPatches() {
     throw InputError("organ \"" + options_.name + "\": has more than " +
                      std::to_string(kMaxContacts) + " loads; leave some out");
   }
-  contacts_ = ContactSet(unknowns(), slots_ > 0 ? organ_->refinement_basis()->size() : 0, slots_);
+  contacts_ =
+      ContactConstraints(unknowns(), slots_ > 0 ? organ_->refinement_basis()->size() : 0, slots_);
   if (slots_ > 0) {
     HPDM_CHECK(organ_->RefinementSlots(static_cast<int>(loads_.size())) <= slots_);
     std::vector<Vector3d> centres;
@@ -88,8 +89,8 @@ void LoadedBody::AddPatches() {
         patch[rest_.triangles(sample.triangle, k)] += sample.weight * sample.barycentric[k];
       }
     }
-    ContactSet::Row* row = contacts_.Add();
-    row->kind = ContactSet::RowKind::kGrasp;
+    ContactConstraints::Row* row = contacts_.Add();
+    row->kind = ContactConstraints::RowKind::kGrasp;
     row->p_rest_W = (patch * rest_.vertices).transpose();
     row->target_W = row->p_rest_W;
     if (organ_) {

@@ -79,7 +79,7 @@ class LoadedBody {
   std::unique_ptr<Relaxation> relaxation_;
   int slots_ = 0;  // for local functions
   double setup_ms_ = 0;
-  ContactSet contacts_;
+  ContactConstraints contacts_;
   Points U_;                                    // (n + slots) x 3, m
   std::vector<LocalIndentation> indentations_;  // a load; nothing for the surface models
   Points vertices_;                             // V x 3, m

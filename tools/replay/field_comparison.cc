@@ -77,7 +77,7 @@ void VisitFields(const StepSample& a, const StepSample& b, Visit&& visit) {
     visit.Real(t, "v_tip_W", Numbers(p.v_tip_W), Numbers(q.v_tip_W));
     visit.Real(t, "jaw", Numbers(p.jaw), Numbers(q.jaw));
     visit.Integer(t, "exchange", p.exchange, q.exchange);
-    const ToolContactState &x = a.contacts[t], &y = b.contacts[t];
+    const SolvedContact &x = a.contacts[t], &y = b.contacts[t];
     visit.Integer(t, "organ", x.organ, y.organ);
     visit.Integer(t, "kind", static_cast<int>(x.kind), static_cast<int>(y.kind));
     visit.Integer(t, "reaction", static_cast<int>(x.reaction), static_cast<int>(y.reaction));

@@ -42,8 +42,8 @@ class BlockHeldAtPoints {
   void Hold(const Vector3d& p, const Vector3d& way) {
     state_.tree.Refit(organ_.rest().vertices);
     const SurfacePoint at = state_.tree.Closest(p, 1).at;
-    ContactSet::Row& row = *state_.contacts.Add();
-    row.kind = ContactSet::RowKind::kGrasp;
+    ContactConstraints::Row& row = *state_.contacts.Add();
+    row.kind = ContactConstraints::RowKind::kGrasp;
     row.p_rest_W = at.Position(organ_.rest().vertices, organ_.rest().triangles);
     row.target_W = row.p_rest_W + way;
     organ_.AddToRow(at, 1, state_.contacts.refinement,
@@ -121,7 +121,7 @@ StressCase CoincidentContacts(bool quick) {
 
 // How far the points of the last step are from their targets, over the ways.
 double Missed(const BlockHeldAtPoints& block, const Points& U) {
-  const ContactSet& contacts = block.state().contacts;
+  const ContactConstraints& contacts = block.state().contacts;
   double missed = 0, ways = 0;
   for (int i = 0; i < contacts.size(); ++i) {
     const Vector3d way = contacts[i].target_W - contacts[i].p_rest_W;
@@ -155,7 +155,7 @@ StressCase ManyContacts(bool quick) {
     }
     block.MovedDirectly();
     block.Relaxed();
-    const ContactSet& contacts = block.state().contacts;
+    const ContactConstraints& contacts = block.state().contacts;
     Eigen::MatrixXd ways(contacts.size(), 3);
     for (int i = 0; i < contacts.size(); ++i) {
       ways.row(i) = contacts[i].target_W - contacts[i].p_rest_W;

@@ -37,7 +37,7 @@ Points Pressed(const StressBlock& block, StressModel model, SolverType solver) {
   OrganState state(organ, 1);
   for (int step = 0; step < 3; ++step) {
     state.contacts.Clear();
-    ContactSet::Row* row = state.contacts.Add();
+    ContactConstraints::Row* row = state.contacts.Add();
     row->p_rest_W = block.loads[0].p_centre_W;
     row->target_W = row->p_rest_W - Vector3d(0, 0, block.max.z() / 10);
     row->indentation = organ.AddLoadToRow(row->p_rest_W, block.loads[0].radius,

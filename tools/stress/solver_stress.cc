@@ -29,8 +29,8 @@ class BlockHeldAtPatch {
   RelaxationResult Step(double dt, bool held, Relaxation* relaxation, ViscousRecovery* recovery) {
     contacts_.Clear();
     if (held) {
-      ContactSet::Row* row = contacts_.Add();
-      row->kind = ContactSet::RowKind::kGrasp;
+      ContactConstraints::Row* row = contacts_.Add();
+      row->kind = ContactConstraints::RowKind::kGrasp;
       row->p_rest_W = block_.loads[0].p_centre_W;
       row->target_W = row->p_rest_W - Vector3d(0, 0, depth_);
       organ_.AddLoadToRow(row->p_rest_W, block_.loads[0].radius, contacts_.refinement,
@@ -45,7 +45,7 @@ class BlockHeldAtPatch {
   const StressBlock& block_;
   double depth_;
   OrganModel organ_;
-  ContactSet contacts_;
+  ContactConstraints contacts_;
   Points U_;
 };
 

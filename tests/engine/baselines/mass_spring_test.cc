@@ -11,7 +11,7 @@
 namespace hpdm {
 namespace {
 
-using enum ContactSet::RowKind;
+using enum ContactConstraints::RowKind;
 
 SurfaceMesh SpringBody(int splits = 2) {
   return Ellipsoid(Vector3d(0.1, 0.07, 0.03), splits, SomePose());
@@ -37,9 +37,10 @@ int FarEnd(const SurfaceMesh& rest) {
   return v;
 }
 
-void AddVertex(ContactSet* contacts, const SurfaceMesh& rest, ContactSet::RowKind kind, int v,
-               const Vector3d& move, const Vector3d& normal = Vector3d::UnitX()) {
-  ContactSet::Row* row = contacts->Add();
+void AddVertex(ContactConstraints* contacts, const SurfaceMesh& rest,
+               ContactConstraints::RowKind kind, int v, const Vector3d& move,
+               const Vector3d& normal = Vector3d::UnitX()) {
+  ContactConstraints::Row* row = contacts->Add();
   ASSERT_NE(row, nullptr);
   row->kind = kind;
   row->p_rest_W = rest.vertices.row(v);
@@ -94,7 +95,7 @@ TEST(MassSpring, EveryPairHasOneSpringOfTheExpectedKind) {
 TEST(MassSpring, RestIsEquilibrium) {
   const SurfaceMesh rest = SpringBody();
   MassSpring model = Model(rest);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   Points U = Points::Constant(rest.vertices.rows(), 3, 0.01);
   for (int step = 0; step < 10; ++step) EXPECT_EQ(model.Relax(&contacts, &U).residual, 0);
   EXPECT_LT(U.norm(), 1e-15);  // m; round-off of the springs' lengths
@@ -150,7 +151,7 @@ double Growth(const SurfaceMesh& rest, double substep, int count) {
   options.substeps = 1;
   MassSpring model = FreeModel(rest, options);
   model.Reset(Disturbed(rest, 1e-9) - rest.vertices);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   Points U;
   for (int step = 0; step < count; ++step) model.Relax(&contacts, &U);
   return U.norm() / (Disturbed(rest, 1e-9) - rest.vertices).norm();
@@ -181,7 +182,7 @@ TEST(MassSpring, ContactsHoldExactlyAfterEveryStep) {
   const SurfaceMesh rest = SpringBody();
   const int v = FarEnd(rest), w = (v + 40) % 162;
   MassSpring model = Model(rest);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   AddVertex(&contacts, rest, kGrasp, v, Vector3d(0.005, 0.002, -0.01));
   AddVertex(&contacts, rest, kPress, w, Vector3d(-0.004, 0, 0));
   Points U;
@@ -199,7 +200,7 @@ TEST(MassSpring, HeldContactSettlesWhereSupportsBalanceTheTool) {
   const SurfaceMesh rest = SpringBody();
   const Eigen::VectorXd ground = Ground(rest);
   MassSpring model = Model(rest);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   AddVertex(&contacts, rest, kGrasp, FarEnd(rest), Vector3d(0.01, 0, 0));
   Points U;
   RelaxationResult result;
@@ -216,7 +217,7 @@ TEST(MassSpring, ReleaseReturnsToRest) {
   MassSpringOptions options;
   options.home = 1e6;  // Pa/m^2
   MassSpring model = Model(rest, options);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   AddVertex(&contacts, rest, kGrasp, FarEnd(rest), Vector3d(0.01, 0, 0.01));
   Points U;
   for (int step = 0; step < 10; ++step) model.Relax(&contacts, &U);
@@ -240,7 +241,7 @@ TEST(MassSpring, StepAllocatesNothing) {
   const SurfaceMesh rest = SpringBody();
   MassSpring model = Model(rest);
   Points U = Points::Zero(rest.vertices.rows(), 3);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   for (int i = 0; i < kMaxContacts; ++i) {
     AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002));
   }

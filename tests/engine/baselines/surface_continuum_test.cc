@@ -15,7 +15,7 @@ namespace hpdm {
 namespace {
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
-using enum ContactSet::RowKind;
+using enum ContactConstraints::RowKind;
 
 // A flat body with obtuse triangles in a pose of its own: 162 vertices.
 SurfaceMesh Body(int splits = 2) {
@@ -42,9 +42,10 @@ int FarEnd(const SurfaceMesh& rest) {
   return v;
 }
 
-void AddVertex(ContactSet* contacts, const SurfaceMesh& rest, ContactSet::RowKind kind, int v,
-               const Vector3d& move, const Vector3d& normal = Vector3d::UnitZ()) {
-  ContactSet::Row* row = contacts->Add();
+void AddVertex(ContactConstraints* contacts, const SurfaceMesh& rest,
+               ContactConstraints::RowKind kind, int v, const Vector3d& move,
+               const Vector3d& normal = Vector3d::UnitZ()) {
+  ContactConstraints::Row* row = contacts->Add();
   ASSERT_NE(row, nullptr);
   row->kind = kind;
   row->p_rest_W = rest.vertices.row(v);
@@ -166,7 +167,7 @@ TEST(SurfaceContinuum, RestIsEquilibrium) {
   const SurfaceMesh rest = Body();
   for (const double dt : {1e-3, 1. / 30, kForever}) {
     SurfaceContinuum model = Model(rest, dt);
-    ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+    ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
     Points U = Points::Constant(rest.vertices.rows(), 3, 0.01);
     for (int step = 0; step < 10; ++step) EXPECT_EQ(model.Relax(&contacts, &U).residual, 0);
     EXPECT_EQ(U.norm(), 0);
@@ -180,7 +181,7 @@ TEST(SurfaceContinuum, OneStepIsTheSemiImplicitSchemeSolvedDensely) {
   srand(1);
   const Points u0 = 0.01 * Points::Random(rest.vertices.rows(), 3);
   model.Reset(u0);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   Points u1, u2;
   model.Relax(&contacts, &u1);
   model.Relax(&contacts, &u2);
@@ -199,7 +200,7 @@ TEST(SurfaceContinuum, ContactsHoldExactlyAfterEveryStep) {
   const int v = FarEnd(rest);
   for (const double dt : {1e-3, 1. / 30, kForever}) {
     SurfaceContinuum model = Model(rest, dt);
-    ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+    ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
     AddVertex(&contacts, rest, kGrasp, v, Vector3d(0.005, 0.002, -0.01));
     AddVertex(&contacts, rest, kPress, (v + 40) % 162, Vector3d(0, 0, -0.004));
     Points U;
@@ -215,7 +216,7 @@ TEST(SurfaceContinuum, ContactsHoldExactlyAfterEveryStep) {
 TEST(SurfaceContinuum, PressesPushAndNeverPull) {
   const SurfaceMesh rest = Body();
   SurfaceContinuum model = Model(rest, kForever);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   const Vector3d n = Vector3d::UnitX();
   AddVertex(&contacts, rest, kPress, FarEnd(rest), -0.01 * n, n);
   AddVertex(&contacts, rest, kPress, 0, Vector3d(0.01, 0, 0), n);  // free
@@ -232,7 +233,7 @@ TEST(SurfaceContinuum, StaticSolutionIsThatOfTheDenseRelaxation) {
   SurfaceContinuum model = Model(rest, kForever);
   const std::unique_ptr<Relaxation> dense = MakeCholeskyRelaxation(model.stiffness());
   srand(2);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   for (int i = 0; i < 12; ++i) {
     AddVertex(&contacts, rest, i % 3 ? kPress : kGrasp, 13 * i, 0.01 * Vector3d::Random(),
               Vector3d::Random().normalized());
@@ -251,7 +252,7 @@ TEST(SurfaceContinuum, StaticSolutionIsThatOfTheDenseRelaxation) {
 TEST(SurfaceContinuum, SemiImplicitSchemeConvergesToTheStaticSolution) {
   const SurfaceMesh rest = Body();
   Points expected;
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   AddVertex(&contacts, rest, kGrasp, FarEnd(rest), Vector3d(0.005, 0.002, -0.01));
   Model(rest, kForever).Relax(&contacts, &expected);
   const Vector3d force = contacts[0].force_W;
@@ -270,7 +271,7 @@ TEST(SurfaceContinuum, ReleaseReturnsToRestWhateverTheTimeStep) {
   const SurfaceMesh rest = Body();
   for (const double dt : {1e-3, 1. / 30, 1.}) {
     SurfaceContinuum model = Model(rest, dt);
-    ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+    ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
     AddVertex(&contacts, rest, kGrasp, FarEnd(rest), Vector3d(0, 0, -0.03));
     Points U;
     model.Relax(&contacts, &U);
@@ -286,7 +287,7 @@ TEST(SurfaceContinuum, FixedRegionStaysAndTheRestMoves) {
   const SurfaceMesh rest = Body();
   SurfaceContinuum model = Model(rest, kForever);
   const Eigen::VectorXd ground = Ground(rest, {OneEnd()});
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   AddVertex(&contacts, rest, kGrasp, FarEnd(rest), Vector3d(0, 0, -0.01));
   Points U;
   model.Relax(&contacts, &U);
@@ -306,7 +307,7 @@ TEST(SurfaceContinuum, StepAllocatesNothing) {
   const SurfaceMesh rest = Body();
   SurfaceContinuum model = Model(rest, 1. / 30);
   Points U = Points::Zero(rest.vertices.rows(), 3);
-  ContactSet contacts(static_cast<int>(rest.vertices.rows()));
+  ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   for (int i = 0; i < kMaxContacts; ++i) {
     AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002));
   }

@@ -25,7 +25,7 @@ constexpr StrainCase kStrainCases[] = {{MaterialLaw::kNeoHookean, Dilatation::kP
                                        {MaterialLaw::kStVenantKirchhoff, Dilatation::kProjected},
                                        {MaterialLaw::kStVenantKirchhoff, Dilatation::kPointwise}};
 constexpr StrainCase kNeoHookean = kStrainCases[0];
-using enum ContactSet::RowKind;
+using enum ContactConstraints::RowKind;
 
 // A 0.2 x 0.15 x 0.1 m block of 4 x 4 x 4 quadratic cells, its bottom fifth held.
 class ElasticRelaxationTest : public testing::Test {
@@ -60,8 +60,8 @@ class ElasticRelaxationTest : public testing::Test {
     srand(1);
     return size * Points::Random(lattice_.size(), 3);
   }
-  void AddContact(ContactSet::RowKind kind, const Vector3d& p, const Vector3d& move) {
-    ContactSet::Row* row = contacts_.Add();
+  void AddContact(ContactConstraints::RowKind kind, const Vector3d& p, const Vector3d& move) {
+    ContactConstraints::Row* row = contacts_.Add();
     ASSERT_NE(row, nullptr);
     row->kind = kind;
     row->p_rest_W = p;
@@ -76,7 +76,7 @@ class ElasticRelaxationTest : public testing::Test {
   // Cell by cell, as SampleTissue gives it.
   Quadrature tissue_ = CellByCell(lattice_.box());
   ScalarStiffness supports_;
-  ContactSet contacts_;
+  ContactConstraints contacts_;
   Points U_;
 
  private:
@@ -317,7 +317,7 @@ TEST(OrganModel, BuildsTheEnergyItIsAskedFor) {
     OrganState state(model, 1);
     Eigen::Index top = 0;
     mesh.vertices.col(2).maxCoeff(&top);
-    ContactSet::Row* row = state.contacts.Add();
+    ContactConstraints::Row* row = state.contacts.Add();
     row->p_rest_W = mesh.vertices.row(top);
     row->target_W = row->p_rest_W + push;
     state.contacts.WeightRow(0) = model.weights().row(top).toDense();

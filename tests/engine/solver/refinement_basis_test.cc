@@ -130,7 +130,7 @@ class RefinedPress {
     contacts_.Clear();
     const Vector3d points[] = {p};
     contacts_.refinement.ChooseNearest(local_.centres(), points, 20);
-    ContactSet::Row* row = contacts_.Add();
+    ContactConstraints::Row* row = contacts_.Add();
     row->p_rest_W = p;
     auto weights = contacts_.WeightRow(0);
     body_.lattice.ForEachFunction(p, [&](int column, double value) { weights[column] = value; });
@@ -138,17 +138,17 @@ class RefinedPress {
       const int slot = contacts_.refinement.Slot(function);
       if (slot >= 0) weights[body_.lattice.size() + slot] = value;
     });
-    problem_.Build(contacts_);
-    solver->Respond(contacts_, &problem_);
-    return problem_.compliance()(0, 0);
+    contact_solver_.Build(contacts_);
+    solver->Respond(contacts_, &contact_solver_);
+    return contact_solver_.compliance()(0, 0);
   }
   const ActiveRefinement& active() const { return contacts_.refinement; }
 
  private:
   const LatticeBody& body_;
   const RefinementBasis& local_;
-  ContactSet contacts_;
-  ContactProblem problem_;
+  ContactConstraints contacts_;
+  ContactSolver contact_solver_;
 };
 
 TEST_P(RefinementBasisTest, AMovingSetEndsAsAFreshOneBegins) {
@@ -201,16 +201,16 @@ TEST_P(RefinementBasisTest, SoftenAPressAndNeverStiffenIt) {
   const auto plain = MakeComplianceSolver(body.K), refined = MakeComplianceSolver(local, 20);
   for (const double x : {-0.06, -0.02, 0.0, 0.03}) {
     const Vector3d p(x, 0.01, 0.04);
-    ContactSet contacts(body.lattice.size());
+    ContactConstraints contacts(body.lattice.size());
     contacts.Add();
     auto weights = contacts.WeightRow(0);
     body.lattice.ForEachFunction(p, [&](int column, double value) { weights[column] = value; });
-    ContactProblem problem;
-    problem.Build(contacts);
-    plain->Respond(contacts, &problem);
+    ContactSolver contact_solver;
+    contact_solver.Build(contacts);
+    plain->Respond(contacts, &contact_solver);
     // A larger space has a smaller least energy; a point load gains well over a tenth.
     EXPECT_GT(RefinedPress(body, local).Compliance(refined.get(), p),
-              1.1 * problem.compliance()(0, 0));
+              1.1 * contact_solver.compliance()(0, 0));
   }
 }
 

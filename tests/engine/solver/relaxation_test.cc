@@ -27,8 +27,8 @@ class RelaxationTest : public testing::Test {
     return MetricStiffness(lattice, Tissue(), 2000, 0.05) + Supports(lattice, 2000);
   }
 
-  void AddContact(ContactSet::RowKind kind, const Vector3d& p, const Vector3d& move) {
-    ContactSet::Row* row = contacts_.Add();
+  void AddContact(ContactConstraints::RowKind kind, const Vector3d& p, const Vector3d& move) {
+    ContactConstraints::Row* row = contacts_.Add();
     ASSERT_NE(row, nullptr);
     row->kind = kind;
     row->p_rest_W = p;
@@ -41,14 +41,14 @@ class RelaxationTest : public testing::Test {
 
   Lattice lattice_{Block(), LatticeOptions()};
   ScalarStiffness K_ = Stiffness(lattice_);
-  ContactSet contacts_;
+  ContactConstraints contacts_;
   Points U_;
   std::unique_ptr<Relaxation> cholesky_ = MakeCholeskyRelaxation(K_);
   std::unique_ptr<Relaxation> gauss_seidel_ = MakeGaussSeidelRelaxation(K_, {.tolerance = 1e-9});
 };
 
-constexpr auto kGrasp = ContactSet::RowKind::kGrasp;
-constexpr auto kPress = ContactSet::RowKind::kPress;
+constexpr auto kGrasp = ContactConstraints::RowKind::kGrasp;
+constexpr auto kPress = ContactConstraints::RowKind::kPress;
 
 TEST_F(RelaxationTest, WithoutContactTheOrganIsAtRest) {
   for (Relaxation* relaxation : {cholesky_.get(), gauss_seidel_.get()}) {

@@ -25,10 +25,10 @@ class ViscousRecoveryTest : public testing::Test {
     elastic_ = MakeCholeskyRelaxation(K);
   }
 
-  void Hold(ContactSet::RowKind kind, const Vector3d& move) {
+  void Hold(ContactConstraints::RowKind kind, const Vector3d& move) {
     const Vector3d p(0.12, 0.08, 0.1);
     contacts_.Clear();
-    ContactSet::Row* row = contacts_.Add();
+    ContactConstraints::Row* row = contacts_.Add();
     row->kind = kind;
     row->p_rest_W = p;
     row->target_W = p + move;
@@ -43,11 +43,11 @@ class ViscousRecoveryTest : public testing::Test {
 
   Lattice lattice_{{Vector3d::Zero(), Matrix3d::Identity(), Vector3d(0.2, 0.15, 0.1)}, {}};
   std::unique_ptr<Relaxation> elastic_;
-  ContactSet contacts_;
+  ContactConstraints contacts_;
   Points U_;
 };
 
-using enum ContactSet::RowKind;
+using enum ContactConstraints::RowKind;
 
 TEST_F(ViscousRecoveryTest, LetGoTissueDecaysExponentiallyWhateverTheStepLength) {
   const Vector3d lift(0.01, 0, 0.02);

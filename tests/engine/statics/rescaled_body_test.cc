@@ -45,8 +45,9 @@ std::vector<Points> Shapes(const OrganOptions& options, const Unit& unit) {
   for (int step = 0; step < 3; ++step) {
     state.contacts.Clear();
     for (const bool grasps : {false, true}) {
-      ContactSet::Row* row = state.contacts.Add();
-      row->kind = grasps ? ContactSet::RowKind::kGrasp : ContactSet::RowKind::kPress;
+      ContactConstraints::Row* row = state.contacts.Add();
+      row->kind =
+          grasps ? ContactConstraints::RowKind::kGrasp : ContactConstraints::RowKind::kPress;
       row->p_rest_W = unit.length * Vector3d(grasps ? 0.02 : -0.01, 0.005, 0.049);
       row->target_W = row->p_rest_W + unit.length * Vector3d(0.003, 0, grasps ? 0.006 : -0.006);
       row->indentation = organ.AddLoadToRow(row->p_rest_W, load.radius, state.contacts.refinement,

@@ -28,10 +28,10 @@ OrganOptions FiniteOptions(MaterialLaw law = MaterialLaw::kStVenantKirchhoff) {
 }
 
 // One point at the top that is held at a place.
-void Hold(const OrganModel& model, const Vector3d& move, ContactSet* contacts) {
+void Hold(const OrganModel& model, const Vector3d& move, ContactConstraints* contacts) {
   contacts->Clear();
-  ContactSet::Row* row = contacts->Add();
-  row->kind = ContactSet::RowKind::kGrasp;
+  ContactConstraints::Row* row = contacts->Add();
+  row->kind = ContactConstraints::RowKind::kGrasp;
   row->p_rest_W = Vector3d(0, 0, 0.05);
   row->target_W = row->p_rest_W + move;
   auto weights = contacts->WeightRow(0);

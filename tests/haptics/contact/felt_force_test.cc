@@ -191,8 +191,8 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
     const ToolPose tool = FeltBench::At(on_coarse.Top(at.x(), at.y()) + Vector3d(0, 0, 0.004));
     on_coarse.Step(tool);
     on_fine.Step(tool);
-    const ContactSet& rows = on_coarse.loop().organ(0).contacts;
-    const ContactSet& fine_rows = on_fine.loop().organ(0).contacts;
+    const ContactConstraints& rows = on_coarse.loop().organ(0).contacts;
+    const ContactConstraints& fine_rows = on_fine.loop().organ(0).contacts;
     ASSERT_EQ(rows.size(), 1);
     ASSERT_EQ(fine_rows.size(), 1);
     // Samples of R / 4 may lie differently in large and in small triangles, and the tissue's
@@ -239,7 +239,7 @@ TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
   const auto energy = [&] {
     const Points& U = bench.loop().organ(0).control_displacements;
     const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
-    const ContactSet& contacts = bench.loop().organ(0).contacts;
+    const ContactConstraints& contacts = bench.loop().organ(0).contacts;
     double sum = 0.5 * u.dot(std::get<FullStiffness>(bench.model().stiffness()) * u);
     for (int i = 0; i < contacts.size(); ++i) {  // and the indentation below its resolution
       sum += 0.5 * contacts[i].force_W.dot(contacts[i].local_compliance_W * contacts[i].force_W);

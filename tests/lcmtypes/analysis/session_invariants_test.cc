@@ -81,7 +81,7 @@ class SessionInvariants : public testing::Test {
     step.sample.organ_count = 1;
     step.sample.tool_count = 1;
     step.visible_tick = static_cast<std::int64_t>(tick) + 34;
-    ToolContactState& contact = step.sample.contacts[0];
+    SolvedContact& contact = step.sample.contacts[0];
     contact.organ = 0;
     contact.kind = ContactKind::kPress;
     contact.reaction = ReactionType::kLattice;

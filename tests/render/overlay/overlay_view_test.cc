@@ -117,7 +117,7 @@ TEST(LatticeMarks, LinesJoinNeighboursAndLocalFunctionsHaveAColourOfTheirOwn) {
 
 TEST(ContactMarks, ArrowIsTheForceOnTheHand) {
   const SurfaceMesh mesh = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2);
-  ToolContactState contact;
+  SolvedContact contact;
   OrganSnapshot shape;
   shape.vertices = mesh.vertices.cast<float>();
   Marks marks;

@@ -16,7 +16,7 @@ namespace hpdm {
 /// A grasp row is bilateral: the point goes to `target`. A press row is unilateral: the point stays
 /// on or below the plane through `target` with the outward normal n, n . (x - target) <= 0, and the
 /// force on the tissue is f_n (friction - n) with f_n >= 0.
-class ContactSet {
+class ContactConstraints {
  public:
   enum class RowKind : std::uint8_t { kPress, kGrasp };
   struct Row {
@@ -38,7 +38,7 @@ class ContactSet {
 
   /// `n`: control points of the organ; `functions`, `slots`: of its local functions, whose columns
   /// follow those of the control points.
-  explicit ContactSet(int n, int functions = 0, int slots = 0)
+  explicit ContactConstraints(int n, int functions = 0, int slots = 0)
       : refinement(functions, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
 
   /// The local functions in use, chosen before rows are added.

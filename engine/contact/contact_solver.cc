@@ -1,4 +1,4 @@
-#include "engine/contact/contact_problem.h"
+#include "engine/contact/contact_solver.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -13,11 +13,11 @@ constexpr double kRoundOff = 1e-12;
 
 }  // namespace
 
-void ContactProblem::Build(const ContactSet& contacts) {
+void ContactSolver::Build(const ContactConstraints& contacts) {
   size_ = 0;
   for (int i = 0; i < contacts.size(); ++i) {
-    const ContactSet::Row& row = contacts[i];
-    if (row.kind == ContactSet::RowKind::kPress) {
+    const ContactConstraints::Row& row = contacts[i];
+    if (row.kind == ContactConstraints::RowKind::kPress) {
       equations_[size_++] = {i, -row.normal_W, row.friction_W - row.normal_W, true};
     } else {
       for (int d = 0; d < 3; ++d)
@@ -28,7 +28,7 @@ void ContactProblem::Build(const ContactSet& contacts) {
   forces_.setZero(size_);
   compliance_.resize(size_, size_);
   for (int e = 0; e < size_; ++e) {
-    const ContactSet::Row& row = contacts[equations_[e].row];
+    const ContactConstraints::Row& row = contacts[equations_[e].row];
     change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
     // Coincident contacts at rest must not contradict each other, and slip, over nothing.
     const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
@@ -37,7 +37,7 @@ void ContactProblem::Build(const ContactSet& contacts) {
   }
 }
 
-void ContactProblem::AddLocalCompliance() {
+void ContactSolver::AddLocalCompliance() {
   for (int e = 0; e < size_; ++e) {
     for (int g = 0; g < size_; ++g) {
       if (equations_[e].row == equations_[g].row) {
@@ -47,7 +47,7 @@ void ContactProblem::AddLocalCompliance() {
   }
 }
 
-RelaxationResult ContactProblem::Solve() {
+RelaxationResult ContactSolver::Solve() {
   RelaxationResult result;
   AddLocalCompliance();
   // Presses that would be free without force start inactive.
@@ -66,7 +66,7 @@ RelaxationResult ContactProblem::Solve() {
 
 // Forces of the active equations so that they hold; the others get none. True when the equations
 // are (nearly) dependent.
-bool ContactProblem::SolveActive() {
+bool ContactSolver::SolveActive() {
   forces_.setZero();
   slip_ = 0;
   int count = 0;
@@ -118,14 +118,14 @@ bool ContactProblem::SolveActive() {
   return dependent;
 }
 
-bool ContactProblem::HasFriction() const {
+bool ContactSolver::HasFriction() const {
   for (int e = 0; e < size_; ++e) {
     if (equations_[e].force_W != equations_[e].axis_W) return true;
   }
   return false;
 }
 
-bool ContactProblem::UpdateActiveSet() {
+bool ContactSolver::UpdateActiveSet() {
   bool changed = false;
   const double slack = 1e-9 * change_.cwiseAbs().maxCoeff();  // round-off of the solve, in any unit
   for (int e = 0; e < size_; ++e) {
@@ -138,7 +138,7 @@ bool ContactProblem::UpdateActiveSet() {
   return changed;
 }
 
-void ContactProblem::WriteForces(ContactSet* contacts) const {
+void ContactSolver::WriteForces(ContactConstraints* contacts) const {
   for (int i = 0; i < contacts->size(); ++i) {
     (*contacts)[i].force_W.setZero();
     (*contacts)[i].slip = slip_;

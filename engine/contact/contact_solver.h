@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "engine/contact/contact_set.h"
+#include "engine/contact/contact_constraints.h"
 
 namespace hpdm {
 
@@ -25,13 +25,14 @@ struct RelaxationResult {
 /// A grasp row gives three equations along the world axes; a press one, along minus its normal,
 /// with f the pressing force f_n and `change` how deep the tool is below the point. With
 /// friction a press's force is not along its axis, and A is not symmetric.
-/// The rows' local compliance (ContactSet::Row) adds to their points' own blocks of A.
+/// The rows' local compliance (ContactConstraints::Row) adds to their points' own blocks of A.
 /// Solved by an active-set method. Sized once; deformation thread; allocates nothing.
 ///
 /// (Nearly) coincident contacts that are to go different ways would pull against each other with up
 /// to a billion times what either takes alone: beyond kContradicting times they slip, with as much
-/// compliance between tool and tissue as leaves them kSlipping times (ContactSet::Row::slip).
-class ContactProblem {
+/// compliance between tool and tissue as leaves them kSlipping times
+/// (ContactConstraints::Row::slip).
+class ContactSolver {
  public:
   /// The points of a grasp that twists its tissue pull against each other with a hundred times what
   /// the longest way takes at the stiffest contact alone, two tools that cross with five hundred.
@@ -42,7 +43,7 @@ class ContactProblem {
                                kMaxEquations, kMaxEquations>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEquations, 1>;
   struct Equation {
-    int row = 0;                          ///< Of the contact set.
+    int row = 0;                          ///< Of the contact constraints.
     Vector3d axis_W = Vector3d::Zero();   ///< Along which the point moves.
     Vector3d force_W = Vector3d::Zero();  ///< On the tissue, of f = 1.
     bool unilateral = false;
@@ -50,7 +51,7 @@ class ContactProblem {
 
   /// Lists the equations of `contacts`; `change` is how far each target lies from the point's rest
   /// position along the axis.
-  void Build(const ContactSet& contacts);
+  void Build(const ContactConstraints& contacts);
 
   int size() const { return size_; }
   const Equation& operator[](int e) const { return equations_[e]; }
@@ -64,7 +65,7 @@ class ContactProblem {
   RelaxationResult Solve();
 
   /// The rows' forces on the tissue, sum of forces times axes, and their slip.
-  void WriteForces(ContactSet* contacts) const;
+  void WriteForces(ContactConstraints* contacts) const;
 
  private:
   void AddLocalCompliance();

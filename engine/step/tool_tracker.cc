@@ -1,4 +1,4 @@
-#include "engine/step/tool_contact.h"
+#include "engine/step/tool_tracker.h"
 
 #include <algorithm>
 #include <limits>
@@ -24,7 +24,7 @@ ToolPose SeenFrom(const OrganState& state, ToolPose tool) {
   return tool;
 }
 
-ToolContact::ToolContact(int tool, const ToolOptions& options)
+ToolTracker::ToolTracker(int tool, const ToolOptions& options)
     : tool_(tool),
       options_(options),
       held_{{.tip_radius = options.tip_radius,
@@ -34,7 +34,7 @@ ToolContact::ToolContact(int tool, const ToolOptions& options)
 }
 
 // The haptic loop exchanges a free tip, so that nothing is let go but by the two loops' delay.
-void ToolContact::TakeExchange(const ToolPose& tool) {
+void ToolTracker::TakeExchange(const ToolPose& tool) {
   const auto exchange = static_cast<std::size_t>(tool.exchange);
   if (exchange == exchange_) return;
   HPDM_CHECK(exchange < held_.size());
@@ -44,23 +44,23 @@ void ToolContact::TakeExchange(const ToolPose& tool) {
   jaw_last_ = tool.jaw;
 }
 
-void ToolContact::Follow(const ToolPose& tool, const TipTouch& touch,
-                         const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
+void ToolTracker::Track(const ToolPose& tool, const TipTouch& touch,
+                        const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   TakeExchange(tool);
   if (tool.jaw > kJawLetsGo) grasped_count_ = 0;
-  FollowTip(tool, touch, models, states);
+  TrackTip(tool, touch, models, states);
   UpdateGrasp(tool, models, states);
   p_tip_last_W_ = tool.X_WT.translation();
   jaw_last_ = tool.jaw;
   started_ = true;
 }
 
-Vector3d ToolContact::RestPoint(const std::vector<OrganModel>& models) const {
+Vector3d ToolTracker::RestPoint(const std::vector<OrganModel>& models) const {
   const SurfaceMesh& rest = models[organ_].rest();
   return at_.Position(rest.vertices, rest.triangles);
 }
 
-bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
+bool ToolTracker::AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
                               std::vector<OrganState>* states) {
   bool complete = organ_ < 0 || AddTipRows(tool, models, states);
   shaft_touches_ = false;
@@ -70,9 +70,8 @@ bool ToolContact::AddContacts(const ToolPose& tool, const std::vector<OrganModel
   return complete;
 }
 
-void ToolContact::FollowTip(const ToolPose& tool, const TipTouch& touch,
-                            const std::vector<OrganModel>& models,
-                            std::vector<OrganState>* states) {
+void ToolTracker::TrackTip(const ToolPose& tool, const TipTouch& touch,
+                           const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   const Vector3d p_tip_W = tool.X_WT.translation();
   normal_.setZero();
   friction_.setZero();
@@ -99,7 +98,7 @@ void ToolContact::FollowTip(const ToolPose& tool, const TipTouch& touch,
   gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - held().tip_radius;
 }
 
-SurfacePoint ToolContact::ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
+SurfacePoint ToolTracker::ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
                                     const Triangles& triangles, const Vector3d& p) {
   SurfacePoint best;
   double best2 = std::numeric_limits<double>::infinity();
@@ -116,7 +115,7 @@ SurfacePoint ToolContact::ClosestIn(const Neighbourhood& neighbourhood, const Po
   return best;
 }
 
-bool ToolContact::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
+bool ToolTracker::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
   organ_ = -1;
   double earliest = std::numeric_limits<double>::infinity();
   for (std::size_t o = 0; started_ && o < states.size(); ++o) {
@@ -131,7 +130,7 @@ bool ToolContact::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganStat
   return organ_ >= 0;
 }
 
-bool ToolContact::FindNearest(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
+bool ToolTracker::FindNearest(const Vector3d& p_tip_W, const std::vector<OrganState>& states) {
   organ_ = -1;
   double nearest = kReach;
   for (std::size_t o = 0; o < states.size(); ++o) {
@@ -144,13 +143,13 @@ bool ToolContact::FindNearest(const Vector3d& p_tip_W, const std::vector<OrganSt
   return organ_ >= 0;
 }
 
-void ToolContact::Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
+void ToolTracker::Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   (*states)[organ_].neighbourhoods.Collect(models[organ_].rest().vertices, at_,
                                            {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints},
                                            &around_);
 }
 
-void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
+void ToolTracker::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
                               std::vector<OrganState>* states) {
   const bool closes = started_ && tool.jaw < kJawClosed && jaw_last_ >= kJawClosed;
   if (!held().can_grasp || !closes || grasped_count_ > 0 || organ_ < 0 || gap_ > kGraspReach) {
@@ -180,16 +179,16 @@ void ToolContact::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
   }
 }
 
-bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganModel>& models,
+bool ToolTracker::AddTipRows(const ToolPose& tool_W, const std::vector<OrganModel>& models,
                              std::vector<OrganState>* states) {
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
   const ToolPose tool = SeenFrom(state, tool_W);
   const SurfaceMesh& rest = model.rest();
   for (int i = 0; i < grasped_count_; ++i) {
-    ContactSet::Row* row = state.contacts.Add();
+    ContactConstraints::Row* row = state.contacts.Add();
     if (row == nullptr) return false;
-    row->kind = ContactSet::RowKind::kGrasp;
+    row->kind = ContactConstraints::RowKind::kGrasp;
     row->tool = tool_;
     row->p_rest_W = grasped_[i].at.Position(rest.vertices, rest.triangles);
     row->target_W = tool.X_WT * grasped_[i].p_T;
@@ -208,7 +207,7 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   }
   if (normal_.squaredNorm() == 0) normal_ = KernelNormal(model, state, facing, radius);
   if ((gap_ > kNear && !from_tick_) || normal_.squaredNorm() == 0) return true;
-  ContactSet::Row* row = state.contacts.Add();
+  ContactConstraints::Row* row = state.contacts.Add();
   if (row == nullptr) return false;
   row->tool = tool_;
   row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
@@ -222,13 +221,13 @@ bool ToolContact::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
 }
 
 // Of the press under the tip.
-Matrix3d ToolContact::LocalCompliance(const OrganModel& model) const {
+Matrix3d ToolTracker::LocalCompliance(const OrganModel& model) const {
   if (!model.rigid()) return indentation_.Compliance();
   return Matrix3d::Identity() / model.options().wall_stiffness.value_or(options_.wall_stiffness);
 }
 
 // Of the surface as the last step left it.
-Vector3d ToolContact::KernelNormal(const OrganModel& model, const OrganState& state,
+Vector3d ToolTracker::KernelNormal(const OrganModel& model, const OrganState& state,
                                    const Vector3d& facing, double radius) {
   GatherKernel(model.rest(), around_, at_, facing, radius, &kernel_);
   Vector3d normal = Vector3d::Zero();
@@ -241,16 +240,16 @@ Vector3d ToolContact::KernelNormal(const OrganModel& model, const OrganState& st
 
 // Tissue beside what the jaws hold goes with them: a shaft that pushed it away would lever what is
 // held out of the jaws, with forces far beyond both.
-bool ToolContact::GraspsBeside(const Vector3d& p_rest_W, const ContactSet& contacts) const {
+bool ToolTracker::GraspsBeside(const Vector3d& p_rest_W, const ContactConstraints& contacts) const {
   for (int i = 0; i < contacts.size(); ++i) {
-    const ContactSet::Row& row = contacts[i];
-    const bool held = row.tool == tool_ && row.kind == ContactSet::RowKind::kGrasp;
+    const ContactConstraints::Row& row = contacts[i];
+    const bool held = row.tool == tool_ && row.kind == ContactConstraints::RowKind::kGrasp;
     if (held && (row.p_rest_W - p_rest_W).norm() < kGraspRadius) return true;
   }
   return false;
 }
 
-bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, OrganState* state) {
+bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, OrganState* state) {
   const ToolPose tool = SeenFrom(*state, tool_W);
   const SurfaceMesh& rest = model.rest();
   // The first two diameters belong to the tip, and what is below the surface with it.
@@ -268,7 +267,7 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   shaft_touches_ = true;
   if (model.rigid()) return true;  // the hand feels no shaft, and there is nothing to move
   const Vector3d normal = (facing - end_on * axis).normalized();
-  ContactSet::Row* row = state->contacts.Add();
+  ContactConstraints::Row* row = state->contacts.Add();
   if (row == nullptr) return false;
   const Vector3d on_axis = start + hit.along * (tool.p_trocar_W - start);
   row->tool = tool_;
@@ -281,7 +280,7 @@ bool ToolContact::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   return true;
 }
 
-void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
+void ToolTracker::AddTip(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   touching_ = false;
   force_W_.setZero();
   C_loc_.setZero();
@@ -289,11 +288,11 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
   if (organ_ < 0) return;
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
-  ContactSet& contacts = state.contacts;
+  ContactConstraints& contacts = state.contacts;
   const bool has_lattice = model.rigid() || (options_.reaction == ReactionType::kLattice &&
                                              state.relaxation->compliance() != nullptr);
   for (int i = 0; i < contacts.size(); ++i) {
-    const ContactSet::Row& row = contacts[i];
+    const ContactConstraints::Row& row = contacts[i];
     if (row.tool != tool_ || row.shaft) continue;
     force_W_ += row.force_W;
     // What slips is as far from the tissue as its force takes it there: the tick goes on from it.
@@ -315,7 +314,7 @@ void ToolContact::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
                                    Vector3d::Zero()));
 }
 
-void ToolContact::AddKernelToRow(const OrganModel& model, const OrganState& state,
+void ToolTracker::AddKernelToRow(const OrganModel& model, const OrganState& state,
                                  Eigen::Ref<Eigen::RowVectorXd> row) const {
   for (int i = 0; i < resolved_.sample_count; ++i) {
     const SurfaceSample& sample = resolved_.samples[i];

@@ -41,7 +41,7 @@ struct ToolOptions {
 ///
 /// A rigid organ is a press on a virtual wall: its compliance, the same in every direction, stands
 /// where an indentation's would, nothing else moves, and jaws do not grasp it.
-class ToolContact {
+class ToolTracker {
  public:
   static constexpr double kReach = 0.06;         ///< m: no patch beyond this distance.
   static constexpr double kGraspReach = 0.005;   ///< m: of the tip's surface from the tissue.
@@ -50,17 +50,17 @@ class ToolContact {
   static constexpr int kMaxGraspRows = 15;       ///< One row of 16 is left for the shaft.
   static constexpr double kLeastRadius = 0.001;  ///< m, of the kernel.
 
-  ToolContact(int tool, const ToolOptions& options);
+  ToolTracker(int tool, const ToolOptions& options);
 
   /// Finds what the tip is at and what the jaws hold. A new instrument in the hand holds nothing.
-  void Follow(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
-              std::vector<OrganState>* states);
+  void Track(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
+             std::vector<OrganState>* states);
 
   /// The organ that the tip is at, -1 when it is at none, and where on its rest surface (m).
   int organ() const { return organ_; }
   Vector3d RestPoint(const std::vector<OrganModel>& models) const;
 
-  /// Adds this tool's rows to the organs' contact sets. False when a set was full.
+  /// Adds this tool's rows to the organs' contact constraints. False when an organ's were full.
   bool AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
                    std::vector<OrganState>* states);
 
@@ -79,8 +79,8 @@ class ToolContact {
 
   const HeldTool& held() const { return held_[exchange_]; }
   void TakeExchange(const ToolPose& tool);
-  void FollowTip(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
-                 std::vector<OrganState>* states);
+  void TrackTip(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
+                std::vector<OrganState>* states);
   // Closest point to `p` among the neighbourhood's triangles as they are now.
   static SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
                                 const Triangles& triangles, const Vector3d& p);
@@ -91,7 +91,7 @@ class ToolContact {
                    std::vector<OrganState>* states);
   bool AddTipRows(const ToolPose& tool, const std::vector<OrganModel>& models,
                   std::vector<OrganState>* states);
-  bool GraspsBeside(const Vector3d& p_rest_W, const ContactSet& contacts) const;
+  bool GraspsBeside(const Vector3d& p_rest_W, const ContactConstraints& contacts) const;
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
