@@ -151,7 +151,7 @@ const ToolState& DeformationLoop::WithinReason(const ToolState& given) {
   for (int t = 0; t < kMaxInstruments; ++t) {
     if (t < given.tool_count && IsFinite(given.tools[t])) continue;
     tools_.tools[t] = last[t];
-    tools_.touches[t] = {};
+    tools_.contact_points[t] = {};
     if (t < given.tool_count) record_.flags |= kStepNotFinite;
   }
   return tools_;
@@ -169,7 +169,7 @@ void DeformationLoop::Collide(const ToolState& tools) {
   // No tool has a pose before the haptic loop's first tick.
   HPDM_CHECK(tools.tool_count <= static_cast<int>(trackers_.size()));
   for (int t = 0; t < tools.tool_count; ++t) {
-    trackers_[t].Track(tools.tools[t], tools.touches[t], models_, &states_);
+    trackers_[t].Track(tools.tools[t], tools.contact_points[t], models_, &states_);
   }
   Refine(tools.tool_count);
   for (int t = 0; t < tools.tool_count; ++t) {

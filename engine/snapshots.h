@@ -63,7 +63,7 @@ struct SessionControl {
 
 /// The contact of a tip as the haptic loop has it in a tick: which material point it presses and
 /// how. The step puts its own contact there, so that the two never disagree about the place.
-struct TipTouch {
+struct TickContactPoint {
   int known_organ = -1;                    ///< Whose surface the tick had around the tip; -1: none.
   int organ = -1;                          ///< -1: the tip touches nothing.
   int triangle = -1;                       ///< Of the organ's mesh.
@@ -79,7 +79,7 @@ struct ToolState {
   Nanoseconds device_time_ns = 0;  ///< Of the newest device sample in it.
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;
-  std::array<TipTouch, kMaxInstruments> touches;
+  std::array<TickContactPoint, kMaxInstruments> contact_points;
 };
 
 /// A mass-spring node as in Eq. 29: the spring k1 to the released position p_original and N

@@ -155,9 +155,9 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
   }
   static_assert(kMaxInstruments == 2);
   if (tools_.size() == 2) {
-    TipContact::Solve(&tools_[0].contact, &tools_[1].contact);
+    HapticContact::Solve(&tools_[0].contact, &tools_[1].contact);
   } else {
-    for (Tool& tool : tools_) TipContact::Solve(&tool.contact);
+    for (Tool& tool : tools_) HapticContact::Solve(&tool.contact);
   }
 }
 
@@ -209,7 +209,7 @@ void HapticLoop::PublishToolState(std::uint64_t tick, Nanoseconds scheduled) {
   state.tool_count = static_cast<int>(tools_.size());
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     state.tools[i] = tools_[i].pose;
-    state.touches[i] = tools_[i].contact.touch();
+    state.contact_points[i] = tools_[i].contact.contact_point();
   }
   edges_.tool_states.Publish();
 }

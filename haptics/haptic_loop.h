@@ -11,7 +11,7 @@
 #include "engine/threads/loop_schedule.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
-#include "haptics/contact/tip_contact.h"
+#include "haptics/contact/haptic_contact.h"
 #include "haptics/device/device.h"
 #include "haptics/device/impulse_engine.h"
 #include "haptics/safety/force_guard.h"
@@ -86,7 +86,7 @@ class HapticLoop {
 
     HapticInstrument instrument;
     std::vector<HeldTool> held;  // [ToolPose::exchange]
-    TipContact contact;
+    HapticContact contact;
     PassivityControl passivity;
     ForceGuard guard;
     DeviceSample sample;       // newest valid joints, valid as of this tick

@@ -44,11 +44,11 @@ void ToolTracker::TakeExchange(const ToolPose& tool) {
   jaw_last_ = tool.jaw;
 }
 
-void ToolTracker::Track(const ToolPose& tool, const TipTouch& touch,
+void ToolTracker::Track(const ToolPose& tool, const TickContactPoint& contact_point,
                         const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   TakeExchange(tool);
   if (tool.jaw > kJawLetsGo) grasped_count_ = 0;
-  TrackTip(tool, touch, models, states);
+  TrackTip(tool, contact_point, models, states);
   UpdateGrasp(tool, models, states);
   p_tip_last_W_ = tool.X_WT.translation();
   jaw_last_ = tool.jaw;
@@ -70,18 +70,18 @@ bool ToolTracker::AddContacts(const ToolPose& tool, const std::vector<OrganModel
   return complete;
 }
 
-void ToolTracker::TrackTip(const ToolPose& tool, const TipTouch& touch,
+void ToolTracker::TrackTip(const ToolPose& tool, const TickContactPoint& contact_point,
                            const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
   const Vector3d p_tip_W = tool.X_WT.translation();
   normal_.setZero();
   friction_.setZero();
-  from_tick_ = grasped_count_ == 0 && touch.organ >= 0;
+  from_tick_ = grasped_count_ == 0 && contact_point.organ >= 0;
   if (from_tick_) {
-    organ_ = touch.organ;
-    at_ = {touch.triangle, touch.weights};
-    normal_ = touch.normal_W;
-    friction_ = touch.friction_W;
-  } else if (grasped_count_ == 0 && (!touching_ || touch.known_organ == organ_)) {
+    organ_ = contact_point.organ;
+    at_ = {contact_point.triangle, contact_point.weights};
+    normal_ = contact_point.normal_W;
+    friction_ = contact_point.friction_W;
+  } else if (grasped_count_ == 0 && (!touching_ || contact_point.known_organ == organ_)) {
     if (!FindEntry(p_tip_W, *states) && !FindNearest(p_tip_W, *states)) return;
   } else if (grasped_count_ == 0) {
     const OrganState& state = (*states)[organ_];

@@ -30,11 +30,11 @@ struct ToolOptions {
 /// Follows the contact of one tool with the organs from step to step: which material point the tip
 /// presses, what the jaws hold, where the shaft touches. Deformation thread; allocates nothing.
 ///
-/// The tip's contact belongs to the haptic loop (TipTouch), which follows it at its own rate. Only
-/// where that had no patch to tell from does the step find it: a tip that pressed in the last step
-/// goes on in that one's neighbourhood, so a deep press or a thin part is not taken to be on the
-/// other side. A free tip that crossed the surface since the last step starts where it entered,
-/// however far it has come.
+/// The tip's contact belongs to the haptic loop (TickContactPoint), which follows it at its own
+/// rate. Only where that had no patch to tell from does the step find it: a tip that pressed in the
+/// last step goes on in that one's neighbourhood, so a deep press or a thin part is not taken to be
+/// on the other side. A free tip that crossed the surface since the last step starts where it
+/// entered, however far it has come.
 ///
 /// A press acts on the patch of GatherKernel() about the point under the tip, with the radius that
 /// the lattice resolves; what R = max(tip radius, 1 mm) does more is an indentation (half_space.h).
@@ -53,8 +53,8 @@ class ToolTracker {
   ToolTracker(int tool, const ToolOptions& options);
 
   /// Finds what the tip is at and what the jaws hold. A new instrument in the hand holds nothing.
-  void Track(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
-             std::vector<OrganState>* states);
+  void Track(const ToolPose& tool, const TickContactPoint& contact_point,
+             const std::vector<OrganModel>& models, std::vector<OrganState>* states);
 
   /// The organ that the tip is at, -1 when it is at none, and where on its rest surface (m).
   int organ() const { return organ_; }
@@ -79,8 +79,8 @@ class ToolTracker {
 
   const HeldTool& held() const { return held_[exchange_]; }
   void TakeExchange(const ToolPose& tool);
-  void TrackTip(const ToolPose& tool, const TipTouch& touch, const std::vector<OrganModel>& models,
-                std::vector<OrganState>* states);
+  void TrackTip(const ToolPose& tool, const TickContactPoint& contact_point,
+                const std::vector<OrganModel>& models, std::vector<OrganState>* states);
   // Closest point to `p` among the neighbourhood's triangles as they are now.
   static SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
                                 const Triangles& triangles, const Vector3d& p);

@@ -17,10 +17,10 @@ constexpr double kApart = 1e-9;
 constexpr double kMostApart = 1;
 
 // Of the force on the tissue, by f_n.
-Vector3d Direction(const LatticeTip& tip) { return tip.friction_W - tip.normal_W; }
+Vector3d Direction(const CondensedTip& tip) { return tip.friction_W - tip.normal_W; }
 
 // Two presses: f >= 0, A f >= depth, f . (A f - depth) = 0.
-void SolvePresses(const LatticeTip& a, const LatticeTip& c, const Matrix3d& C_ac, double* f_a,
+void SolvePresses(const CondensedTip& a, const CondensedTip& c, const Matrix3d& C_ac, double* f_a,
                   double* f_c) {
   const double A_aa = -a.normal_W.dot(a.compliance_W * Direction(a));
   const double A_cc = -c.normal_W.dot(c.compliance_W * Direction(c));
@@ -43,9 +43,9 @@ void SolvePresses(const LatticeTip& a, const LatticeTip& c, const Matrix3d& C_ac
 }
 
 // a as it answers while the jaws of c hold.
-LatticeTip BesideHeld(const LatticeTip& a, const LatticeTip& c, const Matrix3d& C_ac) {
+CondensedTip BesideHeld(const CondensedTip& a, const CondensedTip& c, const Matrix3d& C_ac) {
   const Eigen::LDLT<Matrix3d> own(c.compliance_W);
-  LatticeTip tip = a;
+  CondensedTip tip = a;
   const Vector3d moved = C_ac * own.solve(c.p_current_W - c.p_original_W);
   tip.p_original_W += moved;
   tip.depth += a.normal_W.dot(moved);
@@ -54,7 +54,7 @@ LatticeTip BesideHeld(const LatticeTip& a, const LatticeTip& c, const Matrix3d& 
 }
 
 // As they are, coincident or not.
-void Couple(const LatticeTip& a, const LatticeTip& c, const Matrix3d& coupling_W,
+void Couple(const CondensedTip& a, const CondensedTip& c, const Matrix3d& coupling_W,
             Vector3d* force_a_W, Vector3d* force_c_W) {
   if (!a.holds && !c.holds) {
     double f_a = 0, f_c = 0;
@@ -68,25 +68,25 @@ void Couple(const LatticeTip& a, const LatticeTip& c, const Matrix3d& coupling_W
     return;
   }
   *force_a_W = TipForce(BesideHeld(a, c, coupling_W));
-  LatticeTip rest = c;
+  CondensedTip rest = c;
   rest.p_original_W += coupling_W.transpose() * *force_a_W;
   *force_c_W = TipForce(rest);
 }
 
 }  // namespace
 
-Vector3d TipForce(const LatticeTip& tip) noexcept {
+Vector3d TipForce(const CondensedTip& tip) noexcept {
   if (tip.holds) return tip.compliance_W.ldlt().solve(tip.p_current_W - tip.p_original_W);
   const double compliance = -tip.normal_W.dot(tip.compliance_W * Direction(tip));
   if (!(compliance > 0) || !(tip.depth > 0)) return Vector3d::Zero();
   return tip.depth / compliance * Direction(tip);
 }
 
-void TipForces(const LatticeTip& a, const LatticeTip& c, const Matrix3d& coupling_W,
+void TipForces(const CondensedTip& a, const CondensedTip& c, const Matrix3d& coupling_W,
                Vector3d* force_a_W, Vector3d* force_c_W) noexcept {
   double apart = kApart;
   const auto solve = [&] {
-    LatticeTip tip_a = a, tip_c = c;
+    CondensedTip tip_a = a, tip_c = c;
     tip_a.compliance_W *= 1 + apart;
     tip_c.compliance_W *= 1 + apart;
     Couple(tip_a, tip_c, coupling_W, force_a_W, force_c_W);

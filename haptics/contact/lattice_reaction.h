@@ -8,7 +8,7 @@ namespace hpdm {
 /// With p_original where its point goes when all tips let go and C its compliance, forces F on the
 /// tissue move it to
 ///     p_current = p_original + C F (+ C_ac F_c of another tip c on the same organ).
-struct LatticeTip {
+struct CondensedTip {
   bool holds = false;                        ///< Grasp: the jaws carry the point to p_current.
   Vector3d p_original_W = Vector3d::Zero();  ///< m.
   Matrix3d compliance_W = Matrix3d::Zero();  ///< C, m/N, symmetric positive definite.
@@ -23,14 +23,14 @@ struct LatticeTip {
 ///     press:  F = f_n a with a = friction - n,  f_n = max(0, depth / (-n^T C a));
 ///     grasp:  F = C^-1 delta.
 /// Any thread; wait-free, no allocation.
-Vector3d TipForce(const LatticeTip& tip) noexcept;
+Vector3d TipForce(const CondensedTip& tip) noexcept;
 
 /// The forces of two tips on one organ, coupled by C_ac (`coupling_W`, m/N): two presses are a
 /// complementarity problem in their f_n, and what jaws hold stays held while the other tip moves.
 /// Tips that the tissue cannot tell apart slip when they go different ways, as in the step
 /// (ContactSolver): each stays behind by a share of what its force moves it alone.
 /// Any thread; wait-free, no allocation.
-void TipForces(const LatticeTip& a, const LatticeTip& c, const Matrix3d& coupling_W,
+void TipForces(const CondensedTip& a, const CondensedTip& c, const Matrix3d& coupling_W,
                Vector3d* force_a_W, Vector3d* force_c_W) noexcept;
 
 /// S = C^-1 as a node of Eq. 29: k1 is the smallest eigenvalue of S, and each of the other two

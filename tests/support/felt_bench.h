@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/deformation_loop.h"
-#include "haptics/contact/tip_contact.h"
+#include "haptics/contact/haptic_contact.h"
 #include "tests/support/one_organ.h"
 
 /// Deformation loop and tip contacts without threads or devices, for tests of what is felt.
@@ -57,15 +57,15 @@ class FeltBench {
   // One tick's forces on the hands.
   void Tick(const ToolPose& a, const ToolPose& c = Away()) {
     const auto motion = [this](const ToolPose& tool) {
-      return TipMotion{.time_ns = time_ns_,
-                       .X_WT = tool.X_WT,
-                       .jaw = tool.jaw,
-                       .tip_radius = tool_.tip_radius,
-                       .friction = friction};
+      return TipPose{.time_ns = time_ns_,
+                     .X_WT = tool.X_WT,
+                     .jaw = tool.jaw,
+                     .tip_radius = tool_.tip_radius,
+                     .friction = friction};
     };
     contacts_[0].Locate(motion(a));
     contacts_[1].Locate(motion(c));
-    TipContact::Solve(&contacts_[0], &contacts_[1]);
+    HapticContact::Solve(&contacts_[0], &contacts_[1]);
   }
   // The next tick of a session in lockstep: a step begins every 33 ticks and is seen 33 later.
   void SessionTick(const ToolPose& a, const ToolPose& c = Away()) {
@@ -80,8 +80,8 @@ class FeltBench {
     for (int i = 0; i < 250; ++i) Tick(a, c);
   }
   Vector3d Hand(int t = 0) const { return contacts_[t].result().reaction_W; }
-  const ContactResult& Felt(int t = 0) const { return contacts_[t].result(); }
-  TipTouch Touch(int t = 0) const { return contacts_[t].touch(); }
+  const HapticForce& Felt(int t = 0) const { return contacts_[t].result(); }
+  TickContactPoint ContactPoint(int t = 0) const { return contacts_[t].contact_point(); }
   const ToolPatch& Patch(int t = 0) { return patch_.Front().tools[t]; }
   const OrganModel& model() const { return models_[0]; }
   const DeformationLoop& loop() const { return loop_; }
@@ -112,7 +112,7 @@ class FeltBench {
     state.time_ns = time_ns_;
     state.tool_count = 2;
     state.tools = {a, c};
-    for (int t = 0; t < 2; ++t) state.touches[t] = contacts_[t].touch();
+    for (int t = 0; t < 2; ++t) state.contact_points[t] = contacts_[t].contact_point();
     return state;
   }
   void Step(const ToolState& state) {
@@ -128,7 +128,7 @@ class FeltBench {
   TripleBuffer<SceneSnapshot> render_{SizedSnapshot(models_, 2, true)};
   TripleBuffer<SceneSnapshot> telemetry_{SizedSnapshot(models_, 2, false)};
   DeformationLoop loop_;
-  std::array<TipContact, 2> contacts_;
+  std::array<HapticContact, 2> contacts_;
   Nanoseconds time_ns_ = 0;
   std::uint64_t tick_ = 0;
   ToolState begun_;

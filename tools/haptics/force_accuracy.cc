@@ -75,7 +75,7 @@ class Trial {
     for (std::size_t tick = 0; tick < ticks_; ++tick) {
       MoveTo(tick, &hands);
       ToolState tools = motion_[tick].tools;
-      tools.touches = loops.deformation.NewestTools().touches;
+      tools.contact_points = loops.deformation.NewestTools().contact_points;
       const Nanoseconds now = static_cast<Nanoseconds>(tick) * session_.haptic_period_ns();
       loops.deformation.Step(tools, now);
       loops.haptics.Tick(tick, now, {});

@@ -166,8 +166,8 @@ TEST(ContactLaw, FrictionHoldsWithinTheConeAndSlipsOnItsEdge) {
   for (int i = 0; i < 200; ++i) bench.SessionTick(tool);
   const SurfaceMesh rest = Ellipsoid(kAxes, 4);
   const auto place = [&] {
-    const TipTouch touch = bench.Touch();
-    return SurfacePoint{touch.triangle, touch.weights}.Position(rest.vertices, rest.triangles);
+    const TickContactPoint point = bench.ContactPoint();
+    return SurfacePoint{point.triangle, point.weights}.Position(rest.vertices, rest.triangles);
   };
   const Vector3d held = place();
   bool slipped = false;

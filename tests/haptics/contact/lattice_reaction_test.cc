@@ -43,7 +43,7 @@ TEST(LatticeReaction, TwoPressesSolveTheirComplementarityProblem) {
   for (int i = 0; i < 2000; ++i) {
     const auto C = RandomCompliance(&random);
     const Matrix3d C_ac = C.topRightCorner<3, 3>();
-    LatticeTip a, c;
+    CondensedTip a, c;
     a.compliance_W = C.topLeftCorner<3, 3>();
     c.compliance_W = C.bottomRightCorner<3, 3>();
     a.normal_W = RandomVector(&random).normalized();
@@ -73,7 +73,7 @@ TEST(LatticeReaction, HeldTipsMoveAsTheirJawsDo) {
   HandRandom random(3);
   for (int i = 0; i < 200; ++i) {
     const auto C = RandomCompliance(&random);
-    LatticeTip a, c;
+    CondensedTip a, c;
     a.holds = c.holds = true;
     a.compliance_W = C.topLeftCorner<3, 3>();
     c.compliance_W = C.bottomRightCorner<3, 3>();
@@ -106,7 +106,7 @@ TEST(LatticeReaction, HeldTipsMoveAsTheirJawsDo) {
 TEST(LatticeReaction, TipsThatTheTissueCannotTellApartSlip) {
   HandRandom random(4);
   for (int i = 0; i < 200; ++i) {
-    LatticeTip a, c;
+    CondensedTip a, c;
     a.compliance_W = c.compliance_W = RandomCompliance(&random).topLeftCorner<3, 3>();
     const Matrix3d coupling = a.compliance_W;
     const Vector3d way = 0.05 * RandomVector(&random).normalized();
@@ -135,7 +135,7 @@ TEST(LatticeReaction, TipsThatTheTissueCannotTellApartSlip) {
 }
 
 TEST(LatticeReaction, ASeparatedPressHasNoForce) {
-  LatticeTip tip;
+  CondensedTip tip;
   tip.compliance_W = 1e-3 * Matrix3d::Identity();
   tip.normal_W = Vector3d::UnitZ();
   tip.depth = -1e-9;

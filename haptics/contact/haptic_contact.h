@@ -7,7 +7,7 @@
 namespace hpdm {
 
 /// A tool's tip as a tick has it.
-struct TipMotion {
+struct TipPose {
   Nanoseconds time_ns = 0;                   ///< Scheduled time of the tick.
   Isometry3d X_WT = Isometry3d::Identity();  ///< Tool frame, origin at the tip's centre.
   double jaw = 1;                            ///< 0 closed .. 1 open.
@@ -16,7 +16,7 @@ struct TipMotion {
 };
 
 /// What one tool feels in one tick.
-struct ContactResult {
+struct HapticForce {
   Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand, N.
   Vector3d normal_W = Vector3d::Zero();    ///< Press: the outward unit normal; else zero.
   double depth = 0;                        ///< Press: of the tip below the released surface, m.
@@ -26,7 +26,7 @@ struct ContactResult {
 
 /// Eq. 29 between two deformation steps, against the newest patch of one tool; and the tip's
 /// contact itself, which this class owns: it is made, slides and ends here, at the haptic rate, and
-/// the step puts its own where the tick has it (touch()).
+/// the step puts its own where the tick has it (contact_point()).
 ///
 /// A press is at a point s of the released surface. Made: at the foot of the tip's centre
 /// (patch_surface.h), or where the tip crossed the surface since the last tick. It ends in the tick
@@ -58,12 +58,12 @@ struct ContactResult {
 ///
 /// Haptic thread; wait-free, no allocation, never throws. The cost is bounded by the patch's caps,
 /// not by the mesh.
-class TipContact {
+class HapticContact {
  public:
   static constexpr double kFade = 0.02;  ///< s.
 
   /// `period`: of the haptic loop, s.
-  explicit TipContact(double period = 0.001);
+  explicit HapticContact(double period = 0.001);
 
   /// Takes a new patch, which must stay unchanged until the next SetPatch (TripleBuffer::Front).
   void SetPatch(const ToolPatch& patch) noexcept;
@@ -72,32 +72,32 @@ class TipContact {
   void ClearPatch() noexcept;
 
   /// Finds the contact.
-  void Locate(TipMotion tip) noexcept;
+  void Locate(TipPose tip) noexcept;
 
   /// The force of the contact found, of one tip alone or of the two tips of a session, which share
   /// the tissue when both touch one organ. Both must have located theirs.
-  static void Solve(TipContact* tip) noexcept;
-  static void Solve(TipContact* a, TipContact* c) noexcept;
-  const ContactResult& result() const noexcept { return result_; }
+  static void Solve(HapticContact* tip) noexcept;
+  static void Solve(HapticContact* a, HapticContact* c) noexcept;
+  const HapticForce& result() const noexcept { return result_; }
 
   /// The tip touches nothing and its jaws hold nothing, as far as the last Solve knows.
   bool IsFree() const noexcept { return !touching_ && result_.kind == ContactKind::kNone; }
 
   /// The contact of this tick, for the deformation loop.
-  TipTouch touch() const noexcept;
+  TickContactPoint contact_point() const noexcept;
 
   /// Locate and Solve, for a tool alone.
-  ContactResult Evaluate(const TipMotion& tip) noexcept;
+  HapticForce Evaluate(const TipPose& tip) noexcept;
 
  private:
-  void LocatePress(const TipMotion& tip);
-  void LocateGrasp(const TipMotion& tip);
-  bool FindContact(const TipMotion& tip);
-  void Slide(const TipMotion& tip);
-  Vector3d Beside(const TipMotion& tip) const;
-  void EvaluateAtFoot(const TipMotion& tip);
+  void LocatePress(const TipPose& tip);
+  void LocateGrasp(const TipPose& tip);
+  bool FindContact(const TipPose& tip);
+  void Slide(const TipPose& tip);
+  Vector3d Beside(const TipPose& tip) const;
+  void EvaluateAtFoot(const TipPose& tip);
   Vector3d PressedNormal() const;
-  bool Sticks(const TipMotion& tip);
+  bool Sticks(const TipPose& tip);
   void PressPaper();
   void Feel(const Vector3d& force_on_tissue_W);
   void FadeIn();
@@ -106,7 +106,7 @@ class TipContact {
   double fade_;  // of the hand-over's offset, a tick
   const ToolPatch* patch_ = nullptr;
   PatchSurface surface_;
-  ContactResult result_;
+  HapticForce result_;
   bool started_ = false;                      // p_tip_last_W_ is known
   Vector3d p_tip_last_W_ = Vector3d::Zero();  // as from the organ, which may move
 
@@ -120,7 +120,7 @@ class TipContact {
 
   // Of this tick, reaction "lattice".
   bool in_lattice_ = false;  // there is a contact to solve for
-  LatticeTip tip_;
+  CondensedTip tip_;
   Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the tip's foot, of the other tip's place then
 
   // The hand-over between patches.

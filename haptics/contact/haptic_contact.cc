@@ -1,4 +1,4 @@
-#include "haptics/contact/tip_contact.h"
+#include "haptics/contact/haptic_contact.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -33,9 +33,9 @@ Value AtFoot(const ToolPatch& patch, const SurfaceFoot& foot, Value PatchPoint::
 
 }  // namespace
 
-TipContact::TipContact(double period) : fade_(std::exp(-period / kFade)) {}
+HapticContact::HapticContact(double period) : fade_(std::exp(-period / kFade)) {}
 
-void TipContact::SetPatch(const ToolPatch& patch) noexcept {
+void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   const bool same_organ = patch_ != nullptr && patch_->organ == patch.organ;
   started_ = started_ && same_organ;
   patch_ = &patch;
@@ -48,19 +48,19 @@ void TipContact::SetPatch(const ToolPatch& patch) noexcept {
   }
 }
 
-void TipContact::ClearPatch() noexcept {
+void HapticContact::ClearPatch() noexcept {
   patch_ = nullptr;
   LoseContact();
 }
 
-void TipContact::LoseContact() {
+void HapticContact::LoseContact() {
   touching_ = false;
   force_W_.setZero();
   moved_W_.setZero();
   friction_W_.setZero();
 }
 
-void TipContact::Locate(TipMotion tip) noexcept {
+void HapticContact::Locate(TipPose tip) noexcept {
   result_ = {};
   in_lattice_ = false;
   if (patch_ != nullptr) tip.X_WT.translation() -= patch_->motion.Offset(tip.time_ns);
@@ -76,13 +76,13 @@ void TipContact::Locate(TipMotion tip) noexcept {
   started_ = true;
 }
 
-ContactResult TipContact::Evaluate(const TipMotion& tip) noexcept {
+HapticForce HapticContact::Evaluate(const TipPose& tip) noexcept {
   Locate(tip);
   Solve(this);
   return result_;
 }
 
-void TipContact::LocateGrasp(const TipMotion& tip) {
+void HapticContact::LocateGrasp(const TipPose& tip) {
   const Vector3d p_W = tip.X_WT * patch_->p_grasp_T;
   result_.organ = patch_->organ;
   result_.kind = ContactKind::kGrasp;
@@ -98,7 +98,7 @@ void TipContact::LocateGrasp(const TipMotion& tip) {
   coupling_W_ = patch_->coupling_W;
 }
 
-void TipContact::LocatePress(const TipMotion& tip) {
+void HapticContact::LocatePress(const TipPose& tip) {
   const bool was_touching = touching_;
   if (!was_touching && !FindContact(tip)) return;
   touching_ = true;
@@ -119,7 +119,7 @@ void TipContact::LocatePress(const TipMotion& tip) {
   in_lattice_ = true;
 }
 
-bool TipContact::FindContact(const TipMotion& tip) {
+bool HapticContact::FindContact(const TipPose& tip) {
   const Vector3d& p_tip_W = tip.X_WT.translation();
   if (started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick &&
       surface_.FindEntry(p_tip_last_W_, p_tip_W, &foot_)) {
@@ -128,7 +128,7 @@ bool TipContact::FindContact(const TipMotion& tip) {
   return surface_.FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius;
 }
 
-void TipContact::EvaluateAtFoot(const TipMotion& tip) {
+void HapticContact::EvaluateAtFoot(const TipPose& tip) {
   tip_ = {};
   tip_.p_original_W = AtFoot(*patch_, foot_, &PatchPoint::p_original_W);
   tip_.normal_W = foot_.normal_W;
@@ -142,7 +142,7 @@ void TipContact::EvaluateAtFoot(const TipMotion& tip) {
 
 // With the f_n of the last tick, but along the normal to be found: followed from tick to tick, the
 // two would chase each other.
-Vector3d TipContact::PressedNormal() const {
+Vector3d HapticContact::PressedNormal() const {
   const Vector3d stands_W = foot_.normal_W + patch_->tilt_W;
   const double pressing = -force_W_.dot(foot_.normal_W);
   const Matrix3d turn = pressing * patch_->tilt_compliance_W;
@@ -156,7 +156,7 @@ Vector3d TipContact::PressedNormal() const {
 }
 
 // Whether friction holds the contact where it is; sets the friction that acts.
-bool TipContact::Sticks(const TipMotion& tip) {
+bool HapticContact::Sticks(const TipPose& tip) {
   friction_W_.setZero();
   if (!(tip.friction > 0) || patch_->reaction == ReactionType::kPaper) return false;
   const Vector3d& n = tip_.normal_W;
@@ -171,11 +171,11 @@ bool TipContact::Sticks(const TipMotion& tip) {
 }
 
 // x_tip - r n - x_c along the surface: how far the point that is pressed lies beside the tip, m.
-Vector3d TipContact::Beside(const TipMotion& tip) const {
+Vector3d HapticContact::Beside(const TipPose& tip) const {
   const Vector3d& n = tip_.normal_W;
   Vector3d offset_W = tip.X_WT.translation() - tip_.p_original_W - moved_W_;
   if (patch_->reaction == ReactionType::kLattice) {
-    LatticeTip moved = tip_;
+    CondensedTip moved = tip_;
     moved.friction_W = friction_W_;
     moved.depth += n.dot(moved_W_);
     offset_W -= tip_.compliance_W * TipForce(moved);
@@ -183,7 +183,7 @@ Vector3d TipContact::Beside(const TipMotion& tip) const {
   return offset_W - n.dot(offset_W) * n;
 }
 
-void TipContact::Slide(const TipMotion& tip) {
+void HapticContact::Slide(const TipPose& tip) {
   if (Sticks(tip)) return;
   const Vector3d beside_W = Beside(tip);
   const Vector3d way_W = tip.X_WT.translation() - p_tip_last_W_;
@@ -198,7 +198,7 @@ void TipContact::Slide(const TipMotion& tip) {
   EvaluateAtFoot(tip);
 }
 
-void TipContact::PressPaper() {
+void HapticContact::PressPaper() {
   result_.normal_W = tip_.normal_W;
   result_.depth = tip_.depth;
   result_.organ = patch_->organ;
@@ -211,7 +211,7 @@ void TipContact::PressPaper() {
   result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
 }
 
-void TipContact::Feel(const Vector3d& force_on_tissue_W) {
+void HapticContact::Feel(const Vector3d& force_on_tissue_W) {
   if (!tip_.holds) {
     if (force_on_tissue_W.squaredNorm() == 0) {
       LoseContact();
@@ -230,7 +230,7 @@ void TipContact::Feel(const Vector3d& force_on_tissue_W) {
 
 // A patch that lasted for less than three ticks says nothing of the force's own course, and has
 // nothing to be faded in from. A contact that a patch has no place for fades out.
-void TipContact::FadeIn() {
+void HapticContact::FadeIn() {
   const Vector3d raw_W = result_.reaction_W;
   const bool arrives = is_new_ && ticks_of_patch_ >= kTicksToExtrapolate;
   if (is_new_) ticks_of_patch_ = 0;
@@ -261,13 +261,13 @@ void TipContact::FadeIn() {
   felt_W -= std::min(felt_W.dot(result_.normal_W), 0.0) * result_.normal_W;
 }
 
-void TipContact::Solve(TipContact* tip) noexcept {
+void HapticContact::Solve(HapticContact* tip) noexcept {
   tip->moved_W_.setZero();
   if (tip->in_lattice_) tip->Feel(TipForce(tip->tip_));
   tip->FadeIn();
 }
 
-void TipContact::Solve(TipContact* a, TipContact* c) noexcept {
+void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
   if (!a->in_lattice_ || !c->in_lattice_ || a->patch_->organ != c->patch_->organ) {
     Solve(a);
     Solve(c);
@@ -285,16 +285,16 @@ void TipContact::Solve(TipContact* a, TipContact* c) noexcept {
   c->FadeIn();
 }
 
-TipTouch TipContact::touch() const noexcept {
-  TipTouch touch;
-  touch.known_organ = patch_ != nullptr ? patch_->organ : -1;
-  if (!touching_) return touch;
-  touch.organ = patch_->organ;
-  touch.triangle = foot_.mesh_triangle;
-  touch.weights = foot_.weights;
-  touch.normal_W = tip_.normal_W;
-  touch.friction_W = friction_W_;
-  return touch;
+TickContactPoint HapticContact::contact_point() const noexcept {
+  TickContactPoint contact_point;
+  contact_point.known_organ = patch_ != nullptr ? patch_->organ : -1;
+  if (!touching_) return contact_point;
+  contact_point.organ = patch_->organ;
+  contact_point.triangle = foot_.mesh_triangle;
+  contact_point.weights = foot_.weights;
+  contact_point.normal_W = tip_.normal_W;
+  contact_point.friction_W = friction_W_;
+  return contact_point;
 }
 
 }  // namespace hpdm

@@ -1,4 +1,4 @@
-#include "haptics/contact/tip_contact.h"
+#include "haptics/contact/haptic_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -21,12 +21,12 @@ Vector3d RandomVector(HandRandom* random, double size) {
   return {random->Uniform(-size, size), random->Uniform(-size, size), random->Uniform(-size, size)};
 }
 
-TipMotion At(const Vector3d& p_tip_W, double radius = kRadius) {
+TipPose At(const Vector3d& p_tip_W, double radius = kRadius) {
   return {.X_WT = Isometry3d(Eigen::Translation3d(p_tip_W)), .tip_radius = radius};
 }
 
-ContactResult Press(const ToolPatch& patch, const Vector3d& p_tip_W, double radius = kRadius) {
-  TipContact contact;
+HapticForce Press(const ToolPatch& patch, const Vector3d& p_tip_W, double radius = kRadius) {
+  HapticContact contact;
   contact.SetPatch(patch);
   return contact.Evaluate(At(p_tip_W, radius));
 }
@@ -147,15 +147,15 @@ TEST(PatchSurface, GapOverATriangulatedSphereIsWithinItsSagitta) {
   }
 }
 
-TEST(TipContact, DepthAndForceOfAPressIntoAPlane) {
+TEST(HapticContact, DepthAndForceOfAPressIntoAPlane) {
   const ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
-  const ContactResult above = Press(patch, {0.001, 0.002, 1.001 * kRadius});
+  const HapticForce above = Press(patch, {0.001, 0.002, 1.001 * kRadius});
   EXPECT_EQ(above.kind, ContactKind::kNone);
   EXPECT_EQ(above.organ, -1);
   EXPECT_EQ(above.reaction_W, Vector3d::Zero());
 
   for (const double z : {0.002, 0.0, -0.004}) {  // centre above, on and below the surface
-    const ContactResult press = Press(patch, {0.001, 0.002, z});
+    const HapticForce press = Press(patch, {0.001, 0.002, z});
     EXPECT_EQ(press.kind, ContactKind::kPress);
     EXPECT_EQ(press.organ, 0);
     EXPECT_NEAR(press.depth, kRadius - z, 1e-15);
@@ -165,7 +165,7 @@ TEST(TipContact, DepthAndForceOfAPressIntoAPlane) {
 
 // Sliding in steps of 1 um over many edges, with the tip's centre above and far below the surface.
 // On the sphere the closest point itself would jump there by more than a millimetre.
-TEST(TipContact, ForceIsContinuousWhileSliding) {
+TEST(HapticContact, ForceIsContinuousWhileSliding) {
   const double R = 0.05;
   for (const bool sphere : {false, true}) {
     ToolPatch patch =
@@ -175,7 +175,7 @@ TEST(TipContact, ForceIsContinuousWhileSliding) {
     for (int i = 0; i < patch.point_count; ++i) {
       patch.points[i].node.k1 = random.Uniform(kStiffness, kHigh);
     }
-    TipContact contact;
+    HapticContact contact;
     contact.SetPatch(patch);
     for (const double depth : {0.001, 0.004, 0.012}) {
       Vector3d last = Vector3d::Zero();
@@ -189,7 +189,7 @@ TEST(TipContact, ForceIsContinuousWhileSliding) {
         } else {
           p.z() = kRadius - depth;
         }
-        const ContactResult result = contact.Evaluate(At(p));
+        const HapticForce result = contact.Evaluate(At(p));
         ASSERT_EQ(result.kind, ContactKind::kPress);
         if (step > 0) {
           steepest = std::max(steepest, (result.reaction_W - last).norm() / 1e-6);
@@ -207,7 +207,7 @@ TEST(TipContact, ForceIsContinuousWhileSliding) {
   }
 }
 
-TEST(TipContact, ForceGrowsContinuouslyFromZeroOnContact) {
+TEST(HapticContact, ForceGrowsContinuouslyFromZeroOnContact) {
   const ToolPatch patch = SpherePatch(7, 0.03, 0.05, kStiffness);
   double last = 0;
   for (double z = 0.004; z > -0.01; z -= 1e-6) {
@@ -219,7 +219,7 @@ TEST(TipContact, ForceGrowsContinuouslyFromZeroOnContact) {
   EXPECT_GT(last, kStiffness * 0.01);
 }
 
-TEST(TipContact, BeyondThePatchsBorderThereIsNoContact) {
+TEST(HapticContact, BeyondThePatchsBorderThereIsNoContact) {
   const double half = 0.03;
   const ToolPatch patch = PlanePatch(7, half, kStiffness);
   EXPECT_EQ(Press(patch, {half - 1e-4, 0, 0}).kind, ContactKind::kPress);
@@ -230,21 +230,21 @@ TEST(TipContact, BeyondThePatchsBorderThereIsNoContact) {
   EXPECT_EQ(Press(patch, {10, 10, -10}).kind, ContactKind::kNone);
 }
 
-TEST(TipContact, PointTipPressesOnlyBelowTheSurface) {
+TEST(HapticContact, PointTipPressesOnlyBelowTheSurface) {
   const ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
   EXPECT_EQ(Press(patch, {0, 0, 1e-9}, 0).kind, ContactKind::kNone);
   EXPECT_EQ(Press(patch, {0, 0, 0}, 0).kind, ContactKind::kNone);
-  const ContactResult below = Press(patch, {0, 0, -0.002}, 0);
+  const HapticForce below = Press(patch, {0, 0, -0.002}, 0);
   EXPECT_NEAR(below.depth, 0.002, 1e-15);
   EXPECT_GT(below.reaction_W.z(), 0);
 }
 
-TEST(TipContact, TipOnAFaceEdgeOrVertexHasADefinedDirection) {
+TEST(HapticContact, TipOnAFaceEdgeOrVertexHasADefinedDirection) {
   const ToolPatch patch = SpherePatch(7, 0.03, 0.05, kStiffness);
   const Vector3d a = patch.points[24].p_original_W, b = patch.points[25].p_original_W,
                  c = patch.points[32].p_original_W;
   for (const Vector3d& p : {a, Vector3d((a + b) / 2), Vector3d((a + b + c) / 3)}) {
-    const ContactResult result = Press(patch, p);
+    const HapticForce result = Press(patch, p);
     EXPECT_EQ(result.kind, ContactKind::kPress);
     EXPECT_NEAR(result.depth, kRadius, 1e-12);
     EXPECT_NEAR(result.normal_W.norm(), 1, 1e-12);
@@ -253,17 +253,17 @@ TEST(TipContact, TipOnAFaceEdgeOrVertexHasADefinedDirection) {
   }
 }
 
-TEST(TipContact, WithoutVertexNormalsTheFacesOwnDecide) {
+TEST(HapticContact, WithoutVertexNormalsTheFacesOwnDecide) {
   ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
   for (auto& point : patch.points) point.normal_W.setZero();
   for (const double z : {0.001, 0.0, -0.002}) {
-    const ContactResult result = Press(patch, {0.001, 0.002, z});
+    const HapticForce result = Press(patch, {0.001, 0.002, z});
     EXPECT_NEAR(result.depth, kRadius - z, 1e-15);
     EXPECT_LT((result.normal_W - Vector3d::UnitZ()).norm(), 1e-12);
   }
 }
 
-TEST(TipContact, UnusableTrianglesAreLeftOutAndOpenNoBorder) {
+TEST(HapticContact, UnusableTrianglesAreLeftOutAndOpenNoBorder) {
   ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
   // A triangle without area along the edge from point 23 to 24, between its two neighbours.
   const std::uint8_t middle = static_cast<std::uint8_t>(patch.point_count++);
@@ -299,15 +299,15 @@ TEST(TipContact, UnusableTrianglesAreLeftOutAndOpenNoBorder) {
 
 // A thin part of an organ, pressed deeper than its centre of curvature: the closest point of the
 // released surface is then on the sides, and the foot on the side of the press is no equilibrium.
-TEST(TipContact, APressThroughTheCentreOfCurvatureKeepsItsSide) {
+TEST(HapticContact, APressThroughTheCentreOfCurvatureKeepsItsSide) {
   constexpr double kCurvature = 0.006, kStep = 1e-4;
   const ToolPatch patch = SpherePatch(7, 0.005, kCurvature, kStiffness);
-  TipContact contact;
+  HapticContact contact;
   contact.SetPatch(patch);
   const auto press = [&](double height) { return contact.Evaluate(At({2e-4, 1e-4, height})); };
   Vector3d last = Vector3d::Zero();
   const auto expect_continuous = [&](double height) {
-    const ContactResult result = press(height);
+    const HapticForce result = press(height);
     // The press itself is k a step, and the normal may turn by 3.6 degrees (0.064 rad) in one.
     EXPECT_LT((result.reaction_W - last).norm(),
               1.1 * kStiffness * kStep + 0.064 * result.reaction_W.norm())
@@ -327,12 +327,12 @@ TEST(TipContact, APressThroughTheCentreOfCurvatureKeepsItsSide) {
   EXPECT_EQ(last, Vector3d::Zero());
 }
 
-TEST(TipContact, EmptyAndDistantPatchesGiveNothing) {
+TEST(HapticContact, EmptyAndDistantPatchesGiveNothing) {
   ToolPatch empty;
   EXPECT_EQ(Press(empty, {0, 0, 0}).kind, ContactKind::kNone);
   empty.organ = 0;
   EXPECT_EQ(Press(empty, {0, 0, 0}).kind, ContactKind::kNone);
-  TipContact contact;  // before any patch
+  HapticContact contact;  // before any patch
   EXPECT_EQ(contact.Evaluate(At(Vector3d::Zero())).kind, ContactKind::kNone);
   ToolPatch wild = PlanePatch(7, 0.03, kStiffness);
   wild.point_count = 1000;
@@ -340,36 +340,36 @@ TEST(TipContact, EmptyAndDistantPatchesGiveNothing) {
   EXPECT_EQ(Press(wild, {0.001, 0.002, 0}).kind, ContactKind::kPress);
 }
 
-TEST(TipContact, APressNeverPullsTheHandIntoTheTissue) {
+TEST(HapticContact, APressNeverPullsTheHandIntoTheTissue) {
   ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
   for (auto& point : patch.points) {
     point.node.k1 = 1;
     point.node.neighbour_count = 1;  // a taut spring that lifts the tissue, and so sucks the tip in
     point.node.neighbours[0] = {.edge = {0.001, 0, -0.01}, .rest_length = 0.001, .k2 = 100};
   }
-  const ContactResult result = Press(patch, {0.001, 0.002, 0});
+  const HapticForce result = Press(patch, {0.001, 0.002, 0});
   ReactionNode node = patch.points[0].node;
   for (auto& point : patch.points) point.node.neighbours[0].edge.z() = 0.02;
   node = patch.points[0].node;
   ASSERT_LT(ForceOnHand(node, {0, 0, -kRadius}).z(), 0);
-  const ContactResult sucked = Press(patch, {0.001, 0.002, 0});
+  const HapticForce sucked = Press(patch, {0.001, 0.002, 0});
   EXPECT_NEAR(sucked.reaction_W.z(), 0, 1e-15);
   EXPECT_EQ(sucked.kind, ContactKind::kPress);
   EXPECT_GT(result.reaction_W.z(), 0);
 }
 
-TEST(TipContact, GraspFollowsTheJawAndLetsGoWithinTheTick) {
+TEST(HapticContact, GraspFollowsTheJawAndLetsGoWithinTheTick) {
   ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
   patch.kind = ContactKind::kGrasp;
   patch.grasp_node.k1 = 200;
   patch.p_grasp_T = Vector3d(0, 0, -0.001);
   patch.p_original_W = Vector3d(0, 0, 0.004);
-  TipContact contact;
+  HapticContact contact;
   contact.SetPatch(patch);
   const Isometry3d X_WT =
       Eigen::Translation3d(0, 0, 0.02) * Eigen::AngleAxisd(0.5, Vector3d::UnitX());
 
-  const ContactResult held = contact.Evaluate({.X_WT = X_WT, .jaw = 0.1, .tip_radius = kRadius});
+  const HapticForce held = contact.Evaluate({.X_WT = X_WT, .jaw = 0.1, .tip_radius = kRadius});
   EXPECT_EQ(held.kind, ContactKind::kGrasp);
   const Vector3d delta = X_WT * patch.p_grasp_T - patch.p_original_W;
   EXPECT_LT((held.reaction_W + 200 * delta).norm(), 1e-14);
@@ -377,14 +377,14 @@ TEST(TipContact, GraspFollowsTheJawAndLetsGoWithinTheTick) {
 
   EXPECT_EQ(contact.Evaluate({.X_WT = X_WT, .jaw = 0.5, .tip_radius = kRadius}).kind,
             ContactKind::kGrasp);
-  const ContactResult opened = contact.Evaluate({.X_WT = X_WT, .jaw = 0.51, .tip_radius = kRadius});
+  const HapticForce opened = contact.Evaluate({.X_WT = X_WT, .jaw = 0.51, .tip_radius = kRadius});
   EXPECT_EQ(opened.kind, ContactKind::kNone);
   EXPECT_EQ(opened.reaction_W, Vector3d::Zero());
   // Opened while pressed into the surface: what is left is the press.
   EXPECT_EQ(contact.Evaluate(At(Vector3d::Zero())).kind, ContactKind::kPress);
 }
 
-TEST(TipContact, DoesNotDependOnWhereTheWorldsOriginIs) {
+TEST(HapticContact, DoesNotDependOnWhereTheWorldsOriginIs) {
   HandRandom random(8);
   const ToolPatch patch = SpherePatch(7, 0.03, 0.05, kStiffness);
   const Isometry3d X =
