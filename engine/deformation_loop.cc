@@ -81,7 +81,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.device_time_ns = given.device_time_ns;
   record_.flags = kStepOk;
 
-  const ToolState& tools = WithinReason(given);
+  const ToolState& tools = SanitisedTools(given);
   ChooseQuality();
   Collide(tools);
   WakeTouched();
@@ -145,7 +145,7 @@ const ToolState& DeformationLoop::NewestTools() {
 }
 
 // What is not finite would stay: in where a tip was last, and in what its jaws close on.
-const ToolState& DeformationLoop::WithinReason(const ToolState& given) {
+const ToolState& DeformationLoop::SanitisedTools(const ToolState& given) {
   const std::array<ToolPose, kMaxInstruments> last = tools_.tools;
   tools_ = given;
   for (int t = 0; t < kMaxInstruments; ++t) {
@@ -200,7 +200,7 @@ void DeformationLoop::Refine(int tool_count) {
     bool changed = false;
     for (int s = 0; s < active.slots(); ++s) {
       const int row = models_[o].control_points() + s;
-      state.recovery.Fade(row, active.Kept(s));
+      state.recovery.ScaleRow(row, active.Kept(s));
       if (!active.Changed(s)) continue;
       state.control_displacements.row(row).setZero();
       inversion_recoveries_[o].ResetRow(row);

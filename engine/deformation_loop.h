@@ -57,7 +57,7 @@ class DeformationLoop {
 
  private:
   void ChooseQuality();
-  const ToolState& WithinReason(const ToolState& given);
+  const ToolState& SanitisedTools(const ToolState& given);
   void Collide(const ToolState& tools);
   void Refine(int tool_count);
   void WakeTouched();

@@ -39,7 +39,7 @@ class ViscousRecovery {
 
   /// Unknown `row` keeps `share` (0..1) of where it was: 0 where it means something else from now
   /// on and starts at rest.
-  void Fade(int row, double share) {
+  void ScaleRow(int row, double share) {
     U_.row(row) *= share;
     V_.row(row) *= share;
   }

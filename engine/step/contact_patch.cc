@@ -61,7 +61,7 @@ void ToolTracker::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel
 
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
-  const ToolPose tool = SeenFrom(state, tool_W);
+  const ToolPose tool = InOrganFrame(state, tool_W);
   const Triangles& triangles = model.rest().triangles;
   patch->motion = model.options().motion;
   patch->kind = grasped_count_ > 0 ? ContactKind::kGrasp : ContactKind::kPress;

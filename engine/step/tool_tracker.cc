@@ -18,7 +18,7 @@ constexpr double kMostEndOn = 0.7;
 
 }  // namespace
 
-ToolPose SeenFrom(const OrganState& state, ToolPose tool) {
+ToolPose InOrganFrame(const OrganState& state, ToolPose tool) {
   tool.X_WT.translation() -= state.offset_W;
   tool.p_trocar_W -= state.offset_W;
   return tool;
@@ -88,7 +88,7 @@ void ToolTracker::TrackTip(const ToolPose& tool, const TickContactPoint& contact
     at_ = ClosestIn(around_, state.vertices, models[organ_].rest().triangles,
                     p_tip_W - state.offset_W);
   }  // else the contact is what the jaws hold
-  Recentre(models, states);
+  UpdateNeighbourhood(models, states);
   const OrganModel& model = models[organ_];
   const OrganState& state = (*states)[organ_];
   const Vector3d offset =
@@ -143,7 +143,8 @@ bool ToolTracker::FindNearest(const Vector3d& p_tip_W, const std::vector<OrganSt
   return organ_ >= 0;
 }
 
-void ToolTracker::Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
+void ToolTracker::UpdateNeighbourhood(const std::vector<OrganModel>& models,
+                                      std::vector<OrganState>* states) {
   (*states)[organ_].neighbourhoods.Collect(models[organ_].rest().vertices, at_,
                                            {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints},
                                            &around_);
@@ -159,7 +160,7 @@ void ToolTracker::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
   if (model.rigid()) return;
   OrganState& state = (*states)[organ_];
   const Triangles& triangles = model.rest().triangles;
-  const Isometry3d X_WT = SeenFrom(state, tool).X_WT;
+  const Isometry3d X_WT = InOrganFrame(state, tool).X_WT;
   const Isometry3d X_TW = X_WT.inverse();
   grasped_[grasped_count_++] = {at_, X_TW * at_.Position(state.vertices, triangles)};
   // Each vertex belongs to several triangles: take it with the first of those that lists it.
@@ -183,7 +184,7 @@ bool ToolTracker::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
                              std::vector<OrganState>* states) {
   const OrganModel& model = models[organ_];
   OrganState& state = (*states)[organ_];
-  const ToolPose tool = SeenFrom(state, tool_W);
+  const ToolPose tool = InOrganFrame(state, tool_W);
   const SurfaceMesh& rest = model.rest();
   for (int i = 0; i < grasped_count_; ++i) {
     ContactConstraints::Row* row = state.contacts.Add();
@@ -240,7 +241,7 @@ Vector3d ToolTracker::KernelNormal(const OrganModel& model, const OrganState& st
 
 // Tissue beside what the jaws hold goes with them: a shaft that pushed it away would lever what is
 // held out of the jaws, with forces far beyond both.
-bool ToolTracker::GraspsBeside(const Vector3d& p_rest_W, const ContactConstraints& contacts) const {
+bool ToolTracker::GraspsNearby(const Vector3d& p_rest_W, const ContactConstraints& contacts) const {
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactConstraints::Row& row = contacts[i];
     const bool held = row.tool == tool_ && row.kind == ContactConstraints::RowKind::kGrasp;
@@ -250,7 +251,7 @@ bool ToolTracker::GraspsBeside(const Vector3d& p_rest_W, const ContactConstraint
 }
 
 bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, OrganState* state) {
-  const ToolPose tool = SeenFrom(*state, tool_W);
+  const ToolPose tool = InOrganFrame(*state, tool_W);
   const SurfaceMesh& rest = model.rest();
   // The first two diameters belong to the tip, and what is below the surface with it.
   const double below = organ_ >= 0 ? std::max(-gap_, 0.0) : 0;
@@ -258,7 +259,7 @@ bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   const SurfaceHit hit = state->tree.ClosestToSegment(start, tool.p_trocar_W, held().shaft_radius);
   if (hit.at.triangle < 0) return true;
   const Vector3d p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
-  if (GraspsBeside(p_rest_W, state->contacts)) return true;
+  if (GraspsNearby(p_rest_W, state->contacts)) return true;
   const Vector3d facing =
       InterpolatedNormal(state->vertices, rest.triangles, model.topology(), hit.at);
   const Vector3d axis = tool.X_WT.linear().col(2);

@@ -10,7 +10,7 @@
 namespace hpdm {
 
 /// The tool as an organ sees it that stands still (organ_motion.h); its velocity stays the world's.
-ToolPose SeenFrom(const OrganState& state, ToolPose tool);
+ToolPose InOrganFrame(const OrganState& state, ToolPose tool);
 
 /// What the deformation loop knows of an instrument.
 struct ToolOptions {
@@ -86,12 +86,12 @@ class ToolTracker {
                                 const Triangles& triangles, const Vector3d& p);
   bool FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
   bool FindNearest(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
-  void Recentre(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
+  void UpdateNeighbourhood(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
   void UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
                    std::vector<OrganState>* states);
   bool AddTipRows(const ToolPose& tool, const std::vector<OrganModel>& models,
                   std::vector<OrganState>* states);
-  bool GraspsBeside(const Vector3d& p_rest_W, const ContactConstraints& contacts) const;
+  bool GraspsNearby(const Vector3d& p_rest_W, const ContactConstraints& contacts) const;
   bool AddShaftRow(const ToolPose& tool, const OrganModel& model, OrganState* state);
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;

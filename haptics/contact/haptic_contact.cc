@@ -171,7 +171,7 @@ bool HapticContact::Sticks(const TipPose& tip) {
 }
 
 // x_tip - r n - x_c along the surface: how far the point that is pressed lies beside the tip, m.
-Vector3d HapticContact::Beside(const TipPose& tip) const {
+Vector3d HapticContact::TangentialOffset(const TipPose& tip) const {
   const Vector3d& n = tip_.normal_W;
   Vector3d offset_W = tip.X_WT.translation() - tip_.p_original_W - moved_W_;
   if (patch_->reaction == ReactionType::kLattice) {
@@ -185,15 +185,16 @@ Vector3d HapticContact::Beside(const TipPose& tip) const {
 
 void HapticContact::Slide(const TipPose& tip) {
   if (Sticks(tip)) return;
-  const Vector3d beside_W = Beside(tip);
+  const Vector3d tangential_W = TangentialOffset(tip);
   const Vector3d way_W = tip.X_WT.translation() - p_tip_last_W_;
   const double against = tip_.normal_W.dot(way_W);
   const double longest =
       kSlipAlong * (way_W - against * tip_.normal_W).norm() + kSlipAgainst * std::abs(against);
   const SurfaceFoot before = foot_;
-  surface_.Walk(std::min(1.0, longest / std::max(beside_W.norm(), 1e-300)) * beside_W, &foot_);
+  surface_.Walk(std::min(1.0, longest / std::max(tangential_W.norm(), 1e-300)) * tangential_W,
+                &foot_);
   EvaluateAtFoot(tip);
-  if (Beside(tip).squaredNorm() <= beside_W.squaredNorm()) return;
+  if (TangentialOffset(tip).squaredNorm() <= tangential_W.squaredNorm()) return;
   foot_ = before;
   EvaluateAtFoot(tip);
 }
@@ -211,7 +212,7 @@ void HapticContact::PressPaper() {
   result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
 }
 
-void HapticContact::Feel(const Vector3d& force_on_tissue_W) {
+void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
   if (!tip_.holds) {
     if (force_on_tissue_W.squaredNorm() == 0) {
       LoseContact();
@@ -263,7 +264,7 @@ void HapticContact::FadeIn() {
 
 void HapticContact::Solve(HapticContact* tip) noexcept {
   tip->moved_W_.setZero();
-  if (tip->in_lattice_) tip->Feel(TipForce(tip->tip_));
+  if (tip->in_lattice_) tip->SetReaction(TipForce(tip->tip_));
   tip->FadeIn();
 }
 
@@ -279,8 +280,8 @@ void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
   a->moved_W_ = coupling_W * force_c_W;
   c->moved_W_ = coupling_W.transpose() * force_a_W;
-  a->Feel(force_a_W);
-  c->Feel(force_c_W);
+  a->SetReaction(force_a_W);
+  c->SetReaction(force_c_W);
   a->FadeIn();
   c->FadeIn();
 }

@@ -94,12 +94,12 @@ class HapticContact {
   void LocateGrasp(const TipPose& tip);
   bool FindContact(const TipPose& tip);
   void Slide(const TipPose& tip);
-  Vector3d Beside(const TipPose& tip) const;
+  Vector3d TangentialOffset(const TipPose& tip) const;
   void EvaluateAtFoot(const TipPose& tip);
   Vector3d PressedNormal() const;
   bool Sticks(const TipPose& tip);
   void PressPaper();
-  void Feel(const Vector3d& force_on_tissue_W);
+  void SetReaction(const Vector3d& force_on_tissue_W);
   void FadeIn();
   void LoseContact();
 

@@ -86,7 +86,7 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
     const Vector3d sideways = closest.offset_W - closest.offset_W.dot(face_normal) * face_normal;
     if (sideways.norm() > kBorderTolerance) return false;
   }
-  Put(closest.triangle, closest.weights, foot);
+  SetFoot(closest.triangle, closest.weights, foot);
   foot->gap = outside ? closest.distance : -closest.distance;
   foot->normal_W = closest.distance > kSettled ? Vector3d(closest.offset_W / foot->gap) : normal;
   return true;
@@ -109,7 +109,7 @@ bool PatchSurface::FindEntry(const Vector3d& a_W, const Vector3d& b_W,
     const double w1 = offset.cross(e2).dot(n) / area, w2 = e1.cross(offset).dot(n) / area;
     if (std::min({w1, w2, 1 - w1 - w2}) < 0) continue;
     earliest = along;
-    Put(t, Vector3d(1 - w1 - w2, w1, w2), foot);
+    SetFoot(t, Vector3d(1 - w1 - w2, w1, w2), foot);
   }
   return earliest <= 1;
 }
@@ -118,12 +118,12 @@ bool PatchSurface::Find(int mesh_triangle, const Vector3d& weights, const Vector
                         SurfaceFoot* foot) const noexcept {
   for (int t = 0; t < triangle_count_ && mesh_triangle >= 0; ++t) {
     if (mesh_triangles_[t] != mesh_triangle) continue;
-    Put(t, weights, foot);
+    SetFoot(t, weights, foot);
     return true;
   }
   const Closest closest = FindClosest(p_W);
   if (closest.triangle < 0 || closest.distance > kSameFoot) return false;
-  Put(closest.triangle, closest.weights, foot);
+  SetFoot(closest.triangle, closest.weights, foot);
   return true;
 }
 
@@ -167,11 +167,11 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
     }
   }
   weights = weights.cwiseMax(0.0);
-  Put(triangle, weights / weights.sum(), foot);
+  SetFoot(triangle, weights / weights.sum(), foot);
 }
 
 // All but the gap.
-void PatchSurface::Put(int triangle, const Vector3d& weights, SurfaceFoot* foot) const {
+void PatchSurface::SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const {
   foot->triangle = triangle;
   foot->mesh_triangle = mesh_triangles_[triangle];
   foot->corners = triangles_[triangle];
@@ -256,7 +256,7 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
       const double length = n.norm();
       if (n.dot(face_normals_W_[triangle]) < kLeastCosine * length) return false;
       if (std::abs(t) * length > kMostStretch * start.distance + kSettled) return false;
-      Put(triangle, weights, foot);
+      SetFoot(triangle, weights, foot);
       foot->normal_W = n / length;
       foot->gap = t * length;
       return true;

@@ -77,7 +77,7 @@ class PatchSurface {
   };
   Closest FindClosest(const Vector3d& c_W) const;
   bool FollowNormals(const Vector3d& c_W, const Closest& start, SurfaceFoot* foot) const;
-  void Put(int triangle, const Vector3d& weights, SurfaceFoot* foot) const;
+  void SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const;
   Vector3d NormalAt(int triangle, const Vector3d& weights) const;
   bool IsOnBorder(const Closest& closest) const;
   Vector3d Interpolated(const std::array<Vector3d, kMaxPoints>& values, const Corners& corners,
