@@ -52,13 +52,15 @@ struct ToolPose {
   Vector3d p_trocar_W = Vector3d::Zero();    ///< m; fixed.
   Vector3d v_tip_W = Vector3d::Zero();       ///< m/s, filtered.
   double jaw = 1;                            ///< 0 closed .. 1 open.
-  int exchange = 0;  ///< Which instrument the hand holds: 0 the first, then its exchanges in order.
+  int instrument_index = 0;  ///< Which instrument the hand holds: 0 the first, then its exchanges
+                             ///< in order.
 };
 
 /// What the trainee asks of the running session: window -> haptic loop, latest value.
 struct SessionControl {
   bool paused = false;  ///< The hands stand still and feel nothing; the session's time runs on.
-  std::array<int, kMaxInstruments> exchange{};  ///< As in ToolPose; taken when the tip is free.
+  std::array<int, kMaxInstruments> instrument_index{};  ///< As in ToolPose; taken when the tip is
+                                                        ///< free.
 };
 
 /// The contact of a tip as the haptic loop has it in a tick: which material point it presses and
@@ -142,7 +144,7 @@ struct SolvedContact {
 struct ToolPatch : SolvedContact {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
-  int exchange = 0;  ///< ToolPose::exchange of the instrument it is for.
+  int instrument_index = 0;  ///< ToolPose::instrument_index of the instrument it is for.
   OrganMotion motion;
   int point_count = 0;
   int triangle_count = 0;
@@ -291,8 +293,8 @@ struct ToolSample {
   double damping = 0;  ///< N s/m that the passivity controller adds in this tick.
   Nanoseconds device_time_ns = 0;  ///< Of this device's sample.
   bool device_valid = false;
-  bool force_on = false;  ///< Device::ForceOn().
-  int exchange = 0;       ///< As in ToolPose.
+  bool force_on = false;     ///< Device::ForceOn().
+  int instrument_index = 0;  ///< As in ToolPose.
 };
 
 /// Haptic loop -> telemetry loop, every tick through a queue.

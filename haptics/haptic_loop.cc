@@ -80,10 +80,11 @@ void HapticLoop::ObeyControl() {
   paused_ = asked.paused;
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     Tool& tool = tools_[i];
-    const int exchange = asked.exchange[i];
-    const bool has = exchange >= 0 && static_cast<std::size_t>(exchange) < tool.held.size();
-    if (!has || exchange == tool.pose.exchange || !tool.contact.IsFree()) continue;
-    tool.pose.exchange = exchange;
+    const int instrument_index = asked.instrument_index[i];
+    const bool has = instrument_index >= 0 &&
+                     static_cast<std::size_t>(instrument_index) < tool.geometries.size();
+    if (!has || instrument_index == tool.pose.instrument_index || !tool.contact.IsFree()) continue;
+    tool.pose.instrument_index = instrument_index;
     tool.contact.ClearPatch();
     tool.guard.RampIn();
   }
@@ -135,7 +136,7 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
     patch_number_ = patch.step.number;
     for (std::size_t i = 0; i < tools_.size(); ++i) {
       if (static_cast<int>(i) < patch.tool_count &&
-          patch.tools[i].exchange == tools_[i].pose.exchange) {
+          patch.tools[i].instrument_index == tools_[i].pose.instrument_index) {
         tools_[i].contact.SetPatch(patch.tools[i]);
       } else {
         tools_[i].contact.ClearPatch();
@@ -150,8 +151,8 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
     tool.contact.Locate({.time_ns = scheduled,
                          .X_WT = tool.pose.X_WT,
                          .jaw = tool.pose.jaw,
-                         .tip_radius = tool.Held().tip_radius,
-                         .friction = tool.Held().friction});
+                         .tip_radius = tool.Geometry().tip_radius,
+                         .friction = tool.Geometry().friction});
   }
   static_assert(kMaxInstruments == 2);
   if (tools_.size() == 2) {
@@ -242,7 +243,7 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .device_time_ns = tool.sample.time_ns,
                         .device_valid = tool.sample.valid,
                         .force_on = tool.force_on,
-                        .exchange = tool.pose.exchange};
+                        .instrument_index = tool.pose.instrument_index};
   }
   sample_.compute_ns = SinceWakeUp(scheduled, timing);
   if (edges_.link != nullptr) edges_.link->Push(sample_);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/snapshots.h"
-#include "engine/step/held_tool.h"
+#include "engine/step/tool_geometry.h"
 #include "engine/threads/loop_schedule.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
@@ -27,7 +27,8 @@ struct HapticInstrument {
   ForceGuardOptions guard = {};
   double friction = 0;  ///< Coulomb coefficient of the tip on tissue.
   PassivityOptions passivity = {};
-  std::vector<HeldTool> exchanges = {};  ///< What else the hand can hold: ToolPose::exchange 1 on.
+  std::vector<ToolGeometry> exchanges = {};  ///< What else the hand can hold:
+                                             ///< ToolPose::instrument_index 1 on.
 };
 
 /// The loop between hand and tissue, 1 kHz: see the stages of Tick.
@@ -36,11 +37,11 @@ struct HapticInstrument {
 ///       ^             |  ^------ContactPatch------'
 ///       '---effort----'  '--HapticSample, every tick--> telemetry loop, link of external devices
 ///
-/// An exchange that SessionControl asks for is made in the first tick that finds the tip free (it
-/// touches and holds nothing); another than the hand has is ignored. From that tick on the new
-/// tip's radius and friction hold, patches made for the old one are not used, and the force ramps
-/// in. While the session is paused the devices are not read, the last pose stands without velocity,
-/// and the force fades out; afterwards it ramps in.
+/// An exchange of instruments that SessionControl asks for is made in the first tick that finds the
+/// tip free (it touches and holds nothing); another than the hand has is ignored. From that tick on
+/// the new tip's radius and friction hold, patches made for the old one are not used, and the force
+/// ramps in. While the session is paused the devices are not read, the last pose stands without
+/// velocity, and the force fades out; afterwards it ramps in.
 ///
 /// Built on the main thread. Tick and RunRealClock belong to one thread, the haptic thread (or the
 /// only one, in lockstep); a tick is wait-free, with no allocation, lock, log, exception or system
@@ -76,16 +77,18 @@ class HapticLoop {
   struct Tool {
     Tool(const HapticInstrument& given, double period)
         : instrument(given),
-          held{{.tip_radius = given.tip_radius, .friction = given.friction}},
+          geometries{{.tip_radius = given.tip_radius, .friction = given.friction}},
           contact(period),
           passivity(given.passivity),
           guard(given.guard) {
-      held.insert(held.end(), given.exchanges.begin(), given.exchanges.end());
+      geometries.insert(geometries.end(), given.exchanges.begin(), given.exchanges.end());
     }
-    const HeldTool& Held() const { return held[static_cast<std::size_t>(pose.exchange)]; }
+    const ToolGeometry& Geometry() const {
+      return geometries[static_cast<std::size_t>(pose.instrument_index)];
+    }
 
     HapticInstrument instrument;
-    std::vector<HeldTool> held;  // [ToolPose::exchange]
+    std::vector<ToolGeometry> geometries;  // [ToolPose::instrument_index]
     HapticContact contact;
     PassivityControl passivity;
     ForceGuard guard;

@@ -48,7 +48,7 @@ Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
 void ToolTracker::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel>& models,
                             std::vector<OrganState>* states, ToolPatch* patch) {
   static_cast<SolvedContact&>(*patch) = {};
-  patch->exchange = tool_W.exchange;
+  patch->instrument_index = tool_W.instrument_index;
   patch->organ = organ_;
   patch->point_count = 0;
   patch->triangle_count = 0;
@@ -162,13 +162,13 @@ void ToolTracker::FillLatticeContact(const OrganModel& model, OrganState* state,
   if (has_other) patch->coupling_W = state->tips.Between(tip_, 1 - tip_);
   if (patch->kind == ContactKind::kGrasp) {
     // For the press that is left when the jaws open.
-    const double radius = std::max(held().tip_radius, kLeastRadius);
+    const double radius = std::max(geometry().tip_radius, kLeastRadius);
     const Matrix3d C_loc = model.Indentation(at_, radius).Compliance();
     for (int i = 0; i < patch->point_count; ++i) patch->points[i].compliance_W += C_loc;
     return;
   }
   patch->normal_W = normal_;
-  patch->kernel_radius = std::max(held().tip_radius, kLeastRadius);
+  patch->kernel_radius = std::max(geometry().tip_radius, kLeastRadius);
   FillTilt(model, state, patch);
 
   Vector3d p_original = Vector3d::Zero();

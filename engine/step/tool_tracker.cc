@@ -27,18 +27,18 @@ ToolPose InOrganFrame(const OrganState& state, ToolPose tool) {
 ToolTracker::ToolTracker(int tool, const ToolOptions& options)
     : tool_(tool),
       options_(options),
-      held_{{.tip_radius = options.tip_radius,
-             .shaft_radius = options.shaft_radius,
-             .can_grasp = options.can_grasp}} {
-  held_.insert(held_.end(), options.exchanges.begin(), options.exchanges.end());
+      geometries_{{.tip_radius = options.tip_radius,
+                   .shaft_radius = options.shaft_radius,
+                   .can_grasp = options.can_grasp}} {
+  geometries_.insert(geometries_.end(), options.exchanges.begin(), options.exchanges.end());
 }
 
 // The haptic loop exchanges a free tip, so that nothing is let go but by the two loops' delay.
-void ToolTracker::TakeExchange(const ToolPose& tool) {
-  const auto exchange = static_cast<std::size_t>(tool.exchange);
-  if (exchange == exchange_) return;
-  HPDM_CHECK(exchange < held_.size());
-  exchange_ = exchange;
+void ToolTracker::TakeInstrument(const ToolPose& tool) {
+  const auto instrument_index = static_cast<std::size_t>(tool.instrument_index);
+  if (instrument_index == instrument_index_) return;
+  HPDM_CHECK(instrument_index < geometries_.size());
+  instrument_index_ = instrument_index;
   grasped_count_ = 0;
   touching_ = false;
   jaw_last_ = tool.jaw;
@@ -46,7 +46,7 @@ void ToolTracker::TakeExchange(const ToolPose& tool) {
 
 void ToolTracker::Track(const ToolPose& tool, const TickContactPoint& contact_point,
                         const std::vector<OrganModel>& models, std::vector<OrganState>* states) {
-  TakeExchange(tool);
+  TakeInstrument(tool);
   if (tool.jaw > kJawLetsGo) grasped_count_ = 0;
   TrackTip(tool, contact_point, models, states);
   UpdateGrasp(tool, models, states);
@@ -95,7 +95,7 @@ void ToolTracker::TrackTip(const ToolPose& tool, const TickContactPoint& contact
       p_tip_W - state.offset_W - at_.Position(state.vertices, model.rest().triangles);
   const Vector3d normal =
       InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), at_);
-  gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - held().tip_radius;
+  gap_ = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - geometry().tip_radius;
 }
 
 SurfacePoint ToolTracker::ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
@@ -153,7 +153,7 @@ void ToolTracker::UpdateNeighbourhood(const std::vector<OrganModel>& models,
 void ToolTracker::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
                               std::vector<OrganState>* states) {
   const bool closes = started_ && tool.jaw < kJawClosed && jaw_last_ >= kJawClosed;
-  if (!held().can_grasp || !closes || grasped_count_ > 0 || organ_ < 0 || gap_ > kGraspReach) {
+  if (!geometry().can_grasp || !closes || grasped_count_ > 0 || organ_ < 0 || gap_ > kGraspReach) {
     return;
   }
   const OrganModel& model = models[organ_];
@@ -198,7 +198,7 @@ bool ToolTracker::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   }
   if (grasped_count_ > 0) return true;
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
-  const double radius = std::max(held().tip_radius, kLeastRadius);
+  const double radius = std::max(geometry().tip_radius, kLeastRadius);
   indentation_ = model.Indentation(at_, radius);
   resolved_.sample_count = 0;
   if (!model.rigid()) {
@@ -214,7 +214,7 @@ bool ToolTracker::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   row->p_rest_W = at_.Position(rest.vertices, rest.triangles);
   row->normal_W = normal_;
   row->friction_W = friction_;
-  row->target_W = tool.X_WT.translation() - held().tip_radius * normal_;
+  row->target_W = tool.X_WT.translation() - geometry().tip_radius * normal_;
   row->indentation = indentation_;
   row->local_compliance_W = LocalCompliance(model);
   AddKernelToRow(model, state, state.contacts.WeightRow(state.contacts.size() - 1));
@@ -255,8 +255,9 @@ bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   const SurfaceMesh& rest = model.rest();
   // The first two diameters belong to the tip, and what is below the surface with it.
   const double below = organ_ >= 0 ? std::max(-gap_, 0.0) : 0;
-  const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * held().tip_radius + below);
-  const SurfaceHit hit = state->tree.ClosestToSegment(start, tool.p_trocar_W, held().shaft_radius);
+  const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * geometry().tip_radius + below);
+  const SurfaceHit hit =
+      state->tree.ClosestToSegment(start, tool.p_trocar_W, geometry().shaft_radius);
   if (hit.at.triangle < 0) return true;
   const Vector3d p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
   if (GraspsNearby(p_rest_W, state->contacts)) return true;
@@ -275,7 +276,7 @@ bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   row->shaft = true;
   row->p_rest_W = p_rest_W;
   row->normal_W = normal;
-  row->target_W = on_axis - held().shaft_radius * normal;
+  row->target_W = on_axis - geometry().shaft_radius * normal;
   model.AddToRow(hit.at, 1, state->contacts.refinement,
                  state->contacts.WeightRow(state->contacts.size() - 1));
   return true;

@@ -5,7 +5,7 @@
 
 #include "engine/organ.h"
 #include "engine/snapshots.h"
-#include "engine/step/held_tool.h"
+#include "engine/step/tool_geometry.h"
 
 namespace hpdm {
 
@@ -24,7 +24,8 @@ struct ToolOptions {
   double k2 = 10;               ///< N/m.
   double wall_stiffness = 200;  ///< N/m, of the virtual wall that a rigid organ is to it, either
                                 ///< reaction.
-  std::vector<HeldTool> exchanges = {};  ///< What else the hand can hold: ToolPose::exchange 1 on.
+  std::vector<ToolGeometry> exchanges = {};  ///< What else the hand can hold:
+                                             ///< ToolPose::instrument_index 1 on.
 };
 
 /// Follows the contact of one tool with the organs from step to step: which material point the tip
@@ -77,8 +78,8 @@ class ToolTracker {
     Vector3d p_T = Vector3d::Zero();
   };
 
-  const HeldTool& held() const { return held_[exchange_]; }
-  void TakeExchange(const ToolPose& tool);
+  const ToolGeometry& geometry() const { return geometries_[instrument_index_]; }
+  void TakeInstrument(const ToolPose& tool);
   void TrackTip(const ToolPose& tool, const TickContactPoint& contact_point,
                 const std::vector<OrganModel>& models, std::vector<OrganState>* states);
   // Closest point to `p` among the neighbourhood's triangles as they are now.
@@ -106,8 +107,8 @@ class ToolTracker {
 
   int tool_;
   ToolOptions options_;
-  std::vector<HeldTool> held_;  // [ToolPose::exchange]
-  std::size_t exchange_ = 0;
+  std::vector<ToolGeometry> geometries_;  // [ToolPose::instrument_index]
+  std::size_t instrument_index_ = 0;
   bool started_ = false;
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;

@@ -71,7 +71,7 @@ struct JawOptions {
 };
 
 /// What a hand can hold at its device.
-struct HeldInstrument {
+struct InstrumentDescription {
   std::string name;
   InstrumentType type = InstrumentType::kProbe;
   std::string mesh;  ///< Path of what does not turn; empty: drawn as its type looks.
@@ -83,9 +83,10 @@ struct HeldInstrument {
   double friction = 0;                   ///< Coulomb coefficient.
 };
 
-struct InstrumentOptions : HeldInstrument {
-  std::vector<HeldInstrument> exchanges;  ///< What else the hand can hold: ToolPose::exchange 1 on.
-  Vector3d p_trocar_W = Vector3d::Zero();  ///< m.
+struct InstrumentOptions : InstrumentDescription {
+  std::vector<InstrumentDescription> exchanges;  ///< What else the hand can hold:
+                                                 ///< ToolPose::instrument_index 1 on.
+  Vector3d p_trocar_W = Vector3d::Zero();        ///< m.
   ReactionType reaction = ReactionType::kLattice;
   double k1 = 120;  ///< N/m, Eq. 29 ("paper").
   double k2 = 10;   ///< N/m, Eq. 29 ("paper").
@@ -93,9 +94,10 @@ struct InstrumentOptions : HeldInstrument {
   HandOptions hand;
   TraceOptions trace;
 
-  /// By ToolPose::exchange.
-  const HeldInstrument& Held(int exchange) const {
-    return exchange == 0 ? *this : exchanges[static_cast<std::size_t>(exchange - 1)];
+  /// By ToolPose::instrument_index.
+  const InstrumentDescription& Held(int instrument_index) const {
+    return instrument_index == 0 ? *this
+                                 : exchanges[static_cast<std::size_t>(instrument_index - 1)];
   }
   int HeldCount() const { return 1 + static_cast<int>(exchanges.size()); }
 };

@@ -203,13 +203,13 @@ void TelemetryLoop::ReportControl(const HapticSample& sample) {
     }
   }
   for (std::size_t i = 0; i < held_.size() && static_cast<int>(i) < sample.tool_count; ++i) {
-    const int exchange = sample.tools[i].exchange;
-    if (exchange == control_.exchange[i]) continue;
-    control_.exchange[i] = exchange;
-    const auto at = static_cast<std::size_t>(exchange);
+    const int instrument_index = sample.tools[i].instrument_index;
+    if (instrument_index == control_.instrument_index[i]) continue;
+    control_.instrument_index[i] = instrument_index;
+    const auto at = static_cast<std::size_t>(instrument_index);
     AddEvent(EventSeverity::kInfo, "instrument.exchanged",
              instruments_[i] + ": the hand holds " +
-                 (at < held_[i].size() ? held_[i][at] : std::to_string(exchange)) + " now");
+                 (at < held_[i].size() ? held_[i][at] : std::to_string(instrument_index)) + " now");
   }
 }
 

@@ -54,7 +54,8 @@ struct TelemetryOptions {
 /// What a session is made of, by index.
 struct SessionInfo {
   std::vector<std::string> instruments;
-  std::vector<std::vector<std::string>> held;  ///< Names by instrument and ToolPose::exchange.
+  std::vector<std::vector<std::string>> held;  ///< Names by instrument and
+                                               ///< ToolPose::instrument_index.
   std::vector<OrganDescription> organs;
 };
 

@@ -18,7 +18,7 @@ void Copy(const Vector& from, double* to) {
 Vector3d ToVector(const double (&from)[3]) { return {from[0], from[1], from[2]}; }
 
 // A number beyond what a scene can hold comes from no sender of ours.
-bool IsExchange(int exchange) { return exchange >= 0 && exchange < kMaxHeld; }
+bool IsInstrumentIndex(int index) { return index >= 0 && index < kMaxHeld; }
 
 bool IsKind(int kind) { return kind >= 0 && kind <= static_cast<int>(ContactKind::kGrasp); }
 
@@ -72,7 +72,7 @@ void ToMessage(const HapticSample& sample, tool_t* message) {
     to.device_time_ns = from.device_time_ns;
     to.force_on = from.force_on;
     to.device_valid = from.device_valid;
-    to.exchange = from.exchange;
+    to.exchange = from.instrument_index;
   }
 }
 
@@ -89,7 +89,7 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
   sample->paused = message.paused != 0;
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_input_t& from = message.tools[i];
-    if (!IsExchange(from.exchange)) return false;
+    if (!IsInstrumentIndex(from.exchange)) return false;
     ToolSample& to = sample->tools[i];
     to.joints = Eigen::Map<const JointVector>(from.joints);
     to.p_tip_W = ToVector(from.p_tip);
@@ -97,7 +97,7 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
     to.device_time_ns = from.device_time_ns;
     to.force_on = from.force_on != 0;
     to.device_valid = from.device_valid != 0;
-    to.exchange = from.exchange;
+    to.instrument_index = from.exchange;
   }
   return true;
 }
@@ -189,7 +189,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
     Copy(pose.p_trocar_W, to.p_trocar);
     Copy(pose.v_tip_W, to.v_tip);
     to.jaw = pose.jaw;
-    to.exchange = pose.exchange;
+    to.exchange = pose.instrument_index;
     to.organ = contact.organ;
     to.kind = static_cast<std::int8_t>(contact.kind);
     Copy(contact.contact_W, to.p_contact);
@@ -238,7 +238,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   step.shed_level = message.shed_level;
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_contact_t& from = message.tools[i];
-    if (!IsKind(from.kind) || !IsExchange(from.exchange)) return false;
+    if (!IsKind(from.kind) || !IsInstrumentIndex(from.exchange)) return false;
     if (from.reaction < 0 || from.reaction > 1) return false;
     ToolPose& pose = sample->tools[i];
     SolvedContact& contact = sample->contacts[i];
@@ -252,7 +252,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     pose.p_trocar_W = ToVector(from.p_trocar);
     pose.v_tip_W = ToVector(from.v_tip);
     pose.jaw = from.jaw;
-    pose.exchange = from.exchange;
+    pose.instrument_index = from.exchange;
     contact.organ = from.organ;
     contact.kind = static_cast<ContactKind>(from.kind);
     contact.contact_W = ToVector(from.p_contact);

@@ -114,8 +114,8 @@ int InstrumentPainter::DrawnCount(const SceneSnapshot& snapshot) const {
 
 const InstrumentPainter::Instrument& InstrumentPainter::Held(int tool, const ToolPose& pose) const {
   const std::vector<Instrument>& held = instruments_[tool];
-  const auto exchange = static_cast<std::size_t>(pose.exchange);
-  return held[exchange < held.size() ? exchange : 0];
+  const auto instrument_index = static_cast<std::size_t>(pose.instrument_index);
+  return held[instrument_index < held.size() ? instrument_index : 0];
 }
 
 void InstrumentPainter::AddTo(const SceneSnapshot& snapshot, FrameUniforms* frame) const {

@@ -33,7 +33,7 @@ struct InstrumentView {
   /// m: from this z in T on the shaft wears its insulation, which is no metal.
   double insulated_from = std::numeric_limits<double>::infinity();
   Colour insulation = Colour(0.12f, 0.12f, 0.13f);
-  /// What else the hand can hold: ToolPose::exchange 1, 2, ... Theirs stay empty.
+  /// What else the hand can hold: ToolPose::instrument_index 1, 2, ... Theirs stay empty.
   std::vector<InstrumentView> exchanges = {};
 };
 
@@ -74,7 +74,7 @@ class InstrumentPainter {
   int base_colour_;
   int insulation_;
   int insulated_from_;
-  std::vector<std::vector<Instrument>> instruments_;  // [tool][ToolPose::exchange]
+  std::vector<std::vector<Instrument>> instruments_;  // [tool][ToolPose::instrument_index]
 };
 
 }  // namespace hpdm

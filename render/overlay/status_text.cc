@@ -18,8 +18,8 @@ __attribute__((format(printf, 1, 2))) std::string Text(const char* format, ...) 
 
 double Milli(Nanoseconds duration) { return 1e-6 * static_cast<double>(duration); }
 
-std::string InstrumentName(const StatusNames& names, int tool, int exchange) {
-  const auto t = static_cast<std::size_t>(tool), e = static_cast<std::size_t>(exchange);
+std::string InstrumentName(const StatusNames& names, int tool, int instrument_index) {
+  const auto t = static_cast<std::size_t>(tool), e = static_cast<std::size_t>(instrument_index);
   if (t < names.instruments.size() && e < names.instruments[t].size()) {
     return names.instruments[t][e];
   }
@@ -64,8 +64,10 @@ std::vector<StatusLine> StateLines(const Status& status, const StatusNames& name
   const ViewSettings& view = status.view;
   if (view.click_takes) {
     const int active = view.active_instrument;
-    const int exchange = active < status.scene.tool_count ? status.scene.tools[active].exchange : 0;
-    lines.push_back({"click: take the " + InstrumentName(names, active, exchange), Tone::kGood});
+    const int instrument_index =
+        active < status.scene.tool_count ? status.scene.tools[active].instrument_index : 0;
+    lines.push_back(
+        {"click: take the " + InstrumentName(names, active, instrument_index), Tone::kGood});
   }
   if (view.window_width > 0) lines.push_back({"F1: keys", Tone::kDim});
   if (view.overlays & kOverlayForce) lines.push_back({Text("colours: 0 to %g N", kForceScale)});
@@ -94,9 +96,9 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
   const bool active = status.view.window_width > 0 && tool == status.view.active_instrument;
   std::vector<StatusLine> lines;
   AddGuardLine(health.guard_flags, &lines);
-  lines.push_back(
-      {(active ? "\u25b8 " : "") + InstrumentName(names, tool, status.scene.tools[tool].exchange),
-       active ? Tone::kGood : Tone::kPlain});
+  lines.push_back({(active ? "\u25b8 " : "") +
+                       InstrumentName(names, tool, status.scene.tools[tool].instrument_index),
+                   active ? Tone::kGood : Tone::kPlain});
   lines.push_back(health.organ >= 0 ? StatusLine{Text("%.1f mm ", 1e3 * health.depth) +
                                                  OrganName(names, health.organ)}
                                     : StatusLine{"free", Tone::kDim});

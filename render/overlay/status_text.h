@@ -13,7 +13,7 @@ namespace hpdm {
 /// Names of what the text speaks of, by index.
 struct StatusNames {
   std::vector<std::string> organs;
-  std::vector<std::vector<std::string>> instruments;  ///< [tool][ToolPose::exchange].
+  std::vector<std::vector<std::string>> instruments;  ///< [tool][ToolPose::instrument_index].
 };
 
 /// What the text tells of, at one frame.

@@ -105,7 +105,7 @@ JawOptions ReadJaws(const TableReader& table) {
 }
 
 /// The keys that an instrument and its exchanges share.
-void ReadHeld(const TableReader& table, HeldInstrument* held) {
+void ReadHeld(const TableReader& table, InstrumentDescription* held) {
   table.Require("name", "name the instrument");
   table.ReadName("name", &held->name);
   table.ReadChoice("type", kInstrumentTypes, &held->type);
@@ -130,7 +130,7 @@ void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {
       exchange.Fail("is one exchange too many", "a hand has " + std::to_string(kMaxHeld - 1) +
                                                     " at most beside its first instrument");
     }
-    HeldInstrument held;
+    InstrumentDescription held;
     ReadHeld(exchange, &held);
     for (int i = 0; i < instrument->HeldCount(); ++i) {
       if (instrument->Held(i).name != held.name) continue;

@@ -80,20 +80,20 @@ TEST_F(DeformationLoopTest, StepBeforeTheFirstTickTouchesNothing) {
 }
 
 TEST_F(DeformationLoopTest, AnExchangedToolActsLikeOneThatWasThereFromTheStart) {
-  const auto press = [this](int exchange) {
+  const auto press = [this](int instrument_index) {
     for (double z = 0.06; z > 0.04; z -= 0.002) {
       ToolPose tool = ToolAt(Vector3d(0.02, 0.01, z));
-      tool.exchange = exchange;
+      tool.instrument_index = instrument_index;
       Step(tool);
     }
     return loop_->organ(0).vertices;
   };
-  const HeldTool thick{.tip_radius = 0.005, .shaft_radius = 0.004};
+  const ToolGeometry thick{.tip_radius = 0.005, .shaft_radius = 0.004};
   Start({.tip_radius = thick.tip_radius, .shaft_radius = thick.shaft_radius});
   const Points expected = press(0);
   Start({.exchanges = {{}, thick}});
   EXPECT_EQ(press(2), expected);
-  EXPECT_EQ(patch_.Front().tools[0].exchange, 2);
+  EXPECT_EQ(patch_.Front().tools[0].instrument_index, 2);
   EXPECT_EQ(patch_.Front().tools[0].kernel_radius, thick.tip_radius);
 }
 
@@ -104,7 +104,7 @@ TEST_F(DeformationLoopTest, AnExchangeLetsGoOfWhatTheJawsHold) {
   Step(ToolAt(p, 0));
   EXPECT_EQ(patch_.Front().tools[0].kind, ContactKind::kGrasp);
   ToolPose other = ToolAt(p, 0);
-  other.exchange = 1;
+  other.instrument_index = 1;
   Step(other);
   EXPECT_NE(patch_.Front().tools[0].kind, ContactKind::kGrasp);
   Step(other);

@@ -70,7 +70,7 @@ void EnsureOrgan(const OrganOptions& organ) {
   }
 }
 
-void EnsureHeld(const HeldInstrument& held, std::set<std::string>* names) {
+void EnsureHeld(const InstrumentDescription& held, std::set<std::string>* names) {
   EnsureName(held.name, names);
   EnsureFile(held.mesh);
   for (const std::string& mesh : held.jaws.meshes) EnsureFile(mesh);
@@ -100,7 +100,7 @@ void EnsureInstrument(const InstrumentOptions& instrument, std::set<std::string>
   EnsureHeld(instrument, names);
   HPDM_ENSURE(instrument.HeldCount() <= kMaxHeld);
   std::set<std::string> held = {instrument.name};
-  for (const HeldInstrument& exchange : instrument.exchanges) EnsureHeld(exchange, &held);
+  for (const InstrumentDescription& exchange : instrument.exchanges) EnsureHeld(exchange, &held);
   HPDM_ENSURE(instrument.p_trocar_W.allFinite());
   EnsureWithin(instrument.k1, 0, 1e9);
   EnsureWithin(instrument.k2, 0, 1e9);

@@ -8,7 +8,9 @@ namespace {
 
 constexpr double kThick = 0.005;  // m, tip radius
 
-SessionControl Take(int exchange) { return {.paused = false, .exchange = {exchange, 0}}; }
+SessionControl Take(int instrument_index) {
+  return {.paused = false, .instrument_index = {instrument_index, 0}};
+}
 
 class SessionControlTest : public testing::Test {
  protected:
@@ -29,12 +31,12 @@ TEST_F(SessionControlTest, AnExchangeWaitsUntilTheTipIsFree) {
   bench_.device.MoveTip({0, 0, 0.001});
   EXPECT_EQ(Run(600).tools[0].kind, ContactKind::kPress);
   bench_.Ask(Take(1));
-  EXPECT_EQ(Run(100).tools[0].exchange, 0);
+  EXPECT_EQ(Run(100).tools[0].instrument_index, 0);
   bench_.device.MoveTip({0, 0, 0.01});
-  EXPECT_EQ(bench_.Tick().tools[0].exchange, 0) << "the tick that finds it free";
-  EXPECT_EQ(bench_.Tick().tools[0].exchange, 1);
+  EXPECT_EQ(bench_.Tick().tools[0].instrument_index, 0) << "the tick that finds it free";
+  EXPECT_EQ(bench_.Tick().tools[0].instrument_index, 1);
   bench_.tool_states.Update();
-  EXPECT_EQ(bench_.tool_states.Front().tools[0].exchange, 1);
+  EXPECT_EQ(bench_.tool_states.Front().tools[0].instrument_index, 1);
 }
 
 TEST_F(SessionControlTest, TheNewTipIsFeltByItsOwnRadiusAndPatchesAndWithoutAStep) {
@@ -43,7 +45,7 @@ TEST_F(SessionControlTest, TheNewTipIsFeltByItsOwnRadiusAndPatchesAndWithoutASte
   EXPECT_EQ(Run(600).tools[0].kind, ContactKind::kNone);
   bench_.Ask(Take(1));
   EXPECT_EQ(Run(34).tools[0].kind, ContactKind::kNone) << "the patches are the old tip's";
-  bench_.exchange = 1;
+  bench_.instrument_index = 1;
   double last = 0;
   HapticSample sample;
   for (int i = 0; i < 600; ++i) {
@@ -61,9 +63,9 @@ TEST_F(SessionControlTest, TheNewTipIsFeltByItsOwnRadiusAndPatchesAndWithoutASte
 }
 
 TEST_F(SessionControlTest, WhatTheHandDoesNotHaveIsIgnored) {
-  for (const int exchange : {-1, 2, 1 << 30}) {
-    bench_.Ask(Take(exchange));
-    EXPECT_EQ(Run(10).tools[0].exchange, 0) << exchange;
+  for (const int instrument_index : {-1, 2, 1 << 30}) {
+    bench_.Ask(Take(instrument_index));
+    EXPECT_EQ(Run(10).tools[0].instrument_index, 0) << instrument_index;
   }
 }
 
@@ -72,7 +74,7 @@ TEST_F(SessionControlTest, APauseFadesTheForceThatRampsInAfterwards) {
   const HapticSample before = Run(700);
   const double full = before.tools[0].force_W.norm();
   ASSERT_GT(full, 0.1);
-  bench_.Ask({.paused = true, .exchange = {}});
+  bench_.Ask({.paused = true, .instrument_index = {}});
   double last = full;
   for (int i = 0; i < 300; ++i) {
     bench_.device.MoveTip({0.01, 0, 0});  // whatever the hand does then
@@ -108,7 +110,7 @@ TEST_F(SessionControlTest, APauseFadesTheForceThatRampsInAfterwards) {
 }
 
 TEST_F(SessionControlTest, APauseBeforeTheFirstReadingLeavesTheToolAtItsTrocar) {
-  bench_.Ask({.paused = true, .exchange = {}});
+  bench_.Ask({.paused = true, .instrument_index = {}});
   const HapticSample sample = Run(10);
   EXPECT_FALSE(sample.tools[0].device_valid);
   EXPECT_NEAR((sample.tools[0].p_tip_W - kTrocar).norm(), DeviceProfile().min_insertion, 1e-9);

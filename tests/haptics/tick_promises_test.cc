@@ -144,14 +144,14 @@ TEST(TickPromises, PausesAndExchangesAllocateNothing) {
   session.Run(0, 700);
   session.log.reserve(3000);
   const long before = AllocationsOfThisThread();
-  session.exchange = 1;
-  session.Ask({.paused = false, .exchange = {1, 1}});
+  session.instrument_index = 1;
+  session.Ask({.paused = false, .instrument_index = {1, 1}});
   session.Run(700, 2000);
-  session.Ask({.paused = true, .exchange = {1, 1}});
+  session.Ask({.paused = true, .instrument_index = {1, 1}});
   session.Run(2000, 2100);
   EXPECT_EQ(AllocationsOfThisThread(), before);
   EXPECT_TRUE(session.log.back().paused);
-  EXPECT_EQ(session.log.back().tools[0].exchange, 1) << "it was free at some time";
+  EXPECT_EQ(session.log.back().tools[0].instrument_index, 1) << "it was free at some time";
 }
 
 TEST(TickPromises, NoTickLocks) {

@@ -179,10 +179,10 @@ TEST_F(RenderLoopTest, DrawsWhatTheHandHolds) {
   thick.tip_radius = thick.shaft_radius = 0.005;
   instrument_.exchanges.push_back(thick);
   SceneSnapshot other = rest_snapshot_;
-  other.tools[0].exchange = 1;
+  other.tools[0].instrument_index = 1;
   const Image thin_image = Picture(rest_snapshot_), thick_image = Picture(other);
   EXPECT_NE(thick_image.rgb, thin_image.rgb);
-  other.tools[0].exchange = 7;  // that nobody gave a view of
+  other.tools[0].instrument_index = 7;  // that nobody gave a view of
   EXPECT_EQ(Picture(other).rgb, thin_image.rgb);
 }
 

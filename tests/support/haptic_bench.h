@@ -51,7 +51,7 @@ class FakeDevice : public Device {
 // A loop with one fake device over a plane at z = 0, ticked in virtual time.
 class Bench {
  public:
-  explicit Bench(bool passivity_control = true, std::vector<HeldTool> exchanges = {}) {
+  explicit Bench(bool passivity_control = true, std::vector<ToolGeometry> exchanges = {}) {
     device.MoveTip({0, 0, 0.01});
     device.Home();
     device.EnableForce(true);
@@ -70,7 +70,7 @@ class Bench {
     patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
     patch.tool_count = 1;
     patch.tools[0] = PlanePatch(7, 0.03, stiffness);
-    patch.tools[0].exchange = exchange;
+    patch.tools[0].instrument_index = instrument_index;
     patches.Publish();
   }
 
@@ -96,7 +96,7 @@ class Bench {
   }
 
   double stiffness = kStiffness;  // N/m, of the patches to come
-  int exchange = 0;               // that they are for
+  int instrument_index = 0;       // that they are for
   FakeDevice device;
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
@@ -134,7 +134,7 @@ struct SimulatedSession {
     patch.tool_count = kMaxInstruments;
     for (ToolPatch& tool : patch.tools) {
       tool = SpherePatch(8, 0.04, 0.1, kStiffness);
-      tool.exchange = exchange;
+      tool.instrument_index = instrument_index;
     }
     patches.Publish();
   }
@@ -153,7 +153,7 @@ struct SimulatedSession {
     }
   }
 
-  int exchange = 0;  // that the patches to come are for
+  int instrument_index = 0;  // that the patches to come are for
   std::vector<std::unique_ptr<SimDevice>> devices;
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;

@@ -115,7 +115,7 @@ Json InstrumentFacts(const InstrumentOptions& instrument, const DeviceChoice& de
                 {"type", TypeName(instrument.type)},
                 {"device", device.Text()},
                 {"exchanges", Json::array()}};
-  for (const HeldInstrument& held : instrument.exchanges) {
+  for (const InstrumentDescription& held : instrument.exchanges) {
     facts["exchanges"].push_back({{"name", held.name}, {"type", TypeName(held.type)}});
   }
   return facts;

@@ -166,8 +166,9 @@ class Player {
 }  // namespace
 
 SessionControl ControlOf(const HapticSample& sample) {
-  SessionControl control{.paused = sample.paused, .exchange = {}};
-  for (int t = 0; t < sample.tool_count; ++t) control.exchange[t] = sample.tools[t].exchange;
+  SessionControl control{.paused = sample.paused, .instrument_index = {}};
+  for (int t = 0; t < sample.tool_count; ++t)
+    control.instrument_index[t] = sample.tools[t].instrument_index;
   return control;
 }
 

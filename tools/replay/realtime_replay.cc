@@ -53,7 +53,9 @@ ControlScript ScriptOf(const std::vector<TraceTick>& trace, Nanoseconds period) 
   std::vector<TimedControl> wishes;
   SessionControl last;
   for (const TraceTick& tick : trace) {
-    if (tick.control.paused == last.paused && tick.control.exchange == last.exchange) continue;
+    if (tick.control.paused == last.paused &&
+        tick.control.instrument_index == last.instrument_index)
+      continue;
     last = tick.control;
     wishes.push_back({static_cast<Nanoseconds>(tick.tick) * period, last});
   }

@@ -14,7 +14,7 @@ namespace {
 struct Exchange {
   Nanoseconds time_ns;
   std::size_t instrument;
-  int exchange;
+  int instrument_index;
 };
 
 [[noreturn]] void Fail(const std::string& argument, const std::string& why) {
@@ -35,9 +35,11 @@ Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>
   const std::string names = argument.substr(0, at);
   std::string known;
   for (std::size_t i = 0; i < instruments.size(); ++i) {
-    for (int exchange = 0; exchange < instruments[i].HeldCount(); ++exchange) {
-      const std::string held = instruments[i].name + "=" + instruments[i].Held(exchange).name;
-      if (held == names) return {std::llround(seconds * 1e9), i, exchange};
+    for (int instrument_index = 0; instrument_index < instruments[i].HeldCount();
+         ++instrument_index) {
+      const std::string held =
+          instruments[i].name + "=" + instruments[i].Held(instrument_index).name;
+      if (held == names) return {std::llround(seconds * 1e9), i, instrument_index};
       known += (known.empty() ? "" : ", ") + held;
     }
   }
@@ -63,7 +65,7 @@ ControlScript ParseExchanges(const std::vector<std::string>& arguments,
   std::vector<TimedControl> wishes;
   SessionControl control;
   for (const Exchange& exchange : exchanges) {
-    control.exchange[exchange.instrument] = exchange.exchange;
+    control.instrument_index[exchange.instrument] = exchange.instrument_index;
     wishes.push_back({exchange.time_ns, control});
   }
   return ControlScript(std::move(wishes));

@@ -4,7 +4,7 @@
 
 namespace hpdm {
 
-InstrumentModel LoadLooks(const HeldInstrument& instrument) {
+InstrumentModel LoadLooks(const InstrumentDescription& instrument) {
   InstrumentModel looks;
   if (!instrument.mesh.empty()) {
     looks.rigid = ImportMesh(instrument.mesh, 1.0).mesh;
@@ -21,7 +21,7 @@ InstrumentModel LoadLooks(const HeldInstrument& instrument) {
   return looks;
 }
 
-InstrumentView ViewOf(const HeldInstrument& instrument, const InstrumentModel& looks) {
+InstrumentView ViewOf(const InstrumentDescription& instrument, const InstrumentModel& looks) {
   InstrumentView view;
   view.tip_radius = instrument.tip_radius;
   view.shaft_radius = instrument.shaft_radius;

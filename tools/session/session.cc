@@ -51,9 +51,9 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
   return remark + " [" + file.path + "]";
 }
 
-std::vector<HeldTool> ExchangesOf(const InstrumentOptions& instrument) {
-  std::vector<HeldTool> exchanges;
-  for (const HeldInstrument& held : instrument.exchanges) {
+std::vector<ToolGeometry> ExchangesOf(const InstrumentOptions& instrument) {
+  std::vector<ToolGeometry> exchanges;
+  for (const InstrumentDescription& held : instrument.exchanges) {
     exchanges.push_back({.tip_radius = held.tip_radius,
                          .shaft_radius = held.shaft_radius,
                          .friction = held.friction,

@@ -125,8 +125,8 @@ void TrainerInput::Press(int key) {
       break;
     case 'x':
       if (static_cast<std::size_t>(view_.active_instrument) < instruments_.size()) {
-        int& exchange = control_.exchange[view_.active_instrument];
-        exchange = (exchange + 1) % instruments_[view_.active_instrument].exchanges;
+        int& instrument_index = control_.instrument_index[view_.active_instrument];
+        instrument_index = (instrument_index + 1) % instruments_[view_.active_instrument].exchanges;
       }
       break;
     case 'a':

@@ -115,7 +115,7 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   FeltCourse course;
   body.RunUntil(asks, &course);
   SessionControl control;
-  control.exchange[0] = 1;
+  control.instrument_index[0] = 1;
   body.Ask(control);
   body.RunUntil(gone + ToRest(model), &course);
 
@@ -126,8 +126,9 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   const double kept = RelativeError(after, before), taken = RelativeError(other, truth);
   StressTrial trial =
       JudgeTouch(model, std::max(kept, taken), 0.1, 0.5, body.outcome(), end + depth / kSpeed);
-  if (course[std::lround(1e3 * leaves)].exchange != 0) Fail("exchanged in the depth", &trial);
-  if (course[std::lround(1e3 * (out + 0.5))].exchange != 1) Fail("never exchanged", &trial);
+  if (course[std::lround(1e3 * leaves)].instrument_index != 0)
+    Fail("exchanged in the depth", &trial);
+  if (course[std::lround(1e3 * (out + 0.5))].instrument_index != 1) Fail("never exchanged", &trial);
   if (kept > taken) TellForces(after.norm(), before.norm(), &trial);
   TellForces(other.norm(), truth.norm(), &trial);
   return trial;

@@ -70,7 +70,7 @@ TEST(StatusText, TellsForceDepthOrganAndTheLoopsHealth) {
 TEST(StatusText, MarksTheActiveInstrumentAndNamesWhatTheHandHolds) {
   Scenery scenery;
   scenery.view.active_instrument = 1;
-  scenery.scene.tools[0].exchange = 1;
+  scenery.scene.tools[0].instrument_index = 1;
   const StatusText text = scenery.Text();
   EXPECT_TRUE(Says(text.tools[0], "left hook"));
   EXPECT_FALSE(Says(text.tools[0], "\u25b8"));

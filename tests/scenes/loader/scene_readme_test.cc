@@ -34,7 +34,7 @@ std::string Dump(const Scene& scene) {
   }
   for (const InstrumentOptions& i : scene.instruments) {
     for (int e = 0; e < i.HeldCount(); ++e) {
-      const HeldInstrument& held = i.Held(e);
+      const InstrumentDescription& held = i.Held(e);
       out << held.name << ' ' << static_cast<int>(held.type) << ' ' << held.mesh << ' '
           << held.jaws.meshes.size() << ' ' << held.insulated_from.value_or(-1) << ' '
           << held.tip_radius << ' ' << held.shaft_radius << ' ' << held.friction << '\n';

@@ -242,7 +242,7 @@ focal_length = 0.0024
   EXPECT_EQ(s.instruments[1].insulated_from, 0.02);
   ASSERT_EQ(s.instruments[1].HeldCount(), 3);
   EXPECT_EQ(s.instruments[1].Held(0).type, InstrumentType::kHook);
-  const HeldInstrument& e = s.instruments[1].Held(1);
+  const InstrumentDescription& e = s.instruments[1].Held(1);
   EXPECT_EQ(e.name, "cutter");
   EXPECT_EQ(e.type, InstrumentType::kScissors);
   EXPECT_EQ(e.mesh, (folder_.path() / "m.obj").string());

@@ -164,10 +164,10 @@ TEST_F(Replay, OfPausesAndExchangesIsTheSameBitForBit) {
   scene_ = Scene(kLiver + kSupport + kProbe + exchanges + kGrasper + exchanges);
   constexpr Nanoseconds kMs = 1'000'000;
   const std::vector<TimedControl> wishes = {
-      {0, {.paused = false, .exchange = {1, 0}}},
-      {450 * kMs, {.paused = true, .exchange = {1, 0}}},
-      {520 * kMs, {.paused = false, .exchange = {2, 0}}},
-      {1500 * kMs, {.paused = false, .exchange = {0, 7}}}};  // 7: no such instrument
+      {0, {.paused = false, .instrument_index = {1, 0}}},
+      {450 * kMs, {.paused = true, .instrument_index = {1, 0}}},
+      {520 * kMs, {.paused = false, .instrument_index = {2, 0}}},
+      {1500 * kMs, {.paused = false, .instrument_index = {0, 7}}}};  // 7: no such instrument
   for (const std::uint32_t seed : {0u, 5u}) {
     Record({.scene = scene_, .log = log(), .ticks = 2500, .busy_seed = seed, .wishes = wishes});
     const LogReplay replay = Play();
@@ -187,7 +187,7 @@ TEST_F(Replay, OfPausesAndExchangesIsTheSameBitForBit) {
       for (int t = 0; t < tick.sample.tool_count; ++t) {
         const ToolSample& tool = tick.sample.tools[t];
         exchanged_in_contact +=
-            tool.exchange != last[t].exchange && last[t].kind != ContactKind::kNone;
+            tool.instrument_index != last[t].instrument_index && last[t].kind != ContactKind::kNone;
         last[t] = tool;
       }
     }

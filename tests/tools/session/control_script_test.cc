@@ -32,12 +32,12 @@ TEST(ControlScript, ExchangesAreAskedForInTheOrderOfTheirTimes) {
   EXPECT_FALSE(edge.Update()) << "nothing is asked before its time";
   script.Advance(1'000'000'000, &edge);
   EXPECT_TRUE(edge.Update());
-  EXPECT_EQ(edge.Front().exchange[0], 1);
+  EXPECT_EQ(edge.Front().instrument_index[0], 1);
   script.Advance(2'000'000'000, &edge);
   EXPECT_FALSE(edge.Update());
   script.Advance(9'000'000'000, &edge);
   EXPECT_TRUE(edge.Update());
-  EXPECT_EQ(edge.Front().exchange[0], 0);
+  EXPECT_EQ(edge.Front().instrument_index[0], 0);
 }
 
 TEST(ControlScript, WhatIsNoExchangeIsNamedWithTheRemedy) {

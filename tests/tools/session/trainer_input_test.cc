@@ -185,10 +185,10 @@ TEST_F(TrainerInputTest, ExchangesGoRoundForTheActiveInstrument) {
   std::vector<int> held;
   for (int i = 0; i < 4; ++i) {
     Type(&input, 'x');
-    held.push_back(input.control().exchange[0]);
+    held.push_back(input.control().instrument_index[0]);
   }
   EXPECT_EQ(held, (std::vector<int>{1, 2, 0, 1}));
-  EXPECT_EQ(input.control().exchange[1], 0);
+  EXPECT_EQ(input.control().instrument_index[1], 0);
 }
 
 TEST_F(TrainerInputTest, APauseHoldsTheInstrumentsAndNotTheScope) {

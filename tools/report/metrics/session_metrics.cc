@@ -173,13 +173,13 @@ class Surroundings {
                                   ? names[h].substr(0, kLongestName)
                                   : "hand " + std::to_string(h + 1);
       for (UsedInstrument& held : report->hands[h].held) {
-        if (held.exchange == 0) {
+        if (held.instrument_index == 0) {
           held.name = report->hands[h].name;
         } else if (held.nth > 0 && taken_.size() == report->exchanges &&
                    !taken_[held.nth - 1].empty()) {
           held.name = taken_[held.nth - 1];
         } else {
-          held.name = "exchange " + std::to_string(held.exchange);
+          held.name = "exchange " + std::to_string(held.instrument_index);
         }
       }
     }

@@ -41,8 +41,8 @@ struct ContactMetrics {
 
 /// One of the instruments that a hand held.
 struct UsedInstrument {
-  int exchange = 0;       ///< 0: the hand's first, then its exchanges in the scene's order.
-  std::uint64_t nth = 0;  ///< Of all exchanges of the session, the one that brought it; 0: none.
+  int instrument_index = 0;  ///< 0: the hand's first, then its exchanges in the scene's order.
+  std::uint64_t nth = 0;     ///< Of all exchanges of the session, the one that brought it; 0: none.
   std::string name;
 };
 

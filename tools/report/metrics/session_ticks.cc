@@ -138,16 +138,17 @@ void SessionTicks::Begin(const HapticSample& sample) {
 void SessionTicks::NoteExchanges(const HapticSample& sample) {
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     Hand& hand = hands_[h];
-    const int exchange = sample.tools[h].exchange;
-    if (exchange == hand.exchange) continue;
-    hand.exchange = exchange;
+    const int instrument_index = sample.tools[h].instrument_index;
+    if (instrument_index == hand.instrument_index) continue;
+    hand.instrument_index = instrument_index;
     ++exchanges_;
     // Held from the first tick on: the hand's first instrument never was.
     if (ticks_ == 1) hand.held.clear();
-    const bool known =
-        std::any_of(hand.held.begin(), hand.held.end(),
-                    [exchange](const UsedInstrument& held) { return held.exchange == exchange; });
-    if (!known) hand.held.push_back({exchange, exchanges_, ""});
+    const bool known = std::any_of(hand.held.begin(), hand.held.end(),
+                                   [instrument_index](const UsedInstrument& held) {
+                                     return held.instrument_index == instrument_index;
+                                   });
+    if (!known) hand.held.push_back({instrument_index, exchanges_, ""});
   }
 }
 

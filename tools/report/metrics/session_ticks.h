@@ -57,7 +57,7 @@ class SessionTicks {
     std::vector<ContactSums> organs;
     std::vector<SessionCourse::Peaks> peaks;
     double device_lost = 0;
-    int exchange = 0;
+    int instrument_index = 0;
     std::vector<UsedInstrument> held = {{}};
   };
 

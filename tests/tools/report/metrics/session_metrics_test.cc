@@ -254,8 +254,8 @@ TEST(SessionMetrics, AHandIsLabelledWithAllThatItHeld) {
   MadeSession session({"grasper", "grasper"});  // whose names do not tell the hands apart
   for (int i = 0; i < 40; ++i) {
     session.Tick([i](HapticSample* sample) {
-      sample->tools[0].exchange = i < 20 ? 0 : 1;
-      sample->tools[1].exchange = i < 10 ? 1 : (i < 30 ? 0 : 2);
+      sample->tools[0].instrument_index = i < 20 ? 0 : 1;
+      sample->tools[1].instrument_index = i < 10 ? 1 : (i < 30 ? 0 : 2);
     });
   }
   const SessionReport report = session.Finish().report;
