@@ -94,7 +94,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   Publish(tools);
 }
 
-void DeformationLoop::Obey(const StepSample& recorded) {
+void DeformationLoop::ApplyRecorded(const StepSample& recorded) {
   const auto organs = std::min(static_cast<std::size_t>(recorded.organ_count), states_.size());
   for (std::size_t o = 0; o < organs; ++o) {
     const OrganRelaxation& organ = recorded.organs[o];
@@ -105,8 +105,8 @@ void DeformationLoop::Obey(const StepSample& recorded) {
     states_[o].quality.finite_strain_blend = organ.finite_strain_blend;
     states_[o].quality.refinement_weight = organ.refinement_weight;
   }
-  shedding_.Obey(recorded.step.shed_level);
-  obeys_ = true;
+  shedding_.ApplyRecorded(recorded.step.shed_level);
+  applies_recorded_ = true;
 }
 
 // What each organ's relaxation does in this step, from how the last one left it.
@@ -119,15 +119,15 @@ void DeformationLoop::ChooseQuality() {
     const StepQuality chosen =
         blend_controllers_[o].Next(ceiling, state.contacts.size() > 0,
                                    inversion_recoveries_[o].gradient(), state.relaxed.share_slope);
-    if (obeys_) {
+    if (applies_recorded_) {
       state.quality.newton_iterations = chosen.newton_iterations;
-      blend_controllers_[o].Obey(state.quality);
+      blend_controllers_[o].ApplyRecorded(state.quality);
     } else {
       state.quality = chosen;
     }
     state.relaxation->SetQuality(state.quality);
   }
-  obeys_ = false;
+  applies_recorded_ = false;
 }
 
 void DeformationLoop::ObserveLoad() {
@@ -245,7 +245,7 @@ void DeformationLoop::RepositionControlPoints() {
   }
 }
 
-// Stage B: the least energy that obeys the contacts, `dt` (s) after the last step.
+// Stage B: the least energy that satisfies the contacts, `dt` (s) after the last step.
 void DeformationLoop::Relax(double dt) {
   record_.iterations = 0;
   record_.residual = 0;

@@ -46,7 +46,7 @@ class DeformationLoop {
 
   /// For a replay: the next Step takes the recorded one's quality, and where a relaxation of that
   /// was out of time, stops after as many iterations.
-  void Obey(const StepSample& recorded);
+  void ApplyRecorded(const StepSample& recorded);
 
   /// The newest tool state on the edge.
   const ToolState& NewestTools();
@@ -79,8 +79,8 @@ class DeformationLoop {
   std::vector<ToolTracker> trackers_;                     // one a tool
   std::vector<StrainBlendController> blend_controllers_;  // one an organ
   LoadShedding shedding_;
-  bool obeys_ = false;  // the next step's quality is a recorded one
-  ToolState tools_;     // of the last step, all finite
+  bool applies_recorded_ = false;  // the next step's quality is a recorded one
+  ToolState tools_;                // of the last step, all finite
   StepRecord record_;
   StepSample sample_;
 };

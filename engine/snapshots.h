@@ -161,7 +161,7 @@ struct ToolPatch : SolvedContact {
   ReactionNode grasp_node;                ///< kPaper; p_original_W is its released position.
 };
 
-/// How one deformation step went; logged in both clocks so that a replay can obey it.
+/// How one deformation step went; logged in both clocks so that a replay can apply it.
 struct StepRecord {
   std::uint64_t number = 0;        ///< Of the step, from 1.
   std::uint64_t input_tick = 0;    ///< Tick whose ToolState it used.
@@ -240,12 +240,12 @@ struct OrganRelaxation {
   bool out_of_time = false;  ///< Its clock stopped it: a replay stops after as many iterations.
   bool inverted = false;     ///< kStepInverted, of this organ.
   bool recovering = false;   ///< kStepRecovering, of this organ.
-  double finite_strain_blend = 0;  ///< StepQuality, which a replay obeys.
+  double finite_strain_blend = 0;  ///< StepQuality, which a replay applies.
   double refinement_weight = 0;    ///< Likewise.
 };
 
 /// Deformation loop -> telemetry loop, every step through a queue: all of a step that a replay must
-/// obey or compares.
+/// apply or compares.
 struct StepSample {
   StepRecord step;
   int organ_count = 0;

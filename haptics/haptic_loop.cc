@@ -51,7 +51,7 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
 void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
                       const TickTiming& timing) noexcept {
   const Nanoseconds now = scheduled + timing.wake_late_ns;
-  ObeyControl();
+  ApplyControl();
   ReadDevices(now);
   MoveTools(now);
   TakePatch(scheduled);
@@ -73,7 +73,7 @@ TickCount HapticLoop::RunRealClock(std::stop_token stop, LoopClock& clock, Nanos
                        });
 }
 
-void HapticLoop::ObeyControl() {
+void HapticLoop::ApplyControl() {
   if (edges_.control == nullptr) return;
   edges_.control->Update();
   const SessionControl& asked = edges_.control->Front();

@@ -103,7 +103,7 @@ class HapticLoop {
     AxisEffort effort = AxisEffort::Zero();
   };
 
-  void ObeyControl();
+  void ApplyControl();
   void ReadDevices(Nanoseconds now);
   void MoveTools(Nanoseconds now);
   void TakePatch(Nanoseconds scheduled);

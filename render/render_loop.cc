@@ -236,7 +236,7 @@ void RenderLoop::KeepFiles(Nanoseconds time_ns) {
 void RenderLoop::StopRecording(const std::string& why) {
   options_.frame_folder.clear();
   file_failure_ = why;
-  Tell(EventSeverity::kWarning, "render.recording", why);
+  Report(EventSeverity::kWarning, "render.recording", why);
 }
 
 // One for any number of key presses since the last picture.
@@ -255,16 +255,16 @@ void RenderLoop::WriteScreenshot() {
   if (WriteBytes(part, bytes, &failure)) {
     std::filesystem::rename(part, options_.screenshot_folder / name, error);
     ++screenshots_written_;
-    Tell(EventSeverity::kInfo, "render.screenshot", name);
+    Report(EventSeverity::kInfo, "render.screenshot", name);
   } else if (file_failure_.empty()) {
     file_failure_ = failure;
-    Tell(EventSeverity::kWarning, "render.not_kept", failure);
+    Report(EventSeverity::kWarning, "render.not_kept", failure);
   }
 }
 
 void RenderLoop::Run(std::stop_token stop) {
   if (!TryToStart()) {
-    Tell(EventSeverity::kWarning, "render.ended", failure_);
+    Report(EventSeverity::kWarning, "render.ended", failure_);
     return;
   }
   // A frame may start half a period early on its place in an even sequence, so that steps that
@@ -280,11 +280,11 @@ void RenderLoop::Run(std::stop_token stop) {
       std::this_thread::sleep_for(kPollPeriod);
     }
   }
-  if (!failure_.empty()) Tell(EventSeverity::kWarning, "render.ended", failure_);
+  if (!failure_.empty()) Report(EventSeverity::kWarning, "render.ended", failure_);
   EndOnThisThread();
 }
 
-void RenderLoop::Tell(EventSeverity severity, const char* name, const std::string& text) {
+void RenderLoop::Report(EventSeverity severity, const char* name, const std::string& text) {
   if (edges_.events != nullptr) edges_.events->Push(MakeLoopEvent(severity, name, text));
 }
 

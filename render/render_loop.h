@@ -146,7 +146,7 @@ class RenderLoop {
   void KeepFiles(Nanoseconds time_ns);
   void StopRecording(const std::string& why);
   void WriteScreenshot();
-  void Tell(EventSeverity severity, const char* name, const std::string& text);
+  void Report(EventSeverity severity, const char* name, const std::string& text);
   void CountDropped(std::uint64_t number);
 
   std::vector<OrganView> organs_;

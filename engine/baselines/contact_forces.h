@@ -39,7 +39,7 @@ using ContactCompliance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
                                         kMaxContacts, kMaxContacts>;
 using ContactPoints = std::array<Vector3d, kMaxContacts>;
 
-/// Finds the forces f that make the contact points x = p_free + A f obey the contacts
+/// Finds the forces f that make the contact points x = p_free + A f satisfy the contacts
 /// (contact_constraints.h), and writes them into the rows. `compliance`: A, symmetric with a
 /// positive diagonal; `p_free_W`: the m contact points without contact forces, m; `targets_W`: what
 /// stands for the rows' targets, m; `contact_solver` is the memory. Deformation thread; allocates

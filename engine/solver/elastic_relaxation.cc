@@ -74,8 +74,8 @@ class StepPotential final : public Potential {
 // Each Newton step solves the contact problem of the energy's quadratic model at (W, V):
 //     K d + g = B^T f,   Sigma V = (B_V - B Y)^T f,   contacts hold at (W + d, V),
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space, to which V adds its own. The first
-// step is taken whole, so that the contacts hold from there on; points that obey them are a convex
-// set, in which the later steps go downhill, as far as the energy falls.
+// step is taken whole, so that the contacts hold from there on; points that satisfy them are a
+// convex set, in which the later steps go downhill, as far as the energy falls.
 class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options,

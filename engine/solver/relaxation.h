@@ -14,7 +14,7 @@ namespace hpdm {
 /// m: where everything moves by less, nothing moves.
 inline constexpr double kStill = 1e-9;
 
-/// Stage B of a step: the control displacements of least energy E(U) that obey the contacts,
+/// Stage B of a step: the control displacements of least energy E(U) that satisfy the contacts,
 ///     dE/dU = B^T f,   grasp: x = target,   press: f = -n f_n, f_n >= 0, g = n.(target - x) >= 0,
 ///     f_n g = 0
 /// with contact points x = p_rest + B U + C_loc f (engine/README.md, section 4). Below:

@@ -5,7 +5,7 @@
 namespace hpdm {
 
 /// How much a deformation step does for one organ: what its state needs, within what the time
-/// allows (strain_blend_controller.h). Logged, and obeyed by a replay.
+/// allows (strain_blend_controller.h). Logged, and applied by a replay.
 struct StepQuality {
   /// Most of Newton's method; finite strain only.
   int newton_iterations = std::numeric_limits<int>::max();

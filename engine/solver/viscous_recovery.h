@@ -5,14 +5,14 @@
 namespace hpdm {
 
 /// Tissue that recovers with a relaxation time tau (Kelvin-Voigt: a damper tau K beside every
-/// spring), around any relaxation: the contact forces f and the displacements obey
+/// spring), around any relaxation: the contact forces f and the displacements satisfy
 ///     K (U + tau dU/dt) = B^T f,
 /// so a contact feels S (delta + tau d delta/dt) and what is let go decays as exp(-t / tau). Over a
 /// step of length dt in which the forces stay the same this has the exact solution
 ///     U(dt) = e U(0) + (1 - e) V,   K V = B^T f,   e = exp(-dt / tau),
-/// and U obeys the contacts where V, the rest state of the same forces, obeys them with the targets
-/// moved away from e U(0) by 1 / (1 - e) and a local compliance, which answers at once, as much
-/// larger.
+/// and U satisfies the contacts where V, the rest state of the same forces, satisfies them with the
+/// targets moved away from e U(0) by 1 / (1 - e) and a local compliance, which answers at once, as
+/// much larger.
 ///
 /// With a nonlinear energy there is no such V (it would be the answer to forces that are 1 / (1 -
 /// e) times what the tissue ever feels). The damper stays that of the tissue at rest and the same

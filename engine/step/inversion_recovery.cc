@@ -69,7 +69,7 @@ RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
   const RelaxationResult result = RelaxWithin(reach, dt, state);
   if (!Sound(demand, *state)) {
     const RelaxationResult second = RejectStep(demand, dt, state);
-    // A replay obeys the first.
+    // A replay applies the first.
     return {.iterations = result.iterations,
             .residual = second.residual,
             .converged = false,

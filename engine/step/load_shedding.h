@@ -41,7 +41,7 @@ class LoadShedding {
   /// A step begun at session time `now_ns` took `compute_ns`.
   void Observe(Nanoseconds now_ns, Nanoseconds compute_ns, bool settled);
   /// What a replay takes in its place.
-  void Obey(int level) { level_ = std::clamp(level, 0, levels()); }
+  void ApplyRecorded(int level) { level_ = std::clamp(level, 0, levels()); }
 
   int level() const { return level_; }  ///< 0: nothing is shed.
   int levels() const { return halvings_ + (finite_ ? 1 : 0) + (refinement_ ? 1 : 0); }

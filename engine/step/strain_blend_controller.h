@@ -47,7 +47,7 @@ class StrainBlendController {
   StepQuality Next(const QualityCeiling& ceiling, bool touched, double gradient,
                    double share_slope);
   /// What a replay takes in its place.
-  void Obey(const StepQuality& quality) { last_ = quality; }
+  void ApplyRecorded(const StepQuality& quality) { last_ = quality; }
 
   /// Whether the last Next() is where the ceiling and the state want it.
   bool settled() const { return settled_; }

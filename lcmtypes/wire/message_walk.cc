@@ -117,13 +117,13 @@ class Walk {
       case LcmPrimitive::kFloat: {
         std::uint64_t bits = 0;
         if (!Big(4, &bits)) return false;
-        Tell(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits))));
+        Report(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits))));
         return true;
       }
       case LcmPrimitive::kDouble: {
         std::uint64_t bits = 0;
         if (!Big(8, &bits)) return false;
-        Tell(std::bit_cast<double>(bits));
+        Report(std::bit_cast<double>(bits));
         return true;
       }
       case LcmPrimitive::kInt8:
@@ -147,7 +147,7 @@ class Walk {
     const int unused = 64 - 8 * size;
     *integer = is_signed ? static_cast<std::int64_t>(bits << unused) >> unused
                          : static_cast<std::int64_t>(bits);
-    Tell(*integer);
+    Report(*integer);
     return true;
   }
 
@@ -155,13 +155,13 @@ class Walk {
     std::uint64_t length = 0;  // with the final zero
     if (!Big(4, &length) || length == 0 || length > bytes_.size() - at_) return false;
     if (bytes_[at_ + length - 1] != 0) return false;
-    Tell(std::string_view(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1));
+    Report(std::string_view(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1));
     at_ += length;
     return true;
   }
 
   template <typename Value>
-  void Tell(Value value) const {
+  void Report(Value value) const {
     if (visitor_ != nullptr) visitor_->Value({name_, value});
   }
 

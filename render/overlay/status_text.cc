@@ -139,8 +139,8 @@ std::vector<StatusLine> Keys() {
 
 StatusText MakeStatusText(const Status& status, const StatusNames& names) {
   StatusText text;
-  const bool told = (status.view.overlays & kOverlayText) != 0;
-  if (told) {
+  const bool shows_text = (status.view.overlays & kOverlayText) != 0;
+  if (shows_text) {
     text.loops = LoopLines(status);
     for (int tool = 0; tool < std::min(status.scene.tool_count, status.health.tool_count); ++tool) {
       text.tools[tool] = ToolLines(status, names, tool);

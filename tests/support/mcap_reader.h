@@ -302,9 +302,9 @@ class McapFile {
       Require(record.opcode == 0x0E, "an unexpected record among the offsets");
       const auto opcode = static_cast<std::uint8_t>(record.fields.Integer(1));
       const std::uint64_t group_start = record.fields.U64();
-      const Group told = {group_start, group_start + record.fields.U64()};
+      const Group stated = {group_start, group_start + record.fields.U64()};
       record.fields.End();
-      Require(groups.contains(opcode) && groups[opcode] == told, "a group's place");
+      Require(groups.contains(opcode) && groups[opcode] == stated, "a group's place");
       groups.erase(opcode);
     }
     Require(at == footer_start && groups.empty(), "groups without an offset");

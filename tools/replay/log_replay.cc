@@ -140,7 +140,7 @@ class Player {
                  std::to_string(logged.step.number) + " used, is not in the log before it");
         return false;
       }
-      deformation_.Obey(logged);
+      deformation_.ApplyRecorded(logged);
       deformation_.Step(tools, logged.step.time_ns);
       StepSample replayed;
       session_.steps.Pop(&replayed);

@@ -30,7 +30,7 @@ class ForceDifferences {
   std::uint64_t count_ = 0;
 };
 
-/// What the haptic loop had been asked for, as far as a tick obeyed it.
+/// What the haptic loop had been asked for, as far as a tick applied it.
 SessionControl ControlOf(const HapticSample& sample);
 
 /// Throws InputError when the log is visibly not of the scene that the session was built from.

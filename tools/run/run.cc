@@ -155,15 +155,15 @@ void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& d
 }
 
 // Writes what is known when the session is over, the summary first: a disk that fills up must not
-// cost it. The first failure goes to `not_kept`, which may hold one already.
+// cost it. The first failure goes to `write_error`, which may hold one already.
 void KeepResults(const RunOptions& options, const nlohmann::ordered_json& summary,
-                 const TelemetrySummary& told, const RenderLoop& render,
-                 const SessionFolder& folder, std::string* not_kept) {
-  const auto keep = [not_kept](const auto& write) {
+                 const TelemetrySummary& telemetry_summary, const RenderLoop& render,
+                 const SessionFolder& folder, std::string* write_error) {
+  const auto keep = [write_error](const auto& write) {
     try {
       write();
     } catch (const InputError& error) {
-      if (not_kept->empty()) *not_kept = error.what();
+      if (write_error->empty()) *write_error = error.what();
     }
   };
   const auto note = [](const std::string& name, const std::string& missing) {
@@ -174,7 +174,9 @@ void KeepResults(const RunOptions& options, const nlohmann::ordered_json& summar
   };
   keep([&] { WriteTextFile(folder.File("summary.json"), JsonText(summary) + "\n"); });
   if (!options.Lockstep()) {
-    keep([&] { WriteTextFile(folder.File("latency.csv"), LatencyTable(told.session.latencies)); });
+    keep([&] {
+      WriteTextFile(folder.File("latency.csv"), LatencyTable(telemetry_summary.session.latencies));
+    });
   }
   keep([&] { WritePicture(render.deepest_image(), folder, "deepest.png"); });
   keep([&] { WritePicture(render.image(), folder, "last.png"); });
@@ -211,7 +213,7 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
   if (options.live) NetworkUrl();  // refuses what is no address, before anything is made
   const StopSignals signals;       // before any thread
   // A file that may not grow and a reader of our output that has gone are failed writes, which are
-  // told; they must not end the session.
+  // reported; they must not end the session.
   for (const int failed_write : {SIGXFSZ, SIGPIPE}) std::signal(failed_write, SIG_IGN);
   Scene scene = LoadScene(options.scene);
   std::vector<DeviceChoice> devices =
@@ -291,16 +293,17 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
       options.Lockstep() ? RunInLockstep(loops) : RunOnRealClock(loops, machine, clock);
   window.reset();  // what follows takes a while, and the pointer is the user's
 
-  const TelemetrySummary told = telemetry.Summary();
+  const TelemetrySummary telemetry_summary = telemetry.Summary();
   const nlohmann::ordered_json summary =
-      RunSummary(session, record, told, options.pictures ? &render : nullptr, command_line, folder);
-  std::string not_kept = told.log.Explain();
-  if (not_kept.empty()) not_kept = told.timeline_failure;
-  if (not_kept.empty()) not_kept = render.file_failure();
+      RunSummary(session, record, telemetry_summary, options.pictures ? &render : nullptr,
+                 command_line, folder);
+  std::string write_error = telemetry_summary.log.Explain();
+  if (write_error.empty()) write_error = telemetry_summary.timeline_failure;
+  if (write_error.empty()) write_error = render.file_failure();
   if (folder.Finish()) {
-    KeepResults(options, summary, told, render, folder, &not_kept);
-  } else if (not_kept.empty()) {
-    not_kept = "the folder was deleted";
+    KeepResults(options, summary, telemetry_summary, render, folder, &write_error);
+  } else if (write_error.empty()) {
+    write_error = "the folder was deleted";
   }
   if (options.json) {
     std::cout << JsonText(summary) << "\n";
@@ -309,7 +312,8 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
               << (options.pictures ? "deepest.png, " : "") << "timeline.png, "
               << (options.Lockstep() ? "" : "latency.png, ") << "summary.json, session.lcmlog)\n";
   }
-  if (!not_kept.empty()) throw InputError(folder.path().string() + ": incomplete: " + not_kept);
+  if (!write_error.empty())
+    throw InputError(folder.path().string() + ": incomplete: " + write_error);
 }
 
 }  // namespace

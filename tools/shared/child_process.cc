@@ -30,7 +30,7 @@ using Files = std::array<int, 3>;
 /// The new process until it is the program. It ends with this one however that ends, by SIGKILL
 /// too, and obeys signals that are blocked here. Calls nothing but the system.
 [[noreturn]] void Become(char* const* argv, const Files& files, bool own_group, pid_t parent,
-                         int told) {
+                         int report_pipe) {
   if (own_group) setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);
@@ -44,7 +44,7 @@ using Files = std::array<int, 3>;
   }
   execvp(argv[0], argv);
   const int error = errno;
-  [[maybe_unused]] const ssize_t written = write(told, &error, sizeof error);
+  [[maybe_unused]] const ssize_t written = write(report_pipe, &error, sizeof error);
   _exit(127);
 }
 
@@ -56,18 +56,18 @@ pid_t Spawn(const std::vector<std::string>& words, const Files& files, bool own_
   for (std::string& word : kept) argv.push_back(word.data());
   argv.push_back(nullptr);
   // Closes when the program has been started, or tells why it cannot.
-  std::array<int, 2> told{-1, -1};
-  if (pipe2(told.data(), O_CLOEXEC) != 0) {
+  std::array<int, 2> report_pipe{-1, -1};
+  if (pipe2(report_pipe.data(), O_CLOEXEC) != 0) {
     throw MachineError(words[0] + ": " + std::strerror(errno));
   }
   const pid_t parent = getpid();
   const pid_t child = fork();
-  if (child == 0) Become(argv.data(), files, own_group, parent, told[1]);
+  if (child == 0) Become(argv.data(), files, own_group, parent, report_pipe[1]);
   int error = child < 0 ? errno : 0;
-  close(told[1]);
-  while (child > 0 && read(told[0], &error, sizeof error) < 0 && errno == EINTR) {
+  close(report_pipe[1]);
+  while (child > 0 && read(report_pipe[0], &error, sizeof error) < 0 && errno == EINTR) {
   }
-  close(told[0]);
+  close(report_pipe[0]);
   if (error != 0) {
     if (child > 0) WaitFor(child);
     throw MachineError(words[0] + ": " + std::strerror(error));

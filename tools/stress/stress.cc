@@ -71,7 +71,7 @@ std::vector<StressRow> ExamineAll(const std::vector<StressCase>& cases,
   std::vector<StressRow> rows;
   for (const StressCase& each : cases) rows.push_back({each, {}});
   std::vector<bool> done(cases.size(), false);
-  std::size_t next = 0, told = 0;
+  std::size_t next = 0, reported = 0;
   std::mutex mutex;  // over all of the above but the row that a worker fills
   const auto work = [&] {
     for (std::unique_lock lock(mutex); next < rows.size();) {
@@ -83,8 +83,8 @@ std::vector<StressRow> ExamineAll(const std::vector<StressCase>& cases,
       }
       lock.lock();
       done[mine] = true;
-      for (; told < rows.size() && done[told]; ++told) {
-        if (!options.json) std::cout << StressText(rows[told]) << std::flush;
+      for (; reported < rows.size() && done[reported]; ++reported) {
+        if (!options.json) std::cout << StressText(rows[reported]) << std::flush;
       }
     }
   };

@@ -39,7 +39,7 @@ StressTrial InsideAtStart(StressModel model, double depth_mm, bool quick) {
                                  kLeaves + depth / kSpeed);
   if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
   if (!FeelsNothing(felt.course, out)) Fail("holds on to the tool", &trial);
-  TellForces(force.norm(), truth.norm(), &trial);
+  ReportForces(force.norm(), truth.norm(), &trial);
   return trial;
 }
 
@@ -61,7 +61,7 @@ StressTrial ThroughWall(StressModel model, double speed, bool quick) {
   if (force.norm() < kFelt) Fail("tunnels: no force behind the wall", &trial);
   if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
   if (!FeelsNothing(felt.course, out)) Fail("holds on to the tool", &trial);
-  TellForces(force.norm(), truth.norm(), &trial);
+  ReportForces(force.norm(), truth.norm(), &trial);
   return trial;
 }
 
@@ -129,8 +129,8 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   if (course[std::lround(1e3 * leaves)].instrument_index != 0)
     Fail("exchanged in the depth", &trial);
   if (course[std::lround(1e3 * (out + 0.5))].instrument_index != 1) Fail("never exchanged", &trial);
-  if (kept > taken) TellForces(after.norm(), before.norm(), &trial);
-  TellForces(other.norm(), truth.norm(), &trial);
+  if (kept > taken) ReportForces(after.norm(), before.norm(), &trial);
+  ReportForces(other.norm(), truth.norm(), &trial);
   return trial;
 }
 

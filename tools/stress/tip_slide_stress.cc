@@ -46,7 +46,7 @@ StressTrial PointTool(StressModel model, double thousands, bool quick, const Kep
   StressTrial trial =
       JudgeTouch(model, std::abs(force / meant - 1), 0.1, 0.5, felt.outcome, way.leaves);
   if (lost > 0) Fail(Format("%d ticks without force", lost), &trial);
-  TellForces(force, meant, &trial);
+  ReportForces(force, meant, &trial);
   return trial;
 }
 

@@ -241,7 +241,7 @@ void Fail(const std::string& how, StressTrial* trial) {
   if (trial->how.empty()) trial->how = how;
 }
 
-void TellForces(double force, double meant, StressTrial* trial) {
+void ReportForces(double force, double meant, StressTrial* trial) {
   if (trial->fate == StressFate::kSurvived || !trial->how.empty()) return;
   trial->how = Format("%.2g N for %.2g N", force, meant);
 }

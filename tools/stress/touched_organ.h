@@ -102,7 +102,7 @@ void Fail(const std::string& how, StressTrial* trial);
 inline double ToRest(StressModel model) { return IsOurs(model) ? 0.35 : 1.2; }
 
 /// Says what was felt where it is not what was meant, if nothing else is said.
-void TellForces(double force, double meant, StressTrial* trial);
+void ReportForces(double force, double meant, StressTrial* trial);
 
 /// Judge(), and failed too where Harm() finds something, of the surface models at the end alone.
 StressTrial JudgeTouch(StressModel model, double error, double degraded_from, double failed_from,

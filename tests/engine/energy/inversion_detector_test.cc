@@ -98,11 +98,11 @@ TEST_P(InversionDetectorTest, AScanInPiecesFindsTheSame) {
   ASSERT_GT(share, 0.01);
   InversionDetector::ScanState scan(detector_);
   int calls = 1;
-  bool told = detector_.Inverted(none_, U, 5, &scan);
+  bool reported = detector_.Inverted(none_, U, 5, &scan);
   for (; scan.share == 0 && calls < 1000; ++calls) {
     const bool inverted = detector_.Inverted(none_, U, 5, &scan);
-    EXPECT_GE(inverted, told) << "once found, it stays so until a scan says otherwise";
-    told = inverted;
+    EXPECT_GE(inverted, reported) << "once found, it stays so until a scan says otherwise";
+    reported = inverted;
   }
   EXPECT_GT(calls, 1);
   EXPECT_LE(calls, 5);

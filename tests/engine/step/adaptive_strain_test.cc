@@ -159,7 +159,7 @@ INSTANTIATE_TEST_SUITE_P(Ramps, AdaptiveStrain,
                                          Ramp{"lift_refined", true, kRadius, 0.04, 12}),
                          [](const auto& ramp) { return std::string(ramp.param.name); });
 
-// A machine on which finite strain takes four times the budget, and a loop that obeys its log.
+// A machine on which finite strain takes four times the budget, and a loop that applies its log.
 TEST(Shedding, IsGradualToldAndObeyedByAReplay) {
   const std::vector<OrganModel> organ =
       OneOrgan(Options(StrainMeasure::kFinite), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
@@ -186,7 +186,7 @@ TEST(Shedding, IsGradualToldAndObeyedByAReplay) {
     last = f;
     deepest = std::max(deepest, live.sample.step.shed_level);
     EXPECT_EQ((live.sample.step.flags & kStepShed) != 0, live.sample.step.shed_level > 0);
-    replay.loop.Obey(live.sample);
+    replay.loop.ApplyRecorded(live.sample);
     const double again = replay.Step(height, false).force_on_tissue_W.norm();
     ASSERT_EQ(f, again) << step;
     ASSERT_EQ(live.loop.organ(0).vertices, replay.loop.organ(0).vertices) << step;

@@ -127,7 +127,7 @@ TEST(InversionRecovery, AllocatesNothing) {
   EXPECT_TRUE(inversion_recovery.inverted());
 }
 
-// One of the two loops has a clock that lets it make one or two iterations, the other obeys its
+// One of the two loops has a clock that lets it make one or two iterations, the other applies its
 // log.
 TEST(InversionRecovery, AReplayRejectsTheSameSteps) {
   const std::vector<OrganModel> models =
@@ -161,7 +161,7 @@ TEST(InversionRecovery, AReplayRejectsTheSameSteps) {
     ASSERT_TRUE(live.steps.Pop(&recorded));
     out_of_time = out_of_time || recorded.organs[0].out_of_time;
     flags |= recorded.step.flags;
-    replay.loop.Obey(recorded);
+    replay.loop.ApplyRecorded(recorded);
     replay.loop.Step(state, at);
     ASSERT_TRUE(replay.steps.Pop(&repeated));
     ASSERT_EQ(recorded.step.flags, repeated.step.flags) << step;

@@ -105,7 +105,8 @@ TEST_F(StrainBlendControllerTest, ACeilingIsFollowedDownAndUpInSteps) {
 }
 
 TEST_F(StrainBlendControllerTest, WhatAReplayTakesIsWhereItGoesOn) {
-  controller_.Obey({.newton_iterations = 4, .finite_strain_blend = 0.5, .refinement_weight = 0.25});
+  controller_.ApplyRecorded(
+      {.newton_iterations = 4, .finite_strain_blend = 0.5, .refinement_weight = 0.25});
   const StepQuality next = controller_.Next(kNothingShed, true, 2 * kBound, kSlope);
   EXPECT_GT(next.finite_strain_blend, 0.5);
   EXPECT_LT(next.finite_strain_blend, 0.6);

@@ -340,9 +340,9 @@ TEST_F(LogHealthTest, NamesReachATerminalAsTextThatItDoesNotObey) {
   }
   const std::string out = folder_ / "told";
   EXPECT_EQ(Shell(kHpdmProgram + " log check " + log_ + " >" + out + " 2>&1"), 0);
-  const std::string told = ReadFile(out);
-  EXPECT_NE(told.find("?]0;title?"), std::string::npos) << told;
-  EXPECT_EQ(told.find('\x1b'), std::string::npos);
+  const std::string reported = ReadFile(out);
+  EXPECT_NE(reported.find("?]0;title?"), std::string::npos) << reported;
+  EXPECT_EQ(reported.find('\x1b'), std::string::npos);
   EXPECT_EQ(Shell(kHpdmProgram + " log export " + log_ + " --out " + (folder_ / "csv") + " >" +
                   out + " 2>&1"),
             0);

@@ -158,18 +158,18 @@ TEST(DeviceLink, TheFirstRefusalOfEachKindIsTold) {
     bench.Handle(Reading(1, 0, 1), 0);
     bench.Handle(Reading(5, 0), 0);  // taken once, old from then on
   }
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   for (LoopEvent event; bench.events.Pop(&event);) {
     EXPECT_STREQ(event.name.data(), "device.refused");
     EXPECT_EQ(event.severity, EventSeverity::kWarning);
-    told.emplace_back(event.text.data());
+    reported.emplace_back(event.text.data());
     // The whole sentence has room.
-    EXPECT_LT(told.back().size(), event.text.size() - 1) << told.back();
+    EXPECT_LT(reported.back().size(), event.text.size() - 1) << reported.back();
   }
-  ASSERT_EQ(told.size(), 3u);
-  EXPECT_TRUE(told[0].starts_with("a message of 60000 bytes on HPDM_DEVICE was refused"));
-  EXPECT_NE(told[1].find("instrument 1"), std::string::npos);
-  EXPECT_NE(told[2].find("two drivers"), std::string::npos);
+  ASSERT_EQ(reported.size(), 3u);
+  EXPECT_TRUE(reported[0].starts_with("a message of 60000 bytes on HPDM_DEVICE was refused"));
+  EXPECT_NE(reported[1].find("instrument 1"), std::string::npos);
+  EXPECT_NE(reported[2].find("two drivers"), std::string::npos);
   EXPECT_EQ(bench.link.Summary().refused, 299u);
 }
 

@@ -143,9 +143,9 @@ TEST(Network, WhatStaysOnThisMachineTakesNothingFromOthers) {
 
   // None of them is a reading: each that comes is refused and counted, the first one told.
   std::jthread receive([&link](std::stop_token stop) { link.Receive(stop); });
-  LoopEvent told;
+  LoopEvent reported;
   const auto end = steady_clock::now() + kPatience;
-  while (!events.Pop(&told) && steady_clock::now() < end) {
+  while (!events.Pop(&reported) && steady_clock::now() < end) {
     std::this_thread::sleep_for(milliseconds(5));
   }
   receive.request_stop();

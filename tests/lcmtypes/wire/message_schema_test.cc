@@ -133,7 +133,7 @@ TEST(MessageSchema, ForeignTypesAreReadFromTheirFiles) {
 }
 
 /// What is said of a text; nothing of a good one.
-std::string Told(std::string_view text) {
+std::string SchemaError(std::string_view text) {
   const std::string name = "bad.lcm";
   try {
     MessageSchemas(std::span(&text, 1), std::span(&name, 1));
@@ -144,16 +144,16 @@ std::string Told(std::string_view text) {
 }
 
 TEST(MessageSchema, BadTextsNameTheirPlaceAndRemedy) {
-  EXPECT_NE(Told("struct a {\n int32_t x[n]; }").find("bad.lcm:2: the size 'n'"),
+  EXPECT_NE(SchemaError("struct a {\n int32_t x[n]; }").find("bad.lcm:2: the size 'n'"),
             std::string::npos);
-  EXPECT_NE(Told("struct a { b_t x; }").find("which is missing"), std::string::npos);
-  EXPECT_NE(Told("struct a { int8_t x").find("ends too early"), std::string::npos);
-  EXPECT_NE(Told("enum a { }").find("expected struct"), std::string::npos);
+  EXPECT_NE(SchemaError("struct a { b_t x; }").find("which is missing"), std::string::npos);
+  EXPECT_NE(SchemaError("struct a { int8_t x").find("ends too early"), std::string::npos);
+  EXPECT_NE(SchemaError("enum a { }").find("expected struct"), std::string::npos);
 }
 
 TEST(MessageSchema, WhatATextQuotesCannotBreakTheLine) {
-  EXPECT_NE(Told("struct a\x01\n{}").find("found '?'"), std::string::npos);
-  EXPECT_LT(Told("struct a { " + std::string(100'000, 'b') + " x; }").size(), 200u);
+  EXPECT_NE(SchemaError("struct a\x01\n{}").find("found '?'"), std::string::npos);
+  EXPECT_LT(SchemaError("struct a { " + std::string(100'000, 'b') + " x; }").size(), 200u);
 }
 
 // Without a bound, 2^48 ways through the types would be followed for one hash.
@@ -161,16 +161,18 @@ TEST(MessageSchema, TypesThatHoldTooManyTypesAreRefusedAtOnce) {
   std::ostringstream text;
   text << "struct t0 { byte a; }\n";
   for (int i = 1; i <= 48; ++i) text << "struct t" << i << " { t" << i - 1 << " a, b; }\n";
-  EXPECT_NE(Told(text.str()).find("holds too many structs inside of structs"), std::string::npos);
+  EXPECT_NE(SchemaError(text.str()).find("holds too many structs inside of structs"),
+            std::string::npos);
 }
 
 // Each dimension is a call within the one before: enough of them would overflow the stack.
 TEST(MessageSchema, ArraysOfTooManyDimensionsAreRefused) {
   std::string dimensions;
   for (int i = 0; i < 16; ++i) dimensions += "[1]";
-  EXPECT_EQ(Told("struct a { byte x" + dimensions + "; }"), "");
-  EXPECT_NE(Told("struct a { byte x" + dimensions + "[1]; }").find("more than 16 dimensions"),
-            std::string::npos);
+  EXPECT_EQ(SchemaError("struct a { byte x" + dimensions + "; }"), "");
+  EXPECT_NE(
+      SchemaError("struct a { byte x" + dimensions + "[1]; }").find("more than 16 dimensions"),
+      std::string::npos);
 }
 
 // Empty structs take no byte: nothing in the message would end 7^16 of them.

@@ -152,9 +152,9 @@ TEST_F(McapExportTest, EveryMessageOfASessionIsItsLcmMessage) {
   }
   EXPECT_EQ(i, file.messages.size());
   EXPECT_GE(types.size(), 6u) << "tool, force, contact, organ, mesh, event";
-  std::uint64_t told = 0;
-  for (const ExportedChannel& channel : exported) told += channel.messages;
-  EXPECT_EQ(told, i);
+  std::uint64_t reported = 0;
+  for (const ExportedChannel& channel : exported) reported += channel.messages;
+  EXPECT_EQ(reported, i);
 
   const McapFile::Fields session = file.metadata.at("hpdm.session");
   EXPECT_EQ(session.at("session.start"), "instruments: probe");
@@ -283,11 +283,11 @@ TEST_F(McapExportTest, DamagedLogsGiveSoundFilesOfWhatIsIntact) {
   const std::string whole = ReadFile(log_);
   const auto check = [&](const std::string& bytes) {
     WriteAll(log_, bytes);
-    std::uint64_t events = 0, told = 0;
+    std::uint64_t events = 0, reported = 0;
     LogReader reader(log_);
     for (LogEvent event; reader.Next(&event);) ++events;
-    for (const ExportedChannel& channel : Export()) told += channel.messages + channel.skipped;
-    EXPECT_EQ(told, events);
+    for (const ExportedChannel& channel : Export()) reported += channel.messages + channel.skipped;
+    EXPECT_EQ(reported, events);
     File();
   };
   for (std::size_t size = 0; size < whole.size(); size += 7) check(whole.substr(0, size));
@@ -358,16 +358,16 @@ TEST_F(McapExportTest, WhatCannotBeWrittenLeavesWhatWasThere) {
   WriteAll(file_, "an older export");
   fs::create_directory(folder_.path() / "csv");
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  std::string told;
+  std::string reported;
   try {
     Export();
   } catch (const InputError& error) {
-    told = error.what();
+    reported = error.what();
   }
   EXPECT_THROW(ExportCsv(log_, folder_.path() / "csv", {}, MessageSchemas::Hpdm()), InputError);
   setrlimit(RLIMIT_FSIZE, &before);
-  EXPECT_NE(told.find("session.mcap: cannot be written (File too large)"), std::string::npos)
-      << told;
+  EXPECT_NE(reported.find("session.mcap: cannot be written (File too large)"), std::string::npos)
+      << reported;
   EXPECT_EQ(ReadFile(file_), "an older export");
   EXPECT_EQ(FilesInFolder(), 3u);
   EXPECT_TRUE(fs::is_empty(folder_.path() / "csv"));

@@ -50,9 +50,9 @@ TEST_F(Film, FramesOfOddSidesBecomeAnMp4) {
 TEST_F(Film, WhatFfmpegRefusesIsToldAndLeavesNoFilm) {
   if (!HaveFfmpeg()) GTEST_SKIP() << "ffmpeg is not installed";
   fs::create_directories(frames_);
-  const std::string told = MakeFilm(frames_, 10, film_);
-  EXPECT_NE(told.find("ffmpeg ended with"), std::string::npos) << told;
-  EXPECT_NE(told.find(frames_.string()), std::string::npos) << told;
+  const std::string reported = MakeFilm(frames_, 10, film_);
+  EXPECT_NE(reported.find("ffmpeg ended with"), std::string::npos) << reported;
+  EXPECT_NE(reported.find(frames_.string()), std::string::npos) << reported;
   EXPECT_FALSE(fs::exists(film_));
 }
 
@@ -60,9 +60,9 @@ TEST_F(Film, WithoutFfmpegTheRemedyIsTold) {
   const char* path = std::getenv("PATH");
   const std::string kept = path == nullptr ? "" : path;
   setenv("PATH", folder_.path().c_str(), 1);
-  const std::string told = MakeFilm(frames_, 10, film_);
+  const std::string reported = MakeFilm(frames_, 10, film_);
   setenv("PATH", kept.c_str(), 1);
-  EXPECT_NE(told.find("install the package ffmpeg"), std::string::npos) << told;
+  EXPECT_NE(reported.find("install the package ffmpeg"), std::string::npos) << reported;
 }
 
 }  // namespace

@@ -53,8 +53,8 @@ struct Job {
 Json LineOf(const Job& job, int status) {
   const bool exited = WIFEXITED(status);
   Json line = Json::parse(job.process.out(), nullptr, false);
-  const std::optional<KnownSession> told = KnownFrom(line);
-  if (exited && told && told->exit_code == WEXITSTATUS(status) && !job.process.too_much()) {
+  const std::optional<KnownSession> reported = KnownFrom(line);
+  if (exited && reported && reported->exit_code == WEXITSTATUS(status) && !job.process.too_much()) {
     line["session"] = job.session;
     return line;
   }
@@ -214,17 +214,17 @@ FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path&
     std::string text;
     for (std::size_t number = 1; std::getline(in, text); ++number) {
       Json line = Json::parse(text, nullptr, false);
-      const std::optional<KnownSession> told = KnownFrom(line);
+      const std::optional<KnownSession> reported = KnownFrom(line);
       ++summary.sessions;
-      if (!told) {
+      if (!reported) {
         ++summary.failed;
         NameFailure(PathText(path) + ":" + std::to_string(number), "is no line of a session");
         continue;
       }
-      if (told->exit_code == 0) ++summary.reported;
-      const auto [kept, is_new] = known.try_emplace(line["session"].get<std::string>(), *told);
-      if (!is_new && !Replaces(*told, kept->second)) continue;
-      kept->second = *told;
+      if (reported->exit_code == 0) ++summary.reported;
+      const auto [kept, is_new] = known.try_emplace(line["session"].get<std::string>(), *reported);
+      if (!is_new && !Replaces(*reported, kept->second)) continue;
+      kept->second = *reported;
       lines.push_back(std::move(line));
       if (lines.size() < kLinesTogether) continue;
       to->Add(lines);

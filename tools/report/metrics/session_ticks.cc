@@ -74,7 +74,7 @@ bool SessionTicks::Add(const LoggedTick& logged) {
     Close(std::min(until, Time(sample)));
     const double missing = std::max(0.0, Time(sample) - until);
     missing_ += missing;
-    for (Hand& hand : hands_) hand.PassOver(missing);
+    for (Hand& hand : hands_) hand.SkipTime(missing);
   } else {
     Begin(sample);
   }
@@ -192,7 +192,7 @@ void SessionTicks::Close(double until) {
     const ToolSample& tool = last_.tools[h];
     AddPeaks(tool, time, until, &hand.peaks);
     if (last_.paused) {
-      hand.PassOver(duration);
+      hand.SkipTime(duration);
       continue;
     }
     if (!tool.device_valid) hand.device_lost += duration;

@@ -20,7 +20,7 @@ class ContactSums {
   /// A tick and how long it stands, s. `counts`: its force and depth are of these contacts.
   void Add(double time, double duration, const ToolSample& tool, bool counts, bool touches);
   /// So much time counts for nothing, s (a pause, lost ticks): it separates no contacts.
-  void PassOver(double duration) { end_ += duration; }
+  void SkipTime(double duration) { end_ += duration; }
   ContactMetrics Metrics() const;
 
  private:
@@ -48,9 +48,9 @@ class SessionTicks {
  private:
   struct Hand {
     explicit Hand(double limit) : all(limit) {}
-    void PassOver(double duration) {
-      all.PassOver(duration);
-      for (ContactSums& organ : organs) organ.PassOver(duration);
+    void SkipTime(double duration) {
+      all.SkipTime(duration);
+      for (ContactSums& organ : organs) organ.SkipTime(duration);
     }
     UniformCourse course;
     ContactSums all;

@@ -30,7 +30,7 @@ void Seek(double position, LogPlayer* player, DashboardServer* server) {
   Recall(player, server);
 }
 
-void Obey(const PlayerCommand& command, LogPlayer* player, DashboardServer* server) {
+void Apply(const PlayerCommand& command, LogPlayer* player, DashboardServer* server) {
   switch (command.kind) {
     case PlayerCommand::kPlay:
       player->Pause(false);
@@ -92,7 +92,7 @@ void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schem
     if (stop.WaitFor(0)) return;
     server.SetDropped(source->dropped());
     if (player == nullptr) continue;
-    for (const PlayerCommand& command : server.TakeCommands()) Obey(command, player, &server);
+    for (const PlayerCommand& command : server.TakeCommands()) Apply(command, player, &server);
     if (player->ended() && !ended) server.Finish();
     ended = player->ended();
     server.Set(StatusOf(*player));

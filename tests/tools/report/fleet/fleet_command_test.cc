@@ -57,14 +57,14 @@ TEST_F(FleetTest, EveryCommandTakesASessionsFolderOrItsLog) {
        {"log check --json --repair " + repaired, std::string("spy --once --json"),
         "log export --json --format mcap --out " + (folder_ / "m.mcap"),
         "replay --json --scene " + (folder_ / "none.toml"), std::string("report --json")}) {
-    std::map<std::string, std::string> told;
+    std::map<std::string, std::string> reported;
     for (const std::string& session : {folder, log}) {
       fs::remove(repaired);
       const int code =
           Shell(kHpdmProgram + " " + command + " " + session + " >" + out + " 2>" + err);
-      told[session] = std::to_string(code) + ReadFile(out) + ReadFile(err);
+      reported[session] = std::to_string(code) + ReadFile(out) + ReadFile(err);
     }
-    EXPECT_EQ(told[folder].substr(0, 200), told[log].substr(0, 200)) << command;
+    EXPECT_EQ(reported[folder].substr(0, 200), reported[log].substr(0, 200)) << command;
     EXPECT_EQ(Shell(kHpdmProgram + " " + command + " " + (root_ / "link").string() + " 2>" + err),
               2);
     EXPECT_NE(ReadFile(err).find("is a link out of the session's folder"), std::string::npos)

@@ -16,9 +16,9 @@
 namespace hpdm {
 namespace {
 
-/// Every key of `told` is a column with its value; integers and booleans are numbers.
-void ExpectRow(const Json& row, const Json& told, const std::set<std::string>& elsewhere) {
-  for (const auto& [key, value] : told.items()) {
+/// Every key of `reported` is a column with its value; integers and booleans are numbers.
+void ExpectRow(const Json& row, const Json& reported, const std::set<std::string>& elsewhere) {
+  for (const auto& [key, value] : reported.items()) {
     if (elsewhere.contains(key)) continue;
     ASSERT_TRUE(row.contains(key)) << key;
     if (value.is_number()) {
@@ -212,10 +212,10 @@ TEST_F(FleetTest, AReaderThatCrashesCostsItsSessionAlone) {
   Outcome outcome = Report({.table = table_, .jobs = 3, .program = program});
   EXPECT_EQ(outcome.summary.reported, 1u) << outcome.err;
   EXPECT_EQ(outcome.summary.failed, 4u);
-  for (const char* told :
+  for (const char* reported :
        {"hpdm: crash: its reader ended by signal 11", "hpdm: mute: no room",
         "hpdm: odd: its reader ended with code 0 and no report", "hpdm: liar: its reader ended"}) {
-    EXPECT_NE(outcome.err.find(told), std::string::npos) << told << "\n" << outcome.err;
+    EXPECT_NE(outcome.err.find(reported), std::string::npos) << reported << "\n" << outcome.err;
   }
   EXPECT_EQ(Rows(table_, "SELECT exit_code FROM sessions WHERE session = 'crash'")[0]["exit_code"],
             nullptr);
