@@ -10,7 +10,7 @@ namespace hpdm {
 /// Linear tetrahedra whose small-strain stiffness turns with each element (Mueller and Gross 2004),
 /// the rotation taken from two of its edges (the "large" method of Nesme, Payan, Faure 2005), as
 /// simulators in use today compute it. Only to compare with their recorded results: the forces are
-/// not the gradient of an energy, so the yardstick itself is TetraBody.
+/// not the gradient of an energy, so the reference solution itself is TetraBody.
 class CorotationalBody {
  public:
   /// A linear mesh.

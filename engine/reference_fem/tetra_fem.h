@@ -9,7 +9,7 @@
 #include "engine/reference_fem/tetra_law.h"
 #include "engine/reference_fem/tetra_mesh.h"
 
-/// Linear and quadratic tetrahedral finite elements: the offline yardstick that the real-time
+/// Linear and quadratic tetrahedral finite elements: the offline reference that the real-time
 /// models are measured against. Set-up and tools only: allocates and takes seconds to minutes.
 namespace hpdm {
 

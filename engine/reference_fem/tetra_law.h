@@ -10,7 +10,7 @@ using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
 enum class TetraLaw { kSmallStrain, kNeoHookean };
 
-/// Energy density of the yardstick's elements as a function of the deformation gradient F.
+/// Energy density of the reference solution's elements as a function of the deformation gradient F.
 ///
 /// kSmallStrain: W = mu |e|^2 + lambda/2 tr(e)^2, e = (F + F^T)/2 - I.
 /// kNeoHookean (Smith, de Goes, Kim, "Stable Neo-Hookean Flesh Simulation", 2018, Eq. 14):

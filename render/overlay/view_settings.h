@@ -12,7 +12,8 @@ enum Overlay : std::uint32_t {
   kOverlayForce = 1u << 0,     ///< Contact force as colour on the organs.
   kOverlayContacts = 1u << 1,  ///< Contact vertices.
   kOverlayLattice = 1u << 2,   ///< The control lattice.
-  kOverlayError = 1u << 3,     ///< Distance from the yardstick's surface, where one is loaded.
+  kOverlayError = 1u << 3,     ///< Distance from the reference solution's surface, where one is
+                               ///< loaded.
   kOverlayText = 1u << 4,      ///< Force, depth, loop health, frame rate.
 };
 

@@ -20,7 +20,7 @@ const std::filesystem::path kSource = HPDM_SOURCE_DIR;
 struct Accuracy {
   int functions = 0;        // control points and local functions
   double error = 0;         // relative L2 of the surface's displacement
-  double compliance = 0;    // over the yardstick's
+  double compliance = 0;    // over the reference solution's
   double linear_error = 0;  // of linear tetrahedra with about 4,000 nodes
 };
 
@@ -60,7 +60,7 @@ TEST(Accuracy, TwoHundredFunctionsAreTwiceAsGoodAsFourThousandLinearNodes) {
 }
 
 // The lattice's functions are 50 mm wide, those at the tip 20 mm.
-TEST(Accuracy, ATipFarBelowTheLatticesCellsFeelsTheYardsticksCompliance) {
+TEST(Accuracy, ATipFarBelowTheLatticesCellsFeelsTheReferencesCompliance) {
   EXPECT_NEAR(Solve("liver_press", 4, 64).compliance, 1, 0.03);            // R = 15 mm: 0.978
   EXPECT_NEAR(Solve("liver_press_tip_5mm", 4, 64).compliance, 1, 0.02);    // 0.992
   EXPECT_NEAR(Solve("liver_press_tip_2_5mm", 4, 64).compliance, 1, 0.02);  // 0.995

@@ -115,7 +115,7 @@ TEST_P(ClosedForm, IsWhatTheLatticeComesTo) {
   EXPECT_LT(RelativeSurfaceError(model.rest(), solution.vertex_displacements, u), GetParam().error);
 }
 
-TEST(SofaLiver, IsPressedAsFarAsTheYardstickSays) {
+TEST(SofaLiver, IsPressedAsFarAsTheReferenceSays) {
   const std::filesystem::path mesh = kSource / "../shared/data/organs/sofa_liver2.obj";
   if (!std::filesystem::exists(mesh)) GTEST_SKIP() << "no shared data: " << mesh;
   const Scene scene = LoadScene(kSource / "scenes/cases/sofa_liver2_press.toml");

@@ -14,9 +14,9 @@ double BestScale(const SurfaceMesh& rest, const Points& u, const Points& referen
          areas.dot(u.rowwise().squaredNorm());
 }
 
-// A model without a modulus in pascals is taken where the yardstick has the loads' patches and,
-// where forces are given, as deep as makes the error least: no tuning of its stiffness could do
-// better.
+// A model without a modulus in pascals is taken where the reference solution has the loads' patches
+// and, where forces are given, as deep as makes the error least: no tuning of its stiffness could
+// do better.
 void FollowAtBestDepth(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
                        const Points& reference, LoadedBody* body) {
   const bool depth_is_given = std::all_of(loads.begin(), loads.end(), [](const LoadOptions& load) {

@@ -10,7 +10,7 @@
 
 namespace hpdm {
 
-/// One model on one load case: how far from the yardstick and how long a step.
+/// One model on one load case: how far from the reference solution and how long a step.
 struct ChartPoint {
   std::string load_case;
   bool hollow = false;
@@ -25,8 +25,9 @@ struct ChartPoint {
   int local_functions = 0;
   int local_refinement = 0;
 
-  double error = 0;                        ///< Area-weighted relative L2 against the yardstick.
-  std::optional<double> compliance_ratio;  ///< Over the yardstick's; absent when fitted.
+  double error = 0;                        ///< Area-weighted relative L2 against the reference
+                                           ///< solution.
+  std::optional<double> compliance_ratio;  ///< Over the reference solution's; absent when fitted.
   bool fitted = false;  ///< No modulus in pascals: pressed as deep as makes the error least.
   std::optional<int> iterations;  ///< Of one step.
   std::optional<double> residual;

@@ -40,9 +40,9 @@ Json ToJson(const HandReport& hand) {
 Json ToJson(const TipAccuracy& tip) {
   return {{"case", tip.case_name},
           {"local_functions", tip.local_functions},
-          {"yardstick_force_N", tip.yardstick_force},
+          {"yardstick_force_N", tip.reference_force},
           {"force_N", tip.force},
-          {"force_ratio", tip.force / tip.yardstick_force}};
+          {"force_ratio", tip.force / tip.reference_force}};
 }
 
 }  // namespace
@@ -99,10 +99,10 @@ std::string AccuracyTips(const std::vector<TipAccuracy>& tips) {
   std::string text;
   for (const TipAccuracy& tip : tips) {
     text += Format(
-        "%s, %d local functions: the force for the yardstick's displacement is %.3f of "
+        "%s, %d local functions: the force for the reference solution's displacement is %.3f of "
         "its %.3g N\n",
-        tip.case_name.c_str(), tip.local_functions, tip.force / tip.yardstick_force,
-        tip.yardstick_force);
+        tip.case_name.c_str(), tip.local_functions, tip.force / tip.reference_force,
+        tip.reference_force);
   }
   return text;
 }
@@ -122,11 +122,12 @@ std::string AccuracyMarkdown(const std::vector<HandReport>& hands,
   }
   if (tips.empty()) return text;
   text +=
-      "\n| tip case | local functions | force for the yardstick's displacement over its force "
+      "\n| tip case | local functions | force for the reference solution's displacement over its "
+      "force "
       "|\n|---|---|---|\n";
   for (const TipAccuracy& tip : tips) {
     text += Format("| `%s` | %d | %.3f |\n", tip.case_name.c_str(), tip.local_functions,
-                   tip.force / tip.yardstick_force);
+                   tip.force / tip.reference_force);
   }
   return text;
 }

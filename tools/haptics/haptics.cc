@@ -58,8 +58,8 @@ std::vector<AccuracyCase> ChosenCases(const HapticsOptions& options) {
   return chosen;
 }
 
-// Beside the scene, as the load cases of scenes/ have their yardsticks; what is not there is left
-// out. They cost a second each.
+// Beside the scene, as the load cases of scenes/ have their reference solutions; what is not there
+// is left out. They cost a second each.
 std::vector<TipAccuracy> MeasureTips(const fs::path& scenes) {
   std::vector<TipAccuracy> tips;
   for (const char* name : kTipCases) {

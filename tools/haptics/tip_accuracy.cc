@@ -18,7 +18,7 @@ TipAccuracy MeasureTipAccuracy(const StaticCase& load_case, const CaseReference&
   if (load_case.scene.loads.size() != 1 || !load.force_W.has_value() ||
       reference.load_displacements.size() != 1) {
     throw InputError(file +
-                     ": no single force whose displacement the yardstick gives; measure "
+                     ": no single force whose displacement the reference solution gives; measure "
                      "tips on cases of one force");
   }
   OrganOptions organ = load_case.organ;

@@ -62,7 +62,7 @@ Timing PlusTiming(const Timing& a, const Timing& b) {
 }  // namespace
 
 PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, const SurfaceMesh& rest,
-                       const OrganTouches& touches, const OrganYardstick& yardstick) {
+                       const OrganTouches& touches, const ReferenceSolution& reference_solution) {
   PlanPoint point;
   point.family = family.name;
   point.model = model;
@@ -78,14 +78,14 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
   point.control_points = body.unknowns();
   for (std::size_t i = 0; i < touches.cases.size(); ++i) {
     body.Reload(touches.cases[i]);
-    const Points& reference = yardstick.displacements[i];
+    const Points& reference = reference_solution.displacements[i];
     point.converged &= TakeToRest(rest, touches.cases[i], reference, model, &body);
     point.local_functions = std::max(
         point.local_functions, body.local_functions() / static_cast<int>(touches.cases[i].size()));
     point.answers.push_back(body.VertexDisplacements());
   }
-  point.distance = PooledError(rest, point.answers, yardstick.displacements);
-  point.error = std::hypot(point.distance, yardstick.doubt);
+  point.distance = PooledError(rest, point.answers, reference_solution.displacements);
+  point.error = std::hypot(point.distance, reference_solution.doubt);
   if (!std::isfinite(point.error)) point.converged = false;
   for (std::size_t contacts = 1; contacts <= touches.patches.size(); ++contacts) {
     const std::vector<LoadOptions> patches(
@@ -105,12 +105,13 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
 }
 
 std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh& rest,
-                                   const OrganTouches& touches, const OrganYardstick& yardstick,
+                                   const OrganTouches& touches,
+                                   const ReferenceSolution& reference_solution,
                                    const SearchOptions& options,
                                    const std::function<void(const PlanPoint&)>& progress,
                                    std::vector<std::string>* remarks) {
   const TimingClock::time_point start = TimingClock::now();
-  const std::vector<PlanFamily> families = PlanFamilies(yardstick.finite);
+  const std::vector<PlanFamily> families = PlanFamilies(reference_solution.finite);
   std::vector<Progress> searched;
   for (const PlanFamily& family : families) searched.push_back({.family = &family});
   std::vector<PlanPoint> points;
@@ -143,7 +144,7 @@ std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh&
     ++next->next;
     PlanPoint point;
     try {
-      point = MeasureModel(*next->family, model, rest, touches, yardstick);
+      point = MeasureModel(*next->family, model, rest, touches, reference_solution);
     } catch (const InputError&) {  // too large, or not positive definite
       next->ended = true;
       continue;

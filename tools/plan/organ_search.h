@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tools/plan/organ_touches.h"
-#include "tools/plan/organ_yardstick.h"
 #include "tools/plan/plan_families.h"
+#include "tools/plan/reference_solution.h"
 #include "tools/shared/timing.h"
 
 namespace hpdm {
@@ -20,8 +20,8 @@ struct PlanPoint {
   int control_points = 0;
   int local_functions = 0;      ///< A contact, in use.
   std::vector<Points> answers;  ///< To each case: V x 3, m.
-  double distance = 0;          ///< Theirs from the yardstick: PooledError.
-  double error = 0;             ///< The estimate: with what the yardstick leaves in doubt.
+  double distance = 0;          ///< Theirs from the reference solution: PooledError.
+  double error = 0;             ///< The estimate: with what the reference solution leaves in doubt.
   bool converged = true;        ///< Within a step's budget, and under the loads.
   std::vector<Timing> steps;    ///< [k]: reposition, relax, relocate with k + 1 contacts.
   double setup_ms = 0;          ///< Of the thread's own time.
@@ -41,14 +41,15 @@ struct SearchOptions {
 /// (or, without one, than four times the budget), when refining it no longer helps, when set-up
 /// takes ten seconds, and at the deadline. `progress` is told of every point.
 std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh& rest,
-                                   const OrganTouches& touches, const OrganYardstick& yardstick,
+                                   const OrganTouches& touches,
+                                   const ReferenceSolution& reference_solution,
                                    const SearchOptions& options,
                                    const std::function<void(const PlanPoint&)>& progress,
                                    std::vector<std::string>* remarks);
 
 /// A model's figures. Throws InputError when it cannot be built.
 PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, const SurfaceMesh& rest,
-                       const OrganTouches& touches, const OrganYardstick& yardstick);
+                       const OrganTouches& touches, const ReferenceSolution& reference_solution);
 
 /// Of the points that may be chosen, those that none beats in both error and time: indices, from
 /// fast to slow.

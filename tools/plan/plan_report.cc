@@ -40,15 +40,16 @@ std::string FateText(const OrganPlan& organ) {
   return "stays as it is";
 }
 
-std::string YardstickText(const OrganPlan& organ) {
-  const OrganYardstick& yardstick = organ.yardstick;
+std::string ReferenceText(const OrganPlan& organ) {
+  const ReferenceSolution& reference_solution = organ.reference_solution;
   return Format(
       "%zu %s, judged by %s control points (%d cells along the longest side), %.1f %% in "
       "doubt%s",
       organ.touches.cases.size(), organ.touches.from_scene ? "load case" : "places to press",
-      WithCommas(yardstick.control_points).c_str(), yardstick.cells, 100 * yardstick.doubt,
-      yardstick.finite
-          ? Format(", finite strain's %.1f %% added", 100 * yardstick.finite_share).c_str()
+      WithCommas(reference_solution.control_points).c_str(), reference_solution.cells,
+      100 * reference_solution.doubt,
+      reference_solution.finite
+          ? Format(", finite strain's %.1f %% added", 100 * reference_solution.finite_share).c_str()
           : "");
 }
 
@@ -99,7 +100,7 @@ std::string PlanText(const ScenePlan& plan) {
       text += FateText(organ) + "\n";
       continue;
     }
-    text += YardstickText(organ) + "\n";
+    text += ReferenceText(organ) + "\n";
     text += "      error       step   set-up  control points, model; step of " + Contacts(organ) +
             "; * best of its time, > chosen\n";
     const PointMarks marks = PointMarksOf(plan, o);
@@ -175,7 +176,7 @@ std::string PlanMarkdown(const ScenePlan& plan, const std::string& scene,
   text += "\n`" + scene + "`, " + verdict.substr(0, verdict.find('\n')) + ". ";
   for (const OrganPlan& organ : plan.organs) {
     if (organ.fate != OrganFate::kSearched) continue;
-    text += organ.name + ": " + YardstickText(organ) + ". ";
+    text += organ.name + ": " + ReferenceText(organ) + ". ";
   }
   return text + "Step: median; reposition, relax, relocate its own vertices; " + machine + ".\n";
 }
@@ -197,11 +198,11 @@ Json ToJson(const ScenePlan& plan) {
     if (organ.fate == OrganFate::kSearched) {
       of_organ["cases"] = organ.touches.cases.size();
       of_organ["contacts"] = organ.touches.patches.size();
-      of_organ["yardstick"] = {{"cells", organ.yardstick.cells},
-                               {"control_points", organ.yardstick.control_points},
-                               {"doubt", organ.yardstick.doubt},
-                               {"finite_share", organ.yardstick.finite_share},
-                               {"finite", organ.yardstick.finite}};
+      of_organ["yardstick"] = {{"cells", organ.reference_solution.cells},
+                               {"control_points", organ.reference_solution.control_points},
+                               {"doubt", organ.reference_solution.doubt},
+                               {"finite_share", organ.reference_solution.finite_share},
+                               {"finite", organ.reference_solution.finite}};
       const PointMarks marks = PointMarksOf(plan, o);
       of_organ["points"] = Json::array();
       for (const std::size_t i : marks.order) {
@@ -235,7 +236,7 @@ std::string PlanCsv(const ScenePlan& plan, const std::vector<std::string>& heade
                         {"choosable", point.choosable ? 1 : 0},
                         {"front", marks.front[i] ? 1 : 0},
                         {"chosen", marks.chosen == i ? 1 : 0},
-                        {"doubt", organ.yardstick.doubt},
+                        {"doubt", organ.reference_solution.doubt},
                         {"demand_error", plan.demand.error},
                         {"demand_us", plan.demand.budget_us}};
       if (!named) text += CsvNames(row);

@@ -110,12 +110,12 @@ ScenePlan MakePlan(const Scene& scene, const PlanDemand& demand, double seconds,
       planned.fate = OrganFate::kSearched;
       InScene(scene, [&] {
         Scale(scene, organ, rests[o], &planned.touches);
-        planned.yardstick =
-            MakeYardstick(organ, rests[o], planned.touches, demand.error, &plan.remarks);
+        planned.reference_solution =
+            MakeReferenceSolution(organ, rests[o], planned.touches, demand.error, &plan.remarks);
       });
       const double left = seconds > 0 ? std::max(1.0, 1e3 * seconds - MillisecondsSince(start)) : 0;
       planned.points = SearchOrgan(
-          organ, rests[o], planned.touches, planned.yardstick,
+          organ, rests[o], planned.touches, planned.reference_solution,
           {demand.error, demand.budget_us, left},
           [&](const PlanPoint& point) { progress(organ.name, point); }, &plan.remarks);
     } else if (organ.model != OrganModelType::kRigid) {

@@ -27,7 +27,7 @@ struct OrganPlan {
   OrganFate fate = OrganFate::kAsItIs;
   bool hollow = false;
   OrganTouches touches;
-  OrganYardstick yardstick;
+  ReferenceSolution reference_solution;
   std::vector<PlanPoint> points;
 };
 

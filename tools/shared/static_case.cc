@@ -90,7 +90,7 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
           {mesh.at("nodes"), mesh.at("graded"), mesh.at("error"), mesh.at("compliance_ratio")});
     }
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(facts + ": is not the yardstick's (" + error.what() + ")" + remedy);
+    throw InputError(facts + ": is not the reference solution's (" + error.what() + ")" + remedy);
   }
   return reference;
 }

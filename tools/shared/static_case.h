@@ -24,7 +24,7 @@ StaticCase LoadStaticCase(const std::string& path);
 /// InputError when the file is no surface table or is that of another mesh.
 Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& rest);
 
-/// Linear tetrahedra on the same case, as the yardstick measured them.
+/// Linear tetrahedra on the same case, as the reference solution measured them.
 struct LinearTetrahedra {
   int nodes = 0;
   bool graded = false;          ///< Finer towards the load.

@@ -266,7 +266,7 @@ TEST(LoadedBodies, StepsToTheStaticSolution) {
   EXPECT_NEAR(body.Compliance() / solution.Compliance(), 1, 2e-4);
 }
 
-TEST(LoadedBodies, SurfaceModelsFollowThePatchOfTheYardstick) {
+TEST(LoadedBodies, SurfaceModelsFollowThePatchOfTheReference) {
   const StaticCase load_case = LoadStaticCase(kPress);
   const CaseReference reference = LoadCaseReference(load_case, kSource / "tests/reference");
   OrganOptions options = load_case.organ;
@@ -343,7 +343,8 @@ TEST_F(FlowChart, WithoutACaseOrItsReferenceSaysWhatToDo) {
       << ReadFile(kSource / "tests/reference/liver_press.csv");
   std::ofstream(folder_ / "liver_press.json") << "{}";
   EXPECT_EQ(Hpdm("chart " + kPress + " --references . --out chart"), 2);
-  EXPECT_NE(err_.find("liver_press.json: is not the yardstick's"), std::string::npos) << err_;
+  EXPECT_NE(err_.find("liver_press.json: is not the reference solution's"), std::string::npos)
+      << err_;
   EXPECT_FALSE(fs::exists(folder_ / "chart"));  // nothing was measured or written
 }
 

@@ -119,14 +119,14 @@ INSTANTIATE_TEST_SUITE_P(Hands, FeltForceOf,
                          [](const auto& claim) { return claim.param.name; });
 
 // The force for the displacement that quadratic tetrahedra find under the same force.
-TEST(TipAccuracy, TheForceIsTheYardsticksUnderATip) {
+TEST(TipAccuracy, TheForceIsTheReferencesUnderATip) {
   const std::string source = HPDM_SOURCE_DIR;
   for (const std::string name : {"liver_press_tip_5mm", "liver_press_tip_2_5mm"}) {
     const StaticCase load_case = LoadStaticCase(source + "/scenes/cases/" + name + ".toml");
     const CaseReference reference = LoadCaseReference(load_case, source + "/tests/reference");
     const TipAccuracy tip = MeasureTipAccuracy(load_case, reference, 27);
     // What 4 x 4 x 4 cells with local functions leave of the compliance under the tip: 1 % at most.
-    EXPECT_NEAR(tip.force, tip.yardstick_force, 0.02 * tip.yardstick_force) << name;
+    EXPECT_NEAR(tip.force, tip.reference_force, 0.02 * tip.reference_force) << name;
   }
 }
 

@@ -1,4 +1,5 @@
-// What `hpdm plan` estimates, chooses and writes, against the yardstick and as a user runs it.
+// What `hpdm plan` estimates, chooses and writes, against the reference solution and as a user runs
+// it.
 
 #include <gtest/gtest.h>
 
@@ -74,7 +75,7 @@ TEST_P(PlanOnReferences, EstimatesWithinAFactorOfTwoAndKeepsItsPromise) {
   RecordProperty("estimate", std::to_string(chosen.error));
   RecordProperty("truth", std::to_string(truth_of(chosen)));
   EXPECT_LE(chosen.error, error);
-  EXPECT_LE(truth_of(chosen), 1.25 * error);  // the yardstick may leave 0.4 in doubt
+  EXPECT_LE(truth_of(chosen), 1.25 * error);  // the reference solution may leave 0.4 in doubt
 }
 
 // One organ's points for the choice alone: no measurement takes part.

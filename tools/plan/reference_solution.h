@@ -9,7 +9,7 @@
 namespace hpdm {
 
 /// What an organ does under its cases, as well as can be found here: what models are judged by.
-struct OrganYardstick {
+struct ReferenceSolution {
   std::vector<Points> displacements;  ///< Of each case, V x 3, m.
   int cells = 0;                      ///< Along the longest side, of the finest lattice.
   int control_points = 0;
@@ -31,9 +31,9 @@ double PooledError(const SurfaceMesh& rest, const std::vector<Points>& u,
 /// taken as they are, so presses must have been scaled (ScalePresses). Where on a lattice of 4
 /// cells finite strain changes the answer by more than half of `error`, that difference is added if
 /// the scene asks for more than small strain, and a remark if it does not. Throws InputError.
-OrganYardstick MakeYardstick(const OrganOptions& organ, const SurfaceMesh& rest,
-                             const OrganTouches& touches, double error,
-                             std::vector<std::string>* remarks);
+ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const SurfaceMesh& rest,
+                                        const OrganTouches& touches, double error,
+                                        std::vector<std::string>* remarks);
 
 /// Gives each press of one newton the force with which a hand's springs (`stiffness`, N/m) push
 /// that means to go `depth` (m) in, against the tissue's compliance on a coarse lattice.

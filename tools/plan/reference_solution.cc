@@ -1,4 +1,4 @@
-#include "tools/plan/organ_yardstick.h"
+#include "tools/plan/reference_solution.h"
 
 #include <cmath>
 
@@ -66,42 +66,42 @@ double PooledError(const SurfaceMesh& rest, const std::vector<Points>& u,
   return std::sqrt(apart / moved);
 }
 
-OrganYardstick MakeYardstick(const OrganOptions& organ, const SurfaceMesh& rest,
-                             const OrganTouches& touches, double error,
-                             std::vector<std::string>* remarks) {
-  OrganYardstick yardstick;
+ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const SurfaceMesh& rest,
+                                        const OrganTouches& touches, double error,
+                                        std::vector<std::string>* remarks) {
+  ReferenceSolution reference_solution;
   for (const int cells : kLevels) {
     const FineLattice lattice(organ, rest, cells);
     std::vector<Points> finer = lattice.Displacements(touches.cases);
-    const bool first = yardstick.cells == 0;
-    const double doubt = first ? 1 : PooledError(rest, yardstick.displacements, finer);
+    const bool first = reference_solution.cells == 0;
+    const double doubt = first ? 1 : PooledError(rest, reference_solution.displacements, finer);
     const bool enough = doubt <= kEnough * error;
-    yardstick.displacements = std::move(finer);
-    yardstick.doubt = doubt;
-    yardstick.cells = cells;
-    yardstick.control_points = lattice.control_points();
-    if (enough || 3 * yardstick.control_points > kMostControlPoints) break;
+    reference_solution.displacements = std::move(finer);
+    reference_solution.doubt = doubt;
+    reference_solution.cells = cells;
+    reference_solution.control_points = lattice.control_points();
+    if (enough || 3 * reference_solution.control_points > kMostControlPoints) break;
   }
-  if (yardstick.doubt > kEnough * error) {
+  if (reference_solution.doubt > kEnough * error) {
     remarks->push_back("organ \"" + organ.name +
                        "\": the finest lattice that is tried leaves more in doubt than 0.4 "
                        "of the error asked for; the estimates hold only so far");
   }
   const std::vector<Points> differences =
-      FiniteDifferences(organ, rest, touches, &yardstick.finite_share, remarks);
-  const bool matters = yardstick.finite_share > kFiniteMatters * error;
-  yardstick.finite = matters && organ.energy.strain != StrainMeasure::kSmall;
-  if (matters && !yardstick.finite) {
+      FiniteDifferences(organ, rest, touches, &reference_solution.finite_share, remarks);
+  const bool matters = reference_solution.finite_share > kFiniteMatters * error;
+  reference_solution.finite = matters && organ.energy.strain != StrainMeasure::kSmall;
+  if (matters && !reference_solution.finite) {
     remarks->push_back("organ \"" + organ.name +
                        "\": strain = \"small\" is taken at its word; finite "
                        "strain would change the answer under these loads by " +
-                       Format("%.0f %%", 100 * yardstick.finite_share) +
+                       Format("%.0f %%", 100 * reference_solution.finite_share) +
                        "; give strain = \"finite\" to have it judged so");
   }
-  for (std::size_t i = 0; yardstick.finite && i < differences.size(); ++i) {
-    yardstick.displacements[i] += differences[i];
+  for (std::size_t i = 0; reference_solution.finite && i < differences.size(); ++i) {
+    reference_solution.displacements[i] += differences[i];
   }
-  return yardstick;
+  return reference_solution;
 }
 
 void ScalePresses(const OrganOptions& organ, const SurfaceMesh& rest, double stiffness,
