@@ -155,8 +155,8 @@ def summary(bins):
     if not bins:
         return {}
     named = {"p50_us": 0.5, "p90_us": 0.9, "p99_us": 0.99, "p99_9_us": 0.999}
-    figures = {name: round(percentile(bins, share), 2) for name, share in named.items()}
-    return {"count": sum(bins.values()), **figures, "max_us": max(bins)}
+    results = {name: round(percentile(bins, share), 2) for name, share in named.items()}
+    return {"count": sum(bins.values()), **results, "max_us": max(bins)}
 
 
 def p99_ratio(pairs):
@@ -237,7 +237,7 @@ def main():
                 f" {other} {rows[-1][other]['p99_us']} us, load {load:.1f}",
                 file=sys.stderr,
             )
-    figures = {
+    results = {
         "scene": options.scene,
         "against": against,
         "seconds": options.seconds,
@@ -249,14 +249,14 @@ def main():
         "pairs": rows,
     }
     if options.json:
-        Path(options.json).write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+        Path(options.json).write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     print("wake-up late by (us)      p50     p90     p99   p99.9     max")
     for name in ("session", other, "baseline"):
-        cells = [figures[name][k] for k in ("p50_us", "p90_us", "p99_us", "p99_9_us", "max_us")]
+        cells = [results[name][k] for k in ("p50_us", "p90_us", "p99_us", "p99_9_us", "max_us")]
         print(f"{name:20}" + "".join(f"{cell:8.1f}" for cell in cells))
-    low, high = figures["p99_ratio_95"]
+    low, high = results["p99_ratio_95"]
     print(
-        f"p99 of the session over that of {other}: {figures['p99_ratio']:.2f}"
+        f"p99 of the session over that of {other}: {results['p99_ratio']:.2f}"
         f" ({low:.2f} to {high:.2f}, 95 %, {len(pairs)} pairs of {options.seconds} s)"
     )
     counts = [row["spy"] for row in rows if "spy" in row]

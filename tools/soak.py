@@ -95,7 +95,7 @@ class Memory(threading.Thread):
                     self.samples.append((self.log.stat().st_size, int(match[1])))
                 time.sleep(SAMPLE_PERIOD)
 
-    def figures(self):
+    def results(self):
         """Over the session without its warm-up and its end, where plots and summary are made."""
         self.join()
         end = self.log.stat().st_size
@@ -159,27 +159,27 @@ def run_session(options, scene, folder, extra):
         "ticks": session["haptic"]["ticks"],
         "skipped": session["haptic"]["skipped"],
         "steps": session["deformation"]["steps"],
-        "memory": memory.figures(),
+        "memory": memory.results(),
     }
 
 
-def judge(options, folder, figures, extra):
-    """What held in the session of `figures`: [{name, holds, text}]."""
+def judge(options, folder, results, extra):
+    """What held in the session of `results`: [{name, holds, text}]."""
     health = hpdm_json([options.hpdm, "log", "check", "--json", folder, *extra])
     channels = {channel["channel"]: channel for channel in health["channels"]}
     amiss = {key: sum(c[key] for c in channels.values()) for key in ("lost", "unreadable", "gaps")}
     amiss["out of order"] = sum(c["not_rising"] for c in channels.values())
     for name in ("HPDM_TOOL", "HPDM_FORCE"):
-        amiss[f"of {name}"] = channels.get(name, {}).get("messages", 0) - figures["ticks"]
+        amiss[f"of {name}"] = channels.get(name, {}).get("messages", 0) - results["ticks"]
     amiss["damaged bytes"] = health["damaged_bytes"] + health["torn_bytes"]
     amiss["times back"] = health["time_back"]
     amiss["not closed"] = 0 if health["closed"] else 1
     wrong = ", ".join(f"{count} {what}" for what, count in amiss.items() if count)
-    if figures["ended"]:
-        wrong += f"; {figures['ended']}"
-    figures["events"] = health["events"]
-    figures["invariants"] = health["invariants"]
-    memory = figures["memory"]
+    if results["ended"]:
+        wrong += f"; {results['ended']}"
+    results["events"] = health["events"]
+    results["invariants"] = health["invariants"]
+    memory = results["memory"]
     growth = memory["growth_KiB"]
     checks = [
         {
@@ -207,11 +207,11 @@ def judge(options, folder, figures, extra):
     return checks
 
 
-def print_checks(title, figures, checks):
-    skipped = figures["skipped"]["total"]
+def print_checks(title, results, checks):
+    skipped = results["skipped"]["total"]
     print(
-        f"{title}: {figures['ticks']:,} ticks, {skipped:,} skipped, {figures['steps']:,} steps"
-        f" in {figures['wall_s']} s, load {figures['load_before']} before"
+        f"{title}: {results['ticks']:,} ticks, {skipped:,} skipped, {results['steps']:,} steps"
+        f" in {results['wall_s']} s, load {results['load_before']} before"
     )
     for check in checks:
         print(f"  {check['name']:9} {'holds ' if check['holds'] else 'BROKEN'}  {check['text']}")
@@ -245,18 +245,18 @@ def write_traces(options, log, folder):
 
 
 def soak(options, folder):
-    """Runs and judges the sessions: {title: figures}, and whether all held."""
+    """Runs and judges the sessions: {title: results}, and whether all held."""
     place = folder / "scene"
     place.mkdir()
     scene = write_scene(Path(options.scene), place, options.seed, options.strain)
-    all_figures, sound = {}, True
+    all_results, sound = {}, True
 
     def session(title, name, extra, checking=()):
         nonlocal sound
-        figures = run_session(options, scene, folder / name, extra)
-        checks = judge(options, folder / name, figures, checking)
-        print_checks(title, figures, checks)
-        all_figures[name] = figures | {"holds": {c["name"]: c["holds"] for c in checks}}
+        results = run_session(options, scene, folder / name, extra)
+        checks = judge(options, folder / name, results, checking)
+        print_checks(title, results, checks)
+        all_results[name] = results | {"holds": {c["name"]: c["holds"] for c in checks}}
         sound = sound and all(check["holds"] for check in checks)
         if not options.out:
             shutil.rmtree(folder / name)
@@ -264,7 +264,7 @@ def soak(options, folder):
     if options.clock == "real":
         beside = f" beside {options.hogs} hogs" if options.hogs else ""
         session(f"{options.seconds} s{beside}", "session", [])
-        return all_figures, sound
+        return all_results, sound
     session(f"{options.seconds} s in lockstep", "session", [])
     begin = folder / "begin"
     command = [options.hpdm, "run", scene, "--clock", "lockstep", "--no-pictures", "--json"]
@@ -274,7 +274,7 @@ def soak(options, folder):
     devices = [w for n, t in zip(names, traces) for w in ("--device", f"{n}=trace:{t}")]
     title = f"{options.seconds} s of the first {options.stretch} s again and again"
     session(title, "repeated", devices, ["--period", str(options.stretch)])
-    return all_figures, sound
+    return all_results, sound
 
 
 def main():
@@ -314,9 +314,9 @@ def main():
         free = shutil.disk_usage(folder).free
         if free < BYTES_A_SECOND * options.seconds:
             raise SystemExit(f"{folder}: {free / 1e9:.1f} GB free are not enough for the log")
-        figures, sound = soak(options, folder)
+        results, sound = soak(options, folder)
     if options.json:
-        Path(options.json).write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+        Path(options.json).write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     return 0 if sound else 1
 
 

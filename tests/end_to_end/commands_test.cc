@@ -44,16 +44,16 @@ TEST_F(Commands, SolveIsNoWorseThanThousandsOfLinearTetrahedra) {
         Hpdm("solve --json " + (kSource / "scenes" / "cases" / name).string() + ".toml --out " +
              Folder(name + ".csv") + " --reference " + reference + ".csv");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    const Json figures = Json::parse(outcome.out);
+    const Json results = Json::parse(outcome.out);
     for (const Json& linear : Json::parse(ReadFile(reference + ".json"))["linear"]) {
       if (linear["nodes"] < 3500 || linear["nodes"] > 4500) continue;
-      EXPECT_LT(figures["error"], linear["error"]) << name;
+      EXPECT_LT(results["error"], linear["error"]) << name;
     }
-    EXPECT_LT(figures["control_points"], 250);
-    EXPECT_LT(figures["residual"], 1e-9);
-    EXPECT_GT(figures["compliance_m_per_N"], 0);
-    EXPECT_GT(figures["setup_ms"], 0);
-    EXPECT_GT(figures["step_us"], 0);
+    EXPECT_LT(results["control_points"], 250);
+    EXPECT_LT(results["residual"], 1e-9);
+    EXPECT_GT(results["compliance_m_per_N"], 0);
+    EXPECT_GT(results["setup_ms"], 0);
+    EXPECT_GT(results["step_us"], 0);
     EXPECT_EQ(ReadFile(folder_ / (name + ".csv")).substr(0, 15), "x,y,z,ux,uy,uz\n");
   }
 }

@@ -163,12 +163,12 @@ TEST_F(Soak, IsNotPassedByALogWithAForceThatJumped) {
 // The tool itself, on the scene of two hands: 30 s of random hands, and their first 10 s three
 // times over with the same forces bit for bit.
 TEST_F(Soak, ToolFindsNothingInHalfAMinute) {
-  const std::string report = folder_ / "report", figures = folder_ / "figures.json";
+  const std::string report = folder_ / "report", results = folder_ / "figures.json";
   const int exit = Shell("HPDM_CACHE=off python3 " + (kScenes / ".." / "tools").string() +
                          "/soak.py --clock lockstep --seconds 30 --stretch 10 --hpdm " +
-                         kHpdmProgram + " --json " + figures + " >" + report + " 2>&1");
+                         kHpdmProgram + " --json " + results + " >" + report + " 2>&1");
   ASSERT_EQ(exit, 0) << ReadFile(report);
-  const auto json = nlohmann::json::parse(ReadFile(figures));
+  const auto json = nlohmann::json::parse(ReadFile(results));
   for (const char* session : {"session", "repeated"}) {
     EXPECT_EQ(json[session]["ticks"], 30'000) << session;
   }

@@ -50,7 +50,7 @@ class ReportTest : public testing::Test {
     EXPECT_EQ(report.exit_code, 0) << report.err;
     return ReadFile(page_);
   }
-  static nlohmann::json Figures(const std::string& options = "") {
+  static nlohmann::json Results(const std::string& options = "") {
     return nlohmann::json::parse(Hpdm("report " + Recorded() + " --json " + options).out);
   }
 

@@ -7,10 +7,10 @@
 
 #include "engine/base/error.h"
 #include "scenes/generator/meshing/obj_writer.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/machine_facts.h"
 #include "tools/shared/staged_file.h"
 
@@ -56,7 +56,7 @@ Json ToJson(const MeshComparison& row) {
           {"ratio", ToJson(row.ratio)}};
 }
 
-Json ToJson(const SleepFigures& row) {
+Json ToJson(const SleepResults& row) {
   Json json = {{"scene", row.scene},         {"sleeping", row.sleeping},
                {"triangles", row.triangles}, {"among", ToJson(row.among)},
                {"alone", ToJson(row.alone)}, {"ratio", ToJson(row.ratio)}};
@@ -75,7 +75,7 @@ Json ToJson(const CostCurve& curve) {
           {"r_squared", curve.law.r_squared}};
 }
 
-Json ToJson(const TickFigures& ticks) {
+Json ToJson(const TickResults& ticks) {
   return {{"coarse_triangles", ticks.coarse_triangles},
           {"fine_triangles", ticks.fine_triangles},
           {"coarse", ToJson(ticks.coarse)},
@@ -85,14 +85,14 @@ Json ToJson(const TickFigures& ticks) {
           {"ratio", ToJson(ticks.ratio)}};
 }
 
-Json ToJson(const HandOverFigures& row) {
+Json ToJson(const HandOverResults& row) {
   return {{"snapshot", row.snapshot},
           {"bytes", row.bytes},
           {"publish", ToJson(row.publish)},
           {"update", ToJson(row.update)}};
 }
 
-Json ToJson(const FrameFigures& row) {
+Json ToJson(const FrameResults& row) {
   return {{"scene", row.scene},
           {"triangles", row.triangles},
           {"width", row.width},
@@ -104,7 +104,7 @@ Json ToJson(const FrameFigures& row) {
 
 Json ToJson(const FfdTable& table) {
   Json rows;
-  for (const FfdFigures& row : table.rows) {
+  for (const FfdResults& row : table.rows) {
     rows.push_back({{"lattice", row.lattice},
                     {"control_points", row.control_points},
                     {"triangles", row.triangles},
@@ -116,17 +116,17 @@ Json ToJson(const FfdTable& table) {
   return {{"renderer", table.renderer}, {"rows", rows}};
 }
 
-Json ToJson(const BenchFigures& figures, const MachineFacts& machine) {
+Json ToJson(const BenchResults& results, const MachineFacts& machine) {
   Json json = {{"machine", ToJson(machine)}};
-  for (const ModelComparison& row : figures.models) json["models"].push_back(ToJson(row));
-  for (const MeshComparison& row : figures.meshes) json["meshes"].push_back(ToJson(row));
-  for (const SleepFigures& row : figures.sleep) json["sleep"].push_back(ToJson(row));
-  for (const CostCurve& curve : figures.costs) json["costs"].push_back(ToJson(curve));
-  if (figures.ticks.has_value()) json["ticks"] = ToJson(*figures.ticks);
-  if (!figures.hand_overs.empty()) json["clock_reading_us"] = figures.clock_reading_ns / 1000;
-  for (const HandOverFigures& row : figures.hand_overs) json["hand_overs"].push_back(ToJson(row));
-  for (const FrameFigures& row : figures.frames) json["frames"].push_back(ToJson(row));
-  if (figures.ffd.has_value()) json["ffd"] = ToJson(*figures.ffd);
+  for (const ModelComparison& row : results.models) json["models"].push_back(ToJson(row));
+  for (const MeshComparison& row : results.meshes) json["meshes"].push_back(ToJson(row));
+  for (const SleepResults& row : results.sleep) json["sleep"].push_back(ToJson(row));
+  for (const CostCurve& curve : results.costs) json["costs"].push_back(ToJson(curve));
+  if (results.ticks.has_value()) json["ticks"] = ToJson(*results.ticks);
+  if (!results.hand_overs.empty()) json["clock_reading_us"] = results.clock_reading_ns / 1000;
+  for (const HandOverResults& row : results.hand_overs) json["hand_overs"].push_back(ToJson(row));
+  for (const FrameResults& row : results.frames) json["frames"].push_back(ToJson(row));
+  if (results.ffd.has_value()) json["ffd"] = ToJson(*results.ffd);
   return json;
 }
 
@@ -138,40 +138,40 @@ void Bench(const BenchOptions& options) {
   const auto progress = [&](const char* next) {
     std::fprintf(stderr, "%5.1f s: %s\n", MillisecondsSince(start) / 1000, next);
   };
-  BenchFigures figures;
+  BenchResults results;
   const auto wanted = [&](const char* what, const char* words) {
     const bool yes = options.only.empty() || options.only.contains(what);
     if (yes) progress(words);
     return yes;
   };
-  if (wanted("ticks", "haptic ticks")) figures.ticks = TimeTicks(options.quick);
+  if (wanted("ticks", "haptic ticks")) results.ticks = TimeTicks(options.quick);
   if (wanted("hand-over", "hand-over of snapshots")) {
-    figures.clock_reading_ns = ClockReadingNanoseconds();
-    figures.hand_overs = TimeHandOvers(options.quick);
+    results.clock_reading_ns = ClockReadingNanoseconds();
+    results.hand_overs = TimeHandOvers(options.quick);
   }
   if (wanted("frames", "frames of the laparoscope's picture")) {
-    figures.frames = TimeFrames(options.quick);
-    if (figures.frames.empty() && options.only.contains("frames")) {
+    results.frames = TimeFrames(options.quick);
+    if (results.frames.empty() && options.only.contains("frames")) {
       throw InputError("scenes: has no scene to draw; go to the folder that holds scenes/");
     }
   }
   if (wanted("models", "lattice and surface continuum")) {
-    figures.models = CompareModels(options.quick);
+    results.models = CompareModels(options.quick);
   }
-  if (wanted("meshes", "coarse and fine triangles")) figures.meshes = CompareMeshes(options.quick);
-  if (wanted("sleep", "organs that nothing touches")) figures.sleep = TimeSleep(options.quick);
+  if (wanted("meshes", "coarse and fine triangles")) results.meshes = CompareMeshes(options.quick);
+  if (wanted("sleep", "organs that nothing touches")) results.sleep = TimeSleep(options.quick);
   if (wanted("costs", "cost of vertices and of control points")) {
-    figures.costs = CostOfVertices(options.quick);
+    results.costs = CostOfVertices(options.quick);
     const std::vector<CostCurve> of_control_points = CostOfControlPoints(options.quick);
-    figures.costs.insert(figures.costs.end(), of_control_points.begin(), of_control_points.end());
+    results.costs.insert(results.costs.end(), of_control_points.begin(), of_control_points.end());
   }
   if (wanted("ffd", "deformation on the CPU and in the shader")) {
-    figures.ffd = TimeFfd(options.quick);
+    results.ffd = TimeFfd(options.quick);
   }
   progress("done");
 
-  const std::string markdown = BenchMarkdown(figures, ToText(machine));
-  const std::string json = JsonText(ToJson(figures, machine)) + "\n";
+  const std::string markdown = BenchMarkdown(results, ToText(machine));
+  const std::string json = JsonText(ToJson(results, machine)) + "\n";
   if (!options.json.empty()) WriteTextFile(options.json, json);
   if (!options.out.empty()) {
     WriteTextFile(fs::path(options.out) / "bench.json", json);

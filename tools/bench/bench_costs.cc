@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "engine/mesh/collision.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/bench/pressed_body.h"
 #include "tools/shared/flat_subdivision.h"
 

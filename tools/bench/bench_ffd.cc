@@ -9,7 +9,7 @@
 #include "render/gl/egl_context.h"
 #include "render/tissue/lattice_deformation.h"
 #include "render/tissue/mesh_view.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/bench/pressed_body.h"
 #include "tools/shared/flat_subdivision.h"
 
@@ -80,7 +80,7 @@ std::vector<FfdLattice> Lattices(bool quick) {
   return lattices;
 }
 
-FfdFigures TimeFfdOf(const FfdLattice& lattice, BenchOrgan organ, bool quick) {
+FfdResults TimeFfdOf(const FfdLattice& lattice, BenchOrgan organ, bool quick) {
   organ.options.lattice = lattice.options;
   const OrganModel model(organ.options, organ.rest);
   PressedShape pressed(model);
@@ -97,15 +97,15 @@ FfdFigures TimeFfdOf(const FfdLattice& lattice, BenchOrgan organ, bool quick) {
                     glFinish();
                   }},
                  quick ? RepeatOptions{5, 100, 60} : RepeatOptions{20, 500, 500});
-  FfdFigures figures{.lattice = lattice.words,
+  FfdResults results{.lattice = lattice.words,
                      .control_points = model.control_points(),
                      .triangles = static_cast<int>(organ.rest.triangles.rows()),
                      .step = Summary(times[0]),
                      .upload = Summary(times[1]),
                      .shader = Summary(times[2]),
                      .ratio = {}};
-  figures.ratio = figures.shader.median_us / (figures.step.median_us + figures.upload.median_us);
-  return figures;
+  results.ratio = results.shader.median_us / (results.step.median_us + results.upload.median_us);
+  return results;
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
 #include "render/scene_view.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/session/lockstep.h"
 #include "tools/session/session.h"
 
@@ -110,13 +110,13 @@ int TriangleCount(const Session& session) {
 }
 
 // All ways in turn, so that what slows the machine for a while slows all of them.
-void TimeScene(const std::string& scene, bool quick, std::vector<FrameFigures>* figures) {
+void TimeScene(const std::string& scene, bool quick, std::vector<FrameResults>* results) {
   Session session(LoadScene(scene));
   const std::vector<SceneSnapshot> snapshots = Snapshots(&session, quick ? 1 : 3);
   const EglContext context;
   for (const auto& [width, height] : kSizes) {
     std::vector<std::unique_ptr<Drawing>> drawings;
-    std::vector<FrameFigures> rows;
+    std::vector<FrameResults> rows;
     for (const Way& way : Ways()) {
       drawings.push_back(std::make_unique<Drawing>(way, session, width, height));
       // Drivers finish their shaders at the first use.
@@ -138,18 +138,18 @@ void TimeScene(const std::string& scene, bool quick, std::vector<FrameFigures>* 
         rows[i].cores.Add(CoreTime() - on_cores);
       }
     }
-    figures->insert(figures->end(), rows.begin(), rows.end());
+    results->insert(results->end(), rows.begin(), rows.end());
   }
 }
 
 }  // namespace
 
-std::vector<FrameFigures> TimeFrames(bool quick) {
-  std::vector<FrameFigures> figures;
+std::vector<FrameResults> TimeFrames(bool quick) {
+  std::vector<FrameResults> results;
   for (const char* scene : kScenes) {
-    if (std::filesystem::exists(scene)) TimeScene(scene, quick, &figures);
+    if (std::filesystem::exists(scene)) TimeScene(scene, quick, &results);
   }
-  return figures;
+  return results;
 }
 
 }  // namespace hpdm

@@ -8,7 +8,7 @@
 #include "engine/snapshots.h"
 #include "engine/threads/realtime.h"
 #include "engine/threads/triple_buffer.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 
 namespace hpdm {
 namespace {
@@ -33,10 +33,10 @@ auto& Number(Snapshot& snapshot) {
 // One thread publishes every two microseconds while the other looks for news all the time: each
 // finds the shared word in the other's cache, as in a session.
 template <typename Snapshot>
-HandOverFigures TimeHandOver(const char* name, int exchanges) {
+HandOverResults TimeHandOver(const char* name, int exchanges) {
   constexpr Nanoseconds kApart = 2000;
   TripleBuffer<Snapshot> buffer;
-  HandOverFigures figures{.snapshot = name, .bytes = sizeof(Snapshot), .publish = {}, .update = {}};
+  HandOverResults results{.snapshot = name, .bytes = sizeof(Snapshot), .publish = {}, .update = {}};
   std::atomic<bool> over = false;
   std::latch both_run(2);
   std::jthread reader([&] {
@@ -48,7 +48,7 @@ HandOverFigures TimeHandOver(const char* name, int exchanges) {
       const bool is_new = buffer.Update();
       const Nanoseconds took = Now() - start;
       if (!is_new) continue;
-      figures.update.Add(took);
+      results.update.Add(took);
       HPDM_CHECK(Number(buffer.Front()) > seen);
       seen = Number(buffer.Front());
     }
@@ -60,7 +60,7 @@ HandOverFigures TimeHandOver(const char* name, int exchanges) {
       Number(buffer.Back()) = static_cast<std::uint64_t>(i);
       const Nanoseconds start = Now();
       buffer.Publish();
-      figures.publish.Add(Now() - start);
+      results.publish.Add(Now() - start);
       while (Now() - start < kApart) {
       }
     }
@@ -68,12 +68,12 @@ HandOverFigures TimeHandOver(const char* name, int exchanges) {
   });
   writer.join();
   reader.join();
-  return figures;
+  return results;
 }
 
 }  // namespace
 
-std::vector<HandOverFigures> TimeHandOvers(bool quick) {
+std::vector<HandOverResults> TimeHandOvers(bool quick) {
   const int exchanges = quick ? 20'000 : 200'000;
   return {TimeHandOver<ToolState>("ToolState", exchanges),
           TimeHandOver<ContactPatch>("ContactPatch", exchanges),

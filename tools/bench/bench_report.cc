@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "engine/base/check.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/shared/report_text.h"
 
 namespace hpdm {
@@ -53,11 +53,11 @@ std::string MeshTable(const std::vector<MeshComparison>& rows) {
   return text;
 }
 
-std::string SleepTable(const std::vector<SleepFigures>& rows) {
+std::string SleepTable(const std::vector<SleepResults>& rows) {
   std::string text =
       "| scene | asleep | triangles in all | touched organ alone | among them | ratio | all asleep "
       "|\n|---|---|---|---|---|---|---|\n";
-  for (const SleepFigures& row : rows) {
+  for (const SleepResults& row : rows) {
     text +=
         Format("| %s | %d | %s | %.0f / %.0f | %.0f / %.0f | %s | %s |\n", row.scene.c_str(),
                row.sleeping, WithCommas(row.triangles).c_str(), row.alone.minimum_us,
@@ -88,7 +88,7 @@ std::string Microseconds(const Histogram& histogram) {
                 us(histogram.max()));
 }
 
-std::string TickTable(const TickFigures& ticks) {
+std::string TickTable(const TickResults& ticks) {
   const auto row = [](const std::string& name, const Histogram& histogram) {
     return "| " + name + " | " + Microseconds(histogram) + " |\n";
   };
@@ -100,11 +100,11 @@ std::string TickTable(const TickFigures& ticks) {
          Format("\nMany triangles over few: %s.\n", Spread(ticks.ratio).c_str());
 }
 
-std::string HandOverTable(const std::vector<HandOverFigures>& rows) {
+std::string HandOverTable(const std::vector<HandOverResults>& rows) {
   std::string text =
       "| snapshot | bytes | publish, us: median | p99 | p99.9 | max | update, us: median | p99 | "
       "p99.9 | max |\n|---|---|---|---|---|---|---|---|---|---|\n";
-  for (const HandOverFigures& row : rows) {
+  for (const HandOverResults& row : rows) {
     text += Format("| %s | %s | %s | %s |\n", row.snapshot.c_str(),
                    WithCommas(static_cast<long>(row.bytes)).c_str(),
                    Microseconds(row.publish).c_str(), Microseconds(row.update).c_str());
@@ -112,11 +112,11 @@ std::string HandOverTable(const std::vector<HandOverFigures>& rows) {
   return text;
 }
 
-std::string FrameTable(const std::vector<FrameFigures>& rows) {
+std::string FrameTable(const std::vector<FrameResults>& rows) {
   std::string text =
       "| scene | triangles | pixels | drawn | ms: median | p90 | p99 | frames/s | core time, ms |\n"
       "|---|---|---|---|---|---|---|---|---|\n";
-  for (const FrameFigures& row : rows) {
+  for (const FrameResults& row : rows) {
     const auto ms = [&](double share) {
       return static_cast<double>(row.frame.Percentile(share)) / 1e6;
     };
@@ -138,7 +138,7 @@ std::string FfdText(const FfdTable& table) {
       table.renderer +
       ".\n\n| lattice | control points | triangles | CPU: relocate | CPU: normals, upload | shader "
       "| shader over CPU |\n|---|---|---|---|---|---|---|\n";
-  for (const FfdFigures& row : table.rows) {
+  for (const FfdResults& row : table.rows) {
     text += Format("| %s | %d | %s | %.0f | %.0f | %.0f | %.2f |\n", row.lattice.c_str(),
                    row.control_points, WithCommas(row.triangles).c_str(), row.step.median_us,
                    row.upload.median_us, row.shader.median_us, row.ratio);
@@ -159,56 +159,56 @@ RatioSpread RatioOf(const std::vector<double>& slow_us, const std::vector<double
   return {at(0.5), at(0.1), at(0.9)};
 }
 
-std::string BenchMarkdown(const BenchFigures& figures, const std::string& machine) {
+std::string BenchMarkdown(const BenchResults& results, const std::string& machine) {
   std::string text;
-  if (!figures.models.empty()) {
+  if (!results.models.empty()) {
     text +=
         "The paper's Table 1: deformation steps per second under a tip's press, without and with a "
         "second organ under a second tip (reposition, relax, relocate; medians; ratios of steps "
         "timed in turn, in brackets their 10 and 90 %; residual |K U - B^T f| / |B^T f|).\n\n" +
-        ModelTable(figures.models) + "\n";
+        ModelTable(results.models) + "\n";
   }
-  if (!figures.meshes.empty()) {
+  if (!results.meshes.empty()) {
     text +=
         "The paper's Table 2: whole deformation steps per second (collide to publish), instruments "
         "pressing; where none does, the organ sleeps.\n\n" +
-        MeshTable(figures.meshes) + "\n";
+        MeshTable(results.meshes) + "\n";
   }
-  if (!figures.sleep.empty()) {
+  if (!results.sleep.empty()) {
     text +=
         "Whole deformation steps of a liver under two instruments, beside organs that nothing "
         "touches (us; minimum and median; ratio of steps timed in turn, in brackets its 10 and 90 "
         "%).\n\n" +
-        SleepTable(figures.sleep) + "\n";
+        SleepTable(results.sleep) + "\n";
   }
-  if (!figures.costs.empty()) {
+  if (!results.costs.empty()) {
     text +=
         "Cost against size: minima; exponents by least squares in log-log over the sizes from "
         "\"fitted from\" on.\n\n" +
-        CostTable(figures.costs) + "\n";
+        CostTable(results.costs) + "\n";
   }
-  if (figures.ticks.has_value()) {
+  if (results.ticks.has_value()) {
     text +=
         "One haptic tick, two tools pressing and sliding with friction, at 1 kHz (wall time; the "
         "bare loop, as long as a tick, runs in the same periods and tells what the host adds; "
         "ratio "
         "of the medians of blocks of 100 ticks, in brackets 10 and 90 % of them).\n\n" +
-        TickTable(*figures.ticks) + "\n";
+        TickTable(*results.ticks) + "\n";
   }
-  if (!figures.hand_overs.empty()) {
+  if (!results.hand_overs.empty()) {
     text += Format(
                 "A snapshot's hand-over between two threads, one publishing every 2 us and one "
                 "always looking for news (reading the clock, %.0f ns, included).\n\n",
-                figures.clock_reading_ns) +
-            HandOverTable(figures.hand_overs) + "\n";
+                results.clock_reading_ns) +
+            HandOverTable(results.hand_overs) + "\n";
   }
-  if (!figures.frames.empty()) {
+  if (!results.frames.empty()) {
     text +=
         "A frame of the laparoscope's picture, drawn and read back, without the other loops (wall "
         "time; the ways of drawing in turn, on the same snapshots).\n\n" +
-        FrameTable(figures.frames) + "\n";
+        FrameTable(results.frames) + "\n";
   }
-  if (figures.ffd.has_value()) text += FfdText(*figures.ffd) + "\n";
+  if (results.ffd.has_value()) text += FfdText(*results.ffd) + "\n";
   return text + "Times: " + machine + ".\n";
 }
 

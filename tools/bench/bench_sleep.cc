@@ -3,7 +3,7 @@
 
 #include "engine/base/check.h"
 #include "haptics/haptic_loop.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/bench/pressed_scene.h"
 #include "tools/session/lockstep.h"
 #include "tools/session/session.h"
@@ -21,7 +21,7 @@ std::function<void()> Cycle(PressedScene* scene) {
   };
 }
 
-SleepFigures TimeAmong(const BenchOrgan& touched, const BenchOrgan& other, int sleeping,
+SleepResults TimeAmong(const BenchOrgan& touched, const BenchOrgan& other, int sleeping,
                        PressedScene* alone, bool quick) {
   std::vector<BenchOrgan> organs = {touched};
   organs.insert(organs.end(), static_cast<std::size_t>(sleeping), other);
@@ -101,7 +101,7 @@ class SteppedSession {
 
 // The scene as it is and with its first organ alone, by the same hands; the steps in which that is
 // touched.
-SleepFigures TimeScene(bool quick) {
+SleepResults TimeScene(bool quick) {
   Scene scene = LoadScene(kStressScene);
   SteppedSession among(scene);
   scene.organs.resize(1);
@@ -125,13 +125,13 @@ SleepFigures TimeScene(bool quick) {
 
 }  // namespace
 
-std::vector<SleepFigures> TimeSleep(bool quick) {
+std::vector<SleepResults> TimeSleep(bool quick) {
   BenchOrgan liver = MakeBenchOrgan(quick ? "liver_1332" : "liver_5000");
   liver.options.lattice.cells = {6, 6, 6};
   liver.options.lattice.local.functions = 27;
   const BenchOrgan other = MakeBenchOrgan(quick ? "liver_274" : "liver_5000");
   PressedScene alone({liver}, 2);
-  std::vector<SleepFigures> rows;
+  std::vector<SleepResults> rows;
   for (const int sleeping : quick ? std::vector{3} : std::vector{1, 3, 11}) {
     rows.push_back(TimeAmong(liver, other, sleeping, &alone, quick));
   }

@@ -2,7 +2,7 @@
 #include <functional>
 
 #include "engine/base/check.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/bench/pressed_scene.h"
 
 namespace hpdm {

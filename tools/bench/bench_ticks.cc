@@ -12,7 +12,7 @@
 #include "engine/threads/loop_schedule.h"
 #include "engine/threads/realtime.h"
 #include "haptics/haptic_loop.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/bench/pressed_body.h"
 
 namespace hpdm {
@@ -147,25 +147,25 @@ class TickTimer {
  public:
   TickTimer(FeltScene* coarse, FeltScene* fine) : scenes_{coarse, fine} {}
 
-  TickFigures Run(int ticks) {
-    TickFigures figures;
-    for (int i = 0; i < kRampTicks; ++i) OnePeriod(i, &figures);
-    bare_rounds_ = RoundsFor(static_cast<double>(figures.coarse.Percentile(0.5)), &clock_);
-    figures = TickFigures();
+  TickResults Run(int ticks) {
+    TickResults results;
+    for (int i = 0; i < kRampTicks; ++i) OnePeriod(i, &results);
+    bare_rounds_ = RoundsFor(static_cast<double>(results.coarse.Percentile(0.5)), &clock_);
+    results = TickResults();
     for (FeltScene* scene : scenes_) scene->ForgetPresses();
     std::vector<double> coarse, fine;  // medians of blocks
     for (int i = 0; i < ticks; ++i) {
-      OnePeriod(i, &figures);
+      OnePeriod(i, &results);
       if (i % kBlock < kBlock - 1) continue;
       coarse.push_back(Median(&blocks_[0]));
       fine.push_back(Median(&blocks_[1]));
       for (std::vector<double>& block : blocks_) block.clear();
     }
     for (FeltScene* scene : scenes_) HPDM_CHECK(scene->ticks_pressing() == ticks);
-    figures.coarse_triangles = scenes_[0]->triangles();
-    figures.fine_triangles = scenes_[1]->triangles();
-    figures.ratio = RatioOf(fine, coarse);
-    return figures;
+    results.coarse_triangles = scenes_[0]->triangles();
+    results.fine_triangles = scenes_[1]->triangles();
+    results.ratio = RatioOf(fine, coarse);
+    return results;
   }
 
  private:
@@ -173,20 +173,20 @@ class TickTimer {
   static constexpr int kBlock = 100;      // ticks a ratio
   static constexpr int kTicksAStep = 33;
 
-  void OnePeriod(int number, TickFigures* figures) {
+  void OnePeriod(int number, TickResults* results) {
     clock_.SleepUntil(wake_);
     std::array<Nanoseconds, 2> took;
     // Which goes first finds the colder caches.
     for (const int i : {number % 2, 1 - number % 2}) took[i] = scenes_[i]->Tick(tick_, &clock_);
-    figures->coarse.Add(took[0]);
-    figures->fine.Add(took[1]);
+    results->coarse.Add(took[0]);
+    results->fine.Add(took[1]);
     for (int i = 0; i < 2; ++i) {
-      if (number % kTicksAStep == 0) figures->with_new_patch.Add(took[i]);
+      if (number % kTicksAStep == 0) results->with_new_patch.Add(took[i]);
       blocks_[i].push_back(static_cast<double>(took[i]));
     }
     const Nanoseconds start = clock_.Now();
     result_ = BareLoop(bare_rounds_);
-    figures->bare.Add(clock_.Now() - start);
+    results->bare.Add(clock_.Now() - start);
     if (number % kTicksAStep == kTicksAStep - 1) {
       for (FeltScene* scene : scenes_) scene->Step(clock_.Now());
     }
@@ -205,17 +205,17 @@ class TickTimer {
 
 }  // namespace
 
-TickFigures TimeTicks(bool quick) {
+TickResults TimeTicks(bool quick) {
   BenchOrgan coarse = MakeBenchOrgan("liver_274");
   BenchOrgan fine = MakeBenchOrgan(quick ? "liver_5000" : "liver_120000");
   for (BenchOrgan* organ : {&coarse, &fine}) organ->options.lattice.cells = {6, 6, 6};
   FeltScene coarse_scene(coarse), fine_scene(fine);
-  TickFigures figures;
+  TickResults results;
   std::jthread([&] {
     RequestRealtime({.fifo_priority = 80, .lock_memory = true, .prefault_stack = true});
-    figures = TickTimer(&coarse_scene, &fine_scene).Run(quick ? 1000 : 20000);
+    results = TickTimer(&coarse_scene, &fine_scene).Run(quick ? 1000 : 20000);
   }).join();
-  return figures;
+  return results;
 }
 
 }  // namespace hpdm

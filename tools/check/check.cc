@@ -7,7 +7,7 @@
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/session/session.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 
 namespace hpdm {
 namespace {

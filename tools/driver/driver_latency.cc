@@ -24,7 +24,7 @@
 #include "lcmtypes/live/device_link.h"
 #include "lcmtypes/live/network.h"
 #include "lcmtypes/wire/codec.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 
 namespace hpdm {
 namespace {

@@ -15,7 +15,7 @@ std::string Percent(double share) {
 }
 
 Json ToJson(const HandReport& hand) {
-  const ForceFigures& f = hand.figures;
+  const ForceResults& f = hand.results;
   return {{"case", hand.case_name},
           {"instrument", f.instrument},
           {"peak_N", f.peak},
@@ -85,7 +85,7 @@ std::string AccuracyHead() {
 }
 
 std::string AccuracyRow(const HandReport& hand) {
-  const ForceFigures& f = hand.figures;
+  const ForceResults& f = hand.results;
   return Format(
       "%-24s %-8s %7.3f %6s %6s %6s %8.4f %8.4f %7d %6d %6d %6d %8.1e %6s %6s %5.1f %5.1f\n",
       hand.case_name.c_str(), f.instrument.c_str(), f.peak, Percent(f.error).c_str(),
@@ -113,7 +113,7 @@ std::string AccuracyMarkdown(const std::vector<HandReport>& hands,
       "| hand | peak | error, at most 5 % | comb, at most 1 % | largest step in a tick (the whole "
       "model's) | the paper's Eq. 29, k1 and k2 fitted (default) |\n|---|---|---|---|---|---|\n";
   for (const HandReport& hand : hands) {
-    const ForceFigures& f = hand.figures;
+    const ForceResults& f = hand.results;
     text += Format("| `%s`, %s | %.2f N | %s %% | %s | %.3f N (%.3f) | %s %% (%s %%) |\n",
                    hand.case_name.c_str(), f.instrument.c_str(), f.peak, Percent(f.error).c_str(),
                    std::isnan(f.comb) ? "-" : (Percent(f.comb) + " %").c_str(), f.largest_step,

@@ -17,7 +17,7 @@ inline constexpr double kCombTarget = 0.01;  ///< Comb, at most.
 /// One instrument of one case.
 struct HandReport {
   std::string case_name;
-  ForceFigures figures;
+  ForceResults results;
   std::string course;  ///< File name of CourseTable.
 };
 

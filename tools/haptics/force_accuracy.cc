@@ -203,29 +203,29 @@ ForceSignal Magnitude(const ForceSignal& force) {
   return magnitude;
 }
 
-ForceFigures FiguresOf(const ForceCourse& course, const TimingOptions& timing) {
-  ForceFigures figures;
-  figures.peak = PeakForce(course.reference);
-  figures.shaft_ticks = course.shaft_ticks;
+ForceResults ResultsOf(const ForceCourse& course, const TimingOptions& timing) {
+  ForceResults results;
+  results.peak = PeakForce(course.reference);
+  results.shaft_ticks = course.shaft_ticks;
   for (std::size_t t = 0; t < course.reference.size(); ++t) {
     const bool acts = course.reference[t].squaredNorm() > 0;
     const bool felt = course.production[t].squaredNorm() > 0;
-    figures.contact_ticks += acts;
-    figures.missed_ticks += acts && !felt;
-    figures.false_ticks += felt && !acts;
-    figures.largest_tick_error = std::max(figures.largest_tick_error,
+    results.contact_ticks += acts;
+    results.missed_ticks += acts && !felt;
+    results.false_ticks += felt && !acts;
+    results.largest_tick_error = std::max(results.largest_tick_error,
                                           (course.reference_tick[t] - course.reference[t]).norm());
   }
-  if (figures.peak > 0) figures.largest_tick_error /= figures.peak;
-  figures.error = ContactError(course.production, course.reference);
-  figures.magnitude_error = ContactError(Magnitude(course.production), Magnitude(course.reference));
-  figures.comb = Comb(course.production, course.reference, timing.haptic_hz, timing.deformation_hz);
-  figures.largest_step = LargestStep(course.production);
-  figures.reference_largest_step = LargestStep(course.reference);
-  figures.tick_error = ContactError(course.reference_tick, course.reference);
-  figures.paper_error = ContactError(course.paper, course.reference);
-  figures.paper_fitted_error = ContactError(course.paper_fitted, course.reference);
-  return figures;
+  if (results.peak > 0) results.largest_tick_error /= results.peak;
+  results.error = ContactError(course.production, course.reference);
+  results.magnitude_error = ContactError(Magnitude(course.production), Magnitude(course.reference));
+  results.comb = Comb(course.production, course.reference, timing.haptic_hz, timing.deformation_hz);
+  results.largest_step = LargestStep(course.production);
+  results.reference_largest_step = LargestStep(course.reference);
+  results.tick_error = ContactError(course.reference_tick, course.reference);
+  results.paper_error = ContactError(course.paper, course.reference);
+  results.paper_fitted_error = ContactError(course.paper_fitted, course.reference);
+  return results;
 }
 
 }  // namespace
@@ -244,11 +244,11 @@ ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds) {
   std::vector<Springs> fitted;
   PlayPapers(&trial, &accuracy.courses, &fitted);
   for (std::size_t i = 0; i < accuracy.courses.size(); ++i) {
-    accuracy.figures.push_back(FiguresOf(accuracy.courses[i], scene.timing));
-    accuracy.figures.back().instrument = scene.instruments[i].name;
-    accuracy.figures.back().script = scene.instruments[i].hand.script;
-    accuracy.figures.back().paper_fitted_k1 = fitted[i].k1;
-    accuracy.figures.back().paper_fitted_k2 = fitted[i].k2;
+    accuracy.results.push_back(ResultsOf(accuracy.courses[i], scene.timing));
+    accuracy.results.back().instrument = scene.instruments[i].name;
+    accuracy.results.back().script = scene.instruments[i].hand.script;
+    accuracy.results.back().paper_fitted_k1 = fitted[i].k1;
+    accuracy.results.back().paper_fitted_k2 = fitted[i].k2;
   }
   return accuracy;
 }

@@ -21,7 +21,7 @@ struct ForceCourse {
 };
 
 /// Figures of a course (force_signal.h); errors are over the reference's peak.
-struct ForceFigures {
+struct ForceResults {
   std::string instrument;
   HandScript script = HandScript::kPalpate;
   double peak = 0;             ///< N, the reference's.
@@ -45,7 +45,7 @@ struct ForceFigures {
 struct ForceAccuracy {
   double rate_hz = 0;
   std::vector<ForceCourse> courses;   ///< One an instrument.
-  std::vector<ForceFigures> figures;  ///< One an instrument.
+  std::vector<ForceResults> results;  ///< One an instrument.
   double residual = 0;                ///< Largest relative residual of the reference's steps.
   int unfinished_steps = 0;           ///< Of the reference, that spent their iterations.
 };

@@ -18,7 +18,7 @@
 #include "tools/plots/plot_force_accuracy.h"
 #include "tools/plots/python_plot.h"
 #include "tools/shared/child_process.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/staged_file.h"
 
 namespace hpdm {
@@ -88,10 +88,10 @@ std::vector<HandReport> MeasureHands(const std::vector<AccuracyCase>& cases, con
                    "residual %.1e\n",
                    each.name.c_str(), accuracy.unfinished_steps, accuracy.residual);
     }
-    for (std::size_t i = 0; i < accuracy.figures.size(); ++i) {
-      const ForceFigures& figures = accuracy.figures[i];
+    for (std::size_t i = 0; i < accuracy.results.size(); ++i) {
+      const ForceResults& results = accuracy.results[i];
       hands.push_back(
-          {each.name, figures, "force_" + each.name + "_" + figures.instrument + ".csv"});
+          {each.name, results, "force_" + each.name + "_" + results.instrument + ".csv"});
       WriteTextFile(out / hands.back().course, CourseTable(accuracy.courses[i], accuracy.rate_hz));
       if (!quiet) std::cout << AccuracyRow(hands.back()) << std::flush;
     }

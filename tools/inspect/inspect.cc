@@ -10,7 +10,7 @@
 #include "engine/mesh/mesh_facts.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 
 namespace hpdm {
 namespace {

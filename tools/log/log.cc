@@ -17,7 +17,7 @@
 #include "tools/log/mcap_export.h"
 #include "tools/session/session_path.h"
 #include "tools/session/session_scene.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/schema_files.h"
 #include "tools/shared/staged_file.h"

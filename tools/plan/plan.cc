@@ -11,7 +11,7 @@
 #include "tools/plan/scene_plan.h"
 #include "tools/plots/plot_plan.h"
 #include "tools/plots/python_plot.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/machine_facts.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/staged_file.h"

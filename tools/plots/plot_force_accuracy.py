@@ -101,12 +101,12 @@ def draw_errors(trials, targets, picture):
 
 def main(report, courses, errors):
     path = pathlib.Path(report)
-    figures = json.loads(path.read_text(encoding="utf-8"))
-    trials = figures["hands"]
+    results = json.loads(path.read_text(encoding="utf-8"))
+    trials = results["hands"]
     if not trials:
         raise SystemExit(f"{report}: no case to plot")
     draw_courses(trials, path.parent, courses)
-    draw_errors(trials, figures["targets"], errors)
+    draw_errors(trials, results["targets"], errors)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@
 #include "tools/session/lockstep.h"
 #include "tools/session/session_path.h"
 #include "tools/session/session_scene.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/report_text.h"
 
 namespace hpdm {

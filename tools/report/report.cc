@@ -12,7 +12,7 @@
 #include "tools/report/metrics/session_files.h"
 #include "tools/report/metrics/session_metrics.h"
 #include "tools/report/page/report_page.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/staged_file.h"
 
 namespace hpdm {

@@ -25,7 +25,7 @@
 #include "tools/session/session_folder.h"
 #include "tools/session/session_path.h"
 #include "tools/session/session_threads.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/number_text.h"
 
 namespace hpdm {

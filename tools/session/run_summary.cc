@@ -3,7 +3,7 @@
 #include <string_view>
 #include <thread>
 
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/machine_facts.h"
 #include "tools/shared/report_text.h"
 
@@ -154,21 +154,21 @@ std::string MachineLines(const Json& summary) {
 Json RunSummary(const Session& session, const RunRecord& record, const TelemetrySummary& telemetry,
                 const RenderLoop* render, const std::vector<std::string>& command_line,
                 const SessionFolder& folder) {
-  const SessionSummary& figures = telemetry.session;
+  const SessionSummary& results = telemetry.session;
   const double seconds =
       static_cast<double>(record.haptic.Periods()) * ToSeconds(session.haptic_period_ns());
   Json summary = {{"scene", session.scene().name},
                   {"clock", record.lockstep ? "lockstep" : "real"},
                   {"seconds", seconds},
                   {"interrupted", record.interrupted},
-                  {"haptic", HapticToJson(record, figures)},
-                  {"deformation", DeformationToJson(record, figures)}};
-  if (render != nullptr) summary["render"] = RenderToJson(*render, figures, seconds);
-  summary["tools"] = ToolsToJson(session, figures);
+                  {"haptic", HapticToJson(record, results)},
+                  {"deformation", DeformationToJson(record, results)}};
+  if (render != nullptr) summary["render"] = RenderToJson(*render, results, seconds);
+  summary["tools"] = ToolsToJson(session, results);
   summary["log"] = {{"events", telemetry.log.events},
                     {"dropped", telemetry.log.dropped},
                     {"bytes", telemetry.log.bytes},
-                    {"ticks", figures.ticks},
+                    {"ticks", results.ticks},
                     {"ticks_lost", telemetry.queue_overflows},
                     {"steps_lost", telemetry.step_overflows},
                     {"failure", telemetry.log.Explain()},
@@ -177,7 +177,7 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
     summary["live"] = {{"messages", telemetry.live_messages}, {"errors", telemetry.live_errors}};
   }
   if (record.link) summary["device_link"] = LinkToJson(*record.link);
-  if (!record.lockstep) summary["machine"] = MachineToJson(record, figures);
+  if (!record.lockstep) summary["machine"] = MachineToJson(record, results);
   summary["realtime"] = RealtimeToJson(record);
   summary["command"] = CommandToJson(command_line);
   summary["files"] = FilesToJson(folder.files());

@@ -36,28 +36,28 @@ double MedianSolveMicroseconds(const StaticLoads& loads, int iterations) {
   return Time([&] { loads.Solve(); }, {3, 21, 2}).median_us / std::max(iterations, 1);
 }
 
-void Print(const SolveOptions& options, const Scene& scene, const Json& figures) {
+void Print(const SolveOptions& options, const Scene& scene, const Json& results) {
   if (options.json) {
-    std::cout << figures.dump(2) << "\n";
+    std::cout << results.dump(2) << "\n";
     return;
   }
   std::printf(
       "%s: %d control points and %d local functions, compliance %.4g m/N, largest displacement "
       "%.2f mm\n",
-      scene.name.c_str(), figures["control_points"].get<int>(),
-      figures["local_functions"].get<int>(), figures["compliance_m_per_N"].get<double>(),
-      1000 * figures["largest_displacement_m"].get<double>());
-  const int iterations = figures["newton_iterations"].get<int>();
+      scene.name.c_str(), results["control_points"].get<int>(),
+      results["local_functions"].get<int>(), results["compliance_m_per_N"].get<double>(),
+      1000 * results["largest_displacement_m"].get<double>());
+  const int iterations = results["newton_iterations"].get<int>();
   std::printf("set up in %.0f ms, %s in %.0f us, residual %.1e\n",
-              figures["setup_ms"].get<double>(),
-              iterations > 0 ? "each Newton iteration" : "solved", figures["step_us"].get<double>(),
-              figures["residual"].get<double>());
-  if (figures.contains("error")) {
+              results["setup_ms"].get<double>(),
+              iterations > 0 ? "each Newton iteration" : "solved", results["step_us"].get<double>(),
+              results["residual"].get<double>());
+  if (results.contains("error")) {
     std::printf("error against %s: %.1f %% (area-weighted relative L2)\n",
-                options.reference.c_str(), 100 * figures["error"].get<double>());
+                options.reference.c_str(), 100 * results["error"].get<double>());
   }
-  if (figures.contains("picture")) {
-    const Json& picture = figures["picture"];
+  if (results.contains("picture")) {
+    const Json& picture = results["picture"];
     std::printf("%s: coloured by %s, from 0 (dark blue) to %g mm (yellow)\n",
                 options.picture.c_str(), picture["colours"].get<std::string>().c_str(),
                 1000 * picture["full_scale_m"].get<double>());
@@ -104,7 +104,7 @@ void Solve(const SolveOptions& options) {
   RefuseContradictions(scene, solution);
   WriteSurfaceTable(options.out, {model.rest().vertices, solution.vertex_displacements});
 
-  Json figures = {
+  Json results = {
       {"scene", scene.name},
       {"control_points", model.control_points()},
       {"local_functions", loads.local_functions()},
@@ -120,22 +120,22 @@ void Solve(const SolveOptions& options) {
   for (std::size_t i = 0; i < scene.loads.size(); ++i) {
     const Vector3d& f = solution.load_forces[i];
     const Vector3d& u = solution.load_displacements[i];
-    figures["loads"].push_back(
+    results["loads"].push_back(
         {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
   }
   if (reference) {
-    figures["error"] =
+    results["error"] =
         RelativeSurfaceError(model.rest(), solution.vertex_displacements, *reference);
   }
   if (!options.picture.empty()) {
     const SolvedColours colours =
         WriteSolvedPicture(options.picture, load_case, solution.vertex_displacements,
                            reference ? &*reference : nullptr);
-    figures["picture"] = {{"file", options.picture},
+    results["picture"] = {{"file", options.picture},
                           {"colours", colours.error ? "error" : "displacement"},
                           {"full_scale_m", colours.full_scale}};
   }
-  Print(options, scene, figures);
+  Print(options, scene, results);
   if (solution.collapsed > 0) {
     std::fprintf(stderr,
                  "%s: warning: %.2g %% of the tissue is inverted or compressed beyond what its law "

@@ -15,7 +15,7 @@
 #include "tools/commands.h"
 #include "tools/session/session_path.h"
 #include "tools/session/stop_signals.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/schema_files.h"
 #include "tools/spy/dashboard/dashboard.h"

@@ -14,7 +14,7 @@
 #include "tools/commands.h"
 #include "tools/plots/plot_stress.h"
 #include "tools/plots/python_plot.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/machine_facts.h"
 #include "tools/shared/staged_file.h"
 #include "tools/stress/stress_cases.h"

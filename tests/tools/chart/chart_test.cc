@@ -18,7 +18,7 @@
 #include "tests/support/mesh_shapes.h"
 #include "tests/support/read_file.h"
 #include "tests/support/shapes.h"
-#include "tools/bench/bench_figures.h"
+#include "tools/bench/bench_results.h"
 #include "tools/bench/power_law.h"
 #include "tools/chart/chart_report.h"
 #include "tools/chart/loaded_body.h"
@@ -170,7 +170,7 @@ TEST(Timings, WorksAreTimedInTurnAndSummarised) {
   EXPECT_EQ(summary.minimum_us, 1);
 }
 
-TEST(BenchFigures, RatioIsOfTheRoundsAndNotOfTheMedians) {
+TEST(BenchResults, RatioIsOfTheRoundsAndNotOfTheMedians) {
   // The machine slows down in the middle for both: the ratio does not notice.
   const RatioSpread ratio = RatioOf({20, 20, 80, 80, 20}, {10, 10, 40, 40, 10});
   EXPECT_EQ(ratio.median, 2);
@@ -182,15 +182,15 @@ TEST(BenchFigures, RatioIsOfTheRoundsAndNotOfTheMedians) {
   EXPECT_EQ(wide.high, 10);
 }
 
-TEST(BenchFigures, MarkdownHasARowAComparison) {
-  BenchFigures figures;
-  figures.models.push_back({"strain", "anew", false, {20, 19}, {100, 90}, 1e-13, 1e-12, {5, 4, 6}});
-  figures.models.push_back({"strain", "anew", true, {50, 49}, {400, 390}, 1e-13, 1e-12, {8, 7, 9}});
-  figures.models.push_back({"metric", "anew", false, {10, 9}, {40, 30}, 1e-13, 1e-12, {4, 3, 5}});
-  figures.meshes.push_back({"strain", 2, 1124, {10, 9}, {15, 14}, 274, 1332, {1.5, 1.4, 1.6}});
-  figures.costs.push_back(
+TEST(BenchResults, MarkdownHasARowAComparison) {
+  BenchResults results;
+  results.models.push_back({"strain", "anew", false, {20, 19}, {100, 90}, 1e-13, 1e-12, {5, 4, 6}});
+  results.models.push_back({"strain", "anew", true, {50, 49}, {400, 390}, 1e-13, 1e-12, {8, 7, 9}});
+  results.models.push_back({"metric", "anew", false, {10, 9}, {40, 30}, 1e-13, 1e-12, {4, 3, 5}});
+  results.meshes.push_back({"strain", 2, 1124, {10, 9}, {15, 14}, 274, 1332, {1.5, 1.4, 1.6}});
+  results.costs.push_back(
       {"relocate", "vertices", {550, 500000}, {8, 9000}, {1.02, 1, 0.999}, 2000});
-  const std::string text = BenchMarkdown(figures, "one core");
+  const std::string text = BenchMarkdown(results, "one core");
   for (const char* row :
        {"| strain | anew | 50,000 | 10,000 | 5 (4-6) | 20,000 | 2,500 | 8 (7-9) | 1e-13 / 1e-12 "
         "|\n",
@@ -203,14 +203,14 @@ TEST(BenchFigures, MarkdownHasARowAComparison) {
       << text;
 }
 
-TEST(BenchFigures, MarkdownHasWhatWasMeasuredAndNothingElse) {
-  BenchFigures figures;
-  figures.ticks.emplace();
-  figures.ticks->coarse_triangles = 274;
-  figures.ticks->fine_triangles = 120000;
-  figures.ticks->ratio = {1.1, 1, 1.2};
-  for (int i = 1; i <= 4; ++i) figures.ticks->fine.Add(i);
-  const std::string text = BenchMarkdown(figures, "one core");
+TEST(BenchResults, MarkdownHasWhatWasMeasuredAndNothingElse) {
+  BenchResults results;
+  results.ticks.emplace();
+  results.ticks->coarse_triangles = 274;
+  results.ticks->fine_triangles = 120000;
+  results.ticks->ratio = {1.1, 1, 1.2};
+  for (int i = 1; i <= 4; ++i) results.ticks->fine.Add(i);
+  const std::string text = BenchMarkdown(results, "one core");
   EXPECT_NE(text.find("| tick, 120,000 triangles | 0.00 | 0.00 | 0.00 | 0.00 |"), std::string::npos)
       << text;
   EXPECT_NE(text.find("Many triangles over few: 1.1 (1-1.2)."), std::string::npos) << text;

@@ -86,25 +86,25 @@ class FeltForceOf : public testing::TestWithParam<Claim> {};
 
 TEST_P(FeltForceOf, AHandIsTheWholeModels) {
   const ForceAccuracy accuracy = MeasureForceAccuracy(CaseScene(GetParam().name), 1.6);
-  for (const ForceFigures& figures : accuracy.figures) {
+  for (const ForceResults& results : accuracy.results) {
     std::printf("%s, %s: %.2f %% of %.3f N, comb %.2f %%, step %.4f N (%.4f), paper %.1f %%\n",
-                GetParam().name, figures.instrument.c_str(), 100 * figures.error, figures.peak,
-                100 * figures.comb, figures.largest_step, figures.reference_largest_step,
-                100 * figures.paper_fitted_error);
-    EXPECT_GT(figures.peak, 0.1);
-    EXPECT_GT(figures.contact_ticks, 100);
-    EXPECT_EQ(figures.shaft_ticks, 0);
-    EXPECT_LT(figures.error, GetParam().error);
+                GetParam().name, results.instrument.c_str(), 100 * results.error, results.peak,
+                100 * results.comb, results.largest_step, results.reference_largest_step,
+                100 * results.paper_fitted_error);
+    EXPECT_GT(results.peak, 0.1);
+    EXPECT_GT(results.contact_ticks, 100);
+    EXPECT_EQ(results.shaft_ticks, 0);
+    EXPECT_LT(results.error, GetParam().error);
     // The patches' arrival is faded in: no rhythm of theirs and no step beyond the motion's own,
     // which is that of the whole model (its contact may turn by a percent in a tick).
-    EXPECT_FALSE(figures.comb > 0.003);  // unknown for a tap's short contacts
-    EXPECT_LT(figures.largest_step, 1.2 * figures.reference_largest_step);
+    EXPECT_FALSE(results.comb > 0.003);  // unknown for a tap's short contacts
+    EXPECT_LT(results.largest_step, 1.2 * results.reference_largest_step);
     // Where no time has passed since the step the tick gives the step's own force, but for what the
     // contact goes on in that tick.
-    EXPECT_LT(figures.tick_error, 0.01);
+    EXPECT_LT(results.tick_error, 0.01);
     // Rest neighbours know no direction: even the springs that fit this very pull best are far off.
-    if (figures.script == HandScript::kGraspPull) {
-      EXPECT_GT(figures.paper_fitted_error, 5 * figures.error);
+    if (results.script == HandScript::kGraspPull) {
+      EXPECT_GT(results.paper_fitted_error, 5 * results.error);
     }
   }
 }
@@ -149,7 +149,7 @@ class FlowHaptics : public testing::Test {
   ScratchFolder folder_;
 };
 
-TEST_F(FlowHaptics, OneCaseLeavesItsFiguresCourseAndPictures) {
+TEST_F(FlowHaptics, OneCaseLeavesItsResultsSeriesAndPictures) {
   ASSERT_EQ(Hpdm("haptics " + scene_ + " --quick --only press --out measured --json"), 0)
       << Read("stderr");
   const nlohmann::json all = nlohmann::json::parse(Read("stdout"));

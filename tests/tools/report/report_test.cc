@@ -60,12 +60,12 @@ TEST_F(ReportTest, ItsOwnPageNeverLeadsOutOfTheFolder) {
 }
 
 TEST_F(ReportTest, ForcesAreThoseOfTheSessionsSummary) {
-  const Json summary = Json::parse(ReadFile(Recorded() + "/summary.json")), figures = Figures();
-  ASSERT_EQ(figures["hands"].size(), 2u);
-  EXPECT_EQ(figures["scene"], summary["scene"]);
-  EXPECT_NEAR(figures["duration_s"], 6, 1e-9);
+  const Json summary = Json::parse(ReadFile(Recorded() + "/summary.json")), results = Results();
+  ASSERT_EQ(results["hands"].size(), 2u);
+  EXPECT_EQ(results["scene"], summary["scene"]);
+  EXPECT_NEAR(results["duration_s"], 6, 1e-9);
   for (std::size_t h = 0; h < 2; ++h) {
-    const Json &hand = figures["hands"][h], &tool = summary["tools"][h];
+    const Json &hand = results["hands"][h], &tool = summary["tools"][h];
     EXPECT_EQ(hand["name"], tool["name"]);
     EXPECT_EQ(hand["peak_force_N"], tool["peak_force_N"]);
     EXPECT_EQ(hand["deepest_press_m"], tool["deepest_press_m"]);
@@ -77,17 +77,17 @@ TEST_F(ReportTest, ForcesAreThoseOfTheSessionsSummary) {
     // These hands reach along minimum-jerk lines.
     EXPECT_NEAR(hand["smoothness_sparc"], -1.4, 0.1);
   }
-  EXPECT_EQ(figures["log_health"]["sound"], true);
+  EXPECT_EQ(results["log_health"]["sound"], true);
 }
 
 TEST_F(ReportTest, NumbersOnThePageAreTheJsons) {
   const std::string page = Page();
-  const Json figures = Figures();
+  const Json results = Results();
   for (std::size_t h = 0; h < 2; ++h) {
     for (const MetricDefinition& metric : MetricDefinitions()) {
       const std::string shown = ShownAt(page, "hands." + std::to_string(h) + "." + metric.key);
       ASSERT_NE(shown, "") << metric.key;
-      const Json& value = figures["hands"][h][metric.key];
+      const Json& value = results["hands"][h][metric.key];
       if (value.is_null()) continue;
       const auto point = std::string(metric.format).find('.');
       const double half = 0.5 * std::pow(10, '0' - metric.format[point + 1]);  // of the last digit
@@ -98,7 +98,7 @@ TEST_F(ReportTest, NumbersOnThePageAreTheJsons) {
 
 TEST_F(ReportTest, EveryFigureIsDefinedOnThePageAndInTheReadme) {
   const std::string page = Page(), readme = ReadFile(HPDM_SOURCE_DIR "/tools/report/README.md");
-  const Json hand = Figures()["hands"][0];
+  const Json hand = Results()["hands"][0];
   for (const auto& [key, value] : hand.items()) {
     if (key == "name") continue;
     EXPECT_NE(readme.find("`" + key), std::string::npos) << key;
@@ -119,7 +119,7 @@ TEST_F(ReportTest, EveryFigureIsDefinedOnThePageAndInTheReadme) {
 }
 
 TEST_F(ReportTest, TheForceLimitIsAnOption) {
-  const Json strict = Figures("--force-limit 0.5"), lax = Figures("--force-limit 9");
+  const Json strict = Results("--force-limit 0.5"), lax = Results("--force-limit 9");
   EXPECT_GT(strict["hands"][1]["over_limit_s"], 0);
   EXPECT_GT(strict["hands"][1]["over_limit_count"], 0);
   EXPECT_EQ(lax["hands"][1]["over_limit_s"], 0);
@@ -131,8 +131,8 @@ TEST_F(ReportTest, StandsBesideAnotherSession) {
   const std::string page = Page("--against " + Recorded());
   EXPECT_NE(page.find("compared with"), std::string::npos);
   EXPECT_NE(page.find(">0\u00a0%<"), std::string::npos);  // with itself nothing has changed
-  const Json figures = Figures("--against " + Recorded());
-  EXPECT_EQ(figures["against"]["hands"], figures["hands"]);
+  const Json results = Results("--against " + Recorded());
+  EXPECT_EQ(results["against"]["hands"], results["hands"]);
 }
 
 TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {

@@ -111,13 +111,13 @@ void SessionTicks::Fill(SessionReading* reading) {
   reading->course.pauses = std::move(pauses_);
   for (Hand& hand : hands_) {
     hand.course.Break();
-    HandReport figures;
-    figures.motion = MeasureMotion(hand.course.stretches());
-    figures.contact = hand.all.Metrics();
-    for (const ContactSums& organ : hand.organs) figures.by_organ.push_back(organ.Metrics());
-    figures.device_lost = hand.device_lost;
-    figures.held = std::move(hand.held);
-    report.hands.push_back(std::move(figures));
+    HandReport results;
+    results.motion = MeasureMotion(hand.course.stretches());
+    results.contact = hand.all.Metrics();
+    for (const ContactSums& organ : hand.organs) results.by_organ.push_back(organ.Metrics());
+    results.device_lost = hand.device_lost;
+    results.held = std::move(hand.held);
+    report.hands.push_back(std::move(results));
     reading->course.hands.push_back({hand.course.stretches(), std::move(hand.peaks)});
   }
   report.exchanges = exchanges_;

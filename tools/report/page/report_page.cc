@@ -11,7 +11,7 @@
 #include "tools/report/metrics/verdicts.h"
 #include "tools/report/page/html_text.h"
 #include "tools/report/page/page_data.h"
-#include "tools/shared/json_figures.h"
+#include "tools/shared/json_text.h"
 #include "tools/shared/report_text.h"
 #include "tools/web/web_pages.h"
 

@@ -20,10 +20,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr auto kFrame = milliseconds(100);    // between two pictures
-constexpr auto kFigures = milliseconds(250);  // between two looks at rates
-constexpr auto kReading = milliseconds(40);   // without looking at the keys
-constexpr int kPoll = 50;                     // ms between two looks at the source
+constexpr auto kFrame = milliseconds(100);             // between two pictures
+constexpr auto kStatisticsPeriod = milliseconds(250);  // between two looks at rates
+constexpr auto kReading = milliseconds(40);            // without looking at the keys
+constexpr int kPoll = 50;                              // ms between two looks at the source
 
 // At most 40 columns, for the narrowest terminals.
 constexpr const char* kHelp[] = {
@@ -57,7 +57,7 @@ class View {
       : source_(*source), schemas_(schemas), table_(schemas) {}
 
   void Run(const StopSignals& stop) {
-    Clock::time_point next_picture = Clock::now(), next_figures = next_picture;
+    Clock::time_point next_picture = Clock::now(), next_statistics = next_picture;
     bool busy = false;
     while (!quit_ && !screen_.gone() && !stop.WaitFor(0)) {
       bool touched = false;
@@ -72,9 +72,9 @@ class View {
       busy = Read();
       jumped_ |= source_.messages().ended() != ended;
       const Clock::time_point now = Clock::now();
-      if (now >= next_figures || jumped_) {
+      if (now >= next_statistics || jumped_) {
         channels_.SetRows(table_.Rows(source_.player() != nullptr ? last_us_ : WallTimeUs()));
-        next_figures = now + kFigures;
+        next_statistics = now + kStatisticsPeriod;
         jumped_ = false;
       }
       if (touched || now >= next_picture) {

@@ -112,13 +112,13 @@ TEST_F(ReportInBrowser, DrawsEverythingAndAsksForNothing) {
   EXPECT_TRUE(browser.WaitFor("document.querySelector('#view canvas')"));
   EXPECT_EQ(browser.Execute("return document.querySelectorAll('#curves canvas').length"), 4);
   EXPECT_EQ(browser.Text("h1"), "two hands on a liver");
-  const Json figures = Figures();
+  const Json results = Results();
   // As a reader sees it, and as the page's own data has it.
   char shown[32];
   std::snprintf(shown, sizeof shown, "%.2f\u00a0N",
-                figures["hands"][1]["peak_force_N"].get<double>());
+                results["hands"][1]["peak_force_N"].get<double>());
   EXPECT_EQ(browser.Text("[data-key='hands.1.peak_force_N']"), shown);
-  EXPECT_EQ(browser.Execute("return JSON.parse(data.textContent).report.hands"), figures["hands"]);
+  EXPECT_EQ(browser.Execute("return JSON.parse(data.textContent).report.hands"), results["hands"]);
   // The path's colours: something is drawn that is neither ground nor grey.
   EXPECT_GT(browser
                 .Execute(R"(

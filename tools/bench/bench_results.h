@@ -44,7 +44,7 @@ struct MeshComparison {
 std::vector<MeshComparison> CompareMeshes(bool quick);
 
 /// Whole deformation steps of one organ under two instruments, alone and beside others that sleep.
-struct SleepFigures {
+struct SleepResults {
   std::string scene;
   int sleeping = 0;   ///< Organs.
   int triangles = 0;  ///< Of all organs.
@@ -53,7 +53,7 @@ struct SleepFigures {
   std::optional<double> idle_us;  ///< A step in which all organs sleep, median.
 };
 /// With the working folder's scenes/stress.toml, where it is.
-std::vector<SleepFigures> TimeSleep(bool quick);
+std::vector<SleepResults> TimeSleep(bool quick);
 
 /// Cost against size.
 struct CostCurve {
@@ -71,27 +71,27 @@ std::vector<CostCurve> CostOfControlPoints(bool quick);
 /// real-time scheduler where it is granted; the same tick on a liver of few and of many triangles
 /// and a bare loop of arithmetic as long as a tick, in turn in the same periods: what the host adds
 /// to the bare loop it adds to the ticks.
-struct TickFigures {
+struct TickResults {
   int coarse_triangles = 0, fine_triangles = 0;
   Histogram coarse, fine, bare;
   Histogram with_new_patch;  ///< Ticks of both that take the patch of a step.
   RatioSpread ratio;         ///< Fine over coarse: of the medians of blocks of ticks.
 };
-TickFigures TimeTicks(bool quick);
+TickResults TimeTicks(bool quick);
 
 /// Duration of the two sides of a snapshot's hand-over, ns, readings of the clock included.
-struct HandOverFigures {
+struct HandOverResults {
   std::string snapshot;
   std::size_t bytes = 0;  ///< Of the snapshot itself, without its arrays.
   Histogram publish, update;
 };
-std::vector<HandOverFigures> TimeHandOvers(bool quick);
+std::vector<HandOverResults> TimeHandOvers(bool quick);
 /// What the clock's own readings take of it, median.
 double ClockReadingNanoseconds();
 
 /// Time of a frame, drawn and read back, without the session's other loops; the pictures of a
 /// session's first three seconds.
-struct FrameFigures {
+struct FrameResults {
   std::string scene;
   int triangles = 0;  ///< Of its organs.
   int width = 0, height = 0;
@@ -102,11 +102,11 @@ struct FrameFigures {
 };
 /// Of the scenes in the working folder's scenes/ (none there: no rows). Throws MachineError where
 /// nothing can be drawn.
-std::vector<FrameFigures> TimeFrames(bool quick);
+std::vector<FrameResults> TimeFrames(bool quick);
 
 /// Eq. 4 for the picture, on the CPU and in the vertex shader
 /// (render/tissue/lattice_deformation.h).
-struct FfdFigures {
+struct FfdResults {
   std::string lattice;  ///< In words.
   int control_points = 0, triangles = 0;
   Timing step;       ///< CPU, in the step: relocation, local functions, indentation, single
@@ -117,25 +117,25 @@ struct FfdFigures {
 };
 struct FfdTable {
   std::string renderer;
-  std::vector<FfdFigures> rows;
+  std::vector<FfdResults> rows;
 };
 /// Throws MachineError where nothing can be drawn.
 FfdTable TimeFfd(bool quick);
 
 /// What `hpdm bench` measures: everything, or what was asked for.
-struct BenchFigures {
+struct BenchResults {
   std::vector<ModelComparison> models;
   std::vector<MeshComparison> meshes;
-  std::vector<SleepFigures> sleep;
+  std::vector<SleepResults> sleep;
   std::vector<CostCurve> costs;
-  std::optional<TickFigures> ticks;
+  std::optional<TickResults> ticks;
   double clock_reading_ns = 0;
-  std::vector<HandOverFigures> hand_overs;
-  std::vector<FrameFigures> frames;
+  std::vector<HandOverResults> hand_overs;
+  std::vector<FrameResults> frames;
   std::optional<FfdTable> ffd;
 };
 
 /// A section for each that was measured.
-std::string BenchMarkdown(const BenchFigures& figures, const std::string& machine);
+std::string BenchMarkdown(const BenchResults& results, const std::string& machine);
 
 }  // namespace hpdm
