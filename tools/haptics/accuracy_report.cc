@@ -34,7 +34,7 @@ Json ToJson(const HandReport& hand) {
           {"paper_fitted_error", f.paper_fitted_error},
           {"paper_fitted_k1_N_per_m", f.paper_fitted_k1},
           {"paper_fitted_k2_N_per_m", f.paper_fitted_k2},
-          {"course", hand.course}};
+          {"course", hand.series}};
 }
 
 Json ToJson(const TipAccuracy& tip) {
@@ -47,18 +47,18 @@ Json ToJson(const TipAccuracy& tip) {
 
 }  // namespace
 
-std::string CourseTable(const ForceCourse& course, double rate_hz) {
+std::string TimeSeriesTable(const ForceTimeSeries& series, double rate_hz) {
   std::string table =
       "t,production_N,reference_N,reference_tick_N,paper_N,paper_fitted_N,production_x,"
       "production_y,production_z,reference_x,reference_y,reference_z,depth\n";
-  for (std::size_t t = 0; t < course.production.size(); ++t) {
-    const Vector3d& p = course.production[t];
-    const Vector3d& r = course.reference[t];
+  for (std::size_t t = 0; t < series.production.size(); ++t) {
+    const Vector3d& p = series.production[t];
+    const Vector3d& r = series.reference[t];
     table += Format("%.4f,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n",
                     static_cast<double>(t) / rate_hz, p.norm(), r.norm(),
-                    course.reference_tick[t].norm(), course.paper[t].norm(),
-                    course.paper_fitted[t].norm(), p.x(), p.y(), p.z(), r.x(), r.y(), r.z(),
-                    course.depth[t]);
+                    series.reference_tick[t].norm(), series.paper[t].norm(),
+                    series.paper_fitted[t].norm(), p.x(), p.y(), p.z(), r.x(), r.y(), r.z(),
+                    series.depth[t]);
   }
   return table;
 }

@@ -18,13 +18,13 @@ inline constexpr double kCombTarget = 0.01;  ///< Comb, at most.
 struct HandReport {
   std::string case_name;
   ForceResults results;
-  std::string course;  ///< File name of CourseTable.
+  std::string series;  ///< File name of TimeSeriesTable.
 };
 
 /// CSV of one instrument: `t` (s), |force| in N `production_N`, `reference_N`, `reference_tick_N`,
 /// `paper_N`, `paper_fitted_N`, the two that are compared by component (`production_x` ... `_z`,
 /// `reference_x` ... `_z`), and `depth` (m).
-std::string CourseTable(const ForceCourse& course, double rate_hz);
+std::string TimeSeriesTable(const ForceTimeSeries& series, double rate_hz);
 
 /// { "targets": {...}, "hands": [...], "tips": [...] }; keys carry their unit, errors are shares.
 nlohmann::ordered_json AccuracyJson(const std::vector<HandReport>& hands,

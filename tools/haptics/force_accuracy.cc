@@ -54,14 +54,14 @@ class Trial {
 
   const Session& session() const { return session_; }
 
-  void RecordProduction(std::vector<ForceCourse>* courses) {
+  void RecordProduction(std::vector<ForceTimeSeries>* time_series) {
     LoopPair loops(session_, session_.HapticInstruments(), session_.DeformationTools());
     session_.EnableForces(true);
     RunLockstep(&loops, nullptr, [&](const HapticSample& sample) {
       motion_.push_back({sample.tools, loops.deformation.NewestTools()});
-      for (std::size_t i = 0; i < courses->size(); ++i) {
-        (*courses)[i].production.push_back(sample.tools[i].reaction_W);
-        (*courses)[i].depth.push_back(sample.tools[i].depth);
+      for (std::size_t i = 0; i < time_series->size(); ++i) {
+        (*time_series)[i].production.push_back(sample.tools[i].reaction_W);
+        (*time_series)[i].depth.push_back(sample.tools[i].depth);
       }
     });
     session_.EnableForces(false);
@@ -82,11 +82,11 @@ class Trial {
       const HapticSample& sample = loops.Sample();
       loops.scenes.Update();
       const SceneSnapshot& step = loops.scenes.Front();
-      for (std::size_t i = 0; i < accuracy->courses.size(); ++i) {
-        ForceCourse& course = accuracy->courses[i];
-        course.reference.push_back(-step.contacts[i].force_on_tissue_W);
-        course.shaft_ticks += step.contacts[i].shaft_contact;
-        course.reference_tick.push_back(sample.tools[i].reaction_W);
+      for (std::size_t i = 0; i < accuracy->time_series.size(); ++i) {
+        ForceTimeSeries& series = accuracy->time_series[i];
+        series.reference.push_back(-step.contacts[i].force_on_tissue_W);
+        series.shaft_ticks += step.contacts[i].shaft_contact;
+        series.reference_tick.push_back(sample.tools[i].reaction_W);
       }
       accuracy->residual = std::max(accuracy->residual, step.step.residual);
       if ((step.step.flags & kStepBudgetSpent) != 0) ++accuracy->unfinished_steps;
@@ -170,7 +170,8 @@ Springs FittedSprings(const Springs& at, const ForceSignal& base, const ForceSig
   return {best[0], best[1]};
 }
 
-void PlayPapers(Trial* trial, std::vector<ForceCourse>* courses, std::vector<Springs>* fitted) {
+void PlayPapers(Trial* trial, std::vector<ForceTimeSeries>* time_series,
+                std::vector<Springs>* fitted) {
   constexpr double kMore = 10;  // N/m
   std::vector<ToolOptions> options = trial->session().DeformationTools();
   for (ToolOptions& tool : options) tool.reaction = ReactionType::kPaper;
@@ -186,14 +187,14 @@ void PlayPapers(Trial* trial, std::vector<ForceCourse>* courses, std::vector<Spr
   const std::vector<ForceSignal> more_k1 = play(kMore, 0), more_k2 = play(0, kMore);
   for (std::size_t i = 0; i < options.size(); ++i) {
     fitted->push_back(FittedSprings({options[i].k1, options[i].k2}, paper[i], more_k1[i],
-                                    more_k2[i], kMore, (*courses)[i].reference));
+                                    more_k2[i], kMore, (*time_series)[i].reference));
     options[i].k1 = fitted->back().k1;
     options[i].k2 = fitted->back().k2;
   }
   const std::vector<ForceSignal> best = play(0, 0);
   for (std::size_t i = 0; i < options.size(); ++i) {
-    (*courses)[i].paper = paper[i];
-    (*courses)[i].paper_fitted = best[i];
+    (*time_series)[i].paper = paper[i];
+    (*time_series)[i].paper_fitted = best[i];
   }
 }
 
@@ -203,28 +204,28 @@ ForceSignal Magnitude(const ForceSignal& force) {
   return magnitude;
 }
 
-ForceResults ResultsOf(const ForceCourse& course, const TimingOptions& timing) {
+ForceResults ResultsOf(const ForceTimeSeries& series, const TimingOptions& timing) {
   ForceResults results;
-  results.peak = PeakForce(course.reference);
-  results.shaft_ticks = course.shaft_ticks;
-  for (std::size_t t = 0; t < course.reference.size(); ++t) {
-    const bool acts = course.reference[t].squaredNorm() > 0;
-    const bool felt = course.production[t].squaredNorm() > 0;
+  results.peak = PeakForce(series.reference);
+  results.shaft_ticks = series.shaft_ticks;
+  for (std::size_t t = 0; t < series.reference.size(); ++t) {
+    const bool acts = series.reference[t].squaredNorm() > 0;
+    const bool felt = series.production[t].squaredNorm() > 0;
     results.contact_ticks += acts;
     results.missed_ticks += acts && !felt;
     results.false_ticks += felt && !acts;
     results.largest_tick_error = std::max(results.largest_tick_error,
-                                          (course.reference_tick[t] - course.reference[t]).norm());
+                                          (series.reference_tick[t] - series.reference[t]).norm());
   }
   if (results.peak > 0) results.largest_tick_error /= results.peak;
-  results.error = ContactError(course.production, course.reference);
-  results.magnitude_error = ContactError(Magnitude(course.production), Magnitude(course.reference));
-  results.comb = Comb(course.production, course.reference, timing.haptic_hz, timing.deformation_hz);
-  results.largest_step = LargestStep(course.production);
-  results.reference_largest_step = LargestStep(course.reference);
-  results.tick_error = ContactError(course.reference_tick, course.reference);
-  results.paper_error = ContactError(course.paper, course.reference);
-  results.paper_fitted_error = ContactError(course.paper_fitted, course.reference);
+  results.error = ContactError(series.production, series.reference);
+  results.magnitude_error = ContactError(Magnitude(series.production), Magnitude(series.reference));
+  results.comb = Comb(series.production, series.reference, timing.haptic_hz, timing.deformation_hz);
+  results.largest_step = LargestStep(series.production);
+  results.reference_largest_step = LargestStep(series.reference);
+  results.tick_error = ContactError(series.reference_tick, series.reference);
+  results.paper_error = ContactError(series.paper, series.reference);
+  results.paper_fitted_error = ContactError(series.paper_fitted, series.reference);
   return results;
 }
 
@@ -238,13 +239,13 @@ ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds) {
   Trial trial(scene, seconds);
   ForceAccuracy accuracy;
   accuracy.rate_hz = scene.timing.haptic_hz;
-  accuracy.courses.resize(scene.instruments.size());
-  trial.RecordProduction(&accuracy.courses);
+  accuracy.time_series.resize(scene.instruments.size());
+  trial.RecordProduction(&accuracy.time_series);
   trial.PlayReference(&accuracy);
   std::vector<Springs> fitted;
-  PlayPapers(&trial, &accuracy.courses, &fitted);
-  for (std::size_t i = 0; i < accuracy.courses.size(); ++i) {
-    accuracy.results.push_back(ResultsOf(accuracy.courses[i], scene.timing));
+  PlayPapers(&trial, &accuracy.time_series, &fitted);
+  for (std::size_t i = 0; i < accuracy.time_series.size(); ++i) {
+    accuracy.results.push_back(ResultsOf(accuracy.time_series[i], scene.timing));
     accuracy.results.back().instrument = scene.instruments[i].name;
     accuracy.results.back().script = scene.instruments[i].hand.script;
     accuracy.results.back().paper_fitted_k1 = fitted[i].k1;

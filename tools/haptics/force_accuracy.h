@@ -10,7 +10,7 @@
 namespace hpdm {
 
 /// One instrument's force on the hand, one sample a haptic tick, N, before the guard.
-struct ForceCourse {
+struct ForceTimeSeries {
   ForceSignal production;      ///< Eq. 29 in the tick, patches of `deformation_hz`.
   ForceSignal reference;       ///< Of the whole model solved at every tick: minus the step's f_c.
   ForceSignal reference_tick;  ///< Eq. 29 in the tick with that step's patch.
@@ -20,7 +20,7 @@ struct ForceCourse {
   int shaft_ticks = 0;         ///< In which the shaft touched tissue, in the reference.
 };
 
-/// Figures of a course (force_signal.h); errors are over the reference's peak.
+/// Figures of a time series (force_signal.h); errors are over the reference's peak.
 struct ForceResults {
   std::string instrument;
   HandScript script = HandScript::kPalpate;
@@ -44,10 +44,10 @@ struct ForceResults {
 
 struct ForceAccuracy {
   double rate_hz = 0;
-  std::vector<ForceCourse> courses;   ///< One an instrument.
-  std::vector<ForceResults> results;  ///< One an instrument.
-  double residual = 0;                ///< Largest relative residual of the reference's steps.
-  int unfinished_steps = 0;           ///< Of the reference, that spent their iterations.
+  std::vector<ForceTimeSeries> time_series;  ///< One an instrument.
+  std::vector<ForceResults> results;         ///< One an instrument.
+  double residual = 0;       ///< Largest relative residual of the reference's steps.
+  int unfinished_steps = 0;  ///< Of the reference, that spent their iterations.
 };
 
 /// Lets the scene's simulated hands work for `seconds` in lockstep (lockstep.h), records their

@@ -92,7 +92,8 @@ std::vector<HandReport> MeasureHands(const std::vector<AccuracyCase>& cases, con
       const ForceResults& results = accuracy.results[i];
       hands.push_back(
           {each.name, results, "force_" + each.name + "_" + results.instrument + ".csv"});
-      WriteTextFile(out / hands.back().course, CourseTable(accuracy.courses[i], accuracy.rate_hz));
+      WriteTextFile(out / hands.back().series,
+                    TimeSeriesTable(accuracy.time_series[i], accuracy.rate_hz));
       if (!quiet) std::cout << AccuracyRow(hands.back()) << std::flush;
     }
   }

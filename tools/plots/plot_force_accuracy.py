@@ -1,7 +1,7 @@
 """Plots the force that a hand feels beside the whole model's and the paper's.
 
 Usage: plot_force_accuracy.py FORCE_ACCURACY.json COURSES_PICTURE ERRORS_PICTURE
-The courses' tables lie beside the JSON file; both are those of tools/haptics/accuracy_report.h.
+The time series' tables lie beside the JSON file; both are those of tools/haptics/accuracy_report.h.
 """
 
 import csv
@@ -33,7 +33,7 @@ def title(trial):
     return f"{trial['case']}: {trial['instrument']}"
 
 
-def draw_courses(trials, folder, picture):
+def draw_time_series(trials, folder, picture):
     rows = (len(trials) + COLUMNS - 1) // COLUMNS
     figure, grid = plt.subplots(rows, COLUMNS, squeeze=False, dpi=110,
                                 figsize=(4.2 * COLUMNS, 0.8 + 2.5 * rows))
@@ -99,13 +99,13 @@ def draw_errors(trials, targets, picture):
     figure.savefig(picture)
 
 
-def main(report, courses, errors):
+def main(report, time_series, errors):
     path = pathlib.Path(report)
     results = json.loads(path.read_text(encoding="utf-8"))
     trials = results["hands"]
     if not trials:
         raise SystemExit(f"{report}: no case to plot")
-    draw_courses(trials, path.parent, courses)
+    draw_time_series(trials, path.parent, time_series)
     draw_errors(trials, results["targets"], errors)
 
 

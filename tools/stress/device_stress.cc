@@ -91,16 +91,16 @@ void Stiffen(double factor, TouchedOrgan* touched, StressTool* tool) {
 
 // J: the least that hand and device had put into the tissue, by what the observer has, since the
 // forces were on. Of what the device itself dissipates half is counted on.
-double LeastEnergy(const FeltCourse& course) {
+double LeastEnergy(const FeltTimeSeries& series) {
   const DeviceAxes axes = AxesOf(DeviceProfile{});
   double dissipated = 0, least = 0;
-  for (std::size_t i = 1; i < course.size(); ++i) {
-    for (int axis = 0; axis < 3 && course[i].kind == ContactKind::kPress; ++axis) {
-      const double dq = course[i].joints[axis] - course[i - 1].joints[axis];
+  for (std::size_t i = 1; i < series.size(); ++i) {
+    for (int axis = 0; axis < 3 && series[i].kind == ContactKind::kPress; ++axis) {
+      const double dq = series[i].joints[axis] - series[i - 1].joints[axis];
       dissipated +=
           0.5 * (axes.damping[axis] * dq * dq / 1e-3 + axes.friction[axis] * std::abs(dq));
     }
-    least = std::min(least, course[i].energy + dissipated);
+    least = std::min(least, series[i].energy + dissipated);
   }
   return least;
 }
@@ -125,22 +125,23 @@ StressTrial Tremor(StressModel model, double stiffness, bool quick) {
   finely.timing.haptic_hz *= kFiner;
   finely.timing.patch_delay_ticks *= kFiner;
   const FeltTouch finer = Feel(finely, tool, kOut + ToRest(model));
-  FeltCourse truth;
-  for (std::size_t i = 0; i < finer.course.size(); i += kFiner) truth.push_back(finer.course[i]);
-  truth.resize(felt.course.size());
-  const double least = LeastEnergy(felt.course);
-  const double error = FeltError(felt.course, truth, kPressed);
+  FeltTimeSeries truth;
+  for (std::size_t i = 0; i < finer.series.size(); i += kFiner) truth.push_back(finer.series[i]);
+  truth.resize(felt.series.size());
+  const double least = LeastEnergy(felt.series);
+  const double error = FeltError(felt.series, truth, kPressed);
   StressTrial trial = JudgeTouch(model, error, 0.1, 0.5, felt.outcome, kOut);
   if (least < -1e-4) Fail(Format("%.2g mJ given to the hand", -1e3 * least), &trial);
   return trial;
 }
 
-StressTrial CoarseEncoders(StressModel model, double step_um, bool quick, const KeptCourses& kept) {
+StressTrial CoarseEncoders(StressModel model, double step_um, bool quick,
+                           const KeptTimeSeries& kept) {
   const TouchedOrgan touched = SoftOrgan(model, quick);
   PressAndSlide way;
   StressTool tool = way.Tool(touched.Top(0, 0.004));
-  const FeltCourse& exact =
-      Kept(kept, model, [&] { return Feel(touched, tool, way.out + ToRest(model)).course; });
+  const FeltTimeSeries& exact =
+      Kept(kept, model, [&] { return Feel(touched, tool, way.out + ToRest(model)).series; });
   DeviceProfile coarse;
   coarse.encoder_step = 1e-6 * step_um;
   coarse.angle_encoder_step = coarse.encoder_step / 0.25;  // at the trocar's distance
@@ -153,21 +154,21 @@ StressTrial CoarseEncoders(StressModel model, double step_um, bool quick, const 
     return StressPose{.p_tip_W = kinematics.Forward(kinematics.Quantise(joints)).translation()};
   };
   const FeltTouch felt = Feel(touched, tool, way.out + ToRest(model));
-  const double error = FeltError(felt.course, exact, kRampedIn);
+  const double error = FeltError(felt.series, exact, kRampedIn);
   return JudgeTouch(model, error, 0.1, 0.5, felt.outcome, way.leaves);
 }
 
-StressTrial LostSamples(StressModel model, double percent, bool quick, const KeptCourses& kept) {
+StressTrial LostSamples(StressModel model, double percent, bool quick, const KeptTimeSeries& kept) {
   const TouchedOrgan touched = SoftOrgan(model, quick);
   PressAndSlide way;
   StressTool tool = way.Tool(touched.Top(0, 0.004));
-  const FeltCourse& complete =
-      Kept(kept, model, [&] { return Feel(touched, tool, way.out + ToRest(model)).course; });
+  const FeltTimeSeries& complete =
+      Kept(kept, model, [&] { return Feel(touched, tool, way.out + ToRest(model)).series; });
   tool.device = [motion = tool.motion, percent](const ImpulseEngineKinematics& kinematics) {
     return std::make_unique<LossyDevice>(motion, kinematics, percent / 100);
   };
   const FeltTouch felt = Feel(touched, tool, way.out + ToRest(model));
-  const double error = FeltError(felt.course, complete, kRampedIn);
+  const double error = FeltError(felt.series, complete, kRampedIn);
   return JudgeTouch(model, error, 0.1, 0.5, felt.outcome, way.leaves + 0.05);
 }
 
@@ -186,12 +187,12 @@ StressTrial NotANumber(StressModel model, double burst_ms, bool quick) {
     return StressPose{.p_tip_W = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())};
   };
   const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
-  const Vector3d before = MeanForce(felt.course, kFirst - 0.05, kFirst);
+  const Vector3d before = MeanForce(felt.series, kFirst - 0.05, kFirst);
   double most = 0;
   for (auto i = std::lround(1e3 * kFirst); i < std::lround(1e3 * leaves); ++i) {
-    most = std::max(most, felt.course[i].force_W.norm());
+    most = std::max(most, felt.series[i].force_W.norm());
   }
-  const double error = RelativeError(MeanForce(felt.course, leaves - 0.05, leaves), before);
+  const double error = RelativeError(MeanForce(felt.series, leaves - 0.05, leaves), before);
   StressTrial trial = JudgeTouch(model, error, 0.1, 0.5, felt.outcome, leaves + 0.1);
   if (most > 1.1 * before.norm()) {
     Fail(Format("%.2g times the force", most / before.norm()), &trial);

@@ -128,13 +128,13 @@ StressBody::StressBody(const OrganOptions& organ, SurfaceMesh rest, std::vector<
 
 StressBody::~StressBody() = default;
 
-void StressBody::RunUntil(double seconds, std::vector<ToolSample>* course) {
+void StressBody::RunUntil(double seconds, std::vector<ToolSample>* series) {
   const auto end = static_cast<std::uint64_t>(seconds * timing_.haptic_hz);
   while (clock_->tick() < end) {
     if (clock_->StepIfDue()) MeasureStep();
     clock_->Tick();
     MeasureTick();
-    if (course != nullptr) course->push_back(tick_.tools[0]);
+    if (series != nullptr) series->push_back(tick_.tools[0]);
   }
 }
 

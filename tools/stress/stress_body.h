@@ -79,9 +79,9 @@ class StressBody {
              const TimingOptions& timing = {});
   ~StressBody();
 
-  /// Goes on until `seconds` of session time. `course`: gets every tick of the first tool, if
+  /// Goes on until `seconds` of session time. `series`: gets every tick of the first tool, if
   /// given.
-  void RunUntil(double seconds, std::vector<ToolSample>* course = nullptr);
+  void RunUntil(double seconds, std::vector<ToolSample>* series = nullptr);
 
   /// What the trainee asks, from the next tick on.
   void Ask(const SessionControl& asked);

@@ -12,15 +12,15 @@ namespace {
 constexpr double kFelt = 0.02;
 
 // A force downwards, of more than a trifle of the true one.
-bool PullsIn(const FeltCourse& course, const Vector3d& truth) {
+bool PullsIn(const FeltTimeSeries& series, const Vector3d& truth) {
   const double least = -std::max(kFelt, 0.05 * truth.norm());
-  return std::any_of(course.begin(), course.end(),
+  return std::any_of(series.begin(), series.end(),
                      [&](const ToolSample& tick) { return tick.force_W.z() < least; });
 }
 
 // From `from` s on.
-bool FeelsNothing(const FeltCourse& course, double from) {
-  return std::all_of(course.begin() + std::lround(1e3 * from), course.end(),
+bool FeelsNothing(const FeltTimeSeries& series, double from) {
+  return std::all_of(series.begin() + std::lround(1e3 * from), series.end(),
                      [](const ToolSample& tick) { return tick.force_W.norm() < kFelt; });
 }
 
@@ -34,11 +34,11 @@ StressTrial InsideAtStart(StressModel model, double depth_mm, bool quick) {
   const StressTool tool = OverOrgan({{kLeaves, deep}, {out, away}});
   const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
   const Vector3d truth = ForceGoneToSlowly(touched, tool, away, deep);
-  const Vector3d force = MeanForce(felt.course, kLeaves - 0.05, kLeaves);
+  const Vector3d force = MeanForce(felt.series, kLeaves - 0.05, kLeaves);
   StressTrial trial = JudgeTouch(model, RelativeError(force, truth), 0.1, 0.5, felt.outcome,
                                  kLeaves + depth / kSpeed);
-  if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
-  if (!FeelsNothing(felt.course, out)) Fail("holds on to the tool", &trial);
+  if (PullsIn(felt.series, truth)) Fail("pulls inwards", &trial);
+  if (!FeelsNothing(felt.series, out)) Fail("holds on to the tool", &trial);
   ReportForces(force.norm(), truth.norm(), &trial);
   return trial;
 }
@@ -55,12 +55,12 @@ StressTrial ThroughWall(StressModel model, double speed, bool quick) {
                                      {out, away}});
   const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
   const Vector3d truth = ForceGoneToSlowly(touched, tool, away, deep);
-  const Vector3d force = MeanForce(felt.course, kLeaves - 0.05, kLeaves);
+  const Vector3d force = MeanForce(felt.series, kLeaves - 0.05, kLeaves);
   StressTrial trial = JudgeTouch(model, RelativeError(force, truth), 0.1, 0.5, felt.outcome,
                                  kLeaves + kDepth / kBack);
   if (force.norm() < kFelt) Fail("tunnels: no force behind the wall", &trial);
-  if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
-  if (!FeelsNothing(felt.course, out)) Fail("holds on to the tool", &trial);
+  if (PullsIn(felt.series, truth)) Fail("pulls inwards", &trial);
+  if (!FeelsNothing(felt.series, out)) Fail("holds on to the tool", &trial);
   ReportForces(force.norm(), truth.norm(), &trial);
   return trial;
 }
@@ -81,13 +81,13 @@ StressTrial FastTouch(StressModel model, double speed, bool quick) {
   double error = 0;
   int blind = 0;
   for (std::size_t i = first; i < first + 200; ++i) {
-    error += RelativeError(felt.course[i].force_W, truth) / 200;
-    blind += felt.course[i].force_W.norm() < kFelt;
+    error += RelativeError(felt.series[i].force_W, truth) / 200;
+    blind += felt.series[i].force_W.norm() < kFelt;
   }
   StressTrial trial = JudgeTouch(model, error, 0.1, 0.5, felt.outcome, leaves + kDepth / speed);
   if (blind > 0 && trial.how.empty()) trial.how = Format("%d ms without force", blind);
-  if (PullsIn(felt.course, truth)) Fail("pulls inwards", &trial);
-  if (!FeelsNothing(felt.course, out + 0.3)) Fail("holds on to the tool", &trial);
+  if (PullsIn(felt.series, truth)) Fail("pulls inwards", &trial);
+  if (!FeelsNothing(felt.series, out + 0.3)) Fail("holds on to the tool", &trial);
   return trial;
 }
 
@@ -112,23 +112,23 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   fine.tool.tip_radius = 0.001;
   tool.tool.exchanges = {{.tip_radius = fine.tool.tip_radius}};
   StressBody body(touched.organ, touched.rest, {tool}, touched.timing);
-  FeltCourse course;
-  body.RunUntil(asks, &course);
+  FeltTimeSeries series;
+  body.RunUntil(asks, &series);
   SessionControl control;
   control.instrument_index[0] = 1;
   body.Ask(control);
-  body.RunUntil(gone + ToRest(model), &course);
+  body.RunUntil(gone + ToRest(model), &series);
 
-  const Vector3d before = MeanForce(course, asks - 0.05, asks);
-  const Vector3d after = MeanForce(course, asks, leaves);
+  const Vector3d before = MeanForce(series, asks - 0.05, asks);
+  const Vector3d after = MeanForce(series, asks, leaves);
   const Vector3d truth = ForceGoneToSlowly(touched, fine, away, deep);
-  const Vector3d other = MeanForce(course, end - 0.05, end);
+  const Vector3d other = MeanForce(series, end - 0.05, end);
   const double kept = RelativeError(after, before), taken = RelativeError(other, truth);
   StressTrial trial =
       JudgeTouch(model, std::max(kept, taken), 0.1, 0.5, body.outcome(), end + depth / kSpeed);
-  if (course[std::lround(1e3 * leaves)].instrument_index != 0)
+  if (series[std::lround(1e3 * leaves)].instrument_index != 0)
     Fail("exchanged in the depth", &trial);
-  if (course[std::lround(1e3 * (out + 0.5))].instrument_index != 1) Fail("never exchanged", &trial);
+  if (series[std::lround(1e3 * (out + 0.5))].instrument_index != 1) Fail("never exchanged", &trial);
   if (kept > taken) ReportForces(after.norm(), before.norm(), &trial);
   ReportForces(other.norm(), truth.norm(), &trial);
   return trial;

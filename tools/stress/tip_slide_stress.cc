@@ -14,10 +14,10 @@ constexpr double kNoForce = 1e-3;  // N: less is no force
 constexpr double kClearly = 2e-4;  // m: deeper, there must be force
 
 // N, on average while it slides.
-double SlidingForce(const FeltCourse& course, const PressAndSlide& way) {
+double SlidingForce(const FeltTimeSeries& series, const PressAndSlide& way) {
   double sum = 0;
   const auto first = std::lround(1e3 * way.slides), last = std::lround(1e3 * way.ends);
-  for (auto i = first; i < last; ++i) sum += course[i].force_W.norm();
+  for (auto i = first; i < last; ++i) sum += series[i].force_W.norm();
   return sum / static_cast<double>(last - first);
 }
 
@@ -26,7 +26,7 @@ int Frequency(double triangles) {
   return std::max(1, static_cast<int>(std::lround(std::sqrt(triangles / 20))));
 }
 
-StressTrial PointTool(StressModel model, double thousands, bool quick, const KeptCourses& kept) {
+StressTrial PointTool(StressModel model, double thousands, bool quick, const KeptTimeSeries& kept) {
   StressTool point;
   point.tool.tip_radius = 0;
   PressAndSlide way;
@@ -37,12 +37,12 @@ StressTrial PointTool(StressModel model, double thousands, bool quick, const Kep
     return Feel(touched, tool, way.out + ToRest(model));
   };
   const FeltTouch felt = on(1e3 * thousands);
-  const FeltCourse& coarse = Kept(kept, model, [&] { return on(1e3).course; });
+  const FeltTimeSeries& coarse = Kept(kept, model, [&] { return on(1e3).series; });
   int lost = 0;
   for (auto i = std::lround(1e3 * (way.slides - 0.1)); i < std::lround(1e3 * way.ends); ++i) {
-    lost += felt.course[i].force_W.norm() < kNoForce;
+    lost += felt.series[i].force_W.norm() < kNoForce;
   }
-  const double meant = SlidingForce(coarse, way), force = SlidingForce(felt.course, way);
+  const double meant = SlidingForce(coarse, way), force = SlidingForce(felt.series, way);
   StressTrial trial =
       JudgeTouch(model, std::abs(force / meant - 1), 0.1, 0.5, felt.outcome, way.leaves);
   if (lost > 0) Fail(Format("%d ticks without force", lost), &trial);
@@ -58,13 +58,13 @@ StressTrial Breathing(StressModel model, double hertz, bool quick) {
   const FeltTouch felt = Feel(touched, OverOrgan({{0, Below(top, 0)}}), seconds);
   const SurfaceTree surface(touched.rest.vertices, touched.rest.triangles);
   int deep = 0, blind = 0;
-  for (std::size_t i = 0; i < felt.course.size(); ++i) {
+  for (std::size_t i = 0; i < felt.series.size(); ++i) {
     const auto t_ns = static_cast<Nanoseconds>(i) * 1'000'000;
     if (t_ns < static_cast<Nanoseconds>(1e9 * kRampedIn)) continue;
-    const Vector3d p_W = felt.course[i].p_tip_W - touched.organ.motion.Offset(t_ns);
+    const Vector3d p_W = felt.series[i].p_tip_W - touched.organ.motion.Offset(t_ns);
     if (Depth(surface, p_W, ToolOptions().tip_radius) < kClearly) continue;
     ++deep;
-    blind += felt.course[i].reaction_W.norm() < kNoForce;
+    blind += felt.series[i].reaction_W.norm() < kNoForce;
   }
   StressTrial trial = JudgeTouch(model, static_cast<double>(blind) / std::max(deep, 1), 0.01, 0.1,
                                  felt.outcome, kNever);
@@ -115,31 +115,32 @@ class SlideAlong {
   std::vector<StressPose> places_;
 };
 
-StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptCourses& kept) {
+StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTimeSeries& kept) {
   constexpr double kSlow = 0.04;  // m/s
   const TouchedOrgan touched = SoftOrgan(model, quick);
   const SlideAlong way(touched);
-  const FeltCourse& slow = Kept(kept, model, [&] {
+  const FeltTimeSeries& slow = Kept(kept, model, [&] {
     TouchedOrgan closely = touched;
     closely.timing.deformation_hz = 60;
     closely.timing.patch_delay_ticks = 17;
     closely.organ.time_step = 1. / 60;
     return Feel(closely, way.Tool(kSlow), SlideAlong::kBegins + 2 * SlideAlong::kReach / kSlow)
-        .course;
+        .series;
   });
   const double seconds = std::max(0.5, 4 * SlideAlong::kReach / speed);
   const FeltTouch felt = Feel(touched, way.Tool(speed), SlideAlong::kBegins + seconds);
-  FeltCourse truth = felt.course;
+  FeltTimeSeries truth = felt.series;
   for (auto i = static_cast<std::size_t>(1e3 * SlideAlong::kBegins); i < truth.size(); ++i) {
     const double along = SlideAlong::Along(1e-3 * static_cast<double>(i), speed);
     const double t = SlideAlong::kBegins + along * 2 * SlideAlong::kReach / kSlow;
     truth[i] = slow[std::min(static_cast<std::size_t>(1e3 * t), slow.size() - 1)];
   }
-  const double error = FeltError(felt.course, truth, SlideAlong::kBegins);
+  const double error = FeltError(felt.series, truth, SlideAlong::kBegins);
   return JudgeTouch(model, error, 0.1, 0.5, felt.outcome, kNever);
 }
 
-StressTrial StalePatches(StressModel model, double period_ms, bool quick, const KeptCourses& kept) {
+StressTrial StalePatches(StressModel model, double period_ms, bool quick,
+                         const KeptTimeSeries& kept) {
   PressAndSlide way;
   TouchedOrgan touched = SoftOrgan(model, quick);
   const StressTool tool = way.Tool(touched.Top(0, 0.004));
@@ -152,9 +153,9 @@ StressTrial StalePatches(StressModel model, double period_ms, bool quick, const 
     return Feel(touched, tool, way.out + ToRest(model) + 2 / hertz);
   };
   const FeltTouch felt = at(1e3 / period_ms);
-  FeltCourse truth = Kept(kept, model, [&] { return at(quick ? 100 : 200).course; });
-  truth.resize(felt.course.size());
-  const double error = FeltError(felt.course, truth, kRampedIn);
+  FeltTimeSeries truth = Kept(kept, model, [&] { return at(quick ? 100 : 200).series; });
+  truth.resize(felt.series.size());
+  const double error = FeltError(felt.series, truth, kRampedIn);
   return JudgeTouch(model, error, 0.1, 0.5, felt.outcome, way.leaves + 2e-3 * period_ms);
 }
 

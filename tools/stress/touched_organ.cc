@@ -52,7 +52,7 @@ FeltTouch FeelProxy(const TouchedOrgan& touched, const StressTool& tool, double 
     const int begun = tick * timing.deformation_hz / timing.haptic_hz;  // steps
     proxy.MoveSurface(
         touched.organ.motion.Offset(at_ns(begun * timing.haptic_hz / timing.deformation_hz)));
-    ToolSample& sample = felt.course.emplace_back();
+    ToolSample& sample = felt.series.emplace_back();
     sample.p_tip_W = tool.motion(1. * tick / timing.haptic_hz).p_tip_W;
     sample.force_W = proxy.Tick(sample.p_tip_W - tool.tool.tip_radius * Vector3d::UnitZ());
     sample.reaction_W = sample.force_W;
@@ -194,23 +194,23 @@ FeltTouch Feel(const TouchedOrgan& touched, const StressTool& tool, double secon
   if (touched.model == StressModel::kPointProxy) return FeelProxy(touched, tool, seconds);
   StressBody body(touched.organ, touched.rest, {tool}, touched.timing);
   FeltTouch felt;
-  body.RunUntil(seconds, &felt.course);
+  body.RunUntil(seconds, &felt.series);
   felt.outcome = body.outcome();
   return felt;
 }
 
-const FeltCourse& Kept(const KeptCourses& kept, StressModel model,
-                       const std::function<FeltCourse()>& make) {
+const FeltTimeSeries& Kept(const KeptTimeSeries& kept, StressModel model,
+                           const std::function<FeltTimeSeries()>& make) {
   const auto at = kept->find(model);
   return at != kept->end() ? at->second : (*kept)[model] = make();
 }
 
-Vector3d MeanForce(const FeltCourse& course, double from, double to) {
+Vector3d MeanForce(const FeltTimeSeries& series, double from, double to) {
   const auto first = static_cast<std::size_t>(std::lround(1e3 * from));
-  const auto last = std::min(static_cast<std::size_t>(std::lround(1e3 * to)), course.size());
+  const auto last = std::min(static_cast<std::size_t>(std::lround(1e3 * to)), series.size());
   HPDM_CHECK(first < last);
   Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = first; i < last; ++i) sum += course[i].force_W;
+  for (std::size_t i = first; i < last; ++i) sum += series[i].force_W;
   return sum / static_cast<double>(last - first);
 }
 
@@ -220,13 +220,13 @@ Vector3d ForceGoneToSlowly(const TouchedOrgan& touched, StressTool tool, const S
   const double arrives = kRampedIn + (to.p_tip_W - from.p_tip_W).norm() / kSlow;
   const double end = arrives + kSettles;
   tool.motion = Through({{kRampedIn, from}, {arrives, to}});
-  return MeanForce(Feel(touched, tool, end).course, end - 0.05, end);
+  return MeanForce(Feel(touched, tool, end).series, end - 0.05, end);
 }
 
-double FeltError(const FeltCourse& course, const FeltCourse& truth, double from) {
+double FeltError(const FeltTimeSeries& series, const FeltTimeSeries& truth, double from) {
   ForceSignal felt, meant;
-  for (std::size_t i = static_cast<std::size_t>(1e3 * from); i < course.size(); ++i) {
-    felt.push_back(course[i].force_W);
+  for (std::size_t i = static_cast<std::size_t>(1e3 * from); i < series.size(); ++i) {
+    felt.push_back(series[i].force_W);
     meant.push_back(truth[i].force_W);
   }
   return ContactError(felt, meant);

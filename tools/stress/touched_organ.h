@@ -65,24 +65,24 @@ struct PressAndSlide {
   StressTool Tool(const Vector3d& p_top_W, const StressTool& held = {});
 };
 
-using FeltCourse = std::vector<ToolSample>;  ///< One a tick, from the first.
+using FeltTimeSeries = std::vector<ToolSample>;  ///< One a tick, from the first.
 
 /// What the hand feels until `seconds`, and what became of the organ; of a point proxy, which has
 /// no tissue, the forces alone.
 struct FeltTouch {
-  FeltCourse course;
+  FeltTimeSeries series;
   StressOutcome outcome;
 };
 FeltTouch Feel(const TouchedOrgan& touched, const StressTool& tool, double seconds);
 
 /// What each model felt where the case's parameter plays no part: made once.
-using KeptCourses = std::shared_ptr<std::map<StressModel, FeltCourse>>;
-inline KeptCourses Keep() { return std::make_shared<KeptCourses::element_type>(); }
-const FeltCourse& Kept(const KeptCourses& kept, StressModel model,
-                       const std::function<FeltCourse()>& make);
+using KeptTimeSeries = std::shared_ptr<std::map<StressModel, FeltTimeSeries>>;
+inline KeptTimeSeries Keep() { return std::make_shared<KeptTimeSeries::element_type>(); }
+const FeltTimeSeries& Kept(const KeptTimeSeries& kept, StressModel model,
+                           const std::function<FeltTimeSeries()>& make);
 
 /// N: displayed on average over the ticks of [from, to) s, at 1 kHz.
-Vector3d MeanForce(const FeltCourse& course, double from, double to);
+Vector3d MeanForce(const FeltTimeSeries& series, double from, double to);
 
 /// N: what the hand feels at the end of the way from `from` to `to`, gone slowly (0.1 m/s), when
 /// all has settled.
@@ -90,7 +90,7 @@ Vector3d ForceGoneToSlowly(const TouchedOrgan& touched, StressTool tool, const S
                            const StressPose& to);
 
 /// ContactError (force_signal.h) of the displayed forces from `from` s on; of one length.
-double FeltError(const FeltCourse& course, const FeltCourse& truth, double from);
+double FeltError(const FeltTimeSeries& series, const FeltTimeSeries& truth, double from);
 
 /// |a - truth| / |truth|.
 double RelativeError(const Vector3d& a, const Vector3d& truth);

@@ -105,9 +105,9 @@ TEST(StressBody, AToolWithFrictionIsHeldBackAlongItsSlide) {
   const Vector3d top = touched.Top(0, 0.004), aside = top + 0.005 * Vector3d::UnitX();
   StressTool tool =
       OverOrgan({{0.55, Below(top, -0.01)}, {0.8, Below(top, 0.005)}, {1, Below(aside, 0.005)}});
-  const double smooth = Feel(touched, tool, 1.2).course.back().force_W.x();
+  const double smooth = Feel(touched, tool, 1.2).series.back().force_W.x();
   tool.friction = 0.5;
-  const double rough = Feel(touched, tool, 1.2).course.back().force_W.x();
+  const double rough = Feel(touched, tool, 1.2).series.back().force_W.x();
   EXPECT_LT(rough, smooth - 0.01);
 }
 

@@ -11,8 +11,8 @@ namespace {
 
 /// Of the shaft in the gimbal's home frame (haptics/device/impulse_engine.h); angles between
 /// directions do not depend on the frame.
-Vector3d Direction(const CourseVector& v) {
-  const double pitch = v[kCoursePitch], yaw = v[kCourseYaw];
+Vector3d Direction(const MotionVector& v) {
+  const double pitch = v[kMotionPitch], yaw = v[kMotionYaw];
   return {std::cos(pitch) * std::sin(yaw), -std::sin(pitch), std::cos(pitch) * std::cos(yaw)};
 }
 
@@ -20,18 +20,18 @@ double AngleBetween(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-Vector3d Tip(const CourseVector& v) { return v.segment<3>(kCourseTip); }
-Vector3d Force(const CourseVector& v) { return v.segment<3>(kCourseForce); }
+Vector3d Tip(const MotionVector& v) { return v.segment<3>(kMotionTip); }
+Vector3d Force(const MotionVector& v) { return v.segment<3>(kMotionForce); }
 
 /// |dr/dt| by central differences, one-sided at the ends; zeros for a single sample.
 template <typename Part>
-std::vector<double> Rates(const std::vector<CourseVector>& samples, Part part) {
+std::vector<double> Rates(const std::vector<MotionVector>& samples, Part part) {
   std::vector<double> rates(samples.size(), 0.0);
   if (samples.size() < 2) return rates;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::size_t before = i > 0 ? i - 1 : 0, after = std::min(i + 1, samples.size() - 1);
     rates[i] = (part(samples[after]) - part(samples[before])).norm() /
-               (static_cast<double>(after - before) * kCoursePeriod);
+               (static_cast<double>(after - before) * kMotionPeriod);
   }
   return rates;
 }
@@ -58,9 +58,9 @@ std::pair<std::size_t, std::size_t> Whole(const std::vector<double>& speeds, std
 }
 
 /// What samples [begin, end), all faster than kIdleSpeed, add if they are a movement.
-void AddMovement(const std::vector<CourseVector>& samples, const std::vector<double>& speeds,
+void AddMovement(const std::vector<MotionVector>& samples, const std::vector<double>& speeds,
                  std::size_t begin, std::size_t end, MotionMetrics* metrics, Sums* sums) {
-  if (static_cast<double>(end - begin) * kCoursePeriod < kMovementTime) return;
+  if (static_cast<double>(end - begin) * kMotionPeriod < kMovementTime) return;
   const auto first = speeds.begin() + static_cast<std::ptrdiff_t>(begin);
   const auto last = speeds.begin() + static_cast<std::ptrdiff_t>(end);
   if (*std::max_element(first, last) < kMovementSpeed) return;
@@ -69,20 +69,20 @@ void AddMovement(const std::vector<CourseVector>& samples, const std::vector<dou
   for (std::size_t i = begin + 1; i < end; ++i) {
     sums->path += (Tip(samples[i]) - Tip(samples[i - 1])).norm();
   }
-  if (static_cast<double>(end - begin) * kCoursePeriod <= kDiscreteMovement) {
+  if (static_cast<double>(end - begin) * kMotionPeriod <= kDiscreteMovement) {
     const auto [from, to] = Whole(speeds, begin, end);
     sums->smoothness.push_back(
-        SpectralArcLength(std::span(speeds).subspan(from, to - from), kCoursePeriod));
+        SpectralArcLength(std::span(speeds).subspan(from, to - from), kMotionPeriod));
   }
 }
 
-void Measure(const std::vector<CourseVector>& samples, MotionMetrics* metrics, Sums* sums) {
+void Measure(const std::vector<MotionVector>& samples, MotionMetrics* metrics, Sums* sums) {
   for (std::size_t i = 1; i < samples.size(); ++i) {
-    const CourseVector &a = samples[i - 1], &b = samples[i];
+    const MotionVector &a = samples[i - 1], &b = samples[i];
     metrics->path_length += (Tip(b) - Tip(a)).norm();
     metrics->angular_path += AngleBetween(Direction(a), Direction(b));
-    metrics->roll_path += std::abs(b[kCourseRoll] - a[kCourseRoll]);
-    metrics->insertion_path += std::abs(b[kCourseInsertion] - a[kCourseInsertion]);
+    metrics->roll_path += std::abs(b[kMotionRoll] - a[kMotionRoll]);
+    metrics->insertion_path += std::abs(b[kMotionInsertion] - a[kMotionInsertion]);
   }
   const std::vector<double> speeds = Rates(samples, Tip);
   std::size_t begin = 0;
@@ -103,25 +103,25 @@ void Measure(const std::vector<CourseVector>& samples, MotionMetrics* metrics, S
   }
 }
 
-std::vector<CourseVector> Smoothed(const CourseStretch& stretch) {
-  std::vector<CourseVector> samples = stretch.samples;
-  SmoothZeroPhase(kMotionCutoff, kCoursePeriod, &samples);
+std::vector<MotionVector> Smoothed(const TimeSeriesSegment& segment) {
+  std::vector<MotionVector> samples = segment.samples;
+  SmoothZeroPhase(kMotionCutoff, kMotionPeriod, &samples);
   return samples;
 }
 
 using MotionInterval = std::pair<double, double>;  // from, to, s
 
 /// When an instrument is faster than kIdleSpeed, in order.
-std::vector<MotionInterval> Moving(std::span<const CourseStretch> stretches) {
+std::vector<MotionInterval> Moving(std::span<const TimeSeriesSegment> segments) {
   std::vector<MotionInterval> moving;
-  for (const CourseStretch& stretch : stretches) {
-    const std::vector<double> speeds = Rates(Smoothed(stretch), Tip);
+  for (const TimeSeriesSegment& segment : segments) {
+    const std::vector<double> speeds = Rates(Smoothed(segment), Tip);
     bool moves = false;
     for (std::size_t i = 0; i < speeds.size(); ++i) {
-      const double from = stretch.start + (static_cast<double>(i) - 0.5) * kCoursePeriod;
+      const double from = segment.start + (static_cast<double>(i) - 0.5) * kMotionPeriod;
       const bool moved = std::exchange(moves, speeds[i] >= kIdleSpeed);
       if (moves && !moved) moving.emplace_back(from, from);
-      if (moves) moving.back().second = from + kCoursePeriod;
+      if (moves) moving.back().second = from + kMotionPeriod;
     }
   }
   return moving;
@@ -169,16 +169,16 @@ double SpectralArcLength(std::span<const double> speeds, double period) {
   return -length;
 }
 
-MotionMetrics MeasureMotion(std::span<const CourseStretch> stretches) {
+MotionMetrics MeasureMotion(std::span<const TimeSeriesSegment> segments) {
   MotionMetrics metrics;
   Sums sums;
   std::size_t count = 0;
-  for (const CourseStretch& stretch : stretches) {
-    Measure(Smoothed(stretch), &metrics, &sums);
-    count += stretch.samples.size();
+  for (const TimeSeriesSegment& segment : segments) {
+    Measure(Smoothed(segment), &metrics, &sums);
+    count += segment.samples.size();
   }
   const auto seconds = [](std::size_t samples) {
-    return static_cast<double>(samples) * kCoursePeriod;
+    return static_cast<double>(samples) * kMotionPeriod;
   };
   metrics.time = seconds(count);
   metrics.idle = seconds(count - sums.moved);
@@ -189,7 +189,7 @@ MotionMetrics MeasureMotion(std::span<const CourseStretch> stretches) {
   return metrics;
 }
 
-double BothMoving(std::span<const CourseStretch> a, std::span<const CourseStretch> b) {
+double BothMoving(std::span<const TimeSeriesSegment> a, std::span<const TimeSeriesSegment> b) {
   const std::vector<MotionInterval> left = Moving(a), right = Moving(b);
   double both = 0;
   for (std::size_t l = 0, r = 0; l < left.size() && r < right.size();) {

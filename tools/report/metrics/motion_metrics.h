@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tools/report/metrics/uniform_course.h"
+#include "tools/report/metrics/uniform_time_series.h"
 
 namespace hpdm {
 
@@ -42,11 +42,11 @@ inline constexpr double kDiscreteMovement = 10;
 /// Forces below this are none, N: far below what the hand can tell.
 inline constexpr double kNoForce = 0.01;
 
-/// An instrument's stretches, each smoothed on its own; nothing is counted between two of them.
-MotionMetrics MeasureMotion(std::span<const CourseStretch> stretches);
+/// An instrument's segments, each smoothed on its own; nothing is counted between two of them.
+MotionMetrics MeasureMotion(std::span<const TimeSeriesSegment> segments);
 
 /// Time that both are faster than kIdleSpeed, s.
-double BothMoving(std::span<const CourseStretch> a, std::span<const CourseStretch> b);
+double BothMoving(std::span<const TimeSeriesSegment> a, std::span<const TimeSeriesSegment> b);
 
 /// Spectral arc length of one movement's speeds, one every `period` s (Balasubramanian et al.
 /// 2015): minus the length of the curve of the speed's amplitude spectrum, normalised by its value

@@ -20,8 +20,8 @@ namespace {
 constexpr std::string_view kStartPrefix = "instruments: ";
 /// Wall times are later than this, microseconds since 1970; the lockstep clock begins at 0.
 constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
-/// A course has a peak for each tick that the file has room for, which takes more bytes than this,
-/// and for an hour without ticks: far more than a session that is worth drawing.
+/// A time series has a peak for each tick that the file has room for, which takes more bytes than
+/// this, and for an hour without ticks: far more than a session that is worth drawing.
 constexpr std::uint64_t kFewestTickBytes = 50;
 constexpr std::size_t kSilentPeaks = 720'000;
 /// Names and texts of a damaged or hostile log are cut here, bytes.
@@ -96,10 +96,10 @@ class Surroundings {
       if (report.organs.size() <= index) report.organs.resize(index + 1);
       report.organs[index] = organ.name;
       if (organ.mesh.whole()) {
-        reading->course.organs.push_back(*organ.mesh.whole());
+        reading->series.organs.push_back(*organ.mesh.whole());
       } else {
         const std::string& why = organ.mesh.error();
-        reading->course.organs_missing.push_back(
+        reading->series.organs_missing.push_back(
             organ.name + " is not drawn: " + (why.empty() ? "parts of its mesh are missing" : why));
       }
     }

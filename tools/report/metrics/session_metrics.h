@@ -13,7 +13,7 @@
 #include "engine/threads/loop_event.h"
 #include "lcmtypes/wire/mesh_codec.h"
 #include "tools/report/metrics/motion_metrics.h"
-#include "tools/report/metrics/uniform_course.h"
+#include "tools/report/metrics/uniform_time_series.h"
 
 namespace hpdm {
 
@@ -116,14 +116,14 @@ struct SessionReport {
 };
 
 /// What the page draws beside the figures.
-struct SessionCourse {
-  struct Peaks {  ///< Of the ticks of one kCoursePeriod.
+struct SessionTimeSeries {
+  struct Peaks {  ///< Of the ticks of one kMotionPeriod.
     float force = 0, depth = 0;
     std::int8_t organ = -1;  ///< In contact with; -1: none.
   };
   struct Hand {
-    std::vector<CourseStretch> stretches;
-    std::vector<Peaks> peaks;  ///< From `start` on, every kCoursePeriod.
+    std::vector<TimeSeriesSegment> segments;
+    std::vector<Peaks> peaks;  ///< From `start` on, every kMotionPeriod.
   };
   double start = 0;  ///< s, session time of the first tick.
   std::vector<Hand> hands;
@@ -134,7 +134,7 @@ struct SessionCourse {
 
 struct SessionReading {
   SessionReport report;
-  SessionCourse course;
+  SessionTimeSeries series;
 };
 
 /// Reads a session's log once, sound or damaged: what is intact counts. `force_limit` in N. Throws

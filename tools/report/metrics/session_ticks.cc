@@ -26,10 +26,10 @@ bool IsUsable(const HapticSample& sample) {
   return true;
 }
 
-CourseVector CourseOf(const ToolSample& tool) {
-  CourseVector course;
-  course << tool.p_tip_W, tool.joints.head<4>(), tool.force_W;
-  return course;
+MotionVector MotionOf(const ToolSample& tool) {
+  MotionVector series;
+  series << tool.p_tip_W, tool.joints.head<4>(), tool.force_W;
+  return series;
 }
 
 }  // namespace
@@ -88,9 +88,9 @@ bool SessionTicks::Add(const LoggedTick& logged) {
   measured_ |= sample.wake_late_ns != 0 || sample.compute_ns != 0;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     if (sample.paused || !sample.tools[h].device_valid) {
-      hands_[h].course.Break();  // a pose that is the last one still is no movement and no rest
+      hands_[h].series.Break();  // a pose that is the last one still is no movement and no rest
     } else {
-      hands_[h].course.Add(Time(sample), CourseOf(sample.tools[h]));
+      hands_[h].series.Add(Time(sample), MotionOf(sample.tools[h]));
     }
   }
   last_ = sample;
@@ -107,22 +107,22 @@ void SessionTicks::Fill(SessionReading* reading) {
   report.duration = Time(last_) + period_ - start_;
   report.paused = paused_;
   report.active = report.duration - paused_ - missing_;
-  reading->course.start = start_;
-  reading->course.pauses = std::move(pauses_);
+  reading->series.start = start_;
+  reading->series.pauses = std::move(pauses_);
   for (Hand& hand : hands_) {
-    hand.course.Break();
+    hand.series.Break();
     HandReport results;
-    results.motion = MeasureMotion(hand.course.stretches());
+    results.motion = MeasureMotion(hand.series.segments());
     results.contact = hand.all.Metrics();
     for (const ContactSums& organ : hand.organs) results.by_organ.push_back(organ.Metrics());
     results.device_lost = hand.device_lost;
     results.held = std::move(hand.held);
     report.hands.push_back(std::move(results));
-    reading->course.hands.push_back({hand.course.stretches(), std::move(hand.peaks)});
+    reading->series.hands.push_back({hand.series.segments(), std::move(hand.peaks)});
   }
   report.exchanges = exchanges_;
   if (hands_.size() == 2) {
-    report.both_moving = BothMoving(hands_[0].course.stretches(), hands_[1].course.stretches());
+    report.both_moving = BothMoving(hands_[0].series.segments(), hands_[1].series.segments());
   }
 }
 
@@ -211,15 +211,15 @@ void SessionTicks::Close(double until) {
 }
 
 void SessionTicks::AddPeaks(const ToolSample& tool, double time, double until,
-                            std::vector<SessionCourse::Peaks>* peaks) const {
+                            std::vector<SessionTimeSeries::Peaks>* peaks) const {
   const auto bin = [this](double at) {
-    return static_cast<std::size_t>((at - start_) / kCoursePeriod);
+    return static_cast<std::size_t>((at - start_) / kMotionPeriod);
   };
   // To the middle of its last period: the next tick's bin is that one's own.
   const std::size_t end = std::min(bin(std::max(time, until - period_ / 2)) + 1, most_peaks_);
   if (peaks->size() < end) peaks->resize(end);
   for (std::size_t b = bin(time); b < end; ++b) {
-    SessionCourse::Peaks& peak = (*peaks)[b];
+    SessionTimeSeries::Peaks& peak = (*peaks)[b];
     peak.force = std::max(peak.force, static_cast<float>(tool.force_W.norm()));
     peak.depth = std::max(peak.depth, static_cast<float>(tool.depth));
     if (tool.kind != ContactKind::kNone && tool.organ >= 0 && tool.organ < kMaxOrgans) {

@@ -8,7 +8,7 @@
 #include "engine/snapshots.h"
 #include "lcmtypes/analysis/logged_session.h"
 #include "tools/report/metrics/session_metrics.h"
-#include "tools/report/metrics/uniform_course.h"
+#include "tools/report/metrics/uniform_time_series.h"
 
 namespace hpdm {
 
@@ -42,7 +42,7 @@ class SessionTicks {
 
   /// False: the tick is not one that can follow, or holds what no session reaches.
   bool Add(const LoggedTick& logged);
-  /// Fills in the hands, the times, the ticks and the courses. Once, at the end.
+  /// Fills in the hands, the times, the ticks and the time series. Once, at the end.
   void Fill(SessionReading* reading);
 
  private:
@@ -52,10 +52,10 @@ class SessionTicks {
       all.SkipTime(duration);
       for (ContactSums& organ : organs) organ.SkipTime(duration);
     }
-    UniformCourse course;
+    UniformTimeSeries series;
     ContactSums all;
     std::vector<ContactSums> organs;
-    std::vector<SessionCourse::Peaks> peaks;
+    std::vector<SessionTimeSeries::Peaks> peaks;
     double device_lost = 0;
     int instrument_index = 0;
     std::vector<UsedInstrument> held = {{}};
@@ -72,7 +72,7 @@ class SessionTicks {
   /// The last tick stands until then, s.
   void Close(double until);
   void AddPeaks(const ToolSample& tool, double time, double until,
-                std::vector<SessionCourse::Peaks>* peaks) const;
+                std::vector<SessionTimeSeries::Peaks>* peaks) const;
 
   double limit_;
   std::size_t most_peaks_;

@@ -31,9 +31,9 @@ Json Curve(const ThinnedCurve& curve, double start) {
 }
 
 /// [from, to, organ] in s; those that a screen cannot tell apart are joined.
-Json Contacts(const std::vector<SessionCourse::Peaks>& peaks, double start) {
+Json Contacts(const std::vector<SessionTimeSeries::Peaks>& peaks, double start) {
   const double blur =
-      static_cast<double>(peaks.size()) * kCoursePeriod / static_cast<double>(kMostCurvePoints);
+      static_cast<double>(peaks.size()) * kMotionPeriod / static_cast<double>(kMostCurvePoints);
   Json contacts = Json::array();
   double from = 0, to = 0;
   int organ = -1;
@@ -43,13 +43,13 @@ Json Contacts(const std::vector<SessionCourse::Peaks>& peaks, double start) {
   };
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     if (peaks[i].organ < 0) continue;
-    const double time = static_cast<double>(i) * kCoursePeriod;
+    const double time = static_cast<double>(i) * kMotionPeriod;
     if (peaks[i].organ != organ || time - to > blur) {
       close();
       organ = peaks[i].organ;
       from = time;
     }
-    to = time + kCoursePeriod;
+    to = time + kMotionPeriod;
   }
   close();
   return contacts;
@@ -69,16 +69,16 @@ struct Path {
 };
 
 /// Points at least `step` m apart, each with the largest force since the one before.
-std::size_t Walk(const std::vector<CourseStretch>& stretches, double step, Path* path) {
+std::size_t Walk(const std::vector<TimeSeriesSegment>& segments, double step, Path* path) {
   std::size_t count = 0;
-  for (const CourseStretch& stretch : stretches) {
+  for (const TimeSeriesSegment& segment : segments) {
     if (path != nullptr && count > 0) path->Break();
-    const std::size_t samples = stretch.samples.size();
+    const std::size_t samples = segment.samples.size();
     Vector3d last = Vector3d::Zero();
     double force = 0;
     for (std::size_t i = 0; i < samples; ++i) {
-      const Vector3d p = stretch.samples[i].segment<3>(kCourseTip);
-      force = std::max(force, stretch.samples[i].segment<3>(kCourseForce).norm());
+      const Vector3d p = segment.samples[i].segment<3>(kMotionTip);
+      force = std::max(force, segment.samples[i].segment<3>(kMotionForce).norm());
       if (i > 0 && i + 1 < samples && (p - last).norm() < step) continue;
       if (path != nullptr) path->Add(p, force);
       last = p;
@@ -89,12 +89,12 @@ std::size_t Walk(const std::vector<CourseStretch>& stretches, double step, Path*
   return count;
 }
 
-Json PathOf(const std::vector<CourseStretch>& stretches) {
+Json PathOf(const std::vector<TimeSeriesSegment>& segments) {
   double step = 2e-4;
-  // However short the stretches are, each has two ends.
-  while (step < 0.1 && Walk(stretches, step, nullptr) > kMostCurvePoints) step *= 1.3;
+  // However short the segments are, each has two ends.
+  while (step < 0.1 && Walk(segments, step, nullptr) > kMostCurvePoints) step *= 1.3;
   Path path;
-  if (Walk(stretches, step, nullptr) <= 2 * kMostCurvePoints) Walk(stretches, step, &path);
+  if (Walk(segments, step, nullptr) <= 2 * kMostCurvePoints) Walk(segments, step, &path);
   return {{"x", path.x}, {"y", path.y}, {"z", path.z}, {"force", path.force}};
 }
 
@@ -132,10 +132,10 @@ ThinnedCurve Thin(std::span<const float> values, double period, std::size_t most
 
 Json PageData(const SessionReading& reading) {
   const SessionReport& report = reading.report;
-  const double start = reading.course.start;
+  const double start = reading.series.start;
   Json data = {{"start", start}, {"duration", report.duration}, {"limit", report.force_limit}};
   data["pauses"] = Json::array();
-  for (const auto& [from, to] : reading.course.pauses) {
+  for (const auto& [from, to] : reading.series.pauses) {
     if (data["pauses"].size() == kMostBands) break;
     data["pauses"].push_back({Thousandths(from), Thousandths(to)});
   }
@@ -148,24 +148,24 @@ Json PageData(const SessionReading& reading) {
   }
   data["hands"] = Json::array();
   for (std::size_t h = 0; h < report.hands.size(); ++h) {
-    const SessionCourse::Hand& hand = reading.course.hands[h];
+    const SessionTimeSeries::Hand& hand = reading.series.hands[h];
     std::vector<float> forces, depths;
-    for (const SessionCourse::Peaks& peak : hand.peaks) {
+    for (const SessionTimeSeries::Peaks& peak : hand.peaks) {
       forces.push_back(peak.force);
       depths.push_back(1000 * peak.depth);
     }
     data["hands"].push_back(
         {{"name", report.hands[h].Label()},
-         {"force", Curve(Thin(forces, kCoursePeriod, kMostCurvePoints), start)},
-         {"depth_mm", Curve(Thin(depths, kCoursePeriod, kMostCurvePoints), start)},
+         {"force", Curve(Thin(forces, kMotionPeriod, kMostCurvePoints), start)},
+         {"depth_mm", Curve(Thin(depths, kMotionPeriod, kMostCurvePoints), start)},
          {"contacts", Contacts(hand.peaks, start)},
-         {"path", PathOf(hand.stretches)}});
+         {"path", PathOf(hand.segments)}});
   }
   data["organ_names"] = report.organs;
   data["organs"] = Json::array();
   data["organs_left_out"] = Json::array();
   Eigen::Index vertices = 0;
-  for (const OrganDescription& organ : reading.course.organs) {
+  for (const OrganDescription& organ : reading.series.organs) {
     if (vertices + organ.vertices.rows() > kMostVertices) {
       data["organs_left_out"].push_back(organ.name);
       continue;

@@ -12,12 +12,12 @@ namespace hpdm {
 inline constexpr std::size_t kMostCurvePoints = 3000;
 
 /// What the page's script draws, SI units but mm where said. Curves are thinned so that every peak
-/// stays: a stretch of samples becomes its smallest and its largest one.
+/// stays: a segment of samples becomes its smallest and its largest one.
 ///
 ///     start, duration, limit, pauses: [[from, to]], events: [{time, severity, name}],
 ///     hands: [{name, force: {times, values}, depth_mm: {times, values},
 ///              contacts: [[from, to, organ]],
-///              path: {x, y, z, force}}]        mm, null between two stretches
+///              path: {x, y, z, force}}]        mm, null between two segments
 ///     organ_names: [name] by index
 ///     organs: [{name, vertices, triangles}]    base64 of int16 (0.1 mm) and uint32 triples
 ///     organs_left_out: [name]

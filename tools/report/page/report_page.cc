@@ -268,8 +268,8 @@ std::string Gaps(const SessionReading& reading, const SessionFiles& files) {
   }
   for (const std::string& name : files.missing) gaps.push_back("the folder has no " + name);
   if (report.organs.empty()) gaps.emplace_back("the organs' meshes");
-  gaps.insert(gaps.end(), reading.course.organs_missing.begin(),
-              reading.course.organs_missing.end());
+  gaps.insert(gaps.end(), reading.series.organs_missing.begin(),
+              reading.series.organs_missing.end());
   if (report.duration - report.active - report.paused > 1e-6) {
     gaps.push_back(
         Format("%.2f s in which ticks ran that are not in the log: they count for nothing "

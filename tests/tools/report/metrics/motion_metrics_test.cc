@@ -1,4 +1,4 @@
-// Courses of instruments whose figures are known in closed form.
+// Time series of instruments whose figures are known in closed form.
 
 #include "tools/report/metrics/motion_metrics.h"
 
@@ -19,22 +19,23 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kTick = 0.001;
 
-/// Stretches of a course known at every time, read at 1 kHz; `keep` tells which ticks are there.
-std::vector<CourseStretch> Stretches(
-    double seconds, const std::function<CourseVector(double)>& course,
+/// Segments of a time series known at every time, read at 1 kHz; `keep` tells which ticks are
+/// there.
+std::vector<TimeSeriesSegment> Segments(
+    double seconds, const std::function<MotionVector(double)>& series,
     const std::function<bool(int)>& keep = [](int) { return true; }) {
-  UniformCourse uniform;
+  UniformTimeSeries uniform;
   for (int tick = 0; tick <= std::lround(seconds / kTick); ++tick) {
-    if (keep(tick)) uniform.Add(tick * kTick, course(tick * kTick));
+    if (keep(tick)) uniform.Add(tick * kTick, series(tick * kTick));
   }
   uniform.Break();
-  return uniform.stretches();
+  return uniform.segments();
 }
 
-CourseVector AtTip(const Vector3d& p) {
-  CourseVector course = CourseVector::Zero();
-  course.segment<3>(kCourseTip) = p;
-  return course;
+MotionVector AtTip(const Vector3d& p) {
+  MotionVector series = MotionVector::Zero();
+  series.segment<3>(kMotionTip) = p;
+  return series;
 }
 
 /// Way done, 0..1, of a minimum-jerk movement (Flash and Hogan 1985) at the part s of its time.
@@ -45,7 +46,7 @@ double MinimumJerk(double s) {
 
 /// `count` such movements of `way` (m) there and back, each `length` s and followed by as long a
 /// rest.
-CourseVector ThereAndBack(double time, int count, double way, double length) {
+MotionVector ThereAndBack(double time, int count, double way, double length) {
   double x = 0;
   for (int k = 0; k < count; ++k) {
     const double done = MinimumJerk((time - length * (0.5 + 2 * k)) / length);
@@ -54,39 +55,39 @@ CourseVector ThereAndBack(double time, int count, double way, double length) {
   return AtTip({x, 0, 0});
 }
 
-TEST(UniformCourse, MeansOfALineAreItsMiddles) {
-  const auto stretches = Stretches(1, [](double t) { return AtTip({3 * t, 0, 1}); });
-  ASSERT_EQ(stretches.size(), 1u);
-  EXPECT_EQ(stretches[0].samples.size(), 200u);
+TEST(UniformTimeSeries, MeansOfALineAreItsMiddles) {
+  const auto segments = Segments(1, [](double t) { return AtTip({3 * t, 0, 1}); });
+  ASSERT_EQ(segments.size(), 1u);
+  EXPECT_EQ(segments[0].samples.size(), 200u);
   for (std::size_t i = 0; i < 200; ++i) {
-    const double middle = (static_cast<double>(i) + 0.5) * kCoursePeriod;
-    EXPECT_NEAR(stretches[0].samples[i][0], 3 * middle, 1e-12);  // rounding
+    const double middle = (static_cast<double>(i) + 0.5) * kMotionPeriod;
+    EXPECT_NEAR(segments[0].samples[i][0], 3 * middle, 1e-12);  // rounding
   }
 }
 
-TEST(UniformCourse, EndsAStretchWhereTheTicksDo) {
-  const auto stretches = Stretches(
+TEST(UniformTimeSeries, EndsASegmentWhereTheTicksDo) {
+  const auto segments = Segments(
       3,
       [](double t) {
         return AtTip({t, 0, 0});
       },
       [](int tick) { return tick < 1000 || tick >= 1200; });
-  ASSERT_EQ(stretches.size(), 2u);
-  EXPECT_NEAR(stretches[1].start, 1.2 + kCoursePeriod / 2, 1e-12);
+  ASSERT_EQ(segments.size(), 2u);
+  EXPECT_NEAR(segments[1].start, 1.2 + kMotionPeriod / 2, 1e-12);
 }
 
 TEST(SmoothZeroPhase, LeavesALineAndHalvesThePowerAtTheCutoff) {
-  std::vector<CourseVector> line, wave;
+  std::vector<MotionVector> line, wave;
   for (int i = 0; i < 2000; ++i) {
-    const double t = i * kCoursePeriod;
-    line.push_back(CourseVector::Constant(1 - 2 * t));
-    wave.push_back(CourseVector::Constant(std::sin(2 * kPi * kMotionCutoff * t)));
+    const double t = i * kMotionPeriod;
+    line.push_back(MotionVector::Constant(1 - 2 * t));
+    wave.push_back(MotionVector::Constant(std::sin(2 * kPi * kMotionCutoff * t)));
   }
-  SmoothZeroPhase(kMotionCutoff, kCoursePeriod, &line);
-  SmoothZeroPhase(kMotionCutoff, kCoursePeriod, &wave);
+  SmoothZeroPhase(kMotionCutoff, kMotionPeriod, &line);
+  SmoothZeroPhase(kMotionCutoff, kMotionPeriod, &wave);
   double square = 0;
   for (int i = 0; i < 2000; ++i) {
-    EXPECT_NEAR(line[i][0], 1 - 2 * i * kCoursePeriod, 1e-6);  // the start's transient, died out
+    EXPECT_NEAR(line[i][0], 1 - 2 * i * kMotionPeriod, 1e-6);  // the start's transient, died out
     if (i >= 500 && i < 1500) square += wave[i][0] * wave[i][0];
   }
   // Half of a sine's mean square, over whole periods; the bilinear transform bends frequencies by
@@ -96,7 +97,7 @@ TEST(SmoothZeroPhase, LeavesALineAndHalvesThePowerAtTheCutoff) {
 
 TEST(MotionMetrics, ACirclesPathIsItsLength) {
   constexpr double kRadius = 0.03, kTurns = 5, kSeconds = 10;
-  const MotionMetrics metrics = MeasureMotion(Stretches(kSeconds, [](double t) {
+  const MotionMetrics metrics = MeasureMotion(Segments(kSeconds, [](double t) {
     const double angle = 2 * kPi * kTurns * t / kSeconds;
     return AtTip({kRadius * std::cos(angle), kRadius * std::sin(angle), 0.2});
   }));
@@ -104,7 +105,7 @@ TEST(MotionMetrics, ACirclesPathIsItsLength) {
   // A sample less than the time (0.05 %), and the filters' gain at half a hertz (0.9999).
   EXPECT_NEAR(metrics.path_length, length, 1e-3 * length);
   EXPECT_NEAR(metrics.mean_speed, length / kSeconds, 1e-3 * length / kSeconds);
-  // At the ends the mirrored course has a corner: the speed there is some percent off.
+  // At the ends the mirrored time series has a corner: the speed there is some percent off.
   EXPECT_NEAR(metrics.peak_speed, length / kSeconds, 0.06 * length / kSeconds);
   EXPECT_EQ(metrics.movements, 1u);
   EXPECT_NEAR(metrics.economy.value(), 0, 0.01);  // it comes back to where it began
@@ -113,13 +114,13 @@ TEST(MotionMetrics, ACirclesPathIsItsLength) {
 
 TEST(MotionMetrics, AnglesAndDepthAreOfTheirOwnAxes) {
   // A second each: pitch by 0.5 rad, insertion by 30 mm and back, roll by 1 rad.
-  const MotionMetrics metrics = MeasureMotion(Stretches(5, [](double t) {
-    CourseVector course = CourseVector::Zero();
-    course[kCoursePitch] = 0.5 * MinimumJerk(t - 0.5);
-    course[kCourseYaw] = 0.3;
-    course[kCourseInsertion] = 0.1 + 0.03 * (MinimumJerk(t - 1.5) - MinimumJerk(t - 2.5));
-    course[kCourseRoll] = MinimumJerk(t - 3.5);
-    return course;
+  const MotionMetrics metrics = MeasureMotion(Segments(5, [](double t) {
+    MotionVector series = MotionVector::Zero();
+    series[kMotionPitch] = 0.5 * MinimumJerk(t - 0.5);
+    series[kMotionYaw] = 0.3;
+    series[kMotionInsertion] = 0.1 + 0.03 * (MinimumJerk(t - 1.5) - MinimumJerk(t - 2.5));
+    series[kMotionRoll] = MinimumJerk(t - 3.5);
+    return series;
   }));
   // The low-pass shortens no monotone way, and its overshoot is below a thousandth.
   EXPECT_NEAR(metrics.angular_path, 0.5, 1e-3);
@@ -133,7 +134,7 @@ TEST(MotionMetrics, AnglesAndDepthAreOfTheirOwnAxes) {
 TEST(MotionMetrics, CountsMinimumJerkMovements) {
   constexpr int kCount = 7;
   constexpr double kWay = 0.06, kLength = 0.8;
-  const MotionMetrics metrics = MeasureMotion(Stretches(
+  const MotionMetrics metrics = MeasureMotion(Segments(
       2 * kCount * kLength, [](double t) { return ThereAndBack(t, kCount, kWay, kLength); }));
   EXPECT_EQ(metrics.movements, static_cast<std::uint64_t>(kCount));
   EXPECT_NEAR(metrics.path_length, kCount * kWay, 2e-3 * kCount * kWay);  // overshoot
@@ -146,7 +147,7 @@ TEST(MotionMetrics, CountsMinimumJerkMovements) {
 }
 
 TEST(MotionMetrics, SlowDriftIsNoMovement) {
-  const MotionMetrics metrics = MeasureMotion(Stretches(5, [](double t) {
+  const MotionMetrics metrics = MeasureMotion(Segments(5, [](double t) {
     return AtTip({0.9 * kIdleSpeed * t, 0, 0});
   }));
   EXPECT_EQ(metrics.movements, 0u);
@@ -186,11 +187,11 @@ TEST(SpectralArcLength, OfAMinimumJerkMovementDependsOnNeitherLengthNorSize) {
   for (const double length : {0.6, 1.0, 2.5}) {
     for (const double size : {0.01, 0.2}) {
       std::vector<double> speeds;
-      for (double t = kCoursePeriod / 2; t < length; t += kCoursePeriod) {
+      for (double t = kMotionPeriod / 2; t < length; t += kMotionPeriod) {
         const double s = t / length;
         speeds.push_back(size * 30 * s * s * (1 - s) * (1 - s) / length);
       }
-      EXPECT_NEAR(SpectralArcLength(speeds, kCoursePeriod), exact, 0.01)  // the edge's bin
+      EXPECT_NEAR(SpectralArcLength(speeds, kMotionPeriod), exact, 0.01)  // the edge's bin
           << length << " s, " << size << " m";
     }
   }
@@ -202,7 +203,7 @@ TEST(MotionMetrics, ASlowMovementIsAsSmoothAsAQuickOne) {
     for (const double peak : {0.0105, 0.02, 0.05, 0.3}) {  // of v, m/s
       const double way = peak * length / 1.875;
       const MotionMetrics metrics = MeasureMotion(
-          Stretches(4 * length, [=](double t) { return ThereAndBack(t, 1, way, length); }));
+          Segments(4 * length, [=](double t) { return ThereAndBack(t, 1, way, length); }));
       ASSERT_EQ(metrics.movements, 1u);
       // The edge's bin, the low-pass, and the step of 1 % that remains; cut at 5 mm/s the slowest
       // has -1.9.
@@ -215,18 +216,18 @@ TEST(SpectralArcLength, FallsWithEveryStop) {
   double last = 0;
   for (const int parts : {1, 2, 4}) {
     std::vector<double> speeds;
-    for (double t = 0; t < 2; t += kCoursePeriod) {
+    for (double t = 0; t < 2; t += kMotionPeriod) {
       const double s = std::fmod(t * parts / 2, 1);
       speeds.push_back(s * s * (1 - s) * (1 - s));
     }
-    const double now = SpectralArcLength(speeds, kCoursePeriod);
+    const double now = SpectralArcLength(speeds, kMotionPeriod);
     EXPECT_LT(now, last - 0.5);
     last = now;
   }
 }
 
-// A hand's course through the device's kinematics, exact or as its encoders have it.
-CourseVector ThroughDevice(double t, bool encoded) {
+// A hand's time series through the device's kinematics, exact or as its encoders have it.
+MotionVector ThroughDevice(double t, bool encoded) {
   static const ImpulseEngineKinematics device({0, 0, 0.2}, {0, 0, -1}, DeviceProfile());
   const double reach = MinimumJerk(std::fmod(t, 2) / 1.2);
   JointVector joints = JointVector::Zero();
@@ -234,14 +235,14 @@ CourseVector ThroughDevice(double t, bool encoded) {
   joints[1] = 0.2 * std::cos(0.5 * t);
   joints[2] = 0.15 + 0.02 * std::sin(0.9 * t) + 1e-4 * std::sin(2 * kPi * 9 * t);  // tremor
   if (encoded) joints = device.Quantise(joints);
-  CourseVector course = AtTip(device.Forward(joints).translation());
-  course.segment<4>(kCoursePitch) = joints.head<4>();
-  return course;
+  MotionVector series = AtTip(device.Forward(joints).translation());
+  series.segment<4>(kMotionPitch) = joints.head<4>();
+  return series;
 }
 
 TEST(MotionMetrics, TheEncodersResolutionAddsLessThanAPercent) {
   const auto measure = [](bool encoded) {
-    return MeasureMotion(Stretches(20, [=](double t) { return ThroughDevice(t, encoded); }));
+    return MeasureMotion(Segments(20, [=](double t) { return ThroughDevice(t, encoded); }));
   };
   const MotionMetrics exact = measure(false), encoded = measure(true);
   EXPECT_NEAR(encoded.path_length, exact.path_length, 0.01 * exact.path_length);
@@ -254,7 +255,7 @@ TEST(MotionMetrics, TheEncodersResolutionAddsLessThanAPercent) {
   double raw = 0;
   for (int tick = 1; tick <= 20000; ++tick) {
     raw += (ThroughDevice(tick * kTick, true) - ThroughDevice((tick - 1) * kTick, true))
-               .segment<3>(kCourseTip)
+               .segment<3>(kMotionTip)
                .norm();
   }
   EXPECT_GT(raw, 1.1 * exact.path_length);
@@ -263,7 +264,7 @@ TEST(MotionMetrics, TheEncodersResolutionAddsLessThanAPercent) {
 TEST(MotionMetrics, ATipAtRestBetweenTwoEncoderStepsGoesNowhere) {
   // Every tick falls on one of two neighbouring steps at random: the worst that rest can be.
   std::mt19937 random(3);
-  const MotionMetrics metrics = MeasureMotion(Stretches(60, [&](double) {
+  const MotionMetrics metrics = MeasureMotion(Segments(60, [&](double) {
     return AtTip({0, 0, random() % 2 == 0 ? 0 : DeviceProfile().encoder_step});
   }));
   EXPECT_LT(metrics.path_length, 0.01);  // a minute of it; sessions go metres a minute
@@ -275,7 +276,7 @@ TEST(MotionMetrics, SkippedTicksLeaveNoTrace) {
   std::mt19937 random(5);
   int gap = 0;
   const auto measure = [](const std::function<bool(int)>& keep) {
-    return MeasureMotion(Stretches(
+    return MeasureMotion(Segments(
         20, [](double t) { return ThroughDevice(t, true); }, keep));
   };
   const MotionMetrics all = measure([](int) { return true; });
@@ -289,10 +290,10 @@ TEST(MotionMetrics, SkippedTicksLeaveNoTrace) {
 
 TEST(MotionMetrics, ForceRatesAreThoseOfASine) {
   constexpr double kForce = 1.5, kHz = 1;
-  const MotionMetrics metrics = MeasureMotion(Stretches(10, [](double t) {
-    CourseVector course = CourseVector::Zero();
-    course[kCourseForce] = 2 + kForce * std::sin(2 * kPi * kHz * t);
-    return course;
+  const MotionMetrics metrics = MeasureMotion(Segments(10, [](double t) {
+    MotionVector series = MotionVector::Zero();
+    series[kMotionForce] = 2 + kForce * std::sin(2 * kPi * kHz * t);
+    return series;
   }));
   const double peak = 2 * kPi * kHz * kForce;
   EXPECT_NEAR(metrics.peak_force_rate, peak, 0.01 * peak);

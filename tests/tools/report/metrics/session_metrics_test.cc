@@ -33,7 +33,7 @@ TEST(SessionMetrics, SumForcesByOrgan) {
   ASSERT_EQ(report.hands.size(), 1u);
   EXPECT_EQ(report.hands[0].name, "probe");
   ASSERT_EQ(report.organs, (std::vector<std::string>{"liver", "gallbladder"}));
-  EXPECT_EQ(reading.course.organs.size(), 2u);
+  EXPECT_EQ(reading.series.organs.size(), 2u);
 
   constexpr double kRounding = 1e-9;  // of sums of a thousand terms
   const ContactMetrics& all = report.hands[0].contact;
@@ -81,15 +81,15 @@ TEST(SessionMetrics, APauseCountsForNothing) {
   const SessionReading reading = session.Finish();
   EXPECT_NEAR(reading.report.paused, 1, 1e-9);
   EXPECT_NEAR(reading.report.active, 1, 1e-9);
-  ASSERT_EQ(reading.course.pauses.size(), 1u);
-  EXPECT_NEAR(reading.course.pauses[0].first, 0.5, 1e-9);
-  EXPECT_NEAR(reading.course.pauses[0].second, 1.5, 1e-9);
+  ASSERT_EQ(reading.series.pauses.size(), 1u);
+  EXPECT_NEAR(reading.series.pauses[0].first, 0.5, 1e-9);
+  EXPECT_NEAR(reading.series.pauses[0].second, 1.5, 1e-9);
   const HandReport& hand = reading.report.hands[0];
   EXPECT_NEAR(hand.contact.time, 1, 1e-9);
   EXPECT_EQ(hand.contact.count, 1u);  // it is not seen to end
   EXPECT_EQ(hand.contact.peak_force, 1);
   EXPECT_EQ(hand.motion.path_length, 0);
-  EXPECT_NEAR(hand.motion.time, 1, 3 * kCoursePeriod);  // the stretches' last samples are not whole
+  EXPECT_NEAR(hand.motion.time, 1, 3 * kMotionPeriod);  // the segments' last samples are not whole
 }
 
 TEST(SessionMetrics, SkippedTicksHoldTheForceAndLostOnesSayNothing) {
@@ -103,8 +103,8 @@ TEST(SessionMetrics, SkippedTicksHoldTheForceAndLostOnesSayNothing) {
   const SessionReading reading = session.Finish();
   const SessionReport& report = reading.report;
   EXPECT_NEAR(report.hands[0].contact.time, 0.15, 1e-9);
-  EXPECT_EQ(reading.course.hands[0].peaks[25].force, 2);  // at 0.125 s, amid the skipped
-  EXPECT_EQ(reading.course.hands[0].peaks[60].force, 0);  // at 0.3 s, amid the lost
+  EXPECT_EQ(reading.series.hands[0].peaks[25].force, 2);  // at 0.125 s, amid the skipped
+  EXPECT_EQ(reading.series.hands[0].peaks[60].force, 0);  // at 0.3 s, amid the lost
   EXPECT_EQ(report.skipped.stalled, 50u);
   EXPECT_EQ(report.health.ticks_lost, 200u);
   EXPECT_NEAR(report.duration, 0.55, 1e-9);
@@ -208,10 +208,10 @@ TEST(SessionMetrics, ALostDeviceNeitherMovesNorRests) {
   const SessionReport report = session.Finish().report;
   const HandReport& hand = report.hands[0];
   EXPECT_NEAR(hand.device_lost, 1, 1e-9);
-  EXPECT_NEAR(hand.motion.time, 2, 3 * kCoursePeriod);
+  EXPECT_NEAR(hand.motion.time, 2, 3 * kMotionPeriod);
   EXPECT_NEAR(hand.motion.path_length, 0.04, 0.02 * 0.04);  // four ends, not the 20 mm between
   EXPECT_EQ(hand.motion.idle, 0);
-  EXPECT_NEAR(report.both_moving.value(), 2, 4 * kCoursePeriod);  // by time, not by stretch
+  EXPECT_NEAR(report.both_moving.value(), 2, 4 * kMotionPeriod);  // by time, not by segment
 }
 
 TEST(SessionMetrics, RepeatedMeshesAreOneAndAMissingPartIsTold) {
@@ -234,8 +234,8 @@ TEST(SessionMetrics, RepeatedMeshesAreOneAndAMissingPartIsTold) {
     }
   }
   const SessionReading repeated = ReadSession(session.log() + ".repeated");
-  EXPECT_EQ(repeated.course.organs.size(), 2u);
-  EXPECT_TRUE(repeated.course.organs_missing.empty());
+  EXPECT_EQ(repeated.series.organs.size(), 2u);
+  EXPECT_TRUE(repeated.series.organs_missing.empty());
 
   const SessionReading torn = session.Read([](LogEvent* event) {
     mesh_t part;
@@ -245,8 +245,8 @@ TEST(SessionMetrics, RepeatedMeshesAreOneAndAMissingPartIsTold) {
     }
     return true;
   });
-  EXPECT_EQ(torn.course.organs.size(), 1u);
-  EXPECT_EQ(torn.course.organs_missing,
+  EXPECT_EQ(torn.series.organs.size(), 1u);
+  EXPECT_EQ(torn.series.organs_missing,
             std::vector<std::string>{"gallbladder is not drawn: parts of its mesh are missing"});
 }
 

@@ -1,4 +1,4 @@
-#include "tools/report/metrics/uniform_course.h"
+#include "tools/report/metrics/uniform_time_series.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,9 +19,9 @@ class LowPass {
     a1_ = 2 * (w * w - 1) * scale;
     a2_ = (1 - std::numbers::sqrt2 * w + w * w) * scale;
   }
-  void Rest(const CourseVector& value) { x1_ = x2_ = y1_ = y2_ = value; }
-  CourseVector Next(const CourseVector& x) {
-    const CourseVector y = b0_ * (x + 2 * x1_ + x2_) - a1_ * y1_ - a2_ * y2_;
+  void Rest(const MotionVector& value) { x1_ = x2_ = y1_ = y2_ = value; }
+  MotionVector Next(const MotionVector& x) {
+    const MotionVector y = b0_ * (x + 2 * x1_ + x2_) - a1_ * y1_ - a2_ * y2_;
     x2_ = std::exchange(x1_, x);
     y2_ = std::exchange(y1_, y);
     return y;
@@ -29,30 +29,30 @@ class LowPass {
 
  private:
   double b0_, a1_, a2_;
-  CourseVector x1_, x2_, y1_, y2_;
+  MotionVector x1_, x2_, y1_, y2_;
 };
 
 }  // namespace
 
-void UniformCourse::Add(double time, const CourseVector& value) {
-  if (joined_ && time - last_time_ > kCourseGap) Break();
+void UniformTimeSeries::Add(double time, const MotionVector& value) {
+  if (joined_ && time - last_time_ > kMotionGap) Break();
   if (!joined_) {
     joined_ = true;
-    stretch_.start = time + kCoursePeriod / 2;  // a sample stands for its middle
+    segment_.start = time + kMotionPeriod / 2;  // a sample stands for its middle
     origin_ = time;
     sum_.setZero();
   } else if (time <= last_time_) {
     return;
   } else {
-    const CourseVector slope = (value - last_) / (time - last_time_);
+    const MotionVector slope = (value - last_) / (time - last_time_);
     double at = last_time_;
     while (at < time) {
-      const double end = origin_ + static_cast<double>(stretch_.samples.size() + 1) * kCoursePeriod;
+      const double end = origin_ + static_cast<double>(segment_.samples.size() + 1) * kMotionPeriod;
       const double to = std::min(time, end);
       sum_ += (to - at) * (last_ + slope * ((at + to) / 2 - last_time_));
       at = to;
       if (to < end) break;
-      stretch_.samples.push_back(sum_ / kCoursePeriod);
+      segment_.samples.push_back(sum_ / kMotionPeriod);
       sum_.setZero();
     }
   }
@@ -60,34 +60,34 @@ void UniformCourse::Add(double time, const CourseVector& value) {
   last_ = value;
 }
 
-void UniformCourse::Break() {
-  if (!stretch_.samples.empty()) stretches_.push_back(std::move(stretch_));
-  stretch_ = {};
+void UniformTimeSeries::Break() {
+  if (!segment_.samples.empty()) segments_.push_back(std::move(segment_));
+  segment_ = {};
   joined_ = false;
 }
 
-void SmoothZeroPhase(double cutoff, double period, std::vector<CourseVector>* samples) {
+void SmoothZeroPhase(double cutoff, double period, std::vector<MotionVector>* samples) {
   const std::size_t count = samples->size();
   if (count < 2) return;
   // Two passes take 3 dB together at cutoff when each alone has its own 3 dB at this frequency.
   const double each = cutoff / std::pow(std::numbers::sqrt2 - 1, 0.25);
   // The transient of a start at rest dies out within about one period of the cut-off frequency.
   const auto lead = std::min(count - 1, static_cast<std::size_t>(std::ceil(2 / (cutoff * period))));
-  std::vector<CourseVector> course;
-  course.reserve(count + 2 * lead);
+  std::vector<MotionVector> series;
+  series.reserve(count + 2 * lead);
   for (std::size_t i = lead; i > 0; --i) {
-    course.push_back(2 * samples->front() - (*samples)[i]);
+    series.push_back(2 * samples->front() - (*samples)[i]);
   }
-  course.insert(course.end(), samples->begin(), samples->end());
+  series.insert(series.end(), samples->begin(), samples->end());
   for (std::size_t i = 1; i <= lead; ++i) {
-    course.push_back(2 * samples->back() - (*samples)[count - 1 - i]);
+    series.push_back(2 * samples->back() - (*samples)[count - 1 - i]);
   }
   LowPass filter(each, period);
-  filter.Rest(course.front());
-  for (CourseVector& value : course) value = filter.Next(value);
-  filter.Rest(course.back());
-  for (std::size_t i = course.size(); i-- > 0;) course[i] = filter.Next(course[i]);
-  std::copy_n(course.begin() + static_cast<std::ptrdiff_t>(lead), count, samples->begin());
+  filter.Rest(series.front());
+  for (MotionVector& value : series) value = filter.Next(value);
+  filter.Rest(series.back());
+  for (std::size_t i = series.size(); i-- > 0;) series[i] = filter.Next(series[i]);
+  std::copy_n(series.begin() + static_cast<std::ptrdiff_t>(lead), count, samples->begin());
 }
 
 }  // namespace hpdm
