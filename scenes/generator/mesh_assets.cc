@@ -95,7 +95,7 @@ const std::vector<MeshAsset>& MeshAssets() {
 
 SurfaceMesh MakeMeshAsset(const std::string& name) {
   if (const PartRecipe* part = FindPart(name)) {
-    const InstrumentModel model = MakeInstrument(part->type);
+    const InstrumentMeshes model = MakeInstrument(part->type);
     return part->jaw < 0 ? model.rigid : model.jaws[static_cast<std::size_t>(part->jaw)];
   }
   const Recipe& recipe = FindRecipe(name);

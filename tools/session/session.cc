@@ -12,7 +12,7 @@
 #include "haptics/device/trace_device.h"
 #include "render/overlay/overlay_view.h"
 #include "tools/session/hand_site.h"
-#include "tools/session/instrument_looks.h"
+#include "tools/session/instrument_meshes.h"
 #include "tools/shared/in_scene.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/static_case.h"
@@ -132,9 +132,9 @@ void Session::BuildInstruments() {
           "\" has no lattice whose force it could feel; it feels the default springs "
           "of reaction = \"paper\" there");
     }
-    std::vector<InstrumentModel>& looks = looks_.emplace_back();
+    std::vector<InstrumentMeshes>& meshes = instrument_meshes_.emplace_back();
     for (int held = 0; held < instrument.HeldCount(); ++held) {
-      looks.push_back(LoadLooks(instrument.Held(held)));
+      meshes.push_back(LoadInstrumentMeshes(instrument.Held(held)));
     }
     const HandSite site = InScene(scene_, [&] { return SiteOf(instrument); });
     InScene(scene_, [&] {
@@ -333,9 +333,9 @@ std::vector<InstrumentView> Session::InstrumentViews() const {
   std::vector<InstrumentView> views;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
     const InstrumentOptions& instrument = scene_.instruments[i];
-    InstrumentView& view = views.emplace_back(ViewOf(instrument, looks_[i].front()));
+    InstrumentView& view = views.emplace_back(ViewOf(instrument, instrument_meshes_[i].front()));
     for (int held = 1; held < instrument.HeldCount(); ++held) {
-      view.exchanges.push_back(ViewOf(instrument.Held(held), looks_[i][held]));
+      view.exchanges.push_back(ViewOf(instrument.Held(held), instrument_meshes_[i][held]));
     }
   }
   return views;

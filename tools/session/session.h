@@ -112,8 +112,9 @@ class Session {
   Image background_;             // empty where the scene names none
   std::vector<Image> textures_;  // by organ, likewise
   std::vector<OrganModel> organs_;
-  std::vector<std::vector<InstrumentModel>> looks_;  // [instrument][ToolPose::instrument_index]
-  std::vector<Points> references_;                   // by organ, V x 3, m; 0 rows without
+  std::vector<std::vector<InstrumentMeshes>>
+      instrument_meshes_;           // [instrument][ToolPose::instrument_index]
+  std::vector<Points> references_;  // by organ, V x 3, m; 0 rows without
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
   std::vector<TraceFile> traces_;  // by instrument; without rows where it plays none

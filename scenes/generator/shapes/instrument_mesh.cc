@@ -196,7 +196,7 @@ SurfaceMesh ScissorsBlade(double pivot, bool second) {
   return solid.Mesh();
 }
 
-InstrumentModel Grasper() {
+InstrumentMeshes Grasper() {
   constexpr double kPivot = 16.5;
   return {.rigid = ForkedShaft(kPivot),
           .jaws = {GrasperJaw(kPivot, false), TurnedAboutZ(GrasperJaw(kPivot, true))},
@@ -205,7 +205,7 @@ InstrumentModel Grasper() {
           .insulated_from = (kPivot + 9.5) * kMm};
 }
 
-InstrumentModel Scissors() {
+InstrumentMeshes Scissors() {
   constexpr double kPivot = 19.5;
   return {.rigid = ForkedShaft(kPivot),
           .jaws = {ScissorsBlade(kPivot, false), ScissorsBlade(kPivot, true)},
@@ -214,7 +214,7 @@ InstrumentModel Scissors() {
           .insulated_from = (kPivot + 9.5) * kMm};
 }
 
-InstrumentModel Hook() {
+InstrumentMeshes Hook() {
   constexpr int kWire = 16, kShaft = 16;
   constexpr double kFoot = -2, kBend = 1.3, kInsulation = 8;  // mm
   std::vector<Ring> rings;
@@ -273,7 +273,7 @@ SurfaceMesh ProbeMesh() {
   return solid.Mesh();
 }
 
-InstrumentModel MakeInstrument(InstrumentType type) {
+InstrumentMeshes MakeInstrument(InstrumentType type) {
   switch (type) {
     case InstrumentType::kProbe:
       break;

@@ -14,7 +14,7 @@ inline constexpr double kInstrumentRadius = 2.5e-3;
 /// A laparoscopic instrument of 5 mm and about 562 triangles in all its parts, each closed. Tool
 /// frame: origin at the centre of the tip's ball, z along the shaft towards the
 /// trocar, y the jaws' axis; the shaft ends at z = 0.3 m.
-struct InstrumentModel {
+struct InstrumentMeshes {
   SurfaceMesh rigid;              ///< m.
   std::vector<SurfaceMesh> jaws;  ///< Closed; the first opens towards +x, the second towards -x.
   double pivot = 0;               ///< m: they turn about the line x = 0, z = pivot.
@@ -28,7 +28,7 @@ struct InstrumentModel {
 ///  - kScissors: Metzenbaum, two slender blades that shear past each other on a plane curved
 ///    towards +y.
 ///  - kHook: a monopolar electrode, a wire of 1 mm bent to an L towards +x.
-InstrumentModel MakeInstrument(InstrumentType type);
+InstrumentMeshes MakeInstrument(InstrumentType type);
 
 /// MakeInstrument(kProbe).rigid.
 SurfaceMesh ProbeMesh();

@@ -255,7 +255,7 @@ TEST(MeshAssets, ProbeIsARoundedRodInTheToolFrame) {
 }
 
 /// The parts of an instrument with its jaws open by `jaw`, as one mesh.
-SurfaceMesh WithJaws(const InstrumentModel& model, double jaw) {
+SurfaceMesh WithJaws(const InstrumentMeshes& model, double jaw) {
   SurfaceMesh all = model.rigid;
   double angle = -model.opening * jaw;
   for (SurfaceMesh part : model.jaws) {

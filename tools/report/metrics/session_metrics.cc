@@ -56,7 +56,7 @@ std::string InstrumentTaken(const std::string& text) {
 }
 
 /// All of a log but its ticks, as it passes by.
-class Surroundings {
+class LogSummary {
  public:
   void Visit(const LogEvent& event) {
     ++events_;
@@ -228,8 +228,8 @@ std::vector<std::string> LogReport::Faults() const {
 }
 
 SessionReading ReadSession(const std::string& log, double force_limit) {
-  Surroundings surroundings;
-  TickReader reader(log, [&surroundings](const LogEvent& event) { surroundings.Visit(event); });
+  LogSummary log_summary;
+  TickReader reader(log, [&log_summary](const LogEvent& event) { log_summary.Visit(event); });
   SessionTicks ticks(force_limit, reader.log().size() / kFewestTickBytes + kSilentPeaks);
   SessionReading reading;
   SessionReport& report = reading.report;
@@ -254,7 +254,7 @@ SessionReading ReadSession(const std::string& log, double force_limit) {
   report.health.torn_bytes = reader.log().size() - reader.log().intact_end();
   report.health.damaged_bytes = reader.log().damaged_bytes() - report.health.torn_bytes;
   ticks.Fill(&reading);
-  surroundings.Fill(&reading);
+  log_summary.Fill(&reading);
   for (HandReport& hand : report.hands) {
     if (report.organs.size() < hand.by_organ.size()) report.organs.resize(hand.by_organ.size());
   }

@@ -10,9 +10,9 @@ namespace hpdm {
 /// (scenes/generator/shapes/instrument_mesh.h) where its radii are those of a 5 mm instrument, or
 /// else nothing, for a capsule of its radii. Set-up; throws InputError for a mesh that cannot be
 /// read.
-InstrumentModel LoadLooks(const InstrumentDescription& instrument);
+InstrumentMeshes LoadInstrumentMeshes(const InstrumentDescription& instrument);
 
-/// The same as the render loop takes it. `looks` must outlive the view.
-InstrumentView ViewOf(const InstrumentDescription& instrument, const InstrumentModel& looks);
+/// The same as the render loop takes it. `meshes` must outlive the view.
+InstrumentView ViewOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes);
 
 }  // namespace hpdm

@@ -1,0 +1,39 @@
+#include "tools/session/instrument_meshes.h"
+
+#include "engine/mesh/files/mesh_import.h"
+
+namespace hpdm {
+
+InstrumentMeshes LoadInstrumentMeshes(const InstrumentDescription& instrument) {
+  InstrumentMeshes meshes;
+  if (!instrument.mesh.empty()) {
+    meshes.rigid = ImportMesh(instrument.mesh, 1.0).mesh;
+    for (const std::string& jaw : instrument.jaws.meshes) {
+      meshes.jaws.push_back(ImportMesh(jaw, 1.0).mesh);
+    }
+    meshes.pivot = instrument.jaws.pivot;
+    meshes.opening = instrument.jaws.opening;
+  } else if (instrument.tip_radius == kInstrumentRadius &&
+             instrument.shaft_radius == kInstrumentRadius) {
+    meshes = MakeInstrument(instrument.type);
+  }
+  if (instrument.insulated_from) meshes.insulated_from = *instrument.insulated_from;
+  return meshes;
+}
+
+InstrumentView ViewOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes) {
+  InstrumentView view;
+  view.tip_radius = instrument.tip_radius;
+  view.shaft_radius = instrument.shaft_radius;
+  view.insulated_from = meshes.insulated_from;
+  if (meshes.rigid.triangles.rows() == 0) return view;
+  view.parts.push_back({.mesh = &meshes.rigid});
+  double opening = meshes.opening;
+  for (const SurfaceMesh& jaw : meshes.jaws) {
+    view.parts.push_back({.mesh = &jaw, .pivot = meshes.pivot, .opening = opening});
+    opening = -opening;
+  }
+  return view;
+}
+
+}  // namespace hpdm
