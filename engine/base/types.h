@@ -29,6 +29,6 @@ inline constexpr Nanoseconds kNanosecondsPerSecond = 1'000'000'000;
 inline double ToSeconds(Nanoseconds t) { return static_cast<double>(t) * 1e-9; }
 
 /// An index of Eigen's as one of the standard library's.
-inline std::size_t At(Eigen::Index i) { return static_cast<std::size_t>(i); }
+inline std::size_t ToSize(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace hpdm

@@ -24,15 +24,15 @@ class Welder {
         tolerance_(tolerance),
         cell_(4 * tolerance),
         origin_(points.colwise().minCoeff()),
-        heads_(std::bit_ceil(At(2 * points.rows())), -1),
-        next_(At(points.rows()), -1) {}
+        heads_(std::bit_ceil(ToSize(2 * points.rows())), -1),
+        next_(ToSize(points.rows()), -1) {}
 
   /// For each point the first one that it is joined to (itself if none).
   std::vector<int> Weld() {
-    std::vector<int> first(At(points_.rows()));
+    std::vector<int> first(ToSize(points_.rows()));
     for (int v = 0; v < static_cast<int>(points_.rows()); ++v) {
       const int found = FindNear(v);
-      first[At(v)] = found >= 0 ? found : v;
+      first[ToSize(v)] = found >= 0 ? found : v;
       if (found < 0) Insert(v);
     }
     return first;
@@ -65,7 +65,7 @@ class Welder {
         cell[d] = high[d];
       }
       if (again) continue;
-      for (int other = Head(cell); other >= 0; other = next_[At(other)]) {
+      for (int other = Head(cell); other >= 0; other = next_[ToSize(other)]) {
         const bool near = (points_.row(other).transpose() - p).norm() <= tolerance_;
         if (near && (nearest < 0 || other < nearest)) nearest = other;
       }
@@ -75,7 +75,7 @@ class Welder {
 
   void Insert(int v) {
     int& head = Head(CellOf(points_.row(v)));
-    next_[At(v)] = head;
+    next_[ToSize(v)] = head;
     head = v;
   }
 
@@ -89,9 +89,9 @@ class Welder {
 /// joined to another one.
 int JoinTo(const std::vector<int>& first, Triangles* triangles) {
   int joined = 0;
-  for (std::size_t v = 0; v < first.size(); ++v) joined += At(first[v]) != v;
+  for (std::size_t v = 0; v < first.size(); ++v) joined += ToSize(first[v]) != v;
   for (Index t = 0; t < triangles->rows(); ++t) {
-    for (int c = 0; c < 3; ++c) (*triangles)(t, c) = first[At((*triangles)(t, c))];
+    for (int c = 0; c < 3; ++c) (*triangles)(t, c) = first[ToSize((*triangles)(t, c))];
   }
   return joined;
 }
@@ -100,7 +100,7 @@ double WeldTolerance(const SurfaceMesh& mesh) {
   const Points& p = mesh.vertices;
   const double by_size = kWeldTolerance * (p.colwise().maxCoeff() - p.colwise().minCoeff()).norm();
   std::vector<double> edges;  // those with a length
-  edges.reserve(At(3 * mesh.triangles.rows()));
+  edges.reserve(ToSize(3 * mesh.triangles.rows()));
   for (Index t = 0; t < mesh.triangles.rows(); ++t) {
     for (int c = 0; c < 3; ++c) {
       const auto a = p.row(mesh.triangles(t, c)), b = p.row(mesh.triangles(t, (c + 1) % 3));
@@ -117,7 +117,7 @@ double WeldTolerance(const SurfaceMesh& mesh) {
 int WeldVertices(SurfaceMesh* mesh) {
   const double tolerance = WeldTolerance(*mesh);
   const std::vector<int> first = tolerance > 0 ? Welder(mesh->vertices, tolerance).Weld()
-                                               : std::vector<int>(At(mesh->vertices.rows()), 0);
+                                               : std::vector<int>(ToSize(mesh->vertices.rows()), 0);
   return JoinTo(first, &mesh->triangles);
 }
 
@@ -130,7 +130,7 @@ void DropTriangles(SurfaceMesh* mesh, MeshRepairs* repairs) {
     auto operator<=>(const Entry&) const = default;
   };
   std::vector<Entry> entries;
-  entries.reserve(At(triangles->rows()));
+  entries.reserve(ToSize(triangles->rows()));
   for (int t = 0; t < static_cast<int>(triangles->rows()); ++t) {
     std::array<int, 3> corners = {(*triangles)(t, 0), (*triangles)(t, 1), (*triangles)(t, 2)};
     std::sort(corners.begin(), corners.end());
@@ -162,20 +162,20 @@ void DropTriangles(SurfaceMesh* mesh, MeshRepairs* repairs) {
 
 /// Returns how many vertices were dropped, welded ones included.
 int DropVertices(SurfaceMesh* mesh) {
-  std::vector<int> number(At(mesh->vertices.rows()), -1);
+  std::vector<int> number(ToSize(mesh->vertices.rows()), -1);
   for (Index t = 0; t < mesh->triangles.rows(); ++t) {
-    for (int c = 0; c < 3; ++c) number[At(mesh->triangles(t, c))] = 0;
+    for (int c = 0; c < 3; ++c) number[ToSize(mesh->triangles(t, c))] = 0;
   }
   int count = 0;
   for (Index v = 0; v < mesh->vertices.rows(); ++v) {
-    if (number[At(v)] < 0) continue;
+    if (number[ToSize(v)] < 0) continue;
     mesh->vertices.row(count) = mesh->vertices.row(v).eval();
-    number[At(v)] = count++;
+    number[ToSize(v)] = count++;
   }
   const int dropped = static_cast<int>(mesh->vertices.rows()) - count;
   mesh->vertices.conservativeResize(count, 3);
   for (Index t = 0; t < mesh->triangles.rows(); ++t) {
-    for (int c = 0; c < 3; ++c) mesh->triangles(t, c) = number[At(mesh->triangles(t, c))];
+    for (int c = 0; c < 3; ++c) mesh->triangles(t, c) = number[ToSize(mesh->triangles(t, c))];
   }
   return dropped;
 }
@@ -195,7 +195,7 @@ std::vector<std::pair<std::string, int>> MeshRepairs::List() const {
 void JoinIdenticalVertices(SurfaceMesh* mesh) {
   const Points& p = mesh->vertices;
   const auto place = [&p](int v) { return std::make_tuple(p(v, 0), p(v, 1), p(v, 2)); };
-  std::vector<int> order(At(p.rows()));
+  std::vector<int> order(ToSize(p.rows()));
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int v, int w) {
     return std::make_tuple(place(v), v) < std::make_tuple(place(w), w);
@@ -203,7 +203,7 @@ void JoinIdenticalVertices(SurfaceMesh* mesh) {
   std::vector<int> first(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool repeats = i > 0 && place(order[i]) == place(order[i - 1]);
-    first[At(order[i])] = repeats ? first[At(order[i - 1])] : order[i];
+    first[ToSize(order[i])] = repeats ? first[ToSize(order[i - 1])] : order[i];
   }
   JoinTo(first, &mesh->triangles);
   DropVertices(mesh);

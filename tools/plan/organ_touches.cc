@@ -11,7 +11,7 @@
 #include "engine/tissue/support.h"
 #include "haptics/device/impulse_engine.h"
 #include "tools/session/hand_site.h"
-#include "tools/shared/in_scene.h"
+#include "tools/shared/with_scene_path.h"
 
 namespace hpdm {
 namespace {
@@ -124,8 +124,8 @@ std::vector<OrganTouches> FindTouches(const Scene& scene, const std::vector<Surf
     while (scene.organs[organ].name != instrument.hand.organ) ++organ;
     const Vector3d centre = EnclosedCentre(rests[organ].vertices, rests[organ].triangles);
     const HandSite site =
-        InScene(scene, [&] { return SiteOnOrgan(instrument, rests[organ], centre); });
-    InScene(scene, [&] {
+        WithScenePath(scene, [&] { return SiteOnOrgan(instrument, rests[organ], centre); });
+    WithScenePath(scene, [&] {
       reaches.push_back(
           {ImpulseEngineKinematics(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                                    instrument.device),

@@ -6,8 +6,8 @@
 #include "engine/base/error.h"
 #include "engine/mesh/mesh_facts.h"
 #include "engine/organ.h"
-#include "tools/shared/in_scene.h"
 #include "tools/shared/static_case.h"
+#include "tools/shared/with_scene_path.h"
 
 namespace hpdm {
 namespace {
@@ -108,7 +108,7 @@ ScenePlan MakePlan(const Scene& scene, const PlanDemand& demand, double seconds,
     planned.touches = std::move(touches[o]);
     if (planned.touches.Touched()) {
       planned.fate = OrganFate::kSearched;
-      InScene(scene, [&] {
+      WithScenePath(scene, [&] {
         Scale(scene, organ, rests[o], &planned.touches);
         planned.reference_solution =
             MakeReferenceSolution(organ, rests[o], planned.touches, demand.error, &plan.remarks);

@@ -240,7 +240,7 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
     EglContext();
   }
   const MachineState machine =
-      TryMachine(options.Lockstep(), options.require_realtime, session.haptic_period_ns());
+      ProbeRealtime(options.Lockstep(), options.require_realtime, session.haptic_period_ns());
   const SessionClock clock;
   std::optional<DeviceLink> link;
   if (session.HasExternalDevice()) {

@@ -13,9 +13,9 @@
 #include "render/overlay/overlay_view.h"
 #include "tools/session/hand_site.h"
 #include "tools/session/instrument_meshes.h"
-#include "tools/shared/in_scene.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/static_case.h"
+#include "tools/shared/with_scene_path.h"
 
 namespace hpdm {
 namespace {
@@ -81,7 +81,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
   ReadPictures();
   BuildOrgans();
   BuildInstruments();
-  InScene(scene_, [this] {
+  WithScenePath(scene_, [this] {
     CompareStiffness();
     BuildWalls();
   });
@@ -111,7 +111,7 @@ void Session::BuildOrgans() {
   organs_.reserve(scene_.organs.size());
   for (const OrganOptions& options : scene_.organs) {
     SurfaceMesh rest = LoadPosedMesh(options, &remarks_);
-    InScene(scene_, [&] { organs_.emplace_back(options, std::move(rest)); });
+    WithScenePath(scene_, [&] { organs_.emplace_back(options, std::move(rest)); });
     if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
       throw InputError(
           options.mesh + ": has no texture coordinates, which the texture of organ \"" +
@@ -136,8 +136,8 @@ void Session::BuildInstruments() {
     for (int held = 0; held < instrument.HeldCount(); ++held) {
       meshes.push_back(LoadInstrumentMeshes(instrument.Held(held)));
     }
-    const HandSite site = InScene(scene_, [&] { return SiteOf(instrument); });
-    InScene(scene_, [&] {
+    const HandSite site = WithScenePath(scene_, [&] { return SiteOf(instrument); });
+    WithScenePath(scene_, [&] {
       kinematics_.emplace_back(instrument.p_trocar_W, site.p_target_W - instrument.p_trocar_W,
                                instrument.device);
     });
@@ -152,7 +152,7 @@ void Session::BuildInstruments() {
                  1000 * distance, 1000 * instrument.device.min_insertion,
                  1000 * instrument.device.max_insertion));
     }
-    devices_.push_back(InScene(scene_, [&] { return BuildDevice(index, site); }));
+    devices_.push_back(WithScenePath(scene_, [&] { return BuildDevice(index, site); }));
   }
   for (const DeviceChoice& choice : choices_) {
     if (choice.type != DeviceChoice::Type::kTrace) trace_length_ = 0;

@@ -18,7 +18,7 @@ constexpr double kWindowPeriod = 0.01;
 
 }  // namespace
 
-MachineState TryMachine(bool lockstep, bool require_realtime, Nanoseconds period_ns) {
+MachineState ProbeRealtime(bool lockstep, bool require_realtime, Nanoseconds period_ns) {
   MachineState machine;
   if (lockstep && !require_realtime) return machine;
   machine.process = RequestRealtime(ProcessRealtime());

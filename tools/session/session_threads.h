@@ -32,7 +32,7 @@ struct MachineState {
 /// Asks for what a session would and wakes at its haptic rate for a second (not for the lockstep
 /// clock), before anything else of it runs or a device displays a force. Throws MachineError where
 /// something was refused and required.
-MachineState TryMachine(bool lockstep, bool require_realtime, Nanoseconds period_ns);
+MachineState ProbeRealtime(bool lockstep, bool require_realtime, Nanoseconds period_ns);
 
 /// The loops of one session and what they need to run.
 struct Loops {

@@ -11,11 +11,11 @@
 #include "engine/statics/static_loads.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/shared/in_scene.h"
 #include "tools/shared/staged_file.h"
 #include "tools/shared/static_case.h"
 #include "tools/shared/surface_table.h"
 #include "tools/shared/timing.h"
+#include "tools/shared/with_scene_path.h"
 #include "tools/solve/solve_picture.h"
 
 namespace hpdm {
@@ -97,8 +97,8 @@ void Solve(const SolveOptions& options) {
   for (const std::string& out : {options.out, options.picture}) RefuseOwnInput(out, inputs);
   const TimingClock::time_point start = TimingClock::now();
   const OrganModel model =
-      InScene(scene, [&] { return OrganModel(load_case.organ, load_case.rest); });
-  const StaticLoads loads = InScene(scene, [&] { return StaticLoads(model, scene.loads); });
+      WithScenePath(scene, [&] { return OrganModel(load_case.organ, load_case.rest); });
+  const StaticLoads loads = WithScenePath(scene, [&] { return StaticLoads(model, scene.loads); });
   const double setup_ms = MillisecondsSince(start);
   const StaticSolution solution = loads.Solve();
   RefuseContradictions(scene, solution);

@@ -103,11 +103,11 @@ SurfaceMesh Merge(const aiScene& scene) {
   mesh.triangles.resize(triangle_count, 3);
   mesh.texture_coordinates.resize(textured ? 3 * triangle_count : 0, 2);
   for (Eigen::Index t = 0; t < triangle_count; ++t) {
-    for (int c = 0; c < 3; ++c) mesh.triangles(t, c) = corners.vertices[At(t)][At(c)];
+    for (int c = 0; c < 3; ++c) mesh.triangles(t, c) = corners.vertices[ToSize(t)][ToSize(c)];
   }
   for (Eigen::Index row = 0; row < mesh.texture_coordinates.rows(); ++row) {
     for (int d = 0; d < 2; ++d) {
-      mesh.texture_coordinates(row, d) = corners.texture_coordinates[At(row)][At(d)];
+      mesh.texture_coordinates(row, d) = corners.texture_coordinates[ToSize(row)][ToSize(d)];
     }
   }
   return mesh;

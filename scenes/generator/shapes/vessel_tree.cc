@@ -78,7 +78,7 @@ void VesselTree::Grow(const ImplicitShape& shape, std::vector<Vector3d> targets,
     std::vector<Vector3d> pull(nodes_.size(), Vector3d::Zero());
     for (std::size_t i = 0; i < targets.size(); ++i) {
       if (distance[i] < options.reached || distance[i] > options.sight) continue;
-      pull[At(nearest[i])] += (targets[i] - nodes_[At(nearest[i])].p) / distance[i];
+      pull[ToSize(nearest[i])] += (targets[i] - nodes_[ToSize(nearest[i])].p) / distance[i];
     }
     for (std::size_t n = 0; n < pull.size(); ++n) {
       const double length = pull[n].norm();
@@ -104,7 +104,7 @@ void VesselTree::SetRadii(double finest_radius) {
   std::vector<double> cubes(nodes_.size(), 0);
   for (std::size_t n = nodes_.size(); n-- > 0;) {
     if (cubes[n] == 0) cubes[n] = 1;
-    if (nodes_[n].parent >= 0) cubes[At(nodes_[n].parent)] += cubes[n];
+    if (nodes_[n].parent >= 0) cubes[ToSize(nodes_[n].parent)] += cubes[n];
     nodes_[n].radius = finest_radius * CubeRoot(cubes[n]);
   }
 }
@@ -141,8 +141,8 @@ double VesselTree::Coverage(const Vector3d& p, double spot) const {
   for (int i = 0; i < 27; ++i) {
     const Eigen::Vector3i offset(i % 3 - 1, (i / 3) % 3 - 1, i / 9 - 1);
     for (const int n : cells_[Number(place.cast<int>() + offset)]) {
-      const Node& end = nodes_[At(n)];
-      const Node& start = end.parent < 0 ? end : nodes_[At(end.parent)];
+      const Node& end = nodes_[ToSize(n)];
+      const Node& start = end.parent < 0 ? end : nodes_[ToSize(end.parent)];
       const Vector3d along = end.p - start.p;
       const double length_squared = along.squaredNorm();
       const double t =

@@ -37,8 +37,8 @@ void CoverColumns(const Eigen::Matrix<double, 3, 2>& triangle, std::vector<doubl
       const double to = std::min(b.x(), static_cast<double>(column + 1));
       const double y_from = a.y() + slope * (from - a.x());
       const double y_to = b.x() > a.x() ? a.y() + slope * (to - a.x()) : b.y();
-      (*low)[At(column)] = std::min({(*low)[At(column)], y_from, y_to});
-      (*high)[At(column)] = std::max({(*high)[At(column)], y_from, y_to});
+      (*low)[ToSize(column)] = std::min({(*low)[ToSize(column)], y_from, y_to});
+      (*high)[ToSize(column)] = std::max({(*high)[ToSize(column)], y_from, y_to});
     }
   }
 }
@@ -63,7 +63,8 @@ Piece MakePiece(const SurfaceMesh& mesh, const TextureChart& chart, double scale
   const Eigen::RowVector2d origin = piece.corners.colwise().minCoeff();
   piece.corners.rowwise() -= origin - Eigen::RowVector2d::Constant(kTextureGutter);
   const int width = static_cast<int>(std::ceil(piece.corners.col(0).maxCoeff())) + kTextureGutter;
-  std::vector<double> low(At(width), std::numeric_limits<double>::max()), high(At(width), 0);
+  std::vector<double> low(ToSize(width), std::numeric_limits<double>::max()),
+      high(ToSize(width), 0);
   for (row = 0; row < piece.corners.rows(); row += 3) {
     CoverColumns(piece.corners.middleRows<3>(row), &low, &high);
   }
@@ -95,7 +96,7 @@ bool LayOut(std::vector<Piece>* pieces) {
     for (int left = 0; left + piece.Width() <= kTextureSize; ++left) {
       int low = 0;
       for (int column = 0; column < piece.Width(); ++column) {
-        low = std::max(low, horizon[At(left + column)] - piece.bottom[At(column)]);
+        low = std::max(low, horizon[ToSize(left + column)] - piece.bottom[ToSize(column)]);
       }
       if (low >= best) continue;
       best = low;
@@ -104,7 +105,7 @@ bool LayOut(std::vector<Piece>* pieces) {
     if (best + piece.Height() > kTextureSize) return false;
     piece.low = best;
     for (int column = 0; column < piece.Width(); ++column) {
-      horizon[At(piece.left + column)] = piece.low + piece.top[At(column)];
+      horizon[ToSize(piece.left + column)] = piece.low + piece.top[ToSize(column)];
     }
   }
   return true;

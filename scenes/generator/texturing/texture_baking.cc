@@ -18,10 +18,10 @@ constexpr double kReach = 3;
 
 /// A picture under way: colours, and whether each pixel has one.
 struct Canvas {
-  explicit Canvas(int pixels) : size(pixels), colours(At(pixels * pixels), Vector3d::Zero()) {
+  explicit Canvas(int pixels) : size(pixels), colours(ToSize(pixels * pixels), Vector3d::Zero()) {
     known.resize(colours.size());
   }
-  std::size_t Pixel(int x, int y) const { return At(y * size + x); }
+  std::size_t Pixel(int x, int y) const { return ToSize(y * size + x); }
   int size;
   std::vector<Vector3d> colours;
   std::vector<bool> known;
@@ -51,7 +51,7 @@ Eigen::RowVector2d NearestPoint(const Corners& triangle, const Eigen::RowVector2
 
 /// For each texel the triangle nearest to its centre, -1 beyond kReach.
 std::vector<int> NearestTriangles(const SurfaceMesh& mesh, int size) {
-  std::vector<int> nearest(At(size * size), -1);
+  std::vector<int> nearest(ToSize(size * size), -1);
   std::vector<double> distance(nearest.size(), kReach * kReach);
   for (Index t = 0; t < mesh.triangles.rows(); ++t) {
     const Corners corners = size * mesh.texture_coordinates.middleRows<3>(3 * t);
@@ -63,10 +63,10 @@ std::vector<int> NearestTriangles(const SurfaceMesh& mesh, int size) {
       for (int x = std::max(0, static_cast<int>(low.x() - kReach)); x < right; ++x) {
         const Eigen::RowVector2d centre(x + 0.5, y + 0.5);
         const double d = (NearestPoint(corners, centre) - centre).squaredNorm();
-        double& least = distance[At(y * size + x)];
+        double& least = distance[ToSize(y * size + x)];
         if (d >= least) continue;
         least = d;
-        nearest[At(y * size + x)] = static_cast<int>(t);
+        nearest[ToSize(y * size + x)] = static_cast<int>(t);
       }
     }
   }

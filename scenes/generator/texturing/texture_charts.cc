@@ -23,23 +23,23 @@ class ChartCutter {
   explicit ChartCutter(const SurfaceMesh& mesh) : mesh_(mesh) {
     const Index count = mesh.triangles.rows();
     normals_.resize(count, 3);
-    areas_.resize(At(count));
+    areas_.resize(ToSize(count));
     for (Index t = 0; t < count; ++t) {
       const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0));
       const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1));
       const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2));
       const Vector3d twice_area = (b - a).cross(c - a);
       const double length = twice_area.norm();
-      areas_[At(t)] = length / 2;
+      areas_[ToSize(t)] = length / 2;
       normals_.row(t) = length > 0 ? Vector3d(twice_area / length) : Vector3d(0, 0, 1);
     }
-    neighbours_.assign(At(count), {-1, -1, -1});
-    std::vector<int> known(At(count));
+    neighbours_.assign(ToSize(count), {-1, -1, -1});
+    std::vector<int> known(ToSize(count));
     ForEachEdge(SortedEdgeUses(mesh.triangles), [&](auto first, auto last) {
       if (last - first != 2) return;
       const int t = first->triangle, other = (first + 1)->triangle;
-      neighbours_[At(t)][At(known[At(t)]++)] = other;
-      neighbours_[At(other)][At(known[At(other)]++)] = t;
+      neighbours_[ToSize(t)][ToSize(known[ToSize(t)]++)] = other;
+      neighbours_[ToSize(other)][ToSize(known[ToSize(other)]++)] = t;
     });
   }
 
@@ -52,8 +52,8 @@ class ChartCutter {
     const std::vector<int> chart = Components();
     std::map<int, TextureChart> charts;
     for (Index t = 0; t < mesh_.triangles.rows(); ++t) {
-      TextureChart& own = charts[chart[At(t)]];
-      own.axis = axis_[At(t)];
+      TextureChart& own = charts[chart[ToSize(t)]];
+      own.axis = axis_[ToSize(t)];
       own.triangles.push_back(static_cast<int>(t));
     }
     std::vector<TextureChart> list;
@@ -68,7 +68,7 @@ class ChartCutter {
     axis_.resize(areas_.size());
     for (Index t = 0; t < normals_.rows(); ++t) {
       for (int axis = 1; axis < 6; ++axis) {
-        if (Cosine(t, axis) > Cosine(t, axis_[At(t)])) axis_[At(t)] = axis;
+        if (Cosine(t, axis) > Cosine(t, axis_[ToSize(t)])) axis_[ToSize(t)] = axis;
       }
     }
   }
@@ -77,11 +77,12 @@ class ChartCutter {
   bool FollowNeighbours() {
     bool changed = false;
     for (Index t = 0; t < normals_.rows(); ++t) {
-      const auto& [a, b, c] = neighbours_[At(t)];
+      const auto& [a, b, c] = neighbours_[ToSize(t)];
       for (const auto& [i, j] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
-        if (i < 0 || j < 0 || axis_[At(i)] != axis_[At(j)]) continue;
-        if (axis_[At(i)] == axis_[At(t)] || Cosine(t, axis_[At(i)]) < kObliqueCosine) continue;
-        axis_[At(t)] = axis_[At(i)];
+        if (i < 0 || j < 0 || axis_[ToSize(i)] != axis_[ToSize(j)]) continue;
+        if (axis_[ToSize(i)] == axis_[ToSize(t)] || Cosine(t, axis_[ToSize(i)]) < kObliqueCosine)
+          continue;
+        axis_[ToSize(t)] = axis_[ToSize(i)];
         changed = true;
       }
     }
@@ -93,7 +94,7 @@ class ChartCutter {
     DisjointSets sets(static_cast<int>(axis_.size()));
     for (std::size_t t = 0; t < axis_.size(); ++t) {
       for (const int other : neighbours_[t]) {
-        if (other >= 0 && axis_[At(other)] == axis_[t]) sets.Merge(static_cast<int>(t), other);
+        if (other >= 0 && axis_[ToSize(other)] == axis_[t]) sets.Merge(static_cast<int>(t), other);
       }
     }
     std::vector<int> root(axis_.size());
@@ -119,8 +120,8 @@ class ChartCutter {
     for (const auto& [root, triangles] : small) {
       std::array<int, 6> sides{};
       for (const int t : triangles) {
-        for (const int other : neighbours_[At(t)]) {
-          if (other >= 0 && chart[At(other)] != root) ++sides[At(axis_[At(other)])];
+        for (const int other : neighbours_[ToSize(t)]) {
+          if (other >= 0 && chart[ToSize(other)] != root) ++sides[ToSize(axis_[ToSize(other)])];
         }
       }
       int best = -1;
@@ -128,13 +129,13 @@ class ChartCutter {
         const bool sees_all = std::all_of(triangles.begin(), triangles.end(), [&](int t) {
           return Cosine(t, axis) >= 0.5 * kObliqueCosine;
         });
-        if (sides[At(axis)] > 0 && sees_all && axis != axis_[At(root)] &&
-            (best < 0 || sides[At(axis)] > sides[At(best)])) {
+        if (sides[ToSize(axis)] > 0 && sees_all && axis != axis_[ToSize(root)] &&
+            (best < 0 || sides[ToSize(axis)] > sides[ToSize(best)])) {
           best = axis;
         }
       }
       if (best < 0) continue;
-      for (const int t : triangles) axis_[At(t)] = best;
+      for (const int t : triangles) axis_[ToSize(t)] = best;
       changed = true;
     }
     return changed;

@@ -10,7 +10,7 @@ namespace hpdm {
 /// Runs `build`, which knows a part of the scene but not the file that it came from: the scene's
 /// path is put before what it throws as InputError.
 template <typename Build>
-decltype(auto) InScene(const Scene& scene, const Build& build) {
+decltype(auto) WithScenePath(const Scene& scene, const Build& build) {
   try {
     return build();
   } catch (const InputError& error) {
