@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "engine/mesh/collision.h"
+#include "tools/bench/bench_model.h"
 #include "tools/bench/bench_results.h"
-#include "tools/bench/pressed_body.h"
 #include "tools/shared/flat_subdivision.h"
 
 namespace hpdm {
@@ -69,7 +69,7 @@ std::vector<CostCurve> CostOfVertices(bool quick) {
     Add(size, Summary(times[0]), &relocation);
     Add(size, Summary(times[1]), &refit);
     if (organ.rest.vertices.rows() <= most_of_continuum) {
-      PressedBody body(organ, ContinuumStep::kPrefactored);
+      BenchModel body(organ, ContinuumStep::kPrefactored);
       Add(size, Time([&] { body.Step(); }, CostRepeats(quick)), &continuum);
     }
     if (organ.rest.vertices.rows() >= most) break;
@@ -108,7 +108,7 @@ std::vector<CostCurve> CostOfControlPoints(bool quick) {
     for (CostCurve* of : {&strain, &metric}) {
       if (of == &strain && rotates_freely) continue;
       organ.options.energy.type = of == &strain ? EnergyType::kStrain : EnergyType::kMetric;
-      PressedBody body(organ);
+      BenchModel body(organ);
       Add(body.unknowns(), Time([&] { body.Step(); }, CostRepeats(quick)), of);
       const double us = 1000 * body.setup_ms();
       if (of == &strain) Add(body.unknowns(), {us, us}, &setup);

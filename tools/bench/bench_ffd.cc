@@ -9,8 +9,8 @@
 #include "render/gl/egl_context.h"
 #include "render/tissue/lattice_deformation.h"
 #include "render/tissue/mesh_view.h"
+#include "tools/bench/bench_model.h"
 #include "tools/bench/bench_results.h"
-#include "tools/bench/pressed_body.h"
 #include "tools/shared/flat_subdivision.h"
 
 namespace hpdm {

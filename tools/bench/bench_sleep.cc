@@ -4,7 +4,7 @@
 #include "engine/base/check.h"
 #include "haptics/haptic_loop.h"
 #include "tools/bench/bench_results.h"
-#include "tools/bench/pressed_scene.h"
+#include "tools/bench/bench_scene.h"
 #include "tools/session/lockstep.h"
 #include "tools/session/session.h"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kStressScene = "scenes/stress.toml";
 
 // A cycle of two steps, deeper and back, is taken together.
-std::function<void()> Cycle(PressedScene* scene) {
+std::function<void()> Cycle(BenchScene* scene) {
   return [scene] {
     scene->Step();
     scene->Step();
@@ -22,10 +22,10 @@ std::function<void()> Cycle(PressedScene* scene) {
 }
 
 SleepResults TimeAmong(const BenchOrgan& touched, const BenchOrgan& other, int sleeping,
-                       PressedScene* alone, bool quick) {
+                       BenchScene* alone, bool quick) {
   std::vector<BenchOrgan> organs = {touched};
   organs.insert(organs.end(), static_cast<std::size_t>(sleeping), other);
-  PressedScene among(organs, 2);
+  BenchScene among(organs, 2);
   auto times = TimeInTurn({Cycle(&among), Cycle(alone)},
                           quick ? RepeatOptions{5, 200, 50} : RepeatOptions{5, 2000, 2000});
   for (std::vector<double>& of_one : times) {
@@ -130,7 +130,7 @@ std::vector<SleepResults> TimeSleep(bool quick) {
   liver.options.lattice.cells = {6, 6, 6};
   liver.options.lattice.local.functions = 27;
   const BenchOrgan other = MakeBenchOrgan(quick ? "liver_274" : "liver_5000");
-  PressedScene alone({liver}, 2);
+  BenchScene alone({liver}, 2);
   std::vector<SleepResults> rows;
   for (const int sleeping : quick ? std::vector{3} : std::vector{1, 3, 11}) {
     rows.push_back(TimeAmong(liver, other, sleeping, &alone, quick));

@@ -3,7 +3,7 @@
 
 #include "engine/base/check.h"
 #include "tools/bench/bench_results.h"
-#include "tools/bench/pressed_scene.h"
+#include "tools/bench/bench_scene.h"
 
 namespace hpdm {
 namespace {
@@ -63,23 +63,23 @@ std::vector<std::vector<double>> TimeCycles(const std::function<void()>& first,
 void Compare(const LatticeRow& lattice, const std::vector<ContinuumRow>& continuum_rows,
              std::vector<BenchOrgan> organs, const RepeatOptions& repeats,
              std::vector<ModelComparison>* rows) {
-  std::vector<PressedBody> lattices;
+  std::vector<BenchModel> lattices;
   for (BenchOrgan& organ : organs) {
     Configure(lattice, &organ);
     lattices.emplace_back(organ);
   }
-  const auto step = [](std::vector<PressedBody>* bodies) {
+  const auto step = [](std::vector<BenchModel>* bodies) {
     return [bodies] {
-      for (PressedBody& body : *bodies) body.Step();
+      for (BenchModel& body : *bodies) body.Step();
     };
   };
-  const auto residual = [](const std::vector<PressedBody>& bodies) {
+  const auto residual = [](const std::vector<BenchModel>& bodies) {
     double largest = 0;
-    for (const PressedBody& body : bodies) largest = std::max(largest, body.StaticResidual());
+    for (const BenchModel& body : bodies) largest = std::max(largest, body.StaticResidual());
     return largest;
   };
   for (const ContinuumRow& continuum : continuum_rows) {
-    std::vector<PressedBody> continua;
+    std::vector<BenchModel> continua;
     for (const BenchOrgan& organ : organs) continua.emplace_back(organ, continuum.step);
     const auto times = TimeCycles(step(&lattices), step(&continua), repeats);
     rows->push_back({lattice.name, continuum.name, organs.size() > 1, Summary(times[0]),
@@ -125,7 +125,7 @@ std::vector<MeshComparison> CompareMeshes(bool quick) {
       BenchOrgan coarse = MakeBenchOrgan("liver_274"), fine = MakeBenchOrgan("liver_1332");
       Configure(lattice, &coarse);
       Configure(lattice, &fine);
-      PressedScene coarse_scene({coarse}, instruments), fine_scene({fine}, instruments);
+      BenchScene coarse_scene({coarse}, instruments), fine_scene({fine}, instruments);
       const auto times =
           TimeCycles([&] { coarse_scene.Step(); }, [&] { fine_scene.Step(); }, Repeats(quick));
       HPDM_CHECK(coarse_scene.AllPress() && fine_scene.AllPress());

@@ -12,8 +12,8 @@
 #include "engine/threads/loop_schedule.h"
 #include "engine/threads/realtime.h"
 #include "haptics/haptic_loop.h"
+#include "tools/bench/bench_model.h"
 #include "tools/bench/bench_results.h"
-#include "tools/bench/pressed_body.h"
 
 namespace hpdm {
 namespace {

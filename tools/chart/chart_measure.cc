@@ -18,17 +18,17 @@ double BestScale(const SurfaceMesh& rest, const Points& u, const Points& referen
 // and, where forces are given, as deep as makes the error least: no tuning of its stiffness could
 // do better.
 void FollowAtBestDepth(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
-                       const Points& reference, LoadedBody* body) {
+                       const Points& reference, StaticCaseModel* body) {
   const bool depth_is_given = std::all_of(loads.begin(), loads.end(), [](const LoadOptions& load) {
     return load.displacement_W.has_value();
   });
   double depth = 1;
-  body->Follow(reference);
+  body->MoveTo(reference);
   for (int round = 0; !depth_is_given && round < 3; ++round) {  // a linear model needs one
     const double better = BestScale(rest, body->VertexDisplacements(), reference);
     if (!(better > 0)) return;
     depth *= better;
-    body->Follow(depth * reference);
+    body->MoveTo(depth * reference);
   }
 }
 
@@ -67,11 +67,11 @@ ChartPoint Labelled(const std::string& load_case, bool hollow, const OrganOption
 }
 
 bool TakeToRest(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
-                const Points& reference, const OrganOptions& options, LoadedBody* body) {
+                const Points& reference, const OrganOptions& options, StaticCaseModel* body) {
   if (options.model == OrganModelType::kHpdm && options.energy.solver == SolverType::kGaussSeidel) {
     OrganOptions direct = options;
     direct.energy.solver = SolverType::kCholesky;
-    LoadedBody twin(rest, loads, direct);
+    StaticCaseModel twin(rest, loads, direct);
     const bool balanced = TakeToRest(rest, loads, reference, direct, &twin);
     body->StartFrom(twin);
     return balanced;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tools/chart/chart_point.h"
-#include "tools/chart/loaded_body.h"
+#include "tools/chart/static_case_model.h"
 
 namespace hpdm {
 
@@ -20,6 +20,6 @@ ChartPoint Labelled(const std::string& load_case, bool hollow, const OrganOption
 /// step, not for the many from which the loads' displacements are found: those are the direct
 /// solver's, whose answer is the same. False when the body did not come to rest.
 bool TakeToRest(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
-                const Points& reference, const OrganOptions& options, LoadedBody* body);
+                const Points& reference, const OrganOptions& options, StaticCaseModel* body);
 
 }  // namespace hpdm

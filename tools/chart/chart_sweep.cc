@@ -5,7 +5,7 @@
 #include "engine/base/error.h"
 #include "engine/baselines/surface_error.h"
 #include "tools/chart/chart_measure.h"
-#include "tools/chart/loaded_body.h"
+#include "tools/chart/static_case_model.h"
 #include "tools/shared/flat_subdivision.h"
 
 namespace hpdm {
@@ -78,13 +78,13 @@ Timing Sum(const Timing& a, const Timing& b, double times_b) {
 ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
                    const Points& fine_vertices, const OrganOptions& options, bool hollow) {
   ChartPoint point = Labelled(CaseName(load_case), hollow, options);
-  LoadedBody body(load_case, options);
+  StaticCaseModel body(load_case, options);
   point.unknowns = body.unknowns();
   point.setup_ms = body.setup_ms();
   point.fitted = !HasModulus(options);
   const bool balanced =
       TakeToRest(load_case.rest, load_case.scene.loads, reference.displacements, options, &body);
-  const LoadedBody::StepTimes times = body.TimeSteps();
+  const StaticCaseModel::StepTimes times = body.TimeSteps();
   point.response = times.response;
   point.iterations = times.last.iterations;
   point.residual = times.last.residual;

@@ -73,7 +73,7 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
     if (loads.size() > most.size()) most = loads;
   }
   const double start_ms = ThreadMilliseconds();
-  LoadedBody body(rest, most, model);
+  StaticCaseModel body(rest, most, model);
   point.setup_ms = ThreadMilliseconds() - start_ms;
   point.control_points = body.unknowns();
   for (std::size_t i = 0; i < touches.cases.size(); ++i) {
@@ -94,9 +94,9 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
     if (family.Choosable()) {
       point.converged &= TakeToRest(rest, patches, Points(), model, &body);
     } else {
-      body.Follow(Points::Constant(rest.vertices.rows(), 3, 1e-3));  // linear: any motion will do
+      body.MoveTo(Points::Constant(rest.vertices.rows(), 3, 1e-3));  // linear: any motion will do
     }
-    const LoadedBody::StepTimes times = body.TimeSteps();
+    const StaticCaseModel::StepTimes times = body.TimeSteps();
     point.converged &= times.last.converged;
     point.steps.push_back(
         PlusTiming(PlusTiming(times.response, times.relocation), times.indentations));

@@ -189,8 +189,8 @@ StressCase ToolsApart(bool quick) {
   stress_case.run = [quick, alone = std::make_shared<std::map<StressModel, double>>()](
                         StressModel model, double distance) {
     const auto pull = [&](const std::vector<StressTool>& tools) {
-      auto body =
-          std::make_unique<StressBody>(BlockOrgan(model, quick), BlockSurface(quick), tools);
+      auto body = std::make_unique<StressSessionFixture>(BlockOrgan(model, quick),
+                                                         BlockSurface(quick), tools);
       body->RunUntil(kLetGo);
       return body;
     };
@@ -226,7 +226,7 @@ StressCase InAndOut(bool quick) {
           turns > 0 && turns < count ? 0.5 - 0.5 * std::cos(2 * std::numbers::pi * turns) : 0;
       return AtBlock(0.004, kTip + 0.002 - (kDepth + 0.002) * in);
     };
-    StressBody body(BlockOrgan(model, quick), BlockSurface(quick), {tool});
+    StressSessionFixture body(BlockOrgan(model, quick), BlockSurface(quick), {tool});
     const double step = 1. / 30 + 1e-3;  // until the bottom is seen
     body.RunUntil(kBlockStart + 4.5 * kPeriod + step);
     const Points fifth = Displacements(body);

@@ -11,7 +11,7 @@
 #include "haptics/device/sim_device.h"
 #include "tools/shared/report_text.h"
 #include "tools/stress/haptic_parts.h"
-#include "tools/stress/touched_organ.h"
+#include "tools/stress/stress_touch_fixture.h"
 
 namespace hpdm {
 namespace {
@@ -81,10 +81,10 @@ class TremblingHand final : public Hand {
 };
 
 // As stiff as `factor` times itself.
-void Stiffen(double factor, TouchedOrgan* touched, StressTool* tool) {
-  touched->organ.material.young *= factor;
-  touched->organ.energy.alpha *= factor;
-  touched->organ.energy.beta *= factor;
+void Stiffen(double factor, StressTouchFixture* fixture, StressTool* tool) {
+  fixture->organ.material.young *= factor;
+  fixture->organ.energy.alpha *= factor;
+  fixture->organ.energy.beta *= factor;
   tool->tool.k1 *= factor;
   tool->tool.k2 *= factor;
 }
@@ -108,20 +108,20 @@ double LeastEnergy(const FeltTimeSeries& series) {
 StressTrial Tremor(StressModel model, double stiffness, bool quick) {
   constexpr double kMeans = 0.01, kProbe = 0.002;              // m
   constexpr double kPressed = 0.9, kLeaves = 1.9, kOut = 2.2;  // s
-  TouchedOrgan touched = SoftOrgan(model, quick);
-  const Vector3d top = touched.Top(0.0, 0.004);
+  StressTouchFixture fixture = SoftOrgan(model, quick);
+  const Vector3d top = fixture.Top(0.0, 0.004);
   const StressPose away = Below(top, -0.01), deep = Below(top, kMeans);
   StressTool tool = OverOrgan({{kRampedIn, away}, {kPressed, deep}, {kLeaves, deep}, {kOut, away}});
   tool.p_trocar_W = top + Vector3d(0.001, 0.001, 0.12);  // along the shaft
-  const double soft = ForceGoneToSlowly(touched, tool, away, Below(top, kProbe)).norm() / kProbe;
-  Stiffen(stiffness / soft, &touched, &tool);
+  const double soft = ForceGoneToSlowly(fixture, tool, away, Below(top, kProbe)).norm() / kProbe;
+  Stiffen(stiffness / soft, &fixture, &tool);
   tool.device = [motion = tool.motion](const ImpulseEngineKinematics& kinematics) {
     return std::make_unique<SimDevice>(DeviceProfile{}, kinematics,
                                        std::make_unique<TremblingHand>(motion, 5e-4, 10));
   };
-  const FeltTouch felt = Feel(touched, tool, kOut + ToRest(model));
+  const FeltTouch felt = Feel(fixture, tool, kOut + ToRest(model));
   constexpr int kFiner = 8;
-  TouchedOrgan finely = touched;
+  StressTouchFixture finely = fixture;
   finely.timing.haptic_hz *= kFiner;
   finely.timing.patch_delay_ticks *= kFiner;
   const FeltTouch finer = Feel(finely, tool, kOut + ToRest(model));
@@ -137,11 +137,11 @@ StressTrial Tremor(StressModel model, double stiffness, bool quick) {
 
 StressTrial CoarseEncoders(StressModel model, double step_um, bool quick,
                            const KeptTimeSeries& kept) {
-  const TouchedOrgan touched = SoftOrgan(model, quick);
+  const StressTouchFixture fixture = SoftOrgan(model, quick);
   PressAndSlide way;
-  StressTool tool = way.Tool(touched.Top(0, 0.004));
+  StressTool tool = way.Tool(fixture.Top(0, 0.004));
   const FeltTimeSeries& exact =
-      Kept(kept, model, [&] { return Feel(touched, tool, way.out + ToRest(model)).series; });
+      Kept(kept, model, [&] { return Feel(fixture, tool, way.out + ToRest(model)).series; });
   DeviceProfile coarse;
   coarse.encoder_step = 1e-6 * step_um;
   coarse.angle_encoder_step = coarse.encoder_step / 0.25;  // at the trocar's distance
@@ -153,21 +153,21 @@ StressTrial CoarseEncoders(StressModel model, double step_um, bool quick,
     const JointVector joints = kinematics.Inverse(motion(t).p_tip_W, 0, 1).joints;
     return StressPose{.p_tip_W = kinematics.Forward(kinematics.Quantise(joints)).translation()};
   };
-  const FeltTouch felt = Feel(touched, tool, way.out + ToRest(model));
+  const FeltTouch felt = Feel(fixture, tool, way.out + ToRest(model));
   const double error = FeltError(felt.series, exact, kRampedIn);
   return JudgeTouch(model, error, 0.1, 0.5, felt.outcome, way.leaves);
 }
 
 StressTrial LostSamples(StressModel model, double percent, bool quick, const KeptTimeSeries& kept) {
-  const TouchedOrgan touched = SoftOrgan(model, quick);
+  const StressTouchFixture fixture = SoftOrgan(model, quick);
   PressAndSlide way;
-  StressTool tool = way.Tool(touched.Top(0, 0.004));
+  StressTool tool = way.Tool(fixture.Top(0, 0.004));
   const FeltTimeSeries& complete =
-      Kept(kept, model, [&] { return Feel(touched, tool, way.out + ToRest(model)).series; });
+      Kept(kept, model, [&] { return Feel(fixture, tool, way.out + ToRest(model)).series; });
   tool.device = [motion = tool.motion, percent](const ImpulseEngineKinematics& kinematics) {
     return std::make_unique<LossyDevice>(motion, kinematics, percent / 100);
   };
-  const FeltTouch felt = Feel(touched, tool, way.out + ToRest(model));
+  const FeltTouch felt = Feel(fixture, tool, way.out + ToRest(model));
   const double error = FeltError(felt.series, complete, kRampedIn);
   return JudgeTouch(model, error, 0.1, 0.5, felt.outcome, way.leaves + 0.05);
 }
@@ -175,8 +175,8 @@ StressTrial LostSamples(StressModel model, double percent, bool quick, const Kep
 StressTrial NotANumber(StressModel model, double burst_ms, bool quick) {
   constexpr double kDepth = 0.01, kFirst = 1.3, kEvery = 0.1;  // m, s, s
   constexpr int kBursts = 3;
-  const TouchedOrgan touched = SoftOrgan(model, quick);
-  const Vector3d top = touched.Top(0.02, 0.01);
+  const StressTouchFixture fixture = SoftOrgan(model, quick);
+  const Vector3d top = fixture.Top(0.02, 0.01);
   const StressPose away = Below(top, -0.01), deep = Below(top, kDepth);
   const double burst = 1e-3 * burst_ms, last = kFirst + kBursts * (burst + kEvery);
   const double leaves = last + 0.6, out = leaves + 0.2;
@@ -186,7 +186,7 @@ StressTrial NotANumber(StressModel model, double burst_ms, bool quick) {
     if (t < kFirst || t >= last || since >= burst) return motion(t);
     return StressPose{.p_tip_W = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())};
   };
-  const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
+  const FeltTouch felt = Feel(fixture, tool, out + ToRest(model));
   const Vector3d before = MeanForce(felt.series, kFirst - 0.05, kFirst);
   double most = 0;
   for (auto i = std::lround(1e3 * kFirst); i < std::lround(1e3 * leaves); ++i) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/reference_fem/tetra_mesh.h"
-#include "tools/stress/stress_block.h"
+#include "tools/stress/stress_block_fixture.h"
 
 namespace hpdm {
 

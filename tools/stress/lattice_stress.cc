@@ -7,7 +7,7 @@
 #include "engine/reference_fem/tetra_fem.h"
 #include "tools/shared/report_text.h"
 #include "tools/stress/material_cases.h"
-#include "tools/stress/stress_block.h"
+#include "tools/stress/stress_block_fixture.h"
 
 namespace hpdm {
 namespace {
@@ -44,7 +44,7 @@ StressCase BernsteinDegree(bool quick) {
   stress_case.parameter = {"degree", "", 6, 20, quick ? 20. : 30.};
   stress_case.models = {StressModel::kStrainSmall};
   stress_case.run = [](StressModel model, double degree) {
-    StressBlock beam = Cantilever(0.2, 0.02);
+    StressBlockFixture beam = Cantilever(0.2, 0.02);
     beam.organ.lattice.basis = BasisType::kBernstein;
     beam.organ.lattice.cells = {1, 1, 1};
     beam.organ.lattice.degree = {Whole(degree), 2, 2};
@@ -79,11 +79,11 @@ StressCase LatticeRefinement(bool /*quick*/) {
   stress_case.parameter = {"cells", "", 10, 5, 1};
   stress_case.models = {StressModel::kStrainSmall, StressModel::kStrainFinite,
                         StressModel::kLinearTetrahedra};
-  const StressBlock block = PressedBlock(true);
+  const StressBlockFixture block = PressedBlock(true);
   const auto truth = std::make_shared<Remembered>(
       [block](double) { return QuadraticRest(block, block.bricks).displacements; });
   stress_case.run = [block, truth](StressModel model, double cells) {
-    StressBlock refined = block;
+    StressBlockFixture refined = block;
     const int n = std::max(1, Whole(cells)), high = std::max(1, Whole(0.6 * cells));
     refined.bricks = refined.organ.lattice.cells = {n, n, high};
     return JudgeAnswer(BoxSurface(block.min, block.max, block.squares), Rest(refined, model),
@@ -104,7 +104,7 @@ StressCase SurfaceRefinement(bool quick) {
   std::map<StressModel, double> converged;
   stress_case.run = [finest, converged](StressModel model, double squares) mutable {
     const auto compliance = [model](int n) {
-      StressBlock block = PressedBlock(true);
+      StressBlockFixture block = PressedBlock(true);
       block.squares = block.bricks = {n, n, std::max(1, Whole(0.6 * n))};
       return Rest(block, model);
     };

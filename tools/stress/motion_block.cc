@@ -114,11 +114,11 @@ const char* const kVolumeTruth =
     "tissue keeps its volume: what it is off while held; degraded from 10 %, if inside out or left "
     "behind; failed from 50 %, or if 0.1 mm stay a second after release";
 
-Points Displacements(const StressBody& body) {
+Points Displacements(const StressSessionFixture& body) {
   return body.state().vertices - body.organ().rest().vertices;
 }
 
-StressTrial JudgeMotion(StressBody* body, double released) {
+StressTrial JudgeMotion(StressSessionFixture* body, double released) {
   body->RunUntil(released);
   StressTrial trial =
       Judge(std::abs(RelativeVolumeChange(body->organ().rest(), Displacements(*body))),
@@ -127,14 +127,14 @@ StressTrial JudgeMotion(StressBody* body, double released) {
   return trial;
 }
 
-void AddReturn(StressBody* body, double released, StressTrial* trial) {
+void AddReturn(StressSessionFixture* body, double released, StressTrial* trial) {
   body->RunUntil(released + 1);
   const StressOutcome& outcome = body->outcome();
   trial->harm = Harm(outcome, released);
   if (!outcome.finite) {
     trial->fate = StressFate::kFailed;
     trial->how = "not finite";
-  } else if (outcome.displacement > StressBody::kAtRest) {
+  } else if (outcome.displacement > StressSessionFixture::kAtRest) {
     trial->fate = StressFate::kFailed;
     trial->how = Format("%.2g mm stay", 1e3 * outcome.displacement);
   } else if (outcome.inverted_share > 0) {

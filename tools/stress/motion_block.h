@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "tools/stress/stress_body.h"
 #include "tools/stress/stress_case.h"
+#include "tools/stress/stress_session_fixture.h"
 
 /// The body that contacts and motions are tried on: a cube of soft tissue of 100 mm, held in its
 /// lower quarter (E 5 kPa, Poisson's ratio 0.45).
@@ -40,7 +40,7 @@ StressTool BlockBall(double depth, double seconds, double released);
 /// The error is of the tissue's volume while it is held, over that at rest. The fate is its own
 /// (kVolumeDegraded, kVolumeFailed) but at least degraded where tissue was shown inside out or did
 /// not follow its tools, and failed where any vertex stays 0.1 mm from rest.
-StressTrial JudgeMotion(StressBody* body, double released);
+StressTrial JudgeMotion(StressSessionFixture* body, double released);
 inline constexpr double kVolumeDegraded = 0.1;
 inline constexpr double kVolumeFailed = 0.5;
 /// In words, for StressCase::truth.
@@ -48,9 +48,9 @@ extern const char* const kVolumeTruth;
 
 /// Whether the body is back, and what was seen of it, as JudgeMotion has it; for a trial whose
 /// error is another. Raises its fate and sets how and harm.
-void AddReturn(StressBody* body, double released, StressTrial* trial);
+void AddReturn(StressSessionFixture* body, double released, StressTrial* trial);
 
 /// Of the organ's vertices from rest, V x 3, m.
-Points Displacements(const StressBody& body);
+Points Displacements(const StressSessionFixture& body);
 
 }  // namespace hpdm

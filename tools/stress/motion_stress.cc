@@ -32,7 +32,7 @@ StressCase MotionCase(std::string name, std::string title, StressParameter param
 // One tool on the block: `tool_at` makes it from the parameter's value.
 StressCase OneTool(StressCase stress_case, bool quick, std::function<StressTool(double)> tool_at) {
   stress_case.run = [quick, tool_at = std::move(tool_at)](StressModel model, double value) {
-    StressBody body(BlockOrgan(model, quick), BlockSurface(quick), {tool_at(value)});
+    StressSessionFixture body(BlockOrgan(model, quick), BlockSurface(quick), {tool_at(value)});
     return JudgeMotion(&body, kReleased);
   };
   return stress_case;
@@ -89,15 +89,15 @@ Points LiftedWithSteps(StressModel model, double ms, bool quick, StressTrial* tr
   options.time_step = 1. / timing.deformation_hz;
   const StressPose open = AtBlock(0, kAtTop), closed = AtBlock(0, kAtTop, 0);
   const StressPose lifted = AtBlock(0, kAtTop + 0.015, 0);
-  StressBody body(options, BlockSurface(quick),
-                  {BlockHand({{0, open},
-                              {kClosed, open},
-                              {kClosed + 0.05, closed},
-                              {kLifts, closed},
-                              {kLifted, lifted},
-                              {kEnd, lifted},
-                              {kEnd, AtBlock(0, 0.03)}})},
-                  timing);
+  StressSessionFixture body(options, BlockSurface(quick),
+                            {BlockHand({{0, open},
+                                        {kClosed, open},
+                                        {kClosed + 0.05, closed},
+                                        {kLifts, closed},
+                                        {kLifted, lifted},
+                                        {kEnd, lifted},
+                                        {kEnd, AtBlock(0, 0.03)}})},
+                            timing);
   body.RunUntil(kEnd);
   const Points shape = Displacements(body);
   if (trial != nullptr) {
@@ -144,8 +144,8 @@ StressCase NewtonHeld(bool quick) {
   stress_case.models = {StressModel::kStrainFinite, StressModel::kMetricFinite};
   stress_case.run = [quick](StressModel model, double way) {
     constexpr double kHeld = kBlockStart + 1.1;
-    StressBody body(BlockOrgan(model, quick), BlockSurface(quick),
-                    {BlockGrasp(0, AtBlock(way / 1e3, kAtTop, 0), 0, kHeld)});
+    StressSessionFixture body(BlockOrgan(model, quick), BlockSurface(quick),
+                              {BlockGrasp(0, AtBlock(way / 1e3, kAtTop, 0), 0, kHeld)});
     double least = 1e300, most = 0;
     for (double t = kBlockStart + 0.1; t <= kHeld; t += 1. / 30) {
       body.RunUntil(t);
@@ -179,8 +179,8 @@ StressCase Viscous(bool quick) {
     constexpr double kWay = 0.01;  // m
     OrganOptions options = BlockOrgan(model, quick);
     options.material.relaxation_time = relaxation_time;
-    StressBody body(options, BlockSurface(quick),
-                    {BlockGrasp(0, AtBlock(0, kAtTop - kWay, 0), 0, kReleased)});
+    StressSessionFixture body(options, BlockSurface(quick),
+                              {BlockGrasp(0, AtBlock(0, kAtTop - kWay, 0), 0, kReleased)});
     body.RunUntil(kReleased + 0.1);
     const Points before = Displacements(body);
     const double from = ToSeconds(body.step().step.time_ns);

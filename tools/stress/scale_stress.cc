@@ -4,15 +4,15 @@
 #include "engine/baselines/surface_error.h"
 #include "engine/organ.h"
 #include "tools/stress/material_cases.h"
-#include "tools/stress/stress_block.h"
+#include "tools/stress/stress_block_fixture.h"
 
 namespace hpdm {
 namespace {
 
 // The block with its lengths times `length` and its stiffness times `modulus`, under the loads that
 // give the same shape.
-StressBlock Scaled(double length, double modulus) {
-  StressBlock block = PressedBlock(true);
+StressBlockFixture Scaled(double length, double modulus) {
+  StressBlockFixture block = PressedBlock(true);
   block.min *= length;
   block.max *= length;
   block.squares = {10, 10, 6};
@@ -29,7 +29,7 @@ StressBlock Scaled(double length, double modulus) {
 }
 
 // Where steps of the relaxation take the surface that a tip presses a tenth of its height deep.
-Points Pressed(const StressBlock& block, StressModel model, SolverType solver) {
+Points Pressed(const StressBlockFixture& block, StressModel model, SolverType solver) {
   OrganOptions options = block.organ;
   Choose(model, &options);
   options.energy.solver = solver;
@@ -50,7 +50,7 @@ Points Pressed(const StressBlock& block, StressModel model, SolverType solver) {
   return moved;
 }
 
-std::vector<Points> Shapes(const StressBlock& block, StressModel model, double length) {
+std::vector<Points> Shapes(const StressBlockFixture& block, StressModel model, double length) {
   std::vector<Points> shapes = {Rest(block, model).displacements / length};
   if (!IsOurs(model)) return shapes;
   shapes.push_back(Pressed(block, model, SolverType::kCholesky) / length);
@@ -73,7 +73,7 @@ StressCase Rescaled(bool quick) {
   stress_case.parameter = {"scale", "", 10, 1000, quick ? 1e3 : 1e6, true};
   stress_case.models = kAllModels;
   stress_case.run = [](StressModel model, double scale) {
-    const StressBlock block = Scaled(1, 1);
+    const StressBlockFixture block = Scaled(1, 1);
     const SurfaceMesh rest = BoxSurface(block.min, block.max, block.squares);
     const std::vector<Points> shapes = Shapes(block, model, 1);
     double error = 0;

@@ -8,7 +8,7 @@
 #include "engine/organ.h"
 #include "tools/shared/report_text.h"
 #include "tools/stress/material_cases.h"
-#include "tools/stress/stress_block.h"
+#include "tools/stress/stress_block_fixture.h"
 
 namespace hpdm {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 /// The block pressed by a grasp of its top patch, which is taken `depth` (m) down at once.
 class BlockHeldAtPatch {
  public:
-  BlockHeldAtPatch(const OrganOptions& organ, const StressBlock& block, double depth)
+  BlockHeldAtPatch(const OrganOptions& organ, const StressBlockFixture& block, double depth)
       : block_(block),
         depth_(depth),
         organ_(organ, BoxSurface(block.min, block.max, block.squares)),
@@ -42,7 +42,7 @@ class BlockHeldAtPatch {
   const Points& U() const { return U_; }
 
  private:
-  const StressBlock& block_;
+  const StressBlockFixture& block_;
   double depth_;
   OrganModel organ_;
   ContactConstraints contacts_;
@@ -69,7 +69,7 @@ StressCase GaussSeidelSweeps(bool quick) {
   stress_case.parameter = {"sweeps", "", 50000, 2000, 10, true};
   stress_case.models = {StressModel::kStrainSmall, StressModel::kMetricSmall};
   stress_case.run = [quick](StressModel model, double sweeps) {
-    StressBlock block = PressedBlock(quick);
+    StressBlockFixture block = PressedBlock(quick);
     block.organ.material.poisson = 0.49;
     Choose(model, &block.organ);
     BlockHeldAtPatch exact(block.organ, block, 0.006), swept(block.organ, block, 0.006);
@@ -100,7 +100,7 @@ StressCase NewtonIterations(bool quick) {
   std::map<StressModel, double> converged;
   stress_case.run = [quick, converged](StressModel model, double iterations) mutable {
     const auto force = [quick, model](int most) {
-      StressBlock block = PressedBlock(quick);
+      StressBlockFixture block = PressedBlock(quick);
       Choose(model, &block.organ);
       if (model == StressModel::kMetricFinite) block.organ.energy.alpha /= 4;
       block.organ.energy.newton_iterations = most;
@@ -130,7 +130,7 @@ StressCase TimeStep(bool /*quick*/) {
                         StressModel::kContinuum,   StressModel::kMassSpring};
   std::map<StressModel, Points> held_shape;
   stress_case.run = [held_shape](StressModel model, double step_ms) mutable {
-    StressBlock block = PressedBlock(true);
+    StressBlockFixture block = PressedBlock(true);
     block.squares = {10, 10, 6};
     Choose(model, &block.organ);
     const int steps = std::max(1, Whole(500 / step_ms));

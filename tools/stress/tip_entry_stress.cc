@@ -3,7 +3,7 @@
 
 #include "tools/shared/report_text.h"
 #include "tools/stress/haptic_parts.h"
-#include "tools/stress/touched_organ.h"
+#include "tools/stress/stress_touch_fixture.h"
 
 namespace hpdm {
 namespace {
@@ -26,14 +26,14 @@ bool FeelsNothing(const FeltTimeSeries& series, double from) {
 
 StressTrial InsideAtStart(StressModel model, double depth_mm, bool quick) {
   constexpr double kLeaves = 0.8, kSpeed = 0.1, kAway = 0.02;  // s, m/s, m
-  const TouchedOrgan touched = SoftOrgan(model, quick);
-  const Vector3d top = touched.Top(0.02, 0.01);
+  const StressTouchFixture fixture = SoftOrgan(model, quick);
+  const Vector3d top = fixture.Top(0.02, 0.01);
   const double depth = 1e-3 * depth_mm;
   const StressPose deep = Below(top, depth), away = Below(top, -kAway);
   const double out = kLeaves + (depth + kAway) / kSpeed;
   const StressTool tool = OverOrgan({{kLeaves, deep}, {out, away}});
-  const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
-  const Vector3d truth = ForceGoneToSlowly(touched, tool, away, deep);
+  const FeltTouch felt = Feel(fixture, tool, out + ToRest(model));
+  const Vector3d truth = ForceGoneToSlowly(fixture, tool, away, deep);
   const Vector3d force = MeanForce(felt.series, kLeaves - 0.05, kLeaves);
   StressTrial trial = JudgeTouch(model, RelativeError(force, truth), 0.1, 0.5, felt.outcome,
                                  kLeaves + depth / kSpeed);
@@ -45,16 +45,16 @@ StressTrial InsideAtStart(StressModel model, double depth_mm, bool quick) {
 
 StressTrial ThroughWall(StressModel model, double speed, bool quick) {
   constexpr double kDepth = 0.015, kAway = 0.012, kLeaves = 1, kBack = 0.3;  // m, m, s, m/s
-  const TouchedOrgan touched = HollowOrgan(model, quick);
-  const Vector3d top = touched.Top(0.006, 0.004);
+  const StressTouchFixture fixture = HollowOrgan(model, quick);
+  const Vector3d top = fixture.Top(0.006, 0.004);
   const StressPose deep = Below(top, kDepth), away = Below(top, -kAway);
   const double out = kLeaves + (kDepth + kAway) / kBack;
   const StressTool tool = OverOrgan({{kRampedIn, away},
                                      {kRampedIn + (kDepth + kAway) / speed, deep},
                                      {kLeaves, deep},
                                      {out, away}});
-  const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
-  const Vector3d truth = ForceGoneToSlowly(touched, tool, away, deep);
+  const FeltTouch felt = Feel(fixture, tool, out + ToRest(model));
+  const Vector3d truth = ForceGoneToSlowly(fixture, tool, away, deep);
   const Vector3d force = MeanForce(felt.series, kLeaves - 0.05, kLeaves);
   StressTrial trial = JudgeTouch(model, RelativeError(force, truth), 0.1, 0.5, felt.outcome,
                                  kLeaves + kDepth / kBack);
@@ -68,15 +68,15 @@ StressTrial ThroughWall(StressModel model, double speed, bool quick) {
 // From beyond the reach of any patch.
 StressTrial FastTouch(StressModel model, double speed, bool quick) {
   constexpr double kDepth = 0.01, kAway = 0.08, kJudged = 0.2;  // m, m, s
-  const TouchedOrgan touched = SoftOrgan(model, quick);
-  const Vector3d top = touched.Top(0.02, 0.01);
+  const StressTouchFixture fixture = SoftOrgan(model, quick);
+  const Vector3d top = fixture.Top(0.02, 0.01);
   const StressPose deep = Below(top, kDepth), away = Below(top, -kAway);
   const double arrives = kRampedIn + (kAway + kDepth) / speed, leaves = arrives + kJudged;
   const double out = leaves + (kAway + kDepth) / speed;
   const StressTool tool =
       OverOrgan({{kRampedIn, away}, {arrives, deep}, {leaves, deep}, {out, away}});
-  const FeltTouch felt = Feel(touched, tool, out + ToRest(model));
-  const Vector3d truth = ForceGoneToSlowly(touched, tool, Below(top, -0.02), deep);
+  const FeltTouch felt = Feel(fixture, tool, out + ToRest(model));
+  const Vector3d truth = ForceGoneToSlowly(fixture, tool, Below(top, -0.02), deep);
   const auto first = static_cast<std::size_t>(1e3 * arrives);
   double error = 0;
   int blind = 0;
@@ -94,8 +94,8 @@ StressTrial FastTouch(StressModel model, double speed, bool quick) {
 // Asked for in the depth, another instrument comes when the tip is free, and is felt as itself.
 StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   constexpr double kSpeed = 0.1, kAway = 0.01;  // m/s, m
-  const TouchedOrgan touched = SoftOrgan(model, quick);
-  const Vector3d top = touched.Top(0.02, 0.01);
+  const StressTouchFixture fixture = SoftOrgan(model, quick);
+  const Vector3d top = fixture.Top(0.02, 0.01);
   const double depth = 1e-3 * depth_mm, way = (depth + kAway) / kSpeed;
   const StressPose deep = Below(top, depth), away = Below(top, -kAway);
   const double there = kRampedIn + way, asks = there + 0.2, leaves = asks + 0.2, out = leaves + way;
@@ -111,7 +111,7 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   StressTool fine = tool;
   fine.tool.tip_radius = 0.001;
   tool.tool.exchanges = {{.tip_radius = fine.tool.tip_radius}};
-  StressBody body(touched.organ, touched.rest, {tool}, touched.timing);
+  StressSessionFixture body(fixture.organ, fixture.rest, {tool}, fixture.timing);
   FeltTimeSeries series;
   body.RunUntil(asks, &series);
   SessionControl control;
@@ -121,7 +121,7 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
 
   const Vector3d before = MeanForce(series, asks - 0.05, asks);
   const Vector3d after = MeanForce(series, asks, leaves);
-  const Vector3d truth = ForceGoneToSlowly(touched, fine, away, deep);
+  const Vector3d truth = ForceGoneToSlowly(fixture, fine, away, deep);
   const Vector3d other = MeanForce(series, end - 0.05, end);
   const double kept = RelativeError(after, before), taken = RelativeError(other, truth);
   StressTrial trial =

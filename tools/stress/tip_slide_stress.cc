@@ -4,7 +4,7 @@
 
 #include "tools/shared/report_text.h"
 #include "tools/stress/haptic_parts.h"
-#include "tools/stress/touched_organ.h"
+#include "tools/stress/stress_touch_fixture.h"
 
 namespace hpdm {
 namespace {
@@ -31,10 +31,10 @@ StressTrial PointTool(StressModel model, double thousands, bool quick, const Kep
   point.tool.tip_radius = 0;
   PressAndSlide way;
   const auto on = [&](double triangles) {
-    TouchedOrgan touched = SoftOrgan(model, quick);
-    touched.rest = GeodesicEllipsoid(Vector3d(0.1, 0.07, 0.05), Frequency(triangles));
-    const StressTool tool = way.Tool(touched.Top(0, 0.004), point);
-    return Feel(touched, tool, way.out + ToRest(model));
+    StressTouchFixture fixture = SoftOrgan(model, quick);
+    fixture.rest = GeodesicEllipsoid(Vector3d(0.1, 0.07, 0.05), Frequency(triangles));
+    const StressTool tool = way.Tool(fixture.Top(0, 0.004), point);
+    return Feel(fixture, tool, way.out + ToRest(model));
   };
   const FeltTouch felt = on(1e3 * thousands);
   const FeltTimeSeries& coarse = Kept(kept, model, [&] { return on(1e3).series; });
@@ -51,17 +51,17 @@ StressTrial PointTool(StressModel model, double thousands, bool quick, const Kep
 }
 
 StressTrial Breathing(StressModel model, double hertz, bool quick) {
-  TouchedOrgan touched = SoftOrgan(model, quick);
-  touched.organ.motion = {Vector3d(0.003, 0, 0.004), hertz};
-  const Vector3d top = touched.Top(0.02, 0.01);
+  StressTouchFixture fixture = SoftOrgan(model, quick);
+  fixture.organ.motion = {Vector3d(0.003, 0, 0.004), hertz};
+  const Vector3d top = fixture.Top(0.02, 0.01);
   const double seconds = kRampedIn + std::max(1.0, 2 / hertz);
-  const FeltTouch felt = Feel(touched, OverOrgan({{0, Below(top, 0)}}), seconds);
-  const SurfaceTree surface(touched.rest.vertices, touched.rest.triangles);
+  const FeltTouch felt = Feel(fixture, OverOrgan({{0, Below(top, 0)}}), seconds);
+  const SurfaceTree surface(fixture.rest.vertices, fixture.rest.triangles);
   int deep = 0, blind = 0;
   for (std::size_t i = 0; i < felt.series.size(); ++i) {
     const auto t_ns = static_cast<Nanoseconds>(i) * 1'000'000;
     if (t_ns < static_cast<Nanoseconds>(1e9 * kRampedIn)) continue;
-    const Vector3d p_W = felt.series[i].p_tip_W - touched.organ.motion.Offset(t_ns);
+    const Vector3d p_W = felt.series[i].p_tip_W - fixture.organ.motion.Offset(t_ns);
     if (Depth(surface, p_W, ToolOptions().tip_radius) < kClearly) continue;
     ++deep;
     blind += felt.series[i].reaction_W.norm() < kNoForce;
@@ -78,12 +78,12 @@ class SlideAlong {
   static constexpr double kReach = 0.04;              // m
   static constexpr double kBegins = kRampedIn + 0.3;  // s, after the way in
 
-  explicit SlideAlong(const TouchedOrgan& touched) {
+  explicit SlideAlong(const StressTouchFixture& fixture) {
     constexpr int kPlaces = 161;
-    const SurfaceTree surface(touched.rest.vertices, touched.rest.triangles);
+    const SurfaceTree surface(fixture.rest.vertices, fixture.rest.triangles);
     for (int i = 0; i < kPlaces; ++i) {
       const double x = kReach * (2. * i / (kPlaces - 1) - 1);
-      places_.push_back(Below(touched.Top(surface, x, 0.004), 0.004));
+      places_.push_back(Below(fixture.Top(surface, x, 0.004), 0.004));
     }
   }
 
@@ -117,10 +117,10 @@ class SlideAlong {
 
 StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTimeSeries& kept) {
   constexpr double kSlow = 0.04;  // m/s
-  const TouchedOrgan touched = SoftOrgan(model, quick);
-  const SlideAlong way(touched);
+  const StressTouchFixture fixture = SoftOrgan(model, quick);
+  const SlideAlong way(fixture);
   const FeltTimeSeries& slow = Kept(kept, model, [&] {
-    TouchedOrgan closely = touched;
+    StressTouchFixture closely = fixture;
     closely.timing.deformation_hz = 60;
     closely.timing.patch_delay_ticks = 17;
     closely.organ.time_step = 1. / 60;
@@ -128,7 +128,7 @@ StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTim
         .series;
   });
   const double seconds = std::max(0.5, 4 * SlideAlong::kReach / speed);
-  const FeltTouch felt = Feel(touched, way.Tool(speed), SlideAlong::kBegins + seconds);
+  const FeltTouch felt = Feel(fixture, way.Tool(speed), SlideAlong::kBegins + seconds);
   FeltTimeSeries truth = felt.series;
   for (auto i = static_cast<std::size_t>(1e3 * SlideAlong::kBegins); i < truth.size(); ++i) {
     const double along = SlideAlong::Along(1e-3 * static_cast<double>(i), speed);
@@ -142,15 +142,15 @@ StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTim
 StressTrial StalePatches(StressModel model, double period_ms, bool quick,
                          const KeptTimeSeries& kept) {
   PressAndSlide way;
-  TouchedOrgan touched = SoftOrgan(model, quick);
-  const StressTool tool = way.Tool(touched.Top(0, 0.004));
+  StressTouchFixture fixture = SoftOrgan(model, quick);
+  const StressTool tool = way.Tool(fixture.Top(0, 0.004));
   const auto at = [&](double hertz) {
-    touched.timing.deformation_hz = std::max(1, static_cast<int>(std::lround(hertz)));
-    touched.timing.patch_delay_ticks =
-        (touched.timing.haptic_hz + touched.timing.deformation_hz - 1) /
-        touched.timing.deformation_hz;
-    touched.organ.time_step = 1. / touched.timing.deformation_hz;
-    return Feel(touched, tool, way.out + ToRest(model) + 2 / hertz);
+    fixture.timing.deformation_hz = std::max(1, static_cast<int>(std::lround(hertz)));
+    fixture.timing.patch_delay_ticks =
+        (fixture.timing.haptic_hz + fixture.timing.deformation_hz - 1) /
+        fixture.timing.deformation_hz;
+    fixture.organ.time_step = 1. / fixture.timing.deformation_hz;
+    return Feel(fixture, tool, way.out + ToRest(model) + 2 / hertz);
   };
   const FeltTouch felt = at(1e3 / period_ms);
   FeltTimeSeries truth = Kept(kept, model, [&] { return at(quick ? 100 : 200).series; });

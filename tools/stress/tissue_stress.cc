@@ -8,14 +8,14 @@
 #include "tools/shared/report_text.h"
 #include "tools/stress/hollow_box.h"
 #include "tools/stress/material_cases.h"
-#include "tools/stress/stress_block.h"
+#include "tools/stress/stress_block_fixture.h"
 
 namespace hpdm {
 namespace {
 
 constexpr int kMostSubsteps = 1000;
 
-SurfaceMesh SurfaceOf(const StressBlock& block) {
+SurfaceMesh SurfaceOf(const StressBlockFixture& block) {
   return BoxSurface(block.min, block.max, block.squares);
 }
 
@@ -70,13 +70,13 @@ SurfaceMesh WithSlivers(const SurfaceMesh& mesh, double ratio) {
 }
 
 // Against quadratic tetrahedra of the same block, which `at` makes for a value of the parameter.
-StressCase AgainstQuadratic(StressCase stress_case, std::function<StressBlock(double)> at,
+StressCase AgainstQuadratic(StressCase stress_case, std::function<StressBlockFixture(double)> at,
                             const std::array<int, 3>& bricks, double degraded_from,
                             double failed_from) {
   const auto truth = std::make_shared<Remembered>(
       [at, bricks](double value) { return QuadraticRest(at(value), bricks).displacements; });
   stress_case.run = [=](StressModel model, double value) {
-    const StressBlock block = at(value);
+    const StressBlockFixture block = at(value);
     return JudgeAnswer(SurfaceOf(block), Rest(block, model), truth->At(value), model, degraded_from,
                        failed_from);
   };
@@ -94,7 +94,7 @@ StressCase NearlyIncompressible(bool quick) {
   stress_case.parameter = {"1/2 - nu", "", 0.2, 1e-4, 1e-4, true};
   stress_case.models = kAllModels;
   const auto at = [quick](double gap) {
-    StressBlock block = PressedBlock(quick);
+    StressBlockFixture block = PressedBlock(quick);
     block.organ.lattice.cells = {6, 6, 4};
     block.organ.material.poisson = 0.5 - gap;
     block.organ.energy.alpha = block.organ.material.young / (2 * (1.5 - gap));
@@ -116,7 +116,7 @@ StressCase StiffnessContrast(bool quick) {
                         StressModel::kMetricSmall, StressModel::kMetricFinite,
                         StressModel::kLinearTetrahedra};
   const auto at = [quick](double contrast) {
-    StressBlock block = PressedBlock(quick);
+    StressBlockFixture block = PressedBlock(quick);
     block.organ.lattice.cells = {6, 6, 4};
     block.organ.regions = {{Box{Vector3d(0.03, 0.03, 0.02), Vector3d(0.07, 0.07, 0.04)},
                             contrast * block.organ.material.young}};
@@ -160,7 +160,7 @@ StressCase Slivers(bool /*quick*/) {
   stress_case.models = {StressModel::kStrainSmall, StressModel::kStrainFinite,
                         StressModel::kMetricSmall, StressModel::kMetricFinite,
                         StressModel::kContinuum,   StressModel::kMassSpring};
-  StressBlock block = PressedBlock(true);
+  StressBlockFixture block = PressedBlock(true);
   block.squares = {6, 6, 4};
   const SurfaceMesh clean = SurfaceOf(block);
   std::map<StressModel, Points> without;
@@ -195,7 +195,7 @@ StressCase NothingHolds(bool quick) {
   stress_case.parameter = {"force", "N", 0.001, 0.1, 10, true};
   stress_case.models = kAllModels;
   stress_case.run = [quick](StressModel model, double force) {
-    StressBlock block = PressedBlock(quick);
+    StressBlockFixture block = PressedBlock(quick);
     block.organ.supports.clear();
     block.loads[0].force_W = Vector3d(0, 0, force);
     const SurfaceMesh rest = SurfaceOf(block);

@@ -21,7 +21,7 @@
 #include "tools/bench/bench_results.h"
 #include "tools/bench/power_law.h"
 #include "tools/chart/chart_report.h"
-#include "tools/chart/loaded_body.h"
+#include "tools/chart/static_case_model.h"
 #include "tools/shared/flat_subdivision.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/static_case.h"
@@ -247,13 +247,13 @@ TEST(StaticCases, ACavityMakesAnOrganHollow) {
 }
 
 // The real-time step under grasped patches against the static solver under the forces.
-TEST(LoadedBodies, StepsToTheStaticSolution) {
+TEST(StaticCaseModels, StepsToTheStaticSolution) {
   StaticCase load_case = LoadStaticCase(kPress);
   load_case.organ.lattice.local.functions = 27;
-  LoadedBody body(load_case, load_case.organ);
+  StaticCaseModel body(load_case, load_case.organ);
   EXPECT_EQ(body.local_functions(), 27);
   ASSERT_TRUE(body.Balance());
-  const LoadedBody::StepTimes times = body.TimeSteps();
+  const StaticCaseModel::StepTimes times = body.TimeSteps();
   EXPECT_GT(times.response.minimum_us, 0);
   EXPECT_LE(times.response.minimum_us, times.response.median_us);
   EXPECT_GT(times.relocation.minimum_us, 0);
@@ -266,14 +266,14 @@ TEST(LoadedBodies, StepsToTheStaticSolution) {
   EXPECT_NEAR(body.Compliance() / solution.Compliance(), 1, 2e-4);
 }
 
-TEST(LoadedBodies, SurfaceModelsFollowThePatchOfTheReference) {
+TEST(StaticCaseModels, SurfaceModelsFollowThePatchOfTheReference) {
   const StaticCase load_case = LoadStaticCase(kPress);
   const CaseReference reference = LoadCaseReference(load_case, kSource / "tests/reference");
   OrganOptions options = load_case.organ;
   options.model = OrganModelType::kContinuum;
-  LoadedBody body(load_case, options);
+  StaticCaseModel body(load_case, options);
   EXPECT_EQ(body.unknowns(), load_case.rest.vertices.rows());
-  body.Follow(reference.displacements);
+  body.MoveTo(reference.displacements);
   const double error =
       RelativeSurfaceError(load_case.rest, body.VertexDisplacements(), reference.displacements);
   EXPECT_LT(error, 1);  // nearer than standing still

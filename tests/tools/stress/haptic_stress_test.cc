@@ -7,7 +7,7 @@
 #include "engine/mesh/surface_mesh.h"
 #include "tools/stress/point_proxy.h"
 #include "tools/stress/stress_cases.h"
-#include "tools/stress/touched_organ.h"
+#include "tools/stress/stress_touch_fixture.h"
 
 namespace hpdm {
 namespace {
@@ -19,7 +19,7 @@ const bool kept_tissue =
 
 double EllipsoidVolume(const Vector3d& radii) { return 4 * std::numbers::pi / 3 * radii.prod(); }
 
-TEST(TouchedOrgan, EllipsoidsAreClosedAndNearTheirVolume) {
+TEST(StressTouchFixture, EllipsoidsAreClosedAndNearTheirVolume) {
   const Vector3d radii(0.05, 0.04, 0.03);
   const SurfaceMesh mesh = GeodesicEllipsoid(radii, 8);
   EXPECT_EQ(mesh.triangles.rows(), 20 * 64);
@@ -32,10 +32,10 @@ TEST(TouchedOrgan, EllipsoidsAreClosedAndNearTheirVolume) {
   EXPECT_NEAR(EnclosedVolume(hollow.vertices, hollow.triangles), wall, 0.02 * wall);
 }
 
-TEST(TouchedOrgan, DepthIsThatOfTheSpheresLowestPoint) {
-  const TouchedOrgan touched = SoftOrgan(StressModel::kMetricSmall, true);
-  const Vector3d top = touched.Top(0, 0.004);
-  const SurfaceTree surface(touched.rest.vertices, touched.rest.triangles);
+TEST(StressTouchFixture, DepthIsThatOfTheSpheresLowestPoint) {
+  const StressTouchFixture fixture = SoftOrgan(StressModel::kMetricSmall, true);
+  const Vector3d top = fixture.Top(0, 0.004);
+  const SurfaceTree surface(fixture.rest.vertices, fixture.rest.triangles);
   for (const double depth : {-0.002, 0.0, 0.002, 0.004}) {
     // The surface there is nearly level.
     EXPECT_NEAR(Depth(surface, Below(top, depth).p_tip_W, ToolOptions().tip_radius), depth, 2e-5);
@@ -45,9 +45,9 @@ TEST(TouchedOrgan, DepthIsThatOfTheSpheresLowestPoint) {
 TEST(PointProxy, StaysOnAStillSurfaceAndIsPastOneThatMovesBetweenSteps) {
   constexpr double kStiffness = 100;  // N/m
   const SurfaceMesh mesh = GeodesicEllipsoid(Vector3d(0.1, 0.07, 0.05), 6);
-  TouchedOrgan touched;
-  touched.rest = mesh;
-  const Vector3d top = touched.Top(0.001, 0.004);
+  StressTouchFixture fixture;
+  fixture.rest = mesh;
+  const Vector3d top = fixture.Top(0.001, 0.004);
   const SurfaceTree surface(mesh.vertices, mesh.triangles);
   PointProxy proxy(mesh, kStiffness);
   proxy.Tick(top + 0.001 * Vector3d::UnitZ());
@@ -55,7 +55,7 @@ TEST(PointProxy, StaysOnAStillSurfaceAndIsPastOneThatMovesBetweenSteps) {
   EXPECT_NEAR(pressed.norm(), kStiffness * 0.005, 0.01 * kStiffness * 0.005);
   EXPECT_GT(pressed.z(), 0);
   for (double x = 0; x < 0.03; x += 1e-4) {
-    EXPECT_GT(proxy.Tick(touched.Top(surface, 0.001 + x, 0.004) - 0.005 * Vector3d::UnitZ()).z(),
+    EXPECT_GT(proxy.Tick(fixture.Top(surface, 0.001 + x, 0.004) - 0.005 * Vector3d::UnitZ()).z(),
               0.1);
   }
   proxy.MoveSurface(0.001 * Vector3d::UnitZ());
@@ -100,14 +100,14 @@ TEST(HapticStress, HalfOfTheReadingsLostCostsLittleForce) {
   }
 }
 
-TEST(StressBody, AToolWithFrictionIsHeldBackAlongItsSlide) {
-  const TouchedOrgan touched = SoftOrgan(StressModel::kStrainSmall, true);
-  const Vector3d top = touched.Top(0, 0.004), aside = top + 0.005 * Vector3d::UnitX();
+TEST(StressSessionFixture, AToolWithFrictionIsHeldBackAlongItsSlide) {
+  const StressTouchFixture fixture = SoftOrgan(StressModel::kStrainSmall, true);
+  const Vector3d top = fixture.Top(0, 0.004), aside = top + 0.005 * Vector3d::UnitX();
   StressTool tool =
       OverOrgan({{0.55, Below(top, -0.01)}, {0.8, Below(top, 0.005)}, {1, Below(aside, 0.005)}});
-  const double smooth = Feel(touched, tool, 1.2).series.back().force_W.x();
+  const double smooth = Feel(fixture, tool, 1.2).series.back().force_W.x();
   tool.friction = 0.5;
-  const double rough = Feel(touched, tool, 1.2).series.back().force_W.x();
+  const double rough = Feel(fixture, tool, 1.2).series.back().force_W.x();
   EXPECT_LT(rough, smooth - 0.01);
 }
 

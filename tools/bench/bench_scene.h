@@ -4,20 +4,20 @@
 #include <vector>
 
 #include "engine/deformation_loop.h"
-#include "tools/bench/pressed_body.h"
+#include "tools/bench/bench_model.h"
 
 namespace hpdm {
 
 /// A session's deformation loop under instruments that press the first organ in front, without
 /// devices or threads. The others, which nothing touches, stand beside it in a row, `kApart` from
 /// one to the next.
-class PressedScene {
+class BenchScene {
  public:
   static constexpr double kApart = 0.5;  // m
 
-  PressedScene(const std::vector<BenchOrgan>& organs, int instruments);
-  PressedScene(const PressedScene&) = delete;  // the loop refers to the rest
-  PressedScene& operator=(const PressedScene&) = delete;
+  BenchScene(const std::vector<BenchOrgan>& organs, int instruments);
+  BenchScene(const BenchScene&) = delete;  // the loop refers to the rest
+  BenchScene& operator=(const BenchScene&) = delete;
 
   /// A step with the tips 6 and 5 mm deep in turn, their meshes posed as an eye sees them.
   void Step();

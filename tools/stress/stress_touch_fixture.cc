@@ -1,4 +1,4 @@
-#include "tools/stress/touched_organ.h"
+#include "tools/stress/stress_touch_fixture.h"
 
 #include <algorithm>
 #include <array>
@@ -41,17 +41,17 @@ constexpr std::array<std::array<int, 3>, 20> kIcosahedronFaces = {
      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
 
 // The tip's lowest point against the surface as the newest step left it.
-FeltTouch FeelProxy(const TouchedOrgan& touched, const StressTool& tool, double seconds) {
+FeltTouch FeelProxy(const StressTouchFixture& fixture, const StressTool& tool, double seconds) {
   constexpr double kStiffness = 100;  // N/m
-  const TimingOptions& timing = touched.timing;
-  PointProxy proxy(touched.rest, kStiffness);
+  const TimingOptions& timing = fixture.timing;
+  PointProxy proxy(fixture.rest, kStiffness);
   FeltTouch felt;
   const auto ticks = static_cast<int>(seconds * timing.haptic_hz);
   for (int tick = 0; tick < ticks; ++tick) {
     const auto at_ns = [&](int n) { return n * (kNanosecondsPerSecond / timing.haptic_hz); };
     const int begun = tick * timing.deformation_hz / timing.haptic_hz;  // steps
     proxy.MoveSurface(
-        touched.organ.motion.Offset(at_ns(begun * timing.haptic_hz / timing.deformation_hz)));
+        fixture.organ.motion.Offset(at_ns(begun * timing.haptic_hz / timing.deformation_hz)));
     ToolSample& sample = felt.series.emplace_back();
     sample.p_tip_W = tool.motion(1. * tick / timing.haptic_hz).p_tip_W;
     sample.force_W = proxy.Tick(sample.p_tip_W - tool.tool.tip_radius * Vector3d::UnitZ());
@@ -130,11 +130,11 @@ SurfaceMesh HollowEllipsoid(const Vector3d& radii, double wall, int frequency) {
   return mesh;
 }
 
-Vector3d TouchedOrgan::Top(double x, double y) const {
+Vector3d StressTouchFixture::Top(double x, double y) const {
   return Top(SurfaceTree(rest.vertices, rest.triangles), x, y);
 }
 
-Vector3d TouchedOrgan::Top(const SurfaceTree& surface, double x, double y) const {
+Vector3d StressTouchFixture::Top(const SurfaceTree& surface, double x, double y) const {
   const SurfaceHit hit = surface.FirstEntry(Vector3d(x, y, 1), Vector3d(x, y, -1));
   HPDM_CHECK(hit.at.triangle >= 0);
   return hit.at.Position(rest.vertices, rest.triangles);
@@ -147,13 +147,13 @@ double Depth(const SurfaceTree& surface, const Vector3d& p_centre_W, double radi
   return (inside ? distance : -distance) + radius;
 }
 
-TouchedOrgan SoftOrgan(StressModel model, bool quick) {
+StressTouchFixture SoftOrgan(StressModel model, bool quick) {
   return {.model = model,
           .organ = Options(model, quick),
           .rest = GeodesicEllipsoid(Vector3d(0.1, 0.07, 0.05), quick ? 6 : 10)};
 }
 
-TouchedOrgan HollowOrgan(StressModel model, bool quick) {
+StressTouchFixture HollowOrgan(StressModel model, bool quick) {
   return {.model = model,
           .organ = Options(model, quick),
           .rest = HollowEllipsoid(Vector3d(0.05, 0.04, 0.04), 0.003, quick ? 6 : 8)};
@@ -190,9 +190,9 @@ StressTool PressAndSlide::Tool(const Vector3d& p_top_W, const StressTool& held) 
   return tool;
 }
 
-FeltTouch Feel(const TouchedOrgan& touched, const StressTool& tool, double seconds) {
-  if (touched.model == StressModel::kPointProxy) return FeelProxy(touched, tool, seconds);
-  StressBody body(touched.organ, touched.rest, {tool}, touched.timing);
+FeltTouch Feel(const StressTouchFixture& fixture, const StressTool& tool, double seconds) {
+  if (fixture.model == StressModel::kPointProxy) return FeelProxy(fixture, tool, seconds);
+  StressSessionFixture body(fixture.organ, fixture.rest, {tool}, fixture.timing);
   FeltTouch felt;
   body.RunUntil(seconds, &felt.series);
   felt.outcome = body.outcome();
@@ -214,13 +214,13 @@ Vector3d MeanForce(const FeltTimeSeries& series, double from, double to) {
   return sum / static_cast<double>(last - first);
 }
 
-Vector3d ForceGoneToSlowly(const TouchedOrgan& touched, StressTool tool, const StressPose& from,
-                           const StressPose& to) {
+Vector3d ForceGoneToSlowly(const StressTouchFixture& fixture, StressTool tool,
+                           const StressPose& from, const StressPose& to) {
   constexpr double kSettles = 0.35;  // s
   const double arrives = kRampedIn + (to.p_tip_W - from.p_tip_W).norm() / kSlow;
   const double end = arrives + kSettles;
   tool.motion = Through({{kRampedIn, from}, {arrives, to}});
-  return MeanForce(Feel(touched, tool, end).series, end - 0.05, end);
+  return MeanForce(Feel(fixture, tool, end).series, end - 0.05, end);
 }
 
 double FeltError(const FeltTimeSeries& series, const FeltTimeSeries& truth, double from) {
@@ -249,7 +249,7 @@ void ReportForces(double force, double meant, StressTrial* trial) {
 StressTrial JudgeTouch(StressModel model, double error, double degraded_from, double failed_from,
                        const StressOutcome& outcome, double released) {
   StressTrial trial = Judge(error, degraded_from, failed_from);
-  const bool at_rest = outcome.displacement <= StressBody::kAtRest;
+  const bool at_rest = outcome.displacement <= StressSessionFixture::kAtRest;
   trial.harm =
       Harm(outcome, IsOurs(model) || !at_rest ? released : std::numeric_limits<double>::infinity());
   if (!trial.harm.empty()) Fail(trial.harm, &trial);

@@ -1,4 +1,4 @@
-#include "tools/stress/stress_body.h"
+#include "tools/stress/stress_session_fixture.h"
 
 #include <gtest/gtest.h>
 
@@ -89,10 +89,10 @@ StressTool Ball(double depth) {
 
 void ExpectHarmless(const StressOutcome& outcome, double released) {
   EXPECT_EQ(Harm(outcome, released), "");
-  EXPECT_LT(outcome.displacement, StressBody::kAtRest);
+  EXPECT_LT(outcome.displacement, StressSessionFixture::kAtRest);
 }
 
-TEST(StressBody, GoesThroughItsWaypoints) {
+TEST(StressSessionFixture, GoesThroughItsWaypoints) {
   const auto motion = Through({{1, At(0, 1)}, {2, At(0, 3, 0)}, {2, At(1, 3)}, {4, At(1, 1)}});
   EXPECT_EQ(motion(0).p_tip_W, Vector3d(0, 0, 1));
   EXPECT_EQ(motion(1.5).p_tip_W, Vector3d(0, 0, 2));
@@ -102,10 +102,10 @@ TEST(StressBody, GoesThroughItsWaypoints) {
   EXPECT_EQ(motion(9).p_tip_W, Vector3d(1, 0, 1));
 }
 
-TEST(StressBody, MeasuresWhatAGentlePressDoes) {
+TEST(StressSessionFixture, MeasuresWhatAGentlePressDoes) {
   const double at = kTop + ToolOptions().tip_radius;
-  StressBody body(Organ(StrainMeasure::kSmall), Surface(),
-                  {Hand({{0, At(0, at + 0.01)}, {0.8, At(0, at - 0.01)}})});
+  StressSessionFixture body(Organ(StrainMeasure::kSmall), Surface(),
+                            {Hand({{0, At(0, at + 0.01)}, {0.8, At(0, at - 0.01)}})});
   body.RunUntil(1.2);
   const StressOutcome& outcome = body.outcome();
   EXPECT_EQ(outcome.steps, 35) << "36 began, and the last is not visible yet";
@@ -118,10 +118,10 @@ TEST(StressBody, MeasuresWhatAGentlePressDoes) {
   EXPECT_NEAR(outcome.last_off_rest, 35. / 30, 0.04);
 }
 
-class StressBodyOfModel : public testing::TestWithParam<OrganOptions> {};
+class StressSessionFixtureOfModel : public testing::TestWithParam<OrganOptions> {};
 
-TEST_P(StressBodyOfModel, ComesBackFromAGraspThroughItselfAsIfNothingHadBeen) {
-  StressBody body(GetParam(), Surface(), {Grasp(0, At(0, -0.08, 0))});
+TEST_P(StressSessionFixtureOfModel, ComesBackFromAGraspThroughItselfAsIfNothingHadBeen) {
+  StressSessionFixture body(GetParam(), Surface(), {Grasp(0, At(0, -0.08, 0))});
   body.RunUntil(1.3);
   ExpectHarmless(body.outcome(), 1);
   if (GetParam().energy.strain == StrainMeasure::kFinite) {
@@ -133,22 +133,23 @@ TEST_P(StressBodyOfModel, ComesBackFromAGraspThroughItselfAsIfNothingHadBeen) {
   EXPECT_EQ(body.step().step.flags, kStepOk);
 }
 
-TEST_P(StressBodyOfModel, ComesBackFromABallThroughTheOrgan) {
-  StressBody body(GetParam(), Surface(), {Ball(0.09)});
+TEST_P(StressSessionFixtureOfModel, ComesBackFromABallThroughTheOrgan) {
+  StressSessionFixture body(GetParam(), Surface(), {Ball(0.09)});
   body.RunUntil(1.3);
   ExpectHarmless(body.outcome(), 1);
   EXPECT_EQ(body.step().step.flags, kStepOk);
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, StressBodyOfModel, testing::ValuesIn(AllModels()));
+INSTANTIATE_TEST_SUITE_P(Models, StressSessionFixtureOfModel, testing::ValuesIn(AllModels()));
 
 // Both jaws hold the same tissue at the top, or tissue that the lattice cannot take apart: within a
 // cell, rigid jaws leave it none of its freedoms.
-TEST(StressBody, TwoToolsThatPullTheSamePointApartSlip) {
+TEST(StressSessionFixture, TwoToolsThatPullTheSamePointApartSlip) {
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
     for (const double x : {0.001, 0.015}) {
-      StressBody body(Organ(strain), Surface(),
-                      {Grasp(-x, At(-0.06, 0.08, 0), -0.02), Grasp(x, At(0.06, 0.08, 0))});
+      StressSessionFixture body(
+          Organ(strain), Surface(),
+          {Grasp(-x, At(-0.06, 0.08, 0), -0.02), Grasp(x, At(0.06, 0.08, 0))});
       body.RunUntil(1.3);
       ExpectHarmless(body.outcome(), 1);
       // 5e9 N without slip; E L^2 of the organ is 5000 Pa (0.2 m)^2 = 200 N.
@@ -160,14 +161,14 @@ TEST(StressBody, TwoToolsThatPullTheSamePointApartSlip) {
 
 // Viscous tissue that is pulled within a step feels 30 times its elastic force: that force's own
 // rest state, which a step of finite strain once went by, lies 150 mm away and took vertices 95 mm.
-TEST(StressBody, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
+TEST(StressSessionFixture, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
   constexpr double kWay = 0.005;  // m
   std::vector<double> forces;
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
     OrganOptions options = Organ(strain);
     options.material.relaxation_time = 1;
     const double at = kTop + ToolOptions().tip_radius;
-    StressBody body(options, Surface(), {Grasp(0, At(0, at - kWay, 0))});
+    StressSessionFixture body(options, Surface(), {Grasp(0, At(0, at - kWay, 0))});
     body.RunUntil(1);
     forces.push_back(body.outcome().tissue_force);
     EXPECT_LT(body.outcome().largest_displacement, 1.2 * kWay) << "what bulges beside the jaws";
@@ -179,7 +180,7 @@ TEST(StressBody, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
 
 // A level shaft lies on the tissue beside what the jaws hold, which goes with them: pushed away by
 // the shaft it would pull at them with 23 N. Edges of 3 mm, so that some of it is held.
-TEST(StressBody, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
+TEST(StressSessionFixture, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
   const auto largest_force = [](double shaft_radius) {
     const double in = kTop - 0.0025;
     StressTool tool = Hand({{0, At(0, in + 0.02)},
@@ -190,7 +191,8 @@ TEST(StressBody, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
                             {0.9, At(-0.01, in - 0.003, 0)}});
     tool.p_trocar_W = Vector3d(0.35, 0.01, kTop + 0.01);
     tool.tool.shaft_radius = shaft_radius;
-    StressBody body(Organ(StrainMeasure::kSmall), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 5), {tool});
+    StressSessionFixture body(Organ(StrainMeasure::kSmall), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 5),
+                              {tool});
     body.RunUntil(1);
     return body.outcome().tissue_force;
   };
@@ -198,26 +200,26 @@ TEST(StressBody, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
   EXPECT_LT(largest_force(ToolOptions().shaft_radius), 2 * largest_force(1e-4));
 }
 
-TEST(StressBody, AReadingThatIsNotFiniteHoldsTheTool) {
+TEST(StressSessionFixture, AReadingThatIsNotFiniteHoldsTheTool) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const double at = kTop + ToolOptions().tip_radius;
   const StressPose pressed = At(0, at - 0.01), away = At(0, at + 0.01);
-  StressBody body(Organ(StrainMeasure::kFinite), Surface(),
-                  {Hand({{0, away},
-                         {0.5, pressed},
-                         {0.8, pressed},
-                         {0.8, At(kNan, kNan)},
-                         {0.9, At(kNan, kNan)},
-                         {0.9, pressed},
-                         {1, pressed},
-                         {1, away}})});
+  StressSessionFixture body(Organ(StrainMeasure::kFinite), Surface(),
+                            {Hand({{0, away},
+                                   {0.5, pressed},
+                                   {0.8, pressed},
+                                   {0.8, At(kNan, kNan)},
+                                   {0.9, At(kNan, kNan)},
+                                   {0.9, pressed},
+                                   {1, pressed},
+                                   {1, away}})});
   body.RunUntil(1.3);
   ExpectHarmless(body.outcome(), 1);
 }
 
 // A finite-strain organ that could not follow does so again once it is asked for less, with no
 // memory of it: it ends where one that was only ever asked for that much does.
-TEST(StressBody, AfterTooMuchALittleIsFollowedAgain) {
+TEST(StressSessionFixture, AfterTooMuchALittleIsFollowedAgain) {
   const double at = kTop + ToolOptions().tip_radius;
   const StressPose little = At(0, at + 0.004, 0);
   const auto grasp_then = [&](const StressPose& much) {
@@ -232,8 +234,8 @@ TEST(StressBody, AfterTooMuchALittleIsFollowedAgain) {
   for (const MaterialLaw law : {MaterialLaw::kNeoHookean, MaterialLaw::kStVenantKirchhoff}) {
     OrganOptions options = Organ(StrainMeasure::kFinite);
     options.energy.law = law;
-    StressBody spoilt(options, Surface(), {grasp_then(At(0, -0.08, 0))});
-    StressBody fresh(options, Surface(), {grasp_then(little)});
+    StressSessionFixture spoilt(options, Surface(), {grasp_then(At(0, -0.08, 0))});
+    StressSessionFixture fresh(options, Surface(), {grasp_then(little)});
     spoilt.RunUntil(0.9);
     EXPECT_NE(spoilt.step().step.flags & kStepRecovering, 0u);
     spoilt.RunUntil(1.6);

@@ -1,4 +1,4 @@
-#include "tools/stress/stress_body.h"
+#include "tools/stress/stress_session_fixture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,14 +57,14 @@ std::string Harm(const StressOutcome& outcome, double released) {
     return Format("force step of %.3g slew limits", outcome.force_change);
   }
   if (outcome.last_off_rest >= released + kToRest) {
-    if (outcome.displacement < StressBody::kAtRest) return "slow to come to rest";
+    if (outcome.displacement < StressSessionFixture::kAtRest) return "slow to come to rest";
     return Format("%.2g mm stay", 1e3 * outcome.displacement);
   }
   return "";
 }
 
 // Always where the motion has it.
-class StressBody::Scripted final : public Device {
+class StressSessionFixture::Scripted final : public Device {
  public:
   Scripted(std::function<StressPose(double)> motion, const ImpulseEngineKinematics& kinematics)
       : motion_(std::move(motion)), kinematics_(kinematics) {}
@@ -89,8 +89,9 @@ class StressBody::Scripted final : public Device {
   std::uint64_t sequence_ = 0;
 };
 
-StressBody::StressBody(const OrganOptions& organ, SurfaceMesh rest, std::vector<StressTool> tools,
-                       const TimingOptions& timing)
+StressSessionFixture::StressSessionFixture(const OrganOptions& organ, SurfaceMesh rest,
+                                           std::vector<StressTool> tools,
+                                           const TimingOptions& timing)
     : timing_(timing),
       organs_(OneOrgan(organ, std::move(rest))),
       render_(SizedSnapshot(organs_, static_cast<int>(tools.size()), true)),
@@ -126,9 +127,9 @@ StressBody::StressBody(const OrganOptions& organ, SurfaceMesh rest, std::vector<
   clock_ = std::make_unique<Lockstep>(timing, haptics_.get(), deformation_.get());
 }
 
-StressBody::~StressBody() = default;
+StressSessionFixture::~StressSessionFixture() = default;
 
-void StressBody::RunUntil(double seconds, std::vector<ToolSample>* series) {
+void StressSessionFixture::RunUntil(double seconds, std::vector<ToolSample>* series) {
   const auto end = static_cast<std::uint64_t>(seconds * timing_.haptic_hz);
   while (clock_->tick() < end) {
     if (clock_->StepIfDue()) MeasureStep();
@@ -138,12 +139,12 @@ void StressBody::RunUntil(double seconds, std::vector<ToolSample>* series) {
   }
 }
 
-void StressBody::Ask(const SessionControl& asked) {
+void StressSessionFixture::Ask(const SessionControl& asked) {
   control_.Back() = asked;
   control_.Publish();
 }
 
-void StressBody::MeasureStep() {
+void StressSessionFixture::MeasureStep() {
   HPDM_CHECK(steps_.Pop(&step_));
   const OrganState& state = deformation_->organ(0);
   ++outcome_.steps;
@@ -166,7 +167,7 @@ void StressBody::MeasureStep() {
   outcome_.inverted_share = std::max(outcome_.inverted_share, inversion.share);
 }
 
-void StressBody::MeasureTick() {
+void StressSessionFixture::MeasureTick() {
   const HapticSample last = tick_;
   HPDM_CHECK(ticks_.Pop(&tick_));
   for (int t = 0; t < tick_.tool_count; ++t) {

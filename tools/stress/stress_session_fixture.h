@@ -69,15 +69,15 @@ std::string Harm(const StressOutcome& outcome, double released);
 
 /// One organ and tools that nothing stops, for cases that go where methods break: both production
 /// loops in lockstep, as in a session, and a record of what became of tissue and forces.
-class StressBody {
+class StressSessionFixture {
  public:
   static constexpr double kAtRest = 1e-4;  ///< m.
 
   /// `rest`: posed, m. Throws InputError when the organ cannot be built. The tools' forces are on
   /// from the first tick and ramp in over half a second.
-  StressBody(const OrganOptions& organ, SurfaceMesh rest, std::vector<StressTool> tools,
-             const TimingOptions& timing = {});
-  ~StressBody();
+  StressSessionFixture(const OrganOptions& organ, SurfaceMesh rest, std::vector<StressTool> tools,
+                       const TimingOptions& timing = {});
+  ~StressSessionFixture();
 
   /// Goes on until `seconds` of session time. `series`: gets every tick of the first tool, if
   /// given.

@@ -1,4 +1,4 @@
-#include "tools/bench/pressed_scene.h"
+#include "tools/bench/bench_scene.h"
 
 #include "scenes/generator/shapes/instrument_mesh.h"
 
@@ -10,7 +10,7 @@ std::vector<OrganModel> InARow(const std::vector<BenchOrgan>& row) {
   organs.reserve(row.size());
   for (std::size_t o = 0; o < row.size(); ++o) {
     SurfaceMesh rest = row[o].rest;
-    rest.vertices.col(0).array() += PressedScene::kApart * static_cast<double>(o);
+    rest.vertices.col(0).array() += BenchScene::kApart * static_cast<double>(o);
     organs.emplace_back(row[o].options, std::move(rest));
   }
   return organs;
@@ -18,7 +18,7 @@ std::vector<OrganModel> InARow(const std::vector<BenchOrgan>& row) {
 
 }  // namespace
 
-PressedScene::PressedScene(const std::vector<BenchOrgan>& organs, int instruments)
+BenchScene::BenchScene(const std::vector<BenchOrgan>& organs, int instruments)
     : probe_(ProbeMesh()),
       organs_(InARow(organs)),
       render_(SizedSnapshot(organs_, instruments, true)),
@@ -38,7 +38,7 @@ PressedScene::PressedScene(const std::vector<BenchOrgan>& organs, int instrument
   loop_.Step(tools_, 0);  // outside, so that the tips enter with the next one
 }
 
-void PressedScene::Step() {
+void BenchScene::Step() {
   deep_ = !deep_;
   for (int i = 0; i < tools_.tool_count; ++i) {
     Isometry3d& X_WT = tools_.tools[i].X_WT;
@@ -52,7 +52,7 @@ void PressedScene::Step() {
   loop_.Step(tools_, now_ns_);
 }
 
-void PressedScene::StepAway() {
+void BenchScene::StepAway() {
   for (int i = 0; i < tools_.tool_count; ++i) {
     tools_.tools[i].X_WT.translation() = tools_.tools[i].p_trocar_W + Vector3d(0, 0, 0.2);
   }
@@ -60,7 +60,7 @@ void PressedScene::StepAway() {
   loop_.Step(tools_, now_ns_);
 }
 
-bool PressedScene::AllPress() const {
+bool BenchScene::AllPress() const {
   int pressing = 0;
   const OrganState& state = loop_.organ(0);
   for (int i = 0; i < state.contacts.size(); ++i) {
@@ -69,11 +69,11 @@ bool PressedScene::AllPress() const {
   return pressing == tools_.tool_count;
 }
 
-int PressedScene::polygons() const {
+int BenchScene::polygons() const {
   return tools_.tool_count * static_cast<int>(probe_.triangles.rows());
 }
 
-int PressedScene::triangles() const {
+int BenchScene::triangles() const {
   Eigen::Index count = 0;
   for (const OrganModel& organ : organs_) count += organ.rest().triangles.rows();
   return static_cast<int>(count);

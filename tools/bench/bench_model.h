@@ -32,12 +32,12 @@ enum class ContinuumStep {
 /// A model under the press of one instrument's tip, as the session sets it up: one unilateral row
 /// at the material point under the tip. A step is what the deformation loop does between collision
 /// and patch: reposition, relax, relocate.
-class PressedBody {
+class BenchModel {
  public:
   /// A lattice.
-  explicit PressedBody(const BenchOrgan& organ, double side = 0);
+  explicit BenchModel(const BenchOrgan& organ, double side = 0);
   /// The surface continuum of the organ's vertices.
-  PressedBody(const BenchOrgan& organ, ContinuumStep step, double side = 0);
+  BenchModel(const BenchOrgan& organ, ContinuumStep step, double side = 0);
 
   /// One step with the tip 9 and 10 mm deep in turn.
   void Step();
@@ -53,7 +53,7 @@ class PressedBody {
 
  private:
   void AddPress(const BenchOrgan& organ, double side);
-  void FollowTip();
+  void RefineAtTip();
 
   std::unique_ptr<OrganModel> organ_;  // in its place: the relaxation refers to it
   LatticeStiffness stiffness_;

@@ -1,4 +1,4 @@
-#include "tools/bench/pressed_body.h"
+#include "tools/bench/bench_model.h"
 
 #include <cmath>
 #include <limits>
@@ -51,7 +51,7 @@ SurfacePoint FrontPoint(const SurfaceMesh& rest, double side) {
   return best;
 }
 
-PressedBody::PressedBody(const BenchOrgan& organ, double side)
+BenchModel::BenchModel(const BenchOrgan& organ, double side)
     : rest_(organ.rest.vertices), vertices_(rest_) {
   const TimingClock::time_point start = TimingClock::now();
   organ_ = std::make_unique<OrganModel>(organ.options, organ.rest);
@@ -66,7 +66,7 @@ PressedBody::PressedBody(const BenchOrgan& organ, double side)
   AddPress(organ, side);
 }
 
-PressedBody::PressedBody(const BenchOrgan& organ, ContinuumStep step, double side)
+BenchModel::BenchModel(const BenchOrgan& organ, ContinuumStep step, double side)
     : rest_(organ.rest.vertices), vertices_(rest_) {
   const TimingClock::time_point start = TimingClock::now();
   auto continuum = std::make_unique<SurfaceContinuum>(MakeContinuum(organ));
@@ -85,7 +85,7 @@ PressedBody::PressedBody(const BenchOrgan& organ, ContinuumStep step, double sid
   AddPress(organ, side);
 }
 
-void PressedBody::AddPress(const BenchOrgan& organ, double side) {
+void BenchModel::AddPress(const BenchOrgan& organ, double side) {
   const Triangles& triangles = organ.rest.triangles;
   const SurfacePoint at = FrontPoint(organ.rest, side);
   const int slots = organ_ ? organ_->RefinementSlots(1) : 0;
@@ -98,7 +98,7 @@ void PressedBody::AddPress(const BenchOrgan& organ, double side) {
   row->normal_W = (Vector3d(rest_.row(triangles(at.triangle, 1))) - a)
                       .cross(Vector3d(rest_.row(triangles(at.triangle, 2))) - a)
                       .normalized();
-  if (slots > 0) FollowTip();
+  if (slots > 0) RefineAtTip();
   if (organ_) {
     organ_->AddToRow(at, 1, contacts_.refinement, contacts_.WeightRow(0));
   } else {
@@ -108,18 +108,18 @@ void PressedBody::AddPress(const BenchOrgan& organ, double side) {
   }
 }
 
-void PressedBody::FollowTip() {
+void BenchModel::RefineAtTip() {
   const Vector3d p = contacts_[0].p_rest_W;
   contacts_.refinement.ChooseNearest(organ_->refinement_basis()->centres(), {&p, 1},
                                      organ_->options().lattice.local.functions);
 }
 
-void PressedBody::Step() {
+void BenchModel::Step() {
   ContactConstraints::Row& row = contacts_[0];
   row.target_W = row.p_rest_W - (deep_ ? 0.010 : 0.009) * row.normal_W;
   deep_ = !deep_;
   if (before_step_) before_step_();
-  if (contacts_.refinement.slots() > 0) FollowTip();
+  if (contacts_.refinement.slots() > 0) RefineAtTip();
   if (repositions_) {
     const Eigen::RowVector3d p = row.p_rest_W.transpose() + contacts_.Weights().row(0) * U_;
     const double move = std::min(0.0, row.normal_W.dot(row.target_W - p.transpose()));
@@ -135,7 +135,7 @@ void PressedBody::Step() {
   }
 }
 
-double PressedBody::StaticResidual() const {
+double BenchModel::StaticResidual() const {
   const Eigen::Index n = unknowns();
   Points elastic(n, 3);
   if (const auto* scalar = std::get_if<ScalarStiffness>(&stiffness_)) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "engine/mesh/collision.h"
-#include "tools/stress/stress_body.h"
 #include "tools/stress/stress_case.h"
+#include "tools/stress/stress_session_fixture.h"
 
 /// One organ and one tool that touches it, for the cases about what the hand feels.
 namespace hpdm {
@@ -21,7 +21,7 @@ SurfaceMesh GeodesicEllipsoid(const Vector3d& radii, int frequency);
 /// The same around a hollow, both walls meshed: `wall` (m) thick along the axes.
 SurfaceMesh HollowEllipsoid(const Vector3d& radii, double wall, int frequency);
 
-struct TouchedOrgan {
+struct StressTouchFixture {
   StressModel model = StressModel::kStrainSmall;
   OrganOptions organ;
   SurfaceMesh rest;
@@ -37,10 +37,10 @@ struct TouchedOrgan {
 double Depth(const SurfaceTree& surface, const Vector3d& p_centre_W, double radius);
 
 /// A soft ellipsoid of 0.1 x 0.07 x 0.05 m half-axes that rests on its lower quarter.
-TouchedOrgan SoftOrgan(StressModel model, bool quick);
+StressTouchFixture SoftOrgan(StressModel model, bool quick);
 
 /// A hollow one of 0.05 x 0.04 x 0.04 m half-axes with a wall of 3 mm.
-TouchedOrgan HollowOrgan(StressModel model, bool quick);
+StressTouchFixture HollowOrgan(StressModel model, bool quick);
 
 /// A way along the vertical through a point of the surface: a tool whose tip is `depth` (m) below
 /// `p_top_W`, negative above.
@@ -73,7 +73,7 @@ struct FeltTouch {
   FeltTimeSeries series;
   StressOutcome outcome;
 };
-FeltTouch Feel(const TouchedOrgan& touched, const StressTool& tool, double seconds);
+FeltTouch Feel(const StressTouchFixture& fixture, const StressTool& tool, double seconds);
 
 /// What each model felt where the case's parameter plays no part: made once.
 using KeptTimeSeries = std::shared_ptr<std::map<StressModel, FeltTimeSeries>>;
@@ -86,8 +86,8 @@ Vector3d MeanForce(const FeltTimeSeries& series, double from, double to);
 
 /// N: what the hand feels at the end of the way from `from` to `to`, gone slowly (0.1 m/s), when
 /// all has settled.
-Vector3d ForceGoneToSlowly(const TouchedOrgan& touched, StressTool tool, const StressPose& from,
-                           const StressPose& to);
+Vector3d ForceGoneToSlowly(const StressTouchFixture& fixture, StressTool tool,
+                           const StressPose& from, const StressPose& to);
 
 /// ContactError (force_signal.h) of the displayed forces from `from` s on; of one length.
 double FeltError(const FeltTimeSeries& series, const FeltTimeSeries& truth, double from);

@@ -18,7 +18,7 @@ inline const std::vector<StressModel> kAllModels = {
 
 /// A box of tissue under static loads, for every model: its surface in squares, its tetrahedra in
 /// bricks of six.
-struct StressBlock {
+struct StressBlockFixture {
   Vector3d min = Vector3d::Zero();            ///< m.
   Vector3d max = Vector3d::Zero();            ///< m.
   std::array<int, 3> squares = {10, 10, 10};  ///< Of the surface along each axis, two triangles.
@@ -30,12 +30,12 @@ struct StressBlock {
 /// 100 x 100 x 60 mm of soft tissue (5 kPa, Poisson's ratio 0.45) whose lowest 12 mm are held,
 /// pressed on top by 0.05 N over 30 mm: strains of a per cent at most, where the models for small
 /// and for finite strain agree. The energy "metric" gets the same shear modulus.
-StressBlock PressedBlock(bool quick);
+StressBlockFixture PressedBlock(bool quick);
 
 /// A cantilever: `length` x `thickness` x `thickness` (m) free in x > 0 and 2 thicknesses held
 /// beyond, with Poisson's ratio 0, so that the held end hinders nothing. A force at the free end
 /// bends it by a hundredth of its length.
-StressBlock Cantilever(double length, double thickness);
+StressBlockFixture Cantilever(double length, double thickness);
 
 /// Of a box [min, max]: closed, outwards.
 SurfaceMesh BoxSurface(const Vector3d& min, const Vector3d& max, const std::array<int, 3>& squares);
@@ -49,12 +49,12 @@ struct StressAnswer {
 };
 
 /// Where the block's surface rests. Throws InputError where the model refuses to be built.
-StressAnswer Rest(const StressBlock& block, StressModel model);
+StressAnswer Rest(const StressBlockFixture& block, StressModel model);
 /// The same of any surface with the block's organ and loads; not for tetrahedra.
 StressAnswer Rest(const OrganOptions& organ, const SurfaceMesh& rest,
                   const std::vector<LoadOptions>& loads, StressModel model);
 /// Quadratic tetrahedra in `bricks`: the truth.
-StressAnswer QuadraticRest(const StressBlock& block, const std::array<int, 3>& bricks);
+StressAnswer QuadraticRest(const StressBlockFixture& block, const std::array<int, 3>& bricks);
 
 /// Judge() of an answer against a truth (relative L2 over the surface), with its harm: a model of
 /// ours that does not answer with finite numbers.

@@ -1,4 +1,4 @@
-#include "tools/stress/stress_block.h"
+#include "tools/stress/stress_block_fixture.h"
 
 #include <cmath>
 #include <map>
@@ -15,7 +15,7 @@
 namespace hpdm {
 namespace {
 
-TetraBody MakeBody(const StressBlock& block, const SurfaceMesh& rest, TetraMesh mesh) {
+TetraBody MakeBody(const StressBlockFixture& block, const SurfaceMesh& rest, TetraMesh mesh) {
   const Box bounds = AxisAlignedBounds(rest.vertices);
   Eigen::VectorXd stiffness(mesh.elements.rows());
   for (Eigen::Index e = 0; e < stiffness.size(); ++e) {
@@ -26,7 +26,7 @@ TetraBody MakeBody(const StressBlock& block, const SurfaceMesh& rest, TetraMesh 
   return {std::move(mesh), block.organ.material, TetraLaw::kSmallStrain, stiffness};
 }
 
-StressAnswer TetraRest(const StressBlock& block, TetraMesh mesh) {
+StressAnswer TetraRest(const StressBlockFixture& block, TetraMesh mesh) {
   const SurfaceMesh rest = BoxSurface(block.min, block.max, block.squares);
   const TetraBody body = MakeBody(block, rest, std::move(mesh));
   const TetraSolution solution =
@@ -87,8 +87,8 @@ SurfaceMesh BoxSurface(const Vector3d& min, const Vector3d& max,
   return mesh;
 }
 
-StressBlock PressedBlock(bool quick) {
-  StressBlock block;
+StressBlockFixture PressedBlock(bool quick) {
+  StressBlockFixture block;
   block.max = Vector3d(0.1, 0.1, 0.06);
   block.squares = {20, 20, 12};
   block.bricks = quick ? std::array<int, 3>{10, 10, 6} : std::array<int, 3>{20, 20, 12};
@@ -108,8 +108,8 @@ StressBlock PressedBlock(bool quick) {
   return block;
 }
 
-StressBlock Cantilever(double length, double thickness) {
-  StressBlock beam;
+StressBlockFixture Cantilever(double length, double thickness) {
+  StressBlockFixture beam;
   const double half = thickness / 2;
   beam.min = Vector3d(-2 * thickness, -half, -half);
   beam.max = Vector3d(length, half, half);
@@ -154,14 +154,14 @@ StressAnswer Rest(const OrganOptions& organ, const SurfaceMesh& rest,
   return answer;
 }
 
-StressAnswer Rest(const StressBlock& block, StressModel model) {
+StressAnswer Rest(const StressBlockFixture& block, StressModel model) {
   if (model == StressModel::kLinearTetrahedra) {
     return TetraRest(block, BoxTetraMesh(block.min, block.max, block.bricks));
   }
   return Rest(block.organ, BoxSurface(block.min, block.max, block.squares), block.loads, model);
 }
 
-StressAnswer QuadraticRest(const StressBlock& block, const std::array<int, 3>& bricks) {
+StressAnswer QuadraticRest(const StressBlockFixture& block, const std::array<int, 3>& bricks) {
   return TetraRest(block, Quadratic(BoxTetraMesh(block.min, block.max, bricks)));
 }
 

@@ -14,19 +14,19 @@ namespace hpdm {
 /// to a displacement by steps of reposition, relax and relocate. So error and time are those of the
 /// real-time path, for every model that is a Relaxation. What a lattice does not resolve of a load
 /// (half_space.h) is added to it, and local functions are those at the loads.
-class LoadedBody {
+class StaticCaseModel {
  public:
   /// A lattice (options.model hpdm) or a surface model of the vertices of `rest`, which must
   /// outlive it, under `loads`: forces and displacements. Throws InputError when the options cannot
   /// be built or a load touches no surface.
-  LoadedBody(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
-             const OrganOptions& options);
+  StaticCaseModel(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
+                  const OrganOptions& options);
   /// Of a case's surface and loads; `options` are those of its organ with what is to be compared
   /// changed.
-  LoadedBody(const StaticCase& load_case, const OrganOptions& options)
-      : LoadedBody(load_case.rest, load_case.scene.loads, options) {}
-  LoadedBody(const LoadedBody&) = delete;  // the relaxation refers to the organ
-  LoadedBody& operator=(const LoadedBody&) = delete;
+  StaticCaseModel(const StaticCase& load_case, const OrganOptions& options)
+      : StaticCaseModel(load_case.rest, load_case.scene.loads, options) {}
+  StaticCaseModel(const StaticCaseModel&) = delete;  // the relaxation refers to the organ
+  StaticCaseModel& operator=(const StaticCaseModel&) = delete;
 
   /// Control points, or vertices; local functions in use.
   int unknowns() const { return static_cast<int>(weights_.cols()); }
@@ -40,13 +40,13 @@ class LoadedBody {
   bool Balance();
 
   /// Takes the patches to where a solution `u` (V x 3, m) has them instead, whatever the force.
-  void Follow(const Points& u);
+  void MoveTo(const Points& u);
 
   /// Takes other loads, at most as many as it was made for, and goes to rest without any.
   void Reload(const std::vector<LoadOptions>& loads);
 
   /// Goes to where another body of the same unknowns was taken.
-  void StartFrom(const LoadedBody& other);
+  void StartFrom(const StaticCaseModel& other);
 
   /// Repeated real-time steps between 0.95 of the loads' displacements and all of them: `response`
   /// repositions and relaxes, `relocation` moves the vertices with the lattice and `indentations`

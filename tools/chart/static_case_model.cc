@@ -1,4 +1,4 @@
-#include "tools/chart/loaded_body.h"
+#include "tools/chart/static_case_model.h"
 
 #include <Eigen/LU>
 #include <cmath>
@@ -41,8 +41,8 @@ std::unique_ptr<Relaxation> MakeSurfaceModel(const OrganOptions& options, const 
 
 }  // namespace
 
-LoadedBody::LoadedBody(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
-                       const OrganOptions& options)
+StaticCaseModel::StaticCaseModel(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
+                                 const OrganOptions& options)
     : rest_(rest), loads_(loads), options_(options), contacts_(0), vertices_(rest.vertices) {
   const TimingClock::time_point start = TimingClock::now();
   if (options.model == OrganModelType::kHpdm) {
@@ -58,14 +58,14 @@ LoadedBody::LoadedBody(const SurfaceMesh& rest, const std::vector<LoadOptions>& 
   AddPatches();
 }
 
-void LoadedBody::Reload(const std::vector<LoadOptions>& loads) {
+void StaticCaseModel::Reload(const std::vector<LoadOptions>& loads) {
   loads_ = loads;
   indentations_.clear();
   AddPatches();
   relaxation_->RestartFrom(U_);
 }
 
-void LoadedBody::AddPatches() {
+void StaticCaseModel::AddPatches() {
   if (loads_.size() > kMaxContacts) {
     throw InputError("organ \"" + options_.name + "\": has more than " +
                      std::to_string(kMaxContacts) + " loads; leave some out");
@@ -103,16 +103,16 @@ void LoadedBody::AddPatches() {
   moved_ = Eigen::VectorXd::Zero(3 * contacts_.size());
 }
 
-void LoadedBody::AddLatticeRow(std::size_t load) {
+void StaticCaseModel::AddLatticeRow(std::size_t load) {
   const LoadOptions& options = loads_[load];
   indentations_.push_back(organ_->AddLoadToRow(options.p_centre_W, options.radius,
                                                contacts_.refinement,
                                                contacts_.WeightRow(static_cast<int>(load))));
 }
 
-int LoadedBody::local_functions() const { return contacts_.refinement.used(); }
+int StaticCaseModel::local_functions() const { return contacts_.refinement.used(); }
 
-void LoadedBody::AddIndentations(Points* vertices) const {
+void StaticCaseModel::AddIndentations(Points* vertices) const {
   organ_->AddLocalDisplacements(contacts_.refinement, U_, vertices);
   for (int i = 0; i < contacts_.size(); ++i) {
     const auto load = static_cast<std::size_t>(i);
@@ -122,13 +122,13 @@ void LoadedBody::AddIndentations(Points* vertices) const {
   }
 }
 
-Points LoadedBody::VertexDisplacements() const {
+Points StaticCaseModel::VertexDisplacements() const {
   Points u = weights_ * U_.topRows(weights_.cols());
   if (organ_) AddIndentations(&u);
   return u;
 }
 
-RelaxationResult LoadedBody::Step(const Eigen::VectorXd& displacements) {
+RelaxationResult StaticCaseModel::Step(const Eigen::VectorXd& displacements) {
   for (int i = 0; i < contacts_.size(); ++i) {
     contacts_[i].target_W = contacts_[i].p_rest_W + displacements.segment<3>(3 * i);
   }
@@ -143,7 +143,7 @@ RelaxationResult LoadedBody::Step(const Eigen::VectorXd& displacements) {
   return relaxation_->Relax(&contacts_, &U_);
 }
 
-void LoadedBody::Settle(const Eigen::VectorXd& displacements) {
+void StaticCaseModel::Settle(const Eigen::VectorXd& displacements) {
   Points last;
   const int most = options_.model == OrganModelType::kMassSpring ? kMostDynamicSteps : kMostSteps;
   for (int step = 0; step < most; ++step) {
@@ -153,20 +153,20 @@ void LoadedBody::Settle(const Eigen::VectorXd& displacements) {
   }
 }
 
-Eigen::VectorXd LoadedBody::Forces() const {
+Eigen::VectorXd StaticCaseModel::Forces() const {
   Eigen::VectorXd forces(3 * contacts_.size());
   for (int i = 0; i < contacts_.size(); ++i) forces.segment<3>(3 * i) = contacts_[i].force_W;
   return forces;
 }
 
-void LoadedBody::Follow(const Points& u) {
+void StaticCaseModel::MoveTo(const Points& u) {
   for (int i = 0; i < contacts_.size(); ++i) {
     moved_.segment<3>(3 * i) = (patches_.row(i) * u).transpose();
   }
   Settle(moved_);
 }
 
-bool LoadedBody::Balance() {
+bool StaticCaseModel::Balance() {
   const Eigen::Index size = moved_.size();
   Eigen::VectorXd force = Eigen::VectorXd::Zero(size);  // wanted, of the loads that give one
   Eigen::VectorXd depth = Eigen::VectorXd::Zero(size);  // wanted, of the others
@@ -223,17 +223,17 @@ bool LoadedBody::Balance() {
   return false;
 }
 
-bool LoadedBody::IsDepth(Eigen::Index component) const {
+bool StaticCaseModel::IsDepth(Eigen::Index component) const {
   return loads_[static_cast<std::size_t>(component / 3)].displacement_W.has_value();
 }
 
-void LoadedBody::StartFrom(const LoadedBody& other) {
+void StaticCaseModel::StartFrom(const StaticCaseModel& other) {
   HPDM_CHECK(other.U_.rows() == U_.rows() && other.moved_.size() == moved_.size());
   U_ = other.U_;
   moved_ = other.moved_;
 }
 
-LoadedBody::StepTimes LoadedBody::TimeSteps() {
+StaticCaseModel::StepTimes StaticCaseModel::TimeSteps() {
   StepTimes times;
   bool all = false;
   times.response = Time([&] {
@@ -248,7 +248,7 @@ LoadedBody::StepTimes LoadedBody::TimeSteps() {
   return times;
 }
 
-double LoadedBody::Compliance() const {
+double StaticCaseModel::Compliance() const {
   const Vector3d force = contacts_[0].force_W;
   if (force.norm() == 0) return 0;
   const Vector3d moved = moved_.head<3>() + indentations_[0].Compliance() * force;
