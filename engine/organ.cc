@@ -25,8 +25,8 @@ namespace {
 constexpr double kResolvedCells = 1.25;
 
 // m: an organ of another size is most likely in another unit.
-constexpr double kLargestOrgan = 10;
-constexpr double kSmallestOrgan = 1e-3;
+constexpr double kMaxOrganSize = 10;
+constexpr double kMinOrganSize = 1e-3;
 
 // Cells that the tissue is sampled in: those of the finest functions, or for a Bernstein lattice,
 // which is one cell, as many as it has control intervals, at least 4.
@@ -41,8 +41,8 @@ std::array<int, 3> SamplingCells(const LatticeOptions& options) {
 
 // Beyond these a model is refused before anything is reserved: a machine that has not so much
 // memory would end the program, or others, without a word.
-constexpr double kMostAssemblyBytes = 4e9;
-constexpr double kMostMatrixBytes = 1e9;  // 6,400 unknowns, whose factors take minutes
+constexpr double kMaxAssemblyBytes = 4e9;
+constexpr double kMaxMatrixBytes = 1e9;  // 6,400 unknowns, whose factors take minutes
 
 [[noreturn]] void RefuseAsTooLarge(const OrganOptions& options, const char* what, double bytes,
                                    double most) {
@@ -59,8 +59,8 @@ void CheckAssembly(const OrganOptions& options, const Lattice& lattice, double p
   double functions = 1;  // at a point
   for (const int degree : options.lattice.degree) functions *= degree + 1;
   const double bytes = 12 * points * std::min<double>(functions, lattice.size());
-  if (bytes > kMostAssemblyBytes) {
-    RefuseAsTooLarge(options, "its functions at the tissue's samples", bytes, kMostAssemblyBytes);
+  if (bytes > kMaxAssemblyBytes) {
+    RefuseAsTooLarge(options, "its functions at the tissue's samples", bytes, kMaxAssemblyBytes);
   }
 }
 
@@ -68,8 +68,8 @@ void CheckAssembly(const OrganOptions& options, const Lattice& lattice, double p
 void CheckMatrices(const OrganOptions& options, double control_points) {
   const double unknowns = (options.energy.type == EnergyType::kStrain ? 3.0 : 1.0) * control_points;
   const double bytes = 24 * unknowns * unknowns;
-  if (bytes > kMostMatrixBytes) {
-    RefuseAsTooLarge(options, "its stiffness and the factors", bytes, kMostMatrixBytes);
+  if (bytes > kMaxMatrixBytes) {
+    RefuseAsTooLarge(options, "its stiffness and the factors", bytes, kMaxMatrixBytes);
   }
 }
 
@@ -98,7 +98,7 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
   }
   relocation_.emplace(rest_.vertices, weights_);
   const double across = (bounds_.max - bounds_.min).maxCoeff();
-  if (across > kLargestOrgan || across < kSmallestOrgan) {
+  if (across > kMaxOrganSize || across < kMinOrganSize) {
     char size[32];
     std::snprintf(size, sizeof size, "%.3g m", across);
     warnings_.push_back("organ \"" + options.name + "\": is " + size +

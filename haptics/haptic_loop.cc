@@ -22,10 +22,10 @@ Nanoseconds SinceWakeUp(Nanoseconds scheduled, const TickTiming& timing) {
 /// Whether a device that calls its sample valid may be believed: velocities and differences of
 /// times of anything beyond would not be finite.
 bool IsPose(const DeviceSample& sample, Nanoseconds now) {
-  constexpr double kLargestJoint = 1e6;  // rad, m
+  constexpr double kMaxJoint = 1e6;  // rad, m
   constexpr Nanoseconds kFurthest = 3600 * kNanosecondsPerSecond;
-  return (sample.joints.array().abs() <= kLargestJoint).all() &&
-         sample.time_ns <= now + kFurthest && sample.time_ns >= now - kFurthest;
+  return (sample.joints.array().abs() <= kMaxJoint).all() && sample.time_ns <= now + kFurthest &&
+         sample.time_ns >= now - kFurthest;
 }
 
 }  // namespace

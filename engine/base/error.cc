@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-constexpr std::size_t kLongest = 2000;
+constexpr std::size_t kMaxLineLength = 2000;
 
 // Bytes of the character at the text's beginning; 0 where it is no UTF-8 (RFC 3629).
 std::size_t CharacterBytes(std::string_view text) {
@@ -54,8 +54,8 @@ std::string OneLine(std::string_view text) {
     }
     text.remove_prefix(taken);
   }
-  if (line.size() <= kLongest) return line;
-  std::size_t head = kLongest / 2, tail = line.size() - kLongest / 2;
+  if (line.size() <= kMaxLineLength) return line;
+  std::size_t head = kMaxLineLength / 2, tail = line.size() - kMaxLineLength / 2;
   while (ContinuesCharacter(line[head])) --head;
   while (tail < line.size() && ContinuesCharacter(line[tail])) ++tail;
   return line.substr(0, head) + "..." + line.substr(tail);

@@ -9,10 +9,10 @@ namespace hpdm {
 /// A token of a file as a message may show it: in quotes, cut to 24 bytes, and nothing in it that
 /// would break the line.
 inline std::string QuotedToken(std::string_view token, char quote = '\'') {
-  constexpr std::size_t kLongest = 24;
+  constexpr std::size_t kMaxLength = 24;
   std::string text(1, quote);
-  for (const char c : token.substr(0, kLongest)) text += (c >= ' ' && c <= '~') ? c : '?';
-  if (token.size() > kLongest) text += "...";
+  for (const char c : token.substr(0, kMaxLength)) text += (c >= ' ' && c <= '~') ? c : '?';
+  if (token.size() > kMaxLength) text += "...";
   return text + quote;
 }
 

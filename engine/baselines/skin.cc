@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kLeastAreaShare = 1e-3;
+constexpr double kMinAreaShare = 1e-3;
 constexpr double kFixedPenalty = 1e4;  // of modulus / length^2: holds a vertex, well conditioned
 constexpr double kWeakSpring = 1e-3;   // as SupportStiffness ties an organ without supports
 
@@ -36,7 +36,7 @@ Skin MeasureSkin(const SurfaceMesh& rest, const std::string& name) {
                      "\": its surface encloses no volume; close it, turn it outwards or use "
                      "model = \"hpdm\"");
   }
-  skin.areas = skin.areas.cwiseMax(kLeastAreaShare * skin.areas.mean());
+  skin.areas = skin.areas.cwiseMax(kMinAreaShare * skin.areas.mean());
   skin.area = skin.areas.sum();
   skin.thickness = volume / skin.area;
   return skin;

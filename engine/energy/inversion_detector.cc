@@ -12,7 +12,7 @@ namespace {
 constexpr double kFirm = 0.05;
 
 // Points a call at least: some 20 us.
-constexpr Eigen::Index kFewest = 64;
+constexpr Eigen::Index kMinPointsPerCall = 64;
 
 using Grid = std::array<int, 3>;
 
@@ -187,7 +187,7 @@ bool InversionDetector::Inverted(const ActiveRefinement& active, const Points& U
     scan->clear[i] = Clear(i, *scan);
     if (!scan->clear[i]) unclear += cells_[i].end - cells_[i].begin;
   }
-  Eigen::Index left = std::max(kFewest, unclear / calls + 1);
+  Eigen::Index left = std::max(kMinPointsPerCall, unclear / calls + 1);
   for (; scan->cell < cells_.size(); ++scan->cell, scan->point = 0) {
     if (scan->clear[scan->cell]) continue;
     const Cell& cell = cells_[scan->cell];

@@ -25,7 +25,7 @@ void ActiveRefinement::ChooseNearest(const Points& centres, std::span<const Vect
       }
       double& wanted = wanted_[order_[i].second];
       if (wanted == 0 && free-- <= 0) break;
-      wanted = std::max({wanted, weight, kLeastWeight});
+      wanted = std::max({wanted, weight, kMinWeight});
     }
   }
   for (int s = 0; s < slots(); ++s) {

@@ -22,7 +22,7 @@ class ActiveRefinement {
  public:
   /// Share of d_out^2 over which functions fade.
   static constexpr double kBand = 0.1;
-  static constexpr double kLeastWeight = 1e-6;
+  static constexpr double kMinWeight = 1e-6;
 
   ActiveRefinement(int functions, int slots)
       : function_(slots, -1), slot_(functions, -1), wanted_(functions), order_(functions) {}

@@ -122,9 +122,9 @@ SurfaceMesh SubdividedOnce(const SurfaceMesh& mesh) {
 
 SurfaceMesh Subdivided(const SurfaceMesh& mesh, int times, const char* name) {
   const double triangles = std::pow(4.0, times) * static_cast<double>(mesh.triangles.rows());
-  if (times > 0 && triangles > kMostTriangles) {
+  if (times > 0 && triangles > kMaxSubdividedTriangles) {
     throw InputError(std::string(name) + ": " + std::to_string(times) +
-                     " subdivisions make more than " + std::to_string(kMostTriangles) +
+                     " subdivisions make more than " + std::to_string(kMaxSubdividedTriangles) +
                      " triangles of its " + std::to_string(mesh.triangles.rows()) +
                      "; ask for fewer");
   }

@@ -91,13 +91,13 @@ void HoldNodes(const std::vector<int>& nodes, BlockMatrix* K) {
 
 Points SolveCorotational(const CorotationalBody& body, const std::vector<int>& held,
                          const Points& forces) {
-  constexpr int kMostIterations = 500;
+  constexpr int kMaxIterations = 500;
   constexpr double kTolerance = 1e-9;  // residual over the forces
   const int nodes = static_cast<int>(body.mesh().nodes.rows());
   BlockMatrix K(body.mesh().elements, nodes);
   TetraSolver solver(body.mesh());
   Points u = Points::Zero(nodes, 3), elastic;
-  for (int i = 0; i < kMostIterations; ++i) {
+  for (int i = 0; i < kMaxIterations; ++i) {
     body.Evaluate(u, &elastic, &K);
     Points residual = forces + elastic;
     for (const int node : held) residual.row(node).setZero();

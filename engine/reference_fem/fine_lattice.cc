@@ -24,7 +24,7 @@ constexpr int kAround = kAcross * kAcross * kAcross;
 constexpr double kFinestResolved = 1.25;  // mean cells: a kernel's radius (organ.cc)
 // Of the residual in the preconditioner's norm: displacements follow to about the same.
 constexpr double kFineTolerance = 3e-4;
-constexpr int kMostIterations = 20000;
+constexpr int kMaxIterations = 20000;
 
 Lattice CubicCells(const OrganOptions& organ, const SurfaceMesh& rest, int cells) {
   const Vector3d tight = BoundingLatticeBox(rest.vertices, organ.X_WO.linear(), 0).lengths;
@@ -314,7 +314,7 @@ FineLattice::Columns FineLattice::Solve(const Columns& loads) const {
     Multiply(p, &Kp);
     const Eigen::Array<bool, 1, kTogether> moves = size > enough;
     const Row step = moves.select(size / dot(p, Kp), 0);
-    if (i == kMostIterations || !step.isFinite().all()) {
+    if (i == kMaxIterations || !step.isFinite().all()) {
       throw InputError("organ \"" + organ_.name +
                        "\": nothing seems to hold it; add an [[organ.support]]");
     }

@@ -9,8 +9,8 @@
 namespace hpdm {
 namespace {
 
-constexpr int kTetrahedron = 4;       // Gmsh's number of the four-node tetrahedron
-constexpr int kMostNodes = 10000000;  // refuse counts that no mesh of this use has
+constexpr int kTetrahedron = 4;      // Gmsh's number of the four-node tetrahedron
+constexpr int kMaxNodes = 10000000;  // refuse counts that no mesh of this use has
 
 class GmshReader {
  public:
@@ -45,7 +45,7 @@ class GmshReader {
 
   int ReadCount() {
     int count = 0;
-    if (!(file_ >> count) || count < 0 || count > kMostNodes) Fail("a count is not sensible");
+    if (!(file_ >> count) || count < 0 || count > kMaxNodes) Fail("a count is not sensible");
     return count;
   }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double kLinearTolerance = 1e-9;  // small strain: the one solve is the result
 constexpr double kNewtonTolerance = 1e-4;  // finite strain: the next iteration corrects
 constexpr double kSufficientDecrease = 1e-4;
-constexpr int kMostHalvings = 30;
+constexpr int kMaxHalvings = 30;
 
 Vector3d Apply(const TetraRow& row, const Points& u) {
   Vector3d sum = Vector3d::Zero();
@@ -75,7 +75,7 @@ class Newton {
         gaps.norm() <= 1e-9 * scale) {  // else the step also closes the gaps: taken in full
       const double slope = residual.cwiseProduct(step).sum();
       const double before = Potential(solution_.u);
-      for (int h = 0; h < kMostHalvings; ++h, length /= 2) {
+      for (int h = 0; h < kMaxHalvings; ++h, length /= 2) {
         const double after = Potential(solution_.u + length * step);
         const double rounding = 1e-13 * std::abs(before);
         if (after <= before + kSufficientDecrease * length * slope + rounding) break;

@@ -5,7 +5,7 @@
 namespace hpdm {
 namespace {
 
-constexpr int kMostIterations = 3000;
+constexpr int kMaxSolverIterations = 3000;
 
 double Dot(const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); }
 
@@ -139,7 +139,7 @@ bool TetraSolver::TrySolve(const Points& b, double tolerance, Points* x) {
   Points p = z;
   double rz = Dot(residual, z);
   // Beyond this an old factor does not pay any more.
-  const int most = fresh_ ? kMostIterations : 10 * fresh_iterations_ + 50;
+  const int most = fresh_ ? kMaxSolverIterations : 10 * fresh_iterations_ + 50;
   last_iterations_ = 0;
   for (int i = 0; i < most; ++i) {
     ++iterations_;

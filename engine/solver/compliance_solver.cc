@@ -209,8 +209,8 @@ Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, con
   Eigen::MatrixXd inverse = scale.asDiagonal() * K * scale.asDiagonal();
   // A motion that nothing holds leaves round-off, some 1e-18; a held Bernstein lattice of degree
   // (20, 2, 2), whose functions are nearly dependent, 4e-15.
-  constexpr double kLeast = 1e-15;
-  if (!(InvertSymmetric(&inverse) > kLeast)) {
+  constexpr double kMinPivot = 1e-15;
+  if (!(InvertSymmetric(&inverse) > kMinPivot)) {
     throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);
   }
   inverse.array().colwise() *= scale.array();

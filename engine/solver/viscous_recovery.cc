@@ -12,8 +12,8 @@ ViscousRecovery::ViscousRecovery(double relaxation_time, int n)
 RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation,
                                         ContactConstraints* contacts, Points* U) {
   if (relaxation_time_ <= 0) return relaxation->Relax(contacts, U);
-  constexpr double kShortestStep = 1e-4;
-  const double elapsed = std::max(dt, kShortestStep) / relaxation_time_;
+  constexpr double kMinStep = 1e-4;
+  const double elapsed = std::max(dt, kMinStep) / relaxation_time_;
   if (contacts->size() > 0 && relaxation->DampNext(1 / std::expm1(elapsed), U_)) {  // e / (1 - e)
     const RelaxationResult result = relaxation->Relax(contacts, U);
     U_ = *U;

@@ -162,13 +162,13 @@ void ToolTracker::FillLatticeContact(const OrganModel& model, OrganState* state,
   if (has_other) patch->coupling_W = state->tips.Between(tip_, 1 - tip_);
   if (patch->kind == ContactKind::kGrasp) {
     // For the press that is left when the jaws open.
-    const double radius = std::max(geometry().tip_radius, kLeastRadius);
+    const double radius = std::max(geometry().tip_radius, kMinKernelRadius);
     const Matrix3d C_loc = model.Indentation(at_, radius).Compliance();
     for (int i = 0; i < patch->point_count; ++i) patch->points[i].compliance_W += C_loc;
     return;
   }
   patch->normal_W = normal_;
-  patch->kernel_radius = std::max(geometry().tip_radius, kLeastRadius);
+  patch->kernel_radius = std::max(geometry().tip_radius, kMinKernelRadius);
   FillTilt(model, state, patch);
 
   Vector3d p_original = Vector3d::Zero();

@@ -8,10 +8,10 @@ namespace hpdm {
 namespace {
 
 // Load steps: this share of the way, or as much of it as belongs to the step's time.
-constexpr double kShortest = 1.0 / 8;
+constexpr double kMinFirstLoadStep = 1.0 / 8;
 constexpr double kWholeWay = 0.25;  // s
 // A load step that fails at this share of the way is the last one.
-constexpr double kLeast = 1.0 / 64;
+constexpr double kMinLoadStep = 1.0 / 64;
 // A rejected step goes back to this share of the last sound way: at its end, the next iteration may
 // invert the tissue.
 constexpr double kBack = 0.9;
@@ -134,12 +134,12 @@ bool InversionRecovery::Sound(double demand, const OrganState& state) {
   const bool inverted = IsInverted(state);
   inverted_ = inverted_ || inverted;
   const bool blends = state.quality.finite_strain_blend < 1;
-  return (blends || !inverted) && U.cwiseAbs().maxCoeff() <= kFarthest * (demand + size_);
+  return (blends || !inverted) && U.cwiseAbs().maxCoeff() <= kMaxExcursion * (demand + size_);
 }
 
 RelaxationResult InversionRecovery::RejectStep(double demand, double dt, OrganState* state) {
-  stride_ = recovering_ ? stride_ / 2 : std::clamp(dt / kWholeWay, kShortest, 1.0) * demand;
-  if (stride_ < kLeast * demand) stride_ = 0;
+  stride_ = recovering_ ? stride_ / 2 : std::clamp(dt / kWholeWay, kMinFirstLoadStep, 1.0) * demand;
+  if (stride_ < kMinLoadStep * demand) stride_ = 0;
   recovering_ = true;
   reach_ = sound_reach_ = kBack * std::min(sound_reach_, demand);
   state->recovery = recovery_;
@@ -152,7 +152,7 @@ RelaxationResult InversionRecovery::RejectStep(double demand, double dt, OrganSt
   }
   sound_.setZero();
   sound_reach_ = reach_ = 0;
-  stride_ = kShortest * demand;
+  stride_ = kMinFirstLoadStep * demand;
   state->recovery = at_rest_;
   state->relaxation->RestartFrom(sound_);
   state->control_displacements.setZero();

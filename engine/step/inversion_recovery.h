@@ -56,7 +56,7 @@ class InversionRecovery {
  private:
   static constexpr int kStepsPerScan = 30;  // of small strain
   // Control points with little tissue move by metres in a lift of millimetres: this is a runaway.
-  static constexpr double kFarthest = 1e6;
+  static constexpr double kMaxExcursion = 1e6;
 
   RelaxationResult RelaxSoundly(double dt, OrganState* state);
   void WatchGradient(const OrganState& state);

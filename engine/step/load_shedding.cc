@@ -45,7 +45,7 @@ void LoadShedding::Observe(Nanoseconds now_ns, Nanoseconds compute_ns, bool sett
 
 void LoadShedding::Lower(Nanoseconds now_ns) {
   const bool again = raised_ns_ >= 0 && now_ns - raised_ns_ < wait_ns_;
-  wait_ns_ = again ? std::min(2 * wait_ns_, kLongestWait) : kWait;
+  wait_ns_ = again ? std::min(2 * wait_ns_, kMaxWait) : kWait;
   ++level_;
   too_long_ = 0;
 }

@@ -24,7 +24,7 @@ Sheddable SheddableOf(const std::vector<OrganOptions>& organs);
 /// doing, and the organs have followed the last level down (StrainBlendController::settled). It
 /// rises after steps at less than kEase of the budget for as long as it waits: kWait, and twice as
 /// long each time that a level which rose fell again within as long as it had waited, up to
-/// kLongestWait. So a load that lasts is tried out ever more rarely, and quality does not go to and
+/// kMaxWait. So a load that lasts is tried out ever more rarely, and quality does not go to and
 /// fro.
 ///
 /// Only steps in which an organ is touched say anything of the load. One thread; allocates nothing.
@@ -33,7 +33,7 @@ class LoadShedding {
   static constexpr int kTooMany = 2;
   static constexpr double kEase = 0.6;
   static constexpr Nanoseconds kWait = kNanosecondsPerSecond;
-  static constexpr Nanoseconds kLongestWait = 64 * kNanosecondsPerSecond;
+  static constexpr Nanoseconds kMaxWait = 64 * kNanosecondsPerSecond;
 
   /// `budget`: of a step, ns; 0: nothing is shed.
   LoadShedding(const Sheddable& sheddable, Nanoseconds budget);

@@ -36,9 +36,9 @@ double StrainBlendController::WantedBlend(const QualityCeiling& ceiling, bool to
 double StrainBlendController::LargestStep(double gradient, double share_slope) const {
   if (last_.finite_strain_blend == 0) return kFirstStep;
   const double beyond = adaptive_ ? std::max(1.0, gradient / finite_from_) : 1;
-  const double force_step = std::min(kMostForceStep, kForceStep * beyond);
+  const double force_step = std::min(kMaxForceStep, kForceStep * beyond);
   const double by_share = kForceOverEnergy * std::abs(share_slope);
-  return by_share * kLargestStep > force_step ? force_step / by_share : kLargestStep;
+  return by_share * kMaxBlendStep > force_step ? force_step / by_share : kMaxBlendStep;
 }
 
 StepQuality StrainBlendController::Next(const QualityCeiling& ceiling, bool touched,

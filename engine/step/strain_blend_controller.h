@@ -18,7 +18,7 @@ struct QualityCeiling {
 /// Adaptive strain begins in small strain, and goes to finite strain when |grad u|
 /// (InversionDetector::LargestGradient) exceeds `finite_from`, and back below kBack times that. On
 /// the way the energy is a blend of both (blended_energy.h), whose shares move only so far in a
-/// step that the force changes by about kForceStep of itself; up to kMostForceStep where the tissue
+/// step that the force changes by about kForceStep of itself; up to kMaxForceStep where the tissue
 /// is as many times beyond the bound, so that a fast tool does not leave the model behind. An
 /// energy E changes by (dE/ds) / E ds where the contacts hold the tissue and do no work, and the
 /// force, its derivative by the depth, by kForceOverEnergy times as much of itself: both strains
@@ -34,10 +34,10 @@ class StrainBlendController {
  public:
   static constexpr double kBack = 0.8;
   static constexpr double kForceStep = 0.005;
-  static constexpr double kMostForceStep = 0.02;
+  static constexpr double kMaxForceStep = 0.02;
   static constexpr double kForceOverEnergy = 3;
   static constexpr double kFirstStep = 1.0 / 256;  ///< From small strain, where dE/ds is unknown.
-  static constexpr double kLargestStep = 1.0 / 8;
+  static constexpr double kMaxBlendStep = 1.0 / 8;
   static constexpr double kRefinementStep = 1.0 / 32;
 
   explicit StrainBlendController(const OrganOptions& organ);

@@ -14,7 +14,7 @@ constexpr double kNear = 0.005;
 
 // Cosine between the shaft's axis and the normal of what it touches, at most: a shaft that enters
 // the surface end on goes down the indentation of its own tip.
-constexpr double kMostEndOn = 0.7;
+constexpr double kMaxEndOn = 0.7;
 
 }  // namespace
 
@@ -198,7 +198,7 @@ bool ToolTracker::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   }
   if (grasped_count_ > 0) return true;
   const Vector3d facing = at_.Position(model.rest_normals(), rest.triangles);
-  const double radius = std::max(geometry().tip_radius, kLeastRadius);
+  const double radius = std::max(geometry().tip_radius, kMinKernelRadius);
   indentation_ = model.Indentation(at_, radius);
   resolved_.sample_count = 0;
   if (!model.rigid()) {
@@ -265,7 +265,7 @@ bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
       InterpolatedNormal(state->vertices, rest.triangles, model.topology(), hit.at);
   const Vector3d axis = tool.X_WT.linear().col(2);
   const double end_on = axis.dot(facing);
-  if (facing.squaredNorm() == 0 || std::abs(end_on) > kMostEndOn) return true;
+  if (facing.squaredNorm() == 0 || std::abs(end_on) > kMaxEndOn) return true;
   shaft_touches_ = true;
   if (model.rigid()) return true;  // the hand feels no shaft, and there is nothing to move
   const Vector3d normal = (facing - end_on * axis).normalized();

@@ -44,12 +44,12 @@ struct ToolOptions {
 /// where an indentation's would, nothing else moves, and jaws do not grasp it.
 class ToolTracker {
  public:
-  static constexpr double kReach = 0.06;         ///< m: no patch beyond this distance.
-  static constexpr double kGraspReach = 0.005;   ///< m: of the tip's surface from the tissue.
-  static constexpr double kGraspRadius = 0.008;  ///< m: how far the jaws reach.
-  static constexpr double kJawClosed = 0.3;      ///< Closing past this grasps.
-  static constexpr int kMaxGraspRows = 15;       ///< One row of 16 is left for the shaft.
-  static constexpr double kLeastRadius = 0.001;  ///< m, of the kernel.
+  static constexpr double kReach = 0.06;             ///< m: no patch beyond this distance.
+  static constexpr double kGraspReach = 0.005;       ///< m: of the tip's surface from the tissue.
+  static constexpr double kGraspRadius = 0.008;      ///< m: how far the jaws reach.
+  static constexpr double kJawClosed = 0.3;          ///< Closing past this grasps.
+  static constexpr int kMaxGraspRows = 15;           ///< One row of 16 is left for the shaft.
+  static constexpr double kMinKernelRadius = 0.001;  ///< m, of the kernel.
 
   ToolTracker(int tool, const ToolOptions& options);
 

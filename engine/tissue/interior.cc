@@ -24,13 +24,13 @@ constexpr double kClear = 0.4;
 constexpr double kEnclosed = 0.51;
 /// Most surface that a box may hold, in units of its longest side squared. A body's own is a few;
 /// each unit takes about a fifth of a second, and triangles that cross each other have thousands.
-constexpr double kMostSurface = 50;
+constexpr double kMaxSurface = 50;
 /// Gauss points along an axis of an inside block of a split cell: exact to degree 3, and smaller
 /// blocks than the cell need no more.
 constexpr int kBlockGaussPoints = 2;
 
 /// Of one triangle counts at most this: about the largest cut through a box.
-constexpr double kMostOfATriangle = 1.5;
+constexpr double kMaxTriangleShare = 1.5;
 
 std::string Figure(const char* form, double value) {
   char text[32];
@@ -170,7 +170,7 @@ class TissueSampler {
     return std::abs(n.dot(a)) <= n.cwiseAbs().dot(reach);
   }
 
-  /// Throws where their area is beyond kMostSurface.
+  /// Throws where their area is beyond kMaxSurface.
   void SortTrianglesIntoCells() {
     double surface = 0;
     cell_triangles_.resize(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]));
@@ -196,12 +196,12 @@ class TissueSampler {
           }
         }
       }
-      if (hits) surface += std::min((b - a).cross(c - a).norm() / 2, kMostOfATriangle);
+      if (hits) surface += std::min((b - a).cross(c - a).norm() / 2, kMaxTriangleShare);
     }
-    if (surface <= kMostSurface) return;
+    if (surface <= kMaxSurface) return;
     throw InputError("the triangles in the box that is sampled have an area of " +
                      Figure("%.3g", surface) + " times the square of its longest side, and " +
-                     Figure("%g", kMostSurface) +
+                     Figure("%g", kMaxSurface) +
                      " is the most: they cross each other; export the tissue's surface alone");
   }
 

@@ -21,8 +21,8 @@ TissueQuadrature SampledTissue(const SurfaceMesh& rest_W, const OrientedBox& box
   }
 }
 
-constexpr int kFewestParts = 8, kMostParts = 16;  // of a cell, along an axis
-constexpr int kMomentDegree = 3;                  // as InteriorOptions::moment_degree
+constexpr int kMinParts = 8, kMaxParts = 16;  // of a cell, along an axis
+constexpr int kMomentDegree = 3;              // as InteriorOptions::moment_degree
 
 // The last region that holds the point, or -1.
 int RegionAt(const OrganOptions& organ, const Box& bounds, const Vector3d& p_W) {
@@ -112,8 +112,7 @@ class StiffnessSampler {
       if ((region.min.array() >= high.array()).any()) continue;
       if ((region.max.array() <= low.array()).any()) continue;
       const double wanted = std::ceil(4 * longest / region.least_side);
-      parts =
-          std::max(parts, static_cast<int>(std::clamp<double>(wanted, kFewestParts, kMostParts)));
+      parts = std::max(parts, static_cast<int>(std::clamp<double>(wanted, kMinParts, kMaxParts)));
     }
     return parts;
   }
@@ -125,7 +124,7 @@ class StiffnessSampler {
     TissueQuadrature fine;
     try {
       fine = CachedTissue(rest_, part_of, {parts, parts, parts},
-                          {.resolution = 2 * kMostParts, .gauss_points = 2, .moment_degree = 1});
+                          {.resolution = 2 * kMaxParts, .gauss_points = 2, .moment_degree = 1});
     } catch (const InputError&) {
       return false;
     }

@@ -19,7 +19,7 @@ constexpr double kSlipAgainst = 0.5;
 constexpr double kFarInATick = 5e-4;
 
 // Turn of the normal by more force than the step's, at most: its linear law ends there.
-constexpr double kMostTilt = 0.5;
+constexpr double kMaxTilt = 0.5;
 
 // Ticks of one patch that tell how the force was going on.
 constexpr int kTicksToExtrapolate = 3;
@@ -150,7 +150,7 @@ Vector3d HapticContact::PressedNormal() const {
       (Matrix3d::Identity() + turn).inverse() *
       (stands_W - patch_->tilt_compliance_W * patch_->force_on_tissue_W + turn * friction_W_);
   const Vector3d further_W = n - stands_W;
-  const double share = std::min(1.0, kMostTilt / std::max(further_W.norm(), 1e-300));
+  const double share = std::min(1.0, kMaxTilt / std::max(further_W.norm(), 1e-300));
   if (!further_W.allFinite()) return stands_W.stableNormalized();
   return (stands_W + share * further_W).stableNormalized();
 }

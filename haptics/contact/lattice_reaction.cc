@@ -14,7 +14,7 @@ constexpr double kNeighbourDistance = 1e10;  // m
 // Tips at one place are one contact: the share of their own compliance that keeps them apart, as in
 // the step's contact problem; and the most of it, where tips that go different ways slip.
 constexpr double kApart = 1e-9;
-constexpr double kMostApart = 1;
+constexpr double kMaxApart = 1;
 
 // Of the force on the tissue, by f_n.
 Vector3d Direction(const CondensedTip& tip) { return tip.friction_W - tip.normal_W; }
@@ -96,7 +96,7 @@ void TipForces(const CondensedTip& a, const CondensedTip& c, const Matrix3d& cou
   if (!(solve() > ContactSolver::kContradicting * alone)) return;
   do {
     apart *= 10;
-  } while (solve() > ContactSolver::kSlipping * alone && apart < kMostApart);
+  } while (solve() > ContactSolver::kSlipping * alone && apart < kMaxApart);
 }
 
 ReactionNode NodeOfCompliance(const Matrix3d& C) noexcept {

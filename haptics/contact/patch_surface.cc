@@ -14,14 +14,14 @@ constexpr double kInside = -1e-9;          // smallest weight of a point inside 
 constexpr double kSameFoot = 0.005;        // m, between a contact and a patch that goes on with it
 // Offset surface's area over the released one's: 0 at the centre of curvature, where the foot runs
 // away.
-constexpr double kLeastArea = 1e-6;
+constexpr double kMinArea = 1e-6;
 constexpr int kMaxNewtonSteps = 12;
 constexpr int kMaxMarch = 16;
-constexpr double kLeastCosine = 0.2;  // between interpolated and face normal
-constexpr double kMostStretch = 3;    // of a foot's distance over the closest one
+constexpr double kMinCosine = 0.2;       // between interpolated and face normal
+constexpr double kMaxDistanceRatio = 3;  // of a foot's distance over the closest one
 constexpr double kSettledWeight = 1e-10;
-constexpr double kSettled = 1e-12;     // m
-constexpr double kLeastAspect = 1e-9;  // twice the area over the longest edge squared
+constexpr double kSettled = 1e-12;   // m
+constexpr double kMinAspect = 1e-9;  // twice the area over the longest edge squared
 
 bool InRange(const std::array<std::uint8_t, 3>& corners, int point_count) {
   return corners[0] < point_count && corners[1] < point_count && corners[2] < point_count;
@@ -49,7 +49,7 @@ void PatchSurface::Build(const ToolPatch& patch) noexcept {
     const double longest_squared =
         std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
     // Written so that a coordinate that is not finite leaves the triangle out.
-    const bool usable = twice_area.norm() > kLeastAspect * longest_squared && longest_squared > 0 &&
+    const bool usable = twice_area.norm() > kMinAspect * longest_squared && longest_squared > 0 &&
                         std::isfinite(longest_squared);
     const int slot = triangle_count_;
     for (int i = 0; i < 3; ++i) {
@@ -183,7 +183,7 @@ void PatchSurface::SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* f
 Vector3d PatchSurface::NormalAt(int triangle, const Vector3d& weights) const {
   const Vector3d normal = Interpolated(normals_W_, triangles_[triangle], weights);
   const double length = normal.norm();
-  return length > kLeastCosine ? Vector3d(normal / length) : face_normals_W_[triangle];
+  return length > kMinCosine ? Vector3d(normal / length) : face_normals_W_[triangle];
 }
 
 PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
@@ -237,7 +237,7 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
       const Vector3d c1_c2 = c1.cross(c2);
       const double determinant = c1_c2.dot(n);
       // Positive: the offset surface has not folded over, c lies before the centre of curvature.
-      if (!(determinant > kLeastArea * e1.cross(e2).dot(n))) return false;
+      if (!(determinant > kMinArea * e1.cross(e2).dot(n))) return false;
       const double d1 = missing.dot(c2.cross(n)) / determinant;
       const double d2 = missing.dot(n.cross(c1)) / determinant;
       const double dt = missing.dot(c1_c2) / determinant;
@@ -254,8 +254,8 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
     if (least >= kInside) {
       n = n0 + w1 * m1 + w2 * m2;
       const double length = n.norm();
-      if (n.dot(face_normals_W_[triangle]) < kLeastCosine * length) return false;
-      if (std::abs(t) * length > kMostStretch * start.distance + kSettled) return false;
+      if (n.dot(face_normals_W_[triangle]) < kMinCosine * length) return false;
+      if (std::abs(t) * length > kMaxDistanceRatio * start.distance + kSettled) return false;
       SetFoot(triangle, weights, foot);
       foot->normal_W = n / length;
       foot->gap = t * length;

@@ -5,7 +5,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kShortest = 0.01;  // of the rest length
+constexpr double kMinLength = 0.01;  // of the rest length
 
 int NeighbourCount(const ReactionNode& node) {
   return std::clamp(node.neighbour_count, 0, ReactionNode::kMaxNeighbours);
@@ -18,14 +18,14 @@ Vector3d ForceOnTissue(const ReactionNode& node, const Vector3d& delta_W) noexce
   for (int i = 0; i < NeighbourCount(node); ++i) {
     const auto& [edge, d, k2] = node.neighbours[i];
     const Vector3d l = edge + delta_W;
-    const double length = std::max(l.norm(), kShortest * d);
+    const double length = std::max(l.norm(), kMinLength * d);
     // Both zero: a spring without rest length whose ends meet, which has no force.
     if (!(length > 0)) continue;
     // |l| - d by the spring's change of length, which |l| - d itself loses when the edge is long
     // beside delta: |l|^2 - |edge|^2 = (2 edge + delta) . delta.
     const double at_start = edge.norm();
     const double change =
-        length > kShortest * d
+        length > kMinLength * d
             ? (2 * edge + delta_W).dot(delta_W) / (length + at_start) + (at_start - d)
             : length - d;
     force += k2 * change / length * l;
@@ -39,11 +39,11 @@ Matrix3d TissueStiffness(const ReactionNode& node, const Vector3d& delta_W) noex
     const auto& [edge, d, k2] = node.neighbours[i];
     const Vector3d l = edge + delta_W;
     const double length = l.norm();
-    if (length > kShortest * d) {
+    if (length > kMinLength * d) {
       const Vector3d u = l / length;
       K += k2 * (Matrix3d::Identity() - d / length * (Matrix3d::Identity() - u * u.transpose()));
     } else {
-      K += k2 * (d > 0 ? 1 - 1 / kShortest : 1) * Matrix3d::Identity();
+      K += k2 * (d > 0 ? 1 - 1 / kMinLength : 1) * Matrix3d::Identity();
     }
   }
   return K;

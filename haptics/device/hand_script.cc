@@ -10,15 +10,15 @@
 namespace hpdm {
 namespace {
 
-constexpr double kHold = 0.6;             // s
-constexpr double kJawTime = 0.3;          // s, to open or close
-constexpr double kShortestReach = 0.1;    // s
-constexpr double kMaxSpread = 0.020;      // m
-constexpr double kMaxHover = 0.030;       // m
-constexpr double kTapHeight = 0.006;      // m
-constexpr double kLightPress = 0.003;     // m
-constexpr double kApproach = 0.060;       // m, from the start to the first hover point
-constexpr double kLeastInsertion = 0.03;  // m, of the start
+constexpr double kHold = 0.6;                // s
+constexpr double kJawTime = 0.3;             // s, to open or close
+constexpr double kMinReachTime = 0.1;        // s
+constexpr double kMaxSpread = 0.020;         // m
+constexpr double kMaxHover = 0.030;          // m
+constexpr double kTapHeight = 0.006;         // m
+constexpr double kLightPress = 0.003;        // m
+constexpr double kApproach = 0.060;          // m, from the start to the first hover point
+constexpr double kMinStartInsertion = 0.03;  // m, of the start
 
 Matrix3d SiteFrame(const Vector3d& normal) {
   Matrix3d R;
@@ -58,7 +58,7 @@ HandScriptPlan::HandScriptPlan(const HandOptions& options, const HandSite& site)
 
   const Vector3d p_hover = At(0, 0, hover_);
   const Vector3d to_trocar = site.p_trocar_W - p_hover;
-  const double back = std::clamp(to_trocar.norm() - kLeastInsertion, 0.0, kApproach);
+  const double back = std::clamp(to_trocar.norm() - kMinStartInsertion, 0.0, kApproach);
   start_.p_W = p_hover;
   if (back > 0) start_.p_W += back * to_trocar.normalized();
   last_ = start_;
@@ -160,7 +160,7 @@ void HandScriptPlan::PlanRandom() {
 void HandScriptPlan::Add(const Vector3d& p_W, double jaw, double seconds, double roll) {
   HPDM_CHECK(planned_ < kMaxCycle);
   if (seconds <= 0) {
-    seconds = std::max(kShortestReach, (p_W - last_.p_W).norm() / options_.speed);
+    seconds = std::max(kMinReachTime, (p_W - last_.p_W).norm() / options_.speed);
   }
   last_.p_W = p_W;
   last_.roll = roll;

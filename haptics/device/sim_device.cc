@@ -10,8 +10,8 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kLongestStep = 500'000;
-constexpr Nanoseconds kLongestAdvance = 10'000'000;
+constexpr Nanoseconds kMaxSimulationStep = 500'000;
+constexpr Nanoseconds kMaxSimulatedAdvance = 10'000'000;
 
 // x shrunk towards 0 by threshold >= 0.
 double SoftThreshold(double x, double threshold) {
@@ -40,8 +40,9 @@ SimDevice::SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics
 
 DeviceSample SimDevice::Read(Nanoseconds now) noexcept {
   if (reads_ > 0) {
-    const Nanoseconds advance = std::clamp<Nanoseconds>(now - last_read_ns_, 0, kLongestAdvance);
-    const Nanoseconds steps = (advance + kLongestStep - 1) / kLongestStep;
+    const Nanoseconds advance =
+        std::clamp<Nanoseconds>(now - last_read_ns_, 0, kMaxSimulatedAdvance);
+    const Nanoseconds steps = (advance + kMaxSimulationStep - 1) / kMaxSimulationStep;
     for (Nanoseconds i = 0; i < steps; ++i) {
       Step(advance * (i + 1) / steps - advance * i / steps);
     }

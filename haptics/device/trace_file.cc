@@ -16,8 +16,8 @@
 namespace hpdm {
 namespace {
 
-constexpr double kLongestTrace = 86400;  // s: a day; more is a time in ms or a wrong column
-constexpr double kLargestValue = 1e4;    // far beyond any pose, in m, mm or rad
+constexpr double kMaxTraceSeconds = 86400;  // s: a day; more is a time in ms or a wrong column
+constexpr double kMaxTraceValue = 1e4;      // far beyond any pose, in m, mm or rad
 
 // What a column is for: its place among a row's values, or the time.
 constexpr int kTime = -1;
@@ -172,7 +172,7 @@ class Reader {
       }
       if (columns_[i]->value == kTime) {
         time = *number;
-      } else if (std::abs(*number) > kLargestValue) {
+      } else if (std::abs(*number) > kMaxTraceValue) {
         Fail(name + " is beyond any pose (" + Shown(cells[i]) + ")", "give metres and radians");
       } else {
         row.values[columns_[i]->value] = *number;
@@ -185,7 +185,7 @@ class Reader {
     std::vector<TraceRow>& rows = trace_.rows;
     if (rows.empty()) first_time_ = time;
     const double since_start = time - first_time_;
-    if (!(std::abs(since_start) <= kLongestTrace)) {
+    if (!(std::abs(since_start) <= kMaxTraceSeconds)) {
       Fail("t is more than a day after the first row", "give seconds, or cut the trace here");
     }
     row.time_ns = std::llround(since_start * 1e9);

@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kShortestPause = 50'000'000;
+constexpr Nanoseconds kMinPause = 50'000'000;
 constexpr Nanoseconds kPauseIntervals = 4;
 
 Nanoseconds Pause(const std::vector<TraceRow>& rows) {
@@ -16,10 +16,10 @@ Nanoseconds Pause(const std::vector<TraceRow>& rows) {
   for (std::size_t i = 1; i < rows.size(); ++i) {
     intervals.push_back(rows[i].time_ns - rows[i - 1].time_ns);
   }
-  if (intervals.empty()) return kShortestPause;
+  if (intervals.empty()) return kMinPause;
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
   std::nth_element(intervals.begin(), middle, intervals.end());
-  return std::max(kShortestPause, kPauseIntervals * *middle);
+  return std::max(kMinPause, kPauseIntervals * *middle);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ constexpr double kWorkBound = 0.02;    // W
 constexpr double kWorkWindow = 1;      // s, at least
 constexpr double kRestBound = 1e-6;    // m
 // A shape's step is written before it or, where a tick had to use it first, a second later at most.
-constexpr std::size_t kMostWaiting = 1024;
+constexpr std::size_t kMaxPendingSteps = 1024;
 
 constexpr double kNotEqual = std::numeric_limits<double>::quiet_NaN();
 
@@ -187,7 +187,7 @@ class StepJudges {
                                  [&](const Touches& touches) { return touches.step == step; });
     if (at != judged_.end()) return AddRest(*at, organ, shape);
     waiting_.push_back({step, organ, std::move(shape)});
-    if (waiting_.size() > kMostWaiting) waiting_.pop_front();
+    if (waiting_.size() > kMaxPendingSteps) waiting_.pop_front();
   }
 
   void AddTo(std::vector<Invariant>* invariants) const {
@@ -235,7 +235,7 @@ class StepJudges {
       if (contact.shaft_contact) now.last.fill(now.time);  // on any of them
     }
     judged_.push_back(now);
-    if (judged_.size() > kMostWaiting) judged_.pop_front();
+    if (judged_.size() > kMaxPendingSteps) judged_.pop_front();
     for (const Waiting& waiting : waiting_) {
       if (waiting.step == now.step) AddRest(now, waiting.organ, waiting.shape);
     }

@@ -81,7 +81,7 @@ void DeviceLink::Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival
   DeviceSample sample;
   int instrument = -1;
   if (!DecodeMessage(bytes, &message) || !FromMessage(message, &sample, &instrument) ||
-      sample.time_ns > DriverClock::kLargestStamp || sample.time_ns < -DriverClock::kLargestStamp) {
+      sample.time_ns > DriverClock::kMaxStamp || sample.time_ns < -DriverClock::kMaxStamp) {
     return Refuse(Refusal::kNoReading, bytes.size(), instrument);
   }
   if (edges_.devices[instrument] == nullptr) {

@@ -20,11 +20,11 @@ namespace hpdm {
 class DriverClock {
  public:
   /// Stamps beyond this (146 years) are of no clock.
-  static constexpr Nanoseconds kLargestStamp = Nanoseconds{1} << 62;
+  static constexpr Nanoseconds kMaxStamp = Nanoseconds{1} << 62;
   static constexpr Nanoseconds kBroken = 100'000'000;
 
   /// Session time of `stamp`, which arrived at `arrival`: never above it, and never below an
-  /// earlier answer. |stamp| <= kLargestStamp; arrivals do not fall.
+  /// earlier answer. |stamp| <= kMaxStamp; arrivals do not fall.
   Nanoseconds ToSession(Nanoseconds stamp, Nanoseconds arrival) noexcept {
     const Nanoseconds seen = arrival - stamp;
     const Nanoseconds risen = offset_ + (arrival - last_arrival_) / 5000;

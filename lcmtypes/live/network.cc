@@ -85,9 +85,9 @@ bool TakeOwnPacketsOnly(int socket) {
 /// Until LCM has read, and without a subscription forgotten, what came before the filter; or a
 /// while, where this machine itself keeps sending.
 void ForgetEarlierPackets(int socket) {
-  constexpr int kMostWaits = 50;
+  constexpr int kMaxWaits = 50;
   int waiting = 1;
-  for (int i = 0; i < kMostWaits && waiting > 0; ++i) {
+  for (int i = 0; i < kMaxWaits && waiting > 0; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     if (ioctl(socket, FIONREAD, &waiting) != 0) return;
   }

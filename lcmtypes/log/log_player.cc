@@ -17,7 +17,7 @@ std::int64_t Step(std::int64_t from_us, std::int64_t to_us) {
   if (to_us <= from_us) return 0;
   const std::uint64_t step =
       static_cast<std::uint64_t>(to_us) - static_cast<std::uint64_t>(from_us);
-  return step > std::uint64_t{PlayTime::kLongestSilenceUs} ? 0 : static_cast<std::int64_t>(step);
+  return step > std::uint64_t{PlayTime::kMaxSilenceUs} ? 0 : static_cast<std::int64_t>(step);
 }
 
 PlayClock MachineClock() {

@@ -15,14 +15,14 @@ namespace hpdm {
 
 /// Time since the log's start that each event is played at, by their time stamps, which need not be
 /// sound: a single one that is out of order with both its neighbours (a flipped bit) is put between
-/// them, and where the clock was set back, or forward by more than kLongestSilenceUs, the play goes
+/// them, and where the clock was set back, or forward by more than kMaxSilenceUs, the play goes
 /// on without a pause. So does it after a first and before a last stamp that far from its only
 /// neighbour.
 class PlayTime {
  public:
   /// An hour: beyond it a jump is taken for the clock's, since a play that is silent for longer
   /// serves nobody.
-  static constexpr std::int64_t kLongestSilenceUs = 3'600'000'000;
+  static constexpr std::int64_t kMaxSilenceUs = 3'600'000'000;
 
   /// Time of an event stamped `time_us`, before one stamped `next_us` (null: the last one), in
   /// microseconds; never less than the one before.

@@ -8,9 +8,9 @@
 namespace hpdm {
 namespace {
 
-constexpr double kNormalLength = 0.02;   // m
-constexpr double kLeastRadius = 0.0025;  // m, of a contact without a kernel: what jaws hold
-constexpr double kHeadShare = 0.3;       // of an arrow
+constexpr double kNormalLength = 0.02;     // m
+constexpr double kMinMarkRadius = 0.0025;  // m, of a contact without a kernel: what jaws hold
+constexpr double kHeadShare = 0.3;         // of an arrow
 const Colour kVertexColour(1.0f, 0.95f, 0.45f);
 const Colour kContactColour(1.0f, 1.0f, 1.0f);
 const Colour kNormalColour(0.35f, 0.90f, 1.0f);
@@ -36,7 +36,7 @@ void AddContactMarks(const SolvedContact& contact, const OrganSnapshot& shape,
                      const Triangles& triangles, Marks* marks) {
   // A tip that is near has a contact to be, without a force.
   if (contact.kind == ContactKind::kNone || contact.force_on_tissue_W.isZero(0)) return;
-  const double radius = std::max(contact.kernel_radius, kLeastRadius);
+  const double radius = std::max(contact.kernel_radius, kMinMarkRadius);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
     std::array<Vector3d, 3> corners;
     for (int k = 0; k < 3; ++k) {

@@ -11,7 +11,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kLeastSpot = 0.02;  // m
+constexpr double kMinSpot = 0.02;  // m
 
 int ContactCount(const SceneSnapshot& snapshot) {
   return std::min(snapshot.tool_count, kMaxInstruments);
@@ -77,7 +77,7 @@ void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& 
       const double force = contact.force_on_tissue_W.norm();
       if (contact.organ != static_cast<int>(o) || !(force > 0)) continue;
       spots[count++] = {contact.contact_W,
-                        std::max(kForceSpotRadii * contact.kernel_radius, kLeastSpot), force};
+                        std::max(kForceSpotRadii * contact.kernel_radius, kMinSpot), force};
     }
     heat_.DrawForce(organs.mesh(o), spots, count, kForceScale);
   }

@@ -15,7 +15,7 @@
 namespace hpdm {
 namespace {
 
-constexpr int kMostControlPoints = 350;
+constexpr int kMaxControlPoints = 350;
 
 // KernelSinking up to kSinkingEnd at as many intervals; beyond, two terms of its series.
 constexpr int kSinkingIntervals = 256;
@@ -219,7 +219,7 @@ bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model
   if (!model.lattice() || path == FfdPath::kCpu) return false;
   if (path == FfdPath::kShader) return true;
   if (IsSoftwareRenderer(renderer)) return false;
-  return model.control_points() <= kMostControlPoints;
+  return model.control_points() <= kMaxControlPoints;
 }
 
 LatticeDeformation::LatticeDeformation(const OrganModel& model, const Points& rest,

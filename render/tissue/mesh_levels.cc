@@ -14,15 +14,15 @@
 namespace hpdm {
 namespace {
 
-constexpr int kFewestTriangles = 100;
-constexpr int kMostLevels = 12;
+constexpr int kMinLevelTriangles = 100;
+constexpr int kMaxLevels = 12;
 
 // The share of the length in a collapse's cost: an edge of a flat part counts as if the surface
 // left it by a thirtieth of its length.
 constexpr double kLengthCost = 1e-3;
 
 // Of the sine squared of the smallest angle, times 4/3: no collapse makes thinner triangles.
-constexpr double kThinnest = 0.03;
+constexpr double kMinEvenness = 0.03;
 
 double Evenness(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const double area2 = (b - a).cross(c - a).squaredNorm();
@@ -186,7 +186,7 @@ class Simplifier {
       if (before.dot(after) <= 0.5 * before.norm() * after.norm()) return false;
       after_least = std::min(after_least, Evenness(At(corners[0]), At(corners[1]), At(corners[2])));
     }
-    return after_least >= std::min(kThinnest, before_least);
+    return after_least >= std::min(kMinEvenness, before_least);
   }
 
   void Apply(int gone, int kept) {
@@ -305,9 +305,9 @@ std::vector<MeshLevel> MakeLevels(const SeamedMesh& mesh, const Points& rest,
   std::vector<MeshLevel> levels;
   Simplifier simplifier(mesh, rest);
   levels.push_back(simplifier.Level());
-  while (levels.size() < kMostLevels) {
+  while (levels.size() < kMaxLevels) {
     const int before = simplifier.count();
-    if (before / 2 < kFewestTriangles || !simplifier.Reduce(before / 2)) break;
+    if (before / 2 < kMinLevelTriangles || !simplifier.Reduce(before / 2)) break;
     levels.push_back(simplifier.Level());
     levels.back().error = RestError(levels.back(), mesh, rest, metres_per_uv);
   }

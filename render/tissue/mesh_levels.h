@@ -42,14 +42,14 @@ double DeformedError(const MeshLevel& level, const std::vector<int>& copies,
 
 /// Which level is drawn for a size in the picture.
 ///
-/// A level serves while the mean of its edges is at most kMostEdge pixels, over which interpolated
-/// normals shade as those of the mesh, and its error at most kMostError, so that no silhouette is
+/// A level serves while the mean of its edges is at most kMaxEdge pixels, over which interpolated
+/// normals shade as those of the mesh, and its error at most kMaxError, so that no silhouette is
 /// off by a pixel. It is left for a finer one where it stops serving, and for a coarser one only
 /// once that serves with room to spare, so that a picture at the border does not go to and fro.
 struct LevelChoice {
-  static constexpr double kMostEdge = 8;     ///< px.
-  static constexpr double kMostError = 0.5;  ///< px.
-  static constexpr double kRoom = 0.85;      ///< Of both, for a coarser level than the last.
+  static constexpr double kMaxEdge = 8;     ///< px.
+  static constexpr double kMaxError = 0.5;  ///< px.
+  static constexpr double kRoom = 0.85;     ///< Of both, for a coarser level than the last.
 
   /// The level after `last` (of `levels`) at `scale` (px a metre, at most); `error_of(k)` is the
   /// error of level k as the mesh is deformed (m), asked only where its edges and its error at rest
@@ -60,8 +60,8 @@ struct LevelChoice {
     const auto serves = [&](int k, double room) {
       if (k == 0) return true;
       const MeshLevel& level = levels[static_cast<std::size_t>(k)];
-      return level.mean_edge * scale <= room * kMostEdge &&
-             level.error * scale <= room * kMostError && error_of(k) * scale <= room * kMostError;
+      return level.mean_edge * scale <= room * kMaxEdge &&
+             level.error * scale <= room * kMaxError && error_of(k) * scale <= room * kMaxError;
     };
     int level = last;
     while (!serves(level, 1)) --level;

@@ -260,8 +260,8 @@ TEST_F(SessionFaults, SpiesThatStopOrDieAreNotNoticed) {
 void Flood(std::stop_token stop, std::atomic<long>* sent) {
   lcm::LCM network(kUrl);
   std::mt19937 random(5);
-  constexpr unsigned kLargest = 60'000;
-  std::vector<std::uint8_t> body(kLargest + 100);
+  constexpr unsigned kMaxBytes = 60'000;
+  std::vector<std::uint8_t> body(kMaxBytes + 100);
   for (std::uint8_t& byte : body) byte = static_cast<std::uint8_t>(random());
   device_t stale{};
   stale.sequence = 1;
@@ -272,7 +272,7 @@ void Flood(std::stop_token stop, std::atomic<long>* sent) {
     for (int i = 0; i < 100; ++i) {
       const std::string channel = i % 2 == 0 ? "FLOOD_" + std::to_string(random() % 10'000)
                                              : std::string(kSessionChannels[random() % 8]);
-      const unsigned size = i == 0 ? kLargest : static_cast<unsigned>(random() % 300);
+      const unsigned size = i == 0 ? kMaxBytes : static_cast<unsigned>(random() % 300);
       network.publish(channel, body.data() + random() % 100, size);
     }
     network.publish(kDeviceChannel, reading.data(), static_cast<unsigned>(reading.size()));

@@ -18,7 +18,7 @@
 namespace hpdm {
 namespace {
 
-const double kLongestStep = ForceGuardOptions{}.max_force_rate * ToSeconds(kPeriod);  // N a tick
+const double kMaxForceChange = ForceGuardOptions{}.max_force_rate * ToSeconds(kPeriod);  // N a tick
 constexpr double kRounding = 1 + 1e-12;
 
 std::vector<HapticSample> Drained(SpscQueue<HapticSample>* samples) {
@@ -45,7 +45,7 @@ void ExpectOrderlyTicks(const std::vector<HapticSample>& ticks, const TickCount&
     skipped.long_compute += tick.skipped.long_compute;
     skipped.stalled += tick.skipped.stalled;
     const Vector3d& force_W = tick.tools[0].force_W;
-    EXPECT_LE((force_W - last_W).norm(), kLongestStep * kRounding) << tick.tick;
+    EXPECT_LE((force_W - last_W).norm(), kMaxForceChange * kRounding) << tick.tick;
     last_W = force_W;
   }
   // Those after the last tick that ran are in the count only.

@@ -16,9 +16,9 @@ namespace {
 
 // A step whose vertices move less than this, relative, is at rest; the iterative models stop there.
 constexpr double kAtRest = 1e-6;
-constexpr int kMostSteps = 20;
-constexpr int kMostDynamicSteps = 300;  // ten seconds of the mass-spring model's own time
-constexpr double kTolerance = 1e-4;     // of the loads
+constexpr int kMaxSteps = 20;
+constexpr int kMaxDynamicSteps = 300;  // ten seconds of the mass-spring model's own time
+constexpr double kTolerance = 1e-4;    // of the loads
 
 std::unique_ptr<Relaxation> MakeSurfaceModel(const OrganOptions& options, const SurfaceMesh& rest) {
   const double alpha = options.energy.alpha;
@@ -145,7 +145,7 @@ RelaxationResult StaticCaseModel::Step(const Eigen::VectorXd& displacements) {
 
 void StaticCaseModel::Settle(const Eigen::VectorXd& displacements) {
   Points last;
-  const int most = options_.model == OrganModelType::kMassSpring ? kMostDynamicSteps : kMostSteps;
+  const int most = options_.model == OrganModelType::kMassSpring ? kMaxDynamicSteps : kMaxSteps;
   for (int step = 0; step < most; ++step) {
     last = U_;
     Step(displacements);

@@ -107,10 +107,10 @@ class McapExport {
 
   /// The scene as the session's folder has it.
   void AddScene() {
-    constexpr std::uintmax_t kMostBytes = 1 << 20;
+    constexpr std::uintmax_t kMaxBytes = 1 << 20;
     const fs::path path = FileInside(fs::path(log_).parent_path(), "scene.toml");
     std::error_code missing;
-    if (path.empty() || fs::file_size(path, missing) > kMostBytes || missing) return;
+    if (path.empty() || fs::file_size(path, missing) > kMaxBytes || missing) return;
     std::ifstream scene(path, std::ios::binary);
     session_["scene.toml"] = Utf8({std::istreambuf_iterator<char>(scene), {}});
   }

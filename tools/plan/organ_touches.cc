@@ -16,10 +16,10 @@
 namespace hpdm {
 namespace {
 
-constexpr std::size_t kFewestPlaces = 3;
-constexpr double kStrays = 0.25;      // of the organ's size: from where a hand goes
-constexpr double kLeastFacing = 0.5;  // cos 60 degrees, of the normal and the way to the trocar
-constexpr double kLeastTip = 1e-3;    // m: the kernel of a smaller tip, as in a session
+constexpr std::size_t kMinPlaces = 3;
+constexpr double kStrays = 0.25;        // of the organ's size: from where a hand goes
+constexpr double kMinFacing = 0.5;      // cos 60 degrees, of the normal and the way to the trocar
+constexpr double kMinTipRadius = 1e-3;  // m: the kernel of a smaller tip, as in a session
 
 /// An instrument as far as reach goes.
 struct Reach {
@@ -36,7 +36,7 @@ std::vector<Eigen::Index> ReachedVertices(const Reach& reach, const OrganOptions
   for (Eigen::Index v = 0; v < rest.vertices.rows(); ++v) {
     const Vector3d p = rest.vertices.row(v);
     const Vector3d way = (reach.kinematics.p_trocar_W() - p).normalized();
-    if (normals.row(v).dot(way) < kLeastFacing) continue;
+    if (normals.row(v).dot(way) < kMinFacing) continue;
     const bool held = std::any_of(
         organ.supports.begin(), organ.supports.end(),
         [&](const SupportOptions& support) { return InRegion(support.region, bounds, p); });
@@ -50,7 +50,7 @@ LoadOptions Press(const OrganOptions& organ, const Vector3d& p_W, const Vector3d
   LoadOptions press;
   press.organ = organ.name;
   press.p_centre_W = p_W;
-  press.radius = std::max(tip_radius, kLeastTip);
+  press.radius = std::max(tip_radius, kMinTipRadius);
   press.force_W = -outward.normalized();
   return press;
 }
@@ -106,7 +106,7 @@ OrganTouches PressesOf(const Scene& scene, const std::vector<Reach>& reaches, st
     }
   }
   std::vector<LoadOptions> places = touches.patches;
-  while (!all.empty() && places.size() < kFewestPlaces) {
+  while (!all.empty() && places.size() < kMinPlaces) {
     const Eigen::Index v = Farthest(rest, all, places);
     if (v < 0) break;
     places.push_back(Press(options, rest.vertices.row(v), normals.row(v).transpose(), least_tip));

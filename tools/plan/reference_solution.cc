@@ -13,9 +13,9 @@ namespace hpdm {
 namespace {
 
 constexpr int kLevels[] = {12, 16, 24, 32, 48};
-constexpr int kMostControlPoints = 15000;  // the next level may have three times as many
-constexpr double kEnough = 0.4;            // of the error asked for: doubt
-constexpr double kFiniteMatters = 0.5;     // of the error asked for
+constexpr int kMaxControlPoints = 15000;  // the next level may have three times as many
+constexpr double kEnough = 0.4;           // of the error asked for: doubt
+constexpr double kFiniteMatters = 0.5;    // of the error asked for
 
 OrganOptions CoarseModel(const OrganOptions& organ, StrainMeasure strain) {
   OrganOptions options = organ;
@@ -80,7 +80,7 @@ ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const Surface
     reference_solution.doubt = doubt;
     reference_solution.cells = cells;
     reference_solution.control_points = lattice.control_points();
-    if (enough || 3 * reference_solution.control_points > kMostControlPoints) break;
+    if (enough || 3 * reference_solution.control_points > kMaxControlPoints) break;
   }
   if (reference_solution.doubt > kEnough * error) {
     remarks->push_back("organ \"" + organ.name +

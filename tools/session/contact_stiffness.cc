@@ -24,7 +24,7 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
     }
     return stiffness;
   }
-  const double radius = std::max(instrument.tip_radius, ToolTracker::kLeastRadius);
+  const double radius = std::max(instrument.tip_radius, ToolTracker::kMinKernelRadius);
   for (int v = 0; v < count; ++v) {
     const SurfacePoint at = organ.topology().AtVertex(rest.triangles, v);
     const Matrix3d C = relaxation->compliance()->PointCompliance(organ.LatticeRow(v)) +

@@ -22,7 +22,7 @@ constexpr double kZoom = 1.8;  // factor on the focal length
 
 constexpr double kWheelInsertion = 0.004;    // m a step
 constexpr double kDragTurn = 0.5 * kDegree;  // rad a pixel
-constexpr double kNearestTip = 0.01;         // m: a tip at the lens would not follow any cursor
+constexpr double kMinTipDepth = 0.01;        // m: a tip at the lens would not follow any cursor
 
 // What `o` shows in turn.
 constexpr std::uint32_t kOverlayCycle[] = {
@@ -184,13 +184,13 @@ Vector3d TrainerInput::FollowOnScreen(const Vector3d& p_W, const MotionEvent& mo
                               Laparoscope::kMinSide, Laparoscope::kMaxSide);
   const Laparoscope scope(view_.scope, side, side);
   const Vector3d pixel = scope.Project(p_W);
-  const double depth = std::max(kNearestTip, pixel.z()), focal = scope.focal_length_px();
+  const double depth = std::max(kMinTipDepth, pixel.z()), focal = scope.focal_length_px();
   Vector3d move_C(depth * motion.dx / focal, -depth * motion.dy / focal, 0);
   // Through the lens, as far as it has a picture.
   const Eigen::Vector2d from = pixel.head<2>() - Eigen::Vector2d::Constant(0.5 * side);
   const Eigen::Vector2d to = from + Eigen::Vector2d(motion.dx, motion.dy);
   const double edge = scope.circle_radius_px();
-  if (pixel.z() > kNearestTip && from.norm() < edge && to.norm() < edge) {
+  if (pixel.z() > kMinTipDepth && from.norm() < edge && to.norm() < edge) {
     const auto straight = [&scope, focal](const Eigen::Vector2d& at) -> Eigen::Vector2d {
       const double tangent = at.norm() / focal;
       return tangent == 0 ? at : Eigen::Vector2d(at * (scope.Undistorted(tangent) / tangent));

@@ -6,7 +6,7 @@ namespace hpdm {
 namespace {
 
 // A key held while the program was held up does not make up for it.
-constexpr double kLongestAdvance = 0.1;  // s
+constexpr double kMaxAdvance = 0.1;  // s
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void TrainerWindow::Pump(double seconds) {
   const Clock::time_point now = Clock::now();
   const double elapsed = std::chrono::duration<double>(now - pumped_).count();
   pumped_ = now;
-  input_.Advance(std::min(elapsed, kLongestAdvance));
+  input_.Advance(std::min(elapsed, kMaxAdvance));
   window_.CaptureCursor(input_.captured());
   Publish();
 }

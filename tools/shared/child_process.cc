@@ -165,7 +165,7 @@ void ChildProcess::Pipe::Take() {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && errno == EAGAIN) return;
     if (count <= 0) return Close();
-    const std::size_t space = kMostOutput - text.size();
+    const std::size_t space = kMaxOutput - text.size();
     const auto size = static_cast<std::size_t>(count);
     text.append(bytes.data(), std::min(size, space));
     too_much |= size > space;

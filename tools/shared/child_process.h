@@ -34,11 +34,11 @@ class ChildProcess {
   /// Ends it and what it has started, and waits for it.
   void Kill();
 
-  /// What it wrote so far, up to kMostOutput of each; the rest is dropped.
+  /// What it wrote so far, up to kMaxOutput of each; the rest is dropped.
   const std::string& out() const { return out_.text; }
   const std::string& err() const { return err_.text; }
   bool too_much() const { return out_.too_much; }
-  static constexpr std::size_t kMostOutput = 64 << 20;
+  static constexpr std::size_t kMaxOutput = 64 << 20;
 
  private:
   struct Pipe {

@@ -13,14 +13,14 @@ namespace hpdm {
 namespace {
 
 constexpr double kSegmentPeriods = 10;
-constexpr double kLeastPeriods = 4;
+constexpr double kMinPeriods = 4;
 
 using Segment = std::pair<std::size_t, std::size_t>;  // [first, end)
 
 // Segments of the stretches in which the force is not zero.
 std::vector<Segment> ContactSegments(const ForceSignal& force, double period) {
   const auto longest = static_cast<std::size_t>(std::lround(kSegmentPeriods * period));
-  const auto least = static_cast<std::size_t>(std::lround(kLeastPeriods * period));
+  const auto least = static_cast<std::size_t>(std::lround(kMinPeriods * period));
   std::vector<Segment> segments;
   for (std::size_t first = 0, end = 0; first < force.size(); first = end + 1) {
     end = first;

@@ -20,9 +20,9 @@ namespace {
 /// Whether the path is a file that is open already, as /dev/stdout: a link in /proc, which names
 /// the open file and not the place where its bytes would be looked for.
 bool IsOpenFile(fs::path path) {
-  constexpr int kMostLinks = 40;  // as the kernel follows
+  constexpr int kMaxLinks = 40;  // as the kernel follows
   std::error_code error;
-  for (int i = 0; i < kMostLinks && fs::is_symlink(path, error); ++i) {
+  for (int i = 0; i < kMaxLinks && fs::is_symlink(path, error); ++i) {
     const fs::path folder = path.parent_path();
     const fs::path whole = fs::canonical(folder.empty() ? "." : folder, error);
     if (error) return false;

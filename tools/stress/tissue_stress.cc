@@ -13,7 +13,7 @@
 namespace hpdm {
 namespace {
 
-constexpr int kMostSubsteps = 1000;
+constexpr int kMaxSubsteps = 1000;
 
 SurfaceMesh SurfaceOf(const StressBlockFixture& block) {
   return BoxSurface(block.min, block.max, block.squares);
@@ -178,7 +178,7 @@ StressCase Slivers(bool /*quick*/) {
       Choose(model, &springs);
       const int substeps = OrganModel(springs, slivered).springs()->substeps();
       trial.how = Format("%d substeps a step", substeps);
-      if (substeps > kMostSubsteps) trial.fate = StressFate::kFailed;
+      if (substeps > kMaxSubsteps) trial.fate = StressFate::kFailed;
     }
     return trial;
   };

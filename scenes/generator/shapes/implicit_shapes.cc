@@ -8,7 +8,7 @@
 namespace hpdm {
 
 Vector3d ProjectToLevel(const ImplicitShape& shape, const Vector3d& p, double level) {
-  constexpr double kTolerance = 1e-10, kLongestStep = 5e-3;
+  constexpr double kTolerance = 1e-10, kMaxStep = 5e-3;
   Vector3d q = p;
   for (int iteration = 0; iteration < 30; ++iteration) {
     const FieldSample field = shape.Sample(q);
@@ -17,7 +17,7 @@ Vector3d ProjectToLevel(const ImplicitShape& shape, const Vector3d& p, double le
     if (std::abs(error) < kTolerance || slope_squared < 1e-6) break;
     Vector3d step = field.gradient * (error / slope_squared);
     const double length = step.norm();
-    if (length > kLongestStep) step *= kLongestStep / length;
+    if (length > kMaxStep) step *= kMaxStep / length;
     q -= step;
   }
   return q;

@@ -10,7 +10,7 @@ namespace hpdm {
 namespace {
 
 /// Widest spot that Coverage is asked for, m.
-constexpr double kWidestSpot = 1e-3;
+constexpr double kMaxVesselSpot = 1e-3;
 
 /// By Newton's method from above, which the C library's would not give to the bit.
 double CubeRoot(double x) {
@@ -65,8 +65,8 @@ void VesselTree::Grow(const ImplicitShape& shape, std::vector<Vector3d> targets,
   std::vector<int> nearest(targets.size(), 0);
   std::vector<double> distance(targets.size(), std::numeric_limits<double>::max());
   std::size_t seen = 0;  // nodes that the targets know of
-  constexpr int kLongestWay = 400;
-  for (int round = 0; round < kLongestWay; ++round) {
+  constexpr int kMaxRounds = 400;
+  for (int round = 0; round < kMaxRounds; ++round) {
     for (; seen < nodes_.size(); ++seen) {
       for (std::size_t i = 0; i < targets.size(); ++i) {
         const double d = (targets[i] - nodes_[seen].p).norm();
@@ -118,7 +118,7 @@ void VesselTree::SortIntoCells(double step) {
     widest = std::max(widest, node.radius);
   }
   // Whoever lies near a segment is in one of the 27 cells around its end.
-  cell_ = 2 * step + widest + kWidestSpot;
+  cell_ = 2 * step + widest + kMaxVesselSpot;
   origin_ = low - Vector3d::Constant(2 * cell_);
   count_ = ((high - origin_) / cell_).cast<int>().array() + 3;
   cells_.resize(static_cast<std::size_t>(count_.prod()));

@@ -260,7 +260,7 @@ TEST(ActiveRefinement, TheFarthestFadeAndTheirWeightTellsHowFar) {
   EXPECT_NEAR(weight(9), fading / 2, 1e-12);  // round-off
   EXPECT_EQ(active.Kept(active.Slot(10)), 0.5);
   follow(11.0 + 1e-9);
-  EXPECT_EQ(weight(13), ActiveRefinement::kLeastWeight);
+  EXPECT_EQ(weight(13), ActiveRefinement::kMinWeight);
   follow(11.0, 0);
   EXPECT_EQ(active.used(), 0);
 }

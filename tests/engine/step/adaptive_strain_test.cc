@@ -124,7 +124,7 @@ TEST_P(AdaptiveStrain, GoesOverWithoutAFeltStep) {
   }
   EXPECT_GT(small_steps, 5);
   EXPECT_GT(finite_steps, 0);
-  // At most StrainBlendController::kMostForceStep, where the tool runs ahead; else a quarter of
+  // At most StrainBlendController::kMaxForceStep, where the tool runs ahead; else a quarter of
   // that.
   EXPECT_LE(largest, GetParam().grasps ? 0.02 : 0.005) << "of the force";
 }

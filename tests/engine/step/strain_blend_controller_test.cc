@@ -76,7 +76,7 @@ TEST_F(StrainBlendControllerTest, FarBeyondTheBoundItHurriesWithinALimit) {
   Share(100 * kBound);
   const double last = Share(100 * kBound), next = Share(100 * kBound);
   EXPECT_NEAR((next - last) * kSlope * StrainBlendController::kForceOverEnergy,
-              StrainBlendController::kMostForceStep, 1e-12);  // round-off
+              StrainBlendController::kMaxForceStep, 1e-12);  // round-off
 }
 
 TEST_F(StrainBlendControllerTest, WithoutContactThereIsNothingToBeGradualAbout) {

@@ -53,8 +53,8 @@ TEST(DriverClock, FollowsAClockThatRunsTooSlowOrTooFast) {
 TEST(DriverClock, ADriverStartedAnewIsFollowedAtOnceAndTimeNeverFalls) {
   DriverClock clock;
   Nanoseconds last = 0;
-  for (const Nanoseconds zero : {5'000'000 * kMs, Nanoseconds{0}, 9'000'000 * kMs, -7 * kMs,
-                                 DriverClock::kLargestStamp / 2}) {
+  for (const Nanoseconds zero :
+       {5'000'000 * kMs, Nanoseconds{0}, 9'000'000 * kMs, -7 * kMs, DriverClock::kMaxStamp / 2}) {
     const Nanoseconds start = last + 200 * kMs;
     for (Nanoseconds t = start; t < start + 100 * kMs; t += kMs) {
       const Nanoseconds mapped = clock.ToSession(zero + (t - start), t);

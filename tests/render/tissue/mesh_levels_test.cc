@@ -148,8 +148,8 @@ TEST(LevelChoice, IsTheMeshNearbyAndCoarserFartherOffWithoutGoingToAndFro) {
   const auto at_rest = [&](int k) { return levels[static_cast<std::size_t>(k)].error; };
   const auto serves = [&](int k, double scale) {
     const MeshLevel& level = levels[static_cast<std::size_t>(k)];
-    return k == 0 || (level.mean_edge * scale <= LevelChoice::kMostEdge &&
-                      level.error * scale <= LevelChoice::kMostError);
+    return k == 0 || (level.mean_edge * scale <= LevelChoice::kMaxEdge &&
+                      level.error * scale <= LevelChoice::kMaxError);
   };
   int level = 0, changes = 0;
   EXPECT_EQ(LevelChoice::After(3, levels, 1e4, at_rest), 0) << "straight to what serves";

@@ -45,7 +45,7 @@ bool Thorough() { return std::getenv("HPDM_TEST_THOROUGH") != nullptr; }
 
 // What one call may reserve at most: the reader's window of 1 MiB and some, whatever a damaged
 // length claims.
-constexpr std::size_t kLargestAllocation = std::size_t{3} << 20;
+constexpr std::size_t kMaxAllocation = std::size_t{3} << 20;
 
 const SessionLimits kLimits = {.tools = {{8.9, 2}, {8.9, 2}}, .settles = {0.0}};
 
@@ -259,7 +259,7 @@ TEST_F(DamagedLog, EveryPrefixIsItsWholeEvents) {
         std::upper_bound(ends.begin(), ends.end(), static_cast<std::uint64_t>(size)) -
         ends.begin() - 1;
     ASSERT_EQ(found.events, static_cast<std::uint64_t>(whole_events)) << size;
-    ASSERT_LE(LargestAllocationOfThisThread(), kLargestAllocation) << size;
+    ASSERT_LE(LargestAllocationOfThisThread(), kMaxAllocation) << size;
   }
 }
 
@@ -278,7 +278,7 @@ TEST_F(DamagedLog, FlippedBytesCostTheEventsAroundThem) {
     // A flip hides at most the event that it hits and the one before, which nothing sound follows.
     ASSERT_GE(found.events + 2 * static_cast<std::uint64_t>(hits), sound.events) << i;
     ASSERT_LE(found.events, sound.events + static_cast<std::uint64_t>(hits)) << i;
-    ASSERT_LE(LargestAllocationOfThisThread(), kLargestAllocation) << i;
+    ASSERT_LE(LargestAllocationOfThisThread(), kMaxAllocation) << i;
   }
 }
 

@@ -25,7 +25,7 @@ void PrintLine(const std::string& session, double force_limit) {
 }  // namespace
 
 void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArguments* arguments) {
-  constexpr int kMostJobs = 256;
+  constexpr int kMaxJobs = 256;
   Option line =
       report.AddFlag("--json-line", arguments->json_line,
                      "Print the figures as one line of JSON, whatever becomes of it: the unit for "
@@ -44,7 +44,7 @@ void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArg
     for (Option many : {all, line, collect}) many.Excludes(option);
   }
   report.AddOption("--jobs", arguments->jobs, "Processes at once; default: one a processor")
-      .From(1, kMostJobs)
+      .From(1, kMaxJobs)
       .Needs(all);
   report.AddOption("--timeout", arguments->patience, "s for one session")
       .From(0.001, 1e6)

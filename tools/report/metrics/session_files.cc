@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostPictureBytes = 1'500'000;
-constexpr std::size_t kMostSummaryBytes = 10'000'000;
+constexpr std::size_t kMaxPictureBytes = 1'500'000;
+constexpr std::size_t kMaxSummaryBytes = 10'000'000;
 constexpr int kFramesShown = 4;
 
 std::vector<std::uint8_t> Bytes(const fs::path& file, std::size_t most) {
@@ -32,7 +32,7 @@ std::vector<std::uint8_t> Bytes(const fs::path& file, std::size_t most) {
 
 std::string SceneName(const fs::path& folder) {
   const std::vector<std::uint8_t> text =
-      Bytes(FileInside(folder, "summary.json"), kMostSummaryBytes);
+      Bytes(FileInside(folder, "summary.json"), kMaxSummaryBytes);
   const auto json = nlohmann::json::parse(text.begin(), text.end(), nullptr, false);
   if (!json.is_object() || !json.contains("scene") || !json["scene"].is_string()) return "";
   return json["scene"];
@@ -99,7 +99,7 @@ void LoadPictures(SessionFiles* files) {
       {"deepest.png", "At the deepest press"}, {"last.png", "At the end"}};
   const auto frames = SomeFrames(files->folder);
   wanted.insert(wanted.end(), frames.begin(), frames.end());
-  std::size_t left = kMostPictureBytes;
+  std::size_t left = kMaxPictureBytes;
   for (const auto& [name, caption] : wanted) {
     const std::vector<std::uint8_t> bytes = Bytes(FileInside(files->folder, name), left);
     if (!IsPng(bytes)) continue;

@@ -22,10 +22,10 @@ constexpr std::string_view kStartPrefix = "instruments: ";
 constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
 /// A time series has a peak for each tick that the file has room for, which takes more bytes than
 /// this, and for an hour without ticks: far more than a session that is worth drawing.
-constexpr std::uint64_t kFewestTickBytes = 50;
+constexpr std::uint64_t kMinTickBytes = 50;
 constexpr std::size_t kSilentPeaks = 720'000;
 /// Names and texts of a damaged or hostile log are cut here, bytes.
-constexpr std::size_t kLongestName = 256, kLongestText = 1000;
+constexpr std::size_t kMaxNameLength = 256, kMaxTextLength = 1000;
 
 /// Sequence numbers of one channel, which rise by one.
 class Sequence {
@@ -52,7 +52,7 @@ std::string InstrumentTaken(const std::string& text) {
   if (at == std::string::npos || !text.ends_with(kNow)) return "";
   const std::size_t begin = at + kHolds.size();
   if (begin + kNow.size() > text.size()) return "";
-  return text.substr(begin, text.size() - kNow.size() - begin).substr(0, kLongestName);
+  return text.substr(begin, text.size() - kNow.size() - begin).substr(0, kMaxNameLength);
 }
 
 /// All of a log but its ticks, as it passes by.
@@ -65,7 +65,7 @@ class LogSummary {
     if (event.channel == kMeshChannel && Read(event, &mesh_) && mesh_.organ >= 0 &&
         mesh_.organ < kMaxOrgans) {
       Organ& organ = organs_[mesh_.organ];
-      organ.name = mesh_.name.substr(0, kLongestName);
+      organ.name = mesh_.name.substr(0, kMaxNameLength);
       organ.mesh.Take(std::move(mesh_));
     }
     if (event.channel == kStatsChannel && Read(event, &stats_)) {
@@ -135,8 +135,8 @@ class LogSummary {
     const auto severity = static_cast<EventSeverity>(
         std::clamp<int>(event_.severity, 0, static_cast<int>(EventSeverity::kError)));
     session_events_.push_back({ToSeconds(event_.time_ns), severity,
-                               event_.name.substr(0, kLongestName),
-                               event_.text.substr(0, kLongestText)});
+                               event_.name.substr(0, kMaxNameLength),
+                               event_.text.substr(0, kMaxTextLength)});
   }
 
   LatencyReport Latency(std::size_t k) const {
@@ -170,7 +170,7 @@ class LogSummary {
     }
     for (std::size_t h = 0; h < report->hands.size(); ++h) {
       report->hands[h].name = names.size() == report->hands.size()
-                                  ? names[h].substr(0, kLongestName)
+                                  ? names[h].substr(0, kMaxNameLength)
                                   : "hand " + std::to_string(h + 1);
       for (UsedInstrument& held : report->hands[h].held) {
         if (held.instrument_index == 0) {
@@ -230,7 +230,7 @@ std::vector<std::string> LogReport::Faults() const {
 SessionReading ReadSession(const std::string& log, double force_limit) {
   LogSummary log_summary;
   TickReader reader(log, [&log_summary](const LogEvent& event) { log_summary.Visit(event); });
-  SessionTicks ticks(force_limit, reader.log().size() / kFewestTickBytes + kSilentPeaks);
+  SessionTicks ticks(force_limit, reader.log().size() / kMinTickBytes + kSilentPeaks);
   SessionReading reading;
   SessionReport& report = reading.report;
   report.log = log;

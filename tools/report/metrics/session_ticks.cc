@@ -10,16 +10,17 @@ namespace hpdm {
 namespace {
 
 /// What no session reaches, m and N: a damaged message does.
-constexpr double kFarthest = 1e3, kStrongest = 1e6;
+constexpr double kMaxCoordinate = 1e3, kMaxForce = 1e6;
 /// No haptic loop is slower, s a period.
-constexpr double kLongestPeriod = 0.05;
+constexpr double kMaxTickPeriod = 0.05;
 
 bool IsUsable(const HapticSample& sample) {
   for (int t = 0; t < sample.tool_count; ++t) {
     const ToolSample& tool = sample.tools[static_cast<std::size_t>(t)];
-    if (!(tool.joints.cwiseAbs().maxCoeff() < kFarthest) || !tool.joints.allFinite() ||
-        !tool.p_tip_W.allFinite() || tool.p_tip_W.norm() > kFarthest || !tool.force_W.allFinite() ||
-        tool.force_W.norm() > kStrongest || !(std::abs(tool.depth) < kFarthest)) {
+    if (!(tool.joints.cwiseAbs().maxCoeff() < kMaxCoordinate) || !tool.joints.allFinite() ||
+        !tool.p_tip_W.allFinite() || tool.p_tip_W.norm() > kMaxCoordinate ||
+        !tool.force_W.allFinite() || tool.force_W.norm() > kMaxForce ||
+        !(std::abs(tool.depth) < kMaxCoordinate)) {
       return false;
     }
   }
@@ -157,7 +158,7 @@ bool SessionTicks::Follows(const HapticSample& sample) const {
     return false;
   }
   const double passed = Time(sample) - Time(last_);
-  return passed > 0 && passed <= kLongestPeriod * static_cast<double>(sample.tick - last_.tick);
+  return passed > 0 && passed <= kMaxTickPeriod * static_cast<double>(sample.tick - last_.tick);
 }
 
 void SessionTicks::KnowPeriod(const HapticSample& sample, std::uint64_t lost) {

@@ -13,10 +13,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Vertices that the page holds at most, of all organs.
-constexpr Eigen::Index kMostVertices = 60'000;
-constexpr std::size_t kMostEvents = 200;
-constexpr std::size_t kMostBands = 3000;  // of contacts, of pauses
-constexpr std::size_t kMostBins = 2000;
+constexpr Eigen::Index kMaxVertices = 60'000;
+constexpr std::size_t kMaxEvents = 200;
+constexpr std::size_t kMaxBands = 3000;  // of contacts, of pauses
+constexpr std::size_t kMaxLatencyBins = 2000;
 
 /// Thousandths are more than a screen shows; divided, so that their text is short.
 double Thousandths(double value) {
@@ -33,12 +33,12 @@ Json Curve(const ThinnedCurve& curve, double start) {
 /// [from, to, organ] in s; those that a screen cannot tell apart are joined.
 Json Contacts(const std::vector<SessionTimeSeries::Peaks>& peaks, double start) {
   const double blur =
-      static_cast<double>(peaks.size()) * kMotionPeriod / static_cast<double>(kMostCurvePoints);
+      static_cast<double>(peaks.size()) * kMotionPeriod / static_cast<double>(kMaxCurvePoints);
   Json contacts = Json::array();
   double from = 0, to = 0;
   int organ = -1;
   const auto close = [&] {
-    if (organ < 0 || contacts.size() == kMostBands) return;
+    if (organ < 0 || contacts.size() == kMaxBands) return;
     contacts.push_back({Thousandths(start + from), Thousandths(start + to), organ});
   };
   for (std::size_t i = 0; i < peaks.size(); ++i) {
@@ -92,9 +92,9 @@ std::size_t Walk(const std::vector<TimeSeriesSegment>& segments, double step, Pa
 Json PathOf(const std::vector<TimeSeriesSegment>& segments) {
   double step = 2e-4;
   // However short the segments are, each has two ends.
-  while (step < 0.1 && Walk(segments, step, nullptr) > kMostCurvePoints) step *= 1.3;
+  while (step < 0.1 && Walk(segments, step, nullptr) > kMaxCurvePoints) step *= 1.3;
   Path path;
-  if (Walk(segments, step, nullptr) <= 2 * kMostCurvePoints) Walk(segments, step, &path);
+  if (Walk(segments, step, nullptr) <= 2 * kMaxCurvePoints) Walk(segments, step, &path);
   return {{"x", path.x}, {"y", path.y}, {"z", path.z}, {"force", path.force}};
 }
 
@@ -136,12 +136,12 @@ Json PageData(const SessionReading& reading) {
   Json data = {{"start", start}, {"duration", report.duration}, {"limit", report.force_limit}};
   data["pauses"] = Json::array();
   for (const auto& [from, to] : reading.series.pauses) {
-    if (data["pauses"].size() == kMostBands) break;
+    if (data["pauses"].size() == kMaxBands) break;
     data["pauses"].push_back({Thousandths(from), Thousandths(to)});
   }
   data["events"] = Json::array();
   for (const SessionEvent& event : report.events) {
-    if (data["events"].size() == kMostEvents) break;
+    if (data["events"].size() == kMaxEvents) break;
     data["events"].push_back({{"time", event.time},
                               {"severity", static_cast<int>(event.severity)},
                               {"name", event.name}});
@@ -156,8 +156,8 @@ Json PageData(const SessionReading& reading) {
     }
     data["hands"].push_back(
         {{"name", report.hands[h].Label()},
-         {"force", Curve(Thin(forces, kMotionPeriod, kMostCurvePoints), start)},
-         {"depth_mm", Curve(Thin(depths, kMotionPeriod, kMostCurvePoints), start)},
+         {"force", Curve(Thin(forces, kMotionPeriod, kMaxCurvePoints), start)},
+         {"depth_mm", Curve(Thin(depths, kMotionPeriod, kMaxCurvePoints), start)},
          {"contacts", Contacts(hand.peaks, start)},
          {"path", PathOf(hand.segments)}});
   }
@@ -166,7 +166,7 @@ Json PageData(const SessionReading& reading) {
   data["organs_left_out"] = Json::array();
   Eigen::Index vertices = 0;
   for (const OrganDescription& organ : reading.series.organs) {
-    if (vertices + organ.vertices.rows() > kMostVertices) {
+    if (vertices + organ.vertices.rows() > kMaxVertices) {
       data["organs_left_out"].push_back(organ.name);
       continue;
     }
@@ -175,7 +175,7 @@ Json PageData(const SessionReading& reading) {
   }
   data["latencies"] = Json::array();
   for (const LatencyReport& latency : report.latencies) {
-    if (latency.count == 0 || latency.bins.size() > kMostBins) continue;
+    if (latency.count == 0 || latency.bins.size() > kMaxLatencyBins) continue;
     Json bins = Json::array();
     for (const auto& [upper, count] : latency.bins) {
       bins.push_back({static_cast<double>(upper) / 1000, count});

@@ -9,7 +9,7 @@
 namespace hpdm {
 
 /// Points that a curve of the page has at most.
-inline constexpr std::size_t kMostCurvePoints = 3000;
+inline constexpr std::size_t kMaxCurvePoints = 3000;
 
 /// What the page's script draws, SI units but mm where said. Curves are thinned so that every peak
 /// stays: a segment of samples becomes its smallest and its largest one.

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostEventRows = 200;
+constexpr std::size_t kMaxEventRows = 200;
 constexpr const char* kNone = "\u2013";
 
 /// "2:05 min", "12.3 s".
@@ -193,7 +193,7 @@ std::string Events(const SessionReport& report) {
       "<div class=\"wide\"><table><thead><tr><th "
       "class=\"number\">s</th><th>Event</th><th></th></tr>"
       "</thead><tbody>\n";
-  for (std::size_t i = 0; i < std::min(report.events.size(), kMostEventRows); ++i) {
+  for (std::size_t i = 0; i < std::min(report.events.size(), kMaxEventRows); ++i) {
     const SessionEvent& event = report.events[i];
     const char* severity = event.severity == EventSeverity::kError     ? "bad"
                            : event.severity == EventSeverity::kWarning ? "warn"
@@ -202,9 +202,9 @@ std::string Events(const SessionReport& report) {
             EscapeHtml(event.name) + "</td><td>" + EscapeHtml(event.text) + "</td></tr>\n";
   }
   html += "</tbody></table></div>\n";
-  if (report.events.size() > kMostEventRows) {
+  if (report.events.size() > kMaxEventRows) {
     html += "<p class=\"note\">" +
-            WithCommas(static_cast<long long>(report.events.size() - kMostEventRows)) +
+            WithCommas(static_cast<long long>(report.events.size() - kMaxEventRows)) +
             " more are in the log.</p>\n";
   }
   return html;

@@ -265,14 +265,14 @@ TEST(DashboardState, TellsThatTwoSessionsSpeak) {
 }
 
 TEST(DashboardState, SumsDamagedCountsWithinTheirRange) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
   DashboardState state;
   DashboardState::Seen seen;
   stats_t stats{};
-  stats.haptic.missed = stats.skipped_stalled = stats.stolen_ns = stats.interval_ns = kMost;
+  stats.haptic.missed = stats.skipped_stalled = stats.stolen_ns = stats.interval_ns = kMax;
   state.Take(EventOf(kStatsChannel, stats));
   state.Take(EventOf(kStatsChannel, stats));
-  EXPECT_EQ(Updated(&state, &seen)["health"]["haptic"]["missed"], kMost);
+  EXPECT_EQ(Updated(&state, &seen)["health"]["haptic"]["missed"], kMax);
 }
 
 std::vector<float> Floats(const std::string& base64) {
