@@ -13,7 +13,7 @@
 #include "engine/base/error.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
-#include "render/overlay/text_painter.h"
+#include "render/overlay/text_renderer.h"
 
 namespace hpdm {
 namespace {
@@ -42,8 +42,8 @@ struct RenderLoop::Drawing {
 
   std::unique_ptr<RenderContext> context;  // first: the others need it
   PictureTarget target;
-  SceneView view;
-  TextPainter text;
+  SceneRenderer view;
+  TextRenderer text;
 };
 
 void FrameRate::Add(Nanoseconds now) {
@@ -54,7 +54,7 @@ void FrameRate::Add(Nanoseconds now) {
   frames_ = 1;
 }
 
-RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
+RenderLoop::RenderLoop(std::vector<OrganVisual> organs, std::vector<InstrumentVisual> instruments,
                        const LaparoscopeOptions& scope, const RenderOptions& options,
                        const Edges& edges, Clock clock, RenderContextFactory make_context)
     : organs_(std::move(organs)),
@@ -75,7 +75,7 @@ RenderLoop::RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView
   if (settings_.recording && edges_.settings == nullptr) {
     sink_.emplace(options_.frame_folder, options_.frame_fps);
   }
-  for (const OrganView& organ : organs_) rest_.push_back(organ.rest->vertices.cast<float>());
+  for (const OrganVisual& organ : organs_) rest_.push_back(organ.rest->vertices.cast<float>());
   displacements_.resize(rest_.size());
 }
 
@@ -172,7 +172,7 @@ void RenderLoop::DrawText(const SceneSnapshot& snapshot) {
   if (edges_.health != nullptr) edges_.health->Update();
   const SessionHealth& health = edges_.health != nullptr ? edges_.health->Front() : kUnknown;
   double error_scale = 0;
-  for (const OrganView& organ : organs_) {
+  for (const OrganVisual& organ : organs_) {
     if (organ.reference != nullptr) error_scale = std::max(error_scale, organ.error_scale);
   }
   ViewSettings shown = settings_;

@@ -21,7 +21,7 @@
 #include "render/image/image_file.h"
 #include "render/overlay/status_text.h"
 #include "render/overlay/view_settings.h"
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 
 namespace hpdm {
 
@@ -35,8 +35,8 @@ struct RenderOptions {
   std::filesystem::path screenshot_folder;  ///< Of a window's; made with the first one.
   StatusNames names;                        ///< For the text.
   std::uint32_t overlays = kOverlayNone;    ///< Or-ed; a window's ViewSettings replace them.
-  const Image* background = nullptr;  ///< On the cavity's wall (cavity_view.h); must outlive the
-                                      ///< loop. Null: a bare wall.
+  const Image* background = nullptr;  ///< On the cavity's wall (cavity_renderer.h); must outlive
+                                      ///< the loop. Null: a bare wall.
 };
 
 /// What the loop did. Written by the render thread; others read it after the loop has ended.
@@ -90,7 +90,7 @@ class RenderLoop {
   /// Set-up, any thread; touches no OpenGL. The meshes that the views point to, and the edges, must
   /// outlive the loop. `clock` tells session time (ns), the scale of the snapshots' times. Throws
   /// InputError for options that cannot be met.
-  RenderLoop(std::vector<OrganView> organs, std::vector<InstrumentView> instruments,
+  RenderLoop(std::vector<OrganVisual> organs, std::vector<InstrumentVisual> instruments,
              const LaparoscopeOptions& scope, const RenderOptions& options, const Edges& edges,
              Clock clock, RenderContextFactory make_context = HeadlessContext);
   /// Ends on this thread when that was not done.
@@ -149,8 +149,8 @@ class RenderLoop {
   void Report(EventSeverity severity, const char* name, const std::string& text);
   void CountDropped(std::uint64_t number);
 
-  std::vector<OrganView> organs_;
-  std::vector<InstrumentView> instruments_;
+  std::vector<OrganVisual> organs_;
+  std::vector<InstrumentVisual> instruments_;
   Laparoscope scope_;
   RenderOptions options_;
   Edges edges_;

@@ -2,7 +2,7 @@
 
 #include "engine/organ.h"
 #include "engine/snapshots.h"
-#include "render/overlay/mark_painter.h"
+#include "render/overlay/mark_renderer.h"
 
 namespace hpdm {
 

@@ -22,7 +22,7 @@ struct Status {
   const SessionHealth& health;  ///< As it is before the first: without ticks.
   const SceneSnapshot& scene;
   double frame_hz = 0;     ///< Pictures a second lately; 0: unknown.
-  double error_scale = 0;  ///< OrganView::error_scale; 0: there is no reference.
+  double error_scale = 0;  ///< OrganVisual::error_scale; 0: there is no reference.
 };
 
 enum class Tone { kPlain, kDim, kGood, kWarning, kAlarm };

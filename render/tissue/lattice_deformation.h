@@ -9,7 +9,7 @@
 #include "engine/snapshots.h"
 #include "render/gl/gl_object.h"
 #include "render/gl/shaders.h"
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 
 namespace hpdm {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "engine/mesh/surface_mesh.h"
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 #include "render/tissue/seams.h"
 
 namespace hpdm {

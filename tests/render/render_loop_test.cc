@@ -92,10 +92,10 @@ class RenderLoopTest : public testing::Test {
   std::unique_ptr<RenderLoop> MakeLoop() {
     buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
     number_ = 0;
-    return std::make_unique<RenderLoop>(std::vector<OrganView>{{&rest_}},
-                                        std::vector<InstrumentView>{instrument_}, scope_, options_,
-                                        RenderLoop::Edges{*buffer_, nullptr, settings_.get()},
-                                        [this] { return clock_ns_; });
+    return std::make_unique<RenderLoop>(
+        std::vector<OrganVisual>{{&rest_}}, std::vector<InstrumentVisual>{instrument_}, scope_,
+        options_, RenderLoop::Edges{*buffer_, nullptr, settings_.get()},
+        [this] { return clock_ns_; });
   }
 
   void Publish(const SceneSnapshot& snapshot) {
@@ -115,7 +115,7 @@ class RenderLoopTest : public testing::Test {
   }
 
   const SurfaceMesh rest_ = Ellipsoid(26);
-  InstrumentView instrument_;  // a capsule
+  InstrumentVisual instrument_;  // a capsule
   LaparoscopeOptions scope_;
   RenderOptions options_;
   SceneSnapshot rest_snapshot_;
@@ -175,7 +175,7 @@ TEST_F(RenderLoopTest, JawsOpenToBothSidesAboutTheirPivot) {
 }
 
 TEST_F(RenderLoopTest, DrawsWhatTheHandHolds) {
-  InstrumentView thick;
+  InstrumentVisual thick;
   thick.tip_radius = thick.shaft_radius = 0.005;
   instrument_.exchanges.push_back(thick);
   SceneSnapshot other = rest_snapshot_;

@@ -8,7 +8,7 @@
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
 #include "render/tissue/lattice_deformation.h"
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 #include "tools/bench/bench_model.h"
 #include "tools/bench/bench_results.h"
 #include "tools/shared/flat_subdivision.h"
@@ -84,7 +84,7 @@ FfdResults TimeFfdOf(const FfdLattice& lattice, BenchOrgan organ, bool quick) {
   organ.options.lattice = lattice.options;
   const OrganModel model(organ.options, organ.rest);
   PressedShape pressed(model);
-  MeshView uploaded(model.rest()), deformed(model.rest());
+  MeshRenderer uploaded(model.rest()), deformed(model.rest());
   LatticeDeformation deformation(model, model.rest().vertices, model.rest_normals());
   const auto times =
       TimeInTurn({[&] { pressed.Relocate(); },

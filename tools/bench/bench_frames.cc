@@ -14,7 +14,7 @@
 #include "haptics/haptic_loop.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 #include "tools/bench/bench_results.h"
 #include "tools/session/lockstep.h"
 #include "tools/session/session.h"
@@ -64,7 +64,7 @@ Nanoseconds CoreTime() {
 struct Way {
   std::string name;
   int samples = 0;  // as PictureTarget takes them
-  SceneViewOptions view;
+  SceneRendererOptions view;
   double distortion = 0;
 };
 
@@ -81,7 +81,8 @@ class Drawing {
   Drawing(const Way& way, const Session& session, int width, int height)
       : scope_(WithDistortion(session.scene().laparoscope, way.distortion), width, height),
         target_(width, height, way.samples),
-        view_(session.OrganViews(), session.InstrumentViews(), session.Background(), way.view) {}
+        view_(session.OrganVisuals(), session.InstrumentVisuals(), session.Background(), way.view) {
+  }
 
   // Draws it and reads it back.
   void Frame(const SceneSnapshot& snapshot) {
@@ -99,7 +100,7 @@ class Drawing {
 
   Laparoscope scope_;
   PictureTarget target_;
-  SceneView view_;
+  SceneRenderer view_;
   Image image_;
 };
 

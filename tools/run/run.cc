@@ -64,10 +64,10 @@ const std::map<std::string, std::uint32_t> kOverlays = {{"force", kOverlayForce}
 const std::map<std::string, FfdPath> kFfdPaths = {
     {"auto", FfdPath::kAuto}, {"cpu", FfdPath::kCpu}, {"shader", FfdPath::kShader}};
 
-std::vector<OrganView> OrganViewsOf(const RunOptions& options, const Session& session) {
-  std::vector<OrganView> views = session.OrganViews();
-  for (OrganView& view : views) view.ffd = kFfdPaths.at(options.ffd);
-  return views;
+std::vector<OrganVisual> OrganVisualsOf(const RunOptions& options, const Session& session) {
+  std::vector<OrganVisual> visuals = session.OrganVisuals();
+  for (OrganVisual& visual : visuals) visual.ffd = kFfdPaths.at(options.ffd);
+  return visuals;
 }
 
 struct PictureSize {
@@ -270,7 +270,7 @@ void Run(const RunOptions& options, const std::vector<std::string>& command_line
                                *session.telemetry_scenes, &session.steps},
                               stopwatch, session.scene().timing.StepBudget());
   RenderLoop render(
-      OrganViewsOf(options, session), session.InstrumentViews(), session.scene().laparoscope,
+      OrganVisualsOf(options, session), session.InstrumentVisuals(), session.scene().laparoscope,
       render_options,
       {*session.render_scenes, options.Lockstep() ? nullptr : &session.frames,
        window ? &session.view_settings : nullptr, &session.health,

@@ -21,19 +21,19 @@ InstrumentMeshes LoadInstrumentMeshes(const InstrumentDescription& instrument) {
   return meshes;
 }
 
-InstrumentView ViewOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes) {
-  InstrumentView view;
-  view.tip_radius = instrument.tip_radius;
-  view.shaft_radius = instrument.shaft_radius;
-  view.insulated_from = meshes.insulated_from;
-  if (meshes.rigid.triangles.rows() == 0) return view;
-  view.parts.push_back({.mesh = &meshes.rigid});
+InstrumentVisual VisualOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes) {
+  InstrumentVisual visual;
+  visual.tip_radius = instrument.tip_radius;
+  visual.shaft_radius = instrument.shaft_radius;
+  visual.insulated_from = meshes.insulated_from;
+  if (meshes.rigid.triangles.rows() == 0) return visual;
+  visual.parts.push_back({.mesh = &meshes.rigid});
   double opening = meshes.opening;
   for (const SurfaceMesh& jaw : meshes.jaws) {
-    view.parts.push_back({.mesh = &jaw, .pivot = meshes.pivot, .opening = opening});
+    visual.parts.push_back({.mesh = &jaw, .pivot = meshes.pivot, .opening = opening});
     opening = -opening;
   }
-  return view;
+  return visual;
 }
 
 }  // namespace hpdm

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptics/device/instrument_options.h"
-#include "render/instrument/instrument_view.h"
+#include "render/instrument/instrument_renderer.h"
 #include "scenes/generator/shapes/instrument_mesh.h"
 
 namespace hpdm {
@@ -12,7 +12,7 @@ namespace hpdm {
 /// read.
 InstrumentMeshes LoadInstrumentMeshes(const InstrumentDescription& instrument);
 
-/// The same as the render loop takes it. `meshes` must outlive the view.
-InstrumentView ViewOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes);
+/// The same as the render loop takes it. `meshes` must outlive the visual.
+InstrumentVisual VisualOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes);
 
 }  // namespace hpdm

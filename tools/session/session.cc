@@ -10,7 +10,7 @@
 #include "haptics/device/sim_device.h"
 #include "haptics/device/simulated_hand.h"
 #include "haptics/device/trace_device.h"
-#include "render/overlay/overlay_view.h"
+#include "render/overlay/overlay_renderer.h"
 #include "tools/session/hand_site.h"
 #include "tools/session/instrument_meshes.h"
 #include "tools/shared/report_text.h"
@@ -312,33 +312,34 @@ void Session::LoadReference(const std::string& argument) {
                             1000 * ErrorScale(references_[organ]), file.c_str()));
 }
 
-std::vector<OrganView> Session::OrganViews() const {
-  std::vector<OrganView> views;
+std::vector<OrganVisual> Session::OrganVisuals() const {
+  std::vector<OrganVisual> visuals;
   for (std::size_t i = 0; i < organs_.size(); ++i) {
-    OrganView& view = views.emplace_back();
-    view.rest = &organs_[i].rest();
-    view.model = &organs_[i];
-    if (textures_[i].width > 0) view.texture = &textures_[i];
+    OrganVisual& visual = visuals.emplace_back();
+    visual.rest = &organs_[i].rest();
+    visual.model = &organs_[i];
+    if (textures_[i].width > 0) visual.texture = &textures_[i];
     if (references_[i].rows() > 0) {
-      view.reference = &references_[i];
-      view.error_scale = ErrorScale(references_[i]);
+      visual.reference = &references_[i];
+      visual.error_scale = ErrorScale(references_[i]);
     }
   }
-  return views;
+  return visuals;
 }
 
 const Image* Session::Background() const { return background_.width > 0 ? &background_ : nullptr; }
 
-std::vector<InstrumentView> Session::InstrumentViews() const {
-  std::vector<InstrumentView> views;
+std::vector<InstrumentVisual> Session::InstrumentVisuals() const {
+  std::vector<InstrumentVisual> visuals;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
     const InstrumentOptions& instrument = scene_.instruments[i];
-    InstrumentView& view = views.emplace_back(ViewOf(instrument, instrument_meshes_[i].front()));
+    InstrumentVisual& visual =
+        visuals.emplace_back(VisualOf(instrument, instrument_meshes_[i].front()));
     for (int held = 1; held < instrument.HeldCount(); ++held) {
-      view.exchanges.push_back(ViewOf(instrument.Held(held), instrument_meshes_[i][held]));
+      visual.exchanges.push_back(VisualOf(instrument.Held(held), instrument_meshes_[i][held]));
     }
   }
-  return views;
+  return visuals;
 }
 
 std::vector<TrainerInput::Instrument> Session::TrainerInstruments() const {

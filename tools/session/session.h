@@ -67,8 +67,8 @@ class Session {
   // What the loops are made of.
   std::vector<HapticInstrument> HapticInstruments() const;
   std::vector<ToolOptions> DeformationTools() const;
-  std::vector<OrganView> OrganViews() const;
-  std::vector<InstrumentView> InstrumentViews() const;
+  std::vector<OrganVisual> OrganVisuals() const;
+  std::vector<InstrumentVisual> InstrumentVisuals() const;
   const Image* Background() const;  ///< Null: none.
   SessionInfo Info() const;
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;

@@ -3,9 +3,9 @@
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
 #include "render/image/image_file.h"
-#include "render/overlay/overlay_view.h"
+#include "render/overlay/overlay_renderer.h"
 #include "render/overlay/view_settings.h"
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 
 namespace hpdm {
 namespace {
@@ -26,11 +26,11 @@ SolvedColours WriteSolvedPicture(const std::string& path, const StaticCase& load
 
   const EglContext context;
   PictureTarget target(kWidth, kHeight, kSamples);
-  OrganView organ;
+  OrganVisual organ;
   organ.rest = &load_case.rest;
   organ.reference = &compared;
   organ.error_scale = colours.full_scale;
-  SceneView view({organ}, {});
+  SceneRenderer view({organ}, {});
   const Laparoscope scope(load_case.scene.laparoscope, kWidth, kHeight);
   target.Bind();
   view.Draw(solved, scope, kOverlayError);

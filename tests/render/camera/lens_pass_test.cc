@@ -11,7 +11,7 @@
 #include "render/camera/laparoscope.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 
 namespace hpdm {
 namespace {
@@ -63,7 +63,7 @@ class LensPassTest : public testing::Test {
 TEST_F(LensPassTest, EveryProgramOfThePictureCompilesAndLinks) {
   const Image picture{2, 2, std::vector<std::uint8_t>(12, 128)};
   for (const Image* background : {static_cast<const Image*>(nullptr), &picture}) {
-    EXPECT_NO_THROW(SceneView({}, {}, background));
+    EXPECT_NO_THROW(SceneRenderer({}, {}, background));
   }
   EXPECT_NO_THROW(LensPass(LensPass::Edges::kAsDrawn));
   EXPECT_NO_THROW(LensPass(LensPass::Edges::kSmoothed));

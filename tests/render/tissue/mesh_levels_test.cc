@@ -17,7 +17,7 @@
 #include "engine/mesh/mesh_facts.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 #include "tests/support/shapes.h"
 
 namespace hpdm {
@@ -219,12 +219,12 @@ class LevelPicturesTest : public testing::Test {
     snapshot_.organs.resize(1);
     snapshot_.organs[0].vertices = mesh_.vertices.cast<float>();
   }
-  std::unique_ptr<SceneView> View(bool levels) const {
-    return std::make_unique<SceneView>(std::vector<OrganView>{{.rest = &mesh_}},
-                                       std::vector<InstrumentView>{}, nullptr,
-                                       SceneViewOptions{.levels = levels});
+  std::unique_ptr<SceneRenderer> View(bool levels) const {
+    return std::make_unique<SceneRenderer>(std::vector<OrganVisual>{{.rest = &mesh_}},
+                                           std::vector<InstrumentVisual>{}, nullptr,
+                                           SceneRendererOptions{.levels = levels});
   }
-  Image Draw(SceneView* view, double distance) {
+  Image Draw(SceneRenderer* view, double distance) {
     LaparoscopeOptions options;
     options.p_scope_W = distance * Vector3d(0.3, -0.8, 0.5).normalized();
     const Laparoscope scope(options, kWidth, kHeight);
@@ -279,7 +279,7 @@ TEST_F(LevelPicturesTest, NearbyThePictureIsTheSame) {
 TEST_F(LevelPicturesTest, ASwitchIsNotSeen) {
   const auto coming = View(true), going = View(true), without = View(false);
   // The cavity's wall stands where the first picture had it.
-  for (SceneView* view : {coming.get(), going.get(), without.get()}) Draw(view, 1.9);
+  for (SceneRenderer* view : {coming.get(), going.get(), without.get()}) Draw(view, 1.9);
   std::vector<std::pair<double, Image>> away;
   for (double distance = 0.2; distance < 1.5; distance *= 1.03) {
     away.emplace_back(distance, Draw(going.get(), distance));

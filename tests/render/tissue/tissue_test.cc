@@ -10,7 +10,7 @@
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
 #include "render/instrument/capsule_mesh.h"
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 #include "render/tissue/tissue_detail.h"
 
 namespace hpdm {
@@ -72,7 +72,7 @@ TEST(Occlusion, DarkensTheCreaseBetweenTwoOrgansAndNothingElse) {
   const Laparoscope scope(options, kWidth, kHeight);
   const auto picture = [&](bool occlusion) {
     PictureTarget target(kWidth, kHeight, 4);
-    SceneView view({{.rest = &left}, {.rest = &right}}, {}, nullptr, {.occlusion = occlusion});
+    SceneRenderer view({{.rest = &left}, {.rest = &right}}, {}, nullptr, {.occlusion = occlusion});
     target.Bind();
     view.Draw(snapshot, scope);
     target.Resolve(scope);

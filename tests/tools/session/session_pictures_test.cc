@@ -40,7 +40,7 @@ class SessionPictures : public testing::Test {
 
 TEST_F(SessionPictures, ReachTheViews) {
   const Session session(Load("mesh='textured.obj'\ntexture='good.png'", "background='good.png'"));
-  const std::vector<OrganView> organs = session.OrganViews();
+  const std::vector<OrganVisual> organs = session.OrganVisuals();
   ASSERT_EQ(organs.size(), 1u);
   ASSERT_NE(organs[0].texture, nullptr);
   EXPECT_EQ(organs[0].texture->width, 2);
@@ -51,7 +51,7 @@ TEST_F(SessionPictures, ReachTheViews) {
 
 TEST_F(SessionPictures, AreAbsentWhereTheSceneNamesNone) {
   const Session session(Load("mesh='plain.obj'"));
-  EXPECT_EQ(session.OrganViews()[0].texture, nullptr);
+  EXPECT_EQ(session.OrganVisuals()[0].texture, nullptr);
   EXPECT_EQ(session.Background(), nullptr);
 }
 

@@ -74,9 +74,9 @@ TEST(Reference, OfAnotherMeshOrPoseIsRefusedInOneLine) {
 TEST(Reference, GoesToTheOrganThatIsNamedOrToTheOnlyOne) {
   for (const std::string& argument : {kReference, "liver=" + kReference}) {
     Session session(LoadScene(kCase));
-    EXPECT_EQ(session.OrganViews()[0].reference, nullptr);
+    EXPECT_EQ(session.OrganVisuals()[0].reference, nullptr);
     session.LoadReference(argument);
-    const OrganView view = session.OrganViews()[0];
+    const OrganVisual view = session.OrganVisuals()[0];
     ASSERT_NE(view.reference, nullptr);
     EXPECT_EQ(view.reference->rows(), view.rest->vertices.rows());
     // A quarter of the largest displacement, 5.2 mm, rounded up.

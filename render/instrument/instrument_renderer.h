@@ -8,11 +8,11 @@
 #include "render/camera/frame_uniforms.h"
 #include "render/gl/shaders.h"
 #include "render/image/colour.h"
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 
 namespace hpdm {
 
-/// A part of an instrument. The mesh must outlive the view.
+/// A part of an instrument. The mesh must outlive the visual.
 struct InstrumentPart {
   const SurfaceMesh* mesh = nullptr;  ///< In the tool frame T, jaws closed, m.
   double pivot = 0;                   ///< m: a jaw turns about the line x = 0, z = pivot.
@@ -25,7 +25,7 @@ Isometry3d PoseInTool(const InstrumentPart& part, double jaw);
 
 /// An instrument to draw, in its tool frame T (origin at the centre of the tip sphere, z along the
 /// shaft towards the trocar, y the jaws' axis).
-struct InstrumentView {
+struct InstrumentVisual {
   std::vector<InstrumentPart> parts;            ///< None: a capsule of the radii below.
   double tip_radius = 0.0025;                   ///< m.
   double shaft_radius = 0.0025;                 ///< m.
@@ -34,15 +34,15 @@ struct InstrumentView {
   double insulated_from = std::numeric_limits<double>::infinity();
   Colour insulation = Colour(0.12f, 0.12f, 0.13f);
   /// What else the hand can hold: ToolPose::instrument_index 1, 2, ... Theirs stay empty.
-  std::vector<InstrumentView> exchanges = {};
+  std::vector<InstrumentVisual> exchanges = {};
 };
 
 /// The instruments on the graphics card. Render thread only.
-class InstrumentPainter {
+class InstrumentRenderer {
  public:
   /// Compiles the program and uploads the meshes: at most kMaxInstruments, more are a bug. Throws
   /// MachineError when the driver refuses the shader.
-  explicit InstrumentPainter(const std::vector<InstrumentView>& instruments);
+  explicit InstrumentRenderer(const std::vector<InstrumentVisual>& instruments);
 
   /// Puts the instruments that the snapshot has into the frame, for what lies in their shade.
   void AddTo(const SceneSnapshot& snapshot, FrameUniforms* frame) const;
@@ -53,7 +53,7 @@ class InstrumentPainter {
 
  private:
   struct Part {
-    MeshView mesh;
+    MeshRenderer mesh;
     InstrumentPart placed;
   };
   struct Instrument {
@@ -65,7 +65,7 @@ class InstrumentPainter {
     double shaft_radius;
   };
 
-  static Instrument Upload(const InstrumentView& view);
+  static Instrument Upload(const InstrumentVisual& visual);
   int DrawnCount(const SceneSnapshot& snapshot) const;
   const Instrument& Held(int tool, const ToolPose& pose) const;
 

@@ -22,10 +22,10 @@ struct Mark {
 using Marks = std::vector<Mark>;
 
 /// Draws marks over a finished picture. Render thread only.
-class MarkPainter {
+class MarkRenderer {
  public:
   /// Throws MachineError when the driver refuses the shader.
-  MarkPainter();
+  MarkRenderer();
 
   /// Draws the marks in their order, within the circular picture; what lies behind something that
   /// was drawn has `hidden` (0..1) of its opacity. Marks fade

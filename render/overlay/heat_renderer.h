@@ -5,7 +5,7 @@
 #include "engine/snapshots.h"
 #include "render/gl/gl_object.h"
 #include "render/gl/shaders.h"
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 
 namespace hpdm {
 
@@ -20,19 +20,19 @@ struct ForceSpot {
 /// Values on organs as colours of colour_map.h, drawn over a finished picture in a pass of their
 /// own: a picture without them costs nothing. Needs the frame's uniform block bound, and the
 /// picture's depths, which stay. Render thread only.
-class HeatPainter {
+class HeatRenderer {
  public:
   /// Throws MachineError when the driver refuses a shader.
-  HeatPainter();
+  HeatRenderer();
 
   /// Spots of force on an organ that has been drawn: the force's colour all over the spot, so that
   /// it can be read beside the tip; nothing beyond the radius; between two spots the mean by their
   /// kernels. `full_scale` (N) has the map's last colour.
-  void DrawForce(const MeshView& mesh, const std::array<ForceSpot, kMaxInstruments>& spots,
+  void DrawForce(const MeshRenderer& mesh, const std::array<ForceSpot, kMaxInstruments>& spots,
                  int spot_count, double full_scale);
 
-  /// The values of MeshView::SetHeat on all of the organ; 1 has the map's last colour.
-  void DrawVertexHeat(const MeshView& mesh);
+  /// The values of MeshRenderer::SetHeat on all of the organ; 1 has the map's last colour.
+  void DrawVertexHeat(const MeshRenderer& mesh);
 
   /// A bar of the map's colours with a white frame and a tick at each quarter, upright in the
   /// middle of the picture's right edge; `place` 0 is the outermost.

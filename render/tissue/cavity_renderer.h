@@ -16,11 +16,11 @@ namespace hpdm {
 /// lens throws it, its shorter side across the circle, mirrored beyond its border: it fills the
 /// picture at the start and stays on the wall when the scope moves. Without one the wall is bare,
 /// in soft folds. Render thread only.
-class CavityPainter {
+class CavityRenderer {
  public:
   /// `background` may be null and need not outlive the call. Throws MachineError when the driver
   /// refuses the shader.
-  explicit CavityPainter(const Image* background);
+  explicit CavityRenderer(const Image* background);
   /// Fills what is not covered yet. The first call places the wall and the projector.
   void Draw(const Laparoscope& scope);
 

@@ -10,10 +10,10 @@
 namespace hpdm {
 
 /// Draws text over the framebuffer that is bound. Render thread only.
-class TextPainter {
+class TextRenderer {
  public:
   /// Throws MachineError when the driver refuses the shader.
-  TextPainter();
+  TextRenderer();
 
   /// Draws `text` on a picture of width x height pixels, whose size decides the text's. Throws
   /// MachineError when the font cannot be drawn in a new size; leaves OpenGL's state as it was.

@@ -1,4 +1,4 @@
-#include "render/overlay/heat_painter.h"
+#include "render/overlay/heat_renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -90,7 +90,7 @@ void main() {
 
 }  // namespace
 
-HeatPainter::HeatPainter()
+HeatRenderer::HeatRenderer()
     : force_("force overlay", {glsl::kFrame, kHeatVertex},
              {glsl::kFrame, ColourMapGlsl().c_str(), kPaint, kForce}),
       vertex_heat_("error overlay", {glsl::kFrame, kHeatVertex},
@@ -105,7 +105,7 @@ HeatPainter::HeatPainter()
   bar_.BindBlock("Frame", FrameBlock::kBinding);
 }
 
-void HeatPainter::Begin() const {
+void HeatRenderer::Begin() const {
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthMask(GL_FALSE);
@@ -114,15 +114,15 @@ void HeatPainter::Begin() const {
   glPolygonOffset(-1, -4);
 }
 
-void HeatPainter::End() const {
+void HeatRenderer::End() const {
   glDisable(GL_POLYGON_OFFSET_FILL);
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
 }
 
-void HeatPainter::DrawForce(const MeshView& mesh,
-                            const std::array<ForceSpot, kMaxInstruments>& spots, int spot_count,
-                            double full_scale) {
+void HeatRenderer::DrawForce(const MeshRenderer& mesh,
+                             const std::array<ForceSpot, kMaxInstruments>& spots, int spot_count,
+                             double full_scale) {
   std::array<Eigen::Vector4f, kMaxInstruments> places;
   std::array<float, kMaxInstruments> forces{};
   for (int i = 0; i < spot_count; ++i) {
@@ -139,14 +139,14 @@ void HeatPainter::DrawForce(const MeshView& mesh,
   End();
 }
 
-void HeatPainter::DrawVertexHeat(const MeshView& mesh) {
+void HeatRenderer::DrawVertexHeat(const MeshRenderer& mesh) {
   vertex_heat_.Use();
   Begin();
   mesh.Draw();
   End();
 }
 
-void HeatPainter::DrawBar(int place) {
+void HeatRenderer::DrawBar(int place) {
   bar_.Use();
   glUniform1f(bar_place_, static_cast<float>(place));
   glDisable(GL_DEPTH_TEST);

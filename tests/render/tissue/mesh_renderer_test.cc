@@ -1,4 +1,4 @@
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ SurfaceMesh Cube() {
   return mesh;
 }
 
-TEST(MeshView, SinglePrecisionNormalsAreTheEnginesNormals) {
+TEST(MeshRenderer, SinglePrecisionNormalsAreTheEnginesNormals) {
   const SurfaceMesh mesh = CapsuleMesh(0.004, 0.0025, 0.3);
   Points expected;
   VertexNormals(mesh.vertices, mesh.triangles, &expected);
@@ -29,7 +29,7 @@ TEST(MeshView, SinglePrecisionNormalsAreTheEnginesNormals) {
   EXPECT_LT((normals.cast<double>() - expected).cwiseAbs().maxCoeff(), 1e-3);
 }
 
-TEST(MeshView, ClosedMeansEveryEdgeTwiceAndOutwards) {
+TEST(MeshRenderer, ClosedMeansEveryEdgeTwiceAndOutwards) {
   SurfaceMesh mesh = Cube();
   EXPECT_TRUE(IsClosed(mesh));
   SurfaceMesh open = mesh;
@@ -43,7 +43,7 @@ TEST(MeshView, ClosedMeansEveryEdgeTwiceAndOutwards) {
   EXPECT_FALSE(IsClosed(inside_out));
 }
 
-TEST(MeshView, CutsKeepTheFacesOfACubeFlat) {
+TEST(MeshRenderer, CutsKeepTheFacesOfACubeFlat) {
   const CreasedMesh creased = CutCreases(Cube(), std::numbers::pi / 4);
   EXPECT_TRUE(creased.closed);
   ASSERT_EQ(creased.normals.rows(), 36);
@@ -54,7 +54,7 @@ TEST(MeshView, CutsKeepTheFacesOfACubeFlat) {
   }
 }
 
-TEST(MeshView, SeamsRepeatOnlyTheVerticesWhoseCornersDiffer) {
+TEST(MeshRenderer, SeamsRepeatOnlyTheVerticesWhoseCornersDiffer) {
   SurfaceMesh mesh = Cube();
   EXPECT_TRUE(CutSeams(mesh).copies.empty());
   // Flat from above: one coordinate a vertex, and no seam.
@@ -76,7 +76,7 @@ TEST(MeshView, SeamsRepeatOnlyTheVerticesWhoseCornersDiffer) {
   }
 }
 
-TEST(MeshView, ACapsuleIsClosedAndOnItsRadii) {
+TEST(MeshRenderer, ACapsuleIsClosedAndOnItsRadii) {
   for (const double tip : {0.002, 0.0025, 0.005}) {
     const SurfaceMesh mesh = CapsuleMesh(tip, 0.0025, 0.3);
     EXPECT_TRUE(IsClosed(mesh)) << tip;

@@ -8,16 +8,16 @@
 #include "render/camera/circle_mask.h"
 #include "render/camera/frame_uniforms.h"
 #include "render/camera/laparoscope.h"
-#include "render/instrument/instrument_view.h"
-#include "render/overlay/overlay_view.h"
-#include "render/tissue/cavity_view.h"
+#include "render/instrument/instrument_renderer.h"
+#include "render/overlay/overlay_renderer.h"
+#include "render/tissue/cavity_renderer.h"
 #include "render/tissue/occlusion.h"
-#include "render/tissue/organ_view.h"
+#include "render/tissue/organ_renderer.h"
 
 namespace hpdm {
 
 /// What may be left out of the picture on a slow machine.
-struct SceneViewOptions {
+struct SceneRendererOptions {
   bool occlusion = true;  ///< Shade in crevices and under instruments.
   bool levels = true;     ///< Fewer triangles for organs that are small (mesh_levels.h).
 };
@@ -25,13 +25,14 @@ struct SceneViewOptions {
 /// Everything that is in the picture, on the graphics card. Draws into whatever framebuffer is
 /// bound, so the same view serves pictures and a window. Render thread only, from construction to
 /// destruction.
-class SceneView {
+class SceneRenderer {
  public:
   /// Compiles the programs and uploads meshes and textures. `background` (may be null) is the
   /// picture on the cavity's wall; it need not outlive the call. Throws MachineError when the
   /// driver refuses a shader.
-  SceneView(const std::vector<OrganView>& organs, const std::vector<InstrumentView>& instruments,
-            const Image* background = nullptr, const SceneViewOptions& options = {});
+  SceneRenderer(const std::vector<OrganVisual>& organs,
+                const std::vector<InstrumentVisual>& instruments, const Image* background = nullptr,
+                const SceneRendererOptions& options = {});
 
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Organs
   /// and tools beyond those given at construction are not drawn; fewer are a bug, as is a vertex
@@ -44,12 +45,12 @@ class SceneView {
 
  private:
   FrameBlock frame_;
-  OrganPainter organs_;
-  InstrumentPainter instruments_;
-  CavityPainter cavity_;
+  OrganRenderer organs_;
+  InstrumentRenderer instruments_;
+  CavityRenderer cavity_;
   std::optional<Occlusion> occlusion_;
   CircleMask mask_;
-  OverlayView overlays_;
+  OverlayRenderer overlays_;
 };
 
 }  // namespace hpdm

@@ -1,4 +1,4 @@
-#include "render/tissue/cavity_view.h"
+#include "render/tissue/cavity_renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -77,7 +77,7 @@ std::vector<const char*> FragmentParts(bool picture) {
 
 }  // namespace
 
-CavityPainter::CavityPainter(const Image* background)
+CavityRenderer::CavityRenderer(const Image* background)
     : program_("cavity", {glsl::kFrame, kCavityVertex}, FragmentParts(background != nullptr)),
       has_picture_(background != nullptr) {
   program_.BindBlock("Frame", FrameBlock::kBinding);
@@ -92,7 +92,7 @@ CavityPainter::CavityPainter(const Image* background)
   slide_size_ = size / size.minCoeff();
 }
 
-void CavityPainter::Place(const Laparoscope& scope) {
+void CavityRenderer::Place(const Laparoscope& scope) {
   const Vector3d p_target_W =
       scope.X_WC().translation() + scope.target_distance() * scope.ViewingAxis_W();
   // Wide enough to hold the scope.
@@ -114,7 +114,7 @@ void CavityPainter::Place(const Laparoscope& scope) {
   glUniformMatrix3fv(program_.Uniform("slide_from_world"), 1, GL_FALSE, slide_from_world.data());
 }
 
-void CavityPainter::Draw(const Laparoscope& scope) {
+void CavityRenderer::Draw(const Laparoscope& scope) {
   program_.Use();
   if (!placed_) Place(scope);
   texture_->Bind(kTextureUnit);

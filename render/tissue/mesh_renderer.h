@@ -43,12 +43,12 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 ///
 /// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
 /// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
-class MeshView {
+class MeshRenderer {
  public:
   /// A deforming mesh: smooth normals. Starts at rest.
-  explicit MeshView(const SurfaceMesh& rest);
+  explicit MeshRenderer(const SurfaceMesh& rest);
   /// A rigid mesh with its own normals.
-  explicit MeshView(const CreasedMesh& creased);
+  explicit MeshRenderer(const CreasedMesh& creased);
 
   /// Moves the vertices (V x 3, m; V as at construction, anything else is a bug), recomputes the
   /// normals and uploads both. Allocates nothing.

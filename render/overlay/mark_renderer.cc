@@ -1,4 +1,4 @@
-#include "render/overlay/mark_painter.h"
+#include "render/overlay/mark_renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -83,7 +83,7 @@ void SetInput(GLuint index, std::size_t first) {
 
 }  // namespace
 
-MarkPainter::MarkPainter()
+MarkRenderer::MarkRenderer()
     : program_("marks", {glsl::kFrame, kMarkVertex}, {glsl::kFrame, kMarkFragment}),
       opacity_(program_.Uniform("opacity")),
       fade_from_(program_.Uniform("fade_from")) {
@@ -96,7 +96,7 @@ MarkPainter::MarkPainter()
   glBindVertexArray(0);
 }
 
-void MarkPainter::Draw(const Marks& marks, float hidden, double fade_from) {
+void MarkRenderer::Draw(const Marks& marks, float hidden, double fade_from) {
   if (marks.empty()) return;
   glBindBuffer(GL_ARRAY_BUFFER, buffer_.name());
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(marks.size() * sizeof(Mark)), marks.data(),

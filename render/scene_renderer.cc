@@ -1,12 +1,12 @@
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 
 #include <epoxy/gl.h>
 
 namespace hpdm {
 
-SceneView::SceneView(const std::vector<OrganView>& organs,
-                     const std::vector<InstrumentView>& instruments, const Image* background,
-                     const SceneViewOptions& options)
+SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
+                             const std::vector<InstrumentVisual>& instruments,
+                             const Image* background, const SceneRendererOptions& options)
     : organs_(organs, options.levels),
       instruments_(instruments),
       cavity_(background),
@@ -14,8 +14,8 @@ SceneView::SceneView(const std::vector<OrganView>& organs,
   if (options.occlusion) occlusion_.emplace();
 }
 
-void SceneView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
-                     std::uint32_t overlays) {
+void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
+                         std::uint32_t overlays) {
   FrameUniforms frame = ScopeUniforms(scope);
   instruments_.AddTo(snapshot, &frame);
   frame_.Upload(frame);

@@ -1,4 +1,4 @@
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -103,7 +103,7 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease) {
   return creased;
 }
 
-MeshView::MeshView(const SurfaceMesh& rest)
+MeshRenderer::MeshRenderer(const SurfaceMesh& rest)
     : closed_(IsClosed(rest)), triangles_(rest.triangles), vertex_count_(rest.vertices.rows()) {
   const SeamedMesh seamed = CutSeams(rest);
   copies_ = seamed.copies;
@@ -114,7 +114,7 @@ MeshView::MeshView(const SurfaceMesh& rest)
   CreateLayout(seamed.triangles);
 }
 
-MeshView::MeshView(const CreasedMesh& creased)
+MeshRenderer::MeshRenderer(const CreasedMesh& creased)
     : closed_(creased.closed),
       triangles_(creased.mesh.triangles),
       vertex_count_(creased.mesh.vertices.rows()),
@@ -125,7 +125,7 @@ MeshView::MeshView(const CreasedMesh& creased)
   CreateLayout(triangles_);
 }
 
-void MeshView::CreateLayout(const Triangles& drawn) {
+void MeshRenderer::CreateLayout(const Triangles& drawn) {
   glBindVertexArray(layout_.name());
   SetInput(0, position_buffer_, 3);
   SetInput(1, normal_buffer_, 3);
@@ -134,7 +134,7 @@ void MeshView::CreateLayout(const Triangles& drawn) {
   ReplaceIndices({&drawn});
 }
 
-void MeshView::ReplaceIndices(const std::vector<const Triangles*>& levels) {
+void MeshRenderer::ReplaceIndices(const std::vector<const Triangles*>& levels) {
   Eigen::Index count = 0;
   ranges_.clear();
   for (const Triangles* level : levels) {
@@ -154,14 +154,14 @@ void MeshView::ReplaceIndices(const std::vector<const Triangles*>& levels) {
   glBindVertexArray(0);
 }
 
-void MeshView::SetLevels(const std::vector<MeshLevel>& levels) {
+void MeshRenderer::SetLevels(const std::vector<MeshLevel>& levels) {
   HPDM_CHECK(!levels.empty() && levels[0].triangles.size() == triangles_.size());
   std::vector<const Triangles*> drawn;
   for (const MeshLevel& level : levels) drawn.push_back(&level.triangles);
   ReplaceIndices(drawn);
 }
 
-const PointsF& MeshView::WithCopies(const PointsF& values) {
+const PointsF& MeshRenderer::WithCopies(const PointsF& values) {
   if (copies_.empty()) return values;
   const auto copy_count = static_cast<Eigen::Index>(copies_.size());
   with_copies_.resize(vertex_count_ + copy_count, 3);
@@ -172,18 +172,18 @@ const PointsF& MeshView::WithCopies(const PointsF& values) {
   return with_copies_;
 }
 
-void MeshView::Upload(const PointsF& vertices) {
+void MeshRenderer::Upload(const PointsF& vertices) {
   Replace(position_buffer_, WithCopies(vertices));
   Replace(normal_buffer_, WithCopies(normals_));
 }
 
-void MeshView::SetVertices(const PointsF& vertices) {
+void MeshRenderer::SetVertices(const PointsF& vertices) {
   HPDM_CHECK(vertices.rows() == vertex_count_);
   VertexNormalsF(vertices, triangles_, &normals_);
   Upload(vertices);
 }
 
-void MeshView::SetHeat(const std::vector<float>& values) {
+void MeshRenderer::SetHeat(const std::vector<float>& values) {
   HPDM_CHECK(static_cast<Eigen::Index>(values.size()) == vertex_count_);
   heat_ = values;
   for (const int copied : copies_) heat_.push_back(values[static_cast<std::size_t>(copied)]);
@@ -197,7 +197,7 @@ void MeshView::SetHeat(const std::vector<float>& values) {
   glBindVertexArray(0);
 }
 
-void MeshView::Draw() const {
+void MeshRenderer::Draw() const {
   if (closed_) glEnable(GL_CULL_FACE);
   glVertexAttrib3fv(2, offset_.data());
   glBindVertexArray(layout_.name());

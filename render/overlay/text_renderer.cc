@@ -1,4 +1,4 @@
-#include "render/overlay/text_painter.h"
+#include "render/overlay/text_renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -35,7 +35,7 @@ void main() {
 
 }  // namespace
 
-TextPainter::TextPainter()
+TextRenderer::TextRenderer()
     : program_("text", {kTextVertex}, {kTextFragment}),
       picture_size_(program_.Uniform("picture_size")),
       atlas_size_(program_.Uniform("atlas_size")) {
@@ -52,7 +52,7 @@ TextPainter::TextPainter()
   glBindVertexArray(0);
 }
 
-void TextPainter::UseSize(int pixels) {
+void TextRenderer::UseSize(int pixels) {
   if (atlas_ && atlas_->pixels() == pixels) return;
   atlas_.emplace(pixels);
   glBindTexture(GL_TEXTURE_2D, texture_.name());
@@ -67,7 +67,7 @@ void TextPainter::UseSize(int pixels) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
 }
 
-void TextPainter::Draw(const StatusText& text, int width, int height) {
+void TextRenderer::Draw(const StatusText& text, int width, int height) {
   glActiveTexture(GL_TEXTURE0);
   UseSize(TextPixels(width, height));
   corners_.clear();

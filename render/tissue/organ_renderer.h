@@ -15,13 +15,13 @@
 #include "render/image/image_file.h"
 #include "render/tissue/lattice_deformation.h"
 #include "render/tissue/mesh_levels.h"
-#include "render/tissue/mesh_view.h"
+#include "render/tissue/mesh_renderer.h"
 #include "render/tissue/occlusion.h"
 
 namespace hpdm {
 
-/// An organ to draw. What it points to must outlive the view.
-struct OrganView {
+/// An organ to draw. What it points to must outlive the visual.
+struct OrganVisual {
   const SurfaceMesh* rest = nullptr;  ///< Posed rest surface in the world, m: the vertices that
                                       ///< SceneSnapshot::organs[i].vertices moves.
   const Image* texture = nullptr;     ///< By the mesh's texture coordinates; null: `colour` alone.
@@ -33,12 +33,12 @@ struct OrganView {
 };
 
 /// The organs on the graphics card. Render thread only.
-class OrganPainter {
+class OrganRenderer {
  public:
   /// Compiles the program and uploads meshes, their levels (unless `levels` is false) and textures.
   /// Throws MachineError when the driver
   /// refuses the shader. A texture for a mesh without texture coordinates is a bug.
-  explicit OrganPainter(const std::vector<OrganView>& organs, bool levels = true);
+  explicit OrganRenderer(const std::vector<OrganVisual>& organs, bool levels = true);
 
   /// Moves the organs to where the snapshot has them, and chooses which of them are drawn in a
   /// picture through `scope`, and with which level; a shape is looked at only where its version
@@ -53,12 +53,12 @@ class OrganPainter {
   void Draw(const Occlusion* occlusion) const;
 
   /// Of the organ, where the last Draw() had it.
-  MeshView& mesh(std::size_t organ) { return organs_[organ].mesh; }
-  const MeshView& mesh(std::size_t organ) const { return organs_[organ].mesh; }
+  MeshRenderer& mesh(std::size_t organ) { return organs_[organ].mesh; }
+  const MeshRenderer& mesh(std::size_t organ) const { return organs_[organ].mesh; }
 
  private:
   struct Organ {
-    MeshView mesh;
+    MeshRenderer mesh;
     Texture texture;
     Eigen::Vector3f colour;  // linear, multiplies the texture's
     float metres_per_uv;

@@ -1,4 +1,4 @@
-#include "render/instrument/instrument_view.h"
+#include "render/instrument/instrument_renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -74,7 +74,7 @@ Isometry3d PoseInTool(const InstrumentPart& part, double jaw) {
   return to_pivot * Eigen::AngleAxisd(-part.opening * jaw, Vector3d::UnitY()) * to_pivot.inverse();
 }
 
-InstrumentPainter::InstrumentPainter(const std::vector<InstrumentView>& instruments)
+InstrumentRenderer::InstrumentRenderer(const std::vector<InstrumentVisual>& instruments)
     : program_("instrument", {glsl::kFrame, kInstrumentVertex},
                {glsl::kFrame, glsl::kLight, kInstrumentFragment}),
       world_from_mesh_(program_.Uniform("world_from_mesh")),
@@ -84,41 +84,42 @@ InstrumentPainter::InstrumentPainter(const std::vector<InstrumentView>& instrume
   HPDM_CHECK(instruments.size() <= kMaxInstruments);
   program_.BindBlock("Frame", FrameBlock::kBinding);
   instruments_.reserve(instruments.size());
-  for (const InstrumentView& view : instruments) {
+  for (const InstrumentVisual& visual : instruments) {
     std::vector<Instrument>& held = instruments_.emplace_back();
-    held.push_back(Upload(view));
-    for (const InstrumentView& other : view.exchanges) held.push_back(Upload(other));
+    held.push_back(Upload(visual));
+    for (const InstrumentVisual& other : visual.exchanges) held.push_back(Upload(other));
   }
 }
 
-InstrumentPainter::Instrument InstrumentPainter::Upload(const InstrumentView& view) {
+InstrumentRenderer::Instrument InstrumentRenderer::Upload(const InstrumentVisual& visual) {
   Instrument instrument{.parts = {},
-                        .colour = Linear(view.colour),
-                        .insulation = Linear(view.insulation),
-                        .insulated_from = view.insulated_from,
-                        .tip_radius = view.tip_radius,
-                        .shaft_radius = view.shaft_radius};
-  for (const InstrumentPart& part : view.parts) {
-    instrument.parts.push_back({MeshView(CutCreases(*part.mesh, kCrease)), part});
+                        .colour = Linear(visual.colour),
+                        .insulation = Linear(visual.insulation),
+                        .insulated_from = visual.insulated_from,
+                        .tip_radius = visual.tip_radius,
+                        .shaft_radius = visual.shaft_radius};
+  for (const InstrumentPart& part : visual.parts) {
+    instrument.parts.push_back({MeshRenderer(CutCreases(*part.mesh, kCrease)), part});
   }
-  if (view.parts.empty()) {
-    const SurfaceMesh capsule = CapsuleMesh(view.tip_radius, view.shaft_radius, kShaftLength);
-    instrument.parts.push_back({MeshView(CutCreases(capsule, kCrease)), {}});
+  if (visual.parts.empty()) {
+    const SurfaceMesh capsule = CapsuleMesh(visual.tip_radius, visual.shaft_radius, kShaftLength);
+    instrument.parts.push_back({MeshRenderer(CutCreases(capsule, kCrease)), {}});
   }
   return instrument;
 }
 
-int InstrumentPainter::DrawnCount(const SceneSnapshot& snapshot) const {
+int InstrumentRenderer::DrawnCount(const SceneSnapshot& snapshot) const {
   return std::min(static_cast<int>(instruments_.size()), snapshot.tool_count);
 }
 
-const InstrumentPainter::Instrument& InstrumentPainter::Held(int tool, const ToolPose& pose) const {
+const InstrumentRenderer::Instrument& InstrumentRenderer::Held(int tool,
+                                                               const ToolPose& pose) const {
   const std::vector<Instrument>& held = instruments_[tool];
   const auto instrument_index = static_cast<std::size_t>(pose.instrument_index);
   return held[instrument_index < held.size() ? instrument_index : 0];
 }
 
-void InstrumentPainter::AddTo(const SceneSnapshot& snapshot, FrameUniforms* frame) const {
+void InstrumentRenderer::AddTo(const SceneSnapshot& snapshot, FrameUniforms* frame) const {
   for (int t = 0; t < DrawnCount(snapshot); ++t) {
     const Isometry3d& X_WT = snapshot.tools[t].X_WT;
     const Instrument& instrument = Held(t, snapshot.tools[t]);
@@ -127,7 +128,7 @@ void InstrumentPainter::AddTo(const SceneSnapshot& snapshot, FrameUniforms* fram
   }
 }
 
-void InstrumentPainter::Draw(const SceneSnapshot& snapshot) const {
+void InstrumentRenderer::Draw(const SceneSnapshot& snapshot) const {
   program_.Use();
   for (int t = 0; t < DrawnCount(snapshot); ++t) {
     const ToolPose& pose = snapshot.tools[t];

@@ -1,4 +1,4 @@
-#include "render/overlay/overlay_view.h"
+#include "render/overlay/overlay_renderer.h"
 
 #include <algorithm>
 #include <array>
@@ -28,15 +28,15 @@ double RoundedUp(double value) {
   return 10 * decade;
 }
 
-OverlayView::OverlayView(const std::vector<OrganView>& organs) : organs_(organs) {
-  for (const OrganView& organ : organs_) {
+OverlayRenderer::OverlayRenderer(const std::vector<OrganVisual>& organs) : organs_(organs) {
+  for (const OrganVisual& organ : organs_) {
     const bool has_lattice = organ.model != nullptr && organ.model->lattice();
     presence_.push_back(has_lattice ? ControlPointPresence(*organ.model) : Eigen::VectorXf());
   }
 }
 
-void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
-                       std::uint32_t overlays, OrganPainter* organs) {
+void OverlayRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
+                           std::uint32_t overlays, OrganRenderer* organs) {
   if (overlays & kOverlayError) DrawErrors(snapshot, organs);
   if (overlays & kOverlayForce) DrawForces(snapshot, *organs);
   if (overlays & kOverlayLattice) {
@@ -45,7 +45,7 @@ void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
       if (organs_[o].model == nullptr) continue;
       AddLatticeMarks(*organs_[o].model, presence_[o], snapshot.organs[o], &marks_);
     }
-    marks_painter_.Draw(marks_, 0.3f, 0.9 * scope.target_distance());
+    mark_renderer_.Draw(marks_, 0.3f, 0.9 * scope.target_distance());
   }
   if (overlays & kOverlayContacts) {
     marks_.clear();
@@ -55,20 +55,20 @@ void OverlayView::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
       const auto organ = static_cast<std::size_t>(contact.organ);
       AddContactMarks(contact, snapshot.organs[organ], organs_[organ].rest->triangles, &marks_);
     }
-    marks_painter_.Draw(marks_, 0.6f, Laparoscope::kFar);
+    mark_renderer_.Draw(marks_, 0.6f, Laparoscope::kFar);
   }
 }
 
-void OverlayView::DrawScales(std::uint32_t overlays) {
+void OverlayRenderer::DrawScales(std::uint32_t overlays) {
   const bool has_reference =
       std::any_of(organs_.begin(), organs_.end(),
-                  [](const OrganView& organ) { return organ.reference != nullptr; });
+                  [](const OrganVisual& organ) { return organ.reference != nullptr; });
   int bars = 0;
   if (overlays & kOverlayForce) heat_.DrawBar(bars++);
   if ((overlays & kOverlayError) && has_reference) heat_.DrawBar(bars++);
 }
 
-void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& organs) {
+void OverlayRenderer::DrawForces(const SceneSnapshot& snapshot, const OrganRenderer& organs) {
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     std::array<ForceSpot, kMaxInstruments> spots;
     int count = 0;
@@ -83,7 +83,7 @@ void OverlayView::DrawForces(const SceneSnapshot& snapshot, const OrganPainter& 
   }
 }
 
-void OverlayView::DrawErrors(const SceneSnapshot& snapshot, OrganPainter* organs) {
+void OverlayRenderer::DrawErrors(const SceneSnapshot& snapshot, OrganRenderer* organs) {
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     if (organs_[o].reference == nullptr) continue;
     const OrganSnapshot& shape = snapshot.organs[o];

@@ -1,4 +1,4 @@
-#include "render/tissue/organ_view.h"
+#include "render/tissue/organ_renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -77,7 +77,7 @@ std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
 
 }  // namespace
 
-OrganPainter::OrganPainter(const std::vector<OrganView>& organs, bool levels)
+OrganRenderer::OrganRenderer(const std::vector<OrganVisual>& organs, bool levels)
     : program_("organ", {glsl::kFrame, kOrganVertex},
                {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kOrganFragment}),
       depth_program_("organ depth", {glsl::kFrame, kOrganVertex}, {kOrganDepthFragment}),
@@ -92,11 +92,11 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs, bool levels)
   depth_program_.BindBlock("Frame", FrameBlock::kBinding);
   const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   organs_.reserve(organs.size());
-  for (const OrganView& organ : organs) {
+  for (const OrganVisual& organ : organs) {
     const bool textured = organ.texture != nullptr;
     HPDM_CHECK(!textured || organ.rest->texture_coordinates.rows() > 0);
     const SurfaceMesh mesh = WithCoordinates(*organ.rest);
-    organs_.push_back({.mesh = MeshView(mesh),
+    organs_.push_back({.mesh = MeshRenderer(mesh),
                        .texture = Texture(textured ? *organ.texture : White()),
                        .colour = textured ? Eigen::Vector3f(1, 1, 1) : Linear(organ.colour),
                        .metres_per_uv = static_cast<float>(MetresPerCoordinate(mesh))});
@@ -107,7 +107,7 @@ OrganPainter::OrganPainter(const std::vector<OrganView>& organs, bool levels)
   }
 }
 
-void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
+void OrganRenderer::Organ::Move(const OrganSnapshot& shape) {
   mesh.SetOffset(shape.offset_W.cast<float>());
   if (version == shape.version) return;
   version = shape.version;
@@ -123,13 +123,13 @@ void OrganPainter::Organ::Move(const OrganSnapshot& shape) {
   }
 }
 
-void OrganPainter::Organ::SetLevels(const SurfaceMesh& rest) {
+void OrganRenderer::Organ::SetLevels(const SurfaceMesh& rest) {
   levels = MakeLevels(CutSeams(rest), rest.vertices, metres_per_uv);
   mesh.SetLevels(levels);
   errors.resize(levels.size());
 }
 
-void OrganPainter::Organ::Look(const OrganSnapshot& shape, const Laparoscope& scope) {
+void OrganRenderer::Organ::Look(const OrganSnapshot& shape, const Laparoscope& scope) {
   if (shape.vertices.rows() == 0) return;  // where it is, only the card knows
   const Vector3d low = low_W + shape.offset_W, high = high_W + shape.offset_W;
   may_be_seen = scope.MaySee(low, high);
@@ -145,7 +145,7 @@ void OrganPainter::Organ::Look(const OrganSnapshot& shape, const Laparoscope& sc
   mesh.SelectLevel(LevelChoice::After(mesh.level(), levels, scale, error_of));
 }
 
-void OrganPainter::Move(const SceneSnapshot& snapshot, const Laparoscope& scope) {
+void OrganRenderer::Move(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   HPDM_CHECK(snapshot.organs.size() >= organs_.size());
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     organs_[o].Move(snapshot.organs[o]);
@@ -153,14 +153,14 @@ void OrganPainter::Move(const SceneSnapshot& snapshot, const Laparoscope& scope)
   }
 }
 
-void OrganPainter::DrawDepth() const {
+void OrganRenderer::DrawDepth() const {
   depth_program_.Use();
   for (const Organ& organ : organs_) {
     if (organ.may_be_seen) organ.mesh.Draw();
   }
 }
 
-void OrganPainter::Draw(const Occlusion* occlusion) const {
+void OrganRenderer::Draw(const Occlusion* occlusion) const {
   program_.Use();
   detail_.Bind(kDetailUnit);
   if (occlusion != nullptr) {

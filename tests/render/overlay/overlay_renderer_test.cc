@@ -1,4 +1,4 @@
-#include "render/overlay/overlay_view.h"
+#include "render/overlay/overlay_renderer.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include "render/overlay/contact_marks.h"
 #include "render/overlay/lattice_marks.h"
 #include "render/overlay/view_settings.h"
-#include "render/scene_view.h"
+#include "render/scene_renderer.h"
 #include "tests/support/shapes.h"
 
 namespace hpdm {
@@ -136,7 +136,7 @@ TEST(ContactMarks, ArrowIsTheForceOnTheHand) {
   EXPECT_EQ(marks.back().radius_b, 0);  // a point
 }
 
-class OverlayViewTest : public testing::Test {
+class OverlayRendererTest : public testing::Test {
  protected:
   static constexpr int kWidth = 320, kHeight = 240;
   void SetUp() override {
@@ -160,8 +160,8 @@ class OverlayViewTest : public testing::Test {
                              .normal_W = Vector3d::UnitZ(),
                              .kernel_radius = 0.0025};
   }
-  void Show(const OrganView& organ) {
-    view_.emplace(std::vector{organ}, std::vector<InstrumentView>());
+  void Show(const OrganVisual& organ) {
+    view_.emplace(std::vector{organ}, std::vector<InstrumentVisual>());
   }
   Image Draw(std::uint32_t overlays) {
     ++snapshot_.organs[0].version;
@@ -196,12 +196,12 @@ class OverlayViewTest : public testing::Test {
   std::unique_ptr<EglContext> context_;
   std::optional<PictureTarget> target_;
   std::optional<Laparoscope> scope_;
-  std::optional<SceneView> view_;
-  OrganView organ_;
+  std::optional<SceneRenderer> view_;
+  OrganVisual organ_;
   SceneSnapshot snapshot_;
 };
 
-TEST_F(OverlayViewTest, SwitchedOffTheyLeaveThePictureAsItWas) {
+TEST_F(OverlayRendererTest, SwitchedOffTheyLeaveThePictureAsItWas) {
   const Points reference = Points::Constant(model_.rest().vertices.rows(), 3, 0.002);
   organ_.reference = &reference;
   const Image before = Draw(kOverlayNone);
@@ -212,7 +212,7 @@ TEST_F(OverlayViewTest, SwitchedOffTheyLeaveThePictureAsItWas) {
   EXPECT_EQ(Draw(kOverlayNone).rgb, before.rgb);
 }
 
-TEST_F(OverlayViewTest, ForceColoursOnlyTheSurroundingsOfItsContact) {
+TEST_F(OverlayRendererTest, ForceColoursOnlyTheSurroundingsOfItsContact) {
   const Image before = Draw(kOverlayNone), after = Draw(kOverlayForce);
   const Vector3d place = scope_->Project(snapshot_.contacts[0].contact_W);
   const double radius_px = kForceSpotRadii * 0.0025 / place.z() * scope_->focal_length_px();
@@ -225,7 +225,7 @@ TEST_F(OverlayViewTest, ForceColoursOnlyTheSurroundingsOfItsContact) {
   EXPECT_EQ(changed, 0);
 }
 
-TEST_F(OverlayViewTest, AnOrganWhereItsReferenceIsHasTheFirstColour) {
+TEST_F(OverlayRendererTest, AnOrganWhereItsReferenceIsHasTheFirstColour) {
   const Points reference = Points::Constant(model_.rest().vertices.rows(), 3, 0.002);
   organ_.reference = &reference;
   organ_.error_scale = 0.01;
@@ -241,11 +241,11 @@ TEST_F(OverlayViewTest, AnOrganWhereItsReferenceIsHasTheFirstColour) {
   EXPECT_LT((colour() - MapColour(0)).cwiseAbs().maxCoeff(), 0.2f);
 }
 
-TEST_F(OverlayViewTest, WithoutAReferenceThereIsNoErrorToShow) {
+TEST_F(OverlayRendererTest, WithoutAReferenceThereIsNoErrorToShow) {
   EXPECT_EQ(Draw(kOverlayError).rgb, Draw(kOverlayNone).rgb);
 }
 
-TEST_F(OverlayViewTest, TheScaleShowsTheMapsColours) {
+TEST_F(OverlayRendererTest, TheScaleShowsTheMapsColours) {
   const Image image = Draw(kOverlayForce);
   // The middle of the bar, 12 px wide, 16 px from the right and 60 px high.
   const int x = kWidth - 16 - 6, height = 60;
@@ -257,7 +257,7 @@ TEST_F(OverlayViewTest, TheScaleShowsTheMapsColours) {
   }
 }
 
-TEST_F(OverlayViewTest, TheShadersDeformationGivesTheSamePicture) {
+TEST_F(OverlayRendererTest, TheShadersDeformationGivesTheSamePicture) {
   snapshot_.organs[0].control_displacements.col(2).setConstant(0.004);
   snapshot_.organs[0].control_displacements.col(0).setLinSpaced(0, 0.01);
   snapshot_.organs[0].vertices =
