@@ -19,14 +19,15 @@ using ConstVectorMap = Eigen::Map<const Eigen::VectorXd>;
 
 VectorMap Unknowns(Points* U) { return {U->data(), U->size()}; }
 
-// The energy of W and V together (schur_complement.h), (n + slots) x 3, with the damper's on both.
+// The energy of U_bar and V together (schur_complement.h), (n + slots) x 3, with the damper's on
+// both.
 class StepPotential final : public Potential {
  public:
   StepPotential(BlendedEnergy* energy, const SchurComplement* schur_complement, int slots)
       : energy_(energy),
         schur_complement_(schur_complement),
-        W_(Points::Zero(energy->control_points(), 3)),
-        gradient_(W_),
+        U_bar_(Points::Zero(energy->control_points(), 3)),
+        gradient_(U_bar_),
         V_damped_(Eigen::VectorXd::Zero(3 * slots)),
         load_(V_damped_) {}
 
@@ -34,19 +35,19 @@ class StepPotential final : public Potential {
   const Eigen::VectorXd& damped_from() const { return V_damped_; }
 
   double Energy(const Points& at) override {
-    W_ = at.topRows(W_.rows());
-    return energy_->Energy(W_) + LocalEnergy(at);
+    U_bar_ = at.topRows(U_bar_.rows());
+    return energy_->Energy(U_bar_) + LocalEnergy(at);
   }
   double Gradient(const Points& at, Points* gradient) override {
-    W_ = at.topRows(W_.rows());
-    double energy = energy_->Gradient(W_, &gradient_);
-    gradient->topRows(W_.rows()) = gradient_;
+    U_bar_ = at.topRows(U_bar_.rows());
+    double energy = energy_->Gradient(U_bar_, &gradient_);
+    gradient->topRows(U_bar_.rows()) = gradient_;
     if (load_.size() == 0) return energy;
     energy += LocalEnergy(at);
     Unknowns(gradient).tail(load_.size()) = load_;
     return energy;
   }
-  double ShareSlope() { return energy_->ShareSlope(W_); }
+  double ShareSlope() { return energy_->ShareSlope(U_bar_); }
 
  private:
   // Fills load_ with its gradient.
@@ -65,14 +66,14 @@ class StepPotential final : public Potential {
 
   BlendedEnergy* energy_;
   const SchurComplement* schur_complement_;  // nullptr without slots
-  Points W_, gradient_;                      // n x 3
+  Points U_bar_, gradient_;                  // n x 3
   Eigen::VectorXd V_damped_;                 // 3 slots, m: where the damper holds V
   Eigen::VectorXd load_;                     // 3 slots, N
   Eigen::VectorXd away_;                     // 3 slots, N
 };
 
-// Each Newton step solves the contact problem of the energy's quadratic model at (W, V):
-//     K d + g = B^T f,   Sigma V = (B_V - B Y)^T f,   contacts hold at (W + d, V),
+// Each Newton step solves the contact problem of the energy's quadratic model at (U_bar, V):
+//     K d + g = B^T f,   Sigma V = (B_V - B Y)^T f,   contacts hold at (U_bar + d, V),
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space, to which V adds its own. The first
 // step is taken whole, so that the contacts hold from there on; points that satisfy them are a
 // convex set, in which the later steps go downhill, as far as the energy falls.
@@ -93,7 +94,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
         load_(at_),
         restart_(at_),
         from_(at_),
-        W_(Points::Zero(n_, 3)),
+        U_bar_(Points::Zero(n_, 3)),
         columns_(3 * at_.rows(), 1 + ContactSolver::kMaxEquations) {
     least_load_ = kResolved * energy_.stiffness_at_rest().diagonal().maxCoeff();
   }
@@ -105,7 +106,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     has_tangent_ = contacts->size() > 0 && energy_.share() > 0;
     if (contacts->size() == 0) {
       at_.setZero();
-      energy_.Damp(0, W_);
+      energy_.Damp(0, U_bar_);
       U->setZero();
       return {};
     }
@@ -177,7 +178,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return {ConstVectorMap(at.data(), at.size()), 3 * n_, at.size() - 3 * n_};
   }
 
-  // (W, V) of (U, V).
+  // (U_bar, V) of (U, V).
   void Enter(const Points& U) {
     at_ = U;
     if (schur_complement_ != nullptr)
@@ -193,8 +194,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       result.out_of_time =
           recorded_end > 0 ? result.iterations == recorded_end : !TimeForAnother(result.iterations);
       if (result.out_of_time) break;
-      W_ = at_.topRows(n_);
-      if (!factor_.Factorise(W_, &energy_)) {
+      U_bar_ = at_.topRows(n_);
+      if (!factor_.Factorise(U_bar_, &energy_)) {
         has_tangent_ = false;
         break;
       }
@@ -215,17 +216,17 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     const double damping = std::exchange(damping_, 0);
     if (!(damping > 0)) return;
     Enter(from_);
-    W_ = at_.topRows(n_);
-    energy_.Damp(damping, W_);
+    U_bar_ = at_.topRows(n_);
+    energy_.Damp(damping, U_bar_);
     potential_.Damp(Slots(at_));
   }
 
   // The hand feels the elastic tangent, as of an energy that is quadratic.
   void StopDamping() {
     if (!(energy_.damping() > 0)) return;
-    W_ = at_.topRows(n_);
-    energy_.Damp(0, W_);
-    has_tangent_ = has_tangent_ && factor_.Factorise(W_, &energy_);
+    U_bar_ = at_.topRows(n_);
+    energy_.Damp(0, U_bar_);
+    has_tangent_ = has_tangent_ && factor_.Factorise(U_bar_, &energy_);
   }
 
   void StartWatch() {
@@ -263,7 +264,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     }
   }
 
-  // The step from (W, V) and the forces f.
+  // The step from (U_bar, V) and the forces f.
   RelaxationResult SolveStep(const ContactConstraints& contacts) {
     contact_solver_.Build(contacts);
     const int equations = contact_solver_.size();
@@ -307,7 +308,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return SearchLength(at_, step_, energy, slope, 0, &potential_, &trial_, &load_);
   }
 
-  // Of W; V is at rest under its loads.
+  // Of U_bar; V is at rest under its loads.
   double Residual(const ContactConstraints& contacts) {
     auto load = load_.topRows(n_);
     load.setZero();
@@ -326,7 +327,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   std::unique_ptr<ComplianceSolver> at_rest_;          // K^-1 of U = 0
   StepPotential potential_;
   NewtonFactor factor_;
-  Points at_;        // (n + slots) x 3: W and V where the last step ended
+  Points at_;        // (n + slots) x 3: U_bar and V where the last step ended
   Points trial_;     // likewise
   Points gradient_;  // likewise, N
   Points step_;      // likewise
@@ -335,7 +336,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   bool restarts_ = false;
   Points from_;               // likewise: U and V that the next Relax is damped towards
   double damping_ = 0;        // of the next Relax
-  Points W_;                  // n x 3
+  Points U_bar_;              // n x 3
   Eigen::MatrixXd columns_;   // 3(n + slots) x (1 + equations): the free step, then the responses
   bool has_tangent_ = false;  // factor_ holds the last step's
   ContactSolver contact_solver_;

@@ -9,10 +9,11 @@
 namespace hpdm {
 
 /// The local functions in use beside a lattice (refinement_basis.h). With the displacements
-/// W = U + Y V (n x 3, m) that the lattice would have without them, the energy falls apart,
-///     1/2 [U V] [K K_c; K_c^T K_loc] [U V]^T = 1/2 W^T K W + 1/2 V^T Sigma V,
-/// and loads (f, g) on (U, V) become f on W and g - Y^T f on V. With finite strain the energy of W
-/// takes the place of its first part: what the local functions add stays that of small strain.
+/// U_bar = U + Y V (n x 3, m) that the lattice would have without them, the energy falls apart,
+///     1/2 [U V] [K K_c; K_c^T K_loc] [U V]^T = 1/2 U_bar^T K U_bar + 1/2 V^T Sigma V,
+/// and loads (f, g) on (U, V) become f on U_bar and g - Y^T f on V. With finite strain the energy
+/// of U_bar takes the place of its first part: what the local functions add stays that of small
+/// strain.
 ///
 /// A function of weight w (active_refinement.h) has Sigma_ii / w in place of its own block
 /// Sigma_ii, so that alone it would move w times as far.
@@ -33,10 +34,10 @@ class SchurComplement {
   }
   /// `g` (3 slots, N): Sigma^-1 g in its place.
   void Solve(Eigen::Ref<Eigen::VectorXd> g) const { factor_.solveInPlace(g); }
-  /// `W` (3n, m): W + factor Y V in its place.
+  /// `U_bar` (3n, m): U_bar + factor Y V in its place.
   void AddCoupling(double factor, const Eigen::Ref<const Eigen::VectorXd>& V,
-                   Eigen::Ref<Eigen::VectorXd> W) const {
-    W.noalias() += factor * (coupling_ * V);
+                   Eigen::Ref<Eigen::VectorXd> U_bar) const {
+    U_bar.noalias() += factor * (coupling_ * V);
   }
   /// Sigma (3 slots x 3 slots, N/m), weights included.
   const Eigen::MatrixXd& stiffness() const { return regular_; }

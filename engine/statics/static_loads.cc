@@ -32,11 +32,11 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const SchurComplement* sch
   const auto& K = std::get<FullStiffness>(model.stiffness());
   const Eigen::Index own = U.size() - K.rows();
   const Eigen::Map<const Eigen::VectorXd> moved(U.data(), U.size());
-  Eigen::VectorXd W = moved.head(K.rows());
-  if (schur_complement != nullptr) schur_complement->AddCoupling(1, moved.tail(own), W);
-  force.head(K.rows()) = K * W;
+  Eigen::VectorXd U_bar = moved.head(K.rows());
+  if (schur_complement != nullptr) schur_complement->AddCoupling(1, moved.tail(own), U_bar);
+  force.head(K.rows()) = K * U_bar;
   if (schur_complement == nullptr) return force;
-  // K W on U, and Y^T of that + Sigma V on V.
+  // K U_bar on U, and Y^T of that + Sigma V on V.
   force.tail(own) = -(schur_complement->stiffness() * moved.tail(own));
   schur_complement->Reduce(force.head(K.rows()), force.tail(own));
   force.tail(own) *= -1;
@@ -164,7 +164,7 @@ StaticSolution StaticLoads::SolveFinite() const {
                       Eigen::VectorXd::Zero(equations), std::vector<bool>(3 * m, false),
                       Eigen::MatrixXd::Zero(equations, equations)};
   // By the local functions (schur_complement.h): V = Sigma^-1 (B_V - B_U Y)^T f moves the points by
-  // (B_V - B_U Y) V beside what the lattice does, and what is solved for is W = U + Y V.
+  // (B_V - B_U Y) V beside what the lattice does, and what is solved for is U_bar = U + Y V.
   Eigen::MatrixXd moves_by_local = rows_.bottomRows(rows_.rows() - unknowns);
   if (schur_complement_) {
     for (Eigen::Index e = 0; e < equations; ++e) {
