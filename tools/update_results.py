@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Measures what README.md shows, and replaces the tables and the pictures.
+"""Measures what the RESULTS.md files show, and replaces their tables and pictures.
 
 Usage, from the repository's root after a build, on a machine that does nothing else:
 
-    tools/update_readme.py [--quick] [--keep] [chart] [bench] [stress] [plan]
+    tools/update_results.py [--quick] [--keep] [chart] [bench] [stress] [plan]
 
-Runs `hpdm NAME --out out/NAME` for each of the names (none: all; `plan` on a scene) and puts NAME.md between the lines
-`<!-- NAME begin -->` and `<!-- NAME end -->` of README.md, NAME.png, if there is one, into
-scenes/pictures. --keep takes the measurements that are there already.
+Runs `hpdm NAME --out out/NAME` for each name (without names: all of them; `plan` on a scene). Puts
+NAME.md between the lines `<!-- NAME begin -->` and `<!-- NAME end -->` of tools/NAME/RESULTS.md, and
+NAME.png, if the command made one, into scenes/pictures. --keep uses the measurements of an earlier run.
 """
 
 import pathlib
@@ -21,17 +21,17 @@ NAMES = ("chart", "bench", "stress", "plan")
 PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 
 
-def replaced(text, name, table):
+def replaced(text, path, name, table):
     begin, end = f"<!-- {name} begin -->", f"<!-- {name} end -->"
     if text.count(begin) != 1 or text.count(end) != 1 or text.index(begin) > text.index(end):
-        raise SystemExit(f"README.md: needs one line '{begin}' and after it one '{end}'")
+        raise SystemExit(f"{path}: needs one line '{begin}' and after it one '{end}'")
     head, _, rest = text.partition(begin)
     _, _, tail = rest.partition(end)
     return f"{head}{begin}\n{table}{end}{tail}"
 
 
 def command(name, quick):
-    if name == "bench":  # README tells in words of what is left out
+    if name == "bench":  # RESULTS.md describes the other parts in words
         only = ["models", "meshes", "sleep", "costs"]
         return [name, "--out", OUT / name, "--only", *only, *quick]
     if name == "plan":
@@ -44,20 +44,18 @@ def main(arguments):
     names = [each for each in arguments if each not in options] or NAMES
     unknown = (options - {"--quick", "--keep"}) | (set(names) - set(NAMES))
     if unknown:
-        raise SystemExit(f"update_readme.py: {unknown.pop()} is no option and no name\n{__doc__}")
+        raise SystemExit(f"update_results.py: unknown option or name {unknown.pop()}\n{__doc__}")
     quick = ["--quick"] if "--quick" in options else []
-    if "--keep" not in options:
-        for name in names:
-            program = ROOT / "build/tools/hpdm"
-            subprocess.run([program, *command(name, quick)], cwd=ROOT, check=True)
-    readme = ROOT / "README.md"
-    text = readme.read_text(encoding="utf-8")
     for name in names:
-        text = replaced(text, name, (OUT / name / f"{name}.md").read_text(encoding="utf-8"))
+        if "--keep" not in options:
+            subprocess.run([ROOT / "build/tools/hpdm", *command(name, quick)], cwd=ROOT, check=True)
+        path = ROOT / "tools" / name / "RESULTS.md"
+        table = (OUT / name / f"{name}.md").read_text(encoding="utf-8")
+        text = replaced(path.read_text(encoding="utf-8"), path, name, table)
+        path.write_text(text, encoding="utf-8")
         picture = OUT / name / f"{name}.png"
         if picture.exists():
             shutil.copy(picture, ROOT / "scenes/pictures")
-    readme.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
