@@ -15,6 +15,7 @@ namespace {
 OrganOptions Options() {
   OrganOptions options;
   options.name = "ellipsoid";
+  options.energy.type = EnergyType::kMetric;
   SupportOptions bottom;
   bottom.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)};
   options.supports.push_back(bottom);

@@ -17,6 +17,7 @@ TEST(RealtimeReplay, AccountsForEveryPeriodOfTheLog) {
   const std::string scene = folder / "scene.toml", log = folder / "session.lcmlog";
   std::ofstream(scene) << "[[organ]]\nname = \"liver\"\nmesh = \"" << HPDM_SOURCE_DIR
                        << "/scenes/meshes/liver_274.obj\"\n"
+                          "energy.type = \"metric\"\n"
                           "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
   Record({.scene = scene, .log = log, .ticks = 500, .busy_seed = 1});
   LoggedTick last;

@@ -66,6 +66,7 @@ struct FfdLattice {
 
 std::vector<FfdLattice> Lattices(bool quick) {
   std::vector<FfdLattice> lattices(4);
+  for (FfdLattice& lattice : lattices) lattice.options.local.functions = 0;
   lattices[0].words = "B-spline 4^3";
   lattices[1].words = "B-spline 4^3, 20 local functions";
   lattices[1].options.local.functions = 20;

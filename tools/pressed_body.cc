@@ -33,6 +33,7 @@ BenchOrgan MakeBenchOrgan(const std::string& asset) {
   organ.rest = MakeMeshAsset(asset);
   organ.options.name = asset;
   organ.options.energy.type = EnergyType::kStrain;
+  organ.options.lattice.local.functions = 0;
   organ.options.supports = {{BoxFraction{Vector3d(0, 0.7, 0), Vector3d::Ones()}, {}}};
   return organ;
 }
