@@ -192,7 +192,7 @@ void DeformationLoop::Refine(int tool_count) {
     ActiveFunctions& active = state.contacts.local;
     if (count == 0 && active.used() == 0) continue;
     active.Follow(local->centres(), std::span(points.data(), count),
-                  models_[o].options().lattice.local.functions, state.quality.local_share);
+                  LocalFunctionsOf(models_[o].options()), state.quality.local_share);
     bool changed = false;
     for (int s = 0; s < active.slots(); ++s) {
       const int row = models_[o].control_points() + s;

@@ -7,7 +7,7 @@ namespace hpdm {
 Sheddable SheddableOf(const std::vector<OrganOptions>& organs) {
   Sheddable sheddable;
   for (const OrganOptions& organ : organs) {
-    sheddable.local = sheddable.local || organ.lattice.local.functions > 0;
+    sheddable.local = sheddable.local || LocalFunctionsOf(organ) > 0;
     if (organ.energy.strain == StrainMeasure::kSmall) continue;
     sheddable.finite = true;
     sheddable.newton_iterations =

@@ -14,7 +14,7 @@ double Towards(double from, double to, double step) {
 
 QualityChoice::QualityChoice(const OrganOptions& organ)
     : has_finite_(organ.energy.strain != StrainMeasure::kSmall),
-      has_local_(organ.lattice.local.functions > 0),
+      has_local_(LocalFunctionsOf(organ) > 0),
       adaptive_(organ.energy.strain == StrainMeasure::kAdaptive),
       finite_from_(organ.energy.finite_from),
       iterations_(organ.energy.newton_iterations) {

@@ -92,7 +92,7 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
     for (const LoadOptions& load : loads) {
       if (!load.pressure) centres.push_back(load.p_centre_W);
     }
-    active_.Follow(model.local()->centres(), centres, model.options().lattice.local.functions);
+    active_.Follow(model.local()->centres(), centres, LocalFunctionsOf(model.options()));
     local_.emplace(*model.local(), active_.slots());
     local_->Follow(active_);
     if (response_ != nullptr) response_->Follow(active_);

@@ -57,9 +57,7 @@ std::string BuildOrgan(const std::string& mesh, const fs::path& folder) {
     const bool lattice = model == "hpdm";
     std::ofstream(folder / "scene.toml")
         << "[[organ]]\nname = 'body'\nmesh = '" << mesh << "'\nmodel = '" << model << "'\n"
-        << (lattice ? "lattice.cells = [2, 2, 2]\nenergy.type = 'metric'\n[[load]]\norgan = "
-                      "'body'\npressure = 10\n"
-                    : "");
+        << (lattice ? "lattice.cells = [2, 2, 2]\n[[load]]\norgan = 'body'\npressure = 10\n" : "");
     BoundedRun run{.words = {"check", "--json", "scene.toml"}, .folder = folder};
     if (lattice) run.words = {"solve", "--json", "--out", "moved.csv", "scene.toml"};
     run.environment = {{"HPDM_CACHE", "off"}};

@@ -5,9 +5,11 @@
 #include <numeric>
 #include <set>
 
+#include "engine/error.h"
 #include "engine/interior.h"
 #include "engine/lattice_response.h"
 #include "engine/mixed_dilatation.h"
+#include "engine/organ.h"
 #include "tests/shapes.h"
 
 namespace hpdm {
@@ -212,6 +214,44 @@ TEST_P(LocalFunctionsTest, SoftenAPressAndNeverStiffenIt) {
     EXPECT_GT(RefinedPress(body, local).Compliance(refined.get(), p),
               1.1 * problem.compliance()(0, 0));
   }
+}
+
+TEST(LocalFunctionsOfAnOrgan, AreTwentySevenUnlessGivenWhereTheModelTakesThem) {
+  OrganOptions organ;
+  EXPECT_EQ(organ.energy.type, EnergyType::kStrain);
+  EXPECT_EQ(LocalFunctionsOf(organ), 27);
+  for (const StrainMeasure strain : {StrainMeasure::kFinite, StrainMeasure::kAdaptive}) {
+    organ.energy.strain = strain;
+    EXPECT_EQ(LocalFunctionsOf(organ), 27);
+  }
+  for (const int given : {0, 5}) {
+    organ.lattice.local.functions = given;
+    EXPECT_EQ(LocalFunctionsOf(organ), given);
+  }
+  std::vector<OrganOptions> without(7);
+  without[0].energy.type = EnergyType::kMetric;
+  without[1].energy.solver = SolverType::kGaussSeidel;
+  without[2].lattice.basis = BasisType::kBernstein;
+  without[3].model = OrganModelType::kContinuum;
+  without[4].model = OrganModelType::kMassSpring;
+  without[5].model = OrganModelType::kRigid;
+  without[6].lattice.cells = {51, 50, 50};  // of half the size, more than a million
+  for (std::size_t i = 0; i < without.size(); ++i) EXPECT_EQ(LocalFunctionsOf(without[i]), 0) << i;
+}
+
+TEST(LocalFunctionsOfAnOrgan, AreRefusedWhereTheModelCannotHaveThemButTheyAreGiven) {
+  const SurfaceMesh rest = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2);
+  OrganOptions organ;
+  organ.name = "ellipsoid";
+  organ.lattice.cells = {2, 2, 2};
+  organ.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
+  const OrganModel refined(organ, rest);
+  EXPECT_NE(refined.local(), nullptr);
+  EXPECT_EQ(refined.LocalSlots(2), 54);
+  organ.energy.type = EnergyType::kMetric;
+  EXPECT_EQ(OrganModel(organ, rest).LocalSlots(2), 0);
+  organ.lattice.local.functions = 5;
+  EXPECT_THROW(OrganModel(organ, rest), InputError);
 }
 
 TEST(ActiveFunctions, TakesTheNearestAndKeepsTheirSlots) {

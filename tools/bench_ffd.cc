@@ -30,8 +30,7 @@ class PressedShape {
     shape_.control_displacements = U_.topRows(model.control_points());
     shape_.local_displacements = U_.bottomRows(active_.slots());
     if (model.local() != nullptr) {
-      active_.Follow(model.local()->centres(), std::span(&p, 1),
-                     model.options().lattice.local.functions);
+      active_.Follow(model.local()->centres(), std::span(&p, 1), LocalFunctionsOf(model.options()));
       for (int s = 0; s < active_.slots(); ++s) {
         const int function = active_.Function(s);
         shape_.local_functions.push_back(function < 0 ? -1

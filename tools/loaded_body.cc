@@ -75,7 +75,7 @@ void LoadedBody::AddPatches() {
     HPDM_CHECK(organ_->LocalSlots(static_cast<int>(loads_.size())) <= slots_);
     std::vector<Vector3d> centres;
     for (const LoadOptions& load : loads_) centres.push_back(load.p_centre_W);
-    contacts_.local.Follow(organ_->local()->centres(), centres, options_.lattice.local.functions);
+    contacts_.local.Follow(organ_->local()->centres(), centres, LocalFunctionsOf(options_));
   }
   U_ = Points::Zero(unknowns() + slots_, 3);
   patches_ = ContactWeights::Zero(static_cast<Eigen::Index>(loads_.size()), rest_.vertices.rows());

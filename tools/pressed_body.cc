@@ -110,8 +110,7 @@ void PressedBody::AddPress(const BenchOrgan& organ, double side) {
 
 void PressedBody::FollowTip() {
   const Vector3d p = contacts_[0].p_rest_W;
-  contacts_.local.Follow(organ_->local()->centres(), {&p, 1},
-                         organ_->options().lattice.local.functions);
+  contacts_.local.Follow(organ_->local()->centres(), {&p, 1}, LocalFunctionsOf(organ_->options()));
 }
 
 void PressedBody::Step() {

@@ -12,7 +12,7 @@ struct SceneChange {
   std::string mesh = "../common/box.obj";
   std::string organ = {}, lattice = {};
   std::string cells = "cells=2\n";
-  std::string energy = "type='metric'", material = {}, instrument = {};
+  std::string energy = {}, material = {}, instrument = {};
   std::string trocar = "[0,-0.1,0.2]";
 };
 

@@ -54,7 +54,7 @@ void EnsureOrgan(const OrganOptions& organ) {
     EnsureWithin(lattice.cells[d], 1, lattice.basis == BasisType::kBSpline ? 64 : 1);
   }
   EnsureWithin(lattice.margin, 0, 1);
-  EnsureWithin(lattice.local.functions, 0, 250);
+  EnsureWithin(LocalFunctionsOf(organ), 0, 250);
   EnsureWithin(lattice.local.refinement, 2, 6);
   EnsureWithin(organ.energy.alpha, 1e-323, 1e12);
   EnsureWithin(organ.energy.beta, 0, 1e12);
