@@ -280,6 +280,9 @@ void AddOrgans(Scenes* s) {
                            "relaxation_time=-1",
                            "relaxation_time=nan",
                            "relaxation_time=1001",
+                           "relaxation_time=0",
+                           "relaxation_time=0.1",
+                           "relaxation_time=1e-300",
                            "colour='red'"}) {
     s->Material(line);
   }

@@ -257,6 +257,8 @@ TEST_F(SceneTest, RigidOrgansTakeNoneOfWhatDeforms) {
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
   const BadScene cases[] = {
       {"[scene]\ngravity=[0,0,-9.81]", "5:9", "scene.gravity", "([0, 0, -9.81])", "give [0, 0, 0]"},
+      {"[organ.material]\nrelaxation_time=0.1", "5:17", "organ[0].material.relaxation_time",
+       "(0.1)", "remove the key or set it to 0"},
   };
   for (const BadScene& c : cases) {
     SCOPED_TRACE(Describe(c));
@@ -267,7 +269,8 @@ TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
     EXPECT_TRUE(Contains(error, c.remedy));
   }
   // The values that mean "without the feature" are welcome.
-  Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "model='hpdm'\n" + kInstrument + "friction=0.0\n");
+  Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "model='hpdm'\nmaterial.relaxation_time=0\n" +
+       kInstrument + "friction=0.0\n");
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ void EnsureOrgan(const OrganOptions& organ) {
   EnsureWithin(organ.material.young, 1e-323, 1e12);
   EnsureWithin(organ.material.poisson, 0, std::nextafter(0.5, 0));
   EnsureWithin(organ.material.density, 1e-323, 30000);
-  EnsureWithin(organ.material.relaxation_time, 0, 1000);
+  HPDM_ENSURE(organ.material.relaxation_time == 0);
   for (const SupportOptions& support : organ.supports) {
     EnsureRegion(support.region);
     EnsureWithin(support.stiffness.value_or(1), 1e-323, 1e15);
