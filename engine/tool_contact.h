@@ -52,10 +52,9 @@ class ToolContact {
   /// m: tissue so near the jaws touches them. The step knows the surface as the last one left it:
   /// in 33 ms a hand at 15 mm/s moves 0.5 mm. The jaws' teeth are 0.3 mm high.
   static constexpr double kTouch = 0.0005;
-  static constexpr double kGraspRadius =
-      0.008;                                 ///< m: of the tissue taken, about where it touches.
-  static constexpr double kJawClosed = 0.3;  ///< Closing past this grasps.
-  static constexpr int kMaxGraspRows = 15;   ///< One row of 16 is left for the shaft.
+  static constexpr double kGraspRadius = 0.008;  ///< m: of what they take, about the touch.
+  static constexpr double kJawClosed = 0.3;      ///< Closing past this grasps.
+  static constexpr int kMaxGraspRows = 15;       ///< One row of 16 is left for the shaft.
   static constexpr double kLeastRadius = 0.001;  ///< m, of the kernel.
 
   ToolContact(int tool, const ToolOptions& options);
