@@ -36,9 +36,10 @@ Value AtFoot(const ToolPatch& patch, const SurfaceFoot& foot, Value PatchPoint::
 TipContact::TipContact(double period) : fade_(std::exp(-period / kFade)) {}
 
 void TipContact::SetPatch(const ToolPatch& patch) noexcept {
-  const bool same_organ = patch_ != nullptr && patch_->organ == patch.organ;
+  const bool same_organ = patch_ != nullptr && organ_ == patch.organ;
   started_ = started_ && same_organ;
   patch_ = &patch;
+  organ_ = patch.organ;
   surface_.Build(patch);
   is_new_ = true;
   if (!touching_) return;
@@ -50,6 +51,7 @@ void TipContact::SetPatch(const ToolPatch& patch) noexcept {
 
 void TipContact::ClearPatch() noexcept {
   patch_ = nullptr;
+  organ_ = -1;
   LoseContact();
 }
 
@@ -64,7 +66,7 @@ void TipContact::Locate(TipMotion tip) noexcept {
   result_ = {};
   in_lattice_ = false;
   if (patch_ != nullptr) tip.X_WT.translation() -= patch_->motion.Offset(tip.time_ns);
-  if (patch_ == nullptr || patch_->organ < 0) {
+  if (organ_ < 0) {
     LoseContact();
   } else if (patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo) {
     LoseContact();
@@ -84,7 +86,7 @@ ContactResult TipContact::Evaluate(const TipMotion& tip) noexcept {
 
 void TipContact::LocateGrasp(const TipMotion& tip) {
   const Vector3d p_W = tip.X_WT * patch_->p_grasp_T;
-  result_.organ = patch_->organ;
+  result_.organ = organ_;
   result_.kind = ContactKind::kGrasp;
   if (patch_->reaction == ReactionType::kPaper) {
     result_.reaction_W = ForceOnHand(patch_->grasp_node, p_W - patch_->p_original_W);
@@ -201,7 +203,7 @@ void TipContact::Slide(const TipMotion& tip) {
 void TipContact::PressPaper() {
   result_.normal_W = tip_.normal_W;
   result_.depth = tip_.depth;
-  result_.organ = patch_->organ;
+  result_.organ = organ_;
   result_.kind = ContactKind::kPress;
   const Vector3d delta_W = -tip_.depth * tip_.normal_W;
   for (int i = 0; i < 3; ++i) {
@@ -218,7 +220,7 @@ void TipContact::Feel(const Vector3d& force_on_tissue_W) {
       return;
     }
     force_W_ = force_on_tissue_W;
-    result_.organ = patch_->organ;
+    result_.organ = organ_;
     result_.kind = ContactKind::kPress;
     result_.normal_W = tip_.normal_W;
     result_.depth = std::max(tip_.depth, 0.0);
@@ -268,7 +270,7 @@ void TipContact::Solve(TipContact* tip) noexcept {
 }
 
 void TipContact::Solve(TipContact* a, TipContact* c) noexcept {
-  if (!a->in_lattice_ || !c->in_lattice_ || a->patch_->organ != c->patch_->organ) {
+  if (!a->in_lattice_ || !c->in_lattice_ || a->organ_ != c->organ_) {
     Solve(a);
     Solve(c);
     return;
@@ -287,9 +289,9 @@ void TipContact::Solve(TipContact* a, TipContact* c) noexcept {
 
 TipTouch TipContact::touch() const noexcept {
   TipTouch touch;
-  touch.known_organ = patch_ != nullptr ? patch_->organ : -1;
+  touch.known_organ = organ_;
   if (!touching_) return touch;
-  touch.organ = patch_->organ;
+  touch.organ = organ_;
   touch.triangle = foot_.mesh_triangle;
   touch.weights = foot_.weights;
   touch.normal_W = tip_.normal_W;

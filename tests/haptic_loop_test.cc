@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -220,6 +221,43 @@ TEST(HapticLoop, HandAndTissueSettleWhereTheirSpringsBalance) {
   // 300 / (300 + 120) of that. The sphere's facets, friction (0.1 N), tremor and the curvature
   // under the offset point (20 mm on R = 100 mm: 2 mm) move it.
   EXPECT_NEAR(deepest, 0.0175 * 300 / 420, 0.003);
+}
+
+// The writer gets a slot back with every patch that a tick takes, and writes into it at once: what
+// a tick still reads of it then, the thread sanitizer sees.
+TEST(HapticLoop, APublisherThatNeverPausesSharesNoPatchWithATick) {
+  Bench bench;
+  bench.Settle();
+  bench.device.MoveTip({0, 0, kTipRadius - 0.01});
+  std::atomic<bool> published = false;
+  std::jthread publisher([&](std::stop_token stop) {
+    ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
+    for (std::uint64_t step = 1000; !stop.stop_requested(); ++step) {
+      ContactPatch& next = bench.patches.Back();
+      next.step.number = step;
+      next.tool_count = 1;
+      patch.organ = static_cast<int>(step % 2);
+      next.tools[0] = patch;
+      bench.patches.Publish();
+      published = true;
+    }
+  });
+  while (!published) std::this_thread::yield();
+  std::uint64_t last = 0;
+  for (int patches = 0; patches < 200;) {
+    const HapticSample sample = bench.Tick();
+    const ToolSample& tool = sample.tools[0];
+    ASSERT_EQ(tool.kind, ContactKind::kPress);
+    // A patch's organ goes with its number: a tick reads one patch, not parts of two.
+    ASSERT_EQ(tool.organ, static_cast<int>(sample.patch_number % 2));
+    ASSERT_NEAR(tool.depth, 0.01, 1e-14);  // rounding of the inverse kinematics
+    if (sample.patch_number == last) {
+      std::this_thread::yield();
+    } else {
+      ++patches;
+    }
+    last = sample.patch_number;
+  }
 }
 
 // On the machine's own clock: no claim of timing, only that the accounts are right.
