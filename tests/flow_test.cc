@@ -333,7 +333,10 @@ TEST_F(Flow, AnExternalDriverMovesTheProbeAndIsMissedWhenItGoes) {
   const Json& link = summary["device_link"];
   EXPECT_GT(link["received"], 500) << "of a driver of 1 kHz";
   EXPECT_EQ(link["refused"], 0);
-  EXPECT_EQ(link["sent"].get<long>() + link["overflows"].get<long>(), summary["haptic"]["ticks"]);
+  // The link sends the ramp-out's ticks too, at most 15.
+  const long linked = link["sent"].get<long>() + link["overflows"].get<long>();
+  EXPECT_GT(linked, summary["haptic"]["ticks"].get<long>());
+  EXPECT_LE(linked, summary["haptic"]["ticks"].get<long>() + 15);
   std::vector<std::string> events;
   LogReader reader((folder_ / "s" / "session.lcmlog").string());
   event_t message;

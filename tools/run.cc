@@ -320,8 +320,8 @@ void AddRunCommand(CLI::App& app, std::vector<std::string> command_line) {
   run->add_option("scene", options->scene, "Scene file (TOML; see scenes/README.md)")->required();
   run->add_option(
          "--seconds", options->seconds,
-         "Length; without it, until SIGINT or SIGTERM, Esc in the window, or the end of the "
-         "traces")
+         "Length; without it, until SIGINT, SIGTERM or SIGHUP, Esc in the window, or the end of "
+         "the traces")
       ->check(NumberFrom(0.001, 1e6));
   run->add_option("--out", options->out, "Session folder to make [out/session_N]");
   run->add_flag("--headless", options->headless, "Draw without a window (the default)");
