@@ -195,8 +195,7 @@ void DeformationLoop::Refine(int tool_count) {
     ActiveRefinement& active = state.contacts.refinement;
     if (count == 0 && active.used() == 0) continue;
     active.ChooseNearest(basis->centres(), std::span(points.data(), count),
-                         models_[o].options().lattice.local.functions,
-                         state.quality.refinement_weight);
+                         LocalFunctionsOf(models_[o].options()), state.quality.refinement_weight);
     bool changed = false;
     for (int s = 0; s < active.slots(); ++s) {
       const int row = models_[o].control_points() + s;

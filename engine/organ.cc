@@ -30,13 +30,22 @@ constexpr double kMinOrganSize = 1e-3;
 
 // Cells that the tissue is sampled in: those of the finest functions, or for a Bernstein lattice,
 // which is one cell, as many as it has control intervals, at least 4.
-std::array<int, 3> SamplingCells(const LatticeOptions& options) {
-  if (options.basis == BasisType::kBSpline) {
-    const int finer = options.local.functions > 0 ? options.local.refinement : 1;
-    return {finer * options.cells[0], finer * options.cells[1], finer * options.cells[2]};
+std::array<int, 3> SamplingCells(const OrganOptions& options) {
+  const LatticeOptions& lattice = options.lattice;
+  if (lattice.basis == BasisType::kBSpline) {
+    const int finer = LocalFunctionsOf(options) > 0 ? lattice.local.refinement : 1;
+    return {finer * lattice.cells[0], finer * lattice.cells[1], finer * lattice.cells[2]};
   }
-  return {std::max(options.degree[0], 4), std::max(options.degree[1], 4),
-          std::max(options.degree[2], 4)};
+  return {std::max(lattice.degree[0], 4), std::max(lattice.degree[1], 4),
+          std::max(lattice.degree[2], 4)};
+}
+
+void CheckLocalFunctions(const OrganOptions& options) {
+  if (LocalFunctionsOf(options) == 0) return;
+  if (TakesLocalFunctions(options) && FineCells(options) <= kMaxFineCells) return;
+  throw InputError("organ \"" + options.name +
+                   "\": local functions need a B-spline lattice, energy strain, solver Cholesky "
+                   "and at most a million finer cells; change that or give 0");
 }
 
 // Beyond these a model is refused before anything is reserved: a machine that has not so much
@@ -111,10 +120,11 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
 }
 
 void OrganModel::BuildLatticeModel() {
+  CheckLocalFunctions(options_);
   lattice_.emplace(
       BoundingLatticeBox(rest_.vertices, options_.X_WO.linear(), options_.lattice.margin),
       options_.lattice);
-  const std::array<int, 3> cells = SamplingCells(options_.lattice);
+  const std::array<int, 3> cells = SamplingCells(options_);
   if (options_.lattice.basis == BasisType::kBSpline) {
     CheckMatrices(options_, LeastControlPoints(*lattice_, rest_, options_.lattice.cells));
   }
@@ -214,9 +224,7 @@ void OrganModel::BuildEnergy(const Quadrature& elastic, const std::array<int, 3>
     FullStiffness K =
         StrainStiffness(*lattice_, elastic, options_.material, Dilatation::kProjected);
     AddAlongEachAxis(supports, &K);
-    if (options_.lattice.local.functions > 0) {
-      HPDM_CHECK(options_.lattice.basis == BasisType::kBSpline &&
-                 energy.solver == SolverType::kCholesky);
+    if (LocalFunctionsOf(options_) > 0) {
       refinement_basis_.emplace(*lattice_, options_.lattice.local, elastic, options_.material,
                                 Dilatation::kProjected, held, K);
       refinement_weights_ = refinement_basis_->finer().Weights(rest_.vertices);
@@ -262,7 +270,7 @@ std::unique_ptr<Relaxation> OrganModel::MakeRelaxation(int slots,
 }
 
 int OrganModel::RefinementSlots(int contacts) const {
-  return refinement_basis_ ? contacts * options_.lattice.local.functions : 0;
+  return refinement_basis_ ? contacts * LocalFunctionsOf(options_) : 0;
 }
 
 void OrganModel::AddToRow(const SurfacePoint& at, double weight, const ActiveRefinement& active,

@@ -18,7 +18,7 @@ enum class BasisType { kBSpline, kBernstein };
 /// `refinement` times as many cells that are nearest to the contact. What they add is of small
 /// strain.
 struct LocalFunctionOptions {
-  int functions = 0;   ///< At most so many a contact; 0: none.
+  std::optional<int> functions;  ///< At most so many a contact; 0: none; absent: LocalFunctionsOf.
   int refinement = 2;  ///< Cells of the finer splines a cell of the lattice and axis, 2..6.
 };
 
@@ -37,7 +37,7 @@ enum class SolverType { kCholesky, kGaussSeidel };
 enum class EnergyDomain { kBox, kOrgan };
 
 struct EnergyOptions {
-  EnergyType type = EnergyType::kMetric;
+  EnergyType type = EnergyType::kStrain;
   StrainMeasure strain = StrainMeasure::kSmall;
   MaterialLaw law = MaterialLaw::kNeoHookean;
   SolverType solver = SolverType::kCholesky;
@@ -109,6 +109,29 @@ struct OrganOptions {
   std::vector<StiffnessRegion> regions;  ///< kHpdm only.
   std::vector<SupportOptions> supports;
 };
+
+inline constexpr int kDefaultLocalFunctions = 27;
+inline constexpr double kMaxFineCells = 1e6;  ///< Of local functions: 100 along each axis.
+
+/// Cells of the finer splines that the organ's local functions are of.
+inline double FineCells(const OrganOptions& organ) {
+  double fine_cells = 1;
+  for (const int cells : organ.lattice.cells) fine_cells *= cells * organ.lattice.local.refinement;
+  return fine_cells;
+}
+
+/// True if the model can have local functions: they refine B-splines whose stiffness is constant
+/// and factorised.
+inline bool TakesLocalFunctions(const OrganOptions& organ) {
+  return organ.model == OrganModelType::kHpdm && organ.lattice.basis == BasisType::kBSpline &&
+         organ.energy.type == EnergyType::kStrain && organ.energy.solver == SolverType::kCholesky;
+}
+
+/// Local functions a contact: those given; if not given, 27 where the model takes them, else none.
+inline int LocalFunctionsOf(const OrganOptions& organ) {
+  const bool taken = TakesLocalFunctions(organ) && FineCells(organ) <= kMaxFineCells;
+  return organ.lattice.local.functions.value_or(taken ? kDefaultLocalFunctions : 0);
+}
 
 /// A static load: exactly one of force, displacement and pressure is given.
 ///

@@ -62,15 +62,59 @@ void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
   sample_.written_ns = SinceWakeUp(scheduled, timing);
   ObserveEnergy();
   PublishToolState(tick, scheduled);
-  PushSample(tick, scheduled, timing);
+  FillSample(tick, scheduled, timing);
+  PushToLink();
+  edges_.samples.Push(sample_);
+}
+
+std::uint64_t HapticLoop::RampOutTicks() const {
+  return static_cast<std::uint64_t>(std::max<Nanoseconds>(1, kStopTime / period_ns_ - 1));
+}
+
+// The contact plays no part: a hand that presses on could let its force grow.
+void HapticLoop::RampOut(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing,
+                         std::uint64_t left) noexcept {
+  const Nanoseconds now = scheduled + timing.wake_late_ns;
+  ReadDevices(now);
+  MoveTools(now);
+  const double share = static_cast<double>(left) / static_cast<double>(RampOutTicks());
+  for (Tool& tool : tools_) {
+    tool.force_on = tool.instrument.device->ForceOn();
+    tool.safe = tool.guard.RampOut(share, tool.force_on);
+  }
+  WriteEfforts();
+  sample_.written_ns = SinceWakeUp(scheduled, timing);
+  FillSample(tick, scheduled, timing);
+  PushToLink();
 }
 
 TickCount HapticLoop::RunRealClock(std::stop_token stop, LoopClock& clock, Nanoseconds start_ns,
                                    std::uint64_t end_tick) {
-  return RunOnSchedule({start_ns, period_ns_, end_tick}, stop, clock,
-                       [this](std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) {
-                         Tick(tick, scheduled, timing);
-                       });
+  const TickCount count =
+      RunOnSchedule({start_ns, period_ns_, end_tick}, stop, clock,
+                    [this](std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) {
+                      Tick(tick, scheduled, timing);
+                    });
+  RampOutOnRealClock(clock, start_ns, count.Periods());
+  return count;
+}
+
+void HapticLoop::RampOutOnRealClock(LoopClock& clock, Nanoseconds start_ns,
+                                    std::uint64_t first_tick) {
+  const Nanoseconds due = start_ns + static_cast<Nanoseconds>(first_tick) * period_ns_;
+  const std::uint64_t ticks = RampOutTicks();
+  std::uint64_t left = ticks;
+  RunOnSchedule({std::max(due, clock.Now()), period_ns_, ticks}, {}, clock,
+                [&](std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) {
+                  left = ticks - 1 - tick;
+                  RampOut(first_tick + tick, scheduled, timing, left);
+                });
+  // The last periods were skipped.
+  if (left > 0) RampOut(first_tick + ticks, clock.Now(), {.clock = &clock}, 0);
+}
+
+void HapticLoop::EmergencyStop() noexcept {
+  for (Tool& tool : tools_) tool.instrument.device->EmergencyStop();
 }
 
 void HapticLoop::ApplyControl() {
@@ -215,7 +259,7 @@ void HapticLoop::PublishToolState(std::uint64_t tick, Nanoseconds scheduled) {
   edges_.tool_states.Publish();
 }
 
-void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) {
+void HapticLoop::FillSample(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) {
   sample_.tick = tick;
   sample_.time_ns = scheduled;
   sample_.device_time_ns = device_time_ns_;
@@ -246,8 +290,10 @@ void HapticLoop::PushSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .instrument_index = tool.pose.instrument_index};
   }
   sample_.compute_ns = SinceWakeUp(scheduled, timing);
+}
+
+void HapticLoop::PushToLink() {
   if (edges_.link != nullptr) edges_.link->Push(sample_);
-  edges_.samples.Push(sample_);
 }
 
 }  // namespace hpdm

@@ -43,9 +43,14 @@ struct HapticInstrument {
 /// ramps in. While the session is paused the devices are not read, the last pose stands without
 /// velocity, and the force fades out; afterwards it ramps in.
 ///
-/// Built on the main thread. Tick and RunRealClock belong to one thread, the haptic thread (or the
-/// only one, in lockstep); a tick is wait-free, with no allocation, lock, log, exception or system
-/// call but the clock's and the device's. A full sample queue loses the sample and counts it
+/// A session ends with the ramp-out: after the last tick each force falls linearly to zero, so that
+/// no device keeps the last one. Its ticks read the devices and write efforts. They are not part of
+/// the session: the link gets their samples, but telemetry and the deformation loop get nothing of
+/// them, so a log ends with the last tick and a replay needs no ramp-out.
+///
+/// Built on the main thread. Tick, RampOut and RunRealClock belong to one thread, the haptic thread
+/// (or the only one, in lockstep); a tick is wait-free, with no allocation, lock, log, exception or
+/// system call but the clock's and the device's. A full sample queue loses the sample and counts it
 /// (SpscQueue::Overflows).
 class HapticLoop {
  public:
@@ -68,9 +73,27 @@ class HapticLoop {
   /// push itself).
   void Tick(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) noexcept;
 
-  /// Ticks on the real clock from start_ns (session time of tick 0) until `stop` or end_tick.
+  /// From the request for a stop to no force: at most one more tick, then the ramp-out. At a period
+  /// longer than half of this the force ends with the period after the last tick.
+  static constexpr Nanoseconds kStopTime = 16'000'000;
+
+  /// Ticks of the ramp-out, at least 1.
+  std::uint64_t RampOutTicks() const;
+
+  /// One tick of the ramp-out, numbered and timed as Tick. `left`: how many follow it, from
+  /// RampOutTicks() - 1 down to 0, which leaves no force.
+  void RampOut(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing,
+               std::uint64_t left) noexcept;
+
+  /// Ticks on the real clock from start_ns (session time of tick 0) until `stop` or end_tick, then
+  /// ramps out. Every device's last effort is zero when this returns. The count is that of the
+  /// ticks before the ramp-out.
   TickCount RunRealClock(std::stop_token stop, LoopClock& clock, Nanoseconds start_ns,
                          std::uint64_t end_tick = std::numeric_limits<std::uint64_t>::max());
+
+  /// Takes every device's force away at once, without a ramp (Device::EmergencyStop). Any thread or
+  /// signal handler; wait-free.
+  void EmergencyStop() noexcept;
 
  private:
   // One instrument's state through the stages of a tick.
@@ -113,7 +136,9 @@ class HapticLoop {
   void WriteEfforts();
   void ObserveEnergy();
   void PublishToolState(std::uint64_t tick, Nanoseconds scheduled);
-  void PushSample(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing);
+  void RampOutOnRealClock(LoopClock& clock, Nanoseconds start_ns, std::uint64_t first_tick);
+  void FillSample(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing);
+  void PushToLink();
 
   std::vector<Tool> tools_;
   Nanoseconds period_ns_;

@@ -71,7 +71,7 @@ def write_scene(scene, folder, seed, strain):
         if strain and table == "organ.energy" and key == "strain":
             line = f'strain = "{strain}"'
         if strain == "finite" and table == "organ.lattice" and key == "local_functions":
-            continue
+            line = "local_functions = 0"
         lines.append(line)
     written = folder / "scene.toml"
     written.write_text("\n".join(lines) + "\n", encoding="utf-8")

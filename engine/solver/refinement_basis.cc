@@ -1,7 +1,9 @@
 #include "engine/solver/refinement_basis.h"
 
 #include <array>
+#include <cstdio>
 
+#include "engine/base/error.h"
 #include "engine/energy/mixed_dilatation.h"
 #include "engine/solver/compliance_solver.h"
 
@@ -9,6 +11,9 @@ namespace hpdm {
 namespace {
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
+
+// Beyond it they are refused before it is reserved, as organ.cc does with a lattice.
+constexpr double kMaxCouplingBytes = 2e9;
 
 Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& tissue,
                      const std::vector<Quadrature>& regions) {
@@ -28,6 +33,15 @@ Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& t
     }
   }
   finer.DropControlPoints(held);
+  const double bytes = 8.0 * (3.0 * lattice.size()) * (3.0 * finer.size());
+  if (bytes > kMaxCouplingBytes) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "local functions need %.1f GB, beyond the %.0f GB allowed; give fewer cells, a "
+                  "lower local_refinement or local_functions = 0",
+                  bytes / 1e9, kMaxCouplingBytes / 1e9);
+    throw InputError(text);
+  }
   return finer;
 }
 

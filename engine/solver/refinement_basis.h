@@ -29,7 +29,7 @@ class RefinementBasis {
  public:
   /// `K` (3n x 3n): of `lattice` over `tissue` by StrainStiffness with `dilatation`, with supports
   /// in `regions`. `tissue` must resolve the finer cells. Throws InputError when K is not positive
-  /// definite.
+  /// definite, or when the coupling of the functions to the lattice takes too much memory.
   RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
                   const Quadrature& tissue, const MaterialOptions& material, Dilatation dilatation,
                   const std::vector<Quadrature>& regions, const FullStiffness& K);

@@ -95,7 +95,7 @@ StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>
       if (!load.pressure) centres.push_back(load.p_centre_W);
     }
     active_.ChooseNearest(model.refinement_basis()->centres(), centres,
-                          model.options().lattice.local.functions);
+                          LocalFunctionsOf(model.options()));
     schur_complement_.emplace(*model.refinement_basis(), active_.slots());
     schur_complement_->SetActiveFunctions(active_);
     if (solver_ != nullptr) solver_->SetActiveFunctions(active_);

@@ -7,7 +7,7 @@ namespace hpdm {
 Sheddable SheddableOf(const std::vector<OrganOptions>& organs) {
   Sheddable sheddable;
   for (const OrganOptions& organ : organs) {
-    sheddable.refinement = sheddable.refinement || organ.lattice.local.functions > 0;
+    sheddable.refinement = sheddable.refinement || LocalFunctionsOf(organ) > 0;
     if (organ.energy.strain == StrainMeasure::kSmall) continue;
     sheddable.finite = true;
     sheddable.newton_iterations =

@@ -14,7 +14,7 @@ double Towards(double from, double to, double step) {
 
 StrainBlendController::StrainBlendController(const OrganOptions& organ)
     : has_finite_(organ.energy.strain != StrainMeasure::kSmall),
-      has_refinement_(organ.lattice.local.functions > 0),
+      has_refinement_(LocalFunctionsOf(organ) > 0),
       adaptive_(organ.energy.strain == StrainMeasure::kAdaptive),
       finite_from_(organ.energy.finite_from),
       iterations_(organ.energy.newton_iterations) {

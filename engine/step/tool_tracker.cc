@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "engine/base/check.h"
 #include "engine/mesh/closest_point.h"
@@ -150,17 +151,30 @@ void ToolTracker::UpdateNeighbourhood(const std::vector<OrganModel>& models,
                                            &around_);
 }
 
+std::optional<Vector3d> ToolTracker::TouchOnJaws(const Isometry3d& X_WT,
+                                                 const std::vector<OrganModel>& models,
+                                                 std::vector<OrganState>* states) {
+  if (from_tick_ || gap_ <= kTouch) return X_WT.translation();
+  const Vector3d end = X_WT * JawsEnd();
+  const SurfaceHit hit = (*states)[organ_].tree.ClosestToSegment(X_WT.translation(), end,
+                                                                 geometry().tip_radius + kTouch);
+  if (hit.at.triangle < 0) return std::nullopt;
+  at_ = hit.at;
+  UpdateNeighbourhood(models, states);
+  return X_WT.translation() + hit.along * (end - X_WT.translation());
+}
+
 void ToolTracker::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel>& models,
                               std::vector<OrganState>* states) {
   const bool closes = started_ && tool.jaw < kJawClosed && jaw_last_ >= kJawClosed;
-  if (!geometry().can_grasp || !closes || grasped_count_ > 0 || organ_ < 0 || gap_ > kGraspReach) {
-    return;
-  }
+  if (!geometry().can_grasp || !closes || grasped_count_ > 0 || organ_ < 0) return;
   const OrganModel& model = models[organ_];
   if (model.rigid()) return;
   OrganState& state = (*states)[organ_];
-  const Triangles& triangles = model.rest().triangles;
   const Isometry3d X_WT = InOrganFrame(state, tool).X_WT;
+  const std::optional<Vector3d> middle = TouchOnJaws(X_WT, models, states);
+  if (!middle) return;
+  const Triangles& triangles = model.rest().triangles;
   const Isometry3d X_TW = X_WT.inverse();
   grasped_[grasped_count_++] = {at_, X_TW * at_.Position(state.vertices, triangles)};
   // Each vertex belongs to several triangles: take it with the first of those that lists it.
@@ -172,7 +186,7 @@ void ToolTracker::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
       const int v = triangles(t, k);
       const auto end = taken.begin() + taken_count;
       const Vector3d p_W = state.vertices.row(v);
-      if ((p_W - X_WT.translation()).norm() > kGraspRadius) continue;
+      if ((p_W - *middle).norm() > kGraspRadius) continue;
       if (std::find(taken.begin(), end, v) != end) continue;
       taken[taken_count++] = v;
       grasped_[grasped_count_++] = {{t, Vector3d::Unit(k)}, X_TW * p_W};
@@ -253,9 +267,9 @@ bool ToolTracker::GraspsNearby(const Vector3d& p_rest_W, const ContactConstraint
 bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, OrganState* state) {
   const ToolPose tool = InOrganFrame(*state, tool_W);
   const SurfaceMesh& rest = model.rest();
-  // The first two diameters belong to the tip, and what is below the surface with it.
+  // The jaws' part belongs to the tip, and what is below the surface with it.
   const double below = organ_ >= 0 ? std::max(-gap_, 0.0) : 0;
-  const Vector3d start = tool.X_WT * Vector3d(0, 0, 4 * geometry().tip_radius + below);
+  const Vector3d start = tool.X_WT * (JawsEnd() + Vector3d(0, 0, below));
   const SurfaceHit hit =
       state->tree.ClosestToSegment(start, tool.p_trocar_W, geometry().shaft_radius);
   if (hit.at.triangle < 0) return true;

@@ -36,9 +36,10 @@ Value AtFoot(const ToolPatch& patch, const SurfaceFoot& foot, Value PatchPoint::
 HapticContact::HapticContact(double period) : fade_(std::exp(-period / kFade)) {}
 
 void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
-  const bool same_organ = patch_ != nullptr && patch_->organ == patch.organ;
+  const bool same_organ = patch_ != nullptr && organ_ == patch.organ;
   started_ = started_ && same_organ;
   patch_ = &patch;
+  organ_ = patch.organ;
   surface_.Build(patch);
   is_new_ = true;
   if (!touching_) return;
@@ -50,6 +51,7 @@ void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
 
 void HapticContact::ClearPatch() noexcept {
   patch_ = nullptr;
+  organ_ = -1;
   LoseContact();
 }
 
@@ -64,7 +66,7 @@ void HapticContact::Locate(TipPose tip) noexcept {
   result_ = {};
   in_lattice_ = false;
   if (patch_ != nullptr) tip.X_WT.translation() -= patch_->motion.Offset(tip.time_ns);
-  if (patch_ == nullptr || patch_->organ < 0) {
+  if (organ_ < 0) {
     LoseContact();
   } else if (patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo) {
     LoseContact();
@@ -84,7 +86,7 @@ HapticForce HapticContact::Evaluate(const TipPose& tip) noexcept {
 
 void HapticContact::LocateGrasp(const TipPose& tip) {
   const Vector3d p_W = tip.X_WT * patch_->p_grasp_T;
-  result_.organ = patch_->organ;
+  result_.organ = organ_;
   result_.kind = ContactKind::kGrasp;
   if (patch_->reaction == ReactionType::kPaper) {
     result_.reaction_W = ForceOnHand(patch_->grasp_node, p_W - patch_->p_original_W);
@@ -202,7 +204,7 @@ void HapticContact::Slide(const TipPose& tip) {
 void HapticContact::PressPaper() {
   result_.normal_W = tip_.normal_W;
   result_.depth = tip_.depth;
-  result_.organ = patch_->organ;
+  result_.organ = organ_;
   result_.kind = ContactKind::kPress;
   const Vector3d delta_W = -tip_.depth * tip_.normal_W;
   for (int i = 0; i < 3; ++i) {
@@ -219,7 +221,7 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
       return;
     }
     force_W_ = force_on_tissue_W;
-    result_.organ = patch_->organ;
+    result_.organ = organ_;
     result_.kind = ContactKind::kPress;
     result_.normal_W = tip_.normal_W;
     result_.depth = std::max(tip_.depth, 0.0);
@@ -269,7 +271,7 @@ void HapticContact::Solve(HapticContact* tip) noexcept {
 }
 
 void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
-  if (!a->in_lattice_ || !c->in_lattice_ || a->patch_->organ != c->patch_->organ) {
+  if (!a->in_lattice_ || !c->in_lattice_ || a->organ_ != c->organ_) {
     Solve(a);
     Solve(c);
     return;
@@ -288,9 +290,9 @@ void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
 
 TickContactPoint HapticContact::contact_point() const noexcept {
   TickContactPoint contact_point;
-  contact_point.known_organ = patch_ != nullptr ? patch_->organ : -1;
+  contact_point.known_organ = organ_;
   if (!touching_) return contact_point;
-  contact_point.organ = patch_->organ;
+  contact_point.organ = organ_;
   contact_point.triangle = foot_.mesh_triangle;
   contact_point.weights = foot_.weights;
   contact_point.normal_W = tip_.normal_W;

@@ -65,7 +65,8 @@ class HapticContact {
   /// `period`: of the haptic loop, s.
   explicit HapticContact(double period = 0.001);
 
-  /// Takes a new patch, which must stay unchanged until the next SetPatch (TripleBuffer::Front).
+  /// Takes a new patch, which must stay unchanged until the next call of SetPatch or ClearPatch
+  /// begins: by then the one before may be the writer's again (TripleBuffer::Front).
   void SetPatch(const ToolPatch& patch) noexcept;
 
   /// No patch: no contact.
@@ -105,6 +106,7 @@ class HapticContact {
 
   double fade_;  // of the hand-over's offset, a tick
   const ToolPatch* patch_ = nullptr;
+  int organ_ = -1;  // of the patch, -1 for none: SetPatch must not read the patch before
   PatchSurface surface_;
   HapticForce result_;
   bool started_ = false;                      // p_tip_last_W_ is known

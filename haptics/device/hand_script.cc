@@ -16,7 +16,7 @@ constexpr double kMinReachTime = 0.1;        // s
 constexpr double kMaxSpread = 0.020;         // m
 constexpr double kMaxHover = 0.030;          // m
 constexpr double kTapHeight = 0.006;         // m
-constexpr double kLightPress = 0.003;        // m
+constexpr double kLightPress = 0.003;        // m: jaws take only what touches them
 constexpr double kApproach = 0.060;          // m, from the start to the first hover point
 constexpr double kMinStartInsertion = 0.03;  // m, of the start
 

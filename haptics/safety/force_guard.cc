@@ -26,9 +26,7 @@ double ScaleWithin(const ForceGuardOptions& options, const Vector3d& force, cons
 ForceGuard::Output ForceGuard::Filter(const Input& input) noexcept {
   Output output;
   if (!input.force_on) {
-    gain_ = 0;
-    last_finite_.setZero();
-    force_.setZero();
+    Release();
     output.flags = kGuardDisabled;
     return output;
   }
@@ -69,6 +67,20 @@ ForceGuard::Output ForceGuard::Filter(const Input& input) noexcept {
   output.force_W = force_;
   output.authority = scale * gain_;
   return output;
+}
+
+ForceGuard::Output ForceGuard::RampOut(double share, bool force_on) noexcept {
+  Output output;
+  if (!force_on) output.flags = kGuardDisabled;
+  if (!force_on || share <= 0) Release();
+  output.force_W = share * force_;
+  return output;
+}
+
+void ForceGuard::Release() noexcept {
+  gain_ = 0;
+  last_finite_.setZero();
+  force_.setZero();
 }
 
 }  // namespace hpdm

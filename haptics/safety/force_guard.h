@@ -63,7 +63,13 @@ class ForceGuard {
   /// Start-up begins anew: no authority at first. For a tip that feels nothing.
   void RampIn() noexcept { gain_ = 0; }
 
+  /// Takes the force away at the end of a session: displays `share` (1 to 0) of the force that the
+  /// last Filter displayed, whatever the tip feels now. After 0 a Filter would ramp in.
+  Output RampOut(double share, bool force_on) noexcept;
+
  private:
+  void Release() noexcept;
+
   ForceGuardOptions options_;
   double gain_ = 0;
   Vector3d last_finite_ = Vector3d::Zero();  // clamped, before the gain

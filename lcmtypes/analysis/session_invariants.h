@@ -53,7 +53,7 @@ struct Invariant {
 ///            but the hands works (SessionLimits::still). A late patch gives tenths of a
 ///            milliwatt, jaws that close on pressed tissue millijoules each time; a contact that
 ///            chatters by 1 mm at 30 Hz gives a hand of 5 N s/m 89 mW
-///   rest     m, by which a control point, a local function or an indentation of an organ that no tool
+///   rest     m, by which a control point, local function or indentation of an organ that no tool
 ///            touches, nor has touched for SessionLimits::settles, is not where it was before any
 ///            touch
 ///

@@ -11,7 +11,6 @@ constexpr int kMaxCells = 64;
 constexpr int kMaxSubdivisions = 5;
 constexpr int kMaxLocalFunctions = 250;
 constexpr int kMaxLocalRefinement = 6;
-constexpr double kMaxFineCells = 1e6;  // 100 along each axis
 
 void ReadUnit(const TableReader& table, double* unit_m) {
   constexpr double kMaxUnit = 1000;
@@ -58,17 +57,24 @@ LatticeOptions ReadLattice(const TableReader& table) {
   }
   table.ReadIntegers("cells", 1, kMaxCells, &lattice.cells);
   table.ReadNumber("margin", Interval::NotNegative(1, "m"), &lattice.margin);
-  table.ReadInteger("local_functions", 0, kMaxLocalFunctions, &lattice.local.functions);
+  int functions = 0;
+  if (table.ReadInteger("local_functions", 0, kMaxLocalFunctions, &functions)) {
+    lattice.local.functions = functions;
+  }
   table.ReadInteger("local_refinement", 2, kMaxLocalRefinement, &lattice.local.refinement);
   return lattice;
 }
 
-// Local functions refine splines whose stiffness is constant and factorised.
+// Those that the author asks for, by their number or by their refinement.
 void CheckLocalFunctions(const TableReader& lattice, const OrganOptions& organ) {
-  if (organ.lattice.local.functions == 0) return;
-  double fine_cells = 1;
-  for (const int cells : organ.lattice.cells) fine_cells *= cells * organ.lattice.local.refinement;
-  if (fine_cells > kMaxFineCells) {
+  const bool too_fine = FineCells(organ) > kMaxFineCells;
+  if (too_fine && !organ.lattice.local.functions && lattice.Has("local_refinement") &&
+      TakesLocalFunctions(organ)) {
+    lattice.Fail("local_refinement", "makes more than a million cells",
+                 "give fewer cells, a lower local_refinement or local_functions = 0");
+  }
+  if (organ.lattice.local.functions.value_or(0) == 0) return;
+  if (too_fine) {
     lattice.Fail("local_functions", "refines more than a million cells",
                  "give fewer cells or a lower local_refinement");
   }
@@ -87,7 +93,7 @@ EnergyOptions ReadEnergy(const TableReader& table) {
   const bool metric = energy.type == EnergyType::kMetric;
   for (const std::string_view key : {"domain", "alpha", "beta"}) {
     if (!metric && table.Has(key)) {
-      table.Fail(key, "belongs to type = \"metric\"", "remove it or change the type");
+      table.Fail(key, "belongs to type = \"metric\"", "remove it or give that type");
     }
   }
   if (metric && table.Has("law")) {

@@ -280,9 +280,20 @@ void AddOrgans(Scenes* s) {
                            "relaxation_time=-1",
                            "relaxation_time=nan",
                            "relaxation_time=1001",
+                           "relaxation_time=0",
+                           "relaxation_time=0.1",
+                           "relaxation_time=1e-300",
                            "colour='red'"}) {
     s->Material(line);
   }
+  s->Text("a metric energy", SoundScene({.energy = "type='metric'"}));
+  s->Text("a metric energy with local functions",
+          SoundScene({.lattice = "local_functions=8", .energy = "type='metric'"}));
+  s->Text("a stiffness of the metric energy without its type",
+          SoundScene({.energy = "alpha=2000"}));
+  s->Text("Gauss-Seidel without a type", SoundScene({.energy = "solver='gauss_seidel'"}));
+  s->Text("Gauss-Seidel with local functions",
+          SoundScene({.lattice = "local_functions=8", .energy = "solver='gauss_seidel'"}));
   s->Text("a metric energy without stiffness", SoundScene({.energy = "type='metric'\nalpha=0"}));
   s->Text("a metric energy of NaN", SoundScene({.energy = "type='metric'\nalpha=nan"}));
   s->Text("a metric energy of negative beta", SoundScene({.energy = "type='metric'\nbeta=-1"}));
@@ -387,6 +398,10 @@ void AddRest(Scenes* s) {
   }
   s->Text("a lattice of strain energy too fine for any memory",
           SoundScene({.lattice = "cells=32", .energy = "type='strain'\n"}));
+  s->Text("local functions too many for any memory",
+          SoundScene({.lattice = "cells=8\nlocal_refinement=4"}));
+  s->Text("a refinement of more than a million cells",
+          SoundScene({.lattice = "cells=20\nlocal_refinement=6"}));
   s->Text("local functions too fine for any memory",
           SoundScene({.lattice = "cells=32\nlocal_functions=8\nlocal_refinement=6",
                       .energy = "type='strain'\n"}));

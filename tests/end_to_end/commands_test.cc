@@ -58,6 +58,32 @@ TEST_F(Commands, SolveIsNoWorseThanThousandsOfLinearTetrahedra) {
   }
 }
 
+TEST_F(Commands, CheckSaysHowInaccurateTheMetricEnergyIsAndNothingOfStrain) {
+  const std::string organ = "[[organ]]\nname = \"liver\"\nmesh = \"" +
+                            (kSource / "scenes/meshes/liver_274.obj").string() + "\"\n";
+  for (const bool metric : {true, false}) {
+    std::ofstream(folder_ / "s.toml") << organ << (metric ? "energy.type = \"metric\"\n" : "");
+    const Outcome outcome = Hpdm("check " + Folder("s.toml"));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    int lines = 0;
+    std::istringstream out(outcome.out);
+    for (std::string line; std::getline(out, line);) {
+      const bool says = line.starts_with("note: organ \"liver\": energy.type = \"metric\"") &&
+                        line.find("51 to 91 %") != std::string::npos;
+      EXPECT_EQ(says, line.find("metric") != std::string::npos) << line;
+      lines += says;
+    }
+    EXPECT_EQ(lines, metric);
+    const Json facts = Json::parse(Hpdm("check --json " + Folder("s.toml")).out);
+    int notes = 0;
+    for (const Json& remark : facts["remarks"]) {
+      notes += remark.get<std::string>().find("51 to 91 %") != std::string::npos;
+    }
+    EXPECT_EQ(notes, metric);
+    EXPECT_EQ(facts["organs"][0].contains("local_functions"), !metric);
+  }
+}
+
 TEST_F(Commands, InspectStatesTheFactsOfAMesh) {
   const Outcome outcome =
       Hpdm("inspect --json " + (kSource / "scenes" / "meshes" / "liver_274.obj").string());

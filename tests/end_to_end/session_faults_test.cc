@@ -82,6 +82,7 @@ class SessionFaults : public testing::Test {
     fs::create_directory(disk());
     fs::copy_file(kScenes / "meshes/liver_274.obj", folder_ / "liver.obj");
     std::ofstream(folder_ / "scene.toml") << "[[organ]]\nname = \"liver\"\nmesh = \"liver.obj\"\n"
+                                             "energy.type = \"metric\"\n"
                                              "[[instrument]]\nname = \"probe\"\n"
                                              "trocar = [0.05, -0.12, 0.16]\n";
   }

@@ -15,6 +15,7 @@ namespace {
 OrganOptions Options() {
   OrganOptions options;
   options.name = "ellipsoid";
+  options.energy.type = EnergyType::kMetric;
   SupportOptions bottom;
   bottom.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)};
   options.supports.push_back(bottom);
@@ -171,6 +172,67 @@ TEST_F(DeformationLoopTest, JawsCarryTheTissueAndLetItGo) {
   Step(ToolAt(Vector3d(0.005, 0, top + 0.02), 1));
   EXPECT_EQ(patch_.Front().tools[0].kind, ContactKind::kPress);
   EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
+}
+
+TEST_F(DeformationLoopTest, JawsThatCloseAboveTheSurfaceHoldAndLiftNothing) {
+  const double top = 0.05 + ToolOptions().tip_radius;
+  for (const double gap : {0.001, 0.002, 0.004}) {
+    Start({.can_grasp = true});
+    Step(ToolAt(Vector3d(0, 0, top + gap), 1));
+    for (const double lift : {0.0, 0.01, 0.02}) {
+      Step(ToolAt(Vector3d(0, 0, top + gap + lift), 0));
+      EXPECT_EQ(patch_.Front().tools[0].kind, ContactKind::kPress) << gap;
+      EXPECT_EQ(patch_.Front().tools[0].force_on_tissue_W, Vector3d::Zero()) << gap;
+      EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices) << gap;
+    }
+  }
+}
+
+// Jaws that come down on tissue which they closed above press it like any other tip.
+TEST_F(DeformationLoopTest, JawsThatCameDownClosedHoldNothing) {
+  const double top = 0.05 + ToolOptions().tip_radius;
+  Start({.can_grasp = true});
+  Step(ToolAt(Vector3d(0, 0, top + 0.004), 1));
+  Step(ToolAt(Vector3d(0, 0, top + 0.004), 0));
+  Step(ToolAt(Vector3d(0, 0, top - 0.005), 0));
+  EXPECT_LT(patch_.Front().tools[0].force_on_tissue_W.z(), -0.1);
+  Step(ToolAt(Vector3d(0, 0, top + 0.02), 0));
+  EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
+}
+
+// A shaft along the ellipsoid's end: the tissue lies between the middles of the jaws, and their tip
+// is free.
+TEST_F(DeformationLoopTest, JawsHoldTissueThatTheirTipIsPast) {
+  const double radius = ToolOptions().tip_radius;
+  const SurfaceTree rest(models_[0].rest().vertices, models_[0].rest().triangles);
+  const auto beside = [&](double distance) {  // of the jaws' axis from the surface
+    Vector3d p(0.12, 0, -0.008);
+    for (int i = 0; i < 20; ++i) {
+      const Vector3d end = p + Vector3d(0, 0, 4 * radius);
+      p.x() += distance - rest.ClosestToSegment(p, end, 1).distance;
+    }
+    return p;
+  };
+  for (const double gap : {0.001, 0.0}) {
+    const Vector3d p = beside(radius + gap);
+    ASSERT_GT(rest.Closest(p, 1).distance, radius + 0.0006) << "the tip is free";
+    Start({.can_grasp = true});
+    Step(ToolAt(p, 1));
+    Step(ToolAt(p, 0));
+    const Vector3d held = patch_.Front().tools[0].contact_W;
+    Step(ToolAt(p + Vector3d(0.01, 0, 0), 0));
+    const ToolPatch& patch = patch_.Front().tools[0];
+    if (gap > 0) {
+      EXPECT_EQ(patch.kind, ContactKind::kPress);
+      EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
+      continue;
+    }
+    EXPECT_EQ(patch.kind, ContactKind::kGrasp);
+    EXPECT_GT(held.z(), p.z() + radius) << "behind the tip";
+    // What is held moves with the jaws, but for the 1e-6 that regularised contacts may lack.
+    EXPECT_LT((patch.contact_W - held - Vector3d(0.01, 0, 0)).norm(), 1e-5);
+    EXPECT_GT(patch.force_on_tissue_W.x(), 0.1);
+  }
 }
 
 TEST_F(DeformationLoopTest, ProbeCannotGrasp) {

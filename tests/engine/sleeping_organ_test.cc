@@ -19,6 +19,7 @@ constexpr double kApart = 0.2;           // m, beyond a tip's reach of the next 
 OrganOptions Tissue(const char* name = "tissue") {
   OrganOptions options;
   options.name = name;
+  options.energy.type = EnergyType::kMetric;
   options.lattice.cells = {2, 2, 2};
   options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
   return options;
@@ -26,6 +27,7 @@ OrganOptions Tissue(const char* name = "tissue") {
 
 OrganOptions WithLocalFunctions() {
   OrganOptions options = Tissue("refined");
+  options.energy.type = EnergyType::kStrain;
   options.lattice.local.functions = 8;
   return options;
 }

@@ -54,7 +54,7 @@ void EnsureOrgan(const OrganOptions& organ) {
     EnsureWithin(lattice.cells[d], 1, lattice.basis == BasisType::kBSpline ? 64 : 1);
   }
   EnsureWithin(lattice.margin, 0, 1);
-  EnsureWithin(lattice.local.functions, 0, 250);
+  EnsureWithin(LocalFunctionsOf(organ), 0, 250);
   EnsureWithin(lattice.local.refinement, 2, 6);
   EnsureWithin(organ.energy.alpha, 1e-323, 1e12);
   EnsureWithin(organ.energy.beta, 0, 1e12);
@@ -63,7 +63,7 @@ void EnsureOrgan(const OrganOptions& organ) {
   EnsureWithin(organ.material.young, 1e-323, 1e12);
   EnsureWithin(organ.material.poisson, 0, std::nextafter(0.5, 0));
   EnsureWithin(organ.material.density, 1e-323, 30000);
-  EnsureWithin(organ.material.relaxation_time, 0, 1000);
+  HPDM_ENSURE(organ.material.relaxation_time == 0);
   for (const SupportOptions& support : organ.supports) {
     EnsureRegion(support.region);
     EnsureWithin(support.stiffness.value_or(1), 1e-323, 1e15);

@@ -19,6 +19,7 @@ inline OrganOptions SoftOrgan(const std::string& mesh, int cells) {
   options.mesh = kMeshes + mesh;
   options.energy.type = EnergyType::kStrain;
   options.lattice.cells = {cells, cells, cells};
+  options.lattice.local.functions = 0;
   SupportOptions back;
   back.region = BoxFraction{Vector3d(0, 0.7, 0), Vector3d(1, 1, 1)};
   options.supports.push_back(back);

@@ -39,7 +39,7 @@ inline const std::string& SessionBytes() {
     const ScratchFolder folder;
     WriteAll(folder / "scene.toml",
              "[[organ]]\nname = \"liver\"\nmesh = \"" HPDM_SOURCE_DIR
-             "/scenes/meshes/liver_274.obj\"\n"
+             "/scenes/meshes/liver_274.obj\"\nenergy.type = \"metric\"\n"
              "  [[organ.support]]\n  box_fraction = { min = [0.0, 0.7, 0.0], max = [1, 1, 1] }\n"
              "  fixed = true\n"
              "[[instrument]]\nname = \"left\"\ntrocar = [0.05, -0.12, 0.16]\n"

@@ -102,6 +102,7 @@ std::vector<CostCurve> CostOfControlPoints(bool quick) {
   }
   for (const LatticeOptions& lattice : lattices) {
     organ.options.lattice = lattice;
+    organ.options.lattice.local.functions = 0;
     // Of trilinear functions on one cell the supports hold the mean only: nothing stops rotation,
     // which costs the strain energy nothing.
     const bool rotates_freely = lattice.degree[0] == 1;

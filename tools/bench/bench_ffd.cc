@@ -32,7 +32,7 @@ class PressedShape {
     shape_.local_displacements = U_.bottomRows(active_.slots());
     if (model.refinement_basis() != nullptr) {
       active_.ChooseNearest(model.refinement_basis()->centres(), std::span(&p, 1),
-                            model.options().lattice.local.functions);
+                            LocalFunctionsOf(model.options()));
       for (int s = 0; s < active_.slots(); ++s) {
         const int function = active_.Function(s);
         shape_.local_functions.push_back(
@@ -67,6 +67,7 @@ struct FfdLattice {
 
 std::vector<FfdLattice> Lattices(bool quick) {
   std::vector<FfdLattice> lattices(4);
+  for (FfdLattice& lattice : lattices) lattice.options.local.functions = 0;
   lattices[0].words = "B-spline 4^3";
   lattices[1].words = "B-spline 4^3, 20 local functions";
   lattices[1].options.local.functions = 20;

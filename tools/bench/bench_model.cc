@@ -33,6 +33,7 @@ BenchOrgan MakeBenchOrgan(const std::string& asset) {
   organ.rest = MakeMeshAsset(asset);
   organ.options.name = asset;
   organ.options.energy.type = EnergyType::kStrain;
+  organ.options.lattice.local.functions = 0;
   organ.options.supports = {{BoxFraction{Vector3d(0, 0.7, 0), Vector3d::Ones()}, {}}};
   return organ;
 }
@@ -111,7 +112,7 @@ void BenchModel::AddPress(const BenchOrgan& organ, double side) {
 void BenchModel::RefineAtTip() {
   const Vector3d p = contacts_[0].p_rest_W;
   contacts_.refinement.ChooseNearest(organ_->refinement_basis()->centres(), {&p, 1},
-                                     organ_->options().lattice.local.functions);
+                                     LocalFunctionsOf(organ_->options()));
 }
 
 void BenchModel::Step() {

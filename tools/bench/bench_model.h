@@ -14,7 +14,8 @@ namespace hpdm {
 /// A solid organ of the project's shapes (`asset`: mesh_assets.h) as soft tissue whose rear 30 % is
 /// held, as in a session.
 struct BenchOrgan {
-  OrganOptions options;  ///< Quadratic B-spline, energy strain, small; to be changed.
+  OrganOptions options;  ///< Quadratic B-spline, energy strain, small, no local functions;
+                         ///< to be changed.
   SurfaceMesh rest;
 };
 BenchOrgan MakeBenchOrgan(const std::string& asset);

@@ -14,6 +14,7 @@ RepeatOptions Repeats(bool quick) {
 
 EnergyOptions Metric(SolverType solver) {
   EnergyOptions energy;
+  energy.type = EnergyType::kMetric;
   energy.solver = solver;
   return energy;
 }

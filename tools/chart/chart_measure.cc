@@ -61,7 +61,7 @@ ChartPoint Labelled(const std::string& load_case, bool hollow, const OrganOption
   point.basis = options.lattice.basis == BasisType::kBSpline ? "bspline" : "bernstein";
   point.degree = options.lattice.degree[0];
   point.cells = options.lattice.cells;
-  point.local_functions = options.lattice.local.functions;
+  point.local_functions = LocalFunctionsOf(options);
   point.local_refinement = point.local_functions > 0 ? options.lattice.local.refinement : 0;
   return point;
 }

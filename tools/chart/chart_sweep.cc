@@ -30,12 +30,13 @@ EnergyOptions Strain(StrainMeasure strain, SolverType solver) {
 
 EnergyOptions Metric(EnergyDomain domain, SolverType solver) {
   EnergyOptions energy;
+  energy.type = EnergyType::kMetric;
   energy.domain = domain;
   energy.solver = solver;
   return energy;
 }
 
-LatticeOptions BSpline(int degree, const LocalFunctionOptions& local = {}) {
+LatticeOptions BSpline(int degree, const LocalFunctionOptions& local = {.functions = 0}) {
   LatticeOptions lattice;
   lattice.degree = {degree, degree, degree};
   lattice.local = local;
@@ -45,6 +46,7 @@ LatticeOptions BSpline(int degree, const LocalFunctionOptions& local = {}) {
 LatticeOptions Bernstein() {
   LatticeOptions lattice;
   lattice.basis = BasisType::kBernstein;
+  lattice.local.functions = 0;
   return lattice;
 }
 

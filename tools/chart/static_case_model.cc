@@ -77,7 +77,7 @@ void StaticCaseModel::AddPatches() {
     std::vector<Vector3d> centres;
     for (const LoadOptions& load : loads_) centres.push_back(load.p_centre_W);
     contacts_.refinement.ChooseNearest(organ_->refinement_basis()->centres(), centres,
-                                       options_.lattice.local.functions);
+                                       LocalFunctionsOf(options_));
   }
   U_ = Points::Zero(unknowns() + slots_, 3);
   patches_ = ContactWeights::Zero(static_cast<Eigen::Index>(loads_.size()), rest_.vertices.rows());

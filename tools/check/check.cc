@@ -49,7 +49,7 @@ Json OrganFacts(const OrganModel& organ) {
     if (organ.options().energy.type == EnergyType::kStrain) unknowns *= 3;
     facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
     if (organ.refinement_basis() != nullptr) {
-      facts["local_functions"] = organ.options().lattice.local.functions;
+      facts["local_functions"] = LocalFunctionsOf(organ.options());
       facts["local_candidates"] = organ.refinement_basis()->size();
       facts["cost"]["local_bytes"] = organ.refinement_basis()->Bytes();
     }
@@ -174,6 +174,12 @@ void PrintWall(const Json& wall) {
       wall["reachable"].get<bool>() ? "" : ", its longest: it reaches no rigid organ");
 }
 
+std::string AccuracyOfMetric(const std::string& organ) {
+  return "organ \"" + organ +
+         "\": energy.type = \"metric\" is the paper's model; under a press its surface is 51 to 91 "
+         "% off quadratic tetrahedra; give \"strain\" for realistic tissue";
+}
+
 void Check(const std::string& scene, bool as_json) {
   const Session session(LoadScene(scene));
   Json facts = {
@@ -196,6 +202,11 @@ void Check(const std::string& scene, bool as_json) {
     }
   }
   facts["remarks"] = session.remarks();
+  for (const OrganModel& organ : session.organs()) {
+    if (organ.lattice() && organ.options().energy.type == EnergyType::kMetric) {
+      facts["remarks"].push_back(AccuracyOfMetric(organ.options().name));
+    }
+  }
   if (as_json) {
     std::cout << JsonText(facts) << "\n";
     return;

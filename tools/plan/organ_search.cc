@@ -39,7 +39,7 @@ bool IsBeaten(const Progress& family, const std::vector<PlanPoint>& points, doub
 bool IsLarger(const OrganOptions& larger, const OrganOptions& than) {
   if (larger.lattice.basis != than.lattice.basis || larger.energy.type != than.energy.type ||
       larger.energy.strain != than.energy.strain || larger.energy.solver != than.energy.solver ||
-      larger.lattice.local.functions < than.lattice.local.functions) {
+      LocalFunctionsOf(larger) < LocalFunctionsOf(than)) {
     return false;
   }
   for (int d = 0; d < 3; ++d) {

@@ -115,8 +115,8 @@ std::string DescribeModel(const OrganOptions& organ) {
   } else {
     text += Format("Bernstein of degree %d", lattice.degree[0]);
   }
-  if (lattice.local.functions > 0) {
-    text += Format(" + %d local (1/%d)", lattice.local.functions, lattice.local.refinement);
+  if (const int functions = LocalFunctionsOf(organ); functions > 0) {
+    text += Format(" + %d local (1/%d)", functions, lattice.local.refinement);
   }
   text += Format(", margin %.3g mm", 1000 * lattice.margin);
   if (organ.energy.solver == SolverType::kGaussSeidel) text += ", Gauss-Seidel";
@@ -132,7 +132,7 @@ double SetupWork(const OrganOptions& organ) {
   const double unknowns = 3 * functions;
   const double newton = organ.energy.strain != StrainMeasure::kSmall ? 30 : 1;
   return newton * unknowns * unknowns * unknowns +
-         (organ.lattice.local.functions > 0 ? 100 * unknowns * finer : 0);
+         (LocalFunctionsOf(organ) > 0 ? 100 * unknowns * finer : 0);
 }
 
 }  // namespace hpdm

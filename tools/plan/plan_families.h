@@ -19,7 +19,7 @@ struct PlanFamily {
   std::string name;  ///< For the chart's legend.
   Cells cells = Cells::kCubes;
   int degree = 2;
-  LocalFunctionOptions local = {};
+  LocalFunctionOptions local = {.functions = 0};
   bool tight = true;  ///< Margin of a hundredth of the organ's longest side; else the author's.
   EnergyType energy = EnergyType::kStrain;
   StrainMeasure strain = StrainMeasure::kSmall;

@@ -68,7 +68,7 @@ Json PointJson(const PlanPoint& point, bool front, bool chosen) {
       {"degree", lattice.degree[0]},
       {"cells", lattice.cells},
       {"margin_m", lattice.margin},
-      {"local_functions", lattice.local.functions},
+      {"local_functions", LocalFunctionsOf(point.model)},
       {"local_refinement", lattice.local.refinement},
       {"energy", point.model.energy.type == EnergyType::kStrain ? "strain" : "metric"},
       {"strain", StrainName(point.model.energy.strain)},

@@ -17,8 +17,9 @@ bool SameEnergy(const EnergyOptions& a, const EnergyOptions& b) {
   return a.type == b.type && a.strain == b.strain && a.solver == b.solver;
 }
 
-// What differs between an author's organ and the chosen model. Keys that the model does not take
-// are named too: where the author gives them they become comments.
+// What differs between an author's organ and the chosen model, and the energy's type and the number
+// of local functions in any case, so that no default stands in for them. Keys that the model does
+// not take are named too: where the author gives them they become comments.
 OrganEdit EditsOf(std::size_t organ, const OrganOptions& author, const OrganOptions& chosen) {
   OrganEdit edit{.organ = organ, .keys = {}, .removed_tables = {}};
   const auto set = [&edit](const char* table, const char* key, bool changed, SceneValue value) {
@@ -35,13 +36,13 @@ OrganEdit EditsOf(std::size_t organ, const OrganOptions& author, const OrganOpti
     set("lattice", "cells", true, std::monostate());
   }
   set("lattice", "margin", was.margin != is.margin, is.margin);
-  set("lattice", "local_functions", was.local.functions != is.local.functions, is.local.functions);
-  if (is.local.functions > 0) {
+  set("lattice", "local_functions", true, LocalFunctionsOf(chosen));
+  if (LocalFunctionsOf(chosen) > 0) {
     set("lattice", "local_refinement", was.local.refinement != is.local.refinement,
         is.local.refinement);
   }
   const EnergyOptions &had = author.energy, &has = chosen.energy;
-  set("energy", "type", had.type != has.type, "strain");
+  set("energy", "type", true, "strain");
   set("energy", "strain", had.strain != has.strain, StrainName(has.strain));
   set("energy", "solver", had.solver != has.solver,
       has.solver == SolverType::kCholesky ? "cholesky" : "gauss_seidel");

@@ -25,6 +25,7 @@ OrganOptions CoarseModel(const OrganOptions& organ, StrainMeasure strain) {
   options.energy.solver = SolverType::kCholesky;
   options.lattice = LatticeOptions();
   options.lattice.margin = organ.lattice.margin;
+  options.lattice.local.functions = 0;
   return options;
 }
 

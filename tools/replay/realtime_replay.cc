@@ -212,7 +212,7 @@ RealtimeReplay Play(std::vector<HapticInstrument> instruments, std::uint64_t tic
 
 RealtimeReplay PlayInRealTime(std::uint64_t ticks, Session* session) {
   Meter meter(session->haptic_period_ns(), nullptr);
-  session->EnableForces(true);
+  const ForcesOn forces(session);
   return Play(
       session->HapticInstruments(), ticks, [](Nanoseconds) {}, {}, &meter, session);
 }

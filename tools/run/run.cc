@@ -322,9 +322,10 @@ void AddRunCommand(Command app, std::vector<std::string> command_line) {
   auto options = std::make_shared<RunOptions>();
   Command run = app.AddCommand("run", "Run a session of a scene");
   run.AddOption("scene", options->scene, "Scene file (TOML; see scenes/README.md)").Required();
-  run.AddOption("--seconds", options->seconds,
-                "Length; without it, until SIGINT or SIGTERM, Esc in the window, or the end of the "
-                "traces")
+  run.AddOption(
+         "--seconds", options->seconds,
+         "Length; without it, until SIGINT, SIGTERM or SIGHUP, Esc in the window, or the end of "
+         "the traces")
       .From(0.001, 1e6);
   run.AddOption("--out", options->out, "Session folder to make [out/session_N]");
   run.AddFlag("--headless", options->headless, "Draw without a window (the default)");

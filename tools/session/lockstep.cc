@@ -10,8 +10,7 @@ bool Lockstep::StepIfDue() {
 }
 
 void Lockstep::Tick() {
-  const Nanoseconds period = kNanosecondsPerSecond / timing_.haptic_hz;
-  haptics_->Tick(tick_, static_cast<Nanoseconds>(tick_) * period, {});
+  haptics_->Tick(tick_, ScheduledAt(tick_), {});
   const std::uint64_t begins =
       (steps_begun_ * timing_.haptic_hz + timing_.deformation_hz - 1) / timing_.deformation_hz;
   if (tick_ == begins) {
@@ -19,6 +18,17 @@ void Lockstep::Tick() {
     ++steps_begun_;
   }
   ++tick_;
+}
+
+void Lockstep::RampOut() {
+  std::uint64_t tick = tick_;
+  for (std::uint64_t left = haptics_->RampOutTicks(); left-- > 0; ++tick) {
+    haptics_->RampOut(tick, ScheduledAt(tick), {}, left);
+  }
+}
+
+Nanoseconds Lockstep::ScheduledAt(std::uint64_t tick) const {
+  return static_cast<Nanoseconds>(tick) * (kNanosecondsPerSecond / timing_.haptic_hz);
 }
 
 }  // namespace hpdm

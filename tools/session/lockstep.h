@@ -15,6 +15,7 @@ namespace hpdm {
 /// result.
 ///
 ///     while (...) { clock.StepIfDue(); clock.Tick(); }
+///     clock.RampOut();  // where a device displays the force
 class Lockstep {
  public:
   /// Both loops must outlive this.
@@ -30,7 +31,12 @@ class Lockstep {
   /// The haptic tick, and the beginning of the step that takes its tool state.
   void Tick();
 
+  /// Takes the forces away after the last tick (HapticLoop::RampOut).
+  void RampOut();
+
  private:
+  Nanoseconds ScheduledAt(std::uint64_t tick) const;
+
   TimingOptions timing_;
   HapticLoop* haptics_;
   DeformationLoop* deformation_;

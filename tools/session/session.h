@@ -125,4 +125,17 @@ class Session {
   std::vector<VirtualWall> walls_;
 };
 
+/// The forces of a session's devices are on while this lives, and off after it however it ends. The
+/// devices' owner.
+class ForcesOn {
+ public:
+  explicit ForcesOn(Session* session) : session_(*session) { session_.EnableForces(true); }
+  ~ForcesOn() { session_.EnableForces(false); }
+  ForcesOn(const ForcesOn&) = delete;
+  ForcesOn& operator=(const ForcesOn&) = delete;
+
+ private:
+  Session& session_;
+};
+
 }  // namespace hpdm

@@ -1,11 +1,14 @@
 #include "tools/session/session_threads.h"
 
 #include <latch>
+#include <optional>
 #include <stop_token>
 #include <thread>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/threads/loop_schedule.h"
+#include "tools/session/crash_stop.h"
 #include "tools/session/lockstep.h"
 #include "tools/session/realtime_threads.h"
 
@@ -41,7 +44,8 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
   RunRecord record;
   record.baseline = machine.baseline;
   RealtimeReport haptic, deformation;
-  loops.session.EnableForces(true);
+  const CrashStop crash_stop(&loops.haptics);
+  std::optional<ForcesOn> forces(std::in_place, &loops.session);
   std::latch start(loops.pictures ? 3 : 2);
   std::stop_source over;
 
@@ -100,14 +104,19 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
       record.interrupted = loops.signals.WaitFor(20'000'000);
     }
   }
-  for (std::jthread* thread : {&haptic_thread, &deformation_thread, &render_thread,
-                               &telemetry_thread, &receive_thread, &send_thread}) {
-    if (!thread->joinable()) continue;
+  const auto end = [](std::jthread* thread) {
+    if (!thread->joinable()) return;
     thread->request_stop();
     thread->join();
+  };
+  // The forces first: the others may take long.
+  end(&haptic_thread);
+  forces.reset();
+  for (std::jthread* thread :
+       {&deformation_thread, &render_thread, &telemetry_thread, &receive_thread, &send_thread}) {
+    end(thread);
   }
   if (loops.link != nullptr) record.link = loops.link->Summary();
-  loops.session.EnableForces(false);
   record.realtime = {
       {"process", machine.process}, {"haptic", haptic}, {"deformation", deformation}};
   return record;
@@ -118,7 +127,8 @@ RunRecord RunInLockstep(const Loops& loops) {
   record.lockstep = true;
   const TimingOptions& timing = loops.session.scene().timing;
   Lockstep clock(timing, &loops.haptics, &loops.deformation);
-  loops.session.EnableForces(true);
+  const CrashStop crash_stop(&loops.haptics);
+  std::optional<ForcesOn> forces(std::in_place, &loops.session);
   while (clock.tick() < loops.end_tick && !record.interrupted) {
     // The queue holds two seconds of samples, and steps may be rarer.
     if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
@@ -134,7 +144,8 @@ RunRecord RunInLockstep(const Loops& loops) {
     clock.Tick();
     ++record.haptic.ticks;
   }
-  loops.session.EnableForces(false);
+  clock.RampOut();
+  forces.reset();
   loops.telemetry.Finish();
   loops.render.EndOnThisThread();
   return record;

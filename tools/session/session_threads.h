@@ -72,8 +72,10 @@ struct Loops {
 ///     HPDM_FORCE <--- link <--HapticSample queue, every tick-- haptic
 ///
 /// The two loops with a deadline start together, once each has asked for its real-time state and
-/// the render thread has its shaders. The haptic thread ends the session at its last tick; the
-/// telemetry ends after the loops, and the links last, so that they drain everything.
+/// the render thread has its shaders. The haptic thread ends the session at its last tick. At the
+/// end the haptic loop stops first and ramps its forces to zero, then the devices' forces are
+/// switched off. The telemetry ends after the loops, and the links last, so that they drain
+/// everything. A crash switches the forces off at once (crash_stop.h).
 RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
                          const SessionClock& clock);
 

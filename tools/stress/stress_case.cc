@@ -43,6 +43,7 @@ void Choose(StressModel model, OrganOptions* options) {
   const bool strain = model == StressModel::kStrainSmall || model == StressModel::kStrainFinite;
   const bool small = model == StressModel::kStrainSmall || model == StressModel::kMetricSmall;
   options->energy.type = strain ? EnergyType::kStrain : EnergyType::kMetric;
+  options->lattice.local.functions = 0;
   options->energy.strain = small ? StrainMeasure::kSmall : StrainMeasure::kFinite;
 }
 

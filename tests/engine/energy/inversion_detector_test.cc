@@ -142,8 +142,7 @@ TEST(InversionDetector, LocalFunctionsCount) {
   const OrganModel model(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   ActiveRefinement active(model.refinement_basis()->size(), model.RefinementSlots(2));
   const std::array<Vector3d, 2> places = {Vector3d(0.03, 0, 0.04), Vector3d(-0.03, 0, 0.04)};
-  active.ChooseNearest(model.refinement_basis()->centres(), places,
-                       options.lattice.local.functions);
+  active.ChooseNearest(model.refinement_basis()->centres(), places, LocalFunctionsOf(options));
   const int n = model.control_points();
   srand(3);
   Points U = Points::Zero(n + active.slots(), 3);

@@ -24,6 +24,7 @@ Body HeldEllipsoid() {
   body.rest = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3);
   body.organ.name = "body";
   body.organ.energy.type = EnergyType::kStrain;
+  body.organ.lattice.local.functions = 0;
   body.organ.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(0.35, 1, 1)}, std::nullopt}};
   return body;
 }

@@ -5,7 +5,9 @@
 #include <numeric>
 #include <set>
 
+#include "engine/base/error.h"
 #include "engine/energy/mixed_dilatation.h"
+#include "engine/organ.h"
 #include "engine/solver/compliance_solver.h"
 #include "engine/tissue/interior.h"
 #include "tests/support/shapes.h"
@@ -212,6 +214,44 @@ TEST_P(RefinementBasisTest, SoftenAPressAndNeverStiffenIt) {
     EXPECT_GT(RefinedPress(body, local).Compliance(refined.get(), p),
               1.1 * contact_solver.compliance()(0, 0));
   }
+}
+
+TEST(LocalFunctionsOfAnOrgan, AreTwentySevenUnlessGivenWhereTheModelTakesThem) {
+  OrganOptions organ;
+  EXPECT_EQ(organ.energy.type, EnergyType::kStrain);
+  EXPECT_EQ(LocalFunctionsOf(organ), 27);
+  for (const StrainMeasure strain : {StrainMeasure::kFinite, StrainMeasure::kAdaptive}) {
+    organ.energy.strain = strain;
+    EXPECT_EQ(LocalFunctionsOf(organ), 27);
+  }
+  for (const int given : {0, 5}) {
+    organ.lattice.local.functions = given;
+    EXPECT_EQ(LocalFunctionsOf(organ), given);
+  }
+  std::vector<OrganOptions> without(7);
+  without[0].energy.type = EnergyType::kMetric;
+  without[1].energy.solver = SolverType::kGaussSeidel;
+  without[2].lattice.basis = BasisType::kBernstein;
+  without[3].model = OrganModelType::kContinuum;
+  without[4].model = OrganModelType::kMassSpring;
+  without[5].model = OrganModelType::kRigid;
+  without[6].lattice.cells = {51, 50, 50};  // of half the size, more than a million
+  for (std::size_t i = 0; i < without.size(); ++i) EXPECT_EQ(LocalFunctionsOf(without[i]), 0) << i;
+}
+
+TEST(LocalFunctionsOfAnOrgan, AreRefusedWhereTheModelCannotHaveThemButTheyAreGiven) {
+  const SurfaceMesh rest = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2);
+  OrganOptions organ;
+  organ.name = "ellipsoid";
+  organ.lattice.cells = {2, 2, 2};
+  organ.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
+  const OrganModel refined(organ, rest);
+  EXPECT_NE(refined.refinement_basis(), nullptr);
+  EXPECT_EQ(refined.RefinementSlots(2), 54);
+  organ.energy.type = EnergyType::kMetric;
+  EXPECT_EQ(OrganModel(organ, rest).RefinementSlots(2), 0);
+  organ.lattice.local.functions = 5;
+  EXPECT_THROW(OrganModel(organ, rest), InputError);
 }
 
 TEST(ActiveRefinement, TakesTheNearestAndKeepsTheirSlots) {

@@ -18,6 +18,7 @@ OrganOptions Options(const Unit& unit) {
   OrganOptions options;
   options.name = "ellipsoid";
   options.lattice.cells = {3, 3, 3};
+  options.lattice.local.functions = 0;
   options.lattice.margin = 0.01 * unit.length;
   options.material.young *= unit.modulus;
   options.energy.alpha *= unit.modulus;

@@ -18,6 +18,7 @@ OrganModel Organ(EnergyType energy, double scale = 1) {
   OrganOptions options;
   options.name = "ellipsoid";
   options.energy.type = energy;
+  options.lattice.local.functions = 0;
   options.energy.beta *= scale * scale;
   options.lattice.margin *= scale;
   SupportOptions bottom;
@@ -147,6 +148,7 @@ TEST(StaticLoads, PressureAllAroundShrinksAFreeBodyEvenly) {
   OrganOptions options;
   options.name = "ellipsoid";
   options.energy.type = EnergyType::kStrain;
+  options.lattice.local.functions = 0;
   options.material.poisson = 0.3;
   const OrganModel organ(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3));
   const StaticLoads loads(organ, {Pressure(100)});

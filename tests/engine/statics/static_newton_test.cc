@@ -26,6 +26,7 @@ OrganModel Organ(const Kind& kind, StrainMeasure strain = StrainMeasure::kFinite
   options.energy.strain = strain;
   options.energy.alpha = 500;
   options.energy.beta *= scale * scale;
+  options.lattice.local.functions = 0;
   options.lattice.margin *= scale;
   SupportOptions bottom;
   bottom.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.27)};

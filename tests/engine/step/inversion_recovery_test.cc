@@ -23,6 +23,7 @@ OrganOptions FiniteOptions(MaterialLaw law = MaterialLaw::kStVenantKirchhoff) {
   options.energy.strain = StrainMeasure::kFinite;
   options.energy.law = law;
   options.lattice.cells = {2, 2, 2};
+  options.lattice.local.functions = 0;
   options.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
   return options;
 }

@@ -93,10 +93,13 @@ TEST_F(LoadSheddingTest, WithoutABudgetNothingIsShed) {
 }
 
 TEST(LoadShedding, ShedsOnlyWhatThereIs) {
-  OrganOptions refined, finite;
+  OrganOptions plain;
+  plain.energy.type = EnergyType::kStrain;
+  plain.lattice.local.functions = 0;
+  OrganOptions refined = plain, finite = plain;
   refined.lattice.local.functions = 4;
   finite.energy.strain = StrainMeasure::kAdaptive;
-  EXPECT_EQ(LoadShedding(SheddableOf({OrganOptions()}), kBudget).levels(), 0);
+  EXPECT_EQ(LoadShedding(SheddableOf({plain}), kBudget).levels(), 0);
   EXPECT_EQ(LoadShedding(SheddableOf({finite}), kBudget).levels(), 2);
   EXPECT_EQ(LoadShedding(SheddableOf({refined, finite}), kBudget).levels(), 3);
 

@@ -21,6 +21,7 @@ OrganOptions BarOfTwo() {
   options.energy.type = EnergyType::kStrain;
   options.material.poisson = 0;
   options.lattice.cells = {6, 2, 2};
+  options.lattice.local.functions = 0;
   options.lattice.margin = 0.005;
   options.supports = {{Box{Vector3d(-1, -1, -1), Vector3d(0, 1, 1)}, {}}};
   return options;

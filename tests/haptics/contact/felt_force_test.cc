@@ -102,6 +102,31 @@ TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
   EXPECT_LT(bench_.Hand().z(), -0.2);
 }
 
+// As in a session, where the tick says what the tip touches.
+TEST_P(FeltForce, OfJawsIsNoneUnlessTheyClosedOnTissue) {
+  const Vector3d top = bench_.Top(0, 0);
+  for (const double gap : {0.001, 0.002, 0.004, -0.003}) {
+    FeltBench bench(Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2), Grasper());
+    Vector3d p = top + Vector3d(0, 0, ToolOptions().tip_radius + 0.01);
+    const auto stay = [&](double jaw) {
+      for (int i = 0; i < 100; ++i) bench.SessionTick(FeltBench::At(p, jaw));
+    };
+    stay(1);
+    p.z() += gap - 0.01;
+    stay(1);
+    stay(0);
+    p.z() += 0.01;
+    stay(0);
+    if (gap > 0) {
+      EXPECT_EQ(bench.Patch().kind, ContactKind::kPress) << gap;
+      EXPECT_EQ(bench.Hand(), Vector3d::Zero()) << gap;
+    } else {  // pressed onto the tissue
+      EXPECT_EQ(bench.Patch().kind, ContactKind::kGrasp) << gap;
+      EXPECT_LT(bench.Hand().z(), -0.1) << gap;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Relaxations, FeltForce,
                          testing::Values(std::pair(SolverType::kCholesky, StrainMeasure::kSmall),
                                          std::pair(SolverType::kGaussSeidel, StrainMeasure::kSmall),

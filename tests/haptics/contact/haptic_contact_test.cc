@@ -340,6 +340,22 @@ TEST(HapticContact, EmptyAndDistantPatchesGiveNothing) {
   EXPECT_EQ(Press(wild, {0.001, 0.002, 0}).kind, ContactKind::kPress);
 }
 
+// A triple buffer's reader has given the last patch back when it takes the next.
+TEST(HapticContact, APatchMayChangeOnceTheNextHasArrived) {
+  for (const int written_over : {0, 1}) {
+    ToolPatch before = PlanePatch(8, 0.03, kStiffness);
+    HapticContact contact;
+    contact.SetPatch(before);
+    ASSERT_EQ(contact.Evaluate(At({0, 0, -0.005})).kind, ContactKind::kPress);
+    before.organ = written_over;
+    ToolPatch next = PlanePatch(8, 0.03, kStiffness);
+    next.organ = 1 - written_over;
+    contact.SetPatch(next);
+    EXPECT_EQ(contact.contact_point().organ, next.organ == 0 ? 0 : -1)
+        << "a contact lasts on its organ and ends with another's patch";
+  }
+}
+
 TEST(HapticContact, APressNeverPullsTheHandIntoTheTissue) {
   ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
   for (auto& point : patch.points) {

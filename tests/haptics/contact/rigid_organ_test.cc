@@ -202,6 +202,7 @@ TEST(RigidOrgan, SoftOrganBesideItIsAsItWouldBeAlone) {
   OrganOptions soft;
   soft.name = "soft";
   soft.energy.type = EnergyType::kStrain;
+  soft.lattice.local.functions = 0;
   soft.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
   Isometry3d X_beside = Isometry3d::Identity();
   X_beside.translation().x() = 0.3;

@@ -194,5 +194,26 @@ TEST(ForceGuard, NeverExceedsSlewOrForceLimitWhateverComesIn) {
   }
 }
 
+TEST(ForceGuard, RampsOutBySharesOfTheLastForceAndThenRampsIn) {
+  const Vector3d force(0.5, -0.3, 1);
+  ForceGuard guard = Settled(force);
+  for (const double share : {0.75, 0.5, 0.25, 0.0}) {
+    const auto output = guard.RampOut(share, true);
+    EXPECT_EQ(output.force_W, share * force);
+    EXPECT_EQ(output.flags, kGuardOk);
+  }
+  const auto output = guard.Filter(Healthy(force));
+  EXPECT_EQ(output.flags, kGuardRampIn);
+  EXPECT_NEAR(output.force_W.norm(), force.norm() / 500, 1e-15);  // rounding of one product
+}
+
+TEST(ForceGuard, RampsOutAtOnceWhereTheDeviceHasLetGo) {
+  ForceGuard guard = Settled({0, 0, 1});
+  const auto output = guard.RampOut(0.75, false);
+  EXPECT_EQ(output.force_W, Vector3d::Zero());
+  EXPECT_EQ(output.flags, kGuardDisabled);
+  EXPECT_EQ(guard.RampOut(0.5, true).force_W, Vector3d::Zero()) << "it does not come back";
+}
+
 }  // namespace
 }  // namespace hpdm

@@ -50,6 +50,7 @@ TEST(RoundedUp, IsTheNextOfOneTwoFive) {
 OrganOptions SupportedOptions() {
   OrganOptions options;
   options.name = "ellipsoid";
+  options.energy.type = EnergyType::kMetric;
   options.supports.push_back(
       {.region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, .stiffness = {}});
   return options;
@@ -68,8 +69,7 @@ TEST(LatticeMarks, PointsCarryTheDeformedShape) {
   std::srand(1);
   for (const BasisType basis : {BasisType::kBSpline, BasisType::kBernstein}) {
     OrganOptions options = SupportedOptions();
-    options.energy.type = EnergyType::kMetric;  // over the box: no control point is dropped
-    options.energy.domain = EnergyDomain::kBox;
+    options.energy.domain = EnergyDomain::kBox;  // no control point is dropped
     options.lattice.basis = basis;
     options.lattice.degree = {2, 3, 2};
     options.lattice.cells =

@@ -70,8 +70,18 @@ TEST_F(SceneTest, FaultsAreNamedWithPlaceKeyValueAndRemedy) {
        "belongs to basis = \"bspline\" ([4, 4, 4])", "remove it"},
       {"lattice.basis='nurbs'", "4:15", "organ[0].lattice.basis", "(\"nurbs\")",
        "give one of \"bspline\", \"bernstein\""},
-      {"energy={alpha=0,beta=1}", "4:15", "organ[0].energy.alpha", "out of range (0)", "above 0"},
-      {"energy.alpha=-1", "4:14", "organ[0].energy.alpha", "out of range (-1)", "in Pa"},
+      {"energy={type='metric',alpha=0}", "4:29", "organ[0].energy.alpha", "out of range (0)",
+       "above 0"},
+      {"energy={type='metric',alpha=-1}", "4:29", "organ[0].energy.alpha", "out of range (-1)",
+       "in Pa"},
+      {"energy.alpha=1", "4:14", "organ[0].energy.alpha", "belongs to type = \"metric\" (1)",
+       "remove it or give that type"},
+      {"energy={type='metric'}\nlattice.local_functions=5", "5:25",
+       "organ[0].lattice.local_functions", "needs energy.type = \"strain\" (5)", "give 0"},
+      {"energy={solver='gauss_seidel'}\nlattice.local_functions=5", "5:25",
+       "organ[0].lattice.local_functions", "needs energy.solver = \"cholesky\" (5)", "give 0"},
+      {"lattice={cells=17,local_refinement=6}", "4:36", "organ[0].lattice.local_refinement",
+       "makes more than a million cells (6)", "local_functions = 0"},
       {"energy={strain='finite',newton_iterations=0}", "4:43", "organ[0].energy.newton_iterations",
        "out of range (0)", "from 1 to 1000"},
       {"energy={strain='finite',newton_budget=-1}", "4:39", "organ[0].energy.newton_budget",
@@ -257,6 +267,8 @@ TEST_F(SceneTest, RigidOrgansTakeNoneOfWhatDeforms) {
 TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
   const BadScene cases[] = {
       {"[scene]\ngravity=[0,0,-9.81]", "5:9", "scene.gravity", "([0, 0, -9.81])", "give [0, 0, 0]"},
+      {"[organ.material]\nrelaxation_time=0.1", "5:17", "organ[0].material.relaxation_time",
+       "(0.1)", "remove the key or set it to 0"},
   };
   for (const BadScene& c : cases) {
     SCOPED_TRACE(Describe(c));
@@ -267,7 +279,8 @@ TEST_F(SceneTest, LaterFeaturesAreRefusedNotIgnored) {
     EXPECT_TRUE(Contains(error, c.remedy));
   }
   // The values that mean "without the feature" are welcome.
-  Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "model='hpdm'\n" + kInstrument + "friction=0.0\n");
+  Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "model='hpdm'\nmaterial.relaxation_time=0\n" +
+       kInstrument + "friction=0.0\n");
 }
 
 }  // namespace

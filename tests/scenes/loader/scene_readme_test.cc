@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -23,6 +24,7 @@ std::string Dump(const Scene& scene) {
     out << static_cast<int>(o.lattice.basis) << ' ' << o.lattice.margin;
     for (const int d : o.lattice.degree) out << ' ' << d;
     for (const int c : o.lattice.cells) out << ' ' << c;
+    out << ' ' << LocalFunctionsOf(o) << ' ' << o.lattice.local.refinement;
     out << '\n' << static_cast<int>(o.energy.type) << ' ' << static_cast<int>(o.energy.strain);
     out << ' ' << static_cast<int>(o.energy.law) << ' ' << static_cast<int>(o.energy.solver);
     out << ' ' << static_cast<int>(o.energy.domain) << ' ' << o.energy.alpha << ' ' << o.energy.beta
@@ -108,13 +110,23 @@ TEST_F(SceneTest, ReadmeDescribesExactlyTheKnownKeys) {
 TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   auto readme = ReadmeTables();
   readme.erase("");
-  // The table's defaults as lines of a scene; each table may be asked for once.
-  const auto defaults = [&](const std::string& table) {
+  // The table's defaults as lines of a scene: those behind `prefix`.
+  const auto defaults_behind = [&](const std::string& prefix, const std::string& table) {
     std::string lines;
     for (const auto& [key, cells] : readme.at(table)) {
-      if (!cells[3].starts_with("`")) continue;
-      lines += key + " = " + cells[3].substr(1, cells[3].find('`', 1) - 1) + "\n";
+      if (!cells[3].starts_with(prefix + "`")) continue;
+      const std::size_t at = prefix.size() + 1;
+      lines += key + " = " + cells[3].substr(at, cells[3].find('`', at) - at) + "\n";
     }
+    return lines;
+  };
+  const std::string metric = kOrgan + "[organ.energy]\ntype = \"metric\"\n";
+  const std::string metric_defaults = defaults_behind("type metric: ", "organ.energy");
+  EXPECT_EQ(std::ranges::count(metric_defaults, '\n'), 3) << "domain, alpha and beta";
+  EXPECT_EQ(Dump(Load(metric + metric_defaults)), Dump(Load(metric)));
+  // Each table may be asked for once.
+  const auto defaults = [&](const std::string& table) {
+    const std::string lines = defaults_behind("", table);
     readme.erase(table);
     return lines;
   };

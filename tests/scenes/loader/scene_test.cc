@@ -275,6 +275,36 @@ focal_length = 0.0024
   EXPECT_DOUBLE_EQ(s.laparoscope.field_of_view, Radians(90));
 }
 
+TEST_F(SceneTest, AnOrgansEnergyIsStrainWithLocalFunctionsUnlessSaidOtherwise) {
+  const struct {
+    const char* text;
+    EnergyType type;
+    int local_functions;
+  } cases[] = {
+      {"", EnergyType::kStrain, 27},
+      {"energy.strain='finite'", EnergyType::kStrain, 27},
+      {"energy.strain='adaptive'", EnergyType::kStrain, 27},
+      {"energy.law='stvk'", EnergyType::kStrain, 27},
+      {"lattice.local_refinement=3", EnergyType::kStrain, 27},
+      {"lattice.local_functions=0", EnergyType::kStrain, 0},
+      {"lattice.local_functions=5", EnergyType::kStrain, 5},
+      {"energy.type='metric'", EnergyType::kMetric, 0},
+      {"energy.type='metric'\nlattice={cells=30,local_refinement=6}", EnergyType::kMetric, 0},
+      {"energy.solver='gauss_seidel'", EnergyType::kStrain, 0},
+      {"lattice.basis='bernstein'", EnergyType::kStrain, 0},
+      {"lattice.cells=51", EnergyType::kStrain, 0},  // more than a million of half the size
+      {"lattice={cells=30,local_refinement=6,local_functions=0}", EnergyType::kStrain, 0},
+  };
+  for (const auto& [text, type, local_functions] : cases) {
+    const OrganOptions organ = Load(kOrgan + text + "\n").organs.at(0);
+    EXPECT_EQ(organ.energy.type, type) << text;
+    EXPECT_EQ(LocalFunctionsOf(organ), local_functions) << text;
+  }
+  for (const char* model : {"continuum", "mass_spring", "rigid"}) {
+    EXPECT_EQ(LocalFunctionsOf(Load(kOrgan + "model='" + model + "'\n").organs.at(0)), 0) << model;
+  }
+}
+
 TEST_F(SceneTest, EveryHandScriptIsRead) {
   const std::pair<const char*, HandScript> scripts[] = {
       {"palpate", HandScript::kPalpate},      {"tap", HandScript::kTap},

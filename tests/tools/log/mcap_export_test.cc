@@ -78,6 +78,7 @@ void ExpectSame(const Json& json, const LcmStruct& type, std::span<const std::ui
 
 const std::string kScene = std::string("[[organ]]\nname = \"liver\"\nmesh = \"") + HPDM_SOURCE_DIR +
                            R"(/scenes/meshes/liver_274.obj"
+energy.type = "metric"
   [[organ.support]]
   box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
   fixed = true

@@ -202,9 +202,9 @@ TEST_F(FlowPlan, WritesASceneThatKeepsTheAuthorsWords) {
   for (const auto& point : json["organs"][0]["points"]) chosen += point["chosen"] == true;
   EXPECT_EQ(chosen, 1);
   const std::string text = ReadFile(folder_.path() / "out/p.toml");
-  for (const char* kept :
-       {"# two organs", "# the mesh", "# far too many", "# young = 4000   # soft",
-        "mesh = \"../in/liver.obj\"", "model = \"rigid\""}) {
+  for (const char* kept : {"# two organs", "# the mesh", "# far too many",
+                           "# young = 4000   # soft", "mesh = \"../in/liver.obj\"",
+                           "model = \"rigid\"", "type = \"strain\"", "local_functions = "}) {
     EXPECT_NE(text.find(kept), std::string::npos) << kept << "\n" << text;
   }
   EXPECT_EQ(Hpdm("check out/p.toml"), 0) << err_;

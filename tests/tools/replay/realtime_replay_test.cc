@@ -10,14 +10,20 @@
 namespace hpdm {
 namespace {
 
+// A coarse liver and one probe.
+void WriteScene(const std::string& path) {
+  std::ofstream(path) << "[[organ]]\nname = \"liver\"\nmesh = \"" << HPDM_SOURCE_DIR
+                      << "/scenes/meshes/liver_274.obj\"\n"
+                         "energy.type = \"metric\"\n"
+                         "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
+}
+
 // On the machine's own clock: no claim of timing or force, only that the accounts are right. Two
 // threads run beside this one, and ThreadSanitizer sees every access.
 TEST(RealtimeReplay, AccountsForEveryPeriodOfTheLog) {
   const ScratchFolder folder;
   const std::string scene = folder / "scene.toml", log = folder / "session.lcmlog";
-  std::ofstream(scene) << "[[organ]]\nname = \"liver\"\nmesh = \"" << HPDM_SOURCE_DIR
-                       << "/scenes/meshes/liver_274.obj\"\n"
-                          "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
+  WriteScene(scene);
   Record({.scene = scene, .log = log, .ticks = 500, .busy_seed = 1});
   LoggedTick last;
   for (TickReader ticks(log); ticks.Next(&last);) {
@@ -31,6 +37,15 @@ TEST(RealtimeReplay, AccountsForEveryPeriodOfTheLog) {
   EXPECT_GT(replay.compared, 0u);
   EXPECT_LE(replay.compared, replay.haptic.ticks);
   EXPECT_GT(replay.deformation.ticks, 0u);
+}
+
+TEST(RealtimeReplay, APlayedMotionLeavesItsDevicesWithoutForce) {
+  const ScratchFolder folder;
+  WriteScene(folder / "scene.toml");
+  Session session(LoadScene(folder / "scene.toml"));
+  const RealtimeReplay replay = PlayInRealTime(50, &session);
+  EXPECT_EQ(replay.haptic.Periods(), 50u);
+  EXPECT_FALSE(session.HapticInstruments()[0].device->ForceOn());
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace {
 const std::string kMesh =
     std::string("mesh = \"") + HPDM_SOURCE_DIR + "/scenes/meshes/liver_274.obj\"\n";
 const std::string kLiver = "[[organ]]\nname = \"liver\"\n" + kMesh;
+const std::string kMetricLiver = kLiver + "energy.type = \"metric\"\n";
 const std::string kSupport = R"(
   [[organ.support]]
   box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
@@ -88,7 +89,7 @@ void ExpectContact(const LogReplay& replay) {
 }
 
 TEST_F(Replay, OfALockstepLogIsTheSameBitForBit) {
-  RecordOf(kLiver + kSupport + kProbe, 900);
+  RecordOf(kMetricLiver + kSupport + kProbe, 900);
   const LogReplay replay = Play();
   EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
   EXPECT_EQ(replay.ended_early, "");
@@ -115,7 +116,7 @@ TEST_F(Replay, OfARigidOrganIsTheSameBitForBit) {
 
 TEST_F(Replay, OfSkippedTicksLatePatchesAndLostDevicesIsTheSameBitForBit) {
   for (const std::uint32_t seed : {1, 2, 3}) {
-    RecordOf(kLiver + kSupport + kProbe + kGrasper, 1200, seed);
+    RecordOf(kMetricLiver + kSupport + kProbe + kGrasper, 1200, seed);
     const LoggedSession logged(log());
     std::size_t unused = 0, late = 0;
     for (const LoggedStep& step : logged.steps()) {
@@ -161,7 +162,7 @@ TEST_F(Replay, OfPausesAndExchangesIsTheSameBitForBit) {
   name = "forceps"
   type = "grasper"
 )";
-  scene_ = Scene(kLiver + kSupport + kProbe + exchanges + kGrasper + exchanges);
+  scene_ = Scene(kMetricLiver + kSupport + kProbe + exchanges + kGrasper + exchanges);
   constexpr Nanoseconds kMs = 1'000'000;
   const std::vector<TimedControl> wishes = {
       {0, {.paused = false, .instrument_index = {1, 0}}},
@@ -200,6 +201,7 @@ TEST_F(Replay, StopsARelaxationWhereItsClockStoppedIt) {
   RecordOf(kLiver + R"(
   [organ.lattice]
   cells = 2
+  local_functions = 0
   [organ.energy]
   type = "strain"
   strain = "finite"
@@ -221,7 +223,7 @@ TEST_F(Replay, StopsARelaxationWhereItsClockStoppedIt) {
 }
 
 TEST_F(Replay, FindsAChangedForceAtItsTickAndField) {
-  RecordOf(kLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kSupport + kProbe, 600);
   Rewrite([](LogEvent* event) {
     force_t force;
     if (event->channel != kForceChannel || TickOf(*event) != 421) return true;
@@ -247,7 +249,7 @@ TEST_F(Replay, FindsAChangedForceAtItsTickAndField) {
 }
 
 TEST_F(Replay, FindsAChangedContactAtItsStep) {
-  RecordOf(kLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kSupport + kProbe, 600);
   Rewrite([](LogEvent* event) {
     contact_t contact;
     if (event->channel != kContactChannel || !DecodeMessage(event->data, &contact)) return true;
@@ -263,7 +265,7 @@ TEST_F(Replay, FindsAChangedContactAtItsStep) {
 }
 
 TEST_F(Replay, OfATornLogComparesWhatIsIntact) {
-  RecordOf(kLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kSupport + kProbe, 600);
   const auto size = std::filesystem::file_size(log());
   for (const double share : {0.9, 0.601, 0.35}) {
     std::filesystem::resize_file(log(),
@@ -280,7 +282,7 @@ TEST_F(Replay, OfATornLogComparesWhatIsIntact) {
 }
 
 TEST_F(Replay, EndsWhereATickIsMissing) {
-  RecordOf(kLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kSupport + kProbe, 600);
   Rewrite([](LogEvent* event) { return TickOf(*event) != 300; });
   const LogReplay replay = Play();
   EXPECT_EQ(replay.ticks_lost, 1u);
@@ -291,7 +293,7 @@ TEST_F(Replay, EndsWhereATickIsMissing) {
 }
 
 TEST_F(Replay, EndsWhereAStepIsMissing) {
-  RecordOf(kLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kSupport + kProbe, 600);
   std::int64_t visible_tick = 0;
   Rewrite([&](LogEvent* event) {
     contact_t contact;
@@ -308,7 +310,7 @@ TEST_F(Replay, EndsWhereAStepIsMissing) {
 }
 
 TEST_F(Replay, NeedsNoOutputToGoOn) {
-  RecordOf(kLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kSupport + kProbe, 600);
   Rewrite(
       [](LogEvent* event) { return event->channel != kForceChannel || TickOf(*event) % 10 == 0; });
   const LogReplay replay = Play();
@@ -320,11 +322,11 @@ TEST_F(Replay, NeedsNoOutputToGoOn) {
 }
 
 TEST_F(Replay, OfAnotherScenesLogIsRefusedWithOneLine) {
-  RecordOf(kLiver + kSupport + kProbe, 50);
-  std::string other = kLiver + kSupport + kProbe;
+  RecordOf(kMetricLiver + kSupport + kProbe, 50);
+  std::string other = kMetricLiver + kSupport + kProbe;
   other.replace(other.find("liver_274"), 9, "liver_1332");
-  const std::string finer = kLiver + "  [organ.lattice]\n  cells = 5\n" + kSupport + kProbe;
-  for (const std::string& scene : {kLiver + kSupport + kProbe + kGrasper, other, finer}) {
+  const std::string finer = kMetricLiver + "  [organ.lattice]\n  cells = 5\n" + kSupport + kProbe;
+  for (const std::string& scene : {kMetricLiver + kSupport + kProbe + kGrasper, other, finer}) {
     scene_ = Scene(scene, "other.toml");
     try {
       Play();

@@ -17,6 +17,7 @@ std::vector<OrganModel> Organ(double young) {
   OrganOptions options;
   options.name = "ellipsoid";
   options.energy.type = EnergyType::kStrain;
+  options.lattice.local.functions = 0;
   options.material.young = young;
   options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
   return OneOrgan(options, Ellipsoid(kRadii, 3));

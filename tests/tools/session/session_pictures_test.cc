@@ -31,7 +31,7 @@ class SessionPictures : public testing::Test {
   Scene Load(const std::string& organ, const std::string& scene = "") const {
     return LoadScene(folder_.Write(
         "s.toml", "[scene]\n" + scene + "\n[[organ]]\nname='a'\n" + organ +
-                      "\nlattice={basis='bspline',degree=1,cells=[1,1,1]}\n"
+                      "\nlattice={basis='bspline',degree=1,cells=[1,1,1]}\nenergy.type='metric'\n"
                       "[[organ.support]]\nbox_fraction={min=[0,0,0],max=[1,1,0.5]}\nfixed=true\n"));
   }
 

@@ -32,6 +32,7 @@ OrganOptions Organ(StrainMeasure strain, EnergyType energy = EnergyType::kStrain
   options.energy.strain = strain;
   options.energy.alpha = 500;
   options.lattice.cells = {3, 3, 3};
+  options.lattice.local.functions = 0;
   options.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
   return options;
 }
