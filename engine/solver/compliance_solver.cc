@@ -203,8 +203,8 @@ Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b) {
 }
 
 Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy) {
-  // Functions with little tissue have little stiffness. Scaling to a unit diagonal tells them from
-  // motions without stiffness.
+  // Functions with little tissue have little stiffness. Scaling to a unit diagonal separates them
+  // from motions without stiffness.
   const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd inverse = scale.asDiagonal() * K * scale.asDiagonal();
   // An unsupported motion leaves round-off of about 1e-18. A supported Bernstein lattice of degree

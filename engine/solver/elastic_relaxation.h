@@ -10,8 +10,9 @@ namespace hpdm {
 
 /// Budget and tolerance of Newton's method in one step. The next step starts where this one ended.
 struct NewtonOptions {
-  int max_iterations = 3;   ///< At least one iteration is made.
-  double tolerance = 1e-6;  ///< Of |dE/dU - B^T f| / |B^T f|, with |B^T f| at least 1 nm's force.
+  int max_iterations = 3;  ///< At least one iteration is made.
+  /// Largest |dE/dU - B^T f| / |B^T f|, with |B^T f| at least the force that moves tissue by 1 nm.
+  double tolerance = 1e-6;
   /// s; 0: no limit. No iteration begins that would end later, if it takes as long as the longest
   /// one of this step. Without a clock (lockstep) only iterations count, so a run is reproducible.
   double budget = 0;

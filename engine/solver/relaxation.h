@@ -60,8 +60,8 @@ class Relaxation {
 /// run is reproducible.
 struct GaussSeidelOptions {
   int max_sweeps = 2000;
-  double tolerance =
-      1e-6;  ///< Of the residual, and of the contacts relative to the largest change.
+  /// Largest residual, and largest violation of the contacts over the largest change.
+  double tolerance = 1e-6;
 };
 
 /// Make a direct solver. `K`: n x n or 3n x 3n, symmetric positive definite (energy plus supports).
