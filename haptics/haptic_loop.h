@@ -23,7 +23,7 @@ namespace hpdm {
 struct HapticInstrument {
   Device* device = nullptr;  ///< Not owned; outlives the loop, which owns its use while it runs.
   ImpulseEngineKinematics kinematics;
-  double tip_radius = 0.0025;  ///< m.
+  double tip_radius = kDefaultToolRadius;  ///< m.
   ForceGuardOptions guard = {};
   double friction = 0;  ///< Coulomb coefficient of the tip on tissue.
   PassivityOptions passivity = {};

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-/// Ends the program when a condition that only a bug can break is false. Set-up errors throw
-/// (error.h); loops set flags. Kept in every build type.
+/// Aborts the program if `condition` is false, which only a bug can cause. Set-up errors throw
+/// instead (error.h), and loops set flags. The check stays in every build type.
 #define HPDM_CHECK(condition)                                                                 \
   do {                                                                                        \
     if (!(condition)) {                                                                       \

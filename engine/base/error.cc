@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::size_t kMaxLineLength = 2000;
 
-// Bytes of the character at the text's beginning; 0 where it is no UTF-8 (RFC 3629).
+// Returns the length of the text's first character in bytes, or 0 if it is invalid UTF-8 (RFC
+// 3629).
 std::size_t CharacterBytes(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const std::uint8_t first = byte(0);
@@ -27,7 +28,7 @@ std::size_t CharacterBytes(std::string_view text) {
 
 bool IsControl(std::string_view character) {
   const auto first = static_cast<std::uint8_t>(character[0]);
-  // U+0080 to U+009F are the terminal's escapes in one character.
+  // U+0080 to U+009F are terminal escapes of one character.
   return first < 0x20 || first == 0x7f ||
          (first == 0xc2 && static_cast<std::uint8_t>(character[1]) < 0xa0);
 }

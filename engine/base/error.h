@@ -6,20 +6,20 @@
 
 namespace hpdm {
 
-/// A message as one line of a terminal: what is in it of a file, a name or an argument can neither
-/// break the line nor move the cursor. Control characters and bytes that are no UTF-8 become \n or
-/// \xNN; of what is longer than 2,000 bytes the middle is left out, so that place and remedy stay.
+/// Returns `text` as one line of a terminal. Escapes control characters and invalid UTF-8 as \n or
+/// \xNN, so untrusted text can neither break the line nor move the cursor. Cuts the middle out of
+/// lines longer than 2,000 bytes, so the place in front and the remedy at the end stay.
 std::string OneLine(std::string_view text);
 
-/// Bad input found during set-up: the message is one line (OneLine) that names the file, the place
+/// Bad input found during set-up. The message is one line (OneLine) that names the file, the place
 /// in it and the remedy. Commands print it and exit with 2.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(std::string_view message) : std::runtime_error(OneLine(message)) {}
 };
 
-/// The machine lacks something that was asked for (real-time rights, a display): one line (OneLine)
-/// with the remedy. Commands print it and exit with 3.
+/// The machine lacks something that the user asked for, such as real-time rights or a display. The
+/// message is one line (OneLine) with the remedy. Commands print it and exit with 3.
 class MachineError : public std::runtime_error {
  public:
   explicit MachineError(std::string_view message) : std::runtime_error(OneLine(message)) {}

@@ -4,8 +4,8 @@
 
 namespace hpdm {
 
-/// Points and weights that integrate over tissue: the integral of f is about sum_q weights[q]
-/// f(points[q]).
+/// Points and weights of a numerical integral over tissue:
+///     int f dV ~ sum_q weights[q] f(points[q]).
 struct Quadrature {
   Points points;            ///< Q x 3, world, m.
   Eigen::VectorXd weights;  ///< Q, m^3, positive.

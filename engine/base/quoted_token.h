@@ -6,8 +6,8 @@
 
 namespace hpdm {
 
-/// A token of a file as a message may show it: in quotes, cut to 24 bytes, and nothing in it that
-/// would break the line.
+/// Quotes a token of a file for a message: cut to 24 bytes, bytes other than printable ASCII as
+/// '?'.
 inline std::string QuotedToken(std::string_view token, char quote = '\'') {
   constexpr std::size_t kMaxLength = 24;
   std::string text(1, quote);

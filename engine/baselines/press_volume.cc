@@ -1,6 +1,7 @@
 #include "engine/baselines/press_volume.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/check.h"
 #include "engine/baselines/skin.h"
@@ -14,7 +15,8 @@ Eigen::RowVectorXd PatchWeights(const SurfaceMesh& rest, const SurfacePoint& at,
   const Eigen::VectorXd areas = VertexAreas(rest);
   for (Eigen::Index v = 0; v < weights.size(); ++v) {
     const double distance = (rest.vertices.row(v).transpose() - centre).norm();
-    if (distance < radius) weights[v] = areas[v] * std::cos(M_PI * distance / (2 * radius));
+    if (distance < radius)
+      weights[v] = areas[v] * std::cos(std::numbers::pi * distance / (2 * radius));
   }
   if (weights.sum() > 0) return weights / weights.sum();
   for (int k = 0; k < 3; ++k) weights[rest.triangles(at.triangle, k)] += at.barycentric[k];

@@ -1,6 +1,7 @@
 #include "engine/baselines/skin.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/error.h"
 #include "engine/tissue/support.h"
@@ -31,7 +32,7 @@ Skin MeasureSkin(const SurfaceMesh& rest, const std::string& name) {
   skin.areas = VertexAreas(rest);
   const double volume = EnclosedVolume(rest.vertices, rest.triangles);
   // A sphere, the fullest body, has 6 sqrt(pi) volume = area^1.5; a millionth of that is none.
-  if (!(volume > 1e-6 * std::pow(skin.areas.sum(), 1.5) / (6 * std::sqrt(M_PI)))) {
+  if (!(volume > 1e-6 * std::pow(skin.areas.sum(), 1.5) / (6 * std::sqrt(std::numbers::pi)))) {
     throw InputError("organ \"" + name +
                      "\": its surface encloses no volume; close it, turn it outwards or use "
                      "model = \"hpdm\"");

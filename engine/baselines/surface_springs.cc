@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "engine/baselines/mass_spring.h"
@@ -56,7 +57,7 @@ std::vector<Spring> SurfaceSprings(const SurfaceMesh& rest, double modulus, doub
   });
 
   if (flexion > 0) {
-    const double kStraight = std::cos(0.75 * M_PI);
+    const double kStraight = std::cos(0.75 * std::numbers::pi);
     const std::vector<std::vector<int>> neighbours = Neighbours(rest.vertices.rows(), uses);
     for (int v = 0; v < rest.vertices.rows(); ++v) {
       for (const int from : neighbours[v]) {

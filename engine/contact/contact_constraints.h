@@ -10,44 +10,42 @@
 
 namespace hpdm {
 
-/// What the tools ask of one organ in one step: m contact rows, each a material point of the
-/// surface with its lattice row b. Sized once; a step fills it in place.
-///
-/// A grasp row is bilateral: the point goes to `target`. A press row is unilateral: the point stays
-/// on or below the plane through `target` with the outward normal n, n . (x - target) <= 0, and the
-/// force on the tissue is f_n (friction - n) with f_n >= 0.
+/// The contacts of one organ in one step: m contact rows, each a material point x of the surface
+/// with its lattice row b. Sized once; a step fills it in place.
+///     grasp (bilateral):    x = target
+///     press (unilateral):   n . (x - target) <= 0, force on the tissue f_n (friction - n), f_n >=
+///     0
+/// A press keeps the point on or below the plane through `target` with the outward normal n.
 class ContactConstraints {
  public:
   enum class RowKind : std::uint8_t { kPress, kGrasp };
   struct Row {
     RowKind kind = RowKind::kPress;
     int tool = 0;
-    bool shaft = false;                      ///< Of the tool's shaft, not of its tip or jaws.
+    bool shaft = false;                      ///< Contact of the shaft, not of the tip or the jaws.
     Vector3d p_rest_W = Vector3d::Zero();    ///< Rest position of the material point, m.
     Vector3d target_W = Vector3d::Zero();    ///< m.
     Vector3d normal_W = Vector3d::UnitZ();   ///< Outward unit normal; press only.
     Vector3d friction_W = Vector3d::Zero();  ///< Press: tangential force on the tissue over f_n.
-    LocalIndentation indentation;            ///< What the tip does below the
-                                             ///< resolution.
-    Matrix3d local_compliance_W =
-        Matrix3d::Zero();                 ///< C_loc, the indentation's: added to the point's own
-                                          ///< block of the compliance, m/N, symmetric.
+    LocalIndentation indentation;            ///< Unresolved local indentation.
+    /// C_loc of the indentation, m/N, symmetric: added to the point's own block of the compliance.
+    Matrix3d local_compliance_W = Matrix3d::Zero();
     Vector3d force_W = Vector3d::Zero();  ///< Result: force on the tissue, N.
-    double slip = 0;  ///< Result: how far the tissue stays behind `target` by unit force, m/N.
+    double slip = 0;  ///< Result: lag of the tissue behind `target` for a unit force, m/N.
   };
 
-  /// `n`: control points of the organ; `functions`, `slots`: of its local functions, whose columns
-  /// follow those of the control points.
+  /// `n`: control points of the organ; `functions`, `slots`: numbers of its local functions and
+  /// their slots. The columns of the slots follow those of the control points.
   explicit ContactConstraints(int n, int functions = 0, int slots = 0)
       : refinement(functions, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
 
-  /// The local functions in use, chosen before rows are added.
+  /// The local functions in use; chosen before rows are added.
   ActiveRefinement refinement;
 
   void Clear() { size_ = 0; }
   int size() const { return size_; }
 
-  /// The new row, its weights zero, to be filled in; nullptr when kMaxContacts is reached.
+  /// Adds a row with zero weights, to be filled in; returns nullptr if there are kMaxContacts.
   Row* Add() {
     if (size_ == kMaxContacts) return nullptr;
     weights_.row(size_).setZero();
@@ -57,7 +55,7 @@ class ContactConstraints {
   Row& operator[](int i) { return rows_[i]; }
   const Row& operator[](int i) const { return rows_[i]; }
 
-  /// m x (n + slots), of the rows in use.
+  /// Returns the weights of the rows in use, m x (n + slots).
   auto Weights() const { return weights_.topRows(size_); }
   auto WeightRow(int i) { return weights_.row(i); }
 

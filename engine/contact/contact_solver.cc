@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-// Of positions, by the tools' poses.
+// Relative round-off of positions, from the tools' poses.
 constexpr double kRoundOff = 1e-12;
 
 }  // namespace
@@ -30,7 +30,7 @@ void ContactSolver::Build(const ContactConstraints& contacts) {
   for (int e = 0; e < size_; ++e) {
     const ContactConstraints::Row& row = contacts[equations_[e].row];
     change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
-    // Coincident contacts at rest must not contradict each other, and slip, over nothing.
+    // Round-off must not make coincident contacts at rest contradict each other and slip.
     const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
     if (std::abs(change_[e]) <= kRoundOff * size) change_[e] = 0;
     local_[e] = row.local_compliance_W * equations_[e].force_W;
@@ -50,9 +50,9 @@ void ContactSolver::AddLocalCompliance() {
 RelaxationResult ContactSolver::Solve() {
   RelaxationResult result;
   AddLocalCompliance();
-  // Presses that would be free without force start inactive.
+  // Presses that have a gap without force start inactive.
   for (int e = 0; e < size_; ++e) active_[e] = !equations_[e].unilateral || change_[e] > 0;
-  // Each round releases the presses that would pull and adds those that would be pierced.
+  // Each round releases the presses that would pull and adds those that would penetrate.
   constexpr int kMaxRounds = 2 * kMaxContacts;
   bool changed = true;
   while (changed && result.iterations < kMaxRounds) {
@@ -64,7 +64,7 @@ RelaxationResult ContactSolver::Solve() {
   return result;
 }
 
-// Forces of the active equations so that they hold; the others get none. True when the equations
+// Computes the forces that satisfy the active equations; the others are zero. True if the equations
 // are (nearly) dependent.
 bool ContactSolver::SolveActive() {
   forces_.setZero();
@@ -101,8 +101,8 @@ bool ContactSolver::SolveActive() {
     factor.solveInPlace(active_forces_);
     return factor.vectorD().minCoeff() < 10 * pad;
   };
-  // A pad compliance of 1e-9 of the softest contact: coincident contacts share their force, and
-  // others move by one part in 1e9.
+  // With a pad compliance of 1e-9 of the softest contact, coincident contacts share their force.
+  // Other contacts move by one part in 1e9.
   double pad = 1e-9 * softest;
   bool dependent = solve(pad);
   const double alone = way / stiffest;

@@ -10,32 +10,35 @@ namespace hpdm {
 struct RelaxationResult {
   int iterations = 0;        ///< Sweeps (Gauss-Seidel), Newton steps, or changes of the active set.
   double residual = 0;       ///< |gradient of the energy - B^T f| / |B^T f|, or 0 without force.
-  bool converged = true;     ///< False when the iteration budget was spent first.
+  bool converged = true;     ///< False if the iterations were used up first.
   bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
-  bool out_of_time = false;  ///< Not converged because its clock said so.
-  /// Relative change of the energy, in which contacts do no work, by the share of finite strain in
-  /// it (BlendedEnergy::ShareSlope); 0 where that share is 0.
+  bool out_of_time = false;  ///< The clock ended the iterations before convergence.
+  /// Derivative of the energy by the share of finite strain, over the energy
+  /// (BlendedEnergy::ShareSlope); 0 if that share is 0.
   double share_slope = 0;
 };
 
-/// The contacts of one step in their compliance space: E scalar equations, of which each moves one
+/// Solves the contacts of one step in their compliance space: E scalar equations, each for one
 /// contact point along one axis, coupled by the compliance A (E x E, m/N),
-///     A f = change                                  where a contact is held (grasp),
-///     0 <= f, A f >= change, f (A f - change) = 0   where it presses.
-/// A grasp row gives three equations along the world axes; a press one, along minus its normal,
-/// with f the pressing force f_n and `change` how deep the tool is below the point. With
-/// friction a press's force is not along its axis, and A is not symmetric.
-/// The rows' local compliance (ContactConstraints::Row) adds to their points' own blocks of A.
-/// Solved by an active-set method. Sized once; deformation thread; allocates nothing.
+///     grasp:   A f = change
+///     press:   f >= 0,   A f >= change,   f (A f - change) = 0.
 ///
-/// (Nearly) coincident contacts that are to go different ways would pull against each other with up
-/// to a billion times what either takes alone: beyond kContradicting times they slip, with as much
-/// compliance between tool and tissue as leaves them kSlipping times
-/// (ContactConstraints::Row::slip).
+/// 1. A grasp row gives three equations along the world axes.
+/// 2. A press row gives one along minus its normal, with f the pressing force f_n and `change` the
+///    depth of the tool below the point. With friction its force is not along its axis, and A is
+///    not symmetric.
+/// 3. The local compliance of a row (ContactConstraints::Row) is added to its point's own block of
+///    A.
+/// 4. (Nearly) coincident contacts with different targets would pull against each other with up to
+///    1e9 times the force of one alone. If forces exceed kContradicting times the single-contact
+///    force, slip compliance is added until they are below kSlipping times it
+///    (ContactConstraints::Row::slip).
+///
+/// The method is an active set. Sized once; deformation thread; allocates nothing.
 class ContactSolver {
  public:
-  /// The points of a grasp that twists its tissue pull against each other with a hundred times what
-  /// the longest way takes at the stiffest contact alone, two tools that cross with five hundred.
+  /// Multiple of the single-contact force: the longest displacement at the stiffest contact alone.
+  /// A grasp that twists its tissue reaches 100, two tools that cross reach 500.
   static constexpr double kContradicting = 1000;
   static constexpr double kSlipping = 10;
   static constexpr int kMaxEquations = 3 * kMaxContacts;
@@ -43,28 +46,28 @@ class ContactSolver {
                                kMaxEquations, kMaxEquations>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEquations, 1>;
   struct Equation {
-    int row = 0;                          ///< Of the contact constraints.
-    Vector3d axis_W = Vector3d::Zero();   ///< Along which the point moves.
-    Vector3d force_W = Vector3d::Zero();  ///< On the tissue, of f = 1.
+    int row = 0;                          ///< Index of the contact constraint.
+    Vector3d axis_W = Vector3d::Zero();   ///< Axis along which the point moves.
+    Vector3d force_W = Vector3d::Zero();  ///< Force on the tissue for f = 1.
     bool unilateral = false;
   };
 
-  /// Lists the equations of `contacts`; `change` is how far each target lies from the point's rest
-  /// position along the axis.
+  /// Lists the equations of `contacts`. change() is the distance of each target from the point's
+  /// rest position along the axis.
   void Build(const ContactConstraints& contacts);
 
   int size() const { return size_; }
   const Equation& operator[](int e) const { return equations_[e]; }
-  /// A (E x E), of the lattice alone, to be filled in before each Solve().
+  /// Returns A (E x E) of the lattice alone, to be filled in before each Solve().
   Matrix& compliance() { return compliance_; }
   Vector& change() { return change_; }              ///< E, m.
-  const Vector& forces() const { return forces_; }  ///< E, N, of Solve().
+  const Vector& forces() const { return forces_; }  ///< E, N; result of Solve().
 
-  /// Adds the local compliance and sets the forces. The rounds are bounded; a cycle keeps the last
-  /// forces, not converged.
+  /// Adds the local compliance and computes the forces. The rounds are bounded; a cycle ends with
+  /// the last forces and converged = false.
   RelaxationResult Solve();
 
-  /// The rows' forces on the tissue, sum of forces times axes, and their slip.
+  /// Sets the rows' forces on the tissue and their slip.
   void WriteForces(ContactConstraints* contacts) const;
 
  private:

@@ -17,14 +17,14 @@ constexpr double kIntegral = 4 - 8 / pi;
 constexpr double kSecondMoment =
     2 * pi * (2 / pi - 6 * 8 / (pi * pi * pi) + 6 * 16 / (pi * pi * pi * pi));
 
-// (1 / pi) int k(y) / |x - y| dA_y / int k dA at |x| = s. In polar coordinates (rho, phi) about x
-// the singularity cancels, and the integrand is smooth along every chord of the disc.
+// Returns (1 / pi) int k(y) / |x - y| dA_y / int k dA at |x| = s. In polar coordinates (rho, phi)
+// about x the singularity cancels, and the integrand is smooth along every chord of the disc.
 double IntegrateSinking(double s) {
   constexpr int kChords = 96, kSteps = 48;
   const double half_angle = s > 1 ? std::asin(1 / s) : pi;
   double sum = 0;
   for (int i = 0; i < kChords; ++i) {
-    // From straight inwards to the last chord; both halves alike.
+    // phi runs from straight inwards to the last chord; both halves are equal.
     const double phi = (i + 0.5) / kChords * half_angle;
     const double inwards = s * std::cos(phi);
     const double root = std::sqrt(std::max(0.0, inwards * inwards - (s * s - 1)));

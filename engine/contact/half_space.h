@@ -5,46 +5,50 @@
 
 namespace hpdm {
 
-/// How deep the surface of an elastic half-space sinks at the distance `d_over_R` x R from the
-/// centre of a load with the kernel of surface_kernel.h (cos(pi d / 2R), d < R), in units of
-/// (1 - nu^2) F / (E R) for a force F along the normal (Boussinesq's solution, integrated over the
-/// kernel). Continuous; within 1e-4 of its value at the centre. Any thread, no allocation.
+/// Returns the sinking g of an elastic half-space's surface at the distance d = `d_over_R` x R from
+/// the centre of a load with the kernel cos(pi d / 2R), d < R (surface_kernel.h). The unit is
+/// (1 - nu^2) F / (E R) for a force F along the normal.
+///
+/// It is Boussinesq's solution integrated over the kernel. Continuous; the error is within 1e-4 of
+/// the value at the centre. Any thread, no allocation.
 double KernelSinking(double d_over_R);
 
-/// The same, averaged over the load with the kernel's own weights: 0.6729.
+/// Returns the mean of KernelSinking over the load, weighted by the kernel: 0.6729.
 double MeanKernelSinking();
 
-/// g(d / radius) / radius - g(d / resolved_radius) / resolved_radius with g = KernelSinking, 1/m:
-/// the shape of the indentation below. Zero beyond IndentationReach().
+/// Returns the shape of LocalIndentation, 1/m, with g = KernelSinking:
+///     g(d / radius) / radius - g(d / resolved_radius) / resolved_radius.
+/// Zero beyond IndentationReach().
 double IndentationProfile(double d, double radius, double resolved_radius);
 
-/// m: where the shape has faded to less than 1e-3 of the resolved radius' own part; zero for equal
-/// radii, which leave no indentation.
+/// Returns the distance (m) where the profile has faded to less than 1e-3 of the resolved radius'
+/// own part. Zero for equal radii, which leave no indentation.
 inline double IndentationReach(double radius, double resolved_radius) {
   return radius < resolved_radius ? 4 * resolved_radius : 0;
 }
 
-/// What a load on a small patch does beyond what a lattice resolves. A force f with the kernel of
-/// `radius` is given to the lattice with the kernel of the larger `resolved_radius`, as which it
-/// comes to the same away from the patch, and the difference of the two is a half-space's:
+/// The indentation by a load on a small patch that a lattice does not resolve.
 ///
+/// A force f with the kernel of `radius` acts on the lattice with the kernel of the larger
+/// `resolved_radius`. Away from the patch both act alike; near it the difference is that of an
+/// elastic half-space,
 ///     u(d) = H f IndentationProfile(d, radius, resolved_radius)
-///
-/// with H = ((1 - nu^2) n n^T + (1 + nu)(1 - nu/2)(I - n n^T)) / E, which
-/// along the surface is the mean over directions (Cerruti). Small strain. Zero when the radii are
-/// equal. Any thread, no allocation.
+///     H = ((1 - nu^2) n n^T + (1 + nu)(1 - nu/2)(I - n n^T)) / E.
+/// The tangential part of H is the mean over directions (Cerruti). Small strain. Zero for equal
+/// radii. Any thread, no allocation.
 class LocalIndentation {
  public:
-  /// No indentation.
+  /// Makes no indentation.
   LocalIndentation() = default;
-  /// `normal_W`: unit, of the surface. Requires 0 < radius <= resolved_radius (m).
+  /// `normal_W`: unit normal of the surface. Requires 0 < radius <= resolved_radius (m).
   LocalIndentation(const MaterialOptions& material, const Vector3d& normal_W, double radius,
                    double resolved_radius);
 
-  /// Mean displacement of the patch (weighted by its kernel) for a unit force: C_loc, m/N.
+  /// Returns C_loc (m/N): the mean displacement of the patch, weighted by its kernel, for a unit
+  /// force.
   Matrix3d Compliance() const;
-  /// Displacement at the distance `d` (m) from the patch's centre along the surface for a unit
-  /// force, m/N.
+  /// Returns the displacement for a unit force at the distance `d` (m) from the patch's centre
+  /// along the surface, m/N.
   Matrix3d At(double d) const {
     return IndentationProfile(d, radius_, resolved_radius_) * factor_W_;
   }

@@ -18,10 +18,9 @@ namespace {
 
 using Corners = std::array<Vector3d, 3>;
 
-/// Slack of every choice between two quadratures (which side is cut, whether one is, whether a
-/// triangle faces the load), relative to what is compared: equal sides and right angles are common,
-/// and round-off, which depends on the body's unit and place, must not choose for them. Lengths
-/// differ by it only by accident.
+/// Relative slack of every choice of the quadrature: which side is cut, whether one is, whether a
+/// triangle faces the load. Equal sides and right angles are common, and their round-off depends on
+/// the body's unit and position, so round-off must not decide.
 constexpr double kSlack = 1e-9;
 
 Corners CornersOf(const SurfaceMesh& mesh, int triangle) {
@@ -49,18 +48,19 @@ Nearest FindNearest(const SurfaceMesh& mesh, const Vector3d& point) {
   return nearest;
 }
 
-// The part of one triangle's barycentric domain that is still to be integrated.
+// A part of a triangle that is still to be integrated.
 struct Part {
   Corners points;
   Corners barycentric;
 };
 
-constexpr int kDepth = 64;  // of bisection; the sides shrink by half in two or three
+constexpr int kDepth = 64;  // most bisections; two or three of them halve the sides
 
-// Splits a triangle into parts that count with a density at their centroids: bisects the longest
-// side until none is longer than `longest_side`, leaving out parts with apart(centroid, side), and
-// calls `add(barycentric, area x density(centroid))` where that is not zero. After `budget` calls
-// the parts left count unsplit. No allocation: what waits on the stack is a part a bisection.
+// Integrates a density over a triangle by midpoint quadrature. Bisects the longest side until none
+// is longer than `longest_side`. Leaves out parts with apart(centroid, side). Calls
+// add(barycentric, area x density(centroid)) for the others if the product is positive. After
+// `budget` calls the remaining parts count unsplit. No allocation: the stack holds one part for
+// each bisection.
 template <class Apart, class Density, class Add>
 void Integrate(const Corners& corners, double longest_side, int* budget, const Apart& apart,
                const Density& density, const Add& add) {
@@ -97,7 +97,7 @@ void Integrate(const Corners& corners, double longest_side, int* budget, const A
   }
 }
 
-// The same with the kernel about a point.
+// Integrates the kernel about a point.
 template <class Add>
 void IntegrateKernel(const Vector3d& point, double radius, double resolution,
                      const Corners& corners, int* budget, const Add& add) {
@@ -169,7 +169,7 @@ void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const Su
                   const Vector3d& facing, double radius, KernelSamples* kernel) noexcept {
   kernel->sample_count = 0;
   const Vector3d point = at.Position(mesh.vertices, mesh.triangles);
-  // Room for what is left unsplit on the stack and of the other triangles.
+  // Leaves room for the unsplit parts on the stack and the remaining triangles.
   int budget = KernelSamples::kMaxSamples - kDepth - Neighbourhood::kMaxTriangles;
   double sum = 0;
   for (int i = 0; i < around.count; ++i) {
@@ -182,7 +182,7 @@ void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const Su
                       sum += weight;
                     });
   }
-  if (!(sum > 0)) {  // nothing faces that way: the point alone
+  if (!(sum > 0)) {  // no triangle faces that way: use the point alone
     sum = 1;
     kernel->samples[kernel->sample_count++] = {at.triangle, at.barycentric, 1};
   }

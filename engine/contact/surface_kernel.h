@@ -11,28 +11,27 @@
 
 namespace hpdm {
 
-/// A point of a surface triangle that carries part of a load.
+/// A point of a surface triangle with its share of a load.
 struct SurfaceSample {
   int triangle = 0;
-  Vector3d barycentric = Vector3d::Zero();  ///< Of the triangle's corners; sums to one.
+  Vector3d barycentric = Vector3d::Zero();  ///< Weights of the triangle's corners; sum to one.
   double weight = 0;                        ///< Share of the load, > 0.
 };
 
-/// The load patch of radius R around a point: the kernel cos(pi d / 2R) of the distance d < R to
-/// the point, integrated over the surface's area and normalised, so that the weights sum to one.
-/// Triangles are split until their sides are at most `resolution` x R, so the samples follow the
-/// surface and not its triangulation; a patch inside one triangle works as well.
+/// Samples the load patch of radius R around a point: the kernel cos(pi d / 2R) of the distance
+/// d < R to the point, integrated over the surface's area. The weights sum to one.
 ///
-/// Only triangles that face as the surface nearest to the point does take part (their normals are
-/// less than 90 degrees apart): the other side of a thin wall or a sharp edge does not.
+/// 1. Triangles are split until their sides are at most `resolution` x R. So the samples follow the
+///    surface, not its triangulation, and a patch inside one triangle works too.
+/// 2. Only triangles whose normal is less than 90 degrees from that of the nearest surface point
+///    take part. The other side of a thin wall or of a sharp edge does not.
 ///
-/// `point` in the mesh's frame, m; at most R away from the surface. Deterministic; set-up only.
-/// Throws InputError when no surface lies within the radius.
+/// `point`: in the mesh's frame, m, less than R from the surface. Deterministic; set-up only.
+/// Throws InputError if no surface lies within the radius.
 std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d& point,
                                          double radius, double resolution = 0.125);
 
-/// The same kernel as a step needs it, of fixed size: samples by their rest positions, for lattice
-/// rows, and gathered at the surface's vertices, for means of what vertices carry. Either's weights
+/// The samples of a kernel in a fixed size, for the lattice row of a contact in a step. The weights
 /// sum to one.
 struct KernelSamples {
   static constexpr int kMaxSamples = 2560;     ///< About 250 on triangles larger than the kernel.
@@ -41,7 +40,8 @@ struct KernelSamples {
   std::array<SurfaceSample, kMaxSamples> samples;
 };
 
-/// The same with the share of each vertex.
+/// The same, also gathered at the surface's vertices, for means of quantities at vertices. The
+/// vertices' weights sum to one too.
 struct KernelPatch : KernelSamples {
   static constexpr int kMaxVertices = 64;
   int vertex_count = 0;
@@ -49,28 +49,29 @@ struct KernelPatch : KernelSamples {
   std::array<double, kMaxVertices> weights;
 };
 
-/// SurfaceKernel() for a step: about `at`, over the triangles of `around` (collected around it)
+/// Samples the kernel about `at` for a step, over the triangles of `around` (collected around `at`)
 /// whose rest normals are less than 90 degrees from `facing`. Distances, areas and normals are
-/// those of `mesh`, at rest. Where `around` ends before the kernel does (edges short beside the
-/// radius) the kernel is cut there; when the samples run out parts count unsplit. Deformation
-/// thread; bounded, allocates nothing.
+/// those of `mesh`, at rest. If edges are short beside the radius, the kernel is cut at the border
+/// of `around`. If the samples run out, parts count unsplit. Deformation thread; bounded, allocates
+/// nothing.
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
                   const Vector3d& facing, double radius, KernelSamples* kernel) noexcept;
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
                   const Vector3d& facing, double radius, KernelPatch* kernel) noexcept;
 
-/// The surface inside a region (support.h; `bounds` for fractions), or all of it: weights are
-/// areas, m^2. Triangles are split until their sides are at most `longest_side` (m), and each part
-/// counts wholly or not, by its centroid. Deterministic; set-up only. Throws InputError when the
-/// region holds no surface.
+/// Samples the surface inside a region (support.h; `bounds` for fractions), or all of it. The
+/// weights are areas, m^2. Triangles are split until their sides are at most `longest_side` (m);
+/// the centroid of a part decides whether it counts. Deterministic; set-up only. Throws InputError
+/// if the region contains no surface.
 std::vector<SurfaceSample> SurfaceInRegion(const SurfaceMesh& mesh,
                                            const std::optional<Region>& region, const Box& bounds,
                                            double longest_side);
 
-/// The point of the mesh nearest to `point` (m); triangle -1 for a mesh without triangles. O(F).
+/// Returns the surface point nearest to `point` (m); triangle -1 for a mesh without triangles.
+/// O(F).
 SurfacePoint NearestSurfacePoint(const SurfaceMesh& mesh, const Vector3d& point);
 
-/// Where a sample lies among the vertices (V x 3): the mesh's own, displaced ones or displacements.
+/// Interpolates `vertices` (V x 3) at a sample: rest positions, displaced ones or displacements.
 Vector3d AtSample(const SurfaceSample& sample, const Triangles& triangles, const Points& vertices);
 
 }  // namespace hpdm

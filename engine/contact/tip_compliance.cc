@@ -6,7 +6,7 @@
 namespace hpdm {
 namespace {
 
-// b times a 3n x 3 response, or 3n vector.
+// Returns b times a 3n x 3 response or a 3n vector.
 template <class Columns>
 auto Product(const SparseRow& b, const Columns& response) {
   Eigen::Matrix<double, 3, Columns::ColsAtCompileTime> sum;
@@ -73,7 +73,7 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
     share_.setIdentity(3 * row_count_, tips);
     compliance_.topLeftCorner(tips, tips) = row_compliance_;
   } else {
-    // Grasped points that (nearly) coincide share their force, as in the contact problem.
+    // Grasped points that (nearly) coincide share their force, as in ContactSolver.
     row_compliance_.diagonal().array() += 1e-9 * row_compliance_.diagonal().maxCoeff();
     share_.setZero(3 * row_count_, tips);
     for (int i = 0; i < row_count_; ++i) {
@@ -81,7 +81,7 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
     }
     const Eigen::LDLT<Eigen::Ref<Square>> factor(row_compliance_);
     factor.solveInPlace(share_);
-    Small stiffness = Small::Identity();  // S, and 1 for what is not there
+    Small stiffness = Small::Identity();  // S, and 1 for absent tips
     stiffness.topLeftCorner(tips, tips).setZero();
     for (int i = 0; i < row_count_; ++i) {
       stiffness.middleRows<3>(3 * rows_[i].tip).leftCols(tips) += share_.middleRows<3>(3 * i);

@@ -10,14 +10,17 @@
 
 namespace hpdm {
 
-/// The tips that touch one organ, or are about to, each condensed to one point (engine/README.md,
-/// section 4). A tip has m rows b_i: one of a press, or those of the grasped points, which jaws
-/// move together. With C_rows = B K^-1 B^T + C_loc over the rows of all tips and T the identities
-/// stacked per tip,
-///     S = T^T C_rows^-1 T,   C = S^-1,   f = T^T (row forces),   p_original = x - C f:
-/// where each tip's point x goes when all of them let go. Of a press, x is its row's point; of
-/// jaws, the mean of theirs with the weights C_rows^-1 T C, which f turns about least. For presses
-/// C = C_rows.
+/// Condenses the tips that touch one organ, or are about to, to one point each (engine/README.md,
+/// section 4). A press has one row b, a grasp one row for each grasped point, which the jaws move
+/// together. Over the rows of all tips,
+///     C_rows = B K^-1 B^T + C_loc
+///     S = T^T C_rows^-1 T,   C = S^-1          T: identities stacked per tip
+///     f = T^T (row forces),   p_original = x - C f
+///
+/// 1. p_original is where each tip's point x goes when all tips let go.
+/// 2. x of a press is its row's point. x of a grasp is the mean of its points with the weights
+///    C_rows^-1 T C, about which f turns least.
+/// 3. With presses only, C = C_rows.
 ///
 /// Sized once for the organ; a step fills it in place. Deformation thread; allocates nothing.
 class TipCompliance {
@@ -26,11 +29,12 @@ class TipCompliance {
   explicit TipCompliance(int n);
 
   void Clear();
-  /// Begins the next tip, which must get at least one row; its index, at most kMaxInstruments - 1.
+  /// Begins the next tip, which must get at least one row. Returns its index, below
+  /// kMaxInstruments.
   int AddTip();
-  /// A row of the last tip, zero, to be filled in; its local compliance (m/N), where its point is
-  /// now (m) and the force on the tissue there (N). Never more rows than ContactConstraints has,
-  /// and one a tip beside it.
+  /// Adds a row to the last tip and returns its weights, all zero, to be filled in. `C_loc`: local
+  /// compliance, m/N; `x_W`: present position of the point, m; `force_W`: force on the tissue
+  /// there, N. At most as many rows as ContactConstraints has, and one more for each tip.
   auto AddRow(const Matrix3d& C_loc, const Vector3d& x_W, const Vector3d& force_W) {
     HPDM_CHECK(row_count_ < kMaxRows && tip_count_ > 0);
     rows_[row_count_] = {tip_count_ - 1, C_loc, x_W, force_W};
@@ -39,14 +43,15 @@ class TipCompliance {
   }
   int size() const { return tip_count_; }
 
-  /// A zero row for another point, and its entries that are not zero; until the next of either.
+  /// Returns a zero row for another point, valid until the next call.
   auto ScratchRow() {
     weights_.row(kMaxRows).setZero();
     return weights_.row(kMaxRows);
   }
+  /// Returns the non-zero entries of a row, valid until the next call.
   SparseRow Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row);
 
-  /// Computes all that follows.
+  /// Computes the results below.
   void Condense(const LatticeCompliance& lattice);
 
   struct Tip {
@@ -55,11 +60,11 @@ class TipCompliance {
     Vector3d p_original_W = Vector3d::Zero();  ///< m.
   };
   const Tip& operator[](int tip) const { return tips_[tip]; }
-  /// C_ac, m/N: how far tip a moves by a unit force on tip c.
+  /// Returns C_ac (m/N): the displacement of tip a for a unit force on tip c.
   Matrix3d Between(int a, int c) const { return compliance_.block<3, 3>(3 * a, 3 * c); }
-  /// b K^-1 b_c^T, m/N: the same of a surface point with row b.
+  /// Returns b K^-1 b_c^T (m/N): the same for a surface point with row b.
   Matrix3d Coupling(const SparseRow& b, int c) const;
-  /// Where a surface point with row b, now at `x_W`, goes when all tips let go.
+  /// Returns where a surface point with row b, now at `x_W` (m), goes when all tips let go.
   Vector3d Released(const SparseRow& b, const Vector3d& x_W) const;
 
  private:
@@ -85,14 +90,14 @@ class TipCompliance {
   int row_count_ = 0;
   std::array<Row, kMaxRows> rows_;
   std::array<Tip, kMaxTips> tips_;
-  ContactWeights weights_;        // (kMaxRows + 1) x n: the rows and a scratch one
-  std::vector<int> columns_;      // n: of the row at hand, where it is not zero
+  ContactWeights weights_;        // (kMaxRows + 1) x n: the rows and a scratch row
+  std::vector<int> columns_;      // n: non-zero columns of the compressed row
   std::vector<double> values_;    // n
   Eigen::MatrixXd response_;      // 3n x 3 rows: K^-1 b_i^T
-  Eigen::MatrixXd tip_response_;  // 3n x 3 tips: the same of the condensed tips
-  Eigen::VectorXd displacement_;  // 3n: of the tips' forces
+  Eigen::MatrixXd tip_response_;  // 3n x 3 tips: the same for the condensed tips
+  Eigen::VectorXd displacement_;  // 3n: displacement by the tips' forces
   Square row_compliance_;         // C_rows
-  Stack share_;                   // C_rows^-1 T C: the rows' forces by a unit force on each tip
+  Stack share_;                   // C_rows^-1 T C: the rows' forces for a unit force on each tip
   Small compliance_;              // C
 };
 

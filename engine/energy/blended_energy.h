@@ -6,26 +6,27 @@
 
 namespace hpdm {
 
-/// The energy that a deformation step minimises: of finite strain and of small strain in the shares
-/// s and 1 - s, and a damper (viscous_recovery.h),
+/// The energy that a deformation step minimises: finite strain with the share s, small strain with
+/// the share 1 - s, and a damper (viscous_recovery.h),
 ///     E(U) = s E_finite(U) + (1 - s)/2 U^T K U + damping/2 (U - from)^T K (U - from),
-/// K = d^2 E_finite / dU^2 at rest. Both strains agree to second order in U, so E is smooth in s.
+///     K = d^2 E_finite / dU^2 at rest.
+/// The two strains agree to second order in U, so E is smooth in s.
 class BlendedEnergy final : public ElasticEnergy {
  public:
-  /// With s = 1 and no damper.
+  /// Starts with s = 1 and no damper.
   explicit BlendedEnergy(std::unique_ptr<ElasticEnergy> finite);
   std::unique_ptr<ElasticEnergy> Clone() const override;
 
-  /// s, 0..1.
+  /// Sets s, 0..1.
   void SetShare(double share) { share_ = share; }
   double share() const { return share_; }
-  /// `damping`: 0 for none. No allocation.
+  /// Sets the damper; `damping` 0 means none. `from`: n x 3, m. No allocation.
   void Damp(double damping, const Points& from);
   double damping() const { return damping_; }
   const FullStiffness& stiffness_at_rest() const { return K_; }  ///< 3n x 3n, N/m.
 
-  /// (E_finite - E_small) / E at U, without the damper: where contacts hold the tissue, which does
-  /// no work when s changes, dE/ds over E. 0 without energy. The last Gradient() was at U.
+  /// Returns (E_finite - E_small) / E at U without the damper; 0 if E is 0. This is dE/ds over E
+  /// under contacts, which do no work when s changes. Requires that the last Gradient() was at U.
   double ShareSlope(const Points& U);
 
   int control_points() const override { return finite_->control_points(); }
@@ -41,7 +42,7 @@ class BlendedEnergy final : public ElasticEnergy {
   FullStiffness K_;
   double share_ = 1;
   double damping_ = 0;
-  double finite_energy_ = 0;  // J, of the last Gradient()
+  double finite_energy_ = 0;  // J, E_finite at the last Gradient()
   Points from_;               // n x 3, m
   Points away_;               // n x 3, m: U - from
   Points pull_;               // n x 3, N

@@ -7,32 +7,33 @@
 
 namespace hpdm {
 
-/// A smooth function of displacements U (n x 3, m): what a line search needs of an energy.
+/// A smooth function E of displacements U (n x 3, m), as a line search needs it.
 class Potential {
  public:
   virtual ~Potential() = default;
-  /// E, J.
+  /// Returns E, J.
   virtual double Energy(const Points& U) = 0;
-  /// E, and dE/dU (n x 3, N).
+  /// Returns E and computes dE/dU (n x 3, N).
   virtual double Gradient(const Points& U, Points* gradient) = 0;
 };
 
-/// The elastic energy E(U) of a lattice, supports included, for displacements of any size: what
-/// Newton's method (elastic_relaxation.h, static_newton.h) minimises. U: control displacements,
-/// n x 3, m. Zero, with no force, at U = 0. Methods keep scratch space, so one thread uses one
-/// object, and allocate nothing after their first call.
+/// The elastic energy E(U) of a lattice with its supports, for displacements of any size. Newton's
+/// method minimises it (elastic_relaxation.h, static_newton.h). U: control displacements, n x 3, m.
+/// Energy and forces are zero at U = 0. Methods use scratch space in the object, so each thread
+/// needs its own; they allocate nothing after their first call.
 class ElasticEnergy : public Potential {
  public:
-  /// An object of another thread's own.
+  /// Returns a copy, for another thread.
   virtual std::unique_ptr<ElasticEnergy> Clone() const = 0;
 
-  /// n.
+  /// Returns n.
   virtual int control_points() const = 0;
-  /// d^2E/dU^2 (3n x 3n, N/m, symmetric). With `semi_definite`, the part of each point or element
-  /// is made positive semi-definite first, so that the sum is, and still exact where they are.
+  /// Computes d^2E/dU^2 (3n x 3n, N/m, symmetric). With `semi_definite`, the part of each point or
+  /// element is first projected to a positive semi-definite one, so the sum is semi-definite too.
+  /// Parts that already are stay exact.
   virtual void Hessian(const Points& U, bool semi_definite, FullStiffness* K) = 0;
-  /// Share (0..1) of the tissue that is turned inside out, or compressed so far that its law has
-  /// stopped resisting: what lies there and the forces on it are not to be trusted.
+  /// Returns the share (0..1) of the tissue that is inverted, or compressed so far that its law
+  /// resists no more. Displacements and forces there are not reliable.
   virtual double CollapsedShare(const Points& U) = 0;
 };
 

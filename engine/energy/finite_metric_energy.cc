@@ -60,7 +60,7 @@ FiniteMetricEnergy::FiniteMetricEnergy(const Lattice& lattice, const Quadrature&
   }
 }
 
-// Of x along the square's two directions.
+// Returns the differences of x along the square's two directions.
 std::pair<Vector3d, Vector3d> FiniteMetricEnergy::Differences(const Square& square) const {
   Vector3d g = Vector3d::Zero(), k = Vector3d::Zero();
   for (int c = 0; c < 4; ++c) {
@@ -115,7 +115,8 @@ void FiniteMetricEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
   *K = linear_full_;
   x_ = rest_ + U;
   for (const Edge& edge : edges_) {
-    // 4 w ((G - 1) I + 2 g g^T), with eigenvalues 4 w (3 G - 1) along g and 4 w (G - 1) across.
+    // Hessian by g: 4 w ((G - 1) I + 2 g g^T), eigenvalues 4 w (3 G - 1) along g, 4 w (G - 1)
+    // across.
     const Vector3d g = (x_.row(edge.b) - x_.row(edge.a)).transpose() * edge.inverse_h;
     const double G = g.squaredNorm();
     double across = G - 1, along = 2;
@@ -132,7 +133,7 @@ void FiniteMetricEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
   }
   for (const Square& square : squares_) {
     const auto [g, k] = Differences(square);
-    // By (g, k): 2 w ((k, g) (k, g)^T + g . k [0 I; I 0]).
+    // Hessian by (g, k): 2 w ((k, g) (k, g)^T + g . k [0 I; I 0]).
     Eigen::Matrix<double, 6, 1> slope;
     slope << k, g;
     Matrix6d H = slope * slope.transpose();
@@ -153,7 +154,7 @@ void FiniteMetricEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
 }
 
 double FiniteMetricEnergy::CollapsedShare(const Points& U) {
-  // An edge's force falls with its length where 3 G < 1.
+  // If 3 G < 1, the resisting force of an edge falls when the edge is compressed further.
   double collapsed = 0, all = 0;
   x_ = rest_ + U;
   for (const Edge& edge : edges_) {

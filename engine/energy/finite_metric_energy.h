@@ -10,22 +10,24 @@
 
 namespace hpdm {
 
-/// The paper's energy of a solid without its linearisation (Eq. 14-17 with beta as in
-/// metric_energy.h):
-///     E(U) = int eta sum_ij (G_ij - G0_ij)^2 + beta/2 sum_k |d_kk x|^2 dV + supports,
-/// with the metric tensor G_ij = d_i x . d_j x of the control points' positions along the lattice's
-/// axes, by differences. Its variation has alpha_ij = 4 eta (G_ij - G0_ij) (Eq. 17 with the factor
-/// that the printed one lacks), which Gradient() computes anew at every U: rotations are free, and
-/// the shear modulus at rest is 4 eta (St. Venant-Kirchhoff with mu = 4 eta, lambda = 0: it does
-/// not couple the axes, and collapses in strong compression, where it is not convex).
+/// The paper's energy of a solid without its linearisation (Eq. 14-17, beta as in metric_energy.h):
+///     E(U) = int eta sum_ij (G_ij - G0_ij)^2 + beta/2 sum_k |d_kk x|^2 dV + supports
+/// with the metric tensor G_ij = d_i x . d_j x along the lattice's axes, by differences of the
+/// control points' positions.
 ///
-/// G_ii is taken along each pair of neighbours, G_ij between the mean differences along i and j of
-/// each square of four; each is weighted by the tissue under the functions that multiply it in the
-/// derivatives of the lattice map, so that the weights of one component add up to the tissue's
-/// volume. The second differences vanish for every linear map.
+/// 1. The variation has alpha_ij = 4 eta (G_ij - G0_ij); the printed Eq. 17 lacks the factor 4.
+///    Gradient() evaluates it at every U, so rotations cost nothing.
+/// 2. The law is St. Venant-Kirchhoff with mu = 4 eta, lambda = 0. It does not couple the axes. In
+///    strong compression it is not convex and collapses.
+/// 3. G_ii is taken along each pair of neighbours, G_ij between the mean differences along i and j
+///    of each square of four control points.
+/// 4. Each component is weighted by the tissue under the functions that multiply it in the
+///    derivatives of the lattice map. So the weights of one component add up to the tissue's
+///    volume.
+/// 5. The second differences d_kk x vanish for every linear map.
 class FiniteMetricEnergy final : public ElasticEnergy {
  public:
-  /// eta in Pa, beta in N; `tissue` as of MetricStiffness. `supports` (n x n, N/m).
+  /// `eta`: Pa; `beta`: N; `tissue`: as for MetricStiffness; `supports`: n x n, N/m.
   FiniteMetricEnergy(const Lattice& lattice, const Quadrature& tissue, double eta, double beta,
                      const ScalarStiffness& supports);
 
@@ -39,12 +41,12 @@ class FiniteMetricEnergy final : public ElasticEnergy {
   double CollapsedShare(const Points& U) override;
 
  private:
-  // eta w (g . g - 1)^2 with g = (x_b - x_a) / h.
+  // Energy eta w (g . g - 1)^2 with g = (x_b - x_a) / h.
   struct Edge {
     int a, b;
     double inverse_h, weight;  // 1/m; eta times m^3, J
   };
-  // 2 eta w (g . k)^2 with g, k = sums of +-x / 2h over the corners 00, 01, 10, 11 of a square.
+  // Energy 2 eta w (g . k)^2 with g, k = sums of +-x / 2h over the corners 00, 01, 10, 11.
   struct Square {
     int corners[4];
     double inverse_g, inverse_k, weight;

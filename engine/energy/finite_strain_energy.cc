@@ -8,7 +8,6 @@
 namespace hpdm {
 namespace {
 
-// Columns of the entries of a row.
 std::vector<int> ColumnsAt(const WeightMatrix& weights, Eigen::Index row) {
   std::vector<int> columns;
   for (WeightMatrix::InnerIterator it(weights, row); it; ++it) columns.push_back(it.index());
@@ -36,7 +35,7 @@ FiniteStrainEnergy::FiniteStrainEnergy(const Lattice& lattice, const Quadrature&
   }
   pressure_.setZero(moments.cols());
   const std::array<WeightMatrix, 3> gradients = lattice.GradientWeights(tissue.points);
-  // Points come cell by cell, so those with the same functions follow each other.
+  // Points come cell by cell, so points with the same functions follow each other.
   for (Eigen::Index begin = 0, end = 0; begin < count; begin = end) {
     const std::vector<int> columns = ColumnsAt(gradients[0], begin);
     const std::vector<int> coarser = ColumnsAt(moments, begin);
@@ -81,7 +80,7 @@ void FiniteStrainEnergy::GatherDeformation(const Cell& cell, const Points& U) {
   deformation_.noalias() = cell.gradients * local_;
 }
 
-// The pressure of the projected dilatation; returns its energy, lambda/2 |L^-1 moments|^2.
+// Computes the pressure of the projected dilatation. Returns its energy, lambda/2 |L^-1 moments|^2.
 double FiniteStrainEnergy::Project(const Points& U) {
   if (lambda_ == 0) return 0;
   pressure_.setZero();
@@ -101,7 +100,7 @@ double FiniteStrainEnergy::Project(const Points& U) {
   return energy;
 }
 
-// Times the point's weight.
+// Returns the pressure of the projected dilatation at a point, times the point's weight.
 double FiniteStrainEnergy::PressureAt(const Cell& cell, Eigen::Index q) const {
   double pressure = 0;
   for (std::size_t b = 0; b < cell.coarser.size(); ++b) {
@@ -156,8 +155,8 @@ void FiniteStrainEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
       if (semi_definite) A = ProjectedToSemiDefinite(A);
     }
     // The (i, k) part couples displacements along i and k: sum_q G_q^T A_q^ik G_q with A^ik (3 x 3)
-    // over the directions of the two gradients. Part (k, i) is its transpose, and all of it lands
-    // below the diagonal first.
+    // over the directions of the two gradients. Part (k, i) is its transpose. All parts are added
+    // below the diagonal.
     product_.resize(cell.gradients.rows(), cell.gradients.cols());
     for (int i = 0; i < 3; ++i) {
       for (int k = i; k < 3; ++k) {
@@ -196,7 +195,7 @@ double FiniteStrainEnergy::CollapsedShare(const Points& U) {
   return collapsed / all;
 }
 
-// Below the diagonal: lambda D^T D with D = L^-1 int psi d theta / dU dV.
+// Adds lambda D^T D below the diagonal, with D = L^-1 int psi d theta / dU dV.
 void FiniteStrainEnergy::AddDilatationStiffness(const Points& U, FullStiffness* K) {
   dilatations_.setZero();
   for (const Cell& cell : cells_) {

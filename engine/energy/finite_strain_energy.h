@@ -11,16 +11,17 @@
 namespace hpdm {
 
 /// The lattice's elastic energy for strain of any size, with its supports:
-///     E(U) = int W_0(I + grad u) dV + lambda/2 int theta^2 dV + 1/2 sum_d U_d^T K_s U_d,
-/// over the organ's own tissue, u = sum_a phi_a U_a, W_0 + lambda/2 theta^2 a HyperelasticLaw.
+///     E(U) = int W_0(I + grad u) dV + lambda/2 int theta^2 dV + 1/2 sum_d U_d^T K_s U_d
+/// over the organ's own tissue, with u = sum_a phi_a U_a and W_0 + lambda/2 theta^2 a
+/// HyperelasticLaw.
 ///
-/// Dilatation::kProjected takes the projection of theta on splines one degree lower in its place
-/// (mixed_dilatation.h), so that nearly incompressible tissue does not lock; the limit of small
-/// strain is StrainStiffness with the same, and as there (ShareLambda) a part of lambda stays
-/// pointwise, which with W_0 resists inversion at each point, whatever the averages.
+/// Dilatation::kProjected replaces theta by its projection on splines one degree lower
+/// (mixed_dilatation.h), so nearly incompressible tissue does not lock. A part of lambda stays
+/// pointwise (ShareLambda); with W_0 it resists inversion at each point. The limit of small strain
+/// is StrainStiffness with the same `dilatation`.
 class FiniteStrainEnergy final : public ElasticEnergy {
  public:
-  /// `tissue`: world, m, m^3. `supports` (n x n, N/m): K_s, alike along each axis.
+  /// `tissue`: world, m, m^3. `supports`: K_s (n x n, N/m), the same along each axis.
   FiniteStrainEnergy(const Lattice& lattice, const Quadrature& tissue, MaterialLaw law,
                      const LameParameters& lame, Dilatation dilatation,
                      const ScalarStiffness& supports);
@@ -35,14 +36,13 @@ class FiniteStrainEnergy final : public ElasticEnergy {
   double CollapsedShare(const Points& U) override;
 
  private:
-  // The points of one lattice cell, on which the same functions are not zero.
+  // Points of one lattice cell: the same functions are non-zero at all of them.
   struct Cell {
     std::vector<int> columns;   // m control points
     Eigen::MatrixXd gradients;  // 3q x m: rows 3 i + d hold d phi / d x_d at point i
     Eigen::VectorXd weights;    // q, m^3
-    // Of the coarser splines; none without projection.
-    std::vector<int> coarser;  // c functions
-    Eigen::MatrixXd moments;   // q x c: w psi
+    std::vector<int> coarser;   // c functions of the coarser splines; empty without projection
+    Eigen::MatrixXd moments;    // q x c: w psi
   };
 
   void AddCell(const std::array<WeightMatrix, 3>& gradients, const WeightMatrix& moments,
@@ -57,7 +57,7 @@ class FiniteStrainEnergy final : public ElasticEnergy {
 
   int n_;
   HyperelasticLaw law_;  // W with the pointwise part of lambda
-  double lambda_;        // Pa, of the projected dilatation; 0 without
+  double lambda_;        // Pa: the projected part of lambda; 0 without projection
   ScalarStiffness supports_;
   FullStiffness support_stiffness_;  // 3n x 3n: K_s along each axis
   std::vector<Cell> cells_;

@@ -12,7 +12,7 @@ using Vector9d = Eigen::Matrix<double, 9, 1>;
 
 Matrix3d GreenStrain(const Matrix3d& F) { return (F.transpose() * F - Matrix3d::Identity()) / 2; }
 
-// dJ/dF: the cofactors.
+// Returns dJ/dF, the cofactor matrix.
 Matrix3d JacobianGradient(const Matrix3d& F) {
   Matrix3d G;
   G << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
@@ -25,8 +25,8 @@ Matrix3d CrossMatrix(const Vector3d& v) {
   return C;
 }
 
-// The Neo-Hookean W_0 = m/2 (I_C - 3 - log(I_C + 1)) + l_0/2 (J - alpha_0)^2 - its value at rest,
-// in units of mu.
+// Coefficients of the Neo-Hookean W_0 in units of mu:
+// W_0 = m/2 (I_C - 3 - log(I_C + 1)) + l_0/2 (J - alpha_0)^2 - (the same at rest).
 constexpr double kM = 4.0 / 3, kL0 = 5.0 / 6, kAlpha0 = 11.0 / 5;
 
 }  // namespace
@@ -55,7 +55,7 @@ void HyperelasticLaw::AddDilatationHessian(const Matrix3d& F, double pressure, M
     A->diagonal().array() += pressure;
     return;
   }
-  // The Hessian of J is made of the cross products with F's columns.
+  // The Hessian of J consists of the cross-product matrices of F's columns.
   for (int j = 0; j < 3; ++j) {
     const Matrix3d cross = pressure * CrossMatrix(F.col(j));
     const int next = (j + 1) % 3, last = (j + 2) % 3;
@@ -64,7 +64,7 @@ void HyperelasticLaw::AddDilatationHessian(const Matrix3d& F, double pressure, M
   }
 }
 
-// What multiplies dJ/dF in the Neo-Hookean stress: l (J - alpha).
+// Returns l (J - alpha), the factor of dJ/dF in the Neo-Hookean stress.
 double HyperelasticLaw::Pressure(double theta) const {
   return lambda_ * theta + mu_ * kL0 * (theta + 1 - kAlpha0);
 }
@@ -74,8 +74,8 @@ double HyperelasticLaw::Energy(const Matrix3d& F) const {
   const double volumetric = lambda_ / 2 * theta * theta;
   if (law_ == MaterialLaw::kStVenantKirchhoff)
     return mu_ * GreenStrain(F).squaredNorm() + volumetric;
-  // Without cancellation at rest: log((I_C + 1) / 4) of the small change, and (J - alpha)^2 -
-  // (1 - alpha)^2 as a product.
+  // Avoids cancellation at rest: log((I_C + 1) / 4) as log1p of the small change, and
+  // (J - alpha)^2 - (1 - alpha)^2 as a product.
   const double change = F.squaredNorm() - 3;
   return mu_ * (kM / 2 * (change - std::log1p(change / 4)) +
                 kL0 / 2 * theta * (theta + 2 * (1 - kAlpha0))) +
@@ -119,7 +119,8 @@ Matrix9d HyperelasticLaw::Tangent(const Matrix3d& F) const {
 }
 
 Matrix9d ProjectedToSemiDefinite(const Matrix9d& tangent) {
-  // Most tissue is convex, which a Cholesky factorisation tells ten times faster than eigenvalues.
+  // The tangent is usually positive definite. A Cholesky factorisation shows that ten times faster
+  // than eigenvalues.
   if (Eigen::LLT<Matrix9d>(tangent).info() == Eigen::Success) return tangent;
   const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(tangent);
   if (eigen.eigenvalues()[0] >= 0) return tangent;

@@ -8,15 +8,16 @@
 namespace hpdm {
 namespace {
 
-// Differences that weigh this much somewhere in a cell count by the largest of them.
+// Least weight of a difference that counts as noticeable in a cell.
 constexpr double kFirm = 0.05;
 
-// Points a call at least: some 20 us.
+// Least number of points that a call evaluates: about 20 us.
 constexpr Eigen::Index kMinPointsPerCall = 64;
 
 using Grid = std::array<int, 3>;
 
-// Cells that the points are grouped by; a Bernstein lattice, which is one cell, is divided.
+// Returns the numbers of cells that group the points. The single cell of a Bernstein lattice is
+// divided.
 Grid GroupsOf(const Lattice& lattice) {
   Grid groups;
   for (int d = 0; d < 3; ++d) {
@@ -26,8 +27,8 @@ Grid GroupsOf(const Lattice& lattice) {
   return groups;
 }
 
-// Calls f(index, value) for the functions that weigh the differences along `axis` at a point; index
-// is of the grid with one function less along the axis.
+// Calls f(index, value) for the functions that weight the differences along `axis` at a point. The
+// index is that of a grid with one function less along the axis.
 template <typename Function>
 void ForEachDifference(const Lattice& lattice, int axis, const Vector3d& p_W, Function&& f) {
   const Vector3d c = lattice.box().ToUnit(p_W);
@@ -50,8 +51,8 @@ void ForEachDifference(const Lattice& lattice, int axis, const Vector3d& p_W, Fu
   }
 }
 
-// Adds grad u at a point: u is the sum over the functions of row_of(column) of U, none for -1. The
-// same as by ForEachGradient in half the time, because the innermost sums are taken first.
+// Adds grad u at a point. A function's displacement is row row_of(column) of U; -1 leaves it out.
+// Takes half the time of ForEachGradient, because the innermost sums are taken first.
 template <typename RowOf>
 void AddGradient(const Lattice& lattice, const Vector3d& p_W, RowOf&& row_of, const Points& U,
                  Matrix3d* gradient) {
@@ -122,7 +123,7 @@ InversionDetector::InversionDetector(const Lattice& lattice, const Lattice* fine
   AddLocalSlopes();
 }
 
-// `pair_at`: number of the pair by the index that ForEachDifference gives, -1 for none.
+// Sets `pair_at`: the number of the pair for each index of ForEachDifference, -1 for none.
 void InversionDetector::AddPairs(int axis, std::vector<int>* pair_at) {
   const TensorBasis& basis = lattice_.basis();
   Grid count, at;

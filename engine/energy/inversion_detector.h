@@ -10,53 +10,54 @@
 
 namespace hpdm {
 
-/// Whether an organ's tissue is inverted: turned inside out by the lattice map, det(F) <= 0 with
-/// F = I + grad u, at its quadrature points.
+/// Detects inverted tissue: det(F) <= 0 at a quadrature point, with F = I + grad u.
 ///
-/// Few points are evaluated for that. The derivative of u along a lattice axis is a mean of the
-/// differences of neighbouring control displacements over their spacing, weighted by the functions
-/// of one degree less (UnivariateBasis::DerivativeBasis). So over the points of a cell it is at
-/// most the largest difference of those that weigh something there, and the sum of the others times
-/// the most that they weigh; local functions (refinement_basis.h) add |V| |grad phi|. Where these
-/// leave |grad u| < 1, det(F) > 0. (The split matters: a control point with a trace of tissue may
-/// move by metres where the tissue moves by millimetres.) The points of cells that are not cleared
-/// are evaluated, over as many calls as the caller likes.
+/// 1. Where |grad u| < 1, det(F) > 0. A bound on |grad u| clears most cells without evaluating
+///    their points.
+/// 2. The derivative of u along a lattice axis is a weighted mean of the differences of
+///    neighbouring control displacements over their spacing. The weights are the functions of one
+///    degree less (UnivariateBasis::DerivativeBasis).
+/// 3. So in a cell the derivative is at most the largest difference whose weight there is
+///    noticeable, plus the sum of the other differences times their largest weights. The split
+///    matters: a control point with a trace of tissue may move by metres where the tissue moves by
+///    millimetres.
+/// 4. Local functions (refinement_basis.h) add |V| |grad phi|.
+/// 5. The points of the other cells are evaluated, spread over as many calls as the caller wants.
 ///
 /// Constant once built; read by any thread, without allocation.
 class InversionDetector {
  public:
-  /// `tissue`: world, m, m^3. `finer`: of the organ's local functions, or nullptr.
+  /// `tissue`: world, m, m^3. `finer`: lattice of the organ's local functions, or nullptr.
   InversionDetector(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue);
 
-  /// Sample points of LargestGradient, spread over the tissue, and into how many calls.
-  static constexpr int kSamples = 512;
-  static constexpr int kParts = 4;
+  static constexpr int kSamples = 512;  ///< Points of LargestGradient(), spread over the tissue.
+  static constexpr int kParts = 4;      ///< Calls over which LargestGradient() spreads them.
 
-  /// What a caller keeps of a watch from call to call.
+  /// State of a scan, kept by the caller from call to call.
   struct ScanState {
     explicit ScanState(const InversionDetector& detector);
-    double share = 0;  ///< Of the tissue's volume (0..1) that the last whole scan found inverted.
-    int part = 0;      // of LargestGradient: the next
-    std::array<double, kParts> gradients{};
-    std::size_t cell = 0;  // where to go on
-    Eigen::Index point = 0;
-    double found = 0;                           // m^3, since the scan began
-    std::array<std::vector<double>, 3> slopes;  // of each pair, 1
-    std::vector<double> local;                  // of each cell, 1
-    std::vector<bool> clear;                    // of each cell
+    double share = 0;  ///< Share of the volume (0..1) that the last complete scan found inverted.
+    int part = 0;      // next part of LargestGradient()
+    std::array<double, kParts> gradients{};     // largest |grad u| of each part
+    std::size_t cell = 0;                       // next cell of the scan
+    Eigen::Index point = 0;                     // next point in that cell
+    double found = 0;                           // m^3 found inverted since the scan began
+    std::array<std::vector<double>, 3> slopes;  // |difference| / spacing of each pair, 1
+    std::vector<double> local;                  // part of the local functions in each cell, 1
+    std::vector<bool> clear;                    // cells that need no evaluation
   };
 
-  /// Goes on with a scan under the control displacements `U` ((n + slots of `active`) x 3, m,
-  /// finite), with as many points that it takes no more than `calls` of them, and 64 at least. True
-  /// when tissue is known to be inverted: in what was scanned so far or, before its end, in the
-  /// last scan. With one call it is whole, and the answer exact.
+  /// Continues a scan under the control displacements `U` ((n + slots of `active`) x 3, m, finite).
+  /// Evaluates enough points to finish within `calls` calls, and at least 64. True if tissue is
+  /// known to be inverted: found so far in this scan or, before its end, in the last one. With
+  /// `calls` = 1 the scan is complete and the answer exact.
   bool Inverted(const ActiveRefinement& active, const Points& U, int calls, ScanState* scan) const;
 
-  /// How far the tissue is strained and turned: the largest |grad u| (Frobenius) at some of its
-  /// points, of which each call evaluates a part, some 40 us, and remembers the others.
+  /// Returns the largest |grad u| (Frobenius) at sample points: a measure of strain and rotation.
+  /// Each call evaluates one part of the points in about 40 us and remembers the other parts.
   double LargestGradient(const ActiveRefinement& active, const Points& U, ScanState* scan) const;
 
-  /// The least det(F) of all points, and the inverted share: to measure and to test.
+  /// The least det(F) of all points and the inverted share; for measurements and tests.
   struct Inversion {
     double least = 1;
     double share = 0;
@@ -66,18 +67,18 @@ class InversionDetector {
   int points() const { return static_cast<int>(points_.rows()); }  ///< Q.
 
  private:
-  // Neighbouring control points along an axis; -1: dropped, so zero.
+  // Neighbouring control points along an axis; -1 for a dropped one, whose displacement is zero.
   struct Pair {
     int a, b;
   };
   struct Weighed {
     int pair;
-    double weight;  // at most, over the cell's points
+    double weight;  // largest over the cell's points
   };
   struct Cell {
-    Eigen::Index begin, end;  // of points_
-    std::array<std::vector<int>, 3> firm;
-    std::array<std::vector<Weighed>, 3> loose;
+    Eigen::Index begin, end;                    // range in points_
+    std::array<std::vector<int>, 3> firm;       // pairs of noticeable weight, along each axis
+    std::array<std::vector<Weighed>, 3> loose;  // pairs of little weight
   };
   // Largest |grad phi| (1/m) of a local function over the points of a cell.
   struct LocalSlope {
@@ -100,7 +101,7 @@ class InversionDetector {
   double volume_ = 0;        // m^3
   std::array<std::vector<Pair>, 3> pairs_;
   std::vector<Cell> cells_;
-  std::vector<std::vector<LocalSlope>> local_slopes_;  // of each function
+  std::vector<std::vector<LocalSlope>> local_slopes_;  // for each local function
 };
 
 }  // namespace hpdm

@@ -10,32 +10,37 @@
 
 namespace hpdm {
 
-/// n x n, N/m: couples the control displacements in x, y and z alike.
+/// n x n, N/m: the same for the control displacements along x, y and z.
 using ScalarStiffness = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-/// The paper's lattice energy (Eq. 14-22 for a solid, linear part; engine/README.md, section 5):
-///     E(U) = 1/2 sum_k int alpha |d_k U|^2 + beta |d_kk U|^2 dV = 1/2 U^T K U
-/// by differences of neighbouring control points at spacing h_k = box length / cells (Bernstein:
-/// / degree). A difference along k is weighted by the tissue under the function that multiplies it
-/// in the derivative of the lattice map (degree reduced by one along k), so the weights of one
-/// direction add up to the tissue's volume; a second difference has the mean weight of its two
-/// differences. Being a sum of squares of differences, K is symmetric, positive semi-definite and
-/// has zero row sums, which the stencil printed as Eq. 19 lacks (engine/README.md, section 3).
-/// `tissue`: points over the organ, or over the whole box (BoxQuadrature). alpha in Pa, beta in N.
+/// Returns the stiffness K of the paper's lattice energy (Eq. 14-22 for a solid, linear part;
+/// engine/README.md, section 5):
+///     E(U) = 1/2 sum_k int alpha |d_k U|^2 + beta |d_kk U|^2 dV = 1/2 U^T K U.
+///
+/// 1. Derivatives are differences of neighbouring control points at the spacing
+///    h_k = box length / cells (Bernstein: / degree).
+/// 2. A difference along k is weighted by the tissue under the function that multiplies it in the
+///    derivative of the lattice map (degree reduced by one along k). So the weights of one
+///    direction add up to the tissue's volume.
+/// 3. A second difference has the mean weight of its two differences.
+/// 4. E is a sum of squared differences, so K is symmetric, positive semi-definite and has zero row
+///    sums. The stencil printed as Eq. 19 is not (engine/README.md, section 3).
+///
+/// `tissue`: points over the organ, or over the whole box (BoxQuadrature). `alpha`: Pa; `beta`: N.
 ScalarStiffness MetricStiffness(const Lattice& lattice, const Quadrature& tissue, double alpha,
                                 double beta);
 
 /// Grid indices (i, j, k) of a control point.
 using GridPoint = std::array<int, 3>;
 
-/// Integral over the tissue of the tensor functions with the degree reduced by one along each of
-/// `axes`, which multiply the lattice's differences there: for each group of neighbours along those
-/// axes with tissue, the grid point of least indices and the integral, m^3, > 0.
+/// Integrates over the tissue the tensor functions with the degree reduced by one along each of
+/// `axes`, which multiply the lattice's differences along those axes. Returns for each group of
+/// neighbours with tissue the grid point of least indices and the integral, m^3, > 0.
 std::vector<std::pair<GridPoint, double>> DifferenceWeights(const Lattice& lattice,
                                                             const Quadrature& tissue,
                                                             const std::vector<int>& axes);
 
-/// The midpoints of per_axis[0] x per_axis[1] x per_axis[2] equal cells. World, m, m^3.
+/// Returns the midpoints of per_axis[0] x per_axis[1] x per_axis[2] equal cells. World, m, m^3.
 Quadrature BoxQuadrature(const OrientedBox& box, const std::array<int, 3>& per_axis);
 
 }  // namespace hpdm

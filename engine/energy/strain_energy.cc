@@ -29,7 +29,7 @@ FullStiffness StrainStiffness(const Lattice& lattice, const Quadrature& tissue,
   AddElasticBlocks(
       gradients, gradients, tissue.weights, {lame.mu, pointwise},
       [&K](Eigen::Index row, Eigen::Index column, double value) { K(row, column) += value; });
-  // Symmetric to the last bit, whatever the order of summation.
+  // Makes K symmetric to the last bit, whatever the order of summation.
   K = 0.5 * (K + K.transpose()).eval();
   if (projected > 0) {
     const Eigen::MatrixXd P = ProjectedDilatation(lattice, tissue);

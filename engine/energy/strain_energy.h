@@ -6,8 +6,8 @@
 
 namespace hpdm {
 
-/// 3n x 3n, N/m, symmetric: unknown 3 a + d is the displacement of control point a along world axis
-/// d, so an n x 3 row-major array of displacements is the vector of unknowns as it lies in memory.
+/// 3n x 3n, N/m, symmetric. Unknown 3 a + d is the displacement of control point a along world axis
+/// d. So the memory of an n x 3 row-major array of displacements is the vector of unknowns.
 using FullStiffness = Eigen::MatrixXd;
 
 /// Lame's parameters of an isotropic elastic material, Pa.
@@ -17,14 +17,13 @@ struct LameParameters {
 };
 LameParameters ToLame(const MaterialOptions& material);
 
-/// Where the volumetric part of the energy is evaluated: at each quadrature point, or mostly after
-/// a projection on splines one degree lower (mixed_dilatation.h), which does not lock nearly
-/// incompressible tissue.
+/// Evaluation of the volumetric energy: at each quadrature point, or mostly after a projection on
+/// splines one degree lower (mixed_dilatation.h), so nearly incompressible tissue does not lock.
 enum class Dilatation { kPointwise, kProjected };
 
-/// How lambda is shared. What the projection does not see would cost nothing and let local
-/// functions (refinement_basis.h) overshoot, so up to 2 mu of lambda stays at the quadrature
-/// points: all of it for nu <= 1/3, a fifth for nu = 0.45, and no more as nu nears 1/2.
+/// The two parts of lambda. Dilatation that the projection does not see would cost no energy and
+/// let local functions (refinement_basis.h) overshoot. So up to 2 mu of lambda stays pointwise: all
+/// of it for nu <= 1/3, two ninths for nu = 0.45, and a vanishing part as nu approaches 1/2.
 struct DilatationShare {
   double pointwise = 0;  ///< Pa.
   double projected = 0;  ///< Pa.
@@ -32,15 +31,15 @@ struct DilatationShare {
 DilatationShare ShareLambda(const LameParameters& lame, Dilatation dilatation);
 
 /// Adds the elastic blocks between functions with the gradients `left` (element d: Q x m, 1/m) and
-/// `right` (Q x n) over the tissue's `weights` (Q, m^3): calls add(row, column, value) with row
-/// 3 a + i, column 3 b + j; the values of each pair sum to the integral of
-///     mu (p.q I + q p^T) + lambda p q^T    (N/m; p = left_a, q = right_b).
+/// `right` (Q x n) over the tissue's `weights` (Q, m^3). Calls add(row, column, value) with row
+/// 3 a + i and column 3 b + j. The values of the pair (a, b) sum to the block (3 x 3, N/m)
+///     int mu (p.q I + q p^T) + lambda p q^T dV,   p = left_a, q = right_b.
 template <typename Add>
 void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,
                       const std::array<WeightMatrix, 3>& right, const Eigen::VectorXd& weights,
                       const LameParameters& lame, Add&& add) {
-  // The matrices G_ij = int d_i phi_a d_j phi_b dV hold all that the blocks are made of:
-  // (a,i),(b,j) gets mu (delta_ij sum_k G_kk + G_ji) + lambda G_ij.
+  // With G_ij = int d_i phi_a d_j phi_b dV, entry (a,i),(b,j) is
+  // mu (delta_ij sum_k G_kk + G_ji) + lambda G_ij.
   for (int i = 0; i < 3; ++i) {
     const WeightMatrix weighted = weights.asDiagonal() * left[i];
     for (int j = 0; j < 3; ++j) {
@@ -58,17 +57,16 @@ void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,
   }
 }
 
-/// The lattice's elastic energy for small strain (engine/README.md, section 5): with u = sum_a
-/// phi_a U_a and eps = sym(grad u),
+/// Returns the stiffness K of the lattice's isotropic elastic energy for small strain
+/// (engine/README.md, section 5):
 ///     E(U) = int mu |eps|^2 + lambda/2 (tr eps)^2 dV = 1/2 U^T K U
-/// over the organ's own `tissue` (world, m, m^3), isotropic and linear. Returns K: symmetric,
-/// positive semi-definite; translations and infinitesimal rotations cost nothing. The block of
-/// control points a and b, whose gradients are p and q, is the integral of
-///     mu (p.q I + q p^T) + lambda p q^T.
+///     eps = sym(grad u),   u = sum_a phi_a U_a
+/// over the organ's own `tissue` (world, m, m^3). K is symmetric and positive semi-definite;
+/// translations and infinitesimal rotations cost no energy. AddElasticBlocks gives its blocks.
 FullStiffness StrainStiffness(const Lattice& lattice, const Quadrature& tissue,
                               const MaterialOptions& material, Dilatation dilatation);
 
-/// K_s (x) I: the same scalar stiffness (n x n) along each world axis, added to K (3n x 3n).
+/// Adds the same scalar stiffness (n x n) along each world axis to K (3n x 3n).
 void AddAlongEachAxis(const Eigen::SparseMatrix<double, Eigen::RowMajor>& scalar, FullStiffness* K);
 
 }  // namespace hpdm

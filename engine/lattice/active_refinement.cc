@@ -16,7 +16,7 @@ void ActiveRefinement::ChooseNearest(const Points& centres, std::span<const Vect
       const auto row = static_cast<Eigen::Index>(a);
       order_[a] = {(centres.row(row).transpose() - p).squaredNorm(), static_cast<int>(a)};
     }
-    // Ties are broken by the index, so that equal contacts take equal functions.
+    // The index breaks ties, so equal contacts take equal functions.
     if (some_stay_out) std::nth_element(order_.begin(), order_.begin() + count, order_.end());
     for (int i = 0; i < count; ++i) {
       double weight = share;

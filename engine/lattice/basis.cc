@@ -14,8 +14,8 @@ std::vector<double> Binomials(int degree) {
   return binomials;
 }
 
-// Of the degree that the binomials are of. Powers by repeated products from both ends: no
-// cancellation, exact at 0 and 1.
+// Evaluates the Bernstein polynomials whose binomials are given. Powers are repeated products from
+// both ends: free of cancellation, exact at 0 and 1.
 void EvaluateBernstein(const std::vector<double>& binomials, double c, double* values) {
   const int degree = static_cast<int>(binomials.size()) - 1;
   double power = 1;
@@ -75,7 +75,7 @@ int UnivariateBasis::Evaluate(double c, double* values) const {
 }
 
 int UnivariateBasis::EvaluateDerivatives(double c, double* derivatives) const {
-  // N_i^p' = (N_{i-1}^{p-1} - N_i^{p-1}) / h, by collecting the sum of DerivativeBasis() for P_i.
+  // N_i^p' = (N_{i-1}^{p-1} - N_i^{p-1}) / h, from the sum at DerivativeBasis() sorted by P_i.
   int first = 0;
   if (type_ == BasisType::kBernstein) {
     EvaluateBernstein(derivative_binomials_, std::clamp(c, 0.0, 1.0), derivatives);

@@ -7,40 +7,43 @@
 
 namespace hpdm {
 
-/// One-dimensional basis functions on [0, 1] that are non-negative and sum to one: Bernstein
-/// polynomials of any degree (Eq. 2 and 4 as corrected: B_i^l(c) = C(l,i) c^i (1-c)^(l-i)), or
-/// uniform B-splines of degree 1 to 3 over equal cells (Hsu, Hughes, Kaufman 1992), of which only
-/// degree + 1 are non-zero at any point.
+/// One-dimensional basis functions on [0, 1] that are non-negative and sum to one:
+///  - Bernstein polynomials of any degree p (Eq. 2 and 4, corrected),
+///        B_i^p(c) = C(p, i) c^i (1 - c)^(p - i);
+///  - uniform B-splines of degree 1 to 3 over equal cells (Hsu, Hughes, Kaufman 1992), of which
+///    degree + 1 are non-zero at any point.
 class UnivariateBasis {
  public:
-  /// A Bernstein basis is one cell. Requires degree >= 1 (B-spline: <= 3), cells >= 1.
+  /// Requires degree >= 0 (B-spline: <= 3) and cells >= 1. A Bernstein basis has one cell, whatever
+  /// `cells` is.
   UnivariateBasis(BasisType type, int degree, int cells);
 
   BasisType type() const { return type_; }
   int degree() const { return degree_; }
   int cells() const { return cells_; }
-  /// Number of functions: cells + degree (a Bernstein basis: degree + 1).
+  /// Returns the number of functions: cells + degree (Bernstein: degree + 1).
   int count() const { return cells_ + degree_; }
-  /// Number of functions that can be non-zero at one point: degree + 1.
+  /// Returns the number of functions that can be non-zero at one point: degree + 1.
   int support() const { return degree_ + 1; }
 
-  /// Values of the functions first .. first + support() - 1 at `c`; returns first. `c` is clamped
-  /// to [0, 1]. No allocation.
+  /// Evaluates the functions first .. first + support() - 1 at `c`, clamped to [0, 1]. Returns
+  /// first. No allocation.
   int Evaluate(double c, double* values) const;
 
-  /// Derivatives d/dc of the same functions; returns first. `c` is clamped to [0, 1]. Requires
-  /// degree >= 1. No allocation.
+  /// Evaluates the derivatives d/dc of the same functions. Returns first. Requires degree >= 1. No
+  /// allocation.
   int EvaluateDerivatives(double c, double* derivatives) const;
 
-  /// The basis of degree - 1 whose functions weight the differences of neighbouring control
-  /// values in the derivative: d/dc sum_i P_i N_i^p = sum_i (P_{i+1} - P_i) / spacing() N_i^{p-1}.
-  /// Requires degree >= 1; degree 0 is the indicator of a cell.
+  /// Returns the basis of degree p - 1 whose functions weight the differences of neighbouring
+  /// control values in the derivative:
+  ///     d/dc sum_i P_i N_i^p = sum_i (P_{i+1} - P_i) / spacing() N_i^{p-1}.
+  /// Requires degree >= 1. The functions of degree 0 are the indicators of the cells.
   UnivariateBasis DerivativeBasis() const;
 
-  /// Spacing of neighbouring control points in units of the box: 1 / cells (Bernstein: 1 / degree).
+  /// Returns the spacing of control points in units of the box: 1 / cells (Bernstein: 1 / degree).
   double spacing() const;
 
-  /// Greville abscissa of function i: sum_i Greville(i) N_i(c) = c.
+  /// Returns the Greville abscissa of function i: sum_i Greville(i) N_i(c) = c.
   double Greville(int i) const;
 
  private:
@@ -51,10 +54,10 @@ class UnivariateBasis {
   std::vector<double> derivative_binomials_;  // Bernstein: C(degree - 1, i)
 };
 
-/// Tensor product of three univariate bases; function (i, j, k) has index (i ny + j) nz + k.
+/// Tensor product of three univariate bases. Function (i, j, k) has index (i ny + j) nz + k.
 class TensorBasis {
  public:
-  /// Most functions that are not zero at a point, along one axis.
+  /// Most functions along one axis that are non-zero at a point.
   static constexpr int kMaxSupport = 64;
 
   /// Requires degrees below kMaxSupport.

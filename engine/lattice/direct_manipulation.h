@@ -4,19 +4,22 @@
 
 namespace hpdm {
 
-/// Most contact rows that one organ has in one step: 16 a tool.
+/// Most contact rows of one organ in one step: 16 for each tool.
 inline constexpr int kMaxContacts = 32;
 
 /// Rows are contacts, columns control points: m x n, m <= kMaxContacts.
 using ContactWeights = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Moves the control points directly, so that the contacts move as asked (Eq. 26-28): adds to
-/// `control_displacements` (n x 3, m) the change of least Euclidean norm that adds `contact_change`
-/// (m x 3, m) to the contacts whose rows are `weights` (m x n):
-///     dU = B^T (B B^T)^+ dx,
-/// with the pseudo-inverse that drops eigenvalues below 1e-10 of the largest. (Eq. 8 and 28 print
-/// (B^T B)^-1 B^T, which is singular for fewer contacts than control points; for one contact both
-/// are Eq. 9.) Contacts that coincide and disagree get their mean. Returns the rank.
+/// Moves the control points so that the contacts move by `contact_change` (m x 3, m) (Eq. 26-28).
+/// Adds to `control_displacements` (n x 3, m) the change of least Euclidean norm
+///     dU = B^T (B B^T)^+ dx
+/// with B = `weights` (m x n), the contacts' basis rows, and dx = `contact_change`.
+///
+/// 1. The pseudo-inverse drops eigenvalues below 1e-10 of the largest. Returns the rank.
+/// 2. Contacts that coincide and contradict each other move by their mean.
+/// 3. Eq. 8 and 28 print (B^T B)^-1 B^T, which is singular for fewer contacts than control points
+///    (engine/README.md, section 3). For one contact the result is Eq. 9.
+///
 /// Deformation thread; allocates nothing.
 int MoveDirectly(const Eigen::Ref<const ContactWeights>& weights,
                  const Eigen::Ref<const Points>& contact_change,

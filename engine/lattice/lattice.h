@@ -14,52 +14,53 @@ namespace hpdm {
 using WeightMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 /// The free-form-deformation lattice of one organ (Eq. 1-5): an oriented box, a tensor basis over
-/// it, and the control points that are kept. The map is x = X + sum_a phi_a(X) U_a with control
-/// displacements U (n x 3, m, world axes); with U = 0 it is the identity whatever was dropped.
-/// Constant once built; read by any thread.
+/// it, and the control points that are kept. It maps a rest position X to
+///     x = X + sum_a phi_a(X) U_a
+/// with control displacements U (n x 3, m, world axes). U = 0 gives the identity, whatever was
+/// dropped. Constant once built; read by any thread.
 class Lattice {
  public:
-  /// All control points kept.
+  /// Keeps all control points.
   Lattice(const OrientedBox& box, const LatticeOptions& options);
 
-  /// Keeps only the control points whose function has tissue: integral of phi_a over `tissue` above
-  /// 1e-9 of a cell's volume. A function with less carries no energy and moves nothing.
+  /// Keeps only the control points whose function has tissue: the integral of phi_a over `tissue`
+  /// exceeds 1e-9 of a cell's volume. A function with less has no energy and moves nothing.
   void DropControlPointsWithoutTissue(const Quadrature& tissue);
 
-  /// Drops the kept control points a (columns as they are now) with drop[a].
+  /// Drops the kept control points a with drop[a]. The remaining columns are renumbered.
   void DropControlPoints(const std::vector<bool>& drop);
 
   const OrientedBox& box() const { return box_; }
   const TensorBasis& basis() const { return basis_; }
 
-  /// Number of kept control points, n.
+  /// Returns n, the number of kept control points.
   int size() const { return static_cast<int>(kept_.size()); }
-  /// Grid index (TensorBasis::Index) of each kept control point, n.
+  /// Returns the grid index (TensorBasis::Index) of each kept control point, n.
   const std::vector<int>& kept() const { return kept_; }
-  /// Column of a grid index, or -1 when that control point was dropped.
+  /// Returns the column of a grid index, or -1 if that control point was dropped.
   int Column(int grid_index) const { return column_[grid_index]; }
 
-  /// Rest positions of the kept control points, n x 3, world, m (Greville points, so that Eq. 4
-  /// with nothing dropped reproduces the rest shape).
+  /// Returns the rest positions of the kept control points, n x 3, world, m. They are the Greville
+  /// points, so Eq. 4 reproduces the rest shape if nothing is dropped.
   Points ControlPoints() const;
 
-  /// Basis values at `points` (V x 3, world, m): V x n. Rows sum to one where no function with
-  /// support there was dropped.
+  /// Returns the basis values at `points` (V x 3, world, m): V x n. A row sums to one if no
+  /// function that is non-zero at its point was dropped.
   WeightMatrix Weights(const Points& points) const;
 
-  /// Calls f(column, phi_column(p)) for each kept function that is not zero at `p_W` (m); outside
-  /// the box, for those at its nearest point. Any thread, no allocation.
+  /// Calls f(column, phi_column(p)) for each kept function that can be non-zero at `p_W` (m).
+  /// Lattice coordinates outside the box are clamped to it. Any thread, no allocation.
   template <typename Function>
   void ForEachFunction(const Vector3d& p_W, Function&& f) const;
 
-  /// Calls f(column, gradient) with d phi_column / dx (1/m, world axes) at `p_W` (m) for the same
-  /// functions. Any thread, no allocation.
+  /// Calls f(column, d phi_column / dx) (1/m, world axes) at `p_W` (m) for the same functions. Any
+  /// thread, no allocation.
   template <typename Function>
   void ForEachGradient(const Vector3d& p_W, Function&& f) const;
 
-  /// Gradients of the basis functions at `points` (V x 3, world, m): element d is V x n and holds
-  /// d phi_a / d x_d along the world axis d, 1/m. Rows sum to zero where those of Weights() sum to
-  /// one. Set-up only.
+  /// Returns the gradients of the basis functions at `points` (V x 3, world, m). Element d is V x n
+  /// and holds d phi_a / d x_d along the world axis d, 1/m. Rows sum to zero where those of
+  /// Weights() sum to one. Set-up only.
   std::array<WeightMatrix, 3> GradientWeights(const Points& points) const;
 
  private:
@@ -111,7 +112,7 @@ void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
   }
 }
 
-/// The box of Eq. 1 around `vertices` (V x 3, world, m): parallel to `axes` (columns: unit
+/// Returns the box of Eq. 1 around `vertices` (V x 3, world, m): parallel to `axes` (columns: unit
 /// vectors), enlarged by `margin` (m) on every side.
 OrientedBox BoundingLatticeBox(const Points& vertices, const Matrix3d& axes, double margin);
 

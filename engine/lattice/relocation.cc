@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kLanes = Relocation::kLanes;
 
-// Columns of a row of B, ascending as Eigen keeps them.
+// The columns of a row of B, ascending as Eigen keeps them.
 struct Columns {
   const int* begin;
   const int* end;
@@ -24,7 +24,7 @@ Columns ColumnsOf(const WeightMatrix& weights, int row) {
 
 using Sums = double[3][kLanes];
 
-// The sums of one block: `sum[d]` = sum over columns of weight x U, kLanes numbers.
+// Computes sum[d] = sum over the columns of weight x U_d for the kLanes vertices of a block.
 void SumPlainly(const double* weights, const int* columns, int count, const double* U, Sums& sum) {
   double x[kLanes] = {}, y[kLanes] = {}, z[kLanes] = {};
   for (int c = 0; c < count; ++c) {
@@ -42,7 +42,7 @@ void SumPlainly(const double* weights, const int* columns, int count, const doub
 }
 
 #if defined(__x86_64__)
-// The same by vectors of four lanes, an extension of GCC and Clang.
+// Does the same with vectors of four doubles, an extension of GCC and Clang.
 using Lanes [[gnu::vector_size(32)]] = double;
 static_assert(kLanes * sizeof(double) == 2 * sizeof(Lanes));
 
@@ -58,7 +58,7 @@ static_assert(kLanes * sizeof(double) == 2 * sizeof(Lanes));
     y0 += w0 * u[1], y1 += w1 * u[1];
     z0 += w0 * u[2], z1 += w1 * u[2];
   }
-  // One by one: an array of them would be kept in memory throughout.
+  // Six variables instead of an array, which the compiler would keep in memory throughout.
   std::memcpy(sum[0], &x0, sizeof x0), std::memcpy(sum[0] + kLanes / 2, &x1, sizeof x1);
   std::memcpy(sum[1], &y0, sizeof y0), std::memcpy(sum[1] + kLanes / 2, &y1, sizeof y1);
   std::memcpy(sum[2], &z0, sizeof z0), std::memcpy(sum[2] + kLanes / 2, &z1, sizeof z1);
@@ -89,8 +89,8 @@ Relocation::Relocation(const Points& rest, const WeightMatrix& weights)
   for (int first = 0; first < count; first += kLanes) {
     Block block{columns_.size(), 0, std::min(kLanes, count - first)};
     for (int lane = 0; lane < block.vertices; ++lane) {
-      const Columns of = ColumnsOf(weights, vertices_[first + lane]);
-      columns_.insert(columns_.end(), of.begin, of.end);
+      const Columns columns = ColumnsOf(weights, vertices_[first + lane]);
+      columns_.insert(columns_.end(), columns.begin, columns.end);
     }
     const auto begin = columns_.begin() + static_cast<std::ptrdiff_t>(block.first_column);
     std::sort(begin, columns_.end());

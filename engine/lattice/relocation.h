@@ -8,14 +8,16 @@
 
 namespace hpdm {
 
-/// Stage C of a step (Eq. 4): x = X + B U, for weights B (V x n) that stay.
+/// Stage C of a step (Eq. 4): x = X + B U with constant weights B (V x n).
 ///
-/// A plain sparse product reads an index and a weight for every entry of B. Vertices in one cell of
-/// a lattice share their control points, so here the vertices are sorted by the columns of their
-/// rows and taken eight at a time: a block stores its columns once and its weights as one dense
-/// 8 x c panel, of which a column is one or two vector loads. Blocks that straddle two cells hold
-/// the columns of both, with zeros. Each vertex is still summed by itself, in the order of its
-/// columns, so the result has the same bits at any vector width, and those of the plain product.
+/// 1. A plain sparse product reads an index and a weight for every entry of B. Vertices in one cell
+///    of a lattice share their control points. So the vertices are sorted by the columns of their
+///    rows and taken eight at a time.
+/// 2. A block stores its columns once and its weights as one dense 8 x c panel. A column of the
+///    panel is one or two vector loads.
+/// 3. A block that straddles two cells has the columns of both, with zeros.
+/// 4. Each vertex is summed by itself, in the order of its columns. So the result has the bits of
+///    the plain product at any vector width.
 ///
 /// Constant once built; read by any thread; the products allocate nothing.
 class Relocation {
@@ -25,20 +27,20 @@ class Relocation {
   /// `rest`: X, V x 3, m; `weights`: B, V x n.
   Relocation(const Points& rest, const WeightMatrix& weights);
 
-  /// x = X + B U. `U`: n x 3, m, finite (further rows are not read); `x`: V x 3, m, already of that
-  /// size.
+  /// Computes x = X + B U. `U`: n x 3, m, finite; further rows are ignored. `x`: V x 3, m, already
+  /// of that size.
   void Relocate(const Points& U, Points* x) const;
-  /// u = B U, the same without X.
+  /// Computes u = B U, the same without X.
   void Displace(const Points& U, Points* u) const;
 
-  /// Relocate() with the machine's baseline instructions: what the faster ones are tested against.
+  /// Does Relocate() with baseline instructions: the reference for tests of the faster ones.
   void RelocatePlainly(const Points& U, Points* x) const;
 
  private:
   struct Block {
-    std::size_t first_column = 0;  ///< Of columns_; its weights begin at kLanes times that.
+    std::size_t first_column = 0;  ///< Index into columns_; the weights begin at kLanes times that.
     int columns = 0;
-    int vertices = 0;  ///< kLanes, but for the last block.
+    int vertices = 0;  ///< kLanes, except in the last block.
   };
   using SumBlock = void (*)(const double* weights, const int* columns, int count, const double* U,
                             double (&sum)[3][kLanes]);
@@ -46,11 +48,11 @@ class Relocation {
 
   Eigen::Index control_points_;
   std::vector<Block> blocks_;
-  std::vector<int> columns_;     // of each block, ascending
-  std::vector<double> weights_;  // kLanes a column
-  std::vector<int> vertices_;    // V: which vertex each lane is
+  std::vector<int> columns_;     // block after block, ascending in each
+  std::vector<double> weights_;  // kLanes for each column
+  std::vector<int> vertices_;    // V: the vertex of each lane
   Points rest_;                  // V x 3, m, in the order of the lanes
-  SumBlock sum_block_;           // the fastest of this machine
+  SumBlock sum_block_;           // the fastest one of this machine
 };
 
 }  // namespace hpdm

@@ -10,13 +10,13 @@ struct TrianglePoint {
   Vector3d barycentric = Vector3d::Zero();  ///< Weights of a, b, c; sum to one.
 };
 
-/// The point of triangle abc that is closest to `p`, by the Voronoi regions of its corners, edges
-/// and face (Ericson, Real-Time Collision Detection, 5.1.5). Degenerate triangles give a point of
-/// their longest edge. Any thread, wait-free, no allocation.
+/// Returns the point of triangle abc closest to `p`, by the Voronoi regions of its corners, edges
+/// and face (Ericson, Real-Time Collision Detection, 5.1.5). For a degenerate triangle it is a
+/// point of the longest edge. Any thread, wait-free, no allocation.
 TrianglePoint ClosestOnTriangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
                                 const Vector3d& c);
 
-/// Parameter (0..1) of the point of segment ab that is closest to `p`; 0 for a segment without
+/// Returns the parameter (0..1) of the point of segment ab closest to `p`; 0 for a segment without
 /// length.
 double ClosestOnSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b);
 
@@ -29,8 +29,9 @@ struct SegmentTrianglePair {
 SegmentTrianglePair ClosestSegmentTriangle(const Vector3d& start, const Vector3d& end,
                                            const Vector3d& a, const Vector3d& b, const Vector3d& c);
 
-/// Where the segment from `start` to `end` passes through triangle abc from its front (the side
-/// that its counter-clockwise normal points to). False when it does not.
+/// Returns true if the segment from `start` to `end` enters triangle abc from its front, the side
+/// to which its counter-clockwise normal points. Sets `along` (0..1 on the segment) and
+/// `barycentric`.
 bool CrossesFromFront(const Vector3d& start, const Vector3d& end, const Vector3d& a,
                       const Vector3d& b, const Vector3d& c, double* along, Vector3d* barycentric);
 

@@ -22,22 +22,22 @@ struct SurfaceTree::Tree {
 
 namespace {
 
-// Squared distance between two boxes.
 double SquaredDistance(const Aabb& a, const Aabb& b) {
   const Vector3d gap = (a.min_ - b.max_).cwiseMax(b.min_ - a.max_).cwiseMax(Vector3d::Zero());
   return gap.squaredNorm();
 }
 
-// What a point or a segment asks of a tree: its own box, and which boxes it passes.
+// A point or a segment with its own bounding box.
 struct Query {
   Query(const Vector3d& p) : Query(p, p) {}
   Query(const Vector3d& from, const Vector3d& to)
       : box(from, to), start(from), way(to - from), is_point(from == to) {}
 
-  // Whether the segment comes as near to the box as sqrt(reach2) along every axis. It does wherever
-  // it comes that near at all; a slanted one leaves most boxes out that its own box meets.
+  // True if the segment comes as near to the box as sqrt(reach2) along every axis: necessary for a
+  // distance of sqrt(reach2). Rejects most boxes that only the bounding box of a slanted segment
+  // meets.
   bool Passes(const Aabb& other, double reach2) const {
-    if (is_point) return true;          // its box says it all
+    if (is_point) return true;          // the caller has compared the boxes
     constexpr double kRounding = 1e-9;  // m
     const double reach = std::sqrt(reach2) + kRounding;
     double enter = 0, leave = 1;
@@ -59,9 +59,9 @@ struct Query {
   bool is_point;
 };
 
-// Visits the leaves whose box is closer than *bound2 (squared, m^2; `visit` may lower it) to the
-// query, near children first. Depth is that of the tree: about log2 F, and for FCL's middle split
-// at most F.
+// Visits the leaves whose box is closer to the query than sqrt(*bound2), near children first;
+// `visit` may lower the bound. The recursion is as deep as the tree: usually log2 F, at most F with
+// FCL's middle split.
 template <typename Visit>
 void WalkFrom(const Model& model, int node_id, const Query& query, const double* bound2,
               const Visit& visit) {
@@ -115,7 +115,7 @@ SurfaceTree::SurfaceTree(const Points& vertices, const Triangles& triangles)
   model.beginModel(static_cast<int>(triangles.rows()), static_cast<int>(vertices.rows()));
   model.addSubModel(points, faces);
   model.endModel();
-  // Refit goes through the nodes from the last to the first: children come after their parent.
+  // Refit visits the nodes from the last to the first, so children must come after their parent.
   for (int id = 0; id < model.getNumBVs(); ++id) {
     const auto& node = model.getBV(id);
     HPDM_CHECK(node.isLeaf() || (node.leftChild() > id && node.rightChild() > id));

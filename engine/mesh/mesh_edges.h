@@ -13,12 +13,13 @@ struct EdgeUse {
   int low = 0;
   int high = 0;
   int triangle = 0;
-  bool forward = true;  ///< The triangle runs along it from low to high.
+  int opposite = 0;     ///< Corner (0..2) of the triangle opposite to the side.
+  bool forward = true;  ///< The triangle runs along the side from low to high.
 };
 
-/// The sides of all triangles, sorted so that the uses of an edge are neighbours: 3 F entries, less
-/// the sides between equal corners. Two uses are consistently oriented when they run in opposite
-/// directions.
+/// Lists the sides of all triangles, sorted so that the uses of an edge follow each other. Sides
+/// between equal corners are left out; otherwise there are 3F entries. Two uses of an edge are
+/// consistently oriented if they run in opposite directions.
 inline std::vector<EdgeUse> SortedEdgeUses(const Triangles& triangles) {
   std::vector<EdgeUse> uses;
   uses.reserve(static_cast<std::size_t>(3 * triangles.rows()));
@@ -26,7 +27,7 @@ inline std::vector<EdgeUse> SortedEdgeUses(const Triangles& triangles) {
     for (int side = 0; side < 3; ++side) {
       const int from = triangles(t, side), to = triangles(t, (side + 1) % 3);
       if (from == to) continue;
-      uses.push_back({std::min(from, to), std::max(from, to), t, from < to});
+      uses.push_back({std::min(from, to), std::max(from, to), t, (side + 2) % 3, from < to});
     }
   }
   std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
@@ -35,7 +36,7 @@ inline std::vector<EdgeUse> SortedEdgeUses(const Triangles& triangles) {
   return uses;
 }
 
-/// Calls visit(first, last) with the range of uses of each edge, in order.
+/// Calls visit(first, last) with the range of uses of each edge, in sorted order.
 template <typename Visit>
 void ForEachEdge(const std::vector<EdgeUse>& uses, Visit visit) {
   for (auto first = uses.begin(); first != uses.end();) {
@@ -46,7 +47,7 @@ void ForEachEdge(const std::vector<EdgeUse>& uses, Visit visit) {
   }
 }
 
-/// Sets of integers 0..count-1 that only ever merge.
+/// Union-find over the integers 0..count-1.
 class DisjointSets {
  public:
   explicit DisjointSets(int count) : parent_(static_cast<std::size_t>(count)) {
@@ -59,7 +60,7 @@ class DisjointSets {
     }
     return i;
   }
-  /// The smaller representative stays, so that the result does not depend on the order.
+  /// Keeps the smaller representative, so the result does not depend on the order of merges.
   void Merge(int i, int j) {
     i = Find(i);
     j = Find(j);

@@ -9,7 +9,8 @@
 namespace hpdm {
 namespace {
 
-constexpr double kNeedle = 1e-6;  // height over longest side, above the noise of 32-bit coordinates
+// Height over longest side; above the noise of 32-bit coordinates.
+constexpr double kNeedle = 1e-6;
 
 void CountEdges(const SurfaceMesh& mesh, MeshFacts* facts) {
   double total = 0;

@@ -14,17 +14,17 @@ namespace {
 
 constexpr std::size_t kMaxContainers = 64;
 constexpr int kContainmentPoints = 8;
-/// Volume over area^1.5 about the centroid from which an open patch bulges clearly: a fifth of a
-/// hemisphere's 0.1; a flat sheet has 0.
+/// Least volume about the centroid over area^1.5 of an open patch that clearly bulges: a fifth of a
+/// hemisphere's 0.1. A flat sheet has 0.
 constexpr double kBulge = 0.02;
 
 /// Triangles connected through edges of exactly two triangles.
 struct Patch {
   std::vector<int> triangles;
   bool closed = true;
-  double volume = 0;  ///< m^3, about its centroid, as the triangles run now.
+  double volume = 0;  ///< m^3, signed by the present orientation; about its centroid.
   double area = 0;
-  double turned_area = 0;  ///< Of triangles that were turned to agree with the first one.
+  double turned_area = 0;  ///< Area of the triangles that were flipped to agree with the first one.
   Eigen::AlignedBox3d box;
 };
 
@@ -127,7 +127,7 @@ class Orienter {
     }
   }
 
-  /// Runs when all closed patches face outwards.
+  /// Requires that all closed patches face outwards.
   void TurnCavities() {
     std::vector<int> containers;
     for (std::size_t p = 0; p < patches_.size(); ++p) {
@@ -164,7 +164,7 @@ class Orienter {
     return std::make_unique<WindingNumber>(vertices_, triangles);
   }
 
-  /// Several points, because patches may cross instead of lying one in the other.
+  /// Tests several points, because patches may cross instead of one containing the other.
   bool Contains(const WindingNumber& container, const Patch& patch) const {
     const std::size_t step = std::max<std::size_t>(1, patch.triangles.size() / kContainmentPoints);
     for (std::size_t i = 0; i < patch.triangles.size(); i += step) {

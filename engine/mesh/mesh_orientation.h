@@ -4,14 +4,18 @@
 
 namespace hpdm {
 
-/// Turns triangles until the surface bounds its solid, and returns how many were turned. Triangles
-/// that share an edge with exactly one other form a patch; within it all run the same way round
-/// (where the patch is two-sided). Then each patch as a whole:
-/// - closed: faces outwards, or, when an odd number of other closed patches surround it, inwards:
-///   it is the wall of a cavity (of the 64 largest patches any may be the surrounding one);
-/// - open: faces where it bulges to, if it does so clearly, else where most of its area faced.
-/// Corners of each triangle must be distinct and take their texture coordinates along. O(F log F)
-/// but for the patches inside others.
+/// Flips triangles until the surface bounds its solid, and returns how many were flipped.
+///
+/// 1. Triangles joined by edges of exactly two triangles form a patch. Within a two-sided patch all
+///    triangles get the same orientation.
+/// 2. A closed patch faces outwards. If an odd number of other closed patches surround it, it is
+///    the wall of a cavity and faces inwards. Only the 64 largest patches count as surrounding
+///    ones.
+/// 3. An open patch faces the way it bulges, or if it bulges little, the way most of its area
+///    faced.
+///
+/// The corners of each triangle must be distinct; they keep their texture coordinates. O(F log F),
+/// apart from patches inside others.
 int OrientTriangles(SurfaceMesh* mesh);
 
 }  // namespace hpdm

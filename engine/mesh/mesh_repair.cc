@@ -15,8 +15,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Joins points within a tolerance of an earlier one, by a hash grid of cells four tolerances wide:
-/// few points have more than one cell to search, and no cell can hold more than about a hundred.
+/// Joins points within a tolerance of an earlier one. The cells of its hash grid are four
+/// tolerances wide: most points search one cell, and a cell holds at most about a hundred points.
 class Welder {
  public:
   Welder(const Points& points, double tolerance)
@@ -27,7 +27,7 @@ class Welder {
         heads_(std::bit_ceil(ToSize(2 * points.rows())), -1),
         next_(ToSize(points.rows()), -1) {}
 
-  /// For each point the first one that it is joined to (itself if none).
+  /// Returns for each point the first one that it is joined to (itself if none).
   std::vector<int> Weld() {
     std::vector<int> first(ToSize(points_.rows()));
     for (int v = 0; v < static_cast<int>(points_.rows()); ++v) {
@@ -39,7 +39,7 @@ class Welder {
   }
 
  private:
-  // Whole numbers, which beyond 2^53 no integer would hold. Plus zero: of the two zeros one.
+  // Doubles, because the cell numbers may exceed every integer type. Adding zero turns -0 into +0.
   Vector3d CellOf(const Vector3d& p) const { return ((p - origin_) / cell_).array().floor() + 0.0; }
 
   int& Head(const Vector3d& cell) {
@@ -56,7 +56,7 @@ class Welder {
     const Vector3d reach = Vector3d::Constant(tolerance_);
     const Vector3d low = CellOf(p - reach), high = CellOf(p + reach);
     int nearest = -1;
-    for (int corner = 0; corner < 8; ++corner) {  // two cells an axis at most
+    for (int corner = 0; corner < 8; ++corner) {  // at most two cells along each axis
       Vector3d cell = low;
       bool again = false;
       for (int d = 0; d < 3; ++d) {
@@ -85,8 +85,8 @@ class Welder {
   std::vector<int> heads_, next_;
 };
 
-/// Gives the corners of each triangle the vertex that theirs is joined to. Returns how many were
-/// joined to another one.
+/// Replaces the corners of each triangle by the vertices that they are joined to. Returns how many
+/// vertices were joined to another one.
 int JoinTo(const std::vector<int>& first, Triangles* triangles) {
   int joined = 0;
   for (std::size_t v = 0; v < first.size(); ++v) joined += ToSize(first[v]) != v;
@@ -211,7 +211,7 @@ void JoinIdenticalVertices(SurfaceMesh* mesh) {
 
 MeshRepairs RepairMesh(SurfaceMesh* mesh) {
   MeshRepairs repairs;
-  // Again, because edges that were dropped count in the tolerance.
+  // Dropped edges change the tolerance, so the passes repeat until nothing changes.
   for (bool changed = true; changed && mesh->vertices.rows() > 0;) {
     const Index triangles = mesh->triangles.rows();
     const int welded = WeldVertices(mesh);

@@ -4,15 +4,19 @@
 
 namespace hpdm {
 
-/// Subdivide() makes no more triangles than this.
+/// Most triangles that Subdivided() makes.
 inline constexpr int kMaxSubdividedTriangles = 4'000'000;
 
-/// The mesh with every triangle split in four `times` times, on the smooth surface that Loop's
-/// rules lead to (Loop, "Smooth subdivision surfaces based on triangles", 1987; a border, or an
-/// edge of more than two triangles, becomes a cubic B-spline curve). A closed surface of smooth
-/// shape loses a little volume. Texture coordinates are split evenly. The first V vertices stay the
-/// first. O(F log F) for the finest. Throws InputError (`name`: the file's) where it would exceed
-/// kMaxSubdividedTriangles.
+/// Splits every triangle in four, `times` times, by Loop's rules for a smooth surface (Loop,
+/// "Smooth subdivision surfaces based on triangles", 1987).
+///
+/// 1. A border, or an edge of more than two triangles, becomes a cubic B-spline curve.
+/// 2. A closed surface of smooth shape loses a little volume.
+/// 3. Texture coordinates are interpolated linearly.
+/// 4. The vertices of `mesh` stay the first ones of the result.
+///
+/// The corners of each triangle must be distinct. O(F log F) in the triangles of the result. Throws
+/// InputError (`name`: of the mesh file) if the result would exceed kMaxSubdividedTriangles.
 SurfaceMesh Subdivided(const SurfaceMesh& mesh, int times, const char* name);
 
 }  // namespace hpdm

@@ -45,10 +45,10 @@ class EarClipper {
     std::vector<std::array<int, 3>> triangles;
     std::size_t at = 0;
     while (ring_.size() > 3) {
-      // Going on from the last ear, not from the first corner, avoids fans of slivers.
+      // Starting at the last ear instead of the first corner avoids fans of slivers.
       std::size_t tried = 0;
       while (tried < ring_.size() && !IsEar(at % ring_.size())) ++at, ++tried;
-      at %= ring_.size();  // no ear: not a simple polygon, any corner will do
+      at %= ring_.size();  // without an ear the polygon is not simple, and any corner will do
       triangles.push_back(Corner(at));
       ring_.erase(ring_.begin() + static_cast<std::ptrdiff_t>(at));
     }

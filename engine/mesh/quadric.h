@@ -4,11 +4,12 @@
 
 namespace hpdm {
 
-/// Sum of weighted squared distances to planes as a function of a point (Garland and Heckbert,
-/// "Surface simplification using quadric error metrics", 1997): p^T A p - 2 b^T p + c.
+/// Weighted sum of squared distances of a point p to planes (Garland and Heckbert, "Surface
+/// simplification using quadric error metrics", 1997):
+///     p^T A p - 2 b^T p + c.
 class Quadric {
  public:
-  /// Adds the plane through `point` with unit `normal`; `weight` is an area, m^2.
+  /// Adds the plane through `point` (m) with unit `normal`; `weight` is an area, m^2.
   void AddPlane(const Vector3d& normal, const Vector3d& point, double weight);
   Quadric& operator+=(const Quadric& other);
 
@@ -16,8 +17,9 @@ class Quadric {
   double weight() const { return weight_; }
   /// Weighted sum of squared distances at p, m^4.
   double Error(const Vector3d& p) const;
-  /// The point that minimises Error(p) + strength * weight() * |p - anchor|^2; strength > 0 settles
-  /// the directions that the planes leave open.
+  /// Returns the point p that minimises
+  ///     Error(p) + strength * weight() * |p - anchor|^2;
+  /// strength > 0 determines the directions that the planes leave open.
   Vector3d Minimiser(const Vector3d& anchor, double strength) const;
 
  private:

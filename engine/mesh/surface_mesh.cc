@@ -6,12 +6,8 @@ void VertexNormals(const Points& vertices, const Triangles& triangles, Points* n
   if (normals->rows() != vertices.rows()) normals->resize(vertices.rows(), 3);
   normals->setZero();
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
-    const int i = triangles(t, 0), j = triangles(t, 1), k = triangles(t, 2);
-    const Vector3d a = vertices.row(i), b = vertices.row(j), c = vertices.row(k);
-    const Vector3d twice_area_normal = (b - a).cross(c - a);
-    normals->row(i) += twice_area_normal;
-    normals->row(j) += twice_area_normal;
-    normals->row(k) += twice_area_normal;
+    const Vector3d normal = TwiceAreaNormal(vertices, triangles, t);
+    for (int k = 0; k < 3; ++k) normals->row(triangles(t, k)) += normal;
   }
   for (Eigen::Index v = 0; v < normals->rows(); ++v) {
     const double length = normals->row(v).norm();
@@ -35,7 +31,7 @@ double EnclosedVolume(const Points& vertices, const Triangles& triangles) {
 Vector3d EnclosedCentre(const Points& vertices, const Triangles& triangles) {
   const Vector3d origin = vertices.row(0);
   double six_volumes = 0;
-  Vector3d moment = Vector3d::Zero();  // four times the centre of each tetrahedron, by volume
+  Vector3d moment = Vector3d::Zero();  // 4 x centroid x 6 x volume, summed over the tetrahedra
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
     const Vector3d a = vertices.row(triangles(t, 0)).transpose() - origin;
     const Vector3d b = vertices.row(triangles(t, 1)).transpose() - origin;

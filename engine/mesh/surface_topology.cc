@@ -4,17 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/mesh/surface_mesh.h"
+
 namespace hpdm {
-namespace {
-
-Vector3d TwiceAreaNormal(const Points& vertices, const Triangles& triangles, int t) {
-  const Vector3d a = vertices.row(triangles(t, 0));
-  const Vector3d b = vertices.row(triangles(t, 1));
-  const Vector3d c = vertices.row(triangles(t, 2));
-  return (b - a).cross(c - a);
-}
-
-}  // namespace
 
 SurfaceTopology::SurfaceTopology(Eigen::Index vertex_count, const Triangles& triangles)
     : first_(vertex_count + 1, 0), triangles_(triangles.size()) {
@@ -58,8 +50,8 @@ void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at
   result->count = 0;
   const Vector3d centre = at.Position(vertices, triangles_);
   const Vector3d facing = TwiceAreaNormal(vertices, triangles_, at.triangle);
-  // The border is a heap of the nearest triangles seen but not taken; a neighbourhood has a
-  // border well below this bound, and what does not fit is left out.
+  // Heap of triangles that were seen but not taken, nearest first. A neighbourhood's border stays
+  // well below this bound; triangles that do not fit are left out.
   constexpr int kMaxBorder = 1024;
   std::array<std::pair<double, int>, kMaxBorder> border;
   int border_size = 0;

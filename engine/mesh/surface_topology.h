@@ -11,18 +11,18 @@
 
 namespace hpdm {
 
-/// Which triangles meet at which vertex. Constant once built; read by any thread.
+/// The triangles around each vertex. Constant once built; read by any thread.
 class SurfaceTopology {
  public:
   SurfaceTopology(Eigen::Index vertex_count, const Triangles& triangles);
 
-  /// Triangles around a vertex, ascending.
+  /// Returns the triangles around a vertex, ascending.
   std::span<const int> TrianglesAround(int vertex) const {
     return {triangles_.data() + first_[vertex],
             static_cast<std::size_t>(first_[vertex + 1] - first_[vertex])};
   }
 
-  /// A vertex with triangles as a surface point.
+  /// Returns a vertex as a surface point; it must have triangles.
   SurfacePoint AtVertex(const Triangles& triangles, int vertex) const {
     const int triangle = TrianglesAround(vertex).front();
     Vector3d corner = Vector3d::Zero();
@@ -35,13 +35,13 @@ class SurfaceTopology {
   std::vector<int> triangles_;  // 3 F
 };
 
-/// Outward unit normal at a vertex: the area-weighted mean of the triangles around it. Zero where
-/// nothing has area. No allocation.
+/// Returns the outward unit normal at a vertex: the area-weighted mean of the normals of the
+/// triangles around it. Zero if none of them has area. No allocation.
 Vector3d VertexNormal(const Points& vertices, const Triangles& triangles,
                       const SurfaceTopology& topology, int vertex);
 
-/// Outward unit normal at a surface point, interpolated from its triangle's corners. Zero
-/// where nothing has area. No allocation.
+/// Returns the outward unit normal at a surface point, interpolated from the normals at its
+/// triangle's corners. Zero if no triangle there has area. No allocation.
 Vector3d InterpolatedNormal(const Points& vertices, const Triangles& triangles,
                             const SurfaceTopology& topology, const SurfacePoint& at);
 
@@ -52,21 +52,22 @@ struct Neighbourhood {
   std::array<int, kMaxTriangles> triangles;
 };
 
-/// Collects neighbourhoods; holds the marks of visited triangles so that collecting allocates
-/// nothing. One thread.
+/// Collects neighbourhoods. Keeps the marks of visited triangles, so Collect() allocates nothing.
+/// One thread.
 class NeighbourhoodSearch {
  public:
   /// `topology` and `triangles` must outlive the search.
   NeighbourhoodSearch(const Triangles& triangles, const SurfaceTopology& topology);
 
-  /// Triangles connected to `at` over shared vertices, in order of the distance of their centres
-  /// from it, facing the same way as the one at `at`, within `limits`. Distances and facing are
-  /// those of `vertices` (V x 3).
   struct Limits {
     int triangles = Neighbourhood::kMaxTriangles;            ///< At most kMaxTriangles.
-    int vertices = std::numeric_limits<int>::max();          ///< Distinct corners.
-    double reach = std::numeric_limits<double>::infinity();  ///< m: of a triangle's nearest part.
+    int vertices = std::numeric_limits<int>::max();          ///< Most distinct corners.
+    double reach = std::numeric_limits<double>::infinity();  ///< m, to a triangle's nearest part.
   };
+
+  /// Collects the triangles connected to `at` through shared vertices, within `limits`, in order of
+  /// the distance of their centres. They must face less than 90 degrees away from the triangle of
+  /// `at`. Distances and normals are those of `vertices` (V x 3, m).
   void Collect(const Points& vertices, const SurfacePoint& at, const Limits& limits,
                Neighbourhood* result);
 

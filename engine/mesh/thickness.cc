@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxShrinks = 30;
 constexpr double kSameFacets = 0.5;  // cos 60 degrees
-// A ball in the corner of two faces at right angles is 1.41 radii away from their edge.
+// The centre of a ball in the corner of two faces at right angles is 1.41 radii from their edge.
 constexpr double kCover = 1.5;
 
 struct Ball {
@@ -37,8 +37,8 @@ double InscribedRadius(const SurfaceMesh& mesh, const SurfaceTree& tree, const V
   return radius;
 }
 
-// Coordinates in fractions of the extent, rounded, so that ties between facets are decided alike
-// for a body of any scale.
+// Returns coordinates in fractions of `unit`, rounded so that ties between facets are decided the
+// same way for a body of any scale.
 Points Snapped(const Points& values, const Eigen::RowVector3d& origin, double unit) {
   constexpr double kSteps = 1 << 30;
   return ((values.rowwise() - origin) * (kSteps / unit)).array().round() / kSteps;

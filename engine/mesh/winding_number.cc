@@ -11,7 +11,8 @@ namespace {
 constexpr int kLeafTriangles = 8;
 constexpr double kFourPi = 4 * std::numbers::pi;
 
-/// Half the solid angle of a triangle seen from the origin; positive when its front faces away.
+/// Returns half the solid angle of a triangle seen from the origin; positive if its front faces
+/// away.
 double HalfSolidAngle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   const double determinant = a.dot(b.cross(c));
@@ -125,8 +126,8 @@ void WindingNumber::SetMoments(Node* node, double opening) const {
   node->open_distance2 = opening * opening * radius2;
 }
 
-/// int n . g(r + x) with g(r) = r / |r|^3, expanded in x to the second order; r runs from the point
-/// to the cluster's centre.
+/// Returns int n . g(r + x) with g(r) = r / |r|^3, expanded in x to the second order; r points from
+/// the query point to the cluster's centre.
 double WindingNumber::Far(const Node& node, const Vector3d& r) {
   const double x = r.x(), y = r.y(), z = r.z();
   const double i2 = 1 / r.squaredNorm(), i3 = i2 * std::sqrt(i2), i5 = i3 * i2, i7 = i5 * i2;

@@ -9,16 +9,15 @@ namespace hpdm {
 
 /// Generalised winding number of a triangle surface, which may be open, self-crossing or a soup
 /// (Jacobson, Kavan, Sorkine-Hornung 2013): the solid angle that the surface spans around a point,
-/// over 4 pi. Inside a closed surface that faces outwards it is 1, outside 0; a gap changes it only
-/// by the gap's own solid angle, so 0.5 still tells the inside.
+/// over 4 pi. It is 1 inside and 0 outside a closed surface that faces outwards. A gap changes it
+/// only by the gap's own solid angle, so 0.5 still separates inside from outside.
 ///
-/// Evaluated with a tree of triangle clusters (Barill, Dickson, Schmidt, Levin, Jacobson 2018): a
-/// cluster farther than `opening` times its radius acts through its Taylor expansion to the second
-/// order, nearer triangles through their exact solid angle (Van Oosterom and Strackee 1983).
-/// Measured error against the exact sum: see tests/engine/mesh/winding_number_test.cc.
-///
-/// Construction O(F log F); At is O(log F), const, allocates nothing and may be called from several
-/// threads. The result depends on the mesh only and not on the order of calls.
+/// 1. A tree of triangle clusters makes it fast (Barill, Dickson, Schmidt, Levin, Jacobson 2018). A
+///    cluster farther than `opening` times its radius is evaluated by its second-order Taylor
+///    expansion, nearer triangles by their exact solid angle (Van Oosterom and Strackee 1983).
+/// 2. tests/engine/mesh/winding_number_test.cc measures the error against the exact sum.
+/// 3. Construction is O(F log F). At() is O(log F), allocates nothing and may be called from
+///    several threads. Its result depends on the mesh only, not on the order of calls.
 class WindingNumber {
  public:
   /// Keeps its own copy of the triangles. `opening` > 1; larger is more accurate and slower.
@@ -26,14 +25,15 @@ class WindingNumber {
       : WindingNumber(mesh.vertices, mesh.triangles, opening) {}
   WindingNumber(const Points& vertices, const Triangles& triangles, double opening = 2);
 
-  /// At the point p, in the mesh's frame and unit. On the surface itself: one of its two sides.
+  /// Returns the winding number at the point p, in the mesh's frame and unit. On the surface itself
+  /// it is that of one of the two sides.
   double At(const Vector3d& p) const;
 
  private:
   using Corners = std::array<Vector3d, 3>;
 
-  /// A cluster: triangles [first, last) and their moments about `centre`, with n the normal, x the
-  /// position relative to the centre and integrals over the area.
+  /// A cluster: triangles [first, last) and their moments about `centre`. The integrals are over
+  /// the area; n is the unit normal, x the position relative to the centre.
   struct Node {
     Vector3d centre;            ///< Area-weighted.
     double open_distance2;      ///< Squared distance beyond which the moments suffice.
@@ -55,7 +55,7 @@ class WindingNumber {
   std::vector<Node> nodes_;         // depth first
 };
 
-/// The defining sum over all triangles, O(F): the reference that WindingNumber is tested against.
+/// Returns the exact sum over all triangles, O(F): the reference for tests of WindingNumber.
 double ExactWindingNumber(const SurfaceMesh& mesh, const Vector3d& p);
 
 }  // namespace hpdm

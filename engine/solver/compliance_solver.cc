@@ -8,10 +8,10 @@
 namespace hpdm {
 namespace {
 
-// The unknowns of U as one vector (Points are row-major).
+// Views the unknowns of U as one vector (Points are row-major).
 Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()}; }
 
-// x, y and z respond alike and apart: one column a contact row, whatever its equations.
+// x, y and z are uncoupled and respond alike, so each contact row needs one column.
 class ScalarComplianceSolver final : public ComplianceSolver {
  public:
   explicit ScalarComplianceSolver(const ScalarStiffness& K)
@@ -81,8 +81,8 @@ class ScalarComplianceSolver final : public ComplianceSolver {
       row_compliance_;  // m x m: B K^-1 B^T
 };
 
-// The axes are coupled: 3n x 3n. Of K^-1 a step reads what its contacts touch: between the control
-// points of their rows for the compliance, and whole columns once, for the sum of all forces.
+// The axes are coupled: 3n x 3n. A step reads only parts of K^-1: the entries between the control
+// points of its contact rows for the compliance, and their columns once for the sum of all forces.
 class FullComplianceSolver final : public ComplianceSolver {
  public:
   explicit FullComplianceSolver(const FullStiffness& K)
@@ -143,7 +143,7 @@ class FullComplianceSolver final : public ComplianceSolver {
   Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
 
  private:
-  // The control points with a weight in any row, and their weights.
+  // Collects the control points with a weight in any row, and their weights.
   void Gather(const ContactConstraints& contacts) {
     count_ = 0;
     for (int a = 0; a < n_; ++a) {
@@ -154,7 +154,7 @@ class FullComplianceSolver final : public ComplianceSolver {
     }
   }
 
-  // How the touched control points move by the equation's unit force.
+  // Computes the displacements of the touched control points for the equation's unit force.
   void Move(const ContactSolver::Equation& equation) {
     auto moved = moved_.leftCols(count_);
     moved.setZero();
@@ -172,7 +172,7 @@ class FullComplianceSolver final : public ComplianceSolver {
     }
   }
 
-  // Adds the displacements by a force (N) on control point a.
+  // Adds the displacements for a force (N) on control point a.
   template <typename Displacements>
   void AddColumns(int a, const Vector3d& force, Displacements* u) const {
     for (int d = 0; d < 3; ++d) {
@@ -182,10 +182,10 @@ class FullComplianceSolver final : public ComplianceSolver {
 
   int n_;
   Eigen::MatrixXd inverse_;   // 3n x 3n
-  int count_ = 0;             // of control points that the contacts of the last Respond() touch:
-  std::vector<int> touched_;  // n, these
+  int count_ = 0;             // number of control points touched by the last Respond()'s contacts
+  std::vector<int> touched_;  // n; the first count_ are these control points
   Eigen::MatrixXd weights_;   // kMaxContacts x n: their weights in each contact's row
-  Eigen::Matrix3Xd moved_;    // 3 x n: how each moves by the force at hand
+  Eigen::Matrix3Xd moved_;    // 3 x n: their displacements for the present unit force
 };
 
 }  // namespace
@@ -203,12 +203,12 @@ Matrix3d PointBlock(const Eigen::MatrixXd& inverse, const SparseRow& b) {
 }
 
 Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, const char* remedy) {
-  // Functions with little tissue have little stiffness; with a unit diagonal they do not look like
-  // motions without any.
+  // Functions with little tissue have little stiffness. Scaling to a unit diagonal separates them
+  // from motions without stiffness.
   const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd inverse = scale.asDiagonal() * K * scale.asDiagonal();
-  // A motion that nothing holds leaves round-off, some 1e-18; a held Bernstein lattice of degree
-  // (20, 2, 2), whose functions are nearly dependent, 4e-15.
+  // An unsupported motion leaves round-off of about 1e-18. A supported Bernstein lattice of degree
+  // (20, 2, 2), whose functions are nearly dependent, gives 4e-15.
   constexpr double kMinPivot = 1e-15;
   if (!(InvertSymmetric(&inverse) > kMinPivot)) {
     throw InputError(std::string("lattice stiffness is not positive definite; ") + remedy);

@@ -10,8 +10,8 @@
 namespace hpdm {
 namespace {
 
-// m. A force that moves tissue by less is none: where a tip only touches, and where a press has let
-// go, the residual must not be relative to it.
+// m. A force that moves tissue by less does not scale the residual. Such forces occur where a tip
+// only touches and where a press has ended.
 constexpr double kResolved = 1e-9;
 
 using VectorMap = Eigen::Map<Eigen::VectorXd>;
@@ -19,7 +19,7 @@ using ConstVectorMap = Eigen::Map<const Eigen::VectorXd>;
 
 VectorMap Unknowns(Points* U) { return {U->data(), U->size()}; }
 
-// The energy of U_bar and V together (schur_complement.h), (n + slots) x 3, with the damper's on
+// The energy of U_bar and V together (schur_complement.h), (n + slots) x 3, with the damper on
 // both.
 class StepPotential final : public Potential {
  public:
@@ -50,7 +50,7 @@ class StepPotential final : public Potential {
   double ShareSlope() { return energy_->ShareSlope(U_bar_); }
 
  private:
-  // Fills load_ with its gradient.
+  // Returns the energy of V and fills load_ with its gradient.
   double LocalEnergy(const Points& at) {
     if (load_.size() == 0) return 0;
     const auto V = ConstVectorMap(at.data(), at.size()).tail(load_.size());
@@ -73,10 +73,10 @@ class StepPotential final : public Potential {
 };
 
 // Each Newton step solves the contact problem of the energy's quadratic model at (U_bar, V):
-//     K d + g = B^T f,   Sigma V = (B_V - B Y)^T f,   contacts hold at (U_bar + d, V),
+//     K d + g = B^T f,   Sigma V = (B_V - B Y)^T f,   contacts hold at (U_bar + d, V)
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space, to which V adds its own. The first
-// step is taken whole, so that the contacts hold from there on; points that satisfy them are a
-// convex set, in which the later steps go downhill, as far as the energy falls.
+// step is taken whole, so the contacts hold after it. The points that satisfy them are a convex
+// set, in which the later steps descend as far as the energy falls.
 class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options,
@@ -150,7 +150,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
 
   const LatticeCompliance* compliance() const override { return this; }
 
-  // With the last Newton step's tangent.
+  // Uses the last Newton step's tangent.
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
     if (!has_tangent_) {
       at_rest_->RespondTo(b, response);
@@ -178,7 +178,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return {ConstVectorMap(at.data(), at.size()), 3 * n_, at.size() - 3 * n_};
   }
 
-  // (U_bar, V) of (U, V).
+  // Sets (U_bar, V) from (U, V).
   void Enter(const Points& U) {
     at_ = U;
     if (schur_complement_ != nullptr)
@@ -221,7 +221,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     potential_.Damp(Slots(at_));
   }
 
-  // The hand feels the elastic tangent, as of an energy that is quadratic.
+  // The hand feels the elastic tangent without the damper, as with a quadratic energy.
   void StopDamping() {
     if (!(energy_.damping() > 0)) return;
     U_bar_ = at_.topRows(n_);
@@ -235,7 +235,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     longest_ = 0;
   }
 
-  // Whether an iteration as long as the longest so far would end within the budget.
+  // True if an iteration as long as the longest so far would end within the budget.
   bool TimeForAnother(int iterations) {
     if (!options_.clock || options_.budget <= 0) return true;
     const Nanoseconds now = options_.clock();
@@ -244,8 +244,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return iterations == 0 || ToSeconds(now - started_ + longest_) <= options_.budget;
   }
 
-  // Columns of loads on (U, V) to displacements (U, V), in place, with the tangent; V moves by
-  // `refinement_weight` of what its loads ask.
+  // Replaces columns of loads on (U, V) by the tangent's displacements (U, V). V moves by the share
+  // `refinement_weight`.
   void Respond(double refinement_weight, Eigen::Ref<Eigen::MatrixXd> columns) const {
     auto lattice = columns.topRows(3 * n_);
     if (schur_complement_ != nullptr) {
@@ -264,7 +264,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     }
   }
 
-  // The step from (U_bar, V) and the forces f.
+  // Computes the step from (U_bar, V) and the contact forces.
   RelaxationResult SolveStep(const ContactConstraints& contacts) {
     contact_solver_.Build(contacts);
     const int equations = contact_solver_.size();
@@ -277,7 +277,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
           contact_solver_[e].force_W.transpose();
     }
     auto response = columns_.middleCols(1, equations);
-    // Where a damper holds V, it yields less, from where that leaves it without load.
+    // A damper on V makes it yield less, starting at its position without load.
     const double kept = energy_.damping() / (1 + energy_.damping());
     factor_.SolveInPlace(free.head(3 * n_));
     free.tail(slots) = kept * potential_.damped_from();
@@ -308,7 +308,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return SearchLength(at_, step_, energy, slope, 0, &potential_, &trial_, &load_);
   }
 
-  // Of U_bar; V is at rest under its loads.
+  // Returns the residual of U_bar; V is in equilibrium with its loads.
   double Residual(const ContactConstraints& contacts) {
     auto load = load_.topRows(n_);
     load.setZero();
@@ -327,22 +327,23 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   std::unique_ptr<ComplianceSolver> at_rest_;          // K^-1 of U = 0
   StepPotential potential_;
   NewtonFactor factor_;
-  Points at_;        // (n + slots) x 3: U_bar and V where the last step ended
-  Points trial_;     // likewise
-  Points gradient_;  // likewise, N
-  Points step_;      // likewise
-  Points load_;      // likewise, N: B^T f
-  Points restart_;   // likewise: U and V where the next Relax starts
+  // (n + slots) x 3 each:
+  Points at_;        // m: U_bar and V where the last step ended
+  Points trial_;     // m
+  Points gradient_;  // N
+  Points step_;      // m
+  Points load_;      // N: B^T f
+  Points restart_;   // m: U and V where the next Relax starts
+  Points from_;      // m: U and V that damp the next Relax
   bool restarts_ = false;
-  Points from_;               // likewise: U and V that the next Relax is damped towards
-  double damping_ = 0;        // of the next Relax
+  double damping_ = 0;        // damper of the next Relax
   Points U_bar_;              // n x 3
   Eigen::MatrixXd columns_;   // 3(n + slots) x (1 + equations): the free step, then the responses
-  bool has_tangent_ = false;  // factor_ holds the last step's
+  bool has_tangent_ = false;  // factor_ holds the last step's tangent
   ContactSolver contact_solver_;
-  double least_load_ = 0;  // N: smaller ones count as this in the residual
+  double least_load_ = 0;  // N: least divisor of the residual
   Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
-  int stop_after_ = 0;  // iterations of the next Relax; 0: as the options say
+  int stop_after_ = 0;  // iterations of the next Relax; 0: as in the options
 };
 
 }  // namespace

@@ -38,7 +38,7 @@ void EnrichedComplianceSolver::RespondTo(const SparseRow& b,
   Solve(response);
 }
 
-// Loads have few entries: a contact's row has one for each function that is not zero there.
+// Skips the zeros of the load: a contact's row has one entry for each non-zero function.
 void EnrichedComplianceSolver::SolveColumn(Eigen::Ref<Eigen::VectorXd> column) const {
   auto f = column.head(unknowns_);
   auto g = column.tail(column.size() - unknowns_);

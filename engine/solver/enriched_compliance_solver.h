@@ -5,8 +5,8 @@
 
 namespace hpdm {
 
-/// A lattice of constant stiffness with local functions in use: with a load (f, g) on the control
-/// points and on them (schur_complement.h),
+/// A lattice of constant stiffness with local functions in use. With the loads f on the control
+/// points and g on the local functions (schur_complement.h),
 ///     V = Sigma^-1 (g - Y^T f),   U = K^-1 f - Y V.
 class EnrichedComplianceSolver final : public ComplianceSolver {
  public:

@@ -9,7 +9,7 @@
 namespace hpdm {
 namespace {
 
-// A stiffness as blocks of three unknowns, one a control point.
+// A stiffness in blocks of three unknowns, one block for each control point.
 class ScalarBlocks {
  public:
   explicit ScalarBlocks(const ScalarStiffness& K) : K_(K), diagonal_(K.diagonal()) {}
@@ -45,9 +45,9 @@ class FullBlocks {
 // Minimises the augmented Lagrangian
 //     1/2 U^T K U - sum_i f_i . (x_i - t_i) + kappa_i/2 |P_i (x_i - t_i)|^2
 // one control point (three unknowns) at a time, with P_i = I for a grasp and n n^T for a press in
-// contact; after every sweep f_i <- f_i - kappa_i P_i (x_i - t_i). The local part C_loc f_i of x_i
-// is taken with the new force: f_i <- (I + kappa_i P_i C_loc P_i)^-1 (f_i - kappa_i P_i (b_i U -
-// t_i)).
+// contact. Every sweep ends with f_i <- f_i - kappa_i P_i (x_i - t_i). The local part C_loc f_i of
+// x_i uses the new force:
+//     f_i <- (I + kappa_i P_i C_loc P_i)^-1 (f_i - kappa_i P_i (b_i U - t_i)).
 template <class Blocks>
 class GaussSeidelRelaxation final : public Relaxation {
  public:
@@ -93,14 +93,14 @@ class GaussSeidelRelaxation final : public Relaxation {
       off_target_[i] = row.p_rest_W - row.target_W;
       largest_change_ = std::max(largest_change_, off_target_[i].norm());
       for (int d = 0; d < 3; ++d) off_target_[i][d] += b.dot(U.col(d));
-      // Twice the contact's stiffness against its own control points alone, which is above the
-      // stiffness of the whole lattice: the forces then converge about as fast as the sweeps do.
+      // Twice the contact's stiffness against its own control points alone, which exceeds that of
+      // the whole lattice. The forces then converge about as fast as the sweeps.
       penalty_[i] = 2 / (b.array().square() / diagonal_.transpose().array()).sum();
       stiffness_[i] = PenaltyStiffness(row, penalty_[i]);
     }
   }
 
-  // (P / kappa + P C_loc P)^+: kappa P without local compliance.
+  // Returns (P / kappa + P C_loc P)^+, which is kappa P without local compliance.
   static Matrix3d PenaltyStiffness(const ContactConstraints::Row& row, double penalty) {
     const Matrix3d& C = row.local_compliance_W;
     if (row.kind == ContactConstraints::RowKind::kGrasp) {
@@ -110,7 +110,7 @@ class GaussSeidelRelaxation final : public Relaxation {
     return n * n.transpose() / (1 / penalty + n.dot(C * n));
   }
 
-  // Force that the augmented Lagrangian puts on row i's point now.
+  // Returns the force of the augmented Lagrangian on row i's point at the present U.
   Vector3d AugmentedForce(const ContactConstraints::Row& row, int i) const {
     const Vector3d force = stiffness_[i] * (row.force_W / penalty_[i] - off_target_[i]);
     const bool pulls =
@@ -165,10 +165,10 @@ class GaussSeidelRelaxation final : public Relaxation {
   std::unique_ptr<ComplianceSolver> solver_;
   Eigen::VectorXd diagonal_;  // n: mean over the three axes
   GaussSeidelOptions options_;
-  Points load_;  // n x 3: B^T f, then less K U
+  Points load_;  // n x 3, N: B^T f, then B^T f - K U
   double largest_change_ = 0;
-  std::array<Vector3d, kMaxContacts> off_target_;  // x_i - t_i, without the local part
-  std::array<Matrix3d, kMaxContacts> stiffness_;   // N/m, of the penalty on off_target_
+  std::array<Vector3d, kMaxContacts> off_target_;  // m: x_i - t_i, without the local part
+  std::array<Matrix3d, kMaxContacts> stiffness_;   // N/m: penalty on off_target_
   std::array<double, kMaxContacts> penalty_{};
 };
 

@@ -20,7 +20,7 @@ double SearchLength(const Points& U, const Points& step, double value, double sl
   constexpr double kSufficient = 1e-4;
   constexpr double kFlattened = 0.1;
   constexpr int kMaxHalvings = 20;
-  // Differences at the level of round-off are no reason to go shorter.
+  // Differences at the level of round-off do not shorten the step.
   const double slack = 1e-13 * std::abs(value);
   double length = 1;
   for (int halving = 0; halving <= kMaxHalvings; ++halving, length /= 2) {
@@ -28,7 +28,7 @@ double SearchLength(const Points& U, const Points& step, double value, double sl
     const double change = energy->Energy(*trial) - value - length * work;
     if (change <= kSufficient * length * (slope - work) + slack) return length;
     if (length < 1) continue;
-    // Near the minimum the energy's change drowns in round-off before its slope does.
+    // Near the minimum, round-off hides the energy's change before it hides its slope.
     energy->Gradient(*trial, gradient);
     const double slope_there = gradient->cwiseProduct(step).sum() - work;
     if (std::abs(slope_there) <= kFlattened * std::abs(slope - work)) return length;

@@ -11,69 +11,74 @@
 
 namespace hpdm {
 
-/// m: where everything moves by less, nothing moves.
+/// m: an organ whose displacements are all smaller counts as still.
 inline constexpr double kStill = 1e-9;
 
-/// Stage B of a step: the control displacements of least energy E(U) that satisfy the contacts,
-///     dE/dU = B^T f,   grasp: x = target,   press: f = -n f_n, f_n >= 0, g = n.(target - x) >= 0,
-///     f_n g = 0
-/// with contact points x = p_rest + B U + C_loc f (engine/README.md, section 4). Below:
-/// constant K, E = 1/2 U^T K U; elastic_relaxation.h: strain of any size.
+/// Stage B of a step: finds the control displacements of least energy E(U) that satisfy the
+/// contacts (engine/README.md, section 4),
+///     dE/dU = B^T f,   x = p_rest + B U + C_loc f
+///     grasp:   x = target
+///     press:   f = f_n (friction - n),   f_n >= 0,   g = n . (target - x) >= 0,   f_n g = 0.
+/// The implementations below have a constant K, E = 1/2 U^T K U. elastic_relaxation.h has the one
+/// for strain of any size.
 class Relaxation {
  public:
   virtual ~Relaxation() = default;
-  /// `U` (n x 3, m): in, where to start (the moved control points of stage A; only iterative
-  /// solvers use it); out, the solution. Fills the rows' forces. Deformation thread.
+  /// Solves for `U` (n x 3, m) and fills the rows' forces. On entry `U` is the start, stage A's
+  /// moved control points, which only iterative solvers use. Deformation thread.
   virtual RelaxationResult Relax(ContactConstraints* contacts, Points* U) = 0;
 
-  /// Whether a Relax without contacts that gave U = 0 would give it again: it keeps no motion of
-  /// its own. What is left of one below kStill a step, such a Relax has taken for none.
+  /// True if the solver has no remaining internal motion: a Relax without contacts that gave U = 0
+  /// would give it again. Such a Relax ends motions below kStill a step.
   virtual bool AtRest() const { return true; }
 
-  /// Takes other local functions in use, for compliance(); Relax does the same.
+  /// Sets the local functions in use, for compliance(); Relax does the same.
   virtual void SetActiveFunctions(const ActiveRefinement& /*active*/) {}
 
-  /// The next Relax, which no clock limits then, stops after `iterations` (> 0): where a recorded
-  /// one was out of time. Only relaxations with a clock have anything to do here.
+  /// Stops the next Relax after `iterations` (> 0), where a recorded one was out of time; its clock
+  /// does not count. Relaxations without a clock ignore it.
   virtual void StopNextAfter(int /*iterations*/) {}
 
-  /// From the next Relax on. Only finite strain has anything to do here.
+  /// Sets the quality for the next and later Relax calls. Relaxations of small strain ignore it.
   virtual void SetQuality(const StepQuality& /*quality*/) {}
 
-  /// The next Relax starts at `U` (n x 3, m) instead of where the last one ended. Only relaxations
-  /// that go on from there have anything to do here.
+  /// Starts the next Relax at `U` (n x 3, m) instead of where the last one ended. Relaxations that
+  /// do not start there ignore it.
   virtual void RestartFrom(const Points& /*U*/) {}
 
-  /// Takes a damper into the energy of the next Relax, which starts at `from` (n x 3, m) and solves
-  ///     dE/dU + damping K (U - from) = B^T f,   K the stiffness at rest.
-  /// False: the energy is quadratic and needs none (viscous_recovery.h).
+  /// Adds a damper to the energy of the next Relax, which starts at `from` (n x 3, m) and solves
+  ///     dE/dU + damping K (U - from) = B^T f,   K: stiffness at rest.
+  /// Returns false if the energy is quadratic and needs no damper (viscous_recovery.h).
   virtual bool DampNext(double /*damping*/, const Points& /*from*/) { return false; }
 
-  /// What the lattice answers to a small change of the loads, for the contact patch; lives as long
-  /// as this. nullptr: there is no such compliance, and the hand feels reaction "paper".
+  /// Returns the lattice's response to small changes of the loads, for the contact patch. It lives
+  /// as long as the relaxation. nullptr if there is none; the hand then feels reaction "paper".
   virtual const LatticeCompliance* compliance() const { return nullptr; }
 };
 
-/// Iteration budget and tolerance of Gauss-Seidel. Counts, not milliseconds, so that a lockstep run
-/// is reproducible.
+/// Iteration budget and tolerance of Gauss-Seidel. The budget is a count, not a time, so a lockstep
+/// run is reproducible.
 struct GaussSeidelOptions {
   int max_sweeps = 2000;
-  double tolerance = 1e-6;  ///< Of the residual, and of the contacts relative to the largest one.
+  /// Largest residual, and largest violation of the contacts over the largest change.
+  double tolerance = 1e-6;
 };
 
-/// `K`: n x n or 3n x 3n, symmetric positive definite (energy plus supports). Throws InputError
-/// when it is not.
+/// Make a direct solver. `K`: n x n or 3n x 3n, symmetric positive definite (energy plus supports).
+/// Throw InputError if it is not.
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const ScalarStiffness& K);
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const FullStiffness& K);
-/// Of an organ that does not deform: no unknowns, and each contact's own local compliance, a
-/// virtual wall, is all that answers.
-std::unique_ptr<Relaxation> MakeRigidRelaxation();
-/// With local functions in at most `slots` slots; `functions` must outlive it.
+/// Makes a direct solver with local functions in at most `slots` slots; `functions` must outlive
+/// it.
 std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const RefinementBasis& functions, int slots);
 
-/// The paper's solver, extended by the contacts: one block of three unknowns a control point, the
-/// contacts by an augmented Lagrangian whose multipliers rise once a sweep. Its compliance() comes
-/// from a Cholesky factorisation of the same K at set-up.
+/// Makes the relaxation of a rigid organ: no unknowns. Only each contact's own local compliance, a
+/// virtual wall, responds.
+std::unique_ptr<Relaxation> MakeRigidRelaxation();
+
+/// Make the paper's solver, extended by the contacts: one block of three unknowns for each control
+/// point, and an augmented Lagrangian for the contacts, whose multipliers change after each sweep.
+/// compliance() comes from the inverse of the same K, computed at set-up.
 std::unique_ptr<Relaxation> MakeGaussSeidelRelaxation(const ScalarStiffness& K,
                                                       const GaussSeidelOptions& options = {});
 std::unique_ptr<Relaxation> MakeGaussSeidelRelaxation(const FullStiffness& K,

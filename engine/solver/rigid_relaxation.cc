@@ -4,7 +4,7 @@
 namespace hpdm {
 namespace {
 
-// No control points, so K^-1 is nothing between any two points.
+// There are no control points, so K^-1 is zero between any two points.
 class NoCompliance final : public LatticeCompliance {
  public:
   void RespondTo(const SparseRow&, Eigen::Ref<Eigen::MatrixXd>) const override {}

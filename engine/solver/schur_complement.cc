@@ -19,7 +19,7 @@ SchurComplement::SchurComplement(const RefinementBasis& functions, int slots)
       regular_(reduced_),
       factor_(reduced_) {}
 
-// The parts of Y and Sigma that belong to slots that changed; whether any did.
+// Updates the parts of Y and Sigma of the slots that changed. Returns whether any did.
 bool SchurComplement::TakeSlots(const ActiveRefinement& active) {
   bool changed = false;
   for (int s = 0; s < active.slots(); ++s) {
@@ -57,8 +57,8 @@ void SchurComplement::SetActiveFunctions(const ActiveRefinement& active) {
     weight_[s] = active.Weight(s);
   }
   if (!changed) return;
-  // Local functions that together make up one of the lattice's own leave its share of Sigma
-  // without stiffness; which of the two moves is arbitrary then.
+  // Local functions that together equal a function of the lattice have no stiffness in Sigma. It is
+  // arbitrary which of the two moves.
   for (double extra = kRegularisation; extra < 1; extra *= 10) {
     regular_ = reduced_;
     for (int s = 0; s < active.slots(); ++s) regular_.block<3, 3>(3 * s, 3 * s) /= weight_[s];

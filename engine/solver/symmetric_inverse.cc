@@ -7,10 +7,10 @@
 namespace hpdm {
 namespace {
 
-// Pivots at a time: enough that the update, of that rank, is bound by arithmetic and not by memory.
+// Pivots of a block: enough that arithmetic, not memory, limits the update of that rank.
 constexpr Eigen::Index kPivots = 48;
 
-// Largest sum of magnitudes in a column of the symmetric matrix whose lower triangle is given.
+// Returns the 1-norm of the symmetric matrix whose lower triangle is given.
 double SymmetricNorm(const Eigen::MatrixXd& lower) {
   const Eigen::Index size = lower.rows();
   Eigen::VectorXd sums = Eigen::VectorXd::Zero(size);
@@ -47,7 +47,7 @@ double InvertSymmetric(Eigen::MatrixXd* A) {
     A->block(first, first, pivots, pivots) = -inverse;
     A->block(end, first, size - end, pivots) = W.bottomRows(size - end);
   }
-  // Swept by all its pivots, A has become minus its inverse.
+  // After the sweep of all pivots, A is minus its inverse.
   for (Eigen::Index j = 0; j < size; ++j) {
     A->col(j).tail(size - j) *= -1;
     A->row(j).tail(size - j - 1) = A->col(j).tail(size - j - 1).transpose();

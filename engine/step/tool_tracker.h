@@ -15,8 +15,8 @@ ToolPose InOrganFrame(const OrganState& state, ToolPose tool);
 
 /// What the deformation loop knows of an instrument.
 struct ToolOptions {
-  double tip_radius = 0.0025;    ///< m.
-  double shaft_radius = 0.0025;  ///< m.
+  double tip_radius = kDefaultToolRadius;    ///< m.
+  double shaft_radius = kDefaultToolRadius;  ///< m.
   bool can_grasp = false;
   double prefetch = 0.05;  ///< s: from a step's input to the middle of its patch's use, which
                            ///< begins one period later and lasts one.

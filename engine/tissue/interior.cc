@@ -17,20 +17,20 @@ namespace {
 /// Slack of the overlap test in units of the box: a surface along a face belongs to both sides, and
 /// rounding cannot change that.
 constexpr double kSlack = 1e-9;
-/// Farther from 0.5 than this at its centre, a block without surface is decided by its centre.
+/// Distance of the winding number from 0.5 beyond which the centre decides for a block without
+/// surface.
 constexpr double kClear = 0.4;
-/// A surface encloses something where its winding number exceeds this. In the plane of a flat sheet
-/// it is a half, which is tissue or not as rounding has it.
+/// Least winding number that shows an enclosed volume. In the plane of a flat sheet the winding
+/// number is 0.5, and rounding would decide.
 constexpr double kEnclosed = 0.51;
-/// Most surface that a box may hold, in units of its longest side squared. A body's own is a few;
-/// each unit takes about a fifth of a second, and triangles that cross each other have thousands.
+/// Most surface area in a box, in units of its longest side squared. A body has a few; triangles
+/// that cross each other have thousands. Each unit takes about 0.2 s.
 constexpr double kMaxSurface = 50;
-/// Gauss points along an axis of an inside block of a split cell: exact to degree 3, and smaller
-/// blocks than the cell need no more.
-constexpr int kBlockGaussPoints = 2;
-
-/// Of one triangle counts at most this: about the largest cut through a box.
+/// Most area that one triangle adds to that sum: about the largest cut through a box.
 constexpr double kMaxTriangleShare = 1.5;
+/// Gauss points along an axis of a block inside a split cell: exact to degree 3, which is enough
+/// for blocks smaller than a cell.
+constexpr int kBlockGaussPoints = 2;
 
 std::string Figure(const char* form, double value) {
   char text[32];
@@ -42,29 +42,31 @@ struct GaussRule {
   std::vector<double> points, weights;  ///< On [0, 1]; the weights sum to 1.
 };
 
-/// Gauss-Legendre rule with n = 1..5 points, by Newton's method on P_n.
+/// Returns the Gauss-Legendre rule with n = 1..5 points. The last digits of the table decide the
+/// last bits of all results.
 GaussRule MakeGaussRule(int n) {
-  GaussRule rule;
-  for (int i = 0; i < n; ++i) {
-    double x = std::cos(3.14159265358979323846 * (i + 0.75) / (n + 0.5));
-    double derivative = 0;
-    for (int iteration = 0; iteration < 20; ++iteration) {
-      double p = x, before = 1;
-      for (int k = 2; k <= n; ++k) {
-        const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
-        before = p;
-        p = next;
-      }
-      derivative = n * (x * p - before) / (x * x - 1);
-      x -= p / derivative;
-    }
-    rule.points.push_back((1 - x) / 2);
-    rule.weights.push_back(1 / ((1 - x * x) * derivative * derivative));
+  switch (n) {
+    case 1:
+      return {{0.5}, {1}};
+    case 2:
+      return {{0.21132486540518713, 0.78867513459481287},
+              {0.50000000000000011, 0.50000000000000011}};
+    case 3:
+      return {{0.1127016653792583, 0.5, 0.8872983346207417},
+              {0.27777777777777762, 0.44444444444444442, 0.27777777777777762}};
+    case 4:
+      return {{0.069431844202973714, 0.33000947820757187, 0.66999052179242813, 0.93056815579702623},
+              {0.17392742256872687, 0.32607257743127305, 0.32607257743127305, 0.17392742256872687}};
+    default:
+      return {
+          {0.046910077030668018, 0.23076534494715845, 0.5, 0.7692346550528415, 0.95308992296933193},
+          {0.1184634425280945, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324,
+           0.1184634425280945}};
   }
-  return rule;
 }
 
-/// Closest point of a triangle with an area (Ericson, "Real-Time Collision Detection", 5.1.5).
+/// Returns the closest point of a triangle with an area (Ericson, "Real-Time Collision Detection",
+/// 5.1.5).
 Vector3d ClosestPoint(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const Vector3d ab = b - a, ac = c - a;
   const double d1 = ab.dot(p - a), d2 = ac.dot(p - a);
@@ -111,7 +113,7 @@ class TissueSampler {
     while (cell_size_.maxCoeff() / std::pow(2.0, depth_) > smallest * (1 + kSlack)) ++depth_;
   }
 
-  /// Without a point when nothing is enclosed.
+  /// Returns no points if the surface encloses nothing.
   TissueQuadrature Sample() {
     SortTrianglesIntoCells();
     TissueQuadrature tissue;
@@ -128,7 +130,7 @@ class TissueSampler {
         tissue.cell_volumes[cell] += weights.back();
       }
     }
-    // Samples that a sheet cuts would otherwise count by a half on either side of it.
+    // Otherwise half of each sample that an open sheet cuts would count as tissue.
     if (!(largest_winding_ > kEnclosed)) return TissueQuadrature();
     const auto q = static_cast<Eigen::Index>(weights.size());
     tissue.points = Eigen::Map<Points>(points.data(), q, 3);
@@ -137,8 +139,8 @@ class TissueSampler {
   }
 
  private:
-  // Rounds to a billionth of the box, so that the round-off of a body's unit or place cannot decide
-  // on which side of a plane a point lies: a rescaled body gets the rescaled points.
+  // Rounds to a billionth of the box. So the round-off of a body's unit or position does not decide
+  // on which side of a plane a point lies, and a rescaled body gets the rescaled points.
   static double Snap(double value) {
     constexpr double kGrid = 1 << 30;
     return std::round(value * kGrid) / kGrid;
@@ -159,7 +161,7 @@ class TissueSampler {
 
   Vector3d Corner(int triangle, int c) const { return vertices_.row(triangles_(triangle, c)); }
 
-  /// By bounding box and plane; may take a near miss for a hit, never the other way.
+  /// Tests bounding box and plane. May report a near miss as an overlap, but misses none.
   bool Overlaps(int triangle, const Block& block) const {
     const Vector3d a = Corner(triangle, 0) - block.centre, b = Corner(triangle, 1) - block.centre,
                    c = Corner(triangle, 2) - block.centre;
@@ -170,7 +172,7 @@ class TissueSampler {
     return std::abs(n.dot(a)) <= n.cwiseAbs().dot(reach);
   }
 
-  /// Throws where their area is beyond kMaxSurface.
+  /// Throws InputError if their area exceeds kMaxSurface.
   void SortTrianglesIntoCells() {
     double surface = 0;
     cell_triangles_.resize(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]));
@@ -199,10 +201,9 @@ class TissueSampler {
       if (hits) surface += std::min((b - a).cross(c - a).norm() / 2, kMaxTriangleShare);
     }
     if (surface <= kMaxSurface) return;
-    throw InputError("the triangles in the box that is sampled have an area of " +
-                     Figure("%.3g", surface) + " times the square of its longest side, and " +
-                     Figure("%g", kMaxSurface) +
-                     " is the most: they cross each other; export the tissue's surface alone");
+    throw InputError("the triangles in the sampled box have an area of " + Figure("%.3g", surface) +
+                     " times the square of its longest side (at most " + Figure("%g", kMaxSurface) +
+                     "): they cross each other; export only the tissue's surface");
   }
 
   /// Fills cell_points_ and cell_weights_ (box frame).
@@ -260,8 +261,8 @@ class TissueSampler {
     return {block.centre + side.cwiseProduct(block.half) / 2, block.half / 2};
   }
 
-  /// Whether a block without surface, yet not clear, lies on one side. There the winding number is
-  /// harmonic, so a gap's 0.5 level runs through smoothly and parts the corners.
+  /// True if all corners of a block without surface lie on one side. The winding number is harmonic
+  /// in the block, so the smooth 0.5 level of a gap would separate corners.
   bool CornersAgree(const Block& block, bool inside) {
     for (int octant = 0; octant < 8; ++octant) {
       const Block corner = Octant({block.centre, 2 * block.half}, octant);
@@ -270,8 +271,8 @@ class TissueSampler {
     return true;
   }
 
-  /// The smallest blocks: their eighths count wholly or, where the surface cuts them, by the part
-  /// on the tissue's side of the plane of the nearest triangle.
+  /// Adds the eighths of a smallest block: as a whole or, where the surface cuts them, the part on
+  /// the tissue's side of the nearest triangle's plane.
   void AddSamples(const Block& block, const std::vector<int>& triangles) {
     for (int octant = 0; octant < 8; ++octant) {
       const Block part = Octant(block, octant);
@@ -305,8 +306,8 @@ class TissueSampler {
     return nearest;
   }
 
-  /// Integrates the side of a plane along the axis nearest to its normal, exactly, in four columns.
-  /// The winding number at the centre, not the triangle, says which side is tissue.
+  /// Integrates one side of a plane exactly along the axis nearest to its normal, in four columns.
+  /// The winding number at the centre, not the triangle, decides which side is tissue.
   void AddCutPart(const Block& part, const Nearest& nearest, bool inside) {
     Vector3d out = nearest.normal;
     if (nearest.distance > kSlack) {
@@ -362,10 +363,10 @@ class TissueSampler {
   const Triangles& triangles_;
   const WindingNumber winding_;
   int depth_ = 0;
-  double largest_winding_ = 0;  // at any sample
-
+  double largest_winding_ = 0;  // over all samples
   std::vector<std::vector<int>> cell_triangles_;
-  // Of the cell at hand.
+
+  // The current cell:
   std::vector<Eigen::Vector4d> samples_;  // point, weight
   bool split_ = false;
   Points cell_points_;
@@ -381,10 +382,11 @@ TissueQuadrature SampleTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_
   TissueQuadrature tissue = TissueSampler(mesh_W, box_W, cells, options).Sample();
   if (tissue.weights.size() == 0) {
     throw InputError(
-        "no tissue: inside the lattice's box the surface encloses nothing that samples " +
+        "no tissue: samples " +
         Figure("%.3g", 1000 * box_W.lengths.maxCoeff() / options.resolution) +
-        " mm apart would meet; check that the mesh is a closed (or nearly closed) surface that "
-        "faces outwards, its unit and the lattice's margin");
+        " mm apart in the lattice's box find nothing enclosed by the surface; check that the mesh "
+        "is a closed (or nearly closed) surface that faces outwards, its unit and the lattice's "
+        "margin");
   }
   return tissue;
 }

@@ -9,47 +9,46 @@
 namespace hpdm {
 
 struct InteriorOptions {
-  /// Samples along the longest side of the box (rounded up to a power of two times the cells) that
-  /// decide what is tissue near the surface; a wall needs two across. The cost grows with its
-  /// square.
+  /// Samples along the longest side of the box that decide what is tissue near the surface, rounded
+  /// up to a power of two times the cells. A wall needs two samples across. The cost grows with the
+  /// square of the resolution.
   int resolution = 128;
-  /// Gauss points along each axis of a cell that lies wholly inside: 1..5.
+  /// Gauss points along each axis of a cell that lies entirely inside: 1..5.
   int gauss_points = 3;
-  /// The samples of a cell that the surface crosses are reduced to at most 54 points (degree 3)
-  /// that keep the integral of every polynomial of at most this degree along each axis and twice it
-  /// in total (moment_compression.h): 0..6.
+  /// Degree 0..6 to which the samples of a cell that the surface crosses are reduced: to at most 54
+  /// points for degree 3. They keep the integral of every polynomial of at most this degree along
+  /// each axis and twice it in total (moment_compression.h).
   int moment_degree = 3;
 };
 
-/// Points and weights that integrate over the tissue: int f dV = sum_q weights_q f(points_q).
+/// Points and weights of an integral over the tissue: int f dV ~ sum_q weights_q f(points_q).
 struct TissueQuadrature {
   Points points;            ///< Q x 3, m, world; in the tissue, or within a sample's size of it.
   Eigen::VectorXd weights;  ///< Q, m^3, > 0.
-  std::vector<int> cells;   ///< Q: the cell of each point, ascending, numbered i + nx (j + ny k).
-  Eigen::VectorXd cell_volumes;  ///< nx ny nz: tissue in each cell, m^3.
+  std::vector<int> cells;  ///< Q: cell of each point, ascending; cell (i, j, k): i + nx (j + ny k).
+  Eigen::VectorXd cell_volumes;  ///< nx ny nz: volume of the tissue in each cell, m^3.
   double Volume() const { return weights.sum(); }
 };
 
-/// Places quadrature points in the part of the solid bounded by `mesh_W` (m, world; open, crossing
-/// or dirty surfaces too: tissue is where the generalised winding number exceeds 0.5) that lies
-/// inside the box, cell by cell of its division into cells[k] equal parts along each axis.
+/// Places quadrature points in the tissue inside the box, cell by cell. Tissue is where the
+/// generalised winding number of `mesh_W` (m, world) exceeds 0.5, so open, self-crossing and dirty
+/// surfaces work. The box is divided into cells[k] equal cells along axis k.
 ///
-/// A cell without surface in it is inside or outside as a whole and gets tensor Gauss points. One
-/// that the surface crosses is split into eighths down to the resolution; the smallest parts that
-/// it cuts count by the volume on the tissue's side of the nearest triangle's plane; and the many
-/// points are reduced to few (moment_compression.h).
+/// 1. A cell without surface is inside or outside as a whole. Inside it gets tensor Gauss points.
+/// 2. A cell that the surface crosses is split into eighths down to the resolution. The smallest
+///    parts that the surface cuts count by the volume on the tissue's side of the nearest
+///    triangle's plane. The points of the cell are then reduced to few (moment_compression.h).
+/// 3. The cells serve the integration only. A B-spline lattice passes its own cells. A Bernstein
+///    lattice, which has one cell, passes about as many as its degree.
+/// 4. All decisions are relative to the box, so a scaled body gets scaled points.
 ///
-/// The cells are those of the integration, not of a basis: a B-spline lattice takes its own cells,
-/// a Bernstein lattice, which is one cell, about as many as its degree.
-///
-/// All decisions are relative to the box: a scaled body gets scaled points. Deterministic; one
-/// thread; set-up only. Throws InputError when the mesh has no tissue inside the box that a sample
-/// meets, or so many triangles across each other there that sampling would take minutes.
+/// Deterministic; one thread; set-up only. Throws InputError if no sample inside the box meets
+/// tissue, or if so many triangles cross each other there that sampling would take minutes.
 TissueQuadrature SampleTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,
                               const std::array<int, 3>& cells,
                               const InteriorOptions& options = InteriorOptions());
 
-/// Centre of the tissue's volume, m, world.
+/// Returns the centroid of the tissue, m, world.
 Vector3d CentreOfVolume(const TissueQuadrature& tissue);
 
 }  // namespace hpdm

@@ -17,7 +17,8 @@ using Eigen::VectorXd;
 
 constexpr int kMaxDegree = 6;
 
-/// Legendre polynomials P_0..P_degree of t (Bonnet's recursion): better conditioned than monomials.
+/// Returns the Legendre polynomials P_0..P_degree of t (Bonnet's recursion), which are better
+/// conditioned than monomials.
 std::array<double, kMaxDegree + 1> Legendre(int degree, double t) {
   std::array<double, kMaxDegree + 1> p{1, t};
   for (std::size_t n = 1; n < static_cast<std::size_t>(degree); ++n) {
@@ -27,7 +28,7 @@ std::array<double, kMaxDegree + 1> Legendre(int degree, double t) {
   return p;
 }
 
-/// M x N: column q holds the polynomials at point q.
+/// Returns the M x N matrix whose column q holds the polynomials at point q.
 MatrixXd Polynomials(int degree, const Points& points) {
   MatrixXd values(MomentCount(degree), points.rows());
   for (Index q = 0; q < points.rows(); ++q) {
@@ -47,7 +48,7 @@ MatrixXd Polynomials(int degree, const Points& points) {
 }
 
 /// Moves `weights` (> 0) along null vectors of `values` (M x G) until at most rank(values) of them
-/// are not zero. values * weights stays; none becomes negative.
+/// are non-zero. Keeps values * weights, and no weight becomes negative.
 void EliminateWeights(const MatrixXd& values, VectorXd* weights) {
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(values.transpose());
   const MatrixXd q = qr.householderQ();
@@ -63,7 +64,7 @@ void EliminateWeights(const MatrixXd& values, VectorXd* weights) {
         leaving = g;
       }
     }
-    if (leaving < 0) continue;  // a null vector of rounding only
+    if (leaving < 0) continue;  // the null vector is rounding only
     *weights = (*weights - step * null.col(v)).cwiseMax(0);
     (*weights)[leaving] = 0;
     for (Index other = v + 1; other < null.cols(); ++other) {

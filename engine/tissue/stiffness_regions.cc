@@ -11,7 +11,7 @@
 namespace hpdm {
 namespace {
 
-// Its error tells of which organ, and what file.
+// Adds the names of the organ and of its mesh file to the error.
 TissueQuadrature SampledTissue(const SurfaceMesh& rest_W, const OrientedBox& box_W,
                                const std::array<int, 3>& cells, const OrganOptions& organ) {
   try {
@@ -21,10 +21,10 @@ TissueQuadrature SampledTissue(const SurfaceMesh& rest_W, const OrientedBox& box
   }
 }
 
-constexpr int kMinParts = 8, kMaxParts = 16;  // of a cell, along an axis
+constexpr int kMinParts = 8, kMaxParts = 16;  // parts of a cell along an axis
 constexpr int kMomentDegree = 3;              // as InteriorOptions::moment_degree
 
-// The last region that holds the point, or -1.
+// Returns the last region that contains the point, or -1.
 int RegionAt(const OrganOptions& organ, const Box& bounds, const Vector3d& p_W) {
   for (int r = static_cast<int>(organ.regions.size()) - 1; r >= 0; --r) {
     if (InRegion(organ.regions[static_cast<std::size_t>(r)].region, bounds, p_W)) return r;
@@ -103,7 +103,7 @@ class StiffnessSampler {
     return at.cast<double>().cwiseProduct(CellSize());
   }
 
-  // Parts of a cell along each axis, 0 where no region comes near.
+  // Returns the number of parts of a cell along each axis; 0 if no region comes near.
   int PartsOf(int cell) const {
     const Vector3d low = CellCorner(cell), high = low + CellSize();
     const double longest = CellSize().cwiseProduct(box_.lengths).maxCoeff();
@@ -117,7 +117,7 @@ class StiffnessSampler {
     return parts;
   }
 
-  // False when the parts hold no tissue.
+  // Returns false if the parts contain no tissue.
   bool AddInParts(int cell, int parts) {
     const OrientedBox part_of{box_.FromUnit(CellCorner(cell)), box_.axes,
                               box_.lengths.cwiseProduct(CellSize())};
@@ -128,13 +128,13 @@ class StiffnessSampler {
     } catch (const InputError&) {
       return false;
     }
-    // What was found of the cell's volume before counts, not what its parts add up to.
+    // Keeps the cell's volume as SampleTissue found it.
     fine.weights *= all_.tissue.cell_volumes[cell] / fine.weights.sum();
     AddSorted(cell, fine.points, fine.weights, true);
     return true;
   }
 
-  // The points of a cell, region by region; `many`: reduced to few.
+  // Adds the points of a cell, region by region, reduced to few if there are `many`.
   void AddSorted(int cell, const Points& points, const Eigen::VectorXd& weights, bool many) {
     std::vector<std::vector<Eigen::Index>> sorted(organ_.regions.size() + 1);
     for (Eigen::Index q = 0; q < weights.size(); ++q) {

@@ -9,28 +9,32 @@
 
 namespace hpdm {
 
-/// Young's modulus (Pa) at a rest point (world, m): of the last region that holds it, or the
-/// material's. `bounds`: the posed organ's axis-aligned box. No allocation.
+/// Returns Young's modulus (Pa) at a rest point (world, m): that of the last region that contains
+/// the point, or the material's. `bounds`: the posed organ's axis-aligned box. No allocation.
 double YoungAt(const OrganOptions& organ, const Box& bounds, const Vector3d& p_W);
 
 /// The tissue of an organ whose points carry their own stiffness.
 struct StiffnessTissue {
-  TissueQuadrature tissue;    ///< Cells as asked for.
+  TissueQuadrature tissue;    ///< Over the requested cells.
   Eigen::VectorXd stiffness;  ///< Q: Young's modulus over that of the organ's material.
 };
 
-/// SampleTissue (interior.h) in which each cell that a region's border crosses has points of its
-/// own on either side of it: the cell is sampled in parts of at most a quarter of the region's
-/// least side (an eighth to a sixteenth of the cell) and what lies on each side reduced to at most
-/// 54 points with the same moments, so a step costs as much as with two or three whole cells. The
-/// share of a region in a cell is right to about a fiftieth of the region's side. Without regions,
-/// SampleTissue itself. Set-up only. Throws InputError (the organ's name, remedy) when a region
-/// holds no tissue.
+/// Samples the tissue like SampleTissue (interior.h), with separate points on the two sides of a
+/// region's border.
+///
+/// 1. A cell near a region is sampled in parts of at most a quarter of the region's least side,
+///    within an eighth to a sixteenth of the cell.
+/// 2. The points on each side of the border are reduced to at most 54 with the same moments. So in
+///    a step the cell costs as much as two or three whole cells.
+/// 3. The share of a region in a cell is accurate to about a fiftieth of the region's side.
+/// 4. Without regions the result is that of SampleTissue.
+///
+/// Set-up only. Throws InputError (the organ's name, remedy) if a region contains no tissue.
 StiffnessTissue SampleStiffness(const SurfaceMesh& rest_W, const OrientedBox& box_W,
                                 const std::array<int, 3>& cells, const OrganOptions& organ);
 
-/// `weights` (Q, m^3) times the relative Young's modulus at `points` (Q x 3, world, m): the
-/// integral over them of the organ's own elastic energy is that of the regions' too.
+/// Returns `weights` (Q, m^3) times the relative Young's modulus at `points` (Q x 3, world, m).
+/// With these weights the elastic energy of the organ's material includes its regions.
 Eigen::VectorXd ElasticWeights(const OrganOptions& organ, const Box& bounds, const Points& points,
                                const Eigen::VectorXd& weights);
 

@@ -18,7 +18,7 @@ bool Inside(const Vector3d& min, const Vector3d& max, const Vector3d& p) {
 
 constexpr double kWeakSpring = 1e-3;
 constexpr double kFixedPenalty = 256;
-// Most cells along an axis of a support's region: more would follow nothing but rounding.
+// Most cells along an axis of a support's region; more would only resolve rounding.
 constexpr double kMaxRegionCells = 32;
 
 ScalarStiffness FixedStiffness(const Lattice& lattice, const Quadrature& region, double stiffness) {
@@ -66,12 +66,12 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
   const Vector3d size = region.max - region.min;
   Quadrature inside{Points(0, 3), Eigen::VectorXd(0)};
   if (!(size.array() > 0).all()) return inside;
-  // A sphere's edge is as sharp as its samples, so it gets finer cells.
+  // The edge of a sphere is as sharp as its samples, so it gets finer cells.
   const bool is_sphere = std::holds_alternative<Sphere>(support.region);
   const double cell = is_sphere ? spacing / 4 : spacing;
   std::array<int, 3> cells;
   for (int d = 0; d < 3; ++d) {
-    // Less a billionth, so that round-off does not add a cell to a region of whole ones.
+    // The billionth keeps round-off from adding a cell to a region of whole cells.
     cells[d] = static_cast<int>(std::clamp(std::ceil(size[d] / cell - 1e-9), 1.0, kMaxRegionCells));
   }
   const OrientedBox box{region.min, Matrix3d::Identity(), size};
@@ -85,7 +85,7 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
   inside.weights.resize(sampled.weights.size());
   Eigen::Index kept = 0;
   for (Eigen::Index q = 0; q < sampled.weights.size(); ++q) {
-    // Points of a box lie in it but for up to a sample's size.
+    // The points of a box lie in it, to within a sample's size.
     if (is_sphere && !InRegion(support.region, bounds, sampled.points.row(q).transpose())) continue;
     inside.points.row(kept) = sampled.points.row(q);
     inside.weights[kept++] = sampled.weights[q];

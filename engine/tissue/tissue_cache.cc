@@ -23,9 +23,9 @@ namespace fs = std::filesystem;
 constexpr std::string_view kExtension = ".tissue";
 constexpr std::uintmax_t kMaxFolderBytes = std::uintmax_t{256} << 20;
 
-/// Two 64-bit chains of splitmix64's finaliser (Steele, Lea, Flood 2014) over the words of the
-/// data: no defence against an adversary, who could write to the folder anyway, but two inputs meet
-/// by chance once in 2^64 pairs or fewer.
+/// Digest of two 64-bit chains of splitmix64's finaliser (Steele, Lea, Flood 2014) over the words
+/// of the data. Two inputs collide by chance at most once in 2^64 pairs. It does not resist an
+/// adversary, who could write to the folder anyway.
 class Digest {
  public:
   using Value = std::array<std::uint64_t, 2>;
@@ -84,14 +84,14 @@ Digest::Value KeyOf(const SurfaceMesh& mesh, const OrientedBox& box,
   key.Add(box.axes);
   key.Add(box.lengths);
   for (const int count : cells) key.Add(count);
-  const auto& [resolution, gauss_points, moment_degree] = options;  // all there are
+  const auto& [resolution, gauss_points, moment_degree] = options;  // all members
   for (const int option : {resolution, gauss_points, moment_degree}) key.Add(option);
   return key.value();
 }
 
-/// What stands before the arrays, in the machine's own byte order, which the magic number tells.
+/// Header before the arrays, in the machine's byte order, which the magic number shows.
 struct Header {
-  std::uint64_t magic = 0x3154'4d44'5048'4454;  // of this layout
+  std::uint64_t magic = 0x3154'4d44'5048'4454;  // identifies this layout
   Digest::Value key = {};
   Digest::Value contents = {};
   std::uint64_t points = 0;
@@ -127,7 +127,7 @@ std::optional<TissueQuadrature> Read(const fs::path& path, const Digest::Value& 
   if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return std::nullopt;
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
-  // The file's true size bounds what is allocated, whatever its numbers say.
+  // The file's true size bounds the allocation, whatever its header claims.
   if (error || header.magic != expected.magic || header.key != key || header.cells != cells ||
       header.points == 0 || header.points > size || header.FileSize() != size) {
     return std::nullopt;
@@ -145,7 +145,7 @@ std::optional<TissueQuadrature> Read(const fs::path& path, const Digest::Value& 
   return tissue;
 }
 
-/// Removes the longest unused files until the folder is within its size.
+/// Removes the least recently used files until the folder is within its size.
 void Trim(const fs::path& folder) {
   struct Kept {
     fs::file_time_type used;
@@ -173,7 +173,7 @@ void Trim(const fs::path& folder) {
   }
 }
 
-/// Best effort: whatever fails leaves no file.
+/// Writes a file; leaves none if anything fails.
 void Write(const fs::path& path, const Digest::Value& key, const TissueQuadrature& tissue) {
   Header header;
   header.key = key;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/snapshots.h"
+#include "engine/step/tool_geometry.h"
 
 /// What a scene says of an instrument, validated by the loader (scenes/loader/scene.h), SI units.
 namespace hpdm {
@@ -76,11 +77,11 @@ struct InstrumentDescription {
   InstrumentType type = InstrumentType::kProbe;
   std::string mesh;  ///< Path of what does not turn; empty: drawn as its type looks.
   JawOptions jaws;   ///< Only with `mesh`.
-  std::optional<double> insulated_from;  ///< m: from this z of the tool frame on the shaft is
-                                         ///< insulated; absent: as its type, with `mesh` nowhere.
-  double tip_radius = 0.0025;            ///< m.
-  double shaft_radius = 0.0025;          ///< m.
-  double friction = 0;                   ///< Coulomb coefficient.
+  std::optional<double> insulated_from;    ///< m: from this z of the tool frame on the shaft is
+                                           ///< insulated; absent: as its type, with `mesh` nowhere.
+  double tip_radius = kDefaultToolRadius;  ///< m.
+  double shaft_radius = kDefaultToolRadius;  ///< m.
+  double friction = 0;                       ///< Coulomb coefficient.
 };
 
 struct InstrumentOptions : InstrumentDescription {

@@ -5,6 +5,7 @@
 
 #include "engine/mesh/surface_mesh.h"
 #include "engine/snapshots.h"
+#include "engine/step/tool_geometry.h"
 #include "render/camera/frame_uniforms.h"
 #include "render/gl/shaders.h"
 #include "render/image/colour.h"
@@ -27,8 +28,8 @@ Isometry3d PoseInTool(const InstrumentPart& part, double jaw);
 /// shaft towards the trocar, y the jaws' axis).
 struct InstrumentVisual {
   std::vector<InstrumentPart> parts;            ///< None: a capsule of the radii below.
-  double tip_radius = 0.0025;                   ///< m.
-  double shaft_radius = 0.0025;                 ///< m.
+  double tip_radius = kDefaultToolRadius;       ///< m.
+  double shaft_radius = kDefaultToolRadius;     ///< m.
   Colour colour = Colour(0.80f, 0.81f, 0.83f);  ///< Steel.
   /// m: from this z in T on the shaft wears its insulation, which is no metal.
   double insulated_from = std::numeric_limits<double>::infinity();

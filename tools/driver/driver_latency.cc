@@ -90,7 +90,7 @@ void Measure(double seconds) {
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   DeviceLink link(NetworkUrl(), clock, {{&device.readings(), nullptr}, forces});
-  HapticLoop loop({{&device, kinematics, 0.0025, {}}}, kPeriod,
+  HapticLoop loop({{&device, kinematics, kDefaultToolRadius, {}}}, kPeriod,
                   {tool_states, patches, samples, &forces});
 
   AskForPriority(kDriverPriority);  // LCM's own thread for the driver's socket inherits it

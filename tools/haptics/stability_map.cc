@@ -15,15 +15,15 @@
 namespace hpdm {
 namespace {
 
-constexpr double kInsertion0 = 0.1;    // m, where the axis starts
-constexpr double kTipRadius = 0.0025;  // m
-constexpr double kPush = 1;            // N
-constexpr double kSeconds = 4;         // of a run
-constexpr double kSmallKick = 1e-6;    // m/s: linear
-constexpr double kKick = 0.02;         // m/s
-constexpr double kQuiet = 0.25;        // N
-constexpr double kStiffest = 3e5;      // N/m that is tried
-const Vector3d kTrocar(0, 0, 0.1);     // the shaft points down, the tip starts at the origin
+constexpr double kInsertion0 = 0.1;  // m, where the axis starts
+constexpr double kTipRadius = kDefaultToolRadius;
+constexpr double kPush = 1;          // N
+constexpr double kSeconds = 4;       // of a run
+constexpr double kSmallKick = 1e-6;  // m/s: linear
+constexpr double kKick = 0.02;       // m/s
+constexpr double kQuiet = 0.25;      // N
+constexpr double kStiffest = 3e5;    // N/m that is tried
+const Vector3d kTrocar(0, 0, 0.1);   // the shaft points down, the tip starts at the origin
 
 struct LoopCase {
   StabilityPlantOptions plant;

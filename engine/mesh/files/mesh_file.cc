@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-/// The whole file; refuses what is not a regular file (a pipe would never end) or is too large.
+/// Reads the whole file. Refuses it if it is not a regular file (a pipe never ends) or too large.
 std::string ReadBytes(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {

@@ -10,26 +10,26 @@
 #include "engine/base/quoted_token.h"
 #include "engine/mesh/files/mesh_file.h"
 
-/// What the readers of the three formats share; used by mesh_file*.cc only.
+/// Shared by the readers of the three formats and by mesh_import.cc.
 namespace hpdm::mesh_file {
 
 MeshFile ReduceObj(std::string_view text, const std::string& path);
 MeshFile ReduceStl(std::string_view bytes, const std::string& path);
 MeshFile ReducePly(std::string_view bytes, const std::string& path);
 
-/// "path: what" as an InputError; `what` ends with the remedy.
+/// Throws the InputError "path: what"; `what` ends with the remedy.
 [[noreturn]] inline void Refuse(const std::string& path, const std::string& what) {
   throw InputError(path + ": " + what);
 }
 
-/// The text without a UTF-8 byte-order mark.
+/// Returns the text without a UTF-8 byte-order mark.
 inline std::string_view WithoutByteOrderMark(std::string_view text) {
   constexpr std::string_view kMark = "\xEF\xBB\xBF";
   return text.substr(text.starts_with(kMark) ? kMark.size() : 0);
 }
 
-/// Walks white-space separated tokens of a text and counts its lines; '\n', '\r' and "\r\n" end
-/// one.
+/// Splits a text into tokens at white space and counts its lines, which end with '\n', '\r' or
+/// "\r\n".
 class TextCursor {
  public:
   TextCursor(std::string_view text, const std::string& path, std::size_t at = 0, int line = 1)
@@ -39,8 +39,8 @@ class TextCursor {
   bool AtEnd() const { return at_ == text_.size(); }
   std::size_t position() const { return at_; }
 
-  /// Next token on this line; empty at the line's end. A backslash before the line's end joins the
-  /// next line to this one.
+  /// Returns the next token on this line; empty at the line's end. A backslash before the line's
+  /// end joins the next line to this one.
   std::string_view NextInLine() {
     while (at_ < text_.size()) {
       if (IsBlank(text_[at_])) {
@@ -55,7 +55,7 @@ class TextCursor {
     return Token();
   }
 
-  /// Next token on this or any later line; empty at the end of the text.
+  /// Returns the next token on this or any later line; empty at the end of the text.
   std::string_view Next() {
     while (at_ < text_.size() && (IsBlank(text_[at_]) || IsLineEnd(text_[at_]))) {
       if (IsLineEnd(text_[at_])) {
@@ -67,13 +67,14 @@ class TextCursor {
     return Token();
   }
 
-  /// Leaves the rest of this line; a backslash at its end joins nothing (comments hold paths).
+  /// Skips the rest of this line. A backslash at its end joins no line, because comments may end
+  /// with a path.
   void SkipLine() {
     while (at_ < text_.size() && !IsLineEnd(text_[at_])) ++at_;
     if (at_ < text_.size()) EndLine();
   }
 
-  /// The token as a finite number within float's range; refuses anything else.
+  /// Parses the token as a finite number in the range of float; refuses anything else.
   float Number(std::string_view token) const {
     std::string_view digits = token;
     if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
@@ -119,7 +120,7 @@ class TextCursor {
   int line_;
 };
 
-/// Refuses a mesh that has grown beyond the limits.
+/// Refuses a mesh beyond the limits.
 inline void CheckLimits(const MeshFile& file, const std::string& path) {
   if (file.vertices > MeshFileLimits::kVertices || file.corners > MeshFileLimits::kCorners) {
     Refuse(path, "more than " + std::to_string(MeshFileLimits::kVertices) +

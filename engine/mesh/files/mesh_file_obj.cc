@@ -9,11 +9,11 @@ namespace hpdm::mesh_file {
 namespace {
 
 struct Corner {
-  std::int64_t vertex = 0;   ///< From 1.
-  std::int64_t texture = 0;  ///< From 1; 0 without one.
+  std::int64_t vertex = 0;   ///< Counted from 1.
+  std::int64_t texture = 0;  ///< Counted from 1; 0 without texture coordinates.
 };
 
-/// Appends " number" in a form that does not begin with a point: assimp 5.2.5 skips such vertices.
+/// Appends a space and the number, never beginning with a point: assimp 5.2.5 skips such vertices.
 void AppendNumber(std::string* out, float value) {
   char digits[32];
   const auto result = std::to_chars(digits, digits + sizeof(digits), value);
@@ -38,7 +38,7 @@ class ObjReducer {
       cursor_.SkipLine();
       CheckLimits(file_, path_);
     }
-    // Indices may point forward, so they are checked when all vertices are known.
+    // Indices may refer to later vertices, so they are checked at the end.
     CheckIndex(largest_.vertex, file_.vertices, vertex_line_, "vertex");
     CheckIndex(largest_.texture, textures_, texture_line_, "texture coordinate");
     std::vector<bool> is_referenced(static_cast<std::size_t>(file_.vertices));
@@ -94,7 +94,7 @@ class ObjReducer {
     file_.corners += static_cast<std::int64_t>(corners_.size());
   }
 
-  /// "v", "v/vt", "v//vn" or "v/vt/vn".
+  /// Parses "v", "v/vt", "v//vn" or "v/vt/vn".
   Corner ParseCorner(std::string_view token) {
     Corner corner;
     const std::size_t slash = token.find('/');
@@ -115,7 +115,8 @@ class ObjReducer {
     return corner;
   }
 
-  /// From 1; negative ones count back from the newest of the `count` items so far.
+  /// Parses an index. Positive ones count from 1, negative ones back from the newest of the `count`
+  /// items so far.
   std::int64_t ParseIndex(std::string_view token, std::int64_t count) const {
     std::int64_t index = 0;
     const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), index);

@@ -18,7 +18,7 @@ std::uint32_t ReadCount(std::string_view bytes) {
   return count;
 }
 
-/// Collects facets as binary STL without normals, colours or a header that means anything.
+/// Collects facets as binary STL with an empty header, without normals or colours.
 class FacetWriter {
  public:
   FacetWriter() { file_.bytes.assign(kHeader, '\0'); }
@@ -43,7 +43,7 @@ class FacetWriter {
   MeshFile file_;
 };
 
-/// No binary file that is meant to be one begins like this.
+/// True if the file begins as text, which no binary STL written on purpose does.
 bool BeginsAsText(std::string_view bytes) {
   const std::string_view begin = bytes.substr(0, kHeader);
   return begin.starts_with("\xFF\xFE") || begin.starts_with("\xFE\xFF") ||
@@ -53,9 +53,9 @@ bool BeginsAsText(std::string_view bytes) {
 
 MeshFile ReduceBinary(std::string_view bytes, const std::string& path) {
   if (bytes.size() < kHeader) {
-    Refuse(path, "too short for a binary STL and no text STL; export the mesh again");
+    Refuse(path, "too short for a binary STL and not a text STL; export the mesh again");
   }
-  // More bytes than claimed may follow, but not whole triangles that would go unread.
+  // A few more bytes than claimed may follow, but no whole triangles that would stay unread.
   const std::uint32_t count = ReadCount(bytes);
   const std::size_t held = (bytes.size() - kHeader) / kFacet;
   if (count != held) {
@@ -99,7 +99,7 @@ void Expect(TextCursor* cursor, const char* keyword) {
 MeshFile ReduceText(std::string_view text, const std::string& path) {
   TextCursor cursor(text, path);
   FacetWriter writer;
-  bool inside = false;  // of a solid
+  bool inside = false;  // between "solid" and "endsolid"
   for (std::string_view token = cursor.Next(); !token.empty(); token = cursor.Next()) {
     const std::string keyword = Lower(token);
     if (keyword == (inside ? "endsolid" : "solid")) {
@@ -107,7 +107,7 @@ MeshFile ReduceText(std::string_view text, const std::string& path) {
       inside = !inside;
     } else if (inside && keyword == "facet") {
       Expect(&cursor, "normal");
-      for (int i = 0; i < 3; ++i) cursor.Next();  // often wrong or NaN, and never needed
+      for (int i = 0; i < 3; ++i) cursor.Next();  // the normal: often wrong or NaN, never needed
       Expect(&cursor, "outer");
       Expect(&cursor, "loop");
       std::array<float, 9> corners;
@@ -126,7 +126,8 @@ MeshFile ReduceText(std::string_view text, const std::string& path) {
   return writer.Finish();
 }
 
-/// Many binary files begin with "solid" too, so the size decides first and zero bytes second.
+/// True for a text STL. Many binary files begin with "solid" too, so the size decides first and
+/// zero bytes second.
 bool IsText(std::string_view bytes) {
   if (bytes.size() >= kHeader && kHeader + kFacet * ReadCount(bytes) == bytes.size()) return false;
   if (bytes.substr(0, 1024).find('\0') != std::string_view::npos) return false;

@@ -8,21 +8,18 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/error.h"
-#include "engine/mesh/files/mesh_file.h"
+#include "engine/mesh/files/mesh_file_formats.h"
 #include "engine/mesh/polygon.h"
 
 namespace hpdm {
 namespace {
 
-[[noreturn]] void Refuse(const std::string& path, const std::string& what) {
-  throw InputError(path + ": " + what);
-}
+using mesh_file::Refuse;
 
 /// The triangles of all meshes of a file, corner by corner.
 struct Corners {
-  std::vector<std::array<int, 3>> vertices;
-  std::vector<std::array<double, 2>> texture_coordinates;  ///< Three a triangle.
+  std::vector<std::array<int, 3>> vertices;                ///< One entry for each triangle.
+  std::vector<std::array<double, 2>> texture_coordinates;  ///< Three entries for each triangle.
 };
 
 void CopyVertices(const aiMesh& part, Eigen::Index base, Points* vertices) {
@@ -32,8 +29,8 @@ void CopyVertices(const aiMesh& part, Eigen::Index base, Points* vertices) {
   }
 }
 
-/// Polygons are split here and not by assimp, whose triangulation takes cubic time, leaves holes in
-/// polygons that it cannot split, and ends the program when its mesh is not as it expects.
+/// Appends the triangles of one part. Splits polygons itself, because assimp's triangulation takes
+/// cubic time, leaves holes in polygons that it cannot split, and aborts on unexpected meshes.
 void CopyFaces(const aiMesh& part, Eigen::Index base, const Points& vertices, Corners* corners) {
   const auto add = [&](const aiFace& face, const std::array<int, 3>& t) {
     std::array<int, 3>& triangle = corners->vertices.emplace_back();
@@ -60,8 +57,8 @@ void CopyFaces(const aiMesh& part, Eigen::Index base, const Points& vertices, Co
   }
 }
 
-/// What assimp made of the file must be what was counted in it: a reader that goes astray must not
-/// pass for a mesh.
+/// Compares assimp's result with the counts of the file, so a partly read file is not taken for a
+/// mesh.
 void CheckAgainst(const MeshFile& file, const aiScene& scene, const std::string& path) {
   std::int64_t faces = 0, corners = 0;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -114,7 +111,7 @@ SurfaceMesh Merge(const aiScene& scene) {
 }
 
 SurfaceMesh ReadWithAssimp(const MeshFile& file, const std::string& path) {
-  Assimp::Importer importer;  // logs nothing: no logger is ever created
+  Assimp::Importer importer;  // logs nothing, because no logger is created
   const aiScene* scene =
       importer.ReadFileFromMemory(file.bytes.data(), file.bytes.size(), 0, file.format.c_str());
   if (scene == nullptr) {
@@ -133,7 +130,7 @@ ImportedMesh ImportMesh(const std::string& path, double metres_per_unit) {
   const MeshFile file = ReadMeshFile(path);
   ImportedMesh imported;
   imported.mesh = ReadWithAssimp(file, path);
-  // In the file's own unit, so that no unit, however odd, can make a repair go wrong.
+  // The repairs work in the file's own unit, so their result does not depend on the unit.
   JoinIdenticalVertices(&imported.mesh);
   const auto joined = imported.mesh.vertices.rows();
   const MeshFacts as_read = ComputeMeshFacts(imported.mesh);

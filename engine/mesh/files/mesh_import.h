@@ -8,21 +8,25 @@
 
 namespace hpdm {
 
-/// A mesh as imported: sound (indices in range, finite, no triangle with equal corners, none
-/// twice, no unused vertex, consistently oriented), but perhaps open or with needles
-/// (mesh_facts.h tells).
+/// An imported mesh. Indices are in range, coordinates finite, triangles distinct and consistently
+/// oriented, their corners distinct, and every vertex is used. The mesh may still be open or have
+/// needles (mesh_facts.h).
 struct ImportedMesh {
-  SurfaceMesh mesh;     ///< m; every mesh of the file merged, polygons triangulated.
-  MeshFacts as_read;    ///< What the file holds, before the repairs; m.
-  MeshRepairs repairs;  ///< What had to be mended.
+  SurfaceMesh mesh;     ///< m; all meshes of the file merged, polygons triangulated.
+  MeshFacts as_read;    ///< Facts of the file before the repairs; m.
+  MeshRepairs repairs;  ///< Repairs that were made.
 };
 
-/// Reads an OBJ, STL or PLY file (chosen by its extension) and scales it to metres. Coordinates
-/// keep the 24 bits of a float: 10 nm on a liver. The welding that STL and per-corner texture
-/// coordinates need is done with the rest of the repairs (mesh_repair.h), so that the vertices and
-/// their order do not depend on the texture coordinates; corners that an STL repeats count as
-/// welded vertices. Time and memory are bounded by MeshFileLimits, whatever the file claims; the
-/// result does not depend on the locale. Throws InputError with one line (file, place, remedy).
+/// Reads an OBJ, STL or PLY file (selected by its extension) and scales it to metres.
+///
+/// 1. Coordinates keep the 24 bits of a float: 10 nm on a liver.
+/// 2. The repairs (mesh_repair.h) also weld what STL files and per-corner texture coordinates
+///    repeat, so the vertices and their order do not depend on the texture coordinates. Corners
+///    that an STL file repeats count as welded vertices.
+/// 3. MeshFileLimits bounds time and memory, whatever counts the file claims.
+/// 4. The result does not depend on the locale.
+///
+/// Throws InputError with one line (file, place, remedy).
 ImportedMesh ImportMesh(const std::string& path, double metres_per_unit);
 
 }  // namespace hpdm

@@ -1,6 +1,7 @@
 #include "scenes/generator/shapes/instrument_mesh.h"
 
 #include <array>
+#include <numbers>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -13,7 +14,7 @@ using Ring = SolidBuilder::Ring;
 
 constexpr double kMm = 1e-3;
 constexpr double kShaftLength = 0.3;
-constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
 Vector3d Mm(double x, double y, double z) { return Vector3d(x, y, z) * kMm; }
 

@@ -4,12 +4,13 @@
 #include <vector>
 
 #include "engine/mesh/surface_mesh.h"
+#include "engine/step/tool_geometry.h"
 #include "haptics/device/instrument_options.h"
 
 namespace hpdm {
 
 /// m, of the tip's ball and of the shaft.
-inline constexpr double kInstrumentRadius = 2.5e-3;
+inline constexpr double kInstrumentRadius = kDefaultToolRadius;
 
 /// A laparoscopic instrument of 5 mm and about 562 triangles in all its parts, each closed. Tool
 /// frame: origin at the centre of the tip's ball, z along the shaft towards the

@@ -10,7 +10,7 @@ TEST(OneLine, LeavesTextOfAnyScriptAlone) {
   EXPECT_EQ(OneLine(text), text);
 }
 
-TEST(OneLine, NothingInItBreaksTheLineOrMovesTheCursor) {
+TEST(OneLine, UntrustedTextCannotBreakTheLineOrMoveTheCursor) {
   EXPECT_EQ(OneLine("a\nb\r\t\x7f"), "a\\nb\\x0d\\x09\\x7f");
   EXPECT_EQ(OneLine("\x1b[2J"), "\\x1b[2J");
   EXPECT_EQ(OneLine("\xc2\x9b"
@@ -20,8 +20,8 @@ TEST(OneLine, NothingInItBreaksTheLineOrMovesTheCursor) {
   EXPECT_EQ(OneLine(std::string("a\0b", 3)), "a\\x00b");
 }
 
-TEST(OneLine, ShowsBytesThatAreNoUtf8) {
-  // Cut, overlong, of half a surrogate pair, beyond Unicode, a lone continuation.
+TEST(OneLine, EscapesInvalidUtf8) {
+  // Cut, overlong, half a surrogate pair, beyond Unicode, a lone continuation byte.
   EXPECT_EQ(OneLine("\xe8\x82"), "\\xe8\\x82");
   EXPECT_EQ(OneLine("\xc0\xaf"), "\\xc0\\xaf");
   EXPECT_EQ(OneLine("\xed\xa0\x80"), "\\xed\\xa0\\x80");
@@ -29,10 +29,10 @@ TEST(OneLine, ShowsBytesThatAreNoUtf8) {
   EXPECT_EQ(OneLine("\x80"), "\\x80");
 }
 
-TEST(OneLine, OfALongMessageFileAndRemedyStay) {
+TEST(OneLine, LongMessagesKeepFileAndRemedy) {
   const std::string line =
       InputError("a.toml:1: " + std::string(1'000'000, '\n') + "; rename it").what();
-  // Both halves and the dots between them.
+  // Length of both halves and the dots between them.
   EXPECT_LE(line.size(), 2003u);
   EXPECT_TRUE(line.starts_with("a.toml:1: \\n"));
   EXPECT_TRUE(line.ends_with("; rename it"));

@@ -9,12 +9,12 @@
 #include "engine/tissue/interior.h"
 #include "scenes/loader/scene.h"
 
-/// The interior's points are enough for what is computed from them.
+/// Checks that the interior has enough quadrature points for the surface displacement.
 
 namespace hpdm {
 namespace {
 
-/// The surface's displacement in a case by its first load's force, on `tissue` as sampled.
+/// Returns the surface displacement of a case under its first load, integrated over `tissue`.
 Points Displacement(const OrganModel& model, const LoadOptions& load, const Quadrature& tissue) {
   const OrganOptions& options = model.options();
   const Lattice& lattice = *model.lattice();
@@ -44,10 +44,10 @@ class QuadraturePoints : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(SolidAndHollow, QuadraturePoints,
                          testing::Values("liver_press", "stomach_press"));
 
-TEST_P(QuadraturePoints, DoublingThemChangesTheResultByLessThanOnePercent) {
+TEST_P(QuadraturePoints, DoublingChangesTheResultByLessThanOnePercent) {
   const std::filesystem::path cases = std::filesystem::path(HPDM_SOURCE_DIR) / "scenes/cases";
   Scene scene = LoadScene(cases / (std::string(GetParam()) + ".toml"));
-  scene.organs.at(0).lattice.cells = {4, 4, 4};  // large cells hold the most of what is sampled
+  scene.organs.at(0).lattice.cells = {4, 4, 4};  // large cells have the most samples each
   std::vector<std::string> repairs;
   const OrganModel model(scene.organs.at(0), LoadPosedMesh(scene.organs[0], &repairs));
   const auto sample = [&](const InteriorOptions& options) {
@@ -60,7 +60,7 @@ TEST_P(QuadraturePoints, DoublingThemChangesTheResultByLessThanOnePercent) {
   };
   const Quadrature base = sample({});
   const Points u = displacement(base);
-  // Twice the points in the cells, taken from twice the samples along each axis at the surface.
+  // Twice the points in the cells, and twice the samples along each axis at the surface.
   const Quadrature finer = sample({.resolution = 256, .gauss_points = 4, .moment_degree = 4});
   EXPECT_GT(finer.weights.size(), 1.8 * static_cast<double>(base.weights.size()));
   EXPECT_LT(RelativeSurfaceError(model.rest(), u, displacement(finer)), 0.01);

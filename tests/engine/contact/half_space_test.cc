@@ -44,7 +44,7 @@ TEST(LocalIndentation, ComplianceGrowsAsTheInverseRadius) {
   EXPECT_NEAR(fine.Compliance()(2, 2) / coarse.Compliance()(2, 2), 2, 1e-4);  // radius / 1 km
 }
 
-TEST(LocalIndentation, MeanOfItsShapeIsItsCompliance) {
+TEST(LocalIndentation, ComplianceIsTheMeanOfTheProfile) {
   const double R = 0.0025, resolved = 0.02;
   const LocalIndentation indentation(kTissue, Vector3d::UnitZ(), R, resolved);
   double sum = 0, weights = 0;

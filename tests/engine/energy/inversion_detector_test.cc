@@ -40,7 +40,7 @@ class InversionDetectorTest : public testing::TestWithParam<std::pair<BasisType,
   Lattice lattice_;
   Quadrature tissue_;
   InversionDetector detector_;
-  // In one call.
+  // Scans all tissue in one call.
   double InvertedShare(const Points& U) const {
     InversionDetector::ScanState scan(detector_);
     const bool inverted = detector_.Inverted(none_, U, 1, &scan);
@@ -57,14 +57,14 @@ TEST_P(InversionDetectorTest, MirroredTissueIsAllInvertedAndTurnedTissueIsNot) {
   const Points mirrored = LinearMap(Vector3d(1, -1, 1).asDiagonal());
   EXPECT_NEAR(InvertedShare(mirrored), 1, 1e-12);  // rounding of the sum
   EXPECT_NEAR(detector_.EvaluateAll(none_, mirrored).least, -1, 1e-9);
-  // Half a turn is far beyond what the bound clears, and inverts nothing.
+  // Half a turn is far beyond the bound and inverts no tissue.
   const Points turned =
       LinearMap(Eigen::AngleAxisd(std::numbers::pi, Vector3d(1, 2, 2) / 3).toRotationMatrix());
   EXPECT_EQ(InvertedShare(turned), 0);
   EXPECT_NEAR(detector_.EvaluateAll(none_, turned).least, 1, 1e-9);
 }
 
-TEST_P(InversionDetectorTest, TheBoundNeverClearsWhatIsInverted) {
+TEST_P(InversionDetectorTest, TheBoundNeverClearsInvertedTissue) {
   srand(1);
   const Points shape = Points::Random(lattice_.size(), 3);
   bool clear = false, partly = false;
@@ -101,18 +101,18 @@ TEST_P(InversionDetectorTest, AScanInPiecesFindsTheSame) {
   bool reported = detector_.Inverted(none_, U, 5, &scan);
   for (; scan.share == 0 && calls < 1000; ++calls) {
     const bool inverted = detector_.Inverted(none_, U, 5, &scan);
-    EXPECT_GE(inverted, reported) << "once found, it stays so until a scan says otherwise";
+    EXPECT_GE(inverted, reported) << "an inversion stays reported until a complete scan finds none";
     reported = inverted;
   }
   EXPECT_GT(calls, 1);
   EXPECT_LE(calls, 5);
   EXPECT_NEAR(scan.share, share, 1e-12);  // rounding of the sum
-  // What is gone is gone at once: there is nothing left to evaluate.
+  // Without unclear cells the report ends at once.
   EXPECT_FALSE(detector_.Inverted(none_, 0 * U, 5, &scan));
 }
 
-// The functions at an organ's border may have a trace of tissue only, and move without moving it.
-TEST_P(InversionDetectorTest, WhatHardlyTouchesTheTissueDoesNotSpoilTheBound) {
+// Functions at an organ's border may have only a trace of tissue, and move without moving it.
+TEST_P(InversionDetectorTest, ControlPointsWithATraceOfTissueDoNotSpoilTheBound) {
   Quadrature inner = tissue_;
   for (Eigen::Index q = 0; q < inner.points.rows(); ++q) {
     const Vector3d c = lattice_.box().ToUnit(inner.points.row(q).transpose());

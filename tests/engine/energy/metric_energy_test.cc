@@ -90,7 +90,7 @@ TEST(MetricEnergy, BodyRescaledByAThousandHasTheScaledStiffness) {
 
 TEST(MetricEnergy, RotationCostsEnergy) {
   // The paper's linear model is not rotation-invariant: a quarter turn costs as much as a large
-  // strain. Stated so that nobody trusts it with rotations.
+  // strain. The test documents this limit.
   const Lattice lattice = SomeLattice(BasisType::kBSpline, 2);
   const ScalarStiffness K = MetricStiffness(lattice, WholeBox(lattice), 1, 0);
   const Matrix3d R = Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitZ()).toRotationMatrix();

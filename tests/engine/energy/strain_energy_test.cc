@@ -194,7 +194,7 @@ double BendingCompliance(double poisson, Dilatation form) {
 }
 
 TEST(StrainEnergy, ABendingBarDoesNotLockNearIncompressibility) {
-  // The clamp's own hold on lateral contraction, which the beam's formula leaves out, is in these.
+  // The figures include the clamp's restraint of lateral contraction, which the formula omits.
   EXPECT_NEAR(BendingCompliance(0.3, Dilatation::kProjected), 1, 0.01);
   // Measured: 0.924 projected, 0.843 point by point.
   const double projected = BendingCompliance(0.495, Dilatation::kProjected);

@@ -73,7 +73,7 @@ TEST(Basis, DerivativeBasisGivesTheDerivative) {
   }
 }
 
-TEST(Basis, BernsteinPolynomialsOfDegreeThreeAreThoseOfTheBooks) {
+TEST(Basis, BernsteinPolynomialsOfDegreeThreeMatchTheirFormulas) {
   const UnivariateBasis basis(BasisType::kBernstein, 3, 1);
   double values[4];
   basis.Evaluate(0.25, values);

@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-// x = X + B U, vertex by vertex in the order of the columns.
+// Computes x = X + B U vertex by vertex, in the order of the columns.
 Points RowByRow(const Points& rest, const WeightMatrix& weights, const Points& U) {
   Points x(rest.rows(), 3);
   for (int v = 0; v < rest.rows(); ++v) {
@@ -53,7 +53,7 @@ TEST_P(RelocationTest, FastPlainAndRowByRowHaveTheSameBits) {
   EXPECT_EQ(fast, RowByRow(rest_, weights_, U_));
 }
 
-TEST_P(RelocationTest, DisplacementIsWhatRelocationAdds) {
+TEST_P(RelocationTest, RelocationAddsTheDisplacement) {
   const Relocation relocation(rest_, weights_);
   Points x(rest_.rows(), 3), u(rest_.rows(), 3);
   relocation.Relocate(U_, &x);
@@ -67,7 +67,7 @@ TEST_P(RelocationTest, NoDisplacementGivesTheRestShapeExactly) {
   EXPECT_EQ(x, rest_);
 }
 
-TEST_P(RelocationTest, AnyNumberOfVerticesIsTaken) {
+TEST_P(RelocationTest, TakesAnyNumberOfVertices) {
   for (const int count : {0, 1, 7, 8, 9}) {
     const Points rest = rest_.topRows(count);
     const WeightMatrix weights = weights_.topRows(count);

@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-/// Every triangle with three vertices of its own, each moved by up to `noise`.
+/// Returns the mesh with three separate vertices for each triangle, each moved by up to `noise`.
 SurfaceMesh Soup(const SurfaceMesh& mesh, double noise) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> offset(-noise, noise);

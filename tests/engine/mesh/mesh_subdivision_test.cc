@@ -19,14 +19,14 @@ TEST(Subdivision, SplitsEachTriangleInFourAndStaysClosed) {
   const MeshFacts facts = ComputeMeshFacts(fine);
   EXPECT_TRUE(facts.Closed());
   EXPECT_EQ(facts.components, 1);
-  // On the smooth surface, inside of the ellipsoid by less than its facets' height of 1.5 mm.
+  // The smooth surface lies inside the ellipsoid by less than its facets' height of 1.5 mm.
   const double volume = EnclosedVolume(fine.vertices, fine.triangles);
   EXPECT_NEAR(volume / EnclosedVolume(mesh.vertices, mesh.triangles), 1, 0.04);
   EXPECT_EQ(Subdivided(mesh, 0, "mesh").vertices, mesh.vertices);
 }
 
-// Of which the limit surface is a plane too: no rule may move a point out of it, and on a regular
-// grid none moves along it.
+// The limit surface of a plane is the plane: no rule may move a point out of it, and on a regular
+// grid no point moves along it.
 TEST(Subdivision, LeavesAFlatRegularPieceWhereItIs) {
   constexpr int kSide = 6;
   SurfaceMesh mesh;

@@ -13,27 +13,27 @@ Eigen::VectorXd Thickness(const SurfaceMesh& mesh, double at_most) {
   return LocalThickness(mesh, normals, at_most);
 }
 
-TEST(LocalThickness, OfASphereIsItsDiameter) {
+TEST(LocalThickness, IsTheDiameterOfASphere) {
   const Eigen::VectorXd thickness = Thickness(MakeSphere(3, 0.05), 0.3);
   // The facets of this sphere lie up to 1 % below it.
   EXPECT_NEAR(thickness.minCoeff(), 0.1, 0.002);
   EXPECT_NEAR(thickness.maxCoeff(), 0.1, 0.002);
 }
 
-TEST(LocalThickness, OfAHollowSphereIsItsWall) {
+TEST(LocalThickness, IsTheWallOfAHollowSphere) {
   const SurfaceMesh hollow = Joined(MakeSphere(4, 0.05), Reversed(MakeSphere(4, 0.047)));
   const Eigen::VectorXd thickness = Thickness(hollow, 0.3);
   EXPECT_NEAR(thickness.mean(), 0.003, 0.0003);  // facets of both spheres: 0.2 mm
 }
 
-// Its ends are covered by the ball in the middle of the block, or nearly so.
-TEST(LocalThickness, OfABlockIsThatOfItsMiddleUpToItsEdges) {
+// The ball in the middle of the block covers its ends, or nearly so.
+TEST(LocalThickness, IsThatOfABlocksMiddleUpToItsEdges) {
   const SurfaceMesh block = MakeBox(Vector3d::Zero(), Vector3d(0.1, 0.1, 0.1));
   const Eigen::VectorXd thickness = Thickness(block, 0.3);
   EXPECT_LE(thickness.maxCoeff(), 0.1 * (1 + 1e-9));
 }
 
-TEST(LocalThickness, OfAWedgeFadesTowardsItsEdge) {
+TEST(LocalThickness, FadesTowardsTheEdgeOfAWedge) {
   // Sides 1 : 4 on a base of 0.05 m: the edge is far from any ball, in its own radii.
   const SurfaceMesh wedge = MakeMesh(
       {{0, 0, 0}, {0.05, 0, 0}, {0.025, 0, 0.2}, {0, 0.2, 0}, {0.05, 0.2, 0}, {0.025, 0.2, 0.2}},

@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-/// Points in the cube [-half, half]^3.
+/// Returns points in the cube [-half, half]^3.
 std::vector<Vector3d> RandomPoints(int count, double half, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> coordinate(-half, half);

@@ -127,7 +127,7 @@ TEST_F(ElasticRelaxationTest, SemiDefiniteHessianHasNoNegativeCurvature) {
     const Eigen::SelfAdjointEigenSolver<FullStiffness> after(positive, Eigen::EigenvaluesOnly);
     EXPECT_LT(before.eigenvalues()[0], 0);
     EXPECT_GE(after.eigenvalues()[0], -1e-12 * positive.norm());  // round-off
-    // And changes nothing where there is nothing to mend.
+    // A semi-definite Hessian stays unchanged.
     energy->Hessian(Points::Zero(lattice_.size(), 3), false, &K);
     energy->Hessian(Points::Zero(lattice_.size(), 3), true, &positive);
     EXPECT_LT((K - positive).norm(), 1e-12 * K.norm());
@@ -295,13 +295,13 @@ TEST_F(ElasticRelaxationTest, APointPushedThroughTheBodyRecovers) {
   EXPECT_TRUE(contacts_[0].force_W.allFinite());
   EXPECT_LT(contacts_[0].force_W.z(), 0);
   EXPECT_NEAR(PositionOf(0).z(), -0.02, 1e-9);
-  // Back to its place: the body is at rest again, from wherever it was.
+  // With the point back in its place, the body is at rest again.
   contacts_[0].target_W = contacts_[0].p_rest_W + Vector3d(0, 0, 1e-6);
   newton->Relax(&contacts_, &U_);
   EXPECT_LT(U_.norm(), 1e-4);
 }
 
-TEST(OrganModel, BuildsTheEnergyItIsAskedFor) {
+TEST(OrganModel, BuildsTheEnergyOfItsOptions) {
   const SurfaceMesh mesh = Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3);
   const Vector3d push(0, 0, -1e-5);
   std::vector<double> forces;

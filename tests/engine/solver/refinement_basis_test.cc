@@ -153,7 +153,7 @@ class RefinedPress {
   ContactSolver contact_solver_;
 };
 
-TEST_P(RefinementBasisTest, AMovingSetEndsAsAFreshOneBegins) {
+TEST_P(RefinementBasisTest, AMovedSetEqualsANewOne) {
   const LatticeBody body(GetParam());
   const RefinementBasis local = body.Local();
   RefinedPress press(body, local);
@@ -167,7 +167,7 @@ TEST_P(RefinementBasisTest, AMovingSetEndsAsAFreshOneBegins) {
   EXPECT_NEAR(last, first, 1e-9 * first);  // the order of the slots only
 }
 
-TEST_P(RefinementBasisTest, ComeAndGoWithoutAStep) {
+TEST_P(RefinementBasisTest, FunctionsEnterAndLeaveWithoutAJump) {
   const LatticeBody body(GetParam());
   const RefinementBasis local = body.Local();
   RefinedPress press(body, local);
@@ -197,7 +197,7 @@ TEST_P(RefinementBasisTest, ComeAndGoWithoutAStep) {
   EXPECT_GT(swaps, 3);
 }
 
-TEST_P(RefinementBasisTest, SoftenAPressAndNeverStiffenIt) {
+TEST_P(RefinementBasisTest, FunctionsSoftenAPressAndNeverStiffenIt) {
   const LatticeBody body(GetParam());
   const RefinementBasis local = body.Local();
   const auto plain = MakeComplianceSolver(body.K), refined = MakeComplianceSolver(local, 20);
@@ -278,7 +278,7 @@ TEST(ActiveRefinement, TakesTheNearestAndKeepsTheirSlots) {
   EXPECT_TRUE(active.Changed(slot[0]));
 }
 
-TEST(ActiveRefinement, TheFarthestFadeAndTheirWeightTellsHowFar) {
+TEST(ActiveRefinement, TheFarthestFunctionsFadeWithDistance) {
   Points centres(100, 3);
   for (int a = 0; a < 100; ++a) centres.row(a) = Eigen::RowVector3d(a, 0, 0);
   ActiveRefinement active(100, 4);
@@ -305,7 +305,7 @@ TEST(ActiveRefinement, TheFarthestFadeAndTheirWeightTellsHowFar) {
   EXPECT_EQ(active.used(), 0);
 }
 
-TEST(ActiveRefinement, NoContactLetsGoOfAll) {
+TEST(ActiveRefinement, WithoutContactAllAreReleased) {
   ActiveRefinement active(10, 4);
   const Vector3d point[] = {Vector3d::Zero()};
   const Points centres = Points::Random(10, 3);

@@ -96,7 +96,7 @@ TEST_F(RelaxationTest, PressingNeverPulls) {
   }
 }
 
-TEST_F(RelaxationTest, PressReleasedByItsNeighbourIsLetGo) {
+TEST_F(RelaxationTest, APressReleasedByItsNeighbourHasNoForce) {
   // A deep press beside a shallow one carries the tissue below the shallow one.
   AddContact(kPress, Vector3d(0.10, 0.07, 0.1), Vector3d(0, 0, -0.02));
   AddContact(kPress, Vector3d(0.11, 0.07, 0.1), Vector3d(0, 0, -0.001));
@@ -163,7 +163,7 @@ TEST_F(RelaxationTest, CoincidentContactsThatArePulledApartSlip) {
     EXPECT_TRUE(result.regularised);
     for (int i = 0; i < 2; ++i) {
       EXPECT_LT(contacts_[i].force_W.norm(), 11 * alone) << "the bound, and their own places'";
-      // So that step and tick agree on where the tool is: exact but for round-off of 0.1 m.
+      // Step and tick agree on the tool's position, to the round-off of 0.1 m.
       const Vector3d p_tool = PositionOf(i) + contacts_[i].slip * contacts_[i].force_W;
       EXPECT_LT((p_tool - contacts_[i].target_W).norm(), 1e-9);
     }
@@ -221,7 +221,7 @@ TEST_F(StrainRelaxationTest, ForcesBalanceTheEnergysGradient) {
   EXPECT_EQ(contacts_[2].force_W.norm(), 0);
 }
 
-TEST_F(StrainRelaxationTest, NothingRemainsOfTheContactsBefore) {
+TEST_F(StrainRelaxationTest, EarlierContactsLeaveNoTrace) {
   AddContact(kGrasp, Vector3d(0.05, 0.05, 0.1), Vector3d(0.01, 0, 0.02));
   AddContact(kPress, Vector3d(0.15, 0.1, 0.1), Vector3d(0, 0, -0.01));
   full_->Relax(&contacts_, &U_);

@@ -16,7 +16,7 @@ Eigen::MatrixXd PositiveDefinite(int size) {
   return Eigen::MatrixXd::Identity(size, size) + B * B.transpose();
 }
 
-// Around the number of pivots that are swept together, 48.
+// Sizes around the number of pivots that are swept together, 48.
 TEST(SymmetricInverse, TakesTheMatrixToTheIdentityWhateverItsSize) {
   for (const int size : {1, 2, 47, 48, 49, 96, 130}) {
     const Eigen::MatrixXd A = PositiveDefinite(size);
@@ -40,19 +40,19 @@ TEST(SymmetricInverse, ReadsTheLowerTriangleAlone) {
   EXPECT_TRUE(A == lower);
 }
 
-TEST(SymmetricInverse, TellsTheConditionOfADiagonalMatrixExactly) {
+TEST(SymmetricInverse, ReturnsTheConditionOfADiagonalMatrixExactly) {
   Eigen::MatrixXd A = Eigen::Vector4d(1, 2, 4, 1024).asDiagonal();
   EXPECT_EQ(InvertSymmetric(&A), 1.0 / 1024);  // powers of two: no round-off
 }
 
-TEST(SymmetricInverse, RefusesWhatIsNotPositiveDefinite) {
+TEST(SymmetricInverse, RefusesMatricesThatAreNotPositiveDefinite) {
   Eigen::MatrixXd indefinite = PositiveDefinite(100);
   indefinite(70, 70) = -1;
   EXPECT_EQ(InvertSymmetric(&indefinite), 0);
   Eigen::MatrixXd unknown = PositiveDefinite(100);
   unknown(70, 3) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(InvertSymmetric(&unknown), 0);
-  // Rank 40 of 100: what round-off leaves of the other pivots.
+  // Rank 40 of 100: the other pivots are round-off.
   const Eigen::MatrixXd B = PositiveDefinite(100).leftCols(40);
   Eigen::MatrixXd singular = B * B.transpose();
   EXPECT_LT(InvertSymmetric(&singular), 1e-15);

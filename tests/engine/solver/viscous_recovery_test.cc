@@ -49,7 +49,7 @@ class ViscousRecoveryTest : public testing::Test {
 
 using enum ContactConstraints::RowKind;
 
-TEST_F(ViscousRecoveryTest, LetGoTissueDecaysExponentiallyWhateverTheStepLength) {
+TEST_F(ViscousRecoveryTest, ReleasedTissueDecaysExponentiallyAtAnyStepLength) {
   const Vector3d lift(0.01, 0, 0.02);
   for (const double dt : {0.0005, 0.01, 0.1, 1.0}) {
     ViscousRecovery recovery(kTau, lattice_.size());

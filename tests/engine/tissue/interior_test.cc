@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// The mesh's bounding box with a margin, in fractions of its longest side.
+/// Returns the mesh's bounding box with a margin in fractions of its longest side.
 OrientedBox BoxAround(const SurfaceMesh& mesh, double margin = 0.1) {
   const Vector3d low = mesh.vertices.colwise().minCoeff(),
                  high = mesh.vertices.colwise().maxCoeff();
@@ -28,7 +28,7 @@ OrientedBox BoxAround(const SurfaceMesh& mesh, double margin = 0.1) {
   return box;
 }
 
-/// int (x - c)(x - c)^T dV, m^5.
+/// Returns int (x - c)(x - c)^T dV, m^5.
 Matrix3d SecondMoments(const TissueQuadrature& tissue, const Vector3d& c = Vector3d::Zero()) {
   Matrix3d sum = Matrix3d::Zero();
   for (Eigen::Index q = 0; q < tissue.weights.size(); ++q) {
@@ -198,7 +198,7 @@ TEST(Interior, OnlyTheTissueInsideTheBoxCounts) {
   EXPECT_THROW(SampleTissue(Reversed(cube), OrientedBox(), {2, 2, 2}, Coarse()), InputError);
 }
 
-// Samples that a sheet cuts must not count by a half on either side of it.
+// Half of each sample that a sheet cuts must not count as tissue.
 TEST(Interior, AFlatSheetHoldsNoTissue) {
   const SurfaceMesh sheet =
       MakeMesh({{0, 0, 0.1}, {1, 0, 0.3}, {0, 1, 0.2}, {1, 1, 0.4}}, {{0, 1, 2}, {1, 3, 2}});
@@ -225,7 +225,7 @@ TEST(Interior, AHoleCostsAboutItsOwnSize) {
   EXPECT_NEAR(tissue.Volume() / volume, 1, 0.01);
 }
 
-TEST(Interior, ADirtyLiverHasTheVolumeOfTheMendedOne) {
+TEST(Interior, ADirtyLiverHasTheVolumeOfTheRepairedOne) {
   const std::string path = kSharedData + "organs/sofaenv_liver_collision.stl";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data: " << path;
   const ImportedMesh mended = ImportMesh(path, 1e-3);

@@ -29,7 +29,7 @@ OrganOptions BarOfTwo() {
 
 SurfaceMesh BarMesh() { return MakeBox(Vector3d(-0.04, -0.02, -0.02), Vector3d(0.12, 0.02, 0.02)); }
 
-// How far the bar's end goes under a pull of 10 Pa, m.
+// Returns the displacement (m) of the bar's end under a pull of 10 Pa.
 double Stretch(const OrganOptions& options) {
   const OrganModel bar(options, BarMesh());
   LoadOptions pull;
@@ -78,7 +78,7 @@ TEST(StiffnessRegions, RegionOverAllIsTheMaterialsOwnModulus) {
     const OrganModel a(stiff, BarMesh()), b(everywhere, BarMesh());
     const StaticSolution one = StaticLoads(a, {SidewaysForce(1e-3)}).Solve();
     const StaticSolution other = StaticLoads(b, {SidewaysForce(1e-3)}).Solve();
-    // Not to round-off: its cells are sampled in parts, which move the points a little.
+    // More than round-off: the cells are sampled in parts, which moves the points a little.
     EXPECT_LT((one.vertex_displacements - other.vertex_displacements).norm(),
               1e-3 * one.vertex_displacements.norm());
   }

@@ -55,7 +55,7 @@ class TissueCache : public testing::Test {
     for (const auto& entry : fs::directory_iterator(Folder())) files.push_back(entry.path());
     return files;
   }
-  /// Tells a file from its replacement: every write makes a new one.
+  /// Identifies a file: a replacement has another identity, because every write makes a new file.
   static ino_t Inode(const fs::path& path) {
     struct stat status {};
     EXPECT_EQ(stat(path.c_str(), &status), 0);
@@ -79,7 +79,7 @@ TEST_F(TissueCache, GivesTheSamplersBitsAndReadsThemTheSecondTime) {
   EXPECT_GT(fs::last_write_time(file), long_ago) << "the use was not noted";
 }
 
-TEST_F(TissueCache, WhateverDecidesTheResultHasAFileOfItsOwn) {
+TEST_F(TissueCache, EveryInputThatDecidesTheResultHasItsOwnFile) {
   std::vector<Body> bodies(7);
   double& x = bodies[1].mesh.vertices(0, 0);
   x = std::nextafter(x, 1);
@@ -92,7 +92,7 @@ TEST_F(TissueCache, WhateverDecidesTheResultHasAFileOfItsOwn) {
   EXPECT_EQ(Files().size(), bodies.size());
 }
 
-TEST_F(TissueCache, DamagedFilesAreReplacedNotBelieved) {
+TEST_F(TissueCache, DamagedFilesAreReplaced) {
   const Body body;
   const TissueQuadrature sampled = Cached(body);
   const fs::path file = Files().at(0);
@@ -119,7 +119,7 @@ TEST_F(TissueCache, DamagedFilesAreReplacedNotBelieved) {
   }
 }
 
-TEST_F(TissueCache, AFileUnderAnothersNameIsNotBelieved) {
+TEST_F(TissueCache, AFileUnderAnothersNameIsReplaced) {
   const Body body;
   Cached(body);
   const fs::path first = Files().at(0);
@@ -149,7 +149,7 @@ TEST_F(TissueCache, FaultsAreTheSamplersOwnAndAreNotKept) {
   EXPECT_FALSE(fs::exists(Folder()));
 }
 
-TEST_F(TissueCache, TheLongestUnusedFilesMakeRoom) {
+TEST_F(TissueCache, TheLeastRecentlyUsedFilesAreRemoved) {
   const auto now = fs::file_time_type::clock::now();
   fs::create_directories(Folder());
   int hours = 3;

@@ -246,7 +246,7 @@ TEST(MeshImport, DoesNotDependOnTheLocale) {
   EXPECT_EQ(comma.mesh.vertices(1, 0), 1234.5);
 }
 
-TEST(MeshImport, RefusesUnitsThatAreNoSize) {
+TEST(MeshImport, RefusesUnitsThatAreNotPositive) {
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3";
   EXPECT_THROW(Import("unit.obj", triangle, 0), InputError);
   EXPECT_THROW(Import("unit.obj", triangle, std::nan("")), InputError);
@@ -260,7 +260,7 @@ void ExpectSound(const SurfaceMesh& mesh) {
   EXPECT_LT(mesh.triangles.maxCoeff(), mesh.vertices.rows());
 }
 
-// What becomes of each one, tests/bad_input/meshes.csv says; here it runs under the sanitizers.
+// tests/bad_input/meshes.csv states the result of each one; here they run under the sanitizers.
 TEST(MeshImport, EveryFaultIsRefusedInOneLineOrMadeSound) {
   MeshFaults faults(7);
   AddEveryFault(&faults);
@@ -303,7 +303,7 @@ TEST(MeshImport, TheOrgansBecomeClosedSurfaces) {
   }
 }
 
-TEST(MeshImport, ADirtyLiverIsReportedAsReadAndMended) {
+TEST(MeshImport, ADirtyLiverIsReportedAndRepaired) {
   const std::string path = kSharedData + "organs/sofaenv_liver_collision.stl";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data: " << path;
   const ImportedMesh liver = ImportMesh(path, 1e-3);

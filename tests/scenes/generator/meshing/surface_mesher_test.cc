@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = std::numbers::pi;
 constexpr double kRadius = 0.04;
 
 Ellipsoid Ball() { return {Vector3d(0.01, -0.02, 0.005), Vector3d::Constant(kRadius)}; }
