@@ -18,8 +18,8 @@
 namespace hpdm {
 namespace {
 
-// A triple buffer cannot wake its reader. Looking twice a millisecond adds a quarter of one to a
-// picture's age and costs about 1 % of a core.
+// A triple buffer cannot wake its reader. Polling twice a millisecond adds a quarter of a
+// millisecond to a picture's age and costs about 1 % of a core.
 constexpr std::chrono::microseconds kPollPeriod(500);
 
 double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
@@ -66,12 +66,12 @@ RenderLoop::RenderLoop(std::vector<OrganVisual> organs, std::vector<InstrumentVi
       make_context_(std::move(make_context)) {
   if (!(options_.max_hz > 0)) {
     throw InputError("timing: render_hz = " + std::to_string(options_.max_hz) +
-                     " draws nothing; choose more than 0");
+                     " draws nothing; give more than 0");
   }
   settings_.scope = scope;
   settings_.overlays = options.overlays;
   settings_.recording = !options_.frame_folder.empty();
-  // In a window the user says when.
+  // In a window the user starts the recording.
   if (settings_.recording && edges_.settings == nullptr) {
     sink_.emplace(options_.frame_folder, options_.frame_fps);
   }
@@ -85,8 +85,8 @@ void RenderLoop::StartOnThisThread() {
   if (drawing_) return;
   drawing_ = std::make_unique<Drawing>(*this);
   statistics_.renderer = drawing_->context->renderer();
-  // Drivers finish their shaders at the first use, which takes up to a quarter of a second: that
-  // is spent here, on the buffer's initial value, and not in the first frame.
+  // Drivers finish their shaders at the first use, in up to a quarter of a second. Drawing the
+  // buffer's initial value takes that time here instead of in the first frame.
   Image unused;
   drawing_->target.Bind();
   drawing_->view.Draw(edges_.snapshots.Front(), scope_);
@@ -106,7 +106,7 @@ bool RenderLoop::TryToStart() {
 
 void RenderLoop::EndOnThisThread() {
   if (!drawing_) return;
-  // Without its context nothing can be freed one by one, and trying ends the program.
+  // Deleting OpenGL objects without a current context would crash, so they are leaked.
   if (!drawing_->context->MakeCurrent()) static_cast<void>(drawing_.release());
   drawing_.reset();
 }
@@ -147,11 +147,11 @@ bool RenderLoop::Frame() {
   return true;
 }
 
-// Throws MachineError when the driver refuses a picture of the window's size.
+// Throws MachineError if the driver refuses a picture of the window's size.
 void RenderLoop::TakeSettings() {
   if (edges_.settings == nullptr || !edges_.settings->Update()) return;
   settings_ = edges_.settings->Front();
-  // Of a window that is minimised or being opened, the last size stands.
+  // A window that is minimised or still opening keeps the last size.
   const bool has_size = settings_.window_width >= Laparoscope::kMinSide &&
                         settings_.window_height >= Laparoscope::kMinSide;
   const int width = has_size ? settings_.window_width : scope_.width();
@@ -159,14 +159,14 @@ void RenderLoop::TakeSettings() {
   try {
     scope_ = Laparoscope(settings_.scope, width, height);
   } catch (const InputError&) {
-    return;  // a view that cannot be drawn: the last one stands
+    return;  // an impossible view: keep the last one
   }
   if (drawing_->target.width() != width || drawing_->target.height() != height) {
     drawing_->target = PictureTarget(width, height, options_.samples);
   }
 }
 
-// Throws MachineError when the text cannot be drawn in a new size.
+// Throws MachineError if the text cannot be drawn in a new size.
 void RenderLoop::DrawText(const SceneSnapshot& snapshot) {
   static const SessionHealth kUnknown;
   if (edges_.health != nullptr) edges_.health->Update();
@@ -190,12 +190,14 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
     drawing_->target.Resolve(scope_);
     drawing_->view.DrawScales(settings_.overlays);
     DrawText(snapshot);
-    // Before the read-back: the eye waits, the files do not.
+    // Before the read-back, because the user waits for the picture and files do not.
     drawing_->context->Present(drawing_->target, settings_.window_width, settings_.window_height);
     drawing_->target.Read(&image_);
     reason = drawing_->context->Failure();
   }
-  if (!reason.empty()) failure_ = "rendering ended: " + reason + "; the session goes on without";
+  if (!reason.empty()) {
+    failure_ = "rendering ended: " + reason + "; the session continues without pictures";
+  }
 }
 
 void RenderLoop::CountDropped(std::uint64_t number) {
@@ -239,10 +241,10 @@ void RenderLoop::StopRecording(const std::string& why) {
   Report(EventSeverity::kWarning, "render.recording", why);
 }
 
-// One for any number of key presses since the last picture.
+// Writes one file for any number of key presses since the last picture.
 void RenderLoop::WriteScreenshot() {
   std::error_code error;
-  // Not its parent: where the session's folder was renamed, the old name stays free.
+  // Its parent is not created: if the session's folder was renamed, the old name stays free.
   std::filesystem::create_directory(options_.screenshot_folder, error);
   char name[40];
   std::snprintf(name, sizeof name, "screenshot_%04llu.png",
@@ -250,7 +252,7 @@ void RenderLoop::WriteScreenshot() {
   std::vector<std::uint8_t> bytes;
   EncodePng(image_, &bytes);
   std::string failure;
-  // Under its name only when it is whole.
+  // The file gets its name only when it is complete.
   const std::filesystem::path part = options_.screenshot_folder / "screenshot.part";
   if (WriteBytes(part, bytes, &failure)) {
     std::filesystem::rename(part, options_.screenshot_folder / name, error);
@@ -267,8 +269,8 @@ void RenderLoop::Run(std::stop_token stop) {
     Report(EventSeverity::kWarning, "render.ended", failure_);
     return;
   }
-  // A frame may start half a period early on its place in an even sequence, so that steps that
-  // arrive at max_hz with jitter are all drawn at once, while the mean rate stays within max_hz.
+  // A frame may start up to half a period before its place in an even sequence. So steps that
+  // arrive at max_hz with jitter are drawn immediately, while the mean rate stays within max_hz.
   const auto period_ns =
       static_cast<Nanoseconds>(static_cast<double>(kNanosecondsPerSecond) / options_.max_hz);
   Nanoseconds earliest_ns = clock_();

@@ -27,7 +27,7 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   glEnable(GL_DEPTH_TEST);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 
-  // Nearest first, farthest last: what is hidden, or outside the circle, is not shaded.
+  // Nearest first, so that hidden pixels and those outside the circle are not shaded.
   mask_.Draw();
   instruments_.Draw(snapshot);
   organs_.Draw(occlusion_ ? &*occlusion_ : nullptr);

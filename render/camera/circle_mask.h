@@ -5,12 +5,11 @@
 
 namespace hpdm {
 
-/// The dark outside of the circular picture, with a notch at its top that tells which way the
-/// camera is held. Drawn first, it keeps everything behind it from being
-/// shaded. Render thread only.
+/// Draws the black outside of the circular picture, with a notch at its top that shows the
+/// camera's roll. Drawn first, it saves the shading of everything behind it. Render thread only.
 class CircleMask {
  public:
-  /// Throws MachineError when the driver refuses the shader.
+  /// Throws MachineError if the driver refuses the shader.
   CircleMask();
   void Draw() const;
 

@@ -8,8 +8,8 @@
 
 namespace hpdm {
 
-/// What every program of a frame reads, in the std140 layout of the uniform block Frame
-/// (glsl::kFrame). World coordinates in metres, pixels from the picture's bottom left.
+/// Inputs of every program of a frame, in the std140 layout of the uniform block Frame
+/// (frame.glsl). World coordinates in metres; pixels from the picture's bottom left.
 struct FrameUniforms {
   Eigen::Matrix4f clip_from_world;
   Eigen::Vector4f lens_W;   ///< Position.
@@ -25,10 +25,10 @@ struct FrameUniforms {
 };
 static_assert(sizeof(FrameUniforms) == 64 + 16 * (6 + 2 * kMaxInstruments));
 
-/// The scope's part of the uniforms; the tools' radii are 0.
+/// Returns the scope's part of the uniforms; the tools' radii are 0.
 FrameUniforms ScopeUniforms(const Laparoscope& scope);
 
-/// v in xyz, w in w.
+/// Returns (v.x, v.y, v.z, w).
 Eigen::Vector4f WithW(const Vector3d& v, double w);
 
 /// The uniform block Frame on the graphics card. Render thread only.
@@ -43,9 +43,5 @@ class FrameBlock {
  private:
   GlObject buffer_{GlKind::kBuffer};
 };
-
-namespace glsl {
-extern const char* const kFrame;  ///< GLSL of the block.
-}  // namespace glsl
 
 }  // namespace hpdm

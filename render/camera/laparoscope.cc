@@ -15,7 +15,7 @@ void Require(bool condition, const std::string& message) {
   if (!condition) throw InputError("laparoscope: " + message);
 }
 
-/// Rotation of the camera that looks along the unit vector `axis_W`.
+/// Returns the rotation R_WC of a camera that looks along the unit vector `axis_W`.
 Matrix3d LookAlong(const Vector3d& axis_W) {
   const Vector3d z_W = -axis_W;
   // Within about 2 degrees of the vertical the world's z gives no steady "up".
@@ -28,8 +28,8 @@ Matrix3d LookAlong(const Vector3d& axis_W) {
   return R_WC;
 }
 
-/// The unit axis that leaves the unit `shaft_W` by `angle` (rad) towards a direction; downwards in
-/// the world where that lies along the shaft.
+/// Returns the unit axis at `angle` (rad) from the unit `shaft_W`, tilted towards a direction, or
+/// downwards in the world if the direction lies along the shaft.
 Vector3d TiltedTowards(const Vector3d& shaft_W, const Vector3d& direction_W, double angle) {
   const Vector3d candidates[] = {direction_W.normalized(), -Vector3d::UnitZ(), -Vector3d::UnitY()};
   for (const Vector3d& candidate : candidates) {
@@ -41,7 +41,7 @@ Vector3d TiltedTowards(const Vector3d& shaft_W, const Vector3d& direction_W, dou
   return shaft_W;
 }
 
-/// Any size serves to find where the scope is.
+/// Returns the scope's pose; the picture's size does not matter for it.
 Laparoscope Placed(const LaparoscopeOptions& options) { return Laparoscope(options, 64, 64); }
 
 }  // namespace
@@ -56,16 +56,15 @@ Laparoscope::Laparoscope(const LaparoscopeOptions& options, int width, int heigh
   const auto in_range = [](int side) { return side >= kMinSide && side <= kMaxSide; };
   Require(in_range(width) && in_range(height),
           "a picture of " + std::to_string(width) + "x" + std::to_string(height) +
-              " pixels cannot be drawn; choose 16 to 8192 on a side");
+              " pixels cannot be drawn; give 16 to 8192 on a side");
   Require(options.field_of_view >= 5 * kDegree && options.field_of_view <= 150 * kDegree,
           "a field of view of " + std::to_string(options.field_of_view / kDegree) +
-              " degrees cannot be drawn; choose 5 to 150");
+              " degrees cannot be drawn; give 5 to 150");
   Require(options.angle >= 0 && options.angle < 90 * kDegree,
           "an angle of the optics of " + std::to_string(options.angle / kDegree) +
-              " degrees is not possible; choose 0, 30 or 45");
-  Require(
-      std::abs(distortion_) <= kMaxDistortion,
-      "a distortion of " + std::to_string(distortion_) + " cannot be drawn; choose -0.3 to 0.3");
+              " degrees is not possible; give 0, 30 or 45");
+  Require(std::abs(distortion_) <= kMaxDistortion,
+          "a distortion of " + std::to_string(distortion_) + " cannot be drawn; give -0.3 to 0.3");
   const Vector3d to_target_W = options.p_target_W - options.p_scope_W;
   target_distance_ = to_target_W.norm();
   Require(target_distance_ > kNear && std::isfinite(target_distance_),
@@ -108,7 +107,7 @@ double Laparoscope::Distorted(double tangent) const {
 double Laparoscope::Undistorted(double tangent) const {
   const double edge = circle_radius_px_ / focal_length_px_,
                target = (1 + distortion_) * tangent / edge;
-  // Newton on r + distortion r^3 = target, which rises and has no turning point in the circle.
+  // Newton's method on r + distortion r^3 = target, which is increasing inside the circle.
   double r = tangent / edge;
   for (int i = 0; i < 20; ++i) {
     const double step = (r * (1 + distortion_ * r * r) - target) / (1 + 3 * distortion_ * r * r);
@@ -123,9 +122,9 @@ double Laparoscope::MostPixelsPerMetre(const Vector3d& low_W, const Vector3d& hi
   const Vector3d middle_W = (low_W + high_W) / 2, half_W = (high_W - low_W) / 2;
   const double depth = axis_W.dot(middle_W - X_WC_.translation()) - axis_W.cwiseAbs().dot(half_W);
   if (!(depth > kNear)) return std::numeric_limits<double>::infinity();
-  // At the tangent t of the angle off the axis, a line along (1, -t) across and along the axis is
-  // drawn longest, sqrt(1 + t^2) times as long as one across it. The lens then stretches by the
-  // slope of Distorted() at most, which is at the edge or in the middle.
+  // At the tangent t of the angle off the axis, the longest picture is that of a line along (1, -t)
+  // across and along the axis: sqrt(1 + t^2) times that of a line across it. The lens stretches it
+  // by at most the largest slope of Distorted(), which is at the edge or in the middle.
   const double edge = circle_radius_px_ / focal_length_px_;
   const double lens = std::max(1.0, 1 + 3 * distortion_) / (1 + distortion_);
   return focal_length_px_ / depth * std::sqrt(1 + edge * edge) * lens;

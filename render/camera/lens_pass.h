@@ -7,21 +7,20 @@ namespace hpdm {
 
 class Laparoscope;
 
-/// What the finished pinhole picture goes through inside the circle; outside it is black.
+/// Post-processes the finished pinhole picture inside the circle and draws black outside it:
 ///
-/// Edges: where the picture was drawn with one sample a pixel, pixels on an edge are blended along
-/// it (FXAA, Lottes 2009).
-///
-/// The lens's distortion: the picture moves along the circle's radius, on rings of triangles whose
-/// corners are where Laparoscope::Distorted says, so that a pixel costs one look-up and nothing is
-/// inverted. Between the rings it is linear, which is off by less than 6e-4 of the circle's radius.
+///   1. Edges: if the picture has one sample a pixel, pixels on an edge are blended along it (FXAA,
+///      Lottes 2009).
+///   2. Distortion: moves the picture along the circle's radius, on rings of triangles whose
+///      corners follow Laparoscope::Distorted. A pixel costs one look-up, without an inversion.
+///      Linear interpolation between the rings is off by less than 6e-4 of the circle's radius.
 ///
 /// Render thread only.
 class LensPass {
  public:
   enum class Edges { kAsDrawn, kSmoothed };
 
-  /// Throws MachineError when the driver refuses the shader.
+  /// Throws MachineError if the driver refuses the shader.
   explicit LensPass(Edges edges);
 
   /// Draws the picture in `texture` (a 2D texture of the scope's picture size) into the bound

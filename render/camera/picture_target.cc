@@ -15,7 +15,7 @@ namespace {
 void RequireComplete(int width, int height) {
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
   throw MachineError("OpenGL: no framebuffer of " + std::to_string(width) + "x" +
-                     std::to_string(height) + " pixels; choose a smaller picture");
+                     std::to_string(height) + " pixels; give a smaller picture size");
 }
 
 }  // namespace
@@ -114,7 +114,7 @@ ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int he
 
 void PictureTarget::Read(Image* image) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.name());
-  // Four bytes a pixel is the framebuffer's own layout; drivers convert to three slowly.
+  // The framebuffer has four bytes a pixel; drivers convert to three slowly.
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, rgba_.data());
 
   image->width = width_;

@@ -19,16 +19,16 @@ struct ScreenPlace {
   int height = 0;
 };
 
-/// Where a picture goes on a screen of width x height pixels (sides up to 32,767): in its middle,
-/// undistorted, as large as fits.
+/// Returns the place of a picture on a screen of width x height pixels (sides up to 32,767):
+/// centred, with its proportions, as large as fits.
 ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int height);
 
-/// Where a picture is drawn off screen: a framebuffer with depth, resolved into a plain one, which
-/// is shown and read back. Render thread only.
+/// Off-screen framebuffers of a picture: one with depth, resolved into a plain one, which is shown
+/// and read back. Render thread only.
 ///
 /// Jagged edges: a graphics card draws several samples a pixel. On a software renderer those would
-/// cost more than all shading (15 of 28 ms of core time at 640 x 480), so there the edges are
-/// smoothed in the picture (lens_pass.h).
+/// cost more than all shading (15 of 28 ms of core time at 640 x 480), so the lens pass smooths
+/// edges there (lens_pass.h).
 ///
 ///     Bind, draw the scene -> Resolve, draw flat things over it -> ShowOnScreen -> Read
 ///
@@ -36,24 +36,23 @@ ScreenPlace FitOnScreen(int picture_width, int picture_height, int width, int he
 /// graphics card (about 1 MB) at the price of showing every picture one frame, 33 ms, late.
 class PictureTarget {
  public:
-  /// `samples` a pixel, at most what the driver offers; 1: smoothed edges; 0: whichever suits the
-  /// renderer. Throws MachineError when the driver refuses the size.
+  /// `samples` a pixel, limited to the driver's maximum; 1: smoothed edges; 0: the better choice
+  /// for the renderer. Throws MachineError if the driver refuses the size.
   PictureTarget(int width, int height, int samples);
 
   /// Directs drawing here, over the whole picture.
   void Bind() const;
 
-  /// Resolves the scene that `scope` sees into the plain framebuffer, through the lens's
-  /// distortion if it has any. Later drawing goes there: without samples and without depth, over
-  /// the whole picture.
+  /// Resolves the scene that `scope` sees into the plain framebuffer, with the lens's distortion.
+  /// Later drawing goes there, over the whole picture, without multisampling and depth.
   void Resolve(const Laparoscope& scope) const;
 
   /// Copies the resolved picture into the middle of the context's own framebuffer of width x height
   /// pixels, as large as fits; the rest is black.
   void ShowOnScreen(int width, int height) const;
 
-  /// Waits until everything is drawn and copies the resolved picture into `image`, resized only
-  /// when it differs.
+  /// Waits until everything is drawn and copies the resolved picture into `image`, which is resized
+  /// only if its size differs.
   void Read(Image* image);
 
   int width() const { return width_; }

@@ -25,7 +25,7 @@ bool HasClientExtension(const char* extension) {
   return epoxy_has_egl_extension(EGL_NO_DISPLAY, extension);
 }
 
-/// Displays to try, best first.
+/// Returns the displays to try, best first.
 std::vector<Candidate> Candidates() {
   std::vector<Candidate> candidates;
   if (HasClientExtension("EGL_EXT_platform_base")) {
@@ -106,8 +106,7 @@ bool EglContext::TryDisplay(void* display, std::string* reason) {
   }
   if (config_count == 0) return fail("no configuration draws OpenGL off screen");
 
-  // First with the promise that a reset of the graphics processor can be asked for instead of
-  // going unseen; not every driver gives it.
+  // First with notification of resets of the graphics processor, which some drivers lack.
   for (const bool robust : {true, false}) {
     const EGLint attributes[] = {
         EGL_CONTEXT_MAJOR_VERSION_KHR,
@@ -153,9 +152,9 @@ std::unique_ptr<RenderContext> HeadlessContext() { return std::make_unique<EglCo
 }  // namespace hpdm
 
 #if defined(__SANITIZE_THREAD__)
-/// Mesa's software renderer is not instrumented: the race detector cannot see the counters that
-/// order its workers' use of a fence, and reports the fence's end. Only reports with Mesa's own
-/// code in the stack are left out.
+/// Mesa's software renderer is not instrumented. The race detector cannot see the counters that
+/// order its workers' use of a fence, and reports the fence's destruction as a race. Suppresses
+/// only reports with Mesa's own code in the stack.
 extern "C" const char* __tsan_default_suppressions() {
   return "race:swrast_dri.so\nrace:libgallium\n";
 }

@@ -7,20 +7,20 @@
 
 namespace hpdm {
 
-/// An OpenGL core context (3.3 or newer) that needs no window and no display: the only place of
-/// the project that calls EGL. Pictures are drawn into framebuffer objects (picture_target.h).
+/// An OpenGL core context (3.3 or newer) without a window or display. Only egl_context.cc calls
+/// EGL. Pictures are drawn into framebuffer objects (picture_target.h).
 ///
-/// A context belongs to the thread that constructs it, which is the one that draws: a software
-/// renderer starts its workers inside the constructor, and they inherit that thread's scheduling
-/// class and core set, which must be the render loop's and not a real-time loop's.
+/// Construct it on the thread that draws. A software renderer starts its workers in the
+/// constructor, and they inherit that thread's scheduling class and core set, which must not be a
+/// real-time loop's.
 class EglContext : public RenderContext {
  public:
-  /// Creates the context and makes it current on the calling thread. Displays tried in turn:
-  /// Mesa's surfaceless platform, each device of EGL_EXT_device_enumeration (vendors' drivers),
-  /// the default display. Throws MachineError naming what each one lacked and the remedy.
+  /// Creates the context and makes it current on the calling thread. Tries in order: Mesa's
+  /// surfaceless platform, each device of EGL_EXT_device_enumeration (vendors' drivers), the
+  /// default display. Throws MachineError with each failure's reason and the remedy.
   EglContext();
-  /// The constructing thread only. Destroys the context and leaves the display initialised, since
-  /// other contexts of the process share it.
+  /// Call on the constructing thread. Destroys the context but leaves the display initialised,
+  /// because other contexts of the process share it.
   ~EglContext() override;
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
@@ -28,7 +28,7 @@ class EglContext : public RenderContext {
   const std::string& renderer() const override { return renderer_; }
   std::string Failure() const override;
   bool MakeCurrent() override;
-  /// There is no screen.
+  /// Does nothing, because there is no screen.
   void Present(const PictureTarget& /*picture*/, int /*width*/, int /*height*/) override {}
 
  private:
@@ -37,12 +37,12 @@ class EglContext : public RenderContext {
 
   void* display_ = nullptr;  // EGLDisplay
   void* context_ = nullptr;  // EGLContext
-  void* surface_ = nullptr;  // EGLSurface, where the driver cannot do without one
+  void* surface_ = nullptr;  // EGLSurface, for drivers that need one
   bool reports_resets_ = false;
   std::string renderer_;
 };
 
-/// Makes an EglContext.
+/// Returns an EglContext.
 std::unique_ptr<RenderContext> HeadlessContext();
 
 }  // namespace hpdm

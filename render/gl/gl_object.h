@@ -6,8 +6,7 @@ namespace hpdm {
 
 enum class GlKind { kBuffer, kVertexArray, kFramebuffer, kRenderbuffer, kProgram, kTexture };
 
-/// One OpenGL object, owned: created with the value, deleted with it. Made, used and destroyed on
-/// the thread of its context.
+/// Owns one OpenGL object. Created, used and destroyed on the thread of its context.
 class GlObject {
  public:
   explicit GlObject(GlKind kind);

@@ -41,13 +41,13 @@ std::string GlRenderer() {
 }
 
 std::string GlFailure(bool reports_resets) {
-  // Asking is part of OpenGL from 4.5 on.
+  // The query exists since OpenGL 4.5.
   if (reports_resets && epoxy_gl_version() >= 45 && glGetGraphicsResetStatus() != GL_NO_ERROR) {
     return "the OpenGL context was lost: the graphics processor was reset";
   }
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return {};
-  // A context may hold several flags; a lost one reports for ever, hence the bound.
+  // A context may hold several flags; a lost one reports forever, hence the bound.
   for (int i = 0; i < 8 && glGetError() != GL_NO_ERROR; ++i) {
   }
   return std::string("OpenGL reported ") + GlErrorName(error);

@@ -9,40 +9,39 @@ namespace hpdm {
 
 class PictureTarget;
 
-/// Where the render loop draws: an OpenGL core context (3.3 or newer) and, with a window, the
-/// screen. Everything is called by the render thread, on which the context is constructed.
+/// The render loop's OpenGL core context (3.3 or newer) and, with a window, its screen. Constructed
+/// and called on the render thread.
 class RenderContext {
  public:
   virtual ~RenderContext() = default;
 
-  /// The GL renderer and version, such as "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5".
+  /// Returns the GL renderer and version, such as "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5".
   virtual const std::string& renderer() const = 0;
 
-  /// Whether drawing still reaches this context: it is current on the calling thread, was not
-  /// reset, and GL has recorded no error. Otherwise one line that says what happened; empty when
-  /// all is well. Clears GL's error flags. Waits for nothing.
+  /// Returns one line with the failure if the context is not current on the calling thread, was
+  /// reset, or has recorded a GL error; otherwise "". Clears GL's error flags. Non-blocking.
   virtual std::string Failure() const = 0;
 
-  /// Makes the context current on the calling thread again, after other code has taken it away;
-  /// false when it is lost. GL objects must not be deleted without a current context.
+  /// Makes the context current on the calling thread again, after other code replaced it. False if
+  /// it is lost. GL objects must not be deleted without a current context.
   virtual bool MakeCurrent() = 0;
 
-  /// Shows a resolved picture to the user, scaled into the middle of a screen of width x height
-  /// pixels; does nothing without a screen. Never waits for the screen's refresh.
+  /// Shows a resolved picture, scaled into the middle of a screen of width x height pixels. Does
+  /// nothing without a screen. Never waits for the screen's refresh.
   virtual void Present(const PictureTarget& picture, int width, int height) = 0;
 };
 
-/// Makes the calling thread's context. Throws MachineError when the machine cannot draw.
+/// Makes the calling thread's context. Throws MachineError if the machine cannot draw.
 using RenderContextFactory = std::function<std::unique_ptr<RenderContext>()>;
 
-/// Whether a renderer (GL_RENDERER) draws with the machine's processor.
+/// True if the renderer (GL_RENDERER) draws on the CPU.
 bool IsSoftwareRenderer(std::string_view renderer);
 
-/// The renderer and version of the current context.
+/// Returns the renderer and version of the current context.
 std::string GlRenderer();
 
-/// What the current context has suffered, as RenderContext::Failure says it. A reset of the
-/// graphics processor can be asked for only where the context was made to report it.
+/// Returns the current context's failure, see RenderContext::Failure. `reports_resets`: the context
+/// was created with reset notification.
 std::string GlFailure(bool reports_resets);
 
 }  // namespace hpdm

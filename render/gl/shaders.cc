@@ -11,7 +11,7 @@
 namespace hpdm {
 namespace {
 
-/// The driver's log as one line.
+/// Returns the driver's log as one line.
 std::string OneLine(std::string log) {
   while (!log.empty() && (log.back() == '\n' || log.back() == '\0')) log.pop_back();
   std::replace(log.begin(), log.end(), '\n', ';');

@@ -33,7 +33,7 @@ Texture::Texture(const Image& image, Border border) {
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
   if (std::max(image.width, image.height) > limit) {
     throw MachineError("OpenGL: no texture of " + std::to_string(image.width) + "x" +
-                       std::to_string(image.height) + " pixels; choose a picture of at most " +
+                       std::to_string(image.height) + " pixels; give a picture of at most " +
                        std::to_string(limit) + " on a side");
   }
   // OpenGL's first row is the bottom one.

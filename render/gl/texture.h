@@ -8,7 +8,7 @@
 
 namespace hpdm {
 
-/// Numbers for shaders to look up: 4 bytes a texel, each 0..1, rows from the bottom up.
+/// A table of numbers for shaders: 4 bytes a texel, each 0..1, rows from the bottom up.
 struct Texels {
   int width = 0;
   int height = 0;
@@ -21,14 +21,14 @@ class Texture {
  public:
   enum class Border { kRepeat, kMirror, kClamp };
 
-  /// Uploads an sRGB picture: shaders read linear light. An empty picture is a bug. Throws
-  /// MachineError when a side exceeds the driver's limit.
+  /// Uploads an sRGB picture; shaders read linear light. An empty picture is a bug. Throws
+  /// MachineError if a side exceeds the driver's limit.
   explicit Texture(const Image& image, Border border = Border::kRepeat);
 
-  /// Uploads numbers as they are; they repeat.
+  /// Uploads a repeating table without colour conversion.
   explicit Texture(const Texels& texels);
 
-  /// Makes it the texture that samplers of this unit read.
+  /// Binds it to a texture unit.
   void Bind(int unit) const;
 
  private:

@@ -5,10 +5,10 @@
 
 namespace hpdm {
 
-/// Colour as on a screen: sRGB, each component 0..1.
+/// A colour in sRGB, each component 0..1.
 using Colour = Eigen::Vector3f;
 
-/// From the screen's sRGB curve to light.
+/// Converts sRGB to linear light.
 inline Eigen::Vector3f Linear(const Colour& srgb) {
   return srgb.unaryExpr(
       [](float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); });

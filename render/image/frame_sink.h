@@ -11,30 +11,29 @@
 namespace hpdm {
 
 /// Writes pictures as a film of constant rate: frame_000000.png, frame_000001.png, ... in one
-/// folder, numbered without holes; a new one whenever the session passes a multiple of 1 / fps. A
-/// folder that is renamed meanwhile takes its film along. One thread.
+/// folder, numbered without gaps, one for each multiple of 1 / fps in session time. The folder may
+/// be renamed meanwhile. One thread.
 class FrameSink {
  public:
-  /// Creates the folder. Throws InputError when that fails or `fps` is not in (0, 1000].
+  /// Creates the folder. Throws InputError if that fails or `fps` is not in (0, 1000].
   FrameSink(std::filesystem::path folder, double fps);
   ~FrameSink();
   FrameSink(const FrameSink&) = delete;
   FrameSink& operator=(const FrameSink&) = delete;
 
-  /// Takes the picture of session time `time_ns` (not before the last one) and writes the frames
-  /// that have become due: none when the session has not reached the next one, several of the same
-  /// picture when it is past more than one. At most kMaxRepeats at once: after a longer stall the
-  /// film skips ahead, so that one late picture cannot hold up the next ones. A write that fails
-  /// ends the film (failure()).
+  /// Writes the picture of session time `time_ns` (not before the last one) once for each frame
+  /// that is due: none, one, or several. After a stall of more than kMaxRepeats frames the film
+  /// skips ahead, so that one late picture does not delay the next ones. A failed write ends the
+  /// film (failure()).
   void Add(const Image& image, Nanoseconds time_ns);
 
-  /// The film pauses: the next picture follows the last one, whatever time has passed.
+  /// Pauses the film: the next picture follows the last one, without the time between.
   void Break() { first_ = true; }
 
   static constexpr int kMaxRepeats = 10;
 
   std::uint64_t written() const { return written_; }
-  /// One line, empty while all is well.
+  /// The reason why the film ended: one line; empty without a failure.
   const std::string& failure() const { return failure_; }
 
  private:
@@ -42,7 +41,7 @@ class FrameSink {
   int folder_descriptor_;
   double fps_;
   bool first_ = true;
-  std::int64_t next_frame_ = 0;  // the next due, counted from session time 0
+  std::int64_t next_frame_ = 0;  // the next due frame, counted from session time 0
   std::uint64_t written_ = 0;
   std::vector<std::uint8_t> bytes_;
   std::string failure_;

@@ -22,7 +22,7 @@ void AppendBytes(png_structp png, png_bytep data, png_size_t size) {
   bytes->insert(bytes->end(), data, data + size);
 }
 
-/// libpng leaves through longjmp when it fails, so nothing in this frame has a destructor.
+/// libpng reports failure by longjmp, so this function has no object with a destructor.
 bool EncodeRows(const Image& image, PngEffort effort, std::vector<std::uint8_t>* bytes,
                 png_structp png, png_infop info) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
@@ -48,7 +48,7 @@ void EncodePng(const Image& image, std::vector<std::uint8_t>* bytes, PngEffort e
   bytes->clear();
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
-  // What is left to fail after these checks is memory, which ends the program anyway.
+  // After these checks only memory can run out, which ends the program anyway.
   HPDM_CHECK(info != nullptr);
   const bool encoded = EncodeRows(image, effort, bytes, png, info);
   png_destroy_write_struct(&png, &info);
@@ -61,11 +61,11 @@ bool WriteBytes(const std::filesystem::path& file, const std::vector<std::uint8_
   int reason = out == nullptr ? errno : 0;
   if (out != nullptr) {
     if (std::fwrite(bytes.data(), 1, bytes.size(), out) != bytes.size()) reason = errno;
-    // What the system could not store may only be told here.
+    // The system may report a failed write only on close.
     if (std::fclose(out) != 0 && reason == 0) reason = errno;
   }
   if (reason == 0) return true;
-  // No torn picture under a sound one's name, and its space for the others. A device stays.
+  // Removes the incomplete file, which also frees its space. A device file stays.
   std::error_code ignored;
   if (out != nullptr && std::filesystem::is_regular_file(file, ignored)) {
     std::filesystem::remove(file, ignored);
@@ -85,13 +85,13 @@ void WritePng(const std::filesystem::path& file, const Image& image, PngEffort e
 Image ReadPng(const std::filesystem::path& file) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
-  // Frees what libpng still holds on every way out.
+  // Frees libpng's memory at every exit.
   const std::unique_ptr<png_image, void (*)(png_image*)> guard(&png, png_image_free);
   const auto fail = [&file](const std::string& reason) {
     throw InputError(file.string() + ": " + reason + "; give a readable PNG file");
   };
   if (!png_image_begin_read_from_file(&png, file.c_str())) fail(png.message);
-  if (png.width > kMaxSide || png.height > kMaxSide) fail("over 16,384 pixels on a side");
+  if (png.width > kMaxSide || png.height > kMaxSide) fail("more than 16,384 pixels on a side");
   png.format = PNG_FORMAT_RGB;
   Image image;
   image.width = static_cast<int>(png.width);

@@ -15,7 +15,7 @@ struct Ring {
   double z;
 };
 
-/// The outline from just above the tip's pole to the shaft's end.
+/// Returns the outline from just above the tip's pole to the shaft's end.
 std::vector<Ring> Outline(double tip_radius, double shaft_radius, double length, int arcs) {
   // Angle from the pole (-z) at which the sphere meets the shaft, at most its equator.
   const double meet = shaft_radius < tip_radius

@@ -17,39 +17,38 @@ namespace hpdm {
 struct InstrumentPart {
   const SurfaceMesh* mesh = nullptr;  ///< In the tool frame T, jaws closed, m.
   double pivot = 0;                   ///< m: a jaw turns about the line x = 0, z = pivot.
-  double opening =
-      0;  ///< rad, of an open jaw: its tip goes towards +x, or if negative -x; 0: rigid.
+  double opening = 0;  ///< rad, angle of an open jaw: positive opens towards +x; 0: rigid.
 };
 
-/// Where a part is in the tool frame (rigid) when the jaws are open by `jaw` (0 closed .. 1 open).
+/// Returns the part's rigid pose in the tool frame for jaws at `jaw` (0 closed .. 1 open).
 Isometry3d PoseInTool(const InstrumentPart& part, double jaw);
 
 /// An instrument to draw, in its tool frame T (origin at the centre of the tip sphere, z along the
 /// shaft towards the trocar, y the jaws' axis).
 struct InstrumentVisual {
-  std::vector<InstrumentPart> parts;            ///< None: a capsule of the radii below.
+  std::vector<InstrumentPart> parts;            ///< Empty: a capsule of the radii below.
   double tip_radius = kDefaultToolRadius;       ///< m.
   double shaft_radius = kDefaultToolRadius;     ///< m.
   Colour colour = Colour(0.80f, 0.81f, 0.83f);  ///< Steel.
-  /// m: from this z in T on the shaft wears its insulation, which is no metal.
+  /// m: the z in T where the shaft's insulation (plastic) begins.
   double insulated_from = std::numeric_limits<double>::infinity();
   Colour insulation = Colour(0.12f, 0.12f, 0.13f);
-  /// What else the hand can hold: ToolPose::instrument_index 1, 2, ... Theirs stay empty.
+  /// Other instruments of this hand: ToolPose::instrument_index 1, 2, ... Theirs stay empty.
   std::vector<InstrumentVisual> exchanges = {};
 };
 
 /// The instruments on the graphics card. Render thread only.
 class InstrumentRenderer {
  public:
-  /// Compiles the program and uploads the meshes: at most kMaxInstruments, more are a bug. Throws
-  /// MachineError when the driver refuses the shader.
+  /// Compiles the program and uploads the meshes. More than kMaxInstruments are a bug. Throws
+  /// MachineError if the driver refuses the shader.
   explicit InstrumentRenderer(const std::vector<InstrumentVisual>& instruments);
 
-  /// Puts the instruments that the snapshot has into the frame, for what lies in their shade.
+  /// Writes the snapshot's instruments into the frame's uniforms, for their shade on tissue.
   void AddTo(const SceneSnapshot& snapshot, FrameUniforms* frame) const;
 
-  /// Draws the instruments that the snapshot has (none before the first tick), each as what its
-  /// hand holds and with its jaws as they are. Allocates nothing.
+  /// Draws the snapshot's instruments (none before the first tick) with the held instrument and jaw
+  /// angle of each. Allocates nothing.
   void Draw(const SceneSnapshot& snapshot) const;
 
  private:
@@ -59,8 +58,8 @@ class InstrumentRenderer {
   };
   struct Instrument {
     std::vector<Part> parts;
-    Eigen::Vector3f colour;  // linear, as is the next one
-    Eigen::Vector3f insulation;
+    Eigen::Vector3f colour;      // linear
+    Eigen::Vector3f insulation;  // linear
     double insulated_from;
     double tip_radius;
     double shaft_radius;

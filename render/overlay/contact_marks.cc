@@ -9,8 +9,8 @@ namespace hpdm {
 namespace {
 
 constexpr double kNormalLength = 0.02;     // m
-constexpr double kMinMarkRadius = 0.0025;  // m, of a contact without a kernel: what jaws hold
-constexpr double kHeadShare = 0.3;         // of an arrow
+constexpr double kMinMarkRadius = 0.0025;  // m, for grasps, whose contact has no kernel
+constexpr double kHeadShare = 0.3;         // length of an arrow's head over the arrow's
 const Colour kVertexColour(1.0f, 0.95f, 0.45f);
 const Colour kContactColour(1.0f, 1.0f, 1.0f);
 const Colour kNormalColour(0.35f, 0.90f, 1.0f);
@@ -34,7 +34,7 @@ void AddArrow(const Vector3d& from, const Vector3d& arrow, float radius, const C
 
 void AddContactMarks(const SolvedContact& contact, const OrganSnapshot& shape,
                      const Triangles& triangles, Marks* marks) {
-  // A tip that is near has a contact to be, without a force.
+  // A tip near the surface has a contact without a force.
   if (contact.kind == ContactKind::kNone || contact.force_on_tissue_W.isZero(0)) return;
   const double radius = std::max(contact.kernel_radius, kMinMarkRadius);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {

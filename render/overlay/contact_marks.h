@@ -6,11 +6,12 @@
 
 namespace hpdm {
 
-inline constexpr double kArrowLength = 0.03;  ///< m a newton, of the drawn force.
+inline constexpr double kArrowLength = 0.03;  ///< Length of the drawn force, m per newton.
 
-/// A tip's contact on the deformed surface: the vertices of the triangles that its kernel touches
-/// as points, the surface's normal, and the force on the hand (opposite to the one on the tissue,
-/// so that it stands out of the organ) as an arrow of kArrowLength. Nothing without a force.
+/// Adds marks of a tip's contact on the deformed surface; none without a force:
+///   - points at the vertices of the triangles that its kernel touches,
+///   - the surface's normal,
+///   - the force on the hand as an arrow of kArrowLength, pointing out of the organ.
 /// O(triangles). Render thread.
 void AddContactMarks(const SolvedContact& contact, const OrganSnapshot& shape,
                      const Triangles& triangles, Marks* marks);

@@ -5,8 +5,8 @@
 
 namespace hpdm {
 
-/// The font of the picture's text, DejaVu Sans (a TrueType file of the package fonts-dejavu-core,
-/// whose licence permits it), which becomes part of the program so that it runs anywhere.
+/// Returns the TrueType file of the picture's font, DejaVu Sans. It is embedded in the program so
+/// that it runs anywhere (package fonts-dejavu-core, whose licence permits this).
 std::span<const std::uint8_t> FontFile();
 
 }  // namespace hpdm

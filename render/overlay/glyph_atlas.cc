@@ -51,7 +51,7 @@ GlyphAtlas::GlyphAtlas(int pixels) : pixels_(pixels) {
   line_height_ = static_cast<int>(face->size->metrics.height / kUnit);
   ascent_ = static_cast<int>(face->size->metrics.ascender / kUnit);
 
-  // Rows of glyphs in a picture that is about as high as it is wide.
+  // Fills rows of glyphs; the map is about as high as wide.
   width_ = 16 * pixels;
   int x = 1 + kGap, y = 0, row_height = 1;
   coverage_.assign(static_cast<std::size_t>(width_), 0);

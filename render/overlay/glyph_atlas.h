@@ -15,24 +15,24 @@ struct Glyph {
   int advance = 0;            ///< To the next pen position.
 };
 
-/// The glyphs of one text size, rasterised once: ASCII, Latin-1 and a few symbols, side by side in
-/// one picture of their coverage. The only place of the project that knows FreeType. Immutable.
+/// The glyphs of one text size, rasterised once into one coverage map: ASCII, Latin-1 and a few
+/// symbols. Only glyph_atlas.cc includes FreeType. Immutable.
 class GlyphAtlas {
  public:
-  /// `pixels`: the font's size, 6 to 200 px. Throws MachineError when FreeType refuses.
+  /// `pixels`: the font's size, 6 to 200 px. Throws MachineError if FreeType fails.
   explicit GlyphAtlas(int pixels);
 
   int pixels() const { return pixels_; }            ///< The font's size.
   int line_height() const { return line_height_; }  ///< From base line to base line, px.
   int ascent() const { return ascent_; }            ///< From the top of a line to its base line.
 
-  /// The glyph of a code point, or that of '?'.
+  /// Returns the glyph of a code point, or that of '?'.
   const Glyph& At(char32_t code) const;
-  /// Of a text in UTF-8, px.
+  /// Returns the width of a text in UTF-8, px.
   int Width(std::string_view utf8) const;
 
   /// Coverage, 0 to 255, rows from the top down without padding. The pixel (0, 0) is fully covered,
-  /// for what is drawn without a shape.
+  /// for plain rectangles.
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -47,7 +47,7 @@ class GlyphAtlas {
   std::unordered_map<char32_t, Glyph> glyphs_;
 };
 
-/// The code points of a text in UTF-8; what is not UTF-8 becomes '?', byte by byte.
+/// Returns the code points of a text in UTF-8; each invalid byte becomes '?'.
 std::vector<char32_t> CodePoints(std::string_view utf8);
 
 }  // namespace hpdm

@@ -9,33 +9,33 @@
 
 namespace hpdm {
 
-/// A contact's force as a spot of colour that fades by the kernel cos(pi d / 2R) of the distance d
-/// to the contact point.
+/// A contact's force as a spot of colour that fades by the kernel cos(pi d / 2R), with d the
+/// distance to the contact point.
 struct ForceSpot {
-  Vector3d p_W = Vector3d::Zero();  ///< m.
+  Vector3d p_W = Vector3d::Zero();  ///< Contact point, m.
   double radius = 0;                ///< R, m.
   double force = 0;                 ///< N.
 };
 
-/// Values on organs as colours of colour_map.h, drawn over a finished picture in a pass of their
-/// own: a picture without them costs nothing. Needs the frame's uniform block bound, and the
-/// picture's depths, which stay. Render thread only.
+/// Draws values on organs as colours (colour_map.h) over a finished picture, in a separate pass: a
+/// picture without them costs nothing. Needs the frame's uniform block bound and the picture's
+/// depth buffer, which it keeps. Render thread only.
 class HeatRenderer {
  public:
-  /// Throws MachineError when the driver refuses a shader.
+  /// Throws MachineError if the driver refuses a shader.
   HeatRenderer();
 
-  /// Spots of force on an organ that has been drawn: the force's colour all over the spot, so that
-  /// it can be read beside the tip; nothing beyond the radius; between two spots the mean by their
-  /// kernels. `full_scale` (N) has the map's last colour.
+  /// Draws spots of force on a drawn organ. The whole spot has the force's colour, so that it can
+  /// be read beside the tip. Where spots overlap, the colour is the mean weighted by their kernels.
+  /// `full_scale` (N) has the map's last colour.
   void DrawForce(const MeshRenderer& mesh, const std::array<ForceSpot, kMaxInstruments>& spots,
                  int spot_count, double full_scale);
 
-  /// The values of MeshRenderer::SetHeat on all of the organ; 1 has the map's last colour.
+  /// Draws the values of MeshRenderer::SetHeat on the whole organ; 1 has the map's last colour.
   void DrawVertexHeat(const MeshRenderer& mesh);
 
-  /// A bar of the map's colours with a white frame and a tick at each quarter, upright in the
-  /// middle of the picture's right edge; `place` 0 is the outermost.
+  /// Draws an upright bar of the map's colours in the middle of the picture's right edge, with a
+  /// white frame and a tick at each quarter. `place` 0 is the outermost.
   void DrawBar(int place);
 
  private:

@@ -6,21 +6,20 @@
 
 namespace hpdm {
 
-/// Where the control points are: those of the lattice at their Greville abscissae (Eq. 4 with them
-/// is the map itself), each displaced by its own U, n x 3, m, world. Render thread.
+/// Returns the lattice's control points, n x 3, m, world: Greville abscissae (with which Eq. 4 is
+/// the identity) plus each point's displacement U. Render thread.
 Points DisplacedControlPoints(const Lattice& lattice, const OrganSnapshot& shape);
 
-/// Where the local functions in use act most, displaced by the lattice and by themselves, one row
-/// each, m, world.
+/// Returns the centres of the active local functions, displaced by the lattice and by themselves,
+/// one row each, m, world.
 Points DisplacedLocalFunctions(const OrganModel& model, const OrganSnapshot& shape);
 
-/// How strongly each control point is drawn, 0..1 (n), by the share of the surface that it moves:
-/// one that holds hardly any tissue may be far out, where nothing follows it, and would hide the
-/// others. O(V).
+/// Returns each control point's opacity, 0..1 (n), by the share of the surface that it moves. A
+/// point with little tissue may lie far outside and would hide the others. O(V).
 Eigen::VectorXf ControlPointPresence(const OrganModel& model);
 
-/// The control lattice of an organ that has one, and its local functions in use: points, and lines
-/// between neighbours in the lattice's grid; fainter, or left out, where they hold little tissue.
+/// Adds the control lattice of an organ that has one, and its active local functions: points, and
+/// lines between neighbours in the lattice's grid. Marks with little tissue are faint or omitted.
 void AddLatticeMarks(const OrganModel& model, const Eigen::VectorXf& presence,
                      const OrganSnapshot& shape, Marks* marks);
 

@@ -9,8 +9,8 @@
 
 namespace hpdm {
 
-/// A stroke between two points of the world with round ends, as wide on the screen wherever it is:
-/// a line, a point (both ends alike), an arrow's head (one radius 0).
+/// A stroke between two points of the world with round ends and a constant width on the screen: a
+/// line, a point (equal ends), or an arrow's head (one radius 0).
 struct Mark {
   Eigen::Vector3f a_W = Eigen::Vector3f::Zero();  ///< m.
   float radius_a = 1;                             ///< px.
@@ -24,14 +24,13 @@ using Marks = std::vector<Mark>;
 /// Draws marks over a finished picture. Render thread only.
 class MarkRenderer {
  public:
-  /// Throws MachineError when the driver refuses the shader.
+  /// Throws MachineError if the driver refuses the shader.
   MarkRenderer();
 
-  /// Draws the marks in their order, within the circular picture; what lies behind something that
-  /// was drawn has `hidden` (0..1) of its opacity. Marks fade
-  /// from the distance `fade_from` (m, along the viewing axis) on, to a fifth at 1.4 times of it.
-  /// Needs the frame's uniform
-  /// block bound, and the picture's depths, which stay.
+  /// Draws the marks in order, within the circular picture. Hidden parts have `hidden` (0..1) of
+  /// their opacity. Marks beyond the distance `fade_from` (m, along the viewing axis) fade to a
+  /// fifth at 1.4 times that distance. Needs the frame's uniform block bound and the picture's
+  /// depth buffer, which it keeps.
   void Draw(const Marks& marks, float hidden, double fade_from);
 
  private:

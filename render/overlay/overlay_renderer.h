@@ -13,26 +13,27 @@
 
 namespace hpdm {
 
-/// Radii of a contact's kernel that its colour reaches: seen around the tip that covers the kernel.
+/// Radius of a force's colour spot in kernel radii: visible around the tip, which covers the
+/// kernel.
 inline constexpr double kForceSpotRadii = 8;
 
-/// The least of 1, 2 and 5 times a power of ten that is not below `value` > 0: the end of a scale.
-/// 1e-3 for 0.
+/// Returns the end of a scale for `value`: the smallest of 1, 2 and 5 times a power of ten that is
+/// not below it; 1e-3 for 0.
 double RoundedUp(double value);
 
-/// What may be drawn over the picture (view_settings.h), but for the text. Render thread only.
+/// Draws the overlays of view_settings.h, except the text. Render thread only.
 class OverlayRenderer {
  public:
-  /// Compiles the programs. Throws MachineError when the driver refuses a shader.
+  /// Compiles the programs. Throws MachineError if the driver refuses a shader.
   explicit OverlayRenderer(const std::vector<OrganVisual>& organs);
 
   /// Draws the overlays (Overlay, or-ed) over a picture that has just been drawn of `snapshot`
-  /// through `scope`, whose frame's uniforms are bound. Without any, nothing happens.
+  /// through `scope`. The frame's uniforms must be bound.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays,
             OrganRenderer* organs);
 
-  /// Draws the colours of the overlays that have a scale beside a resolved picture: force, then
-  /// error inwards of it. The frame's uniforms are still bound.
+  /// Draws the overlays' colour scales beside a resolved picture: the force's outermost, then the
+  /// error's. The frame's uniforms must be bound.
   void DrawScales(std::uint32_t overlays);
 
  private:
@@ -40,7 +41,7 @@ class OverlayRenderer {
   void DrawErrors(const SceneSnapshot& snapshot, OrganRenderer* organs);
 
   std::vector<OrganVisual> organs_;
-  std::vector<Eigen::VectorXf> presence_;  // by organ, of its control points
+  std::vector<Eigen::VectorXf> presence_;  // for each organ, ControlPointPresence
   HeatRenderer heat_;
   MarkRenderer mark_renderer_;
   Marks marks_;               // scratch

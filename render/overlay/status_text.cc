@@ -42,15 +42,16 @@ std::vector<StatusLine> LoopLines(const Status& status) {
          health.step_flags == 0 ? Tone::kPlain : Tone::kWarning});
   }
   if ((health.step_flags & kStepRecovering) != 0) {
-    lines.push_back({"tissue holds back", Tone::kWarning});
+    lines.push_back({"overstretched", Tone::kWarning});
   } else if ((health.step_flags & kStepInverted) != 0) {
     lines.push_back({"tissue inverted", Tone::kWarning});
   }
-  if ((health.step_flags & kStepShed) != 0) lines.push_back({"does less", Tone::kWarning});
+  if ((health.step_flags & kStepShed) != 0) lines.push_back({"reduced quality", Tone::kWarning});
   if (status.frame_hz > 0) lines.push_back({Text("picture %.0f Hz", status.frame_hz)});
   if (health.ticks > 0) {
     const std::uint32_t skipped = health.skipped.Total();
-    lines.push_back({Text("skipped %u", skipped), skipped == 0 ? Tone::kDim : Tone::kWarning});
+    lines.push_back(
+        {Text("ticks missed: %u", skipped), skipped == 0 ? Tone::kDim : Tone::kWarning});
   }
   if (health.log_lost > 0) {
     lines.push_back(
@@ -70,22 +71,24 @@ std::vector<StatusLine> StateLines(const Status& status, const StatusNames& name
         {"click: take the " + InstrumentName(names, active, instrument_index), Tone::kGood});
   }
   if (view.window_width > 0) lines.push_back({"F1: keys", Tone::kDim});
-  if (view.overlays & kOverlayForce) lines.push_back({Text("colours: 0 to %g N", kForceScale)});
+  if (view.overlays & kOverlayForce) {
+    lines.push_back({Text("colours: force 0 to %g N", kForceScale)});
+  }
   if ((view.overlays & kOverlayError) && status.error_scale > 0) {
-    lines.push_back({Text("colours: 0 to %g mm off", 1e3 * status.error_scale)});
+    lines.push_back({Text("colours: error 0 to %g mm", 1e3 * status.error_scale)});
   }
   if (view.recording) lines.push_back({"\u25cf recording", Tone::kAlarm});
   return lines;
 }
 
-// The line of what holds a force back, if anything does.
+// Adds a line with the reason if the guard limits the force.
 void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
   if ((flags & kGuardDeviceInvalid) != 0) {
     lines->push_back({"device lost", Tone::kAlarm});
   } else if ((flags & kGuardDisabled) != 0) {
     lines->push_back({"force off", Tone::kWarning});
   } else if ((flags & kGuardStalePatch) != 0) {
-    lines->push_back({"tissue late", Tone::kAlarm});
+    lines->push_back({"simulation behind", Tone::kAlarm});
   } else if ((flags & kGuardClamped) != 0) {
     lines->push_back({"force limit", Tone::kAlarm});
   }
@@ -114,7 +117,7 @@ std::vector<StatusLine> Keys() {
   };
   return {
       {"Instrument", Tone::kGood},
-      key("click, Space", "take it with the mouse; Space lets it go"),
+      key("click, Space", "hold it with the mouse; Space releases it"),
       key("mouse, wheel", "move the tip, push it in and out"),
       key("left button, j", "close the jaws"),
       key("right button, q e", "roll"),
@@ -129,8 +132,8 @@ std::vector<StatusLine> Keys() {
       {"Session", Tone::kGood},
       key("p", "pause"),
       key("s, r", "screenshot, record"),
-      key("o", "what is drawn over the picture"),
-      key("F1, h", "these keys"),
+      key("o", "overlays"),
+      key("F1, h", "show the keys"),
       key("Esc", "end"),
   };
 }
@@ -147,11 +150,11 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
     }
     text.state = StateLines(status, names);
   }
-  // What the user asked for is said even where the rest is switched off.
+  // The banner answers the user, so it appears even without the rest of the text.
   if (status.view.help) {
     text.banner = Keys();
   } else if (status.view.paused) {
-    text.banner = {{"PAUSED", Tone::kWarning}, {"p: go on"}};
+    text.banner = {{"PAUSED", Tone::kWarning}, {"p: resume"}};
   }
   return text;
 }

@@ -10,19 +10,19 @@
 
 namespace hpdm {
 
-/// Names of what the text speaks of, by index.
+/// Names in the text, by index.
 struct StatusNames {
   std::vector<std::string> organs;
   std::vector<std::vector<std::string>> instruments;  ///< [tool][ToolPose::instrument_index].
 };
 
-/// What the text tells of, at one frame.
+/// Inputs of the text at one frame.
 struct Status {
   const ViewSettings& view;
-  const SessionHealth& health;  ///< As it is before the first: without ticks.
+  const SessionHealth& health;  ///< Default-constructed before the first.
   const SceneSnapshot& scene;
-  double frame_hz = 0;     ///< Pictures a second lately; 0: unknown.
-  double error_scale = 0;  ///< OrganVisual::error_scale; 0: there is no reference.
+  double frame_hz = 0;     ///< Pictures per second; 0: unknown.
+  double error_scale = 0;  ///< OrganVisual::error_scale; 0: without a reference.
 };
 
 enum class Tone { kPlain, kDim, kGood, kWarning, kAlarm };
@@ -31,11 +31,10 @@ struct StatusLine {
   std::string text;
   Tone tone = Tone::kPlain;
   std::optional<double> bar = {};  ///< A bar beside the text, 0 empty .. 1 full.
-  std::string key = {};            ///< Of the banner: a column before the text.
+  std::string key = {};            ///< In the banner: a column before the text.
 };
 
-/// The text by its place: in the corners that the circular picture leaves free, and over its
-/// middle.
+/// The text by its place: the corners outside the circular picture, and the middle over it.
 struct StatusText {
   std::vector<StatusLine> loops;                               ///< Top left: rates and losses.
   std::vector<StatusLine> state;                               ///< Top right: recording, hints.
@@ -43,11 +42,11 @@ struct StatusText {
   std::vector<StatusLine> banner;                              ///< Middle: PAUSED, or the keys.
 };
 
-/// Force that fills the bar, N: above what careful handling of soft organs takes (1 to 3 N).
+/// Force that fills the bar, N; careful handling of soft organs needs 1 to 3 N.
 inline constexpr double kBarForce = 5;
 
-/// What the picture says: pure, so that the same status gives the same text. Names that are missing
-/// become numbers.
+/// Returns the picture's text. Pure: the same status gives the same text. Missing names become
+/// numbers.
 StatusText MakeStatusText(const Status& status, const StatusNames& names);
 
 }  // namespace hpdm

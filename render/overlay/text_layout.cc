@@ -6,7 +6,7 @@
 namespace hpdm {
 namespace {
 
-constexpr int kBarWidth = 8;  // in text sizes / 2
+constexpr int kBarWidth = 8;  // in units of half the text's size
 
 Eigen::Vector4f ColourOf(Tone tone) {
   switch (tone) {
@@ -24,7 +24,7 @@ Eigen::Vector4f ColourOf(Tone tone) {
   return Eigen::Vector4f::Ones();
 }
 
-// From calm to alarming.
+// Returns green, yellow or red.
 Eigen::Vector4f BarColour(double fraction) {
   return fraction < 0.4   ? Eigen::Vector4f(0.35f, 0.80f, 0.45f, 1)
          : fraction < 0.7 ? ColourOf(Tone::kWarning)
@@ -40,10 +40,10 @@ class Page {
     return atlas_.Width(line.text) + (line.bar ? Gap() + BarWidth() : 0);
   }
 
-  // A line with its top left corner at (x, y).
+  // Adds a line with its top left corner at (x, y).
   void AddLine(const StatusLine& line, int x, int y) {
     const int base = y + atlas_.ascent();
-    // Dark edges keep light text readable where it reaches over the picture.
+    // A dark edge keeps light text readable over the picture.
     AddText(line.text, x + 1, base + 1, {0, 0, 0, 0.8f});
     const int end = AddText(line.text, x, base, ColourOf(line.tone));
     if (!line.bar) return;
@@ -60,7 +60,7 @@ class Page {
     Add({x, y, width, height, 0, 0, 1, 1, colour});
   }
 
-  // Lines from the top down at the left or right edge.
+  // Adds lines from the top down at the left or right edge.
   void AddBlock(const std::vector<StatusLine>& lines, bool right, int top) {
     for (const StatusLine& line : lines) {
       AddLine(line, right ? width_ - Margin() - LineWidth(line) : Margin(), top);
@@ -68,7 +68,7 @@ class Page {
     }
   }
 
-  // In the middle on a dark panel: a list of keys in two columns, or a short message.
+  // Adds a dark panel in the middle with a list of keys in two columns, or a short message.
   void AddBanner(const std::vector<StatusLine>& lines) {
     if (lines.empty()) return;
     int key_column = 0, text_column = 0;
@@ -102,7 +102,7 @@ class Page {
   int Gap() const { return atlas_.pixels() / 2; }
   int BarWidth() const { return kBarWidth * atlas_.pixels() / 2; }
 
-  // Returns the pen's place after it.
+  // Returns the pen's place after the text.
   int AddText(const std::string& text, int x, int base, const Eigen::Vector4f& colour) {
     for (const char32_t code : CodePoints(text)) {
       const Glyph& glyph = atlas_.At(code);
@@ -121,7 +121,7 @@ class Page {
     const bool shapeless = quad.atlas_x == 0 && quad.atlas_y == 0;
     if (inside) {
       quads_.push_back(quad);
-    } else if (shapeless) {  // a rectangle is cut, a character left out
+    } else if (shapeless) {  // a rectangle is cut, a character is omitted
       TextQuad cut = quad;
       cut.x = std::max(quad.x, 0);
       cut.y = std::max(quad.y, 0);

@@ -4,39 +4,11 @@
 
 #include <cstddef>
 
+#include "render/shader_sources.h"
+
 namespace hpdm {
-namespace {
-
-const char* const kTextVertex = R"(
-layout(location = 0) in vec2 at_px;
-layout(location = 1) in vec2 atlas_px;
-layout(location = 2) in vec4 colour;
-uniform vec2 picture_size;
-uniform vec2 atlas_size;
-out vec2 atlas_place;
-out vec4 text_colour;
-void main() {
-  atlas_place = atlas_px / atlas_size;
-  text_colour = colour;
-  vec2 clip = 2.0 * at_px / picture_size - 1.0;
-  gl_Position = vec4(clip.x, -clip.y, 0.0, 1.0);
-}
-)";
-
-const char* const kTextFragment = R"(
-in vec2 atlas_place;
-in vec4 text_colour;
-uniform sampler2D coverage;
-out vec4 colour;
-void main() {
-  colour = vec4(text_colour.rgb, text_colour.a * texture(coverage, atlas_place).r);
-}
-)";
-
-}  // namespace
-
 TextRenderer::TextRenderer()
-    : program_("text", {kTextVertex}, {kTextFragment}),
+    : program_("text", {glsl::kTextVertex}, {glsl::kTextFragment}),
       picture_size_(program_.Uniform("picture_size")),
       atlas_size_(program_.Uniform("atlas_size")) {
   glBindVertexArray(inputs_.name());
@@ -60,7 +32,7 @@ void TextRenderer::UseSize(int pixels) {
   glTexImage2D(GL_TEXTURE_2D, 0, GL_R8, atlas_->width(), atlas_->height(), 0, GL_RED,
                GL_UNSIGNED_BYTE, atlas_->coverage().data());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  // Pixel on pixel.
+  // Glyphs are drawn pixel by pixel, without interpolation.
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);

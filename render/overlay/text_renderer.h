@@ -9,14 +9,15 @@
 
 namespace hpdm {
 
-/// Draws text over the framebuffer that is bound. Render thread only.
+/// Draws text over the bound framebuffer. Render thread only.
 class TextRenderer {
  public:
-  /// Throws MachineError when the driver refuses the shader.
+  /// Throws MachineError if the driver refuses the shader.
   TextRenderer();
 
-  /// Draws `text` on a picture of width x height pixels, whose size decides the text's. Throws
-  /// MachineError when the font cannot be drawn in a new size; leaves OpenGL's state as it was.
+  /// Draws `text` on a picture of width x height pixels; the text's size follows the picture's.
+  /// Leaves OpenGL's state unchanged. Throws MachineError if the font cannot be drawn in a new
+  /// size.
   void Draw(const StatusText& text, int width, int height);
 
  private:

@@ -6,7 +6,7 @@
 
 namespace hpdm {
 
-/// What may be drawn over the picture; or-ed.
+/// Overlays of the picture; or-ed.
 enum Overlay : std::uint32_t {
   kOverlayNone = 0,
   kOverlayForce = 1u << 0,     ///< Contact force as colour on the organs.
@@ -17,21 +17,20 @@ enum Overlay : std::uint32_t {
   kOverlayText = 1u << 4,      ///< Force, depth, loop health, frame rate.
 };
 
-/// N: the force with the last colour of kOverlayForce; gentle presses and grasps stay below.
+/// The force with the last colour of kOverlayForce, N; gentle presses and grasps stay below.
 inline constexpr double kForceScale = 2;
 
-/// What the trainee may change of the view while the session runs: window -> render loop, latest
-/// value, one triple buffer.
+/// The trainee's settings of the view: window -> render loop, latest value, one triple buffer.
 struct ViewSettings {
   LaparoscopeOptions scope;
   std::uint32_t overlays = kOverlayNone;
-  bool help = false;           ///< The keys are listed.
-  bool click_takes = false;    ///< A click gives the mouse the active instrument: the text says so.
-  bool has_reference = false;  ///< kOverlayError has something to show.
-  bool paused = false;         ///< The picture says so.
-  bool recording = false;      ///< Frames are kept.
-  std::uint64_t screenshots = 0;  ///< Asked for so far.
-  int active_instrument = 0;      ///< That the mouse moves.
+  bool help = false;              ///< Show the list of keys.
+  bool click_takes = false;       ///< Show the hint that a click takes the active instrument.
+  bool has_reference = false;     ///< kOverlayError has a reference.
+  bool paused = false;            ///< Show "PAUSED".
+  bool recording = false;         ///< Write frames.
+  std::uint64_t screenshots = 0;  ///< Number of requests so far.
+  int active_instrument = 0;      ///< The instrument that the mouse moves.
   int window_width = 0;           ///< px, of the window's framebuffer; 0 without a window.
   int window_height = 0;          ///< px.
 };

@@ -11,17 +11,18 @@
 
 namespace hpdm {
 
-/// The abdomen's wall, behind everything: the inside of a sphere about the first frame's target
-/// that holds its scope. A background picture lies on it as a slide projector at the first frame's
-/// lens throws it, its shorter side across the circle, mirrored beyond its border: it fills the
-/// picture at the start and stays on the wall when the scope moves. Without one the wall is bare,
-/// in soft folds. Render thread only.
+/// Draws the abdominal wall behind everything: the inside of a sphere about the first frame's
+/// target that contains its scope. Render thread only.
+///
+/// A background picture is projected onto the wall from the first frame's lens, its shorter side
+/// across the circle, mirrored beyond its border. It fills the picture at the start and stays on
+/// the wall when the scope moves. Without one the wall has soft folds.
 class CavityRenderer {
  public:
-  /// `background` may be null and need not outlive the call. Throws MachineError when the driver
+  /// `background` may be null and need not outlive the call. Throws MachineError if the driver
   /// refuses the shader.
   explicit CavityRenderer(const Image* background);
-  /// Fills what is not covered yet. The first call places the wall and the projector.
+  /// Fills the pixels that nothing covers. The first call places the wall and the projector.
   void Draw(const Laparoscope& scope);
 
  private:
@@ -29,7 +30,7 @@ class CavityRenderer {
 
   ShaderProgram program_;
   bool has_picture_;
-  std::optional<Texture> texture_;  // the background, or else the relief of the bare wall
+  std::optional<Texture> texture_;  // the background, or the relief of the bare wall
   Eigen::Vector2f slide_size_ = Eigen::Vector2f::Ones();  // in radii of the circle
   bool placed_ = false;
   GlObject no_inputs_{GlKind::kVertexArray};

@@ -13,43 +13,40 @@
 
 namespace hpdm {
 
-/// Who computes Eq. 4 for the picture.
+/// The processor that computes Eq. 4 for the picture.
 enum class FfdPath : std::uint8_t {
   kAuto,    ///< UsesShader() decides.
-  kCpu,     ///< The deformation loop's vertices are uploaded, their normals computed here.
+  kCpu,     ///< Uploads the deformation loop's vertices; MeshRenderer computes their normals.
   kShader,  ///< A vertex shader, from control displacements; organs without a lattice: kCpu.
 };
 
-/// Whether the path is a shader's, for an organ of n control points and the OpenGL renderer's name
-/// (GL_RENDERER). kAuto: with at most 350 control points and no software renderer, which runs the
-/// shader on the core that has the CPU's sums already, 2.7 to 6.1 times slower (`hpdm bench --only
-/// ffd`); on a graphics card the limit has not been measured. The same on every run of a machine,
-/// as the same pixels need; hence no timing.
+/// True if a shader deforms the organ, with `renderer` the OpenGL renderer's name (GL_RENDERER).
+/// kAuto chooses it for at most 350 control points on a graphics card, where that limit has not
+/// been measured. A software renderer is 2.7 to 6.1 times slower than the CPU's sums (`hpdm bench
+/// --only ffd`). The choice uses no timing, so every run on a machine draws the same pixels.
 bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model);
 
-/// Free-form deformation in a vertex shader (Eq. 4): x = X + sum_a phi_a(X) U_a, with the local
-/// functions and indentations that DeformationLoop adds to a snapshot's vertices, for any
-/// points of the organ's rest surface. Positions agree with the CPU's to single precision.
+/// Free-form deformation of points of the organ's rest surface in a vertex shader:
 ///
-/// Normals are n = cof(F) n_rest (Nanson) with F = dx/dX of the same map, so no vertex needs its
-/// neighbours. The CPU averages the normals of the deformed triangles: the two differ by what the
-/// triangles miss of the map's curvature.
+///   positions   x = X + sum_a phi_a(X) U_a (Eq. 4), plus the local functions and indentations that
+///               DeformationLoop adds to a snapshot's vertices. Single precision.
+///   normals     n = cof(F) n_rest (Nanson), F = dx/dX. They need no neighbours. The CPU averages
+///               the deformed triangles' normals; the two differ by discretisation.
 ///
-/// A frame sends the control displacements, the active local functions and the indentations (16
-/// bytes a control point). The shader's output goes by transform feedback into the buffers that the
-/// organ is drawn from, so that every vertex is deformed once however many programs draw it.
+/// A frame uploads the control displacements (16 bytes a control point), the active local functions
+/// and the indentations. Transform feedback writes the result into the organ's vertex buffers, so
+/// each vertex is deformed once for all programs that draw it.
 ///
 /// Render thread only.
 class LatticeDeformation {
  public:
-  /// For the rest points (V x 3, world, m) with unit normals (V x 3). Compiles a program for the
-  /// lattice's basis. `model` must have a lattice and outlive this. Throws MachineError when the
+  /// Takes the rest points (V x 3, world, m) and unit normals (V x 3). Compiles a program for the
+  /// lattice's basis. `model` must have a lattice and outlive this. Throws MachineError if the
   /// driver refuses the shader.
   LatticeDeformation(const OrganModel& model, const Points& rest, const Points& rest_normals);
 
-  /// Deforms all points as `shape` says (its vertices are not read) into two buffers of V x 3
-  /// floats, which it sizes. Allocates nothing on the CPU. Changes the program and vertex array in
-  /// use.
+  /// Deforms all points by `shape` (except its vertices) into two buffers of V x 3 floats, which it
+  /// resizes. Allocates nothing on the CPU. Changes the current program and vertex array.
   void Deform(const OrganSnapshot& shape, const GlObject& positions, const GlObject& normals);
 
  private:
@@ -61,7 +58,7 @@ class LatticeDeformation {
   ShaderProgram program_;
   int active_count_, indentation_count_, indentation_centre_, indentation_normal_,
       indentation_amplitude_;
-  std::vector<Eigen::Vector4f> shape_;  // the lattice's grid, then two entries a local function
+  std::vector<Eigen::Vector4f> shape_;  // the lattice's grid, then two entries per local function
   GlObject layout_{GlKind::kVertexArray};
   GlObject rest_buffer_{GlKind::kBuffer};
   GlObject normal_buffer_{GlKind::kBuffer};

@@ -17,18 +17,19 @@ namespace {
 constexpr int kMinLevelTriangles = 100;
 constexpr int kMaxLevels = 12;
 
-// The share of the length in a collapse's cost: an edge of a flat part counts as if the surface
-// left it by a thirtieth of its length.
+// Weight of the squared length in a collapse's cost: an edge in a flat part costs as much as a
+// deviation of a thirtieth of its length.
 constexpr double kLengthCost = 1e-3;
 
-// Of the sine squared of the smallest angle, times 4/3: no collapse makes thinner triangles.
+// No collapse makes triangles with a smaller Evenness.
 constexpr double kMinEvenness = 0.03;
 
+// Returns sin^2 of the smallest angle; 3/4 for an equilateral triangle.
 double Evenness(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const double area2 = (b - a).cross(c - a).squaredNorm();
   const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
   const double longest = std::max({ab, bc, ca});
-  // Of the smallest angle, which lies opposite to the shortest side.
+  // The smallest angle lies opposite to the shortest side.
   const double others = ab * bc * ca / std::min({ab, bc, ca});
   return longest > 0 && others > 0 ? area2 / others : 0;
 }
@@ -37,7 +38,8 @@ struct Collapse {
   double cost;  // m^4
   int gone, kept;
   int version_gone, version_kept;
-  // Cheapest first, then by number, so that the order never depends on the queue's inside.
+  // Cheapest first, then by number, so that the order does not depend on the queue's
+  // implementation.
   bool operator<(const Collapse& other) const {
     return std::tie(cost, gone, kept, version_gone, version_kept) >
            std::tie(other.cost, other.gone, other.kept, other.version_gone, other.version_kept);
@@ -76,7 +78,7 @@ class Simplifier {
     }
   }
 
-  // Whether so few were reached.
+  // Collapses edges until at most `triangles` are left; false if that is impossible.
   bool Reduce(int triangles) {
     while (count_ > triangles && !queue_.empty()) {
       const Collapse next = queue_.top();
@@ -112,13 +114,14 @@ class Simplifier {
   int count() const { return count_; }
 
  private:
-  Vector3d Area(const Eigen::RowVector3i& corners) const {  // twice, along the normal
+  // Returns the normal with the length of twice the area.
+  Vector3d Area(const Eigen::RowVector3i& corners) const {
     const Vector3d a = At(corners[0]);
     return (At(corners[1]) - a).cross(At(corners[2]) - a);
   }
 
-  // The vertices of edges that do not join exactly two triangles: borders, and seams, where the
-  // drawn mesh is cut open.
+  // Keeps the vertices of edges that do not join exactly two triangles: borders, and seams, where
+  // the drawn mesh is cut open.
   void KeepBorders() {
     std::vector<std::pair<int, int>> edges;
     edges.reserve(static_cast<std::size_t>(triangles_.size()));
@@ -136,7 +139,7 @@ class Simplifier {
     }
   }
 
-  // Into neighbours_, ascending.
+  // Fills neighbours_, ascending.
   void CollectNeighbours(int v) {
     neighbours_.clear();
     for (const int t : stars_[v]) {
@@ -161,7 +164,7 @@ class Simplifier {
     for (const int w : neighbours_) Push(v, w);
   }
 
-  // Two triangles vanish, the others keep their side and do not become slivers, and no edge gets a
+  // True if two triangles vanish, the others neither flip nor become slivers, and no edge gets a
   // third triangle.
   bool IsSound(int gone, int kept) {
     CollectNeighbours(gone);
@@ -226,7 +229,7 @@ class Simplifier {
     }
   }
 
-  // On the nearest of the remaining triangles.
+  // Places a dropped vertex on the nearest of the remaining triangles.
   void Settle(int vertex) {
     const Vector3d p = At(vertex);
     double nearest2 = std::numeric_limits<double>::infinity();
@@ -255,7 +258,7 @@ class Simplifier {
   std::vector<int> neighbours_, others_, moving_, remaining_;  // scratch
 };
 
-// What is drawn at the place of a dropped vertex in place of `values` there.
+// Interpolates `values` at the place of a dropped vertex.
 template <typename Rows>
 auto AtPlace(const MeshLevel::Place& place, const Rows& values) {
   return (place.weights[0] * values.row(place.corners[0]) +
@@ -264,8 +267,8 @@ auto AtPlace(const MeshLevel::Place& place, const Rows& values) {
       .eval();
 }
 
-// How far the texture of a dropped vertex is drawn from its place, m: the way on the place's
-// triangle that makes up for the difference of the coordinates there.
+// Returns the shift of a dropped vertex's texture, m: the way on the place's triangle that
+// corresponds to the difference of the texture coordinates.
 double TextureDrift(const MeshLevel::Place& place, const SeamedMesh& mesh, const Points& drawn,
                     double metres_per_uv) {
   const auto uv = [&](int vertex) {
@@ -275,7 +278,7 @@ double TextureDrift(const MeshLevel::Place& place, const SeamedMesh& mesh, const
       uv(place.vertex) - AtPlace(place, mesh.texture_coordinates).transpose().cast<double>();
   Eigen::Matrix2d sides;
   sides << uv(place.corners[1]) - uv(place.corners[0]), uv(place.corners[2]) - uv(place.corners[0]);
-  constexpr double kFlat = 1e-3;  // of a triangle of the texture without a shape
+  constexpr double kFlat = 1e-3;  // sine of the angle in a degenerate triangle of the texture
   if (!(std::abs(sides.determinant()) > kFlat * sides.col(0).norm() * sides.col(1).norm())) {
     return metres_per_uv * off.norm();
   }

@@ -11,49 +11,53 @@ namespace hpdm {
 
 /// Fewer triangles over the same vertices, for an organ that is small in the picture.
 struct MeshLevel {
-  /// Where a vertex that no triangle has any more lies on them, at rest.
+  /// A vertex without triangles, and its nearest point on the level's surface at rest.
   struct Place {
     int vertex;
-    std::array<int, 3> corners;    ///< Of a triangle.
-    std::array<float, 3> weights;  ///< Of the corners, at least 0, sum 1.
+    std::array<int, 3> corners;    ///< A triangle's vertices.
+    std::array<float, 3> weights;  ///< Barycentric: at least 0, sum 1.
   };
 
-  Triangles triangles;         ///< Over the R drawn vertices (seams.h).
-  std::vector<Place> dropped;  ///< Over the R drawn vertices.
-  double mean_edge = 0;        ///< m, at rest.
-  double error = 0;            ///< m, at rest: the farthest way of a dropped vertex from its place,
-                               ///< or the root mean square of how far their texture is drawn off.
+  Triangles triangles;         ///< Indices of the R drawn vertices (seams.h).
+  std::vector<Place> dropped;  ///< Indices of the R drawn vertices.
+  double mean_edge = 0;        ///< Mean edge length at rest, m.
+  double error = 0;            ///< m, at rest: the largest distance of a dropped vertex from its
+                               ///< place, or the RMS shift of their texture if that is larger.
 };
 
-/// Levels of a mesh, finest first, each of about half of the last one's triangles; the first is the
-/// mesh itself. By half-edge collapses in the order of the quadric error (Garland and Heckbert
-/// 1997) with a share for the length, which keeps the triangles even. Vertices on a seam of the
-/// texture or a border stay, so that the texture is drawn as it is and no gap opens; the levels end
-/// where nothing else may go, or below 100 triangles. The same on every run.
+/// Returns the levels of a mesh, finest first. The first is the mesh itself; each of the others has
+/// about half of the triangles of the one before. The same on every run.
 ///
-/// `rest`: V x 3, m; `metres_per_uv`: of the texture's coordinates. O(F log F). Set-up.
+///   method   half-edge collapses in the order of the quadric error (Garland and Heckbert 1997)
+///            plus a share of the edge's length, which keeps the triangles even
+///   kept     vertices on a border or a seam of the texture, so that no gap opens
+///   end      no collapse is allowed, or the next level would have fewer than 100 triangles
+///
+/// `rest`: V x 3, m; `metres_per_uv`: scale of the texture coordinates. O(F log F). Set-up.
 std::vector<MeshLevel> MakeLevels(const SeamedMesh& mesh, const Points& rest, double metres_per_uv);
 
-/// m: the farthest way of a dropped vertex from its place when the vertices are at `vertices` (V x
-/// 3, m; `copies` as of SeamedMesh), and `level.error` at least. It bounds how far the level's
-/// surface is from the mesh's, however that is deformed. O(V); allocates nothing.
+/// Returns the largest distance (m) of a dropped vertex from its place for deformed `vertices` (V x
+/// 3, m; `copies` as in SeamedMesh), at least `level.error`. It bounds the distance between the
+/// level's surface and the mesh's. O(V); allocates nothing.
 double DeformedError(const MeshLevel& level, const std::vector<int>& copies,
                      const PointsF& vertices);
 
-/// Which level is drawn for a size in the picture.
+/// Chooses the drawn level by the size in the picture. A level is fine enough if
 ///
-/// A level serves while the mean of its edges is at most kMaxEdge pixels, over which interpolated
-/// normals shade as those of the mesh, and its error at most kMaxError, so that no silhouette is
-/// off by a pixel. It is left for a finer one where it stops serving, and for a coarser one only
-/// once that serves with room to spare, so that a picture at the border does not go to and fro.
+///   1. its mean edge is at most kMaxEdge pixels, so that interpolated normals shade like the
+///      mesh's,
+///   2. its error is at most kMaxError, so that no silhouette is off by a pixel.
+///
+/// A coarser level than the last must meet both with the factor kRoom, so that a picture at the
+/// limit does not alternate.
 struct LevelChoice {
   static constexpr double kMaxEdge = 8;     ///< px.
   static constexpr double kMaxError = 0.5;  ///< px.
-  static constexpr double kRoom = 0.85;     ///< Of both, for a coarser level than the last.
+  static constexpr double kRoom = 0.85;     ///< Factor on both limits for a coarser level.
 
-  /// The level after `last` (of `levels`) at `scale` (px a metre, at most); `error_of(k)` is the
-  /// error of level k as the mesh is deformed (m), asked only where its edges and its error at rest
-  /// are small enough. Allocates nothing.
+  /// Returns the level after `last` (of `levels`) at `scale` (largest pixels per metre).
+  /// `error_of(k)` returns the deformed error of level k (m); it is called only if the level's
+  /// edges and error at rest are small enough. Allocates nothing.
   template <typename ErrorOf>
   static int After(int last, const std::vector<MeshLevel>& levels, double scale,
                    const ErrorOf& error_of) {

@@ -19,8 +19,7 @@ void SetInput(GLuint index, const GlObject& buffer, int components) {
   glEnableVertexAttribArray(index);
 }
 
-/// New storage each time, so that the driver need not wait until the last frame has let go of the
-/// old one.
+/// Allocates new storage each time, so that the driver need not wait for the last frame's.
 template <typename Matrix>
 void Replace(const GlObject& buffer, const Matrix& values) {
   glBindBuffer(GL_ARRAY_BUFFER, buffer.name());

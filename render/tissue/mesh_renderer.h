@@ -13,67 +13,71 @@ namespace hpdm {
 
 struct MeshLevel;
 
-/// V x 3, single precision, as the graphics card takes them.
+/// V x 3, single precision, the graphics card's format.
 using PointsF = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-/// Unit normals of the vertices as VertexNormals (engine/mesh/surface_mesh.h) gives them, in single
-/// precision. `normals` is resized only when its size differs.
+/// Computes the unit normals of VertexNormals (engine/mesh/surface_mesh.h) in single precision.
+/// `normals` is resized only if its size differs.
 void VertexNormalsF(const PointsF& vertices, const Triangles& triangles, PointsF* normals);
 
-/// Whether every edge joins two triangles that run along it in opposite directions, and the
-/// surface faces outwards: then no triangle seen from behind is ever visible from outside.
+/// True if every edge joins two triangles that run along it in opposite directions, and the surface
+/// faces outwards. Then back faces are never visible from outside.
 bool IsClosed(const SurfaceMesh& mesh);
 
-/// The mesh with every edge sharper than `crease` (rad, between the triangles' normals) cut open:
-/// one vertex a triangle's corner (3 F) with a normal averaged, weighted by area, over the
-/// triangles around the corner that are within the angle. Instruments keep their edges with it.
+/// A mesh cut open at every edge sharper than `crease` (rad, between the triangles' normals), which
+/// keeps the edges of instruments sharp. Each triangle's corner has its own vertex (3 F). Its
+/// normal is the area-weighted mean over the triangles around the corner that are within the angle.
 struct CreasedMesh {
   SurfaceMesh mesh;
   PointsF normals;      ///< 3 F x 3.
-  bool closed = false;  ///< IsClosed of the mesh before the cuts.
+  bool closed = false;  ///< IsClosed() of the uncut mesh.
 };
 CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 
-/// One mesh on the graphics card: indices and texture coordinates stay, positions and normals are
-/// replaced when the mesh deforms. Render thread only.
+/// One mesh on the graphics card. Indices and texture coordinates are constant; positions and
+/// normals are replaced when the mesh deforms. Render thread only.
 ///
-/// Inputs of the vertex shader: 0 position, 1 normal (in the frame the vertices are given in), 2
-/// SetOffset, 3 texture coordinates (0 without), 4 SetHeat. Vertices on a seam of the texture are
-/// drawn once a side of it (seams.h), with one normal.
+/// Inputs of the vertex shader:
+///   0  position
+///   1  normal, in the vertices' frame
+///   2  SetOffset
+///   3  texture coordinates; 0 without
+///   4  SetHeat
+/// A vertex on a seam of the texture is drawn once for each side (seams.h), with one normal.
 ///
-/// Normals of a deforming mesh are computed here on the CPU (41 us for 11,200 triangles): with a
-/// software renderer a geometry pass runs on the same cores, and needs every vertex's neighbours.
+/// The CPU computes a deforming mesh's normals (41 us for 11,200 triangles). A geometry pass would
+/// need every vertex's neighbours, and with a software renderer it would run on the same cores.
 class MeshRenderer {
  public:
-  /// A deforming mesh: smooth normals. Starts at rest.
+  /// Takes a deforming mesh with smooth normals, at rest.
   explicit MeshRenderer(const SurfaceMesh& rest);
-  /// A rigid mesh with its own normals.
+  /// Takes a rigid mesh with its own normals.
   explicit MeshRenderer(const CreasedMesh& creased);
 
   /// Moves the vertices (V x 3, m; V as at construction, anything else is a bug), recomputes the
   /// normals and uploads both. Allocates nothing.
   void SetVertices(const PointsF& vertices);
 
-  /// Buffers of R x 3 floats, for a deformation on the card (lattice_deformation.h) instead of
-  /// SetVertices: of the V vertices, then of those that copies() repeats.
+  /// Buffers of R x 3 floats for a deformation on the card (lattice_deformation.h) instead of
+  /// SetVertices: the V vertices, followed by those that copies() repeats.
   const GlObject& positions() const { return position_buffer_; }
   const GlObject& normals() const { return normal_buffer_; }
   const std::vector<int>& copies() const { return copies_; }
 
-  /// A value a vertex (V), input 4 of the vertex shader; 0 before the first.
+  /// Sets a value for each vertex (V), input 4 of the vertex shader; 0 before the first call.
   void SetHeat(const std::vector<float>& values);
 
-  /// Levels (mesh_levels.h) of this mesh to draw in place of all of its triangles, and which of
-  /// them is drawn; their first is the mesh itself, which is drawn at the start.
+  /// Sets the mesh's levels (mesh_levels.h) and selects the drawn one. Level 0 is the mesh itself
+  /// and the initial selection.
   void SetLevels(const std::vector<MeshLevel>& levels);
   void SelectLevel(int level) { level_ = static_cast<std::size_t>(level); }
   int level() const { return static_cast<int>(level_); }
 
-  /// By how much all of it is drawn away from its vertices (m), input 2 of the vertex shader.
+  /// Sets the translation of the whole mesh (m), input 2 of the vertex shader.
   void SetOffset(const Eigen::Vector3f& offset) { offset_ = offset; }
 
-  /// Draws the triangles with the program in use; of a closed mesh only those that face the
-  /// viewer, which takes a quarter off a frame of the software renderer.
+  /// Draws the triangles with the current program. For a closed mesh it culls back faces, which
+  /// saves a quarter of a frame's time on the software renderer.
   void Draw() const;
 
  private:
@@ -86,7 +90,7 @@ class MeshRenderer {
   Triangles triangles_;        // F x 3, over the V vertices
   Eigen::Index vertex_count_;  // V
   std::vector<int> copies_;    // SeamedMesh::copies
-  // Of each level, where its indices begin and how many they are.
+  // For each level, the first of its indices and their number.
   std::vector<std::pair<Eigen::Index, Eigen::Index>> ranges_;
   std::size_t level_ = 0;
   std::vector<float> heat_;                           // R, scratch

@@ -2,53 +2,12 @@
 
 #include <epoxy/gl.h>
 
+#include "render/shader_sources.h"
+
 namespace hpdm {
 namespace {
 
 constexpr int kDepthUnit = 0;
-
-constexpr const char* kOcclusionVertex = R"glsl(
-void main() {
-  vec2 clip = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  gl_Position = vec4(clip, 0.0, 1.0);
-}
-)glsl";
-
-constexpr const char* kOcclusionFragment = R"glsl(
-uniform sampler2D depth;
-uniform vec2 inverse_depth;   // 1 / z = x + y * depth, 1/m
-uniform vec3 sampling;        // radius: px times m, m; strength
-out float open;
-
-// Eight pairs on two circles, none of them opposite another.
-const vec2 kOffsets[8] = vec2[8](
-    vec2(1.0, 0.0), vec2(0.7071, 0.7071), vec2(0.0, 1.0), vec2(-0.7071, 0.7071),
-    vec2(0.416, 0.172), vec2(0.172, 0.416), vec2(-0.172, 0.416), vec2(-0.416, 0.172));
-
-// In front by s radii; one behind balances as much in front on the other side.
-float Enclosure(float s) { return clamp(s, -1.0, 1.0) * clamp(2.5 - 0.5 * s, 0.0, 1.0); }
-
-void main() {
-  ivec2 here = ivec2(gl_FragCoord.xy);
-  float at = texelFetch(depth, here, 0).r;
-  if (at == 1.0) {
-    open = 1.0;
-    return;
-  }
-  ivec2 last = textureSize(depth, 0) - 1;
-  float w = inverse_depth.x + inverse_depth.y * at;
-  float radius_px = min(sampling.x * w, 32.0);
-  float to_radii = inverse_depth.y / (w * w * sampling.y);
-  float sum = 0.0;
-  for (int i = 0; i < 8; ++i) {
-    ivec2 offset = ivec2(round(radius_px * kOffsets[i]));
-    float a = texelFetch(depth, clamp(here + offset, ivec2(0), last), 0).r;
-    float b = texelFetch(depth, clamp(here - offset, ivec2(0), last), 0).r;
-    sum += max(Enclosure((a - at) * to_radii) + Enclosure((b - at) * to_radii), 0.0);
-  }
-  open = max(1.0 - sampling.z * (0.5 / 8.0) * sum, 0.0);
-}
-)glsl";
 
 constexpr float kStrength = 1.4f;
 
@@ -65,7 +24,7 @@ void SetStorage(const GlObject& texture, GLint format, GLenum of, GLenum type, i
 }  // namespace
 
 Occlusion::Occlusion()
-    : program_("occlusion", {kOcclusionVertex}, {kOcclusionFragment}),
+    : program_("occlusion", {glsl::kOcclusionVertex}, {glsl::kOcclusionFragment}),
       sampling_(program_.Uniform("sampling")),
       inverse_depth_(program_.Uniform("inverse_depth")) {
   program_.BindTexture("depth", kDepthUnit);
@@ -101,7 +60,7 @@ void Occlusion::Update(const Laparoscope& scope, const std::function<void()>& dr
   glBindFramebuffer(GL_FRAMEBUFFER, open_target_.name());
   glDisable(GL_DEPTH_TEST);
   program_.Use();
-  // Of the window's depth, which is affine in 1 / z between the near and the far plane.
+  // The depth buffer is affine in 1 / z between the near and the far plane.
   constexpr double kNear = Laparoscope::kNear, kFar = Laparoscope::kFar;
   glUniform2f(inverse_depth_, static_cast<float>(1 / kNear),
               static_cast<float>(1 / kFar - 1 / kNear));

@@ -8,27 +8,27 @@
 
 namespace hpdm {
 
-/// How much of the light from everywhere the organs keep from each other: in the crease where two
-/// touch, in a fold, around a dent. From the picture's own depth at half its resolution, so that it
-/// follows every deformation.
+/// Ambient occlusion of the organs: in the crease where two touch, in a fold, around a dent. It
+/// uses the picture's depth at half resolution, so it follows every deformation. Render thread
+/// only.
 ///
-/// A point is the more enclosed the nearer to the lens its surroundings are than itself (Luft,
-/// Colditz and Deussen 2006). The inverse of the depth is linear on a plane seen in perspective, so
-/// a pair of opposite neighbours on a plane averages to the point between them, whatever its slant:
-/// what they exceed it by is the enclosure, without any normals. Differences beyond a few radii are
-/// another surface's, far in front, and count for nothing. Render thread only.
+/// Method (after Luft, Colditz and Deussen 2006): a point is more enclosed the nearer to the lens
+/// its surroundings are. The inverse depth is linear on a plane in perspective, so two opposite
+/// neighbours on a plane of any slant average to the point between them. Their excess over it is
+/// the enclosure, without normals. Differences beyond a few radii belong to another surface far in
+/// front and are ignored.
 class Occlusion {
  public:
-  static constexpr double kRadius = 0.008;  ///< m on the organ, of the surroundings.
+  static constexpr double kRadius = 0.008;  ///< Radius of the surroundings, m on the organ.
 
-  /// Throws MachineError when the driver refuses the shader.
+  /// Throws MachineError if the driver refuses the shader.
   Occlusion();
 
-  /// Computes the occlusion of what `draw_depth` draws as seen by the scope. Leaves the framebuffer
-  /// and the viewport as they were. Allocates only when the picture's size changes.
+  /// Computes the occlusion of the surfaces that `draw_depth` draws, as seen by the scope. Restores
+  /// the framebuffer and the viewport. Allocates only if the picture's size changes.
   void Update(const Laparoscope& scope, const std::function<void()>& draw_depth);
 
-  /// Makes 1 - occlusion (0 to 1, by position in the picture) the texture of this unit.
+  /// Binds 1 - occlusion (0 to 1, by position in the picture) to a texture unit.
   void Bind(int unit) const;
 
  private:
@@ -37,7 +37,7 @@ class Occlusion {
   ShaderProgram program_;
   int sampling_;
   int inverse_depth_;
-  int width_ = 0;  // of the half-size maps, px
+  int width_ = 0;  // size of the half-size maps, px
   int height_ = 0;
   GlObject depth_{GlKind::kTexture};
   GlObject open_{GlKind::kTexture};

@@ -7,49 +7,11 @@
 
 #include "engine/base/check.h"
 #include "render/camera/frame_uniforms.h"
-#include "render/tissue/lighting.h"
+#include "render/shader_sources.h"
 #include "render/tissue/tissue_detail.h"
 
 namespace hpdm {
 namespace {
-
-constexpr const char* kOrganVertex = R"glsl(
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 offset;
-layout(location = 3) in vec2 texture_coordinate;
-out vec3 p_W;
-out vec3 normal_W;
-out vec2 uv;
-void main() {
-  p_W = position + offset;
-  normal_W = normal;
-  uv = texture_coordinate;
-  gl_Position = clip_from_world * vec4(p_W, 1.0);
-}
-)glsl";
-
-constexpr const char* kOrganFragment = R"glsl(
-in vec3 p_W;
-in vec3 normal_W;
-in vec2 uv;
-uniform vec3 base_colour;
-uniform float metres_per_uv;
-uniform sampler2D base_texture;
-uniform sampler2D openness;   // by position in the picture
-out vec4 colour;
-void main() {
-  vec3 to_lens = normalize(lens_W.xyz - p_W);
-  vec3 n = normalize(normal_W);
-  n = faceforward(n, -to_lens, n);
-  vec2 m = metres_per_uv * uv;
-  Detail detail = DetailAt(m);
-  vec3 rough = Raised(p_W, n, m, detail.slope);
-  vec3 albedo = base_colour * texture(base_texture, uv).rgb * (0.86 + 0.28 * detail.height);
-  float open = Openness(p_W, n) * texture(openness, 0.5 * gl_FragCoord.xy / circle_px.xy).r;
-  colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * open);
-}
-)glsl";
 
 constexpr const char* kOrganDepthFragment = "void main() {}\n";
 
@@ -62,7 +24,7 @@ const Image& White() {
   return white;
 }
 
-// Of the mesh's vertices and those that seams repeat.
+// Returns a deformation of the mesh's vertices and of the copies that seams need.
 std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
                                                   const std::vector<int>& copies) {
   const Eigen::Index count = model.rest().vertices.rows();
@@ -78,9 +40,10 @@ std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
 }  // namespace
 
 OrganRenderer::OrganRenderer(const std::vector<OrganVisual>& organs, bool levels)
-    : program_("organ", {glsl::kFrame, kOrganVertex},
-               {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, kOrganFragment}),
-      depth_program_("organ depth", {glsl::kFrame, kOrganVertex}, {kOrganDepthFragment}),
+    : program_(
+          "organ", {glsl::kFrame, glsl::kOrganVertex},
+          {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, glsl::kOrganFragment}),
+      depth_program_("organ depth", {glsl::kFrame, glsl::kOrganVertex}, {kOrganDepthFragment}),
       base_colour_(program_.Uniform("base_colour")),
       metres_per_uv_(program_.Uniform("metres_per_uv")),
       detail_(TissueDetail()),
@@ -130,7 +93,7 @@ void OrganRenderer::Organ::SetLevels(const SurfaceMesh& rest) {
 }
 
 void OrganRenderer::Organ::Look(const OrganSnapshot& shape, const Laparoscope& scope) {
-  if (shape.vertices.rows() == 0) return;  // where it is, only the card knows
+  if (shape.vertices.rows() == 0) return;  // the shape exists only on the card
   const Vector3d low = low_W + shape.offset_W, high = high_W + shape.offset_W;
   may_be_seen = scope.MaySee(low, high);
   if (levels.size() < 2 || !may_be_seen) return;

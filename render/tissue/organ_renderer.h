@@ -20,39 +20,38 @@
 
 namespace hpdm {
 
-/// An organ to draw. What it points to must outlive the visual.
+/// An organ to draw. The objects that it points to must outlive the visual.
 struct OrganVisual {
-  const SurfaceMesh* rest = nullptr;  ///< Posed rest surface in the world, m: the vertices that
-                                      ///< SceneSnapshot::organs[i].vertices moves.
+  const SurfaceMesh* rest = nullptr;  ///< Posed rest surface in the world, m; the snapshot's
+                                      ///< vertices are its deformed vertices.
   const Image* texture = nullptr;     ///< By the mesh's texture coordinates; null: `colour` alone.
-  Colour colour = Colour(0.40f, 0.155f, 0.125f);  ///< Without a texture; liver.
+  Colour colour = Colour(0.40f, 0.155f, 0.125f);  ///< Liver; used without a texture.
   const OrganModel* model = nullptr;  ///< For a deformation on the card; null: `ffd` is kCpu.
   FfdPath ffd = FfdPath::kAuto;
-  const Points* reference = nullptr;  ///< V x 3, m: displacements that kOverlayError compares with.
-  double error_scale = 1e-3;          ///< m, of the overlay's last colour.
+  const Points* reference = nullptr;  ///< V x 3, m: reference displacements of kOverlayError.
+  double error_scale = 1e-3;          ///< Error with the overlay's last colour, m.
 };
 
 /// The organs on the graphics card. Render thread only.
 class OrganRenderer {
  public:
-  /// Compiles the program and uploads meshes, their levels (unless `levels` is false) and textures.
-  /// Throws MachineError when the driver
-  /// refuses the shader. A texture for a mesh without texture coordinates is a bug.
+  /// Compiles the program and uploads meshes, textures and, if `levels`, the meshes' levels. Throws
+  /// MachineError if the driver refuses the shader. A texture for a mesh without texture
+  /// coordinates is a bug.
   explicit OrganRenderer(const std::vector<OrganVisual>& organs, bool levels = true);
 
-  /// Moves the organs to where the snapshot has them, and chooses which of them are drawn in a
-  /// picture through `scope`, and with which level; a shape is looked at only where its version
-  /// is another than at the last call. Fewer organs or another number of vertices than at
-  /// construction are a bug. Allocates nothing.
+  /// Moves the organs to the snapshot's shapes. Chooses the organs that `scope` may see and their
+  /// levels. A shape is uploaded only if its version changed since the last call. Fewer organs or
+  /// another number of vertices than at construction are a bug. Allocates nothing.
   void Move(const SceneSnapshot& snapshot, const Laparoscope& scope);
 
-  /// Draws depth alone.
+  /// Draws only depth.
   void DrawDepth() const;
 
   /// Draws the organs. `occlusion` (of the same frame) may be null.
   void Draw(const Occlusion* occlusion) const;
 
-  /// Of the organ, where the last Draw() had it.
+  /// Returns the organ's mesh as the last Draw() drew it.
   MeshRenderer& mesh(std::size_t organ) { return organs_[organ].mesh; }
   const MeshRenderer& mesh(std::size_t organ) const { return organs_[organ].mesh; }
 
@@ -63,11 +62,11 @@ class OrganRenderer {
     Eigen::Vector3f colour;  // linear, multiplies the texture's
     float metres_per_uv;
     std::unique_ptr<LatticeDeformation> deformation = {};  // null: the snapshot's vertices
-    std::vector<MeshLevel> levels = {};                    // the first is all of the mesh
-    std::optional<std::uint64_t> version = {};             // OrganSnapshot's, of what is drawn
-    Vector3d low_W = Vector3d::Zero(), high_W = Vector3d::Zero();  // m, of that shape
+    std::vector<MeshLevel> levels = {};                    // the first is the whole mesh
+    std::optional<std::uint64_t> version = {};             // OrganSnapshot::version of the shape
+    Vector3d low_W = Vector3d::Zero(), high_W = Vector3d::Zero();  // bounds of the shape, m
     bool may_be_seen = true;
-    std::vector<double> errors = {};  // m, of each level in that shape; < 0: not known yet
+    std::vector<double> errors = {};  // error of each level in the shape, m; < 0: unknown
 
     void SetLevels(const SurfaceMesh& rest);
     void Move(const OrganSnapshot& shape);

@@ -18,7 +18,7 @@ SeamedMesh CutSeams(const SurfaceMesh& mesh) {
   HPDM_CHECK(mesh.texture_coordinates.rows() == 3 * mesh.triangles.rows());
 
   using Coordinate = std::array<float, 2>;
-  std::vector<Coordinate> coordinates(mesh.vertices.rows());  // of the R vertices
+  std::vector<Coordinate> coordinates(mesh.vertices.rows());  // grows to R
   std::vector<bool> taken(mesh.vertices.rows());
   std::map<std::pair<int, Coordinate>, int> copy_of;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {

@@ -10,9 +10,9 @@
 namespace hpdm {
 namespace {
 
-constexpr int kSide = 512;  // texels, of 0.125 mm
+constexpr int kSide = 512;  // texels of 0.125 mm
 
-/// An octave: `cells` waves a side, each of height about `height` (m).
+/// An octave of noise: `cells` waves a side, each about `height` (m) high.
 struct Octave {
   int cells;
   double height;
@@ -21,7 +21,7 @@ struct Octave {
 // Shallow undulation of 10 mm and the lobules' grain of 2.5 mm.
 constexpr Octave kOctaves[] = {{6, 1.0e-3, 0x51ed270bu}, {26, 0.38e-3, 0x2545f491u}};
 
-/// A number in 0..1 for a point of the noise's lattice.
+/// Hashes a point of the noise's grid to a number in 0..1.
 double AtLattice(int x, int y, std::uint32_t seed) {
   std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8da6b343u ^
                     static_cast<std::uint32_t>(y) * 0xd8163841u ^ seed;
@@ -111,38 +111,5 @@ double MetresPerCoordinate(const SurfaceMesh& mesh) {
   HPDM_CHECK(covered > 0);
   return std::sqrt(surface / covered);
 }
-
-const char* const glsl::kTissueDetail = R"glsl(
-uniform sampler2D tissue_detail;
-const float kDetailTile = 0.064;   // as in tissue_detail.h
-const float kDetailSlope = 0.5;
-
-struct Detail {
-  vec2 slope;
-  float spread;   // mean square of the slopes that the mipmap averaged away
-  float height;   // 0..1
-};
-// m: place on the tissue, in metres.
-Detail DetailAt(vec2 m) {
-  vec4 texel = texture(tissue_detail, m * (1.0 / kDetailTile));
-  Detail detail;
-  vec2 relative = 2.0 * texel.xy - 1.0;
-  detail.slope = kDetailSlope * relative;
-  detail.spread = kDetailSlope * kDetailSlope * max(texel.z - dot(relative, relative), 0.0);
-  detail.height = texel.w;
-  return detail;
-}
-
-// The unit normal n at p of a surface raised by a height whose gradient in the coordinates m (m) is
-// `slope`: the slope along the picture's axes, carried over to the deformed surface (Mikkelsen
-// 2010).
-vec3 Raised(vec3 p, vec3 n, vec2 m, vec2 slope) {
-  vec3 px = dFdx(p), py = dFdy(p);
-  vec3 rx = cross(py, n), ry = cross(n, px);
-  float area = dot(px, rx);
-  vec3 along = sign(area) * (dot(slope, dFdx(m)) * rx + dot(slope, dFdy(m)) * ry);
-  return normalize(abs(area) * n - along);
-}
-)glsl";
 
 }  // namespace hpdm

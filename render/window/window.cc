@@ -20,7 +20,7 @@
 namespace hpdm {
 namespace {
 
-/// GLFW's last complaint; its callback has no other place for it. Main thread.
+/// GLFW's last error; its callback has no user pointer. Main thread.
 std::string& LastError() {
   static std::string text;
   return text;
@@ -64,7 +64,7 @@ int KeyOf(int key, int scancode) {
   if (label != nullptr && label[0] > 0 && label[1] == '\0') {
     return std::tolower(static_cast<unsigned char>(label[0]));
   }
-  // GLFW's codes of printing keys are a US keyboard's ASCII.
+  // GLFW's codes of printing keys are the ASCII codes of a US keyboard.
   return key > 0 && key < 0x80 ? std::tolower(key) : kKeyOther;
 }
 
@@ -89,7 +89,7 @@ struct Window::Callbacks {
   }
   static void Cursor(GLFWwindow* window, double x, double y) {
     Window& self = Of(window);
-    // In screen coordinates, which a display of high density counts in several pixels.
+    // x and y are screen coordinates, which on a high-density display span several pixels.
     int screen_width = 1, width = 1, unused = 0;
     glfwGetWindowSize(window, &screen_width, &unused);
     glfwGetFramebufferSize(window, &width, &unused);
@@ -111,10 +111,10 @@ struct Window::Callbacks {
     Of(window).Report(FocusEvent{focused == GLFW_TRUE});
   }
   static void Close(GLFWwindow* window) { Of(window).Report(CloseEvent{}); }
-  /// Xlib's own handlers end the program. A request that fails (on a window that somebody has
-  /// destroyed) only shows nothing.
+  /// Replaces Xlib's handler, which ends the program. A failed request, such as one on a destroyed
+  /// window, has no effect.
   static int RequestFailed(Display* /*display*/, XErrorEvent* /*error*/) { return 0; }
-  /// When the connection to the display breaks, these two are called in turn.
+  /// When the connection to the display breaks, Xlib calls these two in order.
   static int DisplayFailed(Display* /*display*/) { return 0; }
   static void DisplayLost(Display* /*display*/, void* window) {
     static_cast<Window*>(window)->lost_.request_stop();
@@ -125,9 +125,9 @@ struct Window::Callbacks {
 class Window::Context final : public RenderContext {
  public:
   explicit Context(Window* window) : window_(window) {
-    if (!MakeCurrent()) throw MachineError("--window: its display has gone away");
-    // A swap that waits for the screen's refresh would hold up the newest step by up to 17 ms; the
-    // price is that a picture may change while the screen shows it.
+    if (!MakeCurrent()) throw MachineError("--window: the display was lost");
+    // Waiting for the screen's refresh would delay the newest step by up to 17 ms. Without it a
+    // picture may change while the screen shows it.
     glfwSwapInterval(0);
     renderer_ = GlRenderer();
   }
@@ -136,7 +136,7 @@ class Window::Context final : public RenderContext {
   }
   const std::string& renderer() const override { return renderer_; }
   std::string Failure() const override {
-    if (window_->lost()) return "the window's display has gone away";
+    if (window_->lost()) return "the window's display was lost";
     if (glfwGetCurrentContext() != window_->window_) {
       return "the window's OpenGL context is no longer current on the render thread";
     }
@@ -181,7 +181,7 @@ Window::Window(int width, int height, const std::string& title) {
   glfwSetWindowFocusCallback(window_, Callbacks::Focus);
   glfwSetWindowCloseCallback(window_, Callbacks::Close);
   ReportSize();
-  // Errors are told on the thread that makes them, and from now on that may be the render thread.
+  // GLFW reports errors on the thread that causes them, which later may be the render thread.
   glfwSetErrorCallback(nullptr);
 }
 
@@ -190,10 +190,10 @@ void Window::Open(int width, int height, const std::string& title) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-  // Pictures come finished from a framebuffer of their own.
+  // Pictures are copied finished from another framebuffer.
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_STENCIL_BITS, 0);
-  // First with the promise that a reset can be asked for, as EglContext does.
+  // First with notification of resets, as EglContext does.
   for (const int robustness : {GLFW_LOSE_CONTEXT_ON_RESET, GLFW_NO_ROBUSTNESS}) {
     glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, robustness);
     window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
@@ -209,7 +209,7 @@ void Window::ReportSize() {
 }
 
 Window::~Window() {
-  // Xlib would wait for a display that is gone; the process's end frees what is left.
+  // Xlib would wait for a lost display; the process's end frees the rest.
   if (lost()) return;
   glfwDestroyWindow(window_);
   glfwTerminate();
@@ -223,7 +223,7 @@ std::vector<WindowEvent> Window::WaitForEvents(double seconds) {
 void Window::CaptureCursor(bool on) {
   if (on == captured_ || lost()) return;
   captured_ = on;
-  has_cursor_ = false;  // the cursor jumps here: that is no motion
+  has_cursor_ = false;  // the cursor's jump here does not count as motion
   glfwSetInputMode(window_, GLFW_CURSOR, on ? GLFW_CURSOR_DISABLED : GLFW_CURSOR_NORMAL);
 }
 

@@ -4,8 +4,8 @@
 
 namespace hpdm {
 
-/// A key as it is labelled: the ASCII code of what it prints without shift (letters in lower case),
-/// or one of these. Keys of a layout without ASCII letters count as those of a US keyboard.
+/// A key by its label: the ASCII code of its character without shift (letters in lower case), or
+/// one of these. In a layout without ASCII letters, a key counts as that of a US keyboard.
 enum Key : int {
   kKeyOther = 0x100,
   kKeyEscape,
@@ -22,10 +22,10 @@ enum Key : int {
 
 enum class MouseButton { kLeft, kRight, kMiddle };
 
-/// What a window reports, in plain values: nothing of a window library.
+/// A window's events, as plain values without types of a window library.
 struct KeyEvent {
   int key = kKeyOther;  ///< Key, or an ASCII code.
-  bool down = false;    ///< Pressed, else let go; a held key is reported once.
+  bool down = false;    ///< Pressed or released; a held key is reported once.
 };
 struct MotionEvent {
   double dx = 0;  ///< px of the picture, to the right.
@@ -45,7 +45,7 @@ struct ResizeEvent {
 struct FocusEvent {
   bool focused = false;
 };
-struct CloseEvent {};  ///< The user asks for the window's end.
+struct CloseEvent {};  ///< The user closes the window.
 
 using WindowEvent = std::variant<KeyEvent, MotionEvent, WheelEvent, ButtonEvent, ResizeEvent,
                                  FocusEvent, CloseEvent>;

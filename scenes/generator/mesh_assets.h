@@ -7,22 +7,22 @@
 
 namespace hpdm {
 
-/// A mesh that the project can make from nothing, as `hpdm generate` lists it.
+/// A generated mesh, as `hpdm generate` lists it.
 struct MeshAsset {
-  std::string name;         ///< Also the file's: NAME.obj.
+  std::string name;         ///< The file is NAME.obj.
   std::string description;  ///< One line.
   bool committed;           ///< Kept in scenes/meshes; the others are made on demand.
 };
 
-/// All assets, in the order of the listing.
+/// Returns all assets, in the order of the listing.
 const std::vector<MeshAsset>& MeshAssets();
 
-/// Makes an asset, SI, in its own frame (implicit_shapes.h for organs, instrument_mesh.h for
+/// Generates an asset, SI, in its own frame (implicit_shapes.h for organs, instrument_mesh.h for
 /// instruments). A hollow organ is its outer surface, then its cavity's, facing the cavity. The
 /// same bits on every run and x86-64 machine. Throws InputError for an unknown name.
 SurfaceMesh MakeMeshAsset(const std::string& name);
 
-/// The asset as the bytes of its OBJ file.
+/// Returns the bytes of the asset's OBJ file.
 std::string MeshAssetObj(const std::string& name, const SurfaceMesh& mesh);
 
 }  // namespace hpdm

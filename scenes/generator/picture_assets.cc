@@ -12,13 +12,13 @@ namespace hpdm {
 namespace {
 
 constexpr const char* kAbdomen = "abdomen.png";
-/// What one looks at closely or often.
+/// Pictures that are drawn large or often.
 constexpr const char* kCommitted[] = {"liver_1332", "liver_5000", "stomach_2132", "stomach_hollow",
                                       "gallbladder"};
 
 bool BeginsWith(const std::string& text, const char* start) { return text.rfind(start, 0) == 0; }
 
-/// Null for what is no organ.
+/// Returns null for names that are not organs.
 SurfaceColour (*ColourOf(const std::string& mesh))() {
   if (BeginsWith(mesh, "liver")) return LiverColour;
   if (BeginsWith(mesh, "stomach")) return StomachColour;

@@ -16,7 +16,7 @@ namespace hpdm {
 std::string Sha256OfFile(const std::filesystem::path& path) {
   const auto fail = [&path](const char* reason) {
     throw InputError(path.string() + ": cannot be read (" + reason +
-                     "); check the file and its rights");
+                     "); check the file and its permissions");
   };
   errno = 0;
   std::ifstream file(path, std::ios::binary);

@@ -7,7 +7,7 @@
 
 namespace hpdm {
 
-/// What scene files and reports call the types of instruments.
+/// Names of the instrument types in scene files and reports.
 inline constexpr std::pair<std::string_view, InstrumentType> kInstrumentTypes[] = {
     {"probe", InstrumentType::kProbe},
     {"grasper", InstrumentType::kGrasper},

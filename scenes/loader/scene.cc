@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "engine/snapshots.h"
-#include "scenes/loader/not_yet.h"
 #include "scenes/loader/scene_keys.h"
 #include "scenes/loader/scene_parts.h"
 
@@ -17,7 +16,7 @@ TimingOptions ReadTiming(const TableReader& table) {
   table.ReadInteger("render_hz", 1, 240, &timing.render_hz);
   if (timing.deformation_hz > timing.haptic_hz) {
     table.Fail("deformation_hz", "is above haptic_hz = " + std::to_string(timing.haptic_hz),
-               "the deformation loop must not be the faster one");
+               "give at most haptic_hz");
   }
   timing.patch_delay_ticks = (timing.haptic_hz + timing.deformation_hz - 1) / timing.deformation_hz;
   table.ReadInteger("patch_delay_ticks", 1, 10000, &timing.patch_delay_ticks);
@@ -30,19 +29,19 @@ LaparoscopeOptions ReadLaparoscope(const TableReader& table) {
   table.ReadVector("position", kCoordinate, &scope.p_scope_W);
   table.ReadVector("target", kCoordinate, &scope.p_target_W);
   if ((scope.p_target_W - scope.p_scope_W).norm() <= kScopeNear) {
-    table.Fail("target", "is within 2 mm of position", "let the scope look at a point before it");
+    table.Fail("target", "is within 2 mm of position", "give a point farther from the tip");
   }
   Vector3d trocar = Vector3d::Zero();
   if (table.ReadVector("trocar", kCoordinate, &trocar)) {
     scope.p_trocar_W = trocar;
     if ((trocar - scope.p_scope_W).norm() <= kScopeNear) {
-      table.Fail("trocar", "is within 2 mm of position", "the shaft goes from one to the other");
+      table.Fail("trocar", "is within 2 mm of position", "give a point farther from the tip");
     }
   }
   int angle_deg = 0;
   table.ReadInteger("angle_deg", 0, 45, &angle_deg);
   if (angle_deg != 0 && angle_deg != 30 && angle_deg != 45) {
-    table.Fail("angle_deg", "is no laparoscope's angle", "give 0, 30 or 45");
+    table.Fail("angle_deg", "is not a laparoscope's angle", "give 0, 30 or 45 degrees");
   }
   scope.angle = Radians(angle_deg);
 
@@ -63,7 +62,9 @@ template <typename Options>
 void RefuseTakenName(const TableReader& table, const Options& added,
                      const std::vector<Options>& others) {
   for (const Options& other : others) {
-    if (other.name == added.name) table.Fail("name", "is taken", "give each one its own name");
+    if (other.name == added.name) {
+      table.Fail("name", "is already used", "give each one its own name");
+    }
   }
 }
 
@@ -99,28 +100,30 @@ Scene ReadScene(const TomlDocument& document) {
   files.ReadEntries(root);
   if (const auto table = root.Table("scene", kSceneKeys)) {
     table->ReadName("name", &scene.name);
-    table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &scene.gravity);
+    Vector3d gravity = Vector3d::Zero();
+    table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &gravity);
+    if (!gravity.isZero(0)) {
+      table->Fail("gravity", "is not supported yet", "remove the key or give [0, 0, 0]");
+    }
     table->ReadFile("background", &scene.background);
   }
   if (const auto table = root.Table("timing", kTimingKeys)) scene.timing = ReadTiming(*table);
 
-  root.Require("organ", "describe at least one organ in an [[organ]] table");
+  constexpr std::string_view kAddOrgan = "add at least one [[organ]] table";
+  root.Require("organ", kAddOrgan);
   for (const TableReader& table : root.Tables("organ", kOrganKeys)) {
     if (scene.organs.size() == static_cast<std::size_t>(kMaxOrgans)) {
-      table.Fail("is one organ too many", "a scene has " + std::to_string(kMaxOrgans) + " at most");
+      table.Fail("too many organs", "a scene has at most " + std::to_string(kMaxOrgans));
     }
     OrganOptions organ = ReadOrgan(table);
     organ.time_step = 1.0 / scene.timing.deformation_hz;
     RefuseTakenName(table, organ, scene.organs);
     scene.organs.push_back(std::move(organ));
   }
-  if (scene.organs.empty()) {
-    root.Fail("organ", "holds no organ", "describe at least one organ in an [[organ]] table");
-  }
+  if (scene.organs.empty()) root.Fail("organ", "is empty", kAddOrgan);
   for (const TableReader& table : root.Tables("instrument", kInstrumentKeys)) {
     if (scene.instruments.size() == static_cast<std::size_t>(kMaxInstruments)) {
-      table.Fail("is one instrument too many",
-                 "a scene has " + std::to_string(kMaxInstruments) + " at most");
+      table.Fail("too many instruments", "a scene has at most " + std::to_string(kMaxInstruments));
     }
     InstrumentOptions instrument = ReadInstrument(table, scene.organs);
     RefuseTakenName(table, instrument, scene.instruments);
@@ -137,10 +140,6 @@ Scene ReadScene(const TomlDocument& document) {
   return scene;
 }
 
-Scene LoadScene(const std::filesystem::path& path) {
-  const TomlDocument document = ReadToml(path);
-  RefuseNotYet(document);
-  return ReadScene(document);
-}
+Scene LoadScene(const std::filesystem::path& path) { return ReadScene(ReadToml(path)); }
 
 }  // namespace hpdm

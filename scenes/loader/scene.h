@@ -13,32 +13,31 @@
 
 namespace hpdm {
 
-/// Rates of the loops; whole numbers, so that the lockstep clock's steps fall on exact ticks.
+/// Rates of the loops. Whole numbers, so that the lockstep clock's steps fall on exact ticks.
 struct TimingOptions {
   int haptic_hz = 1000;
   int deformation_hz = 30;
   int render_hz = 30;
   int patch_delay_ticks = 34;  ///< Lockstep: ticks from a step's start until its patch is visible.
                                ///< Default: one step, ceil(haptic_hz / deformation_hz).
-  double step_budget = 0.8;  ///< Real clock: share of the step's period beyond which steps do less;
-                             ///< 0: they never do.
+  double step_budget = 0.8;    ///< Real clock: share of the step's period beyond which the loop
+                               ///< sheds load; 0 never sheds.
 
   Nanoseconds StepBudget() const {
     return static_cast<Nanoseconds>(step_budget * kNanosecondsPerSecond / deformation_hz);
   }
 };
 
-/// Everything that a scene file says, validated, in SI units and the world frame. The form is
-/// documented in scenes/README.md.
+/// The validated contents of a scene file, in SI units and the world frame. scenes/README.md
+/// documents the file format.
 struct Scene {
   std::filesystem::path path;    ///< As given to LoadScene.
   std::string source_text;       ///< The file's text as read, so that a session can keep a copy.
   std::vector<SceneFile> files;  ///< Every file named below, each once.
-  bool recorded = false;  ///< Its [[file]] tables say what each file was; they have been verified.
+  bool recorded = false;         ///< The file has [[file]] tables; every hash has been verified.
 
-  std::string name;                     ///< Default: the file's name without its ending.
-  Vector3d gravity = Vector3d::Zero();  ///< m/s^2.
-  std::string background;               ///< Path of a picture, or empty.
+  std::string name;        ///< Default: the file's name without its extension.
+  std::string background;  ///< Path of a picture, or empty.
   TimingOptions timing;
   std::vector<OrganOptions> organs;            ///< 1 to kMaxOrgans, names unique.
   std::vector<InstrumentOptions> instruments;  ///< 0 to kMaxInstruments, names unique.
@@ -46,12 +45,11 @@ struct Scene {
   LaparoscopeOptions laparoscope;
 };
 
-/// Reads and validates a scene file. File names in it start at the scene's folder; those returned
-/// are absolute or relative to the working folder, as `path` is, and exist.
+/// Reads and validates a scene file. File names in it are relative to the scene's folder. The
+/// returned paths exist; like `path` they are absolute or relative to the working folder.
 ///
-/// Throws InputError at the first fault: one line, `FILE:LINE:COLUMN: key.path: what is wrong (the
-/// value); remedy`. Keys and values whose feature this version lacks are refused (not_yet.h), as
-/// are unknown keys. Set-up only: allocates and reads files.
+/// Throws InputError at the first fault: one line, `FILE:LINE:COLUMN: key.path: problem (value);
+/// remedy`. Refuses unknown keys and unsupported values. Set-up only: allocates and reads files.
 Scene LoadScene(const std::filesystem::path& path);
 
 }  // namespace hpdm

@@ -54,7 +54,7 @@ std::string ValueOf(const SceneValue& value) {
   return text.append("]");
 }
 
-/// Changes to a text at places of the unchanged one, applied all at once.
+/// Collects changes at places of the original text and applies them together.
 class TextEdits {
  public:
   explicit TextEdits(const TomlDocument& document) : document_(document) {
@@ -64,7 +64,7 @@ class TextEdits {
     }
   }
 
-  /// Bytes before a place.
+  /// Returns the number of bytes before a place.
   std::size_t At(TomlPlace place) const {
     std::size_t at = lines_[place.line - 1];
     for (std::uint32_t column = 1; column < place.column; ++column) {
@@ -88,7 +88,7 @@ class TextEdits {
   void Replace(TomlPlace begin, TomlPlace end, std::string with) {
     Replace(At(begin), At(end), std::move(with));
   }
-  /// `inserted` has no line end. Several after one line keep their order.
+  /// Inserts `inserted` (without a line end) as a line. Several after one line keep their order.
   void InsertAfterLine(std::uint32_t line, const std::string& inserted) {
     const std::size_t at = line < lines_.size() ? lines_[line] : Text().size();
     const bool ended = at > 0 && Text()[at - 1] == '\n';
@@ -98,7 +98,7 @@ class TextEdits {
     if (ended) line_and_end.append("\n");
     Replace(at, at, std::move(line_and_end));
   }
-  /// The blanks that a line begins with.
+  /// Returns the blanks at the line's start.
   std::string Indent(std::uint32_t line) const {
     const std::size_t begin = lines_[line - 1];
     return Text().substr(begin, Text().find_first_not_of(" \t", begin) - begin);
@@ -136,7 +136,7 @@ class TextEdits {
   std::set<std::uint32_t> commented_;
 };
 
-/// Where the value ends: a header's table with its last entry.
+/// Returns the value's last line; a header's table ends with its last entry.
 std::uint32_t LastLine(const TextEdits& text, const TomlValue& value) {
   std::uint32_t last = value.end.line;
   if (text.CharAt(value.place) == '{') return last;
@@ -148,13 +148,13 @@ std::uint32_t LastLine(const TextEdits& text, const TomlValue& value) {
   return last;
 }
 
-/// Edits of one organ.
+/// Applies the edits of one organ.
 class OrganText {
  public:
   OrganText(const TomlDocument& document, const TomlValue& organ, TextEdits* text)
       : organ_(organ), text_(*text) {
     if (text_.CharAt(organ.place) != '[') {
-      FailAt(document, organ.place, "organ", "stands in an inline table; write it as [[organ]]");
+      FailAt(document, organ.place, "organ", "is an inline table; write it as [[organ]]");
     }
   }
 
@@ -176,7 +176,7 @@ class OrganText {
   }
 
  private:
-  // The last line of the organ's own keys, and of a table's without those inside it.
+  // Returns the last line of a table's own keys, without the tables under their own headers.
   std::uint32_t LastOwnLine(const TomlValue& table) const {
     std::uint32_t last = table.place.line;
     for (const TomlEntry& entry : std::get<TomlTable>(table.value)) {
@@ -193,7 +193,7 @@ class OrganText {
     return !std::holds_alternative<std::monostate>(edit.value);
   }
 
-  // `prefix`: of a dotted key.
+  // `prefix` precedes inserted keys of a table that is written with dotted keys.
   void EditTable(const TomlValue& table, const std::string& prefix,
                  const std::vector<SceneKeyEdit>& keys) {
     const std::uint32_t last = LastOwnLine(table);
@@ -263,7 +263,7 @@ class OrganText {
     text_.CommentOut(entry.place.line, LastLine(text_, entry.value));
   }
 
-  // Its lines and not those between, which may belong to another.
+  // Comments out the table's own lines; lines between them may belong to another table.
   void RemoveTable(const TomlValue& table) {
     text_.CommentOut(table.place.line, table.place.line);
     for (const TomlEntry& entry : std::get<TomlTable>(table.value)) Remove(entry);
@@ -315,7 +315,7 @@ std::string MovedScene(const Scene& scene, std::string text, const fs::path& to_
   if (from == to) return text;
   if (scene.recorded) {
     throw InputError(scene.path.string() +
-                     ": is a record, whose files lie in its own folder; write the scene there");
+                     ": is a recorded scene, its files must stay in its folder; write it there");
   }
   std::map<std::string, std::string> names;
   for (const SceneFile& file : scene.files) {

@@ -12,10 +12,10 @@
 
 namespace hpdm {
 
-/// A value as it is to stand in a scene file; std::monostate: the key is not to be given.
+/// A value to write into a scene file; std::monostate removes the key.
 using SceneValue = std::variant<std::monostate, bool, int, double, std::string, std::array<int, 3>>;
 
-/// What is to become of one key: of the organ itself (`table` empty), or of its [organ.TABLE].
+/// The new value of one key, in the organ itself (`table` empty) or in its [organ.TABLE].
 struct SceneKeyEdit {
   std::string table;
   std::string key;
@@ -23,20 +23,24 @@ struct SceneKeyEdit {
 };
 
 struct OrganEdit {
-  std::size_t organ = 0;  ///< In the order of the file.
+  std::size_t organ = 0;  ///< Index in the order of the file.
   std::vector<SceneKeyEdit> keys;
-  std::vector<std::string> removed_tables;  ///< Of the organ.
+  std::vector<std::string> removed_tables;  ///< Names of the organ's tables to remove.
 };
 
-/// A scene's text with some keys changed, and nothing else: values are replaced where they stand,
-/// missing keys follow the last one of their table, and what is to go is made a comment, so that
-/// the author's words, order and spacing remain. Inline tables ({...}) that lose a key are written
-/// anew. Throws InputError (file, place, remedy) where an organ stands in an inline table itself.
+/// Returns the scene's text with some keys changed. The author's comments, order and spacing stay:
+///
+///   1. A new value replaces the old one in place.
+///   2. A missing key is inserted after the last key of its table.
+///   3. A removed key or table becomes a comment.
+///   4. An edited inline table ({...}) is rewritten.
+///
+/// Throws InputError (file, place, remedy) if an edited organ is itself an inline table.
 std::string EditedScene(const Scene& scene, const std::vector<OrganEdit>& edits);
 
-/// The text of a scene file of one folder for another: the names of files that are relative lead to
-/// the same files from there. The same text for the same folder. Throws InputError for a recorded
-/// scene, whose files lie in its own folder.
+/// Returns a scene's text for use in another folder: relative file names are rewritten to name the
+/// same files from there. The same folder gives the same text. Throws InputError for a recorded
+/// scene, because its files must stay in its own folder.
 std::string MovedScene(const Scene& scene, std::string text,
                        const std::filesystem::path& to_folder);
 

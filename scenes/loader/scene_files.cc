@@ -16,7 +16,7 @@ const SceneFile* Named(const std::vector<SceneFile>& files, const std::string& n
   return at == files.end() ? nullptr : &*at;
 }
 
-constexpr char kForget[] = "or remove the [[file]] tables to read what is there now";
+constexpr char kOrDropRecord[] = "or remove the [[file]] tables to use the present files";
 
 }  // namespace
 
@@ -39,15 +39,15 @@ void SceneFiles::ReadEntries(const TableReader& root) {
     table.Require("name", "give the file's name as the scene writes it");
     table.ReadString("name", &entry.name);
     if (Named(entries_, entry.name) != nullptr) {
-      table.Fail("name", "is taken", "give each file one table");
+      table.Fail("name", "is already used", "give each file one table");
     }
     if (table.ReadString("copy", &entry.copy) && !StaysInside(entry.copy)) {
-      table.Fail("copy", "leads out of the scene's folder", "name a file inside of it");
+      table.Fail("copy", "leads out of the scene's folder", "name a file inside it");
     }
     table.Require("sha256", "give the file's SHA-256, as sha256sum prints it");
     table.ReadString("sha256", &entry.sha256);
     if (!IsSha256(entry.sha256)) {
-      table.Fail("sha256", "is no SHA-256", "give 64 lower-case hexadecimal digits");
+      table.Fail("sha256", "is not a SHA-256", "give 64 lower-case hexadecimal digits");
     }
     entries_.push_back(std::move(entry));
   }
@@ -63,7 +63,7 @@ std::optional<SceneFiles::Fault> SceneFiles::Find(const std::string& name, std::
   if (recorded()) {
     const SceneFile* entry = Named(entries_, name);
     if (entry == nullptr) {
-      return Fault{"has no [[file]] table", std::string("add one, ") + kForget};
+      return Fault{"has no [[file]] table", std::string("add one, ") + kOrDropRecord};
     }
     file = *entry;
   }
@@ -72,8 +72,8 @@ std::optional<SceneFiles::Fault> SceneFiles::Find(const std::string& name, std::
   const fs::file_status status = fs::status(place, error);
   if (name.empty() || !fs::is_regular_file(status)) {
     return Fault{
-        !name.empty() && fs::exists(status) ? "is no regular file" : "there is no such file",
-        "paths start at the scene's folder, it was looked for at \"" + place.string() + '"'};
+        !name.empty() && fs::exists(status) ? "is not a regular file" : "there is no such file",
+        "paths are relative to the scene's folder, this one leads to \"" + place.string() + '"'};
   }
   file.path = place.string();
   if (recorded()) {
@@ -85,17 +85,17 @@ std::optional<SceneFiles::Fault> SceneFiles::Find(const std::string& name, std::
 }
 
 std::optional<SceneFiles::Fault> SceneFiles::Verify(const SceneFile& file) const {
-  // By its name too: what keeps a copy at the name (SessionFolder) has another folder around it.
+  // The name alone must stay inside too: SessionFolder keeps copies by name in another folder.
   if (!StaysInside(file.copy.empty() ? file.name : file.copy) || !LiesInside(folder_, file.path)) {
     return Fault{
-        "lies outside of the scene's folder, as no file of a record does",
-        std::string("copy it into the folder and name it as its [[file]] copy, ") + kForget};
+        "lies outside the folder of a recorded scene",
+        std::string("copy it into the folder and set its [[file]] copy, ") + kOrDropRecord};
   }
   const std::string sha256 = Sha256OfFile(file.path);
   if (sha256 != file.sha256) {
-    return Fault{"is not the file of the record: its SHA-256 begins with " + sha256.substr(0, 8) +
-                     ", the record's with " + file.sha256.substr(0, 8),
-                 std::string("restore ") + file.path + ", " + kForget};
+    return Fault{"differs from the recorded file: its SHA-256 begins with " + sha256.substr(0, 8) +
+                     ", the recorded one with " + file.sha256.substr(0, 8),
+                 std::string("restore ") + file.path + ", " + kOrDropRecord};
   }
   return std::nullopt;
 }

@@ -34,7 +34,7 @@ DeviceProfile ReadDevice(const TableReader& table) {
   table.ReadNumber("max_force", Interval::Positive(1000, "N"), &device.max_force);
   table.ReadNumber("max_torque", Interval::Positive(1000, "N m"), &device.max_torque);
   table.ReadNumber("max_force_rate", Interval::Positive(1e6, "N/s"), &device.max_force_rate);
-  // Pitch and yaw stay below a right angle, where the kinematics about the trocar are singular.
+  // Pitch and yaw stay below pi / 2, where the kinematics about the trocar are singular.
   table.ReadNumber("max_angle", Interval::Positive(1.5, "rad"), &device.max_angle);
   table.ReadNumber("min_insertion", Interval::NotNegative(1, "m"), &device.min_insertion);
   table.ReadNumber("max_insertion", Interval::Positive(1, "m"), &device.max_insertion);
@@ -104,15 +104,15 @@ JawOptions ReadJaws(const TableReader& table) {
   return jaws;
 }
 
-/// The keys that an instrument and its exchanges share.
+/// Reads the keys that an instrument and its exchanges share.
 void ReadHeld(const TableReader& table, InstrumentDescription* held) {
   table.Require("name", "name the instrument");
   table.ReadName("name", &held->name);
   table.ReadChoice("type", kInstrumentTypes, &held->type);
   table.ReadFile("mesh", &held->mesh);
   if (table.Has("jaws") && held->mesh.empty()) {
-    table.Fail("jaws", "belongs to an own mesh",
-               "remove it (a type draws its own jaws) or give mesh, the part that does not turn");
+    table.Fail("jaws", "needs mesh",
+               "give mesh, the part that does not turn, or remove jaws: each type has its own");
   }
   if (const auto jaws = table.Table("jaws", kJawKeys)) held->jaws = ReadJaws(*jaws);
   double insulated_from = 0;
@@ -127,14 +127,14 @@ void ReadHeld(const TableReader& table, InstrumentDescription* held) {
 void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {
   for (const TableReader& exchange : table.Tables("exchange", kExchangeKeys)) {
     if (instrument->exchanges.size() == static_cast<std::size_t>(kMaxHeld - 1)) {
-      exchange.Fail("is one exchange too many", "a hand has " + std::to_string(kMaxHeld - 1) +
-                                                    " at most beside its first instrument");
+      exchange.Fail("too many exchanges", "a hand has at most " + std::to_string(kMaxHeld - 1) +
+                                              " besides its first instrument");
     }
     InstrumentDescription held;
     ReadHeld(exchange, &held);
     for (int i = 0; i < instrument->HeldCount(); ++i) {
       if (instrument->Held(i).name != held.name) continue;
-      exchange.Fail("name", "is taken", "give each instrument of a hand its own name");
+      exchange.Fail("name", "is already used", "give each instrument of a hand its own name");
     }
     instrument->exchanges.push_back(std::move(held));
   }
@@ -146,14 +146,14 @@ InstrumentOptions ReadInstrument(const TableReader& table,
                                  const std::vector<OrganOptions>& organs) {
   InstrumentOptions instrument;
   ReadHeld(table, &instrument);
-  table.Require("trocar", "give the point where it enters the body as [x, y, z] in m");
+  table.Require("trocar", "give the point where the shaft enters the body as [x, y, z] in m");
   table.ReadVector("trocar", kCoordinate, &instrument.p_trocar_W);
   table.ReadChoice("reaction",
                    {{"paper", ReactionType::kPaper}, {"lattice", ReactionType::kLattice}},
                    &instrument.reaction);
   for (const std::string_view key : {"k1", "k2"}) {
     if (instrument.reaction != ReactionType::kPaper && table.Has(key)) {
-      table.Fail(key, "belongs to reaction = \"paper\"", "remove it or change the reaction");
+      table.Fail(key, "needs reaction = \"paper\"", "remove it or change the reaction");
     }
   }
   table.ReadNumber("k1", Interval::NotNegative(1e5, "N/m"), &instrument.k1);

@@ -3,8 +3,8 @@
 #include <span>
 #include <string_view>
 
-/// Every table of a scene file and the keys it may hold, in the order of scenes/README.md. The
-/// loader refuses all others; a test holds the README to this list.
+/// Every table of a scene file and its keys, in the order of scenes/README.md. The loader refuses
+/// all other keys. A test checks that the README describes exactly these.
 namespace hpdm {
 
 inline constexpr std::string_view kRootKeys[] = {"scene", "timing",      "organ", "instrument",
@@ -71,7 +71,7 @@ inline constexpr std::string_view kLaparoscopeKeys[] = {
 inline constexpr std::string_view kFileKeys[] = {"name", "copy", "sha256"};
 
 struct SceneTable {
-  std::string_view path;  ///< As in the file's headers: "organ.lattice"; empty for the file itself.
+  std::string_view path;  ///< As in the file's headers: "organ.lattice"; empty for the root.
   std::span<const std::string_view> keys;
 };
 

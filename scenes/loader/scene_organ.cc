@@ -4,8 +4,8 @@
 namespace hpdm {
 namespace {
 
-// Binomial coefficients of this degree are exact in double, and (30 + 1)^3 control points are far
-// beyond what a step can solve for.
+// Binomial coefficients of this degree are exact in double. (30 + 1)^3 control points are far more
+// than a step can solve.
 constexpr int kMaxBernsteinDegree = 30;
 constexpr int kMaxCells = 64;
 constexpr int kMaxSubdivisions = 5;
@@ -50,7 +50,7 @@ LatticeOptions ReadLattice(const TableReader& table) {
   table.ReadIntegers("degree", 1, bspline ? 3 : kMaxBernsteinDegree, &lattice.degree);
   if (!bspline) {
     if (table.Has("cells")) {
-      table.Fail("cells", "belongs to basis = \"bspline\"",
+      table.Fail("cells", "needs basis = \"bspline\"",
                  "remove it: a Bernstein lattice is one cell");
     }
     lattice.cells = {1, 1, 1};
@@ -65,7 +65,7 @@ LatticeOptions ReadLattice(const TableReader& table) {
   return lattice;
 }
 
-// Those that the author asks for, by their number or by their refinement.
+// Local functions need splines with a constant, factorised stiffness.
 void CheckLocalFunctions(const TableReader& lattice, const OrganOptions& organ) {
   const bool too_fine = FineCells(organ) > kMaxFineCells;
   if (too_fine && !organ.lattice.local.functions && lattice.Has("local_refinement") &&
@@ -93,11 +93,11 @@ EnergyOptions ReadEnergy(const TableReader& table) {
   const bool metric = energy.type == EnergyType::kMetric;
   for (const std::string_view key : {"domain", "alpha", "beta"}) {
     if (!metric && table.Has(key)) {
-      table.Fail(key, "belongs to type = \"metric\"", "remove it or give that type");
+      table.Fail(key, "needs type = \"metric\"", "remove it or give that type");
     }
   }
   if (metric && table.Has("law")) {
-    table.Fail("law", "belongs to type = \"strain\"", "remove it or change the type");
+    table.Fail("law", "needs type = \"strain\"", "remove it or change the type");
   }
   table.ReadChoice("strain",
                    {{"small", StrainMeasure::kSmall},
@@ -114,17 +114,18 @@ EnergyOptions ReadEnergy(const TableReader& table) {
                    &energy.domain);
   for (const std::string_view key : {"newton_iterations", "newton_budget"}) {
     if (energy.strain == StrainMeasure::kSmall && table.Has(key)) {
-      table.Fail(key, "belongs to strain = \"finite\" or \"adaptive\"",
+      table.Fail(key, "needs strain = \"finite\" or \"adaptive\"",
                  "remove it or change the strain");
     }
   }
   if (energy.strain != StrainMeasure::kAdaptive && table.Has("finite_from")) {
-    table.Fail("finite_from", "belongs to strain = \"adaptive\"", "remove it or change the strain");
+    table.Fail("finite_from", "needs strain = \"adaptive\"", "remove it or change the strain");
   }
   table.ReadInteger("newton_iterations", 1, 1000, &energy.newton_iterations);
   table.ReadNumber("newton_budget", Interval::NotNegative(10, "s"), &energy.newton_budget);
   table.ReadNumber("finite_from", {.min = 0, .max = 10, .above_min = true}, &energy.finite_from);
-  // Not zero: beta alone leaves every linear map without energy, and fixed supports scale with it.
+  // alpha is above zero because beta alone gives linear maps no energy. Fixed supports scale with
+  // alpha.
   table.ReadNumber("alpha", Interval::Positive(1e12, "Pa"), &energy.alpha);
   table.ReadNumber("beta", Interval::NotNegative(1e12, "N"), &energy.beta);
   return energy;
@@ -136,6 +137,12 @@ MaterialOptions ReadMaterial(const TableReader& table) {
   table.ReadNumber("poisson", {.min = 0, .max = 0.5, .below_max = true}, &material.poisson);
   table.ReadNumber("density", Interval::Positive(30000, "kg/m^3"), &material.density);
   table.ReadNumber("relaxation_time", Interval::NotNegative(1000, "s"), &material.relaxation_time);
+  // The tissue has it, but its force reaches the tick with the step's patch.
+  if (material.relaxation_time > 0) {
+    table.Fail(
+        "relaxation_time", "is not supported yet",
+        "remove the key or set it to 0: the viscous force would reach the hand 34 to 67 ms late");
+  }
   return material;
 }
 
@@ -144,11 +151,11 @@ void ReadCorners(const TableReader& table, const Interval& range, Vector3d* min,
   table.ReadVector("min", range, min);
   table.ReadVector("max", range, max);
   if (!(min->array() < max->array()).all()) {
-    table.Fail("max", "is not above min in every coordinate", "a region must hold some volume");
+    table.Fail("max", "is not above min in every coordinate", "give a box with a volume");
   }
 }
 
-/// Absent when the table holds none.
+/// Returns the table's region, if it has one.
 std::optional<Region> ReadRegion(const TableReader& table) {
   table.RefuseBoth("box", "box_fraction");
   table.RefuseBoth("box", "sphere");
@@ -186,7 +193,7 @@ StiffnessRegion ReadStiffnessRegion(const TableReader& table) {
 
 OrganMotion ReadMotion(const TableReader& table) {
   OrganMotion motion;
-  table.Require("displacement", "give how far it goes as [x, y, z] in m");
+  table.Require("displacement", "give the stroke as [x, y, z] in m");
   table.ReadVector("displacement", Interval::Within(0.1, "m"), &motion.displacement_W);
   table.Require("frequency", "give it in Hz; 0.25 is a breath in four seconds");
   table.ReadNumber("frequency", Interval::NotNegative(10, "Hz"), &motion.frequency);
@@ -202,14 +209,14 @@ SupportOptions ReadSupport(const TableReader& table) {
   table.RefuseBoth("fixed", "stiffness");
   bool fixed = false;
   if (table.ReadBoolean("fixed", &fixed) && !fixed) {
-    table.Fail("fixed", "leaves the support without effect",
+    table.Fail("fixed", "gives a support without effect",
                "give fixed = true, or stiffness instead of it");
   }
   double stiffness = 0;
   if (table.ReadNumber("stiffness", Interval::Positive(1e15, "Pa/m^2"), &stiffness)) {
     support.stiffness = stiffness;
   } else if (!fixed) {
-    table.Fail("does not say how it holds the tissue", "give fixed = true or stiffness");
+    table.Fail("has neither fixed nor stiffness", "give fixed = true or stiffness");
   }
   return support;
 }
@@ -234,16 +241,15 @@ OrganOptions ReadOrgan(const TableReader& table) {
   if (organ.model != OrganModelType::kHpdm) {
     for (const std::string_view key : {"lattice", "energy", "region"}) {
       if (!table.Has(key)) continue;
-      table.Fail(key, "belongs to model = \"hpdm\"", "remove the table or change the model");
+      table.Fail(key, "needs model = \"hpdm\"", "remove the table or change the model");
     }
   }
   for (const std::string_view key : {"material", "support"}) {
     if (!rigid || !table.Has(key)) continue;
-    table.Fail(key, "means nothing to model = \"rigid\", which neither deforms nor moves",
-               "remove the table or change the model");
+    table.Fail(key, "does not apply to model = \"rigid\"", "remove the table or change the model");
   }
   if (!rigid && table.Has("wall_stiffness")) {
-    table.Fail("wall_stiffness", "belongs to model = \"rigid\"", "remove it or change the model");
+    table.Fail("wall_stiffness", "needs model = \"rigid\"", "remove it or change the model");
   }
   double wall_stiffness = 0;
   if (table.ReadNumber("wall_stiffness", Interval::Positive(1e6, "N/m"), &wall_stiffness)) {
@@ -262,7 +268,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
   if (const auto material = table.Table("material", kMaterialKeys)) {
     organ.material = ReadMaterial(*material);
     if (organ.model != OrganModelType::kHpdm && material->Has("relaxation_time")) {
-      material->Fail("relaxation_time", "belongs to model = \"hpdm\"",
+      material->Fail("relaxation_time", "needs model = \"hpdm\"",
                      "remove it: the model has a damping of its own");
     }
   }
@@ -291,7 +297,7 @@ LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& 
   }
   for (const std::string_view key : {"box", "box_fraction", "sphere"}) {
     if (table.Has(key)) {
-      table.Fail(key, "is the region of a pressure", "remove it or give pressure");
+      table.Fail(key, "needs pressure", "remove it or give pressure");
     }
   }
   table.Require("point", "give the load's centre as [x, y, z] in m");
@@ -305,7 +311,7 @@ LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& 
   } else if (table.ReadVector("displacement", kCoordinate, &value)) {
     load.displacement_W = value;
   } else {
-    table.Fail("loads nothing", "give force or displacement as [x, y, z], or pressure");
+    table.Fail("has no load", "give force or displacement as [x, y, z], or pressure");
   }
   return load;
 }

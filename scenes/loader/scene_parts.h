@@ -10,17 +10,17 @@
 /// the first fault.
 namespace hpdm {
 
-/// Coordinates and lengths in a scene. An operating field is well below a metre across, so a
-/// number beyond 10 m is most likely in millimetres.
+/// Limit of coordinates and lengths in a scene. An operating field is well below a metre across,
+/// so a number beyond 10 m is most likely in millimetres.
 inline constexpr double kMaxCoordinate = 10;
 inline constexpr Interval kCoordinate = Interval::Within(kMaxCoordinate, "m");
 
 inline double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
-/// Reads angles about x, y and z in degrees: R = Rz Ry Rx, about the world's x axis first.
+/// Reads angles about x, y and z in degrees: R = Rz Ry Rx, so the world's x axis comes first.
 void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rotation);
 
-/// The whole form, features of later versions included: LoadScene without RefuseNotYet.
+/// Validates a parsed document as LoadScene does.
 Scene ReadScene(const TomlDocument& document);
 
 OrganOptions ReadOrgan(const TableReader& table);

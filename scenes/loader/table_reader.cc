@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxNameBytes = 64;
 
-/// Edits (insert, delete, replace) that turn a into b: Levenshtein's distance, by rows.
+/// Levenshtein's distance: the number of insertions, deletions and replacements from a to b.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -28,7 +28,7 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// The known key that `key` is a slip of, at most a third of its letters apart; empty if none.
+/// Returns the nearest known key within an edit distance of a third of its letters, or "".
 std::string_view Nearest(std::string_view key, TableReader::Keys known) {
   std::string_view nearest;
   std::size_t least = std::numeric_limits<std::size_t>::max();
@@ -84,9 +84,9 @@ TableReader::TableReader(const TomlDocument& document, const TomlValue& table, s
   for (const TomlEntry& entry : std::get<TomlTable>(table.value)) {
     if (std::ranges::find(known_, entry.key) != known_.end()) continue;
     const std::string_view nearest = Nearest(entry.key, known_);
-    const std::string remedy = nearest.empty() ? "known here are " + Listed(known_, "")
+    const std::string remedy = nearest.empty() ? "known keys: " + Listed(known_, "")
                                                : "did you mean " + std::string(nearest) + "?";
-    // A key may be any text: it is shown as it is when short, and cut when long.
+    // A key may be any text: Quoted cuts a long one.
     const std::string quoted = Quoted(entry.key);
     FailAt(document, entry.place, PathOf(quoted.substr(1, quoted.size() - 2)),
            "is not a known key; " + remedy);
@@ -144,7 +144,7 @@ void TableReader::Require(std::string_view key, std::string_view remedy) const {
 
 void TableReader::RefuseBoth(std::string_view a, std::string_view b) const {
   if (!Has(a) || !Has(b)) return;
-  Fail(b, "cannot be given together with " + std::string(a), "keep one of the two");
+  Fail(b, "cannot be combined with " + std::string(a), "keep one of the two");
 }
 
 double TableReader::CheckedNumber(std::string_view key, const TomlValue& value,
@@ -243,7 +243,7 @@ bool TableReader::ReadString(std::string_view key, std::string* out) const {
   if (text == nullptr) FailType(key, entry->value, "a string in quotes");
   for (const char c : *text) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      Fail(key, "holds a control character", "remove it");
+      Fail(key, "contains a control character", "remove it");
     }
   }
   *out = *text;
@@ -258,7 +258,7 @@ bool TableReader::ReadName(std::string_view key, std::string* out) const {
   return true;
 }
 
-// Fails at the key unless there is such a file.
+// Fails at the key unless the file exists.
 std::string TableReader::FileAt(std::string_view key, const std::string& text) const {
   std::string path;
   if (const auto fault = files_->Find(text, &path)) Fail(key, fault->what, fault->remedy);
@@ -280,7 +280,7 @@ bool TableReader::ReadFiles(std::string_view key, std::size_t most,
   const auto* names = std::get_if<TomlArray>(&entry->value.value);
   if (names == nullptr) FailType(key, entry->value, wanted);
   if (names->empty() || names->size() > most) {
-    Fail(key, "holds " + std::to_string(names->size()) + " values", "give " + wanted);
+    Fail(key, "has " + std::to_string(names->size()) + " values", "give " + wanted);
   }
   out->clear();
   for (const TomlValue& name : *names) {

@@ -19,7 +19,7 @@ namespace hpdm {
 
 class SceneFiles;
 
-/// The numbers that a key takes, in `unit` (empty for a pure number).
+/// The numbers that a key accepts, in `unit` (empty for a pure number).
 struct Interval {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -27,14 +27,15 @@ struct Interval {
   bool above_min = false;  ///< `min` itself is refused.
   bool below_max = false;  ///< `max` itself is refused.
 
-  /// Above 0.
+  /// Above 0, up to `max`.
   static constexpr Interval Positive(double max, std::string_view unit) {
     return {.min = 0, .max = max, .unit = unit, .above_min = true};
   }
-  /// 0 or above.
+  /// From 0 to `max`.
   static constexpr Interval NotNegative(double max, std::string_view unit) {
     return {.min = 0, .max = max, .unit = unit};
   }
+  /// From -magnitude to magnitude.
   static constexpr Interval Within(double magnitude, std::string_view unit) {
     return {.min = -magnitude, .max = magnitude, .unit = unit};
   }
@@ -43,22 +44,22 @@ struct Interval {
   }
 };
 
-/// Typed and checked access to one table of a document. Every failure throws InputError:
-/// `FILE:LINE:COLUMN: key.path: what is wrong (the value); remedy`, one line.
+/// Typed and checked access to one table of a document. Every failure throws an InputError of one
+/// line: `FILE:LINE:COLUMN: key.path: problem (value); remedy`.
 ///
-/// A Read function leaves *out alone and returns false when the key is absent, so the default is
-/// whatever stood there. The document must outlive the reader.
+/// If the key is absent, a Read function returns false and leaves *out unchanged, so that the
+/// caller's initial value is the default. The document must outlive the reader.
 class TableReader {
  public:
   using Keys = std::span<const std::string_view>;
 
-  /// The whole document. Fails at the first key that is not in `known`, naming the nearest known
-  /// one or, when none is near, all of them. So do the tables got by Table and Tables.
+  /// Reads the whole document. Fails at the first key that is not in `known` and names the nearest
+  /// known key, or all of them if none is near. Table and Tables check their keys the same way.
   /// `files` finds the files that values name; the reader keeps the pointer.
   TableReader(const TomlDocument& document, Keys known, SceneFiles* files);
 
   bool Has(std::string_view key) const { return Find(key) != nullptr; }
-  /// The key is given and its value is a string.
+  /// True if the key is given and its value is a string.
   bool HasString(std::string_view key) const;
   /// Fails when the key is absent.
   void Require(std::string_view key, std::string_view remedy) const;
@@ -66,18 +67,18 @@ class TableReader {
   void RefuseBoth(std::string_view a, std::string_view b) const;
 
   bool ReadNumber(std::string_view key, const Interval& range, double* out) const;
-  /// An array of three numbers.
+  /// Reads an array of three numbers.
   bool ReadVector(std::string_view key, const Interval& range, Vector3d* out) const;
   bool ReadBoolean(std::string_view key, bool* out) const;
-  /// Without control characters.
+  /// Reads a string without control characters.
   bool ReadString(std::string_view key, std::string* out) const;
-  /// A string of 1 to 64 bytes that is not blank.
+  /// Reads a string of 1 to 64 bytes that is not blank.
   bool ReadName(std::string_view key, std::string* out) const;
-  /// A file that exists (SceneFiles); *out is relative to the working folder or absolute, as the
-  /// document's own path is.
+  /// Reads the name of an existing file (SceneFiles). *out is absolute or relative to the working
+  /// folder, as the document's own path is.
   bool ReadFile(std::string_view key, std::string* out) const;
 
-  /// An array of 1 to `most` of them.
+  /// Reads an array of 1 to `most` file names.
   bool ReadFiles(std::string_view key, std::size_t most, std::vector<std::string>* out) const;
 
   template <std::integral Int>
@@ -87,10 +88,10 @@ class TableReader {
     return value.has_value();
   }
 
-  /// An array of three integers, or one integer for all three.
+  /// Reads an array of three integers, or one integer for all three.
   bool ReadIntegers(std::string_view key, int min, int max, std::array<int, 3>* out) const;
 
-  /// One of the choices' strings.
+  /// Reads one of the choices' strings.
   template <typename Enum, std::size_t N>
   bool ReadChoice(std::string_view key, const std::pair<std::string_view, Enum> (&choices)[N],
                   Enum* out) const {
@@ -107,9 +108,9 @@ class TableReader {
     FailChoice(key, names);
   }
 
-  /// A table inside this one, [key] or key = {...}.
+  /// Returns a table inside this one, [key] or key = {...}.
   std::optional<TableReader> Table(std::string_view key, Keys known) const;
-  /// An array of tables, [[key]]; empty when absent.
+  /// Returns the array of tables [[key]]; empty when absent.
   std::vector<TableReader> Tables(std::string_view key, Keys known) const;
 
   /// Fails at the key's value, or at the table when the key is absent.
@@ -136,7 +137,7 @@ class TableReader {
 
   const TomlDocument* document_;
   const TomlValue* table_;
-  std::string path_;  ///< As in "organ[0].lattice", empty for the document.
+  std::string path_;  ///< Such as "organ[0].lattice"; empty for the document.
   Keys known_;
   SceneFiles* files_;
 };

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMaxShown = 60;  // bytes of a value in a message
 
-/// Cuts at a character's border (UTF-8).
+/// Cuts between two characters (UTF-8).
 std::string Shortened(std::string_view text, std::size_t max_bytes) {
   if (text.size() <= max_bytes) return std::string(text);
   std::size_t end = max_bytes;
@@ -31,10 +31,10 @@ std::string NumberText(T number) {
   return std::string(buffer, end);
 }
 
-/// The parser limits the depth of values but builds dotted keys (a.b.c) of any length, whose
-/// tables are then freed recursively: a long enough key would overflow the stack. So keys with
-/// more parts than any scene needs are refused beforehand. Strings and comments are skipped as
-/// TOML delimits them, and everything that cannot be inside a key starts the count anew.
+/// Refuses dotted keys (a.b.c) with more parts than any scene needs, before parsing. The parser
+/// limits the depth of values but not of dotted keys, and frees their tables recursively: a long
+/// key would overflow the stack. The check skips strings and comments as TOML delimits them. It
+/// restarts the count at every character that cannot be inside a key.
 constexpr int kMaxKeyDots = 8;
 
 class DottedKeyCheck {
@@ -56,8 +56,8 @@ class DottedKeyCheck {
         case '.':
           if (++dots > kMaxKeyDots) {
             FailAt(document_, Place(), "TOML syntax",
-                   "the dotted key has too many parts; a scene needs " +
-                       std::to_string(kMaxKeyDots) + " dots at most");
+                   "the dotted key has too many parts; use at most " + std::to_string(kMaxKeyDots) +
+                       " dots");
           }
           break;
         case '\n':
@@ -85,7 +85,7 @@ class DottedKeyCheck {
     if (text_.substr(at_, 3) == triple) {
       at_ += 3;
       while (at_ < text_.size() && text_.substr(at_, 3) != triple) Step(quote);
-      // Up to two quotes may stand directly before the three that close.
+      // The string may end with up to two quotes, directly before the closing three.
       for (int i = 0; i < 5 && at_ < text_.size() && text_[at_] == quote; ++i) ++at_;
       return;
     }
@@ -117,7 +117,7 @@ class DottedKeyCheck {
   std::size_t at_ = 0;
 };
 
-/// Tables that only a longer key implies carry no place of their own.
+/// Returns the parent's place for tables that only a longer key implies: they have none.
 TomlPlace PlaceOf(const toml::source_region& region, TomlPlace parent) {
   if (!region.begin) return parent;
   return {region.begin.line, region.begin.column};
@@ -131,8 +131,8 @@ TomlValue Convert(const TomlDocument& document, const toml::node& node, TomlPlac
       node.source().end ? TomlPlace{node.source().end.line, node.source().end.column} : out.place;
   if (depth > kMaxTomlDepth) {
     FailAt(document, out.place, "TOML",
-           "tables and arrays are nested too deeply; a scene needs " +
-               std::to_string(kMaxTomlDepth) + " levels at most");
+           "tables and arrays are nested too deeply; use at most " + std::to_string(kMaxTomlDepth) +
+               " levels");
   }
   if (const auto* table = node.as_table()) {
     TomlTable entries;
@@ -165,28 +165,30 @@ TomlValue Convert(const TomlDocument& document, const toml::node& node, TomlPlac
 }
 
 std::string ReadText(const std::filesystem::path& path) {
-  const auto fail = [&path](const std::string& reason, const char* remedy) {
-    throw InputError(path.string() + ": cannot be read: " + reason + "; " + remedy);
+  const auto fail = [&path](const std::string& problem) {
+    throw InputError(path.string() + ": " + problem);
   };
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (std::filesystem::is_directory(status)) fail("it is a folder", "name a scene file (.toml)");
-  // A pipe would be waited for, and a device may have no end.
+  if (std::filesystem::is_directory(status)) fail("is a folder; give a scene file (.toml)");
+  // Reading a pipe could block, and a device may have no end.
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    fail("it is no regular file", "name a scene file (.toml)");
+    fail("not a regular file; give a scene file (.toml)");
   }
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::string text(kMaxTomlBytes + 1, '\0');
   if (file) file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!file && !file.eof()) {
-    fail(errno != 0 ? std::strerror(errno) : "read error",
-         "check the name and the rights of the scene file");
+    if (errno == ENOENT) fail("no such file; check the path");
+    const std::string reason = errno != 0 ? std::strerror(errno) : "read error";
+    fail("cannot be read: " + reason + "; check the " +
+         (errno == EACCES ? "file's permissions" : "path"));
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kMaxTomlBytes) {
-    throw InputError(path.string() + ": is larger than " + std::to_string(kMaxTomlBytes) +
-                     " bytes; name a scene file (.toml), meshes are files of their own");
+    fail("is larger than " + std::to_string(kMaxTomlBytes) +
+         " bytes; give a scene file (.toml), meshes are separate files");
   }
   return text;
 }

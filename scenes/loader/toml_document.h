@@ -8,11 +8,11 @@
 #include <variant>
 #include <vector>
 
-/// A TOML file as a plain tree of values with their places; the parser behind it shows nowhere
-/// else. Set-up code: any thread, allocates.
+/// A TOML file as a plain tree of values with their places. Only toml_document.cc includes the
+/// parser. Set-up code: any thread, allocates.
 namespace hpdm {
 
-/// Where something stands in the file: line and column count from 1, the column in characters.
+/// A place in the file: line and column count from 1, the column in characters.
 struct TomlPlace {
   std::uint32_t line = 1;
   std::uint32_t column = 1;
@@ -21,52 +21,52 @@ struct TomlPlace {
 struct TomlEntry;
 struct TomlValue;
 
-/// In the order of the keys' names: TOML gives a table's keys no order.
+/// Sorted by the keys' names, because TOML gives a table's keys no order.
 using TomlTable = std::vector<TomlEntry>;
 using TomlArray = std::vector<TomlValue>;
-/// A date or a time of day, which no key of a scene takes.
+/// A date or a time of day. No key of a scene accepts one.
 struct TomlDate {};
 
 struct TomlValue {
   TomlPlace place;
   std::variant<std::int64_t, double, bool, std::string, TomlDate, TomlArray, TomlTable> value;
-  /// One character past it; as `place` for a table that only a longer key implies.
+  /// One character past the value; equals `place` for a table that only a longer key implies.
   TomlPlace end = {};
 };
 
 struct TomlEntry {
   std::string key;
-  TomlPlace place;  ///< Of the key.
+  TomlPlace place;  ///< The key's place.
   TomlValue value;
 };
 
 struct TomlDocument {
   std::filesystem::path path;  ///< As given.
-  std::string text;            ///< As read.
+  std::string text;            ///< The file's contents.
   TomlValue root;              ///< Always a TomlTable.
 };
 
-/// Larger files are refused unread: no scene written by a person comes near.
+/// Larger files are refused; a scene written by a person is much smaller.
 inline constexpr std::size_t kMaxTomlBytes = std::size_t{1} << 20;
-/// Tables and arrays inside each other beyond this depth are refused.
+/// Deeper nesting of tables and arrays is refused.
 inline constexpr int kMaxTomlDepth = 32;
 
-/// Reads and parses a file. Throws InputError (one line: file, place, remedy) when it cannot be
+/// Reads and parses a file. Throws InputError (one line: file, place, remedy) if it cannot be
 /// read, is larger than kMaxTomlBytes, is not TOML or is nested deeper than kMaxTomlDepth.
 TomlDocument ReadToml(const std::filesystem::path& path);
 
-/// The same for a text; `path` stands in the messages.
+/// Parses a text as ReadToml does; messages name `path`.
 TomlDocument ParseToml(std::string text, const std::filesystem::path& path);
 
-/// Throws InputError("FILE:LINE:COLUMN: subject: message"), control characters escaped so that it
-/// is one line whatever the file holds.
+/// Throws InputError("FILE:LINE:COLUMN: subject: message"). Control characters are escaped, so the
+/// message is always one line.
 [[noreturn]] void FailAt(const TomlDocument& document, TomlPlace place, std::string_view subject,
                          std::string_view message);
 
-/// The value as one would write it, cut to about 60 characters, for messages.
+/// Returns the value as TOML text for messages, cut to about 60 characters.
 std::string ValueText(const TomlValue& value);
 
-/// The same for a string: quoted.
+/// Returns the text in quotes, cut to about 60 characters.
 std::string Quoted(std::string_view text);
 
 }  // namespace hpdm

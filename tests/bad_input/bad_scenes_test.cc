@@ -1,5 +1,4 @@
-// Scene files that are no good, as a user would give them to the program:
-// tests/bad_input/scenes.csv.
+// Bad scene files as a user would give them to the program: tests/bad_input/scenes.csv.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -33,16 +32,26 @@ std::string Garbage(std::size_t bytes) {
   return text;
 }
 
+/// Returns the parts of a text between "; ".
+std::vector<std::string> Separate(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 2) {
+    end = text.find("; ", begin);
+    parts.push_back(text.substr(begin, end - begin));
+  }
+  return parts;
+}
+
 class Scenes : public BadInputs {
  public:
   Scenes() : BadInputs("scenes", WriteBox) {}
 
   using BadInputs::Add;
-  /// A text that is checked.
+  /// Checks a text.
   void Text(const std::string& name, const std::string& text) {
     Add(name, {"check", "s.toml"}, WithFile("s.toml", text));
   }
-  /// The sound scene with other lines: one in the organ's, its lattice's or its material's table.
+  /// Checks the sound scene with another line in one of its tables.
   void Organ(const std::string& line) {
     Text("organ: " + line, SoundScene({.organ = line + "\n"}));
   }
@@ -55,12 +64,12 @@ class Scenes : public BadInputs {
   void Instrument(const std::string& line) {
     Text("instrument: " + line, SoundScene({.instrument = line + "\n"}));
   }
-  /// The sound scene with a table behind it.
+  /// Checks the sound scene with another table at its end.
   void Table(const std::string& name, const std::string& table) {
     Text(name, SoundScene({}) + table + "\n");
   }
   void Timing(const std::string& line) { Table("timing: " + line, "[timing]\n" + line); }
-  /// What stands at the scene's place.
+  /// Checks a path that `make` fills.
   void Place(const std::string& name, const Make& make) { Add(name, {"check", "s.toml"}, make); }
   void Solved(const std::string& name, const std::string& load) {
     Add(name, {"solve", "s.toml", "--out", "f.csv"},
@@ -99,6 +108,9 @@ void AddTexts(Scenes* s) {
   const std::string after_name = sound.substr(sound.find("mesh="));
   s->Text("a name with a line break", "[[organ]]\nname=\"a\\nb\"\n" + after_name);
   s->Text("a name with a terminal's escape", "[[organ]]\nname=\"\\u001b[2J\"\n" + after_name);
+}
+
+void AddLargeTexts(Scenes* s) {
   s->Text("10 MB of garbage", Garbage(10'000'000));
   s->Text("a megabyte of garbage", Garbage(1'000'000));
   s->Text("a megabyte of spaces", kMegabyte);
@@ -127,6 +139,10 @@ void AddTexts(Scenes* s) {
     }
     return text;
   }());
+}
+
+void AddBrokenTexts(Scenes* s) {
+  const std::string sound = SoundScene({});
   s->Text("a string without an end", "[scene]\nname = \"x\n");
   s->Text("a table without an end", "[scene\nname = 'x'\n");
   s->Text("a value without a key", "= 3\n");
@@ -183,40 +199,17 @@ void AddPlaces(Scenes* s) {
 }
 
 void AddOrgans(Scenes* s) {
-  for (const char* line : {"untt='mm'",
-                           "unit='cm'",
-                           "unit='inch'",
-                           "unit=0",
-                           "unit=-1",
-                           "unit=nan",
-                           "unit=inf",
-                           "unit=1e-300",
-                           "unit=1e-12",
-                           "unit=1000",
-                           "unit=1e9",
-                           "unit=true",
-                           "unit=[1]",
-                           "unit=1979-05-27",
-                           "unit=1e999",
-                           "unit=0,001",
-                           "unit=1_000_0",
-                           "unit=9223372036854775808",
-                           "model='jelly'",
-                           "model=3",
-                           "texture='no.png'",
-                           "texture='../common'",
-                           "wall_stiffness=1",
-                           "pose.position=[0,0,150]",
-                           "pose.position=[0,nan,0]",
-                           "pose.position=[0,0]",
-                           "pose.position=[9,9,9]",
-                           "pose.rotation_deg=[0,0,inf]",
-                           "pose.rotation_deg=[1e15,0,0]",
-                           "pose={}",
-                           "motion={displacement=[1,0,0],frequency=1}",
-                           "motion={displacement=[0,0,0.01],frequency=-1}",
-                           "motion={displacement=[0,0,0.01],frequency=0}",
-                           "motion={displacement=[0,0,nan],frequency=1}"}) {
+  for (const std::string& line : Separate(
+           "untt='mm'; unit='cm'; unit='inch'; unit=0; unit=-1; unit=nan; unit=inf; "
+           "unit=1e-300; unit=1e-12; unit=1000; unit=1e9; unit=true; unit=[1]; unit=1979-05-27; "
+           "unit=1e999; unit=0,001; unit=1_000_0; unit=9223372036854775808; model='jelly'; "
+           "model=3; texture='no.png'; texture='../common'; wall_stiffness=1; "
+           "pose.position=[0,0,150]; pose.position=[0,nan,0]; pose.position=[0,0]; "
+           "pose.position=[9,9,9]; pose.rotation_deg=[0,0,inf]; pose.rotation_deg=[1e15,0,0]; "
+           "pose={}; motion={displacement=[1,0,0],frequency=1}; "
+           "motion={displacement=[0,0,0.01],frequency=-1}; "
+           "motion={displacement=[0,0,0.01],frequency=0}; "
+           "motion={displacement=[0,0,nan],frequency=1}")) {
     s->Organ(line);
   }
   for (const char* mesh : {"", "no.obj", "..", "s.toml", "/dev/zero", "/dev/null", "loop", "pipe",
@@ -230,28 +223,15 @@ void AddOrgans(Scenes* s) {
              mkfifo((here / "pipe").c_str(), 0600);
            });
   }
-  for (const char* line : {"cells=0",
-                           "cells=-1",
-                           "cells=65",
-                           "cells=1000000",
-                           "cells=64",
-                           "cells=[4,4]",
-                           "cells=4.5",
-                           "cells=nan",
-                           "cells='4'",
-                           "degree=0",
-                           "degree=4",
-                           "degree=[1,2,3]",
-                           "degree=9223372036854775807",
-                           "basis='nurbs'",
-                           "margin=-0.1",
-                           "margin=nan",
-                           "margin=1",
-                           "local_functions=-1",
-                           "local_functions=1000000",
-                           "local_functions=250",
-                           "local_refinement=1",
-                           "local_refinement=100"}) {
+}
+
+void AddLattices(Scenes* s) {
+  for (const std::string& line :
+       Separate("cells=0; cells=-1; cells=65; cells=1000000; cells=64; cells=[4,4]; cells=4.5; "
+                "cells=nan; cells='4'; degree=0; degree=4; degree=[1,2,3]; "
+                "degree=9223372036854775807; basis='nurbs'; margin=-0.1; margin=nan; margin=1; "
+                "local_functions=-1; local_functions=1000000; local_functions=250; "
+                "local_refinement=1; local_refinement=100")) {
     s->Lattice(line);
   }
   s->Text("a Bernstein lattice of degree 30",
@@ -259,31 +239,15 @@ void AddOrgans(Scenes* s) {
   s->Text("a Bernstein lattice with cells", SoundScene({.lattice = "basis='bernstein'"}));
   s->Text("a Bernstein lattice with local functions",
           SoundScene({.lattice = "basis='bernstein'\nlocal_functions=8", .cells = ""}));
-  for (const char* line : {"young=-5000",
-                           "young=0",
-                           "young=nan",
-                           "young=inf",
-                           "young=1e-300",
-                           "young=1e-6",
-                           "young=1e12",
-                           "young=1e13",
-                           "young='soft'",
-                           "poisson=0.5",
-                           "poisson=0.4999999999999999",
-                           "poisson=-0.1",
-                           "poisson=1",
-                           "poisson=nan",
-                           "density=0",
-                           "density=-1",
-                           "density=inf",
-                           "density=1e-300",
-                           "relaxation_time=-1",
-                           "relaxation_time=nan",
-                           "relaxation_time=1001",
-                           "relaxation_time=0",
-                           "relaxation_time=0.1",
-                           "relaxation_time=1e-300",
-                           "colour='red'"}) {
+}
+
+void AddMaterials(Scenes* s) {
+  for (const std::string& line :
+       Separate("young=-5000; young=0; young=nan; young=inf; young=1e-300; young=1e-6; young=1e12; "
+                "young=1e13; young='soft'; poisson=0.5; poisson=0.4999999999999999; poisson=-0.1; "
+                "poisson=1; poisson=nan; density=0; density=-1; density=inf; density=1e-300; "
+                "relaxation_time=-1; relaxation_time=nan; relaxation_time=1001; relaxation_time=0; "
+                "relaxation_time=0.1; relaxation_time=1e-300; colour='red'")) {
     s->Material(line);
   }
   s->Text("a metric energy", SoundScene({.energy = "type='metric'"}));
@@ -301,6 +265,9 @@ void AddOrgans(Scenes* s) {
   s->Text("Newton without iterations",
           SoundScene({.energy = "strain='finite'\nnewton_iterations=0"}));
   s->Text("Newton without time", SoundScene({.energy = "strain='finite'\nnewton_budget=0"}));
+}
+
+void AddSupports(Scenes* s) {
   s->Table("a support without a region", "[[organ.support]]\nfixed=true");
   s->Table("a support of NaN",
            "[[organ.support]]\nstiffness=nan\nsphere={centre=[0,0,0],radius=1}");
@@ -319,46 +286,31 @@ void AddOrgans(Scenes* s) {
            "box_fraction={min=[0,0,0],max=[1,1,1]}");
 }
 
-void AddRest(Scenes* s) {
-  for (const char* line :
-       {"haptic_hz=0", "haptic_hz=-1000", "haptic_hz=nan", "haptic_hz=1000000000",
-        "haptic_hz=1000.5", "haptic_hz='1 kHz'", "haptic_hz=100", "haptic_hz=10000",
-        "deformation_hz=0", "deformation_hz=-30", "deformation_hz=1001", "render_hz=0",
-        "render_hz=1000000", "patch_delay_ticks=0", "patch_delay_ticks=-34",
-        "patch_delay_ticks=2147483648", "seconds=1"}) {
+void AddTimings(Scenes* s) {
+  for (const std::string& line :
+       Separate("haptic_hz=0; haptic_hz=-1000; haptic_hz=nan; haptic_hz=1000000000; "
+                "haptic_hz=1000.5; haptic_hz='1 kHz'; haptic_hz=100; haptic_hz=10000; "
+                "deformation_hz=0; deformation_hz=-30; deformation_hz=1001; render_hz=0; "
+                "render_hz=1000000; patch_delay_ticks=0; patch_delay_ticks=-34; "
+                "patch_delay_ticks=2147483648; seconds=1")) {
     s->Timing(line);
   }
-  for (const char* line : {"tip_radius=0",
-                           "tip_radius=-1",
-                           "tip_radius=nan",
-                           "tip_radius=1e-300",
-                           "tip_radius=10",
-                           "friction=-1",
-                           "friction=inf",
-                           "type='spoon'",
-                           "hand.seed=-1",
-                           "hand.script='dance'",
-                           "hand.organ='lung'",
-                           "hand.depth=nan",
-                           "hand.depth=-1",
-                           "hand.speed=0",
-                           "hand.speed=1e9",
-                           "device.mass=0",
-                           "device.mass=-1",
-                           "device.damping=nan",
-                           "device.max_force=-1",
-                           "device.max_force=1e300",
-                           "device.encoder_step=-1",
-                           "trace.file='no.csv'",
-                           "trace.speed=0",
-                           "trace.speed=nan",
-                           "trace.scale=-1",
-                           "exchange=[{name='probe'}]",
-                           "jaws={}",
-                           "mesh='no.obj'"}) {
+}
+
+void AddInstruments(Scenes* s) {
+  for (const std::string& line : Separate(
+           "tip_radius=0; tip_radius=-1; tip_radius=nan; tip_radius=1e-300; tip_radius=10; "
+           "friction=-1; friction=inf; type='spoon'; hand.seed=-1; hand.script='dance'; "
+           "hand.organ='lung'; hand.depth=nan; hand.depth=-1; hand.speed=0; hand.speed=1e9; "
+           "device.mass=0; device.mass=-1; device.damping=nan; device.max_force=-1; "
+           "device.max_force=1e300; device.encoder_step=-1; trace.file='no.csv'; trace.speed=0; "
+           "trace.speed=nan; trace.scale=-1; exchange=[{name='probe'}]; jaws={}; mesh='no.obj'")) {
     s->Instrument(line);
   }
   s->Text("instrument: trocar=[0,0,50]", SoundScene({.trocar = "[0,0,50]"}));
+}
+
+void AddViewsAndRecords(Scenes* s) {
   s->Table("a scope at its target", "[laparoscope]\nposition=[0,0,0]\ntarget=[0,0,0]");
   s->Table("a scope of NaN", "[laparoscope]\nposition=[0,nan,0]");
   s->Table("a scope of 20 degrees", "[laparoscope]\nangle_deg=20");
@@ -372,7 +324,9 @@ void AddRest(Scenes* s) {
   s->Table("a record that lacks the mesh",
            "[[file]]\nname='other'\nsha256='" + std::string(64, '0') + "'");
   s->Table("unknown table", "[laproscope]");
+}
 
+void AddLoads(Scenes* s) {
   const std::string at = "organ='liver'\npoint=[0,0,0.05]\nradius=0.03\n";
   s->Add("no load to solve", {"solve", "s.toml", "--out", "f.csv"},
          WithFile("s.toml", SoundScene({})));
@@ -391,7 +345,9 @@ void AddRest(Scenes* s) {
             at + "displacement=[0,0,-0.001]\n[[load]]\n" + at + "displacement=[0,0,-0.001]");
   s->Solved("two displacements that contradict each other",
             at + "displacement=[0,0,-0.001]\n[[load]]\n" + at + "displacement=[0,0,0.001]");
+}
 
+void AddSessions(Scenes* s) {
   for (const char* material : {"young=1e-300", "young=1e12", "poisson=0.4999999999999999"}) {
     s->Run(std::string("a session of strain energy: ") + material,
            SoundScene({.energy = "type='strain'\n", .material = material}));
@@ -414,12 +370,21 @@ void AddRest(Scenes* s) {
   s->Run("a name that is a path", SoundScene({.name = "../../../x"}));
 }
 
-TEST(BadInput, ScenesAreTreatedAsTheTableSays) {
+TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   Scenes scenes;
   AddTexts(&scenes);
+  AddLargeTexts(&scenes);
+  AddBrokenTexts(&scenes);
   AddPlaces(&scenes);
   AddOrgans(&scenes);
-  AddRest(&scenes);
+  AddLattices(&scenes);
+  AddMaterials(&scenes);
+  AddSupports(&scenes);
+  AddTimings(&scenes);
+  AddInstruments(&scenes);
+  AddViewsAndRecords(&scenes);
+  AddLoads(&scenes);
+  AddSessions(&scenes);
   scenes.Compare();
 }
 

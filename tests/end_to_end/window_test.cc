@@ -202,7 +202,7 @@ TEST_F(WindowTest, ASessionOutlivesItsDisplayAndSaysSo) {
   Start("liver_palpation.toml", "");
   Do("key p sleep 0.2");  // a pause that no key will end
   display_->End();
-  const std::string failure = "rendering ended: the window's display has gone away";
+  const std::string failure = "rendering ended: the window's display was lost";
   ASSERT_TRUE(Becomes([&] {
     return ReadFile(folder_ / "stderr").find("hpdm: note: " + failure) != std::string::npos;
   })) << ReadFile(folder_ / "stderr");

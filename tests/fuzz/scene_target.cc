@@ -144,7 +144,6 @@ void EnsureFiles(const Scene& scene) {
 
 void EnsureValid(const Scene& scene) {
   EnsureFiles(scene);
-  HPDM_ENSURE(scene.gravity.allFinite());
   EnsureFile(scene.background);
   EnsureWithin(scene.timing.haptic_hz, 100, 10000);
   EnsureWithin(scene.timing.deformation_hz, 1, scene.timing.haptic_hz);

@@ -67,7 +67,7 @@ std::string ErrorOf(const Load& load) {
 class SceneTest : public testing::Test {
  protected:
   Scene Load(const std::string& text) const { return LoadScene(folder_.Write("s.toml", text)); }
-  /// The schema alone: with the keys and values that this version refuses.
+  /// Reads the text as a scene in the folder, without writing a file.
   Scene Read(const std::string& text) const {
     return ReadScene(ParseToml(text, folder_.path() / "s.toml"));
   }

@@ -41,7 +41,7 @@ class TrainerWindow {
   void Resume();
 
   bool ended() const { return input_.ended(); }  ///< The user wants no more.
-  bool lost() const { return window_.lost(); }   ///< Its display has gone away.
+  bool lost() const { return window_.lost(); }   ///< Its display was lost.
 
   /// Of the calling thread, which draws.
   std::unique_ptr<RenderContext> MakeContext() { return window_.MakeContext(); }

@@ -12,10 +12,10 @@ namespace hpdm {
 /// vertices and triangles stay unused. Iterating by index is deterministic.
 class EditableMesh {
  public:
-  /// A mesh that is already closed, manifold and oriented (a bug otherwise).
+  /// Takes a closed, manifold, oriented mesh; anything else is a bug.
   explicit EditableMesh(const SurfaceMesh& mesh);
 
-  /// The live vertices and triangles, renumbered in their order.
+  /// Returns the live vertices and triangles, renumbered in order.
   SurfaceMesh Compact() const;
 
   int vertex_capacity() const { return static_cast<int>(positions_.size()); }
@@ -30,30 +30,30 @@ class EditableMesh {
   const std::vector<int>& star(int v) const { return stars_[v]; }
   int valence(int v) const { return static_cast<int>(stars_[v].size()); }
 
-  /// Vertices that share an edge with v, each once.
+  /// Returns the vertices that share an edge with v, each once.
   std::vector<int> Neighbours(int v) const;
   bool HasEdge(int a, int b) const;
 
-  /// The two triangles of edge ab: first the one that runs a -> b, then the one that runs b -> a.
+  /// Returns the triangles of edge ab: the one that runs a -> b, then the one that runs b -> a.
   std::array<int, 2> EdgeTriangles(int a, int b) const;
-  /// The third corner of each of them.
+  /// Returns the third corner of each of these triangles.
   std::array<int, 2> OppositeVertices(int a, int b) const;
 
-  /// Twice the area times the unit normal, m^2.
+  /// Returns twice the area times the unit normal, m^2.
   Vector3d AreaVector(int t) const;
   Vector3d Centroid(int t) const;
 
-  /// Whether merging a and b keeps the surface manifold (the link condition: they share just the
-  /// two vertices opposite to their edge) with every vertex of valence three or more.
+  /// True if merging a and b keeps the surface manifold and every valence at least three (the link
+  /// condition: a and b share exactly the two vertices opposite to their edge).
   bool CanCollapse(int a, int b) const;
-  /// Merges `gone` into `keep` and puts it at p. Only where CanCollapse.
+  /// Merges `gone` into `keep` at p. Requires CanCollapse.
   void Collapse(int keep, int gone, const Vector3d& p);
 
-  /// Whether edge ab may be replaced by the edge between its opposite vertices.
+  /// True if the edge between the opposite vertices may replace edge ab.
   bool CanFlip(int a, int b) const;
   void Flip(int a, int b);
 
-  /// Puts a new vertex at p on edge ab and returns it.
+  /// Splits edge ab with a new vertex at p and returns the vertex.
   int Split(int a, int b, const Vector3d& p);
 
  private:
@@ -66,8 +66,8 @@ class EditableMesh {
   int triangle_count_ = 0;
 };
 
-/// Sine squared of the smallest angle of a triangle, 0 where it has no area: cheap, and monotonic
-/// up to 60 degrees, which the smallest angle never exceeds.
+/// Returns the squared sine of a triangle's smallest angle, 0 without area. It is monotonic,
+/// because the smallest angle never exceeds 60 degrees.
 double SmallestAngleMeasure(const Vector3d& a, const Vector3d& b, const Vector3d& c);
 
 }  // namespace hpdm

@@ -5,11 +5,11 @@
 
 namespace hpdm {
 
-/// The level set field = `level` (m) of a shape as a closed, manifold, outward surface: a grid of
-/// cubes of side `spacing` (m) over the shape's bounds, six tetrahedra a cube along one diagonal
-/// (Kuhn's triangulation, which matches across faces), linear interpolation on the edges. A detail
-/// thinner than the spacing may be lost. Throws InputError when the level set is empty or leaves
-/// the bounds.
+/// Returns the level set field = `level` (m) of a shape as a closed, manifold, outward surface.
+/// Method: a grid of cubes of side `spacing` (m) over the shape's bounds, six tetrahedra a cube
+/// along one diagonal (Kuhn's triangulation, which matches across faces), and linear interpolation
+/// on the edges. Details thinner than the spacing may be lost. Throws InputError if the level set
+/// is empty or leaves the bounds.
 SurfaceMesh MarchTetrahedra(const ImplicitShape& shape, double level, double spacing);
 
 }  // namespace hpdm

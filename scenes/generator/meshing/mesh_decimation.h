@@ -4,11 +4,10 @@
 
 namespace hpdm {
 
-/// Collapses edges until exactly `triangle_count` (even) triangles remain, cheapest quadric error
-/// first (Garland and Heckbert 1997), with a small cost on length so that flat regions keep even
-/// triangles. Refuses collapses that break the manifold, turn a triangle by more than 60 degrees or
-/// make a sliver where there was none. Throws InputError when the count is odd, above the mesh's or
-/// out of reach.
+/// Collapses edges until exactly `triangle_count` (even) triangles remain, in the order of the
+/// quadric error (Garland and Heckbert 1997). A small cost on length keeps triangles even in flat
+/// regions. Refuses collapses that break the manifold, turn a triangle by more than 60 degrees or
+/// create a sliver. Throws InputError if the count is odd, above the mesh's or impossible.
 void Decimate(int triangle_count, EditableMesh* mesh);
 
 }  // namespace hpdm

@@ -5,34 +5,38 @@
 
 namespace hpdm {
 
-/// What to make of a shape.
+/// Parameters of a shape's mesh.
 struct SurfaceMesherOptions {
-  int triangle_count = 0;        ///< Exactly so many; even.
-  double level = 0;              ///< Mesh the surface field = level, m (-w: the inside of a wall).
-  double feature_size = 3.5e-3;  ///< m: smallest detail of the shape that must not be lost.
+  int triangle_count = 0;        ///< Exact number of triangles; even.
+  double level = 0;              ///< Meshes the surface field = level, m (-w: a wall's inside).
+  double feature_size = 3.5e-3;  ///< m: the smallest detail of the shape to keep.
 };
 
-/// Triangulates a level set: marching tetrahedra, isotropic remeshing on the surface, edge
-/// collapses to the count, relaxation, and last a shift of all vertices to a neighbouring level
-/// such that the mesh encloses the volume of the shape itself (with its vertices on the surface a
-/// coarse mesh of a convex shape loses volume: 5 % at 274 triangles). The result is closed,
-/// manifold, oriented outwards; the same bits on every run. Throws InputError when the count is
-/// odd, too small for the shape, or the shape leaves its bounds.
+/// Triangulates a level set:
+///
+///   1. marching tetrahedra,
+///   2. isotropic remeshing on the surface,
+///   3. edge collapses to the count, and relaxation,
+///   4. a shift of all vertices to a neighbouring level, so that the mesh encloses the shape's own
+///      volume. (A coarse mesh with vertices on a convex surface loses volume: 5 % at 274
+///      triangles.)
+///
+/// The result is closed, manifold and oriented outwards, with the same bits on every run. Throws
+/// InputError if the count is odd or too small for the shape, or the shape leaves its bounds.
 SurfaceMesh MeshImplicitSurface(const ImplicitShape& shape, const SurfaceMesherOptions& options);
 
-/// Volume inside a level set, m^3, from a surface on it by Richardson extrapolation: the
-/// triangulation's error falls with the square of its edge length.
+/// Returns the volume inside a level set, m^3, from a surface on it by Richardson extrapolation:
+/// the triangulation's error falls with the square of its edge length.
 double LevelVolume(const ImplicitShape& shape, double level, const SurfaceMesh& mesh);
 
-/// Moves the vertices of a mesh of a negative level to the depth below the surface that the level
-/// names, measured as distance: joined shapes' fields fall short of it. What a wall needs to be
-/// equally thick everywhere.
+/// Moves the vertices of a mesh at level -w to the distance w below the surface, so that a wall has
+/// one thickness everywhere. The field of joined shapes is smaller than the distance.
 void DeepenToDistance(const ImplicitShape& shape, SurfaceMesh* mesh);
 
-/// The same surface facing the other way (a cavity's).
+/// Returns the surface with the opposite orientation, as for a cavity.
 SurfaceMesh TurnedInsideOut(SurfaceMesh mesh);
 
-/// Both surfaces as one mesh of separate components.
+/// Returns both surfaces as one mesh of separate components.
 SurfaceMesh Joined(const SurfaceMesh& first, const SurfaceMesh& second);
 
 }  // namespace hpdm

@@ -5,9 +5,9 @@
 
 #include "engine/base/types.h"
 
-/// Organs as implicit shapes: a field that is negative in the shape, zero on its surface and about
-/// the distance to it nearby, in metres. Only + - * / and sqrt appear, so that every x86-64 machine
-/// computes the same bits whatever its mathematics library.
+/// Organs as implicit shapes: a field in metres that is negative inside, zero on the surface and
+/// about the distance to it nearby. Only + - * / and sqrt are used, so that every x86-64 machine
+/// computes the same bits with any mathematics library.
 ///
 /// Frame of the organs: origin at the centre of volume, x to the patient's left, y towards the
 /// head, z to the front (up, towards a laparoscope's abdominal wall, in a patient on the back).
@@ -16,7 +16,7 @@ namespace hpdm {
 /// The field and its gradient at one point.
 struct FieldSample {
   double value = 0;                      ///< m, negative inside.
-  Vector3d gradient = Vector3d::Zero();  ///< Dimensionless; of length one for a true distance.
+  Vector3d gradient = Vector3d::Zero();  ///< Dimensionless; length one for an exact distance.
 };
 
 /// Axis-aligned box, m.
@@ -30,30 +30,31 @@ class ImplicitShape {
  public:
   virtual ~ImplicitShape() = default;
   virtual FieldSample Sample(const Vector3d& p) const = 0;
-  /// A box that holds the surface with room to spare.
+  /// Returns a box that contains the surface with a margin.
   virtual Bounds bounds() const = 0;
 };
 
-/// Nearest point of the field's level set (field = `level`, m) along the gradient, by Newton steps
-/// of at most 5 mm; where the gradient vanishes the point stays as it is.
+/// Projects p along the gradient to the level set field = `level` (m), by Newton steps of at most 5
+/// mm. A point without a gradient stays.
 Vector3d ProjectToLevel(const ImplicitShape& shape, const Vector3d& p, double level);
 
-/// The surface's point nearest to p, for p no deeper than the surface's radius of curvature: steps
-/// along the surface, halved for convergence near sharp rounds, until p lies on the normal. Where
-/// shapes are joined the field is less than the distance, and this finds the distance.
+/// Returns the surface's point nearest to p, for p no deeper than the surface's radius of
+/// curvature. Steps along the surface until p lies on the normal; halves steps near sharp rounds to
+/// converge. Unlike the field, it gives the distance of joined shapes exactly.
 Vector3d NearestSurfacePoint(const ImplicitShape& shape, const Vector3d& p);
 
-/// Union (smallest value) of two fields, rounded where they differ by less than `rounding` (m) so
-/// that the gradient is continuous: min(a, b) - h^2 rounding / 4, h = 1 - |a - b| / rounding.
+/// Returns the union (smallest value) of two fields, rounded where they differ by less than
+/// `rounding` (m), with a continuous gradient:
+///   min(a, b) - h^2 rounding / 4, h = 1 - |a - b| / rounding.
 FieldSample SmoothUnion(const FieldSample& a, const FieldSample& b, double rounding);
 
-/// `a` without `b`, rounded in the same way.
+/// Returns `a` without `b`, rounded like SmoothUnion.
 FieldSample SmoothDifference(const FieldSample& a, const FieldSample& b, double rounding);
 
-/// An ellipsoid; the field is the distance to first order in the distance.
+/// An ellipsoid. The field is the distance to first order.
 class Ellipsoid : public ImplicitShape {
  public:
-  /// `semi_axes` (m) along `axis`, along `up` made square to it, and along their cross product.
+  /// `semi_axes` (m) lie along `axis`, `up` made orthogonal to it, and their cross product.
   Ellipsoid(const Vector3d& centre, const Vector3d& semi_axes,
             const Vector3d& axis = Vector3d::UnitX(), const Vector3d& up = Vector3d::UnitY());
   FieldSample Sample(const Vector3d& p) const override;
@@ -65,16 +66,16 @@ class Ellipsoid : public ImplicitShape {
   Matrix3d axes_;  ///< Columns: unit axes.
 };
 
-/// The union of the balls whose centre and radius run along a cubic B-spline that starts at the
-/// first node and ends at the last: a tube with round ends. The field is the exact distance as
-/// far as the nearest ball is unique, so that the surface at -w is a wall's inner side w deep.
+/// A tube with round ends: the union of balls whose centre and radius follow a cubic B-spline from
+/// the first node to the last. The field is the exact distance while the nearest ball is unique, so
+/// the surface at -w is the inner side of a wall of thickness w.
 class SweptBall : public ImplicitShape {
  public:
   struct Node {
     Vector3d centre;
     double radius;
   };
-  /// At least two nodes, and a radius that changes more slowly than the centre moves.
+  /// Needs at least two nodes, and a radius that changes more slowly than the centre moves.
   explicit SweptBall(std::vector<Node> nodes);
   FieldSample Sample(const Vector3d& p) const override;
   Bounds bounds() const override;
@@ -87,10 +88,10 @@ class SweptBall : public ImplicitShape {
   };
   int span_count() const { return static_cast<int>(nodes_.size()) - 3; }
   Ball At(double t) const;
-  /// Where in [low, high] the ball is nearest to p, when that holds one minimum.
+  /// Returns the t in [low, high] of the ball nearest to p, for an interval with one minimum.
   double NearestParameter(const Vector3d& p, double low, double high) const;
 
-  std::vector<Node> nodes_;  ///< With one more beyond each end.
+  std::vector<Node> nodes_;  ///< With one extra node beyond each end.
   std::vector<Ball> balls_;  ///< At equal steps of t, to find the nearest one.
 };
 
@@ -102,9 +103,8 @@ std::unique_ptr<ImplicitShape> LiverShape();
 /// A J-shaped stomach with fundus, body, antrum, pylorus and the end of the oesophagus.
 std::unique_ptr<ImplicitShape> StomachShape();
 
-/// The lines along the stomach's long (left, lower) and short (right, upper) border, from the
-/// fundus to the pylorus, where its vessels and the omenta come to it: m, in its frame, near the
-/// surface.
+/// Lines near the surface along the stomach's long (left, lower) and short (right, upper) border,
+/// from the fundus to the pylorus, m, in its frame. Vessels and omenta reach the stomach there.
 std::vector<Vector3d> StomachGreaterCurvature();
 std::vector<Vector3d> StomachLesserCurvature();
 

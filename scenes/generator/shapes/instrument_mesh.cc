@@ -18,16 +18,16 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 Vector3d Mm(double x, double y, double z) { return Vector3d(x, y, z) * kMm; }
 
-/// A ring about the z axis.
+/// Returns a ring about the z axis.
 Ring ShaftRing(double radius, double z, int count, bool half_step = false) {
   return SolidBuilder::Circle({0, 0, z}, Vector3d::UnitX(), Vector3d::UnitY(), radius, count,
                               half_step);
 }
 
-// Jaws and blades, of which the first lies at x > 0; the second is its like, turned by half a turn
-// about z. Millimetres.
+// Jaws and blades, in millimetres. The first one lies at x > 0; the second is its counterpart,
+// turned by half a turn about z.
 
-/// A jaw's hind end: a plate beside its sibling's, between the prongs of the fork, from
+/// A jaw's rear end: a plate beside that of the other jaw, between the prongs of the fork, from
 /// `pivot` - 3.1 to `pivot` + 2.
 struct Tang {
   struct Station {
@@ -41,8 +41,8 @@ struct Tang {
   std::array<Station, 4> stations;
 };
 
-/// The steel end of the shaft with the fork that carries jaws on a pin: two prongs, two heads of
-/// the pin, and the shaft, whose insulation begins at `pivot` + 9.5.
+/// Returns the steel end of the shaft with the fork that carries the jaws on a pin: two prongs, two
+/// heads of the pin, and the shaft, whose insulation begins at `pivot` + 9.5.
 SurfaceMesh ForkedShaft(double pivot) {
   constexpr int kSegments = 12;
   constexpr double kGap = 0.02;  // keeps the solids apart
@@ -89,41 +89,46 @@ SurfaceMesh TurnedAboutZ(SurfaceMesh mesh) {
   return mesh;
 }
 
-/// A grasper's first jaw with the teeth of the first or the second.
-SurfaceMesh GrasperJaw(double pivot, bool second) {
-  // The back, and its flanks in half the height.
-  struct Back {
-    double z, height, half_width;
-  };
-  constexpr std::array<Back, 6> kBack = {{{-2.5, 0.6, 0.9},
-                                          {-2.1, 1.1, 1.45},
-                                          {-1, 1.55, 1.9},
-                                          {2, 1.95, 2.2},
-                                          {9.5, 2.25, 2.2},
-                                          {11.6, 2.1, 2.2}}};
-  const auto back_at = [&kBack](double z) {
-    std::size_t i = 0;
-    while (i + 2 < kBack.size() && kBack[i + 1].z < z) ++i;
-    const Back &low = kBack[i], &high = kBack[i + 1];
-    const double part = (z - low.z) / (high.z - low.z);
-    return Back{z, low.height + part * (high.height - low.height),
-                low.half_width + part * (high.half_width - low.half_width)};
-  };
-  // The flat face: ridges across, whose crests lie in the valleys of the other jaw.
-  constexpr int kTeeth = 6;
-  constexpr double kHeight = 0.3, kClearance = 0.02, kFirstTooth = -1.7, kLastTooth = 10.7;
-  // Around the jaw from its flank at y > 0 over the back to the other flank and to the face.
-  std::vector<std::vector<Vector3d>> lines(6);
+/// The back of a grasper's jaw at z.
+struct Back {
+  double z, height, half_width;
+};
+constexpr std::array<Back, 6> kBack = {{{-2.5, 0.6, 0.9},
+                                        {-2.1, 1.1, 1.45},
+                                        {-1, 1.55, 1.9},
+                                        {2, 1.95, 2.2},
+                                        {9.5, 2.25, 2.2},
+                                        {11.6, 2.1, 2.2}}};
+
+Back BackAt(double z) {
+  std::size_t i = 0;
+  while (i + 2 < kBack.size() && kBack[i + 1].z < z) ++i;
+  const Back &low = kBack[i], &high = kBack[i + 1];
+  const double part = (z - low.z) / (high.z - low.z);
+  return Back{z, low.height + part * (high.height - low.height),
+              low.half_width + part * (high.half_width - low.half_width)};
+}
+
+/// Lines along a grasper's jaw, around it from its flank at y > 0 over the back to the other flank
+/// and to the face.
+using JawLines = std::vector<std::vector<Vector3d>>;
+
+/// Adds the toothed face, the flanks in half the height, and the back.
+void AddGrip(bool second, JawLines* jaw) {
+  JawLines& lines = *jaw;
   const auto add_face = [&](double x, double z) {
-    const double half_width = back_at(z).half_width;
+    const double half_width = BackAt(z).half_width;
     lines[5].push_back(Mm(x, half_width, z));
     lines[4].push_back(Mm(x, -half_width, z));
   };
   const auto add_flanks = [&](double z) {
-    const Back at = back_at(z);
+    const Back at = BackAt(z);
     lines[0].push_back(Mm(0.55 * at.height, at.half_width, z));
     lines[3].push_back(Mm(0.55 * at.height, -at.half_width, z));
   };
+  // Ridges across the face, whose crests lie in the valleys of the other jaw.
+  constexpr int kTeeth = 6;
+  constexpr double kHeight = 0.3, kClearance = 0.02, kFirstTooth = -1.7, kLastTooth = 10.7;
   add_face(kClearance, kBack.front().z);
   add_flanks(kBack.front().z);
   add_flanks(kBack[1].z);
@@ -131,7 +136,7 @@ SurfaceMesh GrasperJaw(double pivot, bool second) {
     const double z = kFirstTooth + (kLastTooth - kFirstTooth) * i / (2 * kTeeth);
     const bool crest = (i % 2 == 1) != second;
     add_face(kClearance + (crest ? -kHeight : kHeight), z);
-    // Just before its crest, a tooth hangs on a point of the flank: no edge crosses a valley.
+    // A tooth meets a point of the flank just before its crest, so that no edge crosses a valley.
     if (crest) add_flanks(z - 0.3);
   }
   add_face(kClearance, kBack.back().z);
@@ -140,26 +145,35 @@ SurfaceMesh GrasperJaw(double pivot, bool second) {
     lines[1].push_back(Mm(at.height, 0.5 * at.half_width, at.z));
     lines[2].push_back(Mm(at.height, -0.5 * at.half_width, at.z));
   }
-  // The neck to the tang, which lies at y > 0 and reaches to both sides of the axis.
-  const auto add = [&lines](double z, double low, double high) {
+}
+
+/// Adds the neck and the tang, which lies at y > 0 and reaches to both sides of the axis.
+void AddTang(double pivot, JawLines* lines) {
+  const auto add = [lines](double z, double low, double high) {
     const std::array<double, 6> x = {low + 0.5 * (high - low), high, high,
                                      low + 0.5 * (high - low), low,  low};
     constexpr std::array<double, 6> kY = {Tang::kFar,  Tang::kFar,  Tang::kNear,
                                           Tang::kNear, Tang::kNear, Tang::kFar};
-    for (std::size_t k = 0; k < lines.size(); ++k) lines[k].push_back(Mm(x[k], kY[k], z));
+    for (std::size_t k = 0; k < lines->size(); ++k) (*lines)[k].push_back(Mm(x[k], kY[k], z));
   };
   add(pivot - 4, 0.05, 2);
   for (const Tang::Station& at : Tang(pivot).stations) add(at.z, -at.half_width, at.half_width);
-  // Counter-clockwise from +z: y rises where x is large.
+}
+
+/// Returns a grasper's jaw at x > 0 with the teeth of the first or the second.
+SurfaceMesh GrasperJaw(double pivot, bool second) {
+  JawLines lines(6);
+  AddGrip(second, &lines);
+  AddTang(pivot, &lines);
+  // The bar's lines run counter-clockwise as seen from +z.
   SolidBuilder solid;
   solid.AddBar({lines[0], lines[5], lines[4], lines[3], lines[2], lines[1]});
   return solid.Mesh();
 }
 
-/// A blade of the scissors: the first at y above the shear plane, the second below.
+/// Returns a blade of the scissors: the first at y above the shear plane, the second below.
 SurfaceMesh ScissorsBlade(double pivot, bool second) {
-  // A section: the cutting edge and the back on the shear plane, then back, ridge and bevel beside
-  // it.
+  // The x of the cutting edge and of the back on the shear plane, and the thickness beside it.
   struct Section {
     double z, edge, back, thickness;
   };
@@ -219,8 +233,8 @@ InstrumentMeshes Hook() {
   constexpr int kWire = 16, kShaft = 16;
   constexpr double kFoot = -2, kBend = 1.3, kInsulation = 8;  // mm
   std::vector<Ring> rings;
-  // The wire from the foot's end through the bend: `turn` is how far its direction has gone from
-  // -x to +z.
+  // Adds a ring of the wire from the foot's end through the bend. `turn` is the fraction of a turn
+  // of its direction from -x towards +z.
   const auto wire = [&rings](double x, double z, double radius, double turn) {
     const auto [cosine, sine] = CosineSine(turn);
     rings.push_back(SolidBuilder::Circle(Mm(x, 0, z), Vector3d(sine, 0, cosine), Vector3d::UnitY(),
@@ -250,7 +264,8 @@ SurfaceMesh ProbeMesh() {
   // 281 vertices in rings from the tip to the end: with a pole at both ends, 562 triangles.
   constexpr int kSegments = 16;
   std::vector<Ring> rings;
-  // Latitudes of the tip, as fractions of a turn from the pole. A ring of nine makes the total.
+  // Latitudes of the tip, as fractions of a turn from the pole. The ring of nine makes the total
+  // 281.
   const auto add_latitude = [&rings](int count, double turns, bool half_step) {
     const std::array<double, 2> latitude = CosineSine(turns);
     rings.push_back(ShaftRing(kInstrumentRadius * latitude[1], -kInstrumentRadius * latitude[0],
@@ -259,7 +274,7 @@ SurfaceMesh ProbeMesh() {
   add_latitude(9, 26.0 / 360, false);
   add_latitude(kSegments, 48.0 / 360, false);
   add_latitude(kSegments, 69.0 / 360, true);
-  // Along the shaft: the first rings as far apart as the triangles are wide, then ever farther.
+  // Along the shaft: the first rings as far apart as the triangles are wide, then increasingly far.
   constexpr int kShaftRings = 15;
   double z = 0, step = 0.9e-3;
   for (int i = 0; i + 1 < kShaftRings; ++i) {

@@ -7,8 +7,8 @@
 
 namespace hpdm {
 
-/// {cosine, sine} of a fraction of a full turn, by Taylor series after halving the angle three
-/// times: the bits do not depend on a mathematics library.
+/// Returns {cosine, sine} of a fraction of a full turn, by Taylor series after halving the angle
+/// three times, so that the bits do not depend on a mathematics library.
 std::array<double, 2> CosineSine(double turns);
 
 /// Joins turned and milled solids into one mesh, each a closed surface that faces outwards.
@@ -20,24 +20,24 @@ class SolidBuilder {
     bool half_step = false;        ///< Turned by half an edge against the ring it is zipped to.
   };
 
-  /// Points at `count` even steps around an axis: centre + radius (cos u + sin v), with u x v along
-  /// the axis towards the far end.
+  /// Returns `count` points at even steps around an axis: centre + radius (cos u + sin v), with u x
+  /// v along the axis towards the far end.
   static Ring Circle(const Vector3d& centre, const Vector3d& u, const Vector3d& v, double radius,
                      int count, bool half_step = false);
 
-  /// A tube over rings from its near to its far end, whatever their numbers of points, closed by a
-  /// fan about a point at each end.
+  /// Adds a tube over rings from its near to its far end, closed by a fan about a point at each
+  /// end. The rings may have different numbers of points.
   void AddTube(const std::vector<Ring>& rings, const Vector3d& near_end, const Vector3d& far_end);
 
-  /// A bar over lines that run along +z, in counter-clockwise order as seen from +z, each with its
-  /// own number of points at rising z; the polygons of their first and of their last points, which
-  /// close it, are convex.
+  /// Adds a bar over lines along +z, in counter-clockwise order as seen from +z, each with its own
+  /// number of points at increasing z. The polygons of their first and of their last points close
+  /// the bar and must be convex.
   void AddBar(const std::vector<std::vector<Vector3d>>& lines);
 
   SurfaceMesh Mesh() const;
 
  private:
-  // Vertices along one side of a strip, and where along it they are.
+  // Vertices along one side of a strip, and their places along it.
   struct Side {
     std::vector<int> vertices;
     std::vector<double> along;
@@ -45,7 +45,7 @@ class SolidBuilder {
 
   int AddVertex(const Vector3d& p);
   std::vector<int> AddVertices(const std::vector<Vector3d>& points);
-  // The strip between two sides that run the same way, `b` to the left of `a` as seen from outside.
+  // Adds the strip between two parallel sides, `b` to the left of `a` as seen from outside.
   void Zip(const Side& a, const Side& b);
 
   std::vector<Vector3d> vertices_;

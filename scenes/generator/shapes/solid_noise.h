@@ -4,11 +4,11 @@
 
 #include "engine/base/types.h"
 
-/// Random functions of a point in space, for colours that do not show how a surface is cut up. Only
-/// + - * / sqrt, floor and integers, so the same bits on every x86-64 machine.
+/// Random functions of a point in space, for colours without seams between a surface's charts. They
+/// use only + - * / sqrt, floor and integers: the same bits on every x86-64 machine.
 namespace hpdm {
 
-/// Numbers that follow each other without a pattern (Steele, Lea and Flood 2014, SplitMix64).
+/// Pseudo-random numbers (SplitMix64: Steele, Lea and Flood 2014).
 class RandomNumbers {
  public:
   explicit RandomNumbers(std::uint64_t seed) : state_(seed) {}
@@ -20,7 +20,7 @@ class RandomNumbers {
   std::uint64_t state_;
 };
 
-/// 0 below `low`, 1 above `high` (or the other way round), 3 t^2 - 2 t^3 between.
+/// Returns 0 below `low`, 1 above `high` (reversed for low > high), 3 t^2 - 2 t^3 between.
 double SmoothStep(double low, double high, double value);
 
 /// Gradient noise on the unit lattice (Perlin 2002, "Improving noise"): about -1 to 1, mean 0,
@@ -33,8 +33,8 @@ double FractalNoise(const Vector3d& p, int octaves, std::uint32_t seed);
 /// Cells around points scattered one in each unit cube (Worley 1996).
 struct CellSample {
   double nearest = 0;  ///< Distance to the nearest point, 0 to about 1.
-  double second = 0;   ///< And to the next one: equal on the walls between cells.
-  double shade = 0;    ///< The cell's own number in [0, 1).
+  double second = 0;   ///< Distance to the second one: equal on the walls between cells.
+  double shade = 0;    ///< The cell's random number in [0, 1).
 };
 CellSample CellNoise(const Vector3d& p, std::uint32_t seed);
 

@@ -7,13 +7,13 @@
 
 namespace hpdm {
 
-/// How vessels grow.
+/// Parameters of the growth of vessels.
 struct VesselOptions {
-  int targets = 0;           ///< Places on the surface that want a vessel.
+  int targets = 0;           ///< Number of places on the surface that attract vessels.
   double step = 0;           ///< m: length of a segment.
-  double sight = 0;          ///< m: how far a target attracts; below the organ's thickness.
-  double reached = 0;        ///< m: a target so near a vessel is supplied.
-  double finest_radius = 0;  ///< m, of a twig.
+  double sight = 0;          ///< m: range of a target's attraction; below the organ's thickness.
+  double reached = 0;        ///< m: a target this near to a vessel is supplied.
+  double finest_radius = 0;  ///< m: radius of a twig.
   std::uint64_t seed = 0;
 };
 
@@ -21,13 +21,13 @@ struct VesselOptions {
 class VesselTree {
  public:
   /// Grows vessels from the trunks (polylines near the surface, m) towards targets scattered over
-  /// it: each target pulls at the nearest vessel until one reaches it (space colonisation: Runions,
-  /// Lane and Prusinkiewicz 2007). Radii follow Murray's law: the cube of a vessel's is the sum of
-  /// its branches' cubes. The same bits on every x86-64 machine.
+  /// the surface. Each target attracts the nearest vessel until one reaches it (space colonisation:
+  /// Runions, Lane and Prusinkiewicz 2007). Radii follow Murray's law: r^3 is the sum of the
+  /// branches' r^3. The same bits on every x86-64 machine.
   VesselTree(const ImplicitShape& shape, const std::vector<std::vector<Vector3d>>& trunks,
              const VesselOptions& options);
 
-  /// How much of a spot of the given radius (m) around p is vessel, 0 to 1.
+  /// Returns the share of a spot of the given radius (m) around p that is vessel, 0 to 1.
   double Coverage(const Vector3d& p, double spot) const;
 
  private:

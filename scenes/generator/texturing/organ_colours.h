@@ -2,12 +2,12 @@
 
 #include "scenes/generator/texturing/texture_baking.h"
 
-/// What the organs look like through a laparoscope, as functions of the point in their own frame
-/// (implicit_shapes.h), so that every mesh of an organ gets the same colours at the same place. The
-/// wet sheen is the shader's. The same bits on every x86-64 machine.
+/// The organs' colours as functions of the point in their own frame (implicit_shapes.h), so that
+/// every mesh of an organ has the same colours at the same place. The shader adds the wet sheen.
+/// The same bits on every x86-64 machine.
 namespace hpdm {
 
-/// `a` at t = 0, `b` at 1.
+/// Returns `a` at t = 0, `b` at 1.
 inline Vector3d Mix(const Vector3d& a, const Vector3d& b, double t) { return a + (b - a) * t; }
 
 /// Fat: yellow lobules a few millimetres wide that run softly into each other.

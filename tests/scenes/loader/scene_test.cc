@@ -23,11 +23,10 @@ TEST_F(SceneTest, ShippedLiverSceneLoads) {
   EXPECT_EQ(scene.instruments[0].hand.script, HandScript::kPalpate);
 }
 
-TEST_F(SceneTest, EveryKeyReachesItsOption) {
-  const Scene s = Read(R"(
+/// Gives every key a value that is not its default.
+constexpr char kEveryKey[] = R"(
 [scene]
 name = "all keys"
-gravity = [0, 1, -9.81]
 background = "t.png"
 [timing]
 haptic_hz = 500
@@ -136,28 +135,40 @@ trocar = [0.1, -0.25, 0.35]
 distortion = -0.1
 angle_deg = 30
 focal_length = 0.0024
-)");
-  EXPECT_EQ(s.name, "all keys");
-  EXPECT_EQ(s.gravity, Vector3d(0, 1, -9.81));
-  EXPECT_EQ(s.background, (folder_.path() / "t.png").string());
-  EXPECT_EQ(s.timing.haptic_hz, 500);
-  EXPECT_EQ(s.timing.deformation_hz, 25);
-  EXPECT_EQ(s.timing.render_hz, 60);
-  EXPECT_EQ(s.timing.patch_delay_ticks, 7);
-  EXPECT_EQ(s.timing.step_budget, 0.5);
+)";
 
-  ASSERT_EQ(s.organs.size(), 2u);
-  const OrganOptions& a = s.organs[0];
+class EveryKey : public SceneTest {
+ protected:
+  const Scene scene_ = Read(kEveryKey);
+};
+
+TEST_F(EveryKey, OfSceneAndTimingReachesItsOption) {
+  EXPECT_EQ(scene_.name, "all keys");
+  EXPECT_EQ(scene_.background, (folder_.path() / "t.png").string());
+  EXPECT_EQ(scene_.timing.haptic_hz, 500);
+  EXPECT_EQ(scene_.timing.deformation_hz, 25);
+  EXPECT_EQ(scene_.timing.render_hz, 60);
+  EXPECT_EQ(scene_.timing.patch_delay_ticks, 7);
+  EXPECT_EQ(scene_.timing.step_budget, 0.5);
+}
+
+TEST_F(EveryKey, OfAnOrganReachesItsOption) {
+  ASSERT_EQ(scene_.organs.size(), 2u);
+  const OrganOptions& a = scene_.organs[0];
   EXPECT_EQ(a.name, "a");
   EXPECT_EQ(a.mesh, (folder_.path() / "m.obj").string());
   EXPECT_EQ(a.unit_m, 0.031);
   EXPECT_EQ(a.model, OrganModelType::kHpdm);
   EXPECT_EQ(a.texture, (folder_.path() / "t.png").string());
-  // About x first, y goes to z; then about z, which leaves z alone. 1e-15: round-off of a sine.
+  // The turn about x takes y to z; the one about z keeps z. 1e-15: rounding of a sine.
   EXPECT_TRUE((a.X_WO * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 4), 1e-15));
   EXPECT_TRUE((a.X_WO * Vector3d(1, 0, 0)).isApprox(Vector3d(1, 3, 3), 1e-15));
   EXPECT_EQ(a.motion.displacement_W, Vector3d(0.001, 0.002, 0.003));
   EXPECT_EQ(a.motion.frequency, 0.3);
+}
+
+TEST_F(EveryKey, OfLatticeAndEnergyReachesItsOption) {
+  const OrganOptions& a = scene_.organs.at(0);
   EXPECT_EQ(a.lattice.basis, BasisType::kBSpline);
   EXPECT_EQ(a.lattice.degree, (std::array{1, 2, 3}));
   EXPECT_EQ(a.lattice.cells, (std::array{5, 6, 7}));
@@ -168,6 +179,19 @@ focal_length = 0.0024
   EXPECT_EQ(a.energy.solver, SolverType::kGaussSeidel);
   EXPECT_EQ(a.energy.newton_iterations, 5);
   EXPECT_EQ(a.energy.newton_budget, 0.01);
+  const OrganOptions& b = scene_.organs.at(1);
+  EXPECT_EQ(b.unit_m, 1e-3);
+  EXPECT_EQ(b.lattice.basis, BasisType::kBernstein);
+  EXPECT_EQ(b.lattice.degree, (std::array{4, 4, 4}));
+  EXPECT_EQ(b.lattice.cells, (std::array{1, 1, 1}));
+  EXPECT_EQ(b.energy.domain, EnergyDomain::kBox);
+  EXPECT_EQ(b.energy.strain, StrainMeasure::kFinite);
+  EXPECT_EQ(b.energy.alpha, 11);
+  EXPECT_EQ(b.energy.beta, 0.5);
+}
+
+TEST_F(EveryKey, OfMaterialRegionAndSupportReachesItsOption) {
+  const OrganOptions& a = scene_.organs.at(0);
   EXPECT_EQ(a.material.young, 1000);
   EXPECT_EQ(a.material.poisson, 0.3);
   EXPECT_EQ(a.material.density, 900);
@@ -184,18 +208,11 @@ focal_length = 0.0024
   EXPECT_EQ(std::get<Sphere>(a.supports[1].region).radius, 0.5);
   EXPECT_EQ(a.supports[1].stiffness, 1e6);
   EXPECT_EQ(std::get<BoxFraction>(a.supports[2].region).min, Vector3d(0, 0.5, 0));
-  const OrganOptions& b = s.organs[1];
-  EXPECT_EQ(b.unit_m, 1e-3);
-  EXPECT_EQ(b.lattice.basis, BasisType::kBernstein);
-  EXPECT_EQ(b.lattice.degree, (std::array{4, 4, 4}));
-  EXPECT_EQ(b.lattice.cells, (std::array{1, 1, 1}));
-  EXPECT_EQ(b.energy.domain, EnergyDomain::kBox);
-  EXPECT_EQ(b.energy.strain, StrainMeasure::kFinite);
-  EXPECT_EQ(b.energy.alpha, 11);
-  EXPECT_EQ(b.energy.beta, 0.5);
+}
 
-  ASSERT_EQ(s.instruments.size(), 2u);
-  const InstrumentOptions& i = s.instruments[0];
+TEST_F(EveryKey, OfAnInstrumentReachesItsOption) {
+  ASSERT_EQ(scene_.instruments.size(), 2u);
+  const InstrumentOptions& i = scene_.instruments[0];
   EXPECT_EQ(i.name, "left");
   EXPECT_EQ(i.type, InstrumentType::kGrasper);
   EXPECT_EQ(i.p_trocar_W, Vector3d(0.1, 0.2, 0.3));
@@ -206,7 +223,10 @@ focal_length = 0.0024
   EXPECT_EQ(i.reaction, ReactionType::kPaper);
   EXPECT_EQ(i.k1, 99);
   EXPECT_EQ(i.k2, 9);
-  const DeviceProfile& d = i.device;
+}
+
+TEST_F(EveryKey, OfADeviceReachesItsOption) {
+  const DeviceProfile& d = scene_.instruments.at(0).device;
   EXPECT_EQ(d.mass, 1.01);
   EXPECT_EQ(d.rotational_inertia, 1.02);
   EXPECT_EQ(d.damping, 1.03);
@@ -223,26 +243,33 @@ focal_length = 0.0024
   EXPECT_EQ(d.min_insertion, 0.08);
   EXPECT_EQ(d.max_insertion, 0.09);
   EXPECT_FALSE(d.passivity_control);
-  EXPECT_EQ(i.hand.script, HandScript::kGraspPull);
-  EXPECT_EQ(i.hand.seed, 4294967295u);
-  EXPECT_EQ(i.hand.organ, "b");
-  EXPECT_EQ(i.hand.target, Vector3d(0.4, 0.5, 0.6));
-  EXPECT_EQ(i.hand.depth, 0.01);
-  EXPECT_EQ(i.hand.speed, 0.02);
-  EXPECT_EQ(i.hand.stiffness, 30);
-  EXPECT_EQ(i.hand.damping, 4);
-  EXPECT_EQ(i.hand.tremor, 0.005);
-  EXPECT_EQ(s.instruments[1].type, InstrumentType::kHook);
-  EXPECT_EQ(s.instruments[1].reaction, ReactionType::kLattice);
-  EXPECT_EQ(s.instruments[1].jaws.meshes,
-            (std::vector{(folder_.path() / "m.obj").string(),
-                         (folder_.path() / "meshes/liver_1332.obj").string()}));
-  EXPECT_EQ(s.instruments[1].jaws.pivot, 0.012);
-  EXPECT_DOUBLE_EQ(s.instruments[1].jaws.opening, Radians(30));
-  EXPECT_EQ(s.instruments[1].insulated_from, 0.02);
-  ASSERT_EQ(s.instruments[1].HeldCount(), 3);
-  EXPECT_EQ(s.instruments[1].Held(0).type, InstrumentType::kHook);
-  const InstrumentDescription& e = s.instruments[1].Held(1);
+}
+
+TEST_F(EveryKey, OfAHandReachesItsOption) {
+  const HandOptions& hand = scene_.instruments.at(0).hand;
+  EXPECT_EQ(hand.script, HandScript::kGraspPull);
+  EXPECT_EQ(hand.seed, 4294967295u);
+  EXPECT_EQ(hand.organ, "b");
+  EXPECT_EQ(hand.target, Vector3d(0.4, 0.5, 0.6));
+  EXPECT_EQ(hand.depth, 0.01);
+  EXPECT_EQ(hand.speed, 0.02);
+  EXPECT_EQ(hand.stiffness, 30);
+  EXPECT_EQ(hand.damping, 4);
+  EXPECT_EQ(hand.tremor, 0.005);
+}
+
+TEST_F(EveryKey, OfJawsAndExchangesReachesItsOption) {
+  const InstrumentOptions& i = scene_.instruments.at(1);
+  EXPECT_EQ(i.type, InstrumentType::kHook);
+  EXPECT_EQ(i.reaction, ReactionType::kLattice);
+  EXPECT_EQ(i.jaws.meshes, (std::vector{(folder_.path() / "m.obj").string(),
+                                        (folder_.path() / "meshes/liver_1332.obj").string()}));
+  EXPECT_EQ(i.jaws.pivot, 0.012);
+  EXPECT_DOUBLE_EQ(i.jaws.opening, Radians(30));
+  EXPECT_EQ(i.insulated_from, 0.02);
+  ASSERT_EQ(i.HeldCount(), 3);
+  EXPECT_EQ(i.Held(0).type, InstrumentType::kHook);
+  const InstrumentDescription& e = i.Held(1);
   EXPECT_EQ(e.name, "cutter");
   EXPECT_EQ(e.type, InstrumentType::kScissors);
   EXPECT_EQ(e.mesh, (folder_.path() / "m.obj").string());
@@ -252,27 +279,31 @@ focal_length = 0.0024
   EXPECT_EQ(e.tip_radius, 0.001);
   EXPECT_EQ(e.shaft_radius, 0.0015);
   EXPECT_EQ(e.friction, 0.3);
-  EXPECT_EQ(s.instruments[1].Held(2).name, "finger");
-  EXPECT_EQ(s.instruments[1].Held(2).type, InstrumentType::kProbe);
+  EXPECT_EQ(i.Held(2).name, "finger");
+  EXPECT_EQ(i.Held(2).type, InstrumentType::kProbe);
+}
 
-  ASSERT_EQ(s.loads.size(), 3u);
-  EXPECT_EQ(s.loads[0].organ, "a");
-  EXPECT_EQ(s.loads[0].p_centre_W, Vector3d(1, 0, 0));
-  EXPECT_EQ(s.loads[0].radius, 0.015);
-  EXPECT_EQ(s.loads[0].force_W, Vector3d(0, 0, -1));
-  EXPECT_EQ(s.loads[0].displacement_W, std::nullopt);
-  EXPECT_EQ(s.loads[1].displacement_W, Vector3d(0, 0, 0.04));
-  EXPECT_EQ(s.loads[1].pressure, std::nullopt);
-  EXPECT_EQ(s.loads[2].pressure, -250);
-  EXPECT_EQ(std::get<Sphere>(s.loads[2].region.value()).radius, 0.5);
+TEST_F(EveryKey, OfALoadReachesItsOption) {
+  ASSERT_EQ(scene_.loads.size(), 3u);
+  EXPECT_EQ(scene_.loads[0].organ, "a");
+  EXPECT_EQ(scene_.loads[0].p_centre_W, Vector3d(1, 0, 0));
+  EXPECT_EQ(scene_.loads[0].radius, 0.015);
+  EXPECT_EQ(scene_.loads[0].force_W, Vector3d(0, 0, -1));
+  EXPECT_EQ(scene_.loads[0].displacement_W, std::nullopt);
+  EXPECT_EQ(scene_.loads[1].displacement_W, Vector3d(0, 0, 0.04));
+  EXPECT_EQ(scene_.loads[1].pressure, std::nullopt);
+  EXPECT_EQ(scene_.loads[2].pressure, -250);
+  EXPECT_EQ(std::get<Sphere>(scene_.loads[2].region.value()).radius, 0.5);
+}
 
-  EXPECT_EQ(s.laparoscope.p_scope_W, Vector3d(0.1, -0.2, 0.3));
-  EXPECT_EQ(s.laparoscope.p_target_W, Vector3d(0.01, 0.02, 0.03));
-  EXPECT_EQ(s.laparoscope.p_trocar_W, Vector3d(0.1, -0.25, 0.35));
-  EXPECT_EQ(s.laparoscope.distortion, -0.1);
-  EXPECT_DOUBLE_EQ(s.laparoscope.angle, Radians(30));
+TEST_F(EveryKey, OfTheLaparoscopeReachesItsOption) {
+  EXPECT_EQ(scene_.laparoscope.p_scope_W, Vector3d(0.1, -0.2, 0.3));
+  EXPECT_EQ(scene_.laparoscope.p_target_W, Vector3d(0.01, 0.02, 0.03));
+  EXPECT_EQ(scene_.laparoscope.p_trocar_W, Vector3d(0.1, -0.25, 0.35));
+  EXPECT_EQ(scene_.laparoscope.distortion, -0.1);
+  EXPECT_DOUBLE_EQ(scene_.laparoscope.angle, Radians(30));
   // A focal length of half the picture's diameter sees 45 degrees to each side.
-  EXPECT_DOUBLE_EQ(s.laparoscope.field_of_view, Radians(90));
+  EXPECT_DOUBLE_EQ(scene_.laparoscope.field_of_view, Radians(90));
 }
 
 TEST_F(SceneTest, AnOrgansEnergyIsStrainWithLocalFunctionsUnlessSaidOtherwise) {
@@ -316,7 +347,7 @@ TEST_F(SceneTest, EveryHandScriptIsRead) {
   }
 }
 
-TEST_F(SceneTest, ATracesPlaceIsReadAndIsFittedUnlessGiven) {
+TEST_F(SceneTest, ATracesPlaceIsFittedUnlessGiven) {
   folder_.Write("r.csv", "");
   const Scene scene = Load(kOrgan + kInstrument +
                            "trace={file='r.csv',scale=0.001,rotation_deg=[0,0,90],"
@@ -339,7 +370,7 @@ TEST_F(SceneTest, PatchDelayIsOneStepUnlessGiven) {
   EXPECT_EQ(Load(kOrgan + "[timing]\npatch_delay_ticks=1\n").timing.patch_delay_ticks, 1);
 }
 
-TEST_F(SceneTest, FileNamesStartAtTheScenesFolder) {
+TEST_F(SceneTest, FileNamesAreRelativeToTheScenesFolder) {
   const std::string scene = "[[organ]]\nname='liver'\nmesh='meshes/../m.obj'\n";
   EXPECT_EQ(Load(scene).organs[0].mesh, (folder_.path() / "m.obj").string());
 

@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-/// Seconds that the refusal of a text took; it must be one line of at most 1.1 kB.
+/// Returns the seconds until the text is refused; the message must be one line of at most 1.1 kB.
 double SecondsToRefuse(const std::string& text) {
   const auto start = std::chrono::steady_clock::now();
   const std::string error = ErrorOf([&] { ReadScene(ParseToml(text, "s.toml")); });
@@ -22,7 +22,7 @@ double SecondsToRefuse(const std::string& text) {
 // Generous: a megabyte takes some 0.1 s in a release build, and sanitizers are ten times slower.
 constexpr double kBoundedSeconds = 10;
 
-TEST(HostileToml, AMegabyteOfGarbageGivesOneLineSoon) {
+TEST(HostileToml, AMegabyteOfGarbageIsRefusedWithOneLineInBoundedTime) {
   std::mt19937 random(1);
   const std::string printable = "abc.=[]{}\"'#,\n 0123456789-_+\\\t";
   for (int round = 0; round < 20; ++round) {
@@ -34,7 +34,7 @@ TEST(HostileToml, AMegabyteOfGarbageGivesOneLineSoon) {
   }
 }
 
-TEST(HostileToml, AMegabyteOfOneThingGivesOneLineSoon) {
+TEST(HostileToml, AMegabyteOfOneThingIsRefusedWithOneLineInBoundedTime) {
   const std::pair<const char*, const char*> repeated[] = {
       {"", "a"},          {"", "\n[[organ]]\nname='x'"},
       {"a=", "["},        {"a=", "{a="},
@@ -65,13 +65,13 @@ TEST(HostileToml, NestingBeyondAnySceneIsRefused) {
   };
   EXPECT_EQ(error(nested(20, "[", "]")), "");
   EXPECT_TRUE(Contains(error(nested(100, "[", "]")), "TOML: tables and arrays are nested too"));
-  // Also the deepest that the parser itself lets through, with the longest keys allowed.
+  // Also refused: the deepest nesting that the parser accepts, with the longest allowed keys.
   EXPECT_TRUE(Contains(error(nested(250, "{a.a.a.a.a.a.a.a.a=", "}")), "nested too deeply"));
   EXPECT_TRUE(Contains(error(nested(100'000, "[", "]")), "TOML syntax"));
   EXPECT_TRUE(Contains(error("a . a.a.a.a.a.a.a.a.a=1"), "s.toml:1:20: TOML syntax: the dotted"));
 }
 
-TEST(HostileToml, DotsInStringsCommentsAndNumbersAreNoDottedKeys) {
+TEST(HostileToml, DotsInStringsCommentsAndNumbersDoNotCount) {
   const std::string text =
       "# ..............\n"
       "a = '../../../../../../..'  # ............\n"
@@ -117,7 +117,7 @@ TEST(HostileToml, DamagedScenesLoadOrGiveOneLine) {
     }
     load(text);
   }
-  EXPECT_GT(refused, 1000);  // of 3,400; the rest is damage in comments
+  EXPECT_GT(refused, 1000);  // of about 3,400; damage in comments is harmless
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ TEST_F(RecordedScene, IsVerifiedFileByFile) {
   EXPECT_EQ(scene.files[0].sha256, kSumOfAbc);
   folder_.Write("m.obj", "abd");
   const std::string error = LoadError(kOrgan + Entry("m.obj", kSumOfAbc));
-  EXPECT_TRUE(StartsWith(error, "s.toml:3:6: organ[0].mesh: is not the file of the record"));
+  EXPECT_TRUE(StartsWith(error, "s.toml:3:6: organ[0].mesh: differs from the recorded file"));
   EXPECT_TRUE(Contains(error, "restore m.obj, or remove the [[file]] tables"));
 }
 
@@ -98,9 +98,9 @@ TEST_F(RecordedScene, MustBeWhole) {
   EXPECT_TRUE(Contains(LoadError(kOrgan + Entry("t.png", kSumOfNothing)),
                        "organ[0].mesh: has no [[file]] table"));
   EXPECT_TRUE(
-      Contains(LoadError(kOrgan + Entry("m.obj", "0123")), "file[0].sha256: is no SHA-256"));
+      Contains(LoadError(kOrgan + Entry("m.obj", "0123")), "file[0].sha256: is not a SHA-256"));
   EXPECT_TRUE(Contains(LoadError(kOrgan + Entry("m.obj", kSumOfAbc) + Entry("m.obj", kSumOfAbc)),
-                       "file[1].name: is taken"));
+                       "file[1].name: is already used"));
 }
 
 // The tests below record real sessions; their organ is small and its mesh is a liver's.
@@ -215,7 +215,7 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
     EXPECT_TRUE(Contains(ReadFile(folder_ / "o"), why));
     EXPECT_EQ(Count(ReadFile(folder_ / "o"), "\n"), 1);
   };
-  expect_refused("is not the file of the record");
+  expect_refused("differs from the recorded file");
 
   // A stranger's folder, which leads to files of this machine.
   const fs::path moved = folder_.path() / "moved", liver = kScenes / "meshes/liver_274.obj";

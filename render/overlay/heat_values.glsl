@@ -1,0 +1,1 @@
+void main() { Paint(value, 0.92); }

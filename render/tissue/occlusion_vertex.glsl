@@ -1,0 +1,4 @@
+void main() {
+  vec2 clip = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(clip, 0.0, 1.0);
+}

@@ -1,0 +1,19 @@
+in vec3 p_W;
+in vec3 normal_W;
+in vec2 uv;
+uniform vec3 base_colour;
+uniform float metres_per_uv;
+uniform sampler2D base_texture;
+uniform sampler2D openness;   // by position in the picture
+out vec4 colour;
+void main() {
+  vec3 to_lens = normalize(lens_W.xyz - p_W);
+  vec3 n = normalize(normal_W);
+  n = faceforward(n, -to_lens, n);
+  vec2 m = metres_per_uv * uv;
+  Detail detail = DetailAt(m);
+  vec3 rough = Raised(p_W, n, m, detail.slope);
+  vec3 albedo = base_colour * texture(base_texture, uv).rgb * (0.86 + 0.28 * detail.height);
+  float open = Openness(p_W, n) * texture(openness, 0.5 * gl_FragCoord.xy / circle_px.xy).r;
+  colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * open);
+}

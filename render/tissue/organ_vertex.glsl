@@ -1,0 +1,13 @@
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 offset;
+layout(location = 3) in vec2 texture_coordinate;
+out vec3 p_W;
+out vec3 normal_W;
+out vec2 uv;
+void main() {
+  p_W = position + offset;
+  normal_W = normal;
+  uv = texture_coordinate;
+  gl_Position = clip_from_world * vec4(p_W, 1.0);
+}
