@@ -8,8 +8,8 @@
 
 namespace hpdm {
 
-/// The sparse m x n contact rows over the vertices. The non-zero weights are gathered once per step,
-/// so later products cost only the contacts' own vertices.
+/// The sparse m x n contact rows over the vertices. The non-zero weights are gathered once per
+/// step, so later products cost only the contacts' own vertices.
 class ContactRows {
  public:
   struct Entry {

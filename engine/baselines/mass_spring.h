@@ -68,7 +68,7 @@ class MassSpring final : public Relaxation {
   static constexpr double kSafety = 0.95;
 
   /// `rest`: closed; `ground_springs`: V, N/m (GroundSprings). Throws InputError (`name`: the
-  /// organ's) when the surface cannot be measured.
+  /// organ's) if the surface cannot be measured.
   MassSpring(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
              const MassSpringOptions& options, const std::string& name);
 

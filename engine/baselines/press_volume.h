@@ -13,9 +13,9 @@ struct SurfacePress {
   double depth = 0;   ///< m.
 };
 
-/// Returns the weights of a patch over the V vertices, with sum 1: the kernel times the area of each
-/// vertex within `radius` (rest distance) of the point. Without such a vertex they are the point's
-/// barycentric weights.
+/// Returns the weights of a patch over the V vertices, with sum 1: the kernel times the area of
+/// each vertex within `radius` (rest distance) of the point. Without such a vertex they are the
+/// point's barycentric weights.
 Eigen::RowVectorXd PatchWeights(const SurfaceMesh& rest, const SurfacePoint& at, double radius);
 
 struct PressOutcome {

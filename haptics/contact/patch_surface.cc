@@ -215,44 +215,46 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
   return best;
 }
 
+bool PatchSurface::SolveOnTriangle(const Vector3d& c_W, int triangle, Vector3d* weights, double* t,
+                                   Vector3d* n) const {
+  const Corners& corners = triangles_[triangle];
+  const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W_[corners[0]];
+  const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
+  const Vector3d m1 = normals_W_[corners[1]] - n0, m2 = normals_W_[corners[2]] - n0;
+  double w1 = (*weights)[1], w2 = (*weights)[2];
+  bool settled = false;
+  for (int step = 0; step < kMaxNewtonSteps && !settled; ++step) {
+    *n = n0 + w1 * m1 + w2 * m2;
+    const Vector3d missing = c_W - (p0 + w1 * e1 + w2 * e2) - *t * *n;
+    const Vector3d c1 = e1 + *t * m1, c2 = e2 + *t * m2;
+    const Vector3d c1_c2 = c1.cross(c2);
+    const double determinant = c1_c2.dot(*n);
+    // Positive: the offset surface has not folded over, c lies before the centre of curvature.
+    if (!(determinant > kMinArea * e1.cross(e2).dot(*n))) return false;
+    const double d1 = missing.dot(c2.cross(*n)) / determinant;
+    const double d2 = missing.dot(n->cross(c1)) / determinant;
+    const double dt = missing.dot(c1_c2) / determinant;
+    w1 += d1;
+    w2 += d2;
+    *t += dt;
+    settled = std::abs(d1) + std::abs(d2) < kSettledWeight && std::abs(dt) < kSettled;
+  }
+  *weights = Vector3d(1 - w1 - w2, w1, w2);
+  *n = n0 + w1 * m1 + w2 * m2;
+  return settled;
+}
+
 bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
                                  SurfaceFoot* foot) const {
   int triangle = start.triangle;
   Vector3d weights = start.weights;
   double t = start.offset_W.dot(Interpolated(normals_W_, triangles_[triangle], weights));
   for (int march = 0; march < kMaxMarch; ++march) {
-    const Corners& corners = triangles_[triangle];
-    const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W_[corners[0]];
-    const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
-    const Vector3d m1 = normals_W_[corners[1]] - n0, m2 = normals_W_[corners[2]] - n0;
-
-    // Newton's method for p(w) + t n(w) = c in the weights w1, w2 and t.
-    double w1 = weights[1], w2 = weights[2];
     Vector3d n;
-    bool settled = false;
-    for (int step = 0; step < kMaxNewtonSteps && !settled; ++step) {
-      n = n0 + w1 * m1 + w2 * m2;
-      const Vector3d missing = c_W - (p0 + w1 * e1 + w2 * e2) - t * n;
-      const Vector3d c1 = e1 + t * m1, c2 = e2 + t * m2;
-      const Vector3d c1_c2 = c1.cross(c2);
-      const double determinant = c1_c2.dot(n);
-      // Positive: the offset surface has not folded over, c lies before the centre of curvature.
-      if (!(determinant > kMinArea * e1.cross(e2).dot(n))) return false;
-      const double d1 = missing.dot(c2.cross(n)) / determinant;
-      const double d2 = missing.dot(n.cross(c1)) / determinant;
-      const double dt = missing.dot(c1_c2) / determinant;
-      w1 += d1;
-      w2 += d2;
-      t += dt;
-      settled = std::abs(d1) + std::abs(d2) < kSettledWeight && std::abs(dt) < kSettled;
-    }
-    if (!settled) return false;
-    weights = Vector3d(1 - w1 - w2, w1, w2);
-
+    if (!SolveOnTriangle(c_W, triangle, &weights, &t, &n)) return false;
     int lowest = 0;
     const double least = weights.minCoeff(&lowest);
     if (least >= kInside) {
-      n = n0 + w1 * m1 + w2 * m2;
       const double length = n.norm();
       if (n.dot(face_normals_W_[triangle]) < kMinCosine * length) return false;
       if (std::abs(t) * length > kMaxDistanceRatio * start.distance + kSettled) return false;
@@ -261,7 +263,8 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
       foot->gap = t * length;
       return true;
     }
-    // Across the edge opposite the lowest weight, from where the foot left the triangle.
+    // Crosses the edge opposite the lowest weight, at the point where the foot leaves the triangle.
+    const Corners& corners = triangles_[triangle];
     const std::uint8_t from = corners[(lowest + 1) % 3], to = corners[(lowest + 2) % 3];
     const std::uint8_t next = left_of_[to][from];
     if (next >= triangle_count_) return false;
