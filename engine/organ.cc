@@ -102,12 +102,13 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
   if (across > kMaxOrganSize || across < kMinOrganSize) {
     char size[32];
     std::snprintf(size, sizeof size, "%.3g m", across);
-    warnings_.push_back("organ \"" + options.name + "\": is " + size +
+    warnings_.push_back("organ \"" + options.name + "\": " + size +
                         " across; check organ.unit, which may be \"mm\"");
   }
   if (options.supports.empty() && !rigid()) {
-    warnings_.push_back("organ \"" + options.name +
-                        "\": no [[organ.support]]: a weak spring ties all of it to its rest place");
+    warnings_.push_back(
+        "organ \"" + options.name +
+        "\": no [[organ.support]]: a weak spring holds all of it at its rest place");
   }
 }
 
@@ -180,7 +181,7 @@ void OrganModel::BuildRigidModel() {
     throw InputError("organ \"" + options_.name + "\": a rigid organ's mesh must be closed, and " +
                      options_.mesh + " has " + std::to_string(facts.boundary_edges) +
                      " boundary and " + std::to_string(facts.nonmanifold_edges) +
-                     " non-manifold edges; mend it");
+                     " non-manifold edges; repair it");
   }
   tissue_volume_ = EnclosedVolume(rest_.vertices, rest_.triangles);
   centre_of_volume_W_ = EnclosedCentre(rest_.vertices, rest_.triangles);
@@ -361,7 +362,7 @@ OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanosec
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);
   for (const auto& [what, count] : imported.repairs.List()) {
-    repairs->push_back(options.mesh + ": mended: " + what + " (" + std::to_string(count) + ")");
+    repairs->push_back(options.mesh + ": repaired: " + what + " (" + std::to_string(count) + ")");
   }
   SurfaceMesh mesh = Subdivided(imported.mesh, options.subdivisions, options.mesh.c_str());
   Points& vertices = mesh.vertices;
