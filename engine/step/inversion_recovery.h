@@ -16,8 +16,8 @@ namespace hpdm {
 ///
 /// 1. The organ returns to the last sound state. One Newton iteration takes it to nine tenths of
 ///    the demand there.
-/// 2. It then follows its tools by load steps. They start at 1/8 of the demand (or dt / 0.25 s of
-///    it) and halve after each failure. The organ stays where the next step would fail.
+/// 2. It then follows its tools by load steps. They start at dt / 0.25 s of the demand, at least
+///    1/8, and halve after each failure. The organ stays where the next step would fail.
 /// 3. Recovery ends once the demand does not exceed the demand that has been followed.
 /// 4. If even the last sound state fails, the organ is reset to rest.
 ///

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kBorderTolerance = 1e-6;  // m, sideways of the border
 constexpr double kInside = -1e-9;          // smallest weight of a point inside a triangle
-constexpr double kSameFoot = 0.005;        // m, between a contact and a patch that goes on with it
-// Offset surface's area over the released one's: 0 at the centre of curvature, where the foot runs
-// away.
+constexpr double kSameFoot = 0.005;        // m, from a contact to the surface of its next patch
+// Offset surface's area over the released one's: 0 at the centre of curvature, where the foot
+// diverges.
 constexpr double kMinArea = 1e-6;
 constexpr int kMaxNewtonSteps = 12;
 constexpr int kMaxMarch = 16;
@@ -48,7 +48,7 @@ void PatchSurface::Build(const ToolPatch& patch) noexcept {
     const Vector3d twice_area = (b - a).cross(c - a);
     const double longest_squared =
         std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    // Written so that a coordinate that is not finite leaves the triangle out.
+    // A coordinate that is not finite makes the comparison false, so the triangle is left out.
     const bool usable = twice_area.norm() > kMinAspect * longest_squared && longest_squared > 0 &&
                         std::isfinite(longest_squared);
     const int slot = triangle_count_;
@@ -130,7 +130,7 @@ bool PatchSurface::Find(int mesh_triangle, const Vector3d& weights, const Vector
 void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
   int triangle = foot->triangle;
   Vector3d weights = foot->weights;
-  Vector3d left = d_W;  // of the way
+  Vector3d left = d_W;  // remaining displacement
   for (int march = 0; march < kMaxMarch; ++march) {
     const Corners& corners = triangles_[triangle];
     const Vector3d &p0 = points_W_[corners[0]], &n = face_normals_W_[triangle];
@@ -138,7 +138,7 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
     const double area = e1.cross(e2).dot(n);
     Vector3d change(0, left.cross(e2).dot(n) / area, e1.cross(left).dot(n) / area);
     change[0] = -change[1] - change[2];
-    // As far as the first edge that is in the way.
+    // Move to the first edge in the way.
     double along = 1;
     int edge = -1;
     for (int i = 0; i < 3; ++i) {
@@ -155,7 +155,7 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
     if (next >= triangle_count_) {  // along the border
       const Vector3d direction = (points_W_[to] - points_W_[from]).normalized();
       const Vector3d rest = left.dot(direction) * direction;
-      if ((left - rest).norm() < kSettled) break;  // it was already
+      if ((left - rest).norm() < kSettled) break;  // already along the border
       left = rest;
       continue;
     }
@@ -170,7 +170,7 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
   SetFoot(triangle, weights / weights.sum(), foot);
 }
 
-// All but the gap.
+// Sets all fields but the gap.
 void PatchSurface::SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const {
   foot->triangle = triangle;
   foot->mesh_triangle = mesh_triangles_[triangle];
@@ -179,7 +179,7 @@ void PatchSurface::SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* f
   foot->normal_W = NormalAt(triangle, weights);
 }
 
-// Opposed or missing vertex normals leave the face's own.
+// Returns the interpolated normal; the face's own if vertex normals are opposed or missing.
 Vector3d PatchSurface::NormalAt(int triangle, const Vector3d& weights) const {
   const Vector3d normal = Interpolated(normals_W_, triangles_[triangle], weights);
   const double length = normal.norm();
@@ -203,7 +203,7 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
     const double distance = offset.norm();
     if (distance < best.distance) best = {t, weights, offset, distance};
   };
-  // The triangle with the nearest centre gives a bound that leaves most others out.
+  // The triangle with the nearest centre gives a bound that excludes most others.
   int nearest = -1;
   for (int t = 0; t < triangle_count_; ++t) {
     if (nearest < 0 || to_centre[t] < to_centre[nearest]) nearest = t;
@@ -295,7 +295,7 @@ bool PatchSurface::IsOnBorder(const Closest& closest) const {
   if (zeros == 1) {
     return left_of_[corners[(zero + 2) % 3]][corners[(zero + 1) % 3]] == kNone;
   }
-  // A vertex is on the border when one of its edges lacks its other side.
+  // A vertex is on the border if one of its edges has a triangle on one side only.
   const std::uint8_t vertex = corners[one];
   for (int other = 0; other < kMaxPoints; ++other) {
     if ((left_of_[vertex][other] == kNone) != (left_of_[other][vertex] == kNone)) return true;
