@@ -11,7 +11,7 @@
 namespace hpdm {
 namespace {
 
-// m, from any organ: where a tool is that never had a pose.
+// m. A tool that never had a pose is placed this far from any organ.
 constexpr double kFarAway = 1e3;
 
 bool IsFinite(const ToolPose& tool) {
@@ -25,7 +25,7 @@ Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
   return SheddableOf(options);
 }
 
-// All but the vertices.
+// Fills in all of the shape except its vertices.
 void FillShape(const OrganModel& model, const OrganState& state, OrganSnapshot* shape) {
   const int n = model.control_points();
   const ActiveRefinement& active = state.contacts.refinement;
@@ -72,7 +72,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
 
 void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanoseconds wake_late_ns) {
   const Nanoseconds started = stopwatch_ ? stopwatch_() : 0;
-  // A contact that the first step finds may have been there for long: a second.
+  // A contact that the first step finds may have lasted for long: assume a second.
   const double dt = record_.number > 0 ? ToSeconds(now_ns - record_.time_ns) : 1;
   ++record_.number;
   record_.input_tick = given.tick;
@@ -109,7 +109,7 @@ void DeformationLoop::ApplyRecorded(const StepSample& recorded) {
   applies_recorded_ = true;
 }
 
-// What each organ's relaxation does in this step, from how the last one left it.
+// Sets each organ's quality for this step from the state after the last one.
 void DeformationLoop::ChooseQuality() {
   const QualityCeiling ceiling = shedding_.Ceiling();
   record_.shed_level = shedding_.level();
@@ -144,7 +144,7 @@ const ToolState& DeformationLoop::NewestTools() {
   return edges_.tools.Front();
 }
 
-// What is not finite would stay: in where a tip was last, and in what its jaws close on.
+// Values that are not finite would persist in a tip's last position and in its grasp.
 const ToolState& DeformationLoop::SanitisedTools(const ToolState& given) {
   const std::array<ToolPose, kMaxInstruments> last = tools_.tools;
   tools_ = given;
@@ -179,7 +179,7 @@ void DeformationLoop::Collide(const ToolState& tools) {
   }
 }
 
-// Local functions go where the tips are, or are about to be.
+// Places the local functions where the tips are, or are about to be.
 void DeformationLoop::Refine(int tool_count) {
   for (std::size_t o = 0; o < states_.size(); ++o) {
     const RefinementBasis* basis = models_[o].refinement_basis();
@@ -214,8 +214,8 @@ void DeformationLoop::WakeTouched() {
   for (OrganState& state : states_) state.awake = state.awake || state.contacts.size() > 0;
 }
 
-// Whether the next step would find the organ as this one left it, were it not touched. A scan of
-// the inversion detector that began before must end first.
+// True if an untouched next step would leave the organ unchanged. A scan of the inversion detector
+// in progress must end first.
 bool DeformationLoop::AtRest(std::size_t organ) const {
   const OrganState& state = states_[organ];
   return state.contacts.size() == 0 && state.control_displacements.isZero(0) &&
@@ -223,7 +223,7 @@ bool DeformationLoop::AtRest(std::size_t organ) const {
          !inversion_recoveries_[organ].inverted();
 }
 
-// Stage A (Eq. 26-28): the contacts go where the tools ask, by the least change of the lattice.
+// Stage A (Eq. 26-28): moves the contacts to their targets by the least change of the lattice.
 void DeformationLoop::RepositionControlPoints() {
   for (OrganState& state : states_) {
     if (!state.awake) continue;
@@ -244,7 +244,7 @@ void DeformationLoop::RepositionControlPoints() {
   }
 }
 
-// Stage B: the least energy that satisfies the contacts, `dt` (s) after the last step.
+// Stage B: minimises the energy under the contacts, `dt` (s) after the last step.
 void DeformationLoop::Relax(double dt) {
   record_.iterations = 0;
   record_.residual = 0;
@@ -267,7 +267,7 @@ void DeformationLoop::Relax(double dt) {
   }
 }
 
-// Stage C (Eq. 4): x = X + B U. Who is at rest then falls asleep.
+// Stage C (Eq. 4): x = X + B U. An organ at rest then falls asleep.
 void DeformationLoop::RelocateVertices() {
   for (std::size_t o = 0; o < states_.size(); ++o) {
     OrganState& state = states_[o];
@@ -282,7 +282,7 @@ void DeformationLoop::RelocateVertices() {
   }
 }
 
-// Stage D: what the haptic loop needs until the next step.
+// Stage D: builds the surface patches for the haptic loop until the next step.
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganState& state : states_) state.tips.Clear();
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTip(models_, &states_);
@@ -319,7 +319,7 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   }
 }
 
-// The haptic loop's patch goes first: what it waits for is not held up by the copies for the eye.
+// Publishes the haptic loop's patch first, so the copies for display do not delay it.
 void DeformationLoop::Publish(const ToolState& tools) {
   edges_.patch.Back().step = record_;
   FillSample(tools);

@@ -14,44 +14,44 @@
 
 namespace hpdm {
 
-/// The edges of the deformation loop (snapshots.h): one reader's end, four writers' ends.
+/// The edges of the deformation loop (snapshots.h): it reads `tools` and writes the others.
 struct DeformationEdges {
   TripleBuffer<ToolState>& tools;
   TripleBuffer<ContactPatch>& patch;
   TripleBuffer<SceneSnapshot>& render;
   TripleBuffer<SceneSnapshot>& telemetry;
-  SpscQueue<StepSample>* steps = nullptr;  ///< nullptr: nobody keeps every step.
+  SpscQueue<StepSample>* steps = nullptr;  ///< nullptr: steps are not recorded.
 };
 
-/// The ~30 Hz loop: moves the organs under the tools (stages: engine/README.md, section 6). An
-/// organ sleeps while nothing touches it and it is at rest: then a step asks its tree's outermost
-/// box whether a tool is near, and no more. What touches it wakes it within the step.
+/// The 30 Hz loop: deforms the organs under the tools (stages: engine/README.md, section 6). An
+/// organ that is untouched and at rest sleeps: a step then only tests its bounding box against the
+/// tools. A touch wakes it within the step.
 ///
 /// All methods but the constructor belong to the deformation thread; they never throw, log or lock.
 class DeformationLoop {
  public:
-  /// `organs` and what `edges` names must outlive the loop. The scenes on the edges have the organs
-  /// at rest (SizedSnapshot): a step writes the shapes that are newer than a slot's. `stopwatch`
-  /// gives the session time for StepRecord::compute_ns; without one (lockstep) nothing is measured.
-  /// Steps that take longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: none
-  /// does.
+  /// `organs` and the channels in `edges` must outlive the loop. The scenes on the edges start with
+  /// the organs at rest (SizedSnapshot); a step writes only shapes newer than the slot's.
+  /// `stopwatch` gives the session time for StepRecord::compute_ns; nullptr (lockstep): nothing is
+  /// measured. Steps longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: no
+  /// limit.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
                   Nanoseconds budget = 0);
 
-  /// One step, begun at session time `now_ns`, from the given tool state; published on all edges. A
-  /// tool whose pose is not finite counts as where it was.
-  /// `wake_late_ns`: what the schedule measured, for the step's record.
+  /// Runs one step at session time `now_ns` from the given tool state and publishes it on all
+  /// edges. A tool whose pose is not finite keeps its last pose. `wake_late_ns` is the wake-up
+  /// lateness for the step's record.
   void Step(const ToolState& given, Nanoseconds now_ns, Nanoseconds wake_late_ns = 0);
 
-  /// For a replay: the next Step takes the recorded one's quality, and where a relaxation of that
-  /// was out of time, stops after as many iterations.
+  /// For a replay: the next Step uses the recorded quality. A relaxation that was out of time then
+  /// stops after the recorded number of iterations.
   void ApplyRecorded(const StepSample& recorded);
 
   /// The newest tool state on the edge.
   const ToolState& NewestTools();
 
-  /// How the last step went.
+  /// Record of the last step.
   const StepRecord& record() const { return record_; }
   const OrganState& organ(int i) const { return states_[i]; }
 
@@ -75,18 +75,18 @@ class DeformationLoop {
   DeformationEdges edges_;
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganState> states_;
-  std::vector<InversionRecovery> inversion_recoveries_;   // one an organ
-  std::vector<ToolTracker> trackers_;                     // one a tool
-  std::vector<StrainBlendController> blend_controllers_;  // one an organ
+  std::vector<InversionRecovery> inversion_recoveries_;   // one per organ
+  std::vector<ToolTracker> trackers_;                     // one per tool
+  std::vector<StrainBlendController> blend_controllers_;  // one per organ
   LoadShedding shedding_;
   bool applies_recorded_ = false;  // the next step's quality is a recorded one
-  ToolState tools_;                // of the last step, all finite
+  ToolState tools_;                // last step's tools, all finite
   StepRecord record_;
   StepSample sample_;
 };
 
-/// A snapshot of the rest state whose arrays have the organs' sizes; without vertices for readers
-/// that rebuild them.
+/// Returns a snapshot of the rest state whose arrays have the organs' sizes. Readers that rebuild
+/// the vertices get none.
 SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,
                             bool with_vertices);
 

@@ -20,16 +20,16 @@
 namespace hpdm {
 namespace {
 
-// A kernel whose radius is this many mean edges of the finest cells is resolved by their functions
-// to a few per cent, wherever it lies among the cells.
+// Smallest kernel radius, in mean edges of the finest cells, that their functions resolve to a few
+// per cent at any place among the cells.
 constexpr double kResolvedCells = 1.25;
 
-// m: an organ of another size is most likely in another unit.
+// m. An organ beyond these sizes is most likely given in another unit.
 constexpr double kMaxOrganSize = 10;
 constexpr double kMinOrganSize = 1e-3;
 
-// Cells that the tissue is sampled in: those of the finest functions, or for a Bernstein lattice,
-// which is one cell, as many as it has control intervals, at least 4.
+// Returns the cells in which the tissue is sampled: the finest functions' cells. A Bernstein
+// lattice is one cell: there it is the number of control intervals, at least 4.
 std::array<int, 3> SamplingCells(const OrganOptions& options) {
   const LatticeOptions& lattice = options.lattice;
   if (lattice.basis == BasisType::kBSpline) {
@@ -48,8 +48,8 @@ void CheckLocalFunctions(const OrganOptions& options) {
                    "and at most a million finer cells; change that or give 0");
 }
 
-// Beyond these a model is refused before anything is reserved: a machine that has not so much
-// memory would end the program, or others, without a word.
+// A model that needs more is refused before anything is reserved. Otherwise a machine without
+// that much memory would kill this program, or others, without a message.
 constexpr double kMaxAssemblyBytes = 4e9;
 constexpr double kMaxMatrixBytes = 1e9;  // 6,400 unknowns, whose factors take minutes
 
@@ -63,7 +63,7 @@ constexpr double kMaxMatrixBytes = 1e9;  // 6,400 unknowns, whose factors take m
   throw InputError("organ \"" + options.name + "\": " + text);
 }
 
-// The number and the value of each function at each of `points`.
+// Checks the memory for the index and the value of each function at each of `points`.
 void CheckAssembly(const OrganOptions& options, const Lattice& lattice, double points) {
   double functions = 1;  // at a point
   for (const int degree : options.lattice.degree) functions *= degree + 1;
@@ -73,7 +73,7 @@ void CheckAssembly(const OrganOptions& options, const Lattice& lattice, double p
   }
 }
 
-// The stiffness of each pair of unknowns, its factor and its inverse.
+// Checks the memory for the stiffness matrix, its factor and its inverse.
 void CheckMatrices(const OrganOptions& options, double control_points) {
   const double unknowns = (options.energy.type == EnergyType::kStrain ? 3.0 : 1.0) * control_points;
   const double bytes = 24 * unknowns * unknowns;
@@ -82,7 +82,8 @@ void CheckMatrices(const OrganOptions& options, double control_points) {
   }
 }
 
-// Half as many cells as the tissue's volume would fill: fewer than hold tissue.
+// Returns a lower bound on the control points with tissue: half the cells that the tissue's volume
+// would fill.
 double LeastControlPoints(const Lattice& lattice, const SurfaceMesh& rest,
                           const std::array<int, 3>& cells) {
   const double share =
@@ -110,12 +111,13 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
   if (across > kMaxOrganSize || across < kMinOrganSize) {
     char size[32];
     std::snprintf(size, sizeof size, "%.3g m", across);
-    warnings_.push_back("organ \"" + options.name + "\": is " + size +
+    warnings_.push_back("organ \"" + options.name + "\": " + size +
                         " across; check organ.unit, which may be \"mm\"");
   }
   if (options.supports.empty() && !rigid()) {
-    warnings_.push_back("organ \"" + options.name +
-                        "\": no [[organ.support]]: a weak spring ties all of it to its rest place");
+    warnings_.push_back(
+        "organ \"" + options.name +
+        "\": no [[organ.support]]: a weak spring holds all of it at its rest place");
   }
 }
 
@@ -134,7 +136,7 @@ void OrganModel::BuildLatticeModel() {
   const Quadrature tissue{sampled.points, sampled.weights};
   const bool over_box =
       options_.energy.type == EnergyType::kMetric && options_.energy.domain == EnergyDomain::kBox;
-  // Over the box, three points a cell and axis (BuildEnergy).
+  // Over the box, three points per cell and axis (BuildEnergy).
   CheckAssembly(options_, *lattice_,
                 over_box ? 27.0 * cells[0] * cells[1] * cells[2]
                          : static_cast<double>(tissue.weights.size()));
@@ -189,7 +191,7 @@ void OrganModel::BuildRigidModel() {
     throw InputError("organ \"" + options_.name + "\": a rigid organ's mesh must be closed, and " +
                      options_.mesh + " has " + std::to_string(facts.boundary_edges) +
                      " boundary and " + std::to_string(facts.nonmanifold_edges) +
-                     " non-manifold edges; mend it");
+                     " non-manifold edges; repair it");
   }
   tissue_volume_ = EnclosedVolume(rest_.vertices, rest_.triangles);
   centre_of_volume_W_ = EnclosedCentre(rest_.vertices, rest_.triangles);
@@ -203,8 +205,8 @@ void OrganModel::BuildEnergy(const Quadrature& elastic, const std::array<int, 3>
   const ScalarStiffness supports = SupportStiffness(
       *lattice_, elastic, options_.supports, held, strain ? options_.material.young : energy.alpha);
   if (!strain) {
-    // Three midpoints a cell and axis integrate products of the cubic functions well enough for the
-    // lumped weights, whose sum is exact.
+    // Three midpoints per cell and axis integrate products of the cubic functions well enough for
+    // the lumped weights, whose sum is exact.
     Quadrature domain = elastic;
     if (energy.domain == EnergyDomain::kBox) {
       domain = BoxQuadrature(lattice_->box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
@@ -233,7 +235,8 @@ void OrganModel::BuildEnergy(const Quadrature& elastic, const std::array<int, 3>
     if (!finite) return;
     Quadrature domain = elastic;
     if (refinement_basis_) {
-      // Without the points that only the finer splines need, a quarter of them; K changes by 5e-4.
+      // Samples in the lattice's own cells: a quarter of the points, since only the finer splines
+      // need all. K changes by 5e-4.
       const auto [sampled, stiffness] =
           SampleStiffness(rest_, lattice_->box(), options_.lattice.cells, options_);
       domain = {sampled.points, sampled.weights.cwiseProduct(stiffness)};
@@ -367,7 +370,7 @@ OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanosec
 SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>* repairs) {
   ImportedMesh imported = ImportMesh(options.mesh, options.unit_m);
   for (const auto& [what, count] : imported.repairs.List()) {
-    repairs->push_back(options.mesh + ": mended: " + what + " (" + std::to_string(count) + ")");
+    repairs->push_back(options.mesh + ": repaired: " + what + " (" + std::to_string(count) + ")");
   }
   SurfaceMesh mesh = Subdivided(imported.mesh, options.subdivisions, options.mesh.c_str());
   Points& vertices = mesh.vertices;

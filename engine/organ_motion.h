@@ -7,11 +7,11 @@
 
 namespace hpdm {
 
-/// The way of an organ that breathing carries: all of it moves to and fro along a line,
-///     offset(t) = displacement (1 - cos(2 pi frequency t)) / 2,
-/// from the posed shape at session time 0, before a session's first tick, to `displacement` and
-/// back. Everything that is computed for the organ is computed as if it stood still, with the tools
-/// moved by minus the offset. Any thread; no allocation.
+/// Rigid motion of an organ by breathing, along a line:
+///     offset(t) = displacement (1 - cos(2 pi frequency t)) / 2.
+/// It starts from the posed shape at session time 0, before a session's first tick. The offset is
+/// kept apart from the deformation: the organ is computed at rest, with the tools moved by minus
+/// the offset. Any thread; no allocation.
 struct OrganMotion {
   Vector3d displacement_W = Vector3d::Zero();  ///< m.
   double frequency = 0;                        ///< Hz.

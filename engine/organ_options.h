@@ -14,12 +14,11 @@ namespace hpdm {
 
 enum class BasisType { kBSpline, kBernstein };
 
-/// Finer splines that are added where a load or a tip is: the functions of a B-spline basis over
-/// `refinement` times as many cells that are nearest to the contact. What they add is of small
-/// strain.
+/// Finer splines that are added where a load or a tip is. They are the functions nearest to the
+/// contact of a B-spline basis with `refinement` times as many cells. Their energy is small strain.
 struct LocalFunctionOptions {
-  std::optional<int> functions;  ///< At most so many a contact; 0: none; absent: LocalFunctionsOf.
-  int refinement = 2;  ///< Cells of the finer splines a cell of the lattice and axis, 2..6.
+  std::optional<int> functions;  ///< Maximum per contact; 0: none; absent: see LocalFunctionsOf.
+  int refinement = 2;            ///< Finer cells per lattice cell along each axis, 2..6.
 };
 
 struct LatticeOptions {
@@ -44,10 +43,10 @@ struct EnergyOptions {
   EnergyDomain domain = EnergyDomain::kOrgan;  ///< Metric only.
   double alpha = 2000;                         ///< Pa; metric only (finite strain: eta).
   double beta = 0.05;                          ///< N; metric only.
-  int newton_iterations = 3;                   ///< Most a step; not of small strain.
-  double newton_budget = 0.02;                 ///< s a step in the real clock; not of small strain.
-  double finite_from = 0.3;  ///< Strain and rotation, |grad u|, beyond which adaptive strain takes
-                             ///< finite strain; below 0.8 times that, small strain.
+  int newton_iterations = 3;                   ///< Maximum per step; unused in small strain.
+  double newton_budget = 0.02;  ///< s per step in the real clock; unused in small strain.
+  double finite_from = 0.3;     ///< |grad u| above which adaptive strain uses finite strain; it
+                                ///< returns to small strain below 0.8 times that.
 };
 
 struct MaterialOptions {
@@ -81,11 +80,11 @@ struct SupportOptions {
   std::optional<double> stiffness;  ///< Pa/m^2; absent: fixed.
 };
 
-/// Tissue inside the region, whatever its depth, has a stiffness of its own: a tumour, a capsule.
-/// Where regions overlap the last one counts.
+/// Stiffness of the tissue inside the region, at any depth: a tumour, a capsule. If regions
+/// overlap, the last one counts.
 struct StiffnessRegion {
   Region region;
-  double young = 0;  ///< Pa. Energy "metric" takes alpha and beta times young over the material's.
+  double young = 0;  ///< Pa. Energy "metric" scales alpha and beta by young / material.young.
 };
 
 enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
@@ -94,13 +93,13 @@ struct OrganOptions {
   std::string name;
   std::string mesh;      ///< Path of the mesh file, absolute or relative to the working folder.
   double unit_m = 1;     ///< Metres per unit of the mesh file.
-  int subdivisions = 0;  ///< Of the file's triangles (mesh_subdivision.h).
+  int subdivisions = 0;  ///< Times that the file's triangles are subdivided (mesh_subdivision.h).
   Isometry3d X_WO = Isometry3d::Identity();  ///< Pose, applied after the unit.
   OrganModelType model = OrganModelType::kHpdm;
-  double time_step = 1. / 30;  ///< s, between deformation steps; kContinuum and kMassSpring only,
-                               ///< which have a motion of their own.
-  std::optional<double> wall_stiffness;  ///< N/m, kRigid only: of the virtual wall that every hand
-                                         ///< feels; absent: what its device displays well.
+  double time_step = 1. / 30;  ///< s, between deformation steps; only kContinuum and kMassSpring
+                               ///< use it, which integrate over time.
+  std::optional<double> wall_stiffness;  ///< N/m, kRigid only: the virtual wall's stiffness for
+                                         ///< every hand; absent: chosen for each device.
   std::string texture;                   ///< Path, or empty.
   OrganMotion motion;
   LatticeOptions lattice;
@@ -135,17 +134,18 @@ inline int LocalFunctionsOf(const OrganOptions& organ) {
 
 /// A static load: exactly one of force, displacement and pressure is given.
 ///
-/// A force or a displacement acts on a round patch of an organ's surface: the kernel cos(pi d / 2R)
-/// of the distance d < R to the centre, over the surface's area, normalised to one. A pressure acts
-/// against the outward normal, at rest, of all of the surface or of its part in a region.
+/// A force or a displacement acts on a round patch of an organ's surface. Its weight is the kernel
+/// cos(pi d / 2R) of the distance d < R to the centre, normalised to one over the surface's area.
+/// A pressure acts against the outward rest normal of the whole surface, or of its part in a
+/// region.
 struct LoadOptions {
-  std::string organ;                       ///< Its name.
+  std::string organ;                       ///< Name of the organ.
   Vector3d p_centre_W = Vector3d::Zero();  ///< m, on the posed rest shape; not for a pressure.
   double radius = 0;                       ///< R, m; not for a pressure.
   std::optional<Vector3d> force_W;         ///< N, sum over the patch.
-  std::optional<Vector3d> displacement_W;  ///< m, mean over the patch weighted by the kernel.
+  std::optional<Vector3d> displacement_W;  ///< m, kernel-weighted mean over the patch.
   std::optional<double> pressure;          ///< Pa; negative: a pull.
-  std::optional<Region> region;            ///< Of a pressure; absent: the whole surface.
+  std::optional<Region> region;            ///< Pressure only; absent: the whole surface.
 };
 
 }  // namespace hpdm

@@ -19,8 +19,8 @@ Nanoseconds SinceWakeUp(Nanoseconds scheduled, const TickTiming& timing) {
   return timing.clock == nullptr ? 0 : timing.clock->Now() - scheduled - timing.wake_late_ns;
 }
 
-/// Whether a device that calls its sample valid may be believed: velocities and differences of
-/// times of anything beyond would not be finite.
+/// True if a sample marked valid is plausible: beyond these limits velocities and time differences
+/// would not be finite.
 bool IsPose(const DeviceSample& sample, Nanoseconds now) {
   constexpr double kMaxJoint = 1e6;  // rad, m
   constexpr Nanoseconds kFurthest = 3600 * kNanosecondsPerSecond;
@@ -41,7 +41,7 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
     instrument.guard.period = ToSeconds(period_ns);
     instrument.passivity.period = ToSeconds(period_ns);
     Tool& tool = tools_.emplace_back(instrument, ToSeconds(period_ns));
-    // Until the device answers, the tool waits at the least insertion with its jaw open.
+    // Until the device answers, the tool stays at the least insertion with its jaw open.
     tool.sample.joints[kInsertion] = instrument.kinematics.limits().min_joints[kInsertion];
     tool.sample.joints[kJaw] = 1;
     tool.pose.p_trocar_W = instrument.kinematics.p_trocar_W();
@@ -164,7 +164,7 @@ void HapticLoop::MoveTools(Nanoseconds now) {
     } else if (now - tool.sample.time_ns > kHeldAfter) {
       tool.pose.v_tip_W *= 1 - blend(ToSeconds(period_ns_));
     }
-    // What happens during a pause is no motion of the tool.
+    // The device's motion during a pause does not count as motion of the tool.
     tool.has_pose = !paused_ && (tool.has_pose || tool.sample.valid);
     tool.moved_ns = tool.sample.time_ns;
     tool.pose.X_WT = X_WT;

@@ -19,7 +19,7 @@
 
 namespace hpdm {
 
-/// One instrument as the haptic loop needs it.
+/// One instrument's data for the haptic loop.
 struct HapticInstrument {
   Device* device = nullptr;  ///< Not owned; outlives the loop, which owns its use while it runs.
   ImpulseEngineKinematics kinematics;
@@ -27,49 +27,48 @@ struct HapticInstrument {
   ForceGuardOptions guard = {};
   double friction = 0;  ///< Coulomb coefficient of the tip on tissue.
   PassivityOptions passivity = {};
-  std::vector<ToolGeometry> exchanges = {};  ///< What else the hand can hold:
-                                             ///< ToolPose::instrument_index 1 on.
+  std::vector<ToolGeometry> exchanges = {};  ///< Further instruments of this hand:
+                                             ///< ToolPose::instrument_index 1 and up.
 };
 
-/// The loop between hand and tissue, 1 kHz: see the stages of Tick.
+/// The 1 kHz loop between hand and tissue; Tick lists its stages.
 ///
 ///     device --> [haptic loop] --ToolState--> deformation loop
 ///       ^             |  ^------ContactPatch------'
 ///       '---effort----'  '--HapticSample, every tick--> telemetry loop, link of external devices
 ///
-/// An exchange of instruments that SessionControl asks for is made in the first tick that finds the
-/// tip free (it touches and holds nothing); another than the hand has is ignored. From that tick on
-/// the new tip's radius and friction hold, patches made for the old one are not used, and the force
-/// ramps in. While the session is paused the devices are not read, the last pose stands without
-/// velocity, and the force fades out; afterwards it ramps in.
+/// Exchange of instruments: SessionControl's request takes effect in the first tick with a free tip
+/// (it touches and holds nothing). A request for an instrument that the hand does not have is
+/// ignored. The tick switches to the new tip's radius and friction, ignores patches for the old
+/// one, and ramps the force in.
 ///
-/// A session ends with the ramp-out: after the last tick each force falls linearly to zero, so that
-/// no device keeps the last one. Its ticks read the devices and write efforts. They are not part of
-/// the session: the link gets their samples, but telemetry and the deformation loop get nothing of
-/// them, so a log ends with the last tick and a replay needs no ramp-out.
+/// Pause: the devices are not read, the last pose is held without velocity, and the force fades
+/// out; afterwards it ramps in.
+///
+/// End: after the last tick each force falls linearly to zero, so that no device keeps it. These
+/// ramp-out ticks read the devices and write efforts. Only the link gets their samples, not
+/// telemetry or the deformation loop: a log ends with the last tick, and a replay needs no ramp-out.
 ///
 /// Built on the main thread. Tick, RampOut and RunRealClock belong to one thread, the haptic thread
-/// (or the only one, in lockstep); a tick is wait-free, with no allocation, lock, log, exception or
-/// system call but the clock's and the device's. A full sample queue loses the sample and counts it
+/// (or the only one, in lockstep). A tick is wait-free: no allocation, lock, log or exception, and
+/// only the clock's and the device's system calls. A full sample queue loses the sample and counts it
 /// (SpscQueue::Overflows).
 class HapticLoop {
  public:
-  /// What the loop is wired to: writer of tool_states, reader of patches, producer of samples and,
-  /// where devices are driven from outside, of the same for their link; reader of what the trainee
-  /// asks, where someone does.
+  /// The loop's channels (snapshots.h).
   struct Edges {
-    TripleBuffer<ToolState>& tool_states;
-    TripleBuffer<ContactPatch>& patches;
-    SpscQueue<HapticSample>& samples;
-    SpscQueue<HapticSample>* link = nullptr;
-    TripleBuffer<SessionControl>* control = nullptr;
+    TripleBuffer<ToolState>& tool_states;             ///< Written.
+    TripleBuffer<ContactPatch>& patches;              ///< Read.
+    SpscQueue<HapticSample>& samples;                 ///< Produced, for the telemetry loop.
+    SpscQueue<HapticSample>* link = nullptr;          ///< Produced, for external drivers.
+    TripleBuffer<SessionControl>* control = nullptr;  ///< Read: the trainee's requests.
   };
 
   /// At most kMaxInstruments, in the order of the tools in every snapshot. period_ns > 0.
   HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds period_ns, const Edges& edges);
 
-  /// One tick: number of its period, scheduled session time, and what is known of its timing. The
-  /// sample pushed at the end carries this tick's own wake-up lateness and compute time (up to the
+  /// Runs one tick, given the number of its period, its scheduled session time and its timing. The
+  /// sample pushed at the end contains this tick's own wake-up lateness and compute time (up to the
   /// push itself).
   void Tick(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) noexcept;
 
@@ -96,7 +95,7 @@ class HapticLoop {
   void EmergencyStop() noexcept;
 
  private:
-  // One instrument's state through the stages of a tick.
+  // One instrument's state in the stages of a tick.
   struct Tool {
     Tool(const HapticInstrument& given, double period)
         : instrument(given),
@@ -146,7 +145,7 @@ class HapticLoop {
   bool paused_ = false;
   bool has_run_ = false;
   Nanoseconds last_scheduled_ns_ = 0;
-  Nanoseconds device_time_ns_ = 0;  // of the newest valid device sample
+  Nanoseconds device_time_ns_ = 0;  // time of the newest valid device sample
   std::uint64_t patch_number_ = 0;  // 0 before the first patch
   Nanoseconds patch_age_ns_ = 0;
   HapticSample sample_;

@@ -8,8 +8,8 @@
 
 namespace hpdm {
 
-/// m x n over vertices of which each contact touches a few: the weights that are not zero, gathered
-/// once a step so that what follows costs the contacts' own vertices and not the mesh.
+/// The sparse m x n contact rows over the vertices. The non-zero weights are gathered once per
+/// step, so later products cost only the contacts' own vertices.
 class ContactRows {
  public:
   struct Entry {
@@ -17,7 +17,7 @@ class ContactRows {
     double weight = 0;
   };
 
-  /// `n`: vertices of the organ.
+  /// `n`: number of the organ's vertices.
   explicit ContactRows(Eigen::Index n);
 
   void Gather(const ContactConstraints& contacts);
@@ -34,15 +34,15 @@ class ContactRows {
   std::vector<Entry> entries_;
 };
 
-/// m x m, one number a pair of contact rows, for x, y and z alike: A, m/N.
+/// A, m x m, m/N: one number per pair of contact rows, the same for x, y and z.
 using ContactCompliance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                         kMaxContacts, kMaxContacts>;
 using ContactPoints = std::array<Vector3d, kMaxContacts>;
 
-/// Finds the forces f that make the contact points x = p_free + A f satisfy the contacts
+/// Finds the forces f with which the contact points x = p_free + A f satisfy the contacts
 /// (contact_constraints.h), and writes them into the rows. `compliance`: A, symmetric with a
-/// positive diagonal; `p_free_W`: the m contact points without contact forces, m; `targets_W`: what
-/// stands for the rows' targets, m; `contact_solver` is the memory. Deformation thread; allocates
+/// positive diagonal. `p_free_W`: the m contact points without contact forces, m. `targets_W`
+/// replaces the rows' targets, m. `contact_solver` is working memory. Deformation thread; allocates
 /// nothing.
 RelaxationResult SolveContactForces(const ContactCompliance& compliance,
                                     const ContactPoints& p_free_W, const ContactPoints& targets_W,

@@ -9,9 +9,9 @@
 namespace hpdm {
 namespace {
 
-// Largest eigenvalue of M^-1 K for K given by its product with a vector, by power iteration from a
-// fixed start. Its Rayleigh quotient errs by the square of the vector's error, so that 300 rounds
-// give it to well below 1 % although the upper eigenvalues of a mesh lie close together.
+// Returns the largest eigenvalue of M^-1 K by power iteration from a fixed start; K is given by its
+// product with a vector. The Rayleigh quotient's error is the square of the vector's, so 300 rounds
+// give well below 1 % although a mesh's upper eigenvalues lie close together.
 template <typename Product>
 double LargestEigenvalue(const Eigen::VectorXd& mass, Product product) {
   Points x(mass.size(), 3), Kx(mass.size(), 3);
@@ -81,7 +81,7 @@ void MassSpring::SpringForces(const Points& p, Points* forces) const {
   for (const Spring& spring : springs_) {
     const Vector3d l = p.row(spring.a) - p.row(spring.b);
     const double length = l.norm();
-    // Two masses in one place have no direction to be pushed apart in.
+    // Two masses in one place have no direction of force.
     if (length < 1e-9 * spring.length) continue;
     const Vector3d force = -spring.stiffness * (1 - spring.length / length) * l;
     forces->row(spring.a) += force.transpose();
@@ -208,7 +208,7 @@ void MassSpring::SolveContacts(double share, RelaxationResult* result,
 double MassSpring::StaticResidual(const ContactConstraints& contacts) {
   SpringForces(p_, &force_);
   force_ -= ground_.asDiagonal() * (p_ - rest_);
-  // The load alone is needed for its size; rows may share vertices.
+  // The loads are summed for their norm, since rows may share vertices.
   double load2 = 0;
   for (int i = 0; i < contacts.size(); ++i) {
     for (const ContactRows::Entry* e = rows_.begin(i); e != rows_.end(i); ++e) {

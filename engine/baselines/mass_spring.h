@@ -23,58 +23,61 @@ struct Spring {
 
 struct MassSpringOptions {
   double alpha = 2000;         ///< Pa; the skin's modulus is alpha x thickness (skin.h).
-  double shear = 0.5;          ///< Stiffness of the shear springs, of that of an edge like them.
-  double flexion = 0.5;        ///< The same of the flexion springs.
-  double home = 0;             ///< Pa/m^2: springs to rest of every vertex, by its volume.
+  double shear = 0.5;          ///< Stiffness of a shear spring over that of an equal edge.
+  double flexion = 0.5;        ///< Stiffness of a flexion spring over that of an equal edge.
+  double home = 0;             ///< Pa/m^2: spring to rest per volume of each vertex.
   double density = 1060;       ///< kg/m^3.
   double damping = 20;         ///< 1/s, force per momentum.
-  double time_step = 1. / 30;  ///< s, of one Relax.
-  int substeps = 0;            ///< In one time step; 0: as many as stability asks.
+  double time_step = 1. / 30;  ///< s per Relax.
+  int substeps = 0;            ///< Per time step; 0: as many as stability needs.
 };
 
-/// What the springs are for a material, from the organ's `thickness` (m, skin.h): alpha = 3.2 E'
-/// and home = 0.32 E' / thickness^2 with E' = E / (1 - nu^2). No springs on a surface are that
-/// material: the two factors are those of a search in steps of 10^0.5 that answer
-/// scenes/cases/liver_press.toml about best, 91 % off quadratic tetrahedra with 1.02 of their
-/// compliance. Without springs to rest a flat part has next to nothing against a press (several
-/// times too soft); stiffer edges than these gain 0.3 % and cost substeps.
+/// Returns springs for a material, from the organ's `thickness` (m, skin.h):
+///     alpha = 3.2 E',   home = 0.32 E' / thickness^2,   E' = E / (1 - nu^2).
+/// Springs on a surface only approximate a solid. The two factors come from a search in steps of
+/// 10^0.5 and are about the best for scenes/cases/liver_press.toml: 91 % error against quadratic
+/// tetrahedra with 1.02 of their compliance. Without springs to rest a flat part hardly resists a
+/// press (several times too soft). Stiffer edges gain 0.3 % and cost substeps.
 MassSpringOptions MassSpringOf(const MaterialOptions& material, double thickness, double time_step);
 
-/// The springs of Eq. 23-25 (Provot 1995's three kinds) on a triangle mesh:
+/// Returns the springs of Eq. 23-25 (Provot 1995's three kinds) on a triangle mesh:
 /// - structural: the edges;
-/// - shear: the two corners that face each other across an edge, the other diagonal of its two
-///   triangles;
-/// - flexion: from a neighbour of a vertex over that vertex to the neighbour that continues most
-///   nearly straight on (at least 135 degrees apart), so that both paths bend alike.
-/// No pair twice, the first kind wins. An edge has the stiffness modulus x area of its triangles /
-/// length^2, which gives the sheet the Young's modulus `modulus` (N/m) on even triangles (Van
-/// Gelder 1998); the other kinds the same by the triangles that they span, times their factor.
+/// - shear: the two corners opposite an edge, the other diagonal of its two triangles;
+/// - flexion: two neighbours of a vertex that lie most nearly on a straight line through it (at
+///   least 135 degrees apart).
+/// Each pair occurs once, with the first kind that has it. The stiffness of an edge is modulus x
+/// area of its triangles / length^2. On even triangles this gives the sheet the Young's modulus
+/// `modulus` (N/m) (Van Gelder 1998). The other kinds use the triangles that they span, times their
+/// factor.
 std::vector<Spring> SurfaceSprings(const SurfaceMesh& rest, double modulus, double shear,
                                    double flexion);
 
-/// The second model that the paper compares with: vertices as point masses, explicit integration.
-///     m dv/dt + c m v = -sum k (l - d l / |l|) + springs to rest + contacts   (Eq. 23-25, with the
-/// norms that Eq. 24 lost), d: rest length, by symplectic Euler: velocity first, then position from
-/// the new velocity. What has a diagonal matrix (springs to rest, damping) is taken at the end of a
-/// substep, so that neither limits it. Rigid motions cost nothing but the springs to rest.
+/// The second model that the paper compares with: vertices as point masses, explicit integration of
+///     m dv/dt + c m v = -sum k (l - d l / |l|) + springs to rest + contacts
+/// (Eq. 23-25 with the norms that Eq. 24 lost; d: rest length).
 ///
-/// A surface of springs alone has no volume to keep and, where it is flat, nothing but flexion
-/// springs against a press; `home` holds the shape as springs to rest usually do for such models.
+/// 1. Symplectic Euler: velocity first, then position from the new velocity.
+/// 2. Springs to rest and damping have a diagonal matrix and are implicit, so that they do not
+///    limit the substep.
+/// 3. Rigid motions strain only the springs to rest.
+/// 4. A surface of springs does not preserve volume, and where it is flat only flexion springs
+///    resist a press. `home` holds the shape, as is usual for such models.
 class MassSpring final : public Relaxation {
  public:
   /// Share of SafeSubstep() that a substep takes.
   static constexpr double kSafety = 0.95;
 
   /// `rest`: closed; `ground_springs`: V, N/m (GroundSprings). Throws InputError (`name`: the
-  /// organ's) when the surface cannot be measured.
+  /// organ's) if the surface cannot be measured.
   MassSpring(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
              const MassSpringOptions& options, const std::string& name);
 
-  /// One time step of substeps() substeps, over which the targets of contacts that are to move (and
-  /// the planes of presses that are pierced) go there evenly; the contacts hold after each substep.
-  /// The rows' forces are the means over the step; residual is the static one at its end. Contact
-  /// rows are over the V vertices; `U` (V x 3, m) is the displacement at the end of the step: only
-  /// set, as the masses have their own motion. Deformation thread; allocates nothing.
+  /// Runs one time step of substeps() substeps. Deformation thread; allocates nothing.
+  /// - Contact targets (and the planes of pierced presses) move evenly over the substeps, and the
+  ///   contacts hold after each substep.
+  /// - Contact rows are over the V vertices. Their forces are means over the step.
+  /// - `U` (V x 3, m) is only written: the displacement at the end of the step.
+  /// - The result's residual is the static one at the end.
   RelaxationResult Relax(ContactConstraints* contacts, Points* U) override;
   bool AtRest() const override { return v_.isZero(0) && p_ == rest_; }
 
@@ -83,20 +86,20 @@ class MassSpring final : public Relaxation {
 
   /// Forces of the springs between vertices at positions `p` (V x 3, m), V x 3, N.
   void SpringForces(const Points& p, Points* forces) const;
-  /// Energy that they store, J: 1/2 sum k (|l| - d)^2.
+  /// Energy of the springs between vertices, J: 1/2 sum k (|l| - d)^2.
   double SpringEnergy(const Points& p) const;
 
   /// Longest substep with which small motion about rest is stable without damping, s:
   /// 2 / sqrt(largest eigenvalue of M^-1 K), K the springs' tangent at rest.
   double StableSubstepAtRest() const;
-  /// The same for any state whose springs are not compressed, s: the tangent of a spring is then at
-  /// most k in every direction. Not above StableSubstepAtRest().
+  /// Longest stable substep for any state without compressed springs, s: there a spring's tangent
+  /// is at most k in every direction. Not above StableSubstepAtRest().
   double SafeSubstep() const;
 
-  /// Minus the forces that the springs and those to rest put on the masses displaced by `u`
-  /// (V x 3, m): V x 3, N, the gradient of StoredEnergy().
+  /// Gradient of StoredEnergy() at the displacement `u` (V x 3, m), V x 3, N: minus the forces of
+  /// all springs, those to rest included.
   Points RestoringForces(const Points& u) const;
-  /// What all of them store then, J.
+  /// Energy of all springs at the displacement `u`, J.
   double StoredEnergy(const Points& u) const;
 
   const Points& rest() const { return rest_; }               ///< V x 3, m.
@@ -105,7 +108,7 @@ class MassSpring final : public Relaxation {
   const Points& velocity() const { return v_; }  ///< V x 3, m/s.
   double Mass() const { return mass_.sum(); }    ///< kg.
   int substeps() const { return substeps_; }
-  /// Springs plus masses: what a substep visits.
+  /// Springs plus masses that a substep visits.
   std::int64_t SubstepVisits() const {
     return static_cast<std::int64_t>(springs_.size()) + mass_.size();
   }

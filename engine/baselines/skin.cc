@@ -10,8 +10,8 @@ namespace hpdm {
 namespace {
 
 constexpr double kMinAreaShare = 1e-3;
-constexpr double kFixedPenalty = 1e4;  // of modulus / length^2: holds a vertex, well conditioned
-constexpr double kWeakSpring = 1e-3;   // as SupportStiffness ties an organ without supports
+constexpr double kFixedPenalty = 1e4;  // times modulus / length^2: holds a vertex, well conditioned
+constexpr double kWeakSpring = 1e-3;   // as in SupportStiffness for an organ without supports
 
 }  // namespace
 
@@ -31,7 +31,7 @@ Skin MeasureSkin(const SurfaceMesh& rest, const std::string& name) {
   Skin skin;
   skin.areas = VertexAreas(rest);
   const double volume = EnclosedVolume(rest.vertices, rest.triangles);
-  // A sphere, the fullest body, has 6 sqrt(pi) volume = area^1.5; a millionth of that is none.
+  // A sphere has the largest volume, area^1.5 / (6 sqrt(pi)). A millionth of that counts as none.
   if (!(volume > 1e-6 * std::pow(skin.areas.sum(), 1.5) / (6 * std::sqrt(std::numbers::pi)))) {
     throw InputError("organ \"" + name +
                      "\": its surface encloses no volume; close it, turn it outwards or use "

@@ -9,35 +9,35 @@
 
 namespace hpdm {
 
-/// What the surface models need of an organ that they know by its surface only: each vertex stands
-/// for a part of the surface and, the tissue spread evenly over it, for a part of the volume. So a
-/// modulus or density of the tissue becomes one of the surface by the thickness volume / area, and
-/// the model has the organ's own mass.
+/// The measures of a closed surface for models without interior. Each vertex stands for a part of
+/// the area and, with the tissue spread evenly, for a part of the volume. The thickness volume /
+/// area turns a modulus or density of the tissue into one of the surface, and gives the model the
+/// organ's own mass.
 struct Skin {
   Eigen::VectorXd areas;  ///< V, m^2: a third of each triangle around the vertex, positive.
   double area = 0;        ///< m^2, the sum.
   double thickness = 0;   ///< m: enclosed volume / area.
 
-  /// Volume that each vertex stands for, V, m^3.
+  /// Volume per vertex, V, m^3.
   Eigen::VectorXd Volumes() const { return thickness * areas; }
 };
 
-/// A third of the area of the triangles around each vertex, V, m^2.
+/// Returns a third of the area of the triangles around each vertex, V, m^2.
 Eigen::VectorXd VertexAreas(const SurfaceMesh& mesh);
 
-/// Measures a closed surface. A vertex with next to no area counts as a thousandth of the mean one,
-/// so that it has a mass. Throws InputError (`name`: the organ's) when no volume is enclosed.
+/// Measures a closed surface. A vertex's area is at least a thousandth of the mean, so that every
+/// vertex has a mass. Throws InputError (`name`: the organ's) if no volume is enclosed.
 Skin MeasureSkin(const SurfaceMesh& rest, const std::string& name);
 
-/// Springs from each vertex to its rest place, V, N/m: for every support (support.h) the vertices
-/// inside its region by the volume that they stand for, with FixedSupportStiffness when it is
-/// fixed, as the lattice does with its tissue; without any support a weak one for all. `modulus` in
-/// Pa. Throws InputError when a support holds no vertex.
+/// Returns springs from each vertex to its rest place, V, N/m. As in the lattice (support.h), each
+/// support adds its stiffness times the volume of the vertices in its region, FixedSupportStiffness
+/// if it is fixed. Without any support all vertices get a weak spring. `modulus`: Pa. Throws
+/// InputError if a support holds no vertex.
 Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
                               const std::vector<SupportOptions>& supports, double modulus,
                               const std::string& name);
 
-/// Every vertex is its own control point: the identity, V x V.
+/// Returns the weights for vertices that are their own control points: the identity, V x V.
 WeightMatrix VertexWeights(Eigen::Index vertex_count);
 
 }  // namespace hpdm

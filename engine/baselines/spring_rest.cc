@@ -9,7 +9,7 @@ namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
 
-// Of the springs and of those to rest, the springs' negative parts left out.
+// Returns the stiffness of all springs, those to rest included, without the negative parts.
 Matrix Tangent(const MassSpring& model, const Points& p) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(36 * model.springs().size() + 3 * static_cast<std::size_t>(p.rows()));
@@ -47,7 +47,7 @@ SpringRest RestUnderLoads(const MassSpring& model, const Eigen::MatrixXd& rows,
   Eigen::Map<Eigen::VectorXd> u(at.displacements.data(), at.displacements.size());
   Eigen::SimplicialLDLT<Matrix> factor;
   Eigen::MatrixXd columns(rows.rows(), 1 + rows.cols());
-  // Energy less the work of the loads, whose held patches stay where the first step puts them.
+  // Energy minus the work of the loads. Held patches stay at their place after the first step.
   const auto potential = [&](const Points& moved) {
     return model.StoredEnergy(moved) -
            at.forces.dot(rows.transpose() *
@@ -62,7 +62,7 @@ SpringRest RestUnderLoads(const MassSpring& model, const Eigen::MatrixXd& rows,
     const Matrix K = Tangent(model, model.rest() + at.displacements);
     if (iteration == 0) factor.analyzePattern(K);
     factor.factorize(K);
-    // A singular matrix leaves round-off in its last pivot.
+    // The last pivot of a singular matrix is round-off.
     if (factor.info() != Eigen::Success ||
         factor.vectorD().minCoeff() <= 1e-12 * factor.vectorD().maxCoeff()) {
       throw InputError("organ \"" + name +

@@ -69,7 +69,7 @@ ScalarStiffness SurfaceStiffness(const SurfaceMesh& rest, const Eigen::VectorXd&
   const ScalarStiffness L = CotangentLaplacian(rest);
   const ScalarStiffness curvature = areas.cwiseInverse().asDiagonal() * L;
   const ScalarStiffness bend = ScalarStiffness(L.transpose()) * curvature;
-  // The product's round-off is not symmetric; half of each side is.
+  // The product's round-off is not symmetric; the mean with its transpose is.
   return tension * L + bending / 2 * (bend + ScalarStiffness(bend.transpose()));
 }
 

@@ -4,12 +4,14 @@
 
 namespace hpdm {
 
-/// The measure in which models are compared: the area-weighted relative L2 distance of the surface
-/// displacements, sqrt(sum A_v |u_v - r_v|^2 / sum A_v |r_v|^2), with a third of the area of the
-/// triangles around each vertex of `rest` as A_v. `u` and `reference` are V x 3, m.
+/// Returns the area-weighted relative L2 distance between two surface displacements, by which
+/// models are compared:
+///     sqrt(sum A_v |u_v - r_v|^2 / sum A_v |r_v|^2),
+/// with A_v a third of the area of the triangles around vertex v of `rest`. `u` and `reference` are
+/// V x 3, m.
 double RelativeSurfaceError(const SurfaceMesh& rest, const Points& u, const Points& reference);
 
-/// Change of the volume that the displaced surface encloses, relative to the one at rest.
+/// Returns the relative change of the enclosed volume by the displacement `u`.
 double RelativeVolumeChange(const SurfaceMesh& rest, const Points& u);
 
 }  // namespace hpdm

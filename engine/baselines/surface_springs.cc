@@ -20,6 +20,31 @@ std::vector<std::vector<int>> Neighbours(Eigen::Index vertices, const std::vecto
   return neighbours;
 }
 
+// Returns the neighbour of `v` that lies most nearly opposite to its neighbour `from`, at least 135
+// degrees apart; -1 without one.
+int Straightest(const SurfaceMesh& rest, int v, int from, const std::vector<int>& neighbours) {
+  const auto direction = [&](int to) {
+    return (Vector3d(rest.vertices.row(to)) - Vector3d(rest.vertices.row(v))).normalized();
+  };
+  int straightest = -1;
+  double least = std::cos(0.75 * std::numbers::pi);
+  for (const int to : neighbours) {
+    const double cosine = direction(from).dot(direction(to));
+    if (cosine < least) least = cosine, straightest = to;
+  }
+  return straightest;
+}
+
+void KeepFirstOfEachPair(std::vector<Spring>* springs) {
+  std::stable_sort(springs->begin(), springs->end(), [](const Spring& s, const Spring& t) {
+    return std::pair(s.a, s.b) < std::pair(t.a, t.b);
+  });
+  springs->erase(
+      std::unique(springs->begin(), springs->end(),
+                  [](const Spring& s, const Spring& t) { return s.a == t.a && s.b == t.b; }),
+      springs->end());
+}
+
 }  // namespace
 
 std::vector<Spring> SurfaceSprings(const SurfaceMesh& rest, double modulus, double shear,
@@ -57,18 +82,10 @@ std::vector<Spring> SurfaceSprings(const SurfaceMesh& rest, double modulus, doub
   });
 
   if (flexion > 0) {
-    const double kStraight = std::cos(0.75 * std::numbers::pi);
     const std::vector<std::vector<int>> neighbours = Neighbours(rest.vertices.rows(), uses);
     for (int v = 0; v < rest.vertices.rows(); ++v) {
       for (const int from : neighbours[v]) {
-        int straightest = -1;
-        double least = kStraight;
-        for (const int to : neighbours[v]) {
-          const double cosine = (position(from) - position(v))
-                                    .normalized()
-                                    .dot((position(to) - position(v)).normalized());
-          if (cosine < least) least = cosine, straightest = to;
-        }
+        const int straightest = Straightest(rest, v, from, neighbours[v]);
         if (straightest < 0) continue;
         // On even triangles v's thirds of six triangles are the area of two.
         add(Spring::Kind::kFlexion, from, straightest, flexion * modulus * around[v]);
@@ -76,14 +93,7 @@ std::vector<Spring> SurfaceSprings(const SurfaceMesh& rest, double modulus, doub
     }
   }
 
-  // The first kind of a pair stays; the sort is stable.
-  std::stable_sort(springs.begin(), springs.end(), [](const Spring& s, const Spring& t) {
-    return std::pair(s.a, s.b) < std::pair(t.a, t.b);
-  });
-  springs.erase(
-      std::unique(springs.begin(), springs.end(),
-                  [](const Spring& s, const Spring& t) { return s.a == t.a && s.b == t.b; }),
-      springs.end());
+  KeepFirstOfEachPair(&springs);
   return springs;
 }
 

@@ -19,7 +19,7 @@ class BlockMatrix {
   int Column(int entry) const { return columns_[static_cast<std::size_t>(entry)]; }
   const Matrix3d& Block(int entry) const { return blocks_[static_cast<std::size_t>(entry)]; }
 
-  /// The block of two nodes that share an element.
+  /// Returns the block of two nodes that share an element.
   Matrix3d& At(int row, int column);
   void SetZero();
   /// Adds a matrix over the same elements.

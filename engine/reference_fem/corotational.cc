@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-/// Axes along the first edge, across it in the plane of the second, and normal to both.
+/// Returns axes along the first edge, across it in the plane of the second, and normal to both.
 Matrix3d FrameOfEdges(const Vector3d& first, const Vector3d& second) {
   const Vector3d x = first.normalized();
   const Vector3d z = first.cross(second).normalized();
@@ -56,7 +56,7 @@ void CorotationalBody::Evaluate(const Points& u, Points* forces, BlockMatrix* K)
     const Matrix3d R = FrameOfEdges(now.row(nodes[1]).transpose() - origin,
                                     now.row(nodes[2]).transpose() - origin) *
                        element.frame.transpose();
-    Eigen::Matrix<double, 12, 1> stretch;  // displacements with the rotation taken out
+    Eigen::Matrix<double, 12, 1> stretch;  // displacements without the rotation
     for (int a = 0; a < 4; ++a) {
       stretch.segment<3>(3 * a) =
           R.transpose() * (now.row(nodes[a]).transpose() - origin) -

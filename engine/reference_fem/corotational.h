@@ -7,19 +7,19 @@
 
 namespace hpdm {
 
-/// Linear tetrahedra whose small-strain stiffness turns with each element (Mueller and Gross 2004),
-/// the rotation taken from two of its edges (the "large" method of Nesme, Payan, Faure 2005), as
-/// simulators in use today compute it. Only to compare with their recorded results: the forces are
-/// not the gradient of an energy, so the reference solution itself is TetraBody.
+/// Linear tetrahedra whose small-strain stiffness rotates with each element (Mueller and Gross
+/// 2004). The rotation comes from two of its edges (the "large" method of Nesme, Payan, Faure
+/// 2005), as in simulators in use today. It serves only for comparison with their recorded results:
+/// the forces are not the gradient of an energy. The reference solution is TetraBody.
 class CorotationalBody {
  public:
-  /// A linear mesh.
+  /// `mesh`: linear.
   CorotationalBody(TetraMesh mesh, const MaterialOptions& material);
 
   const TetraMesh& mesh() const { return mesh_; }
 
-  /// At displacements u (N x 3, m): the elastic forces on the nodes (N x 3, N), and the stiffness
-  /// with the rotations held (N/m), which acts on small changes of u.
+  /// Computes the elastic forces on the nodes (N x 3, N) at displacements u (N x 3, m), and the
+  /// stiffness for small changes of u with the rotations held (N/m).
   void Evaluate(const Points& u, Points* forces, BlockMatrix* K) const;
 
   /// Mass of each node, kg: a quarter of the elements around it.
@@ -27,7 +27,7 @@ class CorotationalBody {
 
  private:
   struct Element {
-    Matrix3d frame;                           ///< Columns: the axes from its edges at rest.
+    Matrix3d frame;                           ///< Columns: the axes from the edges at rest.
     Eigen::Matrix<double, 12, 12> stiffness;  ///< At rest, world axes.
     double volume;
   };
@@ -36,8 +36,8 @@ class CorotationalBody {
   std::vector<Element> elements_;
 };
 
-/// Static equilibrium of a corotational body under `forces` (N x 3, N), with the listed nodes held.
-/// Throws InputError when it is not reached.
+/// Returns the static equilibrium of a corotational body under `forces` (N x 3, N), with the listed
+/// nodes held. Throws InputError if it is not reached.
 Points SolveCorotational(const CorotationalBody& body, const std::vector<int>& held,
                          const Points& forces);
 

@@ -1,6 +1,5 @@
 #include "engine/reference_fem/fine_lattice.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -18,18 +17,14 @@
 namespace hpdm {
 namespace {
 
-constexpr int kReach = 2;                // quadratic: neighbours up to two control points away
-constexpr int kAcross = 2 * kReach + 1;  // so many along an axis
-constexpr int kAround = kAcross * kAcross * kAcross;
-constexpr double kFinestResolved = 1.25;  // mean cells: a kernel's radius (organ.cc)
-// Of the residual in the preconditioner's norm: displacements follow to about the same.
-constexpr double kFineTolerance = 3e-4;
-constexpr int kMaxIterations = 20000;
+constexpr int kReach = 2;                 // quadratic: neighbours up to two control points away
+constexpr int kAcross = 2 * kReach + 1;   // neighbours along an axis
+constexpr double kFinestResolved = 1.25;  // kernel radius in mean cells (kResolvedCells, organ.cc)
 
 Lattice CubicCells(const OrganOptions& organ, const SurfaceMesh& rest, int cells) {
   const Vector3d tight = BoundingLatticeBox(rest.vertices, organ.X_WO.linear(), 0).lengths;
   const double side = tight.maxCoeff() / cells;
-  // A little loose: on the box's face itself rounding would decide.
+  // The margin keeps vertices off the box's faces, where rounding would decide.
   const OrientedBox box = BoundingLatticeBox(rest.vertices, organ.X_WO.linear(), 0.05 * side);
   LatticeOptions options;
   for (int d = 0; d < 3; ++d) {
@@ -52,29 +47,9 @@ std::array<int, 3> GridPlace(const Lattice& lattice, int column) {
   return {index / (ny * nz), index / nz % ny, index % nz};
 }
 
-// Of the control point at `b` among those around the one at `a`.
+// Returns the index of the control point at `b` among those around the one at `a`.
 int PlaceAround(const std::array<int, 3>& a, const std::array<int, 3>& b) {
   return ((b[0] - a[0] + kReach) * kAcross + b[1] - a[1] + kReach) * kAcross + b[2] - a[2] + kReach;
-}
-
-// X of L L^T X = B, in place, L's rows and columns permuted: all columns of B in one pass over L.
-template <typename Columns>
-void SolveTogether(const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>& inner, Columns* B) {
-  const Eigen::SparseMatrix<double>& L = inner.matrixL().nestedExpression();
-  using Column = Eigen::SparseMatrix<double>::InnerIterator;
-  Columns X = inner.permutationP() * *B;
-  for (Eigen::Index j = 0; j < L.cols(); ++j) {
-    Column it(L, j);
-    X.row(j) /= it.value();  // the diagonal stands first
-    for (++it; it; ++it) X.row(it.index()) -= it.value() * X.row(j);
-  }
-  for (Eigen::Index j = L.cols() - 1; j >= 0; --j) {
-    Column it(L, j);
-    const double diagonal = it.value();
-    for (++it; it; ++it) X.row(j) -= it.value() * X.row(it.index());
-    X.row(j) /= diagonal;
-  }
-  *B = inner.permutationPinv() * X;
 }
 
 }  // namespace
@@ -99,6 +74,7 @@ FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int
 }
 
 void FineLattice::AddElasticity(const TissueQuadrature& sampled, const Quadrature& elastic) {
+  static_assert(kAround == kAcross * kAcross * kAcross);
   const auto n = static_cast<std::size_t>(lattice_.size());
   neighbours_.assign(n * kAround, -1);
   std::vector<double> blocks(n * kAround * 9, 0);
@@ -133,7 +109,7 @@ void FineLattice::AddElasticity(const TissueQuadrature& sampled, const Quadratur
       Project(elastic, {gradients[0], gradients[1], gradients[2]}, share.projected));
 }
 
-// The blocks of strain_energy.h between the functions of one cell.
+// Adds the blocks of strain_energy.h between the functions of one cell.
 void FineLattice::AddCell(const Quadrature& elastic, Eigen::Index begin, Eigen::Index end,
                           double mu, double lambda, std::vector<double>* blocks) const {
   std::vector<int> columns;
@@ -226,113 +202,10 @@ void FineLattice::AddSupports(const Quadrature& elastic) {
   }
 }
 
-// Each control point's own block, of the projections with their inner products lumped.
-void FineLattice::Factorise() {
-  std::vector<Matrix3d> own(static_cast<std::size_t>(lattice_.size()));
-  for (int a = 0; a < lattice_.size(); ++a) {
-    const std::size_t middle = static_cast<std::size_t>(a) * kAround + kAround / 2;
-    using Block = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
-    own[a] = Eigen::Map<const Block>(&blocks_[middle * 9]).cast<double>() +
-             springs_.coeff(a, a) * Matrix3d::Identity();
-  }
-  for (const Projection& each : dilatations_) {
-    for (Eigen::Index b = 0; b < each.moments.rows(); ++b) {
-      const double scale = each.stiffness / each.sums[b];
-      for (WeightMatrix::InnerIterator it(each.moments, b); it;) {
-        const Eigen::Index a = it.index() / 3;
-        Vector3d moment = Vector3d::Zero();
-        for (; it && it.index() / 3 == a; ++it) moment[it.index() % 3] = it.value();
-        own[a] += scale * moment * moment.transpose();
-      }
-    }
-  }
-  for (const Projection& each : held_) {
-    for (Eigen::Index b = 0; b < each.moments.rows(); ++b) {
-      for (WeightMatrix::InnerIterator it(each.moments, b); it; ++it) {
-        own[it.index()].diagonal().array() +=
-            each.stiffness * it.value() * it.value() / each.sums[b];
-      }
-    }
-  }
-  for (const Matrix3d& block : own) preconditioner_.push_back(block.inverse());
-}
-
-void FineLattice::Multiply(const Columns& x, Columns* y) const {
-  const std::size_t n = preconditioner_.size();
-  y->resize(x.rows(), kTogether);
-  for (std::size_t a = 0; a < n; ++a) {
-    Eigen::Array<double, 3, kTogether, Eigen::RowMajor> sum = decltype(sum)::Zero();
-    const float* block = &blocks_[a * kAround * 9];
-    const int* column = &neighbours_[a * kAround];
-    for (int place = 0; place < kAround; ++place, block += 9) {
-      if (column[place] < 0) continue;
-      const double* u = x.data() + std::ptrdiff_t{3 * kTogether} * column[place];
-      for (int d = 0; d < 3; ++d) {
-        for (int c = 0; c < kTogether; ++c) {
-          sum(d, c) += block[3 * d] * u[c] + block[3 * d + 1] * u[kTogether + c] +
-                       block[3 * d + 2] * u[2 * kTogether + c];
-        }
-      }
-    }
-    y->middleRows<3>(static_cast<Eigen::Index>(3 * a)) = sum;
-  }
-  for (const Projection& each : dilatations_) {
-    Columns moments = each.moments * x;
-    SolveTogether(*each.inner, &moments);
-    *y += each.stiffness * (each.moments.transpose() * moments);
-  }
-  // A row a control point: its three displacements of every column.
-  using ByPoint = Eigen::Matrix<double, Eigen::Dynamic, 3 * kTogether, Eigen::RowMajor>;
-  const Eigen::Map<const ByPoint> U(x.data(), lattice_.size(), 3 * kTogether);
-  Eigen::Map<ByPoint> force(y->data(), lattice_.size(), 3 * kTogether);
-  force += springs_ * U;
-  for (const Projection& each : held_) {
-    ByPoint moments = each.moments * U;
-    SolveTogether(*each.inner, &moments);
-    force += each.stiffness * (each.moments.transpose() * moments);
-  }
-}
-
-// Conjugate gradients, each column's own; one that is solved waits for the others.
-FineLattice::Columns FineLattice::Solve(const Columns& loads) const {
-  using Row = Eigen::Array<double, 1, kTogether>;
-  Columns x = Columns::Zero(loads.rows(), kTogether), r = loads, z(loads.rows(), kTogether), p, Kp;
-  const auto precondition = [&] {
-    for (std::size_t a = 0; a < preconditioner_.size(); ++a) {
-      const auto at = static_cast<Eigen::Index>(3 * a);
-      z.middleRows<3>(at) = preconditioner_[a] * r.middleRows<3>(at);
-    }
-  };
-  const auto dot = [](const Columns& a, const Columns& b) -> Row {
-    return a.cwiseProduct(b).colwise().sum();
-  };
-  precondition();
-  p = z;
-  Row size = dot(r, z);
-  const Row enough = kFineTolerance * kFineTolerance * size;
-  for (int i = 0; (size > enough).any(); ++i) {
-    Multiply(p, &Kp);
-    const Eigen::Array<bool, 1, kTogether> moves = size > enough;
-    const Row step = moves.select(size / dot(p, Kp), 0);
-    if (i == kMaxIterations || !step.isFinite().all()) {
-      throw InputError("organ \"" + organ_.name +
-                       "\": nothing seems to hold it; add an [[organ.support]]");
-    }
-    x += p * step.matrix().asDiagonal();
-    r -= Kp * step.matrix().asDiagonal();
-    precondition();
-    const Row next = moves.select(dot(r, z), size);
-    const Row turn = moves.select(next / size, 0);
-    p = z + p * turn.matrix().asDiagonal();
-    size = next;
-  }
-  return x;
-}
-
 FineLattice::Patch FineLattice::PatchOf(const LoadOptions& load) const {
   if (load.pressure) {
     throw InputError("organ \"" + organ_.name +
-                     "\": has a pressure for a load; give a force or a displacement");
+                     "\": a fine lattice cannot solve a pressure; give a force or a displacement");
   }
   const SurfacePoint at = NearestSurfacePoint(rest_, load.p_centre_W);
   double thickness = 0;
@@ -357,7 +230,7 @@ std::vector<Points> FineLattice::Displacements(
     const std::vector<std::vector<LoadOptions>>& cases) const {
   std::vector<Answer> answers;
   for (const std::vector<LoadOptions>& loads : cases) answers.push_back(Ask(loads));
-  // What is asked of all the cases, as many together as one pass over the stiffness takes.
+  // Solve all cases' fields in groups of as many columns as one pass over the stiffness takes.
   std::vector<Eigen::VectorXd*> asked;
   for (Answer& answer : answers) {
     for (Eigen::VectorXd& field : answer.fields) asked.push_back(&field);

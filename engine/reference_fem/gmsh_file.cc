@@ -10,13 +10,13 @@ namespace hpdm {
 namespace {
 
 constexpr int kTetrahedron = 4;      // Gmsh's number of the four-node tetrahedron
-constexpr int kMaxNodes = 10000000;  // refuse counts that no mesh of this use has
+constexpr int kMaxNodes = 10000000;  // larger counts are refused
 
 class GmshReader {
  public:
   explicit GmshReader(const std::string& path) : path_(path), file_(path) {
     file_.imbue(std::locale::classic());
-    if (!file_) throw InputError(path + ": cannot be opened; check the name");
+    if (!file_) throw InputError(path + ": cannot be opened; check the path and its permissions");
   }
 
   TetraMesh Read() {
@@ -45,7 +45,7 @@ class GmshReader {
 
   int ReadCount() {
     int count = 0;
-    if (!(file_ >> count) || count < 0 || count > kMaxNodes) Fail("a count is not sensible");
+    if (!(file_ >> count) || count < 0 || count > kMaxNodes) Fail("a count is out of range");
     return count;
   }
 

@@ -8,7 +8,8 @@ namespace {
 
 using ShapeGradients = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-/// Gradients of the shape functions at barycentric coordinates, from those of the coordinates.
+/// Returns the gradients of the shape functions at barycentric coordinates, from the coordinates'
+/// gradients.
 ShapeGradients GradientsAt(bool quadratic, const Eigen::Vector4d& barycentric,
                            const Eigen::Matrix<double, 4, 3>& gradients) {
   if (!quadratic) return gradients;

@@ -17,7 +17,7 @@ namespace hpdm {
 /// Quadrature: one point (linear) or four (quadratic, exact for small strain).
 class TetraBody {
  public:
-  /// `stiffness` (T): Young's modulus of each element over the material's; empty: one for all.
+  /// `stiffness` (T): Young's modulus of each element over the material's; empty: all 1.
   TetraBody(TetraMesh mesh, const MaterialOptions& material, TetraLaw law,
             const Eigen::VectorXd& stiffness = {});
 
@@ -28,7 +28,7 @@ class TetraBody {
   double Energy(const Points& u) const;                                 ///< J.
   Points Gradient(const Points& u) const;                               ///< dE/du, N x 3, N.
   void SetHessian(const Points& u, bool convex, BlockMatrix* K) const;  ///< d2E/du2, N/m.
-  /// Change of volume over volume: mean of det F - 1, or of tr e at small strain.
+  /// Relative change of volume: mean of det F - 1, or of tr e in small strain.
   double VolumeChange(const Points& u) const;
 
  private:
@@ -55,43 +55,44 @@ class TetraBody {
 /// A linear function of the nodes' displacements: sum of weight x u_node. Nodes may repeat.
 using TetraRow = std::vector<std::pair<int, double>>;
 
-/// A load on the row `patch`: a force shared by its weights, or a value prescribed to it.
+/// A load on the row `patch`: a force distributed by its weights, or a prescribed displacement.
 struct TetraLoad {
   TetraRow patch;
   std::optional<Vector3d> force;         ///< N.
   std::optional<Vector3d> displacement;  ///< m.
 };
 
-/// What holds and moves a body.
+/// Supports and loads of a body.
 struct TetraProblem {
-  BlockMatrix springs;  ///< To rest, N/m; over the body's elements.
-  Points forces;        ///< N x 3, N, besides the loads.
+  BlockMatrix springs;  ///< Springs to rest over the body's elements, N/m.
+  Points forces;        ///< N x 3, N, in addition to the loads.
   std::vector<TetraLoad> loads;
 };
 
-/// No springs, no forces, no loads.
+/// Returns a problem without springs, forces and loads.
 TetraProblem EmptyProblem(const TetraBody& body);
 
-/// The supports and loads of an organ with the posed rest surface `rest` (m, world), whose tissue
-/// the body's mesh fills. Supports are springs per volume, integrated with 14 points an element and
-/// each point asked whether it is in the region; a fixed one stands for 1e6 E / L^2, L the mean
-/// edge of the surface's bounding box, so that it matches regions of tissue and not of nodes. Loads
-/// act through SurfaceKernel. Throws InputError when a support holds no tissue.
+/// Returns the supports and loads of an organ with the posed rest surface `rest` (m, world), whose
+/// tissue the body's mesh fills. Throws InputError if a support holds no tissue.
+/// - Supports are springs per volume over the points in the region, 14 points per element, so they
+///   act on regions of tissue and not of nodes.
+/// - A fixed support is 1e6 E / L^2, L the mean edge of the surface's bounding box.
+/// - Loads act through SurfaceKernel.
 TetraProblem MakeTetraProblem(const TetraBody& body, const SurfaceMesh& rest,
                               const std::vector<SupportOptions>& supports,
                               const std::vector<LoadOptions>& loads);
 
 struct TetraSolveOptions {
-  int load_steps = 1;         ///< Equal parts in which all loads grow; small strain needs one.
-  int most_iterations = 100;  ///< Newton, a step.
+  int load_steps = 1;         ///< Equal load increments; small strain needs one.
+  int most_iterations = 100;  ///< Newton iterations per load step.
   double tolerance = 1e-7;    ///< Residual forces over the loads' forces.
 };
 
 struct TetraSolution {
   Points u;                             ///< N x 3, m.
-  std::vector<Vector3d> forces;         ///< Of each load, N; computed where it prescribes.
-  std::vector<Vector3d> displacements;  ///< Of each load's patch, m.
-  double residual = 0;                  ///< As in the tolerance.
+  std::vector<Vector3d> forces;         ///< One per load, N; computed if its displacement is given.
+  std::vector<Vector3d> displacements;  ///< One per load's patch, m.
+  double residual = 0;                  ///< Residual forces over the loads' forces.
   int newton_iterations = 0;
   int solver_iterations = 0;
   bool converged = false;
@@ -100,17 +101,17 @@ struct TetraSolution {
   double Compliance(std::size_t i = 0) const;
 };
 
-/// Static equilibrium under all loads at once. Newton's method with a backtracking line search on
-/// the potential energy; where the tangent is indefinite, with its convex part (Teran, Sifakis,
-/// Irving, Fedkiw 2005). Prescribed rows are Lagrange multipliers. Tolerances are relative, so the
-/// result does not depend on units. Throws InputError when nothing holds the body.
+/// Returns the static equilibrium under all loads together. Newton's method with a backtracking
+/// line search on the potential energy. An indefinite tangent is replaced by its convex part
+/// (Teran, Sifakis, Irving, Fedkiw 2005). Prescribed rows are Lagrange multipliers. Tolerances are
+/// relative, so the result does not depend on units. Throws InputError if nothing holds the body.
 TetraSolution SolveTetra(const TetraBody& body, const TetraProblem& problem,
                          const TetraSolveOptions& options = TetraSolveOptions());
 
-/// The row of each surface point (m), in the element that holds it or is nearest.
+/// Returns the row of each surface point (m), in the element that contains it or the nearest one.
 std::vector<TetraRow> PointRows(const TetraMesh& mesh, const Points& points);
 
-/// Displacement of each row, R x 3.
+/// Returns the displacement of each row, R x 3.
 Points ApplyRows(const std::vector<TetraRow>& rows, const Points& u);
 
 }  // namespace hpdm

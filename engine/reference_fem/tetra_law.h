@@ -15,7 +15,7 @@ enum class TetraLaw { kSmallStrain, kNeoHookean };
 /// kSmallStrain: W = mu |e|^2 + lambda/2 tr(e)^2, e = (F + F^T)/2 - I.
 /// kNeoHookean (Smith, de Goes, Kim, "Stable Neo-Hookean Flesh Simulation", 2018, Eq. 14):
 ///   W = m/2 (|F|^2 - 3) + l/2 (J - a)^2 - m/2 log(|F|^2 + 1), J = det F, a = 1 + 3 m / (4 l),
-/// with m = 4/3 mu and l = lambda + 5/6 mu, which makes it agree with mu and lambda at small strain
+/// with m = 4/3 mu and l = lambda + 5/6 mu, so that it agrees with mu and lambda at small strain
 /// (section 3.4). It is finite and smooth for every F, inverted ones included.
 class TetraMaterial {
  public:
@@ -25,8 +25,7 @@ class TetraMaterial {
   TetraLaw law() const { return law_; }
   double Density(const Matrix3d& F) const;   ///< W, J/m^3; 0 at F = I up to a constant.
   Matrix3d Stress(const Matrix3d& F) const;  ///< dW/dF, first Piola-Kirchhoff, Pa.
-  /// d2W/dF2, Pa. With `convex` the negative eigenvalues are set to zero, so that a Newton step
-  /// descends.
+  /// d2W/dF2, Pa. `convex` sets the negative eigenvalues to zero, so that a Newton step descends.
   Matrix9d Tangent(const Matrix3d& F, bool convex) const;
 
  private:

@@ -30,9 +30,9 @@ TetraMesh MakeTetraMesh(const Points& nodes, const Tetrahedra& elements, const s
   if (elements.rows() == 0 || elements.cols() != 4) {
     throw InputError(where + ": no tetrahedra; give a mesh of four-node tetrahedra");
   }
-  if (!nodes.allFinite()) throw InputError(where + ": a node is not finite; mend the mesh");
+  if (!nodes.allFinite()) throw InputError(where + ": a node is not finite; repair the mesh");
   if (elements.minCoeff() < 0 || elements.maxCoeff() >= nodes.rows()) {
-    throw InputError(where + ": a tetrahedron names a node that does not exist; mend the mesh");
+    throw InputError(where + ": a tetrahedron names a node that does not exist; repair the mesh");
   }
   TetraMesh mesh{nodes, elements, static_cast<int>(nodes.rows()), {}};
   for (Eigen::Index e = 0; e < elements.rows(); ++e) {
@@ -40,7 +40,7 @@ TetraMesh MakeTetraMesh(const Points& nodes, const Tetrahedra& elements, const s
     if (volume < 0) std::swap(mesh.elements(e, 2), mesh.elements(e, 3));
     if (volume == 0) {
       throw InputError(where + ": tetrahedron " + std::to_string(e) +
-                       " has no volume; mend the mesh");
+                       " has no volume; repair the mesh");
     }
   }
   return mesh;

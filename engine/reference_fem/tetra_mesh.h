@@ -21,20 +21,20 @@ struct TetraMesh {
   Points nodes;         ///< N x 3, m.
   Tetrahedra elements;  ///< T x 4 or T x 10.
   int corners = 0;      ///< Nodes that are corners; N when linear.
-  /// Of each further node, the two corners that it lies between.
+  /// The two corners of each further node's edge.
   std::vector<std::array<int, 2>> parents;
 
   bool quadratic() const { return elements.cols() == 10; }
 };
 
-/// A linear mesh from its parts; turns elements that are inside out. Throws InputError naming
-/// `where` when an index is out of range, a number is not finite or an element has no volume.
+/// Builds a linear mesh and reorients inverted elements. Throws InputError naming `where` if an
+/// index is out of range, a number is not finite or an element has no volume.
 TetraMesh MakeTetraMesh(const Points& nodes, const Tetrahedra& elements, const std::string& where);
 
-/// The same mesh with a node in the middle of every edge.
+/// Returns the same mesh with a node in the middle of every edge.
 TetraMesh Quadratic(const TetraMesh& linear);
 
-/// A box of nx x ny x nz bricks, each split into six tetrahedra around its diagonal (Kuhn).
+/// Returns a box of nx x ny x nz bricks, each split into six tetrahedra around its diagonal (Kuhn).
 TetraMesh BoxTetraMesh(const Vector3d& min, const Vector3d& max, const std::array<int, 3>& cells);
 
 /// Reads the nodes and four-node tetrahedra of a Gmsh file, format 1 ("$NOD", "$ELM") or 2 text
@@ -44,21 +44,21 @@ TetraMesh ReadGmsh(const std::string& path);
 /// Volume of the corner tetrahedra, m^3.
 double TetraVolume(const TetraMesh& mesh);
 
-/// A point expressed in the element that holds it or, outside the mesh, in the nearest one, whose
-/// shape functions are then continued beyond it (exact for affine displacements).
+/// A point in barycentric coordinates of the element that contains it or, outside the mesh, of the
+/// nearest one. Its shape functions are then extrapolated (exact for affine displacements).
 struct TetraPoint {
   int element = -1;
   Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();  ///< Sums to one; negative outside.
   double distance = 0;                                    ///< To the element, m; 0 inside.
 };
-/// For each row of `points` (m): O(T) each with a box test an element.
+/// Locates each row of `points` (m): O(T) box tests per point.
 std::vector<TetraPoint> Locate(const TetraMesh& mesh, const Points& points);
 
-/// Values of the shape functions (4 or 10) at barycentric coordinates.
+/// Returns the values of the shape functions (4 or 10) at barycentric coordinates.
 Eigen::VectorXd ShapeFunctions(bool quadratic, const Eigen::Vector4d& barycentric);
 
-/// Edges of element e from its first corner to the other three, as columns, m; the determinant is
-/// six times its volume.
+/// Returns the edges of element e from its first corner to the other three, as columns, m. The
+/// determinant is six times the element's volume.
 inline Matrix3d CornerEdges(const TetraMesh& mesh, Eigen::Index e) {
   Matrix3d edges;
   for (int k = 1; k < 4; ++k) {

@@ -23,7 +23,7 @@ void AddForce(const TetraRow& row, const Vector3d& force, Points* forces) {
   for (const auto& [node, weight] : row) forces->row(node) += weight * force.transpose();
 }
 
-/// Newton's method for one body; holds what is kept between its iterations.
+/// Newton's method for one body, with the state between its iterations.
 class Newton {
  public:
   Newton(const TetraBody& body, const TetraProblem& problem, const TetraSolveOptions& options)
@@ -54,7 +54,7 @@ class Newton {
   }
 
  private:
-  /// One Newton step and the check of where it led.
+  /// Takes one Newton step and checks its result.
   void Iterate() {
     ++solution_.newton_iterations;
     const Points residual = Residual(solution_.u);
@@ -72,7 +72,7 @@ class Newton {
     const Points full = Residual(solution_.u + step);
     const bool contracts = full.norm() <= residual.norm() / 2;
     if (!contracts &&
-        gaps.norm() <= 1e-9 * scale) {  // else the step also closes the gaps: taken in full
+        gaps.norm() <= 1e-9 * scale) {  // else the step also closes the gaps and is taken in full
       const double slope = residual.cwiseProduct(step).sum();
       const double before = Potential(solution_.u);
       for (int h = 0; h < kMaxHalvings; ++h, length /= 2) {
@@ -123,8 +123,8 @@ class Newton {
     return gaps;
   }
 
-  /// Energy of body and springs less the work of the applied forces; multipliers do no work along
-  /// steps that leave the prescribed rows alone.
+  /// Returns the energy of body and springs minus the work of the applied forces. Multipliers do no
+  /// work along steps that do not change the prescribed rows.
   double Potential(const Points& u) const {
     Points springs;
     problem_.springs.Multiply(u, &springs);

@@ -36,7 +36,7 @@ std::array<RulePoint, 14> FourteenPoints() {
 
 constexpr double kFixedPenalty = 1e6;
 
-/// The row of a load's patch.
+/// Returns the row of a load's patch.
 TetraRow PatchRow(const TetraMesh& mesh, const SurfaceMesh& rest, const LoadOptions& load) {
   const std::vector<SurfaceSample> samples = SurfaceKernel(rest, load.p_centre_W, load.radius);
   Points points(static_cast<Eigen::Index>(samples.size()), 3);

@@ -9,7 +9,7 @@ constexpr int kMaxSolverIterations = 3000;
 
 double Dot(const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); }
 
-/// Lower triangle of the blocks as scalars, row i of node n at 3 n + i.
+/// Returns the lower triangle of the blocks as scalars; row 3 n + i is component i of node n.
 Eigen::SparseMatrix<double> LowerTriangle(const BlockMatrix& A) {
   std::vector<Eigen::Triplet<double>> entries;
   for (int i = 0; i < A.rows(); ++i) {
@@ -47,7 +47,7 @@ bool TetraSolver::Factorise(const BlockMatrix& K) {
 
 bool TetraSolver::Refactor() {
   const BlockMatrix& K = *K_;
-  // Coarse matrix P^T K P: a middle node moves with half of each of its two corners.
+  // Coarse matrix P^T K P: a middle node moves by the mean of its two corners.
   coarse_.SetZero();
   struct Parents {
     int count;
@@ -87,7 +87,7 @@ Points TetraSolver::Precondition(const Points& residual) const {
   };
   if (!mesh_.quadratic()) return solve_coarse(residual);
 
-  // One Gauss-Seidel update of node i.
+  // Gauss-Seidel update of node i.
   Points x = Points::Zero(residual.rows(), 3);
   const auto relax = [&](int i) {
     Vector3d b = residual.row(i).transpose();
@@ -138,7 +138,7 @@ bool TetraSolver::TrySolve(const Points& b, double tolerance, Points* x) {
   Points z = Precondition(residual);
   Points p = z;
   double rz = Dot(residual, z);
-  // Beyond this an old factor does not pay any more.
+  // Beyond this number of iterations an old factor no longer pays.
   const int most = fresh_ ? kMaxSolverIterations : 10 * fresh_iterations_ + 50;
   last_iterations_ = 0;
   for (int i = 0; i < most; ++i) {

@@ -16,8 +16,8 @@ namespace {
 
 using UnknownMap = Eigen::Map<Eigen::VectorXd>;
 
-// What holds U in place: the stiffness times U; U is (n + slots) x 3, `schur_complement` nullptr
-// without slots.
+// Returns the elastic forces K U. U is (n + slots) x 3; `schur_complement` is nullptr without
+// slots.
 Eigen::VectorXd ElasticForce(const OrganModel& model, const SchurComplement* schur_complement,
                              const Points& U) {
   Eigen::VectorXd force(U.size());
@@ -50,13 +50,13 @@ std::unique_ptr<ComplianceSolver> MakeSolver(const OrganModel& model, int slots)
   return std::visit([](const auto& K) { return MakeComplianceSolver(K); }, model.stiffness());
 }
 
-// m: sides of the parts that a pressure's surface is split into.
+// m. A pressure's surface is split into parts with sides of this length.
 double SampleSize(const OrganModel& model) {
   return model.lattice() ? ControlPointSpacing(*model.lattice()) / 4
                          : std::numeric_limits<double>::infinity();
 }
 
-// Columns 3 load + d: the row's weights along d.
+// Sets columns 3 load + d to the row's weights along d.
 void PutOnEachAxis(const Eigen::RowVectorXd& row, std::size_t load, Eigen::MatrixXd* columns) {
   for (Eigen::Index a = 0; a < row.size(); ++a) {
     for (int d = 0; d < 3; ++d) {
@@ -141,14 +141,14 @@ void StaticLoads::AddPressure(std::size_t load) {
     pressure_force_[load] += force;
     area += sample.weight;
   }
-  // All around a body only round-off remains.
+  // Around a whole body the resultant is only round-off.
   if (pressure_force_[load].norm() < 1e-9 * std::abs(*loads_[load].pressure) * area) {
     pressure_force_[load].setZero();
   }
   PutOnEachAxis(mean / area, load, &rows_);
 }
 
-// Columns of loads to displacements, in place.
+// Solves columns of loads for displacements, in place.
 void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
   if (!surface_) return solver_->Solve(*columns);
   for (Eigen::Index c = 0; c < columns->cols(); ++c) {
@@ -163,8 +163,8 @@ StaticSolution StaticLoads::SolveFinite() const {
   StaticLoadRows rows{rows_.topRows(unknowns), Eigen::VectorXd::Zero(equations),
                       Eigen::VectorXd::Zero(equations), std::vector<bool>(3 * m, false),
                       Eigen::MatrixXd::Zero(equations, equations)};
-  // By the local functions (schur_complement.h): V = Sigma^-1 (B_V - B_U Y)^T f moves the points by
-  // (B_V - B_U Y) V beside what the lattice does, and what is solved for is U_bar = U + Y V.
+  // Local functions (schur_complement.h): V = Sigma^-1 (B_V - B_U Y)^T f moves the points by
+  // (B_V - B_U Y) V in addition to the lattice. The unknown is U_bar = U + Y V.
   Eigen::MatrixXd moves_by_local = rows_.bottomRows(rows_.rows() - unknowns);
   if (schur_complement_) {
     for (Eigen::Index e = 0; e < equations; ++e) {
@@ -222,8 +222,8 @@ void StaticLoads::AddIndentations(const Eigen::VectorXd& forces, StaticSolution*
   }
 }
 
-// Given forces first, then those that make the prescribed displacements of patches that are at
-// `free` without load.
+// Returns the given forces and the forces that give the prescribed displacements. `free`:
+// displacements of the patches without load.
 Eigen::VectorXd StaticLoads::Forces(const Eigen::MatrixXd& compliance,
                                     const Eigen::VectorXd& free) const {
   const Eigen::Index m = static_cast<Eigen::Index>(loads_.size());

@@ -12,13 +12,13 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-// A last step so small beside U that the next one, its square, is round-off.
+// Largest last step over U such that the next one, its square, is round-off.
 constexpr double kSettled = 1e-7;
 using VectorMap = Eigen::Map<Vector>;
 
 VectorMap AsVector(Points* U) { return {U->data(), U->size()}; }
 
-// One equilibrium after another, each from where the last one was.
+// Finds one equilibrium after another, each from the last one.
 class StaticNewton {
  public:
   StaticNewton(const StaticLoadRows& loads, ElasticEnergy* energy,
@@ -62,11 +62,11 @@ class StaticNewton {
   }
 
  private:
-  // True when the equilibrium of this share is found.
+  // True if the equilibrium of this share is found.
   bool Equilibrate() {
     given_ = loads_.forces * state_.share;
     given_(held_).setZero();
-    // Steps on the way need no more than a good start for the next.
+    // Intermediate load steps need only give a good start for the next.
     const double tolerance =
         state_.share < 1 ? std::max(options_.tolerance, 1e-3) : options_.tolerance;
     double value = energy_->Gradient(state_.U, &gradient_);
@@ -89,15 +89,16 @@ class StaticNewton {
       const Vector load = loads_.rows * state_.forces;
       const double size = load.norm();
       state_.residual = size > 0 ? (AsVector(&gradient_) - load).norm() / size : 0;
-      // A small residual alone lets functions with a sliver of tissue, which hardly resist, be far
-      // from their place.
+      // A small residual alone is not enough: functions with little tissue hardly resist and may
+      // still be far from equilibrium.
       const bool settled = length * step_.norm() <= kSettled * state_.U.norm();
       if (length == 1 && state_.residual <= tolerance && (settled || state_.share < 1)) return true;
     }
     return false;
   }
 
-  // K d + g = R f with the given forces, and the held ones such that R_h^T (U + d) is as wanted.
+  // Solves K d + g = R f with the given forces, and held forces such that R_h^T (U + d) is as
+  // given.
   void SolveStep() {
     Eigen::MatrixXd columns(held_rows_.rows(), 1 + held_rows_.cols());
     columns.col(0) = loads_.rows * given_ - AsVector(&gradient_);

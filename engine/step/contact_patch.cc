@@ -33,7 +33,7 @@ void FillPaperNode(const OrganModel& model, int vertex, const ToolOptions& optio
   }
 }
 
-// G with G `from` G^T = `to`; the identity when one of them is not positive definite.
+// Returns G with G `from` G^T = `to`; the identity if one of them is not positive definite.
 Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
   const Eigen::LLT<Matrix3d> root_from(from), root_to(to);
   if (root_from.info() != Eigen::Success || root_to.info() != Eigen::Success) {
@@ -83,7 +83,7 @@ void ToolTracker::FillPatch(const ToolPose& tool_W, const std::vector<OrganModel
   patch->p_grasp_T = grasped_[0].p_T;
 }
 
-// Around where the tip will be, but with the contact well inside.
+// Gathers the surface around the predicted tip position, with the contact well inside.
 void ToolTracker::Prefetch(const ToolPose& tool, const OrganModel& model, OrganState* state) {
   const SurfaceMesh& rest = model.rest();
   const Vector3d p = at_.Position(rest.vertices, rest.triangles);
@@ -100,12 +100,12 @@ void ToolTracker::Prefetch(const ToolPose& tool, const OrganModel& model, OrganS
   const SurfacePoint centre = ClosestIn(around_, rest.vertices, rest.triangles, p + ahead);
   state->neighbourhoods.Collect(rest.vertices, centre,
                                 {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints}, &prefetched_);
-  // Across a sharp edge, or where the triangles ahead are much smaller, it may be left behind.
+  // Across a sharp edge, or if the triangles ahead are much smaller, the contact may lie outside.
   const auto end = prefetched_.triangles.begin() + prefetched_.count;
   if (std::find(prefetched_.triangles.begin(), end, at_.triangle) == end) prefetched_ = around_;
 }
 
-// The triangles, and at their corners what belongs to the vertex alone.
+// Fills in the triangles and, at their corners, the data that depend on the vertex alone.
 void ToolTracker::FillPatchPoints(const OrganModel& model, OrganState* state,
                                   ToolPatch* patch) const {
   const Triangles& triangles = model.rest().triangles;
@@ -139,7 +139,7 @@ void ToolTracker::FillPatchPoints(const OrganModel& model, OrganState* state,
   }
 }
 
-// The lattice's row at a vertex, until the next.
+// Returns the lattice's row at a vertex, valid until the next call.
 SparseRow ToolTracker::VertexRow(const OrganModel& model, int vertex, OrganState* state) const {
   const ActiveRefinement& refinement = state->contacts.refinement;
   if (refinement.slots() == 0) return model.LatticeRow(vertex);
@@ -148,9 +148,9 @@ SparseRow ToolTracker::VertexRow(const OrganModel& model, int vertex, OrganState
   return state->tips.Compress(row);
 }
 
-// The contact as the step solved it, and the points' values so that their interpolation gives the
-// contact's own at its place. The compliances vary over the surface as they do at rest, under a
-// factor that takes in the kernel and the tangent, and under the local part.
+// Fills in the solved contact, and the points' values such that their interpolation at the contact
+// gives the contact's own. The compliances vary over the surface as at rest, times a factor for the
+// kernel and the tangent stiffness, plus the local part.
 void ToolTracker::FillLatticeContact(const OrganModel& model, OrganState* state,
                                      ToolPatch* patch) const {
   const TipCompliance::Tip& tip = state->tips[tip_];
@@ -161,7 +161,7 @@ void ToolTracker::FillLatticeContact(const OrganModel& model, OrganState* state,
   const bool has_other = state->tips.size() > 1;
   if (has_other) patch->coupling_W = state->tips.Between(tip_, 1 - tip_);
   if (patch->kind == ContactKind::kGrasp) {
-    // For the press that is left when the jaws open.
+    // For the press that remains if the jaws open.
     const double radius = std::max(geometry().tip_radius, kMinKernelRadius);
     const Matrix3d C_loc = model.Indentation(at_, radius).Compliance();
     for (int i = 0; i < patch->point_count; ++i) patch->points[i].compliance_W += C_loc;
@@ -192,12 +192,12 @@ void ToolTracker::FillLatticeContact(const OrganModel& model, OrganState* state,
   }
 }
 
-// By the triangle of the contact: the lattice is smooth over it.
+// Computes the tilt from the contact's triangle, over which the lattice is smooth.
 void ToolTracker::FillTilt(const OrganModel& model, OrganState* state, ToolPatch* patch) const {
   const Points& rest = model.rest().vertices;
   const Eigen::RowVector3i corners = model.rest().triangles.row(at_.triangle);
   std::array<Vector3d, 3> p_rest, p;
-  std::array<Matrix3d, 3> moved;  // by unit forces along the axes, a column each
+  std::array<Matrix3d, 3> moved;  // corners' displacements, one column per unit force
   for (int k = 0; k < 3; ++k) {
     p_rest[k] = rest.row(corners[k]);
     p[k] = state->vertices.row(corners[k]);

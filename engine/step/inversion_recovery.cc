@@ -7,13 +7,13 @@
 namespace hpdm {
 namespace {
 
-// Load steps: this share of the way, or as much of it as belongs to the step's time.
+// The first load step is dt / kWholeWay of the demand, at least this share.
 constexpr double kMinFirstLoadStep = 1.0 / 8;
 constexpr double kWholeWay = 0.25;  // s
-// A load step that fails at this share of the way is the last one.
+// A load step below this share of the demand becomes 0: the organ stays.
 constexpr double kMinLoadStep = 1.0 / 64;
-// A rejected step goes back to this share of the last sound way: at its end, the next iteration may
-// invert the tissue.
+// A rejected step returns to this share of the last sound demand. At its full length the next
+// iteration may invert the tissue.
 constexpr double kBack = 0.9;
 
 }  // namespace
@@ -35,7 +35,7 @@ RelaxationResult InversionRecovery::Relax(double dt, OrganState* state) {
   return result;
 }
 
-// What it was under contacts that are gone says nothing of the next.
+// The gradient under contacts that have ended does not apply to the next contacts.
 void InversionRecovery::WatchGradient(const OrganState& state) {
   if (state.contacts.size() == 0 || !state.control_displacements.allFinite()) {
     scan_->part = 0;
@@ -69,7 +69,7 @@ RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
   const RelaxationResult result = RelaxWithin(reach, dt, state);
   if (!Sound(demand, *state)) {
     const RelaxationResult second = RejectStep(demand, dt, state);
-    // A replay applies the first.
+    // A replay applies the first solve's iterations.
     return {.iterations = result.iterations,
             .residual = second.residual,
             .converged = false,
@@ -83,7 +83,7 @@ RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
   return result;
 }
 
-// How far the contacts' points are to go from rest, m: the farthest of them.
+// Returns the largest distance of a contact's target from rest, m.
 double InversionRecovery::Demand(const ContactConstraints& contacts) const {
   double demand = 0;
   for (int i = 0; i < contacts.size(); ++i) {
@@ -97,7 +97,7 @@ double InversionRecovery::Demand(const ContactConstraints& contacts) const {
   return demand;
 }
 
-// With every contact taken `reach` over the demand of its way.
+// Relaxes with every target scaled from rest by `reach` over the demand.
 RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt, OrganState* state) {
   ContactConstraints& contacts = state->contacts;
   const double demand = Demand(contacts);

@@ -6,56 +6,56 @@
 
 namespace hpdm {
 
-/// Keeps an organ of finite strain sound, and tells of every other organ with a lattice whether it
-/// is inverted (inversion_detector.h).
+/// Keeps an organ of finite strain sound, and reports inversions of every organ with a lattice
+/// (inversion_detector.h). A state is unsound if it is inverted, not finite, or running away. The
+/// demand is how far the contacts' targets lie from rest, m.
 ///
-/// Small strain is linear: an inversion is gone with the demand that made it and says only that
-/// picture and force are beyond what the model means, so it is told and nothing is changed; the
-/// detector takes up to a second of steps for a scan of what it cannot clear at once.
+/// Finite strain needs recovery: Newton's method starts from its last state, and an inverted state
+/// can be an energy minimum with forces of another branch. St. Venant-Kirchhoff and the metric
+/// energy do not resist inversion. A step that leaves the organ unsound is rejected:
 ///
-/// Newton's method goes on from where it ended, and an inversion there may be a minimum of its own
-/// (St. Venant-Kirchhoff and the metric energy do not resist being turned inside out), with forces
-/// of another branch. So when a step leaves an organ of finite strain unsound - inverted, not
-/// finite, or running away - the step is rejected: from the last sound state, by one Newton
-/// iteration, to nine tenths of the way from rest that the contacts had gone there. From then on
-/// the organ follows its tools by load steps, an eighth of the way or what belongs to the step of
-/// 0.25 s for all of it, each half as long after one that fails, and stays where the next would
-/// fail. It takes part in the whole way again as soon as that is not longer than what it has
-/// followed. Where even the last sound state fails, the organ goes to rest and starts anew. What
-/// viscous tissue does after its release is a damped return already and only told.
+/// 1. The organ returns to the last sound state. One Newton iteration takes it to nine tenths of
+///    the demand there.
+/// 2. It then follows its tools by load steps. They start at dt / 0.25 s of the demand, at least
+///    1/8, and halve after each failure. The organ stays where the next step would fail.
+/// 3. Recovery ends once the demand does not exceed the demand that has been followed.
+/// 4. If even the last sound state fails, the organ is reset to rest.
 ///
-/// The tools are not held back: the tick's forces grow with their depth on the stiffness of the
-/// sound state, and the guard bounds them (force_guard.h).
+/// Inversions are only reported:
 ///
-/// While an organ of adaptive strain blends both (blended_energy.h) an inversion is told only, as
-/// in small strain.
+/// - in small strain, which is linear: the inversion disappears with its demand. A scan of tissue
+///   that cannot be cleared at once takes up to a second of steps;
+/// - while adaptive strain blends both measures (blended_energy.h);
+/// - in viscous tissue after its release, which is a damped return already.
 ///
-/// All decisions follow from tools, step times and iterations, so a replay makes the same.
-/// Deformation thread; allocates nothing.
+/// The tools are not held back: the haptic force grows with depth on the stiffness of the sound
+/// state, and the guard bounds it (force_guard.h). All decisions follow from tools, step times and
+/// iterations, so a replay makes the same. Deformation thread; allocates nothing.
 class InversionRecovery {
  public:
-  /// `model` must outlive it; `state` tells the sizes.
+  /// `model` must outlive it; `state` gives the sizes.
   InversionRecovery(const OrganModel& model, const OrganState& state);
 
   /// Stage B of a step `dt` (s) after the last one: relaxes the state's control displacements under
-  /// its contacts, through its recovery. The result tells of the demand that was met in the end.
+  /// its contacts, through its viscous recovery. The result is for the demand that was met.
   RelaxationResult Relax(double dt, OrganState* state);
 
-  /// Of the last step: tissue was inverted, in the end or by the rejected step.
+  /// True if tissue was inverted in the last step, at its end or in the rejected step.
   bool inverted() const { return inverted_; }
-  /// The organ follows its tools part of the way.
+  /// True if the organ follows its tools only part of the way.
   bool recovering() const { return recovering_; }
-  /// Of the last step: the rejected step was not finite.
+  /// True if the last step's rejected state was not finite.
   bool not_finite() const { return not_finite_; }
   /// InversionDetector::LargestGradient of the last step; adaptive strain only.
   double gradient() const { return gradient_; }
 
-  /// Unknown `row` means something else from now on: it starts at rest.
+  /// Resets unknown `row` to rest: it now stands for another function.
   void ResetRow(int row) { sound_.row(row).setZero(); }
 
  private:
-  static constexpr int kStepsPerScan = 30;  // of small strain
-  // Control points with little tissue move by metres in a lift of millimetres: this is a runaway.
+  static constexpr int kStepsPerScan = 30;  // small strain
+  // Limit of displacement over organ size before a runaway. Control points with little tissue move
+  // by metres in a lift of millimetres.
   static constexpr double kMaxExcursion = 1e6;
 
   RelaxationResult RelaxSoundly(double dt, OrganState* state);
@@ -69,19 +69,19 @@ class InversionRecovery {
   void Reset();
 
   const OrganModel& model_;
-  std::optional<InversionDetector::ScanState> scan_;  // of a lattice's tissue
+  std::optional<InversionDetector::ScanState> scan_;  // lattice organs only
   const ViscousRecovery at_rest_;
-  double size_;  // m, of the lattice's box
+  double size_;  // m: the lattice's box
 
   bool inverted_ = false;
   bool not_finite_ = false;
   bool recovering_ = false;
   double gradient_ = 0;
-  double reach_ = 0;          // m: of the demand that is followed while recovering
-  double stride_ = 0;         // m: by which the next step reaches farther
+  double reach_ = 0;          // m: part of the demand that is followed while recovering
+  double stride_ = 0;         // m: increase of reach_ in the next step
   double sound_reach_ = 0;    // m: demand at the last sound state
-  Points sound_;              // n x 3, m: its displacements
-  ViscousRecovery recovery_;  // as the last step left it
+  Points sound_;              // n x 3, m: displacements of the last sound state
+  ViscousRecovery recovery_;  // state after the last step
 };
 
 }  // namespace hpdm

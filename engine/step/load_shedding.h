@@ -8,26 +8,31 @@
 
 namespace hpdm {
 
-/// What the organs of a scene have that a step could leave out.
+/// Parts of a scene's organs that a step can leave out.
 struct Sheddable {
-  int newton_iterations = 1;  ///< The most of any organ of finite or adaptive strain.
+  int newton_iterations = 1;  ///< Maximum over the organs of finite or adaptive strain.
   bool finite = false;
   bool refinement = false;
 };
 Sheddable SheddableOf(const std::vector<OrganOptions>& organs);
 
-/// Lowers what deformation steps do when they take longer than their budget, level by level and in
-/// this order, so far as the organs have it: half as many Newton iterations, and half of those
-/// until one is left; no finite strain; no local functions. Raises it again when there is time.
+/// Lowers the quality of deformation steps that exceed their budget, and raises it again when there
+/// is time. The levels, so far as the organs have them:
 ///
-/// A level falls when kTooMany steps in a row were too long, since one may have been the host's
-/// doing, and the organs have followed the last level down (StrainBlendController::settled). It
-/// rises after steps at less than kEase of the budget for as long as it waits: kWait, and twice as
-/// long each time that a level which rose fell again within as long as it had waited, up to
-/// kMaxWait. So a load that lasts is tried out ever more rarely, and quality does not go to and
-/// fro.
+/// 1. Newton iterations are halved, one level per halving, until one is left.
+/// 2. Finite strain is switched off.
+/// 3. Local functions are switched off.
 ///
-/// Only steps in which an organ is touched say anything of the load. One thread; allocates nothing.
+/// Quality falls by a level after kTooMany long steps in a row, since a single one may be the
+/// host's doing. The organs must first have followed the previous change
+/// (StrainBlendController::settled).
+///
+/// Quality rises by a level when all steps of a waiting time take less than kEase of the budget.
+/// The waiting time is kWait. It doubles, up to kMaxWait, each time that a raised level falls again
+/// within the waiting time. A lasting load is thus retried ever more rarely, so quality does not
+/// oscillate.
+///
+/// Only steps in which an organ is touched count. One thread; allocates nothing.
 class LoadShedding {
  public:
   static constexpr int kTooMany = 2;
@@ -35,12 +40,12 @@ class LoadShedding {
   static constexpr Nanoseconds kWait = kNanosecondsPerSecond;
   static constexpr Nanoseconds kMaxWait = 64 * kNanosecondsPerSecond;
 
-  /// `budget`: of a step, ns; 0: nothing is shed.
+  /// `budget`: ns per step; 0: nothing is shed.
   LoadShedding(const Sheddable& sheddable, Nanoseconds budget);
 
-  /// A step begun at session time `now_ns` took `compute_ns`.
+  /// Takes the compute time of a step that began at session time `now_ns`.
   void Observe(Nanoseconds now_ns, Nanoseconds compute_ns, bool settled);
-  /// What a replay takes in its place.
+  /// Sets the recorded level; a replay calls it instead of Observe.
   void ApplyRecorded(int level) { level_ = std::clamp(level, 0, levels()); }
 
   int level() const { return level_; }  ///< 0: nothing is shed.
@@ -52,7 +57,7 @@ class LoadShedding {
   void Raise(Nanoseconds now_ns);
 
   Nanoseconds budget_;
-  int halvings_ = 0;  // that the organs have in all
+  int halvings_ = 0;  // possible in all
   bool finite_ = false;
   bool refinement_ = false;
   int level_ = 0;

@@ -32,7 +32,7 @@ double StrainBlendController::WantedBlend(const QualityCeiling& ceiling, bool to
   return ceiling.finite && (wants_finite_ || !adaptive_) ? 1 : 0;
 }
 
-// Of the share of finite strain.
+// Returns the largest change of the share of finite strain in a step.
 double StrainBlendController::LargestStep(double gradient, double share_slope) const {
   if (last_.finite_strain_blend == 0) return kFirstStep;
   const double beyond = adaptive_ ? std::max(1.0, gradient / finite_from_) : 1;

@@ -5,31 +5,32 @@
 
 namespace hpdm {
 
-/// What the time allows all organs (load_shedding.h).
+/// Upper bound on the quality of all organs, set by the time budget (load_shedding.h).
 struct QualityCeiling {
-  int halvings = 0;  ///< Of Newton's iterations; one always remains.
+  int halvings = 0;  ///< Halvings of Newton's iterations; one iteration always remains.
   bool finite = true;
   bool refinement = true;
 };
 
-/// Chooses one organ's quality step by step: what its state needs, under a ceiling, in steps that
-/// no hand feels.
+/// Chooses one organ's quality in each step from its state and a ceiling. Changes are gradual, so
+/// that the hand does not feel them.
 ///
-/// Adaptive strain begins in small strain, and goes to finite strain when |grad u|
-/// (InversionDetector::LargestGradient) exceeds `finite_from`, and back below kBack times that. On
-/// the way the energy is a blend of both (blended_energy.h), whose shares move only so far in a
-/// step that the force changes by about kForceStep of itself; up to kMaxForceStep where the tissue
-/// is as many times beyond the bound, so that a fast tool does not leave the model behind. An
-/// energy E changes by (dE/ds) / E ds where the contacts hold the tissue and do no work, and the
-/// force, its derivative by the depth, by kForceOverEnergy times as much of itself: both strains
-/// agree to second order, so what is between them is of third order and more in the depth, and E of
-/// second. Ceilings and what the local functions do are followed in the same way. Without contact
-/// there is no force, and nothing to be gradual about.
+/// Adaptive strain begins as small strain. It moves to finite strain when |grad u|
+/// (InversionDetector::LargestGradient) exceeds `finite_from`, and back below kBack times that. In
+/// between, the energy is a blend of both (blended_energy.h) with the share s of finite strain:
 ///
-/// A blend may be a little stiffer than both (small strain resists rotation), which is why it is
-/// gone through and not stayed in.
+/// 1. s moves so far in a step that the force changes by about kForceStep of itself. Where |grad u|
+///    exceeds the bound several times, the change grows by as much, up to kMaxForceStep, so that
+///    the model keeps up with a fast tool.
+/// 2. Held contacts do no work, so the energy E changes by (dE/ds) ds.
+/// 3. The two energies differ at O(depth^3) and E is O(depth^2), so the force changes by about
+///    kForceOverEnergy dE / E of itself.
+/// 4. A blend can be slightly stiffer than both ends, since small strain resists rotation.
+///    Therefore s does not stay in between.
 ///
-/// Follows from the states alone; one thread; allocates nothing.
+/// Ceilings and the weight of the local functions are followed gradually too. Without contact there
+/// is no force, and changes are immediate. Decisions depend on the states alone; one thread;
+/// allocates nothing.
 class StrainBlendController {
  public:
   static constexpr double kBack = 0.8;
@@ -42,14 +43,14 @@ class StrainBlendController {
 
   explicit StrainBlendController(const OrganOptions& organ);
 
-  /// For the next step. Of the last one: whether the organ was touched, |grad u|, and
-  /// RelaxationResult::share_slope.
+  /// Returns the next step's quality. `touched`, `gradient` (|grad u|) and `share_slope`
+  /// (RelaxationResult::share_slope) are those of the last step.
   StepQuality Next(const QualityCeiling& ceiling, bool touched, double gradient,
                    double share_slope);
-  /// What a replay takes in its place.
+  /// Sets the recorded quality; a replay calls it after Next.
   void ApplyRecorded(const StepQuality& quality) { last_ = quality; }
 
-  /// Whether the last Next() is where the ceiling and the state want it.
+  /// True if the last Next() reached the quality that the ceiling and the state ask for.
   bool settled() const { return settled_; }
 
  private:

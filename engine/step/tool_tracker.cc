@@ -10,11 +10,11 @@
 namespace hpdm {
 namespace {
 
-// A press that the step finds itself gets its row from here on, m: farther away it does not act.
+// m. Largest gap at which a press found by the step gets a row; farther away it does not act.
 constexpr double kNear = 0.005;
 
-// Cosine between the shaft's axis and the normal of what it touches, at most: a shaft that enters
-// the surface end on goes down the indentation of its own tip.
+// Largest cosine between the shaft's axis and the normal where it touches. A shaft that enters the
+// surface end on only follows its own tip's indentation.
 constexpr double kMaxEndOn = 0.7;
 
 }  // namespace
@@ -34,7 +34,7 @@ ToolTracker::ToolTracker(int tool, const ToolOptions& options)
   geometries_.insert(geometries_.end(), options.exchanges.begin(), options.exchanges.end());
 }
 
-// The haptic loop exchanges a free tip, so that nothing is let go but by the two loops' delay.
+// The haptic loop exchanges only a free tip; a grasp can end here only by the two loops' delay.
 void ToolTracker::TakeInstrument(const ToolPose& tool) {
   const auto instrument_index = static_cast<std::size_t>(tool.instrument_index);
   if (instrument_index == instrument_index_) return;
@@ -88,7 +88,7 @@ void ToolTracker::TrackTip(const ToolPose& tool, const TickContactPoint& contact
     const OrganState& state = (*states)[organ_];
     at_ = ClosestIn(around_, state.vertices, models[organ_].rest().triangles,
                     p_tip_W - state.offset_W);
-  }  // else the contact is what the jaws hold
+  }  // else the contact is the grasp
   UpdateNeighbourhood(models, states);
   const OrganModel& model = models[organ_];
   const OrganState& state = (*states)[organ_];
@@ -177,7 +177,7 @@ void ToolTracker::UpdateGrasp(const ToolPose& tool, const std::vector<OrganModel
   const Triangles& triangles = model.rest().triangles;
   const Isometry3d X_TW = X_WT.inverse();
   grasped_[grasped_count_++] = {at_, X_TW * at_.Position(state.vertices, triangles)};
-  // Each vertex belongs to several triangles: take it with the first of those that lists it.
+  // Each vertex belongs to several triangles: it is taken with the first that lists it.
   std::array<int, kMaxGraspRows> taken;
   int taken_count = 0;
   for (int i = 0; i < around_.count; ++i) {
@@ -235,13 +235,13 @@ bool ToolTracker::AddTipRows(const ToolPose& tool_W, const std::vector<OrganMode
   return true;
 }
 
-// Of the press under the tip.
+// Returns the local compliance of the press under the tip.
 Matrix3d ToolTracker::LocalCompliance(const OrganModel& model) const {
   if (!model.rigid()) return indentation_.Compliance();
   return Matrix3d::Identity() / model.options().wall_stiffness.value_or(options_.wall_stiffness);
 }
 
-// Of the surface as the last step left it.
+// Returns the kernel-weighted normal of the surface after the last step.
 Vector3d ToolTracker::KernelNormal(const OrganModel& model, const OrganState& state,
                                    const Vector3d& facing, double radius) {
   GatherKernel(model.rest(), around_, at_, facing, radius, &kernel_);
@@ -253,8 +253,8 @@ Vector3d ToolTracker::KernelNormal(const OrganModel& model, const OrganState& st
   return normal.stableNormalized();
 }
 
-// Tissue beside what the jaws hold goes with them: a shaft that pushed it away would lever what is
-// held out of the jaws, with forces far beyond both.
+// Tissue next to the grasp moves with the jaws. A shaft that pushed it away would lever the grasped
+// tissue out of the jaws, with forces far beyond both.
 bool ToolTracker::GraspsNearby(const Vector3d& p_rest_W, const ContactConstraints& contacts) const {
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactConstraints::Row& row = contacts[i];
@@ -267,7 +267,7 @@ bool ToolTracker::GraspsNearby(const Vector3d& p_rest_W, const ContactConstraint
 bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, OrganState* state) {
   const ToolPose tool = InOrganFrame(*state, tool_W);
   const SurfaceMesh& rest = model.rest();
-  // The jaws' part belongs to the tip, and what is below the surface with it.
+  // The jaws' part, and the part below the surface, belong to the tip.
   const double below = organ_ >= 0 ? std::max(-gap_, 0.0) : 0;
   const Vector3d start = tool.X_WT * (JawsEnd() + Vector3d(0, 0, below));
   const SurfaceHit hit =
@@ -281,7 +281,7 @@ bool ToolTracker::AddShaftRow(const ToolPose& tool_W, const OrganModel& model, O
   const double end_on = axis.dot(facing);
   if (facing.squaredNorm() == 0 || std::abs(end_on) > kMaxEndOn) return true;
   shaft_touches_ = true;
-  if (model.rigid()) return true;  // the hand feels no shaft, and there is nothing to move
+  if (model.rigid()) return true;  // the hand does not feel the shaft, and nothing moves
   const Vector3d normal = (facing - end_on * axis).normalized();
   ContactConstraints::Row* row = state->contacts.Add();
   if (row == nullptr) return false;
@@ -311,7 +311,7 @@ void ToolTracker::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
     const ContactConstraints::Row& row = contacts[i];
     if (row.tool != tool_ || row.shaft) continue;
     force_W_ += row.force_W;
-    // What slips is as far from the tissue as its force takes it there: the tick goes on from it.
+    // A slipping contact stands off the tissue by its slip compliance; the tick starts there.
     C_loc_ = row.local_compliance_W + row.slip * Matrix3d::Identity();
     if (!has_lattice) continue;
     if (tip_ < 0) tip_ = state.tips.AddTip();
@@ -322,7 +322,7 @@ void ToolTracker::AddTip(const std::vector<OrganModel>& models, std::vector<Orga
   }
   touching_ = force_W_.squaredNorm() > 0;
   if (!has_lattice || tip_ >= 0 || grasped_count_ > 0) return;
-  // No row: the tip is too far away to touch in this step, but it may before the next one.
+  // Without a row: the tip is too far away in this step, but it may touch before the next one.
   tip_ = state.tips.AddTip();
   C_loc_ = LocalCompliance(model);
   AddKernelToRow(model, state,

@@ -10,73 +10,73 @@
 
 namespace hpdm {
 
-/// The tool as an organ sees it that stands still (organ_motion.h); its velocity stays the world's.
+/// Returns the tool's pose relative to the organ's breathing offset (organ_motion.h). The velocity
+/// stays in the world.
 ToolPose InOrganFrame(const OrganState& state, ToolPose tool);
 
-/// What the deformation loop knows of an instrument.
+/// One instrument's data for the deformation loop.
 struct ToolOptions {
   double tip_radius = kDefaultToolRadius;    ///< m.
   double shaft_radius = kDefaultToolRadius;  ///< m.
   bool can_grasp = false;
-  double prefetch = 0.05;  ///< s: from a step's input to the middle of its patch's use, which
-                           ///< begins one period later and lasts one.
+  double prefetch = 0.05;  ///< s from a step's input to the middle of its patch's use. The use
+                           ///< begins one period later and lasts one period.
   ReactionType reaction = ReactionType::kLattice;
   double k1 = 120;              ///< N/m, Eq. 29 with rest neighbours (kPaper).
   double k2 = 10;               ///< N/m.
-  double wall_stiffness = 200;  ///< N/m, of the virtual wall that a rigid organ is to it, either
-                                ///< reaction.
-  std::vector<ToolGeometry> exchanges = {};  ///< What else the hand can hold:
-                                             ///< ToolPose::instrument_index 1 on.
+  double wall_stiffness = 200;  ///< N/m: virtual wall of a rigid organ, for either reaction.
+  std::vector<ToolGeometry> exchanges = {};  ///< Further instruments of this hand:
+                                             ///< ToolPose::instrument_index 1 and up.
 };
 
-/// Follows the contact of one tool with the organs from step to step: which material point the tip
-/// presses, what the jaws hold, where the shaft touches. Deformation thread; allocates nothing.
+/// Follows one tool's contact with the organs from step to step: the material point under the tip,
+/// the tissue in the jaws, the place where the shaft touches. Deformation thread; allocates
+/// nothing.
 ///
-/// The tip's contact belongs to the haptic loop (TickContactPoint), which follows it at its own
-/// rate. Only where that had no patch to tell from does the step find it: a tip that pressed in the
-/// last step goes on in that one's neighbourhood, so a deep press or a thin part is not taken to be
-/// on the other side. A free tip that crossed the surface since the last step starts where it
-/// entered, however far it has come.
-///
-/// A press acts on the patch of GatherKernel() about the point under the tip, with the radius that
-/// the lattice resolves; what R = max(tip radius, 1 mm) does more is an indentation (half_space.h).
-///
-/// Jaws that close take tissue that touches them, and nothing else. It touches them where the tip
-/// presses it, or where its surface comes within kTouch of the jaws' capsule: as thick as the tip,
-/// two tip diameters long.
-///
-/// A rigid organ is a press on a virtual wall: its compliance, the same in every direction, stands
-/// where an indentation's would, nothing else moves, and jaws do not grasp it.
+/// 1. The tip's contact belongs to the haptic loop (TickContactPoint), which follows it at its own
+///    rate. The step searches for it only if the tick had no patch.
+/// 2. In that search a tip that pressed in the last step stays in its neighbourhood, so that a deep
+///    press or a thin part is not mistaken for contact from the other side. A free tip that crossed
+///    the surface since the last step starts at its point of entry, at any distance.
+/// 3. A press acts on the patch of GatherKernel() around the point under the tip, with the radius
+///    that the lattice resolves. The finer effect of R = max(tip radius, 1 mm) is an indentation
+///    (half_space.h).
+/// 4. Closing jaws take only tissue that touches them: the tip presses it, or its surface is within
+///    kTouch of the jaws' capsule, as thick as the tip and two tip diameters long.
+/// 5. A rigid organ is pressed as a virtual wall. The wall's isotropic compliance takes the place
+///    of the indentation's, and nothing else moves. Jaws do not grasp it.
 class ToolTracker {
  public:
   static constexpr double kReach = 0.06;  ///< m: no patch beyond this distance.
-  /// m: tissue so near the jaws touches them. The step knows the surface as the last one left it:
+  /// m: tissue this near touches the jaws. The step knows the surface as the last step left it, and
   /// in 33 ms a hand at 15 mm/s moves 0.5 mm. The jaws' teeth are 0.3 mm high.
   static constexpr double kTouch = 0.0005;
-  static constexpr double kGraspRadius =
-      0.008;                                 ///< m: of the tissue taken, about where it touches.
-  static constexpr double kJawClosed = 0.3;  ///< Closing past this grasps.
-  static constexpr int kMaxGraspRows = 15;   ///< One row of 16 is left for the shaft.
-  static constexpr double kMinKernelRadius = 0.001;  ///< m, of the kernel.
+  static constexpr double kGraspRadius = 0.008;      ///< m: of the grasped tissue around the touch.
+  static constexpr double kJawClosed = 0.3;          ///< Closing past this grasps.
+  static constexpr int kMaxGraspRows = 15;           ///< One row of 16 is left for the shaft.
+  static constexpr double kMinKernelRadius = 0.001;  ///< m.
 
   ToolTracker(int tool, const ToolOptions& options);
 
-  /// Finds what the tip is at and what the jaws hold. A new instrument in the hand holds nothing.
+  /// Finds the surface point under the tip and the tissue in the jaws. A new instrument holds
+  /// nothing.
   void Track(const ToolPose& tool, const TickContactPoint& contact_point,
              const std::vector<OrganModel>& models, std::vector<OrganState>* states);
 
-  /// The organ that the tip is at, -1 when it is at none, and where on its rest surface (m).
+  /// The organ near the tip, -1 for none.
   int organ() const { return organ_; }
+  /// The point under the tip on that organ's rest surface, m.
   Vector3d RestPoint(const std::vector<OrganModel>& models) const;
 
-  /// Adds this tool's rows to the organs' contact constraints. False when an organ's were full.
+  /// Adds this tool's rows to the organs' contact constraints. False if an organ's were full.
   bool AddContacts(const ToolPose& tool, const std::vector<OrganModel>& models,
                    std::vector<OrganState>* states);
 
-  /// After the relaxation: whether the tip still presses. Adds it to its organ's tips.
+  /// Determines after the relaxation whether the tip still presses, and adds it to its organ's
+  /// tips.
   void AddTip(const std::vector<OrganModel>& models, std::vector<OrganState>* states);
 
-  /// The patch for the haptic loop, from the condensed tips.
+  /// Fills in the patch for the haptic loop, from the condensed tips.
   void FillPatch(const ToolPose& tool, const std::vector<OrganModel>& models,
                  std::vector<OrganState>* states, ToolPatch* patch);
 
@@ -90,7 +90,7 @@ class ToolTracker {
   void TakeInstrument(const ToolPose& tool);
   void TrackTip(const ToolPose& tool, const TickContactPoint& contact_point,
                 const std::vector<OrganModel>& models, std::vector<OrganState>* states);
-  // Closest point to `p` among the neighbourhood's triangles as they are now.
+  // Closest point to `p` on the neighbourhood's deformed triangles.
   static SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
                                 const Triangles& triangles, const Vector3d& p);
   bool FindEntry(const Vector3d& p_tip_W, const std::vector<OrganState>& states);
@@ -130,19 +130,19 @@ class ToolTracker {
   int organ_ = -1;                        // nearest to the tip, or in contact
   bool touching_ = false;                 // the tip carried a force in the last step
   SurfacePoint at_;                       // material point under the tip
-  Neighbourhood around_;                  // of at_, at rest
-  Neighbourhood prefetched_;              // of where it will be in the middle of a patch's use
+  Neighbourhood around_;                  // around at_, at rest
+  Neighbourhood prefetched_;              // around its place in the middle of a patch's use
   double gap_ = 0;                        // m, signed, from the tip's surface
-  KernelPatch kernel_;                    // about at_, for a normal that the tick does not give
+  KernelPatch kernel_;                    // around at_, for a normal that the tick does not give
   Neighbourhood resolved_around_;         // at rest, as wide as the lattice resolves
-  KernelSamples resolved_;                // with which the lattice gets it
-  LocalIndentation indentation_;          // the difference
-  Vector3d normal_ = Vector3d::Zero();    // of the press; zero: not known yet
-  Vector3d friction_ = Vector3d::Zero();  // of the press: tangential over normal force
-  bool from_tick_ = false;                // the press
-  Vector3d force_W_ = Vector3d::Zero();   // on the tissue, of tip or jaws in the last step
-  int tip_ = -1;                          // among the organ's tips; -1: reaction "paper"
-  Matrix3d C_loc_ = Matrix3d::Zero();     // of the press row in the last step
+  KernelSamples resolved_;                // kernel samples for the lattice row
+  LocalIndentation indentation_;          // unresolved local indentation
+  Vector3d normal_ = Vector3d::Zero();    // press normal; zero: not known yet
+  Vector3d friction_ = Vector3d::Zero();  // press: tangential over normal force
+  bool from_tick_ = false;                // the press comes from the haptic tick
+  Vector3d force_W_ = Vector3d::Zero();   // on the tissue, by tip or jaws in the last step
+  int tip_ = -1;                          // index among the organ's tips; -1: reaction "paper"
+  Matrix3d C_loc_ = Matrix3d::Zero();     // the press row's, in the last step
   bool shaft_touches_ = false;
 
   int grasped_count_ = 0;

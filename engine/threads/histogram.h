@@ -7,9 +7,9 @@
 
 namespace hpdm {
 
-/// Log-linear histogram of durations in nanoseconds: 32 linear bins in each power of two, so any
-/// percentile is known within 3.2 %, from 1 ns to 2^63 ns, in 15 kB. Add is wait-free and allocates
-/// nothing; one thread writes, and others read only after it has ended.
+/// Log-linear histogram of durations, 1 ns to 2^63 ns, in 15 kB. It has 32 linear bins in each
+/// power of two, so percentiles are exact within 3.2 %. Add is wait-free and allocates nothing. One
+/// thread writes; others read only after it has ended.
 class Histogram {
  public:
   /// Negative values count as 0.
@@ -38,7 +38,7 @@ class Histogram {
   /// Smallest bin bound (ns) that at least `fraction` (0..1) of the values do not exceed, at most
   /// max(); 0 without values.
   std::int64_t Percentile(double fraction) const {
-    // The last factor takes off what rounding may add: 0.07 * 100 is above 7 in double.
+    // The last factor cancels rounding: 0.07 * 100 is above 7 in double.
     const double wanted = fraction * static_cast<double>(count_) * (1 - 1e-12);
     std::uint64_t seen = 0;
     for (std::uint32_t b = 0; b < bins_.size(); ++b) {
@@ -50,8 +50,8 @@ class Histogram {
     return max();
   }
 
-  /// visit(largest value of the bin in ns, number of values in it) for each bin that holds any,
-  /// rising. The bins are the same in every histogram: counts of equal bins add up.
+  /// Calls visit(largest value of the bin in ns, number of values in it) for each non-empty bin, in
+  /// rising order. All histograms have the same bins, so counts of equal bins add up.
   template <typename Visit>
   void ForEachBin(Visit&& visit) const {
     for (std::uint32_t b = 0; b < bins_.size(); ++b) {

@@ -8,8 +8,7 @@
 
 namespace hpdm {
 
-/// The durations that a session records as distributions, by loop. The order is that of
-/// lcmtypes/stats.lcm.
+/// Durations that a session records as distributions, by loop, in the order of lcmtypes/stats.lcm.
 enum class Latency : std::size_t {
   kHapticWakeUp,       ///< Wake-up minus schedule, over several periods too (WakeUpLateness).
   kHapticCompute,      ///< Wall time of a tick.
@@ -22,25 +21,25 @@ enum class Latency : std::size_t {
   kRenderCompute,      ///< Draw, read back, keep.
   kRenderPeriod,       ///< From one picture to the next.
   kDeviceToPhoton,     ///< Read-back finished minus the newest device sample shown.
-  kBaselineWakeUp,     ///< Of an empty loop before the session (wake_up_baseline.h).
+  kBaselineWakeUp,     ///< Empty loop before the session (wake_up_baseline.h).
 };
 inline constexpr std::size_t kLatencyCount = 12;
 
-/// "loop.quantity", as files and messages name them.
+/// "loop.quantity": the names in files and messages.
 inline constexpr std::array<std::string_view, kLatencyCount> kLatencyNames = {
     "haptic.wake_up",      "haptic.compute",          "haptic.period",
     "haptic.patch_age",    "haptic.device_to_force",  "deformation.wake_up",
     "deformation.compute", "deformation.period",      "render.compute",
     "render.period",       "render.device_to_photon", "baseline.wake_up"};
 
-/// A histogram of each. As a histogram: one thread, no allocation.
+/// One histogram per Latency. One thread, no allocation.
 class Latencies {
  public:
   Histogram& operator[](Latency which) { return histograms_[static_cast<std::size_t>(which)]; }
   const Histogram& operator[](Latency which) const {
     return histograms_[static_cast<std::size_t>(which)];
   }
-  /// visit(index, histogram) for each, in the order of Latency.
+  /// Calls visit(index, histogram) for each, in the order of Latency.
   template <typename Visit>
   void ForEach(Visit&& visit) const {
     for (std::size_t i = 0; i < kLatencyCount; ++i) visit(i, histograms_[i]);

@@ -9,15 +9,15 @@ namespace hpdm {
 
 enum class EventSeverity : std::int8_t { kInfo = 0, kWarning = 1, kError = 2 };
 
-/// Something worth telling that a loop did or suffered, of fixed size: render loop -> telemetry
-/// loop, every one through a queue.
+/// A notable event in a loop, of fixed size: render loop -> telemetry loop, every one through a
+/// queue.
 struct LoopEvent {
   EventSeverity severity = EventSeverity::kInfo;
   std::array<char, 32> name{};   ///< Short and stable ("render.ended"), ends with a zero.
   std::array<char, 256> text{};  ///< One sentence, ends with a zero.
 };
 
-/// The event with its name and text cut to their room.
+/// Returns an event; truncates the name and the text to their arrays.
 inline LoopEvent MakeLoopEvent(EventSeverity severity, std::string_view name,
                                std::string_view text) {
   LoopEvent event;

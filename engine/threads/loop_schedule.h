@@ -30,15 +30,15 @@ class RealLoopClock : public LoopClock {
   SessionClock clock_;
 };
 
-/// What a tick is told about its own timing. In lockstep the default: nothing measured.
+/// Timing of a tick, given to it. In lockstep it has the defaults: nothing is measured.
 struct TickTiming {
   Nanoseconds wake_late_ns = 0;  ///< Wake-up minus schedule.
   SkippedTicks skipped = {};     ///< Periods skipped just before this tick.
   LoopClock* clock = nullptr;    ///< For the tick to measure its own compute time; null: 0.
 };
 
-/// How late the wake-up before a tick was: `wake_late_ns` of the tick and the periods that were
-/// over by then.
+/// Lateness of the wake-up before a tick: the tick's `wake_late_ns` plus the periods missed by
+/// waking late.
 inline Nanoseconds WakeUpLateness(Nanoseconds wake_late_ns, const SkippedTicks& skipped,
                                   Nanoseconds period_ns) {
   return wake_late_ns + static_cast<Nanoseconds>(skipped.late_wake_up) * period_ns;
@@ -51,7 +51,7 @@ struct TickSchedule {
   std::uint64_t end_tick = std::numeric_limits<std::uint64_t>::max();  ///< First one not to run.
 };
 
-/// Every period up to the end is in exactly one of the two.
+/// Counts of ticks and skipped periods; every period up to the end is in exactly one of them.
 struct TickCount {
   std::uint64_t ticks = 0;
   SkippedTicks skipped;
@@ -60,13 +60,16 @@ struct TickCount {
 
 /// Runs `body(tick, scheduled, timing)` once in each period until `stop` or the schedule's end.
 ///
-/// A tick runs when its thread reaches it inside its period. A period that is over before that is
-/// skipped: never made up in a burst, and counted by its cause. Periods that ended while the tick
-/// before was computing are `stalled` when that tick's wall time exceeded the thread's CPU time by
-/// more than half a period (the host took the core) and `long_compute` otherwise; periods that
-/// ended while the thread slept are `late_wake_up`. The schedule is absolute, so lateness never
-/// accumulates. Periods beyond the end are not counted: ticks + skipped == end_tick after a full
-/// run, and the number of elapsed periods after a stop.
+/// A tick runs if its thread reaches it inside its period. A period that ends before that is
+/// skipped, never made up in a burst, and counted by its cause:
+///
+///   late_wake_up  It ended while the thread slept.
+///   stalled       It ended while the previous tick computed, whose wall time exceeded the thread's
+///                 CPU time by more than half a period: the host took the core.
+///   long_compute  It ended while the previous tick computed, otherwise.
+///
+/// The schedule is absolute, so lateness never accumulates. Periods beyond the end are not counted:
+/// ticks + skipped is end_tick after a full run, and the number of elapsed periods after a stop.
 ///
 /// The loop's own thread. Makes no allocation and no system call but the clock's.
 template <typename Body>
@@ -75,7 +78,7 @@ TickCount RunOnSchedule(const TickSchedule& schedule, std::stop_token stop, Loop
   const auto scheduled_at = [&](std::uint64_t tick) {
     return schedule.start_ns + static_cast<Nanoseconds>(tick) * schedule.period_ns;
   };
-  // Whole periods from `tick` on that are over at `now` (within the schedule).
+  // Number of whole periods from `tick` that are over at `now` (within the schedule).
   const auto missed_at = [&](std::uint64_t tick, Nanoseconds now) -> std::uint32_t {
     const Nanoseconds late = now - scheduled_at(tick);
     if (late < schedule.period_ns) return 0;

@@ -22,7 +22,7 @@ std::string Reason(int error, const char* remedy) {
   return std::string(std::strerror(error)) + "; " + remedy;
 }
 
-/// Raises the soft limit to the hard one; the limit that then holds.
+/// Raises the soft limit to the hard one. Returns the resulting limit.
 rlim_t RaiseLimit(__rlimit_resource resource) {
   rlimit limit;
   if (getrlimit(resource, &limit) != 0) return 0;
@@ -34,7 +34,7 @@ rlim_t RaiseLimit(__rlimit_resource resource) {
   return limit.rlim_cur;
 }
 
-/// Whether this process may lock memory beyond its limit.
+/// True if this process may lock memory beyond its limit.
 bool HasLockCapability() {
   __user_cap_header_struct header = {_LINUX_CAPABILITY_VERSION_3, 0};
   __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3] = {};
@@ -62,7 +62,7 @@ const RealtimeGrant& LockMemoryOnce() {
   return grant;
 }
 
-// The request (a latency of 0 us) holds as long as the file is open: until the process ends.
+// The request (a latency of 0 us) holds while the file is open: until the process ends.
 RealtimeGrant KeepAwake() {
   RealtimeGrant grant{.asked = true, .granted = false, .why_not = {}};
   const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
@@ -100,8 +100,8 @@ RealtimeGrant SetFifo(int priority) {
   return grant;
 }
 
-/// Writes to every page of a frame of its own. Not inlined, so that the frame is below whatever the
-/// caller uses now and is given back at once.
+/// Writes to every page of its own frame. It is not inlined, so that the frame lies below the
+/// caller's and is released at once.
 [[gnu::noinline]] void PrefaultStack() {
   char frame[kPrefaultBytes];
   volatile char* pages = frame;

@@ -15,8 +15,8 @@ namespace hpdm {
 /// queue is refused and counted, so the producer never blocks.
 ///
 /// The ring has a power-of-two number of slots; head_ and tail_ only grow. Each side keeps the
-/// other's last known position, so that it reads the shared one only when the ring looks full
-/// (or empty), and the two positions sit on cache lines of their own.
+/// other's last known position and reads the shared one only if the ring looks full (or empty). The
+/// two positions have cache lines of their own.
 template <typename T>
 class SpscQueue {
  public:
@@ -27,7 +27,7 @@ class SpscQueue {
   SpscQueue(const SpscQueue&) = delete;
   SpscQueue& operator=(const SpscQueue&) = delete;
 
-  /// Producer only. False, and the overflow counted, when the queue is full. Wait-free.
+  /// Producer only. Returns false and counts an overflow if the queue is full. Wait-free.
   bool Push(const T& item) {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_seen_ == ring_.size()) {
@@ -42,7 +42,7 @@ class SpscQueue {
     return true;
   }
 
-  /// Consumer only. False when the queue is empty. Wait-free.
+  /// Consumer only. Returns false if the queue is empty. Wait-free.
   bool Pop(T* item) {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_seen_) {

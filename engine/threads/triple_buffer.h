@@ -14,10 +14,10 @@ namespace hpdm {
 ///     back_  -----Publish----->  middle_  -----Update----->  front_
 ///                                index and "new" bit
 ///
-/// Each of the three slots belongs to exactly one of writer, middle and reader at any time; the
+/// Each of the three slots belongs to exactly one of writer, middle and reader at any time. The
 /// exchange with acquire-release order passes ownership, so plain reads and writes of the slot are
-/// race-free. Values live in place: a slot given to the writer holds whatever an earlier Publish
-/// left in it, so the writer must set every field.
+/// race-free. Values stay in place: the writer's slot holds the value of an earlier Publish, so the
+/// writer must set every field.
 template <typename T>
 class TripleBuffer {
  public:
@@ -47,7 +47,7 @@ class TripleBuffer {
   static constexpr std::uint32_t kIndex = 3;
   static constexpr std::uint32_t kNew = 4;
 
-  // On cache lines of its own, so that the writer and the reader never share one.
+  // Has cache lines of its own, so that the writer and the reader never share one.
   struct alignas(64) Slot {
     T value;
   };

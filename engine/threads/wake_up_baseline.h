@@ -7,15 +7,15 @@
 
 namespace hpdm {
 
-/// How late the machine wakes a loop that has nothing to do: what remains of a session's lateness
-/// beyond it is the program's.
+/// Wake-up lateness of an empty loop on this machine. The rest of a session's lateness is the
+/// program's own.
 struct WakeUpBaseline {
   TickCount count;
   Histogram wake_late;  ///< ns.
 };
 
-/// Runs an empty loop on `schedule` and records its wake-ups. The calling thread, which should have
-/// the real-time state of the loop that the baseline is for; as RunOnSchedule.
+/// Runs an empty loop on `schedule` in the calling thread and records its wake-ups. The thread
+/// should have the real-time state of the loop to compare with. See RunOnSchedule.
 inline WakeUpBaseline MeasureWakeUps(const TickSchedule& schedule, std::stop_token stop,
                                      LoopClock& clock) {
   WakeUpBaseline baseline;

@@ -10,18 +10,18 @@
 namespace hpdm {
 namespace {
 
-// How far a contact slips by its tip's motion along the surface and against it. Under a convex
+// Slip of a contact over its tip's motion along the surface and against it. Under a convex
 // surface a press of half the radius of curvature slides twice as far as its tip.
 constexpr double kSlipAlong = 2;
 constexpr double kSlipAgainst = 0.5;
 
-// m: a tip that moves farther in a tick may have passed a wall.
+// m. A tip that moves farther in a tick may have passed through a wall.
 constexpr double kFarInATick = 5e-4;
 
-// Turn of the normal by more force than the step's, at most: its linear law ends there.
+// Largest turn of the normal by the force beyond the step's: its linear law holds up to here.
 constexpr double kMaxTilt = 0.5;
 
-// Ticks of one patch that tell how the force was going on.
+// Ticks of one patch that are needed to extrapolate the force.
 constexpr int kTicksToExtrapolate = 3;
 
 template <class Value>
@@ -116,7 +116,7 @@ void HapticContact::LocatePress(const TipPose& tip) {
     return;
   }
   if (!was_touching) Sticks(tip);
-  friction_W_ -= friction_W_.dot(tip_.normal_W) * tip_.normal_W;  // which has turned with the slip
+  friction_W_ -= friction_W_.dot(tip_.normal_W) * tip_.normal_W;  // the normal turned with the slip
   tip_.friction_W = friction_W_;
   in_lattice_ = true;
 }
@@ -142,8 +142,8 @@ void HapticContact::EvaluateAtFoot(const TipPose& tip) {
   tip_.depth = tip_.normal_W.dot(tip_.p_original_W - tip.X_WT.translation()) + tip.tip_radius;
 }
 
-// With the f_n of the last tick, but along the normal to be found: followed from tick to tick, the
-// two would chase each other.
+// Uses the f_n of the last tick but the direction of the normal to be found. With both from the
+// last tick they would oscillate.
 Vector3d HapticContact::PressedNormal() const {
   const Vector3d stands_W = foot_.normal_W + patch_->tilt_W;
   const double pressing = -force_W_.dot(foot_.normal_W);
@@ -157,7 +157,7 @@ Vector3d HapticContact::PressedNormal() const {
   return (stands_W + share * further_W).stableNormalized();
 }
 
-// Whether friction holds the contact where it is; sets the friction that acts.
+// True if friction holds the contact in place; sets the friction that acts.
 bool HapticContact::Sticks(const TipPose& tip) {
   friction_W_.setZero();
   if (!(tip.friction > 0) || patch_->reaction == ReactionType::kPaper) return false;
@@ -172,7 +172,8 @@ bool HapticContact::Sticks(const TipPose& tip) {
   return share <= tip.friction;
 }
 
-// x_tip - r n - x_c along the surface: how far the point that is pressed lies beside the tip, m.
+// Returns the tangential part of x_tip - r n - x_c: the offset from the pressed point to the tip,
+// m.
 Vector3d HapticContact::TangentialOffset(const TipPose& tip) const {
   const Vector3d& n = tip_.normal_W;
   Vector3d offset_W = tip.X_WT.translation() - tip_.p_original_W - moved_W_;
@@ -226,20 +227,20 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
     result_.normal_W = tip_.normal_W;
     result_.depth = std::max(tip_.depth, 0.0);
   }
-  // Eq. 29 with delta = p_current - p_original, the latter as the other tip's force leaves it.
+  // Eq. 29 with delta = p_current - p_original, the latter displaced by the other tip's force.
   const Vector3d delta_W = tip_.compliance_W * force_on_tissue_W;
   result_.reaction_W = ForceOnHand(NodeOfCompliance(tip_.compliance_W), delta_W);
 }
 
-// A patch that lasted for less than three ticks says nothing of the force's own course, and has
-// nothing to be faded in from. A contact that a patch has no place for fades out.
+// A patch that lasted for less than three ticks gives no extrapolation of the force, so there is
+// nothing to fade in from. A contact without a place on the new patch fades out.
 void HapticContact::FadeIn() {
   const Vector3d raw_W = result_.reaction_W;
   const bool arrives = is_new_ && ticks_of_patch_ >= kTicksToExtrapolate;
   if (is_new_) ticks_of_patch_ = 0;
   is_new_ = false;
   ++ticks_of_patch_;
-  if (!raw_W.allFinite()) {  // the guard's
+  if (!raw_W.allFinite()) {  // the guard handles it
     offset_W_.setZero();
     ticks_of_patch_ = 0;
     return;
@@ -257,7 +258,7 @@ void HapticContact::FadeIn() {
     result_.reaction_W = offset_W_;
     return;
   }
-  // Never more than there is of the force itself, so that it ends with it, and no pull.
+  // The offset never exceeds the force itself, so it ends with the force and never pulls.
   offset_W_ *= std::min(1.0, raw_W.norm() / std::max(offset_W_.norm(), 1e-300));
   Vector3d& felt_W = result_.reaction_W;
   felt_W += offset_W_;
@@ -276,7 +277,7 @@ void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
     Solve(c);
     return;
   }
-  // Each foot's coupling holds for the other tip where the step had it.
+  // Each foot's coupling assumes the other tip at its place in the step.
   const Matrix3d coupling_W = a->coupling_W_ + c->coupling_W_.transpose() - a->patch_->coupling_W;
   Vector3d force_a_W, force_c_W;
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);

@@ -6,7 +6,7 @@
 
 namespace hpdm {
 
-/// A tool's tip as a tick has it.
+/// Pose and properties of a tool's tip in a tick.
 struct TipPose {
   Nanoseconds time_ns = 0;                   ///< Scheduled time of the tick.
   Isometry3d X_WT = Isometry3d::Identity();  ///< Tool frame, origin at the tip's centre.
@@ -15,46 +15,48 @@ struct TipPose {
   double friction = 0;                       ///< Coulomb coefficient; reaction "lattice".
 };
 
-/// What one tool feels in one tick.
+/// Contact force of one tool in one tick.
 struct HapticForce {
   Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand, N.
   Vector3d normal_W = Vector3d::Zero();    ///< Press: the outward unit normal; else zero.
-  double depth = 0;                        ///< Press: of the tip below the released surface, m.
+  double depth = 0;                        ///< Press: tip below the released surface, m.
   int organ = -1;
   ContactKind kind = ContactKind::kNone;
 };
 
-/// Eq. 29 between two deformation steps, against the newest patch of one tool; and the tip's
-/// contact itself, which this class owns: it is made, slides and ends here, at the haptic rate, and
-/// the step puts its own where the tick has it (contact_point()).
+/// Computes Eq. 29 between two deformation steps, against the newest patch of one tool. It also
+/// owns the tip's contact, which begins, slides and ends here at the haptic rate. The step places
+/// its own contact at the same point (contact_point()).
 ///
-/// A press is at a point s of the released surface. Made: at the foot of the tip's centre
-/// (patch_surface.h), or where the tip crossed the surface since the last tick. It ends in the tick
-/// in which its force does. In between it goes to where the point that it presses,
-///     x_c = p_original(s) + C f + C_ac f_c
-/// (f, f_c: forces on the tissue of this tip and another) lies under the tip: each tick it walks
-/// along the surface by the tangential part of x_tip - r n - x_c, if that becomes shorter by it,
-/// and no farther than the tip's own motion explains. Deeper than the surface's radius of
-/// curvature, where no s is in equilibrium, a contact would run away otherwise.
+/// Press, at a point s of the released surface:
+/// 1. It begins at the foot of the tip's centre (patch_surface.h), or where the tip crossed the
+///    surface since the last tick. It ends in the tick in which its force ends.
+/// 2. s follows the tip so that the pressed point
+///        x_c = p_original(s) + C f + C_ac f_c
+///    (f, f_c: forces on the tissue by this tip and the other) stays under it.
+/// 3. Each tick s walks along the surface by the tangential part of x_tip - r n - x_c, if that
+///    shortens it, and no farther than the tip's own motion. Without this bound a contact deeper
+///    than the surface's radius of curvature would run away, since there no s is in equilibrium.
 ///
-/// Reaction "lattice". n is the released surface's interpolated normal, turned as the pressed
-/// surface turns, n ~ n_released + tilt + R (F - the step's force), with R the tilt's compliance
-/// and F = f_n (friction - n) the force on the tissue along that same n. p_original, C and C_ac are
-/// interpolated at s and the force is that of lattice_reaction.h. Friction: when the force that
-/// would hold x_c under the tip lies within the cone, s stays and that is the force; otherwise the
-/// tangential part is the cone's share of f_n in its direction, and s slips.
+/// Reaction "lattice":
+/// 1. The normal n is the released surface's interpolated normal, turned with the pressed surface:
+///        n ~ n_released + tilt + R (F - the step's force),   F = f_n (friction - n),
+///    with R the tilt's compliance and F the force on the tissue.
+/// 2. p_original, C and C_ac are interpolated at s; lattice_reaction.h gives the force.
+/// 3. Friction: if the force that holds x_c under the tip lies within the cone, s sticks and that
+///    is the force. Otherwise s slips, and the tangential force lies on the cone.
 ///
-/// Reaction "paper". With depth = r - n . (x_tip - p_original), delta = -depth n is the
-/// displacement of the surface under the tip and the force is Eq. 29's at the triangle's three
-/// corners, blended by the foot's weights. A press cannot pull: a component of the reaction into
-/// the tissue is removed. No friction. A tip of radius 0 presses when it is below the surface.
+/// Reaction "paper": depth = r - n . (x_tip - p_original), and the surface under the tip moves by
+/// delta = -depth n. The force is Eq. 29's at the triangle's three corners, blended by the foot's
+/// weights. A press cannot pull: a reaction component into the tissue is removed. No friction. A
+/// tip of radius 0 presses when it is below the surface.
 ///
 /// Grasp (the patch's kind is kGrasp): the held point moves rigidly with the jaws. A jaw opened
-/// beyond 0.5 lets go in the same tick, whatever the patch says; the tip may then press.
+/// beyond kJawLetsGo releases it in the same tick, whatever the patch says; the tip may then press.
 ///
-/// Hand-over: what a new patch changes in the force beyond its own course is faded in with a time
-/// constant of kFade, so that a patch's arrival is no step; the force of a contact that the new
-/// patch has no place for fades out so.
+/// Hand-over: the jump that a new patch makes in the force is faded out with the time constant
+/// kFade, so the arrival of a patch is not felt as a step. If the new patch has no place for the
+/// contact, its force fades out in the same way.
 ///
 /// Haptic thread; wait-free, no allocation, never throws. The cost is bounded by the patch's caps,
 /// not by the mesh.
@@ -62,32 +64,32 @@ class HapticContact {
  public:
   static constexpr double kFade = 0.02;  ///< s.
 
-  /// `period`: of the haptic loop, s.
+  /// `period`: haptic period, s.
   explicit HapticContact(double period = 0.001);
 
   /// Takes a new patch, which must stay unchanged until the next call of SetPatch or ClearPatch
   /// begins: by then the one before may be the writer's again (TripleBuffer::Front).
   void SetPatch(const ToolPatch& patch) noexcept;
 
-  /// No patch: no contact.
+  /// Removes the patch, and with it the contact.
   void ClearPatch() noexcept;
 
   /// Finds the contact.
   void Locate(TipPose tip) noexcept;
 
-  /// The force of the contact found, of one tip alone or of the two tips of a session, which share
-  /// the tissue when both touch one organ. Both must have located theirs.
+  /// Computes the force of the located contact: of one tip alone, or of the two tips of a session,
+  /// which are coupled if both touch one organ. Both must have been located.
   static void Solve(HapticContact* tip) noexcept;
   static void Solve(HapticContact* a, HapticContact* c) noexcept;
   const HapticForce& result() const noexcept { return result_; }
 
-  /// The tip touches nothing and its jaws hold nothing, as far as the last Solve knows.
+  /// True if, at the last Solve, the tip touched nothing and its jaws held nothing.
   bool IsFree() const noexcept { return !touching_ && result_.kind == ContactKind::kNone; }
 
   /// The contact of this tick, for the deformation loop.
   TickContactPoint contact_point() const noexcept;
 
-  /// Locate and Solve, for a tool alone.
+  /// Locates and solves for a tool alone.
   HapticForce Evaluate(const TipPose& tip) noexcept;
 
  private:
@@ -104,34 +106,35 @@ class HapticContact {
   void FadeIn();
   void LoseContact();
 
-  double fade_;  // of the hand-over's offset, a tick
+  double fade_;  // factor on offset_W_ per tick
   const ToolPatch* patch_ = nullptr;
   int organ_ = -1;  // of the patch, -1 for none: SetPatch must not read the patch before
   PatchSurface surface_;
   HapticForce result_;
   bool started_ = false;                      // p_tip_last_W_ is known
-  Vector3d p_tip_last_W_ = Vector3d::Zero();  // as from the organ, which may move
+  Vector3d p_tip_last_W_ = Vector3d::Zero();  // relative to the organ's breathing offset
 
-  // The press, from tick to tick.
+  // State of the press between ticks.
   bool touching_ = false;
   SurfaceFoot foot_;
   Vector3d p_foot_W_ = Vector3d::Zero();  // on the last patch's surface, m
-  Vector3d force_W_ = Vector3d::Zero();   // on the tissue, of this tip, N
-  Vector3d moved_W_ = Vector3d::Zero();   // C_ac f_c: by the other tip, m
+  Vector3d force_W_ = Vector3d::Zero();   // on the tissue by this tip, N
+  Vector3d moved_W_ = Vector3d::Zero();   // C_ac f_c: displacement by the other tip, m
   Vector3d friction_W_ = Vector3d::Zero();
 
-  // Of this tick, reaction "lattice".
+  // State within a tick, reaction "lattice".
   bool in_lattice_ = false;  // there is a contact to solve for
   CondensedTip tip_;
-  Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the tip's foot, of the other tip's place then
+  Matrix3d coupling_W_ =
+      Matrix3d::Zero();  // C_ac at the tip's foot, for the other tip's step place
 
-  // The hand-over between patches.
-  bool is_new_ = false;     // the patch
+  // Hand-over between patches.
+  bool is_new_ = false;     // the patch is new
   bool fades_out_ = false;  // the last patch had no place for the contact
   int ticks_of_patch_ = 0;
-  Vector3d raw_last_W_ = Vector3d::Zero();  // the reaction without the offset, N, in the last tick
-  Vector3d raw_before_W_ = Vector3d::Zero();  // and in the one before
-  Vector3d offset_W_ = Vector3d::Zero();      // still to fade, N
+  Vector3d raw_last_W_ = Vector3d::Zero();    // reaction without the offset in the last tick, N
+  Vector3d raw_before_W_ = Vector3d::Zero();  // the same in the tick before, N
+  Vector3d offset_W_ = Vector3d::Zero();      // difference that still fades, N
 };
 
 }  // namespace hpdm

@@ -11,12 +11,12 @@ namespace {
 
 constexpr double kNeighbourDistance = 1e10;  // m
 
-// Tips at one place are one contact: the share of their own compliance that keeps them apart, as in
-// the step's contact problem; and the most of it, where tips that go different ways slip.
+// Coincident tips act as one contact. Shares of their own compliance that separate them, as in the
+// step's contact solver: the least, and the most for tips that move apart and slip.
 constexpr double kApart = 1e-9;
 constexpr double kMaxApart = 1;
 
-// Of the force on the tissue, by f_n.
+// Direction a of the force on the tissue: F = f_n a.
 Vector3d Direction(const CondensedTip& tip) { return tip.friction_W - tip.normal_W; }
 
 // Two presses: f >= 0, A f >= depth, f . (A f - depth) = 0.
@@ -29,7 +29,7 @@ void SolvePresses(const CondensedTip& a, const CondensedTip& c, const Matrix3d& 
   const double determinant = A_aa * A_cc - A_ac * A_ca;
   *f_a = A_aa > 0 ? std::max(0.0, a.depth / A_aa) : 0;
   *f_c = A_cc > 0 ? std::max(0.0, c.depth / A_cc) : 0;
-  if (!(determinant > 0)) return;  // interpolated apart: each by itself
+  if (!(determinant > 0)) return;  // interpolation made A indefinite: solve each tip alone
   const double both_a = (A_cc * a.depth - A_ac * c.depth) / determinant;
   const double both_c = (A_aa * c.depth - A_ca * a.depth) / determinant;
   if (both_a >= 0 && both_c >= 0) {
@@ -42,7 +42,7 @@ void SolvePresses(const CondensedTip& a, const CondensedTip& c, const Matrix3d& 
   }
 }
 
-// a as it answers while the jaws of c hold.
+// Tip a, condensed on the grasp of c.
 CondensedTip BesideHeld(const CondensedTip& a, const CondensedTip& c, const Matrix3d& C_ac) {
   const Eigen::LDLT<Matrix3d> own(c.compliance_W);
   CondensedTip tip = a;
@@ -53,7 +53,7 @@ CondensedTip BesideHeld(const CondensedTip& a, const CondensedTip& c, const Matr
   return tip;
 }
 
-// As they are, coincident or not.
+// Solves the two tips without regard to coincidence.
 void Couple(const CondensedTip& a, const CondensedTip& c, const Matrix3d& coupling_W,
             Vector3d* force_a_W, Vector3d* force_c_W) {
   if (!a.holds && !c.holds) {
@@ -100,7 +100,7 @@ void TipForces(const CondensedTip& a, const CondensedTip& c, const Matrix3d& cou
 }
 
 ReactionNode NodeOfCompliance(const Matrix3d& C) noexcept {
-  // Ascending in C, so descending in S.
+  // Eigenvalues ascend in C, so they descend in S.
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(C);
   const Vector3d stiffness = eigen.eigenvalues().cwiseInverse();
   ReactionNode node;

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kBorderTolerance = 1e-6;  // m, sideways of the border
 constexpr double kInside = -1e-9;          // smallest weight of a point inside a triangle
-constexpr double kSameFoot = 0.005;        // m, between a contact and a patch that goes on with it
-// Offset surface's area over the released one's: 0 at the centre of curvature, where the foot runs
-// away.
+constexpr double kSameFoot = 0.005;        // m, from a contact to the surface of its next patch
+// Offset surface's area over the released one's: 0 at the centre of curvature, where the foot
+// diverges.
 constexpr double kMinArea = 1e-6;
 constexpr int kMaxNewtonSteps = 12;
 constexpr int kMaxMarch = 16;
@@ -48,7 +48,7 @@ void PatchSurface::Build(const ToolPatch& patch) noexcept {
     const Vector3d twice_area = (b - a).cross(c - a);
     const double longest_squared =
         std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    // Written so that a coordinate that is not finite leaves the triangle out.
+    // A coordinate that is not finite makes the comparison false, so the triangle is left out.
     const bool usable = twice_area.norm() > kMinAspect * longest_squared && longest_squared > 0 &&
                         std::isfinite(longest_squared);
     const int slot = triangle_count_;
@@ -130,7 +130,7 @@ bool PatchSurface::Find(int mesh_triangle, const Vector3d& weights, const Vector
 void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
   int triangle = foot->triangle;
   Vector3d weights = foot->weights;
-  Vector3d left = d_W;  // of the way
+  Vector3d left = d_W;  // remaining displacement
   for (int march = 0; march < kMaxMarch; ++march) {
     const Corners& corners = triangles_[triangle];
     const Vector3d &p0 = points_W_[corners[0]], &n = face_normals_W_[triangle];
@@ -138,7 +138,7 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
     const double area = e1.cross(e2).dot(n);
     Vector3d change(0, left.cross(e2).dot(n) / area, e1.cross(left).dot(n) / area);
     change[0] = -change[1] - change[2];
-    // As far as the first edge that is in the way.
+    // Move to the first edge in the way.
     double along = 1;
     int edge = -1;
     for (int i = 0; i < 3; ++i) {
@@ -155,7 +155,7 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
     if (next >= triangle_count_) {  // along the border
       const Vector3d direction = (points_W_[to] - points_W_[from]).normalized();
       const Vector3d rest = left.dot(direction) * direction;
-      if ((left - rest).norm() < kSettled) break;  // it was already
+      if ((left - rest).norm() < kSettled) break;  // already along the border
       left = rest;
       continue;
     }
@@ -170,7 +170,7 @@ void PatchSurface::Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept {
   SetFoot(triangle, weights / weights.sum(), foot);
 }
 
-// All but the gap.
+// Sets all fields but the gap.
 void PatchSurface::SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const {
   foot->triangle = triangle;
   foot->mesh_triangle = mesh_triangles_[triangle];
@@ -179,7 +179,7 @@ void PatchSurface::SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* f
   foot->normal_W = NormalAt(triangle, weights);
 }
 
-// Opposed or missing vertex normals leave the face's own.
+// Returns the interpolated normal; the face's own if vertex normals are opposed or missing.
 Vector3d PatchSurface::NormalAt(int triangle, const Vector3d& weights) const {
   const Vector3d normal = Interpolated(normals_W_, triangles_[triangle], weights);
   const double length = normal.norm();
@@ -203,7 +203,7 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
     const double distance = offset.norm();
     if (distance < best.distance) best = {t, weights, offset, distance};
   };
-  // The triangle with the nearest centre gives a bound that leaves most others out.
+  // The triangle with the nearest centre gives a bound that excludes most others.
   int nearest = -1;
   for (int t = 0; t < triangle_count_; ++t) {
     if (nearest < 0 || to_centre[t] < to_centre[nearest]) nearest = t;
@@ -215,44 +215,46 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
   return best;
 }
 
+bool PatchSurface::SolveOnTriangle(const Vector3d& c_W, int triangle, Vector3d* weights, double* t,
+                                   Vector3d* n) const {
+  const Corners& corners = triangles_[triangle];
+  const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W_[corners[0]];
+  const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
+  const Vector3d m1 = normals_W_[corners[1]] - n0, m2 = normals_W_[corners[2]] - n0;
+  double w1 = (*weights)[1], w2 = (*weights)[2];
+  bool settled = false;
+  for (int step = 0; step < kMaxNewtonSteps && !settled; ++step) {
+    *n = n0 + w1 * m1 + w2 * m2;
+    const Vector3d missing = c_W - (p0 + w1 * e1 + w2 * e2) - *t * *n;
+    const Vector3d c1 = e1 + *t * m1, c2 = e2 + *t * m2;
+    const Vector3d c1_c2 = c1.cross(c2);
+    const double determinant = c1_c2.dot(*n);
+    // Positive: the offset surface has not folded over, c lies before the centre of curvature.
+    if (!(determinant > kMinArea * e1.cross(e2).dot(*n))) return false;
+    const double d1 = missing.dot(c2.cross(*n)) / determinant;
+    const double d2 = missing.dot(n->cross(c1)) / determinant;
+    const double dt = missing.dot(c1_c2) / determinant;
+    w1 += d1;
+    w2 += d2;
+    *t += dt;
+    settled = std::abs(d1) + std::abs(d2) < kSettledWeight && std::abs(dt) < kSettled;
+  }
+  *weights = Vector3d(1 - w1 - w2, w1, w2);
+  *n = n0 + w1 * m1 + w2 * m2;
+  return settled;
+}
+
 bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
                                  SurfaceFoot* foot) const {
   int triangle = start.triangle;
   Vector3d weights = start.weights;
   double t = start.offset_W.dot(Interpolated(normals_W_, triangles_[triangle], weights));
   for (int march = 0; march < kMaxMarch; ++march) {
-    const Corners& corners = triangles_[triangle];
-    const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W_[corners[0]];
-    const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
-    const Vector3d m1 = normals_W_[corners[1]] - n0, m2 = normals_W_[corners[2]] - n0;
-
-    // Newton's method for p(w) + t n(w) = c in the weights w1, w2 and t.
-    double w1 = weights[1], w2 = weights[2];
     Vector3d n;
-    bool settled = false;
-    for (int step = 0; step < kMaxNewtonSteps && !settled; ++step) {
-      n = n0 + w1 * m1 + w2 * m2;
-      const Vector3d missing = c_W - (p0 + w1 * e1 + w2 * e2) - t * n;
-      const Vector3d c1 = e1 + t * m1, c2 = e2 + t * m2;
-      const Vector3d c1_c2 = c1.cross(c2);
-      const double determinant = c1_c2.dot(n);
-      // Positive: the offset surface has not folded over, c lies before the centre of curvature.
-      if (!(determinant > kMinArea * e1.cross(e2).dot(n))) return false;
-      const double d1 = missing.dot(c2.cross(n)) / determinant;
-      const double d2 = missing.dot(n.cross(c1)) / determinant;
-      const double dt = missing.dot(c1_c2) / determinant;
-      w1 += d1;
-      w2 += d2;
-      t += dt;
-      settled = std::abs(d1) + std::abs(d2) < kSettledWeight && std::abs(dt) < kSettled;
-    }
-    if (!settled) return false;
-    weights = Vector3d(1 - w1 - w2, w1, w2);
-
+    if (!SolveOnTriangle(c_W, triangle, &weights, &t, &n)) return false;
     int lowest = 0;
     const double least = weights.minCoeff(&lowest);
     if (least >= kInside) {
-      n = n0 + w1 * m1 + w2 * m2;
       const double length = n.norm();
       if (n.dot(face_normals_W_[triangle]) < kMinCosine * length) return false;
       if (std::abs(t) * length > kMaxDistanceRatio * start.distance + kSettled) return false;
@@ -261,7 +263,8 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
       foot->gap = t * length;
       return true;
     }
-    // Across the edge opposite the lowest weight, from where the foot left the triangle.
+    // Crosses the edge opposite the lowest weight, at the point where the foot leaves the triangle.
+    const Corners& corners = triangles_[triangle];
     const std::uint8_t from = corners[(lowest + 1) % 3], to = corners[(lowest + 2) % 3];
     const std::uint8_t next = left_of_[to][from];
     if (next >= triangle_count_) return false;
@@ -292,7 +295,7 @@ bool PatchSurface::IsOnBorder(const Closest& closest) const {
   if (zeros == 1) {
     return left_of_[corners[(zero + 2) % 3]][corners[(zero + 1) % 3]] == kNone;
   }
-  // A vertex is on the border when one of its edges lacks its other side.
+  // A vertex is on the border if one of its edges has a triangle on one side only.
   const std::uint8_t vertex = corners[one];
   for (int other = 0; other < kMaxPoints; ++other) {
     if ((left_of_[vertex][other] == kNone) != (left_of_[other][vertex] == kNone)) return true;

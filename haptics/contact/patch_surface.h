@@ -7,33 +7,32 @@
 
 namespace hpdm {
 
-/// Where a point stands over the surface of a patch.
+/// The foot of a point on the surface of a patch.
 struct SurfaceFoot {
-  int triangle = -1;                         ///< Among the surface's packed triangles.
-  int mesh_triangle = -1;                    ///< Its number in the organ's mesh.
-  std::array<std::uint8_t, 3> corners = {};  ///< Its corners among ToolPatch::points.
+  int triangle = -1;                         ///< Index among the surface's packed triangles.
+  int mesh_triangle = -1;                    ///< Triangle number in the organ's mesh.
+  std::array<std::uint8_t, 3> corners = {};  ///< The triangle's corners among ToolPatch::points.
   Vector3d weights = Vector3d::Zero();       ///< Barycentric; they sum to 1.
   Vector3d normal_W = Vector3d::Zero();      ///< Outward, unit, interpolated.
   double gap = 0;                            ///< m, along the normal; negative inside.
 };
 
-/// The released surface of one ToolPatch, packed for the questions of every tick: where does a free
-/// tip's centre stand over it, and where does a contact get to that slides along it? At most
+/// The released surface of one ToolPatch, packed for two queries of every tick: the foot of a free
+/// tip's centre, and the place of a contact that slides along the surface. It has at most
 /// ToolPatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
 ///
-/// A free tip's foot is the point q whose interpolated vertex normal passes through the centre c,
-/// c = q + t n(q) (Phong projection: Panozzo, Baran, Diamanti, Sorkine-Hornung 2013), found by
-/// Newton's method from the closest point and marched from triangle to triangle. Where no such q
-/// exists (missing normals, a crease, c beyond the centre of curvature) the foot is the closest
-/// point, with the sign from the triangle's own normal inside a face and from the interpolated one
-/// on edges and at vertices. There is no foot when the closest point lies on the patch's border (an
-/// edge of one triangle only) and c is more than 1 um sideways of it: the tip is beyond the patch.
-///
-/// A tip in contact has no use for the closest point, which jumps from side to side under a convex
-/// edge and lies on another side in a thin part: its contact walks along the surface.
-///
-/// Triangles without an area, with corners out of range or not finite are left out of the search,
-/// but what they join is no border.
+/// 1. The foot of a free tip is the point q whose interpolated vertex normal passes through the
+///    centre c: c = q + t n(q) (Phong projection: Panozzo, Baran, Diamanti, Sorkine-Hornung 2013).
+///    Newton's method starts at the closest point and marches from triangle to triangle.
+/// 2. If no such q exists (missing normals, a crease, c beyond the centre of curvature) the foot is
+///    the closest point. The sign of its gap comes from the triangle's own normal inside a face,
+///    and from the interpolated normal on edges and at vertices.
+/// 3. There is no foot if the closest point lies on the patch's border (an edge of one triangle
+///    only) and c is more than 1 um sideways of it: the tip is beyond the patch.
+/// 4. A contact walks along the surface. The closest point would jump from side to side under a
+///    convex edge, and in a thin part it may lie on the other side.
+/// 5. Triangles without area, with corners out of range or not finite are left out of the search,
+///    but their edges do not count as border.
 ///
 /// Haptic thread; wait-free, no allocation, never throws.
 class PatchSurface {
@@ -41,21 +40,21 @@ class PatchSurface {
   /// Packs a new patch: O(triangles).
   void Build(const ToolPatch& patch) noexcept;
 
-  /// The foot of c_W (m) if its gap is at most `reach` (m); false when there is none.
+  /// Finds the foot of c_W (m) if its gap is at most `reach` (m). False if there is none.
   bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
 
-  /// Where the way from a_W to b_W (m) first crosses the surface from outside; false when it does
-  /// not. The gap is left alone, here and below.
+  /// Finds where the segment from a_W to b_W (m) first crosses the surface from outside. False if
+  /// it does not. Leaves the gap unchanged, as the following functions do.
   bool FindEntry(const Vector3d& a_W, const Vector3d& b_W, SurfaceFoot* foot) const noexcept;
 
-  /// The foot at a point of the surface: `mesh_triangle` is its triangle's number
-  /// in the organ's mesh, p_W the point itself, for a patch without that triangle. False when the
+  /// Finds the foot at a point of the surface, given by its triangle's number in the organ's mesh
+  /// and its weights. A patch without that triangle uses the point closest to p_W. False if the
   /// patch has no surface within 5 mm of p_W.
   bool Find(int mesh_triangle, const Vector3d& weights, const Vector3d& p_W,
             SurfaceFoot* foot) const noexcept;
 
-  /// Moves a foot along the surface by d_W (m), of which only the tangential part counts, from
-  /// triangle to triangle; at the border it goes along it.
+  /// Moves a foot along the surface by the tangential part of d_W (m), from triangle to triangle.
+  /// At the border it slides along the border.
   void Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept;
 
   /// The foot's point, m.
@@ -77,6 +76,10 @@ class PatchSurface {
   };
   Closest FindClosest(const Vector3d& c_W) const;
   bool FollowNormals(const Vector3d& c_W, const Closest& start, SurfaceFoot* foot) const;
+  // Newton's method for p(w) + t n(w) = c on one triangle's plane, from `weights` and `t`. Sets `n`
+  // to n(w). False if c lies beyond the centre of curvature or the iteration does not converge.
+  bool SolveOnTriangle(const Vector3d& c_W, int triangle, Vector3d* weights, double* t,
+                       Vector3d* n) const;
   void SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const;
   Vector3d NormalAt(int triangle, const Vector3d& weights) const;
   bool IsOnBorder(const Closest& closest) const;
@@ -92,9 +95,9 @@ class PatchSurface {
   std::array<Corners, kMaxTriangles> triangles_;
   std::array<int, kMaxTriangles> mesh_triangles_;
   std::array<Vector3d, kMaxTriangles> face_normals_W_;  // unit
-  // Spheres around the triangles, to leave most of them out.
+  // Bounding spheres of the triangles, to skip most of them.
   std::array<double, kMaxTriangles> centre_x_, centre_y_, centre_z_, radius_;
-  // Triangle on the left of the directed edge (from, to): kNone, or kLeftOut when it was left out.
+  // Triangle on the left of the directed edge (from, to); kNone, or kLeftOut if it was left out.
   static constexpr std::uint8_t kLeftOut = 0xfe;
   std::array<std::array<std::uint8_t, kMaxPoints>, kMaxPoints> left_of_;
 };

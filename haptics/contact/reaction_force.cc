@@ -19,10 +19,10 @@ Vector3d ForceOnTissue(const ReactionNode& node, const Vector3d& delta_W) noexce
     const auto& [edge, d, k2] = node.neighbours[i];
     const Vector3d l = edge + delta_W;
     const double length = std::max(l.norm(), kMinLength * d);
-    // Both zero: a spring without rest length whose ends meet, which has no force.
+    // Both zero: a spring without rest length whose ends meet has no force.
     if (!(length > 0)) continue;
-    // |l| - d by the spring's change of length, which |l| - d itself loses when the edge is long
-    // beside delta: |l|^2 - |edge|^2 = (2 edge + delta) . delta.
+    // Computes |l| - d from the change of length, |l|^2 - |edge|^2 = (2 edge + delta) . delta. The
+    // difference itself would lose it to round-off if the edge is much longer than delta.
     const double at_start = edge.norm();
     const double change =
         length > kMinLength * d

@@ -7,24 +7,25 @@
 
 namespace hpdm {
 
-/// What a device can do. Units as in JointVector: rad, rad, m, rad, and 1 for the jaw.
+/// Limits of a device. Units as in JointVector: rad, rad, m, rad, and 1 for the jaw.
 struct DeviceLimits {
   double max_force = 0;                             ///< N, at the tip and on the insertion axis.
-  double max_torque = 0;                            ///< N m, on the pitch and on the yaw axis.
+  double max_torque = 0;                            ///< N m, on the pitch and the yaw axis.
   double max_force_rate = 0;                        ///< N/s.
   JointVector min_joints = JointVector::Zero();     ///< Workspace.
   JointVector max_joints = JointVector::Zero();     ///< Workspace.
   JointVector encoder_steps = JointVector::Zero();  ///< One count of each axis; 0: continuous.
 };
 
-/// A device whose newest reading is older than this stands still as far as anyone knows.
+/// A device whose newest reading is older than this is assumed to stand still.
 inline constexpr Nanoseconds kHeldAfter = 5'000'000;
 
 /// The three conditions under which a device displays force: homed, enabled, and no emergency stop
 /// since it was homed. Every Device holds one.
 ///
-/// The count of presses is the one atomic outside the channels: a stop must work from any thread
-/// and from a signal handler. Homing remembers the count it saw, so a press during homing is kept.
+/// The count of presses is the only atomic outside the channels: a stop must work from any thread
+/// and from a signal handler. Homing remembers the count that it saw, so a press during homing
+/// stays in force.
 class ForceSwitch {
  public:
   /// Owner of the device only. Clears the emergency stops pressed before the call and leaves the
@@ -53,33 +54,32 @@ class ForceSwitch {
 
 /// One laparoscopic haptic device: five tracked axes (JointVector), three actuated (AxisEffort).
 ///
-/// The device has one owner at a time: the main thread until the haptic loop starts and after it
-/// has ended, the haptic thread in between. Only EmergencyStop may be called by others.
+/// The device has one owner at a time: the haptic thread while the haptic loop runs, the main
+/// thread before and after. Other threads may call only EmergencyStop.
 class Device {
  public:
   virtual ~Device() = default;
 
-  /// The pose at session time `now`. An unusable answer has `valid` false and the last pose.
-  /// Owner; wait-free, no allocation.
+  /// Returns the pose at session time `now`. Without a usable answer, `valid` is false and the pose
+  /// is the last one. Owner; wait-free, no allocation.
   virtual DeviceSample Read(Nanoseconds now) noexcept = 0;
 
-  /// Efforts to display until the next Write: pitch (N m), yaw (N m), insertion (N). An axis beyond
-  /// its limit saturates; a value that is not finite counts as 0; nothing is displayed while
+  /// Displays efforts until the next Write: pitch (N m), yaw (N m), insertion (N). An axis beyond
+  /// its limit saturates; a value that is not finite counts as 0. Nothing is displayed while
   /// ForceOn() is false. Owner; wait-free, no allocation.
   virtual void Write(const AxisEffort& effort) noexcept = 0;
 
   /// Finds the axes' zero positions and clears an emergency stop. Forces stay off until
-  /// EnableForce(true). Owner, outside the loop. Throws MachineError when the device does not
-  /// answer.
+  /// EnableForce(true). Owner, outside the loop. Throws MachineError if the device does not answer.
   virtual void Home() = 0;
 
-  /// Owner. Disabling takes the force away at once. Wait-free.
+  /// Enables or disables the forces. Disabling removes the force at once. Owner; wait-free.
   virtual void EnableForce(bool on) noexcept = 0;
 
-  /// Takes the force away at once and latches until Home. Any thread or signal handler; wait-free.
+  /// Removes the force at once and latches until Home. Any thread or signal handler; wait-free.
   virtual void EmergencyStop() noexcept = 0;
 
-  /// True when homed, enabled and not stopped. Owner; wait-free.
+  /// True if homed, enabled and not stopped. Owner; wait-free.
   virtual bool ForceOn() const noexcept = 0;
 
   virtual DeviceLimits limits() const noexcept = 0;

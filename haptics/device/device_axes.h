@@ -5,8 +5,8 @@
 
 namespace hpdm {
 
-/// The actuated axes of a device: pitch, yaw (kg m^2, N m s/rad, N m, rad), insertion (kg, N s/m,
-/// N, m).
+/// Mechanics of a device's actuated axes: pitch and yaw (kg m^2, N m s/rad, N m, rad), insertion
+/// (kg, N s/m, N, m).
 struct DeviceAxes {
   Vector3d inertia = Vector3d::Zero();
   Vector3d damping = Vector3d::Zero();

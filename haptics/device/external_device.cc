@@ -12,7 +12,7 @@ DeviceSample ExternalDevice::Read(Nanoseconds now) noexcept {
     if (usable_) {
       sample_ = newest;
       sample_.joints = newest.joints.cwiseMax(limits_.min_joints).cwiseMin(limits_.max_joints);
-      // A reading is not from the future, whatever its link made of its time.
+      // Clamps the link's time: a reading cannot be from the future.
       sample_.time_ns = std::min(newest.time_ns, now);
     }
   }

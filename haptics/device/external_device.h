@@ -7,17 +7,18 @@
 
 namespace hpdm {
 
-/// A device whose driver runs elsewhere: its readings arrive in a triple buffer, which the driver's
-/// link writes, and its forces leave with the haptic loop's samples (HapticLoop::Edges::link).
+/// A device whose driver runs elsewhere. The driver's link writes its readings into a triple
+/// buffer. The forces leave with the haptic loop's samples (HapticLoop::Edges::link).
 ///
 ///     driver --> link --DeviceSample, latest--> [ExternalDevice] --> haptic loop
 ///       ^          ^                                                     |
 ///       '----------'---------------HapticSample, every tick--------------'
 ///
-/// Watchdog, by the session times of the Reads alone: without a new reading the last pose stands
-/// (from kHeldAfter on the haptic loop lets its velocity fade); after kLostAfter it is no longer
-/// valid, and the force guard takes the force away. The next usable reading makes it valid again,
-/// and the guard ramps the force in.
+/// Watchdog, by the session times of the Reads alone:
+/// 1. Without a new reading the last pose is held. After kHeldAfter the haptic loop lets its
+///    velocity fade.
+/// 2. After kLostAfter the pose is invalid, and the force guard fades the force out.
+/// 3. The next usable reading makes the pose valid again, and the guard ramps the force in.
 ///
 /// A reading that is marked invalid or not finite makes the device invalid until the next usable
 /// one. Joints beyond the workspace are clamped to it.
@@ -27,13 +28,13 @@ class ExternalDevice : public Device {
 
   explicit ExternalDevice(const DeviceLimits& limits) : limits_(limits) {}
 
-  /// Where the link writes readings, their times already in session time. One writer.
+  /// The buffer for the link's readings, with times in session time. One writer.
   TripleBuffer<DeviceSample>& readings() { return readings_; }
 
   DeviceSample Read(Nanoseconds now) noexcept override;
-  /// The driver takes the effort from the haptic sample, which is 0 while ForceOn() is false.
+  /// Does nothing: the driver takes the effort from the haptic sample, 0 while ForceOn() is false.
   void Write(const AxisEffort&) noexcept override {}
-  /// The driver homes its own axes before it publishes.
+  /// Homes only the force switch; the driver homes its own axes before it publishes.
   void Home() noexcept override { force_.Home(); }
   void EnableForce(bool on) noexcept override { force_.Enable(on); }
   void EmergencyStop() noexcept override { force_.EmergencyStop(); }
@@ -45,8 +46,8 @@ class ExternalDevice : public Device {
   TripleBuffer<DeviceSample> readings_;
   ForceSwitch force_;
   DeviceSample sample_;         // the last usable one
-  bool usable_ = false;         // the newest reading is
-  Nanoseconds arrived_ns_ = 0;  // of the Read that found the newest reading
+  bool usable_ = false;         // the newest reading is usable
+  Nanoseconds arrived_ns_ = 0;  // time of the Read that found the newest reading
 };
 
 }  // namespace hpdm

@@ -18,7 +18,7 @@ constexpr double kMaxHover = 0.030;          // m
 constexpr double kTapHeight = 0.006;         // m
 constexpr double kLightPress = 0.003;        // m: jaws take only what touches them
 constexpr double kApproach = 0.060;          // m, from the start to the first hover point
-constexpr double kMinStartInsertion = 0.03;  // m, of the start
+constexpr double kMinStartInsertion = 0.03;  // m, at the start
 
 Matrix3d SiteFrame(const Vector3d& normal) {
   Matrix3d R;
@@ -102,7 +102,7 @@ void HandScriptPlan::PlanPalpate() {
 void HandScriptPlan::PlanTap() {
   const double period = random_.Uniform(1.0 / 3, 1.0 / 2);
   const double height = std::min(kTapHeight, hover_);
-  // The first reach comes down from the start at the hand's own pace.
+  // The first reach comes down from the start at the hand's own speed.
   if (last_.p_W == start_.p_W) Add(At(0, 0, height), 1);
   Add(At(0, 0, -options_.depth), 1, 0.35 * period);
   Add(At(0, 0, height), 1, 0.35 * period);

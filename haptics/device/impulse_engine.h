@@ -6,7 +6,7 @@
 
 namespace hpdm {
 
-/// A profile's limits as a Device states them; roll is unlimited but kept within a turn of zero.
+/// Returns a profile's limits. Roll is unlimited but kept within a turn of zero.
 DeviceLimits LimitsOf(const DeviceProfile& profile);
 
 /// Kinematics of the Laparoscopic Impulse Engine: a gimbal about the trocar that carries a shaft.
@@ -20,40 +20,40 @@ DeviceLimits LimitsOf(const DeviceProfile& profile);
 /// R_WT = R_WH R_y(yaw) R_x(pitch) R_x(pi) R_z(roll): z_T = -d, y_T the jaw's axis.
 ///
 /// y_H is the world axis least aligned with h (z before y before x on a tie), made perpendicular
-/// to h; x_H = y_H x z_H. Any perpendicular pair would do: pitch = yaw = 0 lies on h, and the only
-/// singularities, det J = -insertion^2 cos(pitch) = 0, are the trocar itself and pitch = +-pi/2.
-/// The workspace excludes both (min_insertion > 0, max_angle < pi/2 are checked), whatever h is.
+/// to h; x_H = y_H x z_H. Pitch = yaw = 0 lies on h. The only singularities, det J = -insertion^2
+/// cos(pitch) = 0, are the trocar itself and pitch = +-pi/2. The workspace excludes both for any h
+/// (min_insertion > 0 and max_angle < pi/2 are checked).
 ///
 /// Constant after construction; every function is wait-free and allocates nothing.
 class ImpulseEngineKinematics {
  public:
   /// p_trocar_W in m; home_direction_W from the trocar into the body, of any length. Throws
-  /// InputError when the direction is zero or the profile's workspace holds a singularity.
+  /// InputError if the direction is zero or the profile's workspace contains a singularity.
   ImpulseEngineKinematics(const Vector3d& p_trocar_W, const Vector3d& home_direction_W,
                           const DeviceProfile& profile);
 
-  /// X_WT of the joints; the jaw plays no part. Any joints, inside the workspace or not.
+  /// Returns X_WT for any joints, inside the workspace or not; the jaw has no effect.
   Isometry3d Forward(const JointVector& joints) const;
 
   struct InverseResult {
     JointVector joints = JointVector::Zero();
     bool reachable = true;  ///< False: at least one joint was clamped to the workspace.
   };
-  /// Joints that put the tip's centre at p_tip_W with this roll (rad) and jaw (0..1). Outside the
-  /// workspace each joint is clamped to its own limit. At the trocar, where the direction is
-  /// undefined, it is the home direction.
+  /// Returns the joints that place the tip's centre at p_tip_W with this roll (rad) and jaw (0..1).
+  /// Outside the workspace each joint is clamped to its own limit. At the trocar, where the
+  /// direction is undefined, it is the home direction.
   InverseResult Inverse(const Vector3d& p_tip_W, double roll, double jaw) const;
 
-  /// J = d p_tip_W / d (pitch, yaw, insertion), 3 x 3: m/rad, m/rad, 1. Its columns are orthogonal
-  /// with squared lengths (insertion^2, insertion^2 cos^2(pitch), 1).
+  /// Returns J = d p_tip_W / d (pitch, yaw, insertion), 3 x 3: m/rad, m/rad, 1. Its columns are
+  /// orthogonal with squared lengths (insertion^2, insertion^2 cos^2(pitch), 1).
   Matrix3d Jacobian(const JointVector& joints) const;
 
-  /// Efforts that display force_W (N, on the hand at the tip): J^T force_W, by virtual work.
+  /// Returns the efforts that display force_W (N, on the hand at the tip): J^T force_W.
   AxisEffort EffortOf(const JointVector& joints, const Vector3d& force_W) const {
     return Jacobian(joints).transpose() * force_W;
   }
 
-  /// Every axis rounded to the nearest whole encoder step.
+  /// Rounds every axis to the nearest whole encoder step.
   JointVector Quantise(const JointVector& joints) const;
 
   const Vector3d& p_trocar_W() const { return p_trocar_W_; }

@@ -5,18 +5,18 @@
 
 namespace hpdm {
 
-/// A device that answers what it was told: a recorded tick's sample and force switch, exactly and
-/// at any time. Forces written to it go nowhere. One thread.
+/// A device that returns the sample and force switch set last, as recorded in a tick, at any time.
+/// It ignores written forces. One thread.
 class ReplayDevice : public Device {
  public:
   explicit ReplayDevice(const DeviceLimits& limits) : limits_(limits) {}
 
-  /// What the next Read and ForceOn answer.
+  /// Sets the answers of the next Read and ForceOn.
   void Set(const DeviceSample& sample, bool force_on) noexcept {
     sample_ = sample;
     force_on_ = force_on;
   }
-  /// The same, as a tick recorded it.
+  /// Sets them from a recorded tick.
   void Set(const ToolSample& tool) noexcept {
     Set({.sequence = sample_.sequence + 1,
          .time_ns = tool.device_time_ns,

@@ -13,7 +13,7 @@ namespace {
 constexpr Nanoseconds kMaxSimulationStep = 500'000;
 constexpr Nanoseconds kMaxSimulatedAdvance = 10'000'000;
 
-// x shrunk towards 0 by threshold >= 0.
+// Returns x shrunk towards 0 by threshold >= 0.
 double SoftThreshold(double x, double threshold) {
   return std::copysign(std::max(std::abs(x) - threshold, 0.0), x);
 }
@@ -73,7 +73,7 @@ void SimDevice::Step(Nanoseconds step_ns) noexcept {
   const Matrix3d J = kinematics_.Jacobian(joints_);
   const Vector3d p = kinematics_.Forward(joints_).translation();
   const Vector3d effort = force_.On() ? effort_ : Vector3d::Zero();
-  // The hand's pull without the part that depends on the velocity to be found.
+  // The hand's pull without the part that depends on the unknown velocity.
   const Vector3d pull = J.transpose() * (K * (intent_.p_W - p) + B * intent_.v_W) + effort;
   const DeviceLimits& limits = kinematics_.limits();
   for (int i = 0; i < 3; ++i) {

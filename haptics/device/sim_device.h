@@ -9,7 +9,7 @@
 
 namespace hpdm {
 
-/// The Laparoscopic Impulse Engine, simulated, in a hand that follows a script or a mouse.
+/// Simulates the Laparoscopic Impulse Engine in a hand that follows a script or a mouse.
 ///
 /// On each actuated axis q_i (pitch, yaw, insertion), with constant inertia m_i, viscous damping
 /// b_i and Coulomb friction f_i from the profile,
@@ -17,21 +17,21 @@ namespace hpdm {
 ///     m_i q_i'' = tau_i + J_i^T F_hand - b_i q_i' - f_i sign(q_i'),
 ///     F_hand = K (p* - p) + B (p*' - p'),
 ///
-/// where tau is the written effort, held from Write to Write and saturated at the axis limits, and
-/// p* the hand's intent for the tip's centre. Roll and jaw have no actuator: they follow the hand.
-/// The trocar lets the shaft pass freely; the inertia coupling between the axes is neglected.
+/// with tau the written effort, held from Write to Write and saturated at the axis limits, and p*
+/// the hand's intent for the tip's centre. Roll and jaw have no actuator: they follow the hand. The
+/// trocar has no friction; the inertia coupling between the axes is neglected.
 ///
-/// Integrated with the velocity at the end of a sub-step of at most 0.5 ms (implicit Euler in K, B
-/// and b), which is stable for any hand. The columns of J are orthogonal and the hand's impedance
-/// is isotropic, so the axes separate, and each one's step is a scalar problem that is solved
-/// exactly: friction is a soft threshold on the momentum (it holds an axis at exactly zero velocity
-/// and cannot chatter), a workspace stop is a bound on the velocity (inelastic).
-///
-/// Advances by the time between Reads, virtual or real, by at most 10 ms a Read: after a longer gap
-/// the hand goes on from where it was.
+/// 1. Sub-steps of at most 0.5 ms use the velocity at their end (implicit Euler in K, B and b),
+///    which is stable for any hand.
+/// 2. The columns of J are orthogonal and the hand's impedance is isotropic, so the axes separate.
+///    Each axis is a scalar problem, solved exactly.
+/// 3. Friction is a soft threshold on the momentum: it holds an axis at exactly zero velocity and
+///    cannot chatter. A workspace stop is a bound on the velocity (inelastic).
+/// 4. Each Read advances by the time since the last one, virtual or real, by at most 10 ms. After a
+///    longer gap the hand continues from its last state.
 class SimDevice : public Device {
  public:
-  /// Throws InputError when an inertia is not positive or a damping or friction is negative.
+  /// Throws InputError if an inertia is not positive or a damping or friction is negative.
   SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics& kinematics,
             std::unique_ptr<Hand> hand);
 
@@ -45,7 +45,7 @@ class SimDevice : public Device {
 
   /// The true joints, before the encoders. Owner.
   const JointVector& joints() const { return joints_; }
-  /// Of pitch, yaw (rad/s) and insertion (m/s). Owner.
+  /// Velocities of pitch, yaw (rad/s) and insertion (m/s). Owner.
   const Vector3d& axis_velocity() const { return velocity_; }
   /// Energy of the axes' motion and of the hand's spring, J. Owner.
   double Energy() const;

@@ -9,7 +9,7 @@
 
 namespace hpdm {
 
-/// Minimum-jerk course of a movement from 0 to 1 over the normalised time tau in [0, 1]:
+/// Minimum-jerk movement from 0 to 1 over the normalised time tau in [0, 1]:
 /// s = 10 tau^3 - 15 tau^4 + 6 tau^5 (Flash and Hogan 1985). Ends at rest with zero acceleration;
 /// its greatest speed is 15/8 = 1.875 times the mean, at tau = 1/2.
 struct MinimumJerk {
@@ -18,18 +18,18 @@ struct MinimumJerk {
   static double Velocity(double tau) { return 30 * tau * tau * (1 - tau) * (1 - tau); }
 };
 
-/// A simulated trainee's hand: it follows a script (hand_script.h) with minimum-jerk movements,
-/// trembles, and holds the instrument through an impedance, so that the displayed force moves it.
+/// A simulated trainee's hand. It follows a script (hand_script.h) with minimum-jerk movements, has
+/// a tremor, and holds the instrument through an impedance, so that the displayed force moves it.
 ///
-/// Tremor: on each world axis four sinusoids, one in each hertz from 8 to 12 Hz with seeded
-/// frequency and phase and amplitude tremor / 2, so that its root mean square is that of one
-/// sinusoid of amplitude `tremor`. It has its own seed: without tremor the script is the same.
+/// Tremor: on each world axis four sinusoids, one in each 1 Hz band from 8 to 12 Hz, with seeded
+/// frequency and phase and amplitude tremor / 2. Its root mean square is that of one sinusoid of
+/// amplitude `tremor`. It has its own seed, so the script is the same without tremor.
 ///
 /// Deterministic: the same options and site give the same intent at the same times. One thread;
 /// wait-free, no allocation after construction.
 class SimulatedHand : public Hand {
  public:
-  /// Throws InputError when the options or the site make no movement possible.
+  /// Throws InputError if the options or the site make no movement possible.
   SimulatedHand(const HandOptions& options, const HandSite& site);
 
   HandIntent At(Nanoseconds t_ns) noexcept override;

@@ -28,7 +28,7 @@ TraceDevice::TraceDevice(const TraceFile& file, const TraceMotion& motion,
 DeviceSample TraceDevice::Read(Nanoseconds now) noexcept {
   if (!started_) start_ns_ = now;
   started_ = true;
-  // Exact at the recorded speed.
+  // Keeps times exact at the recorded speed.
   const Nanoseconds elapsed = now - start_ns_;
   const Nanoseconds time =
       mapping_.speed == 1

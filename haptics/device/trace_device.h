@@ -9,38 +9,38 @@
 
 namespace hpdm {
 
-/// Where a trace's tips go in the world: p_W = position + scale R_WF p_F, with p_F as in the file.
+/// Maps a trace's tips to the world: p_W = position + scale R_WF p_F, with p_F as in the file.
 struct TraceMapping {
   double scale = 1;  ///< m per unit of the file.
   Matrix3d R_WF = Matrix3d::Identity();
-  Vector3d position_W = Vector3d::Zero();  ///< m: where the file's origin goes.
-  double speed = 1;                        ///< Times as fast as recorded.
+  Vector3d position_W = Vector3d::Zero();  ///< World position of the file's origin, m.
+  double speed = 1;                        ///< Playback speed over recorded speed.
 
   Vector3d Apply(const Vector3d& p_F) const { return position_W + scale * (R_WF * p_F); }
 };
 
-/// `mapping` moved so that the place of the motion that lies deepest along -normal_W (the first of
-/// them) goes to p_deepest_W: for a trace whose frame nothing is known of.
+/// Returns `mapping` translated so that the first place deepest along -normal_W goes to
+/// p_deepest_W. It is for traces in an unknown frame.
 TraceMapping Fitted(TraceMapping mapping, const TraceMotion& motion, const Vector3d& p_deepest_W,
                     const Vector3d& normal_W);
 
-/// Plays a recorded motion (trace_motion.h): the first Read after Home is the trace's start, and
-/// after its end the last pose stands. A sample is taken at the time of its Read.
+/// Plays a recorded motion (trace_motion.h). The first Read after Home is the trace's start; after
+/// its end the last pose is held. A sample is taken at the time of its Read.
 ///
-/// A trace is what happened: forces are computed, guarded and logged as for any device, but nothing
-/// moves by them. Poses are as the file has them, without an encoder's steps. What the workspace
-/// does not reach is clamped to it, joint by joint.
+/// Forces are computed, guarded and logged as for any device but do not move the instrument. Poses
+/// are those of the file, without encoder steps. Poses beyond the workspace are clamped to it,
+/// joint by joint.
 class TraceDevice : public Device {
  public:
-  /// The mapping's place and scale act on traces of tips; a trace without a place stands at
-  /// position_W. Its roll and jaw are the file's.
+  /// The mapping's position, rotation and scale act on traces of tips. A trace without places stays
+  /// at position_W. Roll and jaw are the file's.
   TraceDevice(const TraceFile& file, const TraceMotion& motion, const TraceMapping& mapping,
               const ImpulseEngineKinematics& kinematics);
 
   DeviceSample Read(Nanoseconds now) noexcept override;
-  /// Without effect on the motion.
+  /// Does nothing.
   void Write(const AxisEffort&) noexcept override {}
-  /// Back to the trace's start.
+  /// Returns to the trace's start.
   void Home() noexcept override;
   void EnableForce(bool on) noexcept override { force_.Enable(on); }
   void EmergencyStop() noexcept override { force_.EmergencyStop(); }
@@ -49,7 +49,7 @@ class TraceDevice : public Device {
 
   /// Time until the last pose, at the mapping's speed.
   Nanoseconds duration() const;
-  /// Share of the places (rows that are no repeats), 0 to 1, that the workspace does not reach.
+  /// Share of the places (rows without repeats) outside the workspace, 0 to 1.
   double ClampedShare() const;
 
  private:

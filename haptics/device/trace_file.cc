@@ -16,10 +16,10 @@
 namespace hpdm {
 namespace {
 
-constexpr double kMaxTraceSeconds = 86400;  // s: a day; more is a time in ms or a wrong column
+constexpr double kMaxTraceSeconds = 86400;  // a day; more is a time in ms or a wrong column
 constexpr double kMaxTraceValue = 1e4;      // far beyond any pose, in m, mm or rad
 
-// What a column is for: its place among a row's values, or the time.
+// A column and its index among a row's values, or kTime.
 constexpr int kTime = -1;
 struct Column {
   std::string_view name;
@@ -66,41 +66,45 @@ class Reader {
   explicit Reader(const std::string& path) : buffer_(kMaxTraceLine + 2) {
     trace_.path = path;
     std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) {
+      throw InputError(path + ": no such file; check the path");
+    }
     if (!std::filesystem::is_regular_file(path, ignored)) {
-      throw InputError(path + ": is no file; give a CSV trace that starts with t,px,py,pz,jaw");
+      throw InputError(path + ": not a file; give a CSV trace that starts with t,px,py,pz,jaw");
     }
     file_.open(path, std::ios::binary);
-    if (!file_) throw InputError(path + ": cannot be read; see its permissions");
+    if (!file_) throw InputError(path + ": cannot be read; check its permissions");
   }
 
   TraceFile Read() {
     std::string_view line;
-    if (!NextLine(&line)) Fail("is empty", "give a header such as t,px,py,pz,jaw and rows");
+    if (!NextLine(&line))
+      Fail("the file is empty", "give a header such as t,px,py,pz,jaw and rows");
     ReadHeader(line);
     while (NextLine(&line)) ReadRow(line);
-    if (trace_.rows.empty()) Fail("holds no row", "give at least one row below the header");
+    if (trace_.rows.empty()) Fail("has no rows", "give at least one row below the header");
     return std::move(trace_);
   }
 
  private:
   [[noreturn]] void Fail(const std::string& what, const std::string& remedy) const {
-    throw InputError(trace_.path + ":" + std::to_string(line_number_) + ": " + what + "; " +
-                     remedy);
+    const std::string line = line_number_ > 0 ? ":" + std::to_string(line_number_) : "";
+    throw InputError(trace_.path + line + ": " + what + "; " + remedy);
   }
 
-  // The next line that says something.
+  // Reads the next line that is neither blank nor a comment. False at the end of the file.
   bool NextLine(std::string_view* line) {
     for (;;) {
       file_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
       auto length = static_cast<std::size_t>(file_.gcount());
       if (file_.fail() && length == 0) {
-        if (file_.bad()) Fail("cannot be read to its end", "copy the file anew");
+        if (file_.bad()) Fail("cannot be read to its end", "copy the file again");
         return false;
       }
       ++line_number_;
       if (file_.fail()) {
         Fail("is longer than " + std::to_string(kMaxTraceLine) + " bytes",
-             "give a text file with one row a line");
+             "give a text file with one row per line");
       }
       if (!file_.eof()) --length;  // the line's end is counted too
       *line = {buffer_.data(), length};
@@ -142,10 +146,11 @@ class Reader {
     if (!has_time) Fail("has no column t", "name the columns in this line, as t,px,py,pz,jaw");
     const int tip = has[1] + has[2] + has[3], joints = has[4] + has[5] + has[6];
     if (tip % 3 != 0 || joints % 3 != 0 || (tip > 0 && joints > 0)) {
-      Fail("names a part of a place", "give px, py and pz, or pitch, yaw and insertion");
+      Fail("has incomplete or mixed position columns",
+           "give px, py and pz, or pitch, yaw and insertion");
     }
     if (tip + joints == 0 && !has[7] && !has[8]) {
-      Fail("names nothing that moves", "name the columns in this line, as t,px,py,pz,jaw");
+      Fail("has no column that moves", "name the columns in this line, as t,px,py,pz,jaw");
     }
     trace_.place = tip > 0      ? TracePlace::kTip
                    : joints > 0 ? TracePlace::kJoints
@@ -195,7 +200,7 @@ class Reader {
     }
     const TraceRow& last = rows.back();
     if (row.time_ns < last.time_ns) {
-      Fail("t runs back", "sort the rows by time, or cut the trace here");
+      Fail("time goes backwards", "sort the rows by time, or cut the trace here");
     }
     const double turn = 2 * std::numbers::pi;
     row.values[kRoll] -= turn * std::round((row.values[kRoll] - last.values[kRoll]) / turn);
@@ -204,7 +209,7 @@ class Reader {
       return;
     }
     if (rows.size() == kMaxTraceRows) {
-      Fail("is one row too many", "cut the trace to " + std::to_string(kMaxTraceRows) + " rows");
+      Fail("too many rows", "cut the trace to " + std::to_string(kMaxTraceRows) + " rows");
     }
     rows.push_back(row);
   }
@@ -212,7 +217,7 @@ class Reader {
   std::ifstream file_;
   std::vector<char> buffer_;
   std::size_t line_number_ = 0;
-  std::vector<const Column*> columns_;  // by cell; the end of kColumns where nothing is known
+  std::vector<const Column*> columns_;  // by cell; the end of kColumns if unknown
   double first_time_ = 0;
   TraceFile trace_;
 };

@@ -16,20 +16,20 @@
 ///   t                     s, any start; required
 ///   px, py, pz            the tip's centre, in a frame that the scene places (m, or scaled), or
 ///   pitch, yaw, insertion the device's joints (rad, rad, m), or neither: the tip stands still
-///   roll                  rad; absent: 0. A jump of more than pi is a turn that the recorder
-///                         wrapped, and is undone
+///   roll                  rad; absent: 0. A jump of more than pi is taken as a wrapped turn and
+///                         unwrapped
 ///   jaw                   0 closed .. 1 open; absent: open
 ///
-/// Other columns are not read. Lines that start with # or % and blank lines are comments; a byte
-/// order mark and CRLF line ends are taken. Rows may come at any rate, with gaps, and may repeat a
-/// pose (trace_motion.h says what that means); of rows with the same time the last counts.
+/// Other columns are ignored. Lines that start with # or % and blank lines are comments. A byte
+/// order mark and CRLF line ends are accepted. Rows may have any rate, with gaps, and may repeat a
+/// pose (see trace_motion.h). If rows have the same time, the last counts.
 namespace hpdm {
 
-/// What the first three values of a row are.
+/// Meaning of the first three values of a row.
 enum class TracePlace { kTip, kJoints, kNone };
 
 struct TraceRow {
-  Nanoseconds time_ns = 0;                   ///< Since the first row; rises from row to row.
+  Nanoseconds time_ns = 0;                   ///< Since the first row; strictly rising.
   JointVector values = JointVector::Zero();  ///< Tip (x, y, z) or pitch, yaw, insertion, or 0; then
                                              ///< roll and jaw.
 };
@@ -38,18 +38,19 @@ struct TraceFile {
   std::string path;
   TracePlace place = TracePlace::kNone;
   std::vector<TraceRow> rows;               ///< At least one.
-  std::vector<std::string> unread_columns;  ///< Columns that nothing is known of.
+  std::vector<std::string> unread_columns;  ///< Names of unknown columns.
 };
 
 /// A million rows are a quarter of an hour at 1 kHz and 48 MB.
 inline constexpr std::size_t kMaxTraceRows = 1'000'000;
 inline constexpr std::size_t kMaxTraceLine = 4096;  ///< Bytes.
 
-/// Reads a trace. Throws InputError, `FILE:LINE: what is wrong; remedy` on one line, at the first
-/// fault: no such file, no header, a column missing or named twice, a row with more or fewer cells
-/// than the header, a cell that is not a finite number (a decimal comma), a time that runs back, a
-/// line or a file beyond the limits above. Reserves no more memory than those allow, whatever the
-/// file holds. Set-up only.
+/// Reads a trace. Set-up only. Uses no more memory than the limits above allow, for any file.
+///
+/// Throws InputError, `FILE:LINE: fault; remedy` on one line, at the first fault: no such file, no
+/// header, a column missing or named twice, a row with more or fewer cells than the header, a cell
+/// that is not a finite number (a decimal comma), a time that goes backwards, a line or a file
+/// beyond the limits.
 TraceFile ReadTraceFile(const std::string& path);
 
 }  // namespace hpdm

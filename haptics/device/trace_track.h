@@ -10,8 +10,8 @@
 
 namespace hpdm {
 
-/// The continuous course of N values that change together (the tip's place; the roll; the jaw),
-/// from their rows in a trace. trace_motion.h says what it does about repeats and gaps.
+/// Continuous interpolation of N values that change together (the tip's place; the roll; the jaw)
+/// from their rows in a trace. trace_motion.h explains the treatment of repeats and gaps.
 ///
 /// Built by Add in the order of time, then Finish. Constant after that; any thread may read it.
 template <int N>
@@ -22,10 +22,10 @@ class TraceTrack {
     Nanoseconds time_ns = 0;
     Values values = Values::Zero();
     Values slope = Values::Zero();  ///< 1/s.
-    bool gap = false;               ///< Between this knot and the next.
+    bool gap = false;               ///< True: a gap between this knot and the next.
   };
 
-  /// A row; `gap`: what follows it is a gap (or the end). Repeats that last less than `pause` go.
+  /// Adds a row. `gap`: a gap (or the end) follows it. Drops repeats shorter than `pause`.
   void Add(Nanoseconds time, const Values& values, bool gap, Nanoseconds pause) {
     const bool repeats = !knots_.empty() && !knots_.back().gap && knots_.back().values == values;
     if (!repeats) {
@@ -38,7 +38,7 @@ class TraceTrack {
     knots_.back().gap = true;
   }
 
-  /// After the last row, which was added with `gap`.
+  /// Computes the slopes. Call it after the last row, which was added with `gap`.
   void Finish() {
     HPDM_CHECK(!knots_.empty() && knots_.back().gap);
     for (std::size_t i = 1; i + 1 < knots_.size(); ++i) {
@@ -52,8 +52,8 @@ class TraceTrack {
     }
   }
 
-  /// Values at `time`. `cursor` is the caller's memory of where it was, 0 at first: times that move
-  /// on by little are found at once, others by bisection. Wait-free, no allocation.
+  /// Returns the values at `time`. `cursor` is the caller's last position, 0 at first: a small
+  /// advance in time is found at once, other times by bisection. Wait-free, no allocation.
   Values At(Nanoseconds time, std::size_t* cursor) const noexcept {
     if (time <= knots_.front().time_ns) return knots_.front().values;
     if (time >= knots_.back().time_ns) return knots_.back().values;
@@ -76,7 +76,7 @@ class TraceTrack {
     } else {
       value += s * (m0 + s * (3 * d - 2 * m0 - m1 + s * (m0 + m1 - 2 * d)));
     }
-    // Both are monotone; what a rounding adds is cut off.
+    // Both pieces are monotone; clamping removes rounding errors.
     return value.cwiseMax(a.values.cwiseMin(b.values)).cwiseMin(a.values.cwiseMax(b.values));
   }
 
@@ -92,7 +92,7 @@ class TraceTrack {
   }
 
  private:
-  // The run of repeats that the last knot began is over: a rest of at least `pause` keeps its end.
+  // Ends the run of repeats that began at the last knot. A rest of at least `pause` keeps its end.
   void Close(Nanoseconds pause) {
     if (knots_.empty() || knots_.back().gap) return;
     const Knot& first = knots_.back();
@@ -107,7 +107,7 @@ class TraceTrack {
   }
 
   std::vector<Knot> knots_;
-  Nanoseconds last_ns_ = 0;  // of the newest row
+  Nanoseconds last_ns_ = 0;  // time of the newest row
 };
 
 }  // namespace hpdm

@@ -6,9 +6,9 @@
 namespace hpdm {
 namespace {
 
-// Factor <= 1 that brings the force within the device's limits.
+// Returns the factor <= 1 that brings the force within the device's limits.
 double ScaleWithin(const ForceGuardOptions& options, const Vector3d& force, const Matrix3d& J) {
-  // stableNorm: a wild input must be clamped, not overflow into infinity.
+  // stableNorm: a huge input must be clamped, not overflow to infinity.
   double scale = 1;
   const auto limit = [&](double value, double bound) {
     if (value > bound) scale = std::min(scale, bound / value);

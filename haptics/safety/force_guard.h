@@ -14,29 +14,30 @@ struct ForceGuardOptions {
   double ramp_in = 0.5;                  ///< s, from no authority to full authority.
   double decay_time = 0.05;              ///< s, time constant of the loss of authority.
   Nanoseconds stale_age_ns = 133333333;  ///< Patch age beyond which the force decays: four
-                                         ///< deformation periods, at 30 Hz.
+                                         ///< deformation periods at 30 Hz.
 };
 
-/// Makes one tool's force safe to display. In each tick, in this order:
+/// Makes one tool's force safe to display. Each tick, in this order:
 ///
-///  1. replace: a force that is not finite gives way to the last finite one;
-///  2. clamp: to the device's force limit as a vector and to its axis limits through J^T, by
-///     scaling, so that the direction is kept;
-///  3. authority: a gain in [0, 1] multiplies the force. It starts at 0 and rises linearly in
-///     `ramp_in`; while the force is not finite, the patch is stale or absent, the device is
-///     invalid or the session paused, it falls exponentially with `decay_time`; it rises again when
-///     they are well;
-///  4. slew: the step from the last displayed force is shortened to max_force_rate period.
+///  1. Replace: the last finite force replaces a force that is not finite.
+///  2. Clamp: the force is scaled, so that its direction is kept, to the device's force limit as a
+///     vector and to its axis limits through J^T.
+///  3. Authority: a gain in [0, 1] multiplies the force. It starts at 0 and rises linearly within
+///     `ramp_in`. It falls exponentially with `decay_time` while the force is not finite, the patch
+///     is stale or absent, the device is invalid or the session is paused.
+///  4. Slew: the change from the last displayed force is limited to max_force_rate * period.
 ///
-/// The order matters. Clamping before the gain bounds the start-up force by gain max_force even
-/// for a wild input. The slew limit stands last, so nothing can step behind it, and needs no second
-/// clamp: its result lies on the segment between the last displayed force and the clamped one,
-/// both inside the same ball. (The axis limits form a set that turns with the tip; the device
-/// saturates what the slew may leave outside of it in a tick.) After skipped ticks the gain falls
-/// by the time that has passed, but rises and slews as for one period: the safe side of each.
+/// Reasons for the order and exceptions:
 ///
-/// One exemption: when the device's force is off (disabled, emergency stop, not homed) the motors
-/// have already let go, so the result is 0 at once, past the slew limit, and start-up begins anew.
+///  - Clamping before the gain bounds the start-up force by gain * max_force for any input.
+///  - The slew limit is last, so no later stage can cause a step. Its result needs no second clamp:
+///    it lies between the last displayed force and the clamped one, both in the same ball.
+///  - The axis limits form a set that turns with the tip. The device saturates an effort that the
+///    slew limit leaves outside of it for a tick.
+///  - After skipped ticks the gain falls by the elapsed time, but rises and slews only as for one
+///    period: the safe side of each.
+///  - If the device's force is off (disabled, emergency stop, not homed) the motors have already
+///    let go. The result is 0 at once, past the slew limit, and the start-up begins again.
 ///
 /// Haptic thread; wait-free, no allocation, never throws.
 class ForceGuard {
@@ -56,11 +57,11 @@ class ForceGuard {
   struct Output {
     Vector3d force_W = Vector3d::Zero();  ///< N, always finite.
     std::uint32_t flags = kGuardOk;       ///< GuardFlag, or-ed.
-    double authority = 0;  ///< The part of the reaction that clamp and authority let through.
+    double authority = 0;  ///< Fraction of the reaction that clamp and authority pass.
   };
   Output Filter(const Input& input) noexcept;
 
-  /// Start-up begins anew: no authority at first. For a tip that feels nothing.
+  /// Restarts the ramp-in from no authority. Call it only while the tip feels no force.
   void RampIn() noexcept { gain_ = 0; }
 
   /// Takes the force away at the end of a session: displays `share` (1 to 0) of the force that the

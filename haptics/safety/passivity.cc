@@ -33,11 +33,11 @@ Vector3d PassivityControl::Damp(Nanoseconds now, const DeviceSample& sample,
     double full = 0.5 * options_.device.inertia[i] / lag;
     const double step = options_.device.encoder_step[i];
     if (step > 0) full = std::min(full, options_.ripple * std::sqrt(g) * options_.window / step);
-    // Not more than pays what is owed in `pay`: damping v^2 pay <= owed.
+    // Dissipates at most the debt within `pay`: damping v^2 pay <= owed.
     const double damping =
         std::min(std::min(owed / options_.full, 1.0) * full, owed / (v * v * options_.pay));
-    // The columns of J are orthogonal, so the force whose effort is tau on this axis and none on
-    // the others lies along its own.
+    // The columns of J are orthogonal, so a force with effort tau on this axis and none on the
+    // others lies along this axis' column.
     force_W -= damping * v / g * J.col(i);
     damping_ = std::max(damping_, damping / g);
   }
@@ -52,7 +52,7 @@ void PassivityControl::Observe(const Vector3d& force_W, double authority, bool f
     damping_ = 0;
     judged_.valid = false;
   } else if (sample_.valid) {
-    // A reaction that is no number is the guard's to replace: what it displays is what was asked.
+    // The guard replaces a reaction that is not finite; its displayed force counts as the request.
     const Vector3d asked_W = reaction_W_.allFinite() ? Vector3d(authority * reaction_W_) : force_W;
     const Judged before = judged_;
     judged_ = {true, sample_.time_ns, sample_.joints.head<3>(), p_tip_W_, J_.transpose() * asked_W};
@@ -63,7 +63,7 @@ void PassivityControl::Observe(const Vector3d& force_W, double authority, bool f
   history_[newest_] = {now_ns_, sample_.time_ns, sample_.joints.head<3>(), force_W, effort};
 }
 
-// The motion from `before` to the newest sample, paid from the accounts.
+// Settles the motion from `before` to the newest sample on the accounts.
 void PassivityControl::Settle(const Judged& before) {
   const Held held = HeldBetween(before.sample_ns, judged_.sample_ns);
   if (!held.known) return;
@@ -75,8 +75,8 @@ void PassivityControl::Settle(const Judged& before) {
   for (int i = 0; i < 3; ++i) {
     const double asked = 0.5 * (before.asked[i] + judged_.asked[i]);
     const double generated = (held.effort[i] - asked) * dq[i];
-    // At a constant velocity damping consumes least; of a motion of less than a count nothing is
-    // known but its mean over the window.
+    // Damping consumes least at constant velocity. For a motion of less than a count only its mean
+    // over the window is known.
     const double moved = std::max(0.0, std::abs(dq[i]) - options_.device.encoder_step[i]);
     const double velocity = std::max(std::abs(velocity_[i]), moved / dt);
     const double consumed =
@@ -108,7 +108,7 @@ PassivityControl::Held PassivityControl::HeldBetween(Nanoseconds from_ns, Nanose
   return held;
 }
 
-// Over the window: from the newest sample that is at least as much older than the one at hand.
+// Measures from the newest sample that is at least the window older than the present one.
 void PassivityControl::MeasureVelocity() {
   velocity_.setZero();
   span_ = options_.window;

@@ -9,98 +9,102 @@
 namespace hpdm {
 
 struct PassivityOptions {
-  bool control = true;             ///< Off: the energy is observed, and nothing is added.
-  DeviceAxes device = AxesOf({});  ///< What the device itself dissipates, and what it carries.
-  double period = 1e-3;            ///< s, of the haptic loop.
+  bool control = true;             ///< False: the energy is observed but no damping is added.
+  DeviceAxes device = AxesOf({});  ///< The device's own dissipation and inertia.
+  double period = 1e-3;            ///< s, haptic period.
 
-  /// Part of the device's own damping and friction that is counted on: the figures of a device are
+  /// Fraction of the device's own damping and friction that is relied on. A device's figures are
   /// seldom known to better than a factor of two.
   double device_share = 0.5;
-  double reserve = 2e-6;  ///< J that an axis may generate unanswered: a mass of 0.1 kg at 6 mm/s.
+  double reserve = 2e-6;  ///< J that an axis may generate undamped: a mass of 0.1 kg at 6 mm/s.
   double full = 4e-6;     ///< J beyond the reserve at which the damping is full.
-  double pay = 5e-3;      ///< s, in which an axis pays what it owes, or longer.
-  double debt = 1e-3;     ///< J, the most that is held against an axis.
-  double leak = 1;        ///< s, time constant with which all of that is forgotten.
-  double window = 3e-3;   ///< s, over which the velocity that is damped is measured.
-  double ripple = 0.1;    ///< N: one encoder count more in the window changes the full damping's
-                          ///< force by no more than this, about the least that a hand feels.
+  double pay = 5e-3;      ///< s, shortest time in which an axis dissipates its debt.
+  double debt = 1e-3;     ///< J, largest debt of an axis.
+  double leak = 1;        ///< s, time constant with which the account returns to the reserve.
+  double window = 3e-3;   ///< s, over which the damped velocity is measured.
+  double ripple = 0.1;    ///< N: largest change of the full damping's force by one encoder count,
+                          ///< about the least that a hand feels.
 };
 
 /// Keeps the force that is displayed through one tool passive: a passivity observer and controller
-/// in the time domain (Hannaford and Ryu 2002), with the force that the tissue computed as the
-/// reference (as in Ryu, Preusche, Hannaford and Hirzinger 2005).
+/// in the time domain (Hannaford and Ryu 2002). The reference is the force that the tissue computed
+/// (as in Ryu, Preusche, Hannaford and Hirzinger 2005).
 ///
-/// Observer. The displayed force is constant from Write to Write, so the work that the hand puts
-/// in while the tip moves from one device sample to the next is exactly
-///     -F_held . (p_(k+1) - p_k),
-/// known at the next tick without error. Motion and force are matched by time: of a sample that is
-/// old when it arrives (DeviceSample::time_ns) the force counts that was displayed then, so the
-/// energy which a delay generates is seen. energy() is the sum since the forces were switched on.
+/// Observer:
+/// 1. The displayed force is constant from Write to Write. The hand's work between two device
+///    samples is exactly
+///        -F_held . (p_(k+1) - p_k),
+///    and known at the next tick.
+/// 2. Motion and force are matched by time: a sample that arrives late (DeviceSample::time_ns) is
+///    paired with the force displayed then. The energy that a delay generates is thus included.
+/// 3. energy() is the sum since the forces were switched on.
 ///
-/// That sum alone would answer late: what a pressed spring stores, and what friction in the tissue
-/// has consumed, hide what holding and delaying the force generate. So the controller compares, on
-/// each axis of the device, the work of the displayed effort tau with that of the effort e which
-/// the tissue asked for at the two ends of the same motion dq:
+/// Generated energy. The sum alone would react late: energy stored in a pressed spring or consumed
+/// by friction in the tissue hides the energy that hold and delay generate. The controller
+/// compares, on each axis, the displayed effort tau with the tissue's efforts e at the ends of the
+/// motion dq:
 ///     generated = (tau_held - (e_k + e_(k+1)) / 2) dq.
-/// For a linear spring without hold and delay it is zero, whatever the tissue stores, dissipates or
-/// does by itself (breathing), and with the hold K dq^2 / 2. The device consumes
-/// device_share (b dq'^2 dt + f_c |dq|) of it, so that a contact of less than half the
-/// passivity bound of stability.h is never damped, however it is moved.
+/// For a linear spring it is 0 without hold and delay, and K dq^2 / 2 with the hold. It does not
+/// depend on the energy that the tissue stores, dissipates or adds (breathing). The device consumes
+///     device_share (b dq'^2 dt + f_c |dq|),
+/// so a contact below half the passivity bound of stability.h is never damped.
 ///
-/// What that law itself gives the hand (breathing; a patch that differs from the one before) is in
-/// energy(), for the log, and is not damped: it is meant to be felt, or to be put right where it
-/// comes from.
+/// Energy that the tissue's law itself gives the hand (breathing; a patch that differs from the one
+/// before) is in energy(), for the log, but is not damped: it is intended, or its source needs
+/// correction.
 ///
-/// Controller. Each axis has an account that starts at `reserve`, takes in what the device
-/// consumes and pays what is generated. It never rises above `reserve` (surplus of the past must
-/// not hide what comes) nor falls below -debt (one blow must not be held against it for long), and
-/// returns to `reserve` with the time constant `leak` (an axis that generates less than reserve /
-/// leak, 2 uW, is left alone). Overdrawn, it turns into damping in proportion, from none at 0 to
-/// all at -full: no step, so nothing to chatter about. Nor is more dissipated than is owed, over
-/// `pay` (Hannaford and Ryu's own rule, over one period), so that a fast motion in soft tissue is
-/// not braked for a trifle. The full damping of an axis is the lesser of
-///  - half of inertia / lag, where the lag is half the velocity's window, half a period and the age
-///    of the samples: a damper with that lag alone is stable up to pi/2 inertia / lag;
-///  - `ripple`: the encoder's steps must not be felt as a rattle.
-/// There is no damping in free motion. The account is settled anew when the forces are off.
+/// Controller. Each axis has an account, J:
+/// 1. It starts at `reserve`. The device's dissipation adds to it, generated energy subtracts.
+/// 2. It stays between -debt and `reserve`, so that neither a past surplus nor a single blow counts
+///    for long. It returns to `reserve` with the time constant `leak`, so an axis that generates
+///    less than reserve / leak, 2 uW, is not damped.
+/// 3. Below 0 the axis is damped in proportion, from none at 0 to full at -full. Without a step
+///    there is no chatter.
+/// 4. The damping dissipates at most the debt over `pay` (Hannaford and Ryu's rule, over one
+///    period), so a fast motion in soft tissue is not braked for a small debt.
+/// 5. The full damping of an axis is the lesser of
+///    - half of inertia / lag. The lag is half the velocity's window plus half a period plus the
+///      age of the samples; a damper with that lag alone is stable up to pi/2 inertia / lag;
+///    - the damping at which one encoder count changes the force by `ripple`.
+/// 6. There is no damping in free motion. The account is reset while the forces are off.
 ///
-/// Stands before the guard (force_guard.h), which clamps, ramps and slews the damping with the rest
-/// and so stays the last word on what is displayed; the observer then takes what came out of it.
+/// The guard (force_guard.h) follows: it clamps, ramps and slews the damping with the rest of the
+/// force. The observer then takes the guard's result.
 ///
 /// Haptic thread; wait-free, no allocation, never throws.
 class PassivityControl {
  public:
   explicit PassivityControl(const PassivityOptions& options);
 
-  /// Before the guard. Takes the device's sample, read at session time `now`, and returns the
+  /// Call before the guard. Takes the device's sample, read at session time `now`, and returns the
   /// damping force on the hand (N), which is zero unless an axis has generated energy.
   /// `J`: d p_tip_W / d (pitch, yaw, insertion); `reaction_W`: the tissue's force on the hand.
   Vector3d Damp(Nanoseconds now, const DeviceSample& sample, const Vector3d& p_tip_W,
                 const Matrix3d& J, const Vector3d& reaction_W) noexcept;
 
-  /// After the guard. `force_W` is displayed from the `now` of Damp() on; `authority` is the part
-  /// of the reaction that the guard lets through (ForceGuard::Output); `force_on`: the device
-  /// displays it.
+  /// Call after the guard. `force_W` is displayed from the `now` of Damp(). `authority` is the
+  /// fraction of the reaction that the guard passes (ForceGuard::Output). `force_on`: the device
+  /// displays the force.
   void Observe(const Vector3d& force_W, double authority, bool force_on) noexcept;
 
-  /// J, that the hand has put in since the forces were switched on; negative: that it was given.
+  /// Work of the hand since the forces were switched on, J; negative: the hand received energy.
   double energy() const { return energy_; }
-  /// N s/m at the tip, of the axis that is damped most; 0 when nothing is added.
+  /// Damping at the tip on the most damped axis, N s/m; 0 without damping.
   double damping() const { return damping_; }
 
  private:
-  // As far back as a delay is matched: 64 periods. Older samples are not judged.
+  // Longest delay that is matched, in periods. Older samples are ignored.
   static constexpr int kHistory = 64;
 
-  // One tick.
+  // Force and device sample of one tick.
   struct Tick {
-    Nanoseconds written_ns = 0;  // when its force took over
+    Nanoseconds written_ns = 0;  // start of its force's display
     Nanoseconds sample_ns = 0;
     Vector3d q = Vector3d::Zero();  // pitch, yaw, insertion
     Vector3d force_W = Vector3d::Zero();
     AxisEffort effort = AxisEffort::Zero();
   };
-  // Of the displayed force between two times, on average.
+  // Mean displayed force between two times.
   struct Held {
     Vector3d force_W = Vector3d::Zero();
     AxisEffort effort = AxisEffort::Zero();
@@ -127,18 +131,18 @@ class PassivityControl {
   int newest_ = 0;
   int count_ = 0;
 
-  // Of the tick under way.
+  // Inputs of the present tick.
   Nanoseconds now_ns_ = 0;
   DeviceSample sample_;
   Vector3d p_tip_W_ = Vector3d::Zero();
   Matrix3d J_ = Matrix3d::Zero();
   Vector3d reaction_W_ = Vector3d::Zero();
-  Vector3d velocity_ = Vector3d::Zero();  // of the axes,
-  double span_ = 0;                       // over that many seconds
+  Vector3d velocity_ = Vector3d::Zero();  // of the axes, measured over span_
+  double span_ = 0;                       // s
 
   Judged judged_;  // the newest
 
-  Vector3d account_;  // J, of each axis
+  Vector3d account_;  // J, one per axis
   double energy_ = 0;
   double damping_ = 0;
 };

@@ -19,14 +19,14 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t) {
   const double sigma = 0.5 * b / m;
   const double q2 = sigma * sigma - k / m;
   const double q = std::sqrt(std::abs(q2));
-  // The real roots, of which the slow one would cancel as q - sigma under a weak spring.
+  // Real roots. The slow one as q - sigma would lose precision under a weak spring.
   const double fast_root = -(q + sigma), slow_root = -k / m / (q + sigma);
   double c = 0, s = 0;  // e^(-sigma t) cosh(q t) and e^(-sigma t) sinh(q t) / q
   if (q * t < 1e-6) {
     c = std::exp(-sigma * t);
     s = t * c;
   } else if (q2 > 0) {
-    // As sums of decaying terms: cosh alone would overflow for a long time.
+    // Sums of decaying terms: cosh alone would overflow for large t.
     const double slow = std::exp(slow_root * t), fast = std::exp(fast_root * t);
     c = 0.5 * (slow + fast);
     s = 0.5 * (slow - fast) / q;
@@ -37,12 +37,12 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t) {
   }
   HeldForceStep step;
   step.transition << c + sigma * s, s, -k / m * s, c - sigma * s;
-  // The velocity answers a held force as the position does an impulse, with s / m; the position is
-  // the integral of that.
+  // The velocity's response to a held force is the position's to an impulse, s / m. The position's
+  // response is its integral.
   const double v = s / m;
   double x = 0;
   if (b * t < m && k * t * t < m) {
-    // Where the others cancel: the power series of m x'' + b x' + k x = 1.
+    // Where the closed form loses precision: the power series of m x'' + b x' + k x = 1.
     double term = 0.5 * t * t / m, before = 0;  // c_n t^n, c_(n-1) t^(n-1)
     x = term;
     for (int n = 3; n < 60 && std::abs(term) + std::abs(before) > 1e-18 * x; ++n) {
@@ -68,7 +68,7 @@ double PassivityBound(double damping, double friction, double encoder_step, doub
 }
 
 double SpectralRadius(const AxisDynamics& axis, double stiffness, double period, double delay) {
-  // A period begins with the rest of the command of d + 1 periods ago, then has that of d ago.
+  // In a period the command of d + 1 periods ago acts first, then that of d periods ago.
   const int d = static_cast<int>(delay / period + 1e-9);
   const double first = std::max(0.0, delay - d * period);
   const HeldForceStep whole = ExactStep(axis, period);

@@ -8,64 +8,64 @@
 
 namespace hpdm {
 
-/// One axis of a device, with what holds it: m x'' = F - b x' - k x.
+/// One axis of a device with the hand that holds it: m x'' = F - b x' - k x.
 struct AxisDynamics {
   double mass = 0.1;     ///< m, kg; above 0.
   double damping = 0;    ///< b, N s/m.
   double stiffness = 0;  ///< k of a hand's spring, N/m.
 };
 
-/// What a force that is held constant for a time t makes of the state: (x, v) <- transition (x, v)
-/// + input F. Exact.
+/// Exact step of the state under a constant force: (x, v) <- transition (x, v) + input F.
 struct HeldForceStep {
   Eigen::Matrix2d transition = Eigen::Matrix2d::Identity();
   Eigen::Vector2d input = Eigen::Vector2d::Zero();
 };
 
-/// The closed form of the matrix exponential, with sigma = b / 2m and q^2 = sigma^2 - k / m:
+/// Returns the step over t (s, >= 0) from the closed form of the matrix exponential:
 ///     exp(A t) = e^(-sigma t) (cosh(q t) I + sinh(q t) / q (A + sigma I)),
-/// in which an imaginary q makes cosine and sine. t >= 0 in s. Any thread, no allocation.
+/// with sigma = b / 2m and q^2 = sigma^2 - k / m. An imaginary q gives cosine and sine. Any thread,
+/// no allocation.
 HeldForceStep ExactStep(const AxisDynamics& axis, double t);
 
-/// The greatest stiffness (N/m) of a sampled virtual spring that a device can display passively,
-/// whatever holds it:
+/// Returns the greatest stiffness (N/m) of a sampled virtual spring that a device can display
+/// passively in any hand:
 ///     K <= min(2 b / (T + 2 delay), 2 f_c / step).
-/// The first is Colgate and Schenkel's condition (1997): the device's damping b (N s/m) dissipates
-/// at least what the hold over the period T (s) generates. With a delay (s) of d periods it reads b
-/// >= K T/2 sin((d + 1/2) w T) / sin(w T/2) for every frequency w, which is greatest at 0. The
-/// second (Abbott and Okamura 2005; Diolaiti, Niemeyer, Barbagli and Salisbury 2006): its Coulomb
-/// friction f_c (N) dissipates what an encoder of the given step (m) lets the spring generate. A
-/// continuous encoder, 0, leaves the first.
+/// 1. Colgate and Schenkel (1997): the device's damping b (N s/m) dissipates at least the energy
+///    that the hold over the period T (s) generates. With a delay (s) of d periods,
+///        b >= K T/2 sin((d + 1/2) w T) / sin(w T/2)
+///    for every frequency w; the bound is greatest at w = 0.
+/// 2. Abbott and Okamura (2005); Diolaiti, Niemeyer, Barbagli and Salisbury (2006): Coulomb
+///    friction f_c (N) dissipates the energy that an encoder's step (m) lets the spring generate.
+///    It does not apply to a continuous encoder (step 0).
 double PassivityBound(double damping, double friction, double encoder_step, double period,
                       double delay = 0);
 
-/// Greatest magnitude of the eigenvalues of the closed loop of an axis and a sampled spring: at t =
-/// j T, F = -K x(j T) is commanded; it acts `delay` later, and is held for T. `delay` is any number
-/// of seconds >= 0. Stable below 1. Set-up: allocates.
+/// Returns the spectral radius of the closed loop of an axis and a sampled spring; stable below 1.
+/// At t = j T the force F = -K x(j T) is commanded. It acts `delay` (s, >= 0) later and is held for
+/// T. Set-up: allocates.
 double SpectralRadius(const AxisDynamics& axis, double stiffness, double period, double delay);
 
-/// The stiffness K (N/m) at which that loop loses its stability, to 1e-6 of itself: bisection on
-/// SpectralRadius. The loop's phase falls steadily with the frequency, so it is stable for every
-/// stiffness below. 0 without damping. Set-up: allocates.
+/// Returns the stiffness K (N/m) at which that loop becomes unstable, to a relative 1e-6, by
+/// bisection on SpectralRadius. The loop's phase falls monotonically with the frequency, so it is
+/// stable for every lower stiffness. 0 without damping. Set-up: allocates.
 double StabilityLimit(const AxisDynamics& axis, double period, double delay);
 
-/// The stiffness (N/m) with which rigid surfaces are displayed: half of StabilityLimit(), a gain
-/// margin of two, for the delay that the device really has.
+/// Returns the stiffness (N/m) with which rigid surfaces are displayed: half of StabilityLimit()
+/// for the device's delay, a gain margin of two.
 inline double VirtualWallStiffness(const AxisDynamics& axis, double period, double delay) {
   return 0.5 * StabilityLimit(axis, period, delay);
 }
 
-/// How stiff a surface an axis can display, in the axis' own unit (N m/rad or N/m). At the tip,
-/// along the direction in which the axis moves it, the limits are these over g, the squared length
-/// of its column of J = d p_tip / d q: inertia, damping and stiffness there are those of the axis
-/// over g.
+/// Greatest stiffness that an axis can display, in the axis' own unit (N m/rad or N/m). At the tip,
+/// along the axis' motion, divide it by the squared length of the axis' column of J = d p_tip / d
+/// q, as for inertia and damping.
 struct StiffnessLimit {
   double passivity = 0;  ///< PassivityBound().
   double stability = 0;  ///< StabilityLimit() without a hand.
   double Least() const { return std::min(passivity, stability); }
 };
 
-/// Of pitch, yaw and insertion. Period and delay in s.
+/// Returns the limits of pitch, yaw and insertion. Period and delay in s.
 std::array<StiffnessLimit, 3> StiffnessLimits(const DeviceAxes& axes, double period, double delay);
 
 }  // namespace hpdm
