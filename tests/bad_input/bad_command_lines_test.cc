@@ -1,5 +1,5 @@
-// Command lines that are no good: tests/bad_input/command_lines.csv. An input's name is the command
-// line itself, unless that cannot be read.
+// Bad command lines: tests/bad_input/command_lines.csv. An input's name is the command
+// line itself, unless that is unreadable.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What every command line finds where it runs.
+/// Fills the folder of every command line.
 void Prepare(const fs::path& here) {
   WithFile("s.toml", SoundScene({}) +
                          "[[load]]\norgan='liver'\npoint=[0,0,0.05]\nradius=0.03\n"
@@ -262,7 +262,7 @@ void AddWriters(CommandLines* c) {
   c->To("/dev/full", "generate --list");
 }
 
-TEST(BadInput, CommandLinesAreTreatedAsTheTableSays) {
+TEST(BadInput, CommandLinesHaveTheOutcomesOfTheTable) {
   CommandLines lines;
   AddSubcommands(&lines);
   AddRun(&lines);

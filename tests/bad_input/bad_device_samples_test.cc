@@ -1,6 +1,6 @@
-// What a broken device may answer, in the haptic loop: tests/bad_input/device_samples.csv. Whatever
-// it is, the force stays finite, within the device's limit and within the slew limit (FaultBench),
-// and a device that is well again feels what it felt before.
+// Faulty device samples in the haptic loop: tests/bad_input/device_samples.csv. For every sample
+// the force stays finite, within the device's limit and within the slew limit (FaultBench),
+// and a recovered device gets the same force as before.
 
 #include <gtest/gtest.h>
 
@@ -110,7 +110,7 @@ std::map<std::string, Input> Inputs() {
   return inputs;
 }
 
-/// What became of the fault's ticks.
+/// The outcome of the fault's ticks.
 struct Treatment {
   int without_pose = 0;
   double share_of_force = 0;  ///< At the end, of the force before.
@@ -128,7 +128,7 @@ class Patient {
     }
   }
 
-  /// Until the force is there; the device answers soundly.
+  /// Runs with sound samples until the force is there.
   ToolSample Well(int ticks) {
     ToolSample tool;
     for (int i = 0; i < ticks; ++i) {
@@ -164,7 +164,7 @@ class Patient {
   std::optional<FaultBench> bench_;
 };
 
-TEST(BadInput, DeviceSamplesAreTreatedAsTheTableSays) {
+TEST(BadInput, DeviceSamplesHaveTheOutcomesOfTheTable) {
   std::map<std::string, Input> inputs = Inputs();
   for (const ExpectedOutcome& row : ReadOutcomes("device_samples")) {
     SCOPED_TRACE("device_samples.csv:" + std::to_string(row.line) + ": " + row.input);
@@ -195,7 +195,7 @@ TEST(BadInput, DeviceSamplesAreTreatedAsTheTableSays) {
     } else {
       EXPECT_EQ(row.what, "the force follows within its limits");
     }
-    // Back by the guard's ramp of 0.5 s.
+    // The force returns by the guard's ramp of 0.5 s.
     const ToolSample after = patient.Well(700);
     EXPECT_NEAR((after.force_W - before.force_W).norm(), 0, 1e-9);
     inputs.erase(input);

@@ -1,4 +1,4 @@
-// Environment variables that are no good, and locales: tests/bad_input/environment.csv.
+// Bad environment variables, and locales: tests/bad_input/environment.csv.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ class Environment : public BadInputs {
                           .environment = variables,
                           .memory = std::size_t{4} << 30});
   }
-  /// Values of one variable, by name, each with the same command.
+  /// Adds values of one variable, by name, each with the same command.
   void Values(const std::string& variable,
               const std::vector<std::pair<std::string, std::optional<std::string>>>& values,
               const std::vector<std::string>& words) {
@@ -42,7 +42,7 @@ class Environment : public BadInputs {
   }
 };
 
-TEST(BadInput, EnvironmentsAreTreatedAsTheTableSays) {
+TEST(BadInput, EnvironmentsHaveTheOutcomesOfTheTable) {
   Environment e;
   const std::vector<std::string> check = {"check", "../common/s.toml"};
   const std::vector<std::pair<std::string, std::optional<std::string>>> folders = {

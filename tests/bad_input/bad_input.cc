@@ -13,11 +13,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The exit code that each outcome has.
+// The exit code of each outcome.
 const std::map<std::string, int> kExitCodes = {
     {"accepted", 0}, {"repaired", 0}, {"faulty", 1}, {"refused", 2}, {"lacking", 3}};
 
-// The cells of a line of comma-separated values: RFC 4180, without line ends in cells.
+// Returns the cells of a line of comma-separated values: RFC 4180, without line ends in cells.
 std::vector<std::string> Cells(const std::string& line) {
   std::vector<std::string> cells(1);
   bool quoted = false;
@@ -35,7 +35,7 @@ std::vector<std::string> Cells(const std::string& line) {
   return cells;
 }
 
-// Everything in a folder: names, kinds and contents. (The standard's own recursion fails at a link
+// Adds everything in a folder: names, kinds and contents. (The standard's recursion fails at a link
 // to itself.)
 void AddEverything(const fs::path& folder, std::map<std::string, std::string>* all) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
@@ -53,7 +53,7 @@ std::map<std::string, std::string> Everything(const fs::path& folder) {
   return all;
 }
 
-// A message for a person: whole lines without what moves a terminal's cursor.
+// True for a message to a person: whole lines without control characters.
 bool IsText(const std::string& text) {
   return std::none_of(text.begin(), text.end(),
                       [](char c) {
@@ -75,11 +75,12 @@ std::vector<ExpectedOutcome> ReadOutcomes(const std::string& name) {
     const bool header = number == 1;
     if (cells.size() != 3 || (header && line != "input,outcome,what") ||
         (!header && !kExitCodes.contains(cells[1]))) {
-      throw std::runtime_error(path + ":" + std::to_string(number) + ": is no row of such a table");
+      throw std::runtime_error(path + ":" + std::to_string(number) +
+                               ": is not a row of such a table");
     }
     if (!header) rows.push_back({cells[0], cells[1], cells[2], number});
   }
-  if (rows.empty()) throw std::runtime_error(path + ": holds no row");
+  if (rows.empty()) throw std::runtime_error(path + ": has no row");
   return rows;
 }
 

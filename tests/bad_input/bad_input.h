@@ -8,20 +8,20 @@
 #include "tests/bad_input/bounded_program.h"
 #include "tests/support/scratch_folder.h"
 
-/// Tables of bad inputs (tests/bad_input/*.csv, README.md there) and what compares the program with
-/// them.
+/// Compares the program with the tables of bad inputs (tests/bad_input/*.csv, described in the
+/// README.md there).
 namespace hpdm {
 
-/// A row: the input's name, what becomes of it and with which words.
+/// A row: the input's name, its outcome and parts of the message.
 struct ExpectedOutcome {
   std::string input, outcome, what;
   int line = 0;
 };
 
-/// The rows of tests/bad_input/NAME.csv. Throws std::runtime_error where it is no such table.
+/// Reads the rows of tests/bad_input/NAME.csv. Throws std::runtime_error if it is not such a table.
 std::vector<ExpectedOutcome> ReadOutcomes(const std::string& name);
 
-/// Whether the parts of `what`, which " ... " separates, stand in the text in this order.
+/// True if the text contains the parts of `what`, which " ... " separates, in this order.
 bool Says(const std::string& text, const std::string& what);
 
 /// The inputs of one table.
@@ -29,19 +29,19 @@ class BadInputs {
  public:
   using Make = std::function<void(const std::filesystem::path& folder)>;
 
-  /// `table`: name of the .csv file; `prepare` puts what all inputs need into a folder, once.
+  /// `table`: name of the .csv file. `prepare` fills the folder `common` once.
   explicit BadInputs(std::string table, const Make& prepare = {});
 
-  /// What all inputs need: ../common/ for those that run in a folder of their own.
+  /// A folder with files for all inputs, ../common/ from the folder of an input.
   std::filesystem::path common() const { return scratch_.path() / "common"; }
 
-  /// An input with the program's run on it, in an empty folder that `make` fills first.
+  /// Adds an input: a run of the program in an empty folder that `make` fills first.
   void Add(const std::string& name, BoundedRun run, const Make& make = {});
   void Add(const std::string& name, std::vector<std::string> words, const Make& make = {}) {
     Add(name, BoundedRun{.words = std::move(words), .folder = {}}, make);
   }
 
-  /// Runs all inputs; a failure for each that differs from its row, for a row without an input and
+  /// Runs all inputs. Fails for each that differs from its row, for a row without an input and
   /// for an input without a row.
   void Compare();
 
@@ -58,9 +58,9 @@ class BadInputs {
   double cpu_s_ = 0;
 };
 
-/// Writes a file of the folder.
+/// Returns a function that writes a file into the folder.
 BadInputs::Make WithFile(std::string name, std::string bytes);
-/// What both do.
+/// Returns a function that does both.
 BadInputs::Make Both(BadInputs::Make a, BadInputs::Make b);
 
 }  // namespace hpdm

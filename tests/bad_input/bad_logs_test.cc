@@ -1,5 +1,5 @@
-// Session folders and logs that are no good, through every command that reads them:
-// tests/bad_input/logs.csv. An input's name is what is wrong and the command.
+// Bad session folders and logs, for every command that reads them:
+// tests/bad_input/logs.csv. An input's name is its fault and the command.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -39,7 +39,7 @@ std::vector<LogEvent> Events(const fs::path& log) {
   return events;
 }
 
-/// As a log has it, without a word about order or sense.
+/// The bytes of an event in a log; order and contents may be wrong.
 std::string Bytes(const std::vector<LogEvent>& events) {
   std::string bytes;
   const auto put = [&bytes](std::uint64_t value, int size) {
@@ -64,7 +64,7 @@ class Logs : public BadInputs {
 
   Logs() : BadInputs("logs", RecordSession) {}
 
-  /// A folder like the session's, changed by `make`, through `commands`.
+  /// Adds a copy of the session's folder, changed by `make`, for each of `commands`.
   void Folder(const std::string& name, const Make& make,
               const std::vector<std::string>& commands = {"replay", "report", "spy", "check",
                                                           "export"}) {
@@ -87,7 +87,7 @@ class Logs : public BadInputs {
           "--out", "o"}}};
     for (const std::string& command : commands) Add(name + ": " + command, words.at(command), copy);
   }
-  /// Another log in the sound session's place.
+  /// Replaces the sound session's log.
   void Log(const std::string& name, const Spoil& spoil) {
     Folder(name, [spoil](const fs::path& x) {
       const fs::path log = x / "session.lcmlog";
@@ -105,7 +105,7 @@ class Logs : public BadInputs {
   }
 };
 
-/// Of an event's header: where the data's length is, from the event's start.
+/// Offset of the data's length from the event's start.
 constexpr std::size_t kDataLength = 24;
 constexpr std::size_t kChannelLength = 20;
 
@@ -304,7 +304,7 @@ void AddFolders(Logs* logs) {
                {"report", "all"});
 }
 
-TEST(BadInput, LogsAreTreatedAsTheTableSays) {
+TEST(BadInput, LogsHaveTheOutcomesOfTheTable) {
   Logs logs;
   AddDamage(&logs);
   AddOrders(&logs);

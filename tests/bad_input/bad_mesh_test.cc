@@ -14,8 +14,8 @@
 #include "tests/bad_input/meshes/mesh_faults.h"
 #include "tests/support/scratch_folder.h"
 
-// Every file of tests/bad_input/meshes.csv (README.md there) through `hpdm inspect`, and, where it
-// is taken, through `hpdm check` as an organ, in bounded memory and time.
+// Reads every file of tests/bad_input/meshes.csv (README.md there) with `hpdm inspect`. An accepted
+// file is checked as an organ (`hpdm check`), in bounded memory and time.
 namespace hpdm {
 namespace {
 
@@ -24,13 +24,13 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t kSeed = 7;
 
-/// What became of a file, in the table's words.
+/// The outcome of a file, in the table's words.
 struct Found {
   std::string outcome, what;
 };
 
-/// A refusal is one line on the error output that names the file and a remedy, without what would
-/// move a terminal's cursor, and no other output.
+/// A refusal is one line on standard error that names the file and a remedy, without control
+/// characters or other output.
 std::string Refusal(const BoundedOutcome& run) {
   const std::string line = run.err.substr(0, run.err.find('\n'));
   EXPECT_EQ(line.size() + 1, run.err.size()) << "not one line: " << run.err.substr(0, 1000);
@@ -48,8 +48,8 @@ bool Ended(const BoundedOutcome& run) {
   return run.signal == 0 && (run.exit_code == 0 || run.exit_code == 2);
 }
 
-/// The mesh as an organ of each model: it is built, or refused. The lattice's, which is for open
-/// surfaces too, is also pressed. "", or the refusal of the lattice.
+/// Builds the mesh as an organ of each model, or expects a refusal. The lattice model, which
+/// accepts open surfaces too, is also pressed. Returns the lattice's refusal or "".
 std::string BuildOrgan(const std::string& mesh, const fs::path& folder) {
   std::string refusal;
   for (const std::string model : {"rigid", "mass_spring", "continuum", "hpdm"}) {
@@ -69,7 +69,7 @@ std::string BuildOrgan(const std::string& mesh, const fs::path& folder) {
   return refusal;
 }
 
-/// `organs`: what became of meshes as organs, by their facts; each is built once.
+/// `organs`: outcomes of meshes as organs, by their facts; each is built once.
 Found Find(const std::string& mesh, const fs::path& folder, bool readable,
            std::map<std::string, std::string>* organs) {
   const BoundedOutcome run = RunBounded({.words = {"inspect", "--json", mesh},
@@ -100,7 +100,7 @@ Found Find(const std::string& mesh, const fs::path& folder, bool readable,
           what + (refusal.empty() ? "; an organ" : "; no organ: " + refusal)};
 }
 
-/// As the table writes the name of a file.
+/// Returns the name of a file as in the table.
 std::string RowName(std::string file) {
   for (char& c : file) c = c < ' ' || c == '\x7f' ? '?' : c;
   return file;
@@ -124,7 +124,7 @@ class BadMeshes : public testing::Test {
         << "expected " << expected.what << "\nfound    " << found.what;
   }
 
-  /// Of a group, those with which nothing was compared.
+  /// Rows of a group with which nothing was compared.
   void ExpectNoRowsLeft(const std::string& group) const {
     for (const auto& [name, row] : rows_) {
       EXPECT_FALSE(name.starts_with(group + "/")) << "no such input: " << name;

@@ -1,4 +1,4 @@
-// Recorded motions that are no good, played on a sound scene: tests/bad_input/traces.csv.
+// Bad recorded motions, played on a sound scene: tests/bad_input/traces.csv.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -30,7 +30,7 @@ std::string Number(double value) {
   return text;
 }
 
-/// Rows every `step` seconds that go down and up by 5 mm.
+/// Returns rows every `step` seconds that move down and up by 5 mm.
 std::string Rows(int count, double step, double scale = 1) {
   std::string rows;
   for (int i = 0; i < count; ++i) {
@@ -151,7 +151,7 @@ void AddPlaces(Traces* t) {
                                       "--clock", "lockstep", "--no-pictures", "--out", "o"});
 }
 
-TEST(BadInput, TracesAreTreatedAsTheTableSays) {
+TEST(BadInput, TracesHaveTheOutcomesOfTheTable) {
   Traces traces;
   AddShapes(&traces);
   AddValues(&traces);

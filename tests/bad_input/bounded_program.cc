@@ -29,7 +29,7 @@ void Limit(int resource, rlim_t most) {
   if (setrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) _exit(125);
 }
 
-// A superuser's program that is executed so has its files, but none of his rights.
+// Run this way, a superuser's program can use its files but lacks root's rights.
 bool DropRights() {
   return geteuid() != 0 || prctl(PR_SET_SECUREBITS, SECBIT_NOROOT | SECBIT_NOROOT_LOCKED) == 0;
 }

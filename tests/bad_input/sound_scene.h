@@ -6,7 +6,7 @@
 
 namespace hpdm {
 
-/// What a test changes in a scene that is sound.
+/// Changes of a test in a sound scene.
 struct SceneChange {
   std::string name = "liver";
   std::string mesh = "../common/box.obj";
@@ -16,9 +16,9 @@ struct SceneChange {
   std::string trocar = "[0,-0.1,0.2]";
 };
 
-/// A box of tissue and a probe, built in milliseconds.
+/// Returns a scene with a box of tissue and a probe, built in milliseconds.
 inline std::string SoundScene(const SceneChange& change) {
-  // A key that the change gives is not given twice.
+  // A key must not be given twice.
   const std::string cells = change.lattice.starts_with("cells") ? "" : change.cells;
   return "[[organ]]\nname='" + change.name + "'\nmesh='" + change.mesh + "'\n" + change.organ +
          "[organ.lattice]\n" + cells + change.lattice + "\n[organ.energy]\n" + change.energy +
@@ -26,7 +26,7 @@ inline std::string SoundScene(const SceneChange& change) {
          "\n[[instrument]]\nname='probe'\ntrocar=" + change.trocar + "\n" + change.instrument;
 }
 
-/// box.obj: 0.1 m wide, its centre in the origin, every face of two triangles.
+/// Writes box.obj: 0.1 m wide, centred at the origin, two triangles per face.
 inline void WriteBox(const std::filesystem::path& folder) {
   std::ofstream file(folder / "box.obj");
   for (int i = 0; i < 8; ++i) {

@@ -17,7 +17,7 @@ namespace {
 double Luminance(const std::uint8_t* rgb) {
   return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
 }
-/// Metal is grey, tissue red: by how much the red exceeds the green.
+/// Ratio of red to green: metal is grey, tissue red.
 double Redness(const std::uint8_t* rgb) { return rgb[0] / (rgb[1] + 1.0); }
 
 TEST_F(RenderLoopTest, PictureIsLitInsideTheCircleAndBlackOutside) {
@@ -27,7 +27,7 @@ TEST_F(RenderLoopTest, PictureIsLitInsideTheCircleAndBlackOutside) {
   for (int y = 0; y < 240; ++y) {
     for (int x = 0; x < 320; ++x) {
       const double r = std::hypot(x + 0.5 - 160, y + 0.5 - 120);
-      // The soft edge is 1.2 % of the radius or 1.5 px wide: 2 px off it nothing is left of it.
+      // The soft edge is 1.2 % of the radius or 1.5 px wide: 2 px from the circle it has ended.
       if (r > scope.circle_radius_px() + 2) {
         ASSERT_EQ(Luminance(image.At(x, y)), 0) << x << ", " << y;
       } else if (r < scope.circle_radius_px() - 2) {
@@ -69,7 +69,7 @@ TEST_F(RenderLoopTest, JawsOpenToBothSidesAboutTheirPivot) {
   }
 }
 
-TEST_F(RenderLoopTest, DrawsWhatTheHandHolds) {
+TEST_F(RenderLoopTest, DrawsTheHeldInstrument) {
   InstrumentVisual thick;
   thick.tip_radius = thick.shaft_radius = 0.005;
   instrument_.exchanges.push_back(thick);
@@ -77,11 +77,11 @@ TEST_F(RenderLoopTest, DrawsWhatTheHandHolds) {
   other.tools[0].instrument_index = 1;
   const Image thin_image = Picture(rest_snapshot_), thick_image = Picture(other);
   EXPECT_NE(thick_image.rgb, thin_image.rgb);
-  other.tools[0].instrument_index = 7;  // that nobody gave a view of
+  other.tools[0].instrument_index = 7;  // has no visual
   EXPECT_EQ(Picture(other).rgb, thin_image.rgb);
 }
 
-TEST_F(RenderLoopTest, AShapeIsLookedAtAgainOnlyWhereItsVersionIsAnother) {
+TEST_F(RenderLoopTest, AShapeIsReadAgainOnlyIfItsVersionChanged) {
   const auto loop = MakeLoop();
   Publish(rest_snapshot_);
   ASSERT_TRUE(loop->Frame()) << loop->failure();
@@ -127,7 +127,7 @@ TEST_F(RenderLoopTest, ADentChangesThePictureThereAndNowhereElse) {
       if (std::hypot(x - middle.x(), y - middle.y()) > reach) {
         ASSERT_EQ(change, 0) << x << ", " << y;
       }
-      changed += change > 8;  // of 255: what an eye notices beside the old picture
+      changed += change > 8;  // of 255: visible beside the old picture
     }
   }
   EXPECT_GT(changed, 400);  // a dent of 60 mm covers some 2,000 px
@@ -139,7 +139,7 @@ TEST_F(RenderLoopTest, TwoLoopsDrawTheSamePixels) {
   }
 }
 
-TEST_F(RenderLoopTest, DrawsOnlyWhatIsNewAndDropsWhatIsOld) {
+TEST_F(RenderLoopTest, DrawsOnlyNewStepsAndDropsOldOnes) {
   const auto loop = MakeLoop();
   EXPECT_FALSE(loop->Frame());
   EXPECT_EQ(loop->image().width, 0);
@@ -168,7 +168,7 @@ TEST_F(RenderLoopTest, KeepsThePictureOfTheLargestDisplacement) {
 TEST_F(RenderLoopTest, TimesAreCountedOnTheSessionsClock) {
   buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
   SpscQueue<FrameRecord> frames(1);
-  // Every look at the clock takes a millisecond.
+  // Every call of the clock advances it by a millisecond.
   RenderLoop loop({{&rest_}}, {{}}, scope_, options_, {*buffer_, &frames},
                   [this] { return clock_ns_ += 1'000'000; });
   SceneSnapshot snapshot = rest_snapshot_;
@@ -184,7 +184,7 @@ TEST_F(RenderLoopTest, TimesAreCountedOnTheSessionsClock) {
   EXPECT_EQ(frame.compute_ns, 2'000'000) << "kept at the third";
   EXPECT_EQ(frame.device_time_ns, 20'000'000);
   EXPECT_FALSE(frames.Pop(&frame));
-  EXPECT_EQ(frames.Overflows(), 1u) << "the second frame found no room and did not wait";
+  EXPECT_EQ(frames.Overflows(), 1u) << "the queue was full at the second frame, which did not wait";
 }
 
 TEST_F(RenderLoopTest, WritesAFilmOfSessionTime) {
@@ -210,7 +210,7 @@ TEST_F(RenderLoopTest, TakesTheNewestViewAndTheWindowsSize) {
   const auto loop = MakeLoop();
   Publish(rest_snapshot_);
   ASSERT_TRUE(loop->Frame()) << loop->failure();
-  EXPECT_EQ(loop->image().width, 320) << "before the window says anything";
+  EXPECT_EQ(loop->image().width, 320) << "before the window's first settings";
 
   LaparoscopeOptions closer = scope_;
   closer.field_of_view = 0.6 * scope_.field_of_view;
@@ -236,7 +236,7 @@ TEST_F(RenderLoopTest, TakesTheNewestViewAndTheWindowsSize) {
   EXPECT_EQ(live.rgb, still->image().rgb);
 }
 
-TEST_F(RenderLoopTest, AViewThatCannotBeDrawnLeavesTheLastOne) {
+TEST_F(RenderLoopTest, AnImpossibleViewKeepsTheLastOne) {
   settings_ = std::make_unique<TripleBuffer<ViewSettings>>();
   const auto loop = MakeLoop();
   Publish(rest_snapshot_);
@@ -304,7 +304,7 @@ TEST_F(RenderLoopTest, RunDrawsOnItsOwnThreadNoFasterThanAskedAndStops) {
   EXPECT_EQ(loop.image().width, 320);
 }
 
-TEST_F(RenderLoopTest, OptionsThatCannotBeMetAreRefusedAtSetUp) {
+TEST_F(RenderLoopTest, ImpossibleOptionsAreRefusedAtSetUp) {
   options_.max_hz = 0;
   EXPECT_THROW(MakeLoop(), InputError);
   options_.max_hz = 30;

@@ -83,7 +83,7 @@ class Marcher {
     const int a = Corner(node, first), b = Corner(node, second);
     int& vertex = edge_vertices_[static_cast<std::size_t>(a) * 8 + (second - first)];
     if (vertex < 0) {
-      // Kept off the edge's ends, so that no triangle is degenerate.
+      // The vertex keeps away from the edge's ends, so that no triangle is degenerate.
       const double t = std::clamp(field_[a] / (field_[a] - field_[b]), 0.05, 0.95);
       vertex = static_cast<int>(vertices_.size());
       vertices_.push_back(Position(a) + t * (Position(b) - Position(a)));
@@ -116,7 +116,7 @@ class Marcher {
       Add(a, c, d, outwards);
       return;
     }
-    // One statement a vertex: the order in which they are made must not depend on the compiler.
+    // One statement per vertex, so that their order does not depend on the compiler.
     const bool one_inside = inside_count == 1;
     std::array<int, 3> corners;
     for (int k = 0; k < 3; ++k) {
@@ -135,7 +135,7 @@ class Marcher {
   Vector3d origin_;
   std::array<int, 3> size_;
   std::vector<double> field_;       ///< At the nodes, minus the level.
-  std::vector<int> edge_vertices_;  ///< By node and direction, -1 for none.
+  std::vector<int> edge_vertices_;  ///< Index: node and direction; -1 for none.
   std::vector<Vector3d> vertices_;
   std::vector<std::array<int, 3>> triangles_;
 };

@@ -13,7 +13,7 @@
 namespace hpdm {
 namespace {
 
-/// An edge waiting to be merged; stale when a version has moved on.
+/// An edge waiting to be merged; stale if a vertex's version has changed.
 struct Candidate {
   double cost;  ///< m^4.
   int a, b;

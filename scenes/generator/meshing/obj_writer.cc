@@ -37,7 +37,7 @@ std::string ObjText(const SurfaceMesh& mesh, const std::string& comment) {
     double p[3];
     for (int k = 0; k < 3; ++k) {
       p[k] = mesh.vertices(v, k);
-      // What rounds to zero is written without a sign.
+      // Numbers that round to zero are written without a sign.
       if (p[k] > -0.5e-6 && p[k] < 0.5e-6) p[k] = 0;
     }
     std::snprintf(row, sizeof row, "v %.6f %.6f %.6f\n", p[0], p[1], p[2]);

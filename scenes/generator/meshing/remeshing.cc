@@ -27,8 +27,8 @@ void ForEachEdge(const EditableMesh& mesh, Visit visit) {
   }
 }
 
-/// The smallest angle (SmallestAngleMeasure) around v if it stood at p; -1 when a triangle would
-/// turn by more than 60 degrees or over.
+/// Returns the smallest angle (SmallestAngleMeasure) around v if it were at p; -1 if a triangle
+/// would turn by more than 60 degrees or flip.
 double StarMeasure(const EditableMesh& mesh, int v, const Vector3d& p) {
   double least = 1;
   for (const int t : mesh.star(v)) {
@@ -44,7 +44,7 @@ double StarMeasure(const EditableMesh& mesh, int v, const Vector3d& p) {
   return least;
 }
 
-/// Whether merging a and b at p turns no remaining triangle by more than 60 degrees.
+/// True if merging a and b at p turns no remaining triangle by more than 60 degrees.
 bool CollapseKeepsNormals(const EditableMesh& mesh, int a, int b, const Vector3d& p) {
   for (const int v : {a, b}) {
     for (const int t : mesh.star(v)) {
@@ -82,14 +82,14 @@ void CollapseShortEdges(double shortest, double longest, EditableMesh* mesh) {
   });
 }
 
-/// The unit field gradient at p.
+/// Returns the unit field gradient at p.
 Vector3d SurfaceNormal(const ImplicitShape& shape, const Vector3d& p) {
   const Vector3d gradient = shape.Sample(p).gradient;
   const double length = gradient.norm();
   return length > 0 ? Vector3d(gradient / length) : Vector3d::Zero();
 }
 
-/// The two triangles that a flip of ab would make: their corners.
+/// Returns the corners of the two triangles that a flip of ab would create.
 std::array<std::array<Vector3d, 3>, 2> Flipped(const EditableMesh& mesh, int a, int b) {
   const std::array<int, 2> opposite = mesh.OppositeVertices(a, b);
   const Vector3d &p = mesh.position(a), &q = mesh.position(b);

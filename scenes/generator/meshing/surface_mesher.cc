@@ -71,8 +71,8 @@ SurfaceMesh MeshImplicitSurface(const ImplicitShape& shape, const SurfaceMesherO
 double LevelVolume(const ImplicitShape& shape, double level, const SurfaceMesh& mesh) {
   SurfaceMesh coarse = mesh;
   ProjectAll(shape, level, &coarse);
-  // Every triangle in four, with the edges' midpoints on the level set; each volume is a sum of
-  // tetrahedra to the origin, so midpoints need not be shared.
+  // Splits every triangle in four, with the edges' midpoints on the level set; each volume is a sum
+  // of tetrahedra to the origin, so midpoints need not be shared.
   double coarse_volume = 0, fine_volume = 0;
   const auto tetrahedron = [](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     return a.dot(b.cross(c)) / 6;

@@ -5,8 +5,8 @@
 namespace hpdm {
 namespace {
 
-/// Lengths below are in millimetres, as an anatomist would give them, in a frame of their own with
-/// the axes of the header; the classes move the centre of volume to the origin.
+/// Lengths below are in millimetres, in a frame with
+/// the header's axes; the classes move the centre of volume to the origin.
 constexpr double kMillimetre = 1e-3;
 
 Ellipsoid MillimetreEllipsoid(double x, double y, double z, double a, double b, double c,
@@ -19,8 +19,8 @@ SweptBall::Node MillimetreNode(double x, double y, double z, double radius) {
   return {kMillimetre * Vector3d(x, y, z), kMillimetre * radius};
 }
 
-/// Two lobes joined, less the prints of the neighbours. The border between the convex
-/// diaphragmatic surface and the large concave print of the viscera is the inferior border.
+/// Two joined lobes minus the impressions of the neighbours. The border between the convex
+/// diaphragmatic surface and the large concave impression of the viscera is the inferior border.
 class Liver : public ImplicitShape {
  public:
   FieldSample Sample(const Vector3d& p_O) const override {
@@ -92,8 +92,8 @@ class Stomach : public ImplicitShape {
                                MillimetreNode(-18, 88, -14, 12)}};
 };
 
-/// The stomach's border to the left (`side` = 1) or the right (-1) of its way from the fundus to
-/// the pylorus, in the plane of the front.
+/// Returns the stomach's border to the left (`side` = 1) or right (-1) of its course from fundus to
+/// pylorus, in the frontal plane.
 std::vector<Vector3d> StomachCurvature(double side) {
   const std::vector<SweptBall::Node> nodes = StomachNodes();
   std::vector<Vector3d> border;

@@ -47,7 +47,7 @@ std::vector<int> SolidBuilder::AddVertices(const std::vector<Vector3d>& points) 
 }
 
 void SolidBuilder::Zip(const Side& a, const Side& b) {
-  // Walk along both sides; the one that lags behind advances.
+  // Walks along both sides; the one behind advances.
   const std::size_t end_a = a.vertices.size() - 1, end_b = b.vertices.size() - 1;
   for (std::size_t i = 0, j = 0; i < end_a || j < end_b;) {
     if (j == end_b || (i < end_a && a.along[i + 1] <= b.along[j + 1])) {

@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-/// A well mixed number of a lattice point (the finaliser of MurmurHash3).
+/// Hashes a lattice point (the finaliser of MurmurHash3).
 std::uint32_t Hash(const Eigen::Vector3i& cell, std::uint32_t seed) {
   std::uint32_t h = seed * 0x9E3779B9u + static_cast<std::uint32_t>(cell.x()) * 0x85EBCA6Bu +
                     static_cast<std::uint32_t>(cell.y()) * 0xC2B2AE35u +
@@ -60,7 +60,7 @@ double GradientNoise(const Vector3d& p, std::uint32_t seed) {
 }
 
 double FractalNoise(const Vector3d& p, int octaves, std::uint32_t seed) {
-  // Lattices that share no points: each noise is zero on its own.
+  // The lattices share no points, because each noise is zero on its own lattice.
   const Vector3d shift(0.37, 0.71, 0.13);
   double sum = 0, strength = 1, size = 1;
   for (int octave = 0; octave < octaves; ++octave) {

@@ -9,17 +9,17 @@
 namespace hpdm {
 namespace {
 
-/// Widest spot that Coverage is asked for, m.
+/// Widest spot of Coverage, m.
 constexpr double kMaxVesselSpot = 1e-3;
 
-/// By Newton's method from above, which the C library's would not give to the bit.
+/// Newton's method from above; the C library's function differs between machines in the last bit.
 double CubeRoot(double x) {
   double root = std::max(x, 1.0);
   for (int i = 0; i < 40; ++i) root -= (root - x / (root * root)) / 3;
   return root;
 }
 
-/// Points of a shape's surface, evenly scattered but for where it is strongly curved.
+/// Returns points of a shape's surface, evenly scattered except in strongly curved parts.
 std::vector<Vector3d> Scatter(const ImplicitShape& shape, int count, std::uint64_t seed) {
   RandomNumbers random(seed);
   const Bounds box = shape.bounds();
@@ -117,7 +117,7 @@ void VesselTree::SortIntoCells(double step) {
     high = high.cwiseMax(node.p);
     widest = std::max(widest, node.radius);
   }
-  // Whoever lies near a segment is in one of the 27 cells around its end.
+  // A point near a segment is in one of the 27 cells around its end.
   cell_ = 2 * step + widest + kMaxVesselSpot;
   origin_ = low - Vector3d::Constant(2 * cell_);
   count_ = ((high - origin_) / cell_).cast<int>().array() + 3;

@@ -30,7 +30,7 @@ Vector3d Square(const Vector3d& v) { return v.cwiseProduct(v); }
 /// The shapes behind the organs, seen from inside.
 class Abdomen {
  public:
-  /// A bound of the distance to what is nearest: rough surfaces are up to twice as far.
+  /// Returns a lower bound of the distance to the nearest shape; rough ones are up to twice as far.
   Nearest At(const Vector3d& p) const {
     Nearest nearest{-cavity_.Sample(p).value + 0.003 * GradientNoise(p / 0.035, 115),
                     Tissue::kWall};
@@ -39,7 +39,7 @@ class Abdomen {
     };
     consider(Fat(p), Tissue::kFat);
     for (const Loop& loop : loops_) {
-      // The field of what is far away need not be exact.
+      // The field of a distant shape need not be exact.
       double distance = (p - loop.middle).norm() - loop.reach;
       if (distance < 0.02)
         distance = 0.8 * (loop.shape.Sample(p).value + loop.creases * Creases(p));
@@ -184,7 +184,7 @@ class Abdomen {
                                 Vessels(0.06, 2500, 8)};
 };
 
-/// Linear light that comes to the lens from one direction.
+/// Returns the linear light from one direction.
 Vector3d LightFrom(const Abdomen& abdomen, const Vector3d& direction) {
   constexpr int kSteps = 90;
   constexpr double kNear = 0.035, kHit = 2e-4;
@@ -196,7 +196,7 @@ Vector3d LightFrom(const Abdomen& abdomen, const Vector3d& direction) {
   }
   const Vector3d p = depth * direction;
   const Vector3d normal = abdomen.Normal(p);
-  // Light comes from a little above the lens; crevices get less of what the walls scatter.
+  // Light comes from slightly above the lens; crevices get less of the scattered light.
   const Vector3d to_light = (Vector3d(0, 0.02, 0) - p).normalized();
   const double facing = std::max(0.0, normal.dot(to_light));
   double open = 1;
@@ -240,7 +240,7 @@ void Blur(int width, int height, int reach, Picture* picture) {
 
 Image AbdomenPicture(int width, int height) {
   HPDM_CHECK(width >= 2 && height >= 2);
-  // Out of focus, so half the pixels carry it all.
+  // The picture is out of focus, so half the pixels suffice.
   const int w = (width + 1) / 2, h = (height + 1) / 2;
   const Abdomen abdomen;
   Picture light;
@@ -266,7 +266,7 @@ Image AbdomenPicture(int width, int height) {
                 j2 = j + (y % 2 == 0 ? -1 : 1);
       const Vector3d colour = (9 * at(i, j) + 3 * at(i2, j) + 3 * at(i, j2) + at(i2, j2)) / 16;
       for (int k = 0; k < 3; ++k) {
-        // The square root is close to sRGB's curve, and the same everywhere.
+        // The square root is close to sRGB's curve and has the same bits on every machine.
         const double component = std::clamp(std::sqrt(colour[k]), 0.0, 1.0);
         image.rgb.push_back(static_cast<std::uint8_t>(std::lround(component * 255)));
       }

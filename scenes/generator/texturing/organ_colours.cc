@@ -56,7 +56,7 @@ class LiverColours {
     Vector3d colour = Mix({0.43, 0.20, 0.165}, {0.345, 0.14, 0.13},
                           SmoothStep(-0.2, 0.9, patches + 0.35 * mottle));
     colour = Mix(colour, {0.50, 0.26, 0.20}, 0.6 * SmoothStep(0.1, 0.9, -patches + 0.3 * mottle));
-    // Thin tissue is paler: half a border's thickness below the surface there is little left.
+    // Thin tissue is paler: little is left half a border's thickness below the surface.
     const Vector3d normal = shape_->Sample(p).gradient.normalized();
     const double below = shape_->Sample(p - 0.012 * normal).value;
     colour = Mix(colour, {0.60, 0.38, 0.29}, 0.5 * SmoothStep(-0.0095, -0.002, below));
@@ -75,7 +75,7 @@ class LiverColours {
                                              .finest_radius = 0.2e-3,
                                              .seed = 3};
 
-  /// Where vessels of the ligaments enter the capsule.
+  /// Places where vessels of the ligaments enter the capsule.
   static std::vector<std::vector<Vector3d>> Trunks() {
     return {{Vector3d(0.045, 0.035, 0.05), Vector3d(0.04, 0.02, 0.055)},
             {Vector3d(-0.06, 0.04, 0.05), Vector3d(-0.055, 0.03, 0.055)},

@@ -19,7 +19,7 @@ constexpr double kHiddenScale = 0.25;
 struct Piece {
   TextureCoordinates corners;    ///< Three rows a triangle, as in the chart.
   std::vector<int> bottom, top;  ///< Texels taken in each column, gutter included: [bottom, top).
-  int left = 0, low = 0;         ///< Where it was put.
+  int left = 0, low = 0;         ///< Its place.
   int Width() const { return static_cast<int>(bottom.size()); }
   int Height() const { return *std::max_element(top.begin(), top.end()); }
 };
@@ -81,7 +81,7 @@ Piece MakePiece(const SurfaceMesh& mesh, const TextureChart& chart, double scale
   return piece;
 }
 
-/// Puts the pieces, the tallest first, each where its top comes lowest. False when the square is
+/// Places the pieces, the tallest first, each where its top is lowest. False if the square is
 /// too small.
 bool LayOut(std::vector<Piece>* pieces) {
   std::vector<std::size_t> order(pieces->size());

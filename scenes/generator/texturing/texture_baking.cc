@@ -16,7 +16,7 @@ using Corners = Eigen::Matrix<double, 3, 2>;
 /// Texels around a chart whose colour its surface decides.
 constexpr double kReach = 3;
 
-/// A picture under way: colours, and whether each pixel has one.
+/// An unfinished picture: colours, and flags of the pixels that have one.
 struct Canvas {
   explicit Canvas(int pixels) : size(pixels), colours(ToSize(pixels * pixels), Vector3d::Zero()) {
     known.resize(colours.size());

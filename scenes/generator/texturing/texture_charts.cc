@@ -12,10 +12,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Least cosine between a triangle's normal and its chart's axis: what the projection shortens to
-/// less would show as stretched texels.
+/// Least cosine between a triangle's normal and its chart's axis. A projection that shortens more
+/// would show as stretched texels.
 constexpr double kObliqueCosine = 0.3;
-/// A chart of less than this part of the surface is looked at as a neighbour's.
+/// A chart with less than this part of the surface joins a neighbour.
 constexpr double kSmallArea = 0.01;
 
 class ChartCutter {

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kTenMegabytes = 10'000'000;
 
-/// `part` over and over.
+/// Repeats `part`.
 std::string Repeated(const std::string& part, std::size_t size = kTenMegabytes) {
   std::string all;
   all.reserve(size + part.size());

@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-/// The text with one number of a random vertex line replaced.
+/// Replaces one number of a random vertex line.
 std::string WithNumber(const std::string& number, MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();
   const auto struck = static_cast<Eigen::Index>(faults->Draw(42));
@@ -16,7 +16,7 @@ std::string WithNumber(const std::string& number, MeshFaults* faults) {
          ObjText(body).substr(ObjVertices(body.vertices.topRows(struck + 1)).size());
 }
 
-/// The sound body and a line more.
+/// Returns the sound body with one more line.
 std::string WithLine(const std::string& line) { return ObjText(SoundBody()) + line + '\n'; }
 
 std::string WithLineEnds(std::string text, const std::string& end) {
@@ -26,14 +26,15 @@ std::string WithLineEnds(std::string text, const std::string& end) {
   return text;
 }
 
-/// As UTF-16 with its byte-order mark.
+/// Converts to UTF-16 with its byte-order mark.
 std::string Utf16(const std::string& text, bool big) {
   std::string wide = big ? "\xfe\xff" : "\xff\xfe";
   for (const char c : text) wide += big ? std::string{'\0', c} : std::string{c, '\0'};
   return wide;
 }
 
-/// A prism over an outline (corner after corner) as one OBJ face at each end and quadrilaterals.
+/// Returns a prism over an outline (corner by corner): one OBJ face at each end, and
+/// quadrilaterals.
 std::string Prism(const std::vector<Eigen::Vector2d>& outline) {
   const std::size_t n = outline.size();
   std::string text, bottom = "f", top = "f", sides;
@@ -52,7 +53,7 @@ std::string Prism(const std::vector<Eigen::Vector2d>& outline) {
   return text + bottom + '\n' + top + '\n' + sides;
 }
 
-/// Points on a circle, `step` of n further each time, every other one nearer by `inner`.
+/// Returns points on a circle, each `step` of n further, every other one nearer by `inner`.
 std::vector<Eigen::Vector2d> Star(int n, int step, double inner) {
   std::vector<Eigen::Vector2d> outline;
   for (int i = 0; i < n; ++i) {
@@ -127,7 +128,7 @@ void AddPolygons(MeshFaults* faults) {
   faults->Add("a_polygon_of_256_corners.obj", Prism(Star(256, 1, 1)));
   faults->Add("a_polygon_of_257_corners.obj", Prism(Star(257, 1, 1)));
 
-  // Each polygon crosses itself as often as it can, so that no corner of it is an ear.
+  // Each polygon crosses itself as often as possible, so that no corner is an ear.
   std::string wild;
   for (int i = 0; i < 256; ++i) {
     wild += "v " + PointText(faults->DrawPoint().transpose()) + '\n';

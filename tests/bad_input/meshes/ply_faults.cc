@@ -10,14 +10,14 @@ constexpr PlyEncoding kText = PlyEncoding::kText, kLittle = PlyEncoding::kLittle
                       kBig = PlyEncoding::kBigEndian;
 
 /// The text with the first `from` in it replaced.
-/// A random coordinate replaced in a file of either byte order.
+/// Replaces a random coordinate in a file of either byte order.
 std::string WithNumber(PlyEncoding encoding, float number, MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();
   const std::size_t struck = PlyHeader(encoding, body).size() + 4 * faults->Draw(3 * 42);
   return PlyBytes(encoding, body).replace(struck, 4, Raw(number, encoding == kBig));
 }
 
-/// Likewise a corner of a triangle.
+/// Replaces a corner of a triangle in a file of either byte order.
 std::string WithIndex(PlyEncoding encoding, std::int32_t index, MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();
   const std::size_t struck =

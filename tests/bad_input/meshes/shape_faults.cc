@@ -37,7 +37,7 @@ SurfaceMesh ScaledBy(SurfaceMesh mesh, double factor) {
   return mesh;
 }
 
-/// Every triangle with three vertices of its own, each moved by up to `noise` along each axis.
+/// Gives every triangle its own three vertices, each moved by up to `noise` along each axis.
 SurfaceMesh Apart(const SurfaceMesh& mesh, double noise, MeshFaults* faults) {
   SurfaceMesh soup;
   for (Index t = 0; t < mesh.triangles.rows(); ++t) {
@@ -51,7 +51,7 @@ SurfaceMesh Apart(const SurfaceMesh& mesh, double noise, MeshFaults* faults) {
   return soup;
 }
 
-/// Triangles that are turned round, given again or spoilt.
+/// Triangles that are flipped, duplicated or damaged.
 void AddTriangleFaults(MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();
   SurfaceMesh mesh = body;
@@ -99,7 +99,7 @@ void AddTriangleFaults(MeshFaults* faults) {
   faults->Add("triangles_at_random.stl", mesh);
 }
 
-/// Holes, and vertices that no triangle or too many triangles meet at.
+/// Holes, and vertices with no triangle or too many triangles.
 void AddTopologyFaults(MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();
   SurfaceMesh mesh = Without(body, DrawTriangle(body, faults), 1);
@@ -127,7 +127,7 @@ void AddTopologyFaults(MeshFaults* faults) {
   faults->Add("two_boxes_with_one_corner.stl", Joined(box, Moved(box, Vector3d(0.1, 0.1, 0.1))));
   faults->Add("two_boxes_with_one_side.obj", Joined(box, Moved(box, Vector3d(0.1, 0, 0))));
 
-  // A band that is glued to itself the wrong way round.
+  // A Moebius band.
   SurfaceMesh strip;
   const int n = 12;
   for (int i = 0; i < n; ++i) {
@@ -156,7 +156,7 @@ void AddTopologyFaults(MeshFaults* faults) {
   faults->Add("a_vertex_of_fifteen_hundred_triangles.ply", cone);
 }
 
-/// Parts that cross, hold or outsize each other.
+/// Parts that cross, contain or dwarf each other.
 void AddPartFaults(MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();
   faults->Add("two_spheres_cross.ply", Joined(body, Moved(body, Vector3d(0.04, 0.01, 0))));
@@ -189,7 +189,7 @@ void AddPartFaults(MeshFaults* faults) {
   faults->Add("a_body_a_kilometre_away.stl", Joined(body, Moved(body, Vector3d(1e3, 0, 0))));
 }
 
-/// Bodies without a volume, or of a size or at a place that nobody means.
+/// Bodies without a volume, or with an absurd size or place.
 void AddSizeFaults(MeshFaults* faults) {
   const SurfaceMesh body = SoundBody();
   SurfaceMesh mesh = body;

@@ -114,7 +114,7 @@ TEST(Laparoscope, AMovedScopeStillPassesItsTrocar) {
   EXPECT_NEAR(std::tan(to.field_of_view / 2), std::tan(from.field_of_view / 2) / 1.5, 1e-14);
 }
 
-TEST(Laparoscope, AMovementOfNothingKeepsThePicture) {
+TEST(Laparoscope, AZeroMovementKeepsThePicture) {
   for (const LaparoscopeOptions& from : {Oblique(), ThroughATrocar()}) {
     const Laparoscope before(from, 640, 480), after(Moved(from, {}), 640, 480);
     EXPECT_TRUE(after.X_WC().isApprox(before.X_WC(), 1e-13));
@@ -203,7 +203,7 @@ TEST(Laparoscope, LookingStraightDownHasAPose) {
   EXPECT_LT(scope.Project(Vector3d(0, 0.01, 0)).y(), 240);  // the world's y is up
 }
 
-TEST(Laparoscope, OptionsThatCannotBeDrawnAreRefused) {
+TEST(Laparoscope, ImpossibleOptionsAreRefused) {
   LaparoscopeOptions at_target = Oblique();
   at_target.p_scope_W = at_target.p_target_W;
   EXPECT_THROW(Laparoscope(at_target, 640, 480), InputError);

@@ -34,7 +34,7 @@ class LensPassTest : public testing::Test {
     return {options, kWidth, kHeight};
   }
 
-  /// What becomes of a picture that is white within `bright_px` of its middle and grey elsewhere.
+  /// Passes a picture that is white within `bright_px` of its middle and grey elsewhere.
   static Image Disc(double bright_px, const Laparoscope& scope, int samples) {
     PictureTarget target(kWidth, kHeight, samples);
     target.Bind();
@@ -116,7 +116,7 @@ TEST_F(LensPassTest, OneSampleAPixelIsBlendedOnEdgesAlone) {
       }
     }
   }
-  // Of the 314 pixels around the disc most are stairs.
+  // Most of the 314 pixels around the disc are stairs.
   EXPECT_GT(between, 150);
 }
 

@@ -86,7 +86,7 @@ TEST(LatticeMarks, PointsCarryTheDeformedShape) {
   }
 }
 
-TEST(LatticeMarks, LinesJoinNeighboursAndLocalFunctionsHaveAColourOfTheirOwn) {
+TEST(LatticeMarks, LinesJoinNeighboursAndLocalFunctionsHaveTheirOwnColour) {
   OrganOptions options = SupportedOptions();
   options.energy.type = EnergyType::kStrain;
   options.lattice.cells = {2, 2, 2};
@@ -201,7 +201,7 @@ class OverlayRendererTest : public testing::Test {
   SceneSnapshot snapshot_;
 };
 
-TEST_F(OverlayRendererTest, SwitchedOffTheyLeaveThePictureAsItWas) {
+TEST_F(OverlayRendererTest, SwitchedOffTheyDoNotChangeThePicture) {
   const Points reference = Points::Constant(model_.rest().vertices.rows(), 3, 0.002);
   organ_.reference = &reference;
   const Image before = Draw(kOverlayNone);

@@ -49,7 +49,7 @@ std::vector<OrganModel> OrganOf(const Case& each) {
   return OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3, options.X_WO));
 }
 
-// What the loop publishes when two tips press the organ from above, about 15 mm deep.
+// Returns the loop's snapshot after two tips press the organ from above, about 15 mm deep.
 OrganSnapshot Pressed(const std::vector<OrganModel>& organs) {
   constexpr int kSteps = 5;
   TripleBuffer<ToolState> tools;
@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
              StrainMeasure::kFinite}),
     testing::PrintToStringParamName());
 
-TEST_P(LatticeDeformationTest, ShaderPutsVerticesWhereTheLoopDoes) {
+TEST_P(LatticeDeformationTest, ShaderAndLoopAgreeOnVertices) {
   const auto& [organs, shape] = Solved(GetParam());
   const PointsF rest = organs[0].rest().vertices.cast<float>();
   ASSERT_GT(LargestDistance(shape.vertices, rest), 0.003);
@@ -193,8 +193,8 @@ TEST_P(LatticeDeformationTest, NormalsAreThoseOfTheDeformedSurface) {
   EXPECT_LT(angles.mean(), 0.5);
 }
 
-// By differences of positions along two tangents, of the same map: no triangles in between.
-TEST_P(LatticeDeformationTest, NormalsStandOnTheImageOfTheTangentPlane) {
+// Differences of positions along two tangents of the same map give the normal without triangles.
+TEST_P(LatticeDeformationTest, NormalsAreOrthogonalToTheMappedTangentPlane) {
   const auto& [organs, shape] = Solved(GetParam());
   const OrganModel& model = organs[0];
   Deform(model, shape);
@@ -224,7 +224,7 @@ TEST_P(LatticeDeformationTest, NormalsStandOnTheImageOfTheTangentPlane) {
   EXPECT_LT(off.mean(), 1e-3);
 }
 
-TEST(FfdPath, OrganWithoutALatticeIsLeftToTheCpu) {
+TEST(FfdPath, OrgansWithoutALatticeUseTheCpu) {
   OrganOptions options;
   options.name = "skin";
   options.model = OrganModelType::kContinuum;
@@ -234,7 +234,7 @@ TEST(FfdPath, OrganWithoutALatticeIsLeftToTheCpu) {
   EXPECT_FALSE(UsesShader(FfdPath::kShader, "", skin));
 }
 
-TEST(FfdPath, SoftwareRenderersLeaveItToTheCpuUnlessForced) {
+TEST(FfdPath, SoftwareRenderersUseTheCpuUnlessForced) {
   const std::vector<OrganModel> organs =
       OrganOf({"bspline", BasisType::kBSpline, {2, 2, 2}, {2, 2, 2}});
   const char* const software = "llvmpipe (LLVM 15.0.6, 256 bits), 4.5";

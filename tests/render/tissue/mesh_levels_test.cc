@@ -48,7 +48,7 @@ std::vector<MeshLevel> LevelsOf(const SurfaceMesh& mesh, double metres_per_uv = 
   return MakeLevels(CutSeams(mesh), mesh.vertices, metres_per_uv);
 }
 
-// By how much the vertices of a mesh lie off a level of it at most, m.
+// Returns the largest distance of a mesh's vertices from one of its levels, m.
 double FarthestOff(const MeshLevel& level, const SeamedMesh& mesh, const Points& vertices) {
   Points drawn(vertices.rows() + static_cast<Eigen::Index>(mesh.copies.size()), 3);
   drawn.topRows(vertices.rows()) = vertices;
@@ -78,7 +78,7 @@ TEST(MeshLevels, HaveHalfAsManyTrianglesEachAndStayClosed) {
     EXPECT_GT(levels[k].error, levels[k - 1].error);
     // Each level's edges are about root two as long.
     EXPECT_NEAR(levels[k].mean_edge / levels[k - 1].mean_edge, std::sqrt(2.), 0.12);
-    // What is cut off is less than a shell as thick as the error.
+    // The lost volume is less than a shell as thick as the error.
     EXPECT_NEAR(EnclosedVolume(mesh.vertices, levels[k].triangles) / volume, 1,
                 3 * levels[k].error / kAxes.minCoeff());
   }
@@ -87,7 +87,7 @@ TEST(MeshLevels, HaveHalfAsManyTrianglesEachAndStayClosed) {
   EXPECT_LT(levels[2].error, 3 * 0.008 * 0.008 / 8 / 0.05);
 }
 
-TEST(MeshLevels, TellNoLessThanTheErrorAtRestAndDeformed) {
+TEST(MeshLevels, BoundTheErrorAtRestAndDeformed) {
   for (const bool textured : {false, true}) {
     const SurfaceMesh mesh = Body(textured);
     const SeamedMesh seamed = CutSeams(mesh);
@@ -143,7 +143,7 @@ TEST(MeshLevels, KeepTheTextureWhereItIs) {
   }
 }
 
-TEST(LevelChoice, IsTheMeshNearbyAndCoarserFartherOffWithoutGoingToAndFro) {
+TEST(LevelChoice, IsTheMeshNearbyAndCoarserFartherOffWithoutAlternating) {
   const std::vector<MeshLevel> levels = LevelsOf(Body(false));
   const auto at_rest = [&](int k) { return levels[static_cast<std::size_t>(k)].error; };
   const auto serves = [&](int k, double scale) {
@@ -165,11 +165,11 @@ TEST(LevelChoice, IsTheMeshNearbyAndCoarserFartherOffWithoutGoingToAndFro) {
   }
   EXPECT_EQ(level, static_cast<int>(levels.size()) - 1);
   EXPECT_GE(changes, 4);
-  // What the organ's own deformation spoils is not drawn.
+  // A level that the organ's deformation spoils is not drawn.
   EXPECT_EQ(LevelChoice::After(level, levels, 10, [](int) { return 1.0; }), 0);
 }
 
-TEST(LevelChoice, NoLineInABoxIsDrawnLongerThanTheScopeSays) {
+TEST(LevelChoice, NoLineInABoxIsDrawnLongerThanTheScopesBound) {
   std::mt19937 random(7);
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * (random() / 4294967296.0);
@@ -276,7 +276,7 @@ TEST_F(LevelPicturesTest, NearbyThePictureIsTheSame) {
 
 // One comes from afar and one from nearby: where the coming one has not yet gone to the finer level
 // that the going one still draws, both are at the border of the same switch.
-TEST_F(LevelPicturesTest, ASwitchIsNotSeen) {
+TEST_F(LevelPicturesTest, ASwitchIsInvisible) {
   const auto coming = View(true), going = View(true), without = View(false);
   // The cavity's wall stands where the first picture had it.
   for (SceneRenderer* view : {coming.get(), going.get(), without.get()}) Draw(view, 1.9);

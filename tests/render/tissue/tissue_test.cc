@@ -1,4 +1,4 @@
-// What a picture makes of tissue: its fine relief and the shade that organs throw on each other.
+// Tissue in the picture: its fine relief and the shade between organs.
 #include <gtest/gtest.h>
 
 #include <algorithm>

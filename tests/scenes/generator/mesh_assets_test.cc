@@ -61,7 +61,7 @@ SurfaceMesh Committed(const std::string& name) {
   return mesh;
 }
 
-/// What is promised of each committed file. Sizes are x, y, z in metres, to 2 mm.
+/// Promised properties of each committed file. Sizes are x, y, z in metres, to 2 mm.
 struct Promise {
   const char* name;
   int triangles;
@@ -208,7 +208,7 @@ TEST(MeshAssets, LiverHasADomeAHollowUndersideAndASharpBorder) {
   mesh.vertices.col(0).maxCoeff(&left_tip);
   const Vector3d between = 0.5 * (mesh.vertices.row(lower_tip) + mesh.vertices.row(left_tip));
   EXPECT_GT(liver->Sample(between).value, 0.01);
-  // Where the border is sharp the tissue 10 mm above it is thinner than 25 mm.
+  // At the sharp border, the tissue 10 mm above it is thinner than 25 mm.
   double border = 0.05;
   while (thickness(0.09, border) > 0) border -= 1e-3;
   EXPECT_LT(thickness(0.09, border + 0.01), 0.025);
@@ -295,7 +295,7 @@ TEST(MeshAssets, TipsOfInstrumentsLieInTheirBallWhenClosed) {
     for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
       const Vector3d p = mesh.vertices.row(v);
       if (p.z() > -1.9e-3) continue;
-      // What an organ meets first; the hook's foot reaches 1.1 mm out of the ball.
+      // The tip touches an organ first; the hook's foot reaches 1.1 mm out of the ball.
       EXPECT_LT(p.head<2>().norm(), type == InstrumentType::kHook ? 3.6e-3 + 1e-9 : 2.5e-3);
     }
   }

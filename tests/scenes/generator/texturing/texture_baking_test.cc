@@ -12,7 +12,7 @@
 namespace hpdm {
 namespace {
 
-/// What a graphics card reads at (u, v): bilinear, one component, 0..1.
+/// Samples as a graphics card at (u, v): bilinear, one component, 0..1.
 double Lookup(const Image& image, const Eigen::RowVector2d& uv, int component) {
   const double x = uv.x() * image.width - 0.5, y = (1 - uv.y()) * image.height - 0.5;
   const int i = static_cast<int>(x), j = static_cast<int>(y);
