@@ -168,8 +168,9 @@ TEST(HapticLoop, AContactThatGivesEnergyIsDampedAndSaysSo) {
   const auto shake = [](Bench* bench) {
     bench->Settle();
     ToolSample tool;
-    // By 0.2 mm to and fro about a depth of 1 mm: holding the force gives K (0.2 mm)^2 / 2 = 60 uJ
-    // a tick, of which the device takes less than 0.5 N s/m (0.2 mm)^2 / 1 ms + 0.1 N 0.2 mm = 40.
+    // The tip oscillates by 0.2 mm about a depth of 1 mm. Holding the force generates
+    // K (0.2 mm)^2 / 2 = 60 uJ per tick, of which the device takes less than 0.5 N s/m (0.2 mm)^2 /
+    // 1 ms + 0.1 N 0.2 mm = 40.
     for (int i = 0; i < 40; ++i) {
       bench->device.MoveTip({0, 0, kTipRadius - 0.001 + (i % 2 == 0 ? 1 : -1) * 1e-4});
       tool = bench->Tick().tools[0];
@@ -208,7 +209,7 @@ TEST(HapticLoop, LockstepRunsAreIdenticalAndNoForceStepExceedsTheSlewLimit) {
   EXPECT_GT(in_contact, 2000);
 }
 
-// The first press of the palpation, at rest: hand spring and tissue share the intended depth.
+// Tests the first press of the palpation, at rest: hand spring and tissue share the intended depth.
 TEST(HapticLoop, HandAndTissueSettleWhereTheirSpringsBalance) {
   SimulatedSession session;
   session.Run(0, 6'000);
@@ -222,7 +223,7 @@ TEST(HapticLoop, HandAndTissueSettleWhereTheirSpringsBalance) {
   EXPECT_NEAR(deepest, 0.0175 * 300 / 420, 0.003);
 }
 
-// On the machine's own clock: no claim of timing, only that the accounts are right.
+// Runs on the machine's own clock: checks only that the counts are right, not the timing.
 TEST(HapticLoop, RealClockRunAccountsForEveryPeriodAndMeasuresEveryTick) {
   Bench bench;
   RealLoopClock clock{SessionClock()};
