@@ -9,7 +9,7 @@
 #include "engine/base/types.h"
 #include "engine/organ_motion.h"
 
-/// What a scene says of an organ, validated by the loader (scenes/loader/scene.h), SI units.
+/// A scene's organs, validated by the loader (scenes/loader/scene.h), SI units.
 namespace hpdm {
 
 enum class BasisType { kBSpline, kBernstein };

@@ -33,7 +33,7 @@ class TetraBody {
 
  private:
   struct Element {
-    Eigen::Matrix<double, 4, 3> gradients;  ///< Of the barycentric coordinates, 1/m.
+    Eigen::Matrix<double, 4, 3> gradients;  ///< Gradients of the barycentric coordinates, 1/m.
     double volume;                          ///< m^3.
     double stiffness;                       ///< Relative.
   };

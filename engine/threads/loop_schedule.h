@@ -14,7 +14,7 @@ class LoopClock {
  public:
   virtual ~LoopClock() = default;
   virtual Nanoseconds Now() noexcept = 0;                  ///< Session time, monotonic.
-  virtual Nanoseconds ThreadCpuTime() noexcept = 0;        ///< Of the calling thread.
+  virtual Nanoseconds ThreadCpuTime() noexcept = 0;        ///< CPU time of the calling thread.
   virtual void SleepUntil(Nanoseconds time) noexcept = 0;  ///< Returns at `time` or later.
 };
 

@@ -125,8 +125,7 @@ class HapticContact {
   // State within a tick, reaction "lattice".
   bool in_lattice_ = false;  // there is a contact to solve for
   CondensedTip tip_;
-  Matrix3d coupling_W_ =
-      Matrix3d::Zero();  // C_ac at the tip's foot, for the other tip's step place
+  Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the foot, to the other tip's step place
 
   // Hand-over between patches.
   bool is_new_ = false;     // the patch is new

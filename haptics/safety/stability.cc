@@ -42,7 +42,7 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t) {
   const double v = s / m;
   double x = 0;
   if (b * t < m && k * t * t < m) {
-    // Where the closed form loses precision: the power series of m x'' + b x' + k x = 1.
+    // The closed form loses precision here: use the power series of m x'' + b x' + k x = 1.
     double term = 0.5 * t * t / m, before = 0;  // c_n t^n, c_(n-1) t^(n-1)
     x = term;
     for (int n = 3; n < 60 && std::abs(term) + std::abs(before) > 1e-18 * x; ++n) {

@@ -27,7 +27,7 @@ class DeformationLoopTest : public testing::Test {
   explicit DeformationLoopTest(const OrganOptions& options = Options())
       : models_(OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3))) {}
 
-  // Shaft along z, tip's centre at p.
+  // The shaft lies along z, the tip's centre at p.
   static ToolPose ToolAt(const Vector3d& p, double jaw = 1) {
     ToolPose tool;
     tool.X_WT.translation() = p;

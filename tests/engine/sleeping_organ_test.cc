@@ -62,7 +62,7 @@ class Row {
                                           DeformationEdges{tools_, patches, *render, *telemetry_});
   }
 
-  /// A step with the tip this far below the top of an organ, m; above where negative.
+  /// Runs a step with the tip this far below the top of an organ, m; negative: above.
   void Step(double depth, int organ = 0) {
     const Vector3d tip(kApart * organ + 0.01, 0.005, kAxes.z() - depth);
     StepAt(tip, tip + Vector3d(0, 0, 0.3));
@@ -79,8 +79,8 @@ class Row {
     loop_->Step(state, state.time_ns);
     patches.Update();
   }
-  /// Steps with the tip out of every organ's reach until `organ` sleeps; how many, or -1 after
-  /// `most`.
+  /// Runs steps with the tip out of every organ's reach until `organ` sleeps. Returns their number,
+  /// or -1 after `most`.
   int StepsToSleep(int organ, int most) {
     for (int steps = 1; steps <= most; ++steps) {
       Step(-1);
@@ -104,7 +104,7 @@ class Row {
   std::uint64_t number_ = 0;
 };
 
-// m below the top: down, to and fro, out of reach, and down again.
+// m below the top: down, sideways and back, out of reach, and down again.
 const std::vector<double> kPalpation = {-0.03, -0.004, 0.002, 0.008, 0.012, 0.009, 0.004,
                                         -0.01, -1,     -1,    0.003, 0.006, -0.02, -1};
 
@@ -156,7 +156,7 @@ TEST(SleepingOrgan, WakesInTheStepThatTouchesItAndSleepsInTheOneThatLetsGo) {
 
 TEST(SleepingOrgan, WakesUnderAShaft) {
   Row row({Tissue(), Of(OrganModelType::kRigid)});
-  // Slanted over the first organ's top, with the tip beyond the reach of either.
+  // The shaft is slanted over the first organ's top, with the tip beyond the reach of either.
   const Vector3d tip(0.09, 0.1, kAxes.z() - 0.005), trocar(-0.09, -0.1, kAxes.z() - 0.005);
   row.StepAt(tip + Vector3d(0, 0, 0.05), trocar + Vector3d(0, 0, 0.05));
   EXPECT_FALSE(row.state(0).awake);
@@ -171,7 +171,7 @@ TEST(SleepingOrgan, AViscousOneStaysAwakeUntilItHasRecovered) {
     Row row({Viscous(strain)});
     for (int i = 0; i < 10; ++i) row.Step(0.006);
     const double before = row.state(0).control_displacements.cwiseAbs().maxCoeff();
-    // exp(-t / tau) takes it below a nanometre.
+    // The decay exp(-t / tau) takes it below a nanometre.
     const double expected = std::log(before / 1e-9) * 0.1 * 30;
     row.Step(-1);
     EXPECT_TRUE(row.state(0).awake);
@@ -212,7 +212,7 @@ TEST(SleepingOrgan, IsCarriedByItsMotionWithoutANewShape) {
   EXPECT_TRUE(row.state(0).awake);
 }
 
-// Readers take a slot now and then: each slot must catch up with what it missed.
+// Readers take a slot now and then: each slot must catch up with the steps that it missed.
 TEST(SleepingOrgan, EverySlotOfAnEdgeHasTheShapesOfItsStep) {
   Row row({WithLocalFunctions(), Tissue()});
   int step = 0;
@@ -229,7 +229,7 @@ TEST(SleepingOrgan, EverySlotOfAnEdgeHasTheShapesOfItsStep) {
           ASSERT_EQ(shape.version, state.version);
           ASSERT_EQ(shape.control_displacements,
                     state.control_displacements.topRows(shape.control_displacements.rows()));
-          // Where no indentation is.
+          // There is no indentation at this vertex.
           if (shape.indentation_count == 0) {
             ASSERT_EQ(shape.vertices, state.vertices.cast<float>());
           }

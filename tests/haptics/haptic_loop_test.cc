@@ -171,8 +171,9 @@ TEST(HapticLoop, AContactThatGivesEnergyIsDampedAndSaysSo) {
   const auto shake = [](Bench* bench) {
     bench->Settle();
     ToolSample tool;
-    // By 0.2 mm to and fro about a depth of 1 mm: holding the force gives K (0.2 mm)^2 / 2 = 60 uJ
-    // a tick, of which the device takes less than 0.5 N s/m (0.2 mm)^2 / 1 ms + 0.1 N 0.2 mm = 40.
+    // The tip oscillates by 0.2 mm about a depth of 1 mm. Holding the force generates
+    // K (0.2 mm)^2 / 2 = 60 uJ per tick, of which the device takes less than 0.5 N s/m (0.2 mm)^2 /
+    // 1 ms + 0.1 N 0.2 mm = 40.
     for (int i = 0; i < 40; ++i) {
       bench->device.MoveTip({0, 0, kTipRadius - 0.001 + (i % 2 == 0 ? 1 : -1) * 1e-4});
       tool = bench->Tick().tools[0];
@@ -211,7 +212,7 @@ TEST(HapticLoop, LockstepRunsAreIdenticalAndNoForceStepExceedsTheSlewLimit) {
   EXPECT_GT(in_contact, 2000);
 }
 
-// The first press of the palpation, at rest: hand spring and tissue share the intended depth.
+// Tests the first press of the palpation, at rest: hand spring and tissue share the intended depth.
 TEST(HapticLoop, HandAndTissueSettleWhereTheirSpringsBalance) {
   SimulatedSession session;
   session.Run(0, 6'000);
@@ -225,8 +226,8 @@ TEST(HapticLoop, HandAndTissueSettleWhereTheirSpringsBalance) {
   EXPECT_NEAR(deepest, 0.0175 * 300 / 420, 0.003);
 }
 
-// The writer gets a slot back with every patch that a tick takes, and writes into it at once: what
-// a tick still reads of it then, the thread sanitizer sees.
+// The writer gets a slot back with every patch that a tick takes, and writes into it at once. The
+// thread sanitizer reports a tick that still reads it.
 TEST(HapticLoop, APublisherThatNeverPausesSharesNoPatchWithATick) {
   Bench bench;
   bench.Settle();
@@ -250,7 +251,7 @@ TEST(HapticLoop, APublisherThatNeverPausesSharesNoPatchWithATick) {
     const HapticSample sample = bench.Tick();
     const ToolSample& tool = sample.tools[0];
     ASSERT_EQ(tool.kind, ContactKind::kPress);
-    // A patch's organ goes with its number: a tick reads one patch, not parts of two.
+    // The organ follows from the patch's number: a tick reads one patch, not parts of two.
     ASSERT_EQ(tool.organ, static_cast<int>(sample.patch_number % 2));
     ASSERT_NEAR(tool.depth, 0.01, 1e-14);  // rounding of the inverse kinematics
     if (sample.patch_number == last) {
@@ -262,7 +263,7 @@ TEST(HapticLoop, APublisherThatNeverPausesSharesNoPatchWithATick) {
   }
 }
 
-// On the machine's own clock: no claim of timing, only that the accounts are right.
+// Runs on the machine's own clock: checks only that the counts are right, not the timing.
 TEST(HapticLoop, RealClockRunAccountsForEveryPeriodAndMeasuresEveryTick) {
   Bench bench;
   RealLoopClock clock{SessionClock()};

@@ -14,7 +14,7 @@
 #include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
 
-/// What happens to the hand when a thread or the clock fails.
+/// Tests what the hand feels if a thread or the clock fails.
 namespace hpdm {
 namespace {
 
@@ -28,8 +28,9 @@ std::vector<HapticSample> Drained(SpscQueue<HapticSample>* samples) {
   return drained;
 }
 
-// Every period is a tick or a skip with a cause, no tick runs outside of its period (so none in a
-// burst), and no force is farther from the one before than the slew limit.
+// Checks that every period is a tick or a skip with a cause, that no tick runs outside of its
+// period (so none in a burst), and that no force differs from the one before by more than the slew
+// limit.
 void ExpectOrderlyTicks(const std::vector<HapticSample>& ticks, const TickCount& count) {
   ASSERT_FALSE(ticks.empty());
   EXPECT_EQ(ticks.size(), count.ticks);
@@ -48,7 +49,7 @@ void ExpectOrderlyTicks(const std::vector<HapticSample>& ticks, const TickCount&
     EXPECT_LE((force_W - last_W).norm(), kMaxForceChange * kRounding) << tick.tick;
     last_W = force_W;
   }
-  // Those after the last tick that ran are in the count only.
+  // Periods after the last tick that ran are in the count only.
   EXPECT_LE(skipped.late_wake_up, count.skipped.late_wake_up);
   EXPECT_LE(skipped.long_compute, count.skipped.long_compute);
   EXPECT_LE(skipped.stalled, count.skipped.stalled);
@@ -68,7 +69,7 @@ TEST(LoopFaults, ADeformationLoopStoppedForHalfASecondFadesTheForceAndBringsItBa
     EXPECT_LE(force, last);
     last = force;
   }
-  // Of the 500 ms the patch is stale in all but the first 133 ms; they decay it at 50 ms.
+  // The patch is stale in all but the first 133 ms of the 500 ms; the force decays with 50 ms.
   EXPECT_LT(last, before * std::exp(-(0.5 - 0.135) / 0.05));
   for (int i = 0; i < 600; ++i) {
     if (i % 33 == 0) bench.PublishPatch();
@@ -194,8 +195,8 @@ TEST(LoopFaults, AJumpWithinATickIsStalledTimeAndNotOwnComputing) {
   ExpectOrderlyTicks(Drained(&samples), count);
 }
 
-// The haptic and the deformation loop on threads of their own and the machine's clock: claims of
-// what happens, none of how fast.
+// Runs the haptic and the deformation loop on threads of their own with the machine's clock. Checks
+// what happens, not how fast.
 class RealThreads : public testing::Test {
  protected:
   RealThreads()

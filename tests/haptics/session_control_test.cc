@@ -2,7 +2,7 @@
 
 #include "tests/support/haptic_bench.h"
 
-/// What a trainee asks of the haptic loop: pauses and other instruments.
+/// Tests a trainee's requests to the haptic loop: pauses and exchanges of instruments.
 namespace hpdm {
 namespace {
 
@@ -14,7 +14,7 @@ SessionControl Take(int instrument_index) {
 
 class SessionControlTest : public testing::Test {
  protected:
-  // With fresh patches; at least one tick.
+  // Runs ticks with fresh patches; at least one tick.
   HapticSample Run(int ticks) {
     HapticSample sample;
     for (int i = 0; i < ticks; ++i) {
@@ -62,7 +62,7 @@ TEST_F(SessionControlTest, TheNewTipIsFeltByItsOwnRadiusAndPatchesAndWithoutASte
   EXPECT_NEAR(last, kStiffness * (kThick - height), 1e-4);
 }
 
-TEST_F(SessionControlTest, WhatTheHandDoesNotHaveIsIgnored) {
+TEST_F(SessionControlTest, AnInstrumentThatTheHandDoesNotHaveIsIgnored) {
   for (const int instrument_index : {-1, 2, 1 << 30}) {
     bench_.Ask(Take(instrument_index));
     EXPECT_EQ(Run(10).tools[0].instrument_index, 0) << instrument_index;

@@ -23,8 +23,8 @@
 #include "tests/support/counted_allocations.h"
 #include "tests/support/haptic_bench.h"
 
-/// What the haptic thread never does: allocate, lock, ask the system for anything but the time, or
-/// look at the wall clock. Sanitizers do these things themselves: nothing is tested under them.
+/// Checks that the haptic thread never allocates, locks, calls the system except for the time, or
+/// reads the wall clock. Sanitizers do these things themselves: nothing is tested under them.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 // A program's own definition of a C function goes before the library's, also for calls from other
@@ -183,8 +183,8 @@ void OnRefusedCall(int, siginfo_t* info, void*) {
   _exit(1);  // one of the calls that are allowed
 }
 
-// From here on the process may look at the monotonic and its CPU clock, sleep on the former, and
-// end; any other system call, or clock, ends it. False where the system refuses the filter.
+// Installs a filter: the process may read the monotonic clock and its CPU clock, sleep on the
+// former and end. Any other system call or clock ends it. False if the system refuses the filter.
 bool AllowOnlyTheClock() {
 #if defined(__x86_64__)
   constexpr std::uint32_t kArchitecture = AUDIT_ARCH_X86_64;
@@ -228,8 +228,8 @@ bool AllowOnlyTheClock() {
          prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
-// Runs `body` in a child process under the filter: the call that ended it, 0 when none did, -1 when
-// the system refuses filters.
+// Runs `body` in a child process under the filter. Returns the call that ended it, 0 if none did,
+// -1 if the system refuses filters.
 int RefusedCallOf(void (*body)()) {
   constexpr int kNoFilter = 77;
   void* shared =

@@ -172,7 +172,7 @@ TEST(MassSpring, ChosenSubstepsAreBelowTheLimitOfAnyStretchedState) {
   const MassSpring model = Model(rest);
   EXPECT_LE(model.SafeSubstep(), model.StableSubstepAtRest());
   EXPECT_LE(1. / 30 / model.substeps(), MassSpring::kSafety * model.SafeSubstep());
-  // Twice as stiff a body needs sqrt(2) times as many.
+  // A body twice as stiff needs sqrt(2) times as many.
   MassSpringOptions stiff;
   stiff.alpha = 200000;
   EXPECT_NEAR(1.0 * Model(rest, stiff).substeps() / model.substeps(), 10, 1);

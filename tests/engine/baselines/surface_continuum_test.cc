@@ -17,7 +17,7 @@ namespace {
 constexpr double kForever = std::numeric_limits<double>::infinity();
 using enum ContactConstraints::RowKind;
 
-// A flat body with obtuse triangles in a pose of its own: 162 vertices.
+// A flat body with obtuse triangles in a general pose: 162 vertices.
 SurfaceMesh Body(int splits = 2) {
   return Ellipsoid(Vector3d(0.1, 0.07, 0.03), splits, SomePose());
 }
@@ -80,7 +80,7 @@ TEST(SurfaceContinuum, EnergyOfASphereIsThatOfTheSmoothSurface) {
 }
 
 // The metric energy of Terzopoulos et al., int eta |G - G0|^2 da, of a mesh moved to `p`, and its
-// force as Eq. 17 has it: minus the sum over triangles of area alpha_ij d_i phi_a d_j p.
+// force by Eq. 17: minus the sum over triangles of area alpha_ij d_i phi_a d_j p.
 double MetricEnergy(const SurfaceMesh& rest, const Points& p, double eta, double factor,
                     Points* forces) {
   using Frame = Eigen::Matrix<double, 3, 2>;
@@ -109,7 +109,7 @@ double MetricEnergy(const SurfaceMesh& rest, const Points& p, double eta, double
 }
 
 TEST(SurfaceContinuum, TheMetricsWeightIsFourEtaTimesItsChange) {
-  // Why the header departs from the printed alpha = eta (G - G0).
+  // This is why the header differs from the printed alpha = eta (G - G0).
   const SurfaceMesh rest = Body(1);
   srand(3);
   const Points p = rest.vertices + 0.005 * Points::Random(rest.vertices.rows(), 3);
@@ -297,7 +297,7 @@ TEST(SurfaceContinuum, FixedRegionStaysAndTheRestMoves) {
   }
   // The tie of a fixed region (support.h) is soft enough to give 1 % of the press at its edge.
   EXPECT_LT(held, 0.02 * 0.01);
-  // What the tool pushes with, the supports hold.
+  // The supports balance the tool's force.
   const Vector3d reaction = (ground.asDiagonal() * U).colwise().sum();
   EXPECT_LT((reaction - contacts[0].force_W).norm(), 1e-9 * reaction.norm());
 }
@@ -332,7 +332,7 @@ TEST(SurfaceContinuum, StepCostGrowsNearlyLinearlyWithTheVertices) {
   EXPECT_LT(std::log(fine / coarse) / std::log(2562. / 642), 1.4);
 }
 
-TEST(SurfaceContinuum, WhatCannotBeBuiltSaysSo) {
+TEST(SurfaceContinuum, ImpossibleModelsAreRefusedWithTheReason) {
   const SurfaceMesh rest = Body(1);
   const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(rest.vertices.rows());
   SurfaceContinuumOptions options;

@@ -44,7 +44,7 @@ TEST(Corotational, StiffnessAtRestIsThatOfSmallStrain) {
   EXPECT_LT((a - b).norm(), 1e-12 * b.norm());  // rounding
 }
 
-/// SOFA's way to solve K x = b with held nodes: conjugate gradients from zero, stopped after 25
+/// Solves K x = b with held nodes as SOFA does: conjugate gradients from zero, stopped after 25
 /// iterations whether converged or not.
 Points TwentyFiveConjugateGradients(const BlockMatrix& K, const std::vector<int>& held,
                                     const Points& b) {
@@ -154,7 +154,7 @@ TEST_F(SofaLiver, EquilibriumIsWhereTheMotionSettlesAfterTheRecord) {
   const auto [u, velocity] = Move(body, 1500);
   // After 30 s the slowest mode has decayed; both solve the same balance.
   EXPECT_LT((u - still).norm(), 1e-3 * still.norm());
-  // The recorded state is still under way: it moves at 0.12 /s and lacks 9 % of the way.
+  // The recorded state is still moving, at 0.12 /s, and 9 % of the displacement is missing.
   EXPECT_NEAR((recorded_ - still).norm() / recorded_.norm(), 0.0906, 0.005);
 }
 

@@ -37,7 +37,7 @@ LoadOptions PressOnTop(const Vector3d& force_W) {
   return load;
 }
 
-// The lattice of the same cells and box, solved directly.
+// Returns the solution of the lattice of the same cells and box, solved directly.
 StaticSolution Direct(Body body, int cells, const std::vector<LoadOptions>& loads) {
   const double side = 0.2 / cells;
   body.organ.lattice.cells = {cells, static_cast<int>(std::lround(0.7 * cells)),

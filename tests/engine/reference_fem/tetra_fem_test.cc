@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(Elements, TetraFemTest,
 TEST_P(TetraFemTest, GradientAndHessianAreDerivatives) {
   const TetraBody body(DistortedBox(GetParam().quadratic), Material(5000, 0.45), GetParam().law);
   const Eigen::Index nodes = body.mesh().nodes.rows();
-  // 0.05 m turns some elements inside out, which the Neo-Hookean law must survive.
+  // 0.05 m inverts some elements, which the Neo-Hookean law must survive.
   const Points u = RandomDisplacements(nodes, 0.05);
   const Points direction = RandomDisplacements(nodes, 1).rowwise().reverse();
   constexpr double kStep = 1e-6;  // m; central differences: error about kStep^2
@@ -221,7 +221,7 @@ struct Bar {
     problem = MakeTetraProblem(body, box, {support}, {});
     TetraLoad load;
     const TetraMesh& mesh = body.mesh();
-    // Equal shares are no even traction; by Saint-Venant's principle that matters over a width.
+    // Equal shares are not an even traction; by Saint-Venant's principle that matters over a width.
     // Corners of a quadratic face carry nothing under even traction.
     for (int n = quadratic ? mesh.corners : 0; n < mesh.nodes.rows(); ++n) {
       if (mesh.nodes(n, 0) > scale * (kLength - 1e-9)) end.push_back(n);

@@ -166,7 +166,8 @@ TEST(StaticLoads, PressureSumsToItsAreaAndSuperposes) {
   const double top = 0.02;
   const Region upper = Box{Vector3d(-1, -1, top), Vector3d(1, 1, 1)};
   const StaticSolution pressed = StaticLoads(organ, {Pressure(200, upper)}).Solve();
-  // Against the cut at z = 0.02, an ellipse; the edge is as sharp as a part of a quarter spacing.
+  // Compares with the cut at z = 0.02, an ellipse; the edge is as sharp as a part of a quarter
+  // spacing.
   const double shrink = 1 - std::pow(top / 0.05, 2);
   const double area = std::numbers::pi * 0.1 * 0.07 * shrink;
   EXPECT_NEAR(pressed.load_forces[0].z() / (-200 * area), 1, 0.05);
@@ -187,8 +188,8 @@ TEST(StaticLoads, LoadAwayFromTheSurfaceIsRefused) {
   EXPECT_THROW(StaticLoads(organ, {Force(Vector3d(0, 0, 0.2), {0, 0, -1})}), InputError);
 }
 
-// Of linear splines over one cell a fixed support holds the mean only: the organ would turn about
-// it.
+// With linear splines over one cell a fixed support holds only the mean: the organ could rotate
+// about it.
 TEST(StaticLoads, ALatticeThatLeavesARotationFreeIsRefused) {
   OrganOptions options;
   options.name = "ellipsoid";

@@ -143,7 +143,7 @@ TEST(StaticNewton, DeepPressesOfStVenantKirchhoffAreBoundedAndReported) {
   const LoadOptions press = Move(kTop, {0, 0, -0.03});
   const StaticSolution solution = StaticLoads(Organ(kStVenantKirchhoff), {press}).Solve();
   EXPECT_LE(solution.iterations, StaticNewtonOptions().max_total);
-  // Either all of the press is in balance or the share of it that was carried is said.
+  // Either all of the press is in balance, or the share that was reached is reported.
   EXPECT_LE(solution.residual, solution.share < 1 ? 1e-3 : 1e-9);
   EXPECT_LT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.1);
   EXPECT_EQ(StaticLoads(Organ(kNeoHookean), {press}).Solve().share, 1);

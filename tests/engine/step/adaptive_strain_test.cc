@@ -1,4 +1,4 @@
-// A step's quality where it matters: in the forces of presses and lifts (strain_blend_controller.h,
+// The effect of a step's quality on the forces of presses and lifts (strain_blend_controller.h,
 // load_shedding.h).
 
 #include <gtest/gtest.h>
@@ -101,18 +101,18 @@ TEST_P(AdaptiveStrain, GoesOverWithoutAFeltStep) {
     small_steps += share == 0;
     finite_steps += share == 1;
     if (share == 0) {
-      // The place of the contact comes from where the last step left the surface.
+      // The place of the contact comes from the surface after the last step.
       EXPECT_LT((f - f_small).norm(), 2e-3 * f_small.norm() + 1e-9) << step;
     } else if (share == 1 && share_last == 1 && f.norm() > 0.01) {
-      // Iterations end at 1e-6 of the force, or at the third, from other starts.
+      // Iterations end at 1e-6 of the force, or at the third, from different starts.
       EXPECT_LT((f - f_finite).norm(), 2e-3 * f_finite.norm()) << step;
     }
     if (patch.reaction == ReactionType::kLattice && patch.organ >= 0 && f.norm() > 0.01) {
-      // What the tick continues from is this step's force, whatever the blend.
+      // The tick continues from this step's force for any blend.
       const Vector3d felt = patch.compliance_W.inverse() * (patch.contact_W - patch.p_original_W);
       EXPECT_LT((felt - f).norm(), 1e-6 * f.norm()) << step;
     }
-    // What the change of strain adds to the tool's own step.
+    // The part that the change of strain adds to the tool's own step.
     const Vector3d own = (1 - share) * (f_small - small_last) + share * (f_finite - finite_last);
     if (step > 2 && share != share_last && f.norm() > 0.01) {
       largest = std::max(largest, (f - last - own).norm() / f.norm());
@@ -159,7 +159,7 @@ INSTANTIATE_TEST_SUITE_P(Ramps, AdaptiveStrain,
                                          Ramp{"lift_refined", true, kRadius, 0.04, 12}),
                          [](const auto& ramp) { return std::string(ramp.param.name); });
 
-// A machine on which finite strain takes four times the budget, and a loop that applies its log.
+// A machine on which finite strain takes four times the budget, and a loop that replays its log.
 TEST(Shedding, IsGradualToldAndObeyedByAReplay) {
   const std::vector<OrganModel> organ =
       OneOrgan(Options(StrainMeasure::kFinite), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));

@@ -15,7 +15,7 @@
 namespace hpdm {
 namespace {
 
-// Of finite strain, small enough to be quick.
+// Returns an organ of finite strain, small enough to be quick.
 OrganOptions FiniteOptions(MaterialLaw law = MaterialLaw::kStVenantKirchhoff) {
   OrganOptions options;
   options.name = "ellipsoid";
@@ -28,7 +28,7 @@ OrganOptions FiniteOptions(MaterialLaw law = MaterialLaw::kStVenantKirchhoff) {
   return options;
 }
 
-// One point at the top that is held at a place.
+// Holds one point at the top at a given place.
 void Hold(const OrganModel& model, const Vector3d& move, ContactConstraints* contacts) {
   contacts->Clear();
   ContactConstraints::Row* row = contacts->Add();

@@ -73,7 +73,8 @@ TEST_F(LoadSheddingTest, WithTimeToSpareItRisesLevelByLevel) {
   }
 }
 
-// What is shed makes the time that lets it rise again: tried ever more rarely, not to and fro.
+// Shed work frees the time that raises quality again: it is retried ever more rarely and does not
+// oscillate.
 TEST_F(LoadSheddingTest, ALoadThatLastsIsTriedEverMoreRarely) {
   int changes = 0;
   for (int i = 0; i < 30 * 600; ++i) {  // ten minutes

@@ -27,7 +27,7 @@ class StrainBlendControllerTest : public testing::Test {
   double Share(double gradient, const QualityCeiling& ceiling = kNothingShed, bool touched = true) {
     return controller_.Next(ceiling, touched, gradient, kSlope).finite_strain_blend;
   }
-  // The share after as many steps as anything takes.
+  // Returns the share after more steps than any change takes.
   double InTheEnd(double gradient, const QualityCeiling& ceiling = kNothingShed) {
     for (int step = 0; step < 1000; ++step) Share(gradient, ceiling);
     return Share(gradient, ceiling);

@@ -13,7 +13,8 @@ namespace {
 
 constexpr Nanoseconds kPeriod = 1'000'000;
 
-// Time that moves only when told: a sleep arrives `oversleep` late, a body takes what it says.
+// A clock that moves only in the test's hands: a sleep ends `oversleep` late, and a body takes the
+// time that it gives.
 class FakeClock : public LoopClock {
  public:
   Nanoseconds Now() noexcept override { return now; }

@@ -15,7 +15,7 @@
 namespace hpdm {
 namespace {
 
-// Each request is made on a thread of its own, so that no test inherits another's scheduler.
+// Makes each request on a thread of its own, so that no test inherits another's scheduler.
 RealtimeReport RequestOnAThread(const RealtimeOptions& options, int* policy) {
   RealtimeReport report;
   std::jthread([&] {
@@ -97,7 +97,7 @@ TEST(Realtime, PinningIsLeftOutOnTwoCoresAndGrantedOnMore) {
   EXPECT_TRUE(report.Complete()) << "too few cores is no refusal";
 }
 
-// In a child process: locked memory stays locked, and a sanitizer's shadow memory cannot be.
+// Runs in a child process: locked memory stays locked, and a sanitizer's shadow memory cannot be.
 TEST(Realtime, MemoryIsNotLockedUnderAFiniteLimitWithoutTheRight) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);

@@ -70,8 +70,8 @@ TEST(SpscQueue, MillionsOfItemsCrossThreadsWholeAndInOrder) {
   EXPECT_EQ(out_of_order, 0u);
 }
 
-// A producer that does not wait, as the haptic loop does not: what arrives and what is counted as
-// refused add up, and what arrives rises.
+// The producer does not wait, like the haptic loop: items that arrive and items counted as refused
+// add up, and those that arrive rise.
 TEST(SpscQueue, OverflowsAndArrivalsAddUpBetweenThreads) {
   constexpr std::uint64_t kItems = 1'000'000;
   SpscQueue<std::uint64_t> queue(16);

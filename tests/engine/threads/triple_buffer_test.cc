@@ -57,7 +57,7 @@ TEST(TripleBuffer, SlotsKeepTheSizeOfTheInitialArrays) {
   }
 }
 
-// The writer goes on until the reader has seen enough, so that both really run at once; the time
+// The writer continues until the reader has seen enough, so that both really run at once; the time
 // limit is for a single busy core, where every value seen costs a switch of threads.
 TEST(TripleBuffer, MillionsOfExchangesBetweenThreadsAreWholeAndMonotonic) {
   constexpr std::uint64_t kPublished = 4'000'000;

@@ -1,4 +1,4 @@
-// How a tip's contact is made, slides, sticks and ends between steps at 30 Hz.
+// Tests how a tip's contact begins, slides, sticks and ends between steps at 30 Hz.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ OrganOptions Options() {
   return options;
 }
 
-// Down by `depth` into the top of the ellipsoid, at 0.05 m/s, from just above.
+// Moves down by `depth` into the top of the ellipsoid, at 0.05 m/s, from just above.
 ToolPose PressInSession(FeltBench* bench, const Vector3d& top, double depth, double radius) {
   ToolPose tool;
   for (double z = -0.003; z < depth; z += 5e-5) {
@@ -33,7 +33,7 @@ TEST(ContactLaw, ATipThatLeavesStopsPushingWithinATick) {
   const Vector3d top = bench.Top(0.01, 0.005);
   ToolPose tool = PressInSession(&bench, top, 0.008, ToolOptions().tip_radius);
   ASSERT_GT(bench.Hand().norm(), 0.1);
-  // Out at 1 m/s: 1 mm a tick. The last step still has the dent.
+  // The tip leaves at 1 m/s, 1 mm per tick. The last step still has the indentation.
   for (int tick = 1; tick <= 12; ++tick) {
     tool.X_WT.translation().z() += 0.001;
     bench.SessionTick(tool);
@@ -70,7 +70,7 @@ TEST(ContactLaw, APokeAtOneMetreASecondIntoAThinWallIsCaught) {
   }
 }
 
-// As CHAI3D's point proxy is reported to on fine meshes: after some ticks the tip is inside.
+// CHAI3D's point proxy is reported to fall through fine meshes: after some ticks the tip is inside.
 TEST(ContactLaw, APointTipNeitherFallsThroughAFineMeshNorSticks) {
   ToolOptions point;
   point.tip_radius = 0;
@@ -92,7 +92,7 @@ TEST(ContactLaw, APointTipNeitherFallsThroughAFineMeshNorSticks) {
   // 0.1 mm of 6 below the ellipsoid.
   EXPECT_GT(least, 0.85 * pressed);
   EXPECT_LT(most, 1.15 * pressed);
-  // Out again, sideways too: free as soon as it is above.
+  // The tip leaves, sideways too: it is free as soon as it is above.
   for (int tick = 0; tick < 100; ++tick) {
     tool.X_WT.translation() += Vector3d(1e-4, 0, 1e-4);
     bench.SessionTick(tool);
@@ -100,7 +100,7 @@ TEST(ContactLaw, APointTipNeitherFallsThroughAFineMeshNorSticks) {
   EXPECT_EQ(bench.Hand(), Vector3d::Zero());
 }
 
-// Breathing, 5 mm at 0.5 to 2 Hz, past a tip that is still.
+// The surface breathes, 5 mm at 0.5 to 2 Hz, past a tip that does not move.
 TEST(ContactLaw, ASurfaceThatMovesPastAStillTipIsFeltInEveryTickOfContact) {
   for (const double frequency : {0.5, 2.0}) {
     OrganOptions options = Options();
@@ -135,8 +135,8 @@ TEST(ContactLaw, ASurfaceThatMovesPastAStillTipIsFeltInEveryTickOfContact) {
   }
 }
 
-// A tap down and up at 0.3 m/s, oblique to the surface and in the rhythm of no step. The work that
-// the hand puts in comes back, but never more of it.
+// Taps down and up at 0.3 m/s, oblique to the surface and out of step with the loop. The hand gets
+// its work back, but never more.
 TEST(ContactLaw, ATapGivesTheHandNoEnergy) {
   FeltBench bench(Options(), Ellipsoid(kAxes, 4));
   const Vector3d top = bench.Top(0.03, 0.02);
@@ -177,7 +177,7 @@ TEST(ContactLaw, FrictionHoldsWithinTheConeAndSlipsOnItsEdge) {
     bench.SessionTick(tool);
     const Vector3d force = bench.Hand(), n = bench.Felt().normal_W;
     const double normal = force.dot(n), tangential = (force - normal * n).norm();
-    // 2 %: what a patch changes is faded in, and leaves the cone by so much of itself.
+    // 2 %: a patch's change of force is faded in and leaves the cone by so much of itself.
     EXPECT_LE(tangential, 1.02 * kFriction * normal) << tick;
     const bool moved = (place() - held).norm() > 1e-5;
     if (!moved) ++held_ticks;
@@ -208,7 +208,7 @@ TEST(ContactLaw, TheStepFindsTheFrictionOfTheTick) {
     }
     const Vector3d n = bench.Felt().normal_W, force = bench.Hand();
     EXPECT_GT((force - force.dot(n) * n).norm(), 0.02 * force.norm());
-    // 250 ticks leave e^-12 of what a patch changed; the rounds converge to 1e-6.
+    // 250 ticks leave e^-12 of a patch's change; the rounds converge to 1e-6.
     EXPECT_LT((force + bench.Patch().force_on_tissue_W).norm(), 1e-4 * force.norm());
   }
 }

@@ -40,7 +40,7 @@ SurfaceMesh SplitFlat(const SurfaceMesh& mesh) {
   return split;
 }
 
-// Steps and ticks of still tools until both have the other's contact.
+// Runs steps and ticks of tools at rest until both loops have the other's contact.
 constexpr int kRounds = 4;
 
 class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeasure>> {
@@ -60,8 +60,8 @@ class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeas
   }
 };
 
-// From the first step of a contact on, whatever the solver.
-TEST_P(FeltForce, IsTheStepsOwnWhereTheToolsHaveNotMoved) {
+// Holds from the first step of a contact, with every solver.
+TEST_P(FeltForce, IsTheStepsOwnIfTheToolsHaveNotMoved) {
   for (double z = 0.056; z > 0.04; z -= 0.003) {
     const ToolPose a = FeltBench::At({0.02, 0.01, z}), c = FeltBench::At({-0.01, 0.01, z + 0.002});
     for (int i = 0; i < kRounds; ++i) {
@@ -132,7 +132,7 @@ INSTANTIATE_TEST_SUITE_P(Relaxations, FeltForce,
                                          std::pair(SolverType::kGaussSeidel, StrainMeasure::kSmall),
                                          std::pair(SolverType::kCholesky, StrainMeasure::kFinite)));
 
-// Between two steps the tick extrapolates by the compliance: it meets the next step's force.
+// The tick extrapolates between two steps by the compliance: it meets the next step's force.
 TEST(FeltForceOfTheLiver, MeetsTheNextStepsAsTheTipGoesDeeper) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
   FeltBench bench(options, Load(options));
@@ -177,7 +177,7 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
   EXPECT_LT(mean, 0.01);
 }
 
-// A slide of 30 mm at 0.1 m/s, 10 mm deep, with the session's delay of 34 ticks.
+// Slides 30 mm at 0.1 m/s, 10 mm deep, with the session's delay of 34 ticks.
 TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 6);
   FeltBench bench(options, Load(options));
@@ -205,7 +205,7 @@ TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
   EXPECT_LT(largest, 0.015 * largest_force);
 }
 
-// The row of a press is the surface's, not its triangles'.
+// The row of a press depends on the surface, not on its triangles.
 TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
   const SurfaceMesh coarse = Load(options);
@@ -227,7 +227,8 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
   }
 }
 
-// Deeper than the gallbladder's own radius, where the released surface has no foot below the tip.
+// Presses deeper than the gallbladder's own radius, where the released surface has no foot below
+// the tip.
 TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
   OrganOptions options = SoftOrgan("gallbladder.obj", 4);
   options.supports[0].region = BoxFraction{Vector3d(0, 0, 0), Vector3d(1, 1, 0.27)};

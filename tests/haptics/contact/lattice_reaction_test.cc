@@ -31,7 +31,7 @@ TEST(LatticeReaction, Equation29WithItsNeighboursIsTheCompliancesInverse) {
     for (const double size : {1e-7, 1e-4, 0.03}) {  // m
       const Vector3d delta = size * RandomVector(&random);
       const Vector3d force = C.ldlt().solve(delta);
-      // The neighbours' directions turn by delta / 1e10 m; what is left is round-off.
+      // The neighbours' directions turn by delta / 1e10 m; the rest is round-off.
       EXPECT_LT((ForceOnTissue(node, delta) - force).norm(), 1e-9 * force.norm());
     }
   }
@@ -101,8 +101,8 @@ TEST(LatticeReaction, HeldTipsMoveAsTheirJawsDo) {
   }
 }
 
-// Jaws on tissue that cannot move apart, as within one cell of the lattice: before tips slipped,
-// 5e8 N.
+// Tests jaws on tissue points that cannot move apart, as within one cell of the lattice. Without
+// slip the force is 5e8 N.
 TEST(LatticeReaction, TipsThatTheTissueCannotTellApartSlip) {
   HandRandom random(4);
   for (int i = 0; i < 200; ++i) {
@@ -125,7 +125,7 @@ TEST(LatticeReaction, TipsThatTheTissueCannotTellApartSlip) {
         EXPECT_LE(std::max(f_a.norm(), f_c.norm()), 10 * alone) << "as in the step";
       }
     }
-    // Alike they share their force, and do not slip.
+    // Moved alike, they share their force and do not slip.
     a.holds = c.holds = true;
     c.p_current_W = a.p_current_W;
     Vector3d f_a, f_c;

@@ -1,4 +1,4 @@
-// An organ that does not deform: a virtual wall in the hand, and nothing that moves.
+// Tests an organ that does not deform: the hand feels a virtual wall, and nothing moves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ ToolOptions Tool(double radius = 0.0025) {
   return tool;
 }
 
-// In a session, from `gap` above the top of the ellipsoid, down to `depth` at 0.05 m/s.
+// Moves the tip in a session from `gap` above the top of the ellipsoid down to `depth` at 0.05 m/s.
 ToolPose Press(FeltBench* bench, double radius, double depth) {
   ToolPose tool;
   for (double z = -0.003; z <= depth + 1e-9; z += 5e-5) {

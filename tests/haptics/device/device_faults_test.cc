@@ -1,5 +1,5 @@
-// What a broken device may do, through the haptic loop: the force stays finite, within the device's
-// limit and within the slew limit, and a device that is well again feels what it felt before.
+// Tests faults of a device through the haptic loop: the force stays finite, within the device's
+// limit and within the slew limit, and a device that works again has the same force as before.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ TEST(DeviceFaults, NotANumberInAnyAxisIsOneTickWithoutAPoseAndLittleForceLost) {
 }
 
 TEST(DeviceFaults, AJumpOfHalfAMetreForOneSampleMovesTheForceByTwoSlewSteps) {
-  // Through the tissue, past the device's own workspace; to the other side of the trocar; sideways.
+  // Jumps through the tissue beyond the workspace, to the other side of the trocar, and sideways.
   const JointVector jumps[] = {(JointVector() << 0, 0, 0.6, 0, 1).finished(),
                                (JointVector() << 0, 0, -0.4, 0, 1).finished(),
                                (JointVector() << 0, 1.4, 0.5, 0, 1).finished(),

@@ -66,7 +66,7 @@ TEST(MouseHand, TheVelocityIsContinuousAndThePositionsDerivative) {
       Aim(&hand, {Vector3d(++spoken * jump, 0, 0)});
     }
     const HandIntent intent = hand.At(t);
-    // One jump accelerates by w^2 jump at most, on top of what earlier ones left: the response to
+    // One jump accelerates by w^2 jump at most, in addition to earlier ones: the response to
     // a ramp of steps stays below w^2 jump / (1 - e^(-w / 60)).
     const double most = kW * kW * jump / (1 - std::exp(-kW / 60));
     ASSERT_LE(std::abs(intent.v_W.x() - last.v_W.x()), most * ToSeconds(kTick)) << t;
@@ -116,7 +116,7 @@ TEST(MouseHand, MovesASimulatedDeviceThatTissueHoldsBack) {
   EXPECT_NEAR(p_W.z(), 0.028, 0.1 / 500 + 5e-5);
 }
 
-// For the race detector.
+// The race detector checks this exchange.
 TEST(MouseHand, ATargetCrossesThreadsWhole) {
   MouseHand hand({}, 300, 6);
   std::jthread window([&hand](std::stop_token stop) {
@@ -126,7 +126,7 @@ TEST(MouseHand, ATargetCrossesThreadsWhole) {
   });
   for (Nanoseconds t = 0; t < 2000 * kTick; t += kTick) {
     const HandIntent intent = hand.At(t);
-    // The coordinates of every target are equal, and all are followed alike.
+    // The coordinates of every target are equal, and all are filtered alike.
     ASSERT_EQ(intent.p_W.x(), intent.p_W.z());
     ASSERT_NEAR(intent.roll, 100 * intent.p_W.x(), 1e-12);
   }

@@ -58,8 +58,8 @@ TEST(SimDevice, DisplayedForcePushesTheHandBackByForceOverStiffness) {
     shift = kinematics.Forward(pushed.joints()).translation() -
             kinematics.Forward(free.joints()).translation();
   }
-  // The hand moves at 0.1 m/s meanwhile; what inertia and damping add differs between the two by
-  // the change of the Jacobian over the 4 mm shift: 4 mm / 100 mm.
+  // The hand moves at 0.1 m/s meanwhile; the forces of inertia and damping differ between the two
+  // by the change of the Jacobian over the 4 mm shift: 4 mm / 100 mm.
   EXPECT_LT((shift - force / hand.stiffness()).norm(), 0.05 * force.norm() / hand.stiffness());
 }
 
@@ -85,7 +85,7 @@ TEST(SimDevice, StiffHandIsStableAndEnergyOnlyFalls) {
     for (; t < kSecond; t += kTick) {
       device.Read(t);
       // The axes' inertia is constant, so the trocar's geometry can exchange but not add energy;
-      // what the turning of J within a sub-step adds is far below what friction takes.
+      // the energy that the turning of J within a sub-step adds is far below that lost to friction.
       ASSERT_LE(device.Energy(), energy * (1 + 1e-6) + 1e-12);
       energy = device.Energy();
     }
@@ -114,7 +114,7 @@ TEST(SimDevice, FrictionHoldsWithoutChatterAndGivesWayBeyondItsLimit) {
   device.Write(1.5 * limit);
   device.Read(t);
   EXPECT_GT(device.axis_velocity().minCoeff(), 0);
-  // Let go, it stops and stays.
+  // Released, it stops and stays.
   device.Write(AxisEffort::Zero());
   for (int i = 0; i < 200; ++i) device.Read(t += kTick);
   EXPECT_EQ(device.axis_velocity(), Vector3d::Zero());
@@ -159,7 +159,7 @@ TEST(SimDevice, NotFiniteEffortsAndLongGapsAreHarmless) {
   }
   const JointVector before = device.joints();
   device.Read(t + 3600 * kSecond);
-  // The hand went on by 10 ms, not by an hour: at 0.3 m/s, 3 mm.
+  // The hand advanced by 10 ms, not by an hour: at 0.3 m/s, 3 mm.
   EXPECT_LT(std::abs(device.joints()[kInsertion] - before[kInsertion]), 0.004);
   const JointVector held = device.joints();
   device.Read(t);  // a clock that steps back moves nothing

@@ -141,7 +141,7 @@ TEST(TraceDevice, ReadAllocatesNothing) {
   EXPECT_EQ(AllocationsOfThisThread(), before);
 }
 
-/// A trace through the haptic loop over a plane at z = 0 with 120 N/m, in virtual time.
+/// Runs a trace through the haptic loop over a plane at z = 0 with 120 N/m, in virtual time.
 std::vector<HapticSample> Play(TraceDevice* device, int ticks) {
   device->Home();
   device->EnableForce(true);
@@ -210,7 +210,7 @@ TEST(TraceDevice, RecordedTwoArmMotionIsBridgedSmoothAndNoStaircase) {
     // The raw rows jump at up to 89 mm/s over 4 ms where the hand moved for 8.
     EXPECT_LT(motion.fastest(), 0.06);
 
-    // Where the hand moves for a tenth of a second, it moves in every millisecond of it.
+    // If the hand moves for a tenth of a second, it moves in every millisecond of it.
     TraceMotion::Cursor cursor;
     int moving = 0, still = 0;
     Vector3d last = motion.At(0, &cursor).head<3>();
@@ -256,14 +256,15 @@ TEST(TraceDevice, ARecordedSpindleDrivesTheRollThroughTheHapticLoop) {
   double least = 10, most = -10;
   for (std::size_t i = 0; i < log.size(); ++i) {
     const ToolSample& tool = log[i].tools[0];
-    // A row a tick: what is not a repeat is met exactly, a repeat within the encoder's count of
-    // 0.77 mrad, as the hand moved on meanwhile.
+    // There is one row per tick. Rows without repeats are met exactly, repeats within the encoder's
+    // count of 0.77 mrad, since the hand moved meanwhile.
     ASSERT_NEAR(tool.joints[kRoll], file.rows[i].values[kRoll], 0.77e-3 * 1.01) << i;
     ASSERT_LT((tool.p_tip_W - Vector3d(0, 0, 0.02)).norm(), 1e-15) << "the tip stands still";
     least = std::min(least, tool.joints[kRoll]);
     most = std::max(most, tool.joints[kRoll]);
   }
-  // A sine of 30 degrees amplitude, as the file says, which the spindle follows within a degree.
+  // The file's header says a sine of 30 degrees amplitude, which the spindle follows within a
+  // degree.
   EXPECT_NEAR(most - least, 60 * M_PI / 180, 0.04);
 }
 

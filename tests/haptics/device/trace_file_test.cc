@@ -20,7 +20,7 @@ class TraceFileTest : public testing::Test {
     std::ofstream(folder_ / "t.csv", std::ios::binary) << text;
     return ReadTraceFile(folder_ / "t.csv");
   }
-  /// The message without the folder; empty when the trace is sound.
+  /// Returns the message without the folder; empty if the trace is sound.
   std::string Error(const std::string& text) const {
     try {
       Read(text);
@@ -45,7 +45,7 @@ TEST_F(TraceFileTest, RowsComeAsTheyAreWithTimesFromTheFirst) {
   EXPECT_EQ(file.rows[1].values, (JointVector() << -1, 0.25, 3, 0, 1).finished());
 }
 
-TEST_F(TraceFileTest, ColumnsMayComeInAnyOrderAndUnknownOnesAreToldAndNotRead) {
+TEST_F(TraceFileTest, ColumnsMayComeInAnyOrderAndUnknownOnesAreReportedAndNotRead) {
   const TraceFile file = Read("roll,note,insertion,yaw,pitch,t\n0.5,?,0.1,0.2,0.3,0\n");
   EXPECT_EQ(file.place, TracePlace::kJoints);
   EXPECT_EQ(file.rows[0].values, (JointVector() << 0.3, 0.2, 0.1, 0.5, 1).finished());
@@ -119,7 +119,7 @@ TEST_F(TraceFileTest, EveryFaultIsOneLineWithItsPlaceAndRemedy) {
   }
 }
 
-TEST_F(TraceFileTest, WhatIsNoFileIsAnInputError) {
+TEST_F(TraceFileTest, AMissingOrSpecialFileIsAnInputError) {
   EXPECT_THROW(ReadTraceFile(folder_ / "missing.csv"), InputError);
   EXPECT_THROW(ReadTraceFile(folder_.path().string()), InputError);
   EXPECT_THROW(ReadTraceFile("/dev/zero"), InputError) << "it has no end";

@@ -26,7 +26,7 @@ ForceGuard::Input Healthy(const Vector3d& reaction) {
   return input;
 }
 
-// A guard past its ramp-in that displays `force`.
+// Returns a guard past its ramp-in that displays `force`.
 ForceGuard Settled(const Vector3d& force) {
   ForceGuard guard{ForceGuardOptions{}};
   for (int i = 0; i < 600; ++i) guard.Filter(Healthy(force));
@@ -114,7 +114,7 @@ TEST(ForceGuard, NotFiniteForcesDecayFromTheLastSafeOne) {
       EXPECT_LT(output.force_W.z(), last);
       last = output.force_W.z();
     }
-    // One good force later the true force is back at the gain that is left, and rising.
+    // One good force later the true force is back at the remaining gain, which rises.
     const auto output = guard.Filter(Healthy({0, 0, 3}));
     EXPECT_EQ(output.flags, kGuardRampIn);
     EXPECT_GT(output.force_W.z(), last);
@@ -156,7 +156,7 @@ TEST(ForceGuard, WithoutAPatchThereIsNoAuthority) {
   }
 }
 
-TEST(ForceGuard, EmergencyStopIsZeroAtOnceAndStartsAnewAfterwards) {
+TEST(ForceGuard, EmergencyStopIsZeroAtOnceAndRampsInAgainAfterwards) {
   ForceGuard guard = Settled({0, 0, 8});
   ForceGuard::Input input = Healthy({0, 0, 8});
   input.force_on = false;

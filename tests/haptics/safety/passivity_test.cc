@@ -24,7 +24,7 @@ Matrix3d Jacobian() {
   return J;
 }
 
-// Drives a controller with tip positions; what it is told is displayed.
+// Drives a controller with tip positions and displays the given forces.
 class Bench {
  public:
   explicit Bench(const PassivityOptions& options) : control(options) {}
@@ -52,7 +52,7 @@ PassivityOptions Off() {
   return options;
 }
 
-// A device of which nothing is known to dissipate, and which carries m on every axis at the tip.
+// Returns a device without dissipation, with the mass m on every axis at the tip.
 PassivityOptions Bare(double mass) {
   PassivityOptions options;
   options.device = {};
@@ -86,8 +86,8 @@ TEST(Passivity, EnergyOfAHeldSpringIsExact) {
 }
 
 TEST(Passivity, EnergyCountsTheForceThatWasDisplayedWhenAnOldSampleWasTaken) {
-  // Samples 3.4 ms old: of the motion between two of them, 0.4 of a period ran under the force of
-  // five ticks ago and 0.6 under that of four ago.
+  // Samples are 3.4 ms old: 0.4 of the motion between two of them was under the force of five ticks
+  // ago and 0.6 under that of four ticks ago.
   constexpr Nanoseconds kAge = 3'400'000;
   const auto p = [](double t) { return Vector3d(0.002 * std::sin(40 * t), 0, 0.001 * t); };
   const auto f = [](int k) { return Vector3d(std::cos(0.3 * k), 0.2, 0.1 * k); };
@@ -150,8 +150,8 @@ TEST(Passivity, WallBeyondTheLimitShakesWithoutTheControllerAndRestsWithIt) {
     const double shaken = Excursion(off, axis, K), held = Excursion(on, axis, K, &force);
     // It leaves the wall, which it was pressed into by 1 N.
     EXPECT_GT(shaken, 1 / K) << beyond;
-    // Left is what an energy of `reserve` and the leak allow: about 1e-5 J, 14 mm/s of 0.1 kg at
-    // 100 rad/s and above.
+    // The rest is the motion that the energy of `reserve` and the leak allow: about 1e-5 J, 14 mm/s
+    // of 0.1 kg at 100 rad/s and above.
     EXPECT_LT(held, 1e-4) << beyond;
     EXPECT_LT(K * held, 0.25) << beyond;
     // The start alone takes sqrt(K m) 20 mm/s + 1 N; damping adds at most c v = 25 x 0.02 N.
@@ -175,7 +175,7 @@ TEST(Passivity, SwitchedOffItAddsNothing) {
   EXPECT_LT(bench.control.energy(), -0.01);  // and would have had cause to
 }
 
-// A hand that presses to and fro by 15 mm at 1 Hz and trembles, in tissue of 300 N/m, read through
+// A hand with tremor presses and releases by 15 mm at 1 Hz, in tissue of 300 N/m, read through
 // the encoders of the default device: no tick may feel the controller.
 TEST(Passivity, OrdinaryContactIsNeverDampedThroughCoarseEncoders) {
   const PassivityOptions options;
@@ -225,7 +225,7 @@ TEST(Passivity, OneEncoderCountMovesTheDampingForceByNoMoreThanTheRipple) {
   EXPECT_LE(moved.norm(), options.ripple * (1 + 1e-9));  // joints from p: round-off
 }
 
-// A reaction that jumps under a fast tip gives it half the jump times a tick's way.
+// A reaction that jumps under a fast tip gives it half the jump times the motion in a tick.
 TEST(Passivity, AFastMotionIsNotBrakedForMoreThanItOwes) {
   Bench bench(Bare(0.15));
   const double speed = 0.5, jump = 0.1;
@@ -260,7 +260,7 @@ TEST(Passivity, ForcesOffSettlesTheAccount) {
   EXPECT_EQ(bench.control.damping(), 0);
 }
 
-TEST(Passivity, InvalidSamplesAndForcesThatAreNoNumbersLeaveItFinite) {
+TEST(Passivity, InvalidSamplesAndForcesThatAreNotFiniteLeaveItFinite) {
   Bench bench(Bare(0.1));
   const Vector3d nan = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   for (int k = 0; k < 300; ++k) {

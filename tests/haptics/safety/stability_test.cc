@@ -57,15 +57,16 @@ TEST(Stability, LongHoldsEndWhereForceAndSpringBalance) {
   EXPECT_NEAR(step.input[1], 0, 1e-12);
 }
 
-// Worked out independently, to four digits; 2 % is what the project promises.
+// Values computed independently to four digits; the project promises 2 %.
 TEST(Stability, LimitIsThatOfTheExactDiscreteRoots) {
   const AxisDynamics device{0.1, 0.5};
   EXPECT_NEAR(StabilityLimit(device, 1e-3, 0), 1000.8, 0.05);
   EXPECT_NEAR(StabilityLimit(device, 1e-3, 1e-3), 333.8, 0.05);
 }
 
-// Largest |x| in the last tenth over that in the tenth before the middle, of the loop in time: the
-// spring's force is commanded every 20 sub-steps and acts `delay` sub-steps later.
+// Simulates the loop in time. Returns the largest |x| in the last tenth over that in the tenth
+// before the middle. The spring's force is commanded every 20 sub-steps and acts `delay` sub-steps
+// later.
 double Growth(const AxisDynamics& axis, double stiffness, double period, int delay) {
   constexpr int kSubsteps = 20;
   const HeldForceStep step = ExactStep(axis, period / kSubsteps);
