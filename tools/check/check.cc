@@ -53,8 +53,8 @@ Json OrganFacts(const OrganModel& organ) {
       facts["refinement_functions"] = organ.refinement_basis()->size();
       facts["cost"]["refinement_bytes"] = organ.refinement_basis()->Bytes();
       // Deprecated names of the two.
-      facts["local_candidates"] = facts["refinement_functions"];
-      facts["cost"]["local_bytes"] = facts["cost"]["refinement_bytes"];
+      facts["local_candidates"] = organ.refinement_basis()->size();
+      facts["cost"]["local_bytes"] = organ.refinement_basis()->Bytes();
     }
   } else if (organ.springs() != nullptr) {
     unknowns *= 3;
