@@ -260,7 +260,7 @@ void RenderLoop::WriteScreenshot() {
     Report(EventSeverity::kInfo, "render.screenshot", name);
   } else if (file_failure_.empty()) {
     file_failure_ = failure;
-    Report(EventSeverity::kWarning, "render.not_kept", failure);
+    Report(EventSeverity::kWarning, "render.not_written", failure);
   }
 }
 

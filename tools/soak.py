@@ -109,7 +109,7 @@ class Memory(threading.Thread):
             "least_KiB": min(sizes),
             "largest_KiB": max(sizes),
             "growth_KiB": statistics.median(sizes[-part:]) - statistics.median(sizes[:part]),
-            "course_KiB": sizes[:: max(1, len(sizes) // 20)],
+            "history_KiB": sizes[:: max(1, len(sizes) // 20)],
         }
 
 

@@ -246,7 +246,7 @@ void TelemetryLoop::ReportOrgans(const StepSample& sample) {
       organ_unsound_last_[o] = sample.step.time_ns;
       if (organ_unsound_[o]) continue;
       organ_unsound_[o] = true;
-      AddEvent(EventSeverity::kWarning, "organ.folded",
+      AddEvent(EventSeverity::kWarning, "organ.inverted",
                organs_[o] + (recovering ? ": its tools ask for more than its tissue can do; it "
                                           "follows them as far as it stays sound"
                                         : ": tissue is turned inside out; what is drawn and felt "

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lcmtypes/wire/message_walk.h"
+#include "lcmtypes/wire/message_hash.h"
 
 namespace hpdm {
 namespace {
@@ -72,7 +72,7 @@ void ToMessage(const HapticSample& sample, tool_t* message) {
     to.device_time_ns = from.device_time_ns;
     to.force_on = from.force_on;
     to.device_valid = from.device_valid;
-    to.exchange = from.instrument_index;
+    to.instrument_index = from.instrument_index;
   }
 }
 
@@ -89,7 +89,7 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
   sample->paused = message.paused != 0;
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_input_t& from = message.tools[i];
-    if (!IsInstrumentIndex(from.exchange)) return false;
+    if (!IsInstrumentIndex(from.instrument_index)) return false;
     ToolSample& to = sample->tools[i];
     to.joints = Eigen::Map<const JointVector>(from.joints);
     to.p_tip_W = ToVector(from.p_tip);
@@ -97,7 +97,7 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
     to.device_time_ns = from.device_time_ns;
     to.force_on = from.force_on != 0;
     to.device_valid = from.device_valid != 0;
-    to.instrument_index = from.exchange;
+    to.instrument_index = from.instrument_index;
   }
   return true;
 }
@@ -159,8 +159,8 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   for (int o = 0; o < sample.organ_count; ++o) {
     message->organs[o].iterations = sample.organs[o].iterations;
     message->organs[o].out_of_time = sample.organs[o].out_of_time;
-    message->organs[o].finite_share = sample.organs[o].finite_strain_blend;
-    message->organs[o].local_share = sample.organs[o].refinement_weight;
+    message->organs[o].finite_strain_blend = sample.organs[o].finite_strain_blend;
+    message->organs[o].refinement_weight = sample.organs[o].refinement_weight;
   }
   message->tool_count = sample.tool_count;
   message->step = Signed(step.number);
@@ -189,7 +189,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
     Copy(pose.p_trocar_W, to.p_trocar);
     Copy(pose.v_tip_W, to.v_tip);
     to.jaw = pose.jaw;
-    to.exchange = pose.instrument_index;
+    to.instrument_index = pose.instrument_index;
     to.organ = contact.organ;
     to.kind = static_cast<std::int8_t>(contact.kind);
     Copy(contact.contact_W, to.p_contact);
@@ -213,15 +213,16 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   sample->organ_count = message.organ_count;
   for (int o = 0; o < message.organ_count; ++o) {
     const organ_relaxation_t& from = message.organs[o];
-    if (from.iterations < 0 || !IsShare(from.finite_share) || !IsShare(from.local_share)) {
+    if (from.iterations < 0 || !IsShare(from.finite_strain_blend) ||
+        !IsShare(from.refinement_weight)) {
       return false;
     }
     OrganRelaxation& organ = sample->organs[o];
     organ = {};
     organ.iterations = from.iterations;
     organ.out_of_time = from.out_of_time != 0;
-    organ.finite_strain_blend = from.finite_share;
-    organ.refinement_weight = from.local_share;
+    organ.finite_strain_blend = from.finite_strain_blend;
+    organ.refinement_weight = from.refinement_weight;
   }
   sample->tool_count = message.tool_count;
   *visible_tick = message.visible_tick;
@@ -238,7 +239,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   step.shed_level = message.shed_level;
   for (int i = 0; i < message.tool_count; ++i) {
     const tool_contact_t& from = message.tools[i];
-    if (!IsKind(from.kind) || !IsInstrumentIndex(from.exchange)) return false;
+    if (!IsKind(from.kind) || !IsInstrumentIndex(from.instrument_index)) return false;
     if (from.reaction < 0 || from.reaction > 1) return false;
     ToolPose& pose = sample->tools[i];
     SolvedContact& contact = sample->contacts[i];
@@ -252,7 +253,7 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     pose.p_trocar_W = ToVector(from.p_trocar);
     pose.v_tip_W = ToVector(from.v_tip);
     pose.jaw = from.jaw;
-    pose.instrument_index = from.exchange;
+    pose.instrument_index = from.instrument_index;
     contact.organ = from.organ;
     contact.kind = static_cast<ContactKind>(from.kind);
     contact.contact_W = ToVector(from.p_contact);
@@ -288,14 +289,14 @@ void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, or
   }
   message->local_count = static_cast<std::int32_t>(message->local_functions.size());
   message->local_value_count = static_cast<std::int32_t>(message->local_displacements.size());
-  message->dent_count = shape.indentation_count;
-  message->dents.resize(shape.indentation_count);
+  message->indentation_count = shape.indentation_count;
+  message->indentations.resize(shape.indentation_count);
   for (int i = 0; i < shape.indentation_count; ++i) {
     const IndentationSnapshot& from = shape.indentations[i];
-    dent_t& to = message->dents[i];
+    indentation_t& to = message->indentations[i];
     Copy(from.p_rest_W, to.centre);
     Copy(from.normal_W, to.normal);
-    Copy(from.amplitude_W, to.strength);
+    Copy(from.amplitude_W, to.amplitude);
     to.radius = from.radius;
     to.resolved_radius = from.resolved_radius;
   }
@@ -308,10 +309,10 @@ bool FromMessage(const organ_t& message, OrganSnapshot* shape) {
   if (!holds(message.value_count, message.displacements) ||
       !holds(message.local_count, message.local_functions) ||
       !holds(message.local_value_count, message.local_displacements) ||
-      !holds(message.dent_count, message.dents) || message.value_count % 3 != 0 ||
+      !holds(message.indentation_count, message.indentations) || message.value_count % 3 != 0 ||
       message.displacements.size() % 3 != 0 ||
       message.local_displacements.size() != 3 * message.local_functions.size() ||
-      message.dent_count > kMaxInstruments || message.organ < 0) {
+      message.indentation_count > kMaxInstruments || message.organ < 0) {
     return false;
   }
   const auto take = [](const std::vector<float>& values, Points* points) {
@@ -322,13 +323,13 @@ bool FromMessage(const organ_t& message, OrganSnapshot* shape) {
   take(message.local_displacements, &shape->local_displacements);
   shape->offset_W = ToVector(message.offset);
   shape->local_functions = message.local_functions;
-  shape->indentation_count = message.dent_count;
-  for (int i = 0; i < message.dent_count; ++i) {
-    const dent_t& from = message.dents[i];
+  shape->indentation_count = message.indentation_count;
+  for (int i = 0; i < message.indentation_count; ++i) {
+    const indentation_t& from = message.indentations[i];
     IndentationSnapshot& to = shape->indentations[i];
     if (!(from.radius > 0) || !(from.resolved_radius >= from.radius)) return false;
     to = {Eigen::Map<const Vector3d>(from.centre), Eigen::Map<const Vector3d>(from.normal),
-          from.radius, from.resolved_radius, Eigen::Map<const Vector3d>(from.strength)};
+          from.radius, from.resolved_radius, Eigen::Map<const Vector3d>(from.amplitude)};
   }
   return true;
 }
@@ -394,7 +395,7 @@ std::span<const int> ElementSizes(const contact_t&) {
   return sizes;
 }
 std::span<const int> ElementSizes(const organ_t&) {
-  static const int sizes[] = {4, 4, 4, dent_t()._getEncodedSizeNoHash()};
+  static const int sizes[] = {4, 4, 4, indentation_t()._getEncodedSizeNoHash()};
   return sizes;
 }
 std::span<const int> ElementSizes(const mesh_t&) {

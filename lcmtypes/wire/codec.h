@@ -16,6 +16,7 @@
 #include "hpdm/organ_t.hpp"
 #include "hpdm/stats_t.hpp"
 #include "hpdm/tool_t.hpp"
+#include "lcmtypes/wire/message_hash.h"
 
 /// Snapshots <-> LCM messages <-> bytes. Pure functions: no state, no file, no network. What a
 /// replay needs crosses in double and comes back bit for bit; what is only drawn crosses in float.
@@ -106,9 +107,9 @@ StringPlace StringsOf(const Message&) {
   return {};
 }
 
-/// Any bytes -> message; false when they are not exactly one message of this type. Reserves no more
-/// memory than a small multiple of `bytes` and never throws, whatever the bytes are. What it takes
-/// EncodeMessage gives back, byte by byte.
+/// Any bytes -> message; false when they are not exactly one message of this type, or of its former
+/// version (message_hash.h). Reserves no more memory than a small multiple of `bytes` and never
+/// throws, whatever the bytes are. EncodeMessage gives the same bytes back, except for a former hash.
 template <typename Message>
 bool DecodeMessage(std::span<const std::uint8_t> bytes, Message* message) {
   if (bytes.size() > INT32_MAX || !CountsFit(bytes, ElementSizes(*message)) ||
@@ -116,6 +117,10 @@ bool DecodeMessage(std::span<const std::uint8_t> bytes, Message* message) {
     return false;
   }
   const int size = static_cast<int>(bytes.size());
+  if (HasFormerHash(bytes, Message::getTypeName())) {
+    constexpr int kBody = static_cast<int>(kHashBytes);
+    return message->_decodeNoHash(bytes.data(), kBody, size - kBody) == size - kBody;
+  }
   return message->decode(bytes.data(), 0, size) == size;
 }
 

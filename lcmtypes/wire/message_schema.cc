@@ -6,6 +6,7 @@
 #include "engine/base/error.h"
 #include "engine/base/quoted_token.h"
 #include "lcmtypes/lcm_texts.h"
+#include "lcmtypes/wire/message_hash.h"
 #include "lcmtypes/wire/message_schema_parser.h"
 #include "lcmtypes/wire/message_walk.h"
 
@@ -113,8 +114,17 @@ void MessageSchemas::Link() {
   }
 }
 
+void MessageSchemas::LinkFormerTypes() {
+  for (const FormerType& former : kFormerTypes) {
+    const std::string name = "hpdm." + std::string(former.name);
+    for (std::size_t s = 0; s < structs_.size(); ++s) {
+      if (structs_[s].name == name) by_hash_.emplace(static_cast<std::int64_t>(former.hash), s);
+    }
+  }
+}
+
 const MessageSchemas& MessageSchemas::Hpdm() {
-  static const MessageSchemas schemas(kLcmTexts, kLcmTextNames);
+  static const MessageSchemas schemas = HpdmAnd({}, {});
   return schemas;
 }
 
@@ -124,14 +134,14 @@ MessageSchemas MessageSchemas::HpdmAnd(std::span<const std::string> texts,
   std::vector<std::string> all_names(std::begin(kLcmTextNames), std::end(kLcmTextNames));
   all_texts.insert(all_texts.end(), texts.begin(), texts.end());
   all_names.insert(all_names.end(), names.begin(), names.end());
-  return MessageSchemas(all_texts, all_names);
+  MessageSchemas schemas(all_texts, all_names);
+  schemas.LinkFormerTypes();
+  return schemas;
 }
 
 const LcmStruct* MessageSchemas::Find(std::span<const std::uint8_t> bytes) const {
   if (bytes.size() < kHashBytes) return nullptr;
-  std::uint64_t hash = 0;
-  for (std::size_t i = 0; i < kHashBytes; ++i) hash = hash << 8 | bytes[i];
-  const auto found = by_hash_.find(static_cast<std::int64_t>(hash));
+  const auto found = by_hash_.find(static_cast<std::int64_t>(HashOf(bytes)));
   return found == by_hash_.end() ? nullptr : &structs_[found->second];
 }
 

@@ -83,7 +83,7 @@ class MessageSchemas {
   /// needs: arrays of more than 16 dimensions, structs inside structs without end.
   MessageSchemas(std::span<const std::string_view> texts, std::span<const std::string> names);
 
-  /// The types of this package.
+  /// The types of this package. Messages of former versions are of them too (message_hash.h).
   static const MessageSchemas& Hpdm();
   /// The same with further texts.
   static MessageSchemas HpdmAnd(std::span<const std::string> texts,
@@ -112,6 +112,7 @@ class MessageSchemas {
 
  private:
   void Link();
+  void LinkFormerTypes();
 
   std::vector<LcmStruct> structs_;
   std::map<std::int64_t, std::size_t> by_hash_;

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "lcmtypes/wire/message_hash.h"
+
 namespace hpdm {
 namespace {
 

@@ -8,8 +8,6 @@
 
 namespace hpdm {
 
-/// Of its type's hash, at a message's start.
-inline constexpr std::size_t kHashBytes = 8;
 /// Structs inside of structs. LCM permits recursive types; a message of one could nest as deep as
 /// it is long.
 inline constexpr std::size_t kMaxDepth = 64;

@@ -386,6 +386,8 @@ TEST_F(Flow, ReplayOfASessionFolderIsTheSameBitForBitInBothClocks) {
     EXPECT_EQ(report["result"], "identical") << clock;
     EXPECT_EQ(report["ticks"]["compared"], report["ticks"]["logged"]) << clock;
     EXPECT_EQ(report["steps"]["compared"], report["steps"]["logged"]) << clock;
+    EXPECT_EQ(report["damage"]["segments"], 0) << clock;
+    EXPECT_EQ(report["damage"]["stretches"], 0) << "the deprecated name";
     EXPECT_GT(report["forces"][0]["logged_peak_N"], 0.1) << clock;
   }
   // A scene of the same shapes but softer tissue plays, and differs from the first contact on.

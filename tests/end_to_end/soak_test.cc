@@ -135,6 +135,8 @@ TEST_F(Soak, IsNotPassedByALogWithAForceThatJumped) {
     const std::string json = folder_ / "health.json";
     const int exit = Shell(kHpdmProgram + " log check --json " + log() + " >" + json);
     const auto health = nlohmann::json::parse(ReadFile(json));
+    EXPECT_EQ(health["damaged_segments"], 0);
+    EXPECT_EQ(health["damaged_stretches"], 0) << "the deprecated name";
     std::string broken;
     for (const auto& invariant : health["invariants"]) {
       if (!invariant["holds"].get<bool>()) broken += invariant["name"].get<std::string>();

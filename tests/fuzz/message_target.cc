@@ -105,7 +105,9 @@ bool Decode(Bytes bytes) {
   }
   if (!decoded) return false;
   const std::vector<std::uint8_t> again = Encoded(message);
-  HPDM_ENSURE(std::equal(again.begin(), again.end(), bytes.begin(), bytes.end()));
+  const bool former = HasFormerHash(bytes, Message::getTypeName());
+  const auto body = static_cast<std::ptrdiff_t>(former ? kHashBytes : 0);
+  HPDM_ENSURE(std::equal(again.begin() + body, again.end(), bytes.begin() + body, bytes.end()));
   EnsureStays(message, [](const Message& from, Message* to) { return Way(from, to); });
   return true;
 }

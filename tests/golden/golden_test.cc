@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "lcmtypes/analysis/log_health.h"
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/wire/codec.h"
 #include "tests/support/recorded_session.h"
@@ -107,6 +108,10 @@ TEST_P(Golden, ForcesAreStillTheRecordedOnes) {
     Compress(folder_ / "thin.lcmlog", packed_);
   }
   Decompress(packed_, log_);
+  for (const ChannelFacts& channel : CheckLog(log_, MessageSchemas::Hpdm()).channels) {
+    EXPECT_TRUE(channel.known) << channel.channel;
+    EXPECT_EQ(channel.unreadable, 0u) << channel.channel;
+  }
   const LoggedSession log(log_);
   Session session(LoadScene(scene_));
   const LogReplay replay = ReplayLog(log, 1e-9, &session);

@@ -50,6 +50,9 @@ Json OrganFacts(const OrganModel& organ) {
     facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
     if (organ.refinement_basis() != nullptr) {
       facts["local_functions"] = LocalFunctionsOf(organ.options());
+      facts["refinement_functions"] = organ.refinement_basis()->size();
+      facts["cost"]["refinement_bytes"] = organ.refinement_basis()->Bytes();
+      // Deprecated names of the two.
       facts["local_candidates"] = organ.refinement_basis()->size();
       facts["cost"]["local_bytes"] = organ.refinement_basis()->Bytes();
     }
@@ -82,8 +85,8 @@ void PrintOrgan(const Json& organ) {
         organ["control_points_dropped"].get<long>());
     if (organ.contains("local_functions")) {
       std::printf("  at most %ld of %ld local functions a contact, %.1f MB for them\n",
-                  organ["local_functions"].get<long>(), organ["local_candidates"].get<long>(),
-                  organ["cost"]["local_bytes"].get<double>() / 1e6);
+                  organ["local_functions"].get<long>(), organ["refinement_functions"].get<long>(),
+                  organ["cost"]["refinement_bytes"].get<double>() / 1e6);
     }
   } else {
     std::printf("  model %s on the vertices\n", organ["model"].get<std::string>().c_str());

@@ -34,13 +34,15 @@ Json ToJson(const HandReport& hand) {
           {"paper_fitted_error", f.paper_fitted_error},
           {"paper_fitted_k1_N_per_m", f.paper_fitted_k1},
           {"paper_fitted_k2_N_per_m", f.paper_fitted_k2},
-          {"course", hand.series}};
+          {"time_series", hand.series},
+          {"course", hand.series}};  // deprecated: time_series
 }
 
 Json ToJson(const TipAccuracy& tip) {
   return {{"case", tip.case_name},
           {"local_functions", tip.local_functions},
-          {"yardstick_force_N", tip.reference_force},
+          {"reference_force_N", tip.reference_force},
+          {"yardstick_force_N", tip.reference_force},  // deprecated: reference_force_N
           {"force_N", tip.force},
           {"force_ratio", tip.force / tip.reference_force}};
 }

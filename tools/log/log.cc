@@ -66,7 +66,8 @@ Json ToJson(const LogHealth& health) {
   Json json = {{"sound", health.Sound()},
                {"bytes", health.bytes},
                {"events", health.events},
-               {"damaged_stretches", health.damaged_stretches},
+               {"damaged_segments", health.damaged_stretches},
+               {"damaged_stretches", health.damaged_stretches},  // deprecated: damaged_segments
                {"damaged_bytes", health.damaged_bytes},
                {"torn_bytes", health.torn_bytes},
                {"time_back", health.time_back},

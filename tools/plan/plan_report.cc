@@ -198,11 +198,18 @@ Json ToJson(const ScenePlan& plan) {
     if (organ.fate == OrganFate::kSearched) {
       of_organ["cases"] = organ.touches.cases.size();
       of_organ["contacts"] = organ.touches.patches.size();
-      of_organ["yardstick"] = {{"cells", organ.reference_solution.cells},
-                               {"control_points", organ.reference_solution.control_points},
-                               {"doubt", organ.reference_solution.doubt},
-                               {"finite_share", organ.reference_solution.finite_share},
-                               {"finite", organ.reference_solution.finite}};
+      const ReferenceSolution& reference = organ.reference_solution;
+      of_organ["reference_solution"] = {{"cells", reference.cells},
+                                        {"control_points", reference.control_points},
+                                        {"uncertainty", reference.doubt},
+                                        {"finite_strain_change", reference.finite_share},
+                                        {"finite_strain", reference.finite}};
+      // Deprecated: the same under its former names.
+      of_organ["yardstick"] = {{"cells", reference.cells},
+                               {"control_points", reference.control_points},
+                               {"doubt", reference.doubt},
+                               {"finite_share", reference.finite_share},
+                               {"finite", reference.finite}};
       const PointMarks marks = PointMarksOf(plan, o);
       of_organ["points"] = Json::array();
       for (const std::size_t i : marks.order) {

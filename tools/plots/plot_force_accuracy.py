@@ -40,7 +40,7 @@ def draw_time_series(trials, folder, picture):
     for axes in grid.flat[len(trials):]:
         axes.axis("off")
     for axes, trial in zip(grid.flat, trials):
-        with open(folder / trial["course"], newline="", encoding="utf-8") as file:
+        with open(folder / trial["time_series"], newline="", encoding="utf-8") as file:
             table = list(csv.DictReader(file))
         seconds = [float(row["t"]) for row in table]
         for column, label, look in LINES:

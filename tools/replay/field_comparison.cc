@@ -24,7 +24,7 @@ void VisitFields(const HapticSample& a, const HapticSample& b, bool with_output,
   visit.Integer(-1, "paused", a.paused, b.paused);
   for (int t = 0; t < a.tool_count; ++t) {
     const ToolSample &x = a.tools[t], &y = b.tools[t];
-    visit.Integer(t, "exchange", x.instrument_index, y.instrument_index);
+    visit.Integer(t, "instrument_index", x.instrument_index, y.instrument_index);
     visit.Real(t, "joints", Numbers(x.joints), Numbers(y.joints));
     visit.Real(t, "p_tip_W", Numbers(x.p_tip_W), Numbers(y.p_tip_W));
     visit.Real(t, "v_tip_W", Numbers(x.v_tip_W), Numbers(y.v_tip_W));
@@ -65,9 +65,9 @@ void VisitFields(const StepSample& a, const StepSample& b, Visit&& visit) {
   for (int o = 0; o < a.organ_count; ++o) {
     visit.Integer(-1, "organs.iterations", a.organs[o].iterations, b.organs[o].iterations);
     visit.Integer(-1, "organs.out_of_time", a.organs[o].out_of_time, b.organs[o].out_of_time);
-    visit.Real(-1, "organs.finite_share", Numbers(a.organs[o].finite_strain_blend),
+    visit.Real(-1, "organs.finite_strain_blend", Numbers(a.organs[o].finite_strain_blend),
                Numbers(b.organs[o].finite_strain_blend));
-    visit.Real(-1, "organs.local_share", Numbers(a.organs[o].refinement_weight),
+    visit.Real(-1, "organs.refinement_weight", Numbers(a.organs[o].refinement_weight),
                Numbers(b.organs[o].refinement_weight));
   }
   for (int t = 0; t < a.tool_count; ++t) {
@@ -76,7 +76,7 @@ void VisitFields(const StepSample& a, const StepSample& b, Visit&& visit) {
     visit.Real(t, "p_trocar_W", Numbers(p.p_trocar_W), Numbers(q.p_trocar_W));
     visit.Real(t, "v_tip_W", Numbers(p.v_tip_W), Numbers(q.v_tip_W));
     visit.Real(t, "jaw", Numbers(p.jaw), Numbers(q.jaw));
-    visit.Integer(t, "exchange", p.instrument_index, q.instrument_index);
+    visit.Integer(t, "instrument_index", p.instrument_index, q.instrument_index);
     const SolvedContact &x = a.contacts[t], &y = b.contacts[t];
     visit.Integer(t, "organ", x.organ, y.organ);
     visit.Integer(t, "kind", static_cast<int>(x.kind), static_cast<int>(y.kind));

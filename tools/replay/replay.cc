@@ -102,7 +102,10 @@ Json Report(const LoggedSession& log, const Session& session, const LogReplay& r
           {"largest_difference", ToJson(comparison.largest())},
           {"ended_early", replay.ended_early},
           {"log_closed", log.closed()},
-          {"damage", {{"stretches", log.damaged_stretches()}, {"bytes", log.damaged_bytes()}}},
+          {"damage",
+           {{"segments", log.damaged_stretches()},
+            {"stretches", log.damaged_stretches()},  // deprecated: segments
+            {"bytes", log.damaged_bytes()}}},
           {"forces", ForcesToJson(session, replay.forces)},
           {"compute", ToJson(replay.tick_compute)}};
 }

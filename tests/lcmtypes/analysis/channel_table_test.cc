@@ -189,8 +189,8 @@ TEST(ChannelTable, CheckingAMessageAgreesWithDecodingIt) {
   organ.sequence = 77;
   organ.value_count = 30;
   organ.displacements.resize(30);
-  organ.dent_count = 2;
-  organ.dents.resize(2);
+  organ.indentation_count = 2;
+  organ.indentations.resize(2);
   mesh_t mesh{};
   mesh.sequence = 78;
   mesh.name = "liver";

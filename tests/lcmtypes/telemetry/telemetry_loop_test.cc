@@ -470,14 +470,14 @@ TEST(TelemetryLoop, AnInvertedOrganIsTwoEventsHoweverOftenItInverts) {
     if (event.name.starts_with("organ.")) organs.push_back(event);
   }
   ASSERT_EQ(organs.size(), 3u);
-  EXPECT_EQ(organs[0].name, "organ.folded");
+  EXPECT_EQ(organs[0].name, "organ.inverted");
   EXPECT_EQ(organs[0].time_ns, 10 * 33 * kPeriod);
   EXPECT_EQ(organs[0].severity, event_t::WARNING);
   EXPECT_TRUE(organs[0].text.starts_with("liver: tissue is turned inside out"));
   EXPECT_EQ(organs[1].name, "organ.recovered");
   EXPECT_EQ(organs[1].time_ns, 26 * 33 * kPeriod) << "0.25 s after step 18";
   EXPECT_EQ(organs[1].severity, event_t::INFO);
-  EXPECT_EQ(organs[2].name, "organ.folded");
+  EXPECT_EQ(organs[2].name, "organ.inverted");
   EXPECT_TRUE(organs[2].text.starts_with("liver: its tools ask for more"));
 }
 

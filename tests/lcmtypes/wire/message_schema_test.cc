@@ -60,6 +60,35 @@ TEST(MessageSchema, TheTypesOfThisPackageHaveTheHashesOfTheirGeneratedCoders) {
   EXPECT_EQ(hashes.at("hpdm.device_t"), device_t::getHash());
 }
 
+TEST(MessageSchema, MessagesOfVersion01AreReadUnderTodaysNames) {
+  tool_t tool{};
+  tool.tool_count = 1;
+  tool.tools.resize(1);
+  tool.tools[0].instrument_index = 3;
+  std::vector<std::uint8_t> bytes = Encoded(tool);
+  const std::vector<std::uint8_t> former = {0x83, 0x47, 0xb9, 0x39, 0xb5, 0x77, 0x05, 0x97};
+  std::copy(former.begin(), former.end(), bytes.begin());
+  const std::string text = "package foreign; struct pose_t { double p[3]; }";
+  const std::string name = "foreign.lcm";
+  const MessageSchemas with_more = MessageSchemas::HpdmAnd({&text, 1}, {&name, 1});
+  for (const MessageSchemas* schemas : {&MessageSchemas::Hpdm(), &with_more}) {
+    EXPECT_EQ(schemas->TypeOf(bytes), "hpdm.tool_t");
+    Values values;
+    ASSERT_TRUE(DecodeAll(*schemas, bytes, &values));
+    const std::map<std::string, Value> by_name(values.begin(), values.end());
+    EXPECT_EQ(by_name.at("tools[0].instrument_index"), Value(std::int64_t{3}));
+  }
+  const std::pair<std::uint64_t, std::string> others[] = {{0x552593ad56d352f2, "hpdm.contact_t"},
+                                                          {0xb5e787d510edf669, "hpdm.organ_t"}};
+  for (const auto& [hash, type] : others) {
+    for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::uint8_t>(hash >> (56 - 8 * i));
+    EXPECT_EQ(MessageSchemas::Hpdm().TypeOf(bytes), type);
+  }
+  // Types from files alone are not this package's.
+  const std::string_view texts[] = {text};
+  EXPECT_EQ(MessageSchemas(texts, {&name, 1}).Find(bytes), nullptr);
+}
+
 TEST(MessageSchema, ValuesComeWithTheirNamesInOrder) {
   Values values;
   ASSERT_TRUE(DecodeAll(MessageSchemas::Hpdm(), Encoded(SomeForce()), &values));

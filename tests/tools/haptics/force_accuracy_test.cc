@@ -160,8 +160,9 @@ TEST_F(FlowHaptics, OneCaseLeavesItsResultsSeriesAndPictures) {
   EXPECT_EQ(hand["case"], "press");
   EXPECT_GT(hand["peak_N"], 0.1);
   EXPECT_EQ(report["targets"]["error"], 0.05);
-  const std::string course = Read("measured/" + hand["course"].get<std::string>());
-  EXPECT_EQ(std::count(course.begin(), course.end(), '\n'), 1 + 1600);  // the names, and 1.6 s
+  const std::string series = Read("measured/" + hand["time_series"].get<std::string>());
+  EXPECT_EQ(hand["course"], hand["time_series"]) << "the deprecated name";
+  EXPECT_EQ(std::count(series.begin(), series.end(), '\n'), 1 + 1600);  // the names, and 1.6 s
   EXPECT_NE(Read("measured/force_accuracy.md").find("| `press`, probe |"), std::string::npos);
   if (Read("stderr").find("no plot") != std::string::npos) return;
   for (const char* picture : {"force_courses.png", "force_errors.png"}) {

@@ -218,7 +218,9 @@ TEST_F(FlowPlan, WritesASceneThatKeepsTheAuthorsWords) {
   const std::string again_arguments = "plan " + scene + " --error 0.3 --budget-ms 1 --json";
   ASSERT_EQ(Hpdm(again_arguments), 0);
   const nlohmann::json again = nlohmann::json::parse(out_);
-  EXPECT_EQ(again["organs"][0]["yardstick"], json["organs"][0]["yardstick"]);
+  const auto& reference = json["organs"][0]["reference_solution"];
+  EXPECT_EQ(again["organs"][0]["reference_solution"], reference);
+  EXPECT_EQ(json["organs"][0]["yardstick"]["doubt"], reference["uncertainty"]) << "deprecated name";
   std::map<std::string, double> errors;
   for (const auto& point : json["organs"][0]["points"]) errors[point["model"]] = point["error"];
   for (const auto& point : again["organs"][0]["points"]) {

@@ -32,9 +32,9 @@ void Count(std::int64_t more, std::int64_t* sum) {
   }
 }
 
-bool IsFinite(const dent_t& dent) {
-  return AllFinite(std::span(dent.centre)) && AllFinite(std::span(dent.normal)) &&
-         AllFinite(std::span(dent.strength)) && std::isfinite(dent.resolved_radius);
+bool IsFinite(const indentation_t& indentation) {
+  return AllFinite(std::span(indentation.centre)) && AllFinite(std::span(indentation.normal)) &&
+         AllFinite(std::span(indentation.amplitude)) && std::isfinite(indentation.resolved_radius);
 }
 
 }  // namespace
@@ -94,7 +94,7 @@ void DashboardState::Take(organ_t&& shape) {
   if (shape.organ >= kMaxOrgans || !FromMessage(shape, &snapshot)) return;
   if (!AllFinite(shape.displacements) || !AllFinite(shape.local_displacements) ||
       !AllFinite(std::span(shape.offset)) ||
-      !std::all_of(shape.dents.begin(), shape.dents.end(), IsFinite)) {
+      !std::all_of(shape.indentations.begin(), shape.indentations.end(), IsFinite)) {
     return;
   }
   Organ& organ = organs_[shape.organ];

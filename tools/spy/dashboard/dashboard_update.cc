@@ -41,12 +41,13 @@ bool Fits(const organ_t& shape, const OrganDescription& mesh) {
   return n == mesh.lattice->kept.size();
 }
 
-json DentJson(const dent_t& dent) {
-  return {{"centre", Vector(dent.centre)},
-          {"normal", Vector(dent.normal)},
-          {"radius", dent.radius},
-          {"resolved_radius", dent.resolved_radius},
-          {"strength", Vector(dent.strength)}};
+// The page (tools/web/src/ffd.js) names the amplitude "strength" and the indentations "dents".
+json IndentationJson(const indentation_t& indentation) {
+  return {{"centre", Vector(indentation.centre)},
+          {"normal", Vector(indentation.normal)},
+          {"radius", indentation.radius},
+          {"resolved_radius", indentation.resolved_radius},
+          {"strength", Vector(indentation.amplitude)}};
 }
 
 json LoopJson(const loop_stats_t& loop, std::int64_t missed) {
@@ -80,7 +81,9 @@ const std::string& DashboardState::ShapeJson(int number) {
     value["local_functions"] = Base64Of(shape.local_functions);
     value["local_displacements"] = Base64Of(shape.local_displacements);
     value["dents"] = json::array();
-    for (const dent_t& dent : shape.dents) value["dents"].push_back(DentJson(dent));
+    for (const indentation_t& indentation : shape.indentations) {
+      value["dents"].push_back(IndentationJson(indentation));
+    }
   }
   organ.shape_json = Text(value);
   organ.shape_json_version = organ.shape_version;

@@ -255,7 +255,7 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
         browser.WaitFor("hpdm.scene.organs.get(0)?.mesh && "
                         "hpdm.scene.organs.get(0).dirty === false"));
     EXPECT_EQ(shape.local_count > 0, test.local_functions > 0);
-    EXPECT_EQ(shape.dent_count, 1);
+    EXPECT_EQ(shape.indentation_count, 1);
     Points engine = render.Front().organs[0].vertices.cast<double>();
     EXPECT_GT((engine - models[0].rest().vertices).rowwise().norm().maxCoeff(), 1e-3);
     engine.rowwise() += moved.offset_W.transpose();
