@@ -14,6 +14,7 @@
 #include "haptics/device/mouse_hand.h"
 #include "haptics/device/trace_file.h"
 #include "haptics/haptic_loop.h"
+#include "lcmtypes/live/device_link.h"
 #include "lcmtypes/telemetry/telemetry_loop.h"
 #include "render/render_loop.h"
 #include "scenes/generator/shapes/instrument_mesh.h"
@@ -86,6 +87,7 @@ class Session {
   std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> external_readings{};
   SpscQueue<HapticSample> external_forces;
   bool HasExternalDevice() const;
+  DeviceLink::Edges LinkEdges() { return {external_readings, external_forces, &link_events}; }
   SpscQueue<FrameRecord> frames;
   /// Of a window or a ControlScript; nothing writes it without one.
   TripleBuffer<SessionControl> control;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 
 namespace hpdm {
 namespace {
@@ -175,7 +176,7 @@ void SqliteTable::CreateTables() {
       for (const std::string_view key : table.keys) {
         columns += std::string(key) +
                    (key == "session" || key == "latency" ? " TEXT" : " INTEGER") + " NOT NULL, ";
-        keys += (keys.empty() ? "" : ", ") + std::string(key);
+        AppendToList(key, &keys);
       }
       for (const TableColumn& column : table.columns) {
         columns += std::string(column.name) + " " + std::string(column.type) + ", ";
@@ -195,8 +196,8 @@ void SqliteTable::PrepareInserts() {
     deletes_.push_back(Prepare("DELETE FROM " + name + " WHERE session = ?"));
     std::string columns, marks;
     const auto add = [&](std::string_view column) {
-      columns += (columns.empty() ? "" : ", ") + std::string(column);
-      marks += marks.empty() ? "?" : ", ?";
+      AppendToList(column, &columns);
+      AppendToList("?", &marks);
     };
     for (const std::string_view key : table.keys) add(key);
     for (const TableColumn& column : table.columns) add(column.name);

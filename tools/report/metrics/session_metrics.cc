@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 #include "lcmtypes/analysis/logged_session.h"
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/wire/codec.h"
@@ -208,7 +209,7 @@ class LogSummary {
 
 std::string HandReport::Label() const {
   std::string label;
-  for (const UsedInstrument& one : held) label += (label.empty() ? "" : ", then ") + one.name;
+  for (const UsedInstrument& one : held) AppendToList(one.name, &label, ", then ");
   return label;
 }
 
