@@ -106,7 +106,7 @@ class McapExport {
     }
   }
 
-  /// The scene as the session's folder has it.
+  /// Adds the scene from the session's folder.
   void AddScene() {
     constexpr std::uintmax_t kMaxBytes = 1 << 20;
     const fs::path path = FileInside(fs::path(log_).parent_path(), "scene.toml");

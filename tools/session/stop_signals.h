@@ -4,8 +4,8 @@
 
 namespace hpdm {
 
-/// SIGINT and SIGTERM, which ask for a clean end. They are blocked before any thread is started,
-/// which inherits that, and taken by the main thread alone.
+/// SIGINT and SIGTERM, which request a clean end. Construct it before any thread, so that all
+/// threads inherit the blocked signals and only the main thread receives them.
 class StopSignals {
  public:
   StopSignals() {
@@ -14,7 +14,7 @@ class StopSignals {
     sigaddset(&signals_, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
-  /// True when one came within the time (less than a second). Main thread.
+  /// Waits for a signal for less than a second; true if one came. Main thread.
   bool WaitFor(long nanoseconds) const {
     const timespec wait = {0, nanoseconds};
     return sigtimedwait(&signals_, nullptr, &wait) > 0;

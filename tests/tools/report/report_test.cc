@@ -170,7 +170,7 @@ TEST_F(ReportTest, AReadOnlyFolderAsksForAnotherFile) {
   }
   const Outcome report = Hpdm("report " + folder.string());
   EXPECT_EQ(report.exit_code, 2);
-  EXPECT_NE(report.err.find("writable"), std::string::npos);
+  EXPECT_NE(report.err.find("cannot be written"), std::string::npos);
   EXPECT_EQ(Hpdm("report " + folder.string() + " --out " + page_).exit_code, 0);
   fs::permissions(folder, fs::perms::owner_all);
 }
