@@ -17,13 +17,15 @@ namespace {
 CLI::Validator NumberFrom(double min, double max) {
   const auto text = [](double number) {
     char digits[32];
-    return std::string(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
+    constexpr auto kFixed = std::chars_format::fixed;
+    return std::string(digits, std::to_chars(digits, digits + sizeof digits, number, kFixed).ptr);
   };
   const std::string range = text(min) + " to " + text(max);
   return {[=](std::string& given) {
             double number = 0;
-            const bool fits = ReadNumber(given, &number) && number >= min && number <= max;
-            return fits ? std::string() : given + " is no number from " + range;
+            if (!ReadNumber(given, &number)) return given + " is not a number; give " + range;
+            const bool fits = number >= min && number <= max;
+            return fits ? std::string() : given + " is out of range; give " + range;
           },
           "in " + range};
 }
@@ -120,7 +122,7 @@ int RunCommandLine(const std::string& program, const std::string& about, const s
   app.require_subcommand(1);
   app.set_version_flag("--version", version);
   add(Command(&app));
-  std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 takes the last one first
   try {
     app.parse(std::move(arguments));
   } catch (const CLI::Success& asked) {  // --help, --version

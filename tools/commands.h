@@ -7,9 +7,9 @@
 
 namespace hpdm {
 
-/// Each adds one subcommand whose work runs while the command line is parsed. Bad input throws
-/// InputError, a machine that lacks something MachineError, a failed check CheckFailed.
-/// `command_line`: the program and its arguments, for the session's record.
+/// Each function adds one subcommand, which runs while the command line is parsed. Subcommands
+/// throw InputError for bad input, MachineError where the machine lacks something, and CheckFailed
+/// for a failed check. `command_line`: the program and its arguments, for the session's record.
 void AddRunCommand(Command app, std::vector<std::string> command_line);
 void AddCheckCommand(Command app);
 void AddInspectCommand(Command app);

@@ -16,14 +16,15 @@
 
 namespace {
 
-/// Where one of them is closed, the first file that is opened would get what is printed.
+/// Opens /dev/null for each closed standard stream. Otherwise the first file that the program opens
+/// would take the stream's number and receive the printed text.
 void OpenStandardStreams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) std::abort();
   }
 }
 
-/// A variable of a script that is not set must not choose a default.
+/// Refuses empty arguments: an unset variable of a script must not select a default.
 void RefuseEmptyArguments(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -39,15 +40,15 @@ int Fail(const char* message, const char* remedy, int exit_code) {
   return exit_code;
 }
 
-/// What was printed may be on its way: a disk that is full may tell it only now.
+/// Flushes standard output and returns the exit code. A full disk may report its failure only now.
 int AfterOutput(int exit_code) {
-  if (exit_code >= 2) return exit_code;  // a failure has been told
+  if (exit_code >= 2) return exit_code;  // a failure has been reported
   errno = 0;
   std::cout.flush();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;
   const std::string reason = errno != 0 ? std::strerror(errno) : "a write failed";
   Fail(("standard output cannot be written (" + reason + ")").c_str(),
-       "; make space, or send it elsewhere", 2);
+       "; free space, or redirect it elsewhere", 2);
   return 2;
 }
 
@@ -81,7 +82,7 @@ int Hpdm(int argc, char** argv) {
   } catch (const hpdm::MachineError& error) {
     return Fail(error.what(), "", 3);
   } catch (const std::bad_alloc&) {
-    return Fail("out of memory; take fewer lattice cells or a coarser mesh", "", 3);
+    return Fail("out of memory; use fewer lattice cells or a coarser mesh", "", 3);
   } catch (const std::exception& error) {  // caught so that destructors run: a terminal is restored
     return Fail(error.what(), "; see hpdm --help", 3);
   }
@@ -89,8 +90,8 @@ int Hpdm(int argc, char** argv) {
 
 }  // namespace
 
-// hpdm: one program, one file a subcommand. Exit codes: 0 done, 1 a check failed, 2 bad input or
-// usage (one line on stderr), 3 the machine lacks something that was asked for.
+// Exit codes: 0 done; 1 a check failed; 2 bad input or usage (one line on stderr); 3 the machine
+// lacks something that the command needs.
 int main(int argc, char** argv) {
   OpenStandardStreams();
   return AfterOutput(Hpdm(argc, argv));

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 
 namespace hpdm {
 namespace {
@@ -32,7 +33,7 @@ constexpr Nanoseconds kSoundAgain = kNanosecondsPerSecond / 4;
 
 std::string Joined(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  for (const std::string& name : names) AppendToList(name, &text);
   return text;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 
 namespace hpdm {
 namespace {
@@ -68,7 +69,7 @@ EglContext::EglContext() {
     std::string reason;
     if (TryDisplay(candidate.display, &reason)) return;
     Release();
-    reasons += std::string(reasons.empty() ? "" : ", ") + candidate.name + ": " + reason;
+    AppendToList(std::string(candidate.name) + ": " + reason, &reasons);
   }
   throw MachineError("EGL: no OpenGL 3.3 context (" + reasons + ")" + kRemedy);
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "engine/base/text_list.h"
 #include "engine/snapshots.h"
 #include "scenes/loader/scene_keys.h"
 #include "scenes/loader/scene_parts.h"
@@ -75,7 +76,7 @@ void RequireOrgan(const TableReader& table, std::string_view key, const std::str
   std::string names;
   for (const OrganOptions& organ : organs) {
     if (organ.name == name) return;
-    names += (names.empty() ? "" : ", ") + Quoted(organ.name);
+    AppendToList(Quoted(organ.name), &names);
   }
   table.Fail(key, "is not the name of an organ", "the scene's organs are " + names);
 }

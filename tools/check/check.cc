@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scenes/loader/instrument_types.h"
+#include "engine/base/text_list.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/session/session.h"
@@ -130,8 +131,7 @@ void PrintInstrument(const Json& instrument) {
               text(instrument["type"]).c_str(), text(instrument["device"]).c_str());
   std::string exchanges;
   for (const Json& held : instrument["exchanges"]) {
-    exchanges +=
-        (exchanges.empty() ? "" : ", ") + text(held["name"]) + " (" + text(held["type"]) + ")";
+    AppendToList(text(held["name"]) + " (" + text(held["type"]) + ")", &exchanges);
   }
   if (!exchanges.empty()) std::printf("  can be exchanged for %s\n", exchanges.c_str());
 }

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 #include "scenes/generator/meshing/obj_writer.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
@@ -50,7 +51,7 @@ std::vector<AccuracyCase> ChosenCases(const HapticsOptions& options) {
                                  [&](const AccuracyCase& each) { return each.name == name; });
     if (at == cases.end()) {
       std::string names;
-      for (const AccuracyCase& each : cases) names += (names.empty() ? "" : ", ") + each.name;
+      for (const AccuracyCase& each : cases) AppendToList(each.name, &names);
       throw InputError("--only " + name + ": is no case; choose of " + names);
     }
     chosen.push_back(*at);

@@ -34,11 +34,11 @@ struct LogOptions {
   std::string format = "csv";
   std::vector<std::string> channels;
   std::vector<std::string> types;
-  double period = 0;  // s; 0: the hands do not repeat themselves
+  double period = 0;  // s; 0: the hands do not repeat their motion
   bool json = false;
 };
 
-using Invariants = std::optional<std::vector<Invariant>>;  // empty: nothing says what must hold
+using Invariants = std::optional<std::vector<Invariant>>;  // empty: without a scene
 
 bool AllHold(const Invariants& invariants) {
   return !invariants || std::all_of(invariants->begin(), invariants->end(),
@@ -110,7 +110,7 @@ void Print(const LogHealth& health) {
               WithCommas(static_cast<long long>(health.damaged_stretches)).c_str(),
               WithCommas(static_cast<long long>(health.torn_bytes)).c_str());
   if (health.time_back > 0) {
-    std::printf("time runs backwards %s times\n",
+    std::printf("time goes backwards %s times\n",
                 WithCommas(static_cast<long long>(health.time_back)).c_str());
   }
   if (health.session && !health.closed) std::printf("the session was not closed\n");
@@ -118,23 +118,26 @@ void Print(const LogHealth& health) {
 
 void Print(const Invariants& invariants) {
   if (!invariants) {
-    std::printf("no scene.toml beside the log: what its session kept to is not known\n");
+    std::printf("no scene.toml beside the log: the session's limits are unknown\n");
     return;
   }
   for (const Invariant& i : *invariants) {
-    const char* space = i.unit.empty() ? "" : " ";
-    std::printf("%-9s %s: at most %.4g%s%s of %.4g, %s values%s\n", i.name.c_str(),
-                i.Holds() ? "holds" : "BROKEN", i.worst, space, i.unit.c_str(), i.bound,
-                WithCommas(static_cast<long long>(i.checked)).c_str(),
-                i.Holds() ? ""
-                          : Format("; %s beyond it, first at %.3f s: %s",
-                                   WithCommas(static_cast<long long>(i.broken)).c_str(),
-                                   i.first.value_or(0), i.what.c_str())
-                                .c_str());
+    std::string line =
+        Format("%-9s %-6s (%s bad of %s", i.name.c_str(), i.Holds() ? "ok" : "BROKEN",
+               WithCommas(static_cast<long long>(i.broken)).c_str(),
+               WithCommas(static_cast<long long>(i.checked)).c_str());
+    if (!i.unit.empty()) {
+      line += Format("; largest %.4g %s, limit %.4g %s", i.worst, i.unit.c_str(), i.bound,
+                     i.unit.c_str());
+    }
+    line += ")";
+    if (!i.Holds()) line += Format("; first at %.3f s: ", i.first.value_or(0)) + i.what;
+    std::printf("%s\n", line.c_str());
   }
 }
 
-// Of a session whose scene lies beside the log and can be read.
+// Checks the invariants of a session. Returns nothing if its scene is not beside the log or cannot
+// be read.
 Invariants InvariantsOf(const std::string& log, const LogHealth& health, double period) {
   std::error_code ignored;
   const std::filesystem::path scene = SceneBeside(log);
@@ -143,7 +146,8 @@ Invariants InvariantsOf(const std::string& log, const LogHealth& health, double 
   try {
     limits = LimitsOf(LoadRecordedScene(scene));
   } catch (const InputError& error) {
-    std::fprintf(stderr, "hpdm: note: %s: the session is not judged\n", error.what());
+    std::fprintf(stderr, "hpdm: note: %s: the session's invariants are not checked\n",
+                 error.what());
     return std::nullopt;
   }
   return CheckInvariants(log, limits, static_cast<Nanoseconds>(std::llround(1e9 * period)));
@@ -175,7 +179,7 @@ void Check(const LogOptions& options) {
   if (!health.Sound() || !AllHold(invariants)) throw CheckFailed();
 }
 
-/// Refuses an --out that --format does not fit.
+/// Refuses an --out that does not match --format.
 void CheckPlace(const LogOptions& options) {
   const bool is_mcap_name = options.out.ends_with(".mcap");
   std::error_code ignored;
@@ -195,7 +199,7 @@ void RefuseWithoutEvents(const std::string& log) {
   LogReader reader(log);
   LogEvent event;
   if (reader.Next(&event)) return;
-  throw InputError(log + ": holds no event of a log; give the path of a session.lcmlog");
+  throw InputError(log + ": contains no log events; give the path of a session.lcmlog");
 }
 
 void Export(const LogOptions& options) {
@@ -225,7 +229,7 @@ void Export(const LogOptions& options) {
                   WithCommas(static_cast<long long>(channel.messages)).c_str(),
                   mcap ? "messages" : "rows",
                   channel.skipped == 0 ? ""
-                                       : Format(", %llu messages not readable",
+                                       : Format(", %llu unreadable messages",
                                                 static_cast<unsigned long long>(channel.skipped))
                                              .c_str());
     }
@@ -249,32 +253,32 @@ void AddLogCommand(Command app) {
   const auto to_check = std::make_shared<LogOptions>();
   Command check =
       add("check",
-          "Gaps, order, damage, and of a session what must hold in every tick and step: finite "
-          "numbers, forces within limits, no energy from nowhere, organs at rest when nothing "
-          "touches them; exit 1 when something is wrong",
+          "Check gaps, order and damage, and the invariants of a session: finite numbers, forces "
+          "within limits, no generated energy, organs at rest when nothing touches them; exit 1 "
+          "if something is wrong",
           to_check.get());
   check.AddOption("--repair", to_check->repaired,
-                  "Write the intact events as a new log of this name");
+                  "Write the intact events to a new log of this name");
   check
       .AddOption("--period", to_check->period,
-                 "The hands do the same again every so many seconds: the forces must be the same "
-                 "bit for bit, from the third period on those of the second")
+                 "Period in s of hands that repeat their motion: from the third period on the "
+                 "forces must equal those of the second bit for bit")
       .From(0.001, 1e6);
   check.OnRun([to_check] { Check(*to_check); });
 
   const auto to_export = std::make_shared<LogOptions>();
   Command exporting =
-      add("export", "A CSV table of each channel, or one MCAP file", to_export.get());
+      add("export", "Write a CSV table per channel, or one MCAP file", to_export.get());
   exporting
       .AddOption("--out", to_export->out,
-                 "csv: folder for CHANNEL.csv, made when missing; mcap: the file")
+                 "csv: folder for CHANNEL.csv, created if missing; mcap: the file")
       .Required();
   exporting
       .AddOption("--format", to_export->format,
                  "csv, or mcap: one file of JSON messages for Foxglove and PlotJuggler")
       .OneOf({"csv", "mcap"})
       .ShowDefault();
-  exporting.AddOption("--channels", to_export->channels, "These alone");
+  exporting.AddOption("--channels", to_export->channels, "Channels to export [all]");
   exporting.OnRun([to_export] { Export(*to_export); });
 }
 

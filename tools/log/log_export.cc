@@ -18,11 +18,11 @@
 namespace hpdm {
 namespace {
 
-/// The columns of one channel, in the order in which a message has them.
+/// The columns of one channel, in the order of the values in its messages.
 class Columns {
  public:
   void Add(const MessageSchemas& schemas, const LcmStruct& type, const LogEvent& event) {
-    std::size_t after = 0;  // where a new column goes: behind the one before it in the message
+    std::size_t after = 0;  // place of a new column: after its predecessor in the message
     schemas.Decode(type, event.data, [&](const MessageValue& value) {
       const auto known = index_.find(std::string(value.name));
       if (known != index_.end()) {
@@ -51,7 +51,7 @@ class Columns {
 };
 
 constexpr std::size_t kMaxOpenTables = 64;
-// What a file system takes for a name (255 bytes), less "_1234567.csv.part-1234567890".
+// The longest file name (255 bytes), less "_1234567.csv.part-1234567890".
 constexpr std::size_t kMaxNameBytes = 200;
 
 struct Table {
@@ -62,7 +62,7 @@ struct Table {
   ExportedChannel exported;
 };
 
-/// Files of channels. No two channels get the same.
+/// Unique file names for channels.
 class FileNames {
  public:
   std::string Of(std::string_view channel) {
@@ -83,13 +83,13 @@ class FileNames {
   }
 
   std::set<std::string> taken_;
-  std::map<std::string, int> numbers_;  // the last one given to a name
+  std::map<std::string, int> numbers_;  // last number of each name
 };
 
-/// Bounds the tables whose files are open at a time, whatever the number of channels.
+/// Bounds the number of tables whose files are open at a time.
 class OpenTables {
  public:
-  /// Before `table` is written to.
+  /// Call before writing to `table`.
   void Use(Table* table) {
     if (table->open) return;
     if (tables_.size() == kMaxOpenTables) {
@@ -102,7 +102,7 @@ class OpenTables {
   }
 
  private:
-  std::deque<Table*> tables_;  // the one that was opened first is the first
+  std::deque<Table*> tables_;  // in the order of opening
 };
 
 std::string Cell(const MessageValue& value) {
@@ -130,13 +130,13 @@ void WriteRow(const std::string& first, const std::vector<std::string>& cells, S
 
 using Tables = std::map<std::string, Table>;
 
-/// A message that breaks off has values all the same, which no table should get.
+/// True if the message is complete. The values of a message that breaks off must not enter a table.
 bool Readable(const Table& table, const LogEvent& event, const MessageSchemas& schemas) {
   return table.type != nullptr && schemas.Find(event.data) == table.type &&
          schemas.Decode(*table.type, event.data, [](const MessageValue&) {});
 }
 
-/// First pass: which columns there are.
+/// First pass: finds the columns.
 Tables FindColumns(const std::string& log, const std::vector<std::string>& channels,
                    const MessageSchemas& schemas) {
   Tables tables;
@@ -168,12 +168,7 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
                                        const std::vector<std::string>& channels,
                                        const MessageSchemas& schemas) {
   Tables tables = FindColumns(log, channels, schemas);
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    throw InputError(folder.string() + ": cannot be made (" + error.message() +
-                     "); choose another --out");
-  }
+  MakeOutFolder(folder);
   FileNames names;
   OpenTables open;
   for (auto& [channel, table] : tables) {
@@ -194,7 +189,7 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
     cells.assign(table.columns.names().size(), "");
     const bool readable = table.type != nullptr && schemas.Find(event.data) == table.type &&
                           schemas.Decode(*table.type, event.data, [&](const MessageValue& value) {
-                            // A message that breaks off may have values that no whole one has.
+                            // A message that breaks off may have values without a column.
                             if (const auto column = table.columns.Of(value.name))
                               cells[*column] = Cell(value);
                           });
@@ -218,7 +213,7 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
 }
 
 void RefuseMissingChannel(const std::string& log, const std::string& channel) {
-  throw InputError(log + ": holds no channel " + channel + "; hpdm log check lists them");
+  throw InputError(log + ": contains no channel " + channel + "; hpdm log check lists them");
 }
 
 }  // namespace hpdm

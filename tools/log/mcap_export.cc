@@ -7,6 +7,7 @@
 #include <map>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/wire/codec.h"
 #include "tools/log/mcap_writer.h"
@@ -40,7 +41,7 @@ class McapExport {
 
   std::vector<ExportedChannel> Finish(const fs::path& file) {
     std::string organs;
-    for (const auto& [number, name] : organs_) organs += (organs.empty() ? "" : ", ") + name;
+    for (const auto& [number, name] : organs_) AppendToList(name, &organs);
     if (!organs.empty()) session_["organs"] = organs;
     AddScene();
     if (!session_.empty()) writer_.AddMetadata("hpdm.session", session_);
@@ -105,7 +106,7 @@ class McapExport {
     }
   }
 
-  /// The scene as the session's folder has it.
+  /// Adds the scene from the session's folder.
   void AddScene() {
     constexpr std::uintmax_t kMaxBytes = 1 << 20;
     const fs::path path = FileInside(fs::path(log_).parent_path(), "scene.toml");

@@ -12,16 +12,19 @@ namespace hpdm {
 /// Writes a log as one MCAP file, which Foxglove and PlotJuggler open: every message as JSON
 /// (message_json.h) on a topic of its channel's name, with a JSON schema of its type.
 ///
-/// Of each message: log_time is the log's time stamp; publish_time its member `time_ns` where its
-/// type has one (the session's clock, or a driver's), else log_time; sequence the low 32 bits of
-/// its member `sequence`, else its number on the channel from 1. Metadata "hpdm.session" holds what
-/// the log and the folder around it tell of the session: instruments, organs, the scene's text.
+///     log_time       the log's time stamp
+///     publish_time   the member `time_ns` if the type has one (the clock of the session or of a
+///                    driver), else log_time
+///     sequence       the low 32 bits of the member `sequence`, else the message's number on the
+///                    channel, from 1
+///     metadata       "hpdm.session": instruments, organs and the scene's text, from the log and
+///                    its folder
 ///
-/// A channel has the type of its first message of a known one; messages that are not readable as
-/// that, or whose time stamp is before 0 or after the year 2554, are skipped and counted.
-/// `channels` empty: all. The file appears when it is whole and replaces one of its name. One pass,
-/// memory as for McapWriter. Throws InputError where a file cannot be used, `file` is the log
-/// itself, or a channel that was asked for is missing.
+/// A channel's type is that of its first message of a known type. Messages of other types or sizes,
+/// and those with time stamps before 0 or after the year 2554, are skipped and counted. `channels`
+/// empty: all. The file appears when it is complete and replaces one of its name. One pass; memory
+/// as for McapWriter. Throws InputError if a file cannot be used, `file` is the log itself, or a
+/// requested channel is missing.
 std::vector<ExportedChannel> ExportMcap(const std::string& log, const std::filesystem::path& file,
                                         const std::vector<std::string>& channels,
                                         const MessageSchemas& schemas);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::string_view kCompression = "zstd";
-constexpr int kCompressionLevel = 3;  // zstd's own choice
+constexpr int kCompressionLevel = 3;  // zstd's default
 
 enum Opcode : std::uint8_t {
   kHeader = 0x01,
@@ -39,7 +39,7 @@ void Put(Integer value, std::string* to) {
   }
 }
 
-/// A string, or bytes, behind their length.
+/// Appends a string, or bytes, after its length.
 void PutText(std::string_view text, std::string* to) {
   Put(static_cast<std::uint32_t>(text.size()), to);
   *to += text;
@@ -75,7 +75,7 @@ std::uint32_t Crc(std::string_view bytes, std::uint32_t before = 0) {
 
 std::uint16_t NextNumber(std::uint16_t* count, const char* of) {
   if (*count == std::numeric_limits<std::uint16_t>::max()) {
-    throw InputError(std::string("MCAP: more than 65,535 ") + of + "; choose with --channels");
+    throw InputError(std::string("MCAP: more than 65,535 ") + of + "; select some with --channels");
   }
   return ++*count;
 }
@@ -203,7 +203,7 @@ void McapWriter::EndChunk() {
 }
 
 void McapWriter::AddMetadata(std::string_view name, const Fields& fields) {
-  EndChunk();  // it stands between chunks
+  EndChunk();  // metadata lies between chunks
   std::string content;
   PutText(name, &content);
   PutFields(fields, &content);

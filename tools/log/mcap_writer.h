@@ -14,34 +14,33 @@ struct ZSTD_CCtx_s;
 
 namespace hpdm {
 
-/// Writes an MCAP file (https://mcap.dev/spec) front to back: messages in chunks of about 1 MiB
-/// compressed with zstd, a message index after each, and a summary with the schemas, channels,
-/// chunk indices, metadata indices and statistics; every check sum is given. Memory: one chunk, and
-/// about 100 bytes for each chunk written. One thread. Everything throws InputError where the file
-/// cannot be written.
+/// Writes an MCAP file (https://mcap.dev/spec) front to back:
+///   1. messages in chunks of about 1 MiB, compressed with zstd, each with a message index;
+///   2. a summary with schemas, channels, chunk indices, metadata indices and statistics.
+/// All check sums are written. Memory: one chunk, and about 100 bytes per chunk written. One thread.
+/// Every function throws InputError if the file cannot be written.
 ///
 /// Strings should be UTF-8. Times are nanoseconds.
 class McapWriter {
  public:
   using Fields = std::map<std::string, std::string>;
 
-  /// `library` names the program for those who look for the cause of a fault.
+  /// `library` names the program in the file's header.
   explicit McapWriter(StagedFile* file, std::string_view library);
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  /// Identifiers count from 1; more than 65,535 of a kind are an InputError.
+  /// Identifiers count from 1. More than 65,535 of a kind throw InputError.
   std::uint16_t AddSchema(std::string_view name, std::string_view encoding, std::string_view data);
   std::uint16_t AddChannel(std::uint16_t schema, std::string_view topic,
                            std::string_view message_encoding, const Fields& metadata);
   void Write(std::uint16_t channel, std::uint32_t sequence, std::uint64_t log_time,
              std::uint64_t publish_time, std::string_view data);
   void AddMetadata(std::string_view name, const Fields& fields);
-  /// The end of the data, the summary, the footer. Nothing may follow. The file is not committed.
+  /// Writes the end of the data, the summary and the footer. Call it last. Does not commit the file.
   void Close();
-
-  /// So many bytes of records make a chunk.
+  /// A chunk ends when its records reach this many bytes.
   static constexpr std::size_t kChunkBytes = 1 << 20;
 
  private:
@@ -59,16 +58,16 @@ class McapWriter {
   StagedFile& file_;
   std::unique_ptr<ZSTD_CCtx_s, std::size_t (*)(ZSTD_CCtx_s*)> compressor_;
   std::uint64_t position_ = 0;
-  std::uint32_t crc_ = 0;  // of what was written since the file's or the summary's start
+  std::uint32_t crc_ = 0;  // of the bytes since the start of the file or of the summary
 
   std::string chunk_;  // records
   std::string compressed_;
   std::uint64_t chunk_messages_ = 0;
   Times chunk_times_;
-  // By channel: time and place in the chunk of each message.
+  // By channel: time and offset in the chunk of each message.
   std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> chunk_index_;
 
-  // What the summary repeats: records as they are.
+  // Records that the summary repeats.
   std::string schemas_;
   std::string channels_;
   std::string chunk_indices_;

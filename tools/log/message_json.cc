@@ -80,7 +80,7 @@ class Writer : public MessageVisitor {
 
   std::string& json_;
   MessageHeader& header_;
-  std::vector<int> dimensions_;  // open arrays of the member, by struct
+  std::vector<int> dimensions_;  // number of the member's open arrays, by struct
   bool is_boolean_ = false;
 };
 

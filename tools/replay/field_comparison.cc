@@ -90,11 +90,11 @@ void VisitFields(const StepSample& a, const StepSample& b, Visit&& visit) {
     visit.Real(t, "coupling_W", Numbers(x.coupling_W), Numbers(y.coupling_W));
     visit.Real(t, "kernel_radius", Numbers(x.kernel_radius), Numbers(y.kernel_radius));
   }
-  // How far from its equilibrium an iteration stopped is the rounding itself where it converged.
+  // The residual of a converged iteration consists of rounding errors.
   visit.Residual(a.step.residual, b.step.residual);
 }
 
-// Length of a vector whose finite parts count.
+// Returns the length of the vector's finite components.
 double Length(std::span<const double> numbers) {
   double sum = 0;
   for (const double x : numbers) sum += std::isfinite(x) ? x * x : 0;
@@ -151,7 +151,7 @@ struct FieldComparison::Visitor {
   void Real(int tool, const char* field, std::span<const double> a, std::span<const double> b) {
     out->Real({in_step, number, tool}, field, (*peaks)[place++], a, b);
   }
-  // Already relative.
+  // The residual is relative already.
   void Residual(double a, double b) {
     out->Real({in_step, number, -1}, "residual", 1, {&a, 1}, {&b, 1});
   }
@@ -183,7 +183,7 @@ void FieldComparison::Real(const Place& at, const char* field, double peak,
     }
     same = false;
     const double difference = logged[i] - replayed[i];
-    // Written so that what is not finite on one side only is infinitely different.
+    // A value that is not finite on one side only is infinitely different.
     sum += std::isfinite(difference) ? difference * difference
                                      : std::numeric_limits<double>::infinity();
   }

@@ -10,21 +10,22 @@
 
 namespace hpdm {
 
-/// One field that a log and its replay have differently.
+/// A field whose values in a log and its replay differ.
 struct FieldDifference {
-  bool in_step = false;      ///< Of a deformation step, else of a haptic tick.
-  std::uint64_t number = 0;  ///< Of the tick or of the step.
-  int tool = -1;             ///< -1: the field is not a tool's.
-  std::string field;         ///< As in engine/snapshots.h.
+  bool in_step = false;      ///< True: field of a deformation step; false: of a haptic tick.
+  std::uint64_t number = 0;  ///< Number of the tick or step.
+  int tool = -1;             ///< -1: not a field of a tool.
+  std::string field;         ///< Name as in engine/snapshots.h.
   std::string logged, replayed;
-  double relative = 0;  ///< Of the field's largest value in the log; infinite for whole numbers.
+  double relative =
+      0;  ///< Difference / the field's largest value in the log; infinite for integers.
 };
 
-/// Compares recorded values with replayed ones, field by field. A difference of a field of real
-/// numbers (a vector counts as one) is taken relative to the largest length that the field has
-/// anywhere in the log, so that round-off near zero stays what it is; whole numbers, flags and
-/// values that are not finite must be equal. All recorded values are measured before the first is
-/// compared.
+/// Compares recorded values with replayed ones, field by field.
+///
+/// The difference of real numbers (a vector counts as one) is relative to the largest length of the
+/// field in the log, so that round-off near zero stays small. Integers, flags and values that are
+/// not finite must be equal. Measure all recorded values before comparing the first.
 class FieldComparison {
  public:
   explicit FieldComparison(double tolerance) : tolerance_(tolerance) {}
@@ -32,16 +33,16 @@ class FieldComparison {
   void Measure(const HapticSample& logged, bool with_output);
   void Measure(const StepSample& logged);
 
-  /// `with_output`: whether the log has what the tick gave, or its input only.
+  /// `with_output`: true if the log has the tick's output, false if it has only its input.
   void Compare(const HapticSample& logged, const HapticSample& replayed, bool with_output);
   void Compare(const StepSample& logged, const StepSample& replayed);
 
   double tolerance() const { return tolerance_; }
-  /// The first difference of any size: absent when all is the same bit for bit.
+  /// Returns the first difference of any size; nothing if all values are equal bit for bit.
   const std::optional<FieldDifference>& first() const { return first_; }
-  /// The first beyond the tolerance.
+  /// Returns the first difference beyond the tolerance.
   const std::optional<FieldDifference>& first_beyond() const { return first_beyond_; }
-  /// The largest.
+  /// Returns the largest difference.
   const std::optional<FieldDifference>& largest() const { return largest_; }
 
  private:
@@ -53,7 +54,7 @@ class FieldComparison {
   void Note(FieldDifference difference);
 
   double tolerance_;
-  std::vector<double> tick_peaks_, step_peaks_;  // by place in the order of the fields
+  std::vector<double> tick_peaks_, step_peaks_;  // by index in the order of the fields
   std::optional<FieldDifference> first_, first_beyond_, largest_;
 };
 

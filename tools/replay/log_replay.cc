@@ -14,7 +14,7 @@
 namespace hpdm {
 namespace {
 
-// As a step comes out of a log: its orientation has been a quaternion.
+// Passes a step through its message, as the log does: orientations become quaternions.
 StepSample AsLogged(const StepSample& sample) {
   contact_t message;
   StepSample logged;
@@ -24,7 +24,7 @@ StepSample AsLogged(const StepSample& sample) {
   return logged;
 }
 
-// The two production loops on one thread, in the log's order of events.
+// Runs the two production loops on one thread, in the log's order of events.
 class Player {
  public:
   Player(const LoggedSession& log, double tolerance, Session* session)
@@ -64,9 +64,9 @@ class Player {
     TickReader ticks(log_.path());
     for (LoggedTick tick; ticks.Next(&tick);) {
       if (tick.sample.tool_count != replay_.tool_count) {
-        throw InputError(log_.path() + ": a tick of " + std::to_string(tick.sample.tool_count) +
-                         " instruments, the scene has " + std::to_string(replay_.tool_count) +
-                         ": give the log's own scene with --scene");
+        throw InputError(log_.path() + ": has a tick of " + std::to_string(tick.sample.tool_count) +
+                         " instruments, but the scene has " + std::to_string(replay_.tool_count) +
+                         "; give the log's own scene with --scene");
       }
       replay_.comparison.Measure(tick.sample, tick.has_output);
       ++replay_.ticks_logged;
@@ -81,7 +81,7 @@ class Player {
       return EndEarly(std::to_string(logged.lost_before) + " ticks before " + here +
                       " are not in the log");
     }
-    // Steps up to the last one that was visible by now.
+    // Computes the steps up to the last one that is visible to this tick.
     const std::vector<LoggedStep>& steps = log_.steps();
     std::size_t end = next_step_;
     for (std::size_t i = next_step_; i < steps.size(); ++i) {
@@ -116,7 +116,7 @@ class Player {
     }
   }
 
-  // Whether a step that is still to come used the tick's tool state. Input ticks never fall.
+  // True if a later step used the tick's tool state. Input ticks never decrease.
   bool Used(std::uint64_t tick) const {
     const std::vector<LoggedStep>& steps = log_.steps();
     const auto at = std::lower_bound(
@@ -125,12 +125,12 @@ class Player {
     return at != steps.end() && at->sample.step.input_tick == tick;
   }
 
-  // Computes and compares the steps before `end`; false where the log lacks what one used.
+  // Computes and compares the steps before `end`; false if the log lacks a step's input.
   bool StepThrough(std::size_t end) {
     for (; next_step_ < end; ++next_step_) {
       const StepSample& logged = log_.steps()[next_step_].sample;
       const std::uint64_t input = logged.step.input_tick;
-      ToolState tools;  // before the haptic loop's first tick: without tools
+      ToolState tools;  // empty before the haptic loop's first tick
       tool_states_.erase(tool_states_.begin(), tool_states_.lower_bound(input));
       const auto at = tool_states_.find(input);
       if (at != tool_states_.end() && (logged.tool_count > 0 || devices_.empty())) {
@@ -191,7 +191,7 @@ ForceDifference ForceDifferences::Of(int tool) const {
 void RequireSameScene(const LoggedSession& log, const Session& session) {
   const std::string why = log.WhyAnother(session.Info());
   if (why.empty()) return;
-  throw InputError(log.path() + ": is no log of " + session.scene().path.string() + ": " + why +
+  throw InputError(log.path() + ": not a log of " + session.scene().path.string() + ": " + why +
                    "; give the log's own scene with --scene");
 }
 

@@ -17,7 +17,7 @@
 namespace hpdm {
 namespace {
 
-// What a replay in real time needs of a logged tick, small since all of them are held at once.
+// The part of a logged tick that a real-time replay needs. Small, because all ticks are in memory.
 struct TraceTick {
   struct Tool {
     JointVector joints;
@@ -48,28 +48,28 @@ std::vector<TraceTick> ReadTrace(const std::string& path) {
   return trace;
 }
 
-// The trace's pauses and exchanges, in time since its tick 0.
+// Returns the trace's pauses and exchanges, in time since its tick 0.
 ControlScript ScriptOf(const std::vector<TraceTick>& trace, Nanoseconds period) {
-  std::vector<TimedControl> wishes;
+  std::vector<TimedControl> controls;
   SessionControl last;
   for (const TraceTick& tick : trace) {
     if (tick.control.paused == last.paused &&
         tick.control.instrument_index == last.instrument_index)
       continue;
     last = tick.control;
-    wishes.push_back({static_cast<Nanoseconds>(tick.tick) * period, last});
+    controls.push_back({static_cast<Nanoseconds>(tick.tick) * period, last});
   }
-  return ControlScript(std::move(wishes));
+  return ControlScript(std::move(controls));
 }
 
-// One instrument of a trace, each sample from its own period on. Haptic thread; wait-free.
+// Plays one instrument of a trace: a sample holds from its own period on. Haptic thread; wait-free.
 class TraceTickDevice : public Device {
  public:
   TraceTickDevice(const std::vector<TraceTick>& trace, int tool, Nanoseconds period,
                   const DeviceLimits& limits)
       : trace_(trace), tool_(tool), period_(period), limits_(limits) {}
 
-  // Session time of tick 0, before the first Read.
+  // Sets the session time of tick 0. Call before the first Read.
   void Start(Nanoseconds start) { start_ = start; }
 
   DeviceSample Read(Nanoseconds now) noexcept override {
@@ -100,20 +100,20 @@ class TraceTickDevice : public Device {
   Nanoseconds period_;
   DeviceLimits limits_;
   Nanoseconds start_ = 0;
-  std::size_t next_ = 0;  // after the sample that counts now
+  std::size_t next_ = 0;  // index after the present sample
 };
 
-// Takes the ticks as they come.
+// Measures the ticks as they come.
 class Meter {
  public:
-  // `trace`: what to compare the forces with, or null.
+  // `trace`: the logged forces to compare with, or null.
   Meter(Nanoseconds period, const std::vector<TraceTick>* trace)
       : statistics_(period), trace_(trace) {}
 
   void Drain(SpscQueue<HapticSample>* samples) {
     for (HapticSample sample; samples->Pop(&sample);) Add(sample);
   }
-  // The next tick that may come.
+  // Returns the number after that of the last tick.
   std::uint64_t next_tick() const { return next_tick_; }
   void Report(RealtimeReplay* replay) const {
     replay->session = statistics_.Summary();
@@ -148,14 +148,14 @@ class Meter {
   std::size_t next_ = 0;
 };
 
-// As in a session (run.cc), but that nothing is drawn or written:
+// Runs the loops as in a session (session_threads.h), without pictures and log:
 //
 //     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz)
 //                  |  ^------ContactPatch--------'
-//                  |  ^------SessionControl------ this thread: what the script asks for
+//                  |  ^------SessionControl------ this thread: the script
 //                  '---HapticSample queue--> this thread: the meter
 //
-// `started` is called on the haptic thread with the session time of tick 0.
+// Calls `started` on the haptic thread with the session time of tick 0.
 RealtimeReplay Play(std::vector<HapticInstrument> instruments, std::uint64_t ticks,
                     const std::function<void(Nanoseconds)>& started, ControlScript script,
                     Meter* meter, Session* session) {

@@ -16,14 +16,14 @@
 
 namespace hpdm {
 
-/// How a recording ran in real time. Durations in the histograms are ns.
+/// Results of a recording that ran in real time. Durations in the histograms are ns.
 struct RealtimeReplay {
   TickCount haptic;
   TickCount deformation;
   SessionSummary session;                                        ///< Latencies and forces.
-  std::uint64_t overflows = 0;                                   ///< Ticks that were not measured.
+  std::uint64_t overflows = 0;                                   ///< Ticks without a measurement.
   std::vector<std::pair<std::string, RealtimeReport>> realtime;  ///< By thread.
-  // Of a log:
+  // For a log only:
   std::uint64_t compared = 0;  ///< Ticks that ran in both.
   std::array<ForceDifference, kMaxInstruments> forces;
 };
@@ -32,12 +32,11 @@ struct RealtimeReplay {
 /// for `ticks` periods. `session` is used up. Main thread.
 RealtimeReplay PlayInRealTime(std::uint64_t ticks, Session* session);
 
-/// Plays the log's device samples in real time, each in its own period, its pauses and exchanges a
-/// few periods late, through the production
-/// haptic and deformation threads. Steps and patches fall as this machine makes them, so that the
-/// forces are near the logged ones and not the same. A period that the log lacks holds the sample
-/// before. `session` is built from the log's scene and used up. Throws InputError when the log is
-/// of another scene. Main thread; returns when the log is over.
+/// Plays a log in real time through the production haptic and deformation threads: the device
+/// samples each in their own period, pauses and exchanges a few periods late. This machine times the
+/// steps and patches, so the forces are close to the logged ones but not equal. A period that is
+/// missing in the log keeps the previous sample. `session` is built from the log's scene and used
+/// up. Throws InputError if the log is of another scene. Main thread; returns at the log's end.
 RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session);
 
 }  // namespace hpdm

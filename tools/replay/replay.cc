@@ -38,7 +38,7 @@ Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   const fs::path beside = SceneBeside(log);
   std::error_code ignored;
   if (!fs::exists(beside, ignored)) {
-    throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene");
+    throw InputError(log + ": no scene.toml beside it; give the log's scene with --scene SCENE");
   }
   try {
     return LoadRecordedScene(beside);
@@ -113,7 +113,7 @@ Json Report(const LoggedSession& log, const Session& session, const LogReplay& r
 std::string ForceLines(const Json& report) {
   std::string text;
   for (const Json& force : report["forces"]) {
-    text += Format("%s: force differs by %.3g N (RMS), %.3g N at most; logged peak %.3g N\n",
+    text += Format("%s: force difference %.3g N (RMS), at most %.3g N; logged peak %.3g N\n",
                    force["name"].get<std::string>().c_str(), force["rms_N"].get<double>(),
                    force["peak_N"].get<double>(), force["logged_peak_N"].get<double>());
   }
@@ -131,7 +131,7 @@ std::string ReplayText(const LoggedSession& log, const LogReplay& replay, const 
   const FieldComparison& comparison = replay.comparison;
   if (comparison.first_beyond()) {
     text += Format(": beyond %g of the log's largest values\n", comparison.tolerance()) +
-            "first: " + Line(*comparison.first_beyond()) + "\n";
+            "first difference beyond it: " + Line(*comparison.first_beyond()) + "\n";
   } else if (comparison.first()) {
     text += Format(": within %g of the log's largest values, at most %.2g\n",
                    comparison.tolerance(), comparison.largest()->relative) +
@@ -145,15 +145,15 @@ std::string ReplayText(const LoggedSession& log, const LogReplay& replay, const 
                    static_cast<unsigned long long>(replay.ticks_lost));
   }
   if (replay.ticks_without_output > 0) {
-    text += Format("%llu ticks have no output in the log to compare with\n",
+    text += Format("%llu ticks were not compared: their output is missing in the log\n",
                    static_cast<unsigned long long>(replay.ticks_without_output));
   }
   if (log.damaged_stretches() > 0) {
-    text += Format("damaged log: %llu bytes in %llu places were left out\n",
+    text += Format("damaged log: skipped %llu bytes in %llu places\n",
                    static_cast<unsigned long long>(log.damaged_bytes()),
                    static_cast<unsigned long long>(log.damaged_stretches()));
   }
-  if (!log.closed()) text += "the log has no end: its session was cut off\n";
+  if (!log.closed()) text += "the log's end is missing: the session was cut off\n";
   text += ForceLines(report);
   text += Format("tick: p50 %.1f us, p99 %.1f us\n", report["compute"]["p50_us"].get<double>(),
                  report["compute"]["p99_us"].get<double>());
@@ -182,7 +182,7 @@ Json FeltToJson(const Session& session, const SessionSummary& summary) {
   return tools;
 }
 
-// Of a recording that ran in real time; a log's has forces to compare with.
+// Reports a recording that ran in real time. A log has forces to compare with; a trace has none.
 Json Report(const std::string& recording, const Session& session, const RealtimeReplay& replay,
             bool of_log) {
   Json realtime = Json::object();
@@ -239,7 +239,7 @@ void Print(const ReplayOptions& options, const Json& report, const std::string& 
   std::cout << (options.json ? JsonText(report) + "\n" : text);
 }
 
-// The lockstep clock, without log and pictures.
+// Plays a trace on the lockstep clock, without log and pictures.
 Json PlayInLockstep(const std::string& trace, std::uint64_t ticks, Session* session) {
   HapticLoop haptics(session->HapticInstruments(), session->haptic_period_ns(),
                      {session->tool_states, session->patches, session->samples});
@@ -262,10 +262,10 @@ Json PlayInLockstep(const std::string& trace, std::uint64_t ticks, Session* sess
           {"steps", steps},      {"tools", FeltToJson(*session, statistics.Summary())}};
 }
 
-// A recorded motion (haptics/device/trace_file.h) on a scene.
+// Plays a recorded motion (haptics/device/trace_file.h) on a scene.
 void ReplayTrace(const ReplayOptions& options) {
   if (options.scene.empty()) {
-    throw InputError(options.log + ": is a motion without a scene; add --scene SCENE");
+    throw InputError(options.log + ": a motion needs a scene; add --scene SCENE");
   }
   const Scene scene = LoadScene(options.scene);
   Session session(scene, ChooseDevices({"trace:" + options.log}, scene.instruments));
@@ -287,7 +287,7 @@ void ReplayTrace(const ReplayOptions& options) {
 void ReplaySession(const ReplayOptions& options) {
   const LoggedSession log(LogPathOf(options.log));
   Scene scene = SceneOf(options, log.path());
-  // The devices stand still: the log has what they did.
+  // The session's own devices are not used: the log has their samples.
   std::vector<DeviceChoice> devices(scene.instruments.size());
   Session session(std::move(scene), std::move(devices));
   if (options.clock == "real") {
@@ -299,7 +299,7 @@ void ReplaySession(const ReplayOptions& options) {
     const std::string why =
         replay.ended_early.empty() ? "no tick has an output that can be read" : replay.ended_early;
     throw InputError(log.path() + ": nothing to compare (" + why +
-                     "); give a log that holds the session's beginning, of this version's types");
+                     "); give a log of this version that contains the session's beginning");
   }
   const Json report = Report(log, session, replay);
   Print(options, report, ReplayText(log, replay, report));
@@ -314,22 +314,23 @@ void Replay(const ReplayOptions& options) {
 
 void AddReplayCommand(Command app) {
   auto options = std::make_shared<ReplayOptions>();
-  Command replay = app.AddCommand(
-      "replay", "Run a session's log again and compare the forces, or a recorded motion");
+  Command replay =
+      app.AddCommand("replay", "Recompute a session and compare, or play a recorded motion");
   replay
       .AddOption("log", options->log,
                  "Session folder, its session.lcmlog, or a recorded motion (CSV)")
       .Required();
-  replay.AddOption("--scene", options->scene, "Scene [of a log: scene.toml beside it]");
+  replay.AddOption("--scene", options->scene, "Scene file [for a log: scene.toml beside it]");
   replay
       .AddOption("--tolerance", options->tolerance,
-                 "Largest difference, of the field's largest value in the log; 0: none at all")
+                 "Largest difference allowed, relative to the field's largest value in the log; 0: "
+                 "equal bit for bit")
       .From(0.0, 1.0)
       .ShowDefault();
   replay
       .AddOption("--clock", options->clock,
-                 "logged: every tick, step and patch as in the log; real: in real time, with a "
-                 "latency report")
+                 "logged: repeat every tick, step and patch of the log; real: run in real time and "
+                 "report latencies")
       .OneOf({"logged", "real"})
       .ShowDefault();
   replay.AddFlag("--json", options->json, "Print the report as JSON");

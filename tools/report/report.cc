@@ -33,7 +33,7 @@ void WritePage(const ReportOptions& options, SessionFiles* files, const SessionR
                const SessionReport* against) {
   LoadPictures(files);
   const std::string text = ReportPageText(reading, *files, against);
-  // Beside the log, in a folder that may be a stranger's, unless the user names a place.
+  // Without --out the page goes beside the log, into a folder that may be a stranger's.
   const bool beside = options.out.empty();
   const fs::path folder = files->folder.empty() ? files->log.parent_path() : files->folder;
   const fs::path out = beside ? folder / "report.html" : fs::path(options.out);
@@ -58,7 +58,7 @@ void Report(const ReportOptions& options) {
   if (!options.against.empty()) {
     against = ReadSession(FindSessionFiles(options.against), options.force_limit).report;
   }
-  // --json alone asks for figures, not for a page.
+  // --json without --out writes no page.
   if (!options.json || !options.out.empty()) {
     WritePage(options, &files, reading, against ? &*against : nullptr);
   }
@@ -78,18 +78,20 @@ void Report(const ReportOptions& options) {
 void AddReportCommand(Command app) {
   const auto options = std::make_shared<ReportOptions>();
   Command report = app.AddCommand(
-      "report", "A session as one HTML page for trainer and trainee; its figures as JSON");
+      "report",
+      "Write an HTML report of a session for trainer and trainee, or its figures as JSON");
   report.AddOption("session", options->session, "A session's folder, or its log");
-  report.AddOption("--out", options->out, "HTML file; default: report.html beside the log");
+  report.AddOption("--out", options->out, "HTML file [report.html beside the log]");
   report
       .AddOption("--force-limit", options->force_limit,
-                 "N: time and times above it are told (tools/report/README.md)")
+                 "Force limit, N; reports time above it (tools/report/README.md)")
       .From(1e-6, 1e6)
       .ShowDefault();
   Option against = report.AddOption("--against", options->against,
-                                    "Another session's folder or log, whose figures stand beside");
-  Option json =
-      report.AddFlag("--json", options->json, "Print the figures as JSON; a page only with --out");
+                                    "Another session's folder or log to compare with");
+  Option json = report.AddFlag("--json", options->json,
+                               "Print the figures as JSON; write a page only with "
+                               "--out");
   AddFleetOptions(report, {against, json}, &options->fleet);
   report.OnRun([options] { Report(*options); });
 }

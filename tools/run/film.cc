@@ -9,12 +9,12 @@ namespace hpdm {
 std::string MakeFilm(const std::filesystem::path& frames, double fps,
                      const std::filesystem::path& film) {
   const std::string rate = Format("%g", fps);
-  std::string pattern = "file:";  // keeps a name from being an option or a protocol
+  std::string pattern = "file:";  // so that ffmpeg takes no name for an option or a protocol
   for (const char c : frames.string()) pattern += c == '%' ? "%%" : std::string(1, c);
   pattern += "/frame_%06d.png";
   int exit_code = 0;
   try {
-    // The widespread 4:2:0 sampling needs even sides.
+    // The usual 4:2:0 sampling needs even sides.
     exit_code = RunChild({"ffmpeg",
                           "-nostdin",
                           "-y",
@@ -42,7 +42,8 @@ std::string MakeFilm(const std::filesystem::path& frames, double fps,
   if (exit_code == 0) return {};
   std::error_code ignored;
   std::filesystem::remove(film, ignored);  // half a film
-  return Format("not made (ffmpeg ended with %d); the frames are in ", exit_code) + frames.string();
+  return Format("not made (ffmpeg exited with %d); the frames are in ", exit_code) +
+         frames.string();
 }
 
 }  // namespace hpdm

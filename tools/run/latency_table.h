@@ -6,9 +6,9 @@
 
 namespace hpdm {
 
-/// latency.csv: the distributions of a session, one row `latency,upper_ns,count` a bin that holds
-/// values (`upper_ns` its largest), rising within each latency. Tables of several sessions may be
-/// put together: counts of equal bins add up.
+/// Returns the text of latency.csv: one row `latency,upper_ns,count` per bin that holds values.
+/// `upper_ns` is the bin's largest value and rises within each latency. Tables of several sessions
+/// can be merged by adding the counts of equal bins.
 std::string LatencyTable(const Latencies& latencies);
 
 }  // namespace hpdm

@@ -16,7 +16,7 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
     relaxation = organ.MakeRelaxation(organ.RefinementSlots(1));
   }
   if (relaxation == nullptr || relaxation->compliance() == nullptr) {
-    Eigen::VectorXi corners = Eigen::VectorXi::Zero(count);  // as many as neighbours, once closed
+    Eigen::VectorXi corners = Eigen::VectorXi::Zero(count);  // = neighbours in a closed surface
     for (Eigen::Index i = 0; i < rest.triangles.size(); ++i) ++corners[rest.triangles.data()[i]];
     for (int v = 0; v < count; ++v) {
       const int neighbours = std::min(corners[v], ReactionNode::kMaxNeighbours);
@@ -67,14 +67,13 @@ std::string StiffnessRemark(const std::string& instrument, const std::string& or
   if (!(contact.Ratio() > 1)) return "";
   const bool unstable = contact.stiffness > contact.limit.stability;
   return Format(
-      "instrument \"%s\": organ \"%s\" is up to %.0f N/m stiff (%s, at [%.3f, %.3f, %.3f]), and "
-      "its "
-      "device displays at most %.0f N/m %s; soften the material, raise timing.haptic_hz or give "
-      "instrument.device more %s",
+      "instrument \"%s\": organ \"%s\" has a stiffness of up to %.0f N/m (%s, at [%.3f, %.3f, "
+      "%.3f]), but the device displays at most %.0f N/m %s; soften the material, raise "
+      "timing.haptic_hz or give instrument.device more %s",
       instrument.c_str(), organ.c_str(), contact.stiffness, AxisName(contact.axis), contact.p_W.x(),
       contact.p_W.y(), contact.p_W.z(),
       unstable ? contact.limit.stability : contact.limit.passivity,
-      unstable ? "without a hand that damps it" : "passively",
+      unstable ? "stably without a damping hand" : "passively",
       unstable || contact.limit.passivity > 0.99 * contact.limit.stability ? "damping"
                                                                            : "damping or friction");
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 
 namespace hpdm {
 namespace {
@@ -30,7 +31,7 @@ Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>
     if (error != std::errc() || stop != end) seconds = -1;
   }
   if (!(seconds >= 0 && seconds <= 1e6)) {
-    Fail(argument, "is no exchange; give NAME=OTHER@SECONDS, such as probe=hook@3");
+    Fail(argument, "is not an exchange; give NAME=OTHER@SECONDS, such as probe=hook@3");
   }
   const std::string names = argument.substr(0, at);
   std::string known;
@@ -40,19 +41,19 @@ Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>
       const std::string held =
           instruments[i].name + "=" + instruments[i].Held(instrument_index).name;
       if (held == names) return {std::llround(seconds * 1e9), i, instrument_index};
-      known += (known.empty() ? "" : ", ") + held;
+      AppendToList(held, &known);
     }
   }
-  Fail(argument, "the scene has no such exchange; it has " + (known.empty() ? "none" : known));
+  Fail(argument, "unknown exchange; the scene has " + (known.empty() ? "none" : known));
 }
 
 }  // namespace
 
 void ControlScript::Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge) {
   const std::size_t before = next_;
-  while (next_ < wishes_.size() && wishes_[next_].time_ns <= now_ns) ++next_;
+  while (next_ < controls_.size() && controls_[next_].time_ns <= now_ns) ++next_;
   if (next_ == before) return;
-  edge->Back() = wishes_[next_ - 1].control;
+  edge->Back() = controls_[next_ - 1].control;
   edge->Publish();
 }
 
@@ -62,13 +63,13 @@ ControlScript ParseExchanges(const std::vector<std::string>& arguments,
   for (const std::string& argument : arguments) exchanges.push_back(Parse(argument, instruments));
   std::stable_sort(exchanges.begin(), exchanges.end(),
                    [](const Exchange& a, const Exchange& b) { return a.time_ns < b.time_ns; });
-  std::vector<TimedControl> wishes;
+  std::vector<TimedControl> controls;
   SessionControl control;
   for (const Exchange& exchange : exchanges) {
     control.instrument_index[exchange.instrument] = exchange.instrument_index;
-    wishes.push_back({exchange.time_ns, control});
+    controls.push_back({exchange.time_ns, control});
   }
-  return ControlScript(std::move(wishes));
+  return ControlScript(std::move(controls));
 }
 
 }  // namespace hpdm

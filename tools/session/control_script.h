@@ -11,30 +11,30 @@
 
 namespace hpdm {
 
-/// What is asked of the haptic loop from a session time on.
+/// The controls of the haptic loop from a session time on.
 struct TimedControl {
   Nanoseconds time_ns = 0;
   SessionControl control;
 };
 
-/// A trainee's wishes at known times, where nobody is there to have them. One thread, which writes
-/// the edge.
+/// Scripted SessionControl changes for unattended runs. One thread, which writes the edge.
 class ControlScript {
  public:
   ControlScript() = default;
-  /// Times that do not fall.
-  explicit ControlScript(std::vector<TimedControl> wishes) : wishes_(std::move(wishes)) {}
+  /// The times of `controls` do not decrease.
+  explicit ControlScript(std::vector<TimedControl> controls) : controls_(std::move(controls)) {}
 
-  /// Tells the edge what holds at session time `now_ns`, which does not fall from call to call.
+  /// Publishes the controls of session time `now_ns` to the edge if they have changed since the
+  /// last call. `now_ns` does not decrease from call to call.
   void Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge);
 
  private:
-  std::vector<TimedControl> wishes_;
+  std::vector<TimedControl> controls_;
   std::size_t next_ = 0;
 };
 
-/// The script of arguments NAME=OTHER@SECONDS: the hand whose first instrument is NAME takes OTHER,
-/// one of its exchanges or NAME itself. Throws InputError for one that is not so.
+/// Parses arguments NAME=OTHER@SECONDS: at that time the hand whose first instrument is NAME takes
+/// OTHER, which is one of its exchanges or NAME itself. Throws InputError for any other argument.
 ControlScript ParseExchanges(const std::vector<std::string>& arguments,
                              const std::vector<InstrumentOptions>& instruments);
 

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 
 namespace hpdm {
 namespace {
@@ -45,7 +46,7 @@ std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& argument
     } else if (window) {
       device.type = DeviceChoice::Type::kMouse;
     }
-    names += (names.empty() ? "" : ", ") + instrument.name;
+    AppendToList(instrument.name, &names);
   }
   for (const std::string& argument : arguments) {
     if (const auto choice = Parse(argument)) devices.assign(instruments.size(), *choice);
@@ -56,9 +57,8 @@ std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& argument
     const auto choice =
         equals == std::string::npos ? std::nullopt : Parse(argument.substr(equals + 1));
     if (!choice) {
-      throw InputError(
-          "--device " + argument +
-          ": is no device; give sim, trace:FILE, lcm or mouse, or NAME=... for one instrument");
+      throw InputError("--device: unknown device \"" + argument +
+                       "\"; give sim, trace:FILE, lcm or mouse, or NAME=... for one instrument");
     }
     bool found = false;
     for (std::size_t i = 0; i < instruments.size(); ++i) {
@@ -67,13 +67,13 @@ std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& argument
       found = true;
     }
     if (!found) {
-      throw InputError("--device " + argument + ": the scene has no such instrument; it has " +
+      throw InputError("--device " + argument + ": unknown instrument; the scene has " +
                        (names.empty() ? "none" : names));
     }
   }
   for (const DeviceChoice& device : devices) {
     if (device.type != DeviceChoice::Type::kMouse || window) continue;
-    throw InputError("--device mouse: needs a window to move in; add --window");
+    throw InputError("--device mouse needs a window; add --window");
   }
   return devices;
 }

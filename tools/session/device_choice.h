@@ -7,19 +7,21 @@
 
 namespace hpdm {
 
-/// What moves an instrument.
+/// The device that moves an instrument.
 struct DeviceChoice {
   enum class Type { kSim, kTrace, kLcm, kMouse };
   Type type = Type::kSim;
   std::string trace;  ///< Path; kTrace only.
 
-  std::string Text() const;  ///< As --device takes it.
+  std::string Text() const;  ///< The argument of --device that selects it.
 };
 
-/// The device of each instrument. Without an answer on the command line it is the scene's trace, or
-/// else the simulated hand, with a window the mouse. `arguments` are those of --device: "sim",
-/// "trace:FILE", "lcm" and "mouse" for all instruments, "NAME=..." for the one of that name,
-/// whatever their order. Throws InputError, also for a mouse without a window.
+/// Returns the device of each instrument.
+///
+/// Default: the scene's trace; without one the simulated hand, or with a window the mouse.
+/// `arguments` are those of --device: "sim", "trace:FILE", "lcm" or "mouse" for all instruments,
+/// "NAME=..." for the instrument of that name. Their order does not matter. Throws InputError for
+/// an unknown device or instrument, and for a mouse without a window.
 std::vector<DeviceChoice> ChooseDevices(const std::vector<std::string>& arguments,
                                         const std::vector<InstrumentOptions>& instruments,
                                         bool window = false);

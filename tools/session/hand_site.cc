@@ -20,8 +20,8 @@ HandSite SiteOnOrgan(const InstrumentOptions& instrument, const SurfaceMesh& res
   }
   if (at.triangle < 0) {
     throw InputError("instrument \"" + instrument.name +
-                     "\": its hand finds no surface of organ \"" + instrument.hand.organ +
-                     "\"; set instrument.hand.target near it, or the trocar outside of it");
+                     "\": the hand finds no surface of organ \"" + instrument.hand.organ +
+                     "\"; set instrument.hand.target near it, or the trocar outside it");
   }
   HandSite site;
   site.p_target_W = at.Position(rest.vertices, rest.triangles);

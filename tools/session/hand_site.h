@@ -6,9 +6,10 @@
 
 namespace hpdm {
 
-/// Where an instrument's hand goes on its organ (`rest`: posed, m): its target, or, where the scene
-/// names none, the place where the line from the trocar to the middle of the organ's tissue enters
-/// the surface. Throws InputError when it finds no surface.
+/// Returns the place on an organ that an instrument's hand goes to. It is the surface point closest
+/// to the hand's target. Without a target it is the point where the line from the trocar to the
+/// centre of the tissue enters the surface. `rest`: posed, world, m. Throws InputError if there is
+/// no such point.
 HandSite SiteOnOrgan(const InstrumentOptions& instrument, const SurfaceMesh& rest,
                      const Vector3d& centre_of_volume_W);
 

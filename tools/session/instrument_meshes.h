@@ -6,13 +6,15 @@
 
 namespace hpdm {
 
-/// What is drawn of an instrument: its own meshes, or else its type's
-/// (scenes/generator/shapes/instrument_mesh.h) where its radii are those of a 5 mm instrument, or
-/// else nothing, for a capsule of its radii. Set-up; throws InputError for a mesh that cannot be
-/// read.
+/// Loads the meshes that are drawn for an instrument, the first that apply:
+///   1. the instrument's own meshes;
+///   2. those of its type (scenes/generator/shapes/instrument_mesh.h) if its radii are those of a
+///      5 mm instrument;
+///   3. none: a capsule of its radii is drawn.
+/// Set-up. Throws InputError for a mesh that cannot be read.
 InstrumentMeshes LoadInstrumentMeshes(const InstrumentDescription& instrument);
 
-/// The same as the render loop takes it. `meshes` must outlive the visual.
+/// Returns the same for the render loop. `meshes` must outlive the visual.
 InstrumentVisual VisualOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes);
 
 }  // namespace hpdm

@@ -9,10 +9,11 @@
 
 namespace hpdm {
 
-/// The lockstep clock of a haptic and a deformation loop: one thread, virtual time. Step j takes
-/// the tool state of tick ceil(j haptic_hz / deformation_hz) and is seen patch_delay_ticks later.
-/// It is computed when it becomes visible, from the state kept at its start, which gives the same
-/// result.
+/// The lockstep clock of a haptic and a deformation loop: one thread, virtual time.
+///
+/// Step j takes the tool state of tick ceil(j haptic_hz / deformation_hz). Its patch becomes visible
+/// patch_delay_ticks later. The step is computed only then, from the state saved at its start; the
+/// result is the same.
 ///
 ///     while (...) { clock.StepIfDue(); clock.Tick(); }
 ///     clock.RampOut();  // where a device displays the force
@@ -22,13 +23,13 @@ class Lockstep {
   Lockstep(const TimingOptions& timing, HapticLoop* haptics, DeformationLoop* deformation)
       : timing_(timing), haptics_(haptics), deformation_(deformation) {}
 
-  /// Number of the next tick.
+  /// Returns the number of the next tick.
   std::uint64_t tick() const { return tick_; }
 
-  /// Computes the step whose patch the next tick is the first to see. True if there was one.
+  /// Computes the step whose patch first becomes visible to the next tick. True if there was one.
   bool StepIfDue();
 
-  /// The haptic tick, and the beginning of the step that takes its tool state.
+  /// Runs a haptic tick and begins the step that takes its tool state, if any.
   void Tick();
 
   /// Takes the forces away after the last tick (HapticLoop::RampOut).

@@ -4,7 +4,7 @@
 
 namespace hpdm {
 
-/// What the process and the threads of a session ask of the system before they start.
+/// Real-time settings that the process and the threads of a session request before they start.
 inline RealtimeOptions ProcessRealtime() {
   RealtimeOptions options;
   options.lock_memory = true;

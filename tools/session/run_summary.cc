@@ -19,7 +19,7 @@ Json SkippedToJson(const SkippedTicks& skipped) {
           {"stalled", skipped.stalled}};
 }
 
-// Adds the latencies of one loop, by their names without the loop's.
+// Adds the latencies of one loop, under their names without the loop's name.
 void AddLatencies(std::string_view loop, const Latencies& latencies, Json* json) {
   latencies.ForEach([&](std::size_t index, const Histogram& histogram) {
     const std::string_view name = kLatencyNames[index];
@@ -57,7 +57,7 @@ Json RenderToJson(const RenderLoop& render, const SessionSummary& session, doubl
   return json;
 }
 
-// What the machine did by itself, beside which the session's own lateness stands.
+// The machine's own lateness, to compare the session's lateness with.
 Json MachineToJson(const RunRecord& record, const SessionSummary& session) {
   Json machine = {{"skipped", SkippedToJson(record.baseline.count.skipped)}};
   AddLatencies("baseline", session.latencies, &machine);
@@ -130,7 +130,8 @@ std::string AgeLine(const char* name, const Json& age) {
                 age["p99_9_us"].get<double>() / 1000, age["max_us"].get<double>() / 1000);
 }
 
-// The session's wake-ups beside an empty loop's: tells a bad machine from a bad program.
+// The session's wake-ups beside those of an empty loop, to separate a bad machine from a bad
+// program.
 std::string MachineLines(const Json& summary) {
   const Json& machine = summary["machine"];
   std::string text;
@@ -143,8 +144,8 @@ std::string MachineLines(const Json& summary) {
   }
   const double stolen = machine["stolen_s"].get<double>();
   if (stolen > 0) {
-    text += Format("the host took %.2f s from the machine's %d processors\n", stolen,
-                   machine["processors"].get<int>());
+    text +=
+        Format("CPU steal: %.2f s over %d processors\n", stolen, machine["processors"].get<int>());
   }
   return text;
 }
@@ -195,7 +196,7 @@ std::string ReadableSummary(const Json& summary) {
   const Json& skipped = summary["haptic"]["skipped"];
   if (skipped["total"].get<long>() > 0) {
     text += Format(
-        "             skipped for: late wake-up %ld, own computing %ld, host took the core %ld\n",
+        "             skipped because of: late wake-up %ld, long computing %ld, CPU steal %ld\n",
         skipped["late_wake_up"].get<long>(), skipped["long_compute"].get<long>(),
         skipped["stalled"].get<long>());
   }

@@ -17,9 +17,9 @@
 
 namespace hpdm {
 
-/// What the threads of a run left behind.
+/// Results of the threads of a run.
 struct RunRecord {
-  bool interrupted = false;  ///< By a signal or in the window, before the asked time was over.
+  bool interrupted = false;  ///< Ended early by a signal or in the window.
   bool lockstep = false;
   TickCount haptic;
   TickCount deformation;
@@ -28,15 +28,18 @@ struct RunRecord {
   std::vector<std::pair<std::string, RealtimeReport>> realtime;  ///< By thread.
 };
 
-/// summary.json: rates, percentiles, skipped ticks by cause, forces, the real-time state granted
-/// and the machine's own wake-ups before the session; how the program was called (`command_line`,
-/// its name first), by which machine, and what it read. `render` is null when nothing was drawn.
+/// Returns the content of summary.json:
+///   - rates, percentiles, skipped ticks by cause and forces;
+///   - the real-time state granted, and the machine's own wake-ups before the session;
+///   - the command line (`command_line`, the program's name first), the machine, and the files that
+///     were read.
+/// `render` is null if nothing was drawn.
 nlohmann::ordered_json RunSummary(const Session& session, const RunRecord& record,
                                   const TelemetrySummary& telemetry, const RenderLoop* render,
                                   const std::vector<std::string>& command_line,
                                   const SessionFolder& folder);
 
-/// The same for people, a few lines.
+/// Returns the same in a few lines for people.
 std::string ReadableSummary(const nlohmann::ordered_json& summary);
 
 }  // namespace hpdm

@@ -20,9 +20,9 @@
 namespace hpdm {
 namespace {
 
-constexpr double kMouseStart = 0.03;  // m, from a mouse's first place to the tissue
+constexpr double kMouseStart = 0.03;  // m, from a mouse's first position to the tissue
 
-// What playing a trace will be like, one line.
+// Describes the playback of a trace in one line.
 std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
                         const TraceMapping& mapping, const TraceDevice& device, bool fitted) {
   std::string remark =
@@ -33,15 +33,15 @@ std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
                      motion.places().size(), mapping.speed * mapping.scale * motion.fastest(),
                      p.x(), p.y(), p.z(), fitted ? " (fitted)" : "");
   } else if (file.place == TracePlace::kNone) {
-    remark += ", the tip stands still";
+    remark += ", the tip does not move";
   }
   if (const TraceMotion::Gaps gaps = motion.gaps(); gaps.count > 0) {
-    remark += Format("; %zu gap%s, the longest of %.2f s, bridged by a smooth move", gaps.count,
+    remark += Format("; %zu gap%s, the longest %.2f s, bridged by a smooth motion", gaps.count,
                      gaps.count == 1 ? "" : "s", ToSeconds(gaps.longest_ns));
   }
   if (const double share = device.ClampedShare(); share > 0) {
     remark += Format(
-        "; %.2g %% of the rows are out of the device's reach and clamped: move it by "
+        "; %.2g %% of the rows are outside the device's workspace and clamped: move the trace with "
         "instrument.trace",
         100 * share);
   }
@@ -62,7 +62,7 @@ std::vector<ToolGeometry> ExchangesOf(const InstrumentOptions& instrument) {
   return exchanges;
 }
 
-// A quarter of the reference's largest displacement: an error of a few per cent of it is seen.
+// A quarter of the reference's largest displacement, so that errors of a few per cent are visible.
 double ErrorScale(const Points& reference) {
   return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
 }
@@ -92,7 +92,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, tools, false));
 }
 
-// Before what takes longer, so that a bad trace is told at once.
+// Reads the traces first, so that a bad trace is reported before the slow steps.
 void Session::ReadTraces() {
   for (const DeviceChoice& choice : choices_) {
     traces_.push_back(choice.type == DeviceChoice::Type::kTrace ? ReadTraceFile(choice.trace)
@@ -113,9 +113,8 @@ void Session::BuildOrgans() {
     SurfaceMesh rest = LoadPosedMesh(options, &remarks_);
     WithScenePath(scene_, [&] { organs_.emplace_back(options, std::move(rest)); });
     if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
-      throw InputError(
-          options.mesh + ": has no texture coordinates, which the texture of organ \"" +
-          options.name + "\" needs; export the mesh with them, or remove organ.texture");
+      throw InputError(options.mesh + ": has no texture coordinates, but organ \"" + options.name +
+                       "\" has a texture; export the mesh with them, or remove organ.texture");
     }
     references_.emplace_back(0, 3);
     const std::vector<std::string>& warnings = organs_.back().warnings();
@@ -129,8 +128,8 @@ void Session::BuildInstruments() {
       if (instrument.reaction == ReactionType::kPaper || organ.lattice() || organ.rigid()) continue;
       remarks_.push_back(
           "instrument \"" + instrument.name + "\": organ \"" + organ.options().name +
-          "\" has no lattice whose force it could feel; it feels the default springs "
-          "of reaction = \"paper\" there");
+          "\" has no lattice that gives a force; its force is that of the default springs of "
+          "reaction = \"paper\"");
     }
     std::vector<InstrumentMeshes>& meshes = instrument_meshes_.emplace_back();
     for (int held = 0; held < instrument.HeldCount(); ++held) {
@@ -147,7 +146,7 @@ void Session::BuildInstruments() {
       const double distance = (site.p_target_W - instrument.p_trocar_W).norm();
       remarks_.push_back(
           "instrument \"" + instrument.name + "\"" +
-          Format(": the hand's target is %.0f mm from the trocar, the shaft reaches %.0f to "
+          Format(": the hand's target is %.0f mm from the trocar, but the shaft reaches %.0f to "
                  "%.0f mm; move the trocar or the target",
                  1000 * distance, 1000 * instrument.device.min_insertion,
                  1000 * instrument.device.max_insertion));
@@ -170,7 +169,7 @@ std::unique_ptr<Device> Session::BuildDevice(std::size_t instrument, const HandS
       return device;
     }
     case DeviceChoice::Type::kMouse: {
-      // On the way to the target, at most halfway, where nothing is touched yet.
+      // Starts on the line to the target, at most halfway, where nothing is touched yet.
       const Vector3d out_W = site.p_trocar_W - site.p_target_W;
       const double distance = std::min(kMouseStart, 0.5 * out_W.norm());
       const HandTarget start = {site.p_target_W + distance * out_W.normalized()};
@@ -237,9 +236,10 @@ void Session::BuildWalls() {
     const std::vector<std::string> remarks = WallRemarks(organs_, instrument.name, walls_.back());
     remarks_.insert(remarks_.end(), remarks.begin(), remarks.end());
     if (choices_[i].type == DeviceChoice::Type::kLcm && instrument.device.delay == 0) {
-      remarks_.push_back("instrument \"" + instrument.name +
-                         "\": rigid organs are as stiff as a device without delay displays; give "
-                         "its driver's as instrument.device.delay");
+      remarks_.push_back(
+          "instrument \"" + instrument.name +
+          "\": the stiffness of rigid organs is for a device without delay; give the "
+          "driver's delay as instrument.device.delay");
     }
   }
 }
@@ -249,7 +249,8 @@ HandSite Session::SiteOf(const InstrumentOptions& instrument) const {
     if (organ.options().name != instrument.hand.organ) continue;
     return SiteOnOrgan(instrument, organ.rest(), organ.centre_of_volume_W());
   }
-  throw InputError("instrument \"" + instrument.name + "\": no organ for the hand to go to");
+  throw InputError("instrument \"" + instrument.name + "\": unknown organ \"" +
+                   instrument.hand.organ + "\" in instrument.hand; give one of the scene's organs");
 }
 
 void Session::EnableForces(bool on) {
@@ -300,7 +301,7 @@ void Session::LoadReference(const std::string& argument) {
   });
   if (named == organs_.end() && organs_.size() != 1) {
     throw InputError("--reference " + argument + ": the scene has " +
-                     std::to_string(organs_.size()) + " organs; say which, as in " +
+                     std::to_string(organs_.size()) + " organs; name one, as in " +
                      organs_[0].options().name + "=FILE");
   }
   const auto organ = static_cast<std::size_t>(named == organs_.end() ? 0 : named - organs_.begin());

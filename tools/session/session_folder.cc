@@ -15,17 +15,18 @@
 #include "scenes/loader/file_hash.h"
 #include "scenes/loader/toml_document.h"
 #include "tools/session/session_path.h"
+#include "tools/shared/staged_file.h"
 
 namespace hpdm {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr char kFilesFolder[] = "files";
-// For summary.json and latency.csv, with room to spare.
+// More than summary.json and latency.csv need.
 constexpr off_t kReserveBytes = 256 * 1024;
 
-// What a session and the commands that read it write beside scene.toml: no file of a scene may
-// stand there.
+// Names that a session, and the commands that read it, write in its folder. No copy of a scene's
+// file may have such a name.
 constexpr const char* kOwnNames[] = {kSessionLogName, "scene.toml",  "summary.json", "timeline.csv",
                                      "timeline.png",  "latency.csv", "latency.png",  "deepest.png",
                                      "last.png",      "film.mp4",    "frames",       "screenshots",
@@ -36,7 +37,7 @@ bool IsOwnName(const fs::path& name) {
          std::end(kOwnNames);
 }
 
-// As a TOML basic string. Names of a scene hold no control characters.
+// Returns a TOML basic string. Names in a scene contain no control characters.
 std::string TomlString(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -46,9 +47,8 @@ std::string TomlString(const std::string& text) {
   return quoted + '"';
 }
 
-[[noreturn]] void FailToWrite(const fs::path& path, const std::string& reason) {
-  throw InputError(path.string() + ": cannot be written (" + reason +
-                   "); choose a writable folder with --out");
+[[noreturn]] void FailToWrite(const fs::path& path, int error) {
+  throw InputError(path.string() + WriteFault(error) + "choose another folder with --out");
 }
 
 }  // namespace
@@ -59,22 +59,21 @@ SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
   std::error_code error;
   fs::create_directories(path_, error);
   if (error) {
-    throw InputError(path_.string() + ": cannot make the session folder (" + error.message() +
-                     "); choose another with --out");
+    throw InputError(path_.string() + ": cannot be created (" + error.message() +
+                     "); choose another folder with --out");
   }
   if (fs::exists(File(kSessionLogName), error)) {
-    throw InputError(path_.string() +
-                     ": already holds a session; choose another folder with --out");
+    throw InputError(path_.string() + ": already has a session; choose another folder with --out");
   }
   folder_descriptor_ = open(path_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   for (const SceneFile& file : scene.files) {
     std::string copy = file.copy;
     if (scene.recorded) {
-      // SceneFiles has made sure that it stays inside of a folder.
+      // SceneFiles has checked that the path stays inside the folder.
       if (copy.empty()) copy = file.name;
       if (IsOwnName(copy) && *fs::path(copy).lexically_normal().begin() != kFilesFolder) {
         throw InputError(scene.path.string() + ": [[file]] " + Quoted(copy) +
-                         ": is what a session itself writes; give the file another copy");
+                         ": is a file that a session itself writes; give the file another copy");
       }
     } else if (copy.empty() && StaysInside(file.name) && !IsOwnName(file.name)) {
       copy = file.name;
@@ -95,14 +94,14 @@ SessionFolder::~SessionFolder() {
   }
 }
 
-/// An open file without a name: the space is free again however the program ends.
+/// Reserves space in an open file without a name, which is freed however the program ends.
 void SessionFolder::Reserve() {
   const fs::path path = File("reserve");
   reserve_descriptor_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (reserve_descriptor_ < 0) FailToWrite(path, std::strerror(errno));
+  if (reserve_descriptor_ < 0) FailToWrite(path, errno);
   unlink(path.c_str());
   const int error = posix_fallocate(reserve_descriptor_, 0, kReserveBytes);
-  if (error == ENOSPC || error == EDQUOT) FailToWrite(path_, std::strerror(error));
+  if (error == ENOSPC || error == EDQUOT) FailToWrite(path_, error);
 }
 
 bool SessionFolder::Finish() {
@@ -128,12 +127,12 @@ void SessionFolder::Keep(const std::string& name, const fs::path& from, std::str
   const fs::path to = File(copy).lexically_normal();
   std::error_code error;
   fs::create_directories(to.parent_path(), error);
-  // A file that is there may be this one: of a second name, or where a scene's own folder is --out.
+  // An existing file may be this one: it has two names, or the scene's own folder is --out.
   if (!error && !fs::exists(to, error)) fs::copy_file(from, to, error);
-  if (error) FailToWrite(to, error.message());
+  if (error) FailToWrite(to, error.value());
   KeptFile& kept = files_.emplace_back(KeptFile{name, copy, Sha256OfFile(to)});
   if (kept.sha256 != Sha256OfFile(from)) {
-    throw InputError(to.string() + ": is there already and is not " + from.string() +
+    throw InputError(to.string() + ": already exists and differs from " + from.string() +
                      "; choose another folder with --out");
   }
 }
@@ -156,7 +155,7 @@ void SessionFolder::WriteScene(const Scene& scene) const {
   std::string text = scene.source_text;
   if (!scene.recorded && !files_.empty()) {
     if (!text.ends_with('\n')) text += '\n';
-    text += "\n# What the session read: each file as it was.\n";
+    text += "\n# The files that the session read.\n";
     for (const KeptFile& file : files_) {
       text += "[[file]]\nname = " + TomlString(file.name) + "\n";
       if (file.copy != file.name) text += "copy = " + TomlString(file.copy) + "\n";
@@ -169,7 +168,7 @@ void SessionFolder::WriteScene(const Scene& scene) const {
     std::ifstream file(path, std::ios::binary);
     if (std::string(std::istreambuf_iterator<char>(file), {}) == text) return;
     throw InputError(path.string() +
-                     ": is there already and is another scene; choose another folder with --out");
+                     ": already exists and is another scene; choose another folder with --out");
   }
   WriteTextFile(path, text);
 }

@@ -9,33 +9,33 @@
 
 namespace hpdm {
 
-/// A file that a session keeps a copy of.
+/// A file of which a session keeps a copy.
 struct KeptFile {
   std::string name;    ///< As the scene or the command line wrote it.
-  std::string copy;    ///< Where it is in the session's folder.
-  std::string sha256;  ///< Of the copy.
+  std::string copy;    ///< Path of the copy in the session's folder.
+  std::string sha256;  ///< Hash of the copy.
 };
 
-/// The folder that a session leaves behind: a record that is whole by itself, wherever it is moved.
+/// A session's folder: a complete record, which can be moved anywhere.
 ///
 ///     session.lcmlog   every tick and step (lcmtypes/)
 ///     scene.toml       the scene as it was read, then a [[file]] table for each file that it names
-///                      (scenes/README.md): loading it again proves that they are the same
-///     meshes/...       those files at their names, where these lie below the scene's folder,
-///     files/...        the others, and the traces of the command line
-///     summary.json     the session in figures, and how it was called
+///                      (scenes/README.md), with which loading checks that the files are the same
+///     meshes/...       those files that lie below the scene's folder, under their names
+///     files/...        the other files, and the traces of the command line
+///     summary.json     results of the session, and its command line
 ///     timeline.csv     force and depth at 100 Hz, timeline.png its plot
 ///     latency.csv      distributions of the latencies, latency.png their plot (real clock)
 ///     deepest.png      the picture at the deepest contact, last.png the last one
 ///     frames/          pictures at --fps
 ///     screenshots/     pictures that a window's user took
 ///
-/// Nothing is ever overwritten. While the session lasts some space is reserved, so that a disk
-/// which fills up has room for the summary; and the folder may be renamed.
+/// Nothing is ever overwritten. During the session some space is reserved, so that a disk that fills
+/// up still has room for the summary. The folder may be renamed during the session.
 class SessionFolder {
  public:
-  /// Makes the folder with the scene and copies of its files and of `traces`. Throws InputError
-  /// when the folder cannot be written, already holds a session, or another file of such a name.
+  /// Creates the folder with the scene and copies of its files and of `traces`. Throws InputError if
+  /// the folder cannot be written, already has a session, or has another file of one of the names.
   SessionFolder(const std::filesystem::path& path, const Scene& scene,
                 const std::vector<std::string>& traces = {});
 
@@ -43,11 +43,11 @@ class SessionFolder {
   SessionFolder(const SessionFolder&) = delete;
   SessionFolder& operator=(const SessionFolder&) = delete;
 
-  /// The session is over: gives the reserved space back, and path() is where the folder is by now.
-  /// False where it was deleted.
+  /// Ends the session: frees the reserved space and sets path() to the folder's present place.
+  /// Returns false if the folder was deleted.
   bool Finish();
 
-  /// out/session_1, or the first number after it that is free.
+  /// Returns out/session_1, or the same with the first number after it that is free.
   static std::filesystem::path FreeName();
 
   const std::filesystem::path& path() const { return path_; }

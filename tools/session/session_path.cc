@@ -28,11 +28,11 @@ std::string LogPathOf(const fs::path& session) {
   const fs::path log = session / kSessionLogName;
   if (LeadsOutside(session, kSessionLogName)) {
     throw InputError(log.string() +
-                     ": is a link out of the session's folder; give the log that it leads to");
+                     ": is a link out of the session's folder; give the log that it points to");
   }
   if (FileInside(session, kSessionLogName).empty()) {
-    throw InputError(session.string() + ": holds no " + kSessionLogName +
-                     "; give the folder that hpdm run --out made");
+    throw InputError(session.string() + ": contains no " + kSessionLogName +
+                     "; give a folder that hpdm run wrote");
   }
   return log.string();
 }

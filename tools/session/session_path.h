@@ -8,16 +8,17 @@ namespace hpdm {
 /// Name of the log in a session's folder.
 inline constexpr char kSessionLogName[] = "session.lcmlog";
 
-/// A file that is really in the folder; empty where it is missing, no regular file, or a link out
-/// of the folder. A session folder may come from anyone: what it links to elsewhere is not read.
+/// Returns the path of a file inside the folder. Returns an empty path if the file is missing, not a
+/// regular file, or a link out of the folder: a session folder may come from anyone, so files that
+/// it links to elsewhere are not read.
 std::filesystem::path FileInside(const std::filesystem::path& folder,
                                  const std::filesystem::path& name);
 
-/// Whether the name, a link, leads to something outside of the folder.
+/// True if the name is a link that leads out of the folder.
 bool LeadsOutside(const std::filesystem::path& folder, const std::filesystem::path& name);
 
-/// The log of what a command was given: of a session's folder its session.lcmlog, anything else is
-/// the log itself. Throws InputError where the folder holds none.
+/// Returns the log of a command's argument: the session.lcmlog of a session's folder, or the
+/// argument itself if it is not a folder. Throws InputError if the folder has no log.
 std::string LogPathOf(const std::filesystem::path& session);
 
 }  // namespace hpdm

@@ -10,13 +10,14 @@
 namespace hpdm {
 namespace {
 
-// s, after the last touch: the iterations of a finite strain that has to be brought back by load
-// steps take up to a second.
+// s after the last touch: in finite strain, load steps may take up to a second to bring the organ
+// back.
 constexpr double kSettled = 1;
-// Relaxation times in which a creep of centimetres fades to less than a nanometre: e^-18.
+// Number of relaxation times in which a creep of centimetres fades below a nanometre: e^-18.
 constexpr double kCreeps = 18;
 
-// s; empty: with a motion of its own, or relaxed as far as sweeps get.
+// Returns the time after which an untouched organ is at rest, s; nothing if it moves by itself or
+// its sweeps do not converge.
 std::optional<double> SettlesIn(const OrganOptions& organ) {
   if (organ.model != OrganModelType::kHpdm) return std::nullopt;
   if (organ.energy.solver == SolverType::kGaussSeidel) return std::nullopt;
@@ -33,13 +34,14 @@ std::filesystem::path SceneBeside(const std::filesystem::path& log) {
 Scene LoadRecordedScene(const std::filesystem::path& path) {
   const std::filesystem::path folder = path.parent_path();
   if (LeadsOutside(folder, path.filename())) {
-    throw InputError(path.string() + ": is a link out of the session folder, which alone is read");
+    throw InputError(path.string() +
+                     ": is a link out of the session folder; copy the file into the folder");
   }
   Scene scene = LoadScene(path);
   for (const SceneFile& file : scene.files) {
     if (LiesInside(folder, file.path)) continue;
     throw InputError(path.string() + ": " + Quoted(file.name) +
-                     " lies outside of the session folder, which alone is read");
+                     " is outside the session folder; copy the file into the folder");
   }
   return scene;
 }

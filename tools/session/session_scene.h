@@ -7,15 +7,15 @@
 
 namespace hpdm {
 
-/// Where a log's own scene is: beside it.
+/// Returns the path of the scene beside a log.
 std::filesystem::path SceneBeside(const std::filesystem::path& log);
 
-/// Reads a recorded scene. Throws InputError, as LoadScene does and where the scene is, or names, a
-/// file outside of its folder: what others recorded names no files of this machine, nor leads to
-/// them by a link.
+/// Reads a recorded scene. Throws InputError as LoadScene does, and also if the scene is a link out
+/// of its folder or names a file outside it: a recording of others must not read this machine's
+/// files.
 Scene LoadRecordedScene(const std::filesystem::path& path);
 
-/// What a scene says that its sessions keep to.
+/// Returns the limits that all sessions of a scene keep to.
 SessionLimits LimitsOf(const Scene& scene);
 
 }  // namespace hpdm

@@ -5,6 +5,7 @@
 #include <stop_token>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/threads/loop_schedule.h"
@@ -16,8 +17,50 @@ namespace hpdm {
 namespace {
 
 constexpr Nanoseconds kBaselineLength = kNanosecondsPerSecond;
-// What a window's input waits for at most when nothing is typed, s: held keys act this often.
+// Longest wait for a window's input, s. Held keys act at this period.
 constexpr double kWindowPeriod = 0.01;
+
+// Starts the two threads of the link to external devices; none without a link.
+std::vector<std::jthread> StartLink(DeviceLink* link) {
+  std::vector<std::jthread> threads;
+  if (link == nullptr) return threads;
+  for (const auto work : {&DeviceLink::Receive, &DeviceLink::Send}) {
+    threads.emplace_back([link, work](std::stop_token stop) {
+      RealtimeOptions realtime;
+      realtime.fifo_priority = DeviceLink::kPriority;
+      RequestRealtime(realtime);
+      (link->*work)(stop);
+    });
+  }
+  return threads;
+}
+
+// Handles the window's input, or without a window the exchanges of the command line, until `over`
+// or an interruption. Returns true if it was interrupted.
+bool PassOnControls(const Loops& loops, const SessionClock& clock, const std::stop_source& over) {
+  bool has_window = loops.window != nullptr;
+  bool interrupted = false;
+  while (!over.stop_requested() && !interrupted) {
+    if (has_window && loops.window->lost()) {
+      loops.window->Resume();
+      has_window = false;
+    }
+    if (has_window) {
+      loops.window->Pump(kWindowPeriod);
+      interrupted = loops.window->ended() || loops.signals.WaitFor(0);
+    } else {
+      loops.exchanges->Advance(clock.Now(), &loops.session.control);
+      interrupted = loops.signals.WaitFor(20'000'000);
+    }
+  }
+  return interrupted;
+}
+
+void End(std::jthread* thread) {
+  if (!thread->joinable()) return;
+  thread->request_stop();
+  thread->join();
+}
 
 }  // namespace
 
@@ -48,20 +91,7 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
   std::optional<ForcesOn> forces(std::in_place, &loops.session);
   std::latch start(loops.pictures ? 3 : 2);
   std::stop_source over;
-
-  std::jthread receive_thread, send_thread;
-  if (loops.link != nullptr) {
-    RealtimeOptions realtime;
-    realtime.fifo_priority = DeviceLink::kPriority;
-    receive_thread = std::jthread([&, realtime](std::stop_token stop) {
-      RequestRealtime(realtime);
-      loops.link->Receive(stop);
-    });
-    send_thread = std::jthread([&, realtime](std::stop_token stop) {
-      RequestRealtime(realtime);
-      loops.link->Send(stop);
-    });
-  }
+  std::vector<std::jthread> link_threads = StartLink(loops.link);
   std::jthread telemetry_thread([&](std::stop_token stop) { loops.telemetry.Run(stop); });
   std::jthread render_thread;
   if (loops.pictures) {
@@ -89,33 +119,14 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
     record.haptic = loops.haptics.RunRealClock(stop, loop_clock, clock.Now(), loops.end_tick);
     over.request_stop();
   });
-
-  bool has_window = loops.window != nullptr;
-  while (!over.stop_requested() && !record.interrupted) {
-    if (has_window && loops.window->lost()) {
-      loops.window->Resume();
-      has_window = false;
-    }
-    if (has_window) {
-      loops.window->Pump(kWindowPeriod);
-      record.interrupted = loops.window->ended() || loops.signals.WaitFor(0);
-    } else {
-      loops.exchanges->Advance(clock.Now(), &loops.session.control);
-      record.interrupted = loops.signals.WaitFor(20'000'000);
-    }
-  }
-  const auto end = [](std::jthread* thread) {
-    if (!thread->joinable()) return;
-    thread->request_stop();
-    thread->join();
-  };
-  // The forces first: the others may take long.
-  end(&haptic_thread);
+  record.interrupted = PassOnControls(loops, clock, over);
+  // The forces first: the other threads may take long to end.
+  End(&haptic_thread);
   forces.reset();
-  for (std::jthread* thread :
-       {&deformation_thread, &render_thread, &telemetry_thread, &receive_thread, &send_thread}) {
-    end(thread);
+  for (std::jthread* thread : {&deformation_thread, &render_thread, &telemetry_thread}) {
+    End(thread);
   }
+  for (std::jthread& thread : link_threads) End(&thread);
   if (loops.link != nullptr) record.link = loops.link->Summary();
   record.realtime = {
       {"process", machine.process}, {"haptic", haptic}, {"deformation", deformation}};
@@ -130,7 +141,7 @@ RunRecord RunInLockstep(const Loops& loops) {
   const CrashStop crash_stop(&loops.haptics);
   std::optional<ForcesOn> forces(std::in_place, &loops.session);
   while (clock.tick() < loops.end_tick && !record.interrupted) {
-    // The queue holds two seconds of samples, and steps may be rarer.
+    // Drains every second: the queue holds two seconds of samples, and steps may be rarer.
     if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
     if (clock.StepIfDue()) {
       ++record.deformation.ticks;

@@ -18,23 +18,24 @@
 
 namespace hpdm {
 
-/// What the machine grants, and how late it wakes a thread like the haptic one that does nothing.
+/// Real-time state that the machine grants, and the wake-up delays of an empty loop at the haptic
+/// rate.
 struct MachineState {
   RealtimeReport process, haptic;
   WakeUpBaseline baseline;
 
-  /// The first refusal, or empty.
+  /// Returns the first refusal, or an empty string.
   std::string Refusal() const {
     return process.Complete() ? haptic.FirstRefusal() : process.FirstRefusal();
   }
 };
 
-/// Asks for what a session would and wakes at its haptic rate for a second (not for the lockstep
-/// clock), before anything else of it runs or a device displays a force. Throws MachineError where
-/// something was refused and required.
+/// Requests the real-time state of a session and, unless `lockstep`, runs an empty loop at the
+/// haptic rate for a second. Call it before the session starts. Throws MachineError if a request
+/// was refused and `require_realtime` is set.
 MachineState ProbeRealtime(bool lockstep, bool require_realtime, Nanoseconds period_ns);
 
-/// The loops of one session and what they need to run.
+/// The loops of one session and their surroundings.
 struct Loops {
   Session& session;
   HapticLoop& haptics;
@@ -45,11 +46,11 @@ struct Loops {
   const StopSignals& signals;
   std::uint64_t end_tick;
   bool pictures;             ///< False: the render loop never starts.
-  TrainerWindow* window;     ///< Null without one.
-  ControlScript* exchanges;  ///< Asked for on the command line.
+  TrainerWindow* window;     ///< Null without a window.
+  ControlScript* exchanges;  ///< From the command line.
 };
 
-/// The real clock, one thread a loop:
+/// Runs the loops on the real clock, one thread per loop:
 ///
 ///     device -> haptic (1 kHz) --ToolState--> deformation (30 Hz) --SceneSnapshot--> render
 ///        ^        | |  ^-------ContactPatch-------'     |     |                       |   ^
@@ -59,27 +60,26 @@ struct Loops {
 ///                                                    |     '----------SessionHealth-------'
 ///                                                    '--> log, LCM
 ///
-/// FrameRecord and LoopEvent are queues too; the other edges keep the latest value. With a window
-/// the main thread takes its input, where the window library wants it:
+/// FrameRecord and LoopEvent are queues too; the other edges keep the latest value. The main thread
+/// handles the window's input, as the window library requires. Without a window it publishes the
+/// exchanges of the command line:
 ///
 ///     window --HandTarget, SessionControl--> haptic;   window --ViewSettings--> render
-///
-/// Without one it passes on the exchanges that the command line asked for.
 ///
 /// External devices have a link of two threads:
 ///
 ///     HPDM_DEVICE --> link --DeviceSample--> device
 ///     HPDM_FORCE <--- link <--HapticSample queue, every tick-- haptic
 ///
-/// The two loops with a deadline start together, once each has asked for its real-time state and
-/// the render thread has its shaders. The haptic thread ends the session at its last tick. At the
-/// end the haptic loop stops first and ramps its forces to zero, then the devices' forces are
-/// switched off. The telemetry ends after the loops, and the links last, so that they drain
+/// The haptic and the deformation loop start together, once both have requested their real-time
+/// state and the render thread has compiled its shaders. The haptic thread ends the session at its
+/// last tick. At the end the haptic loop stops first and ramps its forces to zero; then the devices'
+/// forces are switched off. The telemetry ends after the loops and the link last, so that they drain
 /// everything. A crash switches the forces off at once (crash_stop.h).
 RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
                          const SessionClock& clock);
 
-/// The lockstep clock: one thread, virtual time.
+/// Runs the loops on the lockstep clock: one thread, virtual time.
 RunRecord RunInLockstep(const Loops& loops);
 
 }  // namespace hpdm

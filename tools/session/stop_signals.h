@@ -4,9 +4,9 @@
 
 namespace hpdm {
 
-/// SIGINT, SIGTERM and SIGHUP (the terminal was closed), which ask for a clean end. They are
-/// blocked before any thread is started, which inherits that, and taken by the main thread alone. A
-/// SIGHUP that is ignored, as under nohup, stays so.
+/// SIGINT, SIGTERM and SIGHUP (the terminal was closed), which request a clean end. Construct it
+/// before any thread, so that all threads inherit the blocked signals and only the main thread
+/// receives them. A SIGHUP that is ignored, as under nohup, stays ignored.
 class StopSignals {
  public:
   StopSignals() {
@@ -18,7 +18,7 @@ class StopSignals {
     if (hangup.sa_handler != SIG_IGN) sigaddset(&signals_, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
-  /// True when one came within the time (less than a second). Main thread.
+  /// Waits for a signal for less than a second; true if one came. Main thread.
   bool WaitFor(long nanoseconds) const {
     const timespec wait = {0, nanoseconds};
     return sigtimedwait(&signals_, nullptr, &wait) > 0;

@@ -13,18 +13,18 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// Of held keys, a second.
+// Rates of held keys, per second.
 constexpr double kScopeTurn = 25 * kDegree;  // rad
 constexpr double kScopeSlide = 0.04;         // m
 constexpr double kOpticsTurn = 60 * kDegree;
 constexpr double kToolTurn = 120 * kDegree;
 constexpr double kZoom = 1.8;  // factor on the focal length
 
-constexpr double kWheelInsertion = 0.004;    // m a step
-constexpr double kDragTurn = 0.5 * kDegree;  // rad a pixel
-constexpr double kMinTipDepth = 0.01;        // m: a tip at the lens would not follow any cursor
+constexpr double kWheelInsertion = 0.004;    // m per step
+constexpr double kDragTurn = 0.5 * kDegree;  // rad per pixel
+constexpr double kMinTipDepth = 0.01;        // m: a tip at the lens would not follow the cursor
 
-// What `o` shows in turn.
+// Overlays that the key o shows in turn.
 constexpr std::uint32_t kOverlayCycle[] = {
     kOverlayText,
     kOverlayText | kOverlayForce,
@@ -41,7 +41,7 @@ TrainerInput::TrainerInput(const ViewSettings& view, const std::vector<Instrumen
     : view_(view), instruments_(instruments) {
   HPDM_CHECK(instruments.size() <= kMaxInstruments);
   for (std::size_t i = 0; i < instruments.size(); ++i) targets_[i] = instruments[i].start;
-  // The first that the mouse moves.
+  // The first active instrument is the first that the mouse moves.
   if (!HasHand()) NextInstrument();
 }
 
@@ -77,7 +77,7 @@ void TrainerInput::Take(const WindowEvent& event) {
     }
   } else if (const auto* button = std::get_if<ButtonEvent>(&event)) {
     if (button->button == MouseButton::kLeft) {
-      // The click that takes the instrument does not close its jaws.
+      // The click that captures the cursor does not close the jaws.
       grips_ = button->down && captured_;
       captured_ |= button->down;
       UpdateJaw();
@@ -89,7 +89,7 @@ void TrainerInput::Take(const WindowEvent& event) {
     view_.window_height = size->height;
   } else if (const auto* focus = std::get_if<FocusEvent>(&event)) {
     if (focus->focused) return;
-    // Another window has the keyboard: nothing is held any more.
+    // Another window has the keyboard: all keys and buttons count as released.
     held_.clear();
     captured_ = grips_ = twists_ = false;
     UpdateJaw();
@@ -163,7 +163,7 @@ void TrainerInput::Advance(double seconds) {
 void TrainerInput::Move(const MotionEvent& motion) {
   if (!captured_) return;
   if (Shift()) {
-    // Dragging across the circle's radius turns the view by half of its field.
+    // Dragging across the circle's radius turns the view by half of its field of view.
     const double turn = view_.scope.field_of_view / PixelsAcross();
     MoveScope(-turn * motion.dy, turn * motion.dx, 0, 0, 1);
     return;
@@ -177,16 +177,16 @@ void TrainerInput::Move(const MotionEvent& motion) {
   SetTarget(active, FollowOnScreen(targets_[active].p_W, motion), targets_[active].roll);
 }
 
-// Where a point goes that follows the cursor at its distance from the lens.
+// Moves a point with the cursor, at its distance from the lens.
 Vector3d TrainerInput::FollowOnScreen(const Vector3d& p_W, const MotionEvent& motion) const {
-  // A square picture as high as the circle's: its pixels are the window's.
+  // A square picture as high as the circle has the window's pixels.
   const int side = std::clamp(std::min(view_.window_width, view_.window_height),
                               Laparoscope::kMinSide, Laparoscope::kMaxSide);
   const Laparoscope scope(view_.scope, side, side);
   const Vector3d pixel = scope.Project(p_W);
   const double depth = std::max(kMinTipDepth, pixel.z()), focal = scope.focal_length_px();
   Vector3d move_C(depth * motion.dx / focal, -depth * motion.dy / focal, 0);
-  // Through the lens, as far as it has a picture.
+  // Corrects for the lens distortion inside the picture circle.
   const Eigen::Vector2d from = pixel.head<2>() - Eigen::Vector2d::Constant(0.5 * side);
   const Eigen::Vector2d to = from + Eigen::Vector2d(motion.dx, motion.dy);
   const double edge = scope.circle_radius_px();
@@ -212,8 +212,8 @@ void TrainerInput::Turn(double roll) {
   SetTarget(active, targets_[active].p_W, targets_[active].roll + roll);
 }
 
-// Within the device's workspace, so that a mouse that goes on does not have to come all the way
-// back.
+// Clamps the target to the device's workspace, so that a mouse moved beyond it takes effect as soon
+// as it turns back.
 void TrainerInput::SetTarget(int instrument, const Vector3d& p_W, double roll) {
   HandTarget& target = targets_[instrument];
   const ImpulseEngineKinematics& kinematics = *instruments_[instrument].mouse;
@@ -236,7 +236,7 @@ void TrainerInput::MoveScope(double up, double right, double insertion, double r
 }
 
 void TrainerInput::NextOptics() {
-  // The next larger of the angles, and after the largest the first again.
+  // Takes the next larger angle; after the largest the first again.
   const auto* next = std::find_if(std::begin(kOptics), std::end(kOptics), [this](double angle) {
     return angle > view_.scope.angle + 1e-6;
   });

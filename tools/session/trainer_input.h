@@ -14,43 +14,42 @@
 
 namespace hpdm {
 
-/// What a window's keyboard and mouse mean: events in, what the loops are asked for out. No window,
-/// no thread, no clock of its own, so that the same events give the same wishes.
+/// Translates a window's keyboard and mouse events into controls of the loops. It has no window,
+/// thread or clock of its own, so the same events give the same controls.
 ///
-///     mouse (cursor captured)        the active instrument's tip follows it across the picture
-///     wheel                          inserts it along its shaft
-///     left button, j                 closes its jaws while held; until pressed again
-///     right button and drag, q, e    roll it
-///     Tab, 1, 2; x                   the next instrument, that one; what it is exchanged for
+///     mouse (cursor captured)        moves the active instrument's tip across the picture
+///     wheel                          inserts the instrument along its shaft
+///     left button; j                 closes its jaws while held; until pressed again
+///     right button and drag; q, e    roll it
+///     Tab; 1, 2; x                   next instrument; that instrument; its next exchange
 ///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
 ///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
 ///     o, p, s, r, F1 or h            overlays, pause, screenshot, recording, help
 ///     Space or a click               captures the cursor; Space lets it go
 ///     Esc                            ends the session
 ///
-/// The tip follows in the plane through it that is parallel to the picture, by as much as the
-/// cursor moves on the screen there; the device's workspace bounds it.
+/// The tip moves in the plane through it that is parallel to the picture, as far as the cursor moves
+/// on the screen. The device's workspace bounds it.
 class TrainerInput {
  public:
   /// An instrument of the session.
   struct Instrument {
-    std::optional<ImpulseEngineKinematics> mouse;  ///< Of one that the mouse moves.
-    HandTarget start;                              ///< Of the mouse.
-    int exchanges = 1;  ///< How many instruments the hand may hold in turn.
+    std::optional<ImpulseEngineKinematics> mouse;  ///< Only if the mouse moves the instrument.
+    HandTarget start;                              ///< The mouse's first target.
+    int exchanges = 1;  ///< Number of instruments that the hand can hold in turn.
   };
 
-  /// `view` is what the window shows first. At most kMaxInstruments.
+  /// `view` is the window's first view. `instruments`: at most kMaxInstruments.
   TrainerInput(const ViewSettings& view, const std::vector<Instrument>& instruments);
 
-  /// Takes an event.
   void Handle(const WindowEvent& event);
-  /// Lets the held keys act for `seconds` more.
+  /// Applies the held keys for `seconds`.
   void Advance(double seconds);
 
   const ViewSettings& view() const { return view_; }
   const SessionControl& control() const { return control_; }
   const HandTarget& target(int instrument) const { return targets_[instrument]; }
-  bool captured() const { return captured_; }  ///< The cursor belongs to the instrument.
+  bool captured() const { return captured_; }  ///< The cursor moves the instrument.
   bool ended() const { return ended_; }
 
  private:
@@ -66,7 +65,7 @@ class TrainerInput {
   void SetTarget(int instrument, const Vector3d& p_W, double roll);
   bool Held(int key) const { return held_.contains(key); }
   bool Shift() const { return Held(kKeyShift); }
-  /// Whether the mouse may move an instrument now.
+  /// True if the mouse can move an instrument now.
   bool HasHand() const;
   void UpdateJaw();
   Vector3d FollowOnScreen(const Vector3d& p_W, const MotionEvent& motion) const;

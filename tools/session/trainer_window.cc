@@ -5,7 +5,7 @@
 namespace hpdm {
 namespace {
 
-// A key held while the program was held up does not make up for it.
+// Longest time for which a held key acts at once, after a stall of the program.
 constexpr double kMaxAdvance = 0.1;  // s
 
 }  // namespace

@@ -13,7 +13,7 @@
 
 namespace hpdm {
 
-/// The trainee's window: takes its input and tells the loops what is asked of them.
+/// The trainee's window: handles its input and publishes the controls of the loops.
 ///
 ///     window --HandTarget (an instrument each)--> haptic loop (MouseHand)
 ///        |  '--SessionControl-------------------> haptic loop
@@ -22,28 +22,28 @@ namespace hpdm {
 /// Main thread, but for MakeContext, which the render thread calls.
 class TrainerWindow {
  public:
-  /// What the window writes: the only writer of each.
+  /// Edges of which the window is the only writer.
   struct Edges {
     TripleBuffer<ViewSettings>& view;
     TripleBuffer<SessionControl>& control;
-    std::array<TripleBuffer<HandTarget>*, kMaxInstruments> targets;  ///< Null: not the mouse's.
+    std::array<TripleBuffer<HandTarget>*, kMaxInstruments> targets;  ///< Null: no mouse device.
   };
 
-  /// Opens the window with a picture of width x height pixels and tells the loops where they start.
+  /// Opens the window with a picture of width x height pixels and publishes the first controls.
   /// Throws MachineError as Window does.
   TrainerWindow(int width, int height, const std::string& title, const ViewSettings& view,
                 const std::vector<TrainerInput::Instrument>& instruments, const Edges& edges);
 
-  /// Takes what has been typed and moved, waiting at most `seconds` for it, and tells the loops.
+  /// Waits at most `seconds` for input, handles it and publishes the controls.
   void Pump(double seconds);
 
-  /// Ends a pause that nobody can end by a key any more.
+  /// Ends a pause after the window is lost, when no key can end it.
   void Resume();
 
-  bool ended() const { return input_.ended(); }  ///< The user wants no more.
-  bool lost() const { return window_.lost(); }   ///< Its display was lost.
+  bool ended() const { return input_.ended(); }  ///< The user ended the session.
+  bool lost() const { return window_.lost(); }   ///< The display has gone away.
 
-  /// Of the calling thread, which draws.
+  /// Makes the context of the calling thread, which draws.
   std::unique_ptr<RenderContext> MakeContext() { return window_.MakeContext(); }
 
  private:

@@ -34,7 +34,7 @@ VirtualWall FindVirtualWall(const std::vector<OrganModel>& organs,
   for (const OrganModel& organ : organs) {
     trees.emplace_back(organ.rest().vertices, organ.rest().triangles);
   }
-  // The organs move together, or nearly so: as at rest.
+  // The organs move nearly together, so their places at rest are used.
   const auto is_free = [&](const Vector3d& p_tip_W) {
     return std::none_of(trees.begin(), trees.end(), [&](const SurfaceTree& tree) {
       return tree.FirstEntry(kinematics.p_trocar_W(), p_tip_W).at.triangle >= 0;
@@ -62,8 +62,8 @@ VirtualWall FindVirtualWall(const std::vector<OrganModel>& organs,
   }
   for (const OrganModel& organ : organs) {
     if (!organ.rigid() || wall.limit > 0 || organ.options().wall_stiffness) continue;
-    throw InputError("instrument \"" + instrument.name + "\": without damping its device " +
-                     "displays no rigid organ stably; give instrument.device some, or organ \"" +
+    throw InputError("instrument \"" + instrument.name + "\": a device without damping " +
+                     "displays no rigid organ stably; give instrument.device damping, or organ \"" +
                      organ.options().name + "\" a wall_stiffness");
   }
   wall.stiffness = 0.5 * wall.limit;
@@ -77,9 +77,9 @@ std::vector<std::string> WallRemarks(const std::vector<OrganModel>& organs,
     const std::optional<double>& given = organ.options().wall_stiffness;
     if (!given || *given <= wall.limit) continue;
     remarks.push_back(
-        Format("organ \"%s\": its wall_stiffness of %.0f N/m is more than the %.0f N/m that the "
-               "device of instrument \"%s\" displays without a hand that damps it; leave it out "
-               "for half of that, raise timing.haptic_hz or give instrument.device more damping",
+        Format("organ \"%s\": wall_stiffness %.0f N/m exceeds the %.0f N/m that the device of "
+               "instrument \"%s\" displays stably without a damping hand; remove it to get half of "
+               "that, raise timing.haptic_hz or give instrument.device more damping",
                organ.options().name.c_str(), *given, wall.limit, instrument.c_str()));
   }
   return remarks;

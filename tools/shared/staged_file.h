@@ -8,45 +8,49 @@
 
 namespace hpdm {
 
-/// Makes a command's --out folder, unless it is there. Throws InputError where that cannot be.
+/// Returns ": cannot be written (REASON); " for an errno, to which the caller adds what to choose
+/// instead. A full disk has the remedy "free space or " as well.
+std::string WriteFault(int error);
+
+/// Creates a command's --out folder if it does not exist. Throws InputError if it cannot.
 void MakeOutFolder(const std::filesystem::path& out);
 
-/// Throws InputError where `out`, to be written, is one of the files that the command reads.
+/// Throws InputError if `out`, which will be written, is one of the files that the command reads.
 void RefuseOwnInput(const std::filesystem::path& out, const std::vector<std::string>& inputs);
 
-/// A file that gets its name only when it is whole: it is written beside its place as
-/// NAME.part-..., and Commit gives it the name, replacing what had it. Without Commit nothing
-/// remains. One thread.
+/// A file that appears only when it is complete. It is written as NAME.part-... in the same folder.
+/// Commit renames it to NAME and replaces a file of that name. Without Commit nothing remains. One
+/// thread.
 class StagedFile {
  public:
-  /// Who chose the name. Of the user's, a link is followed, and a pipe, a device and what is open
-  /// already (/dev/stdout) are written as they are, at their end. Of a name that comes from a log,
-  /// or that stands in a folder which may be a stranger's, a link is replaced, never followed, and
-  /// what is neither a file nor a link is refused.
+  /// Who chose the name.
+  ///   kOfUser    Links are followed. Pipes, devices and open files (/dev/stdout) are appended to.
+  ///   kOfOthers  The name comes from a log, or the folder may be a stranger's. A link is replaced
+  ///              and never followed; anything else that is not a file is refused.
   enum class Name { kOfUser, kOfOthers };
-
-  /// Throws InputError where it cannot be made.
+  /// Throws InputError if the file cannot be created.
   explicit StagedFile(std::filesystem::path path, Name name = Name::kOfUser);
   StagedFile(StagedFile&& other) noexcept;
   ~StagedFile();
   StagedFile& operator=(StagedFile&&) = delete;
 
-  /// Throws InputError at the first failure that is noticed.
+  /// Throws InputError at the first failure.
   void Write(std::string_view bytes);
-  /// Closes the file until the next Write, of many that would not all be open. Throws InputError.
+  /// Closes the file until the next Write, so that many staged files need few open ones. Throws
+  /// InputError.
   void Rest();
-  /// What remains of the writing, without giving the name yet: of several files each is whole
-  /// before the first appears. Throws InputError.
+  /// Completes the file without renaming it, so that of several files all are complete before the
+  /// first appears. Throws InputError.
   void Close();
-  /// Close, if need be, then the name. Throws InputError.
+  /// Closes the file if it is open and renames it. Throws InputError.
   void Commit();
 
  private:
-  [[noreturn]] void Refuse(const char* what, int error) const;
+  [[noreturn]] void Refuse(int error) const;
 
   std::filesystem::path path_;
   std::filesystem::path written_;  // empty: path_ itself
-  std::FILE* file_ = nullptr;      // null: at rest, or closed
+  std::FILE* file_ = nullptr;      // null: closed
 };
 
 }  // namespace hpdm

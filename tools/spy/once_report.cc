@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 Json Values(const ChannelTable::Last& last, const MessageSchemas& schemas) {
   Json values = Json::object();
   schemas.Decode(*last.type, last.event->data, [&values](const MessageValue& value) {
-    // The names of a message differ, so that none is looked up.
+    // All names of a message differ, so they are appended without a look-up.
     auto& items = values.get_ref<Json::object_t&>();
     std::visit(
         [&](const auto& v) {
@@ -117,17 +117,16 @@ void Print(const SpyReport& report) {
   }
   std::printf(
       "%s messages in %.3g s; rate, jitter (standard deviation of the interval), longest "
-      "interval and bandwidth are of the last %.0f s, at most %s messages\n",
+      "interval and bandwidth over the last %.0f s, at most %s messages\n",
       WithCommas(report.table.messages()).c_str(), report.seconds,
       1e-6 * static_cast<double>(ChannelTable::kChannelWindowUs),
       WithCommas(ChannelTable::kMaxChannelArrivals).c_str());
-  const auto tell = [](const char* what, std::uint64_t count) {
+  const auto print = [](const char* what, std::uint64_t count) {
     if (count > 0) std::printf("%s: %s\n", what, WithCommas(count).c_str());
   };
-  tell("messages of further channels, for which the table has no room",
-       report.table.other_messages());
-  tell("messages that came too fast to be read", report.dropped);
-  tell("bytes of the log that are no intact event", report.damaged_bytes);
+  print("messages of further channels that do not fit the table", report.table.other_messages());
+  print("messages lost because they came too fast", report.dropped);
+  print("damaged bytes of the log", report.damaged_bytes);
 }
 
 }  // namespace hpdm

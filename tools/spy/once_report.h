@@ -8,29 +8,29 @@
 
 namespace hpdm {
 
-/// What `hpdm spy --once` saw.
+/// Result of `hpdm spy --once`.
 struct SpyReport {
   std::string source;  ///< The network's URL, or the log's path.
   bool log = false;
-  double seconds = 0;         ///< Watched; of a log, its time from the first to the last event.
-  std::uint64_t dropped = 0;  ///< Came from the network and were not read in time.
-  std::uint64_t damaged_bytes = 0;  ///< Of the log.
+  double seconds = 0;               ///< Time watched; for a log, from its first to its last event.
+  std::uint64_t dropped = 0;        ///< Messages from the network that were not read in time.
+  std::uint64_t damaged_bytes = 0;  ///< Damaged bytes of the log.
   ChannelTable table;
   std::int64_t now_us = 0;  ///< Time stamp of the end.
 
   explicit SpyReport(const MessageSchemas& schemas) : table(schemas) {}
 };
 
-/// Reads `seconds` of the source (a log's own seconds from its position on, as fast as it is read
-/// unless its speed was set by the caller; what a seek plays of the time before would be counted
-/// too), or less when a stop is asked for or a log ends.
+/// Reads `seconds` of the source, less if a signal comes or a log ends. For a log these are its own
+/// seconds from its position on, and the speed is the caller's. Events that a seek replays are
+/// counted too.
 void Watch(SpySource* source, double seconds, const StopSignals& stop, SpyReport* report);
 
-/// Everything about every channel, and its last message's values by name. Numbers that JSON does
-/// not have (NaN, infinities) are null.
+/// Returns the facts of every channel and the values of its last message by name. NaN and
+/// infinities, which JSON lacks, are null.
 nlohmann::ordered_json ToJson(const SpyReport& report, const MessageSchemas& schemas);
 
-/// The same as a table for people, without the values.
+/// Prints the same as a table for people, without the values.
 void Print(const SpyReport& report);
 
 }  // namespace hpdm

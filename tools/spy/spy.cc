@@ -39,7 +39,7 @@ struct SpyOptions {
   double from = 0;
 };
 
-/// The source; with a word on the terminal where that takes a while.
+/// Opens the source, with a note on the terminal if that takes long.
 SpySource Opened(const std::string& log) {
   constexpr std::uintmax_t kQuickBytes = 200'000'000;
   std::error_code error;
@@ -70,47 +70,48 @@ void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const 
     Print(report);
   }
   if (report.table.messages() > 0) return;
-  std::fprintf(stderr, "hpdm: spy: nothing came from %s; %s\n", OneLine(source->name()).c_str(),
-               log ? "give a log that holds events"
-                   : "start a session with hpdm run SCENE --live, with the same LCM_DEFAULT_URL "
-                     "as here");
+  std::fprintf(stderr, "hpdm: spy: no messages from %s; %s\n", OneLine(source->name()).c_str(),
+               log ? "give a log that contains events"
+                   : "start a session with hpdm run SCENE --live and the same LCM_DEFAULT_URL");
   throw CheckFailed();
 }
 
-// --web [PORT] takes what stands after it: what is no number is the log.
+// Sorts the word after --web [PORT]: a number is the port, anything else the log.
 void TakeWebValue(SpyOptions* options) {
   const std::string& value = options->web_value;
   if (value.empty()) return;
   const bool number = value.find_first_not_of("0123456789") == std::string::npos;
   if (number && (value.size() > 5 || std::stoi(value) > 65535)) {
-    throw InputError("spy: --web " + value + ": a port is a number from 0 to 65535");
+    throw InputError("spy: --web " + value + ": not a port; give a number from 0 to 65535");
   }
   if (number) {
     options->dashboard.port = std::stoi(value);
   } else if (options->log.empty()) {
     options->log = value;
   } else {
-    throw InputError("spy: --web " + value + ": is no port, and the log is " + options->log +
+    throw InputError("spy: --web " + value + ": not a port, and the log is " + options->log +
                      "; give a number from 0 to 65535");
   }
 }
 
 void Spy(const SpyOptions& options) {
   if (options.json && !options.once) {
-    throw InputError("spy: --json is for scripts; give --once with it");
+    throw InputError("spy: --json needs --once");
   }
   if (options.once && options.web) {
-    throw InputError("spy: --web stays until it is ended; leave out --once");
+    throw InputError("spy: --web cannot be combined with --once; leave one out");
   }
   if (!options.once && !options.web && (isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0)) {
     throw InputError(
-        "spy: this is no terminal; give --once for a table, --once --json for a script");
+        "spy: standard output is not a terminal; give --once for a table, --once --json for a "
+        "script");
   }
   if (options.log.empty() && (options.speed > 0 || options.from > 0)) {
-    throw InputError("spy: --speed and --from are for a log; give its path");
+    throw InputError("spy: --speed and --from need a log; give its path");
   }
   const MessageSchemas schemas = SchemasWith(options.types);
-  // Before LCM starts its thread; while a log is indexed a signal ends the program at once.
+  // Blocks the signals before LCM starts its thread. While a log is indexed a signal ends the program
+  // at once.
   std::optional<StopSignals> blocked;
   if (options.log.empty()) blocked.emplace();
   SpySource source = Opened(options.log.empty() ? options.log : LogPathOf(options.log));
@@ -119,7 +120,7 @@ void Spy(const SpyOptions& options) {
   if (source.player() != nullptr) {
     if (options.speed > 0) source.player()->SetSpeed(options.speed);
     const auto from_us = static_cast<std::int64_t>(1e6 * options.from);
-    // A report counts nothing of the time before.
+    // A report does not count earlier messages.
     if (from_us > 0) source.player()->Seek(from_us, options.once ? 0 : LogPlayer::kLeadInUs);
   }
   if (options.web) {
@@ -136,32 +137,31 @@ void Spy(const SpyOptions& options) {
 void AddSpyCommand(Command app) {
   const auto options = std::make_shared<SpyOptions>();
   Command spy = app.AddCommand(
-      "spy",
-      "Look at LCM messages as they come, or at a log as it is played: channels, rates, losses, "
-      "values");
+      "spy", "Watch live LCM messages or play back a log: channels, rates, losses, values");
   spy.AddOption("log", options->log,
-                "Log to play, or a session's folder; without one the network of LCM_DEFAULT_URL, "
-                "or else of this machine");
+                "Log to play, or a session's folder [the network of LCM_DEFAULT_URL, or else this "
+                "machine's]");
   spy.AddFlag("--once", options->once,
-              "Watch for --seconds, print a table and end; exit 1 when nothing came");
-  spy.AddOption("--seconds", options->seconds, "With --once: 2 unless given; a log: all of it")
+              "Watch for --seconds, print a table and exit; exit 1 if no message came");
+  spy.AddOption("--seconds", options->seconds, "With --once: time to watch [2; a log: all of it]")
       .From(0.01, 1e9);
-  spy.AddFlag("--json", options->json, "With --once: everything as JSON, with the last values");
+  spy.AddFlag("--json", options->json, "With --once: print JSON, with the last values");
   spy.AddOption("--types", options->types, "Further LCM types: a .lcm file; repeatable")
       .OneValueEach();
   spy.AddOption("--speed", options->speed,
-                "Of a log, times real time: 0.1 to 100; 1 unless given, with --once as fast as "
-                "it can be read")
+                "Playback speed of a log, times real time: 0.1 to 100 [1; with --once as fast as "
+                "possible]")
       .From(LogPlayer::kSlowest, LogPlayer::kFastest);
   spy.AddOption("--from", options->from,
-                "Where to start in a log, s from its start; --once counts nothing before")
+                "Start of the playback, s from the log's start; --once does not count earlier "
+                "messages")
       .From(0.0, 1e9);
   Option web = spy.AddOption("--web", options->web_value,
-                             "Show a dashboard in a browser, on this port of this machine "
-                             "alone; 8090 unless given, 0: any free one");
+                             "Serve a dashboard for a browser on this port, for this machine only "
+                             "[8090]; 0: any free port");
   web.OptionalValue("PORT");
   spy.AddOption("--host", options->dashboard.host,
-                "With --web: the address to listen on, which others may then reach")
+                "With --web: address to listen on; other machines may then reach it")
       .Needs(web);
   spy.OnRun([options, web] {
     options->web = web.Given();

@@ -9,18 +9,18 @@
 
 namespace hpdm {
 
-/// What `hpdm spy` looks at: the network, or a log that is played.
+/// The source of `hpdm spy`: the network, or a log that is played.
 class SpySource {
  public:
-  /// Empty `log`: the network of NetworkUrl(). Throws InputError where the log cannot be read and
-  /// MachineError where no network lets it.
+  /// Empty `log`: the network of NetworkUrl(). Throws InputError if the log cannot be read and
+  /// MachineError if the network cannot be used.
   explicit SpySource(const std::string& log);
 
   MessageSource& messages() { return player_ ? static_cast<MessageSource&>(*player_) : *live_; }
   LogPlayer* player() { return player_.get(); }      ///< Null for the network.
   const std::string& name() const { return name_; }  ///< The network's URL, or the log's path.
 
-  /// Messages that came from the network and were not read in time.
+  /// Returns the number of messages from the network that were not read in time.
   std::uint64_t dropped() const { return live_ ? live_->dropped() : 0; }
 
  private:

@@ -1,9 +1,10 @@
-// Makes built/PAGE.html of each src/PAGE.html: one file that works offline, its scripts bundled and
-// minified in place of <!-- page -->, its styles at the head's end. Only who changes src/ needs npm:
+// Makes built/PAGE.html from each src/PAGE.html: one file that works offline, with its scripts
+// bundled and minified in place of <!-- page --> and its styles at the head's end. npm is needed only
+// to change src/:
 //
 //     cd tools/web && npm ci && npm run build
 //
-// The page's second line holds a hash of all sources, by which a test tells a stale page.
+// The page's second line has a hash of all sources, with which a test detects a stale page.
 import * as esbuild from 'esbuild';
 import {readdirSync, readFileSync, writeFileSync} from 'node:fs';
 
@@ -34,9 +35,9 @@ for (const page of ['dashboard', 'report']) {
     legalComments: 'eof',
   });
   const text = (suffix) => result.outputFiles.find((file) => file.path.endsWith(suffix))?.text ?? '';
-  // A script ends at the first "</script", wherever it stands.
+  // A script ends at the first "</script", even inside a string.
   const script = text('.js').replaceAll('</script', '<\\/script');
-  // Styles first: a page that is laid out once without them is seen so, and zoomed out on a phone.
+  // Styles come first: otherwise the page is laid out once without them, and zoomed out on a phone.
   const html = readFileSync(`src/${page}.html`, 'utf8')
       .replace('</head>', () => `<style>${text('.css')}</style>\n</head>`)
       .replace('<!-- page -->', () => `<script>${script}</script>`);

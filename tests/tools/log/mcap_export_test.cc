@@ -251,7 +251,7 @@ TEST_F(McapExportTest, ChunksEndBehindTheMessageThatFillsThem) {
     organ_t organ{};
     organ.value_count = 500'000;  // longer than a chunk
     organ.displacements.assign(500'000, 0.25f);
-    for (int i = 0; i < 3; ++i) Append(&log, kOrganChannel, 3 - i, organ);  // time runs backwards
+    for (int i = 0; i < 3; ++i) Append(&log, kOrganChannel, 3 - i, organ);  // time goes backwards
   }
   Export();
   EXPECT_EQ(File().chunks, 3u);

@@ -249,7 +249,7 @@ TEST_F(FlowPlan, BadInputSaysWhatToDo) {
   fs::copy_file(beam, folder_.path() / "beam.toml");
   fs::copy_file(kScenes / "cases/beam.obj", folder_.path() / "beam.obj");
   EXPECT_EQ(Hpdm("plan beam.toml --error 0.1 --budget-ms 1 --out beam.toml"), 2);
-  EXPECT_NE(err_.find("is read by this command"), std::string::npos) << err_;
+  EXPECT_NE(err_.find("is an input of this command"), std::string::npos) << err_;
   const std::string bar = (kScenes / "cases/bar.toml").string();
   EXPECT_EQ(Hpdm("plan " + bar + " --error 0.1 --budget-ms 1"), 2);
   EXPECT_NE(err_.find("has a pressure"), std::string::npos) << err_;

@@ -333,7 +333,7 @@ TEST_F(Replay, OfAnotherScenesLogIsRefusedWithOneLine) {
       FAIL() << scene;
     } catch (const InputError& error) {
       const std::string line = error.what();
-      EXPECT_NE(line.find("is no log of"), std::string::npos) << line;
+      EXPECT_NE(line.find("not a log of"), std::string::npos) << line;
       EXPECT_EQ(line.find('\n'), std::string::npos) << line;
     }
   }

@@ -51,7 +51,7 @@ TEST_F(Film, WhatFfmpegRefusesIsToldAndLeavesNoFilm) {
   if (!HaveFfmpeg()) GTEST_SKIP() << "ffmpeg is not installed";
   fs::create_directories(frames_);
   const std::string reported = MakeFilm(frames_, 10, film_);
-  EXPECT_NE(reported.find("ffmpeg ended with"), std::string::npos) << reported;
+  EXPECT_NE(reported.find("ffmpeg exited with"), std::string::npos) << reported;
   EXPECT_NE(reported.find(frames_.string()), std::string::npos) << reported;
   EXPECT_FALSE(fs::exists(film_));
 }

@@ -64,7 +64,7 @@ TEST(DeviceChoice, WhatIsNoDeviceOrNoInstrumentIsAnInputErrorThatSaysWhatThereIs
        {"piano", "", "trace:", "left=", "left=piano", "left=trace:", "=lcm"}) {
     EXPECT_NE(error(argument).find("--device " + std::string(argument) + ":"), std::string::npos);
   }
-  EXPECT_NE(error("middle=sim").find("no such instrument; it has left, right"), std::string::npos);
+  EXPECT_NE(error("middle=sim").find("unknown instrument; the scene has left, right"), std::string::npos);
 }
 
 }  // namespace

@@ -158,11 +158,11 @@ TEST_F(Record, OverwritesNothing) {
   const auto record = [this] {
     SessionFolder(folder_ / "out", LoadScene(folder_ / "scenes/s.toml"));
   };
-  EXPECT_TRUE(Contains(ErrorOf(record), "out/meshes/probe.obj: is there already and is not"));
+  EXPECT_TRUE(Contains(ErrorOf(record), "out/meshes/probe.obj: already exists and differs from"));
   EXPECT_EQ(ReadFile(folder_ / "out/meshes/probe.obj"), "mine");
   fs::remove(folder_ / "out/meshes/probe.obj");
   std::ofstream(folder_ / "out/scene.toml") << "mine";
-  EXPECT_TRUE(Contains(ErrorOf(record), "out/scene.toml: is there already and is another scene"));
+  EXPECT_TRUE(Contains(ErrorOf(record), "out/scene.toml: already exists and is another scene"));
   EXPECT_EQ(ReadFile(folder_ / "out/scene.toml"), "mine");
 }
 
@@ -221,7 +221,7 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
   const fs::path moved = folder_.path() / "moved", liver = kScenes / "meshes/liver_274.obj";
   fs::create_symlink(liver, moved / "link.obj");
   std::ofstream(moved / "scene.toml") << "[[organ]]\nname = \"liver\"\nmesh = \"link.obj\"\n";
-  expect_refused("lies outside of the session folder");
+  expect_refused("is outside the session folder");
   fs::rename(moved / "scene.toml", folder_.path() / "elsewhere.toml");
   fs::create_symlink("../elsewhere.toml", moved / "scene.toml");
   expect_refused("is a link out of the session folder");

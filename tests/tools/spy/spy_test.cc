@@ -332,7 +332,7 @@ TEST_F(SpyTest, ALiveSessionIsWatchedInATerminalAndByAScript) {
 
   TmuxTerminal terminal(kSpyProgram + " spy", 80, 24);
   const std::string empty = terminal.WaitFor("hpdm run SCENE --live");
-  EXPECT_NE(empty.find("Nothing has come yet"), empty.npos) << empty;
+  EXPECT_NE(empty.find("No messages yet"), empty.npos) << empty;
   std::jthread sender([](std::stop_token stop) {
     lcm::LCM network(kLocalUrl);
     std::vector<std::uint8_t> buffer;

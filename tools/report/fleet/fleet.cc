@@ -49,7 +49,7 @@ struct Job {
   std::optional<SessionStamp> stamp;
 };
 
-/// The line of a job that ended, whatever way.
+/// Returns the line of a job that ended in any way.
 Json LineOf(const Job& job, int status) {
   const bool exited = WIFEXITED(status);
   Json line = Json::parse(job.process.out(), nullptr, false);
@@ -60,15 +60,14 @@ Json LineOf(const Job& job, int status) {
   }
   if (!exited) {
     return FailedLine(job.session, std::nullopt, job.stamp,
-                      Format("its reader ended by signal %d (%s)", WTERMSIG(status),
+                      Format("its reader was ended by signal %d (%s)", WTERMSIG(status),
                              strsignal(WTERMSIG(status))));
   }
-  // A code that its line does not confirm is not its own: it is tried again.
+  // The line does not confirm the exit code, so the session is tried again next time.
   const std::string why = FirstLine(job.process.err());
-  return FailedLine(job.session, std::nullopt, job.stamp,
-                    why.empty()
-                        ? Format("its reader ended with code %d and no report", WEXITSTATUS(status))
-                        : why);
+  return FailedLine(
+      job.session, std::nullopt, job.stamp,
+      why.empty() ? Format("its reader exited with %d and no report", WEXITSTATUS(status)) : why);
 }
 
 class Fleet {
@@ -82,7 +81,7 @@ class Fleet {
   FleetSummary Run() {
     const FoundSessions found = FindSessions(options_.folder);
     for (const std::string& why : found.unread) {
-      NameFailure(PathText(why), "is not searched; make the folder readable");
+      NameFailure(PathText(why), "not searched; make the folder readable");
       ++summary_.failed;
     }
     for (const std::string& log : found.outside) {
@@ -102,8 +101,8 @@ class Fleet {
   }
 
  private:
-  /// Nothing about the session has changed, and its log was read to the end or holds no session.
-  /// One that could not be opened has no stamp: it is tried again.
+  /// True if nothing about the session has changed, and its log was read to the end or has no
+  /// session. A log that could not be opened has no stamp and is tried again.
   bool IsUnchanged(const KnownSession& known, const std::optional<SessionStamp>& stamp) const {
     const bool same_limit = known.exit_code == 0 && known.force_limit == options_.force_limit;
     return known.version == kReportVersion && known.stamp && known.stamp == stamp &&
@@ -132,14 +131,14 @@ class Fleet {
     jobs_.back()->stamp = stamp;
   }
 
-  /// Until a job has something to tell or its time is over.
+  /// Waits until a job has written something or its time is over.
   void Wait() {
     std::vector<ChildProcess*> processes;
     Clock::duration patience = std::chrono::hours(1);
     for (const auto& job : jobs_) {
       processes.push_back(&job->process);
       patience = std::min(patience, job->deadline - Clock::now());
-      // A silent one is about to end, which nothing tells.
+      // A process that has closed its outputs is about to end, which Poll does not report.
       if (job->process.silent()) patience = std::min<Clock::duration>(patience, kPause);
     }
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(patience).count();
@@ -155,7 +154,7 @@ class Fleet {
         job->process.Kill();
         line = FailedLine(
             job->session, std::nullopt, job->stamp,
-            Format("took longer than %g s; give it more with --timeout", options_.patience));
+            Format("took longer than %g s; give it more time with --timeout", options_.patience));
       }
       if (!line) continue;
       Finish(*line);
@@ -169,7 +168,7 @@ class Fleet {
     const std::string text = LineText(line) + "\n";
     if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() ||
         std::fflush(stdout) != 0) {
-      throw InputError("stdout: cannot be written; the table, if any, is complete so far");
+      throw InputError("stdout: cannot be written; the table has all sessions so far");
     }
     if (line.at("exit_code") == 0) {
       ++summary_.reported;
@@ -194,13 +193,13 @@ FleetSummary ReportAll(const FleetOptions& options) { return Fleet(options).Run(
 
 FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path& table) {
   constexpr std::size_t kLinesTogether = 1000;
-  // Before the table is made. A pipe may be read, too, but a device may have no end.
+  // Checks the files before creating the table. Pipes are accepted; a device may have no end.
   for (const std::string& path : files) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     const bool readable = fs::is_regular_file(status) || fs::is_fifo(status);
     if (path != "-" && (!readable || access(path.c_str(), R_OK) != 0)) {
-      throw InputError(path + ": cannot be read; give files of lines that --json-line printed");
+      throw InputError(path + ": cannot be read; give files with lines of --json-line");
     }
   }
   const std::unique_ptr<SessionTable> to = OpenSessionTable(table);
@@ -218,7 +217,7 @@ FleetSummary CollectLines(const std::vector<std::string>& files, const fs::path&
       ++summary.sessions;
       if (!reported) {
         ++summary.failed;
-        NameFailure(PathText(path) + ":" + std::to_string(number), "is no line of a session");
+        NameFailure(PathText(path) + ":" + std::to_string(number), "not a line of a session");
         continue;
       }
       if (reported->exit_code == 0) ++summary.reported;

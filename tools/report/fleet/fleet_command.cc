@@ -16,7 +16,7 @@ std::string Count(std::size_t number) { return WithCommas(static_cast<long long>
 void PrintLine(const std::string& session, double force_limit) {
   const nlohmann::ordered_json line = SessionLine(session, force_limit);
   std::printf("%s\n", LineText(line).c_str());
-  if (std::fflush(stdout) != 0) throw InputError("stdout: cannot be written; make space");
+  if (std::fflush(stdout) != 0) throw InputError("stdout: cannot be written; free space");
   if (line.at("exit_code") == 0) return;
   std::fprintf(stderr, "hpdm: %s\n", line.at("error").get<std::string>().c_str());
   throw CheckFailed{line.at("exit_code").get<int>()};
@@ -28,31 +28,31 @@ void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArg
   constexpr int kMaxJobs = 256;
   Option line =
       report.AddFlag("--json-line", arguments->json_line,
-                     "Print the figures as one line of JSON, whatever becomes of it: the unit for "
-                     "clusters (tools/report/fleet.md)");
+                     "Print the figures, or the failure, as one line of JSON, for clusters "
+                     "(tools/report/fleet.md)");
   Option all =
       report.AddFlag("--all", arguments->all,
-                     "SESSION is a folder of session folders, at any depth: a process and a line "
-                     "of JSON each; --out: a table of all, SQLite or .jsonl");
+                     "SESSION is a folder of session folders, at any depth. Each gets a process "
+                     "and a line of JSON; --out: a table of all, SQLite or .jsonl");
   Option collect =
       report.AddOption("--collect", arguments->collect,
-                       "Put the lines that --json-line printed, from these files (-: standard "
-                       "input), into the table --out");
+                       "Put lines of --json-line from these files (-: standard input) into the "
+                       "table --out");
   collect.Excludes(all).Excludes(line);
   line.Excludes(all);
   for (Option option : single) {
     for (Option many : {all, line, collect}) many.Excludes(option);
   }
-  report.AddOption("--jobs", arguments->jobs, "Processes at once; default: one a processor")
+  report.AddOption("--jobs", arguments->jobs, "Processes at once [one per processor]")
       .From(1, kMaxJobs)
       .Needs(all);
-  report.AddOption("--timeout", arguments->patience, "s for one session")
+  report.AddOption("--timeout", arguments->patience, "Longest time for one session, s")
       .From(0.001, 1e6)
       .ShowDefault()
       .Needs(all);
   report
       .AddFlag("--again", arguments->again,
-               "Read those too that the table has and whose logs are unchanged")
+               "Also read sessions that the table has and whose logs are unchanged")
       .Needs(all);
 }
 
@@ -62,7 +62,7 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
     throw InputError("report: no session; give its folder, or a folder of sessions with --all");
   }
   if (arguments.json_line) {
-    if (!out.empty()) throw InputError("--out " + out + ": --json-line prints on stdout alone");
+    if (!out.empty()) throw InputError("--out " + out + ": --json-line prints to stdout only");
     PrintLine(session, force_limit);
     return true;
   }
@@ -82,12 +82,11 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
                  Count(summary.sessions).c_str(), Count(summary.reported).c_str(),
                  Count(summary.unchanged).c_str(), Count(summary.failed).c_str());
   } else {
-    if (!session.empty()) throw InputError(session + ": --collect takes lines alone, no session");
+    if (!session.empty()) throw InputError(session + ": --collect takes lines, not a session");
     if (out.empty()) throw InputError("--collect: no table; give --out TABLE.sqlite");
     summary = CollectLines(arguments.collect, out);
-    std::fprintf(stderr, "%s lines: %s of reported sessions, %s refused\n",
-                 Count(summary.sessions).c_str(), Count(summary.reported).c_str(),
-                 Count(summary.failed).c_str());
+    std::fprintf(stderr, "%s lines: %s reported, %s refused\n", Count(summary.sessions).c_str(),
+                 Count(summary.reported).c_str(), Count(summary.failed).c_str());
   }
   if (summary.failed > 0) throw CheckFailed();
   return true;

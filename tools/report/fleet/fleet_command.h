@@ -17,12 +17,12 @@ struct FleetArguments {
   bool again = false;
 };
 
-/// Adds them to the command `hpdm report`; `single` are its options for one session alone.
+/// Adds the options to the command `hpdm report`; `single` are its options for a single session.
 void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArguments* arguments);
 
-/// Does what they ask for; false: they ask for nothing. `session` is what the command was given, a
-/// session's folder or with --all one of many, `out` its --out. A failed session is
-/// CheckFailed with the exit code.
+/// Runs the command for many sessions if the arguments ask for it; returns false if not. `session`:
+/// a session's folder, or with --all a folder of many; `out`: the argument of --out. Throws
+/// CheckFailed with the exit code if a session failed.
 bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
                      const std::string& out, double force_limit);
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "tools/shared/staged_file.h"
 
 namespace hpdm {
 
@@ -20,14 +21,13 @@ using Json = nlohmann::ordered_json;
 LinesTable::LinesTable(std::filesystem::path path) : path_(std::move(path)) {
   descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
-    throw InputError(path_.string() + ": cannot be written (" + std::strerror(errno) +
-                     "); choose another --out");
+    throw InputError(path_.string() + WriteFault(errno) + "choose another file with --out");
   }
   if (!IsTable()) {
     close(descriptor_);
     throw InputError(path_.string() +
-                     ": is no table of hpdm report: its first line is none of a session; choose "
-                     "another --out");
+                     ": not a table of hpdm report: its first line is not a session's; choose "
+                     "another file with --out");
   }
   char last = '\n';
   const off_t size = lseek(descriptor_, 0, SEEK_END);
@@ -55,7 +55,7 @@ void LinesTable::Add(std::span<const Json> lines) {
 bool LinesTable::IsTable() const {
   if (!std::filesystem::is_regular_file(path_)) return false;
   std::ifstream file(path_, std::ios::binary);
-  // As LineText begins: whatever else the file is, it is not read further.
+  // A line of LineText begins so. Any other file is not read further.
   constexpr std::string_view kBeginning = "{\"session\":";
   std::array<char, kBeginning.size()> beginning{};
   file.read(beginning.data(), beginning.size());
@@ -65,13 +65,13 @@ bool LinesTable::IsTable() const {
   file.seekg(0);
   std::string first;
   std::getline(file, first);
-  const bool torn = file.eof();  // or still nothing at all
+  const bool torn = file.eof();  // or the file is empty
   return torn || KnownFrom(Json::parse(first, nullptr, false)).has_value();
 }
 
 void LinesTable::Append(const std::string& text) {
-  // In one piece, and of programs that share the table one at a time, so that what a full disk cut
-  // short is the end of the file and can be taken back.
+  // Writes in one piece, and only one program at a time, so that a line cut by a full disk is at the
+  // end of the file and can be removed.
   flock(descriptor_, LOCK_EX);
   const off_t before = lseek(descriptor_, 0, SEEK_END);
   const ssize_t written = write(descriptor_, text.data(), text.size());
@@ -81,7 +81,7 @@ void LinesTable::Append(const std::string& text) {
   flock(descriptor_, LOCK_UN);
   if (whole) return;
   throw InputError(path_.string() + ": cannot be written (" + std::strerror(error) +
-                   "); make space and run again, which goes on from here" +
+                   "); free space and run again to continue" +
                    (taken_back ? "" : " after a torn line"));
 }
 

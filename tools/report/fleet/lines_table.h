@@ -8,8 +8,8 @@
 
 namespace hpdm {
 
-/// Lines of JSON in a file, each appended whole; a torn last one is ended and ignored. A file that
-/// begins with anything but a session's line is refused and stays as it is.
+/// A table as lines of JSON in a file. Each line is appended whole; a torn last line is ended and
+/// ignored. A file that begins with anything but a session's line is refused and not changed.
 class LinesTable : public SessionTable {
  public:
   explicit LinesTable(std::filesystem::path path);

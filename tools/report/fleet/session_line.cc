@@ -34,7 +34,7 @@ std::int64_t MtimeOf(const struct stat& facts) {
 
 std::string SessionName(const std::filesystem::path& folder) {
   std::filesystem::path name = folder.lexically_normal();
-  if (!name.has_filename()) name = name.parent_path();  // a slash at the end
+  if (!name.has_filename()) name = name.parent_path();  // removes a final slash
   return name.empty() ? "." : PathText(name.native());
 }
 
@@ -54,7 +54,7 @@ std::optional<SessionStamp> StampOf(const std::filesystem::path& session) {
 
 Json SessionLine(const std::filesystem::path& path, double force_limit) {
   const std::string session = SessionName(path);
-  const std::optional<SessionStamp> stamp = StampOf(path);  // before reading: it may still grow
+  const std::optional<SessionStamp> stamp = StampOf(path);  // before reading: the log may grow
   bool opened = false;
   try {
     const SessionFiles files = FindSessionFiles(path);

@@ -14,14 +14,14 @@ FoundSessions FindSessions(const fs::path& root) {
   std::error_code error;
   const fs::path whole_root = fs::canonical(root, error);
   if (error || !fs::is_directory(whole_root)) {
-    throw InputError(root.string() + ": is no folder; give one that holds session folders");
+    throw InputError(root.string() + ": not a folder; give one that contains session folders");
   }
   FoundSessions found;
   std::vector<fs::path> to_read = {""};  // relative
   while (!to_read.empty()) {
     const fs::path folder = std::move(to_read.back());
     to_read.pop_back();
-    // Each step tells its own failure: a folder may vanish while it is read.
+    // Each step is checked: a folder may vanish while it is read.
     fs::directory_iterator entry(whole_root / folder, error);
     for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
       const fs::path name = entry->path().filename();

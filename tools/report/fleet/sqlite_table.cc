@@ -7,16 +7,17 @@
 #include <limits>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 
 namespace hpdm {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// "HPDM" in the file's header, and the version of its tables.
+/// Identify the file: "HPDM" in its header, and the version of its tables.
 constexpr int kApplication = 0x4850444D;
 constexpr int kVersion = 3;
-/// How long to wait for another program that writes, ms.
+/// Longest wait for another program that writes, ms.
 constexpr int kLockPatience = 60'000;
 
 constexpr TableColumn kSessionColumns[] = {
@@ -144,7 +145,7 @@ const Json& ListOf(const Json& values, const char* place) {
 SqliteTable::SqliteTable(const std::filesystem::path& path)
     : path_(path.string()), database_(nullptr, sqlite3_close) {
   sqlite3* opened = nullptr;
-  // Whole, since SQLite takes ":memory:" for no file.
+  // The path must be absolute: SQLite does not take ":memory:" for a file.
   const int result = sqlite3_open_v2(std::filesystem::absolute(path).c_str(), &opened,
                                      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
   database_.reset(opened);
@@ -168,14 +169,14 @@ void SqliteTable::CreateTables() {
   if (application != kApplication || version != kVersion) {
     if (number("SELECT count(*) FROM sqlite_master") > 0) {
       throw InputError(path_ +
-                       ": is no table of this version of hpdm report; choose another --out");
+                       ": not a table of this version of hpdm report; choose another --out");
     }
     for (const Table& table : kTables) {
       std::string columns, keys;
       for (const std::string_view key : table.keys) {
         columns += std::string(key) +
                    (key == "session" || key == "latency" ? " TEXT" : " INTEGER") + " NOT NULL, ";
-        keys += (keys.empty() ? "" : ", ") + std::string(key);
+        AppendToList(key, &keys);
       }
       for (const TableColumn& column : table.columns) {
         columns += std::string(column.name) + " " + std::string(column.type) + ", ";
@@ -195,8 +196,8 @@ void SqliteTable::PrepareInserts() {
     deletes_.push_back(Prepare("DELETE FROM " + name + " WHERE session = ?"));
     std::string columns, marks;
     const auto add = [&](std::string_view column) {
-      columns += (columns.empty() ? "" : ", ") + std::string(column);
-      marks += marks.empty() ? "?" : ", ?";
+      AppendToList(column, &columns);
+      AppendToList("?", &marks);
     };
     for (const std::string_view key : table.keys) add(key);
     for (const TableColumn& column : table.columns) add(column.name);
@@ -299,7 +300,7 @@ SqliteTable::Statement SqliteTable::Prepare(const std::string& sql) {
 
 void SqliteTable::Refuse() const {
   throw InputError(path_ + ": cannot be used as a table (" + sqlite3_errmsg(database_.get()) +
-                   "); choose another --out, or make space and run again, which goes on from here");
+                   "); choose another --out, or free space and run again to continue");
 }
 
 }  // namespace hpdm

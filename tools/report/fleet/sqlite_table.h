@@ -14,15 +14,16 @@ struct sqlite3_stmt;
 
 namespace hpdm {
 
-/// A column of a table and where its value is.
+/// A column of a table and the place of its value.
 struct TableColumn {
   std::string_view name;
   std::string_view type;   ///< INTEGER, REAL or TEXT.
   std::string_view place;  ///< JSON pointer in the line, its hand, organ or latency.
 };
 
-/// Sessions in an SQLite file, which DuckDB reads too: tables sessions, hands, contacts (of a hand
-/// with an organ) and latencies; columns in tools/report/fleet.md. Each Add is one transaction.
+/// A table as an SQLite file, which DuckDB reads too. It has the tables sessions, hands, contacts (of
+/// a hand with an organ) and latencies; tools/report/fleet.md lists the columns. Each Add is one
+/// transaction.
 class SqliteTable : public SessionTable {
  public:
   explicit SqliteTable(const std::filesystem::path& path);
@@ -51,7 +52,7 @@ class SqliteTable : public SessionTable {
   std::string path_;
   std::unique_ptr<sqlite3, int (*)(sqlite3*)> database_;
   std::vector<Statement> deletes_;
-  std::vector<Insert> inserts_;  // as kTables
+  std::vector<Insert> inserts_;  // in the order of kTables
 };
 
 }  // namespace hpdm

@@ -11,66 +11,68 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 
 constexpr MetricDefinition kDefinitions[] = {
     {"time_s", "Time", "s", 1, "%.1f",
-     "Time that the hand was followed: pauses, gaps in the log and a lost device are left out.",
+     "Time with a known motion of the hand, without pauses, gaps in the log and a lost device.",
      "Cotin 2002"},
     {"path_length_m", "Path length", "m", 1, "%.3f",
-     "Length of the way that the instrument's tip went, after smoothing at 10 Hz.", "Cotin 2002"},
+     "Length of the path of the instrument's tip, after smoothing at 10 Hz.", "Cotin 2002"},
     {"angular_path_rad", "Angular path", "\u00b0", kDegrees, "%.0f",
      "Sum of the angles by which the shaft turned about the trocar, up, down and sideways.", ""},
     {"roll_path_rad", "Roll", "\u00b0", kDegrees, "%.0f",
      "Sum of the angles by which the instrument turned about its own shaft.", "Cotin 2002"},
     {"insertion_path_m", "Depth path", "m", 1, "%.3f",
-     "Way of the tip along the shaft, in and out: large when depth is searched for.",
+     "Path of the tip along the shaft, in and out. It is large if the user searches for depth.",
      "Cotin 2002; Chmarra 2010"},
     {"economy_of_motion", "Economy of motion", "%", 100, "%.0f",
-     "Straight distance from each movement's beginning to its end over the way that was gone, of "
-     "all "
+     "Straight distance from the start to the end of each movement over its path length, for all "
      "movements together. 100 %: only straight lines; a task that needs curves has less.",
      "Chmarra 2008"},
     {"movements", "Movements", "", 1, "%.0f",
-     "Times that the tip was faster than 5 mm/s for at least 0.1 s and reached 10 mm/s.",
+     "Number of times that the tip was faster than 5 mm/s for at least 0.1 s and reached 10 mm/s.",
      "Dosis 2005"},
     {"mean_speed_m_per_s", "Mean speed", "mm/s", 1000, "%.1f", "Path length over time.",
      "Oropesa 2013"},
     {"peak_speed_m_per_s", "Peak speed", "mm/s", 1000, "%.0f",
      "Largest speed of the tip, after smoothing.", ""},
     {"smoothness_sparc", "Smoothness (SPARC)", "", 1, "%.2f",
-     "Spectral arc length of the speed, median over the movements of at most 10 s: nearer to 0 is "
-     "smoother; one even movement without a stop has about -1.4, whatever its size and length.",
+     "Spectral arc length of the speed, median over the movements of at most 10 s. Closer to 0 is "
+     "smoother; an even movement without a stop has about -1.4, whatever its size and duration.",
      "Balasubramanian 2015"},
     {"idle_s", "Idle time", "s", 1, "%.1f", "Time with the tip slower than 5 mm/s.",
      "Oropesa 2013"},
     {"contact_time_s", "Contact time", "s", 1, "%.1f", "Time with tissue at the tip.", ""},
     {"contacts", "Contacts", "", 1, "%.0f",
-     "Times that the tip met tissue; a leave of 50 ms or less is none.", ""},
+     "Number of times that the tip touched tissue. Interruptions of at most 50 ms do not count.",
+     ""},
     {"forces_off_s", "Contact without forces", "s", 1, "%.2f",
-     "Time with tissue at the tip while forces were switched off: the force figures lack it.", ""},
+     "Time with tissue at the tip while forces were switched off. The force figures exclude it.",
+     ""},
     {"forces_clamped_s", "Contact beyond the device", "s", 1, "%.2f",
-     "Time with more force from the tissue than the device can show: the force figures have what "
-     "it showed.",
+     "Time with more force from the tissue than the device can display. The force figures have the "
+     "displayed force.",
      ""},
     {"peak_force_N", "Peak force", "N", 1, "%.2f",
-     "Largest force on the hand, which is the tissue's, as the device displays it.",
+     "Largest force of the tissue on the hand, as the device displays it.",
      "Horeman 2010; Trejos 2014"},
     {"mean_force_N", "Mean force", "N", 1, "%.2f",
-     "Mean force on the hand over the contact time, without that when forces were switched off.",
+     "Mean force on the hand over the contact time, except while forces were switched off.",
      "Horeman 2010; Trejos 2014"},
     {"over_limit_s", "Time above the limit", "s", 1, "%.2f",
      "Time with a force above this session's limit of %LIMIT%.", "Rodrigues 2012"},
     {"over_limit_count", "Times above the limit", "", 1, "%.0f",
-     "Times that the force rose above this session's limit of %LIMIT%.", "Rodrigues 2012"},
-    {"force_impulse_Ns", "Force impulse", "N s", 1, "%.1f", "Force summed over time.",
+     "Number of times that the force rose above this session's limit of %LIMIT%.",
+     "Rodrigues 2012"},
+    {"force_impulse_Ns", "Force impulse", "N s", 1, "%.1f", "Integral of the force over time.",
      "Trejos 2014"},
     {"mean_force_rate_N_per_s", "Mean force rate", "N/s", 1, "%.2f",
-     "How fast the force changes, in size or direction, on average while there is one (smoothed at "
+     "Mean rate of change of the force, in size or direction, while there is a force (smoothed at "
      "10 Hz).",
      "Horeman 2012; Trejos 2014"},
     {"peak_force_rate_N_per_s", "Peak force rate", "N/s", 1, "%.1f",
-     "Fastest change of the force (smoothed at 10 Hz).", "Horeman 2012; Trejos 2014"},
+     "Largest rate of change of the force (smoothed at 10 Hz).", "Horeman 2012; Trejos 2014"},
     {"deepest_press_m", "Deepest press", "mm", 1000, "%.1f",
-     "How far the tip was pressed below the surface as it would be without it.", ""},
+     "Largest depth of the tip below the undisturbed surface.", ""},
     {"device_lost_s", "Device lost", "s", 1, "%.2f",
-     "Time without a usable pose from the device: no movement and no rest is counted in it.", ""},
+     "Time without a usable pose from the device. It counts neither as movement nor as rest.", ""},
 };
 
 constexpr MetricSource kSources[] = {
@@ -85,8 +87,9 @@ constexpr MetricSource kSources[] = {
      "M. K. Chmarra, F. W. Jansen, C. A. Grimbergen, J. Dankelman: Retracting and seeking "
      "movements "
      "during laparoscopic goal-oriented movements. Is the shortest path length optimal? Surgical "
-     "Endoscopy 22 (2008), 943-949. (Path against the straight line, and why that is no ideal in "
-     "itself; our sum over movements is our own.)"},
+     "Endoscopy 22 (2008), 943-949. (Path compared with the straight line, which is not an ideal "
+     "in "
+     "itself; the sum over movements is our own.)"},
     {"Chmarra 2010",
      "M. K. Chmarra, S. Klein, J. C. F. de Winter, F. W. Jansen, J. Dankelman: Objective "
      "classification of residents based on their psychomotor laparoscopic skills. Surgical "
@@ -116,7 +119,7 @@ constexpr MetricSource kSources[] = {
     {"Rodrigues 2012",
      "S. P. Rodrigues, T. Horeman, J. Dankelman, J. J. van den Dobbelsteen, F. W. Jansen: Suturing "
      "intraabdominal organs: when do we cause tissue damage? Surgical Endoscopy 26 (2012), doi "
-     "10.1007/s00464-011-1986-5. (Forces that tissues bear; limits are the trainer's.)"},
+     "10.1007/s00464-011-1986-5. (Forces that tissues bear; the trainer sets the limit.)"},
     {"Trejos 2014",
      "A. L. Trejos, R. V. Patel, R. A. Malthaner, C. M. Schlachta: Development of force-based "
      "metrics "

@@ -7,23 +7,24 @@
 
 namespace hpdm {
 
-/// One figure of a hand: how people read it. In full, with symbols: tools/report/README.md.
+/// Describes one figure of a hand for people. tools/report/README.md has the full definitions.
 struct MetricDefinition {
-  const char* key;      ///< Of ToJson's hand.
-  const char* label;    ///< For people.
-  const char* unit;     ///< Shown; empty for numbers.
-  double scale;         ///< Shown value / JSON value.
-  const char* format;   ///< printf's, of the shown value.
-  const char* meaning;  ///< One or two sentences; may hold "%LIMIT%".
-  const char* source;   ///< Keys of Sources(), separated by "; "; empty: our own.
+  const char* key;      ///< Key in ToJson's hand.
+  const char* label;    ///< Name for people.
+  const char* unit;     ///< Displayed unit; empty for plain numbers.
+  double scale;         ///< Displayed value / JSON value.
+  const char* format;   ///< printf format of the displayed value.
+  const char* meaning;  ///< One or two sentences; may contain "%LIMIT%".
+  const char* source;   ///< Keys of MetricSources(), separated by "; "; empty: our own definition.
 };
 
-/// In the order they are shown.
+/// Returns the figures in the order of display.
 std::span<const MetricDefinition> MetricDefinitions();
-/// By a key of ToJson's hand; null when it is no figure.
+
+/// Finds a figure by its key in ToJson's hand; null if there is none.
 const MetricDefinition* FindMetric(const std::string& key);
 
-/// A publication that a definition follows.
+/// A publication on which a definition is based.
 struct MetricSource {
   const char* key;
   const char* text;

@@ -9,8 +9,8 @@
 namespace hpdm {
 namespace {
 
-/// Of the shaft in the gimbal's home frame (haptics/device/impulse_engine.h); angles between
-/// directions do not depend on the frame.
+/// Returns the direction of the shaft in the gimbal's home frame (haptics/device/impulse_engine.h).
+/// Angles between directions do not depend on the frame.
 Vector3d Direction(const MotionVector& v) {
   const double pitch = v[kMotionPitch], yaw = v[kMotionYaw];
   return {std::cos(pitch) * std::sin(yaw), -std::sin(pitch), std::cos(pitch) * std::cos(yaw)};
@@ -23,7 +23,7 @@ double AngleBetween(const Vector3d& a, const Vector3d& b) {
 Vector3d Tip(const MotionVector& v) { return v.segment<3>(kMotionTip); }
 Vector3d Force(const MotionVector& v) { return v.segment<3>(kMotionForce); }
 
-/// |dr/dt| by central differences, one-sided at the ends; zeros for a single sample.
+/// Returns |dr/dt| by central differences, one-sided at the ends; zeros for a single sample.
 template <typename Part>
 std::vector<double> Rates(const std::vector<MotionVector>& samples, Part part) {
   std::vector<double> rates(samples.size(), 0.0);
@@ -37,15 +37,14 @@ std::vector<double> Rates(const std::vector<MotionVector>& samples, Part part) {
 }
 
 struct Sums {
-  double distance = 0, path = 0;      // of the movements
-  std::vector<double> smoothness;     // of each
-  double force_rate = 0;              // integral over the samples with a force
-  std::size_t moved = 0, forced = 0;  // samples
+  double distance = 0, path = 0;      // over the movements, m
+  std::vector<double> smoothness;     // of each movement
+  double force_rate = 0;              // sum over the samples with a force, N/s
+  std::size_t moved = 0, forced = 0;  // numbers of samples
 };
 
-/// A movement from its start to its stop, which are slower than kIdleSpeed: cut off there, its
-/// speeds stand on a step whose spectrum is not the movement's. It is followed outwards while it
-/// slows down, to kMovementEdge of its fastest.
+/// Extends the movement [begin, end) outwards while it slows down, to kMovementEdge of its peak
+/// speed. Cut at kIdleSpeed, its speeds would have a step at each end, which changes the spectrum.
 std::pair<std::size_t, std::size_t> Whole(const std::vector<double>& speeds, std::size_t begin,
                                           std::size_t end) {
   const auto at = [&speeds](std::size_t i) {
@@ -57,7 +56,7 @@ std::pair<std::size_t, std::size_t> Whole(const std::vector<double>& speeds, std
   return {begin, end};
 }
 
-/// What samples [begin, end), all faster than kIdleSpeed, add if they are a movement.
+/// Adds the samples [begin, end), all faster than kIdleSpeed, if they are a movement.
 void AddMovement(const std::vector<MotionVector>& samples, const std::vector<double>& speeds,
                  std::size_t begin, std::size_t end, MotionMetrics* metrics, Sums* sums) {
   if (static_cast<double>(end - begin) * kMotionPeriod < kMovementTime) return;
@@ -111,7 +110,7 @@ std::vector<MotionVector> Smoothed(const TimeSeriesSegment& segment) {
 
 using MotionInterval = std::pair<double, double>;  // from, to, s
 
-/// When an instrument is faster than kIdleSpeed, in order.
+/// Returns the intervals in which an instrument is faster than kIdleSpeed, in order.
 std::vector<MotionInterval> Moving(std::span<const TimeSeriesSegment> segments) {
   std::vector<MotionInterval> moving;
   for (const TimeSeriesSegment& segment : segments) {
@@ -137,7 +136,7 @@ double Median(std::vector<double> values) {
 }  // namespace
 
 double SpectralArcLength(std::span<const double> speeds, double period) {
-  // The spectrum where the authors have it: zero padding to 2^4 times the next power of two.
+  // Samples the spectrum as the authors do: zero padding to 2^4 times the next power of two.
   std::size_t padded = 1;
   while (padded < speeds.size()) padded *= 2;
   padded *= 16;
@@ -146,7 +145,7 @@ double SpectralArcLength(std::span<const double> speeds, double period) {
   std::vector<double> amplitudes;
   amplitudes.reserve(bins);
   for (std::size_t k = 0; k < bins; ++k) {
-    // Goertzel's recurrence: few bins of a short movement need no fast transform.
+    // Goertzel's recurrence: the few bins of a short movement need no fast transform.
     const double w = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(padded);
     const double twice = 2 * std::cos(w);
     double s1 = 0, s2 = 0;

@@ -6,8 +6,8 @@
 
 namespace hpdm {
 
-/// What `hpdm report --json` prints. Keys carry their units and are stable; what a session lacks is
-/// null. Text that is not UTF-8 stays as it is: print with JsonText.
+/// Returns the output of `hpdm report --json`. Keys contain their units and are stable. Missing
+/// values are null. Text may not be UTF-8: print with JsonText.
 ///
 ///     log, scene, start, measured, duration_s, active_s, paused_s, force_limit_N, both_moving_s,
 ///     hands: [{name, instruments, time_s, path_length_m, ..., organs: [{organ,

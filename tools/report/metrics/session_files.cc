@@ -44,7 +44,7 @@ bool IsPng(std::span<const std::uint8_t> bytes) {
          std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
 }
 
-/// Names and captions of frames, evenly taken from all of them in the order of their names.
+/// Returns names and captions of frames, evenly distributed in the order of their names.
 std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& folder) {
   std::vector<std::string> names;
   std::vector<std::pair<std::string, std::string>> some;
@@ -82,7 +82,7 @@ SessionFiles FindSessionFiles(const fs::path& path) {
   } else if (fs::is_regular_file(path, error)) {
     files.log = path;
   } else {
-    throw InputError(path.string() + ": is not there; give a session's folder or its log");
+    throw InputError(path.string() + ": no such file; give a session's folder or its log");
   }
   return files;
 }

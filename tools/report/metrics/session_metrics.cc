@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
 #include "lcmtypes/analysis/logged_session.h"
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/wire/codec.h"
@@ -18,16 +19,17 @@ namespace hpdm {
 namespace {
 
 constexpr std::string_view kStartPrefix = "instruments: ";
-/// Wall times are later than this, microseconds since 1970; the lockstep clock begins at 0.
+/// Earliest wall time, microseconds since 1970. Smaller times are of the lockstep clock, which
+/// begins at 0.
 constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
-/// A time series has a peak for each tick that the file has room for, which takes more bytes than
-/// this, and for an hour without ticks: far more than a session that is worth drawing.
+/// Bounds the peaks of a time series: one for each tick that fits the file, at this many bytes per
+/// tick, and an hour without ticks.
 constexpr std::uint64_t kMinTickBytes = 50;
 constexpr std::size_t kSilentPeaks = 720'000;
-/// Names and texts of a damaged or hostile log are cut here, bytes.
+/// Longest names and texts from a log, bytes. A damaged or hostile log may have longer ones.
 constexpr std::size_t kMaxNameLength = 256, kMaxTextLength = 1000;
 
-/// Sequence numbers of one channel, which rise by one.
+/// Counts the messages missing from a channel, whose sequence numbers rise by one.
 class Sequence {
  public:
   void Add(std::int64_t number) {
@@ -45,7 +47,7 @@ class Sequence {
   std::uint64_t lost_ = 0;
 };
 
-/// Of "probe: the hand holds blunt now" the end's "blunt"; empty for another text.
+/// Returns "blunt" for "probe: the hand holds blunt now"; empty for any other text.
 std::string InstrumentTaken(const std::string& text) {
   constexpr std::string_view kHolds = ": the hand holds ", kNow = " now";
   const std::size_t at = text.rfind(kHolds);
@@ -55,7 +57,7 @@ std::string InstrumentTaken(const std::string& text) {
   return text.substr(begin, text.size() - kNow.size() - begin).substr(0, kMaxNameLength);
 }
 
-/// All of a log but its ticks, as it passes by.
+/// Collects everything but the ticks while a log is read.
 class LogSummary {
  public:
   void Visit(const LogEvent& event) {
@@ -100,7 +102,7 @@ class LogSummary {
       } else {
         const std::string& why = organ.mesh.error();
         reading->series.organs_missing.push_back(
-            organ.name + " is not drawn: " + (why.empty() ? "parts of its mesh are missing" : why));
+            organ.name + ": not drawn, " + (why.empty() ? "parts of its mesh are missing" : why));
       }
     }
     NameHands(&report);
@@ -153,7 +155,7 @@ class LogSummary {
     return report;
   }
 
-  /// From the session's first event, as far as its names can be told apart.
+  /// Takes the hands' names from the session's first event if their number matches.
   void NameHands(SessionReport* report) const {
     std::vector<std::string> names;
     if (start_text_.starts_with(kStartPrefix)) {
@@ -185,7 +187,7 @@ class LogSummary {
     }
   }
 
-  // Reused, so that a long log allocates little.
+  // Reused, so that a long log causes few allocations.
   contact_t contact_{};
   organ_t organ_{};
   mesh_t mesh_{};
@@ -200,7 +202,7 @@ class LogSummary {
   double stolen_ = 0;
   std::int64_t steps_shed_ = 0;
   LatencySums latencies_;
-  std::vector<std::string> taken_;  // instruments, an exchange each
+  std::vector<std::string> taken_;  // the instrument of each exchange
   std::vector<SessionEvent> session_events_;
 };
 
@@ -208,7 +210,7 @@ class LogSummary {
 
 std::string HandReport::Label() const {
   std::string label;
-  for (const UsedInstrument& one : held) label += (label.empty() ? "" : ", then ") + one.name;
+  for (const UsedInstrument& one : held) AppendToList(one.name, &label, ", then ");
   return label;
 }
 
@@ -219,10 +221,10 @@ std::vector<std::string> LogReport::Faults() const {
   };
   if (!closed) faults.emplace_back("the session was not closed: its end is missing");
   add(damaged_bytes, " bytes in the log are damaged");
-  add(torn_bytes, " bytes at the log's end are torn off an event");
-  add(unreadable, " messages hold nothing usable");
+  add(torn_bytes, " bytes at the log's end are an incomplete event");
+  add(unreadable, " messages are unusable");
   add(ticks_lost, " haptic ticks ran but are not in the log");
-  add(outputs_lost, " haptic ticks lack their output; the one before stands for it");
+  add(outputs_lost, " haptic ticks lack their output; the previous output is used");
   add(lost, " other messages are missing by their sequence numbers");
   return faults;
 }
@@ -247,7 +249,7 @@ SessionReading ReadSession(const std::string& log, double force_limit) {
     report.health.outputs_lost += tick.has_output ? 0 : 1;
   }
   if (!any) {
-    throw InputError(log + ": holds no haptic tick: give the session.lcmlog of a session");
+    throw InputError(log + ": contains no session data; give the session.lcmlog of a session");
   }
   report.health.unreadable += reader.unreadable();
   report.health.bytes = reader.log().size();

@@ -17,51 +17,51 @@
 
 namespace hpdm {
 
-/// N: one standard deviation above the largest force of experts in a suturing task on artificial
-/// tissue (2.6 N, 0.4 N), where that of novices was 4.7 N (Horeman et al. 2010). What tissues bear
-/// differs tenfold (Rodrigues et al. 2012): the trainer sets the limit for the task.
+/// Default force limit, N: one standard deviation (0.4 N) above the largest force of experts (2.6 N)
+/// in a suturing task on artificial tissue; novices reached 4.7 N (Horeman et al. 2010). The forces
+/// that tissues bear differ tenfold (Rodrigues et al. 2012), so the trainer sets the limit.
 inline constexpr double kDefaultForceLimit = 3;
-/// Contacts apart by less than this are one, s: the tip did not leave the organ.
+/// Contacts separated by less than this count as one, s.
 inline constexpr double kContactPause = 0.05;
 
-/// Forces of one instrument, of all contacts or of those with one organ. Times are of ticks with a
-/// contact, the periods skipped after a tick included.
+/// Forces of one instrument, in all contacts or in those with one organ. Times are sums over ticks
+/// with a contact, including the periods skipped after a tick.
 struct ContactMetrics {
-  double time = 0;                     ///< s.
-  std::uint64_t count = 0;             ///< Contacts.
+  double time = 0;                     ///< s in contact.
+  std::uint64_t count = 0;             ///< Number of contacts.
   double peak_force = 0;               ///< N, largest |force on the hand|.
-  double forces_off = 0;               ///< s of `time`, while the device was to show no forces.
-  double clamped = 0;                  ///< s of `time`, with more force than the device can show.
+  double forces_off = 0;               ///< s of `time` with forces switched off.
+  double clamped = 0;                  ///< s of `time` with more force than the device can display.
   double mean_force = 0;               ///< N, over `time` without `forces_off`.
   double impulse = 0;                  ///< N s, integral of |force| over `time`.
-  double over_limit = 0;               ///< s, with |force| above the limit.
-  std::uint64_t over_limit_count = 0;  ///< Times that it rose above it.
-  double deepest_press = 0;            ///< m, of the tip below the released surface.
+  double over_limit = 0;               ///< s with |force| above the limit.
+  std::uint64_t over_limit_count = 0;  ///< Number of times that |force| rose above the limit.
+  double deepest_press = 0;            ///< m, depth of the tip below the released surface.
 };
 
-/// One of the instruments that a hand held.
+/// An instrument that a hand held.
 struct UsedInstrument {
   int instrument_index = 0;  ///< 0: the hand's first, then its exchanges in the scene's order.
-  std::uint64_t nth = 0;     ///< Of all exchanges of the session, the one that brought it; 0: none.
+  std::uint64_t nth = 0;     ///< Number, in the session, of the exchange that brought it; 0: none.
   std::string name;
 };
 
-/// The figures are a hand's, whatever it held.
+/// Figures of a hand, over all instruments that it held.
 struct HandReport {
-  std::string name;                  ///< Of its first instrument.
+  std::string name;                  ///< Name of its first instrument.
   std::vector<UsedInstrument> held;  ///< In the order of their first use; at least one.
   MotionMetrics motion;
   ContactMetrics contact;                ///< With any organ.
   std::vector<ContactMetrics> by_organ;  ///< By index of organ.
-  double device_lost = 0;                ///< s, without a usable pose.
+  double device_lost = 0;                ///< s without a usable pose.
 
-  /// For people: the instruments that it held.
+  /// Returns the names of the instruments that it held, for people.
   std::string Label() const;
 };
 
 /// Durations of one kind over the session.
 struct LatencyReport {
-  std::string_view name;  ///< Of kLatencyNames.
+  std::string_view name;  ///< One of kLatencyNames.
   std::uint64_t count = 0;
   Nanoseconds p50 = 0, p90 = 0, p99 = 0, p99_9 = 0, max = 0;
   std::vector<std::pair<Nanoseconds, std::uint64_t>> bins;  ///< Largest value in the bin, count.
@@ -73,63 +73,63 @@ struct SessionEvent {
   std::string name, text;
 };
 
-/// What the log holds of itself.
+/// Health of a log.
 struct LogReport {
   std::uint64_t bytes = 0, events = 0;
-  std::uint64_t damaged_bytes = 0;  ///< That are no intact event, but for the tail.
-  std::uint64_t torn_bytes = 0;     ///< At the end, after the last intact event.
-  std::uint64_t unreadable = 0;     ///< Messages of a session's channels that hold nothing usable.
+  std::uint64_t damaged_bytes = 0;  ///< Bytes between intact events.
+  std::uint64_t torn_bytes = 0;     ///< Bytes after the last intact event.
+  std::uint64_t unreadable = 0;     ///< Unusable messages on a session's channels.
   std::uint64_t lost = 0;           ///< Messages of those channels missing by sequence number.
   std::uint64_t ticks_lost = 0;     ///< Ticks that ran but are not in the log.
   std::uint64_t outputs_lost = 0;   ///< Ticks whose HPDM_FORCE is missing.
-  bool closed = false;              ///< The session ended in an orderly way.
+  bool closed = false;              ///< True if the session ended normally.
 
   bool Sound() const {
     return closed &&
            damaged_bytes + torn_bytes + unreadable + lost + ticks_lost + outputs_lost == 0;
   }
-  /// One line each of what is wrong, for people; empty when sound.
+  /// Returns one line per fault, for people; empty if the log is sound.
   std::vector<std::string> Faults() const;
 };
 
 /// A session in figures. Definitions and sources: tools/report/README.md.
 struct SessionReport {
   std::string log;            ///< Path.
-  std::string scene;          ///< Name; empty: not known.
-  std::int64_t start_us = 0;  ///< Wall time of its start since 1970; 0: the lockstep clock.
-  bool measured = false;      ///< On the real clock: latencies mean something.
-  double duration = 0;        ///< s, from the first tick to the last one's end.
-  double active = 0;          ///< s, of it neither paused nor missing in the log.
+  std::string scene;          ///< Name; empty if unknown.
+  std::int64_t start_us = 0;  ///< Wall time of the start since 1970; 0: the lockstep clock.
+  bool measured = false;      ///< True on the real clock, where latencies are measured.
+  double duration = 0;        ///< s, from the first tick to the end of the last.
+  double active = 0;          ///< s of `duration` that are neither paused nor missing in the log.
   double paused = 0;          ///< s.
   double force_limit = kDefaultForceLimit;  ///< N.
   std::vector<std::string> organs;          ///< Names by index.
   std::vector<HandReport> hands;
-  std::optional<double> both_moving;  ///< s, with two hands.
+  std::optional<double> both_moving;  ///< s in which both tips move; only with two hands.
   std::uint64_t ticks = 0;
-  std::uint64_t exchanges = 0;  ///< Times that a hand took another instrument.
+  std::uint64_t exchanges = 0;  ///< Number of times that a hand took another instrument.
   SkippedTicks skipped;
   std::array<LatencyReport, kLatencyCount> latencies;
-  double stolen = 0;            ///< s, that the host took from the machine's processors.
-  std::int64_t steps_shed = 0;  ///< Deformation steps that did less for want of time.
+  double stolen = 0;            ///< CPU steal, s: time that the host took from the processors.
+  std::int64_t steps_shed = 0;  ///< Deformation steps with reduced quality for lack of time.
   LogReport health;
   std::vector<SessionEvent> events;
 };
 
-/// What the page draws beside the figures.
+/// Data of the page's drawings.
 struct SessionTimeSeries {
-  struct Peaks {  ///< Of the ticks of one kMotionPeriod.
+  struct Peaks {  ///< Peaks over the ticks of one kMotionPeriod.
     float force = 0, depth = 0;
-    std::int8_t organ = -1;  ///< In contact with; -1: none.
+    std::int8_t organ = -1;  ///< Organ in contact; -1: none.
   };
   struct Hand {
     std::vector<TimeSeriesSegment> segments;
-    std::vector<Peaks> peaks;  ///< From `start` on, every kMotionPeriod.
+    std::vector<Peaks> peaks;  ///< Every kMotionPeriod from `start` on.
   };
   double start = 0;  ///< s, session time of the first tick.
   std::vector<Hand> hands;
   std::vector<std::pair<double, double>> pauses;  ///< s, session time.
-  std::vector<OrganDescription> organs;           ///< At rest; those whose mesh is whole.
-  std::vector<std::string> organs_missing;        ///< Why others are not, for people.
+  std::vector<OrganDescription> organs;           ///< Organs at rest with a complete mesh.
+  std::vector<std::string> organs_missing;        ///< Why others are missing, for people.
 };
 
 struct SessionReading {
@@ -137,8 +137,8 @@ struct SessionReading {
   SessionTimeSeries series;
 };
 
-/// Reads a session's log once, sound or damaged: what is intact counts. `force_limit` in N. Throws
-/// InputError where the file cannot be read or holds no haptic tick.
+/// Reads a session's log once. The intact part of a damaged log counts. `force_limit` in N. Throws
+/// InputError if the file cannot be read or contains no haptic tick.
 SessionReading ReadSession(const std::string& log, double force_limit = kDefaultForceLimit);
 
 }  // namespace hpdm

@@ -9,9 +9,9 @@
 namespace hpdm {
 namespace {
 
-/// What no session reaches, m and N: a damaged message does.
+/// Values beyond these, m and N, occur only in damaged messages.
 constexpr double kMaxCoordinate = 1e3, kMaxForce = 1e6;
-/// No haptic loop is slower, s a period.
+/// Longest period of a haptic loop, s.
 constexpr double kMaxTickPeriod = 0.05;
 
 bool IsUsable(const HapticSample& sample) {
@@ -67,7 +67,7 @@ bool SessionTicks::Add(const LoggedTick& logged) {
   if (!IsUsable(sample)) return false;
   if (begun_ && !Follows(sample)) {
     if (ticks_ > 1) return false;
-    begun_ = false;  // of two first ticks that contradict each other the second is believed
+    begun_ = false;  // if the first two ticks contradict each other, the second is used
   }
   if (begun_) {
     KnowPeriod(sample, logged.lost_before);
@@ -89,7 +89,7 @@ bool SessionTicks::Add(const LoggedTick& logged) {
   measured_ |= sample.wake_late_ns != 0 || sample.compute_ns != 0;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     if (sample.paused || !sample.tools[h].device_valid) {
-      hands_[h].series.Break();  // a pose that is the last one still is no movement and no rest
+      hands_[h].series.Break();  // the repeated last pose is neither movement nor rest
     } else {
       hands_[h].series.Add(Time(sample), MotionOf(sample.tools[h]));
     }
@@ -143,7 +143,7 @@ void SessionTicks::NoteExchanges(const HapticSample& sample) {
     if (instrument_index == hand.instrument_index) continue;
     hand.instrument_index = instrument_index;
     ++exchanges_;
-    // Held from the first tick on: the hand's first instrument never was.
+    // An exchange in the first tick: the hand never held its first instrument.
     if (ticks_ == 1) hand.held.clear();
     const bool known = std::any_of(hand.held.begin(), hand.held.end(),
                                    [instrument_index](const UsedInstrument& held) {
@@ -216,7 +216,7 @@ void SessionTicks::AddPeaks(const ToolSample& tool, double time, double until,
   const auto bin = [this](double at) {
     return static_cast<std::size_t>((at - start_) / kMotionPeriod);
   };
-  // To the middle of its last period: the next tick's bin is that one's own.
+  // Ends at the middle of the last period, so that the next tick's bin stays that tick's own.
   const std::size_t end = std::min(bin(std::max(time, until - period_ / 2)) + 1, most_peaks_);
   if (peaks->size() < end) peaks->resize(end);
   for (std::size_t b = bin(time); b < end; ++b) {

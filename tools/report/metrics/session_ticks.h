@@ -12,14 +12,15 @@
 
 namespace hpdm {
 
-/// Sums over the ticks of one instrument, of all of them or of those with one organ.
+/// Sums over the ticks of one instrument: over all contacts, or over those with one organ.
 class ContactSums {
  public:
   explicit ContactSums(double limit) : limit_(limit) {}
 
-  /// A tick and how long it stands, s. `counts`: its force and depth are of these contacts.
+  /// Adds a tick that holds for `duration`, s. `counts`: its force and depth belong to these
+  /// contacts. `touches`: the tick is in contact.
   void Add(double time, double duration, const ToolSample& tool, bool counts, bool touches);
-  /// So much time counts for nothing, s (a pause, lost ticks): it separates no contacts.
+  /// Skips a pause or lost ticks, s: the time does not count and separates no contacts.
   void SkipTime(double duration) { end_ += duration; }
   ContactMetrics Metrics() const;
 
@@ -31,18 +32,18 @@ class ContactSums {
   bool over_ = false;
 };
 
-/// Turns a log's ticks, each of which stands until the next, into what a session's report holds of
-/// its hands. One thread.
+/// Computes the hands' part of a session's report from a log's ticks. A tick holds until the next
+/// one. One thread.
 class SessionTicks {
  public:
-  /// `force_limit` in N. Courses have at most `most_peaks` peaks: what comes later is not drawn,
-  /// so that the times that a damaged or hostile log claims take no memory.
+  /// `force_limit` in N. A time series has at most `most_peaks` peaks, which bounds the memory for
+  /// the wrong times of a damaged or hostile log; later ticks are not drawn.
   SessionTicks(double force_limit, std::size_t most_peaks)
       : limit_(force_limit), most_peaks_(most_peaks) {}
 
-  /// False: the tick is not one that can follow, or holds what no session reaches.
+  /// Adds a tick. Returns false if it cannot follow the last one or its values are impossible.
   bool Add(const LoggedTick& logged);
-  /// Fills in the hands, the times, the ticks and the time series. Once, at the end.
+  /// Fills in the hands, the times, the ticks and the time series. Call once, at the end.
   void Fill(SessionReading* reading);
 
  private:
@@ -67,9 +68,9 @@ class SessionTicks {
   bool Follows(const HapticSample& sample) const;
   void NoteExchanges(const HapticSample& sample);
   void KnowPeriod(const HapticSample& sample, std::uint64_t lost);
-  /// What the tick's missing output was is not known: the one before stands.
+  /// Replaces a tick's missing output by the previous one.
   void HoldOutput(HapticSample* sample) const;
-  /// The last tick stands until then, s.
+  /// Adds the last tick, which holds until `until`, s.
   void Close(double until);
   void AddPeaks(const ToolSample& tool, double time, double until,
                 std::vector<SessionTimeSeries::Peaks>* peaks) const;

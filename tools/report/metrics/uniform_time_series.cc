@@ -38,7 +38,7 @@ void UniformTimeSeries::Add(double time, const MotionVector& value) {
   if (joined_ && time - last_time_ > kMotionGap) Break();
   if (!joined_) {
     joined_ = true;
-    segment_.start = time + kMotionPeriod / 2;  // a sample stands for its middle
+    segment_.start = time + kMotionPeriod / 2;  // a sample's time is the middle of its interval
     origin_ = time;
     sum_.setZero();
   } else if (time <= last_time_) {
@@ -69,9 +69,9 @@ void UniformTimeSeries::Break() {
 void SmoothZeroPhase(double cutoff, double period, std::vector<MotionVector>* samples) {
   const std::size_t count = samples->size();
   if (count < 2) return;
-  // Two passes take 3 dB together at cutoff when each alone has its own 3 dB at this frequency.
+  // Two passes attenuate by 3 dB at `cutoff` if each pass attenuates by 3 dB at this frequency.
   const double each = cutoff / std::pow(std::numbers::sqrt2 - 1, 0.25);
-  // The transient of a start at rest dies out within about one period of the cut-off frequency.
+  // The transient of a start at rest decays within about one period of the cut-off frequency.
   const auto lead = std::min(count - 1, static_cast<std::size_t>(std::ceil(2 / (cutoff * period))));
   std::vector<MotionVector> series;
   series.reserve(count + 2 * lead);

@@ -8,8 +8,8 @@
 
 namespace hpdm {
 
-/// What moves of one instrument, one number a row: tip (world, m), pitch, yaw (rad), insertion (m),
-/// roll (rad), force on the hand (world, N).
+/// Motion and force of one instrument: tip (world, m), pitch and yaw (rad), insertion (m), roll
+/// (rad), force on the hand (world, N).
 inline constexpr int kMotionRows = 10;
 using MotionVector = Eigen::Matrix<double, kMotionRows, 1>;
 enum MotionRow {
@@ -21,7 +21,7 @@ enum MotionRow {
   kMotionForce
 };
 
-/// An uninterrupted part of one instrument's time series, evenly sampled.
+/// An uninterrupted, evenly sampled part of one instrument's time series.
 struct TimeSeriesSegment {
   double start = 0;                   ///< s, session time of the first sample.
   std::vector<MotionVector> samples;  ///< Every kMotionPeriod.
@@ -29,37 +29,36 @@ struct TimeSeriesSegment {
 
 /// Sampling period of a time series, s.
 inline constexpr double kMotionPeriod = 0.005;
-/// Ticks further apart than this end a segment, s: what happened between them is not guessed.
+/// Ticks further apart than this end a segment, s.
 inline constexpr double kMotionGap = 0.1;
 
-/// Makes evenly sampled segments of ticks that come at any times: the ticks' values are joined by
-/// straight lines and averaged over each kMotionPeriod, exactly, so that skipped ticks and the
-/// loop's rate leave no trace. The average is a filter too: its gain at f is sinc(f kMotionPeriod),
-/// 0.996 at 10 Hz. One thread.
+/// Resamples ticks of any times to evenly sampled segments. The ticks' values are interpolated
+/// linearly and averaged exactly over each kMotionPeriod, so skipped ticks and the loop's rate have
+/// no effect. The average's gain at frequency f is sinc(f kMotionPeriod), 0.996 at 10 Hz. One
+/// thread.
 class UniformTimeSeries {
  public:
-  /// Times rise; values are finite.
+  /// Adds a tick. Times rise; values are finite.
   void Add(double time, const MotionVector& value);
-  /// The next tick begins a new segment.
+  /// Ends the segment: the next tick begins a new one.
   void Break();
-
-  /// Of at least one sample each. Call Break() first.
+  /// Returns the segments, each with at least one sample. Call Break() first.
   const std::vector<TimeSeriesSegment>& segments() const { return segments_; }
 
  private:
-  bool joined_ = false;  // there is a tick before
-  double origin_ = 0;    // of the grid: the segment's first tick
+  bool joined_ = false;  // the segment has a tick
+  double origin_ = 0;    // time of the segment's first tick, where its grid begins
   double last_time_ = 0;
   MotionVector last_ = MotionVector::Zero();
-  MotionVector sum_ = MotionVector::Zero();  // integral over the sample under way
+  MotionVector sum_ = MotionVector::Zero();  // integral over the present sample
   TimeSeriesSegment segment_;
   std::vector<TimeSeriesSegment> segments_;
 };
 
-/// Smooths evenly sampled values in place, without shifting them in time: a Butterworth filter of
-/// second order forwards, then backwards (together -3 dB at `cutoff`, Hz), each end continued by
-/// its point reflection and each pass begun at rest on its first value. A straight line stays as it
-/// is. D. A. Winter, Biomechanics and Motor Control of Human Movement, 4th ed. (2009), 3.4.4.
+/// Smooths evenly sampled values in place without delay: a second-order Butterworth filter runs
+/// forwards, then backwards (together -3 dB at `cutoff`, Hz). Each end is continued by its point
+/// reflection, and each pass begins at rest on its first value. Straight lines do not change. D. A.
+/// Winter, Biomechanics and Motor Control of Human Movement, 4th ed. (2009), 3.4.4.
 void SmoothZeroPhase(double cutoff, double period, std::vector<MotionVector>* samples);
 
 }  // namespace hpdm

@@ -5,16 +5,16 @@
 namespace hpdm {
 namespace {
 
-/// Why the log cannot tell that a hand stayed below the limit; empty when it can.
+/// Returns why the log does not show whether a hand stayed below the limit; empty if it does.
 std::string WhyOpen(const SessionReport& report, const ContactMetrics& contact) {
   if (report.health.ticks_lost + report.health.outputs_lost > 0) {
-    return "the log lacks forces";
+    return "forces are missing in the log";
   }
   if (contact.forces_off > 0) {
     return Format("forces were off for %.2f s of its contacts", contact.forces_off);
   }
   if (contact.clamped > 0) {
-    return Format("the tissue's force was beyond the device for %.2f s", contact.clamped);
+    return Format("the tissue's force exceeded the device's limit for %.2f s", contact.clamped);
   }
   return "";
 }
@@ -31,7 +31,7 @@ Verdict OfForces(const SessionReport& report, const HandReport& hand) {
   }
   if (const std::string why = WhyOpen(report, contact); !why.empty()) {
     return {Verdict::kOpen,
-            who + Format("cannot be judged by the force limit of %s: %s (peak that was shown: "
+            who + Format("cannot be compared with the force limit of %s: %s (displayed peak "
                          "%.2f N)",
                          limit.c_str(), why.c_str(), contact.peak_force)};
   }

@@ -7,18 +7,18 @@
 
 namespace hpdm {
 
-/// One line at the head of a report.
+/// A line at the head of a report.
 struct Verdict {
-  enum Kind { kGood, kBad, kOpen };  ///< Open: the log cannot tell.
+  enum Kind { kGood, kBad, kOpen };  ///< Open: the log does not decide it.
   Kind kind;
   std::string text;  ///< Plain, not HTML.
 };
 
-/// Of each hand's forces, then of the log. A hand stayed below the limit only where all its forces
-/// are known: where forces were off, beyond the device, or are missing in the log, it may not have.
+/// Judges each hand's forces, then the log. A hand counts as below the limit only if all its forces
+/// are known: none were switched off, exceeded the device's limit, or are missing in the log.
 std::vector<Verdict> Verdicts(const SessionReport& report);
 
-/// A force limit for people: "3 N".
+/// Formats a force limit for people: "3 N".
 std::string LimitText(double limit);
 
 }  // namespace hpdm

@@ -41,7 +41,7 @@ std::string EscapeHtml(std::string_view text) {
 }
 
 std::string EscapeScript(const std::string& json) {
-  // In JSON "<" stands in strings only. U+2028 and U+2029 end lines for older scripts.
+  // In JSON "<" occurs only in strings. U+2028 and U+2029 end lines in older scripts.
   return Replaced(Replaced(Replaced(json, "<", "\\u003c"), "\u2028", "\\u2028"), "\u2029",
                   "\\u2029");
 }

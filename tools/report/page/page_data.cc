@@ -12,13 +12,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Vertices that the page holds at most, of all organs.
+/// Largest number of vertices in the page, over all organs.
 constexpr Eigen::Index kMaxVertices = 60'000;
 constexpr std::size_t kMaxEvents = 200;
-constexpr std::size_t kMaxBands = 3000;  // of contacts, of pauses
+constexpr std::size_t kMaxBands = 3000;  // of contacts, and of pauses
 constexpr std::size_t kMaxLatencyBins = 2000;
 
-/// Thousandths are more than a screen shows; divided, so that their text is short.
+/// Rounds to thousandths, which are finer than a screen shows and short as text.
 double Thousandths(double value) {
   return std::isfinite(value) ? std::round(value * 1000) / 1000 : 0;
 }
@@ -30,7 +30,7 @@ Json Curve(const ThinnedCurve& curve, double start) {
   return {{"times", std::move(times)}, {"values", std::move(values)}};
 }
 
-/// [from, to, organ] in s; those that a screen cannot tell apart are joined.
+/// Returns contacts as [from, to, organ], s. Contacts too close for a screen are joined.
 Json Contacts(const std::vector<SessionTimeSeries::Peaks>& peaks, double start) {
   const double blur =
       static_cast<double>(peaks.size()) * kMotionPeriod / static_cast<double>(kMaxCurvePoints);
@@ -68,7 +68,8 @@ struct Path {
   }
 };
 
-/// Points at least `step` m apart, each with the largest force since the one before.
+/// Adds points at least `step` m apart, each with the largest force since the previous one. Returns
+/// their number. `path` may be null.
 std::size_t Walk(const std::vector<TimeSeriesSegment>& segments, double step, Path* path) {
   std::size_t count = 0;
   for (const TimeSeriesSegment& segment : segments) {
@@ -91,7 +92,7 @@ std::size_t Walk(const std::vector<TimeSeriesSegment>& segments, double step, Pa
 
 Json PathOf(const std::vector<TimeSeriesSegment>& segments) {
   double step = 2e-4;
-  // However short the segments are, each has two ends.
+  // Each segment has two points at least, so a large step does not bound their number.
   while (step < 0.1 && Walk(segments, step, nullptr) > kMaxCurvePoints) step *= 1.3;
   Path path;
   if (Walk(segments, step, nullptr) <= 2 * kMaxCurvePoints) Walk(segments, step, &path);

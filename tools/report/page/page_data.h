@@ -8,11 +8,11 @@
 
 namespace hpdm {
 
-/// Points that a curve of the page has at most.
+/// Largest number of points of a curve.
 inline constexpr std::size_t kMaxCurvePoints = 3000;
 
-/// What the page's script draws, SI units but mm where said. Curves are thinned so that every peak
-/// stays: a segment of samples becomes its smallest and its largest one.
+/// Returns the data that the page's script draws, in SI units except where mm is stated. Curves are
+/// thinned so that every peak stays: a run of samples becomes its smallest and its largest one.
 ///
 ///     start, duration, limit, pauses: [[from, to]], events: [{time, severity, name}],
 ///     hands: [{name, force: {times, values}, depth_mm: {times, values},
@@ -24,8 +24,8 @@ inline constexpr std::size_t kMaxCurvePoints = 3000;
 ///     latencies: [{name, bins: [[upper_us, count]]}]
 nlohmann::ordered_json PageData(const SessionReading& reading);
 
-/// Times and values of one curve, thinned: at most `most` points, in order. Two curves over the
-/// same samples may differ in their times.
+/// A thinned curve: times and values of at most `most` points, in order. Two curves over the same
+/// samples may have different times.
 struct ThinnedCurve {
   std::vector<double> times, values;
 };

@@ -32,7 +32,7 @@ std::string Length(double seconds) {
 
 std::string Shown(const MetricDefinition& metric, const Json& value) {
   if (value.is_null()) return kNone;
-  // std::string: a format from our own table.
+  // The format is from the table of definitions.
   char text[64];
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
@@ -52,7 +52,7 @@ std::string Panel(const std::string& id, const std::string& heading, const std::
          "</h2>\n" + body + "</section>\n";
 }
 
-/// The change from `before` to `now` for people: "+12 %"; empty where it says nothing.
+/// Formats the change from `before` to `now`: "+12 %"; empty if it is undefined.
 std::string Change(const Json& now, const Json& before) {
   if (now.is_null() || before.is_null() || before.get<double>() == 0) return "";
   const double change = std::round(100 * (now.get<double>() / before.get<double>() - 1));
@@ -146,28 +146,27 @@ std::string LatencyTable(const SessionReport& report) {
   const double periods = static_cast<double>(report.ticks) + skipped.Total();
   html += "<p>" + WithCommas(static_cast<long long>(report.ticks)) + " haptic ticks ran; " +
           Format(
-              "%s were skipped (%.3f %%): %u for a late wake-up, %u for its own computing, %u "
-              "because the host took the core.",
+              "%s were skipped (%.3f %%): %u because of late wake-ups, %u because of long "
+              "computing, %u because of CPU steal.",
               WithCommas(skipped.Total()).c_str(), 100 * skipped.Total() / periods,
               skipped.late_wake_up, skipped.long_compute, skipped.stalled);
   if (report.stolen > 0) {
-    html += Format(" The host took %.2f s from the machine's processors.", report.stolen);
+    html += Format(" CPU steal: %.2f s.", report.stolen);
   }
   if (report.steps_shed > 0) {
-    html += Format(" %s deformation steps did less for want of time.",
+    html += Format(" %s deformation steps had reduced quality for lack of time.",
                    WithCommas(report.steps_shed).c_str());
   }
   html += "</p>\n";
   if (!report.measured) {
     return html +
-           "<p class=\"note\">This session ran on the lockstep clock, where time is computed: "
-           "there "
-           "are no latencies to measure.</p>\n";
+           "<p class=\"note\">This session ran on the lockstep clock, whose time is virtual: there "
+           "are no latencies.</p>\n";
   }
   html +=
       "<div class=\"wide\"><table><thead><tr><th>Duration</th><th class=\"number\">count</th>"
       "<th class=\"number\">median</th><th class=\"number\">p90</th><th class=\"number\">p99</th>"
-      "<th class=\"number\">p99.9</th><th class=\"number\">largest</th></tr></thead><tbody>\n";
+      "<th class=\"number\">p99.9</th><th class=\"number\">max</th></tr></thead><tbody>\n";
   bool any = false;
   for (const LatencyReport& latency : report.latencies) {
     if (latency.count == 0) continue;
@@ -183,12 +182,12 @@ std::string LatencyTable(const SessionReport& report) {
     }
     html += "</tr>\n";
   }
-  if (!any) return html + "</tbody></table></div><p>The log holds no latencies.</p>\n";
+  if (!any) return html + "</tbody></table></div><p>The log contains no latencies.</p>\n";
   return html + "</tbody></table></div>\n<div id=\"histograms\"></div>\n";
 }
 
 std::string Events(const SessionReport& report) {
-  if (report.events.empty()) return "<p>The log holds no events.</p>\n";
+  if (report.events.empty()) return "<p>The log contains no events.</p>\n";
   std::string html =
       "<div class=\"wide\"><table><thead><tr><th "
       "class=\"number\">s</th><th>Event</th><th></th></tr>"
@@ -220,15 +219,15 @@ std::string Definitions(double limit) {
             "</dd>\n";
   }
   html +=
-      "</dl>\n<p>The force limit is the trainer's (<code>--force-limit</code>); " +
+      "</dl>\n<p>The trainer sets the force limit (<code>--force-limit</code>). The default is " +
       LimitText(kDefaultForceLimit) +
-      " unless given: one standard deviation above the largest force of experts in a suturing task "
-      "(2.6\u00a0N, 0.4\u00a0N), where that of novices was 4.7\u00a0N [Horeman 2010]. The largest "
-      "acceptable pull on a suture was 1.25\u00a0N in porcine fallopian tube and 11.4\u00a0N in "
-      "fascia [Rodrigues 2012]. Movements and force rates are measured on 5\u00a0ms means smoothed "
-      "at "
-      "10\u00a0Hz without delay; forces, contacts and depths on every haptic tick. None of these "
-      "figures alone tells skill: compare sessions of the same task.</p>\n<ul>\n";
+      ", one standard deviation (0.4\u00a0N) above the largest force of experts (2.6\u00a0N) in a "
+      "suturing task; novices reached 4.7\u00a0N [Horeman 2010]. The largest acceptable pull on a "
+      "suture was 1.25\u00a0N in porcine fallopian tube and 11.4\u00a0N in fascia [Rodrigues "
+      "2012]. "
+      "Movements and force rates are measured on 5\u00a0ms means smoothed at 10\u00a0Hz without "
+      "delay; forces, contacts and depths on every haptic tick. None of these figures alone "
+      "measures skill: compare sessions of the same task.</p>\n<ul>\n";
   for (const MetricSource& source : MetricSources()) {
     html += std::string("<li><b>") + source.key + "</b>: " + EscapeHtml(source.text) + "</li>\n";
   }
@@ -245,7 +244,7 @@ std::string Header(const SessionReport& report, const SessionFiles& files, const
   const std::string start =
       json["start"].is_string()
           ? Replaced(Replaced(json["start"].get<std::string>(), "T", " "), "Z", " UTC")
-          : "lockstep clock: no date";
+          : "lockstep clock, no date";
   std::string html = "<header><h1>" + EscapeHtml(report.scene.empty() ? "Session" : report.scene) +
                      "</h1>\n<p class=\"muted\">" + start + " \u00b7 " + facts + " \u00b7 " +
                      EscapeHtml((files.folder.empty() ? files.log : files.folder).string()) +
@@ -263,18 +262,15 @@ std::string Gaps(const SessionReading& reading, const SessionFiles& files) {
   std::vector<std::string> gaps = report.health.Faults();
   if (files.folder.empty()) {
     gaps.emplace_back(
-        "a bare log: the scene's name and the pictures stand beside it in a session's "
-        "folder");
+        "the scene's name and the pictures, which are in a session's folder and not in its log");
   }
   for (const std::string& name : files.missing) gaps.push_back("the folder has no " + name);
   if (report.organs.empty()) gaps.emplace_back("the organs' meshes");
   gaps.insert(gaps.end(), reading.series.organs_missing.begin(),
               reading.series.organs_missing.end());
   if (report.duration - report.active - report.paused > 1e-6) {
-    gaps.push_back(
-        Format("%.2f s in which ticks ran that are not in the log: they count for nothing "
-               "here",
-               report.duration - report.active - report.paused));
+    gaps.push_back(Format("%.2f s of ticks that ran but are not in the log; they do not count here",
+                          report.duration - report.active - report.paused));
   }
   if (gaps.empty()) return "<p>Nothing.</p>\n";
   std::string html = "<ul>\n";
@@ -313,13 +309,13 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
 
   Json data = PageData(reading);
   data["report"] = json;
-  data["report"].erase("events");  // they may be many; the page tells the first
+  data["report"].erase("events");  // they may be many; the page lists the first
   const std::string text =
       EscapeScript(data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   const std::string title =
       EscapeHtml((report.scene.empty() ? "Session" : report.scene) + " \u2013 HPDM report");
 
-  // The places in the page, in their order; what is put in is never searched.
+  // Fills the places of the page in their order. Inserted text is never searched for places.
   std::string_view rest = ReportPage();
   std::string page;
   page.reserve(rest.size() + body.size() + text.size() + title.size());

@@ -7,8 +7,8 @@
 
 namespace hpdm {
 
-/// One self-contained HTML page about a session: tables that need no script, and the data that the
-/// page's script draws. `against`: another session beside whose figures this one's stand, or null.
+/// Returns a self-contained HTML page about a session: tables, which need no script, and the data
+/// that the page's script draws. `against`: another session to compare with, or null.
 std::string ReportPageText(const SessionReading& reading, const SessionFiles& files,
                            const SessionReport* against = nullptr);
 

@@ -13,10 +13,10 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-// How long a page waits for an answer to what it asked.
+// Longest time until a page's request is handled.
 constexpr milliseconds kAnswerTime{10};
 
-// What was said once before the place that the player went to.
+// Passes on the events and meshes before the player's position.
 void Recall(LogPlayer* player, DashboardServer* server) {
   for (const char* channel : {kEventChannel, kMeshChannel}) {
     player->ForEachBefore(channel, [server](const LogEvent& event) { server->Recall(event); });
@@ -64,7 +64,7 @@ void Announce(const DashboardServer& server, const DashboardOptions& options,
                             : "http://" + names[0] + ":" + std::to_string(server.port()) + "/";
     }
     std::printf(
-        "note: whoever reaches %s sees the session; without --host only this machine does\n",
+        "note: everybody who can reach %s sees the session; without --host only this machine can\n",
         where.c_str());
   }
   std::fflush(stdout);
@@ -76,7 +76,7 @@ void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schem
                     const StopSignals& stop, SpySource* source) {
   LogPlayer* player = source->player();
   DashboardServer server(options, source->name(), player != nullptr, schemas);
-  if (player != nullptr) Recall(player, &server);  // of before --from
+  if (player != nullptr) Recall(player, &server);  // events before --from
   Announce(server, options, source->name());
 
   LogEvent event;
@@ -96,7 +96,7 @@ void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schem
     if (player->ended() && !ended) server.Finish();
     ended = player->ended();
     server.Set(StatusOf(*player));
-    // Nothing is read then, which would not wait.
+    // At the log's end reading does not wait, so this thread waits here.
     if (ended && stop.WaitFor(std::chrono::nanoseconds(kAnswerTime).count())) return;
   }
 }

@@ -7,9 +7,8 @@
 
 namespace hpdm {
 
-/// `hpdm spy [LOG] --web`: serves the dashboard of a live session or of a log until a signal ends
-/// it, and says where. Throws MachineError where no port lets it. Main thread; `stop` was made
-/// before any other.
+/// Serves the dashboard of a live session or of a log until a signal ends it, and prints its address.
+/// Throws MachineError if the port cannot be used. Main thread; construct `stop` before any thread.
 void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schemas,
                     const StopSignals& stop, SpySource* source);
 

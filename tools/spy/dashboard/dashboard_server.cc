@@ -21,17 +21,17 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr std::chrono::microseconds kInterval{1'000'000 / DashboardServer::kUpdatesPerSecond + 1};
-// What a page takes for a lost connection is three of these.
+// A page reports a lost connection after three missing heartbeats.
 constexpr milliseconds kHeartbeat{1000};
 constexpr std::size_t kPiece = 16 << 10;
 constexpr std::size_t kMaxCommands = 64;
-// Requests besides the viewers' streams.
+// Threads for requests other than the viewers' streams.
 constexpr int kFurtherThreads = 8;
 constexpr int kMaxWaiting = 128;
 
-// Few bytes wait in the system's buffers, so that a slow viewer sees what is new, and a piece that
-// is written to a socket with room does not block. A socket inherits these from its listener. Not
-// SO_REUSEPORT, the library's default, with which two servers would share a port.
+// Keeps the system's buffers small, so that a slow viewer gets recent data, and so that writing a
+// piece to a writable socket does not block. Sockets inherit the options from their listener. The
+// library's default SO_REUSEPORT is left out: with it two servers would share a port.
 void SetSocketOptions(socket_t socket) {
   const int yes = 1, waiting = 4 * kPiece, buffer = 16 * kPiece;
   setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
@@ -53,6 +53,12 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
   server_->set_tcp_nodelay(true);
   server_->set_payload_max_length(4096);
   server_->new_task_queue = [] { return new httplib::ThreadPool(kMaxViewers + kFurtherThreads); };
+  SetUpResponses();
+  SetUpPaths();
+  Listen();
+}
+
+void DashboardServer::SetUpResponses() {
   server_->set_default_headers(
       {{"Content-Security-Policy",
         "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
@@ -66,64 +72,37 @@ DashboardServer::DashboardServer(const DashboardOptions& options, const std::str
     return Refuses(request, &out) ? httplib::Server::HandlerResponse::Handled
                                   : httplib::Server::HandlerResponse::Unhandled;
   });
-  const auto send = [this](std::string text, const char* type, httplib::Response& out) {
-    const std::size_t size = text.size();
-    out.set_content_provider(
-        size, type,
-        [this, text = std::move(text)](std::size_t at, std::size_t bytes, httplib::DataSink& sink) {
-          return Write(std::string_view(text).substr(at, bytes), &sink);
-        });
-  };
-  server_->Get("/", [send](const httplib::Request&, httplib::Response& out) {
-    send(std::string(DashboardPage()), "text/html; charset=utf-8", out);
+}
+
+void DashboardServer::SetUpPaths() {
+  server_->Get("/", [this](const httplib::Request&, httplib::Response& out) {
+    Send(std::string(DashboardPage()), "text/html; charset=utf-8", &out);
   });
   server_->Get("/favicon.ico",
                [](const httplib::Request&, httplib::Response& out) { out.status = 204; });
   server_->Get(R"(/mesh/(\d{1,4}))",
-               [this, send](const httplib::Request& request, httplib::Response& out) {
-                 std::string text;
-                 {
-                   const std::lock_guard lock(mutex_);
-                   text = state_.MeshJson(std::stoi(request.matches[1]));
-                 }
-                 if (text.empty()) {
-                   out.status = 404;
-                   return;
-                 }
-                 send(std::move(text), "application/json", out);
+               [this](const httplib::Request& request, httplib::Response& out) {
+                 SendMesh(std::stoi(request.matches[1]), &out);
                });
-  server_->Get("/events", [this](const httplib::Request&, httplib::Response& out) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (viewers_ >= kMaxViewers) {
-        out.status = 503;
-        out.set_content("too many viewers", "text/plain");
-        return;
-      }
-      ++viewers_;
-    }
-    out.set_content_provider(
-        "text/event-stream", [this](std::size_t, httplib::DataSink& sink) { return Stream(&sink); },
-        [this](bool) {
-          const std::lock_guard lock(mutex_);
-          --viewers_;
-        });
-  });
+  server_->Get("/events",
+               [this](const httplib::Request&, httplib::Response& out) { SendEvents(&out); });
   server_->Post("/control", [this](const httplib::Request& request, httplib::Response& out) {
     Control(request, &out);
   });
+}
 
+void DashboardServer::Listen() {
   errno = 0;
-  if (options.port == 0) {
-    port_ = server_->bind_to_any_port(options.host);
-  } else if (server_->bind_to_port(options.host, options.port)) {
-    port_ = options.port;
+  if (options_.port == 0) {
+    port_ = server_->bind_to_any_port(options_.host);
+  } else if (server_->bind_to_port(options_.host, options_.port)) {
+    port_ = options_.port;
   }
   if (port_ <= 0) {
     const bool in_use = errno == EADDRINUSE;
-    throw MachineError("--web " + std::to_string(options.port) + ": " +
-                       (in_use ? "the port is in use; choose another, or 0 for any free one"
-                               : "cannot listen on " + options.host +
+    throw MachineError("--web " + std::to_string(options_.port) + ": " +
+                       (in_use ? "the port is in use; choose another, or 0 for any free port"
+                               : "cannot listen on " + options_.host +
                                      "; give --host an address of this machine and a port from "
                                      "1024 on"));
   }
@@ -141,7 +120,7 @@ DashboardServer::~DashboardServer() {
     stopping_ = true;
   }
   stopped_.notify_all();
-  // stop() does nothing before it listens.
+  // stop() has no effect before the server listens.
   const auto listens_or_ended = [this] {
     const std::lock_guard lock(mutex_);
     return server_->is_running() || listening_ended_;
@@ -159,17 +138,58 @@ std::string DashboardServer::address() const {
          std::to_string(port_) + "/";
 }
 
+void DashboardServer::Send(std::string text, const char* type, httplib::Response* response) {
+  const std::size_t size = text.size();
+  response->set_content_provider(
+      size, type,
+      [this, text = std::move(text)](std::size_t at, std::size_t bytes, httplib::DataSink& sink) {
+        return Write(std::string_view(text).substr(at, bytes), &sink);
+      });
+}
+
+void DashboardServer::SendMesh(int organ, httplib::Response* response) {
+  std::string text;
+  {
+    const std::lock_guard lock(mutex_);
+    text = state_.MeshJson(organ);
+  }
+  if (text.empty()) {
+    response->status = 404;
+  } else {
+    Send(std::move(text), "application/json", response);
+  }
+}
+
+void DashboardServer::SendEvents(httplib::Response* response) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (viewers_ >= kMaxViewers) {
+      response->status = 503;
+      response->set_content("too many viewers", "text/plain");
+      return;
+    }
+    ++viewers_;
+  }
+  response->set_content_provider(
+      "text/event-stream", [this](std::size_t, httplib::DataSink& sink) { return Stream(&sink); },
+      [this](bool) {
+        const std::lock_guard lock(mutex_);
+        --viewers_;
+      });
+}
+
 bool DashboardServer::Refuses(const httplib::Request& request, httplib::Response* response) const {
   const std::string host = request.get_header_value("Host");
   const std::string origin = request.get_header_value("Origin");
   const std::string site = request.get_header_value("Sec-Fetch-Site");
   const bool own = (origin.empty() || SameHost(origin, "http://" + host)) &&
                    (site.empty() || site == "same-origin" || site == "none");
-  // A link from elsewhere may open the page itself.
+  // A link on another site may open the page itself.
   const bool opens = request.method == "GET" && request.path == "/" && origin.empty();
   if (MeansThisServer(host, options_.host) && (own || opens)) return false;
   response->status = 403;
-  response->set_content("asked for by another name or site", "text/plain");
+  response->set_content("refused: the request is for another host or from another site",
+                        "text/plain");
   return true;
 }
 
@@ -232,7 +252,7 @@ bool DashboardServer::Write(std::string_view data, httplib::DataSink* sink) cons
     if (stopping()) return false;
     if (!sink->is_writable()) {
       const auto now = steady_clock::now();
-      // At once: the viewer has gone. After a while: it takes nothing just now.
+      // Not writable at once: the viewer has gone. Later: it takes nothing at the moment.
       if (now - before < RequestServer::kWriteTime / 2 || now - last > kPatience) return false;
       continue;
     }

@@ -25,44 +25,43 @@ class RequestServer;
 
 struct DashboardOptions {
   std::string host = "127.0.0.1";
-  int port = 8090;  ///< 0: any free one.
+  int port = 8090;  ///< 0: any free port.
 };
 
-/// Where a log's player stands.
+/// State of a log's player.
 struct PlayerStatus {
   bool paused = false;
   bool ended = false;
   double speed = 1;
-  double position = 0;  ///< s from the log's start,
-  double duration = 0;  ///< of as many.
+  double position = 0;  ///< s from the log's start.
+  double duration = 0;  ///< s.
 };
 
-/// What a page asks of the player.
+/// A page's request to the player.
 struct PlayerCommand {
   enum Kind { kPlay, kPause, kSeek, kSpeed };
   Kind kind = kPlay;
-  double value = 0;  ///< kSeek: s from the start; kSpeed: times the log's own.
+  double value = 0;  ///< kSeek: s from the start; kSpeed: multiple of real time.
 };
 
-/// Serves the dashboard's page and, to at most kMaxViewers of them at a time, what is new, as
-/// server-sent events:
+/// Serves the dashboard's page and sends updates as server-sent events to at most kMaxViewers pages:
 ///
 ///     reader --Take--> DashboardState <--Update-- one thread a viewer --socket--> page
 ///       ^------------------------- TakeCommands <--POST /control--------------------'
 ///
-/// A viewer that takes nothing holds up its own thread alone: it misses what it was too slow for
-/// (the charts' rows of a minute excepted), and after kPatience is let go. Nothing is sent while
-/// the state is locked. Only requests that name this host are answered, and none that another
-/// site's page made, so that no web site that the user visits reaches the session.
+/// A slow viewer delays only its own thread. It misses updates (except the charts' rows of the last
+/// minute) and is disconnected after kPatience. Nothing is sent while the state is locked. Requests
+/// must name this host and must not come from another site's page, so that no web site that the user
+/// visits can reach the session.
 class DashboardServer {
  public:
   static constexpr int kMaxViewers = 16;
   static constexpr int kUpdatesPerSecond = 30;
   static constexpr std::chrono::seconds kPatience{10};
 
-  /// Listens at once; `source` is the page's heading. A log's page has buttons for its player. The
-  /// schemas name the channels' types and outlive the server.
-  /// Throws MachineError where the address cannot be used.
+  /// Starts to listen. `source` is the page's heading. A log's page has buttons for its player. The
+  /// schemas name the channels' types and outlive the server. Throws MachineError if the address
+  /// cannot be used.
   DashboardServer(const DashboardOptions& options, const std::string& source, bool is_log,
                   const MessageSchemas& schemas = MessageSchemas::Hpdm());
   /// Ends all connections at once.
@@ -70,23 +69,29 @@ class DashboardServer {
   DashboardServer(const DashboardServer&) = delete;
   DashboardServer& operator=(const DashboardServer&) = delete;
 
-  /// "http://127.0.0.1:8090/": one that this machine's browsers can open.
+  /// Returns an address that this machine's browsers can open: "http://127.0.0.1:8090/".
   std::string address() const;
   int port() const { return port_; }
 
-  /// The reader's thread.
+  /// Called by the reader's thread.
   void Take(const LogEvent& event);
   void Set(const PlayerStatus& player);
-  /// Messages that were not taken in time.
+  /// Sets the number of messages that were not read in time.
   void SetDropped(std::uint64_t messages);
-  /// As of DashboardState.
+  /// As in DashboardState.
   void Finish();
   void Interrupt();
   void Recall(const LogEvent& event);
-  /// What pages asked for since the last call.
+  /// Returns the pages' requests since the last call.
   std::vector<PlayerCommand> TakeCommands();
 
  private:
+  void SetUpResponses();
+  void SetUpPaths();
+  void Listen();
+  void SendMesh(int organ, httplib::Response* response);
+  void SendEvents(httplib::Response* response);
+  void Send(std::string text, const char* type, httplib::Response* response);
   bool Refuses(const httplib::Request& request, httplib::Response* response) const;
   void Control(const httplib::Request& request, httplib::Response* response);
   bool Stream(httplib::DataSink* sink);
@@ -99,7 +104,7 @@ class DashboardServer {
   bool is_log_;
   int port_ = 0;
 
-  mutable std::mutex mutex_;  // of all that follows but the server
+  mutable std::mutex mutex_;  // guards all that follows except the server
   std::condition_variable stopped_;
   bool stopping_ = false;
   int viewers_ = 0;

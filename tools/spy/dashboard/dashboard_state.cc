@@ -11,7 +11,7 @@ namespace hpdm {
 namespace {
 
 constexpr std::size_t kMaxTextBytes = 500;
-// Its text names the instruments (SessionStartText).
+// The event whose text names the instruments (SessionStartText).
 constexpr std::string_view kStartEvent = "session.start";
 constexpr std::string_view kStartText = "instruments: ";
 template <typename Numbers>
@@ -24,7 +24,7 @@ bool Decode(const LogEvent& event, const char* channel, Message* message) {
   return event.channel == channel && DecodeMessage(event.data, message);
 }
 
-// Counts of a damaged message may be any: the sum stops at the ends of its range.
+// Adds a count. Counts of a damaged message may have any value, so the sum saturates.
 void Count(std::int64_t more, std::int64_t* sum) {
   if (__builtin_add_overflow(*sum, more, sum)) {
     using Limits = std::numeric_limits<std::int64_t>;
@@ -72,8 +72,8 @@ void DashboardState::Take(const force_t& force) {
     ahead_ = force;
     return;
   }
-  if (verdict == TickOrder::Verdict::kAnew) BeginAnew();
-  // What was ahead and came true loses no peak.
+  if (verdict == TickOrder::Verdict::kRestart) Restart();
+  // Counts the peak of the tick that jumped ahead, now that another follows it.
   if (ahead_ && ahead_->time_ns <= force.time_ns) trace_.Add(*ahead_);
   ahead_.reset();
   trace_.Add(force);
@@ -128,11 +128,11 @@ void DashboardState::Take(const stats_t& stats) {
 
 void DashboardState::Take(const event_t& event) {
   if (event.name == kStartEvent) {
-    // Where two sessions speak, the one whose ticks come first is followed.
+    // Of two sessions, the dashboard follows the one whose ticks come first.
     order_ = {};
     ahead_.reset();
-    BeginAnew();
-    organs_.clear();  // its meshes follow
+    Restart();
+    organs_.clear();  // the new session's meshes follow
   }
   AddEvent(event);
 }
@@ -171,10 +171,10 @@ void DashboardState::Interrupt() {
   channels_.Interrupt();
   order_ = {};
   ahead_.reset();
-  BeginAnew();
+  Restart();
 }
 
-void DashboardState::BeginAnew() {
+void DashboardState::Restart() {
   ++generation_;
   trace_.Clear();
   force_.reset();

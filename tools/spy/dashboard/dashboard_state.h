@@ -20,13 +20,13 @@
 
 namespace hpdm {
 
-/// What the dashboard shows of a session, from its messages alone, in any order and of any content:
-/// what is not one sound message of its channel's type is counted by the channel table and changes
-/// nothing. Memory is bounded whatever comes. One thread at a time.
+/// The state of a session that the dashboard shows, from the session's messages alone. Messages may
+/// have any order and content: the channel table counts a message that is not of its channel's type,
+/// which changes nothing else. Memory is bounded. One thread at a time.
 class DashboardState {
  public:
   static constexpr std::size_t kMaxEvents = 100;
-  /// Of all organs' meshes; and of one organ's shape, as a message.
+  /// Bounds for all organs' meshes, and for the message of one organ's shape.
   static constexpr std::size_t kMaxMeshBytes = 256 << 20;
   static constexpr std::size_t kMaxShapeBytes = 1 << 20;
 
@@ -35,16 +35,14 @@ class DashboardState {
       : channels_(schemas) {}
 
   void Take(const LogEvent& event);
-  /// Nothing more comes for now (the end of a log): what is still being gathered is shown.
+  /// Call at the end of a log: shows values that are still being gathered.
   void Finish();
-  /// The messages to come do not follow those before (a seek in a log): all but the meshes and the
-  /// instruments' names starts anew.
+  /// Call after a seek in a log: restarts everything except the meshes and the instruments' names.
   void Interrupt();
-  /// Takes what was before the place of a seek and counts it nowhere: an event for the list of
-  /// events and the instruments' names, a mesh.
+  /// Takes an event or a mesh from before the place of a seek without counting it.
   void Recall(const LogEvent& event);
 
-  /// What one viewer has been sent.
+  /// The state that a viewer has received.
   struct Seen {
     std::uint64_t generation = 0;
     std::uint64_t row = 0;
@@ -57,25 +55,25 @@ class DashboardState {
     std::array<std::uint64_t, kMaxOrgans> shapes{};
   };
 
-  /// What is new since `seen`, which is brought up to date, as the members of a JSON object without
-  /// its braces; empty when nothing is. `now_us`: as LogEvent::time_us counts, for the rates.
+  /// Returns the changes since `seen`, and updates `seen`. The changes are the members of a JSON
+  /// object without its braces; empty if there are none. `now_us`: as LogEvent::time_us, for the
+  /// rates.
   std::string Update(std::int64_t now_us, Seen* seen);
-
-  /// An organ's rest mesh and lattice as JSON; empty before it is known.
+  /// Returns an organ's rest mesh and lattice as JSON; empty if unknown.
   std::string MeshJson(int organ) const;
 
-  /// Time stamp of the newest message.
+  /// Returns the time stamp of the newest message.
   std::int64_t newest_us() const { return newest_us_; }
   std::uint64_t messages() const { return channels_.messages(); }
-  /// Ticks of two sessions' clocks come mixed.
+  /// True if ticks of two sessions come mixed.
   bool two_sessions() const { return order_.two_sessions(); }
 
  private:
   struct Organ {
     MeshParts mesh;
-    std::uint64_t mesh_version = 0;  // unlike any before of any organ; 0 without a mesh
+    std::uint64_t mesh_version = 0;  // unique over all organs and time; 0 without a mesh
     std::optional<organ_t> shape;
-    std::uint64_t shape_version = 0;  // likewise
+    std::uint64_t shape_version = 0;  // unique over all organs and time
     std::string shape_json;
     std::uint64_t shape_json_version = 0;
   };
@@ -91,7 +89,12 @@ class DashboardState {
   void Take(const stats_t& stats);
   void Take(const event_t& event);
   void AddEvent(const event_t& event);
-  void BeginAnew();
+  void Restart();
+  void AddReset(Seen* seen, std::string* members) const;
+  void AddOrgans(Seen* seen, std::string* members);
+  void AddRows(Seen* seen, std::string* members) const;
+  void AddEvents(Seen* seen, std::string* members) const;
+  void AddChannels(std::int64_t now_us, Seen* seen, std::string* members) const;
   const std::string& ShapeJson(int organ);
   std::string ToolsJson() const;
   std::string HealthJson() const;
@@ -102,8 +105,8 @@ class DashboardState {
   std::uint64_t generation_ = 1;
   ForceTrace trace_;
   TickOrder order_;
-  std::optional<force_t> ahead_;  // a tick that jumped ahead, until one follows it
-  std::uint64_t versions_ = 0;    // of meshes and shapes, so far
+  std::optional<force_t> ahead_;  // a tick that jumped ahead, until another follows it
+  std::uint64_t versions_ = 0;    // number of versions of meshes and shapes so far
   std::uint64_t tools_version_ = 0, health_version_ = 0, names_version_ = 0, events_count_ = 0;
   std::optional<force_t> force_;
   std::optional<contact_t> contact_;
@@ -111,7 +114,7 @@ class DashboardState {
   LatencySums latencies_;
   std::array<std::int64_t, 3> missed_{};         // haptic, deformation, render
   std::array<std::int64_t, 3> skipped_{};        // late wake-up, long compute, stalled
-  std::int64_t stolen_ns_ = 0, counted_ns_ = 0;  // sums over HPDM_STATS, as all before
+  std::int64_t stolen_ns_ = 0, counted_ns_ = 0;  // sums over HPDM_STATS, like the two above
   std::vector<std::string> instruments_;
   std::map<int, Organ> organs_;
   std::deque<Happened> events_;

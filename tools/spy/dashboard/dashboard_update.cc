@@ -3,12 +3,13 @@
 #include <numbers>
 #include <string_view>
 
+#include "engine/base/text_list.h"
 #include "engine/contact/half_space.h"
 #include "tools/shared/base64.h"
 #include "tools/spy/dashboard/dashboard_state.h"
 
-/// What a DashboardState tells the page, as JSON: the half of the class that changes nothing but
-/// what a viewer has seen.
+/// The part of DashboardState that writes updates for the pages as JSON. It changes only the Seen of
+/// a viewer and the cached JSON of shapes.
 
 namespace hpdm {
 namespace {
@@ -19,7 +20,7 @@ constexpr std::chrono::seconds kChannelsEvery{1};
 constexpr int kSinkingIntervals = 256;
 constexpr double kSinkingEnd = 3;
 
-// Text from messages may be no UTF-8.
+// Text from messages may not be UTF-8.
 std::string Text(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -34,7 +35,8 @@ void AddMember(const char* name, const std::string& value, std::string* members)
 
 json Vector(const double* v) { return {v[0], v[1], v[2]}; }
 
-// The shape belongs to the mesh: as many displacements as it has control points or vertices.
+// True if the shape belongs to the mesh: it has as many displacements as the mesh has control points
+// or vertices.
 bool Fits(const organ_t& shape, const OrganDescription& mesh) {
   const std::size_t n = shape.displacements.size() / 3;
   if (!mesh.lattice) return n == 0 || n == static_cast<std::size_t>(mesh.vertices.rows());
@@ -54,8 +56,8 @@ json LoopJson(const loop_stats_t& loop, std::int64_t missed) {
   return {{"rate_hz", loop.rate_hz}, {"cycles", loop.cycles}, {"missed", missed}};
 }
 
-// Half-space sinking (half_space.h) at even steps up to `end` radii, and its value there times
-// pi end^3 - end^2: the second term of the series beyond.
+// Returns the half-space sinking (half_space.h) at even steps up to `end` radii. `tail` is the second
+// coefficient of the series beyond: sinking(end) pi end^3 - end^2.
 std::string SinkingJson() {
   std::array<double, kSinkingIntervals + 1> values;
   for (int i = 0; i <= kSinkingIntervals; ++i) {
@@ -90,26 +92,22 @@ const std::string& DashboardState::ShapeJson(int number) {
   return organ.shape_json;
 }
 
-std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
-  std::string members;
-  if (seen->generation != generation_) {
-    const std::array<std::uint64_t, kMaxOrgans> meshes = seen->meshes;
-    const std::uint64_t names = seen->names;
-    const bool first = seen->generation == 0;
-    *seen = {};
-    seen->generation = generation_;
-    seen->meshes = meshes;
-    seen->names = names;
-    json present = json::array();
-    for (const auto& [number, organ] : organs_) present.push_back(number);
-    AddMember("reset", Text({{"organs", present}}), &members);
-    if (first) AddMember("sinking", SinkingJson(), &members);
-  }
-  if (seen->names != names_version_) {
-    seen->names = names_version_;
-    AddMember("instruments", Text(instruments_), &members);
-  }
+// Restarts a viewer that has seen another generation; it keeps its meshes and names.
+void DashboardState::AddReset(Seen* seen, std::string* members) const {
+  if (seen->generation == generation_) return;
+  const bool first = seen->generation == 0;
+  Seen restarted;
+  restarted.generation = generation_;
+  restarted.meshes = seen->meshes;
+  restarted.names = seen->names;
+  *seen = restarted;
+  json present = json::array();
+  for (const auto& [number, organ] : organs_) present.push_back(number);
+  AddMember("reset", Text({{"organs", present}}), members);
+  if (first) AddMember("sinking", SinkingJson(), members);
+}
 
+void DashboardState::AddOrgans(Seen* seen, std::string* members) {
   std::string meshes, shapes;
   for (auto& [number, organ] : organs_) {
     if (organ.mesh_version == 0) continue;
@@ -118,34 +116,70 @@ std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
     if (mesh_seen != organ.mesh_version) {
       mesh_seen = organ.mesh_version;
       shape_seen = 0;
-      organ.shape_json_version = 0;  // whether it fits is another question now
-      meshes += meshes.empty() ? "" : ",";
-      meshes +=
-          Text({{"organ", number}, {"version", mesh_seen}, {"name", organ.mesh.whole()->name}});
+      organ.shape_json_version = 0;  // the shape may no longer fit the mesh
+      const std::string& name = organ.mesh.whole()->name;
+      AppendToList(Text({{"organ", number}, {"version", mesh_seen}, {"name", name}}), &meshes, ",");
     }
     if (shape_seen != organ.shape_version) {
       shape_seen = organ.shape_version;
-      shapes += shapes.empty() ? "" : ",";
-      shapes += ShapeJson(number);
+      AppendToList(ShapeJson(number), &shapes, ",");
     }
   }
-  if (!meshes.empty()) AddMember("meshes", "[" + meshes + "]", &members);
-  if (!shapes.empty()) AddMember("organs", "[" + shapes + "]", &members);
+  if (!meshes.empty()) AddMember("meshes", "[" + meshes + "]", members);
+  if (!shapes.empty()) AddMember("organs", "[" + shapes + "]", members);
+}
 
+void DashboardState::AddRows(Seen* seen, std::string* members) const {
   const std::uint64_t rows_end = trace_.first_row() + trace_.rows().size();
-  if (seen->row != rows_end) {
-    json rows = json::array();
-    for (std::uint64_t r = std::max(seen->row, trace_.first_row()); r < rows_end; ++r) {
-      const ForceTrace::Row& row = trace_.rows()[r - trace_.first_row()];
-      json values = {row.interval};
-      for (int i = 0; i < row.tool_count; ++i) {
-        values.insert(values.end(), {row.force[i], row.depth[i], row.guard_flags[i]});
-      }
-      rows.push_back(values);
+  if (seen->row == rows_end) return;
+  json rows = json::array();
+  for (std::uint64_t r = std::max(seen->row, trace_.first_row()); r < rows_end; ++r) {
+    const ForceTrace::Row& row = trace_.rows()[r - trace_.first_row()];
+    json values = {row.interval};
+    for (int i = 0; i < row.tool_count; ++i) {
+      values.insert(values.end(), {row.force[i], row.depth[i], row.guard_flags[i]});
     }
-    seen->row = rows_end;
-    AddMember("rows", Text(rows), &members);
+    rows.push_back(values);
   }
+  seen->row = rows_end;
+  AddMember("rows", Text(rows), members);
+}
+
+void DashboardState::AddEvents(Seen* seen, std::string* members) const {
+  if (events_.empty() || seen->event == events_.back().number) return;
+  json list = json::array();
+  for (const Happened& happened : events_) {
+    if (happened.number <= seen->event) continue;
+    list.push_back({{"time", static_cast<double>(happened.event.time_ns) / 1e9},
+                    {"severity", happened.event.severity},
+                    {"name", happened.event.name},
+                    {"text", happened.event.text}});
+  }
+  seen->event = events_.back().number;
+  AddMember("events", Text(list), members);
+}
+
+void DashboardState::AddChannels(std::int64_t now_us, Seen* seen, std::string* members) const {
+  const auto now = std::chrono::steady_clock::now();
+  if (messages() == 0 || now - seen->channels < kChannelsEvery) return;
+  seen->channels = now;
+  AddMember("channels", ChannelsJson(now_us), members);
+  json errors = json::array();
+  for (const auto& [number, organ] : organs_) {
+    if (!organ.mesh.error().empty()) errors.push_back({number, organ.mesh.error()});
+  }
+  AddMember("mesh_errors", Text(errors), members);
+}
+
+std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
+  std::string members;
+  AddReset(seen, &members);
+  if (seen->names != names_version_) {
+    seen->names = names_version_;
+    AddMember("instruments", Text(instruments_), &members);
+  }
+  AddOrgans(seen, &members);
+  AddRows(seen, &members);
   if (seen->tools != tools_version_) {
     seen->tools = tools_version_;
     AddMember("tools", ToolsJson(), &members);
@@ -154,28 +188,8 @@ std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
     seen->health = health_version_;
     AddMember("health", HealthJson(), &members);
   }
-  if (!events_.empty() && seen->event != events_.back().number) {
-    json list = json::array();
-    for (const Happened& happened : events_) {
-      if (happened.number <= seen->event) continue;
-      list.push_back({{"time", static_cast<double>(happened.event.time_ns) / 1e9},
-                      {"severity", happened.event.severity},
-                      {"name", happened.event.name},
-                      {"text", happened.event.text}});
-    }
-    seen->event = events_.back().number;
-    AddMember("events", Text(list), &members);
-  }
-  const auto now = std::chrono::steady_clock::now();
-  if (messages() > 0 && now - seen->channels >= kChannelsEvery) {
-    seen->channels = now;
-    AddMember("channels", ChannelsJson(now_us), &members);
-    json errors = json::array();
-    for (const auto& [number, organ] : organs_) {
-      if (!organ.mesh.error().empty()) errors.push_back({number, organ.mesh.error()});
-    }
-    AddMember("mesh_errors", Text(errors), &members);
-  }
+  AddEvents(seen, &members);
+  AddChannels(now_us, seen, &members);
   return members;
 }
 

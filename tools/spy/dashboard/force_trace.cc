@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-// Rows are of single precision, beyond whose range a number is none either.
+// Returns 0 for a value beyond the range of single precision, which the rows have.
 double Finite(double value) {
   return std::abs(value) <= std::numeric_limits<float>::max() ? value : 0;
 }

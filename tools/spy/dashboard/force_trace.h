@@ -9,8 +9,7 @@
 
 namespace hpdm {
 
-/// Force and depth of each hand over the last minute, thinned for a chart so that no peak is lost:
-/// of every 1/30 s the largest. One thread.
+/// Force and depth of each hand over the last minute, as the peaks of every 1/30 s. One thread.
 class ForceTrace {
  public:
   static constexpr Nanoseconds kInterval = kNanosecondsPerSecond / 30;
@@ -21,27 +20,27 @@ class ForceTrace {
     int tool_count = 0;
     std::array<float, kMaxInstruments> force{};                ///< N, largest |force on the hand|.
     std::array<float, kMaxInstruments> depth{};                ///< m, largest depth of the tip.
-    std::array<std::uint32_t, kMaxInstruments> guard_flags{};  ///< All that were set.
+    std::array<std::uint32_t, kMaxInstruments> guard_flags{};  ///< All flags that were set.
   };
 
-  /// What one instrument reached since the trace began.
+  /// Peaks of one instrument since the trace began.
   struct Peak {
     double force = 0;  ///< N.
     double depth = 0;  ///< m.
   };
 
-  /// Adds a tick; one that is older than the newest interval counts for the peaks alone. Values
-  /// that are not finite count as none. The message holds at most kMaxInstruments tools.
+  /// Adds a tick. A tick older than the newest interval counts only for the peaks. Values that are
+  /// not finite count as 0. The message has at most kMaxInstruments tools.
   void Add(const force_t& force);
-  /// Ends the interval that is being filled.
+  /// Ends the present interval.
   void Finish();
   void Clear() { *this = ForceTrace(); }
 
-  /// Finished rows that are kept, and the number of the first of them: rows are counted from 0.
+  /// Returns the finished rows in memory; first_row() is the number of the first, from 0.
   const std::deque<Row>& rows() const { return rows_; }
   std::uint64_t first_row() const { return dropped_; }
   const std::array<Peak, kMaxInstruments>& peaks() const { return peaks_; }
-  /// Session time of the first tick, ns; -1 before it.
+  /// Returns the session time of the first tick, ns; -1 before it.
   Nanoseconds begin_ns() const { return begin_ns_; }
 
  private:

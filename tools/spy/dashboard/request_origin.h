@@ -5,16 +5,16 @@
 
 namespace hpdm {
 
-/// Names by which others may reach this machine: its host name, whole and up to the first dot, and
-/// the latter's in ".local"; lower case.
+/// Returns this machine's names in a network, in lower case: its host name, the same up to the first
+/// dot, and the latter with ".local".
 std::vector<std::string> NamesOfMachine();
 
-/// Whether a server that listens on `bound` ("127.0.0.1", "::", a name) is the one that a header
-/// "Host: name[:port]" means. On all addresses any address may be meant and the machine's own
-/// names, but no other: it may be another site's that was made to lead here.
+/// True if a header "Host: name[:port]" means a server that listens on `bound` ("127.0.0.1", "::", a
+/// name). A server on all addresses accepts any address and the machine's own names. Other names are
+/// refused: another site's name may have been redirected to this machine.
 bool MeansThisServer(const std::string& host_header, const std::string& bound);
 
-/// Whether two hosts with their ports, or origins, are the same: without regard to case.
+/// True if two hosts with their ports, or two origins, are equal, ignoring case.
 bool SameHost(const std::string& a, const std::string& b);
 
 bool IsAllAddresses(const std::string& bound);

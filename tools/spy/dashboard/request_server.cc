@@ -17,11 +17,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-// How long the rest of what a client sends is read, so that closing does not take the answer from
-// it: a socket that is closed with bytes unread resets the connection.
+// Time for which the rest of a client's bytes is read: closing a socket with unread bytes resets the
+// connection, and the client may lose the answer.
 constexpr milliseconds kParting{250};
 
-/// Whether the socket is ready for `events` before `end`; not when both directions are closed.
+/// True if the socket is ready for `events` before `end`; false if both directions are closed.
 bool Wait(int socket, short events, steady_clock::time_point end) {
   for (;;) {
     const auto left = std::chrono::ceil<milliseconds>(end - steady_clock::now()).count();
@@ -32,7 +32,7 @@ bool Wait(int socket, short events, steady_clock::time_point end) {
   }
 }
 
-/// A connection as httplib reads and writes it.
+/// The stream of a connection for httplib.
 class Connection : public httplib::Stream {
  public:
   Connection(int socket, milliseconds request_time)
@@ -90,7 +90,7 @@ class Connection : public httplib::Stream {
   steady_clock::time_point read_until_;
   std::size_t left_ = RequestServer::kMaxRequestBytes;
   std::array<char, 4096> buffer_;
-  std::size_t at_ = 0, end_ = 0;  // what of it is still to be read
+  std::size_t at_ = 0, end_ = 0;  // its unread part
 };
 
 void Part(int socket) {
@@ -120,7 +120,7 @@ bool RequestServer::process_and_close_socket(socket_t socket) {
   bool closed = false;
   const bool served = process_request(connection, true, closed, nullptr);
   Part(socket);
-  const std::lock_guard lock(mutex_);  // so that no other's socket of this number is shut down
+  const std::lock_guard lock(mutex_);  // so that no reused socket number is shut down
   open_.erase(socket);
   close(socket);
   return served;

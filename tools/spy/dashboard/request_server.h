@@ -1,6 +1,6 @@
 #pragma once
 
-// After Eigen wherever both are included: it brings a macro _res.
+// Include it after Eigen: it defines a macro _res.
 #include <httplib.h>
 
 #include <chrono>
@@ -10,25 +10,24 @@
 
 namespace hpdm {
 
-/// An httplib::Server that serves one request a connection and closes it. So what a client sends
-/// after a request that was refused with its body unread is never taken for another request; a
-/// client has kRequestTime and kMaxRequestBytes for its request, however slowly or long it speaks;
-/// and no idle connection holds a thread.
+/// An httplib::Server that serves one request per connection and closes it:
+///   - the unread body of a refused request is never taken for another request;
+///   - a client has kRequestTime and kMaxRequestBytes for its request;
+///   - an idle connection occupies no thread.
 class RequestServer : public httplib::Server {
  public:
   static constexpr std::chrono::milliseconds kRequestTime{2000};
   static constexpr std::size_t kMaxRequestBytes = 64 << 10;
-  /// How long a socket that takes nothing keeps one write waiting.
+  /// Longest wait of a write for a socket that takes nothing.
   static constexpr std::chrono::milliseconds kWriteTime{200};
 
   explicit RequestServer(std::chrono::milliseconds request_time = kRequestTime)
       : request_time_(request_time) {}
 
-  /// Once bound: lets so many connections wait to be accepted. The library's five are fewer than a
-  /// browser opens, and who finds no room tries again after a second.
+  /// Sets how many connections may wait to be accepted. Call once bound. A browser opens more than
+  /// the library's five, and a refused connection tries again only after a second.
   void LetWait(int connections);
-
-  /// Ends every connection, also those that wait for a thread. Any thread; for good.
+  /// Ends every connection for good, also those that wait for a thread. Any thread.
   void EndConnections();
 
  private:
@@ -36,7 +35,7 @@ class RequestServer : public httplib::Server {
 
   std::chrono::milliseconds request_time_;
   std::mutex mutex_;
-  std::set<socket_t> open_;  // those that a thread serves
+  std::set<socket_t> open_;  // sockets that a thread serves
   bool ending_ = false;
 };
 

@@ -5,7 +5,7 @@
 namespace hpdm {
 namespace {
 
-// By how much `b` is later; damaged times may be as far apart as 64 bits allow.
+// Returns b - a, in double precision because the difference of damaged times may exceed 64 bits.
 double Later(Nanoseconds a, Nanoseconds b) {
   return static_cast<double>(b) - static_cast<double>(a);
 }
@@ -25,7 +25,7 @@ TickOrder::Verdict TickOrder::Judge(Nanoseconds time) {
     *this = {};
     any_ = true;
     newest_ = time;
-    return Verdict::kAnew;
+    return Verdict::kRestart;
   }
   if (Later(newest_, time) > jump) {
     const bool follows = ahead_ && time >= ahead_time_ && Later(ahead_time_, time) <= jump;

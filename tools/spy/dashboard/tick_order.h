@@ -4,24 +4,24 @@
 
 namespace hpdm {
 
-/// Tells the ticks of one session from those of another that speaks on the same channel, and from
-/// damaged times, by the session clock alone. One thread.
+/// Separates the ticks of one session from those of another one on the same channel, and from damaged
+/// times, by the session clock alone. One thread.
 class TickOrder {
  public:
-  /// A clock that jumps by more belongs to another session, or the ticks between are missing.
+  /// After a larger jump of the clock, ticks are missing or belong to another session.
   static constexpr Nanoseconds kJump = kNanosecondsPerSecond;
-  /// So many older ticks with no newer one between them are a session that began anew.
+  /// This many older ticks without a newer one between them mean that a new session began.
   static constexpr int kRestartRun = 100;
-  /// Newer ticks that came between older ones: so many tell that two sessions speak,
+  /// This many newer ticks between older ones mean that there are two sessions.
   static constexpr int kReturns = 10;
-  /// and they do no more once so much of the newer one's time has passed without.
+  /// The count of such ticks is reset after this time of the newer session without one.
   static constexpr Nanoseconds kForgetAfter = 3 * kNanosecondsPerSecond;
 
   enum class Verdict {
-    kFollows,  ///< The session's next.
-    kAhead,    ///< A jump ahead: the session's if the next one follows it, which tells kFollows.
-    kStray,    ///< Not the session's.
-    kAnew      ///< The first of the session that is heard from now on.
+    kFollows,  ///< The session's next tick.
+    kAhead,    ///< A jump ahead; it belongs to the session if the next tick is kFollows.
+    kStray,    ///< Not a tick of the session.
+    kRestart   ///< The first tick of a new session.
   };
 
   Verdict Judge(Nanoseconds time);
@@ -31,9 +31,9 @@ class TickOrder {
  private:
   bool any_ = false, ahead_ = false;
   Nanoseconds newest_ = 0;
-  Nanoseconds ahead_time_ = 0;  // of the one tick ahead
-  int run_ = 0;                 // older ticks
-  int returns_ = 0;
+  Nanoseconds ahead_time_ = 0;  // time of the tick that jumped ahead
+  int run_ = 0;                 // number of older ticks in a row
+  int returns_ = 0;             // newer ticks between older ones
   Nanoseconds last_return_ = 0;
 };
 

@@ -10,9 +10,9 @@ namespace {
 
 struct ColumnLook {
   const char* title;
-  int width;      // the first two take what is left
-  int rank;       // in the order in which columns find room
-  bool from_top;  // sorts with the largest first
+  int width;      // the first two also take the remaining width
+  int rank;       // order in which columns get their width
+  bool from_top;  // sorted with the largest first
 };
 constexpr ColumnLook kLooks[ChannelListView::kColumns] = {
     {"CHANNEL", 14, 0, false}, {"TYPE", 15, 5, false}, {"MESSAGES", 9, 1, true},
@@ -60,7 +60,7 @@ double Number(const ChannelRow& row, int column) {
   }
 }
 
-/// Width of each column on a screen of so many columns; 0: left out.
+/// Returns the width of each column on a screen of `columns` characters; 0: left out.
 std::vector<int> Widths(int columns) {
   std::vector<int> widths(ChannelListView::kColumns, 0);
   int room = columns + 1;  // no space before the first
@@ -71,7 +71,7 @@ std::vector<int> Widths(int columns) {
     room -= look->width + 1;
     widths[static_cast<std::size_t>(look - std::begin(kLooks))] = look->width;
   }
-  // What is left is the names', up to what names commonly need.
+  // The names get the remaining width, up to the usual lengths.
   const int more_channel = std::min(room, widths[ChannelListView::kType] > 0 ? 18 : room);
   widths[ChannelListView::kChannel] += more_channel;
   if (widths[ChannelListView::kType] > 0) {
@@ -86,9 +86,7 @@ void ChannelListView::SetRows(std::vector<ChannelRow> rows) {
   const std::string chosen = selected();
   rows_ = std::move(rows);
   Arrange();
-  for (std::size_t i = 0; i < shown_.size(); ++i) {
-    if (rows_[shown_[i]].facts.channel == chosen) cursor_.selected = static_cast<int>(i);
-  }
+  Select(chosen);
 }
 
 void ChannelListView::SetFilter(const std::string& filter) {
@@ -101,13 +99,19 @@ void ChannelListView::Arrange() {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (HasInIt(rows_[i].facts.channel, filter_)) shown_.push_back(i);
   }
-  // Rows come by name, which a stable sort keeps among equals.
+  // Rows come sorted by name; a stable sort keeps that order among equals.
   std::stable_sort(shown_.begin(), shown_.end(), [this](std::size_t a, std::size_t b) {
     if (reversed_) std::swap(a, b);
     if (order_ == kChannel) return rows_[a].facts.channel < rows_[b].facts.channel;
     if (order_ == kType) return rows_[a].facts.type < rows_[b].facts.type;
     return Number(rows_[a], order_) > Number(rows_[b], order_);
   });
+}
+
+void ChannelListView::Select(const std::string& channel) {
+  for (std::size_t i = 0; i < shown_.size(); ++i) {
+    if (rows_[shown_[i]].facts.channel == channel) cursor_.selected = static_cast<int>(i);
+  }
 }
 
 std::string ChannelListView::selected() const {
@@ -141,7 +145,7 @@ void ChannelListView::Draw(TerminalScreen* screen, int top, int height) {
       },
       [](int) { return TextStyle::kBold; });
   if (shown_.empty() && !rows_.empty()) {
-    screen->Put(top + 2, 2, "No name has this in it.", TextStyle::kDim);
+    screen->Put(top + 2, 2, "No name matches the filter.", TextStyle::kDim);
   }
   for (int i = 0; i < height_; ++i) {
     const auto at = static_cast<std::size_t>(cursor_.top + i);
@@ -173,9 +177,7 @@ bool ChannelListView::Handle(int key) {
   }
   const std::string chosen = selected();
   Arrange();
-  for (std::size_t i = 0; i < shown_.size(); ++i) {
-    if (rows_[shown_[i]].facts.channel == chosen) cursor_.selected = static_cast<int>(i);
-  }
+  Select(chosen);
   return true;
 }
 

@@ -9,8 +9,8 @@
 
 namespace hpdm {
 
-/// The table of channels: sorted, filtered, with a selected row. Columns that find no room are left
-/// out, the least telling first. Main thread.
+/// The table of channels: sorted, filtered, with a selected row. Columns that do not fit are left
+/// out, the least important first. Main thread.
 class ChannelListView {
  public:
   enum Column {
@@ -25,24 +25,25 @@ class ChannelListView {
     kColumns
   };
 
-  /// Rows as ChannelTable gives them. The selection stays with its channel.
+  /// Sets the rows of a ChannelTable. The selection stays with its channel.
   void SetRows(std::vector<ChannelRow> rows);
-  /// Channels whose name has this in it, whatever the case.
+  /// Shows only channels whose name contains the filter, ignoring case.
   void SetFilter(const std::string& filter);
 
   /// Draws into the rows [top, top + height).
   void Draw(TerminalScreen* screen, int top, int height);
-  /// False: the key is not for the table.
+  /// Returns false if the key is not for the table.
   bool Handle(int key);
 
   const std::vector<ChannelRow>& rows() const { return rows_; }
-  std::string selected() const;  ///< Channel; empty without any.
+  std::string selected() const;  ///< Selected channel; empty without any.
 
  private:
   void Arrange();
+  void Select(const std::string& channel);
 
   std::vector<ChannelRow> rows_;
-  std::vector<std::size_t> shown_;  // places in rows_, in order
+  std::vector<std::size_t> shown_;  // indices into rows_, in order
   std::string filter_;
   Column order_ = kChannel;
   bool reversed_ = false;

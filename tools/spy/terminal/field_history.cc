@@ -16,20 +16,20 @@ std::size_t InRing(std::int64_t bin) {
 
 void FieldHistory::Clear() { *this = {}; }
 
-/// Empties the bins that time has passed since the last message.
+/// Empties the bins between the last message and `bin`.
 void FieldHistory::MoveTo(std::int64_t bin) {
   constexpr auto kCount = static_cast<std::int64_t>(kBins);
-  // Time that runs back, or on by more than the span, begins anew.
-  const bool anew = !started_ || bin < newest_ - kCount || bin > newest_ + kCount;
-  const std::int64_t from = anew ? bin - kCount : newest_;
+  // A jump back or forward by more than the span restarts the history.
+  const bool restart = !started_ || bin < newest_ - kCount || bin > newest_ + kCount;
+  const std::int64_t from = restart ? bin - kCount : newest_;
   for (std::int64_t b = from + 1; b <= bin; ++b) {
     for (std::vector<Bin>& bins : bins_) bins[InRing(b)] = {};
   }
-  newest_ = anew ? bin : std::max(newest_, bin);
+  newest_ = restart ? bin : std::max(newest_, bin);
   started_ = true;
 }
 
-/// Place of the field `name`, looked for from `at` on; a new one is put there. False: no room.
+/// Finds the field `name` from `at` on, or inserts it there. Returns false if there is no room.
 bool FieldHistory::FindField(std::string_view name, std::size_t* at) {
   if (*at < fields_.size() && fields_[*at].name == name) return true;
   const auto begin = fields_.begin() + static_cast<std::ptrdiff_t>(*at);

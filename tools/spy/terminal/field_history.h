@@ -10,8 +10,8 @@
 
 namespace hpdm {
 
-/// The values of one channel's newest message, and how each number went over the last kSpanUs:
-/// means over bins of kBinUs. Memory is bounded by kMaxFields. One thread.
+/// The values of one channel's newest message, and the history of each number over the last kSpanUs
+/// as means over bins of kBinUs. Memory is bounded by kMaxFields. One thread.
 class FieldHistory {
  public:
   static constexpr std::int64_t kBinUs = 100'000;
@@ -22,25 +22,25 @@ class FieldHistory {
   struct Field {
     std::string name;  ///< "tools[0].joints[2]".
     std::variant<std::int64_t, double, std::string> value;
-    bool present = false;  ///< In the newest message: arrays may have grown shorter.
-    double min = 0;        ///< Since Clear; above max while there was no finite number.
+    bool present = false;  ///< False if the newest message lacks it (a shorter array).
+    double min = 0;        ///< Since Clear; greater than max before the first finite number.
     double max = -1;
   };
 
   void Clear();
 
-  /// Takes a message of `type`; false when it is not exactly one.
+  /// Takes a message of `type`; returns false if the bytes are not exactly one.
   bool Add(std::int64_t time_us, const MessageSchemas& schemas, const LcmStruct& type,
            std::span<const std::uint8_t> bytes);
 
-  /// In the order of the message.
+  /// Returns the fields in the order of the message.
   const std::vector<Field>& fields() const { return fields_; }
-  /// Values of the newest message beyond kMaxFields.
+  /// Returns the number of values of the newest message beyond kMaxFields.
   std::size_t left_out() const { return left_out_; }
 
-  /// Means of a field, `bins_each` bins a column, the newest last; a column without a message has
-  /// its predecessor's, NaN before the first. Columns begin at multiples of their length, so that a
-  /// mean stays as it is while it moves to the left.
+  /// Computes the means of a field, `bins_each` bins per column, the newest last. A column without a
+  /// message takes its predecessor's mean, or NaN before the first. Columns begin at multiples of
+  /// their length, so that a mean does not change while it moves to the left.
   void Curve(std::size_t field, std::size_t bins_each, std::span<double> columns) const;
 
  private:
@@ -56,7 +56,7 @@ class FieldHistory {
   std::vector<std::vector<Bin>> bins_;  // by field; a ring
   std::size_t left_out_ = 0;
   bool started_ = false;
-  std::int64_t newest_ = 0;  // bin
+  std::int64_t newest_ = 0;  // the newest bin
 };
 
 }  // namespace hpdm

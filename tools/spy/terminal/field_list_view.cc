@@ -11,7 +11,7 @@ namespace {
 constexpr int kValueWidth = 13;
 constexpr int kRangeWidth = 10;
 
-/// The member of the message itself: "tools" of "tools[0].joints[2]".
+/// Returns the member of the message that a field belongs to: "tools" for "tools[0].joints[2]".
 std::string_view Group(std::string_view name) { return name.substr(0, name.find_first_of("[.")); }
 
 std::string ValueText(const FieldHistory::Field& field, int width) {
@@ -54,7 +54,7 @@ struct Layout {
 Layout LayoutFor(int columns) {
   Layout layout{};
   layout.range = columns >= 76;
-  // Divisors of the history's bins: every column stands for as many.
+  // The widths divide the number of bins, so that every column has equally many.
   static_assert(FieldHistory::kBins == 100);
   for (const int width : {5, 10, 20, 25, 50}) {
     if (width == 5 || width <= columns / 4) layout.spark = width;
@@ -62,6 +62,43 @@ Layout LayoutFor(int columns) {
   layout.name =
       columns - (kValueWidth + 1) - (layout.spark + 1) - (layout.range ? 2 * (kRangeWidth + 1) : 0);
   return layout;
+}
+
+std::string HeaderText(const Layout& layout, const Glyphs& glyphs) {
+  std::string header = FitLeft("FIELD", layout.name, glyphs) + ' ' + FitRight("VALUE", kValueWidth);
+  if (layout.range) {
+    header += ' ' + FitRight("MIN", kRangeWidth) + ' ' + FitRight("MAX", kRangeWidth);
+  }
+  const auto span = static_cast<double>(FieldHistory::kSpanUs);
+  return header + Format(" LAST %.0f s", 1e-6 * span);
+}
+
+/// Draws a single field: its name and value, and for a number its range and sparkline.
+void DrawField(TerminalScreen* screen, const FieldHistory& history, std::size_t index,
+               const Layout& layout, int line, TextStyle style) {
+  const Glyphs& glyphs = screen->glyphs();
+  const FieldHistory::Field& field = history.fields()[index];
+  const auto style_or = [style](TextStyle plain) {
+    return style == TextStyle::kPlain ? plain : style;
+  };
+  screen->Put(line, 0, FitLeftKeepingEnd(Printable(field.name), layout.name, glyphs), style);
+  int column = layout.name + 1;
+  if (std::holds_alternative<std::string>(field.value)) {
+    screen->Put(line, column, ValueText(field, kValueWidth), style);
+    return;
+  }
+  screen->Put(line, column, FitRight(ValueText(field, kValueWidth), kValueWidth), style);
+  column += kValueWidth + 1;
+  if (field.max < field.min) return;
+  if (layout.range) {
+    const auto bound = [&](double value) {
+      return FitRight(NumberText(value, kRangeWidth + 1), kRangeWidth);
+    };
+    screen->Put(line, column, bound(field.min) + ' ' + bound(field.max), style_or(TextStyle::kDim));
+    column += 2 * (kRangeWidth + 1);
+  }
+  screen->Put(line, column, Sparkline(history, index, layout.spark, glyphs),
+              style_or(TextStyle::kAccent));
 }
 
 }  // namespace
@@ -92,64 +129,43 @@ void FieldListView::Arrange(const FieldHistory& history) {
   }
 }
 
+void FieldListView::DrawGroup(TerminalScreen* screen, std::size_t row, int line,
+                              TextStyle style) const {
+  const bool open = opened_.contains(groups_[row]);
+  const Glyphs& glyphs = screen->glyphs();
+  screen->Put(line, 0,
+              std::string(open ? glyphs.open : glyphs.closed) + ' ' + groups_[row] + ": " +
+                  WithCommas(static_cast<long long>(rows_[row].fields)) + " values" +
+                  (open ? "" : " (Enter shows them)"),
+              style);
+}
+
 void FieldListView::Draw(TerminalScreen* screen, const FieldHistory& history, int top, int height) {
   Arrange(history);
   const Layout layout = LayoutFor(screen->columns());
-  const Glyphs& glyphs = screen->glyphs();
   height_ = std::max(1, height - 1);
   cursor_.Fit(static_cast<int>(rows_.size()), height_);
 
-  std::string header = FitLeft("FIELD", layout.name, glyphs) + ' ' + FitRight("VALUE", kValueWidth);
-  if (layout.range) {
-    header += ' ' + FitRight("MIN", kRangeWidth) + ' ' + FitRight("MAX", kRangeWidth);
-  }
-  const auto span = static_cast<double>(FieldHistory::kSpanUs);
-  screen->Put(top, 0, header + Format(" LAST %.0f s", 1e-6 * span), TextStyle::kBold);
+  screen->Put(top, 0, HeaderText(layout, screen->glyphs()), TextStyle::kBold);
 
   for (int i = 0; i < height_; ++i) {
     const auto at = static_cast<std::size_t>(cursor_.top + i);
     if (at >= rows_.size()) break;
-    const Row& row = rows_[at];
     const int line = top + 1 + i;
     const bool chosen = cursor_.top + i == cursor_.selected;
     const TextStyle style = chosen ? TextStyle::kSelected : TextStyle::kPlain;
     if (chosen) screen->Fill(line, style);
-    if (row.fields > 0) {
-      const bool open = opened_.contains(groups_[at]);
-      screen->Put(line, 0,
-                  std::string(open ? glyphs.open : glyphs.closed) + ' ' + groups_[at] + ": " +
-                      WithCommas(static_cast<long long>(row.fields)) + " values" +
-                      (open ? "" : " (Enter shows them)"),
-                  style);
-      continue;
+    if (rows_[at].fields > 0) {
+      DrawGroup(screen, at, line, style);
+    } else {
+      DrawField(screen, history, rows_[at].field, layout, line, style);
     }
-    const FieldHistory::Field& field = history.fields()[row.field];
-    const bool text = std::holds_alternative<std::string>(field.value);
-    screen->Put(line, 0, FitLeftKeepingEnd(Printable(field.name), layout.name, glyphs), style);
-    int column = layout.name + 1;
-    if (text) {
-      screen->Put(line, column, ValueText(field, kValueWidth), style);
-      continue;
-    }
-    screen->Put(line, column, FitRight(ValueText(field, kValueWidth), kValueWidth), style);
-    column += kValueWidth + 1;
-    if (field.max < field.min) continue;
-    if (layout.range) {
-      const auto bound = [&](double value) {
-        return FitRight(NumberText(value, kRangeWidth + 1), kRangeWidth);
-      };
-      screen->Put(line, column, bound(field.min) + ' ' + bound(field.max),
-                  chosen ? style : TextStyle::kDim);
-      column += 2 * (kRangeWidth + 1);
-    }
-    screen->Put(line, column, Sparkline(history, row.field, layout.spark, glyphs),
-                chosen ? style : TextStyle::kAccent);
   }
-  if (rows_.empty()) screen->Put(top + 2, 2, "No name has this in it.", TextStyle::kDim);
+  if (rows_.empty()) screen->Put(top + 2, 2, "No name matches the filter.", TextStyle::kDim);
   if (history.left_out() > 0 && static_cast<int>(rows_.size()) - cursor_.top < height_) {
     screen->Put(top + 1 + static_cast<int>(rows_.size()) - cursor_.top, 0,
                 "and " + WithCommas(static_cast<long long>(history.left_out())) +
-                    " further values: hpdm log export has them",
+                    " more values: use hpdm log export",
                 TextStyle::kDim);
   }
 }
@@ -158,7 +174,7 @@ bool FieldListView::Handle(int key, const FieldHistory& history) {
   Arrange(history);  // several keys may come between two pictures
   const auto at = static_cast<std::size_t>(std::max(0, cursor_.selected));
   if (key == kTerminalKeyEnter && at < rows_.size()) {
-    // A group of many values opens and closes, on its own row or any of its values'.
+    // Opens or closes the group, on its own row or on a row of its values.
     const std::string group = groups_[at];
     if (opened_.contains(group)) {
       opened_.erase(group);

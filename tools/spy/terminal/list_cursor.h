@@ -6,19 +6,19 @@
 
 namespace hpdm {
 
-/// Which row of a list is selected and which is at its top.
+/// The selected row of a list, and the row shown at its top.
 struct ListCursor {
   int selected = 0;
   int top = 0;
 
-  /// Keeps the selected row in the list of `count` rows and within the `height` that are shown.
+  /// Clamps the selected row to the list's `count` rows and scrolls it into the `height` shown rows.
   void Fit(int count, int height) {
     selected = std::clamp(selected, 0, std::max(0, count - 1));
     top = std::clamp(top, selected - std::max(1, height) + 1, selected);
     top = std::clamp(top, 0, std::max(0, count - height));
   }
 
-  /// False: the key does not move it.
+  /// Returns false if the key does not move the cursor.
   bool Handle(int key, int height) {
     switch (key) {
       case kTerminalKeyUp:

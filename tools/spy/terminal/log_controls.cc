@@ -29,7 +29,7 @@ bool HandleLogKey(int key, LogPlayer* player, bool* sought) {
     *sought = true;
   };
   const std::int64_t position = player->position_us();
-  // A log with damaged time stamps may be as long as 64 bits allow.
+  // The length of a log with damaged time stamps may be near the limit of 64 bits.
   const auto forward = [&](std::int64_t by_us) {
     seek(player->length_us() - position > by_us ? position + by_us : player->length_us());
   };

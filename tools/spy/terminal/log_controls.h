@@ -5,11 +5,11 @@
 
 namespace hpdm {
 
-/// Pause, speed and seeks. False: the key is not for the log. `sought` becomes true when the events
-/// to come do not follow those before.
+/// Handles the keys for pause, speed and seeks. Returns false for other keys. Sets `sought` after a
+/// seek.
 bool HandleLogKey(int key, LogPlayer* player, bool* sought);
 
-/// Where the play is: state, speed, position, a bar, length.
+/// Draws the state of the playback: state, speed, position, a bar, length.
 void DrawTimeLine(TerminalScreen* screen, int row, const LogPlayer& player);
 
 }  // namespace hpdm

@@ -12,7 +12,7 @@
 
 namespace hpdm {
 
-/// Whether `text` has `part` in it, whatever the case.
+/// True if `text` contains `part`, ignoring case.
 inline bool HasInIt(std::string_view text, std::string_view part) {
   const auto same = [](char a, char b) {
     return std::tolower(static_cast<unsigned char>(a)) ==
@@ -22,7 +22,7 @@ inline bool HasInIt(std::string_view text, std::string_view part) {
          part.empty();
 }
 
-/// Text on the left of a field of `width` columns; what is too long loses its end,
+/// Aligns text to the left of `width` columns. Text that is too long loses its end.
 inline std::string FitLeft(std::string_view text, int width, const Glyphs& glyphs) {
   std::string result(text);
   if (WidthOf(text) > width) {
@@ -32,19 +32,19 @@ inline std::string FitLeft(std::string_view text, int width, const Glyphs& glyph
   result.append(static_cast<std::size_t>(std::max(0, width - WidthOf(result))), ' ');
   return result;
 }
-/// or its beginning. ASCII only, like the texts that come from messages.
+/// As FitLeft, but text that is too long loses its beginning. ASCII only.
 inline std::string FitLeftKeepingEnd(std::string_view text, int width, const Glyphs& glyphs) {
   if (WidthOf(text) <= width) return FitLeft(text, width, glyphs);
   const auto kept = static_cast<std::size_t>(std::max(0, width - 1));
   return std::string(glyphs.ellipsis) + std::string(text.substr(text.size() - kept));
 }
-/// Text on the right of a field.
+/// Aligns text to the right of `width` columns.
 inline std::string FitRight(std::string_view text, int width) {
   return std::string(static_cast<std::size_t>(std::max(0, width - WidthOf(text))), ' ') +
          std::string(text);
 }
 
-/// A count in at most `width` columns: 1,234,567 or 1234567 or 1.2e+06.
+/// Formats a count in at most `width` columns: 1,234,567 or 1234567 or 1.2e+06.
 inline std::string CountText(std::uint64_t count, int width) {
   std::string text = count <= INT64_MAX ? WithCommas(static_cast<long long>(count)) : "";
   if (text.empty() || WidthOf(text) > width) text = std::to_string(count);
@@ -52,7 +52,7 @@ inline std::string CountText(std::uint64_t count, int width) {
   return text;
 }
 
-/// A number in at most `width` (>= 9) columns, with the digits that fit.
+/// Formats a number in at most `width` (>= 9) columns, with the digits that fit.
 inline std::string NumberText(std::int64_t number, int width) {
   const std::string text = std::to_string(number);
   return WidthOf(text) <= width ? text : Format("%.*g", width - 7, static_cast<double>(number));
@@ -61,7 +61,7 @@ inline std::string NumberText(double number, int width) {
   return Format("%.*g", std::min(6, width - 7), number);
 }
 
-/// A time since a log's start: 1:02.3, 1:02:03.4.
+/// Formats a time since a log's start: 1:02.3, 1:02:03.4.
 inline std::string TimeText(std::int64_t microseconds) {
   const std::int64_t tenths = microseconds / 100'000;
   const long long hours = tenths / 36'000;
@@ -71,12 +71,12 @@ inline std::string TimeText(std::int64_t microseconds) {
                    : Format("%d:%04.1f", minutes, seconds);
 }
 
-/// Hz, with four digits.
+/// Formats the rate in Hz with four digits.
 inline std::string RateText(const ChannelRow& row) {
   return row.flow.rate_hz > 0 ? Format("%.4g", row.flow.rate_hz) : "-";
 }
 
-/// A duration that needs two messages.
+/// Formats a duration that exists only after two messages.
 inline std::string JitterText(double seconds, const ChannelRow& row) {
   return row.flow.rate_hz > 0 ? Duration(1e6 * seconds) : "-";
 }

@@ -47,7 +47,7 @@ constexpr Glyphs kAscii = {{"_", ".", "-", "~", "=", "+", "*", "#"},
                            "~",
                            "|"};
 
-/// Terminals of these types draw few characters beyond ASCII.
+/// False for terminal types that draw few characters beyond ASCII.
 bool HasUnicode() {
   const char* type = std::getenv("TERM");
   const std::string name = type != nullptr ? type : "";
@@ -59,7 +59,7 @@ bool SameFile(int a, int b) {
   return fstat(a, &x) == 0 && fstat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
 }
 
-/// Bytes of the first `columns` characters.
+/// Returns the number of bytes of the first `columns` characters.
 std::size_t BytesOf(std::string_view text, int columns) {
   std::size_t bytes = 0;
   for (; bytes < text.size(); ++bytes) {
@@ -105,13 +105,13 @@ struct TerminalScreen::Curses {
 
 TerminalScreen::TerminalScreen()
     : curses_(std::make_unique<Curses>()), glyphs_(HasUnicode() ? &kUnicode : &kAscii) {
-  // Characters alone: numbers keep their decimal points.
+  // LC_CTYPE only, so that numbers keep their decimal points.
   if (std::setlocale(LC_CTYPE, "C.UTF-8") == nullptr) glyphs_ = &kAscii;
   curses_->screen = newterm(nullptr, stdout, stdin);
   if (curses_->screen == nullptr) {
     const char* type = std::getenv("TERM");
     throw MachineError("spy: the terminal's type TERM=" + std::string(type != nullptr ? type : "") +
-                       " is not known here: set TERM (xterm), or give --once");
+                       " is unknown; set TERM=xterm, or give --once");
   }
   set_escdelay(25);
   cbreak();
@@ -205,7 +205,7 @@ int TerminalScreen::NextKey() {
     case 0x1b:
       return kTerminalKeyEscape;
     case KEY_RESIZE:
-      // What a terminal does with its rows when it changes its size is its own affair.
+      // Terminals may change their rows when they are resized, so everything is redrawn.
       clearok(stdscr, TRUE);
       return kTerminalKeyResize;
     default:

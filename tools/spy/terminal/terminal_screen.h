@@ -5,18 +5,17 @@
 
 namespace hpdm {
 
-/// Characters beyond ASCII that the views draw, each one column wide; ASCII ones for terminals that
-/// have no others.
+/// Special characters of the views, each one column wide. Terminals without Unicode get ASCII ones.
 struct Glyphs {
-  std::string_view bars[8];  ///< Of a sparkline, rising.
+  std::string_view bars[8];  ///< For sparklines, rising.
   std::string_view play, pause, end;
-  std::string_view line, knob, ahead;  ///< Of a time line.
-  std::string_view rising, falling;    ///< Order of a column.
-  std::string_view closed, open;       ///< A group of fields.
+  std::string_view line, knob, ahead;  ///< For the time line.
+  std::string_view rising, falling;    ///< For the order of a column.
+  std::string_view closed, open;       ///< For a group of fields.
   std::string_view ellipsis, separator;
 };
 
-/// What is not a character.
+/// Keys that are not characters.
 enum TerminalKey : int {
   kNoTerminalKey = -1,
   kTerminalKeyUp = 0x200000,  // beyond Unicode
@@ -35,13 +34,12 @@ enum TerminalKey : int {
 
 enum class TextStyle { kPlain, kBold, kDim, kBar, kSelected, kAlarm, kAccent };
 
-/// The terminal as a grid of characters, through ncurses (whose only user this is). From
-/// construction to destruction the terminal is ours; then it is as it was. While it is, what
-/// libraries print to standard error is discarded, where that is the same terminal. One at a time;
-/// main thread.
+/// The terminal as a grid of characters, drawn with ncurses, which only this class uses. The
+/// destructor restores the terminal. Meanwhile standard error is discarded if it is the same
+/// terminal. At most one object at a time; main thread.
 class TerminalScreen {
  public:
-  /// Throws MachineError where the terminal's type is not known.
+  /// Throws MachineError if the terminal's type is unknown.
   TerminalScreen();
   ~TerminalScreen();
   TerminalScreen(const TerminalScreen&) = delete;
@@ -52,30 +50,29 @@ class TerminalScreen {
   const Glyphs& glyphs() const { return *glyphs_; }
 
   void Clear();
-  /// Writes UTF-8 text whose every character is one column wide; cut at the right edge. Nothing
-  /// outside of the screen is written.
+  /// Writes UTF-8 text whose characters are one column wide each. Text outside the screen is cut.
   void Put(int row, int column, std::string_view text, TextStyle style = TextStyle::kPlain);
-  /// A whole row's background.
+  /// Sets a whole row's background.
   void Fill(int row, TextStyle style);
-  /// Brings what was written since Clear onto the terminal.
+  /// Shows on the terminal what was written since Clear.
   void Show();
 
-  /// Waits for a key; true when there is one.
+  /// Waits for a key; true if there is one.
   bool Wait(int milliseconds);
-  /// The next key that was pressed, or kNoTerminalKey.
+  /// Returns the next key that was pressed, or kNoTerminalKey.
   int NextKey();
-  /// The terminal was closed.
+  /// True if the terminal was closed.
   bool gone() const { return gone_; }
 
  private:
   struct Curses;
   std::unique_ptr<Curses> curses_;
   const Glyphs* glyphs_;
-  int standard_error_ = -1;  // as it was
+  int standard_error_ = -1;  // the original one
   bool gone_ = false;
 };
 
-/// Columns of a UTF-8 text whose characters are one wide each.
+/// Returns the number of columns of a UTF-8 text whose characters are one column wide each.
 int WidthOf(std::string_view text);
 
 }  // namespace hpdm

@@ -21,11 +21,11 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr auto kFrame = milliseconds(100);             // between two pictures
-constexpr auto kStatisticsPeriod = milliseconds(250);  // between two looks at rates
-constexpr auto kReading = milliseconds(40);            // without looking at the keys
-constexpr int kPoll = 50;                              // ms between two looks at the source
+constexpr auto kStatisticsPeriod = milliseconds(250);  // between two updates of the rates
+constexpr auto kReading = milliseconds(40);            // longest reading between two key checks
+constexpr int kPoll = 50;                              // ms between two reads of the source
 
-// At most 40 columns, for the narrowest terminals.
+// Lines have at most 40 columns, for the narrowest terminals.
 constexpr const char* kHelp[] = {
     "Up Down  j k    select",
     "PgUp PgDn g G   page, first, last",
@@ -36,14 +36,14 @@ constexpr const char* kHelp[] = {
     "s S             sort by next; reverse",
     "",
     "A log:",
-    "Space           pause or go on",
+    "Space           pause or resume",
     "+ -             speed, 0.1 to 100, max",
-    "Left Right      5 s back, on",
-    "< >             60 s back, on",
+    "Left Right      5 s back, forward",
+    "< >             60 s back, forward",
     "0 ... 9         to 0 % ... 90 %",
     "Home End        to its start, its end",
     "",
-    "Rate, jitter and bandwidth are of the",
+    "Rate, jitter and bandwidth: over the",
     "last 5 s, at most 4,096 messages.",
     "Jitter: standard deviation of the",
     "interval between two messages.",
@@ -85,7 +85,7 @@ class View {
   }
 
  private:
-  /// True when there is more than was read in the time.
+  /// Reads the source for at most kReading; true if there is more to read.
   bool Read() {
     const Clock::time_point end = Clock::now() + kReading;
     MessageSource& messages = source_.messages();
@@ -134,8 +134,8 @@ class View {
     }
   }
 
-  /// One step: the filter, the channel. Not the program: a key's first byte, Escape, may come alone
-  /// over a slow connection.
+  /// Goes back one step: clears the filter, or closes the channel. Never ends the program: over a
+  /// slow connection Escape, the first byte of a key, may come alone.
   void Back() {
     if (!filter_.empty()) {
       filter_.clear();
@@ -184,7 +184,7 @@ class View {
     if (last.type != nullptr && last.event != nullptr) TakeValues(*last.event);
   }
 
-  /// The log goes on somewhere else.
+  /// Updates the view after a seek.
   void Jump() {
     table_.Interrupt();
     history_.Clear();
@@ -244,10 +244,9 @@ class View {
     channels_.Draw(&screen_, top, height);
     if (table_.messages() > 0) return;
     const bool live = source_.player() == nullptr;
-    const char* lines[] = {live ? "Nothing has come yet. Start a session that speaks:"
-                                : "This log holds no event before here.",
-                           live ? "  hpdm run SCENE --live" : "",
-                           live ? "with the same LCM_DEFAULT_URL as here." : ""};
+    const char* lines[] = {
+        live ? "No messages yet. Start a session with" : "This log has no event before this time.",
+        live ? "  hpdm run SCENE --live" : "", live ? "and the same LCM_DEFAULT_URL." : ""};
     for (int i = 0; i < 3; ++i) screen_.Put(top + 2 + i, 2, lines[i], TextStyle::kDim);
   }
 
@@ -279,10 +278,9 @@ class View {
       const ChannelTable::Last last = table_.Find(open_);
       const bool had = row != nullptr && row->facts.messages > row->facts.unreadable;
       screen_.Put(top + 2, 2,
-                  last.type == nullptr ? "The type of its messages is not known here:"
-                  : had && source_.player() != nullptr
-                      ? "Its next message comes later in the log."
-                      : "No message that can be read has come yet.",
+                  last.type == nullptr                 ? "Unknown message type;"
+                  : had && source_.player() != nullptr ? "Its next message comes later in the log."
+                                                       : "No readable message yet.",
                   TextStyle::kDim);
       if (last.type == nullptr) {
         screen_.Put(top + 3, 2, "give its file with --types FILE.lcm", TextStyle::kDim);
@@ -292,7 +290,7 @@ class View {
     fields_.Draw(&screen_, history_, top + 1, height - 1);
   }
 
-  /// How long a live channel has been silent, once that is worth a word.
+  /// Returns how long a live channel has been silent if that is more than 3 s, else empty text.
   std::string AgeText(std::int64_t last_us) const {
     if (source_.player() != nullptr) return {};
     const double age = 1e-6 * static_cast<double>(WallTimeUs() - last_us);
@@ -347,11 +345,11 @@ class View {
   std::string filter_, channel_filter_;
   bool typing_ = false, help_ = false, quit_ = false;
   bool sought_ = false;
-  bool jumped_ = false;  // the figures are old
+  bool jumped_ = false;  // the figures are out of date
   int help_top_ = 0;
   LogEvent event_;
   std::int64_t last_us_ = 0;  // time stamp of the newest message
-  TerminalScreen screen_;     // restored first, also where something throws
+  TerminalScreen screen_;     // the last member, so that it is restored first
 };
 
 }  // namespace

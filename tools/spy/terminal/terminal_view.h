@@ -6,11 +6,11 @@
 
 namespace hpdm {
 
-/// The live view of `hpdm spy` on this terminal, until the user or a signal ends it. Throws
-/// MachineError where the terminal's type is not known. Main thread.
+/// Shows the live view of `hpdm spy` on this terminal until the user or a signal ends it. Throws
+/// MachineError if the terminal's type is unknown. Main thread.
 ///
-/// Only the channel that is open is decoded. The source is read every kFrame at most, in one go;
-/// figures change four times, pictures ten times a second.
+/// Only the open channel is decoded. The figures change four times per second and the screen ten
+/// times.
 void RunTerminalView(SpySource* source, const MessageSchemas& schemas, const StopSignals& stop);
 
 }  // namespace hpdm

@@ -4,10 +4,10 @@ import 'uplot/dist/uPlot.min.css';
 
 const dark = matchMedia('(prefers-color-scheme: dark)');
 
-/// The present value of a colour of page.css: colour('text').
+/// Returns the present value of a colour of page.css: colour('text').
 export const colour = (name) =>
     getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-/// Of hand 0 or 1, and how its lines are dashed.
+/// Colour and dash pattern of hand 0 or 1.
 export const toolColour = (tool) => colour(`hand-${tool % 2}`);
 export const toolDash = (tool) => (tool % 2 === 1 ? [7, 3] : []);
 /// Calls `redraw` when the page's colours change.

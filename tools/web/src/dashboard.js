@@ -1,4 +1,4 @@
-// The dashboard: what `hpdm spy --web` sends (tools/spy/dashboard/dashboard_state.cc), as it comes.
+// The dashboard: shows the updates of `hpdm spy --web` (tools/spy/dashboard/dashboard_state.cc).
 import './page.css';
 import './dashboard.css';
 import {Charts} from './dashboard_charts.js';
@@ -6,9 +6,9 @@ import {showChannels, showEvents, showHands, showHealth, showNotices, showState}
 import {OrganScene} from './dashboard_scene.js';
 import {makePlayer} from './dashboard_player.js';
 
-const lostAfterMs = 3500;  // the server says something every second
+const lostAfterMs = 3500;  // the server sends something every second
 
-// All that is shown. Members of an update replace those of the same name, but for the lists.
+// The displayed state. Members of an update replace those of the same name; lists are extended.
 const session = {
   connected: false,
   everConnected: false,
@@ -53,7 +53,7 @@ function take(update) {
   showSoon();
 }
 
-// At most one picture a frame of the screen; none while the page is hidden.
+// Draws at most once per frame of the screen, and never while the page is hidden.
 let asked = false;
 function showSoon() {
   if (asked) return;
@@ -89,7 +89,7 @@ function connect() {
 }
 connect();
 setInterval(() => {
-  // The browser tries again by itself, except where it was refused or hears nothing.
+  // The browser reconnects by itself, except after a refusal or silence.
   const silent = performance.now() - heardAt > lostAfterMs;
   if (silent || stream.readyState === EventSource.CLOSED) {
     session.connected = false;
@@ -99,5 +99,5 @@ setInterval(() => {
 }, 1000);
 scene.onLoaded = showSoon;
 
-// For tests, and for who looks from the console.
+// For tests and the browser's console.
 window.hpdm = {session, scene, charts};

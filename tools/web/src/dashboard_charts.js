@@ -3,8 +3,8 @@ import {timeChart, toolColour, toolDash} from './chart.js';
 
 const rowsPerSecond = 30, window_s = 20;
 
-/// Rows of an update -> uPlot's columns: s, then `pick`ed values of each hand; a hole where rows are
-/// missing for over half a second.
+/// Converts rows of an update to uPlot's columns: s, then the `pick`ed values of each hand. A gap of
+/// over half a second becomes a hole.
 export function columns(rows, tools, pick) {
   const data = [[], ...Array.from({length: tools}, () => [])];
   let before = null;
@@ -31,7 +31,7 @@ export class Charts {
     this.tools = tools;
     const series = Array.from({length: tools}, (_, i) => (
         {label: `hand ${i + 1}`, colour: () => toolColour(i), dash: toolDash(i), width: 2}));
-    // At least as much as a light touch, so that noise does not fill the chart.
+    // The axis covers at least a light touch, so that noise does not fill the chart.
     const make = (element, least) => {
       element.replaceChildren();
       return timeChart(element, {

@@ -1,8 +1,8 @@
-// Everything on the dashboard but the charts and the organs, as text and tables.
+// Texts and tables of the dashboard: everything except the charts and the organs.
 
 const find = (id) => document.getElementById(id);
 
-/// An element with text or children.
+/// Makes an element with text or children.
 function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
@@ -17,7 +17,7 @@ function bytes(n) {
   return n < 1e4 ? `${n.toFixed(0)} B` : n < 1e6 ? `${(n / 1e3).toFixed(0)} kB` : `${(n / 1e6).toFixed(1)} MB`;
 }
 
-/// Nanoseconds with three digits and their unit.
+/// Formats nanoseconds with three digits and a unit.
 export function duration(ns) {
   const units = [[1e9, 's'], [1e6, 'ms'], [1e3, 'µs'], [1, 'ns']];
   const [size, unit] = units.find(([least]) => ns >= least) ?? [1, 'ns'];
@@ -25,9 +25,10 @@ export function duration(ns) {
 }
 
 // Bits of GuardFlag and StepFlag of engine/snapshots.h.
-const guardTexts = ['force not finite', 'at the force limit', 'force step limited', 'forces ramp in',
-  'old patch: force decays', 'device invalid: force decays', 'forces off', 'passivity damps', 'paused'];
-const stepTexts = ['relaxation out of time', 'NaN caught, organ put to rest', 'contacts dropped',
+const guardTexts = ['force not finite', 'at the force limit', 'force step limited', 'force fading in',
+  'patch too old: force fading out', 'device lost: force fading out', 'forces off', 'passivity damping',
+  'paused'];
+const stepTexts = ['relaxation out of time', 'NaN caught, organ reset to rest', 'contacts dropped',
   'contacts coincide'];
 const words = (flags, texts) => texts.filter((_, bit) => flags >> bit & 1);
 
@@ -59,37 +60,37 @@ export function showState(session) {
   if (source.textContent !== name) source.textContent = name;
 }
 
-/// What a reader has to know, one line each; [tone, text].
+/// Returns the notices for the reader, one line each: [tone, text].
 export function notices(session) {
   const list = [];
   const {status, health} = session;
   if (!session.connected && session.everConnected) {
-    list.push(['bad', 'No connection to hpdm spy: what is shown is old. This page tries again by itself.']);
+    list.push(['bad', 'No connection to hpdm spy: the page shows old data and is reconnecting.']);
   }
   if (session.connected && status.messages === 0 && !status.player) {
-    list.push(['warn', 'Nothing is heard yet. A session speaks when it is started with: hpdm run SCENE --live']);
+    list.push(['warn', 'No messages yet. Start a session with: hpdm run SCENE --live']);
   }
   if (session.connected && !status.player && status.silent_s > 2 && status.messages > 0 &&
       session.events.at(-1)?.name !== 'session.end') {
-    list.push(['warn', 'The session says nothing: it was stopped, or the network is gone.']);
+    list.push(['warn', 'No messages from the session: it was stopped, or the network failed.']);
   }
   if (status?.two_sessions) {
-    list.push(['bad', 'Two sessions speak on the same network, and their messages are mixed here: ' +
+    list.push(['bad', 'Two sessions publish on the same network and their messages are mixed: ' +
         'give each its own LCM_DEFAULT_URL.']);
   }
   const lossy = session.channels.filter((channel) => channel.lost > 0);
   if (lossy.length > 0) {
-    list.push(['warn', `${plural(lost(session), 'message was', 'messages were')} lost on the way: ` +
+    list.push(['warn', `${plural(lost(session), 'message was', 'messages were')} lost in transit: ` +
         lossy.map((channel) => `${count(channel.lost)} of ${channel.channel}`).join(', ') + '.']);
   }
   if (status?.dropped > 0) {
     list.push(['warn', `hpdm spy was too slow for ${plural(status.dropped, 'message')}.`]);
   }
   if (health?.log_dropped > 0) {
-    list.push(['bad', `The session's log has lost ${plural(health.log_dropped, 'event')}.`]);
+    list.push(['bad', `The session's log lost ${plural(health.log_dropped, 'event')}.`]);
   }
   for (const organ of session.organsWithoutFit) {
-    list.push(['warn', `${session.organNames.get(organ)}: its displacements are of another mesh.`]);
+    list.push(['warn', `${session.organNames.get(organ)}: its displacements belong to another mesh.`]);
   }
   for (const text of session.meshErrors) list.push(['warn', text]);
   if (session.noWebGl) list.push(['warn', session.noWebGl]);
@@ -104,7 +105,7 @@ export function showNotices(session) {
     element.replaceChildren(...list.map(([tone, text]) => make('li', {class: tone}, text)));
   }
   const nothing = session.noWebGl || session.organNames.size > 0 ? '' : session.status?.player ?
-      'No mesh yet: organs appear at the place of the log where all parts of HPDM_MESH have come.' :
+      'No mesh yet: organs appear after the last part of HPDM_MESH in the log.' :
       'No mesh yet: organs appear once all parts of HPDM_MESH have come. A live session repeats them every 3 s.';
   if (find('nothing').textContent !== nothing) find('nothing').textContent = nothing;
 }
@@ -114,7 +115,7 @@ function handName(session, i) {
   return name ? name : `hand ${i + 1}`;
 }
 
-const contactTexts = ['free', 'presses', 'grasps'];
+const contactTexts = ['free', 'pressing', 'grasping'];
 
 export function showHands(session) {
   const tools = session.tools?.tools ?? [], section = find('hands');
@@ -127,7 +128,7 @@ export function showHands(session) {
         make('h2', {}, make('span', {class: 'name'}), make('i', {class: 'sample'})),
         make('div', {class: 'figures'}, figure('force'), figure('depth')), make('p', {class: 'contact'})));
   }
-  // Flags of a tick are too short to read: shown for a second.
+  // Flags of a single tick are too short to read, so they are shown for a second.
   const recent = session.rows.slice(-30);
   [...section.children].forEach((card, i) => {
     const set = (name, text) => {
@@ -137,12 +138,12 @@ export function showHands(session) {
     set('.name', handName(session, i));
     const tool = tools[i];
     if (!tool) return;
-    // Of what was seen: not of what was before this dashboard, or before the place of a seek.
-    const begin = session.tools.begin, since = begin > 0.5 ? ` since ${begin.toFixed(1)} s` : '';
+    // Peaks since this dashboard began, or since the last seek.
+    const begin = session.tools.begin, since = begin > 0.5 ? ` (from t = ${begin.toFixed(1)} s)` : '';
     set('.value.force', `${Math.hypot(...tool.force).toFixed(2)} N`);
     set('.value.depth', `${(1000 * tool.depth).toFixed(1)} mm`);
-    set('.force-peak', `largest ${tool.peak_force.toFixed(2)} N${since}`);
-    set('.depth-peak', `largest ${(1000 * tool.peak_depth).toFixed(1)} mm${since}`);
+    set('.force-peak', `peak ${tool.peak_force.toFixed(2)} N${since}`);
+    set('.depth-peak', `peak ${(1000 * tool.peak_depth).toFixed(1)} mm${since}`);
     const flags = recent.reduce((all, row) => all | (row[3 + 3 * i] ?? 0), tool.guard_flags);
     const organ = session.organNames.get(tool.organ);
     set('.contact', [`${contactTexts[tool.kind] ?? ''}${tool.kind > 0 && organ ? ` ${organ}` : ''}`,
@@ -150,7 +151,7 @@ export function showHands(session) {
   });
 }
 
-// What a message holds may be no number; JSON has null then.
+// A value that is not finite is null in JSON.
 const rate = (hz) => hz === null ? '–' : hz.toFixed(hz >= 100 ? 0 : 1);
 
 let shownHealth;
@@ -163,22 +164,22 @@ export function showHealth(session) {
   if (health === shownHealth) return;
   shownHealth = health;
   if (!health) {
-    find('loops').replaceChildren(make('p', {class: 'muted'}, 'HPDM_STATS comes once a second.'));
+    find('loops').replaceChildren(make('p', {class: 'muted'}, 'Waiting for HPDM_STATS, which comes once per second.'));
     find('counts').textContent = '';
-    find('latency').replaceChildren(make('p', {class: 'muted'}, 'With HPDM_STATS.'));
+    find('latency').replaceChildren(make('p', {class: 'muted'}, 'Waiting for HPDM_STATS.'));
     return;
   }
   const loop = (name, {rate_hz: hz, missed}, unit) => make('tr', {}, make('td', {}, name),
       make('td', {class: 'number'}, rate(hz)),
       make('td', {class: `number${missed > 0 ? ' warn' : ''}`}, `${count(missed)} ${unit}`));
   find('loops').replaceChildren(make('table', {},
-      make('tr', {}, make('th', {}, 'loop'), make('th', {class: 'number'}, 'a second'),
+      make('tr', {}, make('th', {}, 'loop'), make('th', {class: 'number'}, 'per second'),
           make('th', {class: 'number'}, 'missed')),
       loop('haptic', health.haptic, 'ticks'), loop('deformation', health.deformation, 'steps'),
       loop('render', health.render, 'frames')));
   find('counts').textContent =
-      `Over ${health.counted_s.toFixed(0)} s. Ticks skipped: ${count(health.skipped_late_wake_up)} for late wake-ups, ` +
-      `${count(health.skipped_long_compute)} for long computing, ${count(health.skipped_stalled)} as the host took the core ` +
+      `In ${health.counted_s.toFixed(0)} s. Ticks skipped: ${count(health.skipped_late_wake_up)} because of late wake-ups, ` +
+      `${count(health.skipped_long_compute)} because of long computing, ${count(health.skipped_stalled)} because of CPU steal ` +
       `(${health.stolen_ms.toFixed(0)} ms in all). Since the session began: ` +
       `${plural(health.log_events, 'event')} in the log, ${count(health.log_dropped)} dropped; ` +
       `${plural(health.queue_overflows, 'full queue')}; ${count(health.live_errors)} not published.`;
@@ -209,7 +210,7 @@ function bars({bins}) {
   const step = across(3 + Math.log10(2) / 4);
   const lines = decades.map(([, e]) => svg('line', {x1: `${across(e)}%`, x2: `${across(e)}%`, y1: 0, y2: '100%'}));
   const boxes = bins.map(([power, n]) => {
-    // Never invisible: a single late tick among many counts.
+    // A minimum height keeps a single late tick among many visible.
     const high = Math.max(100 * n / most, 6);
     const x = Math.min(Math.max(across(power / 4 * Math.log10(2)) - step, 0), 100 - step);
     return svg('rect', {x: `${x}%`, width: `${0.9 * step}%`, y: `${100 - high}%`, height: `${high}%`});
@@ -218,13 +219,13 @@ function bars({bins}) {
 }
 
 function showLatencies(all) {
-  // The lockstep clock measures nothing and says 0.
+  // The lockstep clock measures nothing and reports 0.
   const latencies = all.filter(({max}) => max > 0);
   const unmeasured = all.filter(({max}) => max === 0).map(({name}) => latencyNames[name] ?? name);
   const note = unmeasured.length === 0 ? [] :
-      [make('p', {class: 'muted'}, `All 0, as in the lockstep clock: ${unmeasured.join('; ')}.`)];
+      [make('p', {class: 'muted'}, `Not measured (0, as on the lockstep clock): ${unmeasured.join('; ')}.`)];
   const head = make('tr', {}, make('th', {}, ''), make('th', {class: 'number'}, 'median'),
-      make('th', {class: 'number'}, '99 %'), make('th', {class: 'number wide'}, 'largest'), make('th', {}, ''));
+      make('th', {class: 'number'}, 'p99'), make('th', {class: 'number wide'}, 'max'), make('th', {}, ''));
   const rows = latencies.map((latency) => make('tr', {'data-latency': latency.name},
       make('td', {}, latencyNames[latency.name] ?? latency.name),
       make('td', {class: 'number'}, duration(latency.p50)), make('td', {class: 'number'}, duration(latency.p99)),
@@ -243,7 +244,7 @@ export function showChannels({channels}) {
   if (channels === shownChannels) return;
   shownChannels = channels;
   const number = (text, tone = '') => make('td', {class: `number ${tone}`}, text);
-  const heads = [['channel'], ['type', 'wide'], ['a second', 'number'], ['volume', 'number wide'],
+  const heads = [['channel'], ['type', 'wide'], ['per second', 'number'], ['volume', 'number wide'],
     ['messages', 'number'], ['lost', 'number'], ['unreadable', 'number wide']];
   find('channels').replaceChildren(make('table', {},
       make('tr', {}, ...heads.map(([text, style = '']) => make('th', {class: style}, text))),

@@ -1,4 +1,4 @@
-// Buttons of a log's player.
+// Buttons of the log player.
 
 const clock = (seconds) => {
   const whole = Math.floor(seconds / 60);
@@ -11,13 +11,14 @@ const ask = (command, value) => fetch('control', {
   body: JSON.stringify({command, value}),
 }).catch(() => { /* the page says that the connection is lost */ });
 
-/// Returns what shows the player's state; without one (a live session) the buttons stay hidden.
+/// Returns a function that shows the player's state. Without one (a live session) the buttons stay
+/// hidden.
 export function makePlayer() {
   const find = (id) => document.getElementById(id);
   const bar = find('player'), play = find('play'), seek = find('seek'), speed = find('speed');
   let player = null, holding = false;
   play.onclick = async () => {
-    const {ended, paused} = player;  // as the button said: the answer to a seek changes it
+    const {ended, paused} = player;  // the state that the button shows; a seek changes it
     if (ended) await ask('seek', 0);
     await ask(ended || paused ? 'play' : 'pause');
   };
@@ -34,7 +35,7 @@ export function makePlayer() {
     player = now ?? null;
     bar.hidden = !player;
     if (!player) return;
-    play.textContent = player.ended ? 'Again' : player.paused ? 'Play' : 'Pause';
+    play.textContent = player.ended ? 'Replay' : player.paused ? 'Play' : 'Pause';
     seek.max = player.duration;
     if (!holding) {
       seek.value = player.position;

@@ -5,11 +5,11 @@ import {Instrument, makeView} from './scene3d.js';
 
 const organColours = ['#b8694f', '#8a9b4a', '#c9a227', '#8d76b5', '#5f9496', '#c48aa8'];
 
-// Tissue turns this colour as it is displaced, wholly at so many m.
+// Displaced tissue takes this colour, fully at this displacement in m.
 const displacedColour = '#fff1b8', wholly = 0.02;
 
 export class OrganScene {
-  /// `session` is told which organs there are, and why there is no picture.
+  /// Writes the organs, and why there is no picture, into `session`.
   constructor(element, session) {
     this.element = element;
     this.session = session;
@@ -21,7 +21,7 @@ export class OrganScene {
       this.view = makeView(element, {height: (width) => Math.round(Math.min(Math.max(0.72 * width, 260), 520))});
       this.view.controls.addEventListener('start', () => { this.turned = true; });
     } catch {
-      session.noWebGl = 'This browser shows no WebGL: there is no 3-D view, all else works.';
+      session.noWebGl = 'This browser has no WebGL: there is no 3-D view, but everything else works.';
     }
     onColourChange(() => {
       this.instruments.forEach((instrument, i) => instrument.recolour(toolColour(i)));
@@ -61,7 +61,7 @@ export class OrganScene {
         organ.surface = new OrganSurface(mesh);
         break;
       }
-      await new Promise((done) => setTimeout(done, wait));  // for the connection
+      await new Promise((done) => setTimeout(done, wait));  // until the connection is back
     }
     if (this.organs.get(number) !== organ) return;
     if (this.view) this.addMesh(number, organ);
@@ -141,7 +141,7 @@ export class OrganScene {
     }
   }
 
-  /// Draws what has changed.
+  /// Draws the changes.
   show() {
     if (!this.view) return;
     for (const organ of this.organs.values()) {

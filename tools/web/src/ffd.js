@@ -1,11 +1,11 @@
-// The surface of an organ from its rest mesh and what HPDM_ORGAN says of it (lcmtypes/README.md):
+// Computes the surface of an organ from its rest mesh and its HPDM_ORGAN (lcmtypes/README.md):
 //
 //     x = X + sum_a phi_a(X) U_a + local functions + dents + offset                         (Eq. 4)
 //
-// The basis functions' values at each vertex never change: they are computed once, one factor an
-// axis. Units m, world axes; arrays hold x, y, z of one vertex after another.
+// The basis functions' values at each vertex never change and are computed once, one factor per
+// axis. Units m, world axes; arrays have x, y, z of one vertex after another.
 
-/// Bytes of a base64 text as numbers of `Type` (a typed array).
+/// Decodes a base64 text into numbers of `Type` (a typed array).
 export function numbers(text, Type) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   return new Type(bytes.buffer);
@@ -68,7 +68,7 @@ class Basis {
     }
   }
 
-  /// Adds to `x` what the displacements of a full grid (3 each) move every point by.
+  /// Adds to `x` each point's displacement under those of a full grid (3 each).
   addGrid(grid, x) {
     const [p, q, r] = this.degree, [, ny, nz] = this.counts;
     const [fx, fy, fz] = this.first, [vx, vy, vz] = this.values;
@@ -93,7 +93,7 @@ class Basis {
     }
   }
 
-  /// Adds to `x` what a few functions, by grid index, move every point by.
+  /// Adds to `x` each point's displacement under a few functions, given by grid index.
   addFunctions(indices, displacements, x) {
     const [p, q, r] = this.degree, [nx, ny, nz] = this.counts;
     const [fx, fy, fz] = this.first, [vx, vy, vz] = this.values;
@@ -111,7 +111,7 @@ class Basis {
   }
 }
 
-/// Unit normals of the vertices: the area-weighted mean of the triangles around each.
+/// Computes unit normals of the vertices: the area-weighted mean over the triangles around each.
 export function vertexNormals(x, triangles, normals) {
   normals.fill(0);
   for (let t = 0; t < triangles.length; t += 3) {
@@ -134,9 +134,9 @@ export function vertexNormals(x, triangles, normals) {
   }
 }
 
-/// How deep a half-space's surface sinks at s radii from a load's centre
-/// (engine/contact/half_space.h), by the table that the server sends: even steps up to `end`, then
-/// two terms of a series.
+/// Returns how deep a half-space's surface sinks at s radii from a load's centre
+/// (engine/contact/half_space.h). Uses the server's table of even steps up to `end`, then two terms
+/// of a series.
 export function makeSinking({end, values, tail}) {
   const table = numbers(values, Float64Array), intervals = table.length - 1;
   return (s) => {
@@ -147,9 +147,9 @@ export function makeSinking({end, values, tail}) {
   };
 }
 
-/// An organ's surface: `positions` and `normals` (Float32Array) as the last deform() left them.
+/// An organ's surface: `positions` and `normals` (Float32Array) after the last deform().
 export class OrganSurface {
-  /// `mesh` as /mesh/N gives it.
+  /// `mesh`: the reply of /mesh/N.
   constructor(mesh) {
     this.name = mesh.name;
     this.rest = numbers(mesh.vertices, Float32Array);
@@ -171,7 +171,7 @@ export class OrganSurface {
     }
   }
 
-  /// Moves the vertices as a member of an update's `organs` says.
+  /// Moves the vertices by a member of an update's `organs`.
   deform(shape, sinking) {
     const x = this.x;
     x.set(this.rest);

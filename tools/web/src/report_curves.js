@@ -30,7 +30,7 @@ function line(u, x0, y0, x1, y1, style, dash) {
   u.ctx.setLineDash([]);
 }
 
-/// What lies under a hand's curves (contacts, pauses) and over them (the limit, events).
+/// Draws contacts and pauses under a hand's curves, and the limit and events over them.
 function backdrop(data, tool) {
   return {
     drawAxes: (u) => {
@@ -82,7 +82,7 @@ export function drawCurves(into, data) {
     for (const chart of charts) if (chart !== from) chart.setScale('x', {min, max});
     busy = false;
   };
-  // By reduction: a session may have more values than a call takes arguments.
+  // Math.max(...values) would fail: a session may have more values than a call takes arguments.
   const largest = (values) => values.reduce((a, b) => Math.max(a, b), 0);
   const highest = largest(data.hands.map((hand) => largest(hand.force.values)));
   const deepest = largest(data.hands.map((hand) => largest(hand.depth_mm.values)));
@@ -115,7 +115,7 @@ export function drawCurves(into, data) {
         (u) => { hooks.drawEvents(u); hooks.drawLimit(u); });
     add(`${hand.name}: depth`, 'mm', 130, deepest, hand.depth_mm, hooks.drawEvents);
   });
-  into.append(element('p', 'Drag to look closer, double-click for all. Peaks are kept at every size.',
+  into.append(element('p', 'Drag to zoom in, double-click to show all. Peaks are kept at every zoom.',
                       'note help'));
 }
 
@@ -128,7 +128,7 @@ const svgElement = (tag, attributes) => {
   return made;
 };
 
-/// Counts over durations, both on logarithmic axes: the rare and long ones are what matters.
+/// Draws counts over durations, both on logarithmic axes, so that rare long durations are visible.
 function histogram(bins) {
   const width = 300, height = 110, foot = 18;
   const svg = svgElement('svg', {viewBox: `0 0 ${width} ${height}`, role: 'img', width: '100%'});
@@ -152,7 +152,7 @@ function histogram(bins) {
     label.textContent = readable(us);
     svg.append(label);
   };
-  // The ends, and between them the powers of ten, as far as their labels have room.
+  // Labels the ends and, where there is room, the powers of ten between them.
   const room = 60, from = x(bins[0][0]), to = x(bins.at(-1)[0]);
   mark(bins[0][0], from > width - room ? 'end' : 'start');
   if (to - from > 1.6 * room) mark(bins.at(-1)[0], 'end');
@@ -174,6 +174,6 @@ export function drawHistograms(into, data) {
     into.append(box);
   }
   if (into.children.length > 0) {
-    into.before(element('p', 'How often each duration came, both axes logarithmic.', 'note'));
+    into.before(element('p', 'Counts over duration; both axes are logarithmic.', 'note'));
   }
 }

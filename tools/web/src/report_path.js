@@ -1,14 +1,14 @@
-// The tips' paths in 3-D, coloured by force, with the organs at rest; flat where there is no WebGL.
+// The paths of the tips in 3-D, coloured by force, with the organs at rest; flat without WebGL.
 import {makeView} from './scene3d.js';
 
-// Viridis (S. van der Walt, N. Smith): even in lightness, so that any eye reads it.
+// Viridis (S. van der Walt, N. Smith): its lightness rises evenly, for colour-blind readers too.
 const viridis = [
   [68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129],
   [92, 200, 99], [170, 220, 50], [253, 231, 37],
 ];
 const over = [208, 0, 40];  // above the limit
 
-/// 0..255 a channel.
+/// Returns three channels of 0..255.
 function colourOf(force, limit) {
   if (force > limit) return over;
   const at = Math.min(Math.max(force / limit, 0), 1) * (viridis.length - 1);
@@ -21,7 +21,7 @@ function bytesOf(base64) {
   return Uint8Array.from(atob(base64), (c) => c.charCodeAt(0)).buffer;
 }
 
-/// visit(a, b) for each piece of a path, as indices.
+/// Calls visit(a, b) with the indices of each piece of a path.
 function eachPiece(path, visit) {
   for (let i = 1; i < path.x.length; ++i) {
     if (path.x[i] != null && path.x[i - 1] != null) visit(i - 1, i);
@@ -45,7 +45,7 @@ function addOrgans(view, data) {
   });
 }
 
-/// A stick for each piece: one instanced mesh a hand.
+/// Adds a stick for each piece of a path, one instanced mesh per hand.
 function addPaths(view, data) {
   const {THREE, scene} = view;
   const box = new THREE.Box3();
@@ -77,11 +77,11 @@ function addPaths(view, data) {
   return box;
 }
 
-/// Three views along the axes, for browsers without WebGL.
+/// Draws three views along the axes, for browsers without WebGL.
 function drawFlat(into, data) {
   const note = document.createElement('p');
   note.className = 'note';
-  note.textContent = 'This browser has no WebGL: the paths from three sides instead.';
+  note.textContent = 'This browser has no WebGL; the paths are shown from three sides.';
   into.append(note);
   const sides = [['x', 'z', 'from the front'], ['y', 'z', 'from the side'], ['x', 'y', 'from above']];
   const holder = document.createElement('div');
@@ -144,7 +144,7 @@ export function drawPath(into, data) {
   addLegend(into, data);
   let view;
   try {
-    // Asked first, since three.js reports what it lacks as an error of the page.
+    // Checked first, because three.js reports missing WebGL as an error of the page.
     if (!document.createElement('canvas').getContext('webgl2')) throw new Error('no WebGL');
     view = makeView(into, {height: (width) => Math.min(420, Math.max(width * 0.8, 240))});
   } catch {
@@ -156,6 +156,6 @@ export function drawPath(into, data) {
   if (!box.isEmpty()) view.fit(box);
   const help = document.createElement('p');
   help.className = 'note help';
-  help.textContent = 'Turn with the mouse or a finger; the wheel comes closer.';
+  help.textContent = 'Drag with the mouse or a finger to turn; use the wheel to zoom.';
   into.append(help);
 }

@@ -3,8 +3,7 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 
-/// A canvas in `element`; add objects to `scene`, then call render(). Throws where the browser has no
-/// WebGL.
+/// Makes a canvas in `element`. Add objects to `scene`, then call render(). Throws without WebGL.
 export function makeView(element, {height = 420} = {}) {
   const renderer = new THREE.WebGLRenderer({antialias: true, alpha: true, preserveDrawingBuffer: true});
   renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
@@ -40,7 +39,7 @@ export function makeView(element, {height = 420} = {}) {
     const sphere = box.getBoundingSphere(new THREE.Sphere());
     const half = Math.min(camera.fov, camera.fov * camera.aspect) * Math.PI / 360;
     const distance = 0.85 * Math.max(sphere.radius, 1e-3) / Math.sin(half);
-    // Above the middle: instruments come from there.
+    // Centred above the middle, where the instruments come from.
     controls.target.copy(sphere.center).addScaledVector(camera.up, 0.25 * sphere.radius);
     camera.position.set(...direction).normalize().multiplyScalar(distance).add(controls.target);
     camera.near = distance / 100;
@@ -68,8 +67,8 @@ function stick(radius, material) {
   return mesh;
 }
 
-/// An instrument: a shaft with a coloured sleeve and tip, and an arrow for a force at the tip. Tip and
-/// arrow show through what hides them: a mesh is too coarse for the dent that they are in.
+/// An instrument: a shaft with a coloured sleeve and tip, and an arrow for the force at the tip. Tip
+/// and arrow are drawn over the organ, because the mesh is too coarse for the dent that hides them.
 export class Instrument {
   static metresPerNewton = 0.02;
   static longestArrow = 0.08;

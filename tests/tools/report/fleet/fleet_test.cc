@@ -213,8 +213,8 @@ TEST_F(FleetTest, AReaderThatCrashesCostsItsSessionAlone) {
   EXPECT_EQ(outcome.summary.reported, 1u) << outcome.err;
   EXPECT_EQ(outcome.summary.failed, 4u);
   for (const char* reported :
-       {"hpdm: crash: its reader ended by signal 11", "hpdm: mute: no room",
-        "hpdm: odd: its reader ended with code 0 and no report", "hpdm: liar: its reader ended"}) {
+       {"hpdm: crash: its reader was ended by signal 11", "hpdm: mute: no room",
+        "hpdm: odd: its reader exited with 0 and no report", "hpdm: liar: its reader ended"}) {
     EXPECT_NE(outcome.err.find(reported), std::string::npos) << reported << "\n" << outcome.err;
   }
   EXPECT_EQ(Rows(table_, "SELECT exit_code FROM sessions WHERE session = 'crash'")[0]["exit_code"],
@@ -235,7 +235,7 @@ TEST_F(FleetTest, AReaderThatHangsIsEndedWhenItsTimeIsOver) {
   fs::permissions(program, fs::perms::owner_all);
   const Outcome outcome = Report({.patience = 0.2, .program = program});
   EXPECT_EQ(outcome.summary.failed, 1u);
-  EXPECT_EQ(outcome.err, "hpdm: hang: took longer than 0.2 s; give it more with --timeout\n");
+  EXPECT_EQ(outcome.err, "hpdm: hang: took longer than 0.2 s; give it more time with --timeout\n");
   EXPECT_EQ(outcome.lines[0]["exit_code"], nullptr);
   close(alive[1]);
   pollfd open{alive[0], POLLIN, 0};

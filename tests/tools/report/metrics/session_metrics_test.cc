@@ -247,7 +247,7 @@ TEST(SessionMetrics, RepeatedMeshesAreOneAndAMissingPartIsTold) {
   });
   EXPECT_EQ(torn.series.organs.size(), 1u);
   EXPECT_EQ(torn.series.organs_missing,
-            std::vector<std::string>{"gallbladder is not drawn: parts of its mesh are missing"});
+            std::vector<std::string>{"gallbladder: not drawn, parts of its mesh are missing"});
 }
 
 TEST(SessionMetrics, AHandIsLabelledWithAllThatItHeld) {

@@ -99,10 +99,10 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
   for (int i = 0; i < 2; ++i) {
     const std::string card = "#hands > :nth-child(" + std::to_string(i + 1) + ")";
     EXPECT_EQ(browser.Text(card + " .name"), i == 0 ? "probe" : "grasper");
-    EXPECT_NE(browser.Text(card + " .force-peak").find(Text("largest %.2f N", truth.peak_force[i])),
+    EXPECT_NE(browser.Text(card + " .force-peak").find(Text("peak %.2f N", truth.peak_force[i])),
               std::string::npos);
     EXPECT_NE(browser.Text(card + " .depth-peak")
-                  .find(Text("largest %.1f mm", 1000 * truth.peak_depth[i])),
+                  .find(Text("peak %.1f mm", 1000 * truth.peak_depth[i])),
               std::string::npos);
   }
   // The chart's peak is the log's: to single precision, as rows are sent.
@@ -175,7 +175,7 @@ TEST_F(DashboardTest, PlaysPausesAndSeeks) {
   ASSERT_TRUE(browser.WaitFor("hpdm.session.status.player.position > 2.02"));
   Set(&browser, "#speed", "10");
   ASSERT_TRUE(WaitForState(&browser, "end of the log"));
-  EXPECT_EQ(browser.Text("#play"), "Again");
+  EXPECT_EQ(browser.Text("#play"), "Replay");
   Set(&browser, "#speed", "0.1");
   browser.Click("#play");
   EXPECT_TRUE(browser.WaitFor("hpdm.session.status.player.position < 1"));
