@@ -247,7 +247,7 @@ SessionReading ReadSession(const std::string& log, double force_limit) {
     report.health.outputs_lost += tick.has_output ? 0 : 1;
   }
   if (!any) {
-    throw InputError(log + ": holds no haptic tick: give the session.lcmlog of a session");
+    throw InputError(log + ": contains no session data; give the session.lcmlog of a session");
   }
   report.health.unreadable += reader.unreadable();
   report.health.bytes = reader.log().size();

@@ -138,7 +138,7 @@ struct SessionReading {
 };
 
 /// Reads a session's log once, sound or damaged: what is intact counts. `force_limit` in N. Throws
-/// InputError where the file cannot be read or holds no haptic tick.
+/// InputError where the file cannot be read or contains no haptic tick.
 SessionReading ReadSession(const std::string& log, double force_limit = kDefaultForceLimit);
 
 }  // namespace hpdm
