@@ -121,7 +121,7 @@ LoggedSession::LoggedSession(const std::string& path) : path_(path) {
   damaged_stretches_ = reader.damaged_stretches();
   damaged_bytes_ = reader.damaged_bytes();
   if (!has_ticks) {
-    throw InputError(path + ": holds no haptic tick: give the session.lcmlog of a session");
+    throw InputError(path + ": contains no session data; give the session.lcmlog of a session");
   }
 }
 

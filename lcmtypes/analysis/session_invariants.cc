@@ -141,7 +141,7 @@ class TickJudges {
   Judge ticks_{"ticks", "periods neither in the log nor skipped with a cause, at a tick", "", 0};
   Judge force_{"force", "force on a hand over its limit", "", kLimitBound};
   Judge slew_{"slew", "change of a force in a tick over its limit", "", kLimitBound};
-  Judge work_{"work", "power that the hands together were given from free to free", "W",
+  Judge work_{"work", "mean power given to the hands between two contact-free moments", "W",
               kWorkBound};
   Judge repeats_{"repeats", "difference from the force in the second period", "N", 0};
 };
@@ -258,7 +258,7 @@ class StepJudges {
   std::array<std::optional<Points>, kMaxOrgans> rest_shapes_;  // control displacements
   Judge steps_{"steps", "steps missing, or whose input or first use goes back in time", "", 0};
   Judge stored_{"stored", "energy that the lattice has given out", "J", kStoredBound};
-  Judge rest_{"rest", "way of an untouched organ from where it was before any touch", "m",
+  Judge rest_{"rest", "distance of an untouched organ from where it was before any touch", "m",
               kRestBound};
 };
 

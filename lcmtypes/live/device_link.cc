@@ -102,13 +102,13 @@ void DeviceLink::Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival
   readings.Publish();
 }
 
-/// The first of its kind is told, the others are counted.
+/// Reports the first refusal of its kind; later ones are only counted.
 void DeviceLink::Refuse(Refusal why, std::size_t bytes, int instrument) noexcept {
   if (++refused_[static_cast<std::size_t>(why)] > 1 || edges_.events == nullptr) return;
   constexpr const char* kReasons[kRefusals] = {
-      "is no reading of a device (another type, or values no device gives): keep other programs "
+      "is not a device reading (another type, or impossible values): keep other programs "
       "off this channel, or build the driver with this version's lcmtypes",
-      "is of an instrument that no driver moves: give it --device NAME=lcm, or correct the "
+      "is of an instrument without an external driver: give it --device NAME=lcm, or correct the "
       "driver's instrument",
       "came after a newer one: are two drivers running?"};
   char text[sizeof LoopEvent::text];

@@ -127,8 +127,8 @@ std::string NetworkUrl() {
   if (variable == nullptr || *variable == '\0') return kLocalUrl;
   const std::string url = variable;
   if (IsUrl(url)) return url;
-  throw InputError("LCM_DEFAULT_URL=" + url + ": is no address of LCM; give such as " + kLocalUrl +
-                   ", or unset it");
+  throw InputError("LCM_DEFAULT_URL=" + url + ": not an LCM address; give one such as " +
+                   kLocalUrl + ", or unset it");
 }
 
 std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& option) {

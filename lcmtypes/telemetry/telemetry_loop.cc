@@ -183,12 +183,10 @@ void TelemetryLoop::ReportDevices(const HapticSample& sample) {
     device_lost_[i] = lost;
     if (lost) {
       AddEvent(EventSeverity::kWarning, "device.lost",
-               instruments_[i] +
-                   ": its device gives no usable pose; the last one stands and the "
-                   "force fades out");
+               instruments_[i] + ": device lost: pose held, force fading out");
     } else {
       AddEvent(EventSeverity::kInfo, "device.back",
-               instruments_[i] + ": its device gives poses; the force comes in");
+               instruments_[i] + ": device back: force fading in");
     }
   }
 }
@@ -198,9 +196,9 @@ void TelemetryLoop::ReportControl(const HapticSample& sample) {
     control_.paused = sample.paused;
     if (sample.paused) {
       AddEvent(EventSeverity::kInfo, "session.paused",
-               "the session was paused: the hands stand still and the forces fade out");
+               "session paused: hands held, forces fading out");
     } else {
-      AddEvent(EventSeverity::kInfo, "session.resumed", "the session goes on: the forces come in");
+      AddEvent(EventSeverity::kInfo, "session.resumed", "session resumed, forces fading in");
     }
   }
   for (std::size_t i = 0; i < held_.size() && static_cast<int>(i) < sample.tool_count; ++i) {
@@ -250,8 +248,8 @@ void TelemetryLoop::ReportOrgans(const StepSample& sample) {
       AddEvent(EventSeverity::kWarning, "organ.inverted",
                organs_[o] + (recovering ? ": its tools ask for more than its tissue can do; it "
                                           "follows them as far as it stays sound"
-                                        : ": tissue is turned inside out; what is drawn and felt "
-                                          "there is not to be trusted"));
+                                        : ": tissue is turned inside out; picture and forces there "
+                                          "are not valid"));
     } else if (organ_unsound_[o] && sample.step.time_ns - organ_unsound_last_[o] >= kSoundAgain) {
       organ_unsound_[o] = false;
       AddEvent(EventSeverity::kInfo, "organ.recovered",
@@ -264,14 +262,15 @@ void TelemetryLoop::ReportShedding(int level) {
   if (level == shed_level_) return;
   if (level > shed_level_) {
     AddEvent(EventSeverity::kWarning, "steps.shed",
-             "deformation steps take longer than their budget: from here on they do less (level " +
+             "deformation steps take longer than their budget: reduced quality (level " +
                  std::to_string(level) + ")");
   } else if (level > 0) {
-    AddEvent(EventSeverity::kInfo, "steps.raised",
-             "deformation steps have time again and do more (level " + std::to_string(level) + ")");
+    AddEvent(
+        EventSeverity::kInfo, "steps.raised",
+        "deformation steps have time again: better quality (level " + std::to_string(level) + ")");
   } else {
     AddEvent(EventSeverity::kInfo, "steps.restored",
-             "deformation steps have time again and do all that the scene asks");
+             "deformation steps have time again: full quality");
   }
   shed_level_ = level;
 }
@@ -393,15 +392,16 @@ void TelemetryLoop::ReportFailures() {
     ReportOnce(&log_failure_reported_, EventSeverity::kError, "log.failed", log_.state().Explain());
   } else if (log_.state().moved) {
     ReportOnce(&log_move_reported_, EventSeverity::kWarning, "log.moved",
-               "the session folder was moved or renamed: the session goes on in its new place");
+               "the session folder was moved or renamed: the session continues in its new place");
   }
   if (const std::string failure = timeline_ ? timeline_->Explain() : ""; !failure.empty()) {
     ReportOnce(&timeline_failure_reported_, EventSeverity::kWarning, "timeline.failed", failure);
   }
   if (live_errors_ > 0) {
-    ReportOnce(&live_failure_reported_, EventSeverity::kWarning, "live.failed",
-               "the network refused messages of --live, whose number HPDM_STATS and summary.json "
-               "tell; the log has them all; check the interface and its multicast route");
+    ReportOnce(
+        &live_failure_reported_, EventSeverity::kWarning, "live.failed",
+        "the network refused messages of --live; the log has them all and summary.json counts "
+        "them; check the interface and its multicast route");
   }
 }
 
