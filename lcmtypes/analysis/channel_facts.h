@@ -9,18 +9,18 @@
 
 namespace hpdm {
 
-/// What was seen of one channel.
+/// Counts of one channel.
 struct ChannelFacts {
   std::string channel;
   std::string type;    ///< "hpdm.tool_t"; the hash in hexadecimal where it is not known.
-  bool known = false;  ///< The type is.
+  bool known = false;  ///< The type is known.
   std::uint64_t messages = 0;
   std::uint64_t bytes = 0;    ///< Of the messages alone.
   std::int64_t first_us = 0;  ///< Time stamps.
   std::int64_t last_us = 0;
   std::uint64_t unreadable = 0;  ///< Not one message of the channel's type.
-  std::uint64_t gaps = 0;        ///< Places where the sequence numbers jump,
-  std::uint64_t lost = 0;        ///< and the messages missing there.
+  std::uint64_t gaps = 0;        ///< Places where the sequence numbers jump.
+  std::uint64_t lost = 0;        ///< Messages missing there.
   std::uint64_t not_rising = 0;  ///< Sequence numbers that repeat or go back.
 
   /// Messages a second, from the first to the last.
@@ -32,11 +32,14 @@ struct ChannelFacts {
   }
 };
 
-/// Counts the messages of one channel. Its type is that of its first message whose type is known; a
-/// message counts as readable when it has that type's hash and exactly its size. Sequence numbers
-/// are those of a member `sequence`, counted for each value of a member `instrument` where a type
-/// has one (at most kMaxInstrumentsCounted values). A sender that was started anew, and counts from
-/// the beginning again, is followed after kRestartRun messages. One thread; the schemas outlive it.
+/// Counts the messages of one channel. One thread; the schemas outlive it.
+///
+/// 1. The channel's type is that of its first message of a known type. A message is readable if it
+///    has a hash of that type and exactly its size.
+/// 2. Sequence numbers are the member `sequence`, counted for each value of a member `instrument`
+///    if the type has one (at most kMaxInstrumentsCounted values).
+/// 3. A restarted sender, which counts from the beginning again, is followed after kRestartRun
+///    messages.
 class ChannelCounter {
  public:
   static constexpr int kRestartRun = 10;
@@ -44,14 +47,14 @@ class ChannelCounter {
 
   explicit ChannelCounter(const MessageSchemas& schemas) : schemas_(&schemas) {}
 
-  /// True when the message is readable.
+  /// Counts a message. True if it is readable.
   bool Add(const LogEvent& event);
 
-  /// The next message need not follow the last one: no loss is counted between them.
+  /// Counts no loss between the last message and the next one.
   void Interrupt() { sequences_.clear(); }
 
   const ChannelFacts& facts() const { return facts_; }
-  const LcmStruct* type() const { return type_; }  ///< Null while it is not known.
+  const LcmStruct* type() const { return type_; }  ///< Null while it is unknown.
 
  private:
   struct Sequence {

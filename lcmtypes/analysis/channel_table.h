@@ -10,9 +10,9 @@
 
 namespace hpdm {
 
-/// How a channel's messages came over the last kChannelWindow (or kMaxChannelArrivals messages,
-/// where those are fewer), by time stamps. An interval is from one message of the channel to the
-/// next.
+/// Rates and intervals of a channel over the last kChannelWindowUs, or over the last
+/// kMaxChannelArrivals messages if that is shorter, by time stamps. An interval is from one message
+/// of the channel to the next.
 struct ChannelFlow {
   /// Hz: (n - 1) / (last - first) over the window's n messages, and at most n / (now - 0.1 s -
   /// first), so that it falls when the channel is silent (senders and readers work in portions: a
@@ -30,10 +30,10 @@ struct ChannelRow {
   ChannelFlow flow;
 };
 
-/// The channels of a network or a log as a viewer shows them: counts, flow and the last message of
-/// each. Memory is bounded whatever comes: by kMaxChannels channels (a session's own find room
-/// beside them, so that no flood of names hides a session), kMaxChannelArrivals arrivals and
-/// kMaxKeptBytes of each one's last message. One thread; the schemas outlive the table.
+/// Channels of a network or a log for a viewer: counts, flow and the last message of each. Memory
+/// is bounded by kMaxChannels channels, kMaxChannelArrivals arrivals and kMaxKeptBytes of each last
+/// message. A session's own channels have room beside the kMaxChannels, so a flood of names cannot
+/// hide a session. One thread; the schemas outlive the table.
 class ChannelTable {
  public:
   static constexpr std::size_t kMaxChannels = 256;
@@ -43,13 +43,13 @@ class ChannelTable {
 
   explicit ChannelTable(const MessageSchemas& schemas) : schemas_(schemas) {}
 
-  /// Counts a message. True when it is one of the channel's type, of exactly its size.
+  /// Counts a message. True if it has the channel's type and exactly its size.
   bool Add(const LogEvent& event);
 
-  /// The messages to come do not follow those before (a seek in a log): no loss and no interval is
-  /// counted between them, and the last messages may be of a time to come: they are forgotten.
+  /// Marks a jump, as a seek in a log: no loss and no interval is counted over it. The last
+  /// messages are removed, since they may be later than the new place.
   void Interrupt();
-  /// After an interruption: the last message of a channel before the place. It is not counted.
+  /// Sets a channel's last message before the new place, after an interruption. Does not count it.
   void Recall(const LogEvent& event);
 
   /// By name, with each one's flow at time `now_us`: the wall clock for a network, the position for
@@ -63,9 +63,9 @@ class ChannelTable {
   };
   Last Find(std::string_view channel) const;
 
-  /// All messages, those of the channels that found no room in the table included.
+  /// All messages, including those of channels for which the table has no room.
   std::uint64_t messages() const { return messages_; }
-  /// Messages of those, and their bytes.
+  /// Messages of channels without room in the table, and their bytes.
   std::uint64_t other_messages() const { return other_messages_; }
   std::uint64_t other_bytes() const { return other_bytes_; }
 

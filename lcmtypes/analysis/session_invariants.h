@@ -9,28 +9,28 @@
 
 namespace hpdm {
 
-/// What a scene says of its sessions, as far as their invariants need it. By index.
+/// Values of a scene that the invariants of its sessions need, by index.
 struct SessionLimits {
   struct Tool {
     double max_force = 0;  ///< N, length of the force on the hand.
-    double slew = 0;       ///< N, the most that it changes by in a tick.
+    double slew = 0;       ///< N, largest change in a tick.
   };
   std::vector<Tool> tools;
-  /// s, by organ: untouched for so long it is where it was before any touch (0: in the first step
-  /// without a touch); empty where the model makes no such promise.
+  /// s, by organ: after so long without a touch it is where it was before any touch (0: in the
+  /// first step without a touch). Empty if the model does not guarantee this.
   std::vector<std::optional<double>> settles;
-  bool still = true;  ///< No organ moves by itself: all work comes from the hands.
+  bool still = true;  ///< True if no organ moves by itself: all work comes from the hands.
 };
 
-/// Something that held, or not, throughout a session.
+/// A condition judged over a whole session.
 struct Invariant {
-  std::string name;                            ///< Short and stable, for programs.
-  std::string what;                            ///< What must not exceed `bound`, for people.
-  std::string unit;                            ///< Of `worst` and `bound`; empty: a number.
-  double worst = 0;                            ///< Largest value found.
-  double bound = 0;                            ///< Largest value that is right.
-  std::uint64_t checked = 0;                   ///< Values.
-  std::uint64_t broken = 0;                    ///< Of them beyond the bound, or not a number.
+  std::string name;           ///< Short and stable, for programs.
+  std::string what;           ///< The value that must not exceed `bound`, for people.
+  std::string unit;           ///< Of `worst` and `bound`; empty: a number.
+  double worst = 0;           ///< Largest value found.
+  double bound = 0;           ///< Largest permitted value.
+  std::uint64_t checked = 0;  ///< Values.
+  std::uint64_t broken = 0;   ///< Values beyond the bound, or not a number.
   std::optional<double> first = std::nullopt;  ///< s: session time of the first of those.
 
   bool Holds() const { return broken == 0; }

@@ -25,13 +25,13 @@ namespace hpdm {
 
 struct DeviceLinkSummary {
   std::uint64_t received = 0;     ///< Readings handed on.
-  std::uint64_t refused = 0;      ///< No reading, of no instrument of ours, or old.
+  std::uint64_t refused = 0;      ///< Invalid, of an instrument without external driver, or old.
   std::uint64_t sent = 0;         ///< Forces published.
   std::uint64_t send_errors = 0;  ///< Forces that the network refused.
   std::uint64_t overflows = 0;    ///< Ticks that found the queue to the link full.
 };
 
-/// Devices whose drivers are other programs: takes HPDM_DEVICE in and gives HPDM_FORCE out.
+/// Connects devices whose drivers are other programs: receives HPDM_DEVICE and sends HPDM_FORCE.
 ///
 ///     HPDM_DEVICE --> [Receive] --DeviceSample, latest--> ExternalDevice --> haptic loop
 ///     HPDM_FORCE <--- [Send] <---HapticSample queue, every tick-----------------'
@@ -39,41 +39,42 @@ struct DeviceLinkSummary {
 /// Receive sleeps until a message comes. The haptic thread may not make a system call, so it cannot
 /// wake Send: Send looks into the queue every kSendPeriod.
 ///
-/// Foreign bytes are checked before anything is made of them. Of each instrument's readings the
-/// sequence numbers must rise; a reading that comes late is refused, unless none came for
-/// kRestartAfter: then its driver has been started anew. The driver's clock is put into session
-/// time (DriverClock).
+/// 1. Foreign bytes are checked before they are used.
+/// 2. The sequence numbers of each instrument's readings must rise; a late reading is refused.
+///    After kRestartAfter without a reading any number is accepted, since the driver may have
+///    restarted.
+/// 3. The driver's time stamps are converted to session time (DriverClock).
 class DeviceLink {
  public:
   static constexpr Nanoseconds kSendPeriod = 100'000;
   static constexpr Nanoseconds kRestartAfter = 50'000'000;
 
   struct Edges {
-    /// By instrument; null: not driven from outside, and its readings are refused.
+    /// By instrument. Null if it has no external driver; its readings are refused then.
     std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> devices{};
     SpscQueue<HapticSample>& forces;
-    SpscQueue<LoopEvent>* events = nullptr;  ///< Told the first refusal of each kind.
+    SpscQueue<LoopEvent>* events = nullptr;  ///< Receives the first refusal of each kind.
   };
 
   /// Opens `url` and subscribes. The thread that LCM starts for its socket runs under SCHED_FIFO at
-  /// kPriority where the system grants it. The edges outlive the link. Throws MachineError where no
-  /// network lets it. "memq://" stays inside the program, for tests.
+  /// kPriority if the system grants it. The edges outlive the link. Throws MachineError if the
+  /// network cannot be opened. "memq://" stays inside the program, for tests.
   DeviceLink(const std::string& url, const SessionClock& clock, const Edges& edges);
   ~DeviceLink();
   DeviceLink(const DeviceLink&) = delete;
   DeviceLink& operator=(const DeviceLink&) = delete;
 
-  /// Below the haptic loop, above the deformation.
+  /// Below the haptic loop, above the deformation loop.
   static constexpr int kPriority = 70;
 
-  /// A thread each, until the stop (within 20 ms). Neither throws.
+  /// Run on one thread each until the stop (within 20 ms). Neither throws.
   void Receive(std::stop_token stop) noexcept;
   void Send(std::stop_token stop) noexcept;
 
   /// Handles one message's bytes that arrived at session time `arrival`. The receiving thread.
   void Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival) noexcept;
 
-  /// When both threads have ended.
+  /// Call it when both threads have ended.
   DeviceLinkSummary Summary() const;
 
   lcm::LCM& connection() { return *lcm_; }

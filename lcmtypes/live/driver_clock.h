@@ -7,24 +7,27 @@
 
 namespace hpdm {
 
-/// Puts the time stamps of another clock, whose zero means nothing, into session time.
+/// Converts the time stamps of another clock, with any zero, to session time.
 ///
-/// A reading stamped d arrives at session time a = d + offset + delay with delay >= 0, so the
-/// smallest a - d seen is the offset plus the shortest delay: readings keep the spacing at which
-/// their driver took them, free of the network's jitter, and are at most that shortest delay too
-/// young. The estimate rises by 200 ppm of the time that passes, more than two crystals part, so
-/// that it follows a slower clock too. A stamp that would lie kBroken or more before its arrival is
-/// of another clock (the driver was started anew): the estimate begins again.
+/// A reading stamped d arrives at session time a = d + offset + delay, with delay >= 0.
+///
+/// 1. The estimate of the offset is the smallest a - d seen: the offset plus the shortest delay.
+/// 2. So readings keep the driver's spacing, without the network's jitter, and are at most that
+///    shortest delay too young.
+/// 3. The estimate rises by 200 ppm of the time that passes, more than two crystals differ. So it
+///    follows a slower clock too.
+/// 4. A stamp kBroken or more before its arrival belongs to another clock (a restarted driver): the
+///    estimate begins again.
 ///
 /// One thread; wait-free.
 class DriverClock {
  public:
-  /// Stamps beyond this (146 years) are of no clock.
+  /// Stamps beyond this (146 years) are invalid.
   static constexpr Nanoseconds kMaxStamp = Nanoseconds{1} << 62;
   static constexpr Nanoseconds kBroken = 100'000'000;
 
-  /// Session time of `stamp`, which arrived at `arrival`: never above it, and never below an
-  /// earlier answer. |stamp| <= kMaxStamp; arrivals do not fall.
+  /// Returns the session time of `stamp`, which arrived at `arrival`. It is never above `arrival`
+  /// and never below an earlier result. Needs |stamp| <= kMaxStamp and arrivals that do not fall.
   Nanoseconds ToSession(Nanoseconds stamp, Nanoseconds arrival) noexcept {
     const Nanoseconds seen = arrival - stamp;
     const Nanoseconds risen = offset_ + (arrival - last_arrival_) / 5000;

@@ -18,19 +18,21 @@ struct ReceiveBuffer;
 
 namespace hpdm {
 
-/// Every channel of an LCM network. A thread of its own takes the messages from LCM as they come,
-/// so that a reader may look only now and then (a screen, 20 times a second): what it has not read
-/// waits here, within bounds, and messages beyond them are dropped and counted; where the machine
-/// keeps that thread from running, LCM drops all but 4,096 messages, uncounted. Time stamps are
-/// those of the arrival at this machine, in microseconds since 1970. Nothing is ever sent.
+/// Receives every channel of an LCM network. Sends nothing.
+///
+/// 1. Its own thread takes the messages from LCM, so a reader may read rarely (a screen: 20 times a
+///    second).
+/// 2. Unread messages wait here, within bounds. Messages beyond the bounds are dropped and counted.
+/// 3. If the machine keeps the thread from running, LCM drops all but 4,096 messages, uncounted.
+/// 4. Time stamps are the arrival at this machine, in microseconds since 1970.
 class LiveSource : public MessageSource {
  public:
   static constexpr std::size_t kMaxWaitingMessages = 1 << 17;
   static constexpr std::size_t kMaxWaitingBytes = 64 << 20;
 
   /// Opens `url` with a large receive buffer, as far as the system grants one, for `option`
-  /// ("spy"). Throws MachineError where no network lets it. "memq://" stays inside the program, for
-  /// tests.
+  /// ("spy"). Throws MachineError if the network cannot be opened. "memq://" stays inside the
+  /// program, for tests.
   LiveSource(const std::string& url, const std::string& option);
   ~LiveSource() override;
   LiveSource(const LiveSource&) = delete;
@@ -38,7 +40,7 @@ class LiveSource : public MessageSource {
 
   bool Next(LogEvent* event, std::chrono::milliseconds patience) override;
 
-  /// Messages that the reader left for too long. Any thread.
+  /// Messages dropped because they were not read in time. Any thread.
   std::uint64_t dropped() const;
 
   lcm::LCM& connection() { return *lcm_; }

@@ -12,22 +12,22 @@ namespace hpdm {
 /// LCM's default multicast group, kept on this machine.
 inline constexpr char kLocalUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 
-/// How long a receiving thread waits before it looks whether it is to stop.
+/// Longest wait of a receiving thread before it checks for a stop.
 inline constexpr int kReceivePatienceMs = 20;
 
-/// Where a session speaks LCM: LCM_DEFAULT_URL, or else kLocalUrl.
+/// Returns the LCM address of sessions: LCM_DEFAULT_URL, or kLocalUrl if it is not set.
 std::string NetworkUrl();
 
-/// Opens `url` for `option` ("--live"), to send. Throws MachineError where no network lets it.
+/// Opens `url` for `option` ("--live"), to send. Throws MachineError if that fails.
 std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& option);
 
-/// Opens `url` to receive too; messages begin to come with the first subscription. A time to live
-/// of 0 (also where `url` names none) keeps what is sent on this machine, but LCM receives from any
-/// network all the same: here such a connection takes nothing that another machine sent, by
-/// multicast or to this machine's own address. Throws MachineError, also where that cannot be had.
+/// Opens `url` to send and receive; messages come after the first subscription. With a time to live
+/// of 0 (the default) LCM keeps sent messages on this machine but receives from any network. This
+/// connection then also drops what other machines sent, by multicast or to this machine's own
+/// address. Throws MachineError, also if the filter for that cannot be set.
 std::unique_ptr<lcm::LCM> ConnectToReceive(const std::string& url, const std::string& option);
 
-/// The error of a network that lacks, for what `option` asked for.
+/// Throws the MachineError for a network that `option` needs and that cannot be opened.
 [[noreturn]] void FailToConnect(const std::string& url, const std::string& option);
 
 }  // namespace hpdm

@@ -27,22 +27,22 @@ struct LogState {
   std::uint64_t events = 0;   ///< Accepted; after a failure, those that reached the file.
   std::uint64_t dropped = 0;  ///< Refused or lost because of the failure.
   std::uint64_t bytes = 0;    ///< Size of the accepted events in the file.
-  bool moved = false;         ///< Its name leads elsewhere now (a renamed folder); it goes on.
+  bool moved = false;         ///< Its folder was moved or renamed; writing continues.
 
   /// One sentence with the remedy; empty without a failure.
   std::string Explain() const;
 };
 
-/// Writes an LCM event log with time stamps of our own, so that a log of a virtual clock is the
+/// Writes an LCM event log with the caller's time stamps, so that a log of a virtual clock has the
 /// same bytes in every run. Time stamps never run backwards in the file: an event older than the
 /// one before it gets that one's time stamp (its message holds its own time).
 ///
-/// After the first failure the log stays closed for good and every event is counted as dropped;
-/// what is in the file are whole events up to the last flush that succeeded. One thread.
+/// After the first failure the log stays closed and every event is counted as dropped. The file
+/// then holds whole events up to the last flush that succeeded. One thread.
 class SessionLog {
  public:
   /// Creates or empties the file. `epoch_us` is added to every time stamp: wall time of the
-  /// session's start in microseconds since 1970, or 0. Throws InputError where it cannot be opened.
+  /// session's start in microseconds since 1970, or 0. Throws InputError if it cannot be opened.
   SessionLog(const std::string& path, std::int64_t epoch_us);
   ~SessionLog();
   SessionLog(const SessionLog&) = delete;
@@ -50,13 +50,14 @@ class SessionLog {
 
   /// Appends one event. Never throws; blocks as long as the file system does.
   void Write(const char* channel, Nanoseconds time, std::span<const std::uint8_t> data) noexcept;
-  /// The same with a time stamp as it is, whatever came before: for copies of logs.
+  /// Appends one event with its time stamp unchanged, even if it runs backwards: for copies of
+  /// logs.
   void Append(const char* channel, std::int64_t time_us,
               std::span<const std::uint8_t> data) noexcept;
-  /// Hands everything to the operating system and checks that the file is still there. Where it
-  /// was moved within its file system, writing goes on in its new place (LogState::moved).
+  /// Hands everything to the operating system and checks that the file is still there. If it
+  /// was moved within its file system, writing continues in its new place (LogState::moved).
   void Flush() noexcept;
-  /// Flush, then close. Events written later are counted as dropped.
+  /// Flushes and closes. Events written later are counted as dropped.
   void Close() noexcept;
 
   const LogState& state() const { return state_; }
@@ -88,26 +89,26 @@ struct LogEvent {
 /// thread.
 class LogReader {
  public:
-  /// Throws InputError where the file cannot be read. The file's size is taken now: what is
-  /// appended later is not seen.
+  /// Throws InputError if the file cannot be read. The file's size is taken now: bytes that are
+  /// appended later are not read.
   explicit LogReader(const std::string& path);
 
-  /// The next intact event, skipping damage; false at the end. Reuses the event's memory.
+  /// Reads the next intact event and skips damage. False at the end. Reuses the event's memory.
   bool Next(LogEvent* event);
 
-  /// Where in the file the event that Next gave last starts, bytes from the file's start,
+  /// Start of the event that Next gave last, bytes from the file's start.
   std::uint64_t event_start() const { return event_start_; }
-  /// and where the next one is looked for.
+  /// Place from which the next event is searched, bytes from the file's start.
   std::uint64_t position() const { return position_; }
-  /// Goes on from such a place. The counts of damage go on too.
+  /// Continues from such a place. The counts of damage are kept.
   void Seek(std::uint64_t position) { position_ = position; }
 
-  /// Stretches of bytes skipped so far that were no intact event, and their size. Damage that ends
-  /// at the end of the file is a torn tail: it is counted here too.
+  /// Skipped segments of bytes that held no intact event, so far, and their size. Damage that ends
+  /// at the end of the file is a torn tail; it is counted here too.
   std::uint64_t damaged_stretches() const { return damaged_stretches_; }
   std::uint64_t damaged_bytes() const { return damaged_bytes_; }
-  /// End of the last intact event, bytes from the start: a log with only a torn tail is mended by
-  /// cutting it here.
+  /// End of the last intact event, bytes from the start: cutting here repairs a log that has
+  /// only a torn tail.
   std::uint64_t intact_end() const { return intact_end_; }
   std::uint64_t size() const { return size_; }
 

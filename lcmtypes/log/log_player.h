@@ -13,19 +13,20 @@
 
 namespace hpdm {
 
-/// Time since the log's start that each event is played at, by their time stamps, which need not be
-/// sound: a single one that is out of order with both its neighbours (a flipped bit) is put between
-/// them, and where the clock was set back, or forward by more than kMaxSilenceUs, the play goes
-/// on without a pause. So does it after a first and before a last stamp that far from its only
-/// neighbour.
+/// Computes at what time since the log's start each event is played, from time stamps that may be
+/// wrong.
+///
+/// 1. A single time stamp that is out of order with both its neighbours (a flipped bit) is put
+///    between them.
+/// 2. Where the clock was set back, or forward by more than kMaxSilenceUs, there is no pause. The
+///    same holds after a first and before a last time stamp that is as far from its only neighbour.
 class PlayTime {
  public:
-  /// An hour: beyond it a jump is taken for the clock's, since a play that is silent for longer
-  /// serves nobody.
+  /// One hour. A longer jump is taken for a change of the clock and is skipped.
   static constexpr std::int64_t kMaxSilenceUs = 3'600'000'000;
 
-  /// Time of an event stamped `time_us`, before one stamped `next_us` (null: the last one), in
-  /// microseconds; never less than the one before.
+  /// Returns the play time of an event stamped `time_us` that comes before one stamped `next_us`
+  /// (null for the last event), in microseconds. It never falls.
   std::int64_t Advance(std::int64_t time_us, const std::int64_t* next_us);
 
  private:
@@ -34,28 +35,28 @@ class PlayTime {
   std::int64_t played_us_ = 0;
 };
 
-/// What plays by: the machine's clock, or one of a test.
+/// Clock of a player: the machine's, or a test's.
 struct PlayClock {
   std::function<Nanoseconds()> now;
   std::function<void(Nanoseconds)> sleep;  ///< For a duration.
 };
 
-/// A log played in time. Construction reads it once for its length, damage and an index (about 1 s
-/// for 1 GB that the system holds in memory); damage is skipped.
+/// Plays a log in time. The constructor reads it once for its length, damage and an index (about 1
+/// s for 1 GB that the system holds in memory). Damage is skipped.
 ///
-/// No event is left out: a reader that is too slow slows the play. One thread.
+/// No event is left out: a slow reader slows the play. One thread.
 class LogPlayer : public MessageSource {
  public:
   static constexpr double kSlowest = 0.1;
   static constexpr double kFastest = 100;
   static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-  /// What the log holds of this time before the place of a seek is played at once, so that viewers
-  /// have the newest of every channel that speaks once a second, even when the play is paused.
+  /// After a seek, this much time before the place is played at once. So viewers have the newest
+  /// message of every channel that sends once a second, even while the play is paused.
   static constexpr std::int64_t kLeadInUs = 1'500'000;
   static constexpr std::size_t kMaxIndexed = 100'000;
 
   /// `indexed`: channels whose messages ForEachBefore can give (each one's first kMaxIndexed).
-  /// Plays from the start at speed 1. Throws InputError where the file cannot be read.
+  /// Plays from the start at speed 1. Throws InputError if the file cannot be read.
   explicit LogPlayer(const std::string& path,
                      const std::vector<std::string>& indexed = {kMeshChannel, kEventChannel},
                      PlayClock clock = {});
@@ -63,28 +64,28 @@ class LogPlayer : public MessageSource {
   bool Next(LogEvent* event, std::chrono::milliseconds patience) override;
   bool ended() const override { return !has_next_; }
 
-  /// Times real time, kSlowest to kFastest (clamped), or kUnlimited: as fast as it is read.
+  /// Sets the speed relative to real time: kSlowest to kFastest (clamped), or kUnlimited.
   void SetSpeed(double speed);
   double speed() const { return speed_; }
   void Pause(bool paused);
   bool paused() const { return paused_; }
 
-  /// Goes on from `position_us` (clamped), after `lead_in_us` of what was before. Events that do
-  /// not follow those before come next: tell it to what counts them (ChannelTable::Interrupt).
+  /// Continues from `position_us` (clamped), after the `lead_in_us` before it. The next events do
+  /// not follow the last ones: counters must be interrupted (ChannelTable::Interrupt).
   void Seek(std::int64_t position_us, std::int64_t lead_in_us = kLeadInUs);
 
   /// Microseconds since the log's start.
   std::int64_t position_us() const;
   std::int64_t length_us() const { return length_us_; }
 
-  /// Play time of the event that Next gave last: what rates are counted by, since time stamps may
-  /// be damaged.
+  /// Play time of the event that Next gave last. Rates are counted by it, since time stamps may be
+  /// damaged.
   std::int64_t event_us() const { return event_us_; }
 
   /// Calls `visit` with every message of an indexed channel that was sent before the next event, in
-  /// order: the meshes, which a log holds at its start only. The play is not moved.
+  /// order. Meshes, for example, are at the log's start only. The play is not moved.
   void ForEachBefore(const std::string& channel, const std::function<void(const LogEvent&)>& visit);
-  /// The same with the newest of them alone, of every indexed channel that has any.
+  /// Calls `visit` with the newest such message of every indexed channel that has one.
   void ForNewestBefore(const std::function<void(const LogEvent&)>& visit);
 
   std::uint64_t events() const { return events_; }  ///< Intact ones, in the whole log.

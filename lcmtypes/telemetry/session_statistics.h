@@ -9,9 +9,8 @@
 
 namespace hpdm {
 
-/// What one instrument did. "In contact" is a tick whose ToolSample::kind is not kNone; a tick
-/// stands until the next one, so the periods skipped after it (the device holds its force) count
-/// with it.
+/// Sums of one instrument. A tick is in contact if its ToolSample::kind is not kNone. It lasts
+/// until the next tick: periods skipped after it count with it, since the device holds its force.
 struct ToolSummary {
   double peak_force = 0;     ///< N, largest |force on the hand| sent.
   double mean_force = 0;     ///< N, mean |force on the hand| over the contact time.
@@ -19,19 +18,19 @@ struct ToolSummary {
   double deepest_press = 0;  ///< m, largest depth of the tip below the released surface.
 };
 
-/// A session in figures.
+/// Results of a session.
 struct SessionSummary {
   std::uint64_t ticks = 0;       ///< That reached the telemetry.
   std::uint64_t ticks_lost = 0;  ///< Run, but lost on the way (queue overflow).
   SkippedTicks skipped;          ///< Not run, by cause.
   std::uint64_t steps = 0;       ///< That reached the telemetry.
   std::uint64_t steps_lost = 0;  ///< Run, but lost on the way (queue overflow).
-  std::uint64_t steps_shed = 0;  ///< Of `steps`: did less for want of time (kStepShed).
+  std::uint64_t steps_shed = 0;  ///< Steps of reduced quality (kStepShed).
   std::uint64_t frames = 0;      ///< That reached the telemetry.
   double haptic_hz = 0;          ///< Ticks run a second, between the first and the last.
-  double deformation_hz = 0;     ///< Steps a second, likewise, lost ones included.
+  double deformation_hz = 0;     ///< Steps a second, lost ones included.
   Latencies latencies;        ///< Ages and device-to-force once there is a patch, a valid sample.
-  Nanoseconds stolen_ns = 0;  ///< That the host took from the machine's processors.
+  Nanoseconds stolen_ns = 0;  ///< CPU steal time.
   int tool_count = 0;
   std::array<ToolSummary, kMaxInstruments> tools;
 };
@@ -40,30 +39,30 @@ struct SessionSummary {
 /// the same figures. One thread; allocates only as the message's bins grow.
 class SessionStatistics {
  public:
-  /// `haptic_period` (ns): how long the last tick counts. `baseline`: the wake-ups of an empty loop
-  /// before the session, which its own stand beside.
+  /// `haptic_period` (ns) is the length of the last tick. `baseline` holds the wake-ups of an empty
+  /// loop before the session, for comparison with the session's.
   explicit SessionStatistics(Nanoseconds haptic_period, const Histogram& baseline = {});
 
-  /// Samples, steps and frames, each in their order.
+  /// Add samples, steps and frames, each kind in its order.
   void Add(const HapticSample& sample);
   void Add(const StepRecord& step);
   void Add(const FrameRecord& frame);
-  /// Time that the host has taken from the machine since the last such call, ns.
+  /// Adds the CPU steal time since the last call, ns.
   void AddStolen(Nanoseconds stolen);
 
   /// Fills in the interval's fields of `stats` (all but the sequence number and the counts of the
   /// queues, the log and the network) and starts the next interval at `end`.
   void CloseInterval(Nanoseconds end, stats_t* stats);
-  /// Whether anything was added since the last CloseInterval.
+  /// True if nothing was added since the last CloseInterval.
   bool interval_empty() const {
     return interval_.ticks == 0 && interval_.steps == 0 && interval_.frames == 0;
   }
   Nanoseconds interval_start() const { return interval_.start; }
 
-  /// The sums of everything added so far: all of a Summary but its rates and what takes the length
-  /// of a contact. Copies nothing.
+  /// Sums so far: a Summary without its rates and without the values that need the length of a
+  /// contact. Copies nothing.
   const SessionSummary& sums() const { return total_; }
-  /// Of everything added so far; the last tick counts one period.
+  /// Summary so far; the last tick counts one period.
   SessionSummary Summary() const;
 
  private:

@@ -31,7 +31,7 @@ namespace hpdm {
 
 struct TelemetryOptions {
   bool live = false;           ///< Publish over LCM too, on NetworkUrl().
-  bool forces_linked = false;  ///< A DeviceLink publishes HPDM_FORCE: here it is only logged.
+  bool forces_linked = false;  ///< A DeviceLink publishes HPDM_FORCE; it is only logged here.
   std::int64_t epoch_us = 0;   ///< Wall time of the session's start, microseconds since 1970, for
                                ///< the log's time stamps; 0 in the lockstep clock.
   std::string timeline_path;   ///< Of timeline.csv; empty: none.
@@ -41,17 +41,17 @@ struct TelemetryOptions {
   SpscQueue<FrameRecord>* frames = nullptr;  ///< Of the render loop; null in the lockstep clock.
   /// Of the render loop and of the device link, each the queue's producer.
   std::vector<SpscQueue<LoopEvent>*> events = {};
-  /// Told each warning and error that arises outside the haptic path (files, pictures, network), at
-  /// once, for the person there: one line. The telemetry thread; it may block.
+  /// Receives one line for the user at each warning and error outside the haptic path (files,
+  /// pictures, network). Called at once on the telemetry thread; it may block.
   std::function<void(const std::string&)> tell = nullptr;
   TripleBuffer<SessionHealth>* health = nullptr;  ///< For the render loop, 10 times a second.
   Histogram baseline = {};                        ///< Wake-ups of an empty loop before the session.
-  /// Time that the host has taken from the machine so far (stolen_time.h); null in the lockstep
-  /// clock. Asked once a second.
+  /// Returns the CPU steal time so far (stolen_time.h). Called once a second; null in the lockstep
+  /// clock.
   std::function<Nanoseconds()> stolen_time = nullptr;
 };
 
-/// What a session is made of, by index.
+/// Parts of a session, by index.
 struct SessionInfo {
   std::vector<std::string> instruments;
   std::vector<std::vector<std::string>> held;  ///< Names by instrument and
@@ -67,31 +67,32 @@ struct TelemetrySummary {
   LogState log;
   std::uint64_t queue_overflows = 0;  ///< Ticks that found the sample queue full.
   std::uint64_t step_overflows = 0;   ///< Steps that found the step queue full.
-  bool live = false;                  ///< Published was asked for.
+  bool live = false;                  ///< Publishing was requested.
   std::uint64_t live_messages = 0;    ///< Published.
   std::uint64_t live_errors = 0;      ///< Refused by the network.
-  std::string timeline_failure;       ///< Why rows are missing in timeline.csv; empty: none are.
+  std::string timeline_failure;       ///< Why rows are missing in timeline.csv; empty if none are.
 };
 
-/// Reader of the haptic loop's samples, of the deformation loop's steps and of its snapshots (their
-/// displacements; vertices are ignored): writes every one into the session log, thins the samples
-/// into the time line, keeps the statistics, and publishes live when asked.
+/// Reads the haptic loop's samples, the deformation loop's steps and its snapshots (displacements,
+/// not vertices). Writes every one to the session log, thins the samples into the time line, keeps
+/// the statistics, and publishes live if options.live.
 ///
 ///     HapticSample queue (every tick) --> Drain --> session.lcmlog, timeline.csv
 ///     StepSample queue (every step) ---->   |
 ///     SceneSnapshot (latest value) ----->   '-----> LCM, only with options.live
 ///     FrameRecord, LoopEvent queues ---->   '--SessionHealth (latest value) --> render loop
 ///
-/// Everything but the constructor runs on one thread: its own (Run, real clock) or the one that
-/// runs everything (Drain, Finish; lockstep clock). Nothing here ever makes the haptic or the
-/// deformation loop wait: a telemetry thread that a disk or a network holds up lets the queues
-/// overflow, which is counted. Nothing measured here is logged, so that the same samples, drained
-/// in the same portions, give the same bytes.
+/// 1. Everything but the constructor runs on one thread: its own (Run, real clock) or the thread
+///    that runs everything (Drain, Finish; lockstep clock).
+/// 2. The haptic and the deformation loop never wait for it. If a disk or a network delays it, the
+///    queues overflow, which is counted.
+/// 3. It logs nothing that it measures itself: the same samples, drained in the same portions, give
+///    the same bytes.
 class TelemetryLoop {
  public:
   /// Writes the meshes and the session's first event into the log. The edges outlive the loop.
-  /// Throws InputError where a file cannot be created and MachineError where live publishing was
-  /// asked for and no network lets it. Without options.live no socket is opened.
+  /// Throws InputError if a file cannot be created, and MachineError if options.live and the
+  /// network cannot be opened. Without options.live no socket is opened.
   TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSample>* steps,
                 TripleBuffer<SceneSnapshot>* scenes, const std::string& log_path,
                 const TelemetryOptions& options, const SessionInfo& info);
@@ -102,8 +103,8 @@ class TelemetryLoop {
   /// Handles everything that is queued, and the newest snapshot. Never throws.
   void Drain() noexcept;
 
-  /// Drains every 5 ms until a stop is requested, then once more, and finishes. Stop the writing
-  /// loops before this one.
+  /// Drains every 5 ms until a stop is requested, then once more, and finishes. Stop the
+  /// writing loops before this one.
   void Run(std::stop_token stop) noexcept;
 
   /// Drains, closes the last interval and the files. Later calls of Drain and Finish do nothing.

@@ -18,7 +18,7 @@ namespace hpdm {
 class Timeline {
  public:
   /// `interval` in ns. Names are written with their commas, quotes and line breaks replaced by "_".
-  /// Throws InputError where the file cannot be created.
+  /// Throws InputError if the file cannot be created.
   Timeline(const std::string& path, Nanoseconds interval, std::span<const std::string> instruments);
 
   /// Never throws. Nothing more is written after a failed write.
@@ -27,8 +27,8 @@ class Timeline {
   void Flush() noexcept;
   void Close() noexcept;
 
-  /// Why rows are missing, with the remedy; empty when every row reached the file, which is certain
-  /// after Close.
+  /// Why rows are missing, with the remedy; empty if every row reached the file. Final after
+  /// Close.
   std::string Explain() const;
 
  private:

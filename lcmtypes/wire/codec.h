@@ -18,13 +18,15 @@
 #include "hpdm/tool_t.hpp"
 #include "lcmtypes/wire/message_hash.h"
 
-/// Snapshots <-> LCM messages <-> bytes. Pure functions: no state, no file, no network. What a
-/// replay needs crosses in double and comes back bit for bit; what is only drawn crosses in float.
-/// Messages are reused by their owner, so that converting into one allocates only when it grows.
-/// `sequence` is the sender's and is left alone.
+/// Converts snapshots <-> LCM messages <-> bytes. Pure functions: no state, no file, no network.
 ///
-/// FromMessage returns false, its outputs unspecified, where a message holds a value that no sender
-/// of ours writes (a count beyond kMaxInstruments, an unknown contact kind, no unit quaternion).
+/// 1. Values that a replay needs cross in double, bit for bit. Values that are only drawn cross in
+///    float.
+/// 2. Messages are reused by their owner: converting into one allocates only when it grows.
+/// 3. `sequence` belongs to the sender and is not changed.
+/// 4. FromMessage returns false, with unspecified outputs, if a message holds a value that no
+///    sender of this project writes: a count beyond kMaxInstruments, an unknown contact kind, an
+///    orientation that is not a unit quaternion.
 namespace hpdm {
 
 inline constexpr char kToolChannel[] = "HPDM_TOOL";
@@ -35,12 +37,12 @@ inline constexpr char kMeshChannel[] = "HPDM_MESH";
 inline constexpr char kStatsChannel[] = "HPDM_STATS";
 inline constexpr char kEventChannel[] = "HPDM_EVENT";
 inline constexpr char kDeviceChannel[] = "HPDM_DEVICE";
-/// All of them.
+/// All channels of a session.
 inline constexpr std::string_view kSessionChannels[] = {
     kToolChannel, kForceChannel, kContactChannel, kOrganChannel,
     kMeshChannel, kStatsChannel, kEventChannel,   kDeviceChannel};
 
-/// A haptic tick is two messages: what went in and what came out. Each FromMessage sets its own
+/// A haptic tick is two messages: its input and its output. Each FromMessage sets its own
 /// fields of the sample and leaves the others (tool_count, tick and time_ns are in both).
 void ToMessage(const HapticSample& sample, tool_t* message);
 void ToMessage(const HapticSample& sample, force_t* message);
@@ -50,22 +52,22 @@ bool FromMessage(const force_t& message, HapticSample* sample);
 /// A step whose patch no tick has used.
 inline constexpr std::int64_t kNeverVisible = -1;
 
-/// A deformation step. `visible_tick`: the first tick that used its
-/// patch, or kNeverVisible. Back, the orientation is exact to a rounding (it crosses as a
-/// quaternion).
+/// Converts a deformation step. `visible_tick` is the first tick that used its patch, or
+/// kNeverVisible. The orientation crosses as a quaternion, so it comes back exact to a rounding.
 void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* message);
 bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* visible_tick);
 
-/// One organ's shape, displacements in float, without its vertices and its empty slots. Back, the
-/// arrays are resized.
+/// Converts one organ's shape, with displacements in float, without its vertices and empty slots.
+/// FromMessage resizes the arrays.
 void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, organ_t* message);
 bool FromMessage(const organ_t& message, OrganSnapshot* shape);
 
-/// One reading of instrument `instrument`; time_ns is the driver's.
+/// Converts one reading of instrument `instrument`. time_ns is in the driver's clock.
 void ToMessage(const DeviceSample& sample, int instrument, device_t* message);
 bool FromMessage(const device_t& message, DeviceSample* sample, int* instrument);
 
-/// Bytes of a message with its type's hash, in `buffer` (resized), valid until it changes.
+/// Encodes a message with its type's hash into `buffer` (resized) and returns its bytes. They are
+/// valid until the buffer changes.
 template <typename Message>
 std::span<const std::uint8_t> EncodeMessage(const Message& message,
                                             std::vector<std::uint8_t>* buffer) {
@@ -74,11 +76,11 @@ std::span<const std::uint8_t> EncodeMessage(const Message& message,
   return {buffer->data(), static_cast<std::size_t>(size > 0 ? size : 0)};
 }
 
-/// Whether the array counts at a message's start are such that its arrays can fit into the bytes.
+/// True if arrays with the counts at the message's start can fit into the bytes.
 /// The generated decoders trust the counts and would reserve up to 2^31 elements for a flipped bit.
 bool CountsFit(std::span<const std::uint8_t> bytes, std::span<const int> element_sizes);
 
-/// Encoded bytes that an element of each of a type's arrays takes, in the order of the counts.
+/// Returns the encoded size of an element of each of a type's arrays, in the order of the counts.
 std::span<const int> ElementSizes(const tool_t&);
 std::span<const int> ElementSizes(const force_t&);
 std::span<const int> ElementSizes(const contact_t&);
@@ -90,14 +92,14 @@ std::span<const int> ElementSizes(const Message&) {
   return {};
 }
 
-/// Where a type's strings stand in a message, one behind the other.
+/// Place of a type's strings in a message, one behind the other.
 struct StringPlace {
   std::size_t begin = 0;  ///< Bytes from the message's start.
   int count = 0;
 };
 
-/// Whether the strings there fit into the bytes, each with a zero at its end and none before. The
-/// generated decoders take any last byte, and for the length -2^31 read 2 GB beyond the message.
+/// True if the strings there fit into the bytes, each with a zero at its end and none before. The
+/// generated decoders accept any last byte, and read 2 GB beyond the message for the length -2^31.
 bool StringsFit(std::span<const std::uint8_t> bytes, StringPlace place);
 
 StringPlace StringsOf(const event_t&);
@@ -107,9 +109,10 @@ StringPlace StringsOf(const Message&) {
   return {};
 }
 
-/// Any bytes -> message; false when they are not exactly one message of this type, or of its former
+/// Decodes any bytes. False if they are not exactly one message of this type or of its former
 /// version (message_hash.h). Reserves no more memory than a small multiple of `bytes` and never
-/// throws, whatever the bytes are. EncodeMessage gives the same bytes back, except for a former hash.
+/// throws, whatever the bytes are. EncodeMessage gives the same bytes back, except for a former
+/// hash.
 template <typename Message>
 bool DecodeMessage(std::span<const std::uint8_t> bytes, Message* message) {
   if (bytes.size() > INT32_MAX || !CountsFit(bytes, ElementSizes(*message)) ||

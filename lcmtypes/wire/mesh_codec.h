@@ -24,12 +24,12 @@ struct LatticeDescription {
   int local_refinement = 0;
 };
 
-/// What never changes of an organ during a session.
+/// The constant part of an organ during a session.
 struct OrganDescription {
   std::string name;
   Points vertices;      ///< V x 3, rest, world, m; crosses in float.
   Triangles triangles;  ///< F x 3.
-  /// Absent: the displacements, where there are any, are the vertices' own (V x 3).
+  /// If absent, the displacements belong to the vertices (V x 3, or none).
   std::optional<LatticeDescription> lattice;
 };
 
@@ -38,16 +38,15 @@ inline constexpr int kMaxMeshPartBytes = 50'000;
 /// Longest name kept; longer ones are cut, so that a part always has room for items.
 inline constexpr int kMaxOrganNameBytes = 256;
 
-/// The parts of organ `organ`, each at most `max_bytes` (>= 2,000) encoded; at least one. Sequence
-/// numbers are the sender's and are left at 0.
+/// Returns the parts of organ `organ`, at least one, each of at most `max_bytes` (>= 2,000)
+/// encoded. The sequence numbers are left at 0 for the sender.
 std::vector<mesh_t> SplitMesh(int organ, const OrganDescription& description,
                               int max_bytes = kMaxMeshPartBytes);
 
-/// Puts the parts of one organ together, in any order. Where they are not exactly one whole and
-/// sound organ (a part missing, repeated or of another organ, counts that disagree, indices out of
-/// range, a lattice no engine builds), returns false and says why in `error`; `description` is then
-/// unspecified. What the parts only claim is never allocated: totals are checked first against what
-/// the parts hold.
+/// Joins the parts of one organ, in any order. Returns false, with the reason in `error` and an
+/// unspecified `description`, if they are not exactly one whole and sound organ: a part missing,
+/// repeated or of another organ, counts that disagree, indices out of range, or a lattice that no
+/// engine builds. Totals are checked against the parts' items before memory is allocated.
 bool JoinMesh(std::span<const mesh_t> parts, OrganDescription* description, std::string* error);
 
 }  // namespace hpdm

@@ -12,9 +12,9 @@
 
 namespace hpdm {
 
-/// Layout of LCM message types, as .lcm files tell it, for programs that show or convert messages
-/// whatever their type (lcm-gen's classes have no reflection). One message is the hash of its type
-/// (8 bytes), then its members in order, big-endian.
+/// Layout of LCM message types, read from .lcm files, for programs that show or convert messages of
+/// any type (lcm-gen's classes have no reflection). A message is the hash of its type (8 bytes) and
+/// then its members in order, big-endian.
 
 /// One value of a decoded message: "tools[0].joints[2]". Bytes, integers and booleans are integers.
 struct MessageValue {
@@ -22,10 +22,10 @@ struct MessageValue {
   std::variant<std::int64_t, double, std::string_view> value;
 };
 
-/// What places a message among the others of its channel: its integer members of these names.
+/// Position of a message among the others of its channel: its integer members of these names.
 struct MessageOrder {
-  std::optional<std::int64_t> sequence;  ///< Empty: the type has none.
-  std::int64_t instrument = 0;           ///< Sequences are counted for each; 0 without.
+  std::optional<std::int64_t> sequence;  ///< Empty if the type has none.
+  std::int64_t instrument = 0;           ///< Sequences are counted for each; else 0.
 };
 
 enum class LcmPrimitive : std::uint8_t {
@@ -42,26 +42,26 @@ enum class LcmPrimitive : std::uint8_t {
 };
 
 struct LcmDimension {
-  std::string size;            ///< As written: a number, or the member that holds the count.
-  std::int64_t constant = -1;  ///< The number; -1 for a member's.
-  std::size_t member = 0;      ///< Of the same struct, before this one.
+  std::string size;            ///< Text: a number, or the member that holds the count.
+  std::int64_t constant = -1;  ///< The number; -1 if a member holds the count.
+  std::size_t member = 0;      ///< Index of that member in the same struct, before this one.
 };
 
 struct LcmMember {
   std::string name;
-  std::string type_name;  ///< With its package, of a struct.
+  std::string type_name;  ///< A struct's with its package.
   LcmPrimitive type = LcmPrimitive::kStruct;
-  std::size_t struct_index = 0;  ///< Of a struct.
+  std::size_t struct_index = 0;  ///< Index of the struct, if it is one.
   std::vector<LcmDimension> dimensions = {};
 };
 
 struct LcmStruct {
   std::string name;  ///< With its package: "hpdm.tool_t".
   std::vector<LcmMember> members = {};
-  std::int64_t hash = 0;  ///< As a message of this type begins.
+  std::int64_t hash = 0;  ///< First 8 bytes of a message of this type.
 };
 
-/// Follows a message from its first value to its last, with its structure. A struct's members come
+/// Visits a message from its first value to its last, with its structure. A struct's members come
 /// in order, each announced before its value, its struct or its array; an array has an inner array
 /// for every further dimension.
 class MessageVisitor {
@@ -78,23 +78,23 @@ class MessageVisitor {
 /// A set of message types. Filled by one thread; afterwards any thread may decode.
 class MessageSchemas {
  public:
-  /// Reads .lcm texts, all together since they may name each other's structs. `names` stand for the
-  /// texts in messages. Throws InputError (name, line, what, remedy), also of types that no message
-  /// needs: arrays of more than 16 dimensions, structs inside structs without end.
+  /// Reads .lcm texts, all together since they may name each other's structs. `names` name the
+  /// texts in error messages. Throws InputError (name, line, fault, remedy), also for arrays of
+  /// more than 16 dimensions and structs inside structs without end.
   MessageSchemas(std::span<const std::string_view> texts, std::span<const std::string> names);
 
-  /// The types of this package. Messages of former versions are of them too (message_hash.h).
+  /// Returns the types of this package. They include messages of version 0.1 (message_hash.h).
   static const MessageSchemas& Hpdm();
-  /// The same with further texts.
+  /// Returns the same types and those of further texts.
   static MessageSchemas HpdmAnd(std::span<const std::string> texts,
                                 std::span<const std::string> names);
 
   const std::vector<LcmStruct>& structs() const { return structs_; }
-  /// The type whose messages begin as these bytes do; null when none is known.
+  /// Returns the type of the message by its hash; null if it is not known.
   const LcmStruct* Find(std::span<const std::uint8_t> bytes) const;
 
-  /// Calls `visit` with every value of a message of type `type`, in order. False when the bytes are
-  /// not exactly one message of it: then some values may have been visited. Trusts no length; the
+  /// Calls `visit` with every value of a message of type `type`, in order. False if the bytes are
+  /// not exactly one message of it; some values may have been visited then. Trusts no length; the
   /// cost is bounded by the bytes.
   bool Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
               const std::function<void(const MessageValue&)>& visit) const;
@@ -102,12 +102,12 @@ class MessageSchemas {
   bool Decode(const LcmStruct& type, std::span<const std::uint8_t> bytes,
               MessageVisitor* visitor) const;
 
-  /// What to call the type of these bytes: its name; its hash in hexadecimal where it is not known,
-  /// "no LCM message" where there is none.
+  /// Returns the name of the message's type, or its hash in hexadecimal if the type is not known,
+  /// or "no LCM message" if the bytes are too few for a hash.
   std::string TypeOf(std::span<const std::uint8_t> bytes) const;
 
-  /// Whether the bytes are exactly one message of type `type`, and its place among the others.
-  /// Steps over arrays of numbers, so that its cost does not depend on their lengths.
+  /// True if the bytes are exactly one message of type `type`. Sets `order` to its position among
+  /// the others. Skips arrays of numbers, so the cost does not depend on their lengths.
   bool Check(const LcmStruct& type, std::span<const std::uint8_t> bytes, MessageOrder* order) const;
 
  private:

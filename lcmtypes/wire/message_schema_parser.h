@@ -8,8 +8,8 @@
 
 namespace hpdm {
 
-/// The types of one .lcm text, without their hashes and the places of the structs inside. `place`
-/// stands for the text in messages. Throws InputError (place, line, what, remedy).
+/// Returns the types of one .lcm text, without their hashes and the indices of inner structs.
+/// `place` names the text in error messages. Throws InputError (place, line, fault, remedy).
 std::vector<LcmStruct> ParseLcmTypes(std::string_view text, const std::string& place);
 
 }  // namespace hpdm

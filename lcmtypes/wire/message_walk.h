@@ -8,14 +8,14 @@
 
 namespace hpdm {
 
-/// Structs inside of structs. LCM permits recursive types; a message of one could nest as deep as
-/// it is long.
+/// Most levels of structs inside structs. LCM permits recursive types; a message of one could nest
+/// as deep as it is long.
 inline constexpr std::size_t kMaxDepth = 64;
 
-/// Goes through the bytes of a message of type `type`, one of `structs`. True when they are exactly
-/// one such message. Tells `visitor` of its values and `order` of its place among others; each may
-/// be null. Without a visitor names are not made and arrays of numbers are stepped over. Trusts no
-/// length; its steps are in proportion to the bytes.
+/// Walks through the bytes of a message of type `type`, one of `structs`. True if they are exactly
+/// one such message. Passes its values to `visitor` and its position to `order`; each may be null.
+/// Without a visitor no names are built and arrays of numbers are skipped. Trusts no length; the
+/// cost is proportional to the bytes.
 bool WalkMessage(const std::vector<LcmStruct>& structs, const LcmStruct& type,
                  std::span<const std::uint8_t> bytes, MessageVisitor* visitor, MessageOrder* order);
 
