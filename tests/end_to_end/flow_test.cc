@@ -306,7 +306,7 @@ trocar = [-0.04, -0.12, 0.16]
   for (const Json& remark : summary["remarks"]) {
     if (remark.get<std::string>().find(": plays ") == std::string::npos) continue;
     EXPECT_NE(remark.get<std::string>().find("1 gap, the longest 1.66 s"), std::string::npos);
-    EXPECT_EQ(remark.get<std::string>().find("out of the device's reach"), std::string::npos);
+    EXPECT_EQ(remark.get<std::string>().find("outside the device's workspace"), std::string::npos);
   }
 }
 

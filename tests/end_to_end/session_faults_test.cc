@@ -207,7 +207,7 @@ TEST_F(SessionFaults, AReadOnlyFolderIsToldBeforeTheSession) {
                         folder_ / "stdout", folder_ / "stderr");
   EXPECT_EQ(run.Wait(), 2);
   const std::string expected =
-      out() + ": cannot be created (Read-only file system); choose another with --out";
+      out() + ": cannot be created (Read-only file system); choose another folder with --out";
   EXPECT_NE(run.err().find(expected), std::string::npos) << run.err();
 }
 

@@ -56,7 +56,7 @@ TEST_F(ReportTest, ItsOwnPageNeverLeadsOutOfTheFolder) {
   ASSERT_EQ(mkfifo(page.c_str(), 0600), 0);  // would wait for a reader for ever
   const Outcome refused = Hpdm("report " + folder.string());
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("is no file"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("not a file"), std::string::npos) << refused.err;
 }
 
 TEST_F(ReportTest, ForcesAreThoseOfTheSessionsSummary) {

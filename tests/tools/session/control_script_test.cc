@@ -44,7 +44,7 @@ TEST(ControlScript, WhatIsNoExchangeIsNamedWithTheRemedy) {
   for (const char* text : {"left=hook", "left=hook@", "left=hook@x", "left=hook@-1", "@"}) {
     EXPECT_NE(ErrorOf(text).find("give NAME=OTHER@SECONDS"), std::string::npos) << text;
   }
-  EXPECT_NE(ErrorOf("right=hook@1").find("it has left=left, left=hook, right=right"),
+  EXPECT_NE(ErrorOf("right=hook@1").find("the scene has left=left, left=hook, right=right"),
             std::string::npos);
 }
 

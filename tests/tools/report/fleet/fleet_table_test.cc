@@ -27,7 +27,7 @@ TEST_F(FleetTest, LinesOfClusterJobsMakeTheSameTable) {
   const std::string collected = folder_ / "collected.sqlite";
   testing::internal::CaptureStderr();
   const FleetSummary summary = CollectLines({lines, others}, collected);
-  EXPECT_NE(testing::internal::GetCapturedStderr().find("lines:2: is no line"), std::string::npos);
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("lines:2: not a line"), std::string::npos);
   EXPECT_EQ(summary.failed, 3u);
   for (const std::string table : {"sessions", "hands", "contacts", "latencies"}) {
     std::vector<Json> expected = Rows(table_, "SELECT * FROM " + table + " ORDER BY 1, 2");
