@@ -49,4 +49,4 @@ if [ -n "${CI:-}" ]; then strict=ON; fi
 run "cmake" cmake --preset release -DHPDM_WERROR=$strict
 targets=()
 for target in "$@"; do targets+=(--target "$target"); done
-run "the build" cmake --build build "${targets[@]}" -- -k 0
+run "the build" cmake --build build "${targets[@]}"

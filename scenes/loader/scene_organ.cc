@@ -137,12 +137,6 @@ MaterialOptions ReadMaterial(const TableReader& table) {
   table.ReadNumber("poisson", {.min = 0, .max = 0.5, .below_max = true}, &material.poisson);
   table.ReadNumber("density", Interval::Positive(30000, "kg/m^3"), &material.density);
   table.ReadNumber("relaxation_time", Interval::NotNegative(1000, "s"), &material.relaxation_time);
-  // The tissue has it, but its force reaches the tick with the step's patch.
-  if (material.relaxation_time > 0) {
-    table.Fail(
-        "relaxation_time", "is not supported yet",
-        "remove the key or set it to 0: the viscous force would reach the hand 34 to 67 ms late");
-  }
   return material;
 }
 
@@ -270,6 +264,12 @@ OrganOptions ReadOrgan(const TableReader& table) {
     if (organ.model != OrganModelType::kHpdm && material->Has("relaxation_time")) {
       material->Fail("relaxation_time", "needs model = \"hpdm\"",
                      "remove it: the model has a damping of its own");
+    }
+    // The tissue has it, but its force reaches the tick with the step's patch.
+    if (organ.material.relaxation_time > 0) {
+      material->Fail(
+          "relaxation_time", "is not supported yet",
+          "remove the key or set it to 0: the viscous force would reach the hand 34 to 67 ms late");
     }
   }
   for (const TableReader& region : table.Tables("region", kRegionKeys)) {

@@ -80,13 +80,13 @@ TEST_F(Commands, CheckSaysHowInaccurateTheMetricEnergyIsAndNothingOfStrain) {
       notes += remark.get<std::string>().find("51 to 91 %") != std::string::npos;
     }
     EXPECT_EQ(notes, metric);
-    const Json& organ = facts["organs"][0];
-    EXPECT_EQ(organ.contains("local_functions"), !metric);
+    const Json& organ_facts = facts["organs"][0];
+    EXPECT_EQ(organ_facts.contains("local_functions"), !metric);
     for (const char* key : {"refinement_functions", "local_candidates"}) {
-      EXPECT_EQ(organ.contains(key), !metric) << key;
+      EXPECT_EQ(organ_facts.contains(key), !metric) << key;
     }
     for (const char* key : {"refinement_bytes", "local_bytes"}) {
-      EXPECT_EQ(organ["cost"].contains(key), !metric) << key;
+      EXPECT_EQ(organ_facts["cost"].contains(key), !metric) << key;
     }
   }
 }

@@ -90,7 +90,9 @@ class DriverWatchdog : public testing::Test {
   // Starts session and driver, and returns in the middle of a press.
   void StartAndPress() {
     std::ofstream(folder_ / "scene.toml") << "[[organ]]\nname = \"liver\"\nmesh = \""
-                                          << HPDM_SOURCE_DIR "/scenes/meshes/liver_274.obj\"\n"
+                                          << HPDM_SOURCE_DIR
+        "/scenes/meshes/liver_274.obj\"\n"
+        "energy.type = \"metric\"\n"
                                           << R"(
   [[organ.support]]
   box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }

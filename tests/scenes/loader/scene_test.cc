@@ -44,7 +44,7 @@ pose = { position = [1, 2, 3], rotation_deg = [90, 0, 90] }
 motion = { displacement = [0.001, 0.002, 0.003], frequency = 0.3 }
 lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01 }
 energy = { type = "strain", strain = "finite", law = "stvk", solver = "gauss_seidel", newton_iterations = 5, newton_budget = 0.01 }
-material = { young = 1000, poisson = 0.3, density = 900, relaxation_time = 0.2 }
+material = { young = 1000, poisson = 0.3, density = 900, relaxation_time = 0 }
 region = [ { sphere = { centre = [1, 2, 3], radius = 0.25 }, young = 1e5 },
            { box_fraction = { min = [0, 0, 0], max = [1, 1, 0.5] }, young = 10 } ]
 support = [ { box = { min = [0, 0, 0], max = [1, 2, 3] }, fixed = true },
@@ -195,7 +195,7 @@ TEST_F(EveryKey, OfMaterialRegionAndSupportReachesItsOption) {
   EXPECT_EQ(a.material.young, 1000);
   EXPECT_EQ(a.material.poisson, 0.3);
   EXPECT_EQ(a.material.density, 900);
-  EXPECT_EQ(a.material.relaxation_time, 0.2);
+  EXPECT_EQ(a.material.relaxation_time, 0);
   ASSERT_EQ(a.regions.size(), 2u);
   EXPECT_EQ(std::get<Sphere>(a.regions[0].region).radius, 0.25);
   EXPECT_EQ(a.regions[0].young, 1e5);

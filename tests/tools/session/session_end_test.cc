@@ -59,6 +59,7 @@ Scene PressingScene(const ScratchFolder& folder) {
   const std::string path = folder / "scene.toml";
   std::ofstream(path) << "[[organ]]\nname = \"liver\"\nmesh = \"" << HPDM_SOURCE_DIR
                       << "/scenes/meshes/liver_274.obj\"\n"
+                         "energy.type = \"metric\"\n"
                       << R"(
   [[organ.support]]
   box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
