@@ -58,6 +58,8 @@ if [ ! -e "$root/etc/debian_version" ]; then
     exit 1
   fi
   rm -f "$root.log"
+  # An installed Debian has this file; Chromium's driver needs it to find localhost.
+  printf '127.0.0.1 localhost\n::1 localhost\n' >"$root/etc/hosts"
 fi
 
 # The files keep their times, so that a second call builds only what changed.
