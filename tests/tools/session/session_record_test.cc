@@ -64,10 +64,10 @@ TEST_F(RecordedScene, ReadsACopyInsteadOfTheNameAndNothingOutside) {
   std::ofstream(elsewhere / "m.obj") << "abc";
   const std::string named = "[[organ]]\nname='liver'\nmesh='" + (elsewhere / "m.obj") + "'\n";
   EXPECT_TRUE(Contains(LoadError(named + Entry(elsewhere / "m.obj", kSumOfAbc)),
-                       "lies outside of the scene's folder"));
+                       "lies outside the folder of a recorded scene"));
   fs::create_symlink(elsewhere / "m.obj", folder_.path() / "link.obj");
   EXPECT_TRUE(Contains(LoadError(far + Entry("/far/away/liver.obj", kSumOfAbc, "link.obj")),
-                       "lies outside of the scene's folder"));
+                       "lies outside the folder of a recorded scene"));
 }
 
 TEST_F(RecordedScene, NamesNothingByAWayThroughAnotherFolder) {
@@ -75,8 +75,8 @@ TEST_F(RecordedScene, NamesNothingByAWayThroughAnotherFolder) {
   const std::string around = "../" + folder_.path().filename().string() + "/m.obj";
   for (const std::string& name : {around, (folder_.path() / "m.obj").string()}) {
     const std::string organ = "[[organ]]\nname='liver'\nmesh='" + name + "'\n";
-    EXPECT_TRUE(
-        Contains(LoadError(organ + Entry(name, kSumOfAbc)), "lies outside of the scene's folder"))
+    EXPECT_TRUE(Contains(LoadError(organ + Entry(name, kSumOfAbc)),
+                         "lies outside the folder of a recorded scene"))
         << name;
     EXPECT_TRUE(Load(organ + Entry(name, kSumOfAbc, "m.obj")).recorded);
   }
@@ -89,7 +89,7 @@ TEST_F(RecordedScene, TakesNoPlaceOfTheSessionsOwn) {
     const Scene scene = Load(kOrgan + Entry("m.obj", kSumOfAbc, own));
     const ScratchFolder kept;
     EXPECT_TRUE(Contains(ErrorOf([&] { SessionFolder(kept / "out", scene); }),
-                         "is what a session itself writes"))
+                         "is a file that a session itself writes"))
         << own;
   }
 }
@@ -131,7 +131,7 @@ class Record : public testing::Test {
 TEST_F(Record, KeepsTheTextAndEveryFileInsideItsFolder) {
   const SessionFolder kept(folder_ / "out", LoadScene(folder_ / "scenes/s.toml"));
   const std::string text = ReadFile(folder_ / "out/scene.toml");
-  EXPECT_TRUE(text.starts_with(scene_ + "\n\n# What the session read")) << text;
+  EXPECT_TRUE(text.starts_with(scene_ + "\n\n# The files that the session read")) << text;
   std::vector<std::string> copies;
   for (const KeptFile& file : kept.files()) {
     copies.push_back(file.copy);

@@ -101,9 +101,9 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
     EXPECT_EQ(browser.Text(card + " .name"), i == 0 ? "probe" : "grasper");
     EXPECT_NE(browser.Text(card + " .force-peak").find(Text("peak %.2f N", truth.peak_force[i])),
               std::string::npos);
-    EXPECT_NE(browser.Text(card + " .depth-peak")
-                  .find(Text("peak %.1f mm", 1000 * truth.peak_depth[i])),
-              std::string::npos);
+    EXPECT_NE(
+        browser.Text(card + " .depth-peak").find(Text("peak %.1f mm", 1000 * truth.peak_depth[i])),
+        std::string::npos);
   }
   // The chart's peak is the log's: to single precision, as rows are sent.
   const double charted =
@@ -313,7 +313,7 @@ TEST_F(DashboardTest, FindsItsServerAgain) {
   EXPECT_EQ(spy->child().Wait(5), 0) << "with a stream open";
   ASSERT_TRUE(WaitForState(&browser, "connection lost"));
   EXPECT_TRUE(browser.WaitFor(
-      "document.getElementById('notices').textContent.includes('what is shown is old')"));
+      "document.getElementById('notices').textContent.includes('the page shows old data')"));
   spy.emplace(TwoHandsLog(), port);
   ASSERT_FALSE(spy->address().empty()) << spy->errors();
   ASSERT_TRUE(browser.WaitFor("hpdm.session.connected && hpdm.session.rows.length > 0"));
