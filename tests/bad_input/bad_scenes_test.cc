@@ -354,8 +354,6 @@ void AddSessions(Scenes* s) {
   }
   s->Text("a lattice of strain energy too fine for any memory",
           SoundScene({.lattice = "cells=32", .energy = "type='strain'\n"}));
-  s->Text("local functions too many for any memory",
-          SoundScene({.lattice = "cells=10\nlocal_refinement=4"}));
   s->Text("a refinement of more than a million cells",
           SoundScene({.lattice = "cells=20\nlocal_refinement=6"}));
   s->Text("local functions too fine for any memory",
