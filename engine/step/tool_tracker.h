@@ -102,7 +102,7 @@ class ToolTracker {
   // it does not. Takes the contact there.
   std::optional<Vector3d> TouchOnJaws(const Isometry3d& X_WT, const std::vector<OrganModel>& models,
                                       std::vector<OrganState>* states);
-  // Where the jaws end and the shaft begins, tool frame.
+  // Returns the end of the jaws, where the shaft begins, in the tool frame, m.
   Vector3d JawsEnd() const { return Vector3d(0, 0, 4 * geometry().tip_radius); }
   bool AddTipRows(const ToolPose& tool, const std::vector<OrganModel>& models,
                   std::vector<OrganState>* states);

@@ -1,4 +1,4 @@
-// What an external driver displays when its session ends, on the real clock and a network of its
+// The force of an external driver when its session ends, on the real clock and a network of its
 // own: the program and tools/driver/example_driver.cc as a user starts them.
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ void HearForce(const lcm::ReceiveBuffer*, const std::string&, const force_t* for
   heard->forces.push_back(*force);
 }
 
-/// What the example driver's motor shows, N, from what its hand does. Its law of motion
+/// The effort of the example driver's motor, N, computed from its hand's motion. Its law of motion
 /// (Hand::Step) is m v' = pull(t, x, v) + effort with v' and x' over steps of 1 ms: two positions
 /// give a velocity, three an acceleration.
 struct Motor {

@@ -229,7 +229,7 @@ TEST_F(DeformationLoopTest, JawsHoldTissueThatTheirTipIsPast) {
     }
     EXPECT_EQ(patch.kind, ContactKind::kGrasp);
     EXPECT_GT(held.z(), p.z() + radius) << "behind the tip";
-    // What is held moves with the jaws, but for the 1e-6 that regularised contacts may lack.
+    // Held tissue moves with the jaws, up to the 1e-6 that regularised contacts may lack.
     EXPECT_LT((patch.contact_W - held - Vector3d(0.01, 0, 0)).norm(), 1e-5);
     EXPECT_GT(patch.force_on_tissue_W.x(), 0.1);
   }

@@ -3,8 +3,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "scenes/loader/instrument_types.h"
 #include "engine/base/text_list.h"
+#include "scenes/loader/instrument_types.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/session/session.h"

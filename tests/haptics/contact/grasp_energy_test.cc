@@ -1,5 +1,5 @@
-// What a grasp gives to the hand that makes it: a simulated hand on a simulated device, both
-// production loops in lockstep.
+// The energy that a grasp gives to the hand that makes it: a simulated hand on a simulated device,
+// both production loops in lockstep.
 
 #include <gtest/gtest.h>
 

@@ -82,7 +82,9 @@ TEST(ContactStiffness, RemarkNamesBothFiguresAndTheRemedyBeyondTheLimitOnly) {
   instrument.device.damping = 0.5;
   const auto contact = Find(organs[0], instrument);
   const std::string remark = StiffnessRemark("probe", "liver", *contact);
-  EXPECT_NE(remark.find("instrument \"probe\": organ \"liver\" has a stiffness of up to "), remark.npos) << remark;
+  EXPECT_NE(remark.find("instrument \"probe\": organ \"liver\" has a stiffness of up to "),
+            remark.npos)
+      << remark;
   EXPECT_NE(remark.find(std::to_string(std::lround(contact->stiffness)) + " N/m"), remark.npos);
   EXPECT_NE(remark.find(std::to_string(std::lround(contact->limit.stability)) + " N/m"),
             remark.npos);
