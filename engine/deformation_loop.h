@@ -3,11 +3,10 @@
 #include <functional>
 #include <vector>
 
-#include "engine/organ.h"
+#include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
-#include "engine/step/inversion_recovery.h"
 #include "engine/step/load_shedding.h"
-#include "engine/step/strain_blend_controller.h"
+#include "engine/step/organ_step.h"
 #include "engine/step/tool_tracker.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
@@ -53,34 +52,26 @@ class DeformationLoop {
 
   /// Record of the last step.
   const StepRecord& record() const { return record_; }
-  const OrganState& organ(int i) const { return states_[i]; }
+  const OrganState& organ(int i) const { return organs_[i].state(); }
 
  private:
   void ChooseQuality();
   const ToolState& SanitisedTools(const ToolState& given);
   void Collide(const ToolState& tools);
   void Refine(int tool_count);
-  void WakeTouched();
-  void RepositionControlPoints();
-  void Relax(double dt);
-  void RelocateVertices();
-  bool AtRest(std::size_t organ) const;
+  void Deform(double dt);
   void BuildContactPatch(const ToolState& tools);
   void ObserveLoad();
   void FillSample(const ToolState& tools);
   void Publish(const ToolState& tools);
   void FillScene(const ToolState& tools, SceneSnapshot* scene) const;
 
-  const std::vector<OrganModel>& models_;
   DeformationEdges edges_;
   std::function<Nanoseconds()> stopwatch_;
-  std::vector<OrganState> states_;
-  std::vector<InversionRecovery> inversion_recoveries_;   // one per organ
-  std::vector<ToolTracker> trackers_;                     // one per tool
-  std::vector<StrainBlendController> blend_controllers_;  // one per organ
+  std::vector<OrganStep> organs_;
+  std::vector<ToolTracker> trackers_;  // one per tool
   LoadShedding shedding_;
-  bool applies_recorded_ = false;  // the next step's quality is a recorded one
-  ToolState tools_;                // last step's tools, all finite
+  ToolState tools_;  // last step's tools, all finite
   StepRecord record_;
   StepSample sample_;
 };

@@ -110,9 +110,9 @@ struct OrganOptions {
 };
 
 inline constexpr int kDefaultLocalFunctions = 27;
-inline constexpr double kMaxFineCells = 1e6;  ///< Of local functions: 100 along each axis.
+inline constexpr double kMaxFineCells = 1e6;  ///< Limit of FineCells(): 100 along each axis.
 
-/// Cells of the finer splines that the organ's local functions are of.
+/// Returns the number of cells of the finer splines (LocalFunctionOptions).
 inline double FineCells(const OrganOptions& organ) {
   double fine_cells = 1;
   for (const int cells : organ.lattice.cells) fine_cells *= cells * organ.lattice.local.refinement;
@@ -126,7 +126,8 @@ inline bool TakesLocalFunctions(const OrganOptions& organ) {
          organ.energy.type == EnergyType::kStrain && organ.energy.solver == SolverType::kCholesky;
 }
 
-/// Local functions a contact: those given; if not given, 27 where the model takes them, else none.
+/// Returns the local functions per contact: the given number, else 27 if the model supports them,
+/// else 0.
 inline int LocalFunctionsOf(const OrganOptions& organ) {
   const bool taken = TakesLocalFunctions(organ) && FineCells(organ) <= kMaxFineCells;
   return organ.lattice.local.functions.value_or(taken ? kDefaultLocalFunctions : 0);

@@ -7,7 +7,7 @@
 #include "engine/base/types.h"
 #include "engine/organ_motion.h"
 
-/// Values that the threads exchange. Each type crosses exactly these edges:
+/// Values that the threads exchange. The types of this file cross exactly these edges:
 ///
 ///     device -> haptic loop --ToolState--> deformation loop --SceneSnapshot--> render loop
 ///                 |   ^------ContactPatch-----'     |     |                       |    ^
@@ -16,13 +16,14 @@
 ///                 '---HapticSample queue------> telemetry loop <-FrameRecord queue'    |
 ///                                                      '----------SessionHealth--------'
 ///
-///     window --SessionControl--> haptic loop
+///     main thread (window, exchanges of the command line) --SessionControl--> haptic loop
 ///     link of external drivers --DeviceSample--> haptic loop --HapticSample queue--> the same link
 ///
 /// A queue keeps every item (SpscQueue): one HapticSample a tick, one StepSample a step, one
 /// FrameRecord a picture. The other edges keep the latest value (TripleBuffer). Everything but
-/// SceneSnapshot has a fixed size, so writing one in place allocates nothing; a SceneSnapshot's
-/// arrays are sized before the threads start.
+/// SceneSnapshot has a fixed size, so writing one in place allocates nothing. The arrays of a
+/// SceneSnapshot are sized before the threads start. engine/README.md, section 8, also lists the
+/// edges of types from other headers: LoopEvent, HandTarget and ViewSettings.
 namespace hpdm {
 
 inline constexpr int kMaxInstruments = 2;
@@ -42,7 +43,7 @@ struct DeviceSample {
   std::uint64_t sequence = 0;  ///< Rises by one with every new reading of the device.
   Nanoseconds time_ns = 0;     ///< When the reading was taken.
   JointVector joints = JointVector::Zero();
-  bool valid = false;  ///< False: the device gave no usable answer and `joints` is the last pose.
+  bool valid = false;  ///< False without a usable answer; `joints` then is the last pose.
 };
 
 /// Pose of one instrument in the world.
@@ -181,8 +182,8 @@ enum StepFlag : std::uint32_t {
   kStepOk = 0,
   kStepBudgetSpent = 1u << 0,      ///< The relaxation stopped early: fewer cells, or "cholesky".
   kStepNotFinite = 1u << 1,        ///< A NaN was caught, tool or organ held back: report the scene.
-  kStepContactsDropped = 1u << 2,  ///< More than kMaxContacts contacts on one organ. The first
-                                   ///< tool's were kept, its jaws' before its shaft's.
+  kStepContactsDropped = 1u << 2,  ///< More than kMaxContacts contacts on one organ. Those of
+                                   ///< the first tool were kept, its jaws before its shaft.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
   kStepInverted = 1u << 4,    ///< Tissue is inverted: pull back, or use more and finer cells.
   kStepRecovering = 1u << 5,  ///< A finite-strain organ follows its tools only part of the way, to
@@ -198,9 +199,9 @@ struct ContactPatch {
   std::array<ToolPatch, kMaxInstruments> tools;
 };
 
-/// An indentation below the lattice's resolution (half_space.h): a vertex at the distance d from
-/// `p_rest_W` whose rest normal is less than 90 degrees from `normal_W` moves by
-/// IndentationProfile(d, radius, resolved_radius) amplitude_W.
+/// An indentation below the lattice's resolution (half_space.h). A vertex at the distance d from
+/// `p_rest_W` moves by IndentationProfile(d, radius, resolved_radius) amplitude_W, if its rest
+/// normal is less than 90 degrees from `normal_W`.
 struct IndentationSnapshot {
   Vector3d p_rest_W = Vector3d::Zero();  ///< m.
   Vector3d normal_W = Vector3d::UnitZ();
@@ -210,7 +211,7 @@ struct IndentationSnapshot {
 };
 
 /// One organ after a step. All fields but the offset are its shape, which is written only when it
-/// changes: a reader that has seen its version need not read it again.
+/// changes. A reader that has seen its version need not read it again.
 struct OrganSnapshot {
   /// Number of the step that last changed the shape; 0: the rest shape of SizedSnapshot().
   std::uint64_t version = 0;

@@ -9,9 +9,9 @@
 namespace hpdm {
 namespace {
 
-// The tip's velocity is the difference of two quantised positions, passed through a first-order
-// low-pass. At 30 Hz the noise of a 25 um encoder step at 1 kHz falls from 25 to 4 mm/s, and the
-// delay of 5 ms is short beside the 33 ms of a deformation step, which uses it to look ahead.
+// The tip's velocity is the difference of two quantised positions, filtered by a first-order
+// low-pass. At 30 Hz the noise of a 25 um encoder step at 1 kHz falls from 25 to 4 mm/s. The delay
+// of 5 ms is short beside the 33 ms of a deformation step, which uses the velocity to look ahead.
 constexpr double kVelocityCutoff = 30;  // Hz
 
 // 0 in lockstep.
@@ -126,7 +126,7 @@ void HapticLoop::ApplyControl() {
     Tool& tool = tools_[i];
     const int instrument_index = asked.instrument_index[i];
     const bool has = instrument_index >= 0 &&
-                     static_cast<std::size_t>(instrument_index) < tool.geometries.size();
+                     static_cast<std::size_t>(instrument_index) < tool.instrument.geometries.size();
     if (!has || instrument_index == tool.pose.instrument_index || !tool.contact.IsFree()) continue;
     tool.pose.instrument_index = instrument_index;
     tool.contact.ClearPatch();

@@ -23,12 +23,9 @@ namespace hpdm {
 struct HapticInstrument {
   Device* device = nullptr;  ///< Not owned; outlives the loop, which owns its use while it runs.
   ImpulseEngineKinematics kinematics;
-  double tip_radius = kDefaultToolRadius;  ///< m.
+  std::vector<ToolGeometry> geometries = {ToolGeometry()};  ///< [ToolPose::instrument_index]
   ForceGuardOptions guard = {};
-  double friction = 0;  ///< Coulomb coefficient of the tip on tissue.
   PassivityOptions passivity = {};
-  std::vector<ToolGeometry> exchanges = {};  ///< Further instruments of this hand:
-                                             ///< ToolPose::instrument_index 1 and up.
 };
 
 /// The 1 kHz loop between hand and tissue; Tick lists its stages.
@@ -47,12 +44,13 @@ struct HapticInstrument {
 ///
 /// End: after the last tick each force falls linearly to zero, so that no device keeps it. These
 /// ramp-out ticks read the devices and write efforts. Only the link gets their samples, not
-/// telemetry or the deformation loop: a log ends with the last tick, and a replay needs no ramp-out.
+/// telemetry or the deformation loop: a log ends with the last tick, and a replay needs no
+/// ramp-out.
 ///
 /// Built on the main thread. Tick, RampOut and RunRealClock belong to one thread, the haptic thread
 /// (or the only one, in lockstep). A tick is wait-free: no allocation, lock, log or exception, and
-/// only the clock's and the device's system calls. A full sample queue loses the sample and counts it
-/// (SpscQueue::Overflows).
+/// only the clock's and the device's system calls. A full sample queue loses the sample and counts
+/// it (SpscQueue::Overflows).
 class HapticLoop {
  public:
   /// The loop's channels (snapshots.h).
@@ -98,19 +96,12 @@ class HapticLoop {
   // One instrument's state in the stages of a tick.
   struct Tool {
     Tool(const HapticInstrument& given, double period)
-        : instrument(given),
-          geometries{{.tip_radius = given.tip_radius, .friction = given.friction}},
-          contact(period),
-          passivity(given.passivity),
-          guard(given.guard) {
-      geometries.insert(geometries.end(), given.exchanges.begin(), given.exchanges.end());
-    }
+        : instrument(given), contact(period), passivity(given.passivity), guard(given.guard) {}
     const ToolGeometry& Geometry() const {
-      return geometries[static_cast<std::size_t>(pose.instrument_index)];
+      return instrument.geometries[static_cast<std::size_t>(pose.instrument_index)];
     }
 
     HapticInstrument instrument;
-    std::vector<ToolGeometry> geometries;  // [ToolPose::instrument_index]
     HapticContact contact;
     PassivityControl passivity;
     ForceGuard guard;

@@ -21,6 +21,7 @@ namespace {
 // A triple buffer cannot wake its reader. Polling twice a millisecond adds a quarter of a
 // millisecond to a picture's age and costs about 1 % of a core.
 constexpr std::chrono::microseconds kPollPeriod(500);
+constexpr Nanoseconds kNoticeTime = 3 * kNanosecondsPerSecond;
 
 double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
   HPDM_CHECK(organ.vertices.rows() == rest.rows());
@@ -33,6 +34,20 @@ double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
 }
 
 }  // namespace
+
+double PressDepth(const SceneSnapshot& snapshot, const std::vector<PointsF>& rest) {
+  double deepest = 0;
+  for (int t = 0; t < snapshot.tool_count; ++t) {
+    const SolvedContact& contact = snapshot.contacts[t];
+    if (contact.kind != ContactKind::kPress || contact.organ < 0) continue;
+    const auto organ = static_cast<std::size_t>(contact.organ);
+    const double depth = contact.reaction == ReactionType::kLattice
+                             ? contact.normal_W.dot(contact.p_original_W - contact.contact_W)
+                             : LargestDisplacement(snapshot.organs[organ], rest[organ]);
+    deepest = std::max(deepest, depth);
+  }
+  return deepest;
+}
 
 struct RenderLoop::Drawing {
   explicit Drawing(const RenderLoop& loop)
@@ -76,7 +91,6 @@ RenderLoop::RenderLoop(std::vector<OrganVisual> organs, std::vector<InstrumentVi
     sink_.emplace(options_.frame_folder, options_.frame_fps);
   }
   for (const OrganVisual& organ : organs_) rest_.push_back(organ.rest->vertices.cast<float>());
-  displacements_.resize(rest_.size());
 }
 
 RenderLoop::~RenderLoop() { EndOnThisThread(); }
@@ -166,8 +180,7 @@ void RenderLoop::TakeSettings() {
   }
 }
 
-// Throws MachineError if the text cannot be drawn in a new size.
-void RenderLoop::DrawText(const SceneSnapshot& snapshot) {
+StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
   static const SessionHealth kUnknown;
   if (edges_.health != nullptr) edges_.health->Update();
   const SessionHealth& health = edges_.health != nullptr ? edges_.health->Front() : kUnknown;
@@ -176,12 +189,15 @@ void RenderLoop::DrawText(const SceneSnapshot& snapshot) {
     if (organ.reference != nullptr) error_scale = std::max(error_scale, organ.error_scale);
   }
   ViewSettings shown = settings_;
-  shown.recording &= !options_.frame_folder.empty();
-  const StatusText text =
-      MakeStatusText({shown, health, snapshot, frame_rate_.hz(), error_scale}, options_.names);
-  drawing_->text.Draw(text, scope_.width(), scope_.height());
+  // Without a window nobody needs to know, and the words would stay in the film.
+  shown.recording &= !options_.frame_folder.empty() && edges_.settings != nullptr;
+  if (snapshot.step.time_ns > notice_end_ns_) screenshot_notice_.clear();
+  return MakeStatusText({shown, health, snapshot, frame_rate_.hz(), error_scale, options_.limits,
+                         scope_.X_WC(), screenshot_notice_},
+                        options_.names);
 }
 
+// Throws MachineError if the text cannot be drawn in a new size.
 void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
@@ -189,10 +205,14 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
     drawing_->view.Draw(snapshot, scope_, settings_.overlays);
     drawing_->target.Resolve(scope_);
     drawing_->view.DrawScales(settings_.overlays);
-    DrawText(snapshot);
-    // Before the read-back, because the user waits for the picture and files do not.
+    // Without the text overlay the notices are for the screen alone, so that recorded pictures stay
+    // clean. Else the read-back comes last, because the user waits for the picture and files do
+    // not.
+    const bool clean = (settings_.overlays & kOverlayText) == 0;
+    if (clean) drawing_->target.Read(&image_);
+    drawing_->text.Draw(TextOf(snapshot), scope_.width(), scope_.height());
     drawing_->context->Present(drawing_->target, settings_.window_width, settings_.window_height);
-    drawing_->target.Read(&image_);
+    if (!clean) drawing_->target.Read(&image_);
     reason = drawing_->context->Failure();
   }
   if (!reason.empty()) {
@@ -206,16 +226,9 @@ void RenderLoop::CountDropped(std::uint64_t number) {
 }
 
 void RenderLoop::KeepDeepest(const SceneSnapshot& snapshot) {
-  double displacement = 0;
-  for (std::size_t o = 0; o < rest_.size(); ++o) {
-    const OrganSnapshot& organ = snapshot.organs[o];
-    auto& [version, largest] = displacements_[o];
-    if (version != organ.version) largest = LargestDisplacement(organ, rest_[o]);
-    version = organ.version;
-    displacement = std::max(displacement, largest);
-  }
-  if (displacement <= deepest_displacement_) return;
-  deepest_displacement_ = displacement;
+  const double depth = PressDepth(snapshot, rest_);
+  if (depth <= deepest_press_) return;
+  deepest_press_ = depth;
   deepest_image_ = image_;
 }
 
@@ -231,7 +244,7 @@ void RenderLoop::KeepFiles(Nanoseconds time_ns) {
   } else if (sink_) {
     sink_->Break();
   }
-  if (settings_.screenshots > screenshots_asked_) WriteScreenshot();
+  if (settings_.screenshots > screenshots_asked_) WriteScreenshot(time_ns);
   screenshots_asked_ = settings_.screenshots;
 }
 
@@ -242,9 +255,11 @@ void RenderLoop::StopRecording(const std::string& why) {
 }
 
 // Writes one file for any number of key presses since the last picture.
-void RenderLoop::WriteScreenshot() {
+void RenderLoop::WriteScreenshot(Nanoseconds time_ns) {
+  notice_end_ns_ = time_ns + kNoticeTime;
   std::error_code error;
-  // Its parent is not created: if the session's folder was renamed, the old name stays free.
+  // Creates this folder only if its parent exists. A session folder that was renamed must not
+  // appear again under its old name.
   std::filesystem::create_directory(options_.screenshot_folder, error);
   char name[40];
   std::snprintf(name, sizeof name, "screenshot_%04llu.png",
@@ -252,13 +267,16 @@ void RenderLoop::WriteScreenshot() {
   std::vector<std::uint8_t> bytes;
   EncodePng(image_, &bytes);
   std::string failure;
-  // The file gets its name only when it is complete.
+  // Renames the file once it is complete, so a partial picture never has the final name.
   const std::filesystem::path part = options_.screenshot_folder / "screenshot.part";
   if (WriteBytes(part, bytes, &failure)) {
     std::filesystem::rename(part, options_.screenshot_folder / name, error);
     ++screenshots_written_;
+    screenshot_notice_ = std::string("saved ") + name;
     Report(EventSeverity::kInfo, "render.screenshot", name);
-  } else if (file_failure_.empty()) {
+  } else {
+    screenshot_notice_ = "screenshot not saved";
+    if (!file_failure_.empty()) return;
     file_failure_ = failure;
     Report(EventSeverity::kWarning, "render.not_written", failure);
   }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/handling_limits.h"
 #include "engine/snapshots.h"
 #include "engine/threads/loop_event.h"
 #include "engine/threads/spsc_queue.h"
@@ -34,6 +35,7 @@ struct RenderOptions {
   double frame_fps = 30;                    ///< Rate of the PNG frames, in session time.
   std::filesystem::path screenshot_folder;  ///< A window's screenshots; made with the first one.
   StatusNames names;                        ///< Names in the status text.
+  HandlingLimits limits;                    ///< The status text has an alarm above them.
   std::uint32_t overlays = kOverlayNone;    ///< Or-ed; a window's ViewSettings replace them.
   const Image* background = nullptr;  ///< Picture on the cavity's wall (cavity_renderer.h). Must
                                       ///< outlive the loop. Null: a bare wall.
@@ -46,12 +48,19 @@ struct RenderStatistics {
   std::string renderer;       ///< The OpenGL renderer; empty before the start.
 };
 
+/// Returns the depth of the deepest press in a snapshot, m; 0 if no tip presses.
+///   kLattice  the contact point below the organ's released surface, along its normal;
+///   kPaper    the largest displacement of the pressed organ's vertices, since the step does not
+///             know the released surface.
+/// `rest`: per organ, V x 3, m.
+double PressDepth(const SceneSnapshot& snapshot, const std::vector<PointsF>& rest);
+
 /// Measures frames per second over the last second. One thread.
 class FrameRate {
  public:
   /// Counts a frame at session time `now`.
   void Add(Nanoseconds now);
-  /// Frames per second; 0 during the first second, and while time stands still.
+  // Frames per second; 0 during the first second and while time is stopped.
   double hz() const { return hz_; }
 
  private:
@@ -83,7 +92,8 @@ class RenderLoop {
     SpscQueue<FrameRecord>* frames = nullptr;        ///< Real clock: the times of every frame.
     TripleBuffer<ViewSettings>* settings = nullptr;  ///< A window's settings.
     TripleBuffer<SessionHealth>* health = nullptr;   ///< Figures of the status text.
-    SpscQueue<LoopEvent>* events = nullptr;          ///< For the log: screenshots, the loop's end.
+    SpscQueue<LoopEvent>* events = nullptr;          ///< Receives events for the log: screenshots,
+                                                     ///< the loop's end.
   };
 
   /// Set-up, any thread; makes no OpenGL call. The visuals' meshes and the edges must outlive the
@@ -119,10 +129,10 @@ class RenderLoop {
 
   /// The last picture; empty before the first.
   const Image& image() const { return image_; }
-  /// The picture with the largest displacement of an organ's vertex from rest so far; empty before
-  /// the first frame.
+  /// The picture of the deepest press of a tip so far (PressDepth); empty before the first press.
+  /// Grasps and lifts do not count.
   const Image& deepest_image() const { return deepest_image_; }
-  double deepest_displacement() const { return deepest_displacement_; }  ///< m.
+  double deepest_press() const { return deepest_press_; }  ///< m; 0 before the first press.
 
   const RenderStatistics& statistics() const { return statistics_; }
   std::uint64_t frames_written() const { return sink_ ? sink_->written() : 0; }
@@ -138,12 +148,12 @@ class RenderLoop {
   struct Drawing;  // the objects on the graphics card
 
   void TakeSettings();
-  void DrawText(const SceneSnapshot& snapshot);
+  StatusText TextOf(const SceneSnapshot& snapshot);
   void DrawNewest(const SceneSnapshot& snapshot);
   void KeepDeepest(const SceneSnapshot& snapshot);
   void KeepFiles(Nanoseconds time_ns);
   void StopRecording(const std::string& why);
-  void WriteScreenshot();
+  void WriteScreenshot(Nanoseconds time_ns);
   void Report(EventSeverity severity, const char* name, const std::string& text);
   void CountDropped(std::uint64_t number);
 
@@ -156,17 +166,17 @@ class RenderLoop {
   RenderContextFactory make_context_;
   ViewSettings settings_;
   std::vector<PointsF> rest_;  // per organ, V x 3
-  // For each organ, OrganSnapshot::version and its largest displacement, m.
-  std::vector<std::pair<std::optional<std::uint64_t>, double>> displacements_;
   std::unique_ptr<Drawing> drawing_;
   FrameRate frame_rate_;
   std::optional<FrameSink> sink_;
   Image image_;
   Image deepest_image_;
-  double deepest_displacement_ = -1;
+  double deepest_press_ = 0;
   std::uint64_t last_number_ = 0;
   std::uint64_t screenshots_asked_ = 0;  // requests handled, with success or not
   std::uint64_t screenshots_written_ = 0;
+  std::string screenshot_notice_;
+  Nanoseconds notice_end_ns_ = 0;  // in the steps' time
   RenderStatistics statistics_;
   std::string failure_;
   std::string file_failure_;  // the first

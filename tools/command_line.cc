@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/nearest_word.h"
+#include "engine/base/quoted_token.h"
 #include "tools/shared/number_text.h"
 
 namespace hpdm {
@@ -28,6 +30,74 @@ CLI::Validator NumberFrom(double min, double max) {
             return fits ? std::string() : given + " is out of range; give " + range;
           },
           "in " + range};
+}
+
+/// The command that the words name, its subcommands and their subcommands, outermost first.
+std::vector<const CLI::App*> NamedCommands(const CLI::App& app) {
+  std::vector<const CLI::App*> named = {&app};
+  while (!named.back()->get_subcommands().empty()) {
+    named.push_back(named.back()->get_subcommands().front());
+  }
+  return named;
+}
+
+/// Returns the fault of a word that is none of `known`, with the one that it may misspell.
+std::string Unknown(const std::string& kind, const std::string& word,
+                    const std::vector<std::string>& known) {
+  const std::vector<std::string_view> words(known.begin(), known.end());
+  const std::string nearest(NearestWord(word, words));
+  const std::string fault = "unknown " + kind + " " + Quoted(word);
+  return nearest.empty() ? fault : fault + "; did you mean " + nearest + "?";
+}
+
+std::string UnknownOption(const std::string& word, const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return Unknown("option", word.substr(0, word.find('=')), names);
+}
+
+std::string UnknownCommand(const std::string& word, const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::App* known : command.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(known->get_name());
+  }
+  return Unknown("command", word, names);
+}
+
+/// Returns the fault of the first word that no command takes, or "". Where a command is missing, the
+/// words behind a misspelled one were meant for it; elsewhere an option comes before other words.
+std::string UnknownWord(const std::vector<const CLI::App*>& commands) {
+  std::string other;
+  for (const CLI::App* command : commands) {
+    const bool needs_command = command->get_require_subcommand_min() > 0;
+    for (const std::string& word : command->remaining()) {
+      if (word == "--") continue;
+      if (word.starts_with('-')) return UnknownOption(word, *command);
+      if (needs_command) return UnknownCommand(word, *command);
+      if (other.empty()) other = "unexpected argument " + Quoted(word);
+    }
+  }
+  return other;
+}
+
+/// Returns one line for a command line that CLI11 refuses, with the help of the command in it.
+std::string Fault(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<const CLI::App*> commands = NamedCommands(app);
+  std::string help;
+  for (const CLI::App* command : commands) help += command->get_name() + " ";
+  help = "; see " + help + "--help";
+  // CLI11 reports a missing word first, which a misspelled one may have been meant to be.
+  const bool incomplete = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  if (incomplete || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    const std::string unknown = UnknownWord(commands);
+    if (unknown.ends_with('?')) return unknown;
+    if (!unknown.empty()) return unknown + help;
+  }
+  const CLI::App& last = *commands.back();
+  if (incomplete && last.get_require_subcommand_min() > 0) return "a command is missing" + help;
+  return error.what() + help;
 }
 
 }  // namespace
@@ -130,7 +200,7 @@ int RunCommandLine(const std::string& program, const std::string& about, const s
   } catch (const CheckFailed& failed) {
     return failed.exit_code;
   } catch (const CLI::ParseError& error) {
-    throw InputError(std::string(error.what()) + "; see " + program + " --help");
+    throw InputError(Fault(app, error));
   }
   return 0;
 }

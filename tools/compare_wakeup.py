@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Compares how late a session's haptic thread wakes with cyclictest, or with itself undisturbed.
+"""Compares the wake-up latency of a session's haptic thread with cyclictest, or with itself undisturbed.
 
     tools/compare_wakeup.py [--against cyclictest|no-pictures|spy|stopped-spy|no-live]
                             [--pairs 10] [--seconds 30] [--json FILE] [SCENE]
 
-Runs pairs of a whole session (deformation and rendering on) and of something else, the order changing
-from pair to pair:
+Runs pairs: a whole session (deformation and rendering on) and a counterpart, in alternating order:
 
     cyclictest    session | cyclictest -p 80 -i 1000
     no-pictures   session | the same without rendering
@@ -13,18 +12,18 @@ from pair to pair:
     stopped-spy   session --live with a spy that was stopped (SIGSTOP) | the same without a spy
     no-live       session --live with `hpdm spy` reading every message | the same without --live
 
-pools each side's wake-ups, and reports the ratio of the p99 with a 95 % interval: a bootstrap that draws whole pairs, since what
-disturbs a machine comes in bursts. Needs the rights for real-time scheduling (root), the demo's
-build, and for cyclictest: apt-get install rt-tests.
+Pools each side's wake-ups and reports the ratio of the p99 with a 95 % interval. The interval is a
+bootstrap over whole pairs, since disturbances of a machine come in bursts. Needs the rights for real-time
+scheduling (root), the demo's build, and for cyclictest: apt-get install rt-tests.
 
-The last three run in a private network namespace, which the script makes itself (root), so that nothing
-reaches a real network. A spy counts what it receives; the exit status is 1 unless that is every
-message that the session sent.
+The last three run in a private network namespace, which the script creates (root), so that nothing
+reaches a real network. A spy counts the messages it receives; the exit status is 1 unless it received
+every message that the session sent.
 
-Session and cyclictest lock their memory, sleep on CLOCK_MONOTONIC until an absolute time and measure how much
-later they run. cyclictest's histogram has bins of 1 us, so a session's values are cut to whole
-microseconds as its are; within a bin percentiles are interpolated. Before each session an empty
-loop of its own measures for a second (`baseline`): the same as cyclictest without its program.
+Session and cyclictest lock their memory, sleep on CLOCK_MONOTONIC until an absolute time and measure how
+much later they run. cyclictest's histogram has bins of 1 us, so a session's values are cut to whole
+microseconds too; percentiles are interpolated within a bin. Before each session an empty loop of the
+program measures for a second (`baseline`), as cyclictest does.
 """
 
 import argparse
@@ -51,12 +50,12 @@ OTHERS = {
     "no-live": "no-live",
 }
 NAMESPACE = "HPDM_WAKEUP_NAMESPACE"  # set inside the private network
-LARGEST_US = 20000  # of cyclictest's histogram; later wake-ups are counted as this late
+LARGEST_US = 20000  # end of cyclictest's histogram; later wake-ups count as this late
 DRAWS = 4000
 
 
 def run_session(program, scene, seconds, folder, extra=()):
-    """Wake-ups of the session and of its baseline, each {us: count}, and its summary."""
+    """Returns the wake-ups of the session and of its baseline, each {us: count}, and its summary."""
     out = Path(folder) / "session"
     command = [program, "run", scene, "--seconds", str(seconds), "--fps", "0", "--json", *extra]
     done = subprocess.run(command + ["--require-rt", "--out", out], capture_output=True, text=True)
@@ -76,7 +75,7 @@ def run_session(program, scene, seconds, folder, extra=()):
 
 
 class Spy:
-    """`hpdm spy` over all messages from now on; stopped at once where asked for."""
+    """An `hpdm spy` that reads all messages; if `stopped`, it is suspended at once."""
 
     def __init__(self, program, stopped):
         self.stopped = stopped
@@ -87,7 +86,7 @@ class Spy:
             self.process.send_signal(signal.SIGSTOP)
 
     def counts(self, session):
-        """Ends it: what it received of what the session sent; None of a stopped one."""
+        """Ends the spy. Returns the sent and received messages, or None if it was stopped."""
         if self.stopped:
             self.process.kill()
             self.process.communicate()
@@ -103,7 +102,7 @@ class Spy:
 
 
 def enter_private_network():
-    """Runs the script anew inside one; returns there."""
+    """Runs the script again inside a private network namespace, and returns only there."""
     if NAMESPACE in os.environ:
         return
     if os.geteuid() != 0 or shutil.which("unshare") is None or shutil.which("ip") is None:
@@ -141,7 +140,7 @@ def pool(parts):
 
 
 def percentile(bins, share):
-    """us; the values of a bin are spread over its microsecond."""
+    """Returns the percentile in us; the values of a bin are spread over its microsecond."""
     wanted = share * sum(bins.values())
     seen = 0
     for us, count in sorted(bins.items()):
@@ -176,7 +175,7 @@ def main():
     parser.add_argument("--against", choices=list(OTHERS), default="cyclictest")
     parser.add_argument("--pairs", type=int, default=10)
     parser.add_argument("--seconds", type=int, default=30, help="length of each run")
-    parser.add_argument("--json", metavar="FILE", help="write all figures to FILE")
+    parser.add_argument("--json", metavar="FILE", help="write all results to FILE")
     parser.add_argument("--hpdm", default=str(ROOT / "build" / "tools" / "hpdm"))
     options = parser.parse_args()
     if options.pairs < 1 or options.seconds < 1:

@@ -1,18 +1,17 @@
 #!/usr/bin/env bash
-# Runs a command on a copy of the checkout in a fresh Debian 12, where nothing is installed but git,
-# ca-certificates and what the command itself installs (tools/setup.sh installs tools/packages.txt).
-# Proves that the set-up is complete. Needs root, mmdebstrap, a Debian mirror and about 6 GB of disk.
+# Runs a command on a copy of the checkout in a fresh Debian 12 with only git and ca-certificates. The
+# command installs the rest (tools/setup.sh installs tools/packages.txt). Proves that the set-up is complete. Needs root, mmdebstrap, a Debian mirror and about 6 GB of disk.
 #
 # Usage: tools/fresh.sh [--root DIR] COMMAND [ARGUMENT...]
-#   --root DIR   keep the root in DIR and use it again: the next call copies the checkout's changes
-#                into it and finds what was installed and built before (default: a temporary root)
+#   --root DIR   keep the root in DIR (default: a temporary root). The next call copies the checkout's
+#                changes into it and reuses its packages and builds
 #
 #   tools/fresh.sh tools/demo.sh
 #   tools/fresh.sh tools/test.sh
 #
 # The copy has every tracked file and every untracked one that git does not ignore; ../shared is copied
 # too where it exists. Packages are downloaded once, into ${XDG_CACHE_HOME:-~/.cache}/hpdm/packages.
-# Exits with the command's status; 2 on wrong usage, 3 where root or mmdebstrap is missing.
+# Exits with the command's status; 2 on wrong usage, 3 if root or mmdebstrap is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -44,9 +43,9 @@ mkdir -p "$root"
 root=$(realpath "$root")
 
 if [ ! -e "$root/etc/debian_version" ]; then
-  echo "fresh: making a root in $root"
+  echo "fresh: creating a root in $root"
   archives=var/cache/apt/archives
-  # dpkg does not wait for the disk: a root that a crash leaves half made is made again anyway.
+  # dpkg does not wait for the disk: a root left incomplete by a crash is created again anyway.
   if ! mmdebstrap --quiet --variant=minbase --include=git,ca-certificates \
     --setup-hook="mkdir -p \"\$1/$archives\"" \
     --setup-hook="find '$packages' -name '*.deb' -exec cp -t \"\$1/$archives\" {} +" \
@@ -62,7 +61,7 @@ if [ ! -e "$root/etc/debian_version" ]; then
   printf '127.0.0.1 localhost\n::1 localhost\n' >"$root/etc/hosts"
 fi
 
-# The files keep their times, so that a second call builds only what changed.
+# Files keep their times, so that a second call builds only the changes.
 checkout=$root/hpdm/checkout
 mkdir -p "$checkout"
 find "$checkout" -mindepth 1 -maxdepth 1 ! -name 'build*' ! -name out -exec rm -rf {} +
@@ -74,7 +73,7 @@ if [ -d ../shared ]; then
   cp --recursive --dereference --preserve=timestamps ../shared "$root/hpdm/shared"
 fi
 
-# The mounts live in a mount namespace of their own and go with the command; so do its processes. The
+# The mounts are in a mount namespace of their own, which ends with the command and its processes. The
 # root is bound onto itself because unshare --mount, which tests use, needs a mount point as its root.
 kept=()
 for name in CI TERM http_proxy https_proxy no_proxy; do

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds the fuzz targets (tests/fuzz; clang) and runs each for SECONDS, two at a time. Begins with the
-# seeds, what was found before, and what earlier runs kept in build-fuzz/corpus.
+# Builds the fuzz targets (tests/fuzz; clang) and runs each for SECONDS, two at a time. Starts
+# from the seeds, earlier findings, and the inputs that earlier runs kept in build-fuzz/corpus.
 # Usage: tools/fuzz.sh [SECONDS [TARGET...]]      (20 seconds; no target: all)
-# Exit 1 when an input breaks a reader: it is named, and shown in base64. Once mended, it belongs into
+# Exit 1 if an input breaks a reader; its name and base64 bytes are printed. After the fix, add it to
 # tests/fuzz/findings/TARGET, where fuzz_test replays it in every build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -11,7 +11,7 @@ shift || true
 cmake --preset fuzz >/dev/null
 cmake --build build-fuzz | tail -n 1
 
-# The targets' files, which a crash leaves behind; in memory, which is a hundred times as fast.
+# Temporary files of the targets, which a crash leaves behind. In memory they are 100 times as fast.
 scratch=$(mktemp --directory --tmpdir=/dev/shm 2>/dev/null || mktemp --directory)
 trap 'rm -rf "$scratch"' EXIT
 export seconds TMPDIR=$scratch ASAN_OPTIONS=quarantine_size_mb=32
@@ -24,7 +24,7 @@ fuzz() {
   if [ -f "$dictionary" ]; then options+=(-dict="$dictionary"); fi
   rm -rf "$broken"
   mkdir -p "$kept" "$broken"
-  # No reader needs more than 64 MB at once, or seconds, for 4 kB, whatever they claim.
+  # No reader may need more than 64 MB at once, or more than seconds, for 4 kB of input.
   "build-fuzz/tests/fuzz/fuzz_$target" -max_total_time="$seconds" -max_len=4096 -timeout=20 \
     -malloc_limit_mb=64 -rss_limit_mb=1024 -artifact_prefix="$broken/" -print_final_stats=1 \
     "${options[@]}" "${folders[@]}" >"$log" 2>&1 || rc=$?

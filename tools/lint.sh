@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Reads the sources for faults: cppcheck, without the false alarms that tools/cppcheck.txt names, and
-# clang-tidy with the checks that .clang-tidy agrees on. Exit 1 where one is found.
-# Usage: tools/lint.sh [--quick | FILE_OR_FOLDER...]      (nothing: everything, about an hour)
-#   --quick   cppcheck over everything, clang-tidy where foreign bytes are read
+# Checks the sources with cppcheck, without the false alarms in tools/cppcheck.txt, and with clang-tidy,
+# with the checks in .clang-tidy. Exit 1 if either reports a fault.
+# Usage: tools/lint.sh [--quick | FILE_OR_FOLDER...]      (no argument: everything, about an hour)
+#   --quick   cppcheck over everything, clang-tidy only over the parsers of untrusted input
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 folders=(engine haptics lcmtypes render scenes tests tools)
-# What takes files, messages and requests apart, and where paths are judged.
+# Sources that parse files, messages and requests, or check paths.
 foreign=(
   engine/mesh/files/mesh_file.cc engine/mesh/files/mesh_file_obj.cc
   engine/mesh/files/mesh_file_ply.cc engine/mesh/files/mesh_file_stl.cc
@@ -42,7 +42,7 @@ cppcheck -j2 --quiet --language=c++ --std=c++20 --library=googletest \
   --enable=warning,performance,portability --suppressions-list=tools/cppcheck.txt \
   --template='{file}:{line}: {message} [{id}]' --error-exitcode=1 -I. "${to_check[@]}" || failed=1
 
-# The compile database's own files; of a folder, those below it.
+# Selects files of the compile database: those named, and those below a named folder.
 mapfile -t sources < <(
   python3 - "${to_tidy[@]}" <<'PYTHON'
 import json, os, sys

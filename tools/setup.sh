@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what tools/packages.txt lists and is missing, then configures and builds.
+# Installs the missing packages of tools/packages.txt, then configures and builds.
 # Usage: tools/setup.sh [--install-only | TARGET...]      (no target: everything)
 # Idempotent and quiet; the full output is in build/setup.log.
 set -euo pipefail

@@ -1,31 +1,31 @@
 #!/usr/bin/env python3
-"""Runs long sessions of hands that move at random and checks that nothing wears out.
+"""Runs long sessions with random hand motion and checks that they stay correct and bounded.
 
     tools/soak.py [--seconds 600] [--hogs N] [SCENE]             the real clock
     tools/soak.py --clock lockstep [--seconds 3600] [SCENE]      virtual time, as fast as it goes
 
-Every instrument of the scene gets the hand script "random" (its seed: --seed, and one more a hand);
---strain finite takes that strain for the organs, which have no local functions then.
+Every instrument of the scene gets the hand script "random". The first seed is --seed; each further hand
+adds one. --strain finite gives the organs finite strain, without local functions.
 
 On the real clock the session draws pictures and publishes with --live in a private network
-namespace, which the script makes itself (root). --hogs starts as many processes of stress-ng (apt-get
-install stress-ng) beside it, each of which takes a whole core. Ten minutes of two hands take about
-450 MB in --out or the folder for temporary files, an hour in lockstep 2.7 GB; the folder goes in the
-end unless --out names it.
+namespace, which the script creates (root). --hogs starts that many processes of stress-ng (apt-get
+install stress-ng) beside it, each of which occupies a whole core. Ten minutes of two hands need about
+450 MB in --out or the folder for temporary files, an hour in lockstep 2.7 GB. The folder is removed at
+the end unless --out names it.
 
-In lockstep a second session follows, as long: the first stretch of the random motion, a minute
-(--stretch) with rest and the tools away at its ends, again and again as a trace. Forces late in it
-must be those of its beginning, bit for bit.
+In lockstep a second session of the same length follows. It repeats the first part of the random motion
+as a trace: one minute (--stretch), with the tools away and at rest at both ends. Late forces must equal
+the first ones bit for bit.
 
-One line for each thing that must hold; exit status 1 where one does not:
+Prints one line for each check; exit status 1 if one fails:
 
     complete   no message of a channel is missing, damaged, out of order or unreadable, and every tick
-               that ran is in the log with what went in and what came out
-    memory     once a quarter of a session is over, its resident memory grows by less than 1 MiB: over
-               an hour less than 0.4 bytes a tick. Medians of the first and the last fifth of what
-               remains; what Mesa's renderer comes to need in a busier picture are steps of 64 kB
+               that ran is in the log with its input and output
+    memory     after a quarter of a session, its resident memory grows by less than 1 MiB: over an hour
+               less than 0.4 bytes a tick. Compares the medians of the first and the last fifth of the
+               rest. Mesa's renderer grows in steps of 64 kB when the picture becomes busier
     finite, ticks, steps, force, slew, stored, work, rest, repeats
-               as `hpdm log check` has them (lcmtypes/analysis/session_invariants.h)
+               defined by `hpdm log check` (lcmtypes/analysis/session_invariants.h)
 """
 
 import argparse
@@ -47,14 +47,14 @@ from compare_wakeup import ROOT, enter_private_network
 MEMORY_BOUND = 1024  # KiB
 WARM_UP = 0.25  # of a session
 SAMPLE_PERIOD = 0.05  # s
-FEWEST = 20  # samples that tell a growth
-BYTES_A_SECOND = 1.1e6  # of a log of two hands and three organs
-REST = 0.5, 2.5  # s, before and after the stretch's motion; between them and it a second's way
+FEWEST = 20  # samples needed to measure growth
+BYTES_A_SECOND = 1.1e6  # log of two hands and three organs
+REST = 0.5, 2.5  # s, before and after the repeated motion; a second of travel separates them
 TRACE_STEP = 10  # ms
 
 
 def write_scene(scene, folder, seed, strain):
-    """The scene with random hands, in `folder`; what it names is linked beside it."""
+    """Writes the scene with random hands into `folder` and links its files beside it."""
     for entry in scene.parent.iterdir():
         if entry.name != "scene.toml":
             (folder / entry.name).symlink_to(entry.resolve())
@@ -79,7 +79,7 @@ def write_scene(scene, folder, seed, strain):
 
 
 class Memory(threading.Thread):
-    """Samples what a process has in memory (KiB) beside how far its session is (bytes logged)."""
+    """Samples a process's resident memory (KiB) against its session's progress (bytes logged)."""
 
     def __init__(self, pid, log):
         super().__init__(daemon=True)
@@ -96,7 +96,7 @@ class Memory(threading.Thread):
                 time.sleep(SAMPLE_PERIOD)
 
     def results(self):
-        """Over the session without its warm-up and its end, where plots and summary are made."""
+        """Summarises the session without its warm-up and without its end, where plots are made."""
         self.join()
         end = self.log.stat().st_size
         steady = [s for s in self.samples if WARM_UP * end < s[0] < 0.99 * end]
@@ -115,7 +115,7 @@ class Memory(threading.Thread):
 
 @contextlib.contextmanager
 def hogs(count, seconds):
-    """Processes that keep a core busy each, gone `seconds` later even if this one is killed."""
+    """Keeps `count` cores busy for at most `seconds`, even if this process is killed."""
     if count == 0:
         yield
         return
@@ -137,7 +137,7 @@ def hpdm_json(command, answers=(0, 1)):
 
 
 def run_session(options, scene, folder, extra):
-    """A session and its figures; its folder stays."""
+    """Runs a session and returns its results; its folder remains."""
     command = [options.hpdm, "run", scene, "--clock", options.clock, "--json", "--out", folder]
     command += ["--seconds", str(options.seconds), "--fps", "0", *extra]
     command += ["--no-pictures"] if options.clock == "lockstep" else ["--live"]
@@ -164,7 +164,7 @@ def run_session(options, scene, folder, extra):
 
 
 def judge(options, folder, results, extra):
-    """What held in the session of `results`: [{name, holds, text}]."""
+    """Returns the checks of the session of `results`: [{name, holds, text}]."""
     health = hpdm_json([options.hpdm, "log", "check", "--json", folder, *extra])
     channels = {channel["channel"]: channel for channel in health["channels"]}
     amiss = {key: sum(c[key] for c in channels.values()) for key in ("lost", "unreadable", "gaps")}
@@ -192,16 +192,16 @@ def judge(options, folder, results, extra):
             "holds": growth is None or growth < MEMORY_BOUND,
             "text": f"not judged: {memory['samples']} samples are too few"
             if growth is None
-            else f"rises by {growth} of {MEMORY_BOUND} KiB;"
+            else f"grows by {growth} KiB (bound {MEMORY_BOUND});"
             f" {memory['least_KiB']:,} to {memory['largest_KiB']:,} KiB",
         },
     ]
     for invariant in health["invariants"]:
         worst = "not finite" if invariant["worst"] is None else f"{invariant['worst']:.4g}"
         unit = f" {invariant['unit']}" if invariant["unit"] else ""
-        text = f"{worst}{unit} of {invariant['bound']:.4g}, {invariant['checked']:,} values"
+        text = f"{worst}{unit} (bound {invariant['bound']:.4g}), {invariant['checked']:,} values"
         if not invariant["holds"]:
-            text += f"; {invariant['broken']:,} beyond it, first at {invariant['first_s']} s:"
+            text += f"; {invariant['broken']:,} beyond the bound, first at {invariant['first_s']} s:"
             text += f" {invariant['what']}"
         checks.append({"name": invariant["name"], "holds": invariant["holds"], "text": text})
     return checks
@@ -214,12 +214,12 @@ def print_checks(title, results, checks):
         f" in {results['wall_s']} s, load {results['load_before']} before"
     )
     for check in checks:
-        print(f"  {check['name']:9} {'holds ' if check['holds'] else 'BROKEN'}  {check['text']}")
+        print(f"  {check['name']:9} {'ok    ' if check['holds'] else 'BROKEN'}  {check['text']}")
     sys.stdout.flush()
 
 
 def write_traces(options, log, folder):
-    """The session's motion as a repeated trace for each instrument: {name: file}."""
+    """Writes the session's motion as a repeated trace for each instrument. Returns the files."""
     tables = folder / "tables"
     command = [options.hpdm, "log", "export", log, "--channels", "HPDM_TOOL", "--out", tables]
     hpdm_json([*command, "--json"])
@@ -245,7 +245,7 @@ def write_traces(options, log, folder):
 
 
 def soak(options, folder):
-    """Runs and judges the sessions: {title: results}, and whether all held."""
+    """Runs and checks the sessions. Returns {title: results} and whether all checks passed."""
     place = folder / "scene"
     place.mkdir()
     scene = write_scene(Path(options.scene), place, options.seed, options.strain)
@@ -272,7 +272,7 @@ def soak(options, folder):
     names = [tool["name"] for tool in hpdm_json(command)["tools"]]
     traces = write_traces(options, begin, folder)
     devices = [w for n, t in zip(names, traces) for w in ("--device", f"{n}=trace:{t}")]
-    title = f"{options.seconds} s of the first {options.stretch} s again and again"
+    title = f"{options.seconds} s of repeating the first {options.stretch} s"
     session(title, "repeated", devices, ["--period", str(options.stretch)])
     return all_results, sound
 
@@ -283,13 +283,13 @@ def main():
     )
     parser.add_argument("scene", nargs="?", default=str(ROOT / "scenes" / "two_hands.toml"))
     parser.add_argument("--clock", choices=["real", "lockstep"], default="real")
-    parser.add_argument("--seconds", type=int, help="of session time [600; in lockstep 3600]")
-    parser.add_argument("--hogs", type=int, default=0, help="processes that keep a core busy each")
-    parser.add_argument("--seed", type=int, default=1, help="of the first hand")
+    parser.add_argument("--seconds", type=int, help="session time [600; in lockstep 3600]")
+    parser.add_argument("--hogs", type=int, default=0, help="number of processes that each keep a core busy")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first hand")
     parser.add_argument("--strain", choices=["small", "finite"], help="[the scene's]")
-    parser.add_argument("--stretch", type=int, default=60, help="s, of what is repeated")
-    parser.add_argument("--json", metavar="FILE", help="write all figures to FILE")
-    parser.add_argument("--out", metavar="DIR", help="a folder to make, where all is kept")
+    parser.add_argument("--stretch", type=int, default=60, help="length of the repeated part, s")
+    parser.add_argument("--json", metavar="FILE", help="write all results to FILE")
+    parser.add_argument("--out", metavar="DIR", help="folder to create and keep")
     parser.add_argument("--hpdm", default=str(ROOT / "build" / "tools" / "hpdm"))
     options = parser.parse_args()
     if options.seconds is None:
@@ -313,7 +313,7 @@ def main():
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         free = shutil.disk_usage(folder).free
         if free < BYTES_A_SECOND * options.seconds:
-            raise SystemExit(f"{folder}: {free / 1e9:.1f} GB free are not enough for the log")
+            raise SystemExit(f"{folder}: {free / 1e9:.1f} GB free, too little for the log; free space or choose another --out")
         results, sound = soak(options, folder)
     if options.json:
         Path(options.json).write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")

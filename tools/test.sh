@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Set-up and every test of the release build, one more at a time than there are cores: some only wait.
-# Arguments go to ctest (for example -R Lattice). With CI set, a skipped test that tests/may_skip.txt
-# does not name fails the run.
+# Sets up the release build and runs every test. One test more than there are cores runs at a time, since
+# some only wait. Arguments are passed to ctest (for example -R Lattice). With CI set, a skipped test that
+# tests/may_skip.txt does not name fails the run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh
@@ -10,7 +10,7 @@ rc=0
 ctest --test-dir build --parallel $(($(nproc) + 1)) --output-on-failure --progress \
   --output-log "$log" "$@" || rc=$?
 
-# ctest ends with a list of what did not run: "  12 - Suite.Name (Skipped)".
+# ctest ends with a list of the tests that did not run: "  12 - Suite.Name (Skipped)".
 conditions=always
 if [ ! -d ../shared/data ]; then conditions='always|no-shared-data'; fi
 allowed=$(awk -v conditions="^($conditions)\$" '!/^#/ && $2 ~ conditions { print $1 }' tests/may_skip.txt)

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Measures what the RESULTS.md files show, and replaces their tables and pictures.
+"""Measures the results in the RESULTS.md files and replaces their tables and pictures.
 
-Usage, from the repository's root after a build, on a machine that does nothing else:
+Usage, from the repository's root after a build, on an otherwise idle machine:
 
     tools/update_results.py [--quick] [--keep] [chart] [bench] [stress] [plan]
 
-Runs `hpdm NAME --out out/NAME` for each name (without names: all of them; `plan` on a scene). Puts
+Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene). Puts
 NAME.md between the lines `<!-- NAME begin -->` and `<!-- NAME end -->` of tools/NAME/RESULTS.md, and
 NAME.png, if the command made one, into scenes/pictures. --keep uses the measurements of an earlier run.
 """
@@ -24,7 +24,7 @@ PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 def replaced(text, path, name, table):
     begin, end = f"<!-- {name} begin -->", f"<!-- {name} end -->"
     if text.count(begin) != 1 or text.count(end) != 1 or text.index(begin) > text.index(end):
-        raise SystemExit(f"{path}: needs one line '{begin}' and after it one '{end}'")
+        raise SystemExit(f"{path}: needs exactly one line '{begin}', followed by one '{end}'")
     head, _, rest = text.partition(begin)
     _, _, tail = rest.partition(end)
     return f"{head}{begin}\n{table}{end}{tail}"

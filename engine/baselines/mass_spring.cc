@@ -132,7 +132,8 @@ double MassSpring::SafeSubstep() const {
   }));
 }
 
-RelaxationResult MassSpring::Relax(ContactConstraints* contacts, Points* U) {
+RelaxationResult MassSpring::DoRelax(const RelaxationInput& /*input*/, ContactConstraints* contacts,
+                                     Points* U) {
   RelaxationResult result;
   const int m = contacts->size();
   rows_.Gather(*contacts);

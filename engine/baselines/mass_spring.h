@@ -16,28 +16,28 @@ struct Spring {
   enum class Kind : std::uint8_t { kStructural, kShear, kFlexion };
   int a = 0;
   int b = 0;
-  double length = 0;     ///< At rest, m.
+  double length = 0;     ///< Rest length, m.
   double stiffness = 0;  ///< N/m.
   Kind kind = Kind::kStructural;
 };
 
 struct MassSpringOptions {
   double alpha = 2000;         ///< Pa; the skin's modulus is alpha x thickness (skin.h).
-  double shear = 0.5;          ///< Stiffness of a shear spring over that of an equal edge.
-  double flexion = 0.5;        ///< Stiffness of a flexion spring over that of an equal edge.
+  double shear = 0.5;          ///< Stiffness of a shear spring relative to an equal edge.
+  double flexion = 0.5;        ///< Stiffness of a flexion spring relative to an equal edge.
   double home = 0;             ///< Pa/m^2: spring to rest per volume of each vertex.
   double density = 1060;       ///< kg/m^3.
   double damping = 20;         ///< 1/s, force per momentum.
   double time_step = 1. / 30;  ///< s per Relax.
-  int substeps = 0;            ///< Per time step; 0: as many as stability needs.
+  int substeps = 0;            ///< Substeps per time step; 0: as many as stability needs.
 };
 
 /// Returns springs for a material, from the organ's `thickness` (m, skin.h):
 ///     alpha = 3.2 E',   home = 0.32 E' / thickness^2,   E' = E / (1 - nu^2).
 /// Springs on a surface only approximate a solid. The two factors come from a search in steps of
-/// 10^0.5 and are about the best for scenes/cases/liver_press.toml: 91 % error against quadratic
-/// tetrahedra with 1.02 of their compliance. Without springs to rest a flat part hardly resists a
-/// press (several times too soft). Stiffer edges gain 0.3 % and cost substeps.
+/// 10^0.5 and are about the best for scenes/cases/liver_press.toml. Against quadratic tetrahedra
+/// they have an error of 91 % and 1.02 of the compliance. Without springs to rest a flat part
+/// hardly resists a press (several times too soft). Stiffer edges gain 0.3 % and cost substeps.
 MassSpringOptions MassSpringOf(const MaterialOptions& material, double thickness, double time_step);
 
 /// Returns the springs of Eq. 23-25 (Provot 1995's three kinds) on a triangle mesh:
@@ -72,13 +72,6 @@ class MassSpring final : public Relaxation {
   MassSpring(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
              const MassSpringOptions& options, const std::string& name);
 
-  /// Runs one time step of substeps() substeps. Deformation thread; allocates nothing.
-  /// - Contact targets (and the planes of pierced presses) move evenly over the substeps, and the
-  ///   contacts hold after each substep.
-  /// - Contact rows are over the V vertices. Their forces are means over the step.
-  /// - `U` (V x 3, m) is only written: the displacement at the end of the step.
-  /// - The result's residual is the static one at the end.
-  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override;
   bool AtRest() const override { return v_.isZero(0) && p_ == rest_; }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.
@@ -114,6 +107,14 @@ class MassSpring final : public Relaxation {
   }
 
  private:
+  // Runs one time step of substeps() substeps:
+  // - Contact targets (and the planes of pierced presses) move evenly over the substeps, and the
+  //   contacts hold after each substep.
+  // - Contact rows are over the V vertices. Their forces are means over the step.
+  // - `U` (V x 3, m) is only written: the displacement at the end of the step.
+  // - The result's residual is the static one at the end.
+  RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
+                           Points* U) override;
   MassSpring(const SurfaceMesh& rest, const Skin& skin, const Eigen::VectorXd& ground_springs,
              const MassSpringOptions& options);
   void Substep(double share, RelaxationResult* result, ContactConstraints* contacts);

@@ -13,22 +13,22 @@ struct SurfacePress {
   double depth = 0;   ///< m.
 };
 
-/// Returns the weights of a patch over the V vertices, with sum 1: the kernel times the area of
-/// each vertex within `radius` (rest distance) of the point. Without such a vertex they are the
-/// point's barycentric weights.
+/// Returns the weights of a patch over the V vertices, with sum 1. The weight of a vertex within
+/// `radius` (rest distance) of the point is the kernel times the vertex's area. Without such a
+/// vertex they are the point's barycentric weights.
 Eigen::RowVectorXd PatchWeights(const SurfaceMesh& rest, const SurfacePoint& at, double radius);
 
 struct PressOutcome {
   double volume_change = 0;             ///< Relative change of the enclosed volume.
-  Vector3d force_W = Vector3d::Zero();  ///< On the tissue, N.
+  Vector3d force_W = Vector3d::Zero();  ///< Force on the tissue, N.
   Points vertices;                      ///< V x 3, m, world.
   RelaxationResult relaxed;             ///< The last step.
 };
 
-/// Presses a model with any relaxation: moves the patch to its depth in `ramp` equal steps and
-/// holds it for `hold` more (static relaxations need 1 and 0). `weights`: V x n, vertices over the
-/// relaxation's unknowns (the lattice's, or VertexWeights if the unknowns are the vertices).
-/// Allocates; not for a loop.
+/// Presses a model with any relaxation. Moves the patch to its depth in `ramp` equal steps and
+/// holds it for `hold` more steps (static relaxations need 1 and 0). `weights` (V x n) map the
+/// relaxation's unknowns to the vertices: the lattice's weights, or VertexWeights if the unknowns
+/// are the vertices. Allocates; not for a loop.
 PressOutcome MeasurePress(const SurfaceMesh& rest, const WeightMatrix& weights,
                           const SurfacePress& press, int ramp, int hold, Relaxation* relaxation);
 

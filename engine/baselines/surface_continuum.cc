@@ -103,7 +103,8 @@ void SurfaceContinuum::Reset(const Points& u) {
   v_.setZero();
 }
 
-RelaxationResult SurfaceContinuum::Relax(ContactConstraints* contacts, Points* U) {
+RelaxationResult SurfaceContinuum::DoRelax(const RelaxationInput& /*input*/,
+                                           ContactConstraints* contacts, Points* U) {
   const double dt = options_.time_step;
   const double inertia = 1 / (dt * dt) + options_.damping / (2 * dt);
   const double momentum = 1 / dt - options_.damping / 2;

@@ -14,16 +14,16 @@ namespace hpdm {
 /// `tension` in N/m and `bending` in N m.
 ///
 /// 1. Model: the elastic surface of Terzopoulos, Platt, Barr and Fleischer, "Elastically Deformable
-///    Models" (SIGGRAPH 1987), with first and second fundamental form about the rest shape (Eq.
-///    13-18 of the paper).
+///    Models" (SIGGRAPH 1987). Its energy takes the first and second fundamental form about the
+///    rest shape (Eq. 13-18 of the paper).
 /// 2. In the paper the metric's force acts on positions with the weight alpha = 4 eta (G - G0),
 ///    which vanishes at rest. It is the variation of eta |G - G0|^2; Eq. 17 lost the 4.
 /// 3. Here constant weights act on displacements, as for the lattice, so K is factorised once. For
 ///    small displacements without rotation, eta |G - G0|^2 is this energy with tension = 8 eta.
 /// 4. Translations cost no energy, rotations do, as in the lattice's "metric" energy.
-/// 5. Discretisation on the organ's triangles: linear elements for the metric (cotangent weights;
-///    Pinkall and Polthier 1993), and L^T M^-1 L with vertex areas M for the curvature (the
-///    linearised thin shell of Botsch and Sorkine 2008). Both are symmetric and positive
+/// 5. Discretisation on the organ's triangles: The metric uses linear elements, that is cotangent
+///    weights (Pinkall and Polthier 1993). The curvature uses L^T M^-1 L with vertex areas M, the
+///    linearised thin shell of Botsch and Sorkine 2008. Both are symmetric and positive
 ///    semi-definite with zero row sums on any mesh. Triangles without area are left out.
 ScalarStiffness SurfaceStiffness(const SurfaceMesh& rest, const Eigen::VectorXd& areas,
                                  double tension, double bending);
@@ -36,7 +36,8 @@ struct SurfaceContinuumOptions {
   double density = 1060;       ///< kg/m^3.
   double damping = 20;         ///< 1/s, force per momentum: C = damping M.
   double time_step = 1. / 30;  ///< s; infinity: every step is the static solution.
-  /// True: RelaxationResult::residual is the static one, at the cost of a product with K.
+  /// If set, each step also computes the static residual (RelaxationResult::residual). It costs one
+  /// product with K.
   bool report_residual = true;
 };
 
@@ -54,7 +55,7 @@ SurfaceContinuumOptions ContinuumOf(const MaterialOptions& material, double thic
 /// section 6, on displacements u with v = (u_t - u_{t-dt}) / dt:
 ///     (K + M/dt^2 + C/2dt) u_{t+dt} = (M/dt^2 + C/2dt) u_t + (M/dt - C/2) v_t + B^T f,
 /// stable for any dt. The matrix is constant and factorised once. A step is one pair of triangular
-/// solves; between the two, the contact forces f follow from the rows' compliance, so the contacts
+/// solves. Between the two, the contact forces f follow from the rows' compliance. So the contacts
 /// hold exactly at t + dt. Unlike the lattice, the surface has a velocity: Relax only writes `U`,
 /// and steps must be taken in order.
 class SurfaceContinuum final : public Relaxation {
@@ -64,9 +65,6 @@ class SurfaceContinuum final : public Relaxation {
   SurfaceContinuum(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
                    const SurfaceContinuumOptions& options, const std::string& name);
 
-  /// Runs one time step. Contact rows are over the V vertices; `U` (V x 3, m) is the displacement
-  /// at its end. Deformation thread; allocates nothing.
-  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override;
   bool AtRest() const override { return v_.isZero(0) && u_.isZero(0); }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.
@@ -79,6 +77,10 @@ class SurfaceContinuum final : public Relaxation {
   std::int64_t StepMultiplications() const;
 
  private:
+  // Runs one time step. Contact rows are over the V vertices; `U` (V x 3, m) is the displacement at
+  // its end.
+  RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
+                           Points* U) override;
   SurfaceContinuum(const SurfaceMesh& rest, const Skin& skin, const Eigen::VectorXd& ground_springs,
                    const SurfaceContinuumOptions& options, const std::string& name);
   ScalarStiffness StepMatrix() const;

@@ -87,7 +87,7 @@ std::vector<Spring> SurfaceSprings(const SurfaceMesh& rest, double modulus, doub
       for (const int from : neighbours[v]) {
         const int straightest = Straightest(rest, v, from, neighbours[v]);
         if (straightest < 0) continue;
-        // On even triangles v's thirds of six triangles are the area of two.
+        // With even triangles, v's thirds of six triangles equal the area of two.
         add(Spring::Kind::kFlexion, from, straightest, flexion * modulus * around[v]);
       }
     }

@@ -8,7 +8,8 @@ namespace hpdm {
 
 /// How a relaxation ended.
 struct RelaxationResult {
-  int iterations = 0;        ///< Sweeps (Gauss-Seidel), Newton steps, or changes of the active set.
+  int iterations = 0;        ///< Number of sweeps (Gauss-Seidel), Newton steps or active-set
+                             ///< changes.
   double residual = 0;       ///< |gradient of the energy - B^T f| / |B^T f|, or 0 without force.
   bool converged = true;     ///< False if the iterations were used up first.
   bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
@@ -18,8 +19,8 @@ struct RelaxationResult {
   double share_slope = 0;
 };
 
-/// Solves the contacts of one step in their compliance space: E scalar equations, each for one
-/// contact point along one axis, coupled by the compliance A (E x E, m/N),
+/// Solves the contacts of one step in their compliance space. Each of the E scalar equations is for
+/// one contact point along one axis. The compliance A (E x E, m/N) couples them:
 ///     grasp:   A f = change
 ///     press:   f >= 0,   A f >= change,   f (A f - change) = 0.
 ///
@@ -37,8 +38,9 @@ struct RelaxationResult {
 /// The method is an active set. Sized once; deformation thread; allocates nothing.
 class ContactSolver {
  public:
-  /// Multiple of the single-contact force: the longest displacement at the stiffest contact alone.
-  /// A grasp that twists its tissue reaches 100, two tools that cross reach 500.
+  /// Forces above this multiple of the single-contact force count as contradicting. That force is
+  /// the longest demanded displacement times the stiffness of the stiffest contact. A grasp that
+  /// twists its tissue reaches a multiple of 100, two tools that cross reach 500.
   static constexpr double kContradicting = 1000;
   static constexpr double kSlipping = 10;
   static constexpr int kMaxEquations = 3 * kMaxContacts;
@@ -58,7 +60,8 @@ class ContactSolver {
 
   int size() const { return size_; }
   const Equation& operator[](int e) const { return equations_[e]; }
-  /// Returns A (E x E) of the lattice alone, to be filled in before each Solve().
+  /// The contact compliance A (E x E) of the lattice alone. The caller fills it before each
+  /// Solve().
   Matrix& compliance() { return compliance_; }
   Vector& change() { return change_; }              ///< E, m.
   const Vector& forces() const { return forces_; }  ///< E, N; result of Solve().

@@ -6,7 +6,7 @@
 namespace hpdm {
 
 /// Returns the sinking g of an elastic half-space's surface at the distance d = `d_over_R` x R from
-/// the centre of a load with the kernel cos(pi d / 2R), d < R (surface_kernel.h). The unit is
+/// a load's centre. The load has the kernel cos(pi d / 2R), d < R (surface_kernel.h). The unit is
 /// (1 - nu^2) F / (E R) for a force F along the normal.
 ///
 /// It is Boussinesq's solution integrated over the kernel. Continuous; the error is within 1e-4 of

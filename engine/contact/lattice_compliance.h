@@ -30,7 +30,7 @@ class LatticeCompliance {
  public:
   virtual ~LatticeCompliance() = default;
 
-  /// Computes K^-1 b^T about the last solution: `response` (3n x 3) gets the displacements for a
+  /// Computes K^-1 b^T about the last solution. `response` (3n x 3) gets the displacements under a
   /// unit force along each axis on the point of row b. Row 3 a + d is control point a along d.
   /// Deformation thread; allocates nothing.
   virtual void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const = 0;

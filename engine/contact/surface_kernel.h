@@ -18,8 +18,8 @@ struct SurfaceSample {
   double weight = 0;                        ///< Share of the load, > 0.
 };
 
-/// Samples the load patch of radius R around a point: the kernel cos(pi d / 2R) of the distance
-/// d < R to the point, integrated over the surface's area. The weights sum to one.
+/// Samples the load patch of radius R around a point. Its weight is the kernel cos(pi d / 2R) of
+/// the distance d < R to the point, integrated over the surface's area. The weights sum to one.
 ///
 /// 1. Triangles are split until their sides are at most `resolution` x R. So the samples follow the
 ///    surface, not its triangulation, and a patch inside one triangle works too.
@@ -49,11 +49,11 @@ struct KernelPatch : KernelSamples {
   std::array<double, kMaxVertices> weights;
 };
 
-/// Samples the kernel about `at` for a step, over the triangles of `around` (collected around `at`)
-/// whose rest normals are less than 90 degrees from `facing`. Distances, areas and normals are
-/// those of `mesh`, at rest. If edges are short beside the radius, the kernel is cut at the border
-/// of `around`. If the samples run out, parts count unsplit. Deformation thread; bounded, allocates
-/// nothing.
+/// Samples the kernel about `at` for a step. It covers the triangles of `around` (collected around
+/// `at`) whose rest normals are less than 90 degrees from `facing`. Distances, areas and normals
+/// are those of `mesh`, at rest. If edges are short beside the radius, the kernel is cut at the
+/// border of `around`. If the samples run out, parts count unsplit. Deformation thread; bounded,
+/// allocates nothing.
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
                   const Vector3d& facing, double radius, KernelSamples* kernel) noexcept;
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,

@@ -17,9 +17,9 @@ namespace hpdm {
 ///     S = T^T C_rows^-1 T,   C = S^-1          T: identities stacked per tip
 ///     f = T^T (row forces),   p_original = x - C f
 ///
-/// 1. p_original is where each tip's point x goes when all tips let go.
-/// 2. x of a press is its row's point. x of a grasp is the mean of its points with the weights
-///    C_rows^-1 T C, about which f turns least.
+/// 1. p_original is the position of each tip's point x after all tips let go.
+/// 2. The point x of a press is its row's point. The point x of a grasp is the mean of its points
+///    with the weights C_rows^-1 T C. About this point f has the least torque.
 /// 3. With presses only, C = C_rows.
 ///
 /// Sized once for the organ; a step fills it in place. Deformation thread; allocates nothing.
@@ -64,7 +64,7 @@ class TipCompliance {
   Matrix3d Between(int a, int c) const { return compliance_.block<3, 3>(3 * a, 3 * c); }
   /// Returns b K^-1 b_c^T (m/N): the same for a surface point with row b.
   Matrix3d Coupling(const SparseRow& b, int c) const;
-  /// Returns where a surface point with row b, now at `x_W` (m), goes when all tips let go.
+  /// Returns the position of a surface point with row b, now at `x_W` (m), after all tips let go.
   Vector3d Released(const SparseRow& b, const Vector3d& x_W) const;
 
  private:

@@ -20,7 +20,8 @@ class BlendedEnergy final : public ElasticEnergy {
   /// Sets s, 0..1.
   void SetShare(double share) { share_ = share; }
   double share() const { return share_; }
-  /// Sets the damper; `damping` 0 means none. `from`: n x 3, m. No allocation.
+  /// Sets the damper: its weight `damping` (0: none) and the displacements `from` (n x 3, m) at
+  /// which it exerts no force. No allocation.
   void Damp(double damping, const Points& from);
   double damping() const { return damping_; }
   const FullStiffness& stiffness_at_rest() const { return K_; }  ///< 3n x 3n, N/m.

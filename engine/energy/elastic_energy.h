@@ -32,8 +32,8 @@ class ElasticEnergy : public Potential {
   /// element is first projected to a positive semi-definite one, so the sum is semi-definite too.
   /// Parts that already are stay exact.
   virtual void Hessian(const Points& U, bool semi_definite, FullStiffness* K) = 0;
-  /// Returns the share (0..1) of the tissue that is inverted, or compressed so far that its law
-  /// resists no more. Displacements and forces there are not reliable.
+  /// Returns the share (0..1) of the tissue that is inverted or compressed beyond the resistance of
+  /// its law. Displacements and forces there are not reliable.
   virtual double CollapsedShare(const Points& U) = 0;
 };
 

@@ -154,9 +154,9 @@ void FiniteStrainEnergy::Hessian(const Points& U, bool semi_definite, FullStiffn
       if (lambda_ > 0) law_.AddDilatationHessian(F, PressureAt(cell, q), &A);
       if (semi_definite) A = ProjectedToSemiDefinite(A);
     }
-    // The (i, k) part couples displacements along i and k: sum_q G_q^T A_q^ik G_q with A^ik (3 x 3)
-    // over the directions of the two gradients. Part (k, i) is its transpose. All parts are added
-    // below the diagonal.
+    // The (i, k) part couples displacements along i and k. It is sum_q G_q^T A_q^ik G_q, with A^ik
+    // (3 x 3) over the directions of the two gradients. Part (k, i) is its transpose. All parts are
+    // added below the diagonal.
     product_.resize(cell.gradients.rows(), cell.gradients.cols());
     for (int i = 0; i < 3; ++i) {
       for (int k = i; k < 3; ++k) {

@@ -56,6 +56,8 @@ class HyperelasticLaw {
 
  private:
   double Pressure(double theta) const;
+  Matrix9d NeoHookeanTangent(const Matrix3d& F) const;
+  Matrix9d StVenantKirchhoffTangent(const Matrix3d& F) const;
 
   MaterialLaw law_;
   double mu_;      // Pa

@@ -12,15 +12,14 @@ namespace hpdm {
 
 /// Detects inverted tissue: det(F) <= 0 at a quadrature point, with F = I + grad u.
 ///
-/// 1. Where |grad u| < 1, det(F) > 0. A bound on |grad u| clears most cells without evaluating
-///    their points.
+/// 1. det(F) > 0 holds wherever |grad u| < 1. A bound on |grad u| clears most cells without
+///    evaluating their points.
 /// 2. The derivative of u along a lattice axis is a weighted mean of the differences of
 ///    neighbouring control displacements over their spacing. The weights are the functions of one
 ///    degree less (UnivariateBasis::DerivativeBasis).
-/// 3. So in a cell the derivative is at most the largest difference whose weight there is
-///    noticeable, plus the sum of the other differences times their largest weights. The split
-///    matters: a control point with a trace of tissue may move by metres where the tissue moves by
-///    millimetres.
+/// 3. So the derivative in a cell has a bound: the largest difference with a noticeable weight
+///    there, plus the sum of the others times their largest weights. The split matters: a control
+///    point with a trace of tissue may move by metres where the tissue moves by millimetres.
 /// 4. Local functions (refinement_basis.h) add |V| |grad phi|.
 /// 5. The points of the other cells are evaluated, spread over as many calls as the caller wants.
 ///

@@ -19,9 +19,9 @@ using ScalarStiffness = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 ///
 /// 1. Derivatives are differences of neighbouring control points at the spacing
 ///    h_k = box length / cells (Bernstein: / degree).
-/// 2. A difference along k is weighted by the tissue under the function that multiplies it in the
-///    derivative of the lattice map (degree reduced by one along k). So the weights of one
-///    direction add up to the tissue's volume.
+/// 2. In the derivative of the lattice map, a function of one degree lower along k multiplies each
+///    difference along k. The tissue under that function is the difference's weight. So the weights
+///    of one direction add up to the tissue's volume.
 /// 3. A second difference has the mean weight of its two differences.
 /// 4. E is a sum of squared differences, so K is symmetric, positive semi-definite and has zero row
 ///    sums. The stencil printed as Eq. 19 is not (engine/README.md, section 3).

@@ -37,7 +37,7 @@ class CoarserSplines {
 /// Returns P (m x 3n) such that |P u|^2 = int (projection of div u)^2 dV over the tissue. Unknown
 /// 3 a + d of u is the displacement of control point a along world axis d.
 ///
-/// With the volumetric energy lambda/2 |P u|^2 instead of lambda/2 int (div u)^2 dV, nearly
+/// The volumetric energy is lambda/2 |P u|^2 instead of lambda/2 int (div u)^2 dV. So nearly
 /// incompressible tissue keeps its volume only as finely as the lattice can bend. This is the B-bar
 /// method for splines (Elguedj, Bazilevs, Calo, Hughes 2008), equal to the mixed form with a
 /// pressure in those splines.

@@ -18,21 +18,24 @@ struct LameParameters {
 LameParameters ToLame(const MaterialOptions& material);
 
 /// Evaluation of the volumetric energy: at each quadrature point, or mostly after a projection on
-/// splines one degree lower (mixed_dilatation.h), so nearly incompressible tissue does not lock.
+/// splines one degree lower (mixed_dilatation.h). With the projection nearly incompressible tissue
+/// does not lock.
 enum class Dilatation { kPointwise, kProjected };
 
 /// The two parts of lambda. Dilatation that the projection does not see would cost no energy and
-/// let local functions (refinement_basis.h) overshoot. So up to 2 mu of lambda stays pointwise: all
-/// of it for nu <= 1/3, two ninths for nu = 0.45, and a vanishing part as nu approaches 1/2.
+/// let local functions (refinement_basis.h) overshoot. So up to 2 mu of lambda stays pointwise.
+/// That is all of it for nu <= 1/3, two ninths for nu = 0.45, and a vanishing part as nu approaches
+/// 1/2.
 struct DilatationShare {
   double pointwise = 0;  ///< Pa.
   double projected = 0;  ///< Pa.
 };
 DilatationShare ShareLambda(const LameParameters& lame, Dilatation dilatation);
 
-/// Adds the elastic blocks between functions with the gradients `left` (element d: Q x m, 1/m) and
-/// `right` (Q x n) over the tissue's `weights` (Q, m^3). Calls add(row, column, value) with row
-/// 3 a + i and column 3 b + j. The values of the pair (a, b) sum to the block (3 x 3, N/m)
+/// Adds the elastic blocks between two sets of functions, integrated with the tissue's `weights`
+/// (Q, m^3). Their gradients are `left` (element d: Q x m, 1/m) and `right` (Q x n). Calls add(row,
+/// column, value) with row 3 a + i and column 3 b + j. The values of the pair (a, b) sum to the
+/// block (3 x 3, N/m)
 ///     int mu (p.q I + q p^T) + lambda p q^T dV,   p = left_a, q = right_b.
 template <typename Add>
 void AddElasticBlocks(const std::array<WeightMatrix, 3>& left,

@@ -27,7 +27,8 @@ class Lattice {
   /// exceeds 1e-9 of a cell's volume. A function with less has no energy and moves nothing.
   void DropControlPointsWithoutTissue(const Quadrature& tissue);
 
-  /// Drops the kept control points a with drop[a]. The remaining columns are renumbered.
+  /// Drops each kept control point a for which drop[a] is true. The remaining columns are
+  /// renumbered.
   void DropControlPoints(const std::vector<bool>& drop);
 
   const OrientedBox& box() const { return box_; }
@@ -112,8 +113,8 @@ void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
   }
 }
 
-/// Returns the box of Eq. 1 around `vertices` (V x 3, world, m): parallel to `axes` (columns: unit
-/// vectors), enlarged by `margin` (m) on every side.
+/// Returns the box of Eq. 1 around `vertices` (V x 3, world, m). It is parallel to `axes` (columns:
+/// unit vectors) and enlarged by `margin` (m) on every side.
 OrientedBox BoundingLatticeBox(const Points& vertices, const Matrix3d& axes, double margin);
 
 }  // namespace hpdm

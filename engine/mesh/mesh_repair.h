@@ -20,8 +20,8 @@ struct MeshRepairs {
   std::vector<std::pair<std::string, int>> List() const;
 };
 
-/// Largest distance of vertices that are welded, as a fraction of the bounding box's diagonal:
-/// 0.3 um on a liver, above the rounding of 32-bit coordinates and far below any edge.
+/// Largest distance of vertices that are welded, as a fraction of the bounding box's diagonal. It
+/// is 0.3 um on a liver, above the rounding of 32-bit coordinates and far below any edge.
 inline constexpr double kWeldTolerance = 1e-6;
 /// The same as a fraction of the 90th percentile of the edge lengths; the smaller bound holds. A
 /// part that is far away or far larger thus cannot weld the rest together.

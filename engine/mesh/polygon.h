@@ -7,9 +7,9 @@
 
 namespace hpdm {
 
-/// Splits a nearly planar polygon, given by its corners in order (n x 3, n >= 3), into n - 2
-/// triangles of corner numbers with the polygon's orientation. Clips ears in the plane of the
-/// polygon's Newell normal (Meisters, "Polygons have ears", 1975).
+/// Splits a nearly planar polygon into n - 2 triangles of corner numbers with the polygon's
+/// orientation. The polygon is given by its corners in order (n x 3, n >= 3). Clips ears in the
+/// plane of the polygon's Newell normal (Meisters, "Polygons have ears", 1975).
 ///
 /// Concave polygons and bridges to holes (repeated corners) are covered without overlap. A polygon
 /// that crosses itself still gets n - 2 triangles along its border, so a closed mesh stays closed.

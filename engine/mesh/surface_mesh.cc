@@ -1,18 +1,11 @@
 #include "engine/mesh/surface_mesh.h"
 
+#include "engine/mesh/vertex_normals.h"
+
 namespace hpdm {
 
 void VertexNormals(const Points& vertices, const Triangles& triangles, Points* normals) {
-  if (normals->rows() != vertices.rows()) normals->resize(vertices.rows(), 3);
-  normals->setZero();
-  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
-    const Vector3d normal = TwiceAreaNormal(vertices, triangles, t);
-    for (int k = 0; k < 3; ++k) normals->row(triangles(t, k)) += normal;
-  }
-  for (Eigen::Index v = 0; v < normals->rows(); ++v) {
-    const double length = normals->row(v).norm();
-    if (length > 0) normals->row(v) /= length;
-  }
+  SetVertexNormals(vertices, triangles, normals);
 }
 
 double EnclosedVolume(const Points& vertices, const Triangles& triangles) {

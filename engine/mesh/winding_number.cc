@@ -126,8 +126,8 @@ void WindingNumber::SetMoments(Node* node, double opening) const {
   node->open_distance2 = opening * opening * radius2;
 }
 
-/// Returns int n . g(r + x) with g(r) = r / |r|^3, expanded in x to the second order; r points from
-/// the query point to the cluster's centre.
+/// Returns int n . g(r + x) with g(r) = r / |r|^3, expanded in x to the second order. The vector r
+/// points from the query point to the cluster's centre.
 double WindingNumber::Far(const Node& node, const Vector3d& r) {
   const double x = r.x(), y = r.y(), z = r.z();
   const double i2 = 1 / r.squaredNorm(), i3 = i2 * std::sqrt(i2), i5 = i3 * i2, i7 = i5 * i2;

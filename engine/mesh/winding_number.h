@@ -7,14 +7,16 @@
 
 namespace hpdm {
 
-/// Generalised winding number of a triangle surface, which may be open, self-crossing or a soup
-/// (Jacobson, Kavan, Sorkine-Hornung 2013): the solid angle that the surface spans around a point,
-/// over 4 pi. It is 1 inside and 0 outside a closed surface that faces outwards. A gap changes it
-/// only by the gap's own solid angle, so 0.5 still separates inside from outside.
+/// Generalised winding number of a triangle surface (Jacobson, Kavan, Sorkine-Hornung 2013). It is
+/// the solid angle that the surface spans around a point, over 4 pi. The surface may be open,
+/// self-crossing or a soup. The number is 1 inside and 0 outside a closed surface that faces
+/// outwards. A gap changes it only by the gap's own solid angle, so 0.5 still separates inside from
+/// outside.
 ///
 /// 1. A tree of triangle clusters makes it fast (Barill, Dickson, Schmidt, Levin, Jacobson 2018). A
 ///    cluster farther than `opening` times its radius is evaluated by its second-order Taylor
-///    expansion, nearer triangles by their exact solid angle (Van Oosterom and Strackee 1983).
+///    expansion. Nearer triangles contribute their exact solid angle (Van Oosterom and Strackee
+///    1983).
 /// 2. tests/engine/mesh/winding_number_test.cc measures the error against the exact sum.
 /// 3. Construction is O(F log F). At() is O(log F), allocates nothing and may be called from
 ///    several threads. Its result depends on the mesh only, not on the order of calls.

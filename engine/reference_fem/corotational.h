@@ -18,8 +18,8 @@ class CorotationalBody {
 
   const TetraMesh& mesh() const { return mesh_; }
 
-  /// Computes the elastic forces on the nodes (N x 3, N) at displacements u (N x 3, m), and the
-  /// stiffness for small changes of u with the rotations held (N/m).
+  /// Computes the elastic forces on the nodes (N x 3, N) at displacements u (N x 3, m). Also
+  /// computes the stiffness (N/m) for small changes of u with the rotations held.
   void Evaluate(const Points& u, Points* forces, BlockMatrix* K) const;
 
   /// Mass of each node, kg: a quarter of the elements around it.
@@ -28,7 +28,7 @@ class CorotationalBody {
  private:
   struct Element {
     Matrix3d frame;                           ///< Columns: the axes from the edges at rest.
-    Eigen::Matrix<double, 12, 12> stiffness;  ///< At rest, world axes.
+    Eigen::Matrix<double, 12, 12> stiffness;  ///< Stiffness at rest, world axes.
     double volume;
   };
 

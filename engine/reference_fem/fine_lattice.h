@@ -38,7 +38,8 @@ class FineLattice {
 
  private:
   // Fields projected on the splines one degree lower, in the inner product of some tissue:
-  // int (P f)^2 = |L^-1 M f|^2 with the moments M (m x columns) and L L^T (m x m) of the splines.
+  //     int (P f)^2 = |L^-1 M f|^2,
+  // with the moments M (m x columns) and L L^T (m x m) of the splines.
   struct Projection {
     double stiffness = 0;  // factor of int (P f)^2 in the energy
     WeightMatrix moments;

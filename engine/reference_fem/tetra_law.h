@@ -15,11 +15,11 @@ enum class TetraLaw { kSmallStrain, kNeoHookean };
 /// kSmallStrain: W = mu |e|^2 + lambda/2 tr(e)^2, e = (F + F^T)/2 - I.
 /// kNeoHookean (Smith, de Goes, Kim, "Stable Neo-Hookean Flesh Simulation", 2018, Eq. 14):
 ///   W = m/2 (|F|^2 - 3) + l/2 (J - a)^2 - m/2 log(|F|^2 + 1), J = det F, a = 1 + 3 m / (4 l),
-/// with m = 4/3 mu and l = lambda + 5/6 mu, so that it agrees with mu and lambda at small strain
+/// with m = 4/3 mu and l = lambda + 5/6 mu. So it agrees with mu and lambda at small strain
 /// (section 3.4). It is finite and smooth for every F, inverted ones included.
 class TetraMaterial {
  public:
-  /// From Young's modulus (Pa) and Poisson's ratio.
+  /// Takes Young's modulus (Pa) and Poisson's ratio.
   TetraMaterial(const MaterialOptions& material, TetraLaw law);
 
   TetraLaw law() const { return law_; }

@@ -38,7 +38,7 @@ TetraMesh Quadratic(const TetraMesh& linear);
 TetraMesh BoxTetraMesh(const Vector3d& min, const Vector3d& max, const std::array<int, 3>& cells);
 
 /// Reads the nodes and four-node tetrahedra of a Gmsh file, format 1 ("$NOD", "$ELM") or 2 text
-/// ("$Nodes", "$Elements"); nodes keep their order in the file. Throws InputError.
+/// ("$Nodes", "$Elements"). Nodes keep their order in the file. Throws InputError.
 TetraMesh ReadGmsh(const std::string& path);
 
 /// Volume of the corner tetrahedra, m^3.
@@ -49,7 +49,7 @@ double TetraVolume(const TetraMesh& mesh);
 struct TetraPoint {
   int element = -1;
   Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();  ///< Sums to one; negative outside.
-  double distance = 0;                                    ///< To the element, m; 0 inside.
+  double distance = 0;                                    ///< Distance to the element, m; 0 inside.
 };
 /// Locates each row of `points` (m): O(T) box tests per point.
 std::vector<TetraPoint> Locate(const TetraMesh& mesh, const Points& points);

@@ -8,9 +8,9 @@
 namespace hpdm {
 
 /// Solves K x = b for the stiffness matrix of a tetrahedral mesh. Linear elements: Cholesky.
-/// Quadratic elements: conjugate gradients, preconditioned by one multigrid cycle of two levels
-/// (forward and backward block Gauss-Seidel on all nodes, Cholesky on the linear elements of the
-/// corners). The number of iterations hardly grows with the mesh.
+/// Quadratic elements: conjugate gradients, preconditioned by one multigrid cycle of two levels.
+/// The fine level is forward and backward block Gauss-Seidel on all nodes, the coarse one Cholesky
+/// on the linear elements of the corners. The number of iterations hardly grows with the mesh.
 class TetraSolver {
  public:
   explicit TetraSolver(const TetraMesh& mesh);

@@ -12,7 +12,8 @@ class CholeskyRelaxation final : public Relaxation {
   explicit CholeskyRelaxation(std::unique_ptr<ComplianceSolver> solver)
       : solver_(std::move(solver)) {}
 
-  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override {
+  RelaxationResult DoRelax(const RelaxationInput& /*input*/, ContactConstraints* contacts,
+                           Points* U) override {
     SetActiveFunctions(contacts->refinement);
     if (contacts->size() == 0) {
       U->setZero();

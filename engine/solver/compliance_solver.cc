@@ -81,8 +81,9 @@ class ScalarComplianceSolver final : public ComplianceSolver {
       row_compliance_;  // m x m: B K^-1 B^T
 };
 
-// The axes are coupled: 3n x 3n. A step reads only parts of K^-1: the entries between the control
-// points of its contact rows for the compliance, and their columns once for the sum of all forces.
+// Solver for coupled axes: K is 3n x 3n. A step reads only two parts of K^-1. The entries between
+// the control points of its contact rows give the compliance. The columns of those points, read
+// once, give the displacements under all forces.
 class FullComplianceSolver final : public ComplianceSolver {
  public:
   explicit FullComplianceSolver(const FullStiffness& K)

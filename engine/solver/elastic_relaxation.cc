@@ -1,7 +1,6 @@
 #include "engine/solver/elastic_relaxation.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "engine/energy/blended_energy.h"
 #include "engine/solver/enriched_compliance_solver.h"
@@ -92,17 +91,16 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
         gradient_(at_),
         step_(at_),
         load_(at_),
-        restart_(at_),
-        from_(at_),
         U_bar_(Points::Zero(n_, 3)),
         columns_(3 * at_.rows(), 1 + ContactSolver::kMaxEquations) {
     least_load_ = kResolved * energy_.stiffness_at_rest().diagonal().maxCoeff();
   }
 
-  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override {
-    const int recorded_end = std::exchange(stop_after_, 0);
+  RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
+                           Points* U) override {
     SetActiveFunctions(contacts->refinement);
-    if (std::exchange(restarts_, false)) Enter(restart_);
+    energy_.SetShare(input.quality.finite_strain_blend);
+    if (input.start != nullptr) Enter(*input.start);
     has_tangent_ = contacts->size() > 0 && energy_.share() > 0;
     if (contacts->size() == 0) {
       at_.setZero();
@@ -115,8 +113,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       Enter(*U);
       return result;
     }
-    StartDamping();
-    const RelaxationResult result = Iterate(recorded_end, contacts);
+    StartDamping(input);
+    const RelaxationResult result = Iterate(input, contacts);
     StopDamping();
     *U = at_;
     if (schur_complement_ != nullptr)
@@ -129,23 +127,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     at_rest_->SetActiveFunctions(active);
   }
 
-  void StopNextAfter(int iterations) override { stop_after_ = iterations; }
-
-  void SetQuality(const StepQuality& quality) override {
-    most_iterations_ = std::min(options_.max_iterations, quality.newton_iterations);
-    energy_.SetShare(quality.finite_strain_blend);
-  }
-
-  void RestartFrom(const Points& U) override {
-    restart_ = U;
-    restarts_ = true;
-  }
-
-  bool DampNext(double damping, const Points& from) override {
-    if (energy_.share() == 0) return false;
-    damping_ = damping;
-    from_ = from;
-    return true;
+  bool IsQuadratic(const StepQuality& quality) const override {
+    return quality.finite_strain_blend == 0;
   }
 
   const LatticeCompliance* compliance() const override { return this; }
@@ -185,14 +168,15 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       schur_complement_->AddCoupling(1, Slots(U), Unknowns(&at_).head(3 * n_));
   }
 
-  RelaxationResult Iterate(int recorded_end, ContactConstraints* contacts) {
+  RelaxationResult Iterate(const RelaxationInput& input, ContactConstraints* contacts) {
+    const int max_iterations = std::min(options_.max_iterations, input.quality.newton_iterations);
     RelaxationResult result;
     result.converged = false;
     StartWatch();
     double energy = potential_.Gradient(at_, &gradient_);
-    while (!result.converged && result.iterations < most_iterations_) {
-      result.out_of_time =
-          recorded_end > 0 ? result.iterations == recorded_end : !TimeForAnother(result.iterations);
+    while (!result.converged && result.iterations < max_iterations) {
+      result.out_of_time = input.stop_after > 0 ? result.iterations == input.stop_after
+                                                : !TimeForAnother(result.iterations);
       if (result.out_of_time) break;
       U_bar_ = at_.topRows(n_);
       if (!factor_.Factorise(U_bar_, &energy_)) {
@@ -212,12 +196,11 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     return result;
   }
 
-  void StartDamping() {
-    const double damping = std::exchange(damping_, 0);
-    if (!(damping > 0)) return;
-    Enter(from_);
+  void StartDamping(const RelaxationInput& input) {
+    if (!(input.damping > 0)) return;
+    Enter(*input.damped_from);
     U_bar_ = at_.topRows(n_);
-    energy_.Damp(damping, U_bar_);
+    energy_.Damp(input.damping, U_bar_);
     potential_.Damp(Slots(at_));
   }
 
@@ -235,7 +218,7 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     longest_ = 0;
   }
 
-  // True if an iteration as long as the longest so far would end within the budget.
+  // True if another iteration, as long as the longest so far, would end within the budget.
   bool TimeForAnother(int iterations) {
     if (!options_.clock || options_.budget <= 0) return true;
     const Nanoseconds now = options_.clock();
@@ -322,28 +305,22 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   BlendedEnergy energy_;
   NewtonOptions options_;
   Eigen::Index n_;
-  int most_iterations_ = options_.max_iterations;
   const SchurComplement* schur_complement_ = nullptr;  // at_rest_'s
   std::unique_ptr<ComplianceSolver> at_rest_;          // K^-1 of U = 0
   StepPotential potential_;
   NewtonFactor factor_;
   // (n + slots) x 3 each:
-  Points at_;        // m: U_bar and V where the last step ended
-  Points trial_;     // m
-  Points gradient_;  // N
-  Points step_;      // m
-  Points load_;      // N: B^T f
-  Points restart_;   // m: U and V where the next Relax starts
-  Points from_;      // m: U and V that damp the next Relax
-  bool restarts_ = false;
-  double damping_ = 0;        // damper of the next Relax
+  Points at_;                 // m: U_bar and V where the last step ended
+  Points trial_;              // m
+  Points gradient_;           // N
+  Points step_;               // m
+  Points load_;               // N: B^T f
   Points U_bar_;              // n x 3
   Eigen::MatrixXd columns_;   // 3(n + slots) x (1 + equations): the free step, then the responses
   bool has_tangent_ = false;  // factor_ holds the last step's tangent
   ContactSolver contact_solver_;
   double least_load_ = 0;  // N: least divisor of the residual
   Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
-  int stop_after_ = 0;  // iterations of the next Relax; 0: as in the options
 };
 
 }  // namespace

@@ -13,8 +13,9 @@ struct NewtonOptions {
   int max_iterations = 3;  ///< At least one iteration is made.
   /// Largest |dE/dU - B^T f| / |B^T f|, with |B^T f| at least the force that moves tissue by 1 nm.
   double tolerance = 1e-6;
-  /// s; 0: no limit. No iteration begins that would end later, if it takes as long as the longest
-  /// one of this step. Without a clock (lockstep) only iterations count, so a run is reproducible.
+  /// s; 0: no limit. An iteration begins only if it would end within the budget when it takes as
+  /// long as the step's longest. Without a clock (lockstep) only iterations count, so a run is
+  /// reproducible.
   double budget = 0;
   std::function<Nanoseconds()> clock = nullptr;  ///< Session time; must not throw or lock.
 };

@@ -61,7 +61,8 @@ class GaussSeidelRelaxation final : public Relaxation {
     for (Eigen::Index a = 0; a < K_.size(); ++a) diagonal_[a] = K_.Diagonal(a).trace() / 3;
   }
 
-  RelaxationResult Relax(ContactConstraints* contacts, Points* U) override {
+  RelaxationResult DoRelax(const RelaxationInput& /*input*/, ContactConstraints* contacts,
+                           Points* U) override {
     RelaxationResult result;
     if (contacts->size() == 0) {
       U->setZero();

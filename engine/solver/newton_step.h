@@ -32,8 +32,9 @@ class NewtonFactor {
 /// 2. Returns 1 also if the slope there has fallen to a tenth.
 /// 3. Returns 0 if 2^-20 is still too long.
 ///
-/// `step`: n x 3, m; `value`: E(U); `slope`: derivative of E along the step at U; `work`: J, of the
-/// given forces along the whole step. `trial` and `gradient` (n x 3) are scratch space.
+/// `step` is n x 3, m; `value` is E(U). `slope` is the derivative of E along the step at U. `work`
+/// is that of the given forces along the whole step, J. `trial` and `gradient` (n x 3) are scratch
+/// space.
 double SearchLength(const Points& U, const Points& step, double value, double slope, double work,
                     Potential* energy, Points* trial, Points* gradient);
 

@@ -12,7 +12,7 @@ namespace {
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-// Beyond it they are refused before it is reserved, as organ.cc does with a lattice.
+// Larger couplings are refused before their memory is reserved, as organ.cc does for a lattice.
 constexpr double kMaxCouplingBytes = 2e9;
 
 Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& tissue,

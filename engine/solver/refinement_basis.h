@@ -58,9 +58,9 @@ class RefinementBasis {
   Lattice finer_;
   Points centres_;
   Eigen::MatrixXd inverse_;
-  // A function couples to U directly and through the projected dilatation: K_c = c + H^T d with few
-  // entries in c (3n x 3N) and d (m x 3N). `sparse_` is [c; d]. `coupling_` is Z [c; d] with
-  // Z = [I H^T]^T K^-1 [I H^T]; its first 3n rows are Y.
+  // A function couples to U directly and through the projected dilatation: K_c = c + H^T d.
+  // `sparse_` is [c; d], with few entries in c (3n x 3N) and d (m x 3N). `coupling_` is Z [c; d]
+  // with Z = [I H^T]^T K^-1 [I H^T]; its first 3n rows are Y.
   Eigen::SparseMatrix<double> sparse_;
   Eigen::MatrixXd coupling_;
   Eigen::SparseMatrix<double> own_;  // 3N x 3N: K_loc

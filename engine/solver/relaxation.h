@@ -14,6 +14,20 @@ namespace hpdm {
 /// m: an organ whose displacements are all smaller counts as still.
 inline constexpr double kStill = 1e-9;
 
+/// Inputs of a relaxation besides the contacts. A quadratic energy needs none of them.
+struct RelaxationInput {
+  StepQuality quality = {};
+  /// > 0: the number of iterations after which to stop, in place of the time budget. A replay gives
+  /// it where the recorded relaxation was out of time.
+  int stop_after = 0;
+  /// Starts at these displacements (n x 3, m) instead of where the last Relax ended, unless nullptr.
+  const Points* start = nullptr;
+  /// > 0: adds a damper, which starts at `damped_from` (n x 3, m):
+  ///     dE/dU + damping K (U - damped_from) = B^T f,   K: stiffness at rest.
+  double damping = 0;
+  const Points* damped_from = nullptr;
+};
+
 /// Stage B of a step: finds the control displacements of least energy E(U) that satisfy the
 /// contacts (engine/README.md, section 4),
 ///     dE/dU = B^T f,   x = p_rest + B U + C_loc f
@@ -26,7 +40,10 @@ class Relaxation {
   virtual ~Relaxation() = default;
   /// Solves for `U` (n x 3, m) and fills the rows' forces. On entry `U` is the start, stage A's
   /// moved control points, which only iterative solvers use. Deformation thread.
-  virtual RelaxationResult Relax(ContactConstraints* contacts, Points* U) = 0;
+  RelaxationResult Relax(ContactConstraints* contacts, Points* U,
+                         const RelaxationInput& input = {}) {
+    return DoRelax(input, contacts, U);
+  }
 
   /// True if the solver has no remaining internal motion: a Relax without contacts that gave U = 0
   /// would give it again. Such a Relax ends motions below kStill a step.
@@ -35,25 +52,17 @@ class Relaxation {
   /// Sets the local functions in use, for compliance(); Relax does the same.
   virtual void SetActiveFunctions(const ActiveRefinement& /*active*/) {}
 
-  /// Stops the next Relax after `iterations` (> 0), where a recorded one was out of time; its clock
-  /// does not count. Relaxations without a clock ignore it.
-  virtual void StopNextAfter(int /*iterations*/) {}
-
-  /// Sets the quality for the next and later Relax calls. Relaxations of small strain ignore it.
-  virtual void SetQuality(const StepQuality& /*quality*/) {}
-
-  /// Starts the next Relax at `U` (n x 3, m) instead of where the last one ended. Relaxations that
-  /// do not start there ignore it.
-  virtual void RestartFrom(const Points& /*U*/) {}
-
-  /// Adds a damper to the energy of the next Relax, which starts at `from` (n x 3, m) and solves
-  ///     dE/dU + damping K (U - from) = B^T f,   K: stiffness at rest.
-  /// Returns false if the energy is quadratic and needs no damper (viscous_recovery.h).
-  virtual bool DampNext(double /*damping*/, const Points& /*from*/) { return false; }
+  /// True if the energy is quadratic in this quality: a Relax then ignores its input, and viscous
+  /// tissue needs no damper in the energy (viscous_recovery.h).
+  virtual bool IsQuadratic(const StepQuality& /*quality*/) const { return true; }
 
   /// Returns the lattice's response to small changes of the loads, for the contact patch. It lives
   /// as long as the relaxation. nullptr if there is none; the hand then feels reaction "paper".
   virtual const LatticeCompliance* compliance() const { return nullptr; }
+
+ private:
+  virtual RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
+                                   Points* U) = 0;
 };
 
 /// Iteration budget and tolerance of Gauss-Seidel. The budget is a count, not a time, so a lockstep
@@ -76,8 +85,8 @@ std::unique_ptr<Relaxation> MakeCholeskyRelaxation(const RefinementBasis& functi
 /// virtual wall, responds.
 std::unique_ptr<Relaxation> MakeRigidRelaxation();
 
-/// Make the paper's solver, extended by the contacts: one block of three unknowns for each control
-/// point, and an augmented Lagrangian for the contacts, whose multipliers change after each sweep.
+/// Make the paper's solver, with one block of three unknowns for each control point. An augmented
+/// Lagrangian extends it by the contacts; its multipliers change after each sweep. The result of
 /// compliance() comes from the inverse of the same K, computed at set-up.
 std::unique_ptr<Relaxation> MakeGaussSeidelRelaxation(const ScalarStiffness& K,
                                                       const GaussSeidelOptions& options = {});

@@ -13,7 +13,8 @@ class NoCompliance final : public LatticeCompliance {
 
 class RigidRelaxation final : public Relaxation {
  public:
-  RelaxationResult Relax(ContactConstraints* contacts, Points*) override {
+  RelaxationResult DoRelax(const RelaxationInput& /*input*/, ContactConstraints* contacts,
+                           Points* /*U*/) override {
     if (contacts->size() == 0) return {};
     contact_solver_.Build(*contacts);
     contact_solver_.compliance().setZero();

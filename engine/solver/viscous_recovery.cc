@@ -10,12 +10,15 @@ ViscousRecovery::ViscousRecovery(double relaxation_time, int n)
     : relaxation_time_(relaxation_time), U_(Points::Zero(n, 3)), V_(U_) {}
 
 RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation,
-                                        ContactConstraints* contacts, Points* U) {
-  if (relaxation_time_ <= 0) return relaxation->Relax(contacts, U);
+                                        ContactConstraints* contacts, Points* U,
+                                        RelaxationInput input) {
+  if (relaxation_time_ <= 0) return relaxation->Relax(contacts, U, input);
   constexpr double kMinStep = 1e-4;
   const double elapsed = std::max(dt, kMinStep) / relaxation_time_;
-  if (contacts->size() > 0 && relaxation->DampNext(1 / std::expm1(elapsed), U_)) {  // e / (1 - e)
-    const RelaxationResult result = relaxation->Relax(contacts, U);
+  if (contacts->size() > 0 && !relaxation->IsQuadratic(input.quality)) {
+    input.damping = 1 / std::expm1(elapsed);  // e / (1 - e)
+    input.damped_from = &U_;
+    const RelaxationResult result = relaxation->Relax(contacts, U, input);
     U_ = *U;
     if (!U_.allFinite()) U_.setZero();
     return result;
@@ -32,7 +35,7 @@ RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation,
     const Vector3d kept = e * (contacts->Weights().row(i) * U_).transpose();
     row.target_W = row.p_rest_W + (row.target_W - row.p_rest_W - kept) / done;
   }
-  const RelaxationResult result = relaxation->Relax(contacts, &V_);
+  const RelaxationResult result = relaxation->Relax(contacts, &V_, input);
   for (int i = 0; i < contacts->size(); ++i) {
     (*contacts)[i].target_W = targets[i];
     (*contacts)[i].local_compliance_W = local_compliances[i];

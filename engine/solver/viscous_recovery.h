@@ -30,8 +30,8 @@ class ViscousRecovery {
 
   /// Does Relaxation::Relax() of `relaxation`, `dt` (s) after the last call; at least 0.1 ms
   /// counts.
-  RelaxationResult Relax(double dt, Relaxation* relaxation, ContactConstraints* contacts,
-                         Points* U);
+  RelaxationResult Relax(double dt, Relaxation* relaxation, ContactConstraints* contacts, Points* U,
+                         RelaxationInput input = {});
 
   /// True if no recovery remains.
   bool AtRest() const { return U_.isZero(0) && V_.isZero(0); }

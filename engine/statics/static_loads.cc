@@ -10,6 +10,7 @@
 #include "engine/baselines/spring_rest.h"
 #include "engine/contact/surface_kernel.h"
 #include "engine/statics/static_newton.h"
+#include "engine/tissue/support.h"
 
 namespace hpdm {
 namespace {
@@ -44,7 +45,7 @@ Eigen::VectorXd ElasticForce(const OrganModel& model, const SchurComplement* sch
 }
 
 std::unique_ptr<ComplianceSolver> MakeSolver(const OrganModel& model, int slots) {
-  if (!model.lattice() || model.finite_energy() != nullptr) return nullptr;
+  if (model.lattice_organ() == nullptr || model.finite_energy() != nullptr) return nullptr;
   if (model.refinement_basis() != nullptr)
     return MakeComplianceSolver(*model.refinement_basis(), slots);
   return std::visit([](const auto& K) { return MakeComplianceSolver(K); }, model.stiffness());
@@ -52,8 +53,9 @@ std::unique_ptr<ComplianceSolver> MakeSolver(const OrganModel& model, int slots)
 
 // m. A pressure's surface is split into parts with sides of this length.
 double SampleSize(const OrganModel& model) {
-  return model.lattice() ? ControlPointSpacing(*model.lattice()) / 4
-                         : std::numeric_limits<double>::infinity();
+  return model.lattice_organ() != nullptr
+             ? ControlPointSpacing(model.lattice_organ()->lattice()) / 4
+             : std::numeric_limits<double>::infinity();
 }
 
 // Sets columns 3 load + d to the row's weights along d.

@@ -17,9 +17,9 @@ struct StaticLoadRows {
 };
 
 struct StaticNewtonOptions {
-  double tolerance = 1e-9;  ///< On the residual |dE/dU - R f| / |R f|.
+  double tolerance = 1e-9;  ///< Largest residual |dE/dU - R f| / |R f|.
   int load_steps = 4;       ///< Equal shares of the loads at first; a failed step is halved.
-  int max_halvings = 6;     ///< In a row.
+  int max_halvings = 6;     ///< Consecutive halvings.
   int max_iterations = 25;  ///< Newton iterations per load step.
   int max_total = 150;      ///< Newton iterations in all.
 };

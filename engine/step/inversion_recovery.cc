@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace hpdm {
 namespace {
@@ -20,11 +21,12 @@ constexpr double kBack = 0.9;
 
 InversionRecovery::InversionRecovery(const OrganModel& model, const OrganState& state)
     : model_(model),
+      lattice_organ_(model.lattice_organ()),
       at_rest_(state.recovery),
-      size_(model.lattice() ? model.lattice()->box().lengths.norm() : 0),
+      size_(lattice_organ_ != nullptr ? lattice_organ_->lattice().box().lengths.norm() : 0),
       sound_(Points::Zero(state.control_displacements.rows(), 3)),
       recovery_(state.recovery) {
-  if (model.inversion_detector() != nullptr) scan_.emplace(*model.inversion_detector());
+  if (lattice_organ_ != nullptr) scan_.emplace(lattice_organ_->inversion_detector());
 }
 
 RelaxationResult InversionRecovery::Relax(double dt, OrganState* state) {
@@ -43,17 +45,18 @@ void InversionRecovery::WatchGradient(const OrganState& state) {
     gradient_ = 0;
     return;
   }
-  gradient_ = model_.inversion_detector()->LargestGradient(state.contacts.refinement,
-                                                           state.control_displacements, &*scan_);
+  gradient_ = lattice_organ_->inversion_detector().LargestGradient(
+      state.contacts.refinement, state.control_displacements, &*scan_);
 }
 
 RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
   inverted_ = not_finite_ = false;
   const double demand = Demand(state->contacts);
   const bool is_free = state->contacts.size() == 0;
+  const RelaxationInput input = TakeInput(*state);
   if (IsLinear(*state) || is_free) {
     if (is_free || recovering_) Reset();
-    const RelaxationResult result = RelaxWithin(demand, dt, state);
+    const RelaxationResult result = RelaxWithin(demand, dt, input, state);
     not_finite_ = !state->control_displacements.allFinite();
     inverted_ = !not_finite_ && IsInverted(*state);
     if (model_.finite_energy() != nullptr && !is_free && !not_finite_) {
@@ -66,7 +69,7 @@ RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
   if (recovering_) reach_ = std::min(demand, sound_reach_ + stride_);
   const double reach = recovering_ ? reach_ : demand;
   recovery_ = state->recovery;
-  const RelaxationResult result = RelaxWithin(reach, dt, state);
+  const RelaxationResult result = RelaxWithin(reach, dt, input, state);
   if (!Sound(demand, *state)) {
     const RelaxationResult second = RejectStep(demand, dt, state);
     // A replay applies the first solve's iterations.
@@ -98,7 +101,8 @@ double InversionRecovery::Demand(const ContactConstraints& contacts) const {
 }
 
 // Relaxes with every target scaled from rest by `reach` over the demand.
-RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt, OrganState* state) {
+RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt,
+                                                const RelaxationInput& input, OrganState* state) {
   ContactConstraints& contacts = state->contacts;
   const double demand = Demand(contacts);
   const double share = demand > reach ? reach / demand : 1;
@@ -108,10 +112,17 @@ RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt, OrganSt
     targets[i] = row.target_W;
     if (share < 1) row.target_W = row.p_rest_W + share * (row.target_W - row.p_rest_W);
   }
-  const RelaxationResult result =
-      state->recovery.Relax(dt, state->relaxation.get(), &contacts, &state->control_displacements);
+  const RelaxationResult result = state->recovery.Relax(dt, state->relaxation.get(), &contacts,
+                                                        &state->control_displacements, input);
   for (int i = 0; i < contacts.size(); ++i) contacts[i].target_W = targets[i];
   return result;
+}
+
+// Returns the input of this step's relaxation. `sound_` is at rest where the last step reset it.
+RelaxationInput InversionRecovery::TakeInput(const OrganState& state) {
+  return {.quality = state.quality,
+          .stop_after = std::exchange(stop_after_, 0),
+          .start = std::exchange(starts_at_rest_, false) ? &sound_ : nullptr};
 }
 
 bool InversionRecovery::IsLinear(const OrganState& state) const {
@@ -121,8 +132,8 @@ bool InversionRecovery::IsLinear(const OrganState& state) const {
 bool InversionRecovery::IsInverted(const OrganState& state) {
   if (!scan_) return false;
   const int calls = IsLinear(state) ? kStepsPerScan : 1;
-  return model_.inversion_detector()->Inverted(state.contacts.refinement,
-                                               state.control_displacements, calls, &*scan_);
+  return lattice_organ_->inversion_detector().Inverted(state.contacts.refinement,
+                                                       state.control_displacements, calls, &*scan_);
 }
 
 bool InversionRecovery::Sound(double demand, const OrganState& state) {
@@ -143,9 +154,8 @@ RelaxationResult InversionRecovery::RejectStep(double demand, double dt, OrganSt
   recovering_ = true;
   reach_ = sound_reach_ = kBack * std::min(sound_reach_, demand);
   state->recovery = recovery_;
-  state->relaxation->RestartFrom(sound_);
-  state->relaxation->StopNextAfter(1);
-  const RelaxationResult result = RelaxWithin(reach_, dt, state);
+  const RelaxationResult result = RelaxWithin(
+      reach_, dt, {.quality = state->quality, .stop_after = 1, .start = &sound_}, state);
   if (Sound(demand, *state)) {
     sound_ = state->control_displacements;
     return result;
@@ -154,7 +164,7 @@ RelaxationResult InversionRecovery::RejectStep(double demand, double dt, OrganSt
   sound_reach_ = reach_ = 0;
   stride_ = kMinFirstLoadStep * demand;
   state->recovery = at_rest_;
-  state->relaxation->RestartFrom(sound_);
+  starts_at_rest_ = true;
   state->control_displacements.setZero();
   state->contacts.Clear();
   return result;

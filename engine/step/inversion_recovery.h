@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "engine/organ.h"
+#include "engine/organ/organ_state.h"
 
 namespace hpdm {
 
@@ -40,6 +40,9 @@ class InversionRecovery {
   /// its contacts, through its viscous recovery. The result is for the demand that was met.
   RelaxationResult Relax(double dt, OrganState* state);
 
+  /// Stops the next Relax after `iterations` (> 0): a replay's (RelaxationInput::stop_after).
+  void StopNextAfter(int iterations) { stop_after_ = iterations; }
+
   /// True if tissue was inverted in the last step, at its end or in the rejected step.
   bool inverted() const { return inverted_; }
   /// True if the organ follows its tools only part of the way.
@@ -61,7 +64,9 @@ class InversionRecovery {
   RelaxationResult RelaxSoundly(double dt, OrganState* state);
   void WatchGradient(const OrganState& state);
   double Demand(const ContactConstraints& contacts) const;
-  RelaxationResult RelaxWithin(double reach, double dt, OrganState* state);
+  RelaxationResult RelaxWithin(double reach, double dt, const RelaxationInput& input,
+                               OrganState* state);
+  RelaxationInput TakeInput(const OrganState& state);
   bool IsLinear(const OrganState& state) const;
   bool IsInverted(const OrganState& state);
   bool Sound(double demand, const OrganState& state);
@@ -69,9 +74,12 @@ class InversionRecovery {
   void Reset();
 
   const OrganModel& model_;
+  const LatticeOrgan* lattice_organ_;                 // nullptr for other models
   std::optional<InversionDetector::ScanState> scan_;  // lattice organs only
   const ViscousRecovery at_rest_;
-  double size_;  // m: the lattice's box
+  double size_;                  // m: the lattice's box
+  int stop_after_ = 0;           // iterations of the next Relax; 0: no limit
+  bool starts_at_rest_ = false;  // the next Relax starts at rest
 
   bool inverted_ = false;
   bool not_finite_ = false;

@@ -19,12 +19,12 @@ struct QualityCeiling {
 /// (InversionDetector::LargestGradient) exceeds `finite_from`, and back below kBack times that. In
 /// between, the energy is a blend of both (blended_energy.h) with the share s of finite strain:
 ///
-/// 1. s moves so far in a step that the force changes by about kForceStep of itself. Where |grad u|
-///    exceeds the bound several times, the change grows by as much, up to kMaxForceStep, so that
-///    the model keeps up with a fast tool.
+/// 1. s moves so far in a step that the force changes by about the fraction kForceStep. If |grad u|
+///    is a multiple of the bound, the fraction is that multiple of kForceStep, at most
+///    kMaxForceStep. So the model keeps up with a fast tool.
 /// 2. Held contacts do no work, so the energy E changes by (dE/ds) ds.
-/// 3. The two energies differ at O(depth^3) and E is O(depth^2), so the force changes by about
-///    kForceOverEnergy dE / E of itself.
+/// 3. The two energies differ at O(depth^3) and E is O(depth^2), so the force changes by about the
+///    fraction kForceOverEnergy dE / E.
 /// 4. A blend can be slightly stiffer than both ends, since small strain resists rotation.
 ///    Therefore s does not stay in between.
 ///

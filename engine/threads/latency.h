@@ -12,14 +12,14 @@ namespace hpdm {
 enum class Latency : std::size_t {
   kHapticWakeUp,       ///< Wake-up minus schedule, over several periods too (WakeUpLateness).
   kHapticCompute,      ///< Wall time of a tick.
-  kHapticPeriod,       ///< From one wake-up to the next, skipped periods included.
+  kHapticPeriod,       ///< Time between wake-ups, skipped periods included.
   kPatchAge,           ///< Tick minus the newest device sample in the patch it used.
   kDeviceToForce,      ///< Efforts written minus the device sample they answer, for each tool.
   kDeformationWakeUp,  ///< Wake-up minus schedule.
   kDeformationCompute,
-  kDeformationPeriod,  ///< From one wake-up to the next.
+  kDeformationPeriod,  ///< Time between wake-ups.
   kRenderCompute,      ///< Draw, read back, keep.
-  kRenderPeriod,       ///< From one picture to the next.
+  kRenderPeriod,       ///< Time between pictures.
   kDeviceToPhoton,     ///< Read-back finished minus the newest device sample shown.
   kBaselineWakeUp,     ///< Empty loop before the session (wake_up_baseline.h).
 };

@@ -71,7 +71,7 @@ struct TickCount {
 /// The schedule is absolute, so lateness never accumulates. Periods beyond the end are not counted:
 /// ticks + skipped is end_tick after a full run, and the number of elapsed periods after a stop.
 ///
-/// The loop's own thread. Makes no allocation and no system call but the clock's.
+/// The loop's own thread. Does not allocate. The clock makes the only system calls.
 template <typename Body>
 TickCount RunOnSchedule(const TickSchedule& schedule, std::stop_token stop, LoopClock& clock,
                         Body&& body) {

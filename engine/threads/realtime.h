@@ -15,7 +15,7 @@ struct RealtimeOptions {
   /// 100 us. Not requested if the system offers no such interface.
   bool keep_awake = false;
   /// Pin the thread to a core, counted from the last (0), since interrupts and other programs tend
-  /// to the first. Not requested if the process may use only one or two cores: there pinning makes
+  /// to the first. Not requested if the process may use only one or two cores. There pinning makes
   /// the loops wait for each other, and the scheduler does better.
   std::optional<int> core_from_last = {};
 };

@@ -39,7 +39,7 @@ std::string Figure(const char* form, double value) {
 }
 
 struct GaussRule {
-  std::vector<double> points, weights;  ///< On [0, 1]; the weights sum to 1.
+  std::vector<double> points, weights;  ///< Points on [0, 1]; the weights sum to 1.
 };
 
 /// Returns the Gauss-Legendre rule with n = 1..5 points. The last digits of the table decide the
@@ -140,7 +140,7 @@ class TissueSampler {
 
  private:
   // Rounds to a billionth of the box. So the round-off of a body's unit or position does not decide
-  // on which side of a plane a point lies, and a rescaled body gets the rescaled points.
+  // on which side of a plane a point lies. A rescaled body gets the rescaled points.
   static double Snap(double value) {
     constexpr double kGrid = 1 << 30;
     return std::round(value * kGrid) / kGrid;
@@ -183,7 +183,8 @@ class TissueSampler {
       std::array<int, 3> first, last;
       for (std::size_t d = 0; d < 3; ++d) {
         const auto axis = static_cast<Eigen::Index>(d);
-        // Clamped as doubles: a surface far outside the box does not fit an int.
+        // Clamps before the conversion: the cell numbers of a surface far outside the box do not
+        // fit an int.
         first[d] = static_cast<int>(std::clamp(std::floor(low[axis]), 0.0, 1.0 * cells_[d]));
         last[d] = static_cast<int>(std::clamp(std::floor(high[axis]), -1.0, cells_[d] - 1.0));
       }
@@ -271,8 +272,8 @@ class TissueSampler {
     return true;
   }
 
-  /// Adds the eighths of a smallest block: as a whole or, where the surface cuts them, the part on
-  /// the tissue's side of the nearest triangle's plane.
+  /// Adds the eighths of a smallest block as a whole. Of those that the surface cuts, it adds the
+  /// part on the tissue's side of the nearest triangle's plane.
   void AddSamples(const Block& block, const std::vector<int>& triangles) {
     for (int octant = 0; octant < 8; ++octant) {
       const Block part = Octant(block, octant);
@@ -287,7 +288,7 @@ class TissueSampler {
   }
 
   struct Nearest {
-    Vector3d point, normal;  ///< On the triangle; the triangle's unit normal.
+    Vector3d point, normal;  ///< Point on the triangle; the triangle's unit normal.
     double distance;
   };
 

@@ -9,9 +9,9 @@
 namespace hpdm {
 
 struct InteriorOptions {
-  /// Samples along the longest side of the box that decide what is tissue near the surface, rounded
-  /// up to a power of two times the cells. A wall needs two samples across. The cost grows with the
-  /// square of the resolution.
+  /// Samples along the longest side of the box that decide what is tissue near the surface. Their
+  /// number is rounded up to a power of two times the cells. A wall needs two samples across. The
+  /// cost grows with the square of the resolution.
   int resolution = 128;
   /// Gauss points along each axis of a cell that lies entirely inside: 1..5.
   int gauss_points = 3;

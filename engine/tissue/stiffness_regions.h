@@ -9,8 +9,9 @@
 
 namespace hpdm {
 
-/// Returns Young's modulus (Pa) at a rest point (world, m): that of the last region that contains
-/// the point, or the material's. `bounds`: the posed organ's axis-aligned box. No allocation.
+/// Returns Young's modulus (Pa) at a rest point (world, m). It is that of the last region that
+/// contains the point, else that of the material. `bounds`: the posed organ's axis-aligned box. No
+/// allocation.
 double YoungAt(const OrganOptions& organ, const Box& bounds, const Vector3d& p_W);
 
 /// The tissue of an organ whose points carry their own stiffness.
@@ -22,8 +23,8 @@ struct StiffnessTissue {
 /// Samples the tissue like SampleTissue (interior.h), with separate points on the two sides of a
 /// region's border.
 ///
-/// 1. A cell near a region is sampled in parts of at most a quarter of the region's least side,
-///    within an eighth to a sixteenth of the cell.
+/// 1. A cell near a region is sampled in parts of at most a quarter of the region's least side. The
+///    parts are between an eighth and a sixteenth of the cell.
 /// 2. The points on each side of the border are reduced to at most 54 with the same moments. So in
 ///    a step the cell costs as much as two or three whole cells.
 /// 3. The share of a region in a cell is accurate to about a fiftieth of the region's side.

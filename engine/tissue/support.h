@@ -34,17 +34,17 @@ double ControlPointSpacing(const Lattice& lattice);
 /// Young's modulus, Pa.
 double FixedSupport(const Lattice& lattice, double modulus);
 
-/// Returns the spring density that ties an organ without supports to its rest shape, Pa/m^2:
+/// Returns the spring density (Pa/m^2) that ties an organ without supports to its rest shape. It is
 /// 1e-3 modulus / length^2 with the mean edge length of the lattice's box.
 double WeakSupport(const Lattice& lattice, double modulus);
 
-/// Returns the springs of the supports (n x n, N/m, the same along each axis). regions[s] is the
-/// tissue of supports[s], `tissue` that of the organ. Where tissue is stiffer or softer than
-/// `modulus` (Pa), its weights, and those of a fixed support's region, must be scaled alike
-/// (ElasticWeights).
+/// Returns the springs of the supports (n x n, N/m, the same along each axis). The element
+/// regions[s] is the tissue of supports[s], and `tissue` is that of the organ. The weights of
+/// tissue stiffer or softer than `modulus` (Pa), and those of a fixed support's region, must be
+/// scaled alike (ElasticWeights).
 ///
 /// 1. A support with a stiffness k has the energy 1/2 int k |u|^2 dV.
-/// 2. A fixed support has the energy 1/2 int k |P u|^2 dV with k = FixedSupport() and P the
+/// 2. A fixed support has the energy 1/2 int k |P u|^2 dV with k = FixedSupport(). P is the
 ///    projection on splines one degree lower over the region (mixed_dilatation.h). It leaves the
 ///    cells that straddle the region's edge free to bend; a penalty on u itself locks them.
 /// 3. Without supports, all tissue is tied to rest with WeakSupport(), so the organ stays in place.

@@ -15,7 +15,8 @@ namespace hpdm {
 std::filesystem::path TissueCacheFolder();
 
 /// Returns the result of SampleTissue (interior.h), bit for bit, and keeps it in a file of
-/// `folder`. 30,000 triangles take half a second to sample and a few milliseconds to read.
+/// `folder`. A surface of 30,000 triangles takes half a second to sample and a few milliseconds to
+/// read.
 ///
 /// 1. The file name is a 128-bit digest of everything that decides the result: vertices, triangles,
 ///    box, cells, options, the sampler's source and the compiler.

@@ -227,7 +227,8 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
     result_.normal_W = tip_.normal_W;
     result_.depth = std::max(tip_.depth, 0.0);
   }
-  // Eq. 29 with delta = p_current - p_original, the latter displaced by the other tip's force.
+  // Eq. 29 with delta = p_current - p_original, the latter displaced by the other tip's force. With
+  // the springs C^-1 it returns -F up to rounding (engine/README.md, section 7, has the reason).
   const Vector3d delta_W = tip_.compliance_W * force_on_tissue_W;
   result_.reaction_W = ForceOnHand(NodeOfCompliance(tip_.compliance_W), delta_W);
 }

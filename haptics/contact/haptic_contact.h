@@ -35,8 +35,9 @@ struct HapticForce {
 ///        x_c = p_original(s) + C f + C_ac f_c
 ///    (f, f_c: forces on the tissue by this tip and the other) stays under it.
 /// 3. Each tick s walks along the surface by the tangential part of x_tip - r n - x_c, if that
-///    shortens it, and no farther than the tip's own motion. Without this bound a contact deeper
-///    than the surface's radius of curvature would run away, since there no s is in equilibrium.
+///    shortens it. It walks no farther than the tip's own motion. Without this bound a contact
+///    deeper than the surface's radius of curvature would run away, since there no s is in
+///    equilibrium.
 ///
 /// Reaction "lattice":
 /// 1. The normal n is the released surface's interpolated normal, turned with the pressed surface:
@@ -54,8 +55,8 @@ struct HapticForce {
 /// Grasp (the patch's kind is kGrasp): the held point moves rigidly with the jaws. A jaw opened
 /// beyond kJawLetsGo releases it in the same tick, whatever the patch says; the tip may then press.
 ///
-/// Hand-over: the jump that a new patch makes in the force is faded out with the time constant
-/// kFade, so the arrival of a patch is not felt as a step. If the new patch has no place for the
+/// Hand-over: The jump that a new patch makes in the force is faded out with the time constant
+/// kFade. So the arrival of a patch is not felt as a step. If the new patch has no place for the
 /// contact, its force fades out in the same way.
 ///
 /// Haptic thread; wait-free, no allocation, never throws. The cost is bounded by the patch's caps,
@@ -67,8 +68,8 @@ class HapticContact {
   /// `period`: haptic period, s.
   explicit HapticContact(double period = 0.001);
 
-  /// Takes a new patch, which must stay unchanged until the next call of SetPatch or ClearPatch
-  /// begins: by then the one before may be the writer's again (TripleBuffer::Front).
+  /// Takes a new patch, which must stay unchanged until the next call of SetPatch or ClearPatch.
+  /// That call does not read it: the writer may use its slot again by then (TripleBuffer::Front).
   void SetPatch(const ToolPatch& patch) noexcept;
 
   /// Removes the patch, and with it the contact.
@@ -77,8 +78,8 @@ class HapticContact {
   /// Finds the contact.
   void Locate(TipPose tip) noexcept;
 
-  /// Computes the force of the located contact: of one tip alone, or of the two tips of a session,
-  /// which are coupled if both touch one organ. Both must have been located.
+  /// Computes the force of one located tip, or of the two tips of a session. Two tips are coupled
+  /// if both touch one organ; both must have been located.
   static void Solve(HapticContact* tip) noexcept;
   static void Solve(HapticContact* a, HapticContact* c) noexcept;
   const HapticForce& result() const noexcept { return result_; }

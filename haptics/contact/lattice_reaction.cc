@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kNeighbourDistance = 1e10;  // m
 
-// Coincident tips act as one contact. Shares of their own compliance that separate them, as in the
-// step's contact solver: the least, and the most for tips that move apart and slip.
+// Coincident tips act as one contact. Fractions of their own compliance are added to separate them,
+// as in the step's contact solver. These are the smallest, and the largest for tips that move apart
+// and slip.
 constexpr double kApart = 1e-9;
 constexpr double kMaxApart = 1;
 

@@ -30,11 +30,11 @@ Vector3d TipForce(const CondensedTip& tip) noexcept;
 void TipForces(const CondensedTip& a, const CondensedTip& c, const Matrix3d& coupling_W,
                Vector3d* force_a_W, Vector3d* force_c_W) noexcept;
 
-/// Returns S = C^-1 as a node of Eq. 29. k1 is the smallest eigenvalue of S. Each of the other two
-/// eigenvectors e has a neighbour p_original - L e at its rest length L, with the rest of its
-/// eigenvalue as k2. L is 1e10 m: a spring turns by delta / L as its end moves by delta, so the
-/// force for 1 cm is exact to 1e-12. C must be positive definite. Any thread; wait-free, no
-/// allocation.
+/// Returns S = C^-1 as a node of Eq. 29. The stiffness k1 is the smallest eigenvalue of S. Each of
+/// the other two eigenvectors e has a neighbour p_original - L e at its rest length L. Its
+/// stiffness k2 is the rest of the eigenvalue. A spring turns by delta / L as its end moves by
+/// delta. With L = 1e10 m the force for 1 cm is exact to 1e-12. C must be positive definite. Any
+/// thread; wait-free, no allocation.
 ReactionNode NodeOfCompliance(const Matrix3d& C) noexcept;
 
 }  // namespace hpdm

@@ -17,18 +17,19 @@ struct SurfaceFoot {
   double gap = 0;                            ///< m, along the normal; negative inside.
 };
 
-/// The released surface of one ToolPatch, packed for two queries of every tick: the foot of a free
-/// tip's centre, and the place of a contact that slides along the surface. It has at most
-/// ToolPatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
+/// The released surface of one ToolPatch, packed for two queries of every tick. They find the foot
+/// of a free tip's centre, and the place of a contact that slides along the surface. The surface
+/// has at most ToolPatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
 ///
 /// 1. The foot of a free tip is the point q whose interpolated vertex normal passes through the
-///    centre c: c = q + t n(q) (Phong projection: Panozzo, Baran, Diamanti, Sorkine-Hornung 2013).
-///    Newton's method starts at the closest point and marches from triangle to triangle.
+///    centre c: c = q + t n(q). This is the Phong projection (Panozzo, Baran, Diamanti,
+///    Sorkine-Hornung 2013). Newton's method starts at the closest point and marches from triangle
+///    to triangle.
 /// 2. If no such q exists (missing normals, a crease, c beyond the centre of curvature) the foot is
 ///    the closest point. The sign of its gap comes from the triangle's own normal inside a face,
 ///    and from the interpolated normal on edges and at vertices.
-/// 3. There is no foot if the closest point lies on the patch's border (an edge of one triangle
-///    only) and c is more than 1 um sideways of it: the tip is beyond the patch.
+/// 3. A tip beyond the patch has no foot: the closest point lies on the border and c is more than 1
+///    um sideways of it. Border edges belong to one triangle only.
 /// 4. A contact walks along the surface. The closest point would jump from side to side under a
 ///    convex edge, and in a thin part it may lie on the other side.
 /// 5. Triangles without area, with corners out of range or not finite are left out of the search,

@@ -23,13 +23,12 @@ inline constexpr Nanoseconds kHeldAfter = 5'000'000;
 /// The three conditions under which a device displays force: homed, enabled, and no emergency stop
 /// since it was homed. Every Device holds one.
 ///
-/// The count of presses is the only atomic outside the channels: a stop must work from any thread
-/// and from a signal handler. Homing remembers the count that it saw, so a press during homing
-/// stays in force.
+/// The count of presses is atomic, since a stop must work from any thread and from a signal
+/// handler. Homing stores the count that it saw, so a press during homing stays in force.
 class ForceSwitch {
  public:
   /// Owner of the device only. Clears the emergency stops pressed before the call and leaves the
-  /// forces disabled: a reset must not start anything by itself (ISO 13850).
+  /// forces disabled: a reset must not start motion (ISO 13850).
   void Home() noexcept {
     homed_ = true;
     enabled_ = false;

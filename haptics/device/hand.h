@@ -12,9 +12,9 @@ struct HandIntent {
   double jaw = 1;                   ///< 0 closed .. 1 open.
 };
 
-/// The hand that holds the instrument of a SimDevice: an intent, and a constant impedance (an
-/// isotropic spring and damper from the tip to the intent) through which the displayed force moves
-/// the hand. One thread at a time: the device's.
+/// The hand that holds the instrument of a SimDevice. It has an intent, and a constant impedance:
+/// an isotropic spring and damper from the tip to the intent. Through it the displayed force moves
+/// the hand. Call on the device's thread only.
 class Hand {
  public:
   /// Stiffness in N/m, damping in N s/m. Throws InputError if one is negative or not finite.

@@ -33,17 +33,17 @@ void Validate(const HandOptions& options, const HandSite& site) {
     throw InputError(std::string("instrument.hand: ") + what);
   };
   if (!(std::isfinite(options.speed) && options.speed > 0)) {
-    refuse("speed: not positive: give the mean speed of a reach in m/s");
+    refuse("speed: not positive; give the mean speed of a reach in m/s");
   }
   if (!(std::isfinite(options.depth) && options.depth >= 0)) {
-    refuse("depth: negative or not finite: give a depth in m");
+    refuse("depth: negative or not finite; give a depth in m");
   }
-  if (!site.p_target_W.allFinite()) refuse("target: not finite: give a point in m");
+  if (!site.p_target_W.allFinite()) refuse("target: not finite; give a point in m");
   if (!site.normal_W.allFinite() || !(site.normal_W.norm() > 0)) {
-    refuse("target: the surface has no normal there: choose another point");
+    refuse("target: the surface has no normal there; choose another point");
   }
   if (!(std::isfinite(site.organ_size) && site.organ_size > 0)) {
-    refuse("target: the organ has no size: check its mesh and unit");
+    refuse("target: the organ has no size; check its mesh and unit");
   }
 }
 

@@ -11,14 +11,14 @@ namespace hpdm {
 
 /// Workplace of a simulated hand.
 struct HandSite {
-  Vector3d p_target_W = Vector3d::Zero();  ///< On the organ's rest surface, m.
+  Vector3d p_target_W = Vector3d::Zero();  ///< Point on the organ's rest surface, m.
   Vector3d normal_W = Vector3d::UnitZ();   ///< Outward at the target, any length.
   Vector3d p_trocar_W = Vector3d::Zero();  ///< m.
   double organ_size = 0.2;                 ///< m, characteristic size: bounds the scripts' range.
 };
 
-/// Random numbers that are the same with every standard library. The output of std::mt19937 is
-/// specified but that of the standard distributions is not, so this class maps to doubles itself.
+/// Random numbers that are the same with every standard library. The standard specifies the output
+/// of std::mt19937 but not of its distributions, so this class maps to doubles itself.
 class HandRandom {
  public:
   explicit HandRandom(std::uint32_t seed) : engine_(seed) {}

@@ -45,17 +45,17 @@ ImpulseEngineKinematics::ImpulseEngineKinematics(const Vector3d& p_trocar_W,
   if (!p_trocar_W.allFinite() || !home_direction_W.allFinite() ||
       !(home_direction_W.norm() > 1e-9)) {
     throw InputError(
-        "instrument: trocar: the trocar coincides with its target: move the trocar "
+        "instrument: trocar: the trocar coincides with its target; move the trocar "
         "away from it");
   }
   if (!(profile.max_angle > 0 && profile.max_angle < std::numbers::pi / 2)) {
     throw InputError(
-        "instrument.device: max_angle: pitch is singular at pi/2: give an angle in rad "
+        "instrument.device: max_angle: pitch is singular at pi/2; give an angle in rad "
         "between 0 and 1.57");
   }
   if (!(profile.min_insertion > 0 && profile.max_insertion > profile.min_insertion)) {
     throw InputError(
-        "instrument.device: min_insertion: pitch and yaw are singular at the trocar: "
+        "instrument.device: min_insertion: pitch and yaw are singular at the trocar; "
         "give 0 < min_insertion < max_insertion in m");
   }
   R_WH_ = HomeFrame(home_direction_W);

@@ -37,7 +37,7 @@ class ImpulseEngineKinematics {
 
   struct InverseResult {
     JointVector joints = JointVector::Zero();
-    bool reachable = true;  ///< False: at least one joint was clamped to the workspace.
+    bool reachable = true;  ///< False if a joint was clamped to the workspace.
   };
   /// Returns the joints that place the tip's centre at p_tip_W with this roll (rad) and jaw (0..1).
   /// Outside the workspace each joint is clamped to its own limit. At the trocar, where the
@@ -45,13 +45,9 @@ class ImpulseEngineKinematics {
   InverseResult Inverse(const Vector3d& p_tip_W, double roll, double jaw) const;
 
   /// Returns J = d p_tip_W / d (pitch, yaw, insertion), 3 x 3: m/rad, m/rad, 1. Its columns are
-  /// orthogonal with squared lengths (insertion^2, insertion^2 cos^2(pitch), 1).
+  /// orthogonal with squared lengths (insertion^2, insertion^2 cos^2(pitch), 1). The efforts
+  /// J^T force_W display the force force_W (N) on the hand at the tip.
   Matrix3d Jacobian(const JointVector& joints) const;
-
-  /// Returns the efforts that display force_W (N, on the hand at the tip): J^T force_W.
-  AxisEffort EffortOf(const JointVector& joints, const Vector3d& force_W) const {
-    return Jacobian(joints).transpose() * force_W;
-  }
 
   /// Rounds every axis to the nearest whole encoder step.
   JointVector Quantise(const JointVector& joints) const;

@@ -57,7 +57,7 @@ struct HandOptions {
 struct TraceOptions {
   std::string file;                      ///< Path; empty: the scene names none.
   double scale = 1;                      ///< m per unit of the file's px, py, pz.
-  Matrix3d R_WF = Matrix3d::Identity();  ///< From the file's axes to the world's.
+  Matrix3d R_WF = Matrix3d::Identity();  ///< Rotates the file's axes to the world.
   std::optional<Vector3d> position;      ///< World position of the file's origin, m; absent: fitted
                                          ///< so that the deepest row lies at HandOptions::depth.
   double speed = 1;                      ///< Playback speed over recorded speed.
@@ -77,11 +77,9 @@ struct InstrumentDescription {
   InstrumentType type = InstrumentType::kProbe;
   std::string mesh;  ///< Path of the fixed part's mesh; empty: drawn by its type.
   JawOptions jaws;   ///< Only with `mesh`.
-  std::optional<double> insulated_from;    ///< m: z of the tool frame where the shaft's insulation
-                                           ///< begins; absent: by its type, none with `mesh`.
-  double tip_radius = kDefaultToolRadius;  ///< m.
-  double shaft_radius = kDefaultToolRadius;  ///< m.
-  double friction = 0;                       ///< Coulomb coefficient.
+  std::optional<double> insulated_from;  ///< m: z of the tool frame where the shaft's insulation
+                                         ///< begins; absent: by its type, none with `mesh`.
+  ToolGeometry geometry;
 };
 
 struct InstrumentOptions : InstrumentDescription {

@@ -27,8 +27,8 @@ struct HandTarget {
 /// the hand reaches a fixed target without overshoot.
 class MouseHand : public Hand {
  public:
-  /// Hz. The hand lags a steady motion by 2 / w = 40 ms, acceptable for a mouse, and passes 2 % of
-  /// the steps of a 60 Hz mouse: 1 / (1 + (60 / 8)^2).
+  /// Hz. The hand lags a steady motion by 2 / w = 40 ms, which is acceptable for a mouse. It passes
+  /// 1 / (1 + (60 / 8)^2) = 2 % of the steps of a 60 Hz mouse.
   static constexpr double kBandwidth = 8;
 
   /// Starts at rest at `start`; impedance as in Hand.

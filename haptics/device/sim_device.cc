@@ -33,7 +33,7 @@ SimDevice::SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics
   if (!((inertia_.array() > 0).all() && (damping_.array() >= 0).all() &&
         (friction_.array() >= 0).all())) {
     throw InputError(
-        "instrument.device: mass, inertia, damping or friction: the device cannot move: give "
+        "instrument.device: mass, inertia, damping or friction: the device cannot move; give "
         "positive inertias and no negative damping or friction");
   }
 }

@@ -20,7 +20,7 @@ SimulatedHand::SimulatedHand(const HandOptions& options, const HandSite& site)
       from_(plan_.Start()),
       to_(plan_.Next()) {
   if (!(std::isfinite(tremor_) && tremor_ >= 0)) {
-    throw InputError("instrument.hand: tremor: negative or not finite: give m");
+    throw InputError("instrument.hand: tremor: negative or not finite; give m");
   }
   HandRandom random(options.seed ^ kTremorSeed);
   for (auto& axis : sinusoids_) {

@@ -21,9 +21,10 @@ struct MinimumJerk {
 /// A simulated trainee's hand. It follows a script (hand_script.h) with minimum-jerk movements, has
 /// a tremor, and holds the instrument through an impedance, so that the displayed force moves it.
 ///
-/// Tremor: on each world axis four sinusoids, one in each 1 Hz band from 8 to 12 Hz, with seeded
-/// frequency and phase and amplitude tremor / 2. Its root mean square is that of one sinusoid of
-/// amplitude `tremor`. It has its own seed, so the script is the same without tremor.
+/// Tremor: On each world axis there are four sinusoids, one in each 1 Hz band from 8 to 12 Hz.
+/// Their frequency and phase are seeded, and their amplitude is tremor / 2. The tremor's root mean
+/// square is that of one sinusoid of amplitude `tremor`. The tremor has its own seed, so the script
+/// is the same without tremor.
 ///
 /// Deterministic: the same options and site give the same intent at the same times. One thread;
 /// wait-free, no allocation after construction.

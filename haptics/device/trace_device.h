@@ -19,7 +19,7 @@ struct TraceMapping {
   Vector3d Apply(const Vector3d& p_F) const { return position_W + scale * (R_WF * p_F); }
 };
 
-/// Returns `mapping` translated so that the first place deepest along -normal_W goes to
+/// Returns `mapping` translated so that the first of the deepest places along -normal_W maps to
 /// p_deepest_W. It is for traces in an unknown frame.
 TraceMapping Fitted(TraceMapping mapping, const TraceMotion& motion, const Vector3d& p_deepest_W,
                     const Vector3d& normal_W);
@@ -33,7 +33,7 @@ TraceMapping Fitted(TraceMapping mapping, const TraceMotion& motion, const Vecto
 class TraceDevice : public Device {
  public:
   /// The mapping's position, rotation and scale act on traces of tips. A trace without places stays
-  /// at position_W. Roll and jaw are the file's.
+  /// at position_W. Roll and jaw come from the file.
   TraceDevice(const TraceFile& file, const TraceMotion& motion, const TraceMapping& mapping,
               const ImpulseEngineKinematics& kinematics);
 

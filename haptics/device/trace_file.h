@@ -47,10 +47,12 @@ inline constexpr std::size_t kMaxTraceLine = 4096;  ///< Bytes.
 
 /// Reads a trace. Set-up only. Uses no more memory than the limits above allow, for any file.
 ///
-/// Throws InputError, `FILE:LINE: fault; remedy` on one line, at the first fault: no such file, no
-/// header, a column missing or named twice, a row with more or fewer cells than the header, a cell
-/// that is not a finite number (a decimal comma), a time that goes backwards, a line or a file
-/// beyond the limits.
+/// Throws InputError, `FILE:LINE: fault; remedy` on one line, at the first of these faults:
+/// - no such file, no header, or a file or line beyond the limits;
+/// - a column that is missing or named twice;
+/// - a row with more or fewer cells than the header;
+/// - a cell that is not a finite number (a decimal comma);
+/// - a time that goes backwards.
 TraceFile ReadTraceFile(const std::string& path);
 
 }  // namespace hpdm

@@ -11,7 +11,8 @@
 namespace hpdm {
 
 /// Continuous interpolation of N values that change together (the tip's place; the roll; the jaw)
-/// from their rows in a trace. trace_motion.h explains the treatment of repeats and gaps.
+/// from their rows in a trace. The header trace_motion.h explains the treatment of repeats and
+/// gaps.
 ///
 /// Built by Add in the order of time, then Finish. Constant after that; any thread may read it.
 template <int N>
@@ -22,10 +23,10 @@ class TraceTrack {
     Nanoseconds time_ns = 0;
     Values values = Values::Zero();
     Values slope = Values::Zero();  ///< 1/s.
-    bool gap = false;               ///< True: a gap between this knot and the next.
+    bool gap = false;               ///< True if a gap follows this knot.
   };
 
-  /// Adds a row. `gap`: a gap (or the end) follows it. Drops repeats shorter than `pause`.
+  /// Adds a row; `gap` is true if a gap or the end follows it. Drops repeats shorter than `pause`.
   void Add(Nanoseconds time, const Values& values, bool gap, Nanoseconds pause) {
     const bool repeats = !knots_.empty() && !knots_.back().gap && knots_.back().values == values;
     if (!repeats) {
@@ -38,7 +39,7 @@ class TraceTrack {
     knots_.back().gap = true;
   }
 
-  /// Computes the slopes. Call it after the last row, which was added with `gap`.
+  /// Computes the slopes. Call after the last row, which was added with `gap`.
   void Finish() {
     HPDM_CHECK(!knots_.empty() && knots_.back().gap);
     for (std::size_t i = 1; i + 1 < knots_.size(); ++i) {

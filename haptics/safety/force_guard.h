@@ -30,12 +30,12 @@ struct ForceGuardOptions {
 /// Reasons for the order and exceptions:
 ///
 ///  - Clamping before the gain bounds the start-up force by gain * max_force for any input.
-///  - The slew limit is last, so no later stage can cause a step. Its result needs no second clamp:
-///    it lies between the last displayed force and the clamped one, both in the same ball.
+///  - The slew limit is last, so no later stage can cause a step. Its result lies between the last
+///    displayed force and the clamped one, both in the same ball, so it needs no second clamp.
 ///  - The axis limits form a set that turns with the tip. The device saturates an effort that the
 ///    slew limit leaves outside of it for a tick.
-///  - After skipped ticks the gain falls by the elapsed time, but rises and slews only as for one
-///    period: the safe side of each.
+///  - After skipped ticks the gain falls by the elapsed time. It rises, and the force slews, only
+///    as for one period. Each is the safe side.
 ///  - If the device's force is off (disabled, emergency stop, not homed) the motors have already
 ///    let go. The result is 0 at once, past the slew limit, and the start-up begins again.
 ///
@@ -61,11 +61,12 @@ class ForceGuard {
   };
   Output Filter(const Input& input) noexcept;
 
-  /// Restarts the ramp-in from no authority. Call it only while the tip feels no force.
+  /// Restarts the ramp-in from no authority. Call only while the tip feels no force.
   void RampIn() noexcept { gain_ = 0; }
 
-  /// Takes the force away at the end of a session: displays `share` (1 to 0) of the force that the
-  /// last Filter displayed, whatever the tip feels now. After 0 a Filter would ramp in.
+  /// Takes the force away at the end of a session. Displays the fraction `share` (1 to 0) of the
+  /// force that the last Filter displayed; the contact plays no part. After 0 a Filter would ramp
+  /// in.
   Output RampOut(double share, bool force_on) noexcept;
 
  private:

@@ -9,7 +9,7 @@
 namespace hpdm {
 
 struct PassivityOptions {
-  bool control = true;             ///< False: the energy is observed but no damping is added.
+  bool control = true;             ///< If false, energy is only observed.
   DeviceAxes device = AxesOf({});  ///< The device's own dissipation and inertia.
   double period = 1e-3;            ///< s, haptic period.
 
@@ -39,7 +39,7 @@ struct PassivityOptions {
 ///    paired with the force displayed then. The energy that a delay generates is thus included.
 /// 3. energy() is the sum since the forces were switched on.
 ///
-/// Generated energy. The sum alone would react late: energy stored in a pressed spring or consumed
+/// Generated energy. The sum alone would react late. Energy stored in a pressed spring or consumed
 /// by friction in the tissue hides the energy that hold and delay generate. The controller
 /// compares, on each axis, the displayed effort tau with the tissue's efforts e at the ends of the
 /// motion dq:
@@ -49,9 +49,9 @@ struct PassivityOptions {
 ///     device_share (b dq'^2 dt + f_c |dq|),
 /// so a contact below half the passivity bound of stability.h is never damped.
 ///
-/// Energy that the tissue's law itself gives the hand (breathing; a patch that differs from the one
-/// before) is in energy(), for the log, but is not damped: it is intended, or its source needs
-/// correction.
+/// The tissue's law itself also gives the hand energy, by breathing or by a patch that differs from
+/// the one before. It is in energy(), for the log, but is not damped. Either it is intended, or its
+/// source needs correction.
 ///
 /// Controller. Each axis has an account, J:
 /// 1. It starts at `reserve`. The device's dissipation adds to it, generated energy subtracts.
@@ -60,8 +60,8 @@ struct PassivityOptions {
 ///    less than reserve / leak, 2 uW, is not damped.
 /// 3. Below 0 the axis is damped in proportion, from none at 0 to full at -full. Without a step
 ///    there is no chatter.
-/// 4. The damping dissipates at most the debt over `pay` (Hannaford and Ryu's rule, over one
-///    period), so a fast motion in soft tissue is not braked for a small debt.
+/// 4. The damping dissipates at most the debt over `pay`; in Hannaford and Ryu's rule it is over
+///    one period. So a fast motion in soft tissue is not braked for a small debt.
 /// 5. The full damping of an axis is the lesser of
 ///    - half of inertia / lag. The lag is half the velocity's window plus half a period plus the
 ///      age of the samples; a damper with that lag alone is stable up to pi/2 inertia / lag;
@@ -76,9 +76,9 @@ class PassivityControl {
  public:
   explicit PassivityControl(const PassivityOptions& options);
 
-  /// Call before the guard. Takes the device's sample, read at session time `now`, and returns the
-  /// damping force on the hand (N), which is zero unless an axis has generated energy.
-  /// `J`: d p_tip_W / d (pitch, yaw, insertion); `reaction_W`: the tissue's force on the hand.
+  /// Call before the guard. Takes the device's sample, read at session time `now`. Returns the
+  /// damping force on the hand (N), which is zero unless an axis has generated energy. `J`: d
+  /// p_tip_W / d (pitch, yaw, insertion); `reaction_W`: the tissue's force on the hand.
   Vector3d Damp(Nanoseconds now, const DeviceSample& sample, const Vector3d& p_tip_W,
                 const Matrix3d& J, const Vector3d& reaction_W) noexcept;
 
@@ -98,7 +98,7 @@ class PassivityControl {
 
   // Force and device sample of one tick.
   struct Tick {
-    Nanoseconds written_ns = 0;  // start of its force's display
+    Nanoseconds written_ns = 0;  // time from which force_W is displayed
     Nanoseconds sample_ns = 0;
     Vector3d q = Vector3d::Zero();  // pitch, yaw, insertion
     Vector3d force_W = Vector3d::Zero();
@@ -111,7 +111,7 @@ class PassivityControl {
     bool known = false;
   };
 
-  // A sample whose motion is accounted for.
+  // A sample whose motion is included in the energy balance.
   struct Judged {
     bool valid = false;
     Nanoseconds sample_ns = 0;

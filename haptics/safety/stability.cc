@@ -37,8 +37,8 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t) {
   }
   HeldForceStep step;
   step.transition << c + sigma * s, s, -k / m * s, c - sigma * s;
-  // The velocity's response to a held force is the position's to an impulse, s / m. The position's
-  // response is its integral.
+  // A unit force held since t = 0 gives the velocity v = s / m, which is also the position after a
+  // unit impulse. The position x is the integral of v.
   const double v = s / m;
   double x = 0;
   if (b * t < m && k * t * t < m) {
@@ -68,7 +68,7 @@ double PassivityBound(double damping, double friction, double encoder_step, doub
 }
 
 double SpectralRadius(const AxisDynamics& axis, double stiffness, double period, double delay) {
-  // In a period the command of d + 1 periods ago acts first, then that of d periods ago.
+  // Within a period, the command of d + 1 periods ago acts first, then the one of d periods ago.
   const int d = static_cast<int>(delay / period + 1e-9);
   const double first = std::max(0.0, delay - d * period);
   const HeldForceStep whole = ExactStep(axis, period);

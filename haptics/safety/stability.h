@@ -23,8 +23,8 @@ struct HeldForceStep {
 
 /// Returns the step over t (s, >= 0) from the closed form of the matrix exponential:
 ///     exp(A t) = e^(-sigma t) (cosh(q t) I + sinh(q t) / q (A + sigma I)),
-/// with sigma = b / 2m and q^2 = sigma^2 - k / m. An imaginary q gives cosine and sine. Any thread,
-/// no allocation.
+/// with A = [0, 1; -k/m, -b/m], sigma = b / 2m and q^2 = sigma^2 - k / m. If q is imaginary, cosh
+/// and sinh become cos and sin. Any thread, no allocation.
 HeldForceStep ExactStep(const AxisDynamics& axis, double t);
 
 /// Returns the greatest stiffness (N/m) of a sampled virtual spring that a device can display
@@ -35,8 +35,8 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t);
 ///        b >= K T/2 sin((d + 1/2) w T) / sin(w T/2)
 ///    for every frequency w; the bound is greatest at w = 0.
 /// 2. Abbott and Okamura (2005); Diolaiti, Niemeyer, Barbagli and Salisbury (2006): Coulomb
-///    friction f_c (N) dissipates the energy that an encoder's step (m) lets the spring generate.
-///    It does not apply to a continuous encoder (step 0).
+///    friction f_c (N) dissipates what an encoder's step (m) lets the spring generate. It does not
+///    apply to a continuous encoder (step 0).
 double PassivityBound(double damping, double friction, double encoder_step, double period,
                       double delay = 0);
 
@@ -56,9 +56,9 @@ inline double VirtualWallStiffness(const AxisDynamics& axis, double period, doub
   return 0.5 * StabilityLimit(axis, period, delay);
 }
 
-/// Greatest stiffness that an axis can display, in the axis' own unit (N m/rad or N/m). At the tip,
-/// along the axis' motion, divide it by the squared length of the axis' column of J = d p_tip / d
-/// q, as for inertia and damping.
+/// Greatest stiffness that an axis can display, in the axis' own unit (N m/rad or N/m). For its
+/// value at the tip, divide it by the squared length of the axis' column of J = d p_tip / d q.
+/// Inertia and damping convert in the same way.
 struct StiffnessLimit {
   double passivity = 0;  ///< PassivityBound().
   double stability = 0;  ///< StabilityLimit() without a hand.

@@ -38,7 +38,7 @@ void ChannelCounter::Count(const MessageOrder& order) {
     return;
   }
   Sequence& sequence = found->second;
-  // Unsigned, since a damaged number may be as far from the last as there are numbers.
+  // Unsigned, since the distance between two damaged numbers can be as large as the type's range.
   const std::uint64_t step =
       static_cast<std::uint64_t>(number) - static_cast<std::uint64_t>(sequence.previous);
   sequence.previous = number;

@@ -12,18 +12,19 @@ namespace hpdm {
 /// Counts of one channel.
 struct ChannelFacts {
   std::string channel;
-  std::string type;    ///< "hpdm.tool_t"; the hash in hexadecimal where it is not known.
+  std::string type;    ///< "hpdm.tool_t"; the hash in hexadecimal if the type is unknown.
   bool known = false;  ///< The type is known.
   std::uint64_t messages = 0;
-  std::uint64_t bytes = 0;    ///< Of the messages alone.
+  std::uint64_t bytes = 0;    ///< Size of the messages alone.
   std::int64_t first_us = 0;  ///< Time stamps.
   std::int64_t last_us = 0;
-  std::uint64_t unreadable = 0;  ///< Not one message of the channel's type.
+  std::uint64_t unreadable = 0;  ///< Messages that are not exactly one message of the channel's
+                                 ///< type.
   std::uint64_t gaps = 0;        ///< Places where the sequence numbers jump.
   std::uint64_t lost = 0;        ///< Messages missing there.
-  std::uint64_t not_rising = 0;  ///< Sequence numbers that repeat or go back.
+  std::uint64_t not_rising = 0;  ///< Sequence numbers that repeat or fall.
 
-  /// Messages a second, from the first to the last.
+  /// Returns the messages a second, from the first to the last.
   double Rate() const {
     if (last_us <= first_us) return 0;
     // The difference of foreign time stamps may not fit into 64 bits.
@@ -34,8 +35,8 @@ struct ChannelFacts {
 
 /// Counts the messages of one channel. One thread; the schemas outlive it.
 ///
-/// 1. The channel's type is that of its first message of a known type. A message is readable if it
-///    has a hash of that type and exactly its size.
+/// 1. The first message of a known type sets the channel's type. A message is readable if it has a
+///    hash of that type and exactly its size.
 /// 2. Sequence numbers are the member `sequence`, counted for each value of a member `instrument`
 ///    if the type has one (at most kMaxInstrumentsCounted values).
 /// 3. A restarted sender, which counts from the beginning again, is followed after kRestartRun

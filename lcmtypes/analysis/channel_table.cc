@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPortion = 0.1;  // s
 
-// Differences of foreign time stamps may not fit into 64 bits.
+// Returns seconds as a double: differences of foreign time stamps may not fit into 64 bits.
 double Seconds(std::int64_t from_us, std::int64_t to_us) {
   return 1e-6 * (static_cast<double>(to_us) - static_cast<double>(from_us));
 }
@@ -41,7 +41,7 @@ bool ChannelTable::Add(const LogEvent& event) {
   }
   const bool was_known = channel.counter.facts().known;
   const bool readable = channel.counter.Add(event);
-  if (channel.counter.facts().known != was_known) channel.has_last = false;  // was of another type
+  if (channel.counter.facts().known != was_known) channel.has_last = false;  // had another type
   if (readable != channel.counter.facts().known || event.data.size() > kMaxKeptBytes) {
     return readable;
   }
@@ -116,7 +116,7 @@ ChannelFlow ChannelTable::Channel::Flow(std::int64_t now_us, std::vector<double>
   for (const double interval : *intervals) {
     squares += (interval - flow.mean_interval_s) * (interval - flow.mean_interval_s);
   }
-  // Stamps are microseconds: what is less than a thousandth of one is rounding.
+  // Stamps are in microseconds: a deviation below a thousandth of one is rounding.
   const double deviation = std::sqrt(squares / n);
   flow.jitter_s = deviation < 1e-9 ? 0 : deviation;
   const auto rank = static_cast<std::ptrdiff_t>(std::ceil(0.99 * n)) - 1;

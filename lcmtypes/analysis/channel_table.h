@@ -14,15 +14,16 @@ namespace hpdm {
 /// kMaxChannelArrivals messages if that is shorter, by time stamps. An interval is from one message
 /// of the channel to the next.
 struct ChannelFlow {
-  /// Hz: (n - 1) / (last - first) over the window's n messages, and at most n / (now - 0.1 s -
-  /// first), so that it falls when the channel is silent (senders and readers work in portions: a
-  /// tenth of a second without a message is none). 0 for fewer than two messages.
+  /// Hz: (n - 1) / (last - first) over the window's n messages. At most n / (now - 0.1 s - first),
+  /// so that it falls when the channel is silent. Senders and readers work in batches, so a tenth
+  /// of a second without messages is not silence. 0 for fewer than two messages.
   double rate_hz = 0;
   double bytes_per_s = 0;         ///< The rate times the mean size of the window's messages.
-  double jitter_s = 0;            ///< Standard deviation of the intervals,
-  double mean_interval_s = 0;     ///< their mean,
-  double p99_interval_s = 0;      ///< the one that 99 % of them do not exceed (nearest rank),
-  double longest_interval_s = 0;  ///< and the longest.
+  double jitter_s = 0;            ///< Standard deviation of the intervals.
+  double mean_interval_s = 0;     ///< Mean of the intervals.
+  double p99_interval_s = 0;      ///< Value that 99 % of the intervals do not exceed (nearest
+                                  ///< rank).
+  double longest_interval_s = 0;  ///< Longest interval.
 };
 
 struct ChannelRow {
@@ -52,8 +53,9 @@ class ChannelTable {
   /// Sets a channel's last message before the new place, after an interruption. Does not count it.
   void Recall(const LogEvent& event);
 
-  /// By name, with each one's flow at time `now_us`: the wall clock for a network, the position for
-  /// a log. Costs a partial sort of the window per channel: for a few times a second.
+  /// Returns the channels by name, with their flow at time `now_us`: the wall clock for a network,
+  /// the position for a log. Costs a partial sort of the window per channel, so call it a few times
+  /// a second.
   std::vector<ChannelRow> Rows(std::int64_t now_us) const;
 
   struct Last {
@@ -63,7 +65,7 @@ class ChannelTable {
   };
   Last Find(std::string_view channel) const;
 
-  /// All messages, including those of channels for which the table has no room.
+  /// Number of all messages, including the channels for which the table has no room.
   std::uint64_t messages() const { return messages_; }
   /// Messages of channels without room in the table, and their bytes.
   std::uint64_t other_messages() const { return other_messages_; }

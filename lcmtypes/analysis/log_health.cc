@@ -24,7 +24,7 @@ void NoteEvent(const MessageSchemas& schemas, const LcmStruct& type, const LogEv
 }  // namespace
 
 bool LogHealth::Sound() const {
-  if (events == 0) return false;  // whatever it is, it is no log
+  if (events == 0) return false;  // the file is not a log
   if (damaged_bytes > 0 || torn_bytes > 0 || time_back > 0 || (session && !closed)) return false;
   return std::all_of(channels.begin(), channels.end(), [](const ChannelFacts& channel) {
     return channel.unreadable == 0 && channel.gaps == 0 && channel.not_rising == 0;

@@ -15,11 +15,11 @@ struct LogHealth {
   std::uint64_t events = 0;             ///< Intact events.
   std::uint64_t damaged_stretches = 0;  ///< Segments without an intact event, except for the tail.
   std::uint64_t damaged_bytes = 0;
-  std::uint64_t torn_bytes = 0;        ///< At the end, after the last intact event.
+  std::uint64_t torn_bytes = 0;        ///< After the last intact event.
   std::uint64_t time_back = 0;         ///< Time stamps that run backwards.
   bool session = false;                ///< It holds a session of this project.
   bool closed = false;                 ///< That session was closed.
-  std::vector<ChannelFacts> channels;  ///< By name.
+  std::vector<ChannelFacts> channels;  ///< Sorted by name.
 
   /// True if nothing is damaged, torn, lost, unreadable or out of order.
   bool Sound() const;

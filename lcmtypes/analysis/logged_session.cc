@@ -45,12 +45,12 @@ bool TickReader::Next(LoggedTick* tick) {
         ++unreadable_;
         continue;
       }
-      // The one before has no output. Does its number fit those around it?
+      // The sample before has no output. Checks whether its number fits the samples around it.
       const bool fits = waiting_ && (Expected(*waiting_) ||
                                      sample.tick == waiting_->tick + 1 + sample.skipped.Total());
       if (waiting_ && (!fits || sample.tick <= waiting_->tick)) {
         ++unreadable_;
-        // An expected number is believed before one that contradicts it.
+        // An expected number takes precedence over one that contradicts it.
         if (!fits) waiting_ = sample;
         continue;
       }
@@ -114,7 +114,7 @@ LoggedSession::LoggedSession(const std::string& path) : path_(path) {
     } else if (event.channel == kEventChannel) {
       event_t message;
       if (!DecodeMessage(event.data, &message)) continue;
-      if (message.name == "session.start") start_text_ = message.text;
+      if (message.name == kSessionStart) start_text_ = message.text;
       if (message.name == "session.end") closed_ = true;
     }
   }
@@ -126,7 +126,7 @@ LoggedSession::LoggedSession(const std::string& path) : path_(path) {
 }
 
 std::string LoggedSession::WhyAnother(const SessionInfo& info) const {
-  if (!start_text_.empty() && start_text_ != SessionStartText(info)) {
+  if (!start_text_.empty() && start_text_ != SessionStartText(info.instruments)) {
     return "its instruments differ (" + start_text_ + ")";
   }
   std::vector<std::vector<mesh_t>> organs;

@@ -9,7 +9,7 @@
 
 #include "engine/snapshots.h"
 #include "lcmtypes/log/log.h"
-#include "lcmtypes/telemetry/telemetry_loop.h"
+#include "lcmtypes/telemetry/session_info.h"
 #include "lcmtypes/wire/codec.h"
 
 namespace hpdm {
@@ -35,10 +35,11 @@ class TickReader {
   explicit TickReader(const std::string& path, std::function<void(const LogEvent&)> visit = nullptr)
       : reader_(path), visit_(std::move(visit)) {}
 
-  /// Reads the next tick that has its input. False at the end.
+  /// Reads the next tick whose input is in the log. Returns false at the end of the log.
   bool Next(LoggedTick* tick);
 
-  /// Messages of ticks so far that were unreadable or belonged to an earlier tick.
+  /// Returns the number of tick messages so far that were unreadable or belonged to an earlier
+  /// tick.
   std::uint64_t unreadable() const { return unreadable_; }
   /// The file: its size and its damage so far.
   const LogReader& log() const { return reader_; }

@@ -15,24 +15,25 @@
 namespace hpdm {
 namespace {
 
-// Of the guard's clamp and slew, which scale a vector to its limit: a few roundings.
+// Bound of the guard's clamp and slew, which scale a vector to its limit with a few roundings.
 constexpr double kLimitBound = 1 + 1e-12;
 constexpr double kStoredBound = 1e-6;  // J
 constexpr double kWorkBound = 0.02;    // W
 constexpr double kWorkWindow = 1;      // s, at least
 constexpr double kRestBound = 1e-6;    // m
-// A shape's step is written before it or, where a tick had to use it first, a second later at most.
+// A step is written before its shape. If a tick had to use the step first, it is written up to a
+// second later.
 constexpr std::size_t kMaxPendingSteps = 1024;
 
 constexpr double kNotEqual = std::numeric_limits<double>::quiet_NaN();
 
-/// The values of one invariant as they come.
+/// Accumulates the values of one invariant.
 class Judge {
  public:
   Judge(const char* name, const char* what, const char* unit, double bound)
       : invariant_{.name = name, .what = what, .unit = unit, .bound = bound} {}
 
-  /// `time`: s, of the session.
+  /// Adds a value; `time`: s, session time.
   void Add(double value, double time) {
     if (invariant_.checked++ == 0 || !(value <= invariant_.worst)) invariant_.worst = value;
     if (value <= invariant_.bound) return;
@@ -95,7 +96,7 @@ class TickJudges {
       const ToolSample& tool = sample.tools[i];
       energy += tool.energy;
       free = free && tool.kind == ContactKind::kNone;
-      // Then the observer begins anew.
+      // The guard was off, so the observer starts over.
       if ((tool.guard_flags & kGuardDisabled) != 0) free_since_.reset();
     }
     if (!free) return;
@@ -134,9 +135,9 @@ class TickJudges {
 
   const SessionLimits& limits_;
   Nanoseconds period_;
-  bool follows_ = false;  // the tick before is known, and so is what it gave
+  bool follows_ = false;  // the previous tick and its output are known
   std::array<Vector3d, kMaxInstruments> last_force_W_;
-  std::optional<std::pair<double, double>> free_since_;  // s, and J that had been put in then
+  std::optional<std::pair<double, double>> free_since_;  // s, and energy (J) put in until then
   std::vector<Phase> pattern_;                           // by time
   Judge ticks_{"ticks", "periods neither in the log nor skipped with a cause, at a tick", "", 0};
   Judge force_{"force", "force on a hand over its limit", "", kLimitBound};
@@ -146,7 +147,7 @@ class TickJudges {
   Judge repeats_{"repeats", "difference from the force in the second period", "N", 0};
 };
 
-// m, by which a shape differs from the one at rest, at the place where it does most.
+// Returns the largest displacement of a shape from rest, m.
 double Difference(const OrganSnapshot& shape, const Points& rest) {
   if (shape.control_displacements.rows() != rest.rows()) return kNotEqual;
   double difference = 0;
@@ -197,7 +198,7 @@ class StepJudges {
   }
 
  private:
-  /// A step, and when a tool was on each organ last, as of it.
+  /// A step, and the last time a tool was on each organ before it.
   struct Touches {
     std::uint64_t step = 0;
     double time = 0;  // s
@@ -225,14 +226,14 @@ class StepJudges {
     Touches now = judged_.empty() ? Touches() : judged_.back();
     now.step = sample.step.number;
     now.time = ToSeconds(sample.step.time_ns);
-    if (!follows) now.last.fill(now.time);  // as far as is known
+    if (!follows) now.last.fill(now.time);  // no earlier time is known
     for (int t = 0; t < sample.tool_count; ++t) {
       const SolvedContact& contact = sample.contacts[t];
       const bool known = contact.organ >= 0 && contact.organ < kMaxOrgans;
       const bool tip =
           known && (contact.kind == ContactKind::kGrasp || !contact.force_on_tissue_W.isZero(0));
       if (tip) now.last[static_cast<std::size_t>(contact.organ)] = now.time;
-      if (contact.shaft_contact) now.last.fill(now.time);  // on any of them
+      if (contact.shaft_contact) now.last.fill(now.time);  // a shaft may touch any of them
     }
     judged_.push_back(now);
     if (judged_.size() > kMaxPendingSteps) judged_.pop_front();
@@ -262,7 +263,7 @@ class StepJudges {
               kRestBound};
 };
 
-/// Numbers of a message that are not finite.
+/// Counts the numbers of a message that are not finite.
 class NotFinite : public MessageVisitor {
  public:
   void Value(const MessageValue& value) override {

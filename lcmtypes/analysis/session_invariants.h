@@ -16,22 +16,23 @@ struct SessionLimits {
     double slew = 0;       ///< N, largest change in a tick.
   };
   std::vector<Tool> tools;
-  /// s, by organ: after so long without a touch it is where it was before any touch (0: in the
-  /// first step without a touch). Empty if the model does not guarantee this.
+  /// s, by organ: time after the last touch until it is back at its position before any touch (0:
+  /// in the first step without a touch). Empty if the model does not guarantee this.
   std::vector<std::optional<double>> settles;
-  bool still = true;  ///< True if no organ moves by itself: all work comes from the hands.
+  bool still = true;  ///< True if organs do not move by themselves: all work comes from the hands.
 };
 
 /// A condition judged over a whole session.
 struct Invariant {
   std::string name;           ///< Short and stable, for programs.
   std::string what;           ///< The value that must not exceed `bound`, for people.
-  std::string unit;           ///< Of `worst` and `bound`; empty: a number.
+  std::string unit;           ///< Unit of `worst` and `bound`; empty for a pure number.
   double worst = 0;           ///< Largest value found.
   double bound = 0;           ///< Largest permitted value.
-  std::uint64_t checked = 0;  ///< Values.
+  std::uint64_t checked = 0;  ///< Number of values.
   std::uint64_t broken = 0;   ///< Values beyond the bound, or not a number.
-  std::optional<double> first = std::nullopt;  ///< s: session time of the first of those.
+  std::optional<double> first = std::nullopt;  ///< s: session time of the first value beyond the
+                                               ///< bound.
 
   bool Holds() const { return broken == 0; }
 };
@@ -39,32 +40,31 @@ struct Invariant {
 /// Reads a session's log and judges every tick, step and shape in it:
 ///
 ///   finite   numbers of any message that are not finite
-///   ticks    periods that are neither a tick in the log, with what went in and what came out, nor
-///            skipped with a cause
-///   steps    steps that are missing, or whose input or first use goes back in time
+///   ticks    periods that are neither a tick in the log, with input and output, nor skipped
+///            with a cause
+///   steps    steps that are missing, or whose input or first use goes backwards in time
 ///   force    length of a force on the hand over the device's limit
-///   slew     its change from tick to tick over the device's limit; a switched-off force is
-///            exempt (force_guard.h), and so is what stands across a tick that the log lost
+///   slew     its change from tick to tick over the device's limit. A switched-off force is
+///            exempt (force_guard.h), and so is a change across a lost tick
 ///   stored   J that the lattice has given out: -1/2 of the sum over the tips of force on the
-///            tissue times displacement of the contact, which is the energy of a small strain and
-///            must not be negative
-///   work     W that the hands together were given on average between two moments, a second or
-///            more apart, at which no tip touches anything: energy from nowhere, where nothing
-///            but the hands works (SessionLimits::still). A late patch gives tenths of a
-///            milliwatt, jaws that close on pressed tissue millijoules each time; a contact that
-///            chatters by 1 mm at 30 Hz gives a hand of 5 N s/m 89 mW
-///   rest     m, by which a control point, local function or indentation of an organ that no tool
-///            touches, nor has touched for SessionLimits::settles, is not where it was before any
-///            touch
+///            tissue times displacement of the contact. This is the energy of a small strain,
+///            which must not be negative
+///   work     W given to all hands together, the mean between two contact-free moments at least
+///            a second apart. It would be energy from nothing; judged only if the hands alone do
+///            work (SessionLimits::still). A late patch gives tenths of a milliwatt. Jaws that
+///            close on pressed tissue give millijoules each time. A contact that chatters by 1 mm
+///            at 30 Hz gives a hand of 5 N s/m 89 mW
+///   rest     m, distance of a control point, local function or indentation from its value before
+///            any touch. Judged on organs that no tool has touched for SessionLimits::settles
 ///
-/// and, with `period` > 0, of a session whose hands do the same again every `period`:
+/// With `period` > 0, the session's hands repeat their motion every `period`:
 ///
-///   repeats  N, by which a force differs from that of the second period, from the third on
-///            (start-up is in the first); 0 where it is the same bit for bit. Motions that differ
-///            are no repetition and count as broken.
+///   repeats  N, difference of a force from that of the second period, from the third period
+///            (start-up is in the first); 0 if it is the same bit for bit. Motions that differ
+///            are not repetitions and count as broken
 ///
-/// Messages that cannot be read are skipped: CheckLog counts them. Throws InputError where the
-/// file cannot be read.
+/// Messages that cannot be read are skipped; CheckLog counts them. Throws InputError if the file
+/// cannot be read.
 std::vector<Invariant> CheckInvariants(const std::string& log, const SessionLimits& limits,
                                        Nanoseconds period = 0);
 

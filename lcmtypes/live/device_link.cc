@@ -21,7 +21,7 @@ constexpr char kOption[] = "--device lcm";
 
 DeviceLink::DeviceLink(const std::string& url, const SessionClock& clock, const Edges& edges)
     : clock_(clock), edges_(edges) {
-  // LCM's own thread inherits the scheduling of the thread that subscribes.
+  // LCM's receiving thread inherits the scheduling of the thread that subscribes.
   std::exception_ptr failure;
   std::jthread([&] {
     RealtimeOptions realtime;
@@ -62,7 +62,7 @@ void DeviceLink::Send(std::stop_token stop) noexcept {
     if (!last) clock_.SleepUntil(clock_.Now() + kSendPeriod);
   }
   if (force_.sequence == 0) return;
-  // The session is over: no motor shows its last force any longer.
+  // The session is over: sends zero forces, so that no motor holds its last force.
   for (tool_force_t& tool : force_.tools) {
     std::fill(std::begin(tool.force), std::end(tool.force), 0.0);
     std::fill(std::begin(tool.effort), std::end(tool.effort), 0.0);
@@ -106,20 +106,18 @@ void DeviceLink::Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival
 void DeviceLink::Refuse(Refusal why, std::size_t bytes, int instrument) noexcept {
   if (++refused_[static_cast<std::size_t>(why)] > 1 || edges_.events == nullptr) return;
   constexpr const char* kReasons[kRefusals] = {
-      "is not a device reading (another type, or impossible values): keep other programs "
+      "is not a device reading (another type, or impossible values); keep other programs "
       "off this channel, or build the driver with this version's lcmtypes",
-      "is of an instrument without an external driver: give it --device NAME=lcm, or correct the "
+      "is of an instrument without an external driver; give it --device NAME=lcm, or correct the "
       "driver's instrument",
       "came after a newer one: are two drivers running?"};
   char text[sizeof LoopEvent::text];
   std::snprintf(text, sizeof text,
-                "a message of %zu bytes on HPDM_DEVICE was refused, and more like it will be: it "
-                "%s",
-                bytes, kReasons[static_cast<std::size_t>(why)]);
+                "a message of %zu bytes on HPDM_DEVICE was refused (reported once): it %s", bytes,
+                kReasons[static_cast<std::size_t>(why)]);
   if (instrument >= 0) {
     std::snprintf(text, sizeof text,
-                  "a reading of instrument %d on HPDM_DEVICE was refused, and more like it will "
-                  "be: it %s",
+                  "a reading of instrument %d on HPDM_DEVICE was refused (reported once): it %s",
                   instrument, kReasons[static_cast<std::size_t>(why)]);
   }
   edges_.events->Push(MakeLoopEvent(EventSeverity::kWarning, "device.refused", text));

@@ -50,7 +50,7 @@ class DeviceLink {
   static constexpr Nanoseconds kRestartAfter = 50'000'000;
 
   struct Edges {
-    /// By instrument. Null if it has no external driver; its readings are refused then.
+    /// One per instrument. Null if it has no external driver; its readings are refused then.
     std::array<TripleBuffer<DeviceSample>*, kMaxInstruments> devices{};
     SpscQueue<HapticSample>& forces;
     SpscQueue<LoopEvent>* events = nullptr;  ///< Receives the first refusal of each kind.
@@ -67,20 +67,22 @@ class DeviceLink {
   /// Below the haptic loop, above the deformation loop.
   static constexpr int kPriority = 70;
 
-  /// Run on one thread each until the stop (within 20 ms). Neither throws.
+  /// Receive and Send each run on a thread of their own. They return within 20 ms of the stop and
+  /// do not throw.
   void Receive(std::stop_token stop) noexcept;
   void Send(std::stop_token stop) noexcept;
 
-  /// Handles one message's bytes that arrived at session time `arrival`. The receiving thread.
+  /// Handles the bytes of one message that arrived at session time `arrival`. Call on the receiving
+  /// thread.
   void Handle(std::span<const std::uint8_t> bytes, Nanoseconds arrival) noexcept;
 
-  /// Call it when both threads have ended.
+  /// Returns the counts. Call after both threads have ended.
   DeviceLinkSummary Summary() const;
 
   lcm::LCM& connection() { return *lcm_; }
 
  private:
-  // Why a message is not taken.
+  // Reason for refusing a message.
   enum class Refusal { kNoReading, kNotOurs, kStale };
   static constexpr std::size_t kRefusals = 3;
   void Refuse(Refusal why, std::size_t bytes, int instrument) noexcept;
@@ -98,12 +100,12 @@ class DeviceLink {
   Edges edges_;
   std::unique_ptr<lcm::LCM> lcm_;
 
-  // The receiving thread's.
+  // Used only by the receiving thread.
   std::array<Driver, kMaxInstruments> drivers_;
   std::uint64_t received_ = 0;
   std::array<std::uint64_t, kRefusals> refused_{};
 
-  // The sending thread's.
+  // Used only by the sending thread.
   force_t force_{};
   std::vector<std::uint8_t> buffer_;
   std::uint64_t sent_ = 0, send_errors_ = 0;

@@ -10,16 +10,17 @@
 namespace hpdm {
 namespace {
 
-// Messages are taken in portions, which saves a wake-up for each.
+// Messages are taken in batches, which saves a wake-up for each.
 constexpr auto kPause = std::chrono::milliseconds(4);
-// LCM's own queue holds what comes in such a pause, one message a microsecond. It is bounded by
-// messages alone: of 64 kB each, an UDP packet, they take 256 MB; those it drops it does not count.
+// LCM's queue holds the messages of one pause at one per microsecond. It is limited by number only:
+// with 64 kB each, a UDP packet, it takes 256 MB. LCM does not count the messages it drops.
 constexpr int kLcmQueue = 1 << 12;
 constexpr std::size_t kMaxBatch = 1024;
 constexpr std::size_t kMaxSpent = 4096;
-constexpr std::size_t kMaxSpentBytes = 4096;  // memory of longer messages is given back
+constexpr std::size_t kMaxSpentBytes = 4096;  // memory of longer messages is released
 
-/// As much as the system grants, up to 8 MB: a second of a session and the meshes.
+/// Requests as large a buffer as the system grants, up to 8 MB: a second of a session, and the
+/// meshes.
 std::string WithLargeBuffer(const std::string& url) {
   if (!url.starts_with("udpm://") || url.find("recv_buf_size") != std::string::npos) return url;
   long granted = 0;
@@ -78,7 +79,7 @@ void LiveSource::Collect(std::stop_token stop) {
     if (batched_ > 0) arrived_.notify_one();
     const bool more = batched_ >= kMaxBatch;
     batched_ = 0;
-    // A connection that fails returns at once, for ever.
+    // A broken connection returns at once, every time.
     if (!more) std::this_thread::sleep_for(kPause);
   }
 }

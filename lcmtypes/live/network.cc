@@ -26,9 +26,9 @@ namespace hpdm {
 namespace {
 
 constexpr std::string_view kMulticast = "udpm://";
-constexpr int kDefaultPort = 7667;  // LCM's
+constexpr int kDefaultPort = 7667;  // LCM's default
 
-/// The number behind `name` in the text, the last one; -1 where there is none.
+/// Returns the number behind the last `name` in the text; -1 if there is none.
 int NumberBehind(std::string_view text, std::string_view name) {
   const std::size_t at = text.rfind(name);
   int number = -1;
@@ -38,13 +38,13 @@ int NumberBehind(std::string_view text, std::string_view name) {
   return number;
 }
 
-/// Whether what is sent may leave this machine.
+/// True if sent messages may leave this machine.
 bool ReachesOthers(std::string_view url) {
   const std::size_t options = url.find('?');
   return options != std::string_view::npos && NumberBehind(url.substr(options), "ttl=") > 0;
 }
 
-/// This program's sockets that receive datagrams at a port.
+/// Returns this program's sockets that receive datagrams at a port.
 std::vector<int> DatagramSockets(int port) {
   std::vector<int> sockets;
   std::error_code error;
@@ -64,9 +64,8 @@ std::vector<int> DatagramSockets(int port) {
   return sockets;
 }
 
-/// Lets a socket take only what this machine sent: a copy that multicast turned back on its way
-/// out, or what came by the loopback. Neither can be had from outside, whatever address a packet
-/// claims to come from.
+/// Restricts a socket to packets from this machine: multicast copies of its own packets, and
+/// packets over the loopback. Other machines can send neither, whatever source address they claim.
 bool TakeOwnPacketsOnly(int socket) {
   constexpr auto kPacketType = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_PKTTYPE);
   constexpr auto kInterfaceType = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_HATYPE);
@@ -75,15 +74,15 @@ bool TakeOwnPacketsOnly(int socket) {
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_LOOPBACK, 2, 0),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kInterfaceType),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ARPHRD_LOOPBACK, 0, 1),
-      BPF_STMT(BPF_RET | BPF_K, 0xffffffff),  // all of it
+      BPF_STMT(BPF_RET | BPF_K, 0xffffffff),  // accept the whole packet
       BPF_STMT(BPF_RET | BPF_K, 0),
   };
   const sock_fprog filter = {static_cast<unsigned short>(std::size(program)), program};
   return setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) == 0;
 }
 
-/// Until LCM has read, and without a subscription forgotten, what came before the filter; or a
-/// while, where this machine itself keeps sending.
+/// Removes the packets from before the filter: waits until LCM has read them and, without a
+/// subscription, dropped them. Gives up after a while if this machine keeps sending.
 void ForgetEarlierPackets(int socket) {
   constexpr int kMaxWaits = 50;
   int waiting = 1;
@@ -93,11 +92,11 @@ void ForgetEarlierPackets(int socket) {
   }
 }
 
-/// Whether liblcm takes the multicast address: nothing, which is its own, or A.B.C.D:PORT. Of
-/// another it says so on stderr, in words of its own.
+/// True if liblcm accepts the multicast address: empty, which means its default, or A.B.C.D:PORT.
+/// For others liblcm prints a message of its own on stderr.
 bool IsMulticast(std::string_view address) {
   if (address.empty()) return true;
-  int numbers[5] = {};  // the port last
+  int numbers[5] = {};  // the port is last
   const char* at = address.data();
   const char* const end = at + address.size();
   for (int i = 0; i < 5; ++i) {
@@ -142,7 +141,7 @@ std::unique_ptr<lcm::LCM> ConnectToReceive(const std::string& url, const std::st
   if (!url.starts_with(kMulticast) || ReachesOthers(url)) return connection;
   const int named = NumberBehind(std::string_view(url).substr(0, url.find('?')), ":");
   const int port = named > 0 ? named : kDefaultPort;
-  const std::vector<int> others = DatagramSockets(port);        // of further connections
+  const std::vector<int> others = DatagramSockets(port);        // sockets of other connections
   if (connection->getFileno() < 0) FailToConnect(url, option);  // opens the socket
   std::vector<int> sockets = DatagramSockets(port);
   std::erase_if(sockets, [&others](int socket) {
@@ -152,7 +151,7 @@ std::unique_ptr<lcm::LCM> ConnectToReceive(const std::string& url, const std::st
   for (const int socket : sockets) kept = TakeOwnPacketsOnly(socket) && kept;
   if (!kept) {
     throw MachineError(option + ": " + url +
-                       " cannot be kept to this machine: the system lets no filter be set on a "
+                       " cannot be limited to this machine: the system refuses a filter on a "
                        "socket; add ttl=1 to hear other machines too");
   }
   for (const int socket : sockets) ForgetEarlierPackets(socket);
@@ -161,7 +160,7 @@ std::unique_ptr<lcm::LCM> ConnectToReceive(const std::string& url, const std::st
 
 void FailToConnect(const std::string& url, const std::string& option) {
   throw MachineError(option + ": LCM cannot open " + url +
-                     ": set LCM_DEFAULT_URL, or give the machine a multicast route "
+                     "; set LCM_DEFAULT_URL, or give the machine a multicast route "
                      "(ip route add 239.255.76.67 dev lo)");
 }
 

@@ -27,7 +27,7 @@ std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& opt
 /// address. Throws MachineError, also if the filter for that cannot be set.
 std::unique_ptr<lcm::LCM> ConnectToReceive(const std::string& url, const std::string& option);
 
-/// Throws the MachineError for a network that `option` needs and that cannot be opened.
+/// Throws MachineError: the network that `option` needs cannot be opened.
 [[noreturn]] void FailToConnect(const std::string& url, const std::string& option);
 
 }  // namespace hpdm

@@ -55,7 +55,7 @@ SessionLog::SessionLog(const std::string& path, std::int64_t epoch_us)
       last_us_(epoch_us) {
   if (!file_->good()) {
     throw InputError(path + ": cannot create the log (" + std::strerror(errno) +
-                     "): choose a folder that exists and can be written");
+                     "); choose a folder that exists and can be written");
   }
   std::setvbuf(file_->getFilePtr(), stream_buffer_.data(), _IOFBF, stream_buffer_.size());
 }
@@ -75,11 +75,11 @@ void SessionLog::Append(const char* channel, std::int64_t time_us,
     return;
   }
   lcm::LogEvent event;
-  event.eventnum = 0;  // numbered by the file
+  event.eventnum = 0;  // the file assigns the number
   event.timestamp = time_us;
-  event.channel = channel;  // our names fit into the string itself: no allocation
+  event.channel = channel;  // our names fit into the string's own buffer: no allocation
   event.datalen = static_cast<std::int32_t>(data.size());
-  event.data = const_cast<std::uint8_t*>(data.data());  // only read
+  event.data = const_cast<std::uint8_t*>(data.data());  // never written
   ++state_.events;
   state_.bytes += kHeaderBytes + event.channel.size() + data.size();
   if (file_->writeEvent(&event) != 0) Fail(LogFailure::kWrite, errno);
@@ -119,8 +119,8 @@ void SessionLog::Fail(LogFailure failure, int error) noexcept {
   state_.dropped += state_.events - flushed_events_;
   state_.events = flushed_events_;
   state_.bytes = flushed_bytes_;
-  // What the stream still holds would be written by closing it: it goes, and the torn event that
-  // is in the file already is cut off. Where even that fails, a reader skips the torn tail.
+  // Closing the stream would write its remaining bytes. They are discarded, and the torn event that
+  // is in the file already is cut off. If that fails, a reader skips the torn tail.
   std::FILE* stream = file_->getFilePtr();
   __fpurge(stream);
   [[maybe_unused]] const int cut = ftruncate(fileno(stream), static_cast<off_t>(flushed_bytes_));
@@ -128,11 +128,11 @@ void SessionLog::Fail(LogFailure failure, int error) noexcept {
 }
 
 LogReader::File::File(const std::string& path)
-    // A pipe, which is refused then, must not be waited for.
+    // Opening a pipe must not block; it is refused below.
     : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   if (descriptor_ < 0) {
     throw InputError(path + ": cannot open the log (" + std::strerror(errno) +
-                     "): give the path of a session.lcmlog");
+                     "); give the path of a session.lcmlog");
   }
 }
 
@@ -141,12 +141,13 @@ LogReader::File::~File() { close(descriptor_); }
 LogReader::LogReader(const std::string& path) : file_(path) {
   struct stat status;
   if (fstat(file_.descriptor(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    throw InputError(path + ": not a regular file: give the path of a session.lcmlog");
+    throw InputError(path + ": not a regular file; give the path of a session.lcmlog");
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
 
-/// The file's bytes [at, at + bytes), valid until the next call; null where the file ends before.
+/// Returns the file's bytes [at, at + bytes), valid until the next call, or null if the file ends
+/// before.
 const std::uint8_t* LogReader::View(std::uint64_t at, std::uint64_t bytes) {
   if (at > size_ || bytes > size_ - at) return nullptr;
   if (at < window_start_ || at + bytes > window_start_ + window_.size()) {
@@ -159,7 +160,7 @@ const std::uint8_t* LogReader::View(std::uint64_t at, std::uint64_t bytes) {
       const ssize_t n = pread(file_.descriptor(), window_.data() + got, wanted - got,
                               static_cast<off_t>(at + got));
       if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) break;  // the file shrank, or cannot be read any further
+      if (n <= 0) break;  // the file shrank or cannot be read further
       got += static_cast<std::uint64_t>(n);
     }
     window_.resize(got);
@@ -169,8 +170,8 @@ const std::uint8_t* LogReader::View(std::uint64_t at, std::uint64_t bytes) {
   return window_.data() + (at - window_start_);
 }
 
-/// Whether a sync word, or what the end of the file leaves of one, starts at `at` <= size_. Moves
-/// the window nowhere: a wrong length leads far, and reading on is here.
+/// True if a sync word, or the part of one before the end of the file, starts at `at` <= size_.
+/// Does not move the window: a wrong length may point far away while reading continues here.
 bool LogReader::IsBorder(std::uint64_t at) const {
   std::array<std::uint8_t, kSync.size()> word;
   const std::size_t bytes = std::min<std::uint64_t>(word.size(), size_ - at);
@@ -184,7 +185,8 @@ bool LogReader::IsBorder(std::uint64_t at) const {
   return std::equal(word.begin(), word.begin() + bytes, kSync.begin());
 }
 
-/// Reads the event that starts at `at`; its size in the file, or 0 where none intact starts there.
+/// Reads the event that starts at `at`. Returns its size in the file, or 0 if no intact one starts
+/// there.
 std::uint64_t LogReader::ReadEventAt(std::uint64_t at, LogEvent* event) {
   const std::uint8_t* header = View(at, kHeaderBytes);
   if (header == nullptr || !std::equal(kSync.begin(), kSync.end(), header)) return 0;
@@ -196,7 +198,7 @@ std::uint64_t LogReader::ReadEventAt(std::uint64_t at, LogEvent* event) {
 
   const std::uint64_t bytes = kHeaderBytes + channel_bytes + data_bytes;
   if (bytes > size_ - at) return 0;
-  // What follows tells a wrong length apart before its bytes are read.
+  // The bytes after the event reveal a wrong length before its data is read.
   if (!IsBorder(at + bytes)) return 0;
 
   const std::uint8_t* body = View(at + kHeaderBytes, bytes - kHeaderBytes);
@@ -206,7 +208,8 @@ std::uint64_t LogReader::ReadEventAt(std::uint64_t at, LogEvent* event) {
   return bytes;
 }
 
-/// Where the next sync word at or after `from` starts; the file's size where there is none.
+/// Returns the position of the next sync word at or after `from`, or the file's size if there is
+/// none.
 std::uint64_t LogReader::FindSync(std::uint64_t from) {
   while (from + kSync.size() <= size_) {
     const std::uint64_t window_end = window_start_ + window_.size();

@@ -24,7 +24,8 @@ enum class LogFailure {
 struct LogState {
   LogFailure failure = LogFailure::kNone;
   int error = 0;              ///< errno of the failure.
-  std::uint64_t events = 0;   ///< Accepted; after a failure, those that reached the file.
+  std::uint64_t events = 0;   ///< Accepted events; after a failure, the events that reached the
+                              ///< file.
   std::uint64_t dropped = 0;  ///< Refused or lost because of the failure.
   std::uint64_t bytes = 0;    ///< Size of the accepted events in the file.
   bool moved = false;         ///< Its folder was moved or renamed; writing continues.

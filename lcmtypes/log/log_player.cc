@@ -9,10 +9,10 @@ namespace hpdm {
 namespace {
 
 constexpr std::uint64_t kMarkBytes = 256 << 10;
-// A reader that comes later than this has made the play slower.
+// A reader later than this has slowed the playback.
 constexpr double kSlipNs = 200e6;
 
-/// From one time stamp to a later one; 0 where the clock was set.
+/// Returns the time between two time stamps; 0 if the clock was set back.
 std::int64_t Step(std::int64_t from_us, std::int64_t to_us) {
   if (to_us <= from_us) return 0;
   const std::uint64_t step =
@@ -40,7 +40,7 @@ std::int64_t PlayTime::Advance(std::int64_t time_us, const std::int64_t* next_us
   if (next_us != nullptr && *next_us >= last_us_) {
     mended = std::clamp(time_us, last_us_, *next_us);
   }
-  // Else the clock was set back, to this event or to the one after it.
+  // Otherwise the clock was set back, at this event or at the one after it.
   played_us_ += Step(last_us_, mended);
   last_us_ = mended;
   return played_us_;
@@ -95,9 +95,9 @@ void LogPlayer::Advance() {
   if (has_next_) next_us_ = time_.Advance(next_.time_us, has_after_ ? &after_.time_us : nullptr);
 }
 
-/// Nanoseconds until the next event is due; negative when it should have been read before.
+/// Returns the nanoseconds until the next event is due; negative if it is overdue.
 double LogPlayer::DueIn() const {
-  if (next_us_ <= clock_position_us_) return 0;  // what comes before the place of a seek, too
+  if (next_us_ <= clock_position_us_) return 0;  // includes events before the target of a seek
   if (paused_) return std::numeric_limits<double>::infinity();
   if (speed_ == kUnlimited) return 0;
   return 1000 * static_cast<double>(next_us_ - clock_position_us_) / speed_ -
@@ -124,7 +124,7 @@ std::int64_t LogPlayer::position_us() const {
   if (!has_next_) return length_us_;
   if (paused_ || speed_ == kUnlimited) return clock_position_us_;
   const double elapsed_us = 1e-3 * speed_ * static_cast<double>(clock_.now() - clock_start_);
-  // Never beyond an event that waits to be read.
+  // The position stops at the next event until that event is read.
   const std::int64_t room = std::max<std::int64_t>(next_us_ - clock_position_us_, 0);
   return clock_position_us_ +
          static_cast<std::int64_t>(std::min(elapsed_us, static_cast<double>(room)));
@@ -168,7 +168,7 @@ void LogPlayer::ForNewestBefore(const std::function<void(const LogEvent&)>& visi
   }
 }
 
-/// Those of events before the next one.
+/// Returns the offsets before the next event's.
 std::span<const std::uint64_t> LogPlayer::Before(const std::vector<std::uint64_t>& offsets) const {
   const std::uint64_t end = has_next_ ? next_offset_ : reader_.size();
   return {offsets.begin(), std::lower_bound(offsets.begin(), offsets.end(), end)};

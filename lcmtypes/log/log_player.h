@@ -38,7 +38,7 @@ class PlayTime {
 /// Clock of a player: the machine's, or a test's.
 struct PlayClock {
   std::function<Nanoseconds()> now;
-  std::function<void(Nanoseconds)> sleep;  ///< For a duration.
+  std::function<void(Nanoseconds)> sleep;  ///< Sleeps for a duration.
 };
 
 /// Plays a log in time. The constructor reads it once for its length, damage and an index (about 1
@@ -50,8 +50,8 @@ class LogPlayer : public MessageSource {
   static constexpr double kSlowest = 0.1;
   static constexpr double kFastest = 100;
   static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-  /// After a seek, this much time before the place is played at once. So viewers have the newest
-  /// message of every channel that sends once a second, even while the play is paused.
+  /// Messages from this long before a seek's target are played immediately. So viewers have the
+  /// newest message of every channel that sends once a second, even while paused.
   static constexpr std::int64_t kLeadInUs = 1'500'000;
   static constexpr std::size_t kMaxIndexed = 100'000;
 
@@ -88,10 +88,10 @@ class LogPlayer : public MessageSource {
   /// Calls `visit` with the newest such message of every indexed channel that has one.
   void ForNewestBefore(const std::function<void(const LogEvent&)>& visit);
 
-  std::uint64_t events() const { return events_; }  ///< Intact ones, in the whole log.
+  std::uint64_t events() const { return events_; }  ///< Intact events of the whole log.
   std::uint64_t damaged_stretches() const { return damaged_stretches_; }
   std::uint64_t damaged_bytes() const { return damaged_bytes_; }
-  std::uint64_t size() const { return reader_.size(); }  ///< Of the file, bytes.
+  std::uint64_t size() const { return reader_.size(); }  ///< Size of the file, bytes.
 
  private:
   struct Mark {

@@ -2,13 +2,10 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "engine/snapshots.h"
@@ -16,16 +13,15 @@
 #include "engine/threads/loop_event.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
-#include "lcmtypes/live/network.h"
 #include "lcmtypes/log/log.h"
+#include "lcmtypes/telemetry/event_reporter.h"
+#include "lcmtypes/telemetry/health_publisher.h"
+#include "lcmtypes/telemetry/live_publisher.h"
+#include "lcmtypes/telemetry/log_writer.h"
+#include "lcmtypes/telemetry/session_info.h"
 #include "lcmtypes/telemetry/session_statistics.h"
-#include "lcmtypes/telemetry/timeline.h"
+#include "lcmtypes/telemetry/step_matcher.h"
 #include "lcmtypes/wire/codec.h"
-#include "lcmtypes/wire/mesh_codec.h"
-
-namespace lcm {
-class LCM;
-}
 
 namespace hpdm {
 
@@ -41,8 +37,8 @@ struct TelemetryOptions {
   SpscQueue<FrameRecord>* frames = nullptr;  ///< Of the render loop; null in the lockstep clock.
   /// Of the render loop and of the device link, each the queue's producer.
   std::vector<SpscQueue<LoopEvent>*> events = {};
-  /// Receives one line for the user at each warning and error outside the haptic path (files,
-  /// pictures, network). Called at once on the telemetry thread; it may block.
+  /// Receives one line for the user when a device is lost or back, and at each warning and error
+  /// outside the haptic path (files, pictures, network). Called at once on the telemetry thread; it may block.
   std::function<void(const std::string&)> tell = nullptr;
   TripleBuffer<SessionHealth>* health = nullptr;  ///< For the render loop, 10 times a second.
   Histogram baseline = {};                        ///< Wake-ups of an empty loop before the session.
@@ -50,17 +46,6 @@ struct TelemetryOptions {
   /// clock.
   std::function<Nanoseconds()> stolen_time = nullptr;
 };
-
-/// Parts of a session, by index.
-struct SessionInfo {
-  std::vector<std::string> instruments;
-  std::vector<std::vector<std::string>> held;  ///< Names by instrument and
-                                               ///< ToolPose::instrument_index.
-  std::vector<OrganDescription> organs;
-};
-
-/// Text of the event "session.start".
-std::string SessionStartText(const SessionInfo& info);
 
 struct TelemetrySummary {
   SessionSummary session;
@@ -74,13 +59,14 @@ struct TelemetrySummary {
 };
 
 /// Reads the haptic loop's samples, the deformation loop's steps and its snapshots (displacements,
-/// not vertices). Writes every one to the session log, thins the samples into the time line, keeps
-/// the statistics, and publishes live if options.live.
+/// not vertices), and connects the parts that record them:
 ///
-///     HapticSample queue (every tick) --> Drain --> session.lcmlog, timeline.csv
-///     StepSample queue (every step) ---->   |
-///     SceneSnapshot (latest value) ----->   '-----> LCM, only with options.live
-///     FrameRecord, LoopEvent queues ---->   '--SessionHealth (latest value) --> render loop
+///     HapticSample queue (every tick) --> TelemetryLoop --> LogWriter: session.lcmlog, timeline
+///     StepSample queue (every step) ---->  |  |  |  |  '--> LivePublisher: LCM, if options.live
+///     SceneSnapshot (latest value) ----->  |  |  |  '-----> HealthPublisher --> render loop
+///     FrameRecord, LoopEvent queues ---->  |  |  '--------> EventReporter: what happened
+///                                          |  '-----------> SessionStatistics: counts and times
+///                                          '--------------> StepMatcher: first use of each step
 ///
 /// 1. Everything but the constructor runs on one thread: its own (Run, real clock) or the thread
 ///    that runs everything (Drain, Finish; lockstep clock).
@@ -117,74 +103,39 @@ class TelemetryLoop {
   TelemetrySummary Summary() const;
 
  private:
-  void HandleSample(const HapticSample& sample);
-  void ReportDevices(const HapticSample& sample);
-  void ReportControl(const HapticSample& sample);
-  void HandleStep(const StepSample& sample);
-  void ReportOrgans(const StepSample& sample);
-  void ReportShedding(int level);
-  void HandleShapes(const SceneSnapshot& scene);
-  void ResolveVisible(std::uint64_t patch_number, std::uint64_t tick);
-  void WriteContact(contact_t* message, std::int64_t visible_tick);
-  void AdvanceTo(Nanoseconds time, Nanoseconds patience);
-  void CloseInterval(Nanoseconds end);
-  void CountStolenTime();
-  void PublishHealth();
-  void PublishMeshPart();
-  void ReportFailures();
-  void ReportOnce(bool* reported, EventSeverity severity, const char* name,
-                  const std::string& text);
-  template <typename Message>
-  void Send(const char* channel, Nanoseconds time, const Message& message, bool publish = true);
-  void Publish(const char* channel, std::span<const std::uint8_t> bytes);
-
-  SpscQueue<HapticSample>* samples_;
-  SpscQueue<StepSample>* steps_;
-  TripleBuffer<SceneSnapshot>* scenes_;
-  TelemetryOptions options_;
-  std::unique_ptr<lcm::LCM> live_;  // absent unless asked for
-  SessionLog log_;
-  std::optional<Timeline> timeline_;
-  SessionStatistics statistics_;
-  bool finished_ = false;
-  bool log_failure_reported_ = false;
-  bool log_move_reported_ = false;
-  bool timeline_failure_reported_ = false;
-  bool live_failure_reported_ = false;
-  std::uint64_t overflows_reported_ = 0;
-  std::vector<std::string> instruments_;
-  std::array<bool, kMaxInstruments> device_lost_{};
-  std::vector<std::vector<std::string>> held_;
-  SessionControl control_;  // as the last sample had it
-  std::vector<std::string> organs_;
-  std::array<bool, kMaxOrgans> organ_unsound_{};
-  int shed_level_ = 0;                                        // of the last step
-  std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   struct SentShape {
     std::uint64_t version;  // OrganSnapshot's
     Vector3d offset_W;      // m
     Nanoseconds time;       // of the session
   };
-  std::array<std::optional<SentShape>, kMaxOrgans> sent_;
-  std::uint64_t live_messages_ = 0;
-  std::uint64_t live_errors_ = 0;
 
+  void WriteMeshes(const std::vector<OrganDescription>& organs);
+  void Handle(const HapticSample& sample);
+  void Handle(const StepSample& sample);
+  void Handle(const SceneSnapshot& scene);
+  void AdvanceTo(Nanoseconds time, Nanoseconds patience);
+  void CloseInterval(Nanoseconds end);
+  void CountStolenTime();
+  void ReportFailures();
+  template <typename Message>
+  void Send(const char* channel, Nanoseconds time, const Message& message, bool publish = true);
+
+  SpscQueue<HapticSample>* samples_;
+  SpscQueue<StepSample>* steps_;
+  TripleBuffer<SceneSnapshot>* scenes_;
+  TelemetryOptions options_;
+  LivePublisher live_;
+  LogWriter log_;
+  EventReporter events_;
+  StepMatcher matcher_;
+  SessionStatistics statistics_;
+  HealthPublisher health_;
+
+  bool finished_ = false;
   Nanoseconds now_ = 0;              // newest session time seen
   Nanoseconds stolen_ = 0;           // total when last asked
   std::uint64_t frames_missed_ = 0;  // total when last asked
-  Nanoseconds last_flush_ = 0;
-  SessionHealth health_;
-
-  // Steps that wait for the tick that first uses their patch, and such ticks that wait for their
-  // step: whichever crosses its queue first.
-  std::deque<contact_t> waiting_;
-  std::deque<std::pair<std::uint64_t, std::uint64_t>> first_uses_;  // patch number, tick
-  std::uint64_t newest_used_ = 0;                                   // patch number
-
-  std::vector<mesh_t> mesh_parts_;  // for the live repeats
-  std::size_t next_part_ = 0;
-  Nanoseconds next_repeat_ = 0;
-  std::int64_t mesh_sequence_ = 0;
+  std::array<std::optional<SentShape>, kMaxOrgans> sent_;
 
   // Reused, so that a steady session allocates nothing here. Sequence numbers count in them.
   tool_t tool_{};
@@ -193,7 +144,6 @@ class TelemetryLoop {
   stats_t stats_{};
   event_t event_{};
   std::int64_t contact_sequence_ = 0;
-  std::vector<std::uint8_t> buffer_;
 };
 
 }  // namespace hpdm

@@ -2,48 +2,95 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "lcmtypes/wire/message_hash.h"
+#include "lcmtypes/wire/sample_fields.h"
 
 namespace hpdm {
 namespace {
 
 constexpr std::size_t kCountBytes = 4;
 
-template <typename Vector>
-void Copy(const Vector& from, double* to) {
-  std::copy(from.data(), from.data() + from.size(), to);
-}
-
 Vector3d ToVector(const double (&from)[3]) { return {from[0], from[1], from[2]}; }
 
-// A number beyond what a scene can hold comes from no sender of ours.
-bool IsInstrumentIndex(int index) { return index >= 0 && index < kMaxHeld; }
+std::int64_t Signed(std::uint64_t number) { return static_cast<std::int64_t>(number); }
+std::uint64_t Unsigned(std::int64_t number) { return static_cast<std::uint64_t>(number); }
 
-bool IsKind(int kind) { return kind >= 0 && kind <= static_cast<int>(ContactKind::kGrasp); }
-
-bool IsShare(double share) { return share >= 0 && share <= 1; }
-
-bool IsToolCount(int count, std::size_t held) {
-  return count >= 0 && count <= kMaxInstruments && static_cast<std::size_t>(count) == held;
+/// Copies a value of a sample into a message, and back.
+template <typename Value, typename Wire>
+requires(!std::is_class_v<Value>) void Copy(Value from, Wire& to) { to = static_cast<Wire>(from); }
+template <typename Vector, std::size_t kSize>
+void Copy(const Vector& from, double (&to)[kSize]) {
+  static_assert(Vector::SizeAtCompileTime == kSize);
+  std::copy_n(from.data(), kSize, to);
 }
-
+template <typename Vector, std::size_t kSize>
+void Copy(const double (&from)[kSize], Vector& to) {
+  to = Eigen::Map<const Vector>(from);
+}
 void Copy(const Matrix3d& from, double (&to)[3][3]) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) to[i][j] = from(i, j);
   }
 }
-
-Matrix3d ToMatrix(const double (&from)[3][3]) {
-  Matrix3d to;
+void Copy(const double (&from)[3][3], Matrix3d& to) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) to(i, j) = from[i][j];
   }
-  return to;
 }
 
-std::int64_t Signed(std::uint64_t number) { return static_cast<std::int64_t>(number); }
-std::uint64_t Unsigned(std::int64_t number) { return static_cast<std::uint64_t>(number); }
+template <typename Fields, typename Sample, typename Message>
+void ToMessage(const Fields& fields, const Sample& sample, Message* message) {
+  VisitFields(fields,
+              [&](const auto& field) { Copy(sample.*field.sample, message->*field.message); });
+}
+
+template <typename Wire>
+bool Contains(const FieldRange& range, const Wire& value) {
+  if constexpr (std::is_arithmetic_v<Wire>) {
+    const auto number = static_cast<double>(value);
+    return number >= range.min && number <= range.max;
+  }
+  return true;  // arrays have no range
+}
+
+/// False if a value is out of its field's range.
+template <typename Fields, typename Message, typename Sample>
+bool FromMessage(const Fields& fields, const Message& message, Sample* sample) {
+  bool valid = true;
+  VisitFields(fields, [&](const auto& field) {
+    valid = valid && (!field.range || Contains(*field.range, message.*field.message));
+    Copy(message.*field.message, sample->*field.sample);
+  });
+  return valid;
+}
+
+/// True if an array has as many elements as its message states, at most `max`.
+template <typename Element>
+bool HasCount(int count, int max, const std::vector<Element>& elements) {
+  return count >= 0 && count <= max && static_cast<std::size_t>(count) == elements.size();
+}
+
+void ToMessage(const Isometry3d& X_WT, tool_contact_t* message) {
+  const Vector3d p_tip_W = X_WT.translation();
+  const Eigen::Quaterniond rotation(X_WT.linear());
+  Copy(p_tip_W, message->p_tip);
+  message->orientation[0] = rotation.w();
+  message->orientation[1] = rotation.x();
+  message->orientation[2] = rotation.y();
+  message->orientation[3] = rotation.z();
+}
+
+bool FromMessage(const tool_contact_t& message, Isometry3d* X_WT) {
+  const auto& [w, x, y, z] = message.orientation;
+  const Eigen::Quaterniond rotation(w, x, y, z);
+  *X_WT = Isometry3d::Identity();
+  X_WT->linear() = rotation.toRotationMatrix();
+  X_WT->translation() = ToVector(message.p_tip);
+  // False also for NaN; a rounding away from 1 is some 1e-16.
+  return std::abs(rotation.squaredNorm() - 1) < 1e-9;
+}
 
 std::int32_t ReadBigEndian(const std::uint8_t* bytes) {
   return static_cast<std::int32_t>(std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 |
@@ -53,220 +100,85 @@ std::int32_t ReadBigEndian(const std::uint8_t* bytes) {
 }  // namespace
 
 void ToMessage(const HapticSample& sample, tool_t* message) {
+  ToMessage(logged::kTickInput, sample, message);
+  ToMessage(logged::kSkipped, sample.skipped, message);
   message->tool_count = sample.tool_count;
-  message->tick = Signed(sample.tick);
-  message->time_ns = sample.time_ns;
-  message->device_time_ns = sample.device_time_ns;
-  message->wake_late_ns = sample.wake_late_ns;
-  message->skipped_late_wake_up = static_cast<std::int32_t>(sample.skipped.late_wake_up);
-  message->skipped_long_compute = static_cast<std::int32_t>(sample.skipped.long_compute);
-  message->skipped_stalled = static_cast<std::int32_t>(sample.skipped.stalled);
-  message->paused = sample.paused;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
-    const ToolSample& from = sample.tools[i];
-    tool_input_t& to = message->tools[i];
-    Copy(from.joints, to.joints);
-    Copy(from.p_tip_W, to.p_tip);
-    Copy(from.v_tip_W, to.v_tip);
-    to.device_time_ns = from.device_time_ns;
-    to.force_on = from.force_on;
-    to.device_valid = from.device_valid;
-    to.instrument_index = from.instrument_index;
+    ToMessage(logged::kToolInput, sample.tools[i], &message->tools[i]);
   }
 }
 
 bool FromMessage(const tool_t& message, HapticSample* sample) {
-  if (!IsToolCount(message.tool_count, message.tools.size())) return false;
+  if (!HasCount(message.tool_count, kMaxInstruments, message.tools)) return false;
   sample->tool_count = message.tool_count;
-  sample->tick = Unsigned(message.tick);
-  sample->time_ns = message.time_ns;
-  sample->device_time_ns = message.device_time_ns;
-  sample->wake_late_ns = message.wake_late_ns;
-  sample->skipped.late_wake_up = static_cast<std::uint32_t>(message.skipped_late_wake_up);
-  sample->skipped.long_compute = static_cast<std::uint32_t>(message.skipped_long_compute);
-  sample->skipped.stalled = static_cast<std::uint32_t>(message.skipped_stalled);
-  sample->paused = message.paused != 0;
+  bool valid = FromMessage(logged::kTickInput, message, sample) &&
+               FromMessage(logged::kSkipped, message, &sample->skipped);
   for (int i = 0; i < message.tool_count; ++i) {
-    const tool_input_t& from = message.tools[i];
-    if (!IsInstrumentIndex(from.instrument_index)) return false;
-    ToolSample& to = sample->tools[i];
-    to.joints = Eigen::Map<const JointVector>(from.joints);
-    to.p_tip_W = ToVector(from.p_tip);
-    to.v_tip_W = ToVector(from.v_tip);
-    to.device_time_ns = from.device_time_ns;
-    to.force_on = from.force_on != 0;
-    to.device_valid = from.device_valid != 0;
-    to.instrument_index = from.instrument_index;
+    valid = valid && FromMessage(logged::kToolInput, message.tools[i], &sample->tools[i]);
   }
-  return true;
+  return valid;
 }
 
 void ToMessage(const HapticSample& sample, force_t* message) {
+  ToMessage(logged::kTickOutput, sample, message);
   message->tool_count = sample.tool_count;
-  message->tick = Signed(sample.tick);
-  message->time_ns = sample.time_ns;
-  message->patch_number = Signed(sample.patch_number);
-  message->patch_age_ns = sample.patch_age_ns;
-  message->written_ns = sample.written_ns;
-  message->compute_ns = sample.compute_ns;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
-    const ToolSample& from = sample.tools[i];
-    tool_force_t& to = message->tools[i];
-    Copy(from.reaction_W, to.reaction);
-    Copy(from.force_W, to.force);
-    Copy(from.effort, to.effort);
-    to.depth = from.depth;
-    to.organ = from.organ;
-    to.kind = static_cast<std::int8_t>(from.kind);
-    to.energy = from.energy;
-    to.damping = from.damping;
-    to.guard_flags = static_cast<std::int32_t>(from.guard_flags);
+    ToMessage(logged::kToolOutput, sample.tools[i], &message->tools[i]);
   }
 }
 
 bool FromMessage(const force_t& message, HapticSample* sample) {
-  if (!IsToolCount(message.tool_count, message.tools.size())) return false;
+  if (!HasCount(message.tool_count, kMaxInstruments, message.tools)) return false;
   sample->tool_count = message.tool_count;
-  sample->tick = Unsigned(message.tick);
-  sample->time_ns = message.time_ns;
-  sample->patch_number = Unsigned(message.patch_number);
-  sample->patch_age_ns = message.patch_age_ns;
-  sample->written_ns = message.written_ns;
-  sample->compute_ns = message.compute_ns;
+  bool valid = FromMessage(logged::kTickOutput, message, sample);
   for (int i = 0; i < message.tool_count; ++i) {
-    const tool_force_t& from = message.tools[i];
-    if (!IsKind(from.kind)) return false;
-    ToolSample& to = sample->tools[i];
-    to.reaction_W = ToVector(from.reaction);
-    to.force_W = ToVector(from.force);
-    to.effort = ToVector(from.effort);
-    to.depth = from.depth;
-    to.organ = from.organ;
-    to.kind = static_cast<ContactKind>(from.kind);
-    to.energy = from.energy;
-    to.damping = from.damping;
-    to.guard_flags = static_cast<std::uint32_t>(from.guard_flags);
+    valid = valid && FromMessage(logged::kToolOutput, message.tools[i], &sample->tools[i]);
   }
-  return true;
+  return valid;
 }
 
 void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* message) {
-  const StepRecord& step = sample.step;
+  ToMessage(logged::kStep, sample.step, message);
+  ToMessage(logged::kResidual, sample.step, message);
+  message->visible_tick = visible_tick;
   message->organ_count = sample.organ_count;
   message->organs.resize(sample.organ_count);
   for (int o = 0; o < sample.organ_count; ++o) {
-    message->organs[o].iterations = sample.organs[o].iterations;
-    message->organs[o].out_of_time = sample.organs[o].out_of_time;
-    message->organs[o].finite_strain_blend = sample.organs[o].finite_strain_blend;
-    message->organs[o].refinement_weight = sample.organs[o].refinement_weight;
+    ToMessage(logged::kRelaxation, sample.organs[o], &message->organs[o]);
   }
   message->tool_count = sample.tool_count;
-  message->step = Signed(step.number);
-  message->input_tick = Signed(step.input_tick);
-  message->visible_tick = visible_tick;
-  message->time_ns = step.time_ns;
-  message->device_time_ns = step.device_time_ns;
-  message->wake_late_ns = step.wake_late_ns;
-  message->compute_ns = step.compute_ns;
-  message->iterations = step.iterations;
-  message->residual = step.residual;
-  message->flags = static_cast<std::int32_t>(step.flags);
-  message->shed_level = step.shed_level;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
-    const ToolPose& pose = sample.tools[i];
-    const SolvedContact& contact = sample.contacts[i];
-    tool_contact_t& to = message->tools[i];
-    const Vector3d p_tip_W = pose.X_WT.translation();
-    const Eigen::Quaterniond rotation(pose.X_WT.linear());
-    Copy(p_tip_W, to.p_tip);
-    to.orientation[0] = rotation.w();
-    to.orientation[1] = rotation.x();
-    to.orientation[2] = rotation.y();
-    to.orientation[3] = rotation.z();
-    Copy(pose.p_trocar_W, to.p_trocar);
-    Copy(pose.v_tip_W, to.v_tip);
-    to.jaw = pose.jaw;
-    to.instrument_index = pose.instrument_index;
-    to.organ = contact.organ;
-    to.kind = static_cast<std::int8_t>(contact.kind);
-    Copy(contact.contact_W, to.p_contact);
-    Copy(contact.force_on_tissue_W, to.force_on_tissue);
-    to.shaft_contact = contact.shaft_contact;
-    to.reaction = static_cast<std::int8_t>(contact.reaction);
-    Copy(contact.p_original_W, to.p_original);
-    Copy(contact.normal_W, to.normal);
-    Copy(contact.compliance_W, to.compliance);
-    Copy(contact.coupling_W, to.coupling);
-    to.kernel_radius = contact.kernel_radius;
+    tool_contact_t* const tool = &message->tools[i];
+    ToMessage(sample.tools[i].X_WT, tool);
+    ToMessage(logged::kPose, sample.tools[i], tool);
+    ToMessage(logged::kContact, sample.contacts[i], tool);
   }
 }
 
 bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* visible_tick) {
-  if (!IsToolCount(message.tool_count, message.tools.size())) return false;
-  if (message.organ_count < 0 || message.organ_count > kMaxOrgans ||
-      static_cast<std::size_t>(message.organ_count) != message.organs.size()) {
+  if (!HasCount(message.tool_count, kMaxInstruments, message.tools) ||
+      !HasCount(message.organ_count, kMaxOrgans, message.organs)) {
     return false;
   }
+  *visible_tick = message.visible_tick;
+  bool valid = FromMessage(logged::kStep, message, &sample->step) &&
+               FromMessage(logged::kResidual, message, &sample->step);
   sample->organ_count = message.organ_count;
   for (int o = 0; o < message.organ_count; ++o) {
-    const organ_relaxation_t& from = message.organs[o];
-    if (from.iterations < 0 || !IsShare(from.finite_strain_blend) ||
-        !IsShare(from.refinement_weight)) {
-      return false;
-    }
-    OrganRelaxation& organ = sample->organs[o];
-    organ = {};
-    organ.iterations = from.iterations;
-    organ.out_of_time = from.out_of_time != 0;
-    organ.finite_strain_blend = from.finite_strain_blend;
-    organ.refinement_weight = from.refinement_weight;
+    sample->organs[o] = {};
+    valid = valid && FromMessage(logged::kRelaxation, message.organs[o], &sample->organs[o]);
   }
   sample->tool_count = message.tool_count;
-  *visible_tick = message.visible_tick;
-  StepRecord& step = sample->step;
-  step.number = Unsigned(message.step);
-  step.input_tick = Unsigned(message.input_tick);
-  step.time_ns = message.time_ns;
-  step.device_time_ns = message.device_time_ns;
-  step.wake_late_ns = message.wake_late_ns;
-  step.compute_ns = message.compute_ns;
-  step.iterations = message.iterations;
-  step.residual = message.residual;
-  step.flags = static_cast<std::uint32_t>(message.flags);
-  step.shed_level = message.shed_level;
   for (int i = 0; i < message.tool_count; ++i) {
-    const tool_contact_t& from = message.tools[i];
-    if (!IsKind(from.kind) || !IsInstrumentIndex(from.instrument_index)) return false;
-    if (from.reaction < 0 || from.reaction > 1) return false;
-    ToolPose& pose = sample->tools[i];
-    SolvedContact& contact = sample->contacts[i];
-    const Eigen::Quaterniond rotation(from.orientation[0], from.orientation[1], from.orientation[2],
-                                      from.orientation[3]);
-    // Written so that NaN is refused too; a rounding away from 1 is some 1e-16.
-    if (!(std::abs(rotation.squaredNorm() - 1) < 1e-9)) return false;
-    pose.X_WT = Isometry3d::Identity();
-    pose.X_WT.linear() = rotation.toRotationMatrix();
-    pose.X_WT.translation() = ToVector(from.p_tip);
-    pose.p_trocar_W = ToVector(from.p_trocar);
-    pose.v_tip_W = ToVector(from.v_tip);
-    pose.jaw = from.jaw;
-    pose.instrument_index = from.instrument_index;
-    contact.organ = from.organ;
-    contact.kind = static_cast<ContactKind>(from.kind);
-    contact.contact_W = ToVector(from.p_contact);
-    contact.force_on_tissue_W = ToVector(from.force_on_tissue);
-    contact.shaft_contact = from.shaft_contact != 0;
-    contact.reaction = static_cast<ReactionType>(from.reaction);
-    contact.p_original_W = ToVector(from.p_original);
-    contact.normal_W = ToVector(from.normal);
-    contact.compliance_W = ToMatrix(from.compliance);
-    contact.coupling_W = ToMatrix(from.coupling);
-    contact.kernel_radius = from.kernel_radius;
+    const tool_contact_t& tool = message.tools[i];
+    valid = valid && FromMessage(tool, &sample->tools[i].X_WT) &&
+            FromMessage(logged::kPose, tool, &sample->tools[i]) &&
+            FromMessage(logged::kContact, tool, &sample->contacts[i]);
   }
-  return true;
+  return valid;
 }
 
 void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, organ_t* message) {
@@ -303,16 +215,13 @@ void ToMessage(const StepRecord& step, int organ, const OrganSnapshot& shape, or
 }
 
 bool FromMessage(const organ_t& message, OrganSnapshot* shape) {
-  const auto holds = [](std::int32_t count, const auto& array) {
-    return count >= 0 && static_cast<std::size_t>(count) == array.size();
-  };
-  if (!holds(message.value_count, message.displacements) ||
-      !holds(message.local_count, message.local_functions) ||
-      !holds(message.local_value_count, message.local_displacements) ||
-      !holds(message.indentation_count, message.indentations) || message.value_count % 3 != 0 ||
+  if (!HasCount(message.value_count, INT32_MAX, message.displacements) ||
+      !HasCount(message.local_count, INT32_MAX, message.local_functions) ||
+      !HasCount(message.local_value_count, INT32_MAX, message.local_displacements) ||
+      !HasCount(message.indentation_count, kMaxInstruments, message.indentations) ||
       message.displacements.size() % 3 != 0 ||
       message.local_displacements.size() != 3 * message.local_functions.size() ||
-      message.indentation_count > kMaxInstruments || message.organ < 0) {
+      message.organ < 0) {
     return false;
   }
   const auto take = [](const std::vector<float>& values, Points* points) {

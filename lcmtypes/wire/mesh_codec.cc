@@ -40,14 +40,15 @@ mesh_t Header(int organ, const OrganDescription& description) {
   return part;
 }
 
-/// Takes as many of `remaining` items as `room` bytes hold, and their bytes out of the room.
+/// Returns how many of `remaining` items fit into `room` bytes, and subtracts their bytes from
+/// `room`.
 int Take(int remaining, int item_bytes, int* room) {
   const int count = std::min(remaining, *room / item_bytes);
   *room -= count * item_bytes;
   return count;
 }
 
-/// NaN is itself, and 0 is not -0.
+/// True if all bytes agree: NaN equals the same NaN, and 0 differs from -0.
 template <typename Array>
 bool SameBits(const Array& a, const Array& b) {
   const auto a_bytes = std::as_bytes(std::span(a)), b_bytes = std::as_bytes(std::span(b));

@@ -20,6 +20,7 @@ namespace hpdm {
 struct MessageValue {
   std::string_view name;  ///< Valid during the call only.
   std::variant<std::int64_t, double, std::string_view> value;
+  std::string_view unit = {};  ///< From the comment beside the member; empty: none.
 };
 
 /// Position of a message among the others of its channel: its integer members of these names.
@@ -53,6 +54,13 @@ struct LcmMember {
   LcmPrimitive type = LcmPrimitive::kStruct;
   std::size_t struct_index = 0;  ///< Index of the struct, if it is one.
   std::vector<LcmDimension> dimensions = {};
+  std::vector<std::string> units = {};  ///< As CommentUnits returns them.
+
+  /// Returns the unit of the element with the last index `index`; empty: none.
+  std::string_view Unit(std::size_t index) const {
+    if (units.size() == 1) return units[0];
+    return index < units.size() ? std::string_view(units[index]) : std::string_view();
+  }
 };
 
 struct LcmStruct {

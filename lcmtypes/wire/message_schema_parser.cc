@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdint>
 #include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/quoted_token.h"
+#include "lcmtypes/wire/comment_units.h"
 
 namespace hpdm {
 namespace {
@@ -63,6 +65,7 @@ class Parser {
 
   void Members(LcmStruct* in) {
     const std::string type_name = Name();
+    const std::size_t first = in->members.size();
     do {
       LcmMember member{.name = Name(), .type_name = type_name};
       const auto* found = std::find_if(std::begin(kPrimitives), std::end(kPrimitives),
@@ -82,6 +85,11 @@ class Parser {
       in->members.push_back(std::move(member));
     } while (Accept(","));
     Expect(";");
+    for (std::size_t m = first; m < in->members.size(); ++m) {
+      LcmMember& member = in->members[m];
+      const std::int64_t count = member.dimensions.size() == 1 ? member.dimensions[0].constant : -1;
+      member.units = CommentUnits(comment_, member.name, count);
+    }
   }
 
   LcmDimension Dimension(const LcmStruct& in) {
@@ -128,10 +136,14 @@ class Parser {
   }
 
   void Advance() {
+    const int line = line_;
+    comment_ = {};
     for (;;) {
       while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) Step();
       if (text_.substr(at_, 2) == "//") {
+        const std::size_t begin = at_ + 2;
         while (at_ < text_.size() && text_[at_] != '\n') Step();
+        if (line_ == line) comment_ = text_.substr(begin, at_ - begin);
       } else if (text_.substr(at_, 2) == "/*") {
         while (at_ < text_.size() && text_.substr(at_, 2) != "*/") Step();
         at_ = std::min(at_ + 2, text_.size());
@@ -163,6 +175,7 @@ class Parser {
   std::size_t at_ = 0;
   int line_ = 1;
   std::string_view token_;
+  std::string_view comment_;  // between the previous token and token_, on the previous one's line
   std::string package_;
 };
 

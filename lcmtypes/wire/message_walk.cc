@@ -9,7 +9,7 @@
 namespace hpdm {
 namespace {
 
-/// Bytes of one value; 0 for those whose size they tell themselves.
+/// Returns the bytes of one value; 0 for types of variable size.
 std::int64_t FixedBytes(LcmPrimitive type) {
   switch (type) {
     case LcmPrimitive::kInt8:
@@ -57,6 +57,7 @@ class Walk {
         if (prefix > 0) name_ += '.';
         name_ += member.name;
         visitor_->BeginMember(member);
+        index_ = 0;
       }
       if (!Array(member, integers, 0, depth, &integers[m])) return false;
       name_.resize(prefix);
@@ -100,6 +101,7 @@ class Walk {
         name_ += '[';
         name_ += std::to_string(i);
         name_ += ']';
+        index_ = static_cast<std::size_t>(i);
       }
       std::int64_t unused = 0;
       if (!Spend()) return false;
@@ -111,6 +113,7 @@ class Walk {
   }
 
   bool Element(const LcmMember& member, std::size_t depth, std::int64_t* integer) {
+    if (visitor_ != nullptr) unit_ = member.Unit(index_);
     switch (member.type) {
       case LcmPrimitive::kStruct:
         return Struct(structs_[member.struct_index], depth + 1);
@@ -164,7 +167,7 @@ class Walk {
 
   template <typename Value>
   void Report(Value value) const {
-    if (visitor_ != nullptr) visitor_->Value({name_, value});
+    if (visitor_ != nullptr) visitor_->Value({name_, value, unit_});
   }
 
   bool Big(int size, std::uint64_t* value) {
@@ -181,6 +184,8 @@ class Walk {
   std::size_t at_ = 0;
   std::size_t steps_left_ = 0;
   std::string name_;
+  std::size_t index_ = 0;  // of the element in its array
+  std::string_view unit_;
 };
 
 }  // namespace

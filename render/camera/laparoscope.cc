@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 
+#include "engine/base/angle.h"
 #include "engine/base/error.h"
 
 namespace hpdm {
@@ -52,7 +52,6 @@ Laparoscope::Laparoscope(const LaparoscopeOptions& options, int width, int heigh
       circle_radius_px_(0.5 * kCircleFraction * std::min(width, height)),
       focal_length_px_(circle_radius_px_ / std::tan(options.field_of_view / 2)),
       distortion_(options.distortion) {
-  constexpr double kDegree = std::numbers::pi / 180;
   const auto in_range = [](int side) { return side >= kMinSide && side <= kMaxSide; };
   Require(in_range(width) && in_range(height),
           "a picture of " + std::to_string(width) + "x" + std::to_string(height) +
@@ -122,9 +121,9 @@ double Laparoscope::MostPixelsPerMetre(const Vector3d& low_W, const Vector3d& hi
   const Vector3d middle_W = (low_W + high_W) / 2, half_W = (high_W - low_W) / 2;
   const double depth = axis_W.dot(middle_W - X_WC_.translation()) - axis_W.cwiseAbs().dot(half_W);
   if (!(depth > kNear)) return std::numeric_limits<double>::infinity();
-  // At the tangent t of the angle off the axis, the longest picture is that of a line along (1, -t)
-  // across and along the axis: sqrt(1 + t^2) times that of a line across it. The lens stretches it
-  // by at most the largest slope of Distorted(), which is at the edge or in the middle.
+  // At the tangent t of the angle off the axis, the longest picture is of a line along (1, -t)
+  // across and along the axis. It is sqrt(1 + t^2) times as long as that of a line across. The lens
+  // stretches it by at most the largest slope of Distorted(), at the edge or in the middle.
   const double edge = circle_radius_px_ / focal_length_px_;
   const double lens = std::max(1.0, 1 + 3 * distortion_) / (1 + distortion_);
   return focal_length_px_ / depth * std::sqrt(1 + edge * edge) * lens;

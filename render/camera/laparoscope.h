@@ -113,7 +113,7 @@ inline constexpr double kMinFieldOfView = 0.35, kMaxFieldOfView = 2.1;
 /// be valid for a Laparoscope; so is the result, which names its trocar.
 LaparoscopeOptions Moved(const LaparoscopeOptions& options, const ScopeMove& move);
 
-/// Returns the scope with the same shaft and optics of another angle (rad).
+/// Returns the scope with the same shaft, but with optics at another angle (rad).
 LaparoscopeOptions WithOptics(const LaparoscopeOptions& options, double angle);
 
 }  // namespace hpdm

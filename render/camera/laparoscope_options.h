@@ -16,12 +16,12 @@ inline constexpr double kScopeNear = 0.002;
 /// Pose and optics of the laparoscope, validated by the loader (scenes/loader/scene.h).
 struct LaparoscopeOptions {
   Vector3d p_scope_W = Vector3d(0, -0.25, 0.12);  ///< Tip of the scope, m.
-  Vector3d p_target_W = Vector3d::Zero();  ///< m. The middle of the picture without a trocar; with
-                                           ///< one, the optics turn towards it.
-  std::optional<Vector3d> p_trocar_W;      ///< m; absent: on the shaft, kScopeDepth behind
-                                           ///< the tip.
-  double angle = 0;                        ///< rad, angle of the optics: 0, 30 or 45 degrees.
-  double field_of_view = 1.2;              ///< rad, across the circular picture.
+  Vector3d p_target_W = Vector3d::Zero();         ///< Point in the middle of the picture, m. With a
+                                                  ///< trocar, the optics turn towards this point.
+  std::optional<Vector3d> p_trocar_W;             ///< m; absent: on the shaft, kScopeDepth behind
+                                                  ///< the tip.
+  double angle = 0;            ///< rad, angle of the optics: 0, 30 or 45 degrees.
+  double field_of_view = 1.2;  ///< rad, across the circular picture.
   double distortion = 0;  ///< Distortion k of the lens: a ray at the tangent r off the axis appears
                           ///< at r (1 + k r^2 / R^2) / (1 + k), with R the circle's edge.
                           ///< Negative: barrel, as in wide lenses.

@@ -46,13 +46,13 @@ InstrumentRenderer::Instrument InstrumentRenderer::Upload(const InstrumentVisual
                         .colour = Linear(visual.colour),
                         .insulation = Linear(visual.insulation),
                         .insulated_from = visual.insulated_from,
-                        .tip_radius = visual.tip_radius,
-                        .shaft_radius = visual.shaft_radius};
+                        .geometry = visual.geometry};
   for (const InstrumentPart& part : visual.parts) {
     instrument.parts.push_back({MeshRenderer(CutCreases(*part.mesh, kCrease)), part});
   }
   if (visual.parts.empty()) {
-    const SurfaceMesh capsule = CapsuleMesh(visual.tip_radius, visual.shaft_radius, kShaftLength);
+    const SurfaceMesh capsule =
+        CapsuleMesh(visual.geometry.tip_radius, visual.geometry.shaft_radius, kShaftLength);
     instrument.parts.push_back({MeshRenderer(CutCreases(capsule, kCrease)), {}});
   }
   return instrument;
@@ -73,8 +73,8 @@ void InstrumentRenderer::AddTo(const SceneSnapshot& snapshot, FrameUniforms* fra
   for (int t = 0; t < DrawnCount(snapshot); ++t) {
     const Isometry3d& X_WT = snapshot.tools[t].X_WT;
     const Instrument& instrument = Held(t, snapshot.tools[t]);
-    frame->tool_tip_W[t] = WithW(X_WT.translation(), instrument.tip_radius);
-    frame->tool_axis_W[t] = WithW(X_WT.linear().col(2), instrument.shaft_radius);
+    frame->tool_tip_W[t] = WithW(X_WT.translation(), instrument.geometry.tip_radius);
+    frame->tool_axis_W[t] = WithW(X_WT.linear().col(2), instrument.geometry.shaft_radius);
   }
 }
 

@@ -23,12 +23,11 @@ struct InstrumentPart {
 /// Returns the part's rigid pose in the tool frame for jaws at `jaw` (0 closed .. 1 open).
 Isometry3d PoseInTool(const InstrumentPart& part, double jaw);
 
-/// An instrument to draw, in its tool frame T (origin at the centre of the tip sphere, z along the
-/// shaft towards the trocar, y the jaws' axis).
+/// An instrument to draw in its tool frame T: origin at the centre of the tip sphere, z along the
+/// shaft towards the trocar, y along the jaws' axis.
 struct InstrumentVisual {
-  std::vector<InstrumentPart> parts;            ///< Empty: a capsule of the radii below.
-  double tip_radius = kDefaultToolRadius;       ///< m.
-  double shaft_radius = kDefaultToolRadius;     ///< m.
+  std::vector<InstrumentPart> parts;  ///< Empty: a capsule of the radii below.
+  ToolGeometry geometry;
   Colour colour = Colour(0.80f, 0.81f, 0.83f);  ///< Steel.
   /// m: the z in T where the shaft's insulation (plastic) begins.
   double insulated_from = std::numeric_limits<double>::infinity();
@@ -61,8 +60,7 @@ class InstrumentRenderer {
     Eigen::Vector3f colour;      // linear
     Eigen::Vector3f insulation;  // linear
     double insulated_from;
-    double tip_radius;
-    double shaft_radius;
+    ToolGeometry geometry;
   };
 
   static Instrument Upload(const InstrumentVisual& visual);

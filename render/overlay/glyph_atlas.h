@@ -11,8 +11,9 @@ namespace hpdm {
 struct Glyph {
   int x = 0, y = 0;           ///< Top left corner in the atlas.
   int width = 0, height = 0;  ///< Nothing is drawn for an empty one.
-  int left = 0, top = 0;      ///< From the pen to the glyph's left edge; from its top to the pen.
-  int advance = 0;            ///< To the next pen position.
+  int left = 0, top = 0;      ///< Offset from the pen to the glyph's left edge, and from its top to
+                              ///< the pen.
+  int advance = 0;            ///< Offset to the next pen position.
 };
 
 /// The glyphs of one text size, rasterised once into one coverage map: ASCII, Latin-1 and a few
@@ -23,10 +24,10 @@ class GlyphAtlas {
   explicit GlyphAtlas(int pixels);
 
   int pixels() const { return pixels_; }            ///< The font's size.
-  int line_height() const { return line_height_; }  ///< From base line to base line, px.
-  int ascent() const { return ascent_; }            ///< From the top of a line to its base line.
+  int line_height() const { return line_height_; }  ///< Distance between base lines, px.
+  int ascent() const { return ascent_; }            ///< Height of a line above its base line.
 
-  /// Returns the glyph of a code point, or that of '?'.
+  /// Returns the glyph of a code point, or the glyph of '?'.
   const Glyph& At(char32_t code) const;
   /// Returns the width of a text in UTF-8, px.
   int Width(std::string_view utf8) const;

@@ -16,9 +16,9 @@ static_assert(kMaxInstruments == 2, "spots and forces in the shader");
 }  // namespace
 
 HeatRenderer::HeatRenderer()
-    : force_("force overlay", {glsl::kFrame, glsl::kHeatVertex},
+    : force_("force overlay", {glsl::kFrame, glsl::kOrganVertex},
              {glsl::kFrame, ColourMapGlsl().c_str(), glsl::kHeatPaint, glsl::kHeatForce}),
-      vertex_heat_("error overlay", {glsl::kFrame, glsl::kHeatVertex},
+      vertex_heat_("error overlay", {glsl::kFrame, glsl::kOrganVertex},
                    {glsl::kFrame, ColourMapGlsl().c_str(), glsl::kHeatPaint, glsl::kHeatValues}),
       bar_("colour bar", {glsl::kFrame, glsl::kBarVertex},
            {ColourMapGlsl().c_str(), glsl::kBarFragment}),

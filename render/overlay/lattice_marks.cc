@@ -53,7 +53,7 @@ Points DisplacedLocalFunctions(const OrganModel& model, const OrganSnapshot& sha
     const Vector3d centre =
         model.refinement_basis()->centres().row(model.refinement_basis()->finer().Column(function));
     Vector3d p = centre + shape.offset_W + shape.local_displacements.row(slot).transpose();
-    model.lattice()->ForEachFunction(centre, [&](int column, double value) {
+    model.lattice_organ()->lattice().ForEachFunction(centre, [&](int column, double value) {
       p += value * shape.control_displacements.row(column).transpose();
     });
     points.row(used++) = p;
@@ -63,8 +63,8 @@ Points DisplacedLocalFunctions(const OrganModel& model, const OrganSnapshot& sha
 
 void AddLatticeMarks(const OrganModel& model, const Eigen::VectorXf& presence,
                      const OrganSnapshot& shape, Marks* marks) {
-  if (!model.lattice()) return;
-  const Lattice& lattice = *model.lattice();
+  if (model.lattice_organ() == nullptr) return;
+  const Lattice& lattice = model.lattice_organ()->lattice();
   const TensorBasis& basis = lattice.basis();
   const Points points = DisplacedControlPoints(lattice, shape);
   for (int a = 0; a < lattice.size(); ++a) {

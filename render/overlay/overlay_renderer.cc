@@ -30,7 +30,7 @@ double RoundedUp(double value) {
 
 OverlayRenderer::OverlayRenderer(const std::vector<OrganVisual>& organs) : organs_(organs) {
   for (const OrganVisual& organ : organs_) {
-    const bool has_lattice = organ.model != nullptr && organ.model->lattice();
+    const bool has_lattice = organ.model != nullptr && organ.model->lattice_organ() != nullptr;
     presence_.push_back(has_lattice ? ControlPointPresence(*organ.model) : Eigen::VectorXf());
   }
 }

@@ -31,27 +31,30 @@ std::string OrganName(const StatusNames& names, int organ) {
   return o < names.organs.size() ? names.organs[o] : Text("organ %d", organ + 1);
 }
 
+// Lines for the trainer: they stay below warnings, so that a trainee looks at the tissue.
 std::vector<StatusLine> LoopLines(const Status& status) {
   const SessionHealth& health = status.health;
   std::vector<StatusLine> lines;
   if (health.haptic_hz > 0) {
     lines.push_back({Text("haptics %.0f Hz, late %.0f \u00b5s (p99)", health.haptic_hz,
-                          1e-3 * static_cast<double>(health.wake_late_p99_ns))});
+                          1e-3 * static_cast<double>(health.wake_late_p99_ns)),
+                     Tone::kDim});
     lines.push_back(
         {Text("deformation %.0f Hz, %.1f ms", health.deformation_hz, Milli(health.step_compute_ns)),
-         health.step_flags == 0 ? Tone::kPlain : Tone::kWarning});
+         health.step_flags == 0 ? Tone::kDim : Tone::kPlain});
   }
   if ((health.step_flags & kStepRecovering) != 0) {
     lines.push_back({"overstretched", Tone::kWarning});
   } else if ((health.step_flags & kStepInverted) != 0) {
     lines.push_back({"tissue inverted", Tone::kWarning});
   }
-  if ((health.step_flags & kStepShed) != 0) lines.push_back({"reduced quality", Tone::kWarning});
-  if (status.frame_hz > 0) lines.push_back({Text("picture %.0f Hz", status.frame_hz)});
+  if ((health.step_flags & kStepShed) != 0) lines.push_back({"reduced quality"});
+  if (status.frame_hz > 0) {
+    lines.push_back({Text("picture %.0f Hz", status.frame_hz), Tone::kDim});
+  }
   if (health.ticks > 0) {
     const std::uint32_t skipped = health.skipped.Total();
-    lines.push_back(
-        {Text("ticks missed: %u", skipped), skipped == 0 ? Tone::kDim : Tone::kWarning});
+    lines.push_back({Text("ticks missed: %u", skipped), skipped == 0 ? Tone::kDim : Tone::kPlain});
   }
   if (health.log_lost > 0) {
     lines.push_back(
@@ -60,8 +63,29 @@ std::vector<StatusLine> LoopLines(const Status& status) {
   return lines;
 }
 
+std::string ClockText(Nanoseconds time_ns) {
+  const auto seconds = static_cast<long long>(ToSeconds(time_ns));
+  const long long hours = seconds / 3600, minutes = seconds / 60 % 60;
+  return hours > 0 ? Text("%lld:%02lld:%02lld", hours, minutes, seconds % 60)
+                   : Text("%lld:%02lld", minutes, seconds % 60);
+}
+
+// Lines that answer the user.
+void AddNotices(const Status& status, const StatusNames& names, std::vector<StatusLine>* lines) {
+  const ViewSettings& view = status.view;
+  if (view.recording) lines->push_back({"\u25cf recording", Tone::kAlarm});
+  if (!status.screenshot.empty()) lines->push_back({status.screenshot, Tone::kGood});
+  if (view.window_width == 0) return;
+  for (int tool = 0; tool < status.scene.tool_count; ++tool) {
+    const int wanted = view.wanted_instrument[tool];
+    if (wanted == status.scene.tools[tool].instrument_index) continue;
+    lines->push_back(
+        {InstrumentName(names, tool, wanted) + ": free the tip to take it", Tone::kGood});
+  }
+}
+
 std::vector<StatusLine> StateLines(const Status& status, const StatusNames& names) {
-  std::vector<StatusLine> lines;
+  std::vector<StatusLine> lines = {{ClockText(status.scene.step.time_ns)}};
   const ViewSettings& view = status.view;
   if (view.click_takes) {
     const int active = view.active_instrument;
@@ -77,8 +101,42 @@ std::vector<StatusLine> StateLines(const Status& status, const StatusNames& name
   if ((view.overlays & kOverlayError) && status.error_scale > 0) {
     lines.push_back({Text("colours: error 0 to %g mm", 1e3 * status.error_scale)});
   }
-  if (view.recording) lines.push_back({"\u25cf recording", Tone::kAlarm});
   return lines;
+}
+
+// Returns a line for each hand above a limit.
+std::vector<StatusLine> AlarmLines(const Status& status, const StatusNames& names) {
+  std::vector<StatusLine> lines;
+  const HandlingLimits& limits = status.limits;
+  for (int tool = 0; tool < std::min(status.scene.tool_count, status.health.tool_count); ++tool) {
+    const SessionHealth::Tool& health = status.health.tools[tool];
+    const std::string who =
+        InstrumentName(names, tool, status.scene.tools[tool].instrument_index) + ": ";
+    if (health.depth > limits.depth) {
+      lines.push_back(
+          {who + Text("%.0f mm deep, limit %.3g mm", 1e3 * health.depth, 1e3 * limits.depth),
+           Tone::kAlarm});
+    }
+    if (const double force = health.force_W.norm(); force > limits.force) {
+      lines.push_back({who + Text("%.1f N, limit %.3g N", force, limits.force), Tone::kAlarm});
+    }
+  }
+  return lines;
+}
+
+// Puts each tool's text on the side of the picture from which its shaft comes.
+std::array<bool, kMaxInstruments> SidesOf(const Status& status, const StatusNames& names) {
+  std::array<bool, kMaxInstruments> on_right = StatusText().on_right;
+  static_assert(kMaxInstruments == 2);
+  const auto to_right = [&](std::size_t tool) {
+    return (status.X_WC.inverse() * names.trocars_W[tool]).x();
+  };
+  if (names.trocars_W.size() == 1) on_right = {to_right(0) > 0, to_right(0) <= 0};
+  if (names.trocars_W.size() == 2) {
+    on_right[0] = to_right(0) > to_right(1);
+    on_right[1] = !on_right[0];
+  }
+  return on_right;
 }
 
 // Adds a line with the reason if the guard limits the force.
@@ -88,10 +146,22 @@ void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
   } else if ((flags & kGuardDisabled) != 0) {
     lines->push_back({"force off", Tone::kWarning});
   } else if ((flags & kGuardStalePatch) != 0) {
-    lines->push_back({"simulation behind", Tone::kAlarm});
+    lines->push_back({"simulation behind"});
   } else if ((flags & kGuardClamped) != 0) {
-    lines->push_back({"force limit", Tone::kAlarm});
+    lines->push_back({"device at its limit", Tone::kWarning});
   }
+}
+
+// Returns what the tip does: "holds liver", "3.2 mm liver" or "free".
+StatusLine ContactLine(const Status& status, const StatusNames& names, int tool) {
+  const SessionHealth::Tool& health = status.health.tools[tool];
+  const SolvedContact& contact = status.scene.contacts[tool];
+  if (contact.kind == ContactKind::kGrasp && contact.organ >= 0) {
+    return {"holds " + OrganName(names, contact.organ), Tone::kGood};
+  }
+  if (health.organ < 0) return {"free", Tone::kDim};
+  return {Text("%.1f mm ", 1e3 * health.depth) + OrganName(names, health.organ),
+          health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
 }
 
 std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names, int tool) {
@@ -102,11 +172,10 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
   lines.push_back({(active ? "\u25b8 " : "") +
                        InstrumentName(names, tool, status.scene.tools[tool].instrument_index),
                    active ? Tone::kGood : Tone::kPlain});
-  lines.push_back(health.organ >= 0 ? StatusLine{Text("%.1f mm ", 1e3 * health.depth) +
-                                                 OrganName(names, health.organ)}
-                                    : StatusLine{"free", Tone::kDim});
-  const double force = health.force_W.norm();
-  lines.push_back({Text("%.2f N", force), Tone::kPlain, std::clamp(force / kBarForce, 0.0, 1.0)});
+  lines.push_back(ContactLine(status, names, tool));
+  const double force = health.force_W.norm(), limit = status.limits.force;
+  lines.push_back({Text("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
+                   std::clamp(force / (kBarLimits * limit), 0.0, 1.0)});
   lines.push_back({Text("peak %.2f N", health.peak_force), Tone::kDim});
   return lines;
 }
@@ -123,6 +192,9 @@ std::vector<StatusLine> Keys() {
       key("right button, q e", "roll"),
       key("Tab, 1 2", "the other instrument"),
       key("x", "exchange it"),
+      {"Second hand, or a gamepad", Tone::kGood},
+      key("t g f h", "move the tip"),
+      key("y b, c n, v", "push in and out, roll, close the jaws"),
       {"Laparoscope", Tone::kGood},
       key("arrows, Shift + mouse", "turn"),
       key("PgUp PgDn, Shift + wheel", "in and out"),
@@ -133,7 +205,7 @@ std::vector<StatusLine> Keys() {
       key("p", "pause"),
       key("s, r", "screenshot, record"),
       key("o", "overlays"),
-      key("F1, h", "show the keys"),
+      key("F1", "show the keys"),
       key("Esc", "end"),
   };
 }
@@ -149,6 +221,11 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
       text.tools[tool] = ToolLines(status, names, tool);
     }
     text.state = StateLines(status, names);
+    text.on_right = SidesOf(status, names);
+  }
+  if (shows_text || status.view.window_width > 0) {
+    AddNotices(status, names, &text.state);
+    text.alarms = AlarmLines(status, names);
   }
   // The banner answers the user, so it appears even without the rest of the text.
   if (status.view.help) {

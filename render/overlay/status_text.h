@@ -5,15 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/handling_limits.h"
 #include "engine/snapshots.h"
 #include "render/overlay/view_settings.h"
 
 namespace hpdm {
 
-/// Names in the text, by index.
+/// Names in the text, by index, and the hands' places.
 struct StatusNames {
   std::vector<std::string> organs;
   std::vector<std::vector<std::string>> instruments;  ///< [tool][ToolPose::instrument_index].
+  std::vector<Vector3d> trocars_W = {};  ///< By tool, m: they decide on which side its text stands.
 };
 
 /// Inputs of the text at one frame.
@@ -23,6 +25,9 @@ struct Status {
   const SceneSnapshot& scene;
   double frame_hz = 0;     ///< Pictures per second; 0: unknown.
   double error_scale = 0;  ///< OrganVisual::error_scale; 0: without a reference.
+  HandlingLimits limits = {};
+  Isometry3d X_WC = Isometry3d::Identity();  ///< The camera's pose, x to the right.
+  std::string screenshot = {};  ///< "saved NAME" for a while after a screenshot; else empty.
 };
 
 enum class Tone { kPlain, kDim, kGood, kWarning, kAlarm };
@@ -31,19 +36,23 @@ struct StatusLine {
   std::string text;
   Tone tone = Tone::kPlain;
   std::optional<double> bar = {};  ///< A bar beside the text, 0 empty .. 1 full.
-  std::string key = {};            ///< In the banner: a column before the text.
+  std::string key = {};            ///< Column before the text of the banner.
 };
 
-/// The text by its place: the corners outside the circular picture, and the middle over it.
+/// The text by its place: the corners outside the circular picture, and the middle over it. A
+/// window has the notices (recording, a screenshot, a pending exchange) and the alarms even without
+/// kOverlayText.
 struct StatusText {
   std::vector<StatusLine> loops;                               ///< Top left: rates and losses.
-  std::vector<StatusLine> state;                               ///< Top right: recording, hints.
+  std::vector<StatusLine> state;                               ///< Top right: clock, notices.
   std::array<std::vector<StatusLine>, kMaxInstruments> tools;  ///< Bottom left and right.
+  std::array<bool, kMaxInstruments> on_right = {false, true};  ///< The side of each tool's text.
+  std::vector<StatusLine> alarms;                              ///< Top of the circle: limits.
   std::vector<StatusLine> banner;                              ///< Middle: PAUSED, or the keys.
 };
 
-/// Force that fills the bar, N; careful handling of soft organs needs 1 to 3 N.
-inline constexpr double kBarForce = 5;
+/// The bar is full at this many force limits.
+inline constexpr double kBarLimits = 5. / 3;
 
 /// Returns the picture's text. Pure: the same status gives the same text. Missing names become
 /// numbers.

@@ -24,11 +24,12 @@ Eigen::Vector4f ColourOf(Tone tone) {
   return Eigen::Vector4f::Ones();
 }
 
-// Returns green, yellow or red.
+// Returns green, yellow from two thirds of the force limit on, or red above it.
 Eigen::Vector4f BarColour(double fraction) {
-  return fraction < 0.4   ? Eigen::Vector4f(0.35f, 0.80f, 0.45f, 1)
-         : fraction < 0.7 ? ColourOf(Tone::kWarning)
-                          : ColourOf(Tone::kAlarm);
+  const double limits = kBarLimits * fraction;
+  return limits < 2. / 3 ? Eigen::Vector4f(0.35f, 0.80f, 0.45f, 1)
+         : limits <= 1   ? ColourOf(Tone::kWarning)
+                         : ColourOf(Tone::kAlarm);
 }
 
 class Page {
@@ -65,6 +66,21 @@ class Page {
     for (const StatusLine& line : lines) {
       AddLine(line, right ? width_ - Margin() - LineWidth(line) : Margin(), top);
       top += atlas_.line_height();
+    }
+  }
+
+  // Adds centred lines on a dark panel, a tenth of the height from the top.
+  void AddAlarms(const std::vector<StatusLine>& lines) {
+    if (lines.empty()) return;
+    int width = 0;
+    for (const StatusLine& line : lines) width = std::max(width, LineWidth(line));
+    const int pad = Gap();
+    int y = height_ / 10;
+    AddRectangle((width_ - width) / 2 - pad, y - pad, width + 2 * pad, BlockHeight(lines) + 2 * pad,
+                 {0.03f, 0.03f, 0.04f, 0.82f});
+    for (const StatusLine& line : lines) {
+      AddLine(line, (width_ - LineWidth(line)) / 2, y);
+      y += atlas_.line_height();
     }
   }
 
@@ -150,9 +166,10 @@ std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, in
   page.AddBlock(text.loops, false, margin);
   page.AddBlock(text.state, true, margin);
   for (int tool = 0; tool < kMaxInstruments; ++tool) {
-    page.AddBlock(text.tools[tool], tool == 1,
+    page.AddBlock(text.tools[tool], text.on_right[tool],
                   height - margin - page.BlockHeight(text.tools[tool]));
   }
+  page.AddAlarms(text.alarms);
   page.AddBanner(text.banner);
   return page.Take();
 }

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
+#include "engine/snapshots.h"
 #include "render/camera/laparoscope_options.h"
 
 namespace hpdm {
@@ -31,8 +33,9 @@ struct ViewSettings {
   bool recording = false;         ///< Write frames.
   std::uint64_t screenshots = 0;  ///< Number of requests so far.
   int active_instrument = 0;      ///< The instrument that the mouse moves.
-  int window_width = 0;           ///< px, of the window's framebuffer; 0 without a window.
-  int window_height = 0;          ///< px.
+  std::array<int, kMaxInstruments> wanted_instrument{};  ///< As SessionControl::instrument_index.
+  int window_width = 0;   ///< px, of the window's framebuffer; 0 without a window.
+  int window_height = 0;  ///< px.
 };
 
 }  // namespace hpdm

@@ -34,7 +34,7 @@ std::string Number(const char* name, int value) {
 
 // Defines sizes as constants, so that the shader's compiler unrolls the sums.
 std::string Sizes(const OrganModel& model) {
-  const TensorBasis& basis = model.lattice()->basis();
+  const TensorBasis& basis = model.lattice_organ()->lattice().basis();
   const TensorBasis& finer =
       model.refinement_basis() != nullptr ? model.refinement_basis()->finer().basis() : basis;
   std::array<int, 3> degrees, cells, counts, finer_cells;
@@ -69,7 +69,7 @@ void Attach(const GlObject& texture, GLenum format, const GlObject& buffer) {
 }  // namespace
 
 bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model) {
-  if (!model.lattice() || path == FfdPath::kCpu) return false;
+  if (model.lattice_organ() == nullptr || path == FfdPath::kCpu) return false;
   if (path == FfdPath::kShader) return true;
   if (IsSoftwareRenderer(renderer)) return false;
   return model.control_points() <= kMaxControlPoints;
@@ -87,8 +87,8 @@ LatticeDeformation::LatticeDeformation(const OrganModel& model, const Points& re
       indentation_centre_(program_.Uniform("indentation_centre")),
       indentation_normal_(program_.Uniform("indentation_normal")),
       indentation_amplitude_(program_.Uniform("indentation_amplitude")) {
-  HPDM_CHECK(model.lattice().has_value() && rest_normals.rows() == rest.rows());
-  const OrientedBox& box = model.lattice()->box();
+  HPDM_CHECK(model.lattice_organ() != nullptr && rest_normals.rows() == rest.rows());
+  const OrientedBox& box = model.lattice_organ()->lattice().box();
   PointsF unit(rest.rows(), 3);
   for (Eigen::Index v = 0; v < rest.rows(); ++v) {
     const Vector3d c = box.ToUnit(rest.row(v).transpose());
@@ -109,8 +109,9 @@ LatticeDeformation::LatticeDeformation(const OrganModel& model, const Points& re
   Attach(sinking_texture_, GL_R32F, sinking_buffer_);
 
   const int slots = model.RefinementSlots(kMaxInstruments);
-  shape_.assign(static_cast<std::size_t>(model.lattice()->basis().count() + 2 * slots),
-                Eigen::Vector4f::Zero());
+  shape_.assign(
+      static_cast<std::size_t>(model.lattice_organ()->lattice().basis().count() + 2 * slots),
+      Eigen::Vector4f::Zero());
   glBindBuffer(GL_TEXTURE_BUFFER, shape_buffer_.name());
   glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(shape_.size() * sizeof(Eigen::Vector4f)),
                nullptr, GL_STREAM_DRAW);
@@ -131,7 +132,7 @@ LatticeDeformation::LatticeDeformation(const OrganModel& model, const Points& re
 void LatticeDeformation::UploadShape(const OrganSnapshot& shape) {
   // First the lattice's grid, where dropped control points stay zero. Then, for each active local
   // function, its place in the finer grid and its displacement.
-  const Lattice& lattice = *model_.lattice();
+  const Lattice& lattice = model_.lattice_organ()->lattice();
   for (int a = 0; a < lattice.size(); ++a) {
     shape_[lattice.kept()[a]].head<3>() = shape.control_displacements.row(a).cast<float>();
   }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/mesh/closest_point.h"
+#include "engine/mesh/mesh_edges.h"
 #include "engine/mesh/quadric.h"
 
 namespace hpdm {
@@ -123,20 +124,9 @@ class Simplifier {
   // Keeps the vertices of edges that do not join exactly two triangles: borders, and seams, where
   // the drawn mesh is cut open.
   void KeepBorders() {
-    std::vector<std::pair<int, int>> edges;
-    edges.reserve(static_cast<std::size_t>(triangles_.size()));
-    for (Eigen::Index t = 0; t < triangles_.rows(); ++t) {
-      for (int k = 0; k < 3; ++k) {
-        edges.push_back(std::minmax(triangles_(t, k), triangles_(t, (k + 1) % 3)));
-      }
-    }
-    std::sort(edges.begin(), edges.end());
-    for (std::size_t i = 0; i < edges.size();) {
-      std::size_t end = i + 1;
-      while (end < edges.size() && edges[end] == edges[i]) ++end;
-      if (end - i != 2) stays_[edges[i].first] = stays_[edges[i].second] = true;
-      i = end;
-    }
+    ForEachEdge(SortedEdgeUses(triangles_), [&](auto first, auto last) {
+      if (last - first != 2) stays_[first->low] = stays_[first->high] = true;
+    });
   }
 
   // Fills neighbours_, ascending.

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "engine/base/check.h"
+#include "engine/mesh/mesh_edges.h"
+#include "engine/mesh/vertex_normals.h"
 #include "render/tissue/mesh_levels.h"
 
 namespace hpdm {
@@ -31,38 +34,15 @@ void Replace(const GlObject& buffer, const Matrix& values) {
 }  // namespace
 
 void VertexNormalsF(const PointsF& vertices, const Triangles& triangles, PointsF* normals) {
-  if (normals->rows() != vertices.rows()) normals->resize(vertices.rows(), 3);
-  normals->setZero();
-  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
-    const int i = triangles(t, 0), j = triangles(t, 1), k = triangles(t, 2);
-    const Eigen::RowVector3f a = vertices.row(i);
-    const Eigen::RowVector3f edge_ab = vertices.row(j) - a, edge_ac = vertices.row(k) - a;
-    const Eigen::RowVector3f twice_area_normal = edge_ab.cross(edge_ac);
-    normals->row(i) += twice_area_normal;
-    normals->row(j) += twice_area_normal;
-    normals->row(k) += twice_area_normal;
-  }
-  for (Eigen::Index v = 0; v < normals->rows(); ++v) {
-    const float length = normals->row(v).norm();
-    if (length > 0) normals->row(v) /= length;
-  }
+  SetVertexNormals(vertices, triangles, normals);
 }
 
 bool IsClosed(const SurfaceMesh& mesh) {
-  // Half-edges (from, to), sorted; each needs its opposite exactly once.
-  std::vector<std::pair<int, int>> edges;
-  edges.reserve(static_cast<std::size_t>(mesh.triangles.size()));
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (int c = 0; c < 3; ++c) {
-      edges.emplace_back(mesh.triangles(t, c), mesh.triangles(t, (c + 1) % 3));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return false;
-  for (const auto& [from, to] : edges) {
-    if (!std::binary_search(edges.begin(), edges.end(), std::pair(to, from))) return false;
-  }
-  return EnclosedVolume(mesh.vertices, mesh.triangles) > 0;
+  bool closed = true;
+  ForEachEdge(SortedEdgeUses(mesh.triangles), [&closed](auto first, auto last) {
+    closed = closed && last - first == 2 && first->forward != std::next(first)->forward;
+  });
+  return closed && EnclosedVolume(mesh.vertices, mesh.triangles) > 0;
 }
 
 CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease) {

@@ -12,6 +12,7 @@
 #include <GLFW/glfw3native.h>
 
 #include <cctype>
+#include <cmath>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -20,7 +21,8 @@
 namespace hpdm {
 namespace {
 
-/// GLFW's last error; its callback has no user pointer. Main thread.
+/// Returns GLFW's last error. It is static because GLFW's error callback has no user pointer. Main
+/// thread.
 std::string& LastError() {
   static std::string text;
   return text;
@@ -31,6 +33,9 @@ std::string& LastError() {
   throw MachineError("--window: no window can be opened (" + why +
                      "); --headless draws without one");
 }
+
+// Sticks rest up to a tenth off their middle.
+double WithoutDrift(double axis) { return std::abs(axis) < 0.15 ? 0 : axis; }
 
 int KeyOf(int key, int scancode) {
   switch (key) {
@@ -158,10 +163,19 @@ class Window::Context final : public RenderContext {
   std::string renderer_;
 };
 
-Window::Window(int width, int height, const std::string& title) {
+void Window::StartGlfw() {
   LastError().clear();
   glfwSetErrorCallback(Callbacks::Error);
   if (glfwInit() != GLFW_TRUE) ThrowNoWindow();
+}
+
+void Window::RequireDisplay() {
+  StartGlfw();
+  glfwTerminate();
+}
+
+Window::Window(int width, int height, const std::string& title) {
+  StartGlfw();
   Open(width, height, title);
   if (window_ == nullptr) {
     glfwTerminate();
@@ -208,6 +222,33 @@ void Window::ReportSize() {
   Report(size);
 }
 
+// GLFW knows gamepads as states without events, and also while another window has the focus.
+void Window::ReportGamepad() {
+  GLFWgamepadstate state;
+  bool found = false;
+  if (glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE) {
+    for (int pad = GLFW_JOYSTICK_1; pad <= GLFW_JOYSTICK_LAST && !found; ++pad) {
+      found = glfwGetGamepadState(pad, &state) == GLFW_TRUE;
+    }
+  }
+  if (found) {
+    const auto stick = [&state](int axis) { return WithoutDrift(state.axes[axis]); };
+    const auto pulled = [&state](int axis) { return 0.5 * (1 + double{state.axes[axis]}); };
+    Report(GamepadEvent{
+        .right = stick(GLFW_GAMEPAD_AXIS_LEFT_X),
+        .up = -stick(GLFW_GAMEPAD_AXIS_LEFT_Y),
+        .in = WithoutDrift(pulled(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER) -
+                           pulled(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER)),
+        .roll = stick(GLFW_GAMEPAD_AXIS_RIGHT_X),
+        .grip = state.buttons[GLFW_GAMEPAD_BUTTON_A] == GLFW_PRESS ||
+                state.buttons[GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER] == GLFW_PRESS,
+    });
+  } else if (has_gamepad_) {
+    Report(GamepadEvent{});  // let go
+  }
+  has_gamepad_ = found;
+}
+
 Window::~Window() {
   // Xlib would wait for a lost display; the process's end frees the rest.
   if (lost()) return;
@@ -216,7 +257,10 @@ Window::~Window() {
 }
 
 std::vector<WindowEvent> Window::WaitForEvents(double seconds) {
-  if (!lost()) glfwWaitEventsTimeout(seconds);
+  if (!lost()) {
+    glfwWaitEventsTimeout(seconds);
+    ReportGamepad();
+  }
   return std::exchange(events_, {});
 }
 

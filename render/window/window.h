@@ -18,15 +18,19 @@ namespace hpdm {
 ///     main thread:    Window -> WaitForEvents, CaptureCursor ...               -> ~Window
 ///     render thread:            MakeContext -> MakeCurrent, draw, Present -> ~RenderContext
 ///
-/// A lost display (its server ends, the connection breaks) ends neither the program nor the
-/// session: lost() becomes true, the context reports a failure, and the window does nothing more.
+/// The session survives the loss of the display, if its server ends or the connection breaks.
+/// lost() then becomes true, the context reports a failure, and the window does nothing more.
 class Window {
  public:
+  /// Throws MachineError, as the constructor does, if no display can be reached. Main thread, while
+  /// there is no window.
+  static void RequireDisplay();
+
   /// Opens a window with an OpenGL 3.3 core context through EGL. Its framebuffer has the given size
-  /// (px) unless the window manager decides otherwise; the first ResizeEvent has the real one. Main
-  /// thread. Throws MachineError with a remedy without a display or without such a context.
+  /// (px) unless the window manager decides otherwise; the first ResizeEvent has the real one.
+  /// Throws MachineError with a remedy if there is no display or no such context. Main thread.
   Window(int width, int height, const std::string& title);
-  /// Main thread, after the render thread has ended.
+  /// Call on the main thread after the render thread has ended.
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
@@ -48,16 +52,19 @@ class Window {
   class Context;
   struct Callbacks;
 
+  static void StartGlfw();
   void Open(int width, int height, const std::string& title);
   void Report(const WindowEvent& event) { events_.push_back(event); }
   void ReportSize();
+  void ReportGamepad();
 
   GLFWwindow* window_ = nullptr;
   bool reports_resets_ = false;  // the context notifies of resets
   std::stop_source lost_;        // requested by the thread that finds the display lost
   std::vector<WindowEvent> events_;
   bool captured_ = false;
-  bool has_cursor_ = false;  // cursor_x_ and cursor_y_ hold the last reported position
+  bool has_gamepad_ = false;  // at the last report
+  bool has_cursor_ = false;   // cursor_x_ and cursor_y_ hold the last reported position
   double cursor_x_ = 0;
   double cursor_y_ = 0;
 };

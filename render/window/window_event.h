@@ -45,9 +45,16 @@ struct ResizeEvent {
 struct FocusEvent {
   bool focused = false;
 };
+/// The state of the first gamepad; reported at every wait while one is connected.
+struct GamepadEvent {
+  double right = 0, up = 0;  ///< Left stick, -1 .. 1.
+  double in = 0;             ///< Right trigger minus left trigger, -1 .. 1.
+  double roll = 0;           ///< Right stick, to the right, -1 .. 1.
+  bool grip = false;         ///< The lower button or the right bumper is held.
+};
 struct CloseEvent {};  ///< The user closes the window.
 
 using WindowEvent = std::variant<KeyEvent, MotionEvent, WheelEvent, ButtonEvent, ResizeEvent,
-                                 FocusEvent, CloseEvent>;
+                                 FocusEvent, GamepadEvent, CloseEvent>;
 
 }  // namespace hpdm

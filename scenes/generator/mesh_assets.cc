@@ -20,11 +20,11 @@ struct Recipe {
   double wall;           ///< m.
 };
 
-/// A part of an instrument as an asset.
+/// An instrument's part as an asset.
 struct PartRecipe {
   MeshAsset asset;
   InstrumentType type;
-  int jaw;  ///< -1: what does not move.
+  int jaw;  ///< -1: the rigid part.
 };
 
 const std::vector<PartRecipe>& PartRecipes() {

@@ -37,7 +37,7 @@ const std::vector<PictureAsset>& PictureAssets() {
                              std::end(kCommitted);
       all.push_back({mesh.name + ".png", "texture of " + mesh.name, committed});
     }
-    all.push_back({kAbdomen, "background: what surrounds the organs in the abdomen", true});
+    all.push_back({kAbdomen, "background: the abdomen around the organs", true});
     return all;
   }();
   return assets;

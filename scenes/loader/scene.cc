@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "engine/base/quoted_token.h"
 #include "engine/base/text_list.h"
 #include "engine/snapshots.h"
 #include "scenes/loader/scene_keys.h"
@@ -90,14 +91,14 @@ void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rota
   *rotation = (about_z * about_y * about_x).toRotationMatrix();
 }
 
-Scene ReadScene(const TomlDocument& document) {
+Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   Scene scene;
   scene.path = document.path;
   scene.source_text = document.text;
   scene.name = document.path.stem().string();
 
   SceneFiles files(document.path.parent_path());
-  const TableReader root(document, kRootKeys, &files);
+  const TableReader root(document, kRootKeys, &files, observer);
   files.ReadEntries(root);
   if (const auto table = root.Table("scene", kSceneKeys)) {
     table->ReadName("name", &scene.name);

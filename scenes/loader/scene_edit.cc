@@ -1,38 +1,18 @@
 #include "scenes/loader/scene_edit.h"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <set>
 
 #include "engine/base/error.h"
+#include "engine/base/text_list.h"
+#include "scenes/loader/scene_parts.h"
 #include "scenes/loader/toml_document.h"
 
 namespace hpdm {
 namespace {
 
 namespace fs = std::filesystem;
-
-const TomlEntry* FindEntry(const TomlValue& table, std::string_view key) {
-  const auto* entries = std::get_if<TomlTable>(&table.value);
-  if (entries == nullptr) return nullptr;
-  for (const TomlEntry& entry : *entries) {
-    if (entry.key == key) return &entry;
-  }
-  return nullptr;
-}
-
-bool IsTable(const TomlValue& value) { return std::holds_alternative<TomlTable>(value.value); }
-
-bool IsArrayOfTables(const TomlValue& value) {
-  const auto* elements = std::get_if<TomlArray>(&value.value);
-  return elements != nullptr && !elements->empty() && IsTable(elements->front());
-}
-
-std::string NumberText(double number) {
-  char digits[32];
-  return {digits, std::to_chars(digits, digits + sizeof digits, number).ptr};
-}
 
 std::string StringText(const std::string& text) {
   std::string quoted = "\"";
@@ -46,12 +26,14 @@ std::string StringText(const std::string& text) {
 std::string ValueOf(const SceneValue& value) {
   if (const bool* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
   if (const int* integer = std::get_if<int>(&value)) return std::to_string(*integer);
-  if (const double* number = std::get_if<double>(&value)) return NumberText(*number);
+  if (const double* number = std::get_if<double>(&value)) {
+    return ValueText(toml::value<double>(*number));
+  }
   if (const std::string* text = std::get_if<std::string>(&value)) return StringText(*text);
   const auto& three = std::get<std::array<int, 3>>(value);
-  std::string text = "[";
-  for (int i = 0; i < 3; ++i) text.append(i > 0 ? ", " : "").append(std::to_string(three[i]));
-  return text.append("]");
+  std::string text;
+  for (const int integer : three) AppendToList(std::to_string(integer), &text);
+  return "[" + text + "]";
 }
 
 /// Collects changes at places of the original text and applies them together.
@@ -65,7 +47,7 @@ class TextEdits {
   }
 
   /// Returns the number of bytes before a place.
-  std::size_t At(TomlPlace place) const {
+  std::size_t At(toml::source_position place) const {
     std::size_t at = lines_[place.line - 1];
     for (std::uint32_t column = 1; column < place.column; ++column) {
       ++at;
@@ -73,20 +55,20 @@ class TextEdits {
     }
     return at;
   }
-  char CharAt(TomlPlace place) const {
+  char CharAt(toml::source_position place) const {
     const std::size_t at = At(place);
     return at < Text().size() ? Text()[at] : '\0';
   }
 
-  std::string Slice(TomlPlace begin, TomlPlace end) const {
-    return Text().substr(At(begin), At(end) - At(begin));
+  std::string Slice(const toml::source_region& place) const {
+    return Text().substr(At(place.begin), At(place.end) - At(place.begin));
   }
 
   void Replace(std::size_t begin, std::size_t end, std::string with) {
     edits_.push_back({begin, end, std::move(with)});
   }
-  void Replace(TomlPlace begin, TomlPlace end, std::string with) {
-    Replace(At(begin), At(end), std::move(with));
+  void Replace(const toml::source_region& place, std::string with) {
+    Replace(At(place.begin), At(place.end), std::move(with));
   }
   /// Inserts `inserted` (without a line end) as a line. Several after one line keep their order.
   void InsertAfterLine(std::uint32_t line, const std::string& inserted) {
@@ -137,13 +119,12 @@ class TextEdits {
 };
 
 /// Returns the value's last line; a header's table ends with its last entry.
-std::uint32_t LastLine(const TextEdits& text, const TomlValue& value) {
-  std::uint32_t last = value.end.line;
-  if (text.CharAt(value.place) == '{') return last;
-  if (const auto* entries = std::get_if<TomlTable>(&value.value)) {
-    for (const TomlEntry& entry : *entries) last = std::max(last, LastLine(text, entry.value));
-  } else if (const auto* elements = std::get_if<TomlArray>(&value.value)) {
-    for (const TomlValue& element : *elements) last = std::max(last, LastLine(text, element));
+std::uint32_t LastLine(const toml::node& value) {
+  std::uint32_t last = value.source().end.line;
+  if (const auto* table = value.as_table(); table != nullptr && !table->is_inline()) {
+    for (const auto& [key, child] : *table) last = std::max(last, LastLine(child));
+  } else if (const auto* elements = value.as_array()) {
+    for (const toml::node& element : *elements) last = std::max(last, LastLine(element));
   }
   return last;
 }
@@ -151,24 +132,26 @@ std::uint32_t LastLine(const TextEdits& text, const TomlValue& value) {
 /// Applies the edits of one organ.
 class OrganText {
  public:
-  OrganText(const TomlDocument& document, const TomlValue& organ, TextEdits* text)
+  OrganText(const TomlDocument& document, const toml::table& organ, TextEdits* text)
       : organ_(organ), text_(*text) {
-    if (text_.CharAt(organ.place) != '[') {
-      FailAt(document, organ.place, "organ", "is an inline table; write it as [[organ]]");
+    if (organ.is_inline()) {
+      FailAt(document, organ.source().begin, "organ", "is an inline table; write it as [[organ]]");
     }
   }
 
   void Apply(const OrganEdit& edit) {
     for (const std::string& name : edit.removed_tables) {
-      if (const TomlEntry* entry = FindEntry(organ_, name)) Remove(*entry);
+      if (const auto entry = organ_.find(name); entry != organ_.end()) {
+        Remove(entry->first, entry->second);
+      }
     }
     std::map<std::string, std::vector<SceneKeyEdit>> by_table;
     for (const SceneKeyEdit& key : edit.keys) by_table[key.table].push_back(key);
     for (const auto& [table, keys] : by_table) {
       if (table.empty()) {
         EditTable(organ_, "", keys);
-      } else if (const TomlEntry* entry = FindEntry(organ_, table)) {
-        EditEntry(*entry, keys);
+      } else if (const toml::node* value = organ_.get(table)) {
+        EditNamedTable(table, *value->as_table(), keys);
       } else {
         AddTable(table, keys);
       }
@@ -176,15 +159,21 @@ class OrganText {
   }
 
  private:
+  // True for [table] and [[table]], false for key = {...}, key = [{...}] and key.part = ....
+  bool HasHeader(const toml::node& value) const {
+    if (const auto* elements = value.as_array()) {
+      return elements->is_array_of_tables() && !elements->front().as_table()->is_inline();
+    }
+    return value.is_table() && text_.CharAt(value.source().begin) == '[';
+  }
+
   // Returns the last line of a table's own keys, without the tables under their own headers.
-  std::uint32_t LastOwnLine(const TomlValue& table) const {
-    std::uint32_t last = table.place.line;
-    for (const TomlEntry& entry : std::get<TomlTable>(table.value)) {
-      if (text_.CharAt(entry.value.place) == '[' &&
-          (IsTable(entry.value) || IsArrayOfTables(entry.value))) {
-        continue;  // a header
-      }
-      last = std::max(last, LastLine(text_, entry.value));
+  std::uint32_t LastOwnLine(const toml::table& table) const {
+    std::uint32_t last = table.source().begin.line;
+    for (const auto& [key, value] : table) {
+      // The lines of an array of inline tables may be indented in their own way.
+      if (HasHeader(value) || value.is_array_of_tables()) continue;
+      last = std::max(last, LastLine(value));
     }
     return last;
   }
@@ -194,31 +183,31 @@ class OrganText {
   }
 
   // `prefix` precedes inserted keys of a table that is written with dotted keys.
-  void EditTable(const TomlValue& table, const std::string& prefix,
+  void EditTable(const toml::table& table, const std::string& prefix,
                  const std::vector<SceneKeyEdit>& keys) {
     const std::uint32_t last = LastOwnLine(table);
     const std::string indent = text_.Indent(last);
     for (const SceneKeyEdit& edit : keys) {
-      const TomlEntry* entry = FindEntry(table, edit.key);
-      if (entry == nullptr) {
+      const auto entry = table.find(edit.key);
+      if (entry == table.end()) {
         if (Given(edit)) {
           text_.InsertAfterLine(last, indent + prefix + edit.key + " = " + ValueOf(edit.value));
         }
       } else if (Given(edit)) {
-        text_.Replace(entry->value.place, entry->value.end, ValueOf(edit.value));
+        text_.Replace(entry->second.source(), ValueOf(edit.value));
       } else {
-        text_.CommentOut(entry->place.line, entry->value.end.line);
+        text_.CommentOut(entry->first.source().begin.line, entry->second.source().end.line);
       }
     }
   }
 
-  void EditEntry(const TomlEntry& entry, const std::vector<SceneKeyEdit>& keys) {
-    const char first = text_.CharAt(entry.value.place);
-    if (first == '{') return EditInline(entry.value, keys);
-    EditTable(entry.value, first == '[' ? "" : entry.key + ".", keys);
+  void EditNamedTable(const std::string& name, const toml::table& table,
+                      const std::vector<SceneKeyEdit>& keys) {
+    if (table.is_inline()) return EditInline(table, keys);
+    EditTable(table, HasHeader(table) ? "" : name + ".", keys);
   }
 
-  void EditInline(const TomlValue& table, const std::vector<SceneKeyEdit>& keys) {
+  void EditInline(const toml::table& table, const std::vector<SceneKeyEdit>& keys) {
     std::string inside;
     std::set<std::string> edited;
     const auto add = [&inside](const std::string& key, const std::string& value) {
@@ -228,11 +217,11 @@ class OrganText {
       edited.insert(edit.key);
       if (Given(edit)) add(edit.key, ValueOf(edit.value));
     }
-    for (const TomlEntry& entry : std::get<TomlTable>(table.value)) {
-      if (edited.contains(entry.key)) continue;
-      add(entry.key, text_.Slice(entry.value.place, entry.value.end));
+    for (const auto& [key, value] : table) {
+      const std::string name(key);
+      if (!edited.contains(name)) add(name, text_.Slice(value.source()));
     }
-    text_.Replace(table.place, table.end, std::string("{").append(inside).append(" }"));
+    text_.Replace(table.source(), std::string("{").append(inside).append(" }"));
   }
 
   void AddTable(const std::string& table, const std::vector<SceneKeyEdit>& keys) {
@@ -250,46 +239,44 @@ class OrganText {
     if (any) text_.InsertAfterLine(last, added);
   }
 
-  void Remove(const TomlEntry& entry) {
-    if (const auto* elements = std::get_if<TomlArray>(&entry.value.value)) {
-      if (IsArrayOfTables(entry.value) && text_.CharAt(elements->front().place) == '[') {
-        for (const TomlValue& element : *elements) RemoveTable(element);
-        return;
-      }
+  void Remove(const toml::key& key, const toml::node& value) {
+    if (!HasHeader(value)) {
+      text_.CommentOut(key.source().begin.line, LastLine(value));
+    } else if (const auto* elements = value.as_array()) {
+      for (const toml::node& element : *elements) RemoveTable(*element.as_table());
+    } else {
+      RemoveTable(*value.as_table());
     }
-    if (IsTable(entry.value) && text_.CharAt(entry.value.place) == '[') {
-      return RemoveTable(entry.value);
-    }
-    text_.CommentOut(entry.place.line, LastLine(text_, entry.value));
   }
 
   // Comments out the table's own lines; lines between them may belong to another table.
-  void RemoveTable(const TomlValue& table) {
-    text_.CommentOut(table.place.line, table.place.line);
-    for (const TomlEntry& entry : std::get<TomlTable>(table.value)) Remove(entry);
+  void RemoveTable(const toml::table& table) {
+    const std::uint32_t header = table.source().begin.line;
+    text_.CommentOut(header, header);
+    for (const auto& [key, value] : table) Remove(key, value);
   }
 
-  const TomlValue& organ_;
+  const toml::table& organ_;
   TextEdits& text_;
 };
 
-void MoveNames(const TomlValue& value, const std::map<std::string, std::string>& names,
+void MoveNames(const toml::node& value, const std::map<std::string, std::string>& names,
                TextEdits* text) {
-  if (const auto* entries = std::get_if<TomlTable>(&value.value)) {
+  if (const auto* table = value.as_table()) {
     static constexpr std::string_view kFileKeysOfScenes[] = {"mesh", "texture", "background",
                                                              "meshes", "file"};
-    for (const TomlEntry& entry : *entries) {
-      const bool names_files = std::find(std::begin(kFileKeysOfScenes), std::end(kFileKeysOfScenes),
-                                         entry.key) != std::end(kFileKeysOfScenes);
-      if (names_files || IsTable(entry.value) || IsArrayOfTables(entry.value)) {
-        MoveNames(entry.value, names, text);
+    for (const auto& [key, child] : *table) {
+      const bool names_files =
+          std::ranges::find(kFileKeysOfScenes, key.str()) != std::end(kFileKeysOfScenes);
+      if (names_files || child.is_table() || child.is_array_of_tables()) {
+        MoveNames(child, names, text);
       }
     }
-  } else if (const auto* elements = std::get_if<TomlArray>(&value.value)) {
-    for (const TomlValue& element : *elements) MoveNames(element, names, text);
-  } else if (const auto* name = std::get_if<std::string>(&value.value)) {
-    const auto found = names.find(*name);
-    if (found != names.end()) text->Replace(value.place, value.end, StringText(found->second));
+  } else if (const auto* elements = value.as_array()) {
+    for (const toml::node& element : *elements) MoveNames(element, names, text);
+  } else if (const auto* name = value.as_string()) {
+    const auto found = names.find(name->get());
+    if (found != names.end()) text->Replace(value.source(), StringText(found->second));
   }
 }
 
@@ -299,10 +286,10 @@ fs::path FolderOf(const fs::path& path) { return path.empty() ? fs::path(".") : 
 
 std::string EditedScene(const Scene& scene, const std::vector<OrganEdit>& edits) {
   const TomlDocument document = ParseToml(scene.source_text, scene.path);
-  const TomlEntry* organs = FindEntry(document.root, "organ");
+  const toml::array& organs = *document.root.get_as<toml::array>("organ");
   TextEdits text(document);
   for (const OrganEdit& edit : edits) {
-    const TomlValue& organ = std::get<TomlArray>(organs->value.value).at(edit.organ);
+    const toml::table& organ = *organs.at(edit.organ).as_table();
     OrganText(document, organ, &text).Apply(edit);
   }
   return text.Result();
@@ -327,6 +314,10 @@ std::string MovedScene(const Scene& scene, std::string text, const fs::path& to_
   TextEdits edits(document);
   MoveNames(document.root, names, &edits);
   return edits.Result();
+}
+
+Scene ParseScene(std::string text, const fs::path& path) {
+  return ReadScene(ParseToml(std::move(text), path));
 }
 
 }  // namespace hpdm

@@ -44,4 +44,7 @@ std::string EditedScene(const Scene& scene, const std::vector<OrganEdit>& edits)
 std::string MovedScene(const Scene& scene, std::string text,
                        const std::filesystem::path& to_folder);
 
+/// Reads a scene from a text as LoadScene does from the file `path`; messages name `path`.
+Scene ParseScene(std::string text, const std::filesystem::path& path);
+
 }  // namespace hpdm

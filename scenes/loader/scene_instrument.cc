@@ -119,9 +119,10 @@ void ReadHeld(const TableReader& table, InstrumentDescription* held) {
   if (table.ReadNumber("insulated_from", Interval::NotNegative(1, "m"), &insulated_from)) {
     held->insulated_from = insulated_from;
   }
-  table.ReadNumber("tip_radius", Interval::Positive(kMaxRadius, "m"), &held->tip_radius);
-  table.ReadNumber("shaft_radius", Interval::Positive(kMaxRadius, "m"), &held->shaft_radius);
-  table.ReadNumber("friction", Interval::NotNegative(2, ""), &held->friction);
+  table.ReadNumber("tip_radius", Interval::Positive(kMaxRadius, "m"), &held->geometry.tip_radius);
+  table.ReadNumber("shaft_radius", Interval::Positive(kMaxRadius, "m"),
+                   &held->geometry.shaft_radius);
+  table.ReadNumber("friction", Interval::NotNegative(2, ""), &held->geometry.friction);
 }
 
 void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {

@@ -19,15 +19,7 @@ void ReadUnit(const TableReader& table, double* unit_m) {
     return;
   }
   constexpr std::pair<std::string_view, double> kUnits[] = {{"m", 1.0}, {"mm", 1e-3}};
-  std::string text;
-  table.ReadString("unit", &text);
-  for (const auto& [name, metres] : kUnits) {
-    if (name == text) {
-      *unit_m = metres;
-      return;
-    }
-  }
-  table.Fail("unit", "is not a known unit", "give \"m\", \"mm\" or metres per unit as a number");
+  table.ReadChoice("unit", kUnits, unit_m, "give \"m\", \"mm\" or metres per unit as a number");
 }
 
 Isometry3d ReadPose(const TableReader& table) {
@@ -66,7 +58,7 @@ LatticeOptions ReadLattice(const TableReader& table) {
 }
 
 // Local functions need splines with a constant, factorised stiffness.
-void CheckLocalFunctions(const TableReader& lattice, const OrganOptions& organ) {
+void CheckLocalFunctionKeys(const TableReader& lattice, const OrganOptions& organ) {
   const bool too_fine = FineCells(organ) > kMaxFineCells;
   if (too_fine && !organ.lattice.local.functions && lattice.Has("local_refinement") &&
       TakesLocalFunctions(organ)) {
@@ -215,6 +207,24 @@ SupportOptions ReadSupport(const TableReader& table) {
   return support;
 }
 
+/// Fails at the first key that the organ's model does not take.
+void RefuseKeysOfOtherModels(const TableReader& table, OrganModelType model) {
+  const bool rigid = model == OrganModelType::kRigid;
+  if (model != OrganModelType::kHpdm) {
+    for (const std::string_view key : {"lattice", "energy", "region"}) {
+      if (!table.Has(key)) continue;
+      table.Fail(key, "needs model = \"hpdm\"", "remove the table or change the model");
+    }
+  }
+  for (const std::string_view key : {"material", "support"}) {
+    if (!rigid || !table.Has(key)) continue;
+    table.Fail(key, "does not apply to model = \"rigid\"", "remove the table or change the model");
+  }
+  if (!rigid && table.Has("wall_stiffness")) {
+    table.Fail("wall_stiffness", "needs model = \"rigid\"", "remove it or change the model");
+  }
+}
+
 }  // namespace
 
 OrganOptions ReadOrgan(const TableReader& table) {
@@ -231,20 +241,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
                     {"mass_spring", OrganModelType::kMassSpring},
                     {"rigid", OrganModelType::kRigid}},
                    &organ.model);
-  const bool rigid = organ.model == OrganModelType::kRigid;
-  if (organ.model != OrganModelType::kHpdm) {
-    for (const std::string_view key : {"lattice", "energy", "region"}) {
-      if (!table.Has(key)) continue;
-      table.Fail(key, "needs model = \"hpdm\"", "remove the table or change the model");
-    }
-  }
-  for (const std::string_view key : {"material", "support"}) {
-    if (!rigid || !table.Has(key)) continue;
-    table.Fail(key, "does not apply to model = \"rigid\"", "remove the table or change the model");
-  }
-  if (!rigid && table.Has("wall_stiffness")) {
-    table.Fail("wall_stiffness", "needs model = \"rigid\"", "remove it or change the model");
-  }
+  RefuseKeysOfOtherModels(table, organ.model);
   double wall_stiffness = 0;
   if (table.ReadNumber("wall_stiffness", Interval::Positive(1e6, "N/m"), &wall_stiffness)) {
     organ.wall_stiffness = wall_stiffness;
@@ -257,7 +254,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
   }
   if (const auto energy = table.Table("energy", kEnergyKeys)) organ.energy = ReadEnergy(*energy);
   if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
-    CheckLocalFunctions(*lattice, organ);
+    CheckLocalFunctionKeys(*lattice, organ);
   }
   if (const auto material = table.Table("material", kMaterialKeys)) {
     organ.material = ReadMaterial(*material);
@@ -265,7 +262,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
       material->Fail("relaxation_time", "needs model = \"hpdm\"",
                      "remove it: the model has a damping of its own");
     }
-    // The tissue has it, but its force reaches the tick with the step's patch.
+    // A lattice supports it, but its force would reach the tick only with the step's patch.
     if (organ.material.relaxation_time > 0) {
       material->Fail(
           "relaxation_time", "is not supported yet",

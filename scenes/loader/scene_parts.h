@@ -1,8 +1,8 @@
 #pragma once
 
-#include <numbers>
 #include <vector>
 
+#include "engine/base/angle.h"
 #include "scenes/loader/scene.h"
 #include "scenes/loader/table_reader.h"
 
@@ -15,13 +15,11 @@ namespace hpdm {
 inline constexpr double kMaxCoordinate = 10;
 inline constexpr Interval kCoordinate = Interval::Within(kMaxCoordinate, "m");
 
-inline double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
-
 /// Reads angles about x, y and z in degrees: R = Rz Ry Rx, so the world's x axis comes first.
 void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rotation);
 
-/// Validates a parsed document as LoadScene does.
-Scene ReadScene(const TomlDocument& document);
+/// Validates a parsed document as LoadScene does. An `observer` is for the TableReader.
+Scene ReadScene(const TomlDocument& document, KeyObserver* observer = nullptr);
 
 OrganOptions ReadOrgan(const TableReader& table);
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs);

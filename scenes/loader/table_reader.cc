@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "engine/base/check.h"
+#include "engine/base/nearest_word.h"
+#include "engine/base/quoted_token.h"
+#include "engine/base/text_list.h"
 #include "scenes/loader/scene_files.h"
 
 namespace hpdm {
@@ -12,93 +16,70 @@ namespace {
 
 constexpr std::size_t kMaxNameBytes = 64;
 
-/// Levenshtein's distance: the number of insertions, deletions and replacements from a to b.
-std::size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
-/// Returns the nearest known key within an edit distance of a third of its letters, or "".
-std::string_view Nearest(std::string_view key, TableReader::Keys known) {
-  std::string_view nearest;
-  std::size_t least = std::numeric_limits<std::size_t>::max();
-  for (const std::string_view candidate : known) {
-    const std::size_t allowed = std::max<std::size_t>(1, candidate.size() / 3);
-    if (key.size() > candidate.size() + allowed) continue;
-    const std::size_t distance = EditDistance(key, candidate);
-    if (distance <= allowed && distance < least) {
-      least = distance;
-      nearest = candidate;
-    }
-  }
-  return nearest;
-}
-
 std::string Listed(TableReader::Keys names, std::string_view quote) {
   std::string list;
   for (const std::string_view name : names) {
-    if (!list.empty()) list += ", ";
-    list.append(quote).append(name).append(quote);
+    AppendToList(std::string(quote).append(name).append(quote), &list);
   }
   return list;
 }
 
-std::string Text(double number) { return ValueText({{}, number}); }
+std::string NumberText(double number) { return ValueText(toml::value<double>(number)); }
 
-std::string Text(const Interval& range) {
+std::string IntervalText(const Interval& range) {
   std::string text;
   if (std::isfinite(range.min))
-    text += (range.above_min ? "above " : "at least ") + Text(range.min);
+    text += (range.above_min ? "above " : "at least ") + NumberText(range.min);
   if (std::isfinite(range.max)) {
     if (!text.empty()) text += " and ";
-    text += (range.below_max ? "below " : "at most ") + Text(range.max);
+    text += (range.below_max ? "below " : "at most ") + NumberText(range.max);
   }
   if (!range.unit.empty()) text.append(", in ").append(range.unit);
   return text;
 }
 
-std::string_view KindOf(const TomlValue& value) {
-  static constexpr std::string_view kKinds[] = {"an integer", "a number", "a boolean", "a string",
-                                                "a date",     "an array", "a table"};
-  return kKinds[value.value.index()];
+std::string_view KindOf(const toml::node& value) {
+  // In the order of toml::node_type.
+  static constexpr std::string_view kKinds[] = {"empty",      "a table",  "an array",  "a string",
+                                                "an integer", "a number", "a boolean", "a date",
+                                                "a date",     "a date"};
+  return kKinds[static_cast<std::size_t>(value.type())];
 }
 
 }  // namespace
 
-TableReader::TableReader(const TomlDocument& document, Keys known, SceneFiles* files)
-    : TableReader(document, document.root, "", known, files) {}
+TableReader::TableReader(const TomlDocument& document, Keys known, SceneFiles* files,
+                         KeyObserver* observer)
+    : TableReader(document, document.root, "", known, files, observer) {}
 
-TableReader::TableReader(const TomlDocument& document, const TomlValue& table, std::string path,
-                         Keys known, SceneFiles* files)
-    : document_(&document), table_(&table), path_(std::move(path)), known_(known), files_(files) {
-  for (const TomlEntry& entry : std::get<TomlTable>(table.value)) {
-    if (std::ranges::find(known_, entry.key) != known_.end()) continue;
-    const std::string_view nearest = Nearest(entry.key, known_);
+TableReader::TableReader(const TomlDocument& document, const toml::table& table, std::string path,
+                         Keys known, SceneFiles* files, KeyObserver* observer)
+    : document_(&document),
+      table_(&table),
+      path_(std::move(path)),
+      known_(known),
+      files_(files),
+      observer_(observer) {
+  if (observer_ != nullptr) observer_->OnTable(path_);
+  for (const auto& [key, value] : table) {
+    if (std::ranges::find(known_, key.str()) != known_.end()) continue;
+    const std::string_view nearest = NearestWord(key, known_);
     const std::string remedy = nearest.empty() ? "known keys: " + Listed(known_, "")
                                                : "did you mean " + std::string(nearest) + "?";
     // A key may be any text: Quoted cuts a long one.
-    const std::string quoted = Quoted(entry.key);
-    FailAt(document, entry.place, PathOf(quoted.substr(1, quoted.size() - 2)),
+    const std::string quoted = Quoted(key);
+    FailAt(document, key.source().begin, PathOf(quoted.substr(1, quoted.size() - 2)),
            "is not a known key; " + remedy);
   }
 }
 
-const TomlEntry* TableReader::Find(std::string_view key) const {
+void TableReader::Note(std::string_view key, const KeyForm& form) const {
+  if (observer_ != nullptr) observer_->OnKey(path_, key, form);
+}
+
+const toml::node* TableReader::Find(std::string_view key) const {
   HPDM_CHECK(std::ranges::find(known_, key) != known_.end());
-  for (const TomlEntry& entry : std::get<TomlTable>(table_->value)) {
-    if (entry.key == key) return &entry;
-  }
-  return nullptr;
+  return table_->get(key);
 }
 
 std::string TableReader::PathOf(std::string_view key) const {
@@ -106,97 +87,109 @@ std::string TableReader::PathOf(std::string_view key) const {
 }
 
 void TableReader::Fail(std::string_view key, std::string_view what, std::string_view remedy) const {
-  const TomlEntry* entry = Find(key);
+  const toml::node* value = Find(key);
   std::string message(what);
-  if (entry != nullptr) message += " (" + ValueText(entry->value) + ")";
+  if (value != nullptr) message += " (" + ValueText(*value) + ")";
   message.append("; ").append(remedy);
-  FailAt(*document_, entry != nullptr ? entry->value.place : table_->place, PathOf(key), message);
+  const toml::node& at = value != nullptr ? *value : *table_;
+  FailAt(*document_, at.source().begin, PathOf(key), message);
 }
 
 void TableReader::Fail(std::string_view what, std::string_view remedy) const {
-  std::string message(what);
-  message.append("; ").append(remedy);
-  FailAt(*document_, table_->place, path_.empty() ? "scene file" : path_, message);
+  FailAt(*document_, table_->source().begin, path_.empty() ? "scene file" : path_,
+         std::string(what).append("; ").append(remedy));
 }
 
-void TableReader::FailType(std::string_view key, const TomlValue& value,
+void TableReader::FailType(std::string_view key, const toml::node& value,
                            std::string_view wanted) const {
   std::string message = "is " + std::string(KindOf(value));
-  const bool has_text = !std::holds_alternative<TomlTable>(value.value) &&
-                        !std::holds_alternative<TomlDate>(value.value);
-  if (has_text) message += " (" + ValueText(value) + ")";
+  const bool date_or_time = value.is_date() || value.is_time() || value.is_date_time();
+  if (!value.is_table() && !date_or_time) message += " (" + ValueText(value) + ")";
   message.append("; give ").append(wanted);
-  FailAt(*document_, value.place, PathOf(key), message);
+  FailAt(*document_, value.source().begin, PathOf(key), message);
 }
 
-void TableReader::FailChoice(std::string_view key, Keys names) const {
-  Fail(key, "is not a known value", "give one of " + Listed(names, "\""));
+std::optional<std::size_t> TableReader::Choice(std::string_view key, Keys names,
+                                               std::string_view remedy) const {
+  Note(key, {.type = KeyForm::Type::kChoice, .choices = {names.begin(), names.end()}});
+  const std::optional<std::string> text = Text(key);
+  if (!text) return std::nullopt;
+  const auto chosen = std::ranges::find(names, *text);
+  if (chosen != names.end()) return static_cast<std::size_t>(chosen - names.begin());
+  const std::string listed = "give one of " + Listed(names, "\"");
+  Fail(key, "is not a known value", remedy.empty() ? listed : remedy);
 }
 
 bool TableReader::HasString(std::string_view key) const {
-  const TomlEntry* entry = Find(key);
-  return entry != nullptr && std::holds_alternative<std::string>(entry->value.value);
+  const toml::node* value = Find(key);
+  return value != nullptr && value->is_string();
 }
 
 void TableReader::Require(std::string_view key, std::string_view remedy) const {
+  if (observer_ != nullptr) observer_->OnRequired(path_, key);
   if (!Has(key)) Fail(key, "is missing", remedy);
 }
 
 void TableReader::RefuseBoth(std::string_view a, std::string_view b) const {
+  if (observer_ != nullptr) observer_->OnExclusive(path_, a, b);
   if (!Has(a) || !Has(b)) return;
   Fail(b, "cannot be combined with " + std::string(a), "keep one of the two");
 }
 
-double TableReader::CheckedNumber(std::string_view key, const TomlValue& value,
+double TableReader::CheckedNumber(std::string_view key, const toml::node& value,
                                   const Interval& range) const {
   double number = 0;
-  if (const auto* real = std::get_if<double>(&value.value)) {
-    number = *real;
-  } else if (const auto* integer = std::get_if<std::int64_t>(&value.value)) {
-    number = static_cast<double>(*integer);
+  if (const auto* real = value.as_floating_point()) {
+    number = real->get();
+  } else if (const auto* integer = value.as_integer()) {
+    number = static_cast<double>(integer->get());
   } else {
-    FailType(key, value, "a number " + Text(range));
+    FailType(key, value, "a number " + IntervalText(range));
   }
   if (!std::isfinite(number) || !range.Contains(number)) {
     const std::string what = std::isfinite(number) ? "is out of range" : "is not finite";
-    FailAt(*document_, value.place, PathOf(key),
-           what + " (" + ValueText(value) + "); give a number " + Text(range));
+    FailAt(*document_, value.source().begin, PathOf(key),
+           what + " (" + ValueText(value) + "); give a number " + IntervalText(range));
   }
   return number;
 }
 
-std::int64_t TableReader::CheckedInteger(std::string_view key, const TomlValue& value,
+std::int64_t TableReader::CheckedInteger(std::string_view key, const toml::node& value,
                                          std::int64_t min, std::int64_t max) const {
   const std::string wanted =
       "an integer from " + std::to_string(min) + " to " + std::to_string(max);
-  const auto* integer = std::get_if<std::int64_t>(&value.value);
+  const auto* integer = value.as_integer();
   if (integer == nullptr) FailType(key, value, wanted);
-  if (*integer < min || *integer > max) {
-    FailAt(*document_, value.place, PathOf(key),
+  if (integer->get() < min || integer->get() > max) {
+    FailAt(*document_, value.source().begin, PathOf(key),
            "is out of range (" + ValueText(value) + "); give " + wanted);
   }
-  return *integer;
+  return integer->get();
 }
 
 std::optional<std::int64_t> TableReader::Integer(std::string_view key, std::int64_t min,
                                                  std::int64_t max) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return std::nullopt;
-  return CheckedInteger(key, entry->value, min, max);
+  Note(key, {.type = KeyForm::Type::kInteger,
+             .range = {.min = static_cast<double>(min), .max = static_cast<double>(max)}});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return std::nullopt;
+  return CheckedInteger(key, *value, min, max);
 }
 
 bool TableReader::ReadNumber(std::string_view key, const Interval& range, double* out) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return false;
-  *out = CheckedNumber(key, entry->value, range);
+  Note(key, {.type = KeyForm::Type::kNumber, .range = range});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return false;
+  *out = CheckedNumber(key, *value, range);
   return true;
 }
 
 bool TableReader::ReadVector(std::string_view key, const Interval& range, Vector3d* out) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return false;
-  const auto* elements = std::get_if<TomlArray>(&entry->value.value);
-  if (elements == nullptr) FailType(key, entry->value, "three numbers, [x, y, z]");
+  Note(key, {.type = KeyForm::Type::kVector, .range = range});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return false;
+  const auto* elements = value->as_array();
+  if (elements == nullptr) FailType(key, *value, "three numbers, [x, y, z]");
   if (elements->size() != 3) {
     Fail(key, "has " + std::to_string(elements->size()) + " elements",
          "give three numbers, [x, y, z]");
@@ -209,14 +202,16 @@ bool TableReader::ReadVector(std::string_view key, const Interval& range, Vector
 
 bool TableReader::ReadIntegers(std::string_view key, int min, int max,
                                std::array<int, 3>* out) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return false;
-  const auto* elements = std::get_if<TomlArray>(&entry->value.value);
-  if (elements == nullptr && std::holds_alternative<std::int64_t>(entry->value.value)) {
-    out->fill(static_cast<int>(CheckedInteger(key, entry->value, min, max)));
+  Note(key, {.type = KeyForm::Type::kIntegers,
+             .range = {.min = static_cast<double>(min), .max = static_cast<double>(max)}});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return false;
+  const auto* elements = value->as_array();
+  if (elements == nullptr && value->is_integer()) {
+    out->fill(static_cast<int>(CheckedInteger(key, *value, min, max)));
     return true;
   }
-  if (elements == nullptr) FailType(key, entry->value, "one integer or three, [l, m, n]");
+  if (elements == nullptr) FailType(key, *value, "one integer or three, [l, m, n]");
   if (elements->size() != 3) {
     Fail(key, "has " + std::to_string(elements->size()) + " elements",
          "give one integer or three, [l, m, n]");
@@ -228,38 +223,49 @@ bool TableReader::ReadIntegers(std::string_view key, int min, int max,
 }
 
 bool TableReader::ReadBoolean(std::string_view key, bool* out) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return false;
-  const auto* boolean = std::get_if<bool>(&entry->value.value);
-  if (boolean == nullptr) FailType(key, entry->value, "true or false");
-  *out = *boolean;
+  Note(key, {.type = KeyForm::Type::kBoolean});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return false;
+  const auto* boolean = value->as_boolean();
+  if (boolean == nullptr) FailType(key, *value, "true or false");
+  *out = boolean->get();
   return true;
 }
 
-bool TableReader::ReadString(std::string_view key, std::string* out) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return false;
-  const auto* text = std::get_if<std::string>(&entry->value.value);
-  if (text == nullptr) FailType(key, entry->value, "a string in quotes");
-  for (const char c : *text) {
+std::optional<std::string> TableReader::Text(std::string_view key) const {
+  const toml::node* value = Find(key);
+  if (value == nullptr) return std::nullopt;
+  const auto* text = value->as_string();
+  if (text == nullptr) FailType(key, *value, "a string in quotes");
+  for (const char c : text->get()) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
       Fail(key, "contains a control character", "remove it");
     }
+  }
+  return text->get();
+}
+
+bool TableReader::ReadString(std::string_view key, std::string* out) const {
+  Note(key, {.type = KeyForm::Type::kString});
+  const std::optional<std::string> text = Text(key);
+  if (text) *out = *text;
+  return text.has_value();
+}
+
+bool TableReader::ReadName(std::string_view key, std::string* out) const {
+  Note(key, {.type = KeyForm::Type::kName, .max_size = kMaxNameBytes});
+  const std::optional<std::string> text = Text(key);
+  if (!text) return false;
+  if (text->size() > kMaxNameBytes || text->find_first_not_of(' ') == std::string::npos) {
+    Fail(key, "is not a name", "give 1 to " + std::to_string(kMaxNameBytes) + " characters");
   }
   *out = *text;
   return true;
 }
 
-bool TableReader::ReadName(std::string_view key, std::string* out) const {
-  if (!ReadString(key, out)) return false;
-  if (out->size() > kMaxNameBytes || out->find_first_not_of(' ') == std::string::npos) {
-    Fail(key, "is not a name", "give 1 to " + std::to_string(kMaxNameBytes) + " characters");
-  }
-  return true;
-}
-
 // Fails at the key unless the file exists.
 std::string TableReader::FileAt(std::string_view key, const std::string& text) const {
+  if (observer_ != nullptr) return text;
   std::string path;
   if (const auto fault = files_->Find(text, &path)) Fail(key, fault->what, fault->remedy);
   return path;
@@ -274,45 +280,46 @@ bool TableReader::ReadFile(std::string_view key, std::string* out) const {
 
 bool TableReader::ReadFiles(std::string_view key, std::size_t most,
                             std::vector<std::string>* out) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return false;
+  Note(key, {.type = KeyForm::Type::kFiles, .max_size = most});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return false;
   const std::string wanted = "an array of 1 to " + std::to_string(most) + " file names in quotes";
-  const auto* names = std::get_if<TomlArray>(&entry->value.value);
-  if (names == nullptr) FailType(key, entry->value, wanted);
+  const auto* names = value->as_array();
+  if (names == nullptr) FailType(key, *value, wanted);
   if (names->empty() || names->size() > most) {
     Fail(key, "has " + std::to_string(names->size()) + " values", "give " + wanted);
   }
   out->clear();
-  for (const TomlValue& name : *names) {
-    const auto* text = std::get_if<std::string>(&name.value);
+  for (const toml::node& name : *names) {
+    const auto* text = name.as_string();
     if (text == nullptr) FailType(key, name, wanted);
-    out->push_back(FileAt(key, *text));
+    out->push_back(FileAt(key, text->get()));
   }
   return true;
 }
 
 std::optional<TableReader> TableReader::Table(std::string_view key, Keys known) const {
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return std::nullopt;
-  if (!std::holds_alternative<TomlTable>(entry->value.value)) {
-    FailType(key, entry->value, "one table, [...] in single brackets");
-  }
-  return TableReader(*document_, entry->value, PathOf(key), known, files_);
+  Note(key, {.type = KeyForm::Type::kTable});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return std::nullopt;
+  const auto* table = value->as_table();
+  if (table == nullptr) FailType(key, *value, "one table, [...] in single brackets");
+  return TableReader(*document_, *table, PathOf(key), known, files_, observer_);
 }
 
 std::vector<TableReader> TableReader::Tables(std::string_view key, Keys known) const {
+  Note(key, {.type = KeyForm::Type::kTables});
   std::vector<TableReader> tables;
-  const TomlEntry* entry = Find(key);
-  if (entry == nullptr) return tables;
-  const auto* elements = std::get_if<TomlArray>(&entry->value.value);
-  if (elements == nullptr) FailType(key, entry->value, "tables in double brackets, [[...]]");
-  for (const TomlValue& element : *elements) {
-    if (!std::holds_alternative<TomlTable>(element.value)) {
-      FailType(key, element, "tables in double brackets, [[...]]");
-    }
-    tables.push_back(TableReader(*document_, element,
+  const toml::node* value = Find(key);
+  if (value == nullptr) return tables;
+  const auto* elements = value->as_array();
+  if (elements == nullptr) FailType(key, *value, "tables in double brackets, [[...]]");
+  for (const toml::node& element : *elements) {
+    const auto* table = element.as_table();
+    if (table == nullptr) FailType(key, element, "tables in double brackets, [[...]]");
+    tables.push_back(TableReader(*document_, *table,
                                  PathOf(key) + "[" + std::to_string(tables.size()) + "]", known,
-                                 files_));
+                                 files_, observer_));
   }
   return tables;
 }

@@ -4,7 +4,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,36 +12,12 @@
 #include <vector>
 
 #include "engine/base/types.h"
+#include "scenes/loader/key_form.h"
 #include "scenes/loader/toml_document.h"
 
 namespace hpdm {
 
 class SceneFiles;
-
-/// The numbers that a key accepts, in `unit` (empty for a pure number).
-struct Interval {
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
-  std::string_view unit = {};
-  bool above_min = false;  ///< `min` itself is refused.
-  bool below_max = false;  ///< `max` itself is refused.
-
-  /// Above 0, up to `max`.
-  static constexpr Interval Positive(double max, std::string_view unit) {
-    return {.min = 0, .max = max, .unit = unit, .above_min = true};
-  }
-  /// From 0 to `max`.
-  static constexpr Interval NotNegative(double max, std::string_view unit) {
-    return {.min = 0, .max = max, .unit = unit};
-  }
-  /// From -magnitude to magnitude.
-  static constexpr Interval Within(double magnitude, std::string_view unit) {
-    return {.min = -magnitude, .max = magnitude, .unit = unit};
-  }
-  bool Contains(double x) const {
-    return (above_min ? x > min : x >= min) && (below_max ? x < max : x <= max);
-  }
-};
 
 /// Typed and checked access to one table of a document. Every failure throws an InputError of one
 /// line: `FILE:LINE:COLUMN: key.path: problem (value); remedy`.
@@ -55,8 +30,10 @@ class TableReader {
 
   /// Reads the whole document. Fails at the first key that is not in `known` and names the nearest
   /// known key, or all of them if none is near. Table and Tables check their keys the same way.
-  /// `files` finds the files that values name; the reader keeps the pointer.
-  TableReader(const TomlDocument& document, Keys known, SceneFiles* files);
+  /// `files` finds the files that values name; the reader keeps the pointer. An `observer` learns
+  /// what this reader and those of its tables ask for; files are then not looked for.
+  TableReader(const TomlDocument& document, Keys known, SceneFiles* files,
+              KeyObserver* observer = nullptr);
 
   bool Has(std::string_view key) const { return Find(key) != nullptr; }
   /// True if the key is given and its value is a string.
@@ -91,21 +68,15 @@ class TableReader {
   /// Reads an array of three integers, or one integer for all three.
   bool ReadIntegers(std::string_view key, int min, int max, std::array<int, 3>* out) const;
 
-  /// Reads one of the choices' strings.
+  /// Reads one of the choices' strings. The default remedy lists them.
   template <typename Enum, std::size_t N>
   bool ReadChoice(std::string_view key, const std::pair<std::string_view, Enum> (&choices)[N],
-                  Enum* out) const {
-    std::string text;
-    if (!ReadString(key, &text)) return false;
+                  Enum* out, std::string_view remedy = {}) const {
     std::array<std::string_view, N> names;
-    for (std::size_t i = 0; i < N; ++i) {
-      names[i] = choices[i].first;
-      if (choices[i].first == text) {
-        *out = choices[i].second;
-        return true;
-      }
-    }
-    FailChoice(key, names);
+    for (std::size_t i = 0; i < N; ++i) names[i] = choices[i].first;
+    const std::optional<std::size_t> chosen = Choice(key, names, remedy);
+    if (chosen) *out = choices[*chosen].second;
+    return chosen.has_value();
   }
 
   /// Returns a table inside this one, [key] or key = {...}.
@@ -120,26 +91,30 @@ class TableReader {
   [[noreturn]] void Fail(std::string_view what, std::string_view remedy) const;
 
  private:
-  TableReader(const TomlDocument& document, const TomlValue& table, std::string path, Keys known,
-              SceneFiles* files);
+  TableReader(const TomlDocument& document, const toml::table& table, std::string path, Keys known,
+              SceneFiles* files, KeyObserver* observer);
 
-  const TomlEntry* Find(std::string_view key) const;
+  void Note(std::string_view key, const KeyForm& form) const;
+  const toml::node* Find(std::string_view key) const;
   std::string PathOf(std::string_view key) const;
   std::string FileAt(std::string_view key, const std::string& text) const;
-  [[noreturn]] void FailType(std::string_view key, const TomlValue& value,
+  [[noreturn]] void FailType(std::string_view key, const toml::node& value,
                              std::string_view wanted) const;
-  [[noreturn]] void FailChoice(std::string_view key, Keys names) const;
+  std::optional<std::string> Text(std::string_view key) const;
+  std::optional<std::size_t> Choice(std::string_view key, Keys names,
+                                    std::string_view remedy) const;
   std::optional<std::int64_t> Integer(std::string_view key, std::int64_t min,
                                       std::int64_t max) const;
-  std::int64_t CheckedInteger(std::string_view key, const TomlValue& value, std::int64_t min,
+  std::int64_t CheckedInteger(std::string_view key, const toml::node& value, std::int64_t min,
                               std::int64_t max) const;
-  double CheckedNumber(std::string_view key, const TomlValue& value, const Interval& range) const;
+  double CheckedNumber(std::string_view key, const toml::node& value, const Interval& range) const;
 
   const TomlDocument* document_;
-  const TomlValue* table_;
+  const toml::table* table_;
   std::string path_;  ///< Such as "organ[0].lattice"; empty for the document.
   Keys known_;
   SceneFiles* files_;
+  KeyObserver* observer_;  ///< Null: none.
 };
 
 }  // namespace hpdm

@@ -1,7 +1,5 @@
 #include "scenes/loader/toml_document.h"
 
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -10,26 +8,10 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/quoted_token.h"
 
 namespace hpdm {
 namespace {
-
-constexpr std::size_t kMaxShown = 60;  // bytes of a value in a message
-
-/// Cuts between two characters (UTF-8).
-std::string Shortened(std::string_view text, std::size_t max_bytes) {
-  if (text.size() <= max_bytes) return std::string(text);
-  std::size_t end = max_bytes;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
-  return std::string(text.substr(0, end)) + "...";
-}
-
-template <typename T>
-std::string NumberText(T number) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof(buffer), number).ptr;
-  return std::string(buffer, end);
-}
 
 /// Refuses dotted keys (a.b.c) with more parts than any scene needs, before parsing. The parser
 /// limits the depth of values but not of dotted keys, and frees their tables recursively: a long
@@ -99,8 +81,8 @@ class DottedKeyCheck {
     at_ = std::min(at_, text_.size());
   }
 
-  TomlPlace Place() const {
-    TomlPlace place;
+  toml::source_position Place() const {
+    toml::source_position place{1, 1};
     for (const char c : text_.substr(0, at_)) {
       if (c == '\n') {
         ++place.line;
@@ -117,51 +99,17 @@ class DottedKeyCheck {
   std::size_t at_ = 0;
 };
 
-/// Returns the parent's place for tables that only a longer key implies: they have none.
-TomlPlace PlaceOf(const toml::source_region& region, TomlPlace parent) {
-  if (!region.begin) return parent;
-  return {region.begin.line, region.begin.column};
-}
-
-TomlValue Convert(const TomlDocument& document, const toml::node& node, TomlPlace parent,
-                  int depth) {
-  TomlValue out;
-  out.place = PlaceOf(node.source(), parent);
-  out.end =
-      node.source().end ? TomlPlace{node.source().end.line, node.source().end.column} : out.place;
+void CheckDepth(const TomlDocument& document, const toml::node& node, int depth) {
   if (depth > kMaxTomlDepth) {
-    FailAt(document, out.place, "TOML",
+    FailAt(document, node.source().begin, "TOML",
            "tables and arrays are nested too deeply; use at most " + std::to_string(kMaxTomlDepth) +
                " levels");
   }
   if (const auto* table = node.as_table()) {
-    TomlTable entries;
-    entries.reserve(table->size());
-    for (auto&& [key, child] : *table) {
-      const TomlPlace place = PlaceOf(key.source(), out.place);
-      entries.push_back(
-          {std::string(key.str()), place, Convert(document, child, place, depth + 1)});
-    }
-    out.value = std::move(entries);
+    for (const auto& [key, child] : *table) CheckDepth(document, child, depth + 1);
   } else if (const auto* array = node.as_array()) {
-    TomlArray elements;
-    elements.reserve(array->size());
-    for (const toml::node& child : *array) {
-      elements.push_back(Convert(document, child, out.place, depth + 1));
-    }
-    out.value = std::move(elements);
-  } else if (const auto* text = node.as_string()) {
-    out.value = text->get();
-  } else if (const auto* integer = node.as_integer()) {
-    out.value = integer->get();
-  } else if (const auto* number = node.as_floating_point()) {
-    out.value = number->get();
-  } else if (const auto* boolean = node.as_boolean()) {
-    out.value = boolean->get();
-  } else {
-    out.value = TomlDate();
+    for (const toml::node& child : *array) CheckDepth(document, child, depth + 1);
   }
-  return out;
 }
 
 std::string ReadText(const std::filesystem::path& path) {
@@ -193,61 +141,56 @@ std::string ReadText(const std::filesystem::path& path) {
   return text;
 }
 
-void AppendText(const TomlValue& value, std::string* out) {
-  if (out->size() > kMaxShown) return;
-  if (const auto* integer = std::get_if<std::int64_t>(&value.value)) {
-    *out += NumberText(*integer);
-  } else if (const auto* number = std::get_if<double>(&value.value)) {
-    *out += NumberText(*number);
-  } else if (const auto* boolean = std::get_if<bool>(&value.value)) {
-    *out += *boolean ? "true" : "false";
-  } else if (const auto* text = std::get_if<std::string>(&value.value)) {
-    *out += Quoted(*text);
-  } else if (const auto* elements = std::get_if<TomlArray>(&value.value)) {
+void AppendText(const toml::node& value, std::string* out) {
+  if (out->size() > kMaxQuoted) return;
+  if (const auto* integer = value.as_integer()) {
+    *out += std::to_string(integer->get());
+  } else if (const auto* number = value.as_floating_point()) {
+    char digits[32];
+    out->append(digits, std::to_chars(digits, digits + sizeof(digits), number->get()).ptr);
+  } else if (const auto* boolean = value.as_boolean()) {
+    *out += boolean->get() ? "true" : "false";
+  } else if (const auto* text = value.as_string()) {
+    *out += Quoted(text->get());
+  } else if (const auto* elements = value.as_array()) {
     *out += '[';
-    for (std::size_t i = 0; i < elements->size() && out->size() <= kMaxShown; ++i) {
+    for (std::size_t i = 0; i < elements->size() && out->size() <= kMaxQuoted; ++i) {
       if (i > 0) *out += ", ";
       AppendText((*elements)[i], out);
     }
     *out += ']';
-  } else if (std::holds_alternative<TomlTable>(value.value)) {
-    *out += "a table";
   } else {
-    *out += "a date or time";
+    *out += value.is_table() ? "a table" : "a date or time";
   }
 }
 
 }  // namespace
 
-void FailAt(const TomlDocument& document, TomlPlace place, std::string_view subject,
-            std::string_view message) {
+void FailAt(const TomlDocument& document, const toml::source_position& place,
+            std::string_view subject, std::string_view message) {
   std::string line = document.path.string();
   line += ':' + std::to_string(place.line) + ':' + std::to_string(place.column) + ": ";
   line.append(subject).append(": ").append(message);
   throw InputError(line);
 }
 
-std::string Quoted(std::string_view text) { return '"' + Shortened(text, kMaxShown) + '"'; }
-
-std::string ValueText(const TomlValue& value) {
+std::string ValueText(const toml::node& value) {
   std::string text;
   AppendText(value, &text);
-  return std::holds_alternative<std::string>(value.value) ? text : Shortened(text, kMaxShown);
+  return value.is_string() ? text : Shortened(text, kMaxQuoted);
 }
 
 TomlDocument ParseToml(std::string text, const std::filesystem::path& path) {
-  TomlDocument document;
-  document.path = path;
-  document.text = std::move(text);
+  TomlDocument document{path, std::move(text), {}};
   DottedKeyCheck(document).Run();
   try {
-    const toml::table root = toml::parse(document.text);
-    document.root = Convert(document, root, TomlPlace(), 0);
+    document.root = toml::parse(document.text);
   } catch (const toml::parse_error& error) {
     std::string what(error.description());
     what += "; correct the text there (TOML 1.0, see toml.io)";
-    FailAt(document, PlaceOf(error.source(), TomlPlace()), "TOML syntax", what);
+    FailAt(document, error.source().begin, "TOML syntax", what);
   }
+  CheckDepth(document, document.root, 0);
   return document;
 }
 

@@ -1,49 +1,22 @@
 #pragma once
 
+#include <toml++/toml.h>
+
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <variant>
-#include <vector>
 
-/// A TOML file as a plain tree of values with their places. Only toml_document.cc includes the
-/// parser. Set-up code: any thread, allocates.
+/// A TOML file as the parser's nodes. Parsing toml++ costs seconds: no header includes this. Set-up
+/// code: any thread, allocates.
 namespace hpdm {
 
-/// A place in the file: line and column count from 1, the column in characters.
-struct TomlPlace {
-  std::uint32_t line = 1;
-  std::uint32_t column = 1;
-};
-
-struct TomlEntry;
-struct TomlValue;
-
-/// Sorted by the keys' names, because TOML gives a table's keys no order.
-using TomlTable = std::vector<TomlEntry>;
-using TomlArray = std::vector<TomlValue>;
-/// A date or a time of day. No key of a scene accepts one.
-struct TomlDate {};
-
-struct TomlValue {
-  TomlPlace place;
-  std::variant<std::int64_t, double, bool, std::string, TomlDate, TomlArray, TomlTable> value;
-  /// One character past the value; equals `place` for a table that only a longer key implies.
-  TomlPlace end = {};
-};
-
-struct TomlEntry {
-  std::string key;
-  TomlPlace place;  ///< The key's place.
-  TomlValue value;
-};
-
+/// Nodes and keys have their place in the file as source(): line and column count from 1, the
+/// column in characters. A table that only a longer key implies has the place of that key's part.
 struct TomlDocument {
   std::filesystem::path path;  ///< As given.
   std::string text;            ///< The file's contents.
-  TomlValue root;              ///< Always a TomlTable.
+  toml::table root;
 };
 
 /// Larger files are refused; a scene written by a person is much smaller.
@@ -60,13 +33,10 @@ TomlDocument ParseToml(std::string text, const std::filesystem::path& path);
 
 /// Throws InputError("FILE:LINE:COLUMN: subject: message"). Control characters are escaped, so the
 /// message is always one line.
-[[noreturn]] void FailAt(const TomlDocument& document, TomlPlace place, std::string_view subject,
-                         std::string_view message);
+[[noreturn]] void FailAt(const TomlDocument& document, const toml::source_position& place,
+                         std::string_view subject, std::string_view message);
 
 /// Returns the value as TOML text for messages, cut to about 60 characters.
-std::string ValueText(const TomlValue& value);
-
-/// Returns the text in quotes, cut to about 60 characters.
-std::string Quoted(std::string_view text);
+std::string ValueText(const toml::node& value);
 
 }  // namespace hpdm

@@ -55,6 +55,12 @@ void AddSubcommands(CommandLines* c) {
   c->Named("nothing", {});
   c->Add("fly");
   c->Add("--frobnicate");
+  c->Add("--headless run s.toml");
+  for (const char* misspelled :
+       {"runn s.toml --seconds 1", "run s.toml --secnds=1", "run --secnds 1", "log exprt t.csv",
+        "plan s.toml --error 0.1 --budgetms 1"}) {
+    c->Add(misspelled);
+  }
   c->Add("--version");
   c->Add("--help");
   for (const std::string command :
@@ -132,7 +138,7 @@ void AddRun(CommandLines* c) {
   c->Add("run no.toml --clock lockstep --seconds 0.01");
 }
 
-void AddReaders(CommandLines* c) {
+void AddReplaysAndReports(CommandLines* c) {
   for (const char* line : {"replay t.csv",
                            "replay no.csv --scene s.toml",
                            "replay t.csv --scene no.toml",
@@ -165,8 +171,13 @@ void AddReaders(CommandLines* c) {
                            "report --collect no --out t.sqlite",
                            "report --collect s.toml",
                            "report --collect /dev/zero --out t.sqlite",
-                           "report --collect s.toml --out kept.csv",
-                           "spy --once s.toml",
+                           "report --collect s.toml --out kept.csv"}) {
+    c->Add(line);
+  }
+}
+
+void AddSpies(CommandLines* c) {
+  for (const char* line : {"spy --once s.toml",
                            "spy --once no.lcmlog",
                            "spy --once folder",
                            "spy --once pipe",
@@ -185,8 +196,13 @@ void AddReaders(CommandLines* c) {
                            "spy --once t.csv --types no.lcm",
                            "spy --once t.csv --types s.toml",
                            "spy --once t.csv --types folder",
-                           "spy --once t.csv --types pipe",
-                           "log check no.lcmlog",
+                           "spy --once t.csv --types pipe"}) {
+    c->Add(line);
+  }
+}
+
+void AddLogsAndMeshes(CommandLines* c) {
+  for (const char* line : {"log check no.lcmlog",
                            "log check folder",
                            "log check pipe",
                            "log check /dev/zero",
@@ -198,6 +214,9 @@ void AddReaders(CommandLines* c) {
                            "log export t.csv --out l.mcap",
                            "log export t.csv --format mcap --out folder",
                            "log export t.csv --format xml --out l",
+                           "log export t.csv --format vtk --out l",
+                           "log export t.csv --format vtk --out l --channels A",
+                           "log export t.csv --format vtk --out l.mcap",
                            "log export t.csv --format mcap --out t.csv",
                            "log export t.csv --out kept.csv",
                            "log export t.csv --out l --channels NO_SUCH",
@@ -230,6 +249,8 @@ void AddWriters(CommandLines* c) {
                            "solve no.toml --out f.csv",
                            "solve s.toml --out f.csv",
                            "check no.toml",
+                           "check --schema",
+                           "check --schema s.toml",
                            "check s.toml s.toml",
                            "generate nothing --out g",
                            "generate liver_274 --out s.toml",
@@ -249,7 +270,9 @@ void AddWriters(CommandLines* c) {
                            "plan s.toml --error 5 --budget-ms 1",
                            "plan s.toml --error nan --budget-ms 1",
                            "plan s.toml --error 0.1 --budget-ms 0",
-                           "plan s.toml --error 0.1 --budget-ms 1 --out s.toml"}) {
+                           "plan s.toml --error 0.1 --budget-ms 1 --out s.toml",
+                           "plan s.toml --error 0.1 --budget-ms 1 --out no/such/p.toml",
+                           "plan s.toml --error 0.1 --budget-ms 1 --out folder"}) {
     c->Add(line);
   }
   c->AsNobodyElse("solve s.toml --out read_only/f.csv");
@@ -266,7 +289,9 @@ TEST(BadInput, CommandLinesHaveTheOutcomesOfTheTable) {
   CommandLines lines;
   AddSubcommands(&lines);
   AddRun(&lines);
-  AddReaders(&lines);
+  AddReplaysAndReports(&lines);
+  AddSpies(&lines);
+  AddLogsAndMeshes(&lines);
   AddWriters(&lines);
   lines.Compare();
 }

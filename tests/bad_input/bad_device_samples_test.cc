@@ -52,8 +52,10 @@ Input Reading(std::function<void(int tick, DeviceSample* reading)> change) {
           }};
 }
 
-std::map<std::string, Input> Inputs() {
-  std::map<std::string, Input> inputs;
+using Inputs = std::map<std::string, Input>;
+
+void AddPoses(Inputs* to) {
+  Inputs& inputs = *to;
   const char* const axes[] = {"pitch", "yaw", "insertion", "roll", "jaw"};
   for (int axis = 0; axis < 5; ++axis) {
     inputs[std::string(axes[axis]) + " of NaN"] = Joint(axis, kNotANumber);
@@ -86,12 +88,20 @@ std::map<std::string, Input> Inputs() {
   inputs["a pose every second tick"] = {
       .raw = [](int tick, Nanoseconds, RawDevice* d) { d->sample.valid = tick % 2 == 0; },
       .external = {}};
+}
+
+void AddTimes(Inputs* to) {
+  Inputs& inputs = *to;
   inputs["a time that stands still"] = Time([](int, Nanoseconds) { return Nanoseconds{0}; });
   inputs["a time that runs backwards"] =
       Time([](int tick, Nanoseconds now) { return now - 2 * tick * kMs; });
   inputs["a time of the future"] = Time([](int, Nanoseconds now) { return now + 1000 * kMs; });
   inputs["a time at the ends of time"] =
       Time([](int tick, Nanoseconds) { return tick % 2 == 0 ? kLast : -kLast - 1; });
+}
+
+void AddReadings(Inputs* to) {
+  Inputs& inputs = *to;
   inputs["a driver that falls silent"] = {.raw = {},
                                           .external = [](int, Nanoseconds, External*) {}};
   inputs["a driver that floods"] = {.raw = {}, .external = [](int, Nanoseconds now, External* e) {
@@ -107,19 +117,19 @@ std::map<std::string, Input> Inputs() {
   inputs["a sequence that repeats"] = Reading([](int, DeviceSample* r) { r->sequence = 1; });
   inputs["a sequence that runs backwards"] = Reading(
       [](int tick, DeviceSample* r) { r->sequence = static_cast<std::uint64_t>(200 - tick); });
-  return inputs;
 }
 
 /// The outcome of the fault's ticks.
-struct Treatment {
-  int without_pose = 0;
-  double share_of_force = 0;  ///< At the end, of the force before.
-  double aside = 0;           ///< m, of the tip from where it was, at most.
+struct FaultOutcome {
+  int without_pose = 0;       ///< Ticks.
+  double share_of_force = 0;  ///< Force at the end over the force before.
+  double aside = 0;           ///< m, largest distance of the tip from its place before.
 };
 
-class Patient {
+/// A haptic loop that presses with sound samples and then gets faulty ones.
+class FaultTrial {
  public:
-  explicit Patient(const Input& input) : input_(input) {
+  explicit FaultTrial(const Input& input) : input_(input) {
     raw_.sample.joints = Sound();
     if (input_.external) {
       bench_.emplace(&external_.device);
@@ -129,7 +139,7 @@ class Patient {
   }
 
   /// Runs with sound samples until the force is there.
-  ToolSample Well(int ticks) {
+  ToolSample RunSound(int ticks) {
     ToolSample tool;
     for (int i = 0; i < ticks; ++i) {
       raw_.frozen = false;
@@ -141,8 +151,9 @@ class Patient {
     return tool;
   }
 
-  Treatment Ill(const ToolSample& before) {
-    Treatment seen;
+  /// Runs kFaultTicks with the faulty samples.
+  FaultOutcome RunFault(const ToolSample& before) {
+    FaultOutcome seen;
     for (int i = 0; i < kFaultTicks; ++i) {
       if (input_.external) {
         input_.external(i, bench_->Now(), &external_);
@@ -165,7 +176,10 @@ class Patient {
 };
 
 TEST(BadInput, DeviceSamplesHaveTheOutcomesOfTheTable) {
-  std::map<std::string, Input> inputs = Inputs();
+  Inputs inputs;
+  AddPoses(&inputs);
+  AddTimes(&inputs);
+  AddReadings(&inputs);
   for (const ExpectedOutcome& row : ReadOutcomes("device_samples")) {
     SCOPED_TRACE("device_samples.csv:" + std::to_string(row.line) + ": " + row.input);
     const auto input = inputs.find(row.input);
@@ -173,10 +187,10 @@ TEST(BadInput, DeviceSamplesHaveTheOutcomesOfTheTable) {
       ADD_FAILURE() << "no such input";
       continue;
     }
-    Patient patient(input->second);
-    const ToolSample before = patient.Well(700);
+    FaultTrial trial(input->second);
+    const ToolSample before = trial.RunSound(700);
     ASSERT_NEAR(before.force_W.norm(), 120 * 0.0075, 1e-9);
-    const Treatment seen = patient.Ill(before);
+    const FaultOutcome seen = trial.RunFault(before);
     EXPECT_EQ(row.outcome == "refused", seen.without_pose > 0);
     // 100 ticks of the guard's 50 ms, if all of them are without a pose.
     const double let_go = std::exp(-0.02 * seen.without_pose);
@@ -196,7 +210,7 @@ TEST(BadInput, DeviceSamplesHaveTheOutcomesOfTheTable) {
       EXPECT_EQ(row.what, "the force follows within its limits");
     }
     // The force returns by the guard's ramp of 0.5 s.
-    const ToolSample after = patient.Well(700);
+    const ToolSample after = trial.RunSound(700);
     EXPECT_NEAR((after.force_W - before.force_W).norm(), 0, 1e-9);
     inputs.erase(input);
   }

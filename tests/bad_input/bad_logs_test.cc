@@ -84,7 +84,7 @@ class Logs : public BadInputs {
         {"all", {"report", ".", "--all", "--jobs", "1", "--out", "t.jsonl"}},
         {"run",
          {"run", "x/scene.toml", "--clock", "lockstep", "--seconds", "0.01", "--no-pictures",
-          "--out", "o"}}};
+          "--verbose", "--out", "o"}}};
     for (const std::string& command : commands) Add(name + ": " + command, words.at(command), copy);
   }
   /// Replaces the sound session's log.
@@ -157,65 +157,73 @@ void AddDamage(Logs* logs) {
 
 bool IsTool(const LogEvent& event) { return event.channel == kToolChannel; }
 
+using LogEvents = std::vector<LogEvent>;
+
 void AddOrders(Logs* logs) {
-  using Events = std::vector<LogEvent>;
-  logs->Changed("backwards", [](Events* e) { std::reverse(e->begin(), e->end()); });
-  logs->Changed("shuffled", [](Events* e) { std::shuffle(e->begin(), e->end(), std::mt19937(3)); });
-  logs->Changed("without ticks", [](Events* e) { std::erase_if(*e, IsTool); });
-  logs->Changed("every third tick missing", [](Events* e) {
+  logs->Changed("backwards", [](LogEvents* e) { std::reverse(e->begin(), e->end()); });
+  logs->Changed("shuffled",
+                [](LogEvents* e) { std::shuffle(e->begin(), e->end(), std::mt19937(3)); });
+  logs->Changed("without ticks", [](LogEvents* e) { std::erase_if(*e, IsTool); });
+  logs->Changed("every third tick missing", [](LogEvents* e) {
     int count = 0;
     std::erase_if(*e, [&](const LogEvent& event) { return IsTool(event) && ++count % 3 == 0; });
   });
-  logs->Changed("without events of the session", [](Events* e) {
+  logs->Changed("without events of the session", [](LogEvents* e) {
     std::erase_if(*e, [](const LogEvent& event) { return event.channel == kEventChannel; });
   });
-  logs->Changed("one time stamp for all", [](Events* e) {
+  logs->Changed("one time stamp for all", [](LogEvents* e) {
     for (LogEvent& event : *e) event.time_us = 0;
   });
-  logs->Changed("time stamps at the ends of time", [](Events* e) {
+  logs->Changed("time stamps at the ends of time", [](LogEvents* e) {
     for (std::size_t i = 0; i < e->size(); ++i) {
       (*e)[i].time_us = i % 2 == 0 ? std::numeric_limits<std::int64_t>::min()
                                    : std::numeric_limits<std::int64_t>::max();
     }
   });
-  logs->Changed("foreign channels between", [](Events* e) {
+}
+
+void AddChannels(Logs* logs) {
+  logs->Changed("foreign channels between", [](LogEvents* e) {
     for (std::size_t i = 0; i < e->size(); i += 10) {
       e->insert(e->begin() + static_cast<std::ptrdiff_t>(i),
                 LogEvent{.time_us = (*e)[i].time_us, .channel = "CAMERA", .data = {1, 2, 3, 4, 5}});
     }
   });
-  logs->Changed("foreign channels alone", [](Events* e) {
+  logs->Changed("foreign channels alone", [](LogEvents* e) {
     for (LogEvent& event : *e) event.channel = "CAMERA", event.data.assign(20, 7);
   });
-  logs->Changed("10,000 channels", [](Events* e) {
+  logs->Changed("10,000 channels", [](LogEvents* e) {
     for (int i = 0; i < 10'000; ++i) {
       e->push_back({.time_us = 0, .channel = std::to_string(i), .data = {0}});
     }
   });
-  logs->Changed("channels named by a path", [](Events* e) {
+  logs->Changed("channels named by a path", [](LogEvents* e) {
     for (LogEvent& event : *e) event.channel.insert(0, "../../");
   });
-  logs->Changed("channels named by a terminal's escape", [](Events* e) {
+  logs->Changed("channels named by a terminal's escape", [](LogEvents* e) {
     for (LogEvent& event : *e) event.channel.insert(0, "\x1b[2J\n");
   });
-  logs->Changed("messages without data", [](Events* e) {
+}
+
+void AddMessages(Logs* logs) {
+  logs->Changed("messages without data", [](LogEvents* e) {
     for (LogEvent& event : *e) event.data.clear();
   });
   // A type that changed has another hash, the first eight bytes of a message.
-  logs->Changed("of another version", [](Events* e) {
+  logs->Changed("of another version", [](LogEvents* e) {
     for (LogEvent& event : *e) event.data[0] = static_cast<std::uint8_t>(event.data[0] ^ 0x55);
   });
-  logs->Changed("ticks of another version", [](Events* e) {
+  logs->Changed("ticks of another version", [](LogEvents* e) {
     for (LogEvent& event : *e) {
       if (IsTool(event)) event.data[0] = static_cast<std::uint8_t>(event.data[0] ^ 0x55);
     }
   });
-  logs->Changed("ticks cut short", [](Events* e) {
+  logs->Changed("ticks cut short", [](LogEvents* e) {
     for (LogEvent& event : *e) {
       if (IsTool(event)) event.data.resize(event.data.size() - 9);
     }
   });
-  logs->Changed("NaN in every tick", [](Events* e) {
+  logs->Changed("NaN in every tick", [](LogEvents* e) {
     for (LogEvent& event : *e) {
       tool_t message;
       if (!IsTool(event) || !DecodeMessage(event.data, &message)) continue;
@@ -226,13 +234,14 @@ void AddOrders(Logs* logs) {
   });
 }
 
-void AddFolders(Logs* logs) {
+const std::vector<std::string> kAllCommands = {"replay", "report", "spy",   "check",
+                                               "export", "mcap",   "repair"};
+
+void AddLogFiles(Logs* logs) {
   const auto log = [](const fs::path& x) { return x / "session.lcmlog"; };
-  const std::vector<std::string> all = {"replay", "report", "spy",   "check",
-                                        "export", "mcap",   "repair"};
   logs->Folder("nothing wrong", [](const fs::path&) {}, {"mcap", "repair", "line", "all", "run"});
   logs->Folder(
-      "no log", [log](const fs::path& x) { fs::remove(log(x)); }, all);
+      "no log", [log](const fs::path& x) { fs::remove(log(x)); }, kAllCommands);
   logs->Folder("a log that is a folder", [log](const fs::path& x) {
     fs::remove(log(x));
     fs::create_directory(log(x));
@@ -243,7 +252,7 @@ void AddFolders(Logs* logs) {
         fs::remove(log(x));
         mkfifo(log(x).c_str(), 0600);
       },
-      all);
+      kAllCommands);
   logs->Folder("a log that is a link to itself", [log](const fs::path& x) {
     fs::remove(log(x));
     fs::create_symlink("session.lcmlog", log(x));
@@ -252,6 +261,9 @@ void AddFolders(Logs* logs) {
     fs::rename(log(x), x.parent_path() / "elsewhere.lcmlog");
     fs::create_symlink("../elsewhere.lcmlog", log(x));
   });
+}
+
+void AddScenesAndMeshes(Logs* logs) {
   const std::vector<std::string> scenes = {"replay", "run"};
   const auto scene = [](const fs::path& x) { return x / "scene.toml"; };
   logs->Folder("no scene", [scene](const fs::path& x) { fs::remove(scene(x)); }, {"replay"});
@@ -287,6 +299,9 @@ void AddFolders(Logs* logs) {
         fs::create_symlink("../../common/box.obj", x / "box.obj");
       },
       scenes);
+}
+
+void AddPictures(Logs* logs) {
   logs->Folder("pictures and a summary of garbage",
                [](const fs::path& x) {
                  for (const char* name : {"deepest.png", "last.png", "summary.json"}) {
@@ -308,7 +323,11 @@ TEST(BadInput, LogsHaveTheOutcomesOfTheTable) {
   Logs logs;
   AddDamage(&logs);
   AddOrders(&logs);
-  AddFolders(&logs);
+  AddChannels(&logs);
+  AddMessages(&logs);
+  AddLogFiles(&logs);
+  AddScenesAndMeshes(&logs);
+  AddPictures(&logs);
   logs.Compare();
 }
 

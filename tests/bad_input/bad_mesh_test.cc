@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include "tests/bad_input/bad_input.h"
@@ -48,15 +49,33 @@ bool Ended(const BoundedOutcome& run) {
   return run.signal == 0 && (run.exit_code == 0 || run.exit_code == 2);
 }
 
+/// Returns the scene's line that makes the mesh 0.2 m across, or "" if it has an organ's size or no
+/// unit that a scene takes does so.
+std::string UnitOfOrgan(const Json& facts) {
+  constexpr double kMinAcross = 1e-3, kMaxAcross = 0.46;  // m; 0.46 m is a cube of 0.1 m^3
+  double across = 0;
+  for (int d = 0; d < 3; ++d) {
+    const double side = facts["box_max_m"][d].get<double>() - facts["box_min_m"][d].get<double>();
+    across = std::max(across, side);
+  }
+  constexpr double kMaxUnit = 1000;  // m, of a scene
+  if (across >= kMinAcross && across <= kMaxAcross) return "";
+  if (0.2 / across > kMaxUnit) return "";
+  std::ostringstream unit;
+  unit << "unit = " << 0.2 / across << "\n";
+  return unit.str();
+}
+
 /// Builds the mesh as an organ of each model, or expects a refusal. The lattice model, which
 /// accepts open surfaces too, is also pressed. Returns the lattice's refusal or "".
-std::string BuildOrgan(const std::string& mesh, const fs::path& folder) {
+std::string BuildOrgan(const std::string& mesh, const Json& facts, const fs::path& folder) {
   std::string refusal;
   for (const std::string model : {"rigid", "mass_spring", "continuum", "hpdm"}) {
     SCOPED_TRACE(model);
     const bool lattice = model == "hpdm";
     std::ofstream(folder / "scene.toml")
         << "[[organ]]\nname = 'body'\nmesh = '" << mesh << "'\nmodel = '" << model << "'\n"
+        << UnitOfOrgan(facts)
         << (lattice ? "lattice.cells = [2, 2, 2]\n[[load]]\norgan = 'body'\npressure = 10\n" : "");
     BoundedRun run{.words = {"check", "--json", "scene.toml"}, .folder = folder};
     if (lattice) run.words = {"solve", "--json", "--out", "moved.csv", "scene.toml"};
@@ -72,7 +91,7 @@ std::string BuildOrgan(const std::string& mesh, const fs::path& folder) {
 /// `organs`: outcomes of meshes as organs, by their facts; each is built once.
 Found Find(const std::string& mesh, const fs::path& folder, bool readable,
            std::map<std::string, std::string>* organs) {
-  const BoundedOutcome run = RunBounded({.words = {"inspect", "--json", mesh},
+  const BoundedOutcome run = RunBounded({.words = {"inspect", "--json", "--unit", "m", mesh},
                                          .folder = folder,
                                          .environment = {{"HPDM_CACHE", "off"}},
                                          .as_nobody_else = !readable});
@@ -94,7 +113,7 @@ Found Find(const std::string& mesh, const fs::path& folder, bool readable,
   }
   for (const char* of_the_file : {"mesh", "repairs", "as_read"}) facts.erase(of_the_file);
   const auto [organ, is_new] = organs->try_emplace(facts.dump());
-  if (is_new) organ->second = BuildOrgan(mesh, folder);
+  if (is_new) organ->second = BuildOrgan(mesh, facts, folder);
   const std::string& refusal = organ->second;
   return {repaired ? "repaired" : "accepted",
           what + (refusal.empty() ? "; an organ" : "; no organ: " + refusal)};
@@ -167,7 +186,7 @@ constexpr Group kGroups[] = {{"shape", AddShapeFaults},
                              {"stl", AddStlFaults},
                              {"file", AddFileFaults}};
 
-TEST_F(BadMeshes, EveryRowIsOfAGroup) {
+TEST_F(BadMeshes, EveryRowBelongsToAGroup) {
   std::set<std::string> names = {"nasty"};
   for (const Group& group : kGroups) names.insert(group.name);
   for (const ExpectedOutcome& row : ReadOutcomes("meshes")) {

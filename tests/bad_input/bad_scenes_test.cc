@@ -77,7 +77,8 @@ class Scenes : public BadInputs {
   }
   void Run(const std::string& name, const std::string& text) {
     Add(name,
-        {"run", "s.toml", "--clock", "lockstep", "--seconds", "0.1", "--no-pictures", "--out", "o"},
+        {"run", "s.toml", "--clock", "lockstep", "--seconds", "0.1", "--no-pictures", "--verbose",
+         "--out", "o"},
         WithFile("s.toml", text));
   }
 };

@@ -118,6 +118,11 @@ void AddValues(Traces* t) {
   t->Text("a gap of two seconds",
           header + "0,0,0,0\n0.004,0,0,0\n2.004,0,0,0.005\n2.008,0,0,0.005\n");
   t->Text("in millimetres", header + Rows(50, 0.004, 1000));
+  t->Add("in millimetres, as the scene says", {"replay", "t.csv", "--scene", "mm.toml"},
+         [](const fs::path& here) {
+           WithFile("t.csv", kHeader + Rows(50, 0.004, 1000))(here);
+           WithFile("mm.toml", SoundScene({.instrument = "trace.scale=0.001\n"}))(here);
+         });
   t->Text("a jump of 0.3 m in a nanosecond",
           header + "0,0,0,0\n0.1,0,0,0\n0.100000001,0,0,0.3\n0.2,0,0,0.3\n");
   t->Text("a nanosecond in all", header + "0,0,0,0\n1e-9,0,0,0.001\n");

@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
   hpdm::TripleBuffer<hpdm::SceneSnapshot> record(hpdm::SizedSnapshot(organs, 1, false));
   hpdm::DeformationLoop loop(organs, {hpdm::ToolOptions()}, {tools, patch, view, record});
 
-  // From above the liver's centre straight down.
+  // The tip moves straight down from above the liver's centre.
   const double top = organs[0].rest().vertices.col(2).maxCoeff();
   for (double depth = -0.02; depth <= 0.01; depth += 0.002) {
     hpdm::ToolState& state = tools.Back();

@@ -58,7 +58,7 @@ TEST_F(Commands, SolveIsNoWorseThanThousandsOfLinearTetrahedra) {
   }
 }
 
-TEST_F(Commands, CheckSaysHowInaccurateTheMetricEnergyIsAndNothingOfStrain) {
+TEST_F(Commands, CheckReportsTheMetricEnergysErrorAndNoneForStrain) {
   const std::string organ = "[[organ]]\nname = \"liver\"\nmesh = \"" +
                             (kSource / "scenes/meshes/liver_274.obj").string() + "\"\n";
   for (const bool metric : {true, false}) {
@@ -112,6 +112,10 @@ TEST_F(Commands, InstalledEngineCanBeEmbedded) {
   };
   ASSERT_EQ(shell("cmake --install " HPDM_BINARY_DIR " --prefix " + prefix), 0)
       << ReadFile(folder_ / "log");
+  for (const char* file :
+       {"lcmtypes/device.lcm", "lcmtypes/force.lcm", "scenes/scene.schema.json"}) {
+    EXPECT_TRUE(std::filesystem::exists(prefix + "/share/hpdm/" + file)) << file;
+  }
   ASSERT_EQ(shell("cmake -S " + (kSource / "tests" / "embed").string() + " -B " + build +
                   " -DCMAKE_PREFIX_PATH=" + prefix + " -DCMAKE_CXX_FLAGS='" HPDM_LINK_FLAGS "'"),
             0)

@@ -112,7 +112,7 @@ trocar = [0.08, -0.05, 0.20]
     driver_ = std::make_unique<BackgroundCommand>(
         std::string("exec ") + HPDM_BINARY_DIR "/tools/hpdm_example_driver", folder_ / "driver_out",
         folder_ / "driver_err");
-    // A machine under load; usual are 3 s.
+    // The limit is for a loaded machine; usual times are far shorter.
     EXPECT_TRUE(HearUntil(
         [this] {
           return !heard_.forces.empty() &&

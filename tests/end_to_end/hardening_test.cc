@@ -1,5 +1,5 @@
-// The compiler's and the linker's defences, as they stand in the built program: a flag that is lost
-// on its way through the build files breaks nothing else.
+// Checks the compiler's and the linker's hardening in the built program. A flag that the build
+// files lose breaks no other test.
 
 #include <elf.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace hpdm {
 namespace {
 
-/// What the loader reads of a program, for this machine's word length (ELF64).
+/// The parts of a program that the loader reads, for this machine's word length (ELF64).
 class Program {
  public:
   explicit Program(const std::string& path) : bytes_(ReadFile(path)), header_(At<Elf64_Ehdr>(0)) {
@@ -36,7 +36,7 @@ class Program {
   }
   int type() const { return header_.e_type; }
   const std::vector<Elf64_Phdr>& segments() const { return segments_; }
-  /// Those that it takes from libraries, among others.
+  /// Functions that the program takes from libraries, among others.
   const std::set<std::string>& symbols() const { return symbols_; }
 
   /// All flags of an entry of the dynamic section.
@@ -102,7 +102,7 @@ TEST_F(Hardening, AddressesOfFunctionsAreReadOnlyOnceItRuns) {
       << "bound while it runs, they would stay writable";
 }
 
-TEST_F(Hardening, WhatCanBeWrittenIsNeverCode) {
+TEST_F(Hardening, WritableMemoryIsNeverExecutable) {
   const Elf64_Phdr* stack = program_.Segment(PT_GNU_STACK);
   ASSERT_NE(stack, nullptr) << "without it the stack is code, too";
   EXPECT_FALSE(stack->p_flags & PF_X);
@@ -119,7 +119,7 @@ TEST_F(Hardening, TheLibrarysCopiesKnowTheirBuffers) {
 #ifndef NDEBUG
   GTEST_SKIP() << "FORTIFY needs optimisation";
 #endif
-  // Of a program without FORTIFY none of its functions ends so.
+  // Without FORTIFY no function of the program has such a name.
   int checked = 0;
   for (const std::string& symbol : program_.symbols()) checked += symbol.ends_with("_chk");
   EXPECT_GT(checked, 0);

@@ -1,4 +1,4 @@
-// Pictures of the scenes that must go on looking as they do (tests/golden/README.md).
+// Compares pictures of the scenes with the recorded ones (tests/golden/README.md).
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Half of what is just noticeable on the whole, and no visible part (1 % of the picture is 36 x 21
-// pixels) farther than a change of shade.
+// The mean bound is half of a just noticeable difference. No visible part (1 % of the picture is 36
+// x 21 pixels) may differ by more than a change of shade.
 constexpr double kMean = 1.0, kP99 = 6.0;
 
 Image Plain(std::uint8_t value) {

@@ -28,7 +28,7 @@ using Json = nlohmann::json;
 
 constexpr char kUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 
-// What arrives of a session, on a thread of its own.
+// Receives a session's messages on its own thread.
 class Listener {
  public:
   Listener() : lcm_(std::string(kUrl) + "&recv_buf_size=2000000") {
@@ -107,8 +107,8 @@ class SessionFaults : public testing::Test {
     ASSERT_TRUE(Becomes([&] { return listener_->ticks() > 0; })) << session_->err();
   }
 
-  // Ends the session, and holds what every session must keep whatever happens: each tick ran or
-  // was skipped for a reason that is not its own, and the telemetry saw it.
+  // Ends the session and checks every session's promises: each tick ran or was skipped for an
+  // external reason, and the telemetry saw it.
   Json End(int exit_code) {
     EXPECT_EQ(session_->Wait(), exit_code) << session_->err();
     Json summary = Json::parse(session_->out());
@@ -119,7 +119,7 @@ class SessionFaults : public testing::Test {
     return summary;
   }
 
-  // One line for the person when it happened, one at the end.
+  // Prints one line when it happens and one at the end.
   void ExpectToldOnce(const std::string& failure) const {
     const std::string err = session_->err();
     EXPECT_EQ(Count(err, "hpdm: note: " + failure), 1) << err;
@@ -148,7 +148,7 @@ class SessionFaults : public testing::Test {
 
 TEST_F(SessionFaults, AFullDiskCostsWhatDoesNotFitAndNothingElse) {
   RUN_INSIDE_NAMESPACE()
-  MountDisk("size=900k");  // of which the log takes half a megabyte a second
+  MountDisk("size=900k");  // the log takes half a megabyte a second
   Start(3, "--no-pictures");
   const Json summary = End(2);
   ExpectToldOnce("the log cannot be written (No space left on device)");
@@ -176,7 +176,7 @@ TEST_F(SessionFaults, AFullDiskEndsTheFilmWithAWholePicture) {
   EXPECT_EQ(Json::parse(ReadFile(out() + "/summary.json")), summary);
 }
 
-TEST_F(SessionFaults, ANetworkThatGoesAwayIsToldOnceAndTheLogIsWhole) {
+TEST_F(SessionFaults, ALostNetworkIsReportedOnceAndTheLogIsWhole) {
   RUN_INSIDE_NAMESPACE()
   Start(2, "--no-pictures");
   ASSERT_EQ(Shell("ip link set lo down"), 0);
@@ -188,7 +188,7 @@ TEST_F(SessionFaults, ANetworkThatGoesAwayIsToldOnceAndTheLogIsWhole) {
   EXPECT_TRUE(Health().Sound());
 }
 
-TEST_F(SessionFaults, AFullDiskBeforeTheSessionIsToldBeforeIt) {
+TEST_F(SessionFaults, AFullDiskIsReportedBeforeTheSession) {
   RUN_INSIDE_NAMESPACE()
   MountDisk("size=200k");
   BackgroundCommand run("exec " + kHpdmProgram + " run " + (folder_ / "scene.toml") +
@@ -199,7 +199,7 @@ TEST_F(SessionFaults, AFullDiskBeforeTheSessionIsToldBeforeIt) {
   EXPECT_NE(run.err().find(out()), std::string::npos) << run.err();
 }
 
-TEST_F(SessionFaults, AReadOnlyFolderIsToldBeforeTheSession) {
+TEST_F(SessionFaults, AReadOnlyFolderIsReportedBeforeTheSession) {
   RUN_INSIDE_NAMESPACE()
   MountDisk("ro");
   BackgroundCommand run("exec " + kHpdmProgram + " run " + (folder_ / "scene.toml") +
@@ -257,7 +257,7 @@ TEST_F(SessionFaults, SpiesThatStopOrDieAreNotNoticed) {
   EXPECT_GT(fs::file_size(folder_ / "reading.lcmlog"), 500'000u);
 }
 
-// Random bytes on every channel of ours and on 10,000 of others, some messages of 60 kB.
+// Sends random bytes on every channel of HPDM and on 10,000 others, some messages of 60 kB.
 void Flood(std::stop_token stop, std::atomic<long>* sent) {
   lcm::LCM network(kUrl);
   std::mt19937 random(5);
@@ -282,7 +282,7 @@ void Flood(std::stop_token stop, std::atomic<long>* sent) {
   }
 }
 
-TEST_F(SessionFaults, AFloodOfForeignMessagesIsRefusedCountedAndToldOnce) {
+TEST_F(SessionFaults, AFloodOfForeignMessagesIsRefusedCountedAndReportedOnce) {
   RUN_INSIDE_NAMESPACE()
   std::atomic<long> sent = 0;
   std::jthread flood([&sent](std::stop_token stop) { Flood(stop, &sent); });
@@ -293,7 +293,7 @@ TEST_F(SessionFaults, AFloodOfForeignMessagesIsRefusedCountedAndToldOnce) {
   const Json summary = End(0);
   spy.Signal(SIGINT);
   ASSERT_EQ(spy.Wait(), 0) << spy.err();
-  // 64 MB of messages that wait at most, and what their channels keep.
+  // At most 64 MB of messages wait; the rest is what their channels keep.
   EXPECT_LT(spy.peak_kb(), 256'000);
   const Json spied = Json::parse(spy.out());
   EXPECT_GT(spied["other_messages"], 0) << "the names are too many for the table";
@@ -303,7 +303,7 @@ TEST_F(SessionFaults, AFloodOfForeignMessagesIsRefusedCountedAndToldOnce) {
     if (!name.starts_with("HPDM_")) continue;
     shown.insert(name);
     EXPECT_GT(channel["unreadable"], 0) << name << ": garbage is told apart";
-    // Every readable one is the session's.
+    // Every readable message comes from the session.
     if (name == kToolChannel) {
       const int ticks = channel["messages"].get<int>() - channel["unreadable"].get<int>();
       EXPECT_LE(ticks, ticks_);
@@ -317,7 +317,7 @@ TEST_F(SessionFaults, AFloodOfForeignMessagesIsRefusedCountedAndToldOnce) {
   EXPECT_GT(sent, 1000);
   EXPECT_TRUE(Health().Sound());
   EXPECT_GT(summary["device_link"]["refused"], 100);
-  // Garbage, and a reading older than the one before: each kind once.
+  // Garbage and an outdated reading are each reported once.
   std::map<std::string, int> events = LoggedEvents(out());
   EXPECT_EQ(events["device.refused"], 2);
   EXPECT_EQ(Count(session_->err(), "HPDM_DEVICE was refused"), 2) << session_->err();
@@ -333,7 +333,7 @@ TEST(LongSession, LosesNoMessageInItsShortForm) {
                   (folder / "out") + " 2>&1"),
             0)
       << ReadFile(folder / "out");
-  EXPECT_NE(ReadFile(folder / "out").find("complete  holds"), std::string::npos);
+  EXPECT_NE(ReadFile(folder / "out").find("complete  ok"), std::string::npos);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What long sessions must not do, in short ones: tools/soak.py runs them for hours.
+// Checks the promises of long sessions in short ones; tools/soak.py runs them for hours.
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -75,7 +75,7 @@ class Soak : public testing::Test {
   }
   std::string log() const { return folder_ / "session.lcmlog"; }
 
-  /// What was judged and held; a failure for each that does not.
+  /// Returns the invariants that held; fails for each that does not.
   std::vector<std::string> Held(const std::string& scene) const {
     std::vector<std::string> held;
     for (const Invariant& invariant : CheckInvariants(log(), LimitsOf(LoadScene(scene)))) {
@@ -103,10 +103,10 @@ TEST_F(Soak, HoldsEveryInvariantAndLeavesTheHeapAsItWas) {
   Record({.scene = scene, .log = log(), .ticks = 12'001, .before_tick = measure});
   EXPECT_EQ(Held(scene),
             (Names{"finite", "ticks", "force", "slew", "work", "steps", "stored", "rest"}));
-  if (!kCountsAllocations) return;  // a sanitizer's allocator tells no sizes
-  // From the fourth second on, when every buffer that is reused has seen its largest message but
-  // for rare ones: less than 0.5 kB in 240 steps and 8,000 ticks. One number kept of every step
-  // would be 2 kB, one of every tick 64 kB.
+  if (!kCountsAllocations) return;  // a sanitizer's allocator reports no sizes
+  // After four seconds every reused buffer has seen its largest message, with rare exceptions: less
+  // than 0.5 kB in 240 steps and 8,000 ticks. One number kept for every step would be 2 kB, one for
+  // every tick 64 kB.
   const auto [least, most] = std::minmax_element(in_use.begin() + 4, in_use.end());
   EXPECT_LE(*most - *least, 512u);
 }
@@ -163,8 +163,8 @@ TEST_F(Soak, IsNotPassedByALogWithAForceThatJumped) {
   EXPECT_EQ(check(), "1slew");
 }
 
-// The tool itself, on the scene of two hands: 30 s of random hands, and their first 10 s three
-// times over with the same forces bit for bit.
+// Runs the tool on the scene of two hands: 30 s of random hands. Their first 10 s run three times
+// with the same forces bit for bit.
 TEST_F(Soak, ToolFindsNothingInHalfAMinute) {
   const std::string report = folder_ / "report", results = folder_ / "figures.json";
   const int exit = Shell("HPDM_CACHE=off python3 " + (kScenes / ".." / "tools").string() +

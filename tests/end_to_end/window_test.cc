@@ -35,7 +35,7 @@ bool Runs(const std::string& command) {
 
 void Sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
-/// A tip's way and force by session time, and the events, as the log has them.
+/// A tip's path and force by session time, and the events, from the log.
 struct Logged {
   struct Tick {
     Nanoseconds time_ns;
@@ -70,7 +70,7 @@ struct Logged {
     }
     return times;
   }
-  /// Of the tick at a time.
+  /// Returns the first tick at or after a session time.
   const Tick& At(Nanoseconds time_ns) const {
     for (const Tick& tick : ticks) {
       if (tick.time_ns >= time_ns) return tick;
@@ -94,7 +94,7 @@ class WindowTest : public testing::Test {
   }
   void TearDown() override {
     session_.reset();
-    if (!HasFailure()) fs::remove_all(folder_);  // else there is something to look at
+    if (!HasFailure()) fs::remove_all(folder_);  // otherwise a window is shown
   }
 
   /// Starts a session in a window and waits until it draws and has the keyboard.
@@ -109,7 +109,8 @@ class WindowTest : public testing::Test {
       return Runs("{ xdotool search --name '^HPDM: ' >" + id + "; } ");
     })) << ReadFile(folder_ / "stderr");
     std::ifstream(folder_ / "id") >> id_;
-    // Once it logs, it draws; without a window manager nobody else gives a window the keyboard.
+    // A session that logs also draws. Without a window manager only the test can give a window the
+    // keyboard.
     ASSERT_TRUE(Becomes([this] {
       std::error_code error;
       return fs::file_size(Out("session.lcmlog"), error) > 200'000 && !error;
@@ -149,7 +150,7 @@ TEST_F(WindowTest, MouseAndKeysDriveASession) {
   EXPECT_EQ(first.width, 640);
   EXPECT_GT(BrightPixels(first, 0, 0, 80, 40), 50) << "text in the corner";
 
-  // Take the probe and push it 48 mm along its shaft, which starts 30 mm off the liver.
+  // The probe is taken and pushed 48 mm along its shaft, which starts 30 mm off the liver.
   Do("click 1 sleep 0.1 click --repeat 12 --delay 20 4");
   Sleep(0.5);
   const Image pressed = Screenshot(2);
@@ -221,7 +222,7 @@ TEST_F(WindowTest, ASessionOutlivesItsDisplayAndSaysSo) {
 
 TEST_F(WindowTest, ClosingTheWindowEndsTheSession) {
   Start("liver_palpation.toml", "");
-  // What a window manager sends for its close button.
+  // Sends the message of a window manager's close button.
   Display* display = XOpenDisplay(display_->name().c_str());
   ASSERT_NE(display, nullptr);
   XEvent event{};
@@ -233,7 +234,35 @@ TEST_F(WindowTest, ClosingTheWindowEndsTheSession) {
   XSendEvent(display, event.xclient.window, False, NoEventMask, &event);
   XCloseDisplay(display);
   ASSERT_EQ(session_->Wait(20), 0) << ReadFile(folder_ / "stderr");
-  EXPECT_EQ(nlohmann::json::parse(ReadFile(Out("summary.json")))["interrupted"], true);
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(Out("summary.json")))["ended_by"], "user");
+}
+
+TEST_F(WindowTest, ADisplayOpensAWindowUnlessTheCommandLineSaysOtherwise) {
+  const std::string run = "exec " + kHpdmProgram + " run " +
+                          (kSource / "scenes" / "liver_palpation.toml").string() +
+                          " --seconds 2 --fps 0 --out " + Out("").string();
+  const auto opens = [&](const std::string& arguments) {
+    BackgroundCommand session(run + arguments, folder_ / "stdout", folder_ / "stderr");
+    const bool window = Becomes([&] {
+                          return Runs("xdotool search --name '^HPDM: '") ||
+                                 Count(session.err(), "hpdm: running") > 0;
+                        }) &&
+                        Runs("xdotool search --name '^HPDM: '");
+    EXPECT_EQ(session.Wait(), 0) << session.err();
+    return window;
+  };
+  EXPECT_TRUE(opens(""));
+  EXPECT_NE(ReadFile(folder_ / "stderr").find(", Ctrl-C or Esc ends"), std::string::npos);
+  fs::remove_all(Out(""));
+  EXPECT_FALSE(opens(" --headless"));
+  EXPECT_EQ(ReadFile(folder_ / "stderr").find("Esc"), std::string::npos);
+  fs::remove_all(Out(""));
+
+  display_.reset();
+  EXPECT_FALSE(opens(""));
+  EXPECT_EQ(
+      Count(ReadFile(folder_ / "stderr"), "hpdm: no display: the session runs without a window\n"),
+      1);
 }
 
 TEST_F(WindowTest, WithoutADisplayItExitsWithThreeAndTheRemedy) {

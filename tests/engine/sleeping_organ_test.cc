@@ -62,7 +62,7 @@ class Row {
                                           DeformationEdges{tools_, patches, *render, *telemetry_});
   }
 
-  /// Runs a step with the tip this far below the top of an organ, m; negative: above.
+  /// Runs a step with the tip `depth` (m) below the top of an organ; negative: above.
   void Step(double depth, int organ = 0) {
     const Vector3d tip(kApart * organ + 0.01, 0.005, kAxes.z() - depth);
     StepAt(tip, tip + Vector3d(0, 0, 0.3));

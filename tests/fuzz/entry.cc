@@ -1,5 +1,5 @@
-// What libFuzzer calls; HPDM_FUZZ_TARGET is the program's target. An exception ends the program,
-// which libFuzzer reports as a crash with the input.
+// The entry point of libFuzzer; HPDM_FUZZ_TARGET is the program's target. An exception ends the
+// program, which libFuzzer reports as a crash with the input.
 #include <cstddef>
 #include <cstdint>
 

@@ -5,15 +5,14 @@
 #include <stdexcept>
 #include <string>
 
-/// Everything that reads bytes from outside, as functions that libFuzzer calls with millions of
-/// inputs (entry.cc, tools/fuzz.sh) and fuzz_test with the kept ones. A target may meet any bytes:
-/// the reader must refuse them with an InputError of one line, or give what it promises. Each
-/// returns whether the bytes were taken.
+/// Functions for every reader of foreign bytes. libFuzzer calls them with millions of inputs
+/// (entry.cc, tools/fuzz.sh), and fuzz_test with the kept ones. For any bytes the reader must throw
+/// an InputError of one line or keep its promises. Each returns true if the bytes were accepted.
 namespace hpdm::fuzz {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// A reader broke its promise: what was read is not sound, or a refusal says too little.
+/// A reader broke its promise: its result is unsound, or a refusal is incomplete.
 class Violation : public std::logic_error {
  public:
   using std::logic_error::logic_error;
@@ -40,7 +39,7 @@ bool Schema(Bytes bytes);     ///< MessageSchemas of an .lcm text; behind a zero
 bool SceneFile(Bytes bytes);  ///< LoadScene.
 bool TraceCsv(Bytes bytes);   ///< ReadTraceFile, and the motion that it stands for.
 
-/// In tests/fuzz/corpus and tests/fuzz/findings a folder each of these names.
+/// Each name has a folder in tests/fuzz/corpus and tests/fuzz/findings.
 struct Target {
   const char* name;
   bool (*run)(Bytes bytes);

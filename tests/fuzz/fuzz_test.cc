@@ -46,19 +46,19 @@ TEST_P(FuzzTarget, TakesEverySeed) {
   }
 }
 
-TEST_P(FuzzTarget, KeepsItsPromiseForWhatOnceBrokeIt) {
+TEST_P(FuzzTarget, KeepsItsPromiseForEveryEarlierFinding) {
   for (const fs::path& file : Files(kFolder / "findings" / GetParam().name)) {
     EXPECT_NO_THROW(GetParam().run(Read(file))) << file;
   }
 }
 
-TEST_P(FuzzTarget, RefusesNothingAtAll) { EXPECT_FALSE(GetParam().run({})); }
+TEST_P(FuzzTarget, RefusesEmptyInput) { EXPECT_FALSE(GetParam().run({})); }
 
 INSTANTIATE_TEST_SUITE_P(All, FuzzTarget, testing::ValuesIn(kTargets),
                          [](const auto& target) { return std::string(target.param.name); });
 
-// A message type that changed has another hash: its old seed would lead nowhere.
-// HPDM_WRITE_SEEDS=1 writes them anew.
+// A changed message type has another hash, so its old seed would be refused. HPDM_WRITE_SEEDS=1
+// writes the seeds again.
 TEST(FuzzSeeds, BinarySeedsAreOfTheCurrentTypes) {
   for (const Seed& seed : BinarySeeds()) {
     const fs::path path = kFolder / "corpus" / seed.target / seed.name;
@@ -73,7 +73,7 @@ TEST(FuzzSeeds, BinarySeedsAreOfTheCurrentTypes) {
   }
 }
 
-TEST(FuzzSeeds, EveryMessageHasOne) {
+TEST(FuzzSeeds, EveryMessageHasASeed) {
   const std::vector<Seed> seeds = BinarySeeds();
   for (const char* type :
        {"tool_t", "force_t", "contact_t", "organ_t", "mesh_t", "stats_t", "event_t", "device_t"}) {

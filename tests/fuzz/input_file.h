@@ -15,7 +15,7 @@ class InputFile {
  public:
   explicit InputFile(const std::string& name) : path_(folder_ / name) {}
 
-  /// Replaces what the file holds. Returns its path.
+  /// Replaces the file's contents. Returns its path.
   const std::string& Write(Bytes bytes) const {
     std::ofstream file(path_, std::ios::binary | std::ios::trunc);
     file.write(reinterpret_cast<const char*>(bytes.data()),
@@ -36,7 +36,8 @@ inline std::string_view Text(Bytes bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// A refusal is one line of moderate length that begins with `subject` and goes on with a remedy.
+/// Checks that a refusal is one line of moderate length that begins with `subject` and ends with a
+/// remedy.
 inline void EnsureOneLine(const InputError& error, std::string_view subject) {
   const std::string_view line = error.what();
   HPDM_ENSURE(line.starts_with(subject));

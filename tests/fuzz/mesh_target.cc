@@ -9,7 +9,7 @@
 namespace hpdm::fuzz {
 namespace {
 
-/// What mesh_import.h promises of every mesh.
+/// Checks the promises of mesh_import.h for any mesh.
 void EnsureSound(const SurfaceMesh& mesh) {
   HPDM_ENSURE(mesh.triangles.rows() > 0);
   HPDM_ENSURE(mesh.vertices.allFinite());
@@ -44,7 +44,7 @@ void EnsureCounts(const ImportedMesh& imported) {
                                                 imported.repairs.duplicate_triangles);
 }
 
-/// Nothing is left to mend. (But for which way flat patches face, which is a rounding's choice.)
+/// The result needs no further repair, except the facing of flat patches, which rounding decides.
 void EnsureMended(SurfaceMesh mesh) {
   const MeshRepairs again = RepairMesh(&mesh);
   HPDM_ENSURE(again.welded_vertices == 0);

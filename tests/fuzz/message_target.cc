@@ -115,7 +115,7 @@ bool Decode(Bytes bytes) {
 }  // namespace
 
 bool Message(Bytes bytes) {
-  // Each one, though at most one can be it.
+  // Tries each type, although at most one can match.
   const bool decoded[] = {Decode<tool_t>(bytes),  Decode<force_t>(bytes), Decode<contact_t>(bytes),
                           Decode<organ_t>(bytes), Decode<mesh_t>(bytes),  Decode<stats_t>(bytes),
                           Decode<event_t>(bytes), Decode<device_t>(bytes)};

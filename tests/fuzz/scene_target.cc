@@ -77,9 +77,9 @@ void EnsureHeld(const InstrumentDescription& held, std::set<std::string>* names)
   HPDM_ENSURE(held.jaws.meshes.size() <= 2);
   HPDM_ENSURE(std::isfinite(held.jaws.pivot) && std::isfinite(held.jaws.opening));
   HPDM_ENSURE(std::isfinite(held.insulated_from.value_or(0)));
-  EnsureWithin(held.tip_radius, 1e-323, 0.05);
-  EnsureWithin(held.shaft_radius, 1e-323, 0.05);
-  EnsureWithin(held.friction, 0, 10);
+  EnsureWithin(held.geometry.tip_radius, 1e-323, 0.05);
+  EnsureWithin(held.geometry.shaft_radius, 1e-323, 0.05);
+  EnsureWithin(held.geometry.friction, 0, 10);
 }
 
 void EnsureDevice(const DeviceProfile& device) {

@@ -42,7 +42,7 @@ class Structure : public MessageVisitor {
   std::size_t values_ = 0;
 };
 
-/// Whether the body is one of any type's message.
+/// True if the body fits any type's message.
 bool Decode(const MessageSchemas& schemas, Bytes body) {
   bool any = false;
   for (const LcmStruct& type : schemas.structs()) {

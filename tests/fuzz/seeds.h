@@ -8,8 +8,8 @@ namespace hpdm::fuzz {
 
 /// An input that a reader accepts, for libFuzzer to begin with.
 struct Seed {
-  std::string target;  ///< As in kTargets.
-  std::string name;    ///< Of the file.
+  std::string target;  ///< A name in kTargets.
+  std::string name;    ///< The file's name.
   std::vector<std::uint8_t> bytes;
 };
 

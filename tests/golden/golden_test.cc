@@ -24,7 +24,7 @@ struct Case {
   const char* name;
   int ticks;
   std::uint32_t busy_seed;
-  ContactKind felt;  // what the last tool must have come to
+  ContactKind felt;  // the required contact of the last tool
 };
 
 void PrintTo(const Case& golden, std::ostream* out) { *out << golden.name; }
@@ -124,7 +124,8 @@ TEST_P(Golden, ForcesAreStillTheRecordedOnes) {
            << difference->tool << ", " << difference->field << ": recorded " << difference->logged
            << ", now " << difference->replayed;
   }
-  // It says something: every hand feels its tool, and the last tool does what it is here for.
+  // The log is not trivial: every hand feels its tool, and the last tool makes its required
+  // contact.
   for (int t = 0; t < replay.tool_count; ++t) EXPECT_GT(replay.forces[t].logged_peak, 0.05) << t;
   bool felt = false;
   LoggedTick tick;

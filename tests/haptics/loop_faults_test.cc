@@ -14,7 +14,7 @@
 #include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
 
-/// Tests what the hand feels if a thread or the clock fails.
+/// Tests the forces on the hand if a thread or the clock fails.
 namespace hpdm {
 namespace {
 
@@ -137,7 +137,7 @@ TEST(LoopFaults, AClockThatJumpsByTwoSecondsIsSkippedCountedAndSafe) {
   constexpr Nanoseconds kJump = 2 * kNanosecondsPerSecond;
   Bench bench;
   SpscQueue<HapticSample> samples(8192);
-  HapticLoop loop({{&bench.device, Kinematics(), kTipRadius, {}}}, kPeriod,
+  HapticLoop loop({{&bench.device, Kinematics(), {{.tip_radius = kTipRadius}}}}, kPeriod,
                   {bench.tool_states, bench.patches, samples});
   bench.device.MoveTip({0, 0, kTipRadius - 0.01});
   JumpingClock clock(&bench);
@@ -187,7 +187,7 @@ TEST(LoopFaults, AJumpWithinATickIsStalledTimeAndNotOwnComputing) {
   device.Home();
   device.EnableForce(true);
   SpscQueue<HapticSample> samples(4096);
-  HapticLoop loop({{&device, Kinematics(), kTipRadius, {}}}, kPeriod,
+  HapticLoop loop({{&device, Kinematics(), {{.tip_radius = kTipRadius}}}}, kPeriod,
                   {bench.tool_states, bench.patches, samples});
   const TickCount count = loop.RunRealClock({}, clock, 0, 3000);
   EXPECT_EQ(count.skipped.stalled, 1999u) << "tick 499 began 2 s before period 2499 did";
@@ -219,8 +219,7 @@ class RealThreads : public testing::Test {
   // Runs both for `ticks` periods; the deformation loop sleeps `stop_ms` once, at its step `at`.
   void Run(std::uint64_t ticks, std::uint64_t at, int stop_ms) {
     const SessionClock clock;
-    HapticLoop haptics({{&device_, kinematics_, ToolOptions().tip_radius, {}}}, kPeriod,
-                       {tool_states_, patches_, samples_});
+    HapticLoop haptics({{&device_, kinematics_}}, kPeriod, {tool_states_, patches_, samples_});
     std::jthread deformation_thread([&](std::stop_token stop) {
       RealLoopClock loop_clock(clock);
       RunOnSchedule({0, kNanosecondsPerSecond / 30}, stop, loop_clock,

@@ -33,7 +33,7 @@ Accuracy Solve(const std::string& name, const Scene& scene, const OrganOptions& 
   const OrganModel model(organ, LoadPosedMesh(organ, &repairs));
   const StaticLoads loads(model, scene.loads);
   const StaticSolution solution = loads.Solve();
-  EXPECT_LT(loads.Residual(solution), 1e-6);  // what the regularisation of local functions leaves
+  EXPECT_LT(loads.Residual(solution), 1e-6);  // the regularisation of local functions leaves this
   const SurfaceTable reference =
       ReadSurfaceTable((kSource / "tests/reference" / (name + ".csv")).string());
   std::ifstream file(kSource / "tests/reference" / (name + ".json"));
@@ -56,8 +56,8 @@ Accuracy Solve(const std::string& name, int cells = 0, int local_functions = 0,
   return Solve(name, scene, organ);
 }
 
-// As an author has it who names the mesh, the material and what holds the tissue.
-TEST(Accuracy, AnOrganThatNamesNoModelHasAnAccurateOne) {
+// The scene names only the mesh, the material and the supports.
+TEST(Accuracy, TheDefaultModelIsAccurate) {
   const Scene scene = Case("liver_press");
   OrganOptions organ;
   organ.name = scene.organs[0].name;
@@ -87,7 +87,7 @@ TEST(Accuracy, ATipFarBelowTheLatticesCellsFeelsTheReferencesCompliance) {
   EXPECT_NEAR(Solve("liver_press_tip_2_5mm", 4, 64).compliance, 1, 0.02);  // 0.995
 }
 
-// What they add in finite strain is of small strain, however far the tissue is turned.
+// Local functions use small strain also in finite strain, for any rotation of the tissue.
 TEST(Accuracy, LocalFunctionsHelpALargeLiftToo) {
   const Accuracy plain = Solve("liver_lift_40mm", 4, 0), refined = Solve("liver_lift_40mm", 4, 27);
   EXPECT_LT(refined.error, 0.125);  // 11.3 %
@@ -95,7 +95,7 @@ TEST(Accuracy, LocalFunctionsHelpALargeLiftToo) {
   EXPECT_GT(refined.compliance, plain.compliance);  // 0.862, 0.788
 }
 
-// Large cells and a margin that wastes them, as an author has it who does not think of the wall.
+// The scene has large cells and a wide margin, as an author would give without regard to the wall.
 TEST(Accuracy, LocalFunctionsReachIntoThinWalls) {
   const Accuracy wall = Solve("gallbladder_press", 8, 64, 0.02);
   EXPECT_LT(wall.error, 0.195);  // 17.6 %; linear tetrahedra 61 %, no local functions 35 %

@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
         // A wall of one and a quarter cells bends 1 / r^2: measured 10.1 %, 5.2 % with 8 cells.
         ClosedFormCase{"sphere_pressure", 0.11}));
 
-TEST_P(ClosedForm, IsWhatTheLatticeComesTo) {
+TEST_P(ClosedForm, TheLatticeAgreesWithIt) {
   const std::string name = GetParam().name;
   const Scene scene = LoadScene(kSource / "scenes/cases" / (name + ".toml"));
   std::vector<std::string> repairs;
@@ -133,7 +133,7 @@ TEST(SofaLiver, IsPressedAsFarAsTheReferenceSays) {
   EXPECT_LT(ratio, 1.05);
 }
 
-TEST(SurfaceMeshes, OfOneBodyHaveOneAnswer) {
+TEST(SurfaceMeshes, MeshesOfOneBodyGiveOneAnswer) {
   // Two meshes of one body: 1,332 triangles cut its curves short by up to 1 % of its size.
   for (const std::string name : {"liver_press", "liver_lift"}) {
     double compliance[2];

@@ -71,7 +71,7 @@ TEST_F(RenderLoopTest, JawsOpenToBothSidesAboutTheirPivot) {
 
 TEST_F(RenderLoopTest, DrawsTheHeldInstrument) {
   InstrumentVisual thick;
-  thick.tip_radius = thick.shaft_radius = 0.005;
+  thick.geometry.tip_radius = thick.geometry.shaft_radius = 0.005;
   instrument_.exchanges.push_back(thick);
   SceneSnapshot other = rest_snapshot_;
   other.tools[0].instrument_index = 1;
@@ -148,21 +148,45 @@ TEST_F(RenderLoopTest, DrawsOnlyNewStepsAndDropsOldOnes) {
   EXPECT_FALSE(loop->Frame());
   EXPECT_EQ(loop->statistics().drawn, 1u);
   EXPECT_EQ(loop->statistics().dropped, 2u);
-  EXPECT_NEAR(loop->deepest_displacement(), 0.005, 1e-8);  // single precision of 0.1 m
   EXPECT_FALSE(loop->statistics().renderer.empty());
 }
 
-TEST_F(RenderLoopTest, KeepsThePictureOfTheLargestDisplacement) {
+/// Returns the step with a contact of the tip, `depth` (m) below the released surface.
+SceneSnapshot WithContact(SceneSnapshot snapshot, ContactKind kind, double depth) {
+  SolvedContact& contact = snapshot.contacts[0];
+  contact.organ = 0;
+  contact.kind = kind;
+  contact.reaction = ReactionType::kLattice;
+  contact.normal_W = Vector3d::UnitZ();
+  contact.p_original_W = Vector3d(0, 0, 0.045);
+  contact.contact_W = contact.p_original_W - depth * contact.normal_W;
+  return snapshot;
+}
+
+TEST_F(RenderLoopTest, KeepsThePictureOfTheDeepestPressAndOfNoLift) {
   const auto loop = MakeLoop();
   Image deepest;
+  Publish(WithContact(Dented(0.030), ContactKind::kGrasp, 0.030));
+  ASSERT_TRUE(loop->Frame()) << loop->failure();
+  EXPECT_EQ(loop->deepest_image().width, 0) << "nothing has been pressed";
+  EXPECT_EQ(loop->deepest_press(), 0);
   for (const double depth : {0.0, 0.006, 0.010, 0.007}) {
-    Publish(Dented(depth));
+    Publish(WithContact(Dented(depth), ContactKind::kPress, depth));
     ASSERT_TRUE(loop->Frame()) << loop->failure();
     if (depth == 0.010) deepest = loop->image();
   }
+  Publish(WithContact(Dented(0.040), ContactKind::kGrasp, 0.040));
+  ASSERT_TRUE(loop->Frame()) << loop->failure();
   EXPECT_EQ(loop->deepest_image().rgb, deepest.rgb);
   EXPECT_NE(loop->image().rgb, deepest.rgb);
-  EXPECT_NEAR(loop->deepest_displacement(), 0.010, 1e-8);
+  EXPECT_NEAR(loop->deepest_press(), 0.010, 1e-12);
+}
+
+TEST_F(RenderLoopTest, APressThatThePapersSpringsFeelIsAsDeepAsItsOrgansDent) {
+  SceneSnapshot snapshot = WithContact(Dented(0.005), ContactKind::kPress, 0);
+  snapshot.contacts[0].reaction = ReactionType::kPaper;
+  // Single precision of 0.1 m.
+  EXPECT_NEAR(PressDepth(snapshot, {rest_.vertices.cast<float>()}), 0.005, 1e-8);
 }
 
 TEST_F(RenderLoopTest, TimesAreCountedOnTheSessionsClock) {
@@ -234,6 +258,23 @@ TEST_F(RenderLoopTest, TakesTheNewestViewAndTheWindowsSize) {
   Publish(rest_snapshot_);
   ASSERT_TRUE(still->Frame());
   EXPECT_EQ(live.rgb, still->image().rgb);
+}
+
+TEST_F(RenderLoopTest, RecordedPicturesHaveTextOnlyWithTheTextOverlay) {
+  settings_ = std::make_unique<TripleBuffer<ViewSettings>>();
+  const auto loop = MakeLoop();
+  const auto picture = [&](std::uint32_t overlays, bool paused) {
+    settings_->Back() = {};
+    settings_->Back().scope = scope_;
+    settings_->Back().overlays = overlays;
+    settings_->Back().paused = paused;
+    settings_->Publish();
+    Publish(rest_snapshot_);
+    EXPECT_TRUE(loop->Frame()) << loop->failure();
+    return loop->image();
+  };
+  EXPECT_EQ(picture(kOverlayNone, true).rgb, picture(kOverlayNone, false).rgb);
+  EXPECT_NE(picture(kOverlayText, true).rgb, picture(kOverlayText, false).rgb);
 }
 
 TEST_F(RenderLoopTest, AnImpossibleViewKeepsTheLastOne) {

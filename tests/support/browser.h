@@ -18,7 +18,7 @@ namespace hpdm {
 /// std::runtime_error with the driver's message. One thread.
 class Browser {
  public:
-  /// Why no browser can be started here; empty where one can.
+  /// Returns the reason why no browser can be started here; empty if one can.
   static std::string WhyMissing();
 
   /// A window of `width` x `height` CSS pixels, light. `arguments` are further ones of Chromium.
@@ -33,7 +33,7 @@ class Browser {
   /// Runs JavaScript in the page, `arguments` in it, and gives what it returns (a promise's value).
   nlohmann::json Execute(const std::string& script,
                          const nlohmann::json& arguments = nlohmann::json::array());
-  /// Whether the expression is true within `seconds`, asked for every 50 ms.
+  /// Waits until the expression is true, checked every 50 ms; false after `seconds`.
   bool WaitFor(const std::string& expression, double seconds = 10);
 
   /// Visible text of the first element that a CSS selector names.
@@ -61,7 +61,7 @@ class Browser {
   nlohmann::json Log(const std::string& type);
   std::string Element(const std::string& selector);
 
-  pid_t pid_ = -1;  // of chromedriver, which leads a process group
+  pid_t pid_ = -1;  // process id of chromedriver, which leads a process group
   std::unique_ptr<httplib::Client> driver_;
   std::string session_;
 };

@@ -43,7 +43,7 @@ TEST_F(BrowserTest, ReadsClicksAndTypes) {
   EXPECT_THROW(browser.Click("#absent"), std::runtime_error);
 }
 
-TEST_F(BrowserTest, TellsErrorsAndRequests) {
+TEST_F(BrowserTest, ReportsErrorsAndRequests) {
   Browser browser;
   browser.Open(address_);
   EXPECT_EQ(browser.Requests(), std::vector<std::string>{address_});

@@ -17,7 +17,7 @@ namespace hpdm {
 /// `hpdm spy ... --web` as a process of its own.
 class Spy {
  public:
-  /// What stands after `hpdm spy`.
+  /// The arguments of `hpdm spy`.
   struct Arguments {
     std::string text;
   };
@@ -29,7 +29,7 @@ class Spy {
     const std::string command = std::string("exec ") + HPDM_BINARY_DIR + "/tools/hpdm spy " +
                                 arguments.text + " >" + output_ + " 2>" + (folder_ / "errors");
     child_.emplace(std::vector<std::string>{"sh", "-c", command});
-    // The line is whole once it ends.
+    // The line is complete when it has its end.
     for (int i = 0; i < 200 && address_.empty() && errors().empty(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       const std::string text = ReadFile(output_);

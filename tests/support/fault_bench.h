@@ -13,7 +13,7 @@ namespace hpdm {
 
 inline constexpr Nanoseconds kMs = 1'000'000;
 
-/// Answers what the test says, checked by nobody.
+/// Returns the test's sample, unchecked.
 class RawDevice : public FakeDevice {
  public:
   DeviceSample Read(Nanoseconds now) noexcept override {
@@ -30,7 +30,8 @@ class RawDevice : public FakeDevice {
 class FaultBench {
  public:
   explicit FaultBench(Device* device)
-      : loop({{device, Kinematics(), kTipRadius, {}}}, kMs, {tool_states, patches, samples}) {
+      : loop({{device, Kinematics(), {{.tip_radius = kTipRadius}}}}, kMs,
+             {tool_states, patches, samples}) {
     device->Home();
     device->EnableForce(true);
   }

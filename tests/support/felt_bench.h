@@ -8,7 +8,7 @@
 #include "haptics/contact/haptic_contact.h"
 #include "tests/support/one_organ.h"
 
-/// Deformation loop and tip contacts without threads or devices, for tests of what is felt.
+/// Deformation loop and tip contacts without threads or devices, for tests of the felt force.
 namespace hpdm {
 
 inline const std::string kMeshes = std::string(HPDM_SOURCE_DIR) + "/scenes/meshes/";
@@ -61,7 +61,7 @@ class FeltBench {
       return TipPose{.time_ns = time_ns_,
                      .X_WT = tool.X_WT,
                      .jaw = tool.jaw,
-                     .tip_radius = tool_.tip_radius,
+                     .tip_radius = tool_.geometries[0].tip_radius,
                      .friction = friction};
     };
     contacts_[0].Locate(motion(a));
@@ -76,7 +76,7 @@ class FeltBench {
     Tick(a, c);
     if (begins) begun_ = State(a, c);
   }
-  // Ticks until the last patch's force has faded in and the contacts are where they stay.
+  // Runs ticks until the last patch's force has faded in and the contacts are stationary.
   void Settle(const ToolPose& a, const ToolPose& c = Away()) {
     for (int i = 0; i < 250; ++i) Tick(a, c);
   }
@@ -87,7 +87,7 @@ class FeltBench {
   const OrganModel& model() const { return models_[0]; }
   const DeformationLoop& loop() const { return loop_; }
 
-  // Where the straight line down from high above (x, y) meets the rest surface, m.
+  // Returns the point where the vertical line through (x, y) meets the rest surface from above, m.
   Vector3d Top(double x, double y) const {
     const SurfaceTree tree(models_[0].rest().vertices, models_[0].rest().triangles);
     const SurfaceHit hit = tree.FirstEntry(Vector3d(x, y, 1), Vector3d(x, y, -1));
@@ -97,7 +97,7 @@ class FeltBench {
   ToolPose PressTo(const Vector3d& top, double depth, const Vector3d& normal = Vector3d::UnitZ()) {
     ToolPose tool;
     for (double z = -0.004; z < depth + 1e-9; z += 0.001) {
-      tool = At(top - (z - ToolOptions().tip_radius) * normal);
+      tool = At(top - (z - kDefaultToolRadius) * normal);
       Step(tool);
       Tick(tool);
     }

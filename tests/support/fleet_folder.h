@@ -81,7 +81,7 @@ class FleetTest : public testing::Test {
   void AddLog(const std::string& name, const std::string& bytes) {
     WriteAll(root_ / name / kSessionLogName, bytes);
   }
-  /// Some 30 sessions, sound and not; the names of those that no report can be made of.
+  /// Writes about 30 sound and faulty sessions; returns the names of those without a report.
   std::set<std::string> AddMany() {
     for (const std::string& name : kHostileNames) AddSession(name);
     for (const char* name : {"2026/01/a", "2026/01/b", "2026/02/deep/er/c"}) AddSession(name);
@@ -104,7 +104,7 @@ class FleetTest : public testing::Test {
       fs::permissions(root_ / "unreadable" / kSessionLogName, fs::perms::none);
       unusable.insert("unreadable");
     }
-    // No sessions: other files, and links to what is elsewhere, in this folder or not.
+    // Adds files that are not sessions, and links to places inside and outside the folder.
     fs::create_directories(root_ / "inside");
     fs::create_symlink(root_ / "a b" / kSessionLogName, root_ / "inside" / kSessionLogName);
     WriteAll(root_ / "notes.txt", "session.lcmlog");

@@ -12,7 +12,7 @@
 #include "haptics/haptic_loop.h"
 #include "tests/support/contact_patches.h"
 
-/// A haptic loop on the bench: devices and patches in the tests' hands.
+/// A haptic loop whose devices and patches the tests control.
 namespace hpdm {
 
 inline constexpr Nanoseconds kPeriod = 1'000'000;
@@ -55,9 +55,9 @@ class Bench {
     device.MoveTip({0, 0, 0.01});
     device.Home();
     device.EnableForce(true);
-    HapticInstrument instrument{&device, Kinematics(), kTipRadius, {}};
+    HapticInstrument instrument{&device, Kinematics(), {{.tip_radius = kTipRadius}}};
     instrument.passivity.control = passivity_control;
-    instrument.exchanges = std::move(exchanges);
+    instrument.geometries.insert(instrument.geometries.end(), exchanges.begin(), exchanges.end());
     loop = std::make_unique<HapticLoop>(
         std::vector{instrument}, kPeriod,
         HapticLoop::Edges{tool_states, patches, samples, nullptr, &control});
@@ -82,7 +82,7 @@ class Bench {
     return sample;
   }
 
-  // Past the ramp-in, with a fresh patch every 33 ticks.
+  // Runs past the ramp-in, with a new patch every 33 ticks.
   void Settle() {
     for (int i = 0; i < 600; ++i) {
       if (i % 33 == 0) PublishPatch();
@@ -96,7 +96,7 @@ class Bench {
   }
 
   double stiffness = kStiffness;  // N/m, of the patches to come
-  int instrument_index = 0;       // that they are for
+  int instrument_index = 0;       // the instrument of the patches
   FakeDevice device;
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
@@ -120,8 +120,8 @@ struct SimulatedSession {
           DeviceProfile{}, Kinematics(), std::make_unique<SimulatedHand>(options, site)));
       devices.back()->Home();
       devices.back()->EnableForce(true);
-      instruments.push_back({devices.back().get(), Kinematics(), kTipRadius, {}});
-      instruments.back().exchanges = {{.tip_radius = 0.5 * kTipRadius}};
+      instruments.push_back({devices.back().get(), Kinematics(), {{.tip_radius = kTipRadius}}});
+      instruments.back().geometries.push_back({.tip_radius = 0.5 * kTipRadius});
     }
     loop = std::make_unique<HapticLoop>(
         instruments, kPeriod, HapticLoop::Edges{tool_states, patches, samples, nullptr, &control});
@@ -153,7 +153,7 @@ struct SimulatedSession {
     }
   }
 
-  int instrument_index = 0;  // that the patches to come are for
+  int instrument_index = 0;  // the instrument of the patches to come
   std::vector<std::unique_ptr<SimDevice>> devices;
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;

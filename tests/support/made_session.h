@@ -11,11 +11,12 @@
 
 namespace hpdm {
 
-/// A log of ticks that a test makes up.
+/// A synthetic log of ticks.
 class MadeSession {
  public:
   explicit MadeSession(const std::vector<std::string>& instruments = {"probe"})
-      : telemetry_(&samples_, &steps_, &scenes_, log(), {}, Info(instruments)),
+      : info_(Info(instruments)),
+        telemetry_(&samples_, &steps_, &scenes_, log(), {}, info_),
         tools_(static_cast<int>(instruments.size())) {}
 
   std::string log() const { return folder_ / "session.lcmlog"; }
@@ -42,7 +43,7 @@ class MadeSession {
       });
     }
   }
-  /// The log again, with its events as `change` leaves them; false: without this one.
+  /// Rewrites the log with events changed by `change`; false drops an event.
   SessionReading Read(const std::function<bool(LogEvent*)>& change) {
     const std::string changed = folder_ / "changed.lcmlog";
     {
@@ -52,12 +53,13 @@ class MadeSession {
         if (change(&event)) copy.Append(event.channel.c_str(), event.time_us, event.data);
       }
     }
-    return ReadSession(changed);
+    return ReadSession(changed, kDefaultForceLimit, info_.held);
   }
   void Skip(int ticks) { tick_ += static_cast<std::uint64_t>(ticks); }
-  SessionReading Finish(double force_limit = kDefaultForceLimit) {
+  SessionReading Finish(double force_limit = kDefaultForceLimit,
+                        double depth_limit = kDefaultDepthLimit) {
     telemetry_.Finish();
-    return ReadSession(log(), force_limit);
+    return ReadSession(log(), force_limit, info_.held, depth_limit);
   }
 
  private:
@@ -82,6 +84,7 @@ class MadeSession {
   SpscQueue<HapticSample> samples_{4096};
   SpscQueue<StepSample> steps_{16};
   TripleBuffer<SceneSnapshot> scenes_;
+  SessionInfo info_;
   TelemetryLoop telemetry_;
   int tools_;
   std::uint64_t tick_ = 0;

@@ -13,9 +13,9 @@
 
 namespace hpdm {
 
-/// A strict reader of MCAP for the tests, written from the specification: whatever the file says
-/// twice must agree, every offset must lead to what it names, every check sum must be there and
-/// right. Throws std::runtime_error with what is wrong.
+/// A strict reader of MCAP for the tests, written from the specification. Repeated facts must
+/// agree, every offset must lead to the object it names, and every checksum must be present and
+/// correct. Throws std::runtime_error with the fault.
 class McapFile {
  public:
   struct Schema {
@@ -105,7 +105,7 @@ class McapFile {
   struct Record {
     std::uint8_t opcode;
     Fielded fields;
-    std::uint64_t start, end;  // in what it was read from
+    std::uint64_t start, end;  // in the bytes it was read from
   };
   static Record RecordAt(std::string_view bytes, std::uint64_t at) {
     Require(at <= bytes.size(), "an offset beyond the file");
@@ -243,6 +243,12 @@ class McapFile {
     Require(to->emplace(id, channel).second, "a channel twice");
   }
 
+  struct Group {
+    std::uint64_t start, end;
+    bool operator==(const Group&) const = default;
+  };
+  using Groups = std::map<std::uint8_t, Group>;  // records of one kind, by opcode
+
   void ReadSummary() {
     constexpr std::uint64_t kFooterBytes = 9 + 20;
     const std::uint64_t footer_start = bytes_.size() - kMagic.size() - kFooterBytes;
@@ -254,17 +260,17 @@ class McapFile {
     Require(footer.fields.U32() ==
                 Crc(std::string_view(bytes_).substr(start, footer_start + 9 + 16 - start)),
             "check sum of the summary");
-    struct Group {
-      std::uint64_t start, end;
-      bool operator==(const Group&) const = default;
-    };
-    std::map<std::uint8_t, Group> groups;
+    CheckOffsets(offsets_start, footer_start, ReadSummaryRecords(start, offsets_start));
+  }
+
+  Groups ReadSummaryRecords(std::uint64_t start, std::uint64_t end) const {
+    Groups groups;
     std::map<std::uint16_t, Schema> summary_schemas;
     std::map<std::uint16_t, Channel> summary_channels;
     std::set<std::uint64_t> indexed_chunks;
     std::set<std::string> indexed_metadata;
     bool has_statistics = false;
-    for (std::uint64_t at = start; at < offsets_start;) {
+    for (std::uint64_t at = start; at < end;) {
       Record record = RecordAt(bytes_, at);
       const auto [group, is_new] = groups.try_emplace(record.opcode, Group{at, record.end});
       Require(is_new || group->second.end == at, "the summary is not grouped");
@@ -295,8 +301,12 @@ class McapFile {
     Require(indexed_chunks.size() == chunk_facts_.size(), "chunks without an index");
     Require(indexed_metadata.size() == metadata.size(), "metadata without an index");
     Require(has_statistics, "no statistics");
-    std::uint64_t at = offsets_start;
-    while (at < footer_start) {
+    return groups;
+  }
+
+  void CheckOffsets(std::uint64_t start, std::uint64_t end, Groups groups) const {
+    std::uint64_t at = start;
+    while (at < end) {
       Record record = RecordAt(bytes_, at);
       at = record.end;
       Require(record.opcode == 0x0E, "an unexpected record among the offsets");
@@ -307,7 +317,7 @@ class McapFile {
       Require(groups.contains(opcode) && groups[opcode] == stated, "a group's place");
       groups.erase(opcode);
     }
-    Require(at == footer_start && groups.empty(), "groups without an offset");
+    Require(at == end && groups.empty(), "groups without an offset");
   }
 
   void CheckChunkIndex(Fielded* fields, std::set<std::uint64_t>* indexed) const {

@@ -21,7 +21,7 @@ std::string Raw(T value, bool big = false) {
   return {bytes.data(), bytes.size()};
 }
 
-/// As short as it can be read back.
+/// Writes the shortest text that reads back as the same number.
 inline std::string Text(double value) {
   std::array<char, 32> digits;
   const auto written =

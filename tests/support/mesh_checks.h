@@ -9,7 +9,7 @@
 
 #include "engine/mesh/surface_mesh.h"
 
-/// What tests ask of a surface. Plain and slow: every pair of triangles is looked at.
+/// Checks of surfaces for tests. They compare every pair of triangles.
 namespace hpdm {
 
 /// Directed edges that do not occur exactly once with exactly one opposite: 0 means closed,
@@ -80,7 +80,7 @@ inline std::vector<double> SmallestAngles(const SurfaceMesh& mesh) {
   return angles;
 }
 
-/// Whether the segment ab passes through the inside of a triangle.
+/// True if the segment ab passes through the inside of a triangle.
 inline bool SegmentCrosses(const Vector3d& a, const Vector3d& b,
                            const std::array<Vector3d, 3>& triangle) {
   const auto volume = [](const Vector3d& p, const Vector3d& q, const Vector3d& r,

@@ -5,17 +5,17 @@
 #include <cstdlib>
 #include <string>
 
-/// Tests that speak multicast run in a private network namespace, so that nothing reaches, or comes
-/// from, a real network: the test starts its own executable again inside one, with a filter that
-/// names it and kInsideVariable set.
+/// Tests that use multicast run in a private network namespace, so that no packet reaches or leaves
+/// a real network. The test starts its executable again inside one, with a filter that names it and
+/// kInsideVariable set.
 namespace hpdm {
 
 inline constexpr char kInsideVariable[] = "HPDM_TEST_NAMESPACE";
 
 inline bool InsideNetworkNamespace() { return std::getenv(kInsideVariable) != nullptr; }
 
-/// How to enter a namespace here ("unshare -n", or with a user namespace), or empty where that is
-/// refused. `mounts`: one in which file systems can be mounted too.
+/// Returns the command that enters a namespace here ("unshare -n", or with a user namespace); empty
+/// if refused. `mounts`: file systems can be mounted in it too.
 inline std::string NetworkNamespaceCommand(bool mounts = false) {
   for (const char* flags : {"-n", "-rn"}) {
     const std::string command = std::string("unshare ") + flags + (mounts ? "m" : "");

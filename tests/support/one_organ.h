@@ -7,7 +7,7 @@
 
 namespace hpdm {
 
-/// A scene's organs where there is one.
+/// The organs of a scene with one organ.
 inline std::vector<OrganModel> OneOrgan(const OrganOptions& options, SurfaceMesh rest) {
   std::vector<OrganModel> organs;
   organs.emplace_back(options, std::move(rest));

@@ -10,10 +10,9 @@
 
 namespace hpdm {
 
-/// How different two pictures of one size look: CIELAB distances (CIE 1976; about 2.3 is just
-/// noticeable) after a blur over 5 x 5 pixels, the size below which nobody compares pictures: edges
-/// that another driver samples elsewhere do not count, what is missing, moved or of another colour
-/// does.
+/// Difference of two pictures of one size: CIELAB distances (CIE 1976; about 2.3 is just
+/// noticeable) after a blur over 5 x 5 pixels. The blur hides edges that another driver samples
+/// differently. Missing, moved or recoloured parts remain.
 struct PictureDifference {
   double mean = 0;
   double p99 = 0;  ///< 99 % of the pixels are nearer than this.

@@ -63,7 +63,7 @@ class BackgroundCommand {
   BackgroundCommand(const BackgroundCommand&) = delete;
   BackgroundCommand& operator=(const BackgroundCommand&) = delete;
 
-  /// To the whole group.
+  /// Signals the whole process group.
   void Signal(int signal) const { kill(-pid_, signal); }
   /// The exit status, or -1.
   int Wait() {
@@ -75,7 +75,7 @@ class BackgroundCommand {
     peak_kb_ = usage.ru_maxrss;
     return exit_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
-  /// Memory at its most, kB; after Wait.
+  /// Largest memory use, kB; valid after Wait.
   long peak_kb() const { return peak_kb_; }
   std::string out() const { return ReadFile(out_); }
   std::string err() const { return ReadFile(err_); }

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -19,13 +22,13 @@ struct Recording {
   std::string scene;     ///< Path.
   std::string log;       ///< Path.
   int ticks = 400;       ///< Periods, skipped ones included.
-  int hand_lead_ms = 0;  ///< The hands start so far into their scripts, before the first tick.
-  /// 0: the lockstep clock. Else what threads on a busy machine do, seeded: ticks late or skipped,
-  /// steps of 5 to 80 ms, patches replaced before a tick sees them, devices that answer nothing for
-  /// a while, relaxations that their clock stops.
+  int hand_lead_ms = 0;  ///< Time that the hands' scripts are ahead of the first tick.
+  /// 0 selects the lockstep clock. Another seed simulates a busy machine: ticks late or skipped,
+  /// steps of 5 to 80 ms, patches replaced before a tick sees them, devices without valid samples
+  /// for a while, relaxations cut short by their clock.
   std::uint32_t busy_seed = 0;
-  std::vector<TimedControl> wishes = {};           ///< What is asked of the session and when.
-  std::function<void(int)> before_tick = nullptr;  ///< Told every period, skipped ones included.
+  std::vector<TimedControl> wishes = {};           ///< Scripted session control by time.
+  std::function<void(int)> before_tick = nullptr;  ///< Called every period, skipped ones included.
 };
 
 /// A device that now and then answers nothing usable, or whose forces are switched off.
@@ -57,72 +60,99 @@ class FlakyDevice : public Device {
   bool forces_off_ = false;
 };
 
-/// Runs a session of simulated hands on one thread and writes its log.
-inline void Record(const Recording& recording) {
-  const bool busy = recording.busy_seed != 0;
-  std::mt19937 random(recording.busy_seed);
-  const auto up_to = [&random](std::uint32_t most) { return random() % (most + 1); };
-
-  Session session(LoadScene(recording.scene));
-  session.EnableForces(true);
-  std::vector<HapticInstrument> instruments = session.HapticInstruments();
-  std::deque<FlakyDevice> flaky;
-  constexpr Nanoseconds kMillisecond = 1'000'000;
-  for (HapticInstrument& instrument : instruments) {
-    for (int ms = 0; ms < recording.hand_lead_ms; ++ms) instrument.device->Read(ms * kMillisecond);
-    if (busy) instrument.device = &flaky.emplace_back(instrument.device, &random);
+/// Runs a session on one thread. Each step ends some ticks after it begins, as on its own thread.
+class SessionRecorder {
+ public:
+  explicit SessionRecorder(const Recording& recording)
+      : recording_(recording),
+        random_(recording.busy_seed),
+        session_(LoadScene(recording.scene)),
+        script_(recording.wishes) {
+    session_.EnableForces(true);
+    std::vector<HapticInstrument> instruments = session_.HapticInstruments();
+    for (HapticInstrument& instrument : instruments) {
+      for (int ms = 0; ms < recording.hand_lead_ms; ++ms) {
+        instrument.device->Read(ms * kMillisecond);
+      }
+      if (busy_) instrument.device = &flaky_.emplace_back(instrument.device, &random_);
+    }
+    haptics_.emplace(instruments, session_.haptic_period_ns(),
+                     HapticLoop::Edges{session_.tool_states, session_.patches, session_.samples,
+                                       nullptr, &session_.control});
+    // The clock by which relaxations run out of time.
+    std::function<Nanoseconds()> stopwatch;
+    if (busy_) stopwatch = [this] { return busy_time_ += UpTo(12) * kMillisecond; };
+    deformation_.emplace(
+        session_.organs(), session_.DeformationTools(),
+        DeformationEdges{session_.tool_states, session_.patches, *session_.render_scenes,
+                         *session_.telemetry_scenes, &session_.steps},
+        stopwatch);
+    telemetry_.emplace(&session_.samples, &session_.steps, session_.telemetry_scenes.get(),
+                       recording.log, TelemetryOptions{}, session_.Info());
   }
-  HapticLoop haptics(
-      instruments, session.haptic_period_ns(),
-      {session.tool_states, session.patches, session.samples, nullptr, &session.control});
-  ControlScript script(recording.wishes);
-  // The clock by which relaxations run out of time.
-  Nanoseconds busy_time = 0;
-  std::function<Nanoseconds()> stopwatch;
-  if (busy) stopwatch = [&] { return busy_time += up_to(12) * kMillisecond; };
-  DeformationLoop deformation(session.organs(), session.DeformationTools(),
-                              {session.tool_states, session.patches, *session.render_scenes,
-                               *session.telemetry_scenes, &session.steps},
-                              stopwatch);
-  TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
-                          recording.log, {}, session.Info());
 
-  struct Begun {
+  void Run() {
+    for (int tick = 0; tick < recording_.ticks; ++tick) {
+      if (recording_.before_tick) recording_.before_tick(tick);
+      if (busy_ && UpTo(30) == 0) {
+        ++(UpTo(1) == 0 ? timing_.skipped.late_wake_up : timing_.skipped.stalled);
+        continue;
+      }
+      Tick(tick);
+      if (!busy_ || UpTo(20) == 0) telemetry_->Drain();
+    }
+    telemetry_->Finish();
+  }
+
+ private:
+  static constexpr Nanoseconds kMillisecond = 1'000'000;
+
+  struct BegunStep {
     ToolState tools;
     Nanoseconds time_ns;
-    int visible_at;
+    int visible_at;  // tick
   };
-  std::deque<Begun> begun;
-  const Nanoseconds period = session.haptic_period_ns();
-  const Nanoseconds start = recording.hand_lead_ms * kMillisecond;
-  const int delay = session.scene().timing.patch_delay_ticks;
-  const int step_ticks = session.scene().timing.haptic_hz / session.scene().timing.deformation_hz;
-  TickTiming timing;
-  for (int tick = 0; tick < recording.ticks; ++tick) {
-    if (recording.before_tick) recording.before_tick(tick);
-    if (busy && up_to(30) == 0) {
-      ++(up_to(1) == 0 ? timing.skipped.late_wake_up : timing.skipped.stalled);
-      continue;
+
+  std::uint32_t UpTo(std::uint32_t max) { return random_() % (max + 1); }
+
+  void Tick(int tick) {
+    while (!begun_.empty() && begun_.front().visible_at <= tick) {
+      deformation_->Step(begun_.front().tools, begun_.front().time_ns);
+      begun_.pop_front();
     }
-    while (!begun.empty() && begun.front().visible_at <= tick) {
-      deformation.Step(begun.front().tools, begun.front().time_ns);
-      begun.pop_front();
-    }
-    if (busy) timing.wake_late_ns = up_to(900'000);
-    const Nanoseconds scheduled = start + tick * period;
-    script.Advance(scheduled, &session.control);
-    haptics.Tick(static_cast<std::uint64_t>(tick), scheduled, timing);
-    timing = {};
-    if (tick % step_ticks == 0) {
-      // Busy, the next step may begin with the same or be done with this one: then its patch is
-      // seen by no tick.
-      const int late = busy ? 1 + static_cast<int>(up_to(2) == 0 ? up_to(80) : up_to(10)) : delay;
-      const int after = begun.empty() ? 0 : begun.back().visible_at;
-      begun.push_back({deformation.NewestTools(), scheduled, std::max(tick + late, after)});
-    }
-    if (!busy || up_to(20) == 0) telemetry.Drain();
+    if (busy_) timing_.wake_late_ns = UpTo(900'000);
+    const Nanoseconds scheduled =
+        recording_.hand_lead_ms * kMillisecond + tick * session_.haptic_period_ns();
+    script_.Advance(scheduled, &session_.control);
+    haptics_->Tick(static_cast<std::uint64_t>(tick), scheduled, timing_);
+    timing_ = {};
+    const TimingOptions& timing = session_.scene().timing;
+    if (tick % (timing.haptic_hz / timing.deformation_hz) == 0) BeginStep(tick, scheduled);
   }
-  telemetry.Finish();
-}
+
+  void BeginStep(int tick, Nanoseconds time) {
+    // On a busy machine two steps may end in one tick: no tick sees the patch of the first.
+    const int late = busy_ ? 1 + static_cast<int>(UpTo(2) == 0 ? UpTo(80) : UpTo(10))
+                           : session_.scene().timing.patch_delay_ticks;
+    const int after = begun_.empty() ? 0 : begun_.back().visible_at;
+    begun_.push_back({deformation_->NewestTools(), time, std::max(tick + late, after)});
+  }
+
+  const Recording recording_;
+  const bool busy_ = recording_.busy_seed != 0;
+  std::mt19937 random_;
+  Session session_;
+  ControlScript script_;
+  std::deque<FlakyDevice> flaky_;
+  std::optional<HapticLoop> haptics_;
+  Nanoseconds busy_time_ = 0;
+  std::optional<DeformationLoop> deformation_;
+  std::optional<TelemetryLoop> telemetry_;
+  std::deque<BegunStep> begun_;
+  TickTiming timing_;
+};
+
+/// Runs a session of simulated hands on one thread and writes its log.
+inline void Record(const Recording& recording) { SessionRecorder(recording).Run(); }
 
 }  // namespace hpdm

@@ -9,12 +9,13 @@
 #include <sstream>
 #include <string>
 
+#include "engine/base/angle.h"
 #include "engine/base/error.h"
 #include "scenes/loader/scene.h"
-#include "scenes/loader/scene_parts.h"
+#include "scenes/loader/scene_edit.h"
 #include "tests/support/read_file.h"
 
-/// What the tests of scenes share.
+/// Helpers of the tests of scenes.
 namespace hpdm {
 
 inline testing::AssertionResult Contains(const std::string& text, const std::string& part) {
@@ -27,7 +28,8 @@ inline testing::AssertionResult StartsWith(const std::string& text, const std::s
   return testing::AssertionFailure() << "no \"" << part << "\" at the start of \"" << text << '"';
 }
 
-/// A folder of its own with mesh and picture files to name; the loader asks only that they exist.
+/// A folder with mesh and picture files that scenes can name; the loader only checks that they
+/// exist.
 class SceneFolder {
  public:
   SceneFolder() {
@@ -68,9 +70,7 @@ class SceneTest : public testing::Test {
  protected:
   Scene Load(const std::string& text) const { return LoadScene(folder_.Write("s.toml", text)); }
   /// Reads the text as a scene in the folder, without writing a file.
-  Scene Read(const std::string& text) const {
-    return ReadScene(ParseToml(text, folder_.path() / "s.toml"));
-  }
+  Scene Read(const std::string& text) const { return ParseScene(text, folder_.path() / "s.toml"); }
   /// The message without the folder: "s.toml:LINE:COLUMN: ...". Empty when the scene loads.
   std::string LoadError(const std::string& text) const {
     return Shorten(ErrorOf([&] { Load(text); }));

@@ -14,7 +14,7 @@
 #include "lcmtypes/wire/codec.h"
 #include "tests/support/scratch_folder.h"
 
-// hpdm spy as people and scripts meet it: the program itself.
+// hpdm spy as people and scripts run it: the program itself.
 namespace hpdm {
 
 inline const std::string kSpyProgram = HPDM_BINARY_DIR "/tools/hpdm";

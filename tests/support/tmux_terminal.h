@@ -11,7 +11,7 @@
 
 namespace hpdm {
 
-/// What a shell command prints.
+/// Returns the output of a shell command.
 inline std::string OutputOf(const std::string& command) {
   std::string output;
   std::FILE* pipe = popen(command.c_str(), "r");
@@ -22,8 +22,8 @@ inline std::string OutputOf(const std::string& command) {
   return output;
 }
 
-/// A terminal of its own that runs a shell command, shows its exit code as "RC=n" and stays: tmux,
-/// which understands what a program sends and tells what a person would see.
+/// A tmux terminal that runs a shell command, shows its exit code as "RC=n" and stays open. Its
+/// screen is the one that a person would see.
 class TmuxTerminal {
  public:
   static bool Installed() { return std::system("tmux -V > /dev/null 2>&1") == 0; }
@@ -47,7 +47,7 @@ class TmuxTerminal {
 
   /// Waits until the screen is as wanted; the last one seen.
   std::string WaitFor(const std::function<bool(const std::string&)>& wanted) const {
-    // A machine under load; usual are a few tenths of a second.
+    // The limit is for a loaded machine; usual times are far shorter.
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     std::string screen = Screen();
     while (!wanted(screen) && std::chrono::steady_clock::now() < end) {

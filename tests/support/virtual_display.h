@@ -81,7 +81,8 @@ class VirtualDisplay {
   }
 
   const std::string& name() const { return name_; }
-  /// Its clients lose it. By a signal that lets the server remove its lock file.
+  /// Ends the server with a signal that lets it remove its lock file; its clients lose their
+  /// display.
   void End() {
     if (server_) server_->End(SIGTERM);
   }

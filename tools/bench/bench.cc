@@ -152,14 +152,15 @@ void Bench(const BenchOptions& options) {
   if (wanted("frames", "frames of the laparoscope's picture")) {
     results.frames = TimeFrames(options.quick);
     if (results.frames.empty() && options.only.contains("frames")) {
-      throw InputError("scenes: has no scene to draw; go to the folder that holds scenes/");
+      throw InputError(
+          "scenes: no scenes to draw; run the command in the folder that holds scenes/");
     }
   }
   if (wanted("models", "lattice and surface continuum")) {
     results.models = CompareModels(options.quick);
   }
   if (wanted("meshes", "coarse and fine triangles")) results.meshes = CompareMeshes(options.quick);
-  if (wanted("sleep", "organs that nothing touches")) results.sleep = TimeSleep(options.quick);
+  if (wanted("sleep", "sleeping organs")) results.sleep = TimeSleep(options.quick);
   if (wanted("costs", "cost of vertices and of control points")) {
     results.costs = CostOfVertices(options.quick);
     const std::vector<CostCurve> of_control_points = CostOfControlPoints(options.quick);
@@ -184,10 +185,11 @@ void Bench(const BenchOptions& options) {
 
 void AddBenchCommand(Command app) {
   const auto options = std::make_shared<BenchOptions>();
-  Command bench = app.AddCommand("bench", "Time the paper's tables and what the cost grows with");
+  Command bench =
+      app.AddCommand("bench", "Time the paper's tables and how the cost grows with size");
   bench.AddOption("--json", options->json, "File to write all figures to");
-  bench.AddOption("--out", options->out, "Folder for bench.json and bench.md; made when missing");
-  bench.AddOption("--only", options->only, "Measure these alone")
+  bench.AddOption("--out", options->out, "Folder for bench.json and bench.md; created if missing");
+  bench.AddOption("--only", options->only, "Measure only these")
       .OneOf({"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs"});
   bench.AddFlag("--quick", options->quick, "Fewer repeats and smaller sizes");
   bench.OnRun([options] { Bench(*options); });

@@ -8,8 +8,8 @@
 namespace hpdm {
 namespace {
 
-// Below so many vertices or functions the cost is mostly what every size costs (set-up: sampling
-// the tissue).
+// Smaller sizes are left out of the fit: set-up, which samples the tissue, costs about the same for
+// all of them.
 constexpr double kVerticesFittedFrom = 2000;
 constexpr double kControlPointsFittedFrom = 60;
 constexpr double kSetUpFittedFrom = 300;
@@ -51,16 +51,19 @@ std::vector<CostCurve> CostOfVertices(bool quick) {
   CostCurve refit = curve("refit the collision tree");
   CostCurve continuum = curve("surface continuum, factorised once: whole step");
   const Eigen::Index most = quick ? 40000 : 500000;
-  const Eigen::Index most_of_continuum = quick ? 9000 : 36000;  // factors take seconds beyond
+  const Eigen::Index most_of_continuum = quick ? 9000 : 36000;  // the factors of larger ones take
+                                                                // seconds
 
-  // The lattice sees the same tissue whatever the triangles: one organ model serves all sizes.
+  // The lattice samples the same tissue for every triangle count, so one organ model serves all
+  // sizes.
   BenchOrgan organ = MakeBenchOrgan("liver_274");
   organ.options.lattice.cells = {6, 6, 6};
   const OrganModel model(organ.options, organ.rest);
   const Points U = 1e-3 * Points::Random(model.weights().cols(), 3);
   for (organ.rest = FlatSubdivided(organ.rest);; organ.rest = FlatSubdivided(organ.rest)) {
     const double size = static_cast<double>(organ.rest.vertices.rows());
-    const Relocation relocate(organ.rest.vertices, model.lattice()->Weights(organ.rest.vertices));
+    const Relocation relocate(organ.rest.vertices,
+                              model.lattice_organ()->lattice().Weights(organ.rest.vertices));
     Points vertices = organ.rest.vertices;
     SurfaceTree tree(organ.rest.vertices, organ.rest.triangles);
     const auto times =
@@ -88,7 +91,7 @@ std::vector<CostCurve> CostOfControlPoints(bool quick) {
   setup.fitted_from = kSetUpFittedFrom;
   CostCurve metric = curve("step, metric, Cholesky, liver_1332");
   BenchOrgan organ = MakeBenchOrgan("liver_1332");
-  // From the 8 corners of the box on: Bernstein of degree 1 and 2, then B-splines.
+  // Starts at the 8 corners of the box: Bernstein of degree 1 and 2, then B-splines.
   std::vector<LatticeOptions> lattices(2);
   for (int degree = 1; degree <= 2; ++degree) {
     lattices[degree - 1].basis = BasisType::kBernstein;
@@ -103,8 +106,8 @@ std::vector<CostCurve> CostOfControlPoints(bool quick) {
   for (const LatticeOptions& lattice : lattices) {
     organ.options.lattice = lattice;
     organ.options.lattice.local.functions = 0;
-    // Of trilinear functions on one cell the supports hold the mean only: nothing stops rotation,
-    // which costs the strain energy nothing.
+    // With trilinear functions on one cell the supports fix only the mean displacement. Rotation
+    // stays free, and it costs the strain energy nothing.
     const bool rotates_freely = lattice.degree[0] == 1;
     for (CostCurve* of : {&strain, &metric}) {
       if (of == &strain && rotates_freely) continue;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/organ.h"
+#include "engine/step/tool_geometry.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
 #include "render/tissue/lattice_deformation.h"
@@ -16,8 +17,8 @@
 namespace hpdm {
 namespace {
 
-// The shape of an organ that one tip presses: any displacements, the local functions around a
-// point and an indentation there.
+// The shape of an organ that one tip presses: arbitrary displacements, plus the local functions and
+// an indentation around one point.
 class PressedShape {
  public:
   explicit PressedShape(const OrganModel& model)
@@ -40,11 +41,11 @@ class PressedShape {
       }
     }
     shape_.indentations[shape_.indentation_count++] =
-        AppliedIndentation(model.Indentation(front, 0.0025), p, Vector3d(0, 0, -1));
+        AppliedIndentation(model.Indentation(front, kDefaultToolRadius), p, Vector3d(0, 0, -1));
     shape_.vertices = model.rest().vertices.cast<float>();
   }
 
-  // As a deformation step does.
+  // Moves the vertices as a deformation step does.
   void Relocate() {
     model_.relocation().Relocate(U_, &moved_);
     model_.AddLocalDisplacements(active_, U_, &moved_);

@@ -26,7 +26,7 @@ constexpr std::array kScenes = {"scenes/liver_palpation.toml", "scenes/two_hands
                                 "scenes/abdomen.toml", "scenes/stress.toml"};
 constexpr std::array<std::pair<int, int>, 2> kSizes = {{{640, 480}, {1280, 720}}};
 
-// The snapshots that a session's first seconds would draw.
+// Returns the snapshots that a session would draw in its first `seconds`.
 std::vector<SceneSnapshot> Snapshots(Session* session, double seconds) {
   HapticLoop haptics(session->HapticInstruments(), session->haptic_period_ns(),
                      {session->tool_states, session->patches, session->samples});
@@ -53,7 +53,7 @@ std::vector<SceneSnapshot> Snapshots(Session* session, double seconds) {
   return snapshots;
 }
 
-// Of all threads of the process so far, ns.
+// Returns the CPU time of all threads of the process so far, ns.
 Nanoseconds CoreTime() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -63,7 +63,7 @@ Nanoseconds CoreTime() {
 // One way to draw the pictures.
 struct Way {
   std::string name;
-  int samples = 0;  // as PictureTarget takes them
+  int samples = 0;  // per pixel, as for PictureTarget
   SceneRendererOptions view;
   double distortion = 0;
 };
@@ -84,7 +84,7 @@ class Drawing {
         view_(session.OrganVisuals(), session.InstrumentVisuals(), session.Background(), way.view) {
   }
 
-  // Draws it and reads it back.
+  // Draws the snapshot and reads the picture back.
   void Frame(const SceneSnapshot& snapshot) {
     target_.Bind();
     view_.Draw(snapshot, scope_);
@@ -110,7 +110,7 @@ int TriangleCount(const Session& session) {
   return static_cast<int>(count);
 }
 
-// All ways in turn, so that what slows the machine for a while slows all of them.
+// Draws with all ways in turn, so that a temporary slowdown of the machine affects all of them.
 void TimeScene(const std::string& scene, bool quick, std::vector<FrameResults>* results) {
   Session session(LoadScene(scene));
   const std::vector<SceneSnapshot> snapshots = Snapshots(&session, quick ? 1 : 3);
@@ -120,7 +120,7 @@ void TimeScene(const std::string& scene, bool quick, std::vector<FrameResults>* 
     std::vector<FrameResults> rows;
     for (const Way& way : Ways()) {
       drawings.push_back(std::make_unique<Drawing>(way, session, width, height));
-      // Drivers finish their shaders at the first use.
+      // Drivers finish compiling their shaders at the first use.
       drawings.back()->Frame(snapshots.front());
       rows.push_back({.scene = std::filesystem::path(scene).stem(),
                       .triangles = TriangleCount(session),

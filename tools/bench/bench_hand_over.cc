@@ -18,7 +18,7 @@ Nanoseconds Now() {
       .count();
 }
 
-// The number of a snapshot, which each side touches, so that its cache line moves as in a session.
+// Returns the number of a snapshot. Both sides touch it, so its cache line moves as in a session.
 template <typename Snapshot>
 auto& Number(Snapshot& snapshot) {
   if constexpr (requires { snapshot.sequence; }) {
@@ -30,8 +30,8 @@ auto& Number(Snapshot& snapshot) {
   }
 }
 
-// One thread publishes every two microseconds while the other looks for news all the time: each
-// finds the shared word in the other's cache, as in a session.
+// One thread publishes every two microseconds while the other polls. Each finds the shared word in
+// the other's cache, as in a session.
 template <typename Snapshot>
 HandOverResults TimeHandOver(const char* name, int exchanges) {
   constexpr Nanoseconds kApart = 2000;

@@ -11,14 +11,16 @@
 namespace hpdm {
 namespace {
 
-// Both models' Gauss-Seidel stops here: what "equal residual" means for the iterative rows.
+// Both models' Gauss-Seidel solvers stop at this tolerance: the iterative rows compare equal
+// residuals.
 constexpr GaussSeidelOptions kIterative{.max_sweeps = 200000, .tolerance = 1e-6};
 
 SurfaceContinuum MakeContinuum(const BenchOrgan& organ) {
   SurfaceContinuumOptions options;
   options.alpha = organ.options.energy.alpha;
-  options.time_step = std::numeric_limits<double>::infinity();  // the static answer at once
-  options.report_residual = false;                              // measured apart, not timed
+  options.time_step = std::numeric_limits<double>::infinity();  // gives the static answer in one
+                                                                // step
+  options.report_residual = false;                              // measured separately, not timed
   const Skin skin = MeasureSkin(organ.rest, organ.options.name);
   return SurfaceContinuum(
       organ.rest,
@@ -44,7 +46,8 @@ SurfacePoint FrontPoint(const SurfaceMesh& rest, double side) {
   for (int t = 0; t < rest.triangles.rows(); ++t) {
     const SurfacePoint centre{t, Vector3d::Constant(1. / 3)};
     const Vector3d p = centre.Position(rest.vertices, rest.triangles);
-    const double height = p.z() - std::abs(p.x() - side);  // a ridge of 45 degrees over the place
+    const double height = p.z() - std::abs(p.x() - side);  // a 45-degree ridge above the line x =
+                                                           // side
     if (height <= highest) continue;
     highest = height;
     best = centre;
@@ -142,7 +145,7 @@ double BenchModel::StaticResidual() const {
   if (const auto* scalar = std::get_if<ScalarStiffness>(&stiffness_)) {
     elastic = *scalar * U_;
   } else {
-    // With Y = K^-1 K_c of the local functions (refinement_basis.h): K U + K_c V = K (U + Y V).
+    // Y = K^-1 K_c for the local functions (refinement_basis.h), so K U + K_c V = K (U + Y V).
     Points moved = U_.topRows(n);
     Eigen::Map<Eigen::VectorXd> u(moved.data(), moved.size());
     for (int s = 0; s < contacts_.refinement.slots(); ++s) {

@@ -9,44 +9,45 @@
 
 namespace hpdm {
 
-/// What the measurements of `hpdm bench` are made on.
+/// The models that `hpdm bench` measures.
 
-/// A solid organ of the project's shapes (`asset`: mesh_assets.h) as soft tissue whose rear 30 % is
-/// held, as in a session.
+/// A solid organ of soft tissue in one of the project's shapes (`asset`: mesh_assets.h). Its rear
+/// 30 % is held, as in a session.
 struct BenchOrgan {
-  OrganOptions options;  ///< Quadratic B-spline, energy strain, small, no local functions;
-                         ///< to be changed.
+  OrganOptions options;  ///< Quadratic B-spline, strain energy, small strain, no local functions.
+                         ///< Callers change them.
   SurfaceMesh rest;
 };
 BenchOrgan MakeBenchOrgan(const std::string& asset);
 
-/// The point of the surface farthest to the front (z), and to its left or right by `side` (m).
+/// Returns the surface point farthest to the front (z), or farthest to the front at x = `side` (m).
 SurfacePoint FrontPoint(const SurfaceMesh& rest, double side);
 
 /// How the surface continuum is stepped.
 enum class ContinuumStep {
-  kPrefactored,     ///< The constant matrix factorised once: as fast as it can be.
-  kFactorisedAnew,  ///< Every step, as a matrix asks that follows the shape.
-  kGaussSeidel,     ///< The static equations, iteratively.
+  kPrefactored,     ///< The constant matrix is factorised once: the fastest way.
+  kFactorisedAnew,  ///< Factorised in every step, as a matrix that depends on the shape needs.
+  kGaussSeidel,     ///< The static equations, solved iteratively.
 };
 
-/// A model under the press of one instrument's tip, as the session sets it up: one unilateral row
-/// at the material point under the tip. A step is what the deformation loop does between collision
-/// and patch: reposition, relax, relocate.
+/// A model pressed by the tip of one instrument, as the session sets it up: one unilateral row at
+/// the material point under the tip. A step repositions, relaxes and relocates, as the deformation
+/// loop does between collision and patch.
 class BenchModel {
  public:
-  /// A lattice.
+  /// Uses a lattice.
   explicit BenchModel(const BenchOrgan& organ, double side = 0);
-  /// The surface continuum of the organ's vertices.
+  /// Uses the surface continuum on the organ's vertices.
   BenchModel(const BenchOrgan& organ, ContinuumStep step, double side = 0);
 
-  /// One step with the tip 9 and 10 mm deep in turn.
+  /// Makes one step. The tip is 9 and 10 mm deep in alternate steps.
   void Step();
 
-  /// |K U - B^T f| / |B^T f| of the last step, with K the model's stiffness: the same measure for
-  /// all. With local functions, of the lattice's own equations.
+  /// Returns |K U - B^T f| / |B^T f| of the last step, where K is the model's stiffness. The
+  /// measure is the same for all models. With local functions it covers the lattice's own
+  /// equations.
   double StaticResidual() const;
-  /// Control points (without local functions), or vertices.
+  /// Returns the number of control points (without local functions) or of vertices.
   int unknowns() const {
     return organ_ ? organ_->control_points() : static_cast<int>(rest_.rows());
   }
@@ -56,7 +57,7 @@ class BenchModel {
   void AddPress(const BenchOrgan& organ, double side);
   void RefineAtTip();
 
-  std::unique_ptr<OrganModel> organ_;  // in its place: the relaxation refers to it
+  std::unique_ptr<OrganModel> organ_;  // on the heap: the relaxation keeps a reference to it
   LatticeStiffness stiffness_;
   std::unique_ptr<Relaxation> relaxation_;
   std::function<void()> before_step_;

@@ -14,7 +14,7 @@ std::string Spread(const RatioSpread& ratio) {
   return Format("%.3g (%.3g-%.3g)", ratio.median, ratio.low, ratio.high);
 }
 
-// The row with the second organ stands beside the one without.
+// Puts the row with the second organ beside the row without it.
 std::string ModelTable(const std::vector<ModelComparison>& rows) {
   std::string text =
       "| lattice | surface continuum | lattice, steps/s | continuum, steps/s | ratio | two organs: "
@@ -95,7 +95,7 @@ std::string TickTable(const TickResults& ticks) {
   const auto of = [](int triangles) { return "tick, " + WithCommas(triangles) + " triangles"; };
   return "| us | median | p99 | p99.9 | max |\n|---|---|---|---|---|\n" +
          row(of(ticks.coarse_triangles), ticks.coarse) + row(of(ticks.fine_triangles), ticks.fine) +
-         row("those of both that take a step's patch", ticks.with_new_patch) +
+         row("ticks of both that take a new patch", ticks.with_new_patch) +
          row("bare loop of arithmetic", ticks.bare) +
          Format("\nMany triangles over few: %s.\n", Spread(ticks.ratio).c_str());
 }
@@ -130,11 +130,10 @@ std::string FrameTable(const std::vector<FrameResults>& rows) {
 
 std::string FfdText(const FfdTable& table) {
   std::string text =
-      "Free-form deformation of one organ for the picture, one tip pressing, us (medians): on the "
-      "CPU the relocation with local functions and indentation, which a step needs for its "
-      "collisions "
-      "anyway, then normals and upload in the render thread; in the shader everything, upload of "
-      "the control points to finished vertices and normals. " +
+      "Free-form deformation of one organ for the picture, one tip pressing, medians in us. The "
+      "CPU relocates with local functions and indentation, which a step's collisions need anyway. "
+      "The render thread then computes normals and uploads. The shader does everything, from the "
+      "upload of the control points to finished vertices and normals. " +
       table.renderer +
       ".\n\n| lattice | control points | triangles | CPU: relocate | CPU: normals, upload | shader "
       "| shader over CPU |\n|---|---|---|---|---|---|---|\n";
@@ -164,48 +163,48 @@ std::string BenchMarkdown(const BenchResults& results, const std::string& machin
   if (!results.models.empty()) {
     text +=
         "The paper's Table 1: deformation steps per second under a tip's press, without and with a "
-        "second organ under a second tip (reposition, relax, relocate; medians; ratios of steps "
-        "timed in turn, in brackets their 10 and 90 %; residual |K U - B^T f| / |B^T f|).\n\n" +
+        "second organ under a second tip. A step is reposition, relax, relocate; figures are "
+        "medians. Ratios are of steps timed in turn, with 10 and 90 % in brackets. The residual is "
+        "|K U - B^T f| / |B^T f|.\n\n" +
         ModelTable(results.models) + "\n";
   }
   if (!results.meshes.empty()) {
     text +=
-        "The paper's Table 2: whole deformation steps per second (collide to publish), instruments "
-        "pressing; where none does, the organ sleeps.\n\n" +
+        "The paper's Table 2: whole deformation steps per second (collide to publish) under "
+        "pressing instruments. Without an instrument the organ sleeps.\n\n" +
         MeshTable(results.meshes) + "\n";
   }
   if (!results.sleep.empty()) {
     text +=
         "Whole deformation steps of a liver under two instruments, beside organs that nothing "
-        "touches (us; minimum and median; ratio of steps timed in turn, in brackets its 10 and 90 "
-        "%).\n\n" +
+        "touches, us: minimum and median. Ratios are of steps timed in turn, with 10 and 90 % in "
+        "brackets.\n\n" +
         SleepTable(results.sleep) + "\n";
   }
   if (!results.costs.empty()) {
     text +=
-        "Cost against size: minima; exponents by least squares in log-log over the sizes from "
-        "\"fitted from\" on.\n\n" +
+        "Cost against size: minima. Exponents are fitted by least squares in log-log to the sizes "
+        "from \"fitted from\" up.\n\n" +
         CostTable(results.costs) + "\n";
   }
   if (results.ticks.has_value()) {
     text +=
-        "One haptic tick, two tools pressing and sliding with friction, at 1 kHz (wall time; the "
-        "bare loop, as long as a tick, runs in the same periods and tells what the host adds; "
-        "ratio "
-        "of the medians of blocks of 100 ticks, in brackets 10 and 90 % of them).\n\n" +
+        "One haptic tick at 1 kHz, two tools pressing and sliding with friction, wall time. The "
+        "bare loop is as long as a tick and runs in the same periods: it shows what the host adds. "
+        "Ratios are of the medians of blocks of 100 ticks, with 10 and 90 % in brackets.\n\n" +
         TickTable(*results.ticks) + "\n";
   }
   if (!results.hand_overs.empty()) {
     text += Format(
-                "A snapshot's hand-over between two threads, one publishing every 2 us and one "
-                "always looking for news (reading the clock, %.0f ns, included).\n\n",
+                "A snapshot's hand-over between two threads: one publishes every 2 us, the other "
+                "polls. Times include reading the clock, %.0f ns.\n\n",
                 results.clock_reading_ns) +
             HandOverTable(results.hand_overs) + "\n";
   }
   if (!results.frames.empty()) {
     text +=
-        "A frame of the laparoscope's picture, drawn and read back, without the other loops (wall "
-        "time; the ways of drawing in turn, on the same snapshots).\n\n" +
+        "A frame of the laparoscope's picture, drawn and read back, without the other loops, wall "
+        "time. The ways of drawing take turns on the same snapshots.\n\n" +
         FrameTable(results.frames) + "\n";
   }
   if (results.ffd.has_value()) text += FfdText(*results.ffd) + "\n";

@@ -35,7 +35,7 @@ BenchScene::BenchScene(const std::vector<BenchOrgan>& organs, int instruments)
     tools_.tools[i].X_WT.translation() = p + Vector3d(0, 0, 0.02);
   }
   posed_.assign(static_cast<std::size_t>(instruments), probe_.vertices);
-  loop_.Step(tools_, 0);  // outside, so that the tips enter with the next one
+  loop_.Step(tools_, 0);  // starts outside, so that the tips enter in the next step
 }
 
 void BenchScene::Step() {
@@ -43,7 +43,7 @@ void BenchScene::Step() {
   for (int i = 0; i < tools_.tool_count; ++i) {
     Isometry3d& X_WT = tools_.tools[i].X_WT;
     X_WT.translation() = entry_[i] - Vector3d(0, 0, deep_ ? 0.006 : 0.005);
-    // What an eye sees of the instrument; collisions take its capsule and the tip's ball.
+    // The visible mesh of the instrument; collisions use its capsule and the tip's ball.
     Points& posed = posed_[static_cast<std::size_t>(i)];
     posed.noalias() = probe_.vertices * X_WT.linear().transpose();
     posed.rowwise() += X_WT.translation().transpose();

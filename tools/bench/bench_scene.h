@@ -8,26 +8,27 @@
 
 namespace hpdm {
 
-/// A session's deformation loop under instruments that press the first organ in front, without
-/// devices or threads. The others, which nothing touches, stand beside it in a row, `kApart` from
-/// one to the next.
+/// A session's deformation loop, without devices or threads, under instruments that press the first
+/// organ from the front. The other organs stand beside it in a row, `kApart` from one to the next,
+/// and nothing touches them.
 class BenchScene {
  public:
   static constexpr double kApart = 0.5;  // m
 
   BenchScene(const std::vector<BenchOrgan>& organs, int instruments);
-  BenchScene(const BenchScene&) = delete;  // the loop refers to the rest
+  BenchScene(const BenchScene&) = delete;  // the loop keeps references to members
   BenchScene& operator=(const BenchScene&) = delete;
 
-  /// A step with the tips 6 and 5 mm deep in turn, their meshes posed as an eye sees them.
+  /// Makes one step and poses the visible meshes. The tips press 6 mm deep in one step and 5 mm in
+  /// the next.
   void Step();
-  /// A step with all instruments far away.
+  /// Makes one step with all instruments far away.
   void StepAway();
 
-  /// Whether every tip presses, and it alone.
+  /// True if every tip presses and nothing else does.
   bool AllPress() const;
-  int polygons() const;   ///< Of all instruments.
-  int triangles() const;  ///< Of all organs.
+  int polygons() const;   ///< Sum over the instruments.
+  int triangles() const;  ///< Sum over the organs.
 
  private:
   SurfaceMesh probe_;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kStressScene = "scenes/stress.toml";
 
-// A cycle of two steps, deeper and back, is taken together.
+// Times a cycle of two steps, in and out, as one.
 std::function<void()> Cycle(BenchScene* scene) {
   return [scene] {
     scene->Step();
@@ -32,7 +32,7 @@ SleepResults TimeAmong(const BenchOrgan& touched, const BenchOrgan& other, int s
     for (double& time : of_one) time /= 2;
   }
   HPDM_CHECK(among.AllPress() && alone->AllPress());
-  // One step of less than a microsecond is below what a thread's clock tells.
+  // A single step of less than a microsecond is below the resolution of the thread's clock.
   constexpr int kMany = 100;
   const auto away = [&among] {
     for (int i = 0; i < kMany; ++i) among.StepAway();
@@ -49,7 +49,7 @@ SleepResults TimeAmong(const BenchOrgan& touched, const BenchOrgan& other, int s
           .idle_us = idle.median_us};
 }
 
-// A session's loops by the lockstep clock, as its hands move them.
+// A session's loops on the lockstep clock, with the scene's own hands.
 class SteppedSession {
  public:
   explicit SteppedSession(Scene scene)
@@ -64,7 +64,7 @@ class SteppedSession {
   }
   ~SteppedSession() { session_.EnableForces(false); }
 
-  // Goes on to the next step and computes it; us of the thread.
+  // Advances to the next step and computes it. Returns the thread's time, us.
   double Step() {
     for (;;) {
       const double ran = ThreadMilliseconds();
@@ -99,8 +99,8 @@ class SteppedSession {
   Lockstep clock_;
 };
 
-// The scene as it is and with its first organ alone, by the same hands; the steps in which that is
-// touched.
+// Times the scene as it is and with its first organ alone, moved by the same hands. Counts the
+// steps in which that organ is touched.
 SleepResults TimeScene(bool quick) {
   Scene scene = LoadScene(kStressScene);
   SteppedSession among(scene);

@@ -42,8 +42,8 @@ void Configure(const LatticeRow& row, BenchOrgan* organ) {
   organ->options.lattice.local.functions = row.local_functions;
 }
 
-// Times of two things in turn, us a step. A cycle of two steps, deeper and back, is taken together:
-// iterative solvers need more sweeps for one than for the other.
+// Returns the times of two things run in turn, us a step. A cycle of two steps, in and out, is
+// timed as one: iterative solvers need more sweeps for one than for the other.
 std::vector<std::vector<double>> TimeCycles(const std::function<void()>& first,
                                             const std::function<void()>& second,
                                             const RepeatOptions& repeats) {
@@ -60,7 +60,7 @@ std::vector<std::vector<double>> TimeCycles(const std::function<void()>& first,
   return times;
 }
 
-// One lattice against the continuum in each way of stepping it, on all organs together.
+// Compares one lattice with the continuum in each way of stepping it, summed over all organs.
 void Compare(const LatticeRow& lattice, const std::vector<ContinuumRow>& continuum_rows,
              std::vector<BenchOrgan> organs, const RepeatOptions& repeats,
              std::vector<ModelComparison>* rows) {

@@ -22,7 +22,7 @@ constexpr Nanoseconds kPeriod = 1'000'000;
 constexpr int kPoses = 1000;
 constexpr double kFriction = 0.2;
 
-// A device that goes round a given path, a pose a reading.
+// A device that follows a closed path, one pose per reading.
 class PathDevice : public Device {
  public:
   explicit PathDevice(std::vector<JointVector> path) : path_(std::move(path)) {}
@@ -45,8 +45,8 @@ class PathDevice : public Device {
   std::uint64_t reads_ = 0;
 };
 
-// A session's haptic and deformation loop with two tools that press 5 mm deep and slide to and fro
-// by 3 mm, once a second.
+// A session's haptic and deformation loops with two tools that press 5 mm deep. Each slides back
+// and forth by 3 mm, once a second.
 class FeltScene {
  public:
   explicit FeltScene(const BenchOrgan& organ)
@@ -59,7 +59,7 @@ class FeltScene {
 
   int triangles() const { return static_cast<int>(organs_[0].rest().triangles.rows()); }
 
-  // Wall time of one tick, due now, ns.
+  // Returns the wall time of one tick that is due now, ns.
   Nanoseconds Tick(std::uint64_t tick, LoopClock* clock) {
     haptics_.Tick(tick, clock->Now(), {.clock = clock});
     HapticSample sample;
@@ -69,7 +69,7 @@ class FeltScene {
     return sample.compute_ns;
   }
   void Step(Nanoseconds now) { deformation_.Step(deformation_.NewestTools(), now); }
-  int ticks_pressing() const { return ticks_pressing_; }  // with both tools
+  int ticks_pressing() const { return ticks_pressing_; }  // in which both tools press
   void ForgetPresses() { ticks_pressing_ = 0; }
 
  private:
@@ -97,8 +97,7 @@ class FeltScene {
       devices_.back()->EnableForce(true);
       instruments.push_back({.device = devices_.back().get(),
                              .kinematics = kinematics,
-                             .tip_radius = ToolOptions().tip_radius,
-                             .friction = kFriction});
+                             .geometries = {{.friction = kFriction}}});
     }
     return instruments;
   }
@@ -114,7 +113,7 @@ class FeltScene {
   int ticks_pressing_ = 0;
 };
 
-// Arithmetic that waits for itself: `rounds` of them take what they take, whatever the caches hold.
+// A chain of dependent arithmetic: the time of `rounds` does not depend on the state of the caches.
 double BareLoop(int rounds) {
   volatile double start = 1.0;
   double x = start;
@@ -122,7 +121,7 @@ double BareLoop(int rounds) {
   return x;
 }
 
-// Rounds of the bare loop that take about `wanted` ns.
+// Returns the rounds of the bare loop that take about `wanted` ns.
 int RoundsFor(double wanted, LoopClock* clock) {
   constexpr int kRounds = 20000;
   Nanoseconds fastest = kNanosecondsPerSecond;
@@ -142,7 +141,8 @@ double Median(std::vector<double>* values) {
   return *middle;
 }
 
-// A tick of each scene and the bare loop in every period, in turn: what disturbs one disturbs all.
+// Runs a tick of each scene and the bare loop in turn in every period, so that a disturbance
+// affects all.
 class TickTimer {
  public:
   TickTimer(FeltScene* coarse, FeltScene* fine) : scenes_{coarse, fine} {}
@@ -169,14 +169,14 @@ class TickTimer {
   }
 
  private:
-  static constexpr int kRampTicks = 660;  // the forces' ramp-in and the first steps
-  static constexpr int kBlock = 100;      // ticks a ratio
+  static constexpr int kRampTicks = 660;  // the force ramp-in and the first steps
+  static constexpr int kBlock = 100;      // ticks per ratio
   static constexpr int kTicksAStep = 33;
 
   void OnePeriod(int number, TickResults* results) {
     clock_.SleepUntil(wake_);
     std::array<Nanoseconds, 2> took;
-    // Which goes first finds the colder caches.
+    // The first to run finds colder caches, so the order alternates.
     for (const int i : {number % 2, 1 - number % 2}) took[i] = scenes_[i]->Tick(tick_, &clock_);
     results->coarse.Add(took[0]);
     results->fine.Add(took[1]);

@@ -9,10 +9,11 @@ namespace hpdm {
 struct PowerLaw {
   double exponent = 0;
   double factor = 0;
-  double r_squared = 0;  ///< Of the logarithms: 1 when all points lie on the line.
+  double r_squared = 0;  ///< Coefficient of determination of the logarithms: 1 if all points lie on
+                         ///< the line.
 };
 
-/// `x` and `y`: equally long, positive, at least two different x.
+/// Fits the law. `x` and `y` have equal length, positive values and at least two different x.
 inline PowerLaw FitPowerLaw(const std::vector<double>& x, const std::vector<double>& y) {
   double mean_x = 0, mean_y = 0;
   const double n = static_cast<double>(x.size());

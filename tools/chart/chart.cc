@@ -31,7 +31,7 @@ struct ChartOptions {
   bool quick = false;
 };
 
-// The scene files of a folder, sorted, so that charts of different machines have one order.
+// Returns the scene files of a folder, sorted: charts of different machines then have one order.
 std::vector<std::string> ScenesIn(const fs::path& folder) {
   std::vector<std::string> scenes;
   std::error_code error;
@@ -47,7 +47,7 @@ std::vector<std::string> ScenesIn(const fs::path& folder) {
   return scenes;
 }
 
-// A case's references lie beside its scenes: scenes/cases and tests/reference.
+// Returns the folder of a case's references: tests/reference for scenes/cases.
 fs::path ReferenceFolder(const ChartOptions& options, const std::string& scene) {
   if (!options.references.empty()) return options.references;
   return fs::path(scene).parent_path() / "../../tests/reference";
@@ -64,15 +64,15 @@ ChartCase LoadChartCase(const ChartOptions& options, const std::string& scene) {
   for (const LoadOptions& load : loaded.load_case.scene.loads) {
     if (!load.pressure.has_value()) continue;
     throw InputError(scene +
-                     ": has a pressure, which no instrument's patch gives; chart cases of forces "
-                     "and displacements");
+                     ": has a pressure load, which no instrument can exert; chart cases of "
+                     "forces and displacements");
   }
   loaded.reference = LoadCaseReference(loaded.load_case, ReferenceFolder(options, scene));
   return loaded;
 }
 
-// All input before any measurement: a missing file costs no minutes. Cases that are named must all
-// be there; of scenes/cases those are taken that can be.
+// Loads all input before any measurement, so that a missing file costs no minutes. Named cases must
+// exist; of scenes/cases the ones that load are taken.
 std::vector<ChartCase> LoadChartCases(const ChartOptions& options,
                                       std::vector<std::string>* remarks) {
   std::vector<ChartCase> cases;
@@ -136,14 +136,15 @@ void Chart(const ChartOptions& options) {
 
 void AddChartCommand(Command app) {
   const auto options = std::make_shared<ChartOptions>();
-  Command chart = app.AddCommand("chart", "Chart error against time of every model");
+  Command chart = app.AddCommand("chart", "Chart the error and step time of every model");
   chart.AddOption("cases", options->cases,
-                  "Scene files with [[load]] tables; all of scenes/cases by default");
-  chart.AddOption("--references", options->references,
-                  "Folder of NAME.csv and NAME.json; ../../tests/reference from each case");
-  chart.AddOption("--out", options->out, "Folder to write to; made when missing").Required();
+                  "Scene files with [[load]] tables; default: all of scenes/cases");
+  chart.AddOption(
+      "--references", options->references,
+      "Folder of NAME.csv and NAME.json; default: ../../tests/reference from each case");
+  chart.AddOption("--out", options->out, "Folder to write to; created if missing").Required();
   chart.AddFlag("--json", options->json, "Print JSON");
-  chart.AddFlag("--quick", options->quick, "A few models only");
+  chart.AddFlag("--quick", options->quick, "Measure a few models only");
   chart.OnRun([options] { Chart(*options); });
 }
 

@@ -7,16 +7,17 @@
 namespace hpdm {
 namespace {
 
-// The factor on `u` that brings it nearest to `reference`, in the norm of RelativeSurfaceError.
+// Returns the factor on `u` that brings it nearest to `reference` in the norm of
+// RelativeSurfaceError.
 double BestScale(const SurfaceMesh& rest, const Points& u, const Points& reference) {
   const Eigen::VectorXd areas = VertexAreas(rest);
   return areas.dot(u.cwiseProduct(reference).rowwise().sum()) /
          areas.dot(u.rowwise().squaredNorm());
 }
 
-// A model without a modulus in pascals is taken where the reference solution has the loads' patches
-// and, where forces are given, as deep as makes the error least: no tuning of its stiffness could
-// do better.
+// Moves a model without a modulus in pascals to the reference solution's patch displacements. If
+// the loads are forces, scales the depth to the least error. No tuning of its stiffness could do
+// better.
 void FollowAtBestDepth(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
                        const Points& reference, StaticCaseModel* body) {
   const bool depth_is_given = std::all_of(loads.begin(), loads.end(), [](const LoadOptions& load) {
@@ -24,7 +25,7 @@ void FollowAtBestDepth(const SurfaceMesh& rest, const std::vector<LoadOptions>& 
   });
   double depth = 1;
   body->MoveTo(reference);
-  for (int round = 0; !depth_is_given && round < 3; ++round) {  // a linear model needs one
+  for (int round = 0; !depth_is_given && round < 3; ++round) {  // a linear model needs one round
     const double better = BestScale(rest, body->VertexDisplacements(), reference);
     if (!(better > 0)) return;
     depth *= better;

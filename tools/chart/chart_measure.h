@@ -8,17 +8,19 @@
 
 namespace hpdm {
 
-/// Whether the stiffness is that of the tissue. The other models' moduli are numbers to be tuned:
-/// they are pressed as deep as the reference's patch goes, as if tuned until that agreed.
+/// True if the stiffness is that of the tissue. The moduli of the other models are numbers to tune.
+/// They are pressed to the depth of the reference's patch, as if tuned to it.
 bool HasModulus(const OrganOptions& options);
 
-/// A point that names the model of `options` and has no figures.
+/// Returns a point that names the model of `options` and has no measurements yet.
 ChartPoint Labelled(const std::string& load_case, bool hollow, const OrganOptions& options);
 
-/// Takes a body, made of these three and at rest, to rest under the loads, of which `reference` (V
-/// x 3, m) is the answer: a model without a modulus follows that. Gauss-Seidel is to be timed for a
-/// step, not for the many from which the loads' displacements are found: those are the direct
-/// solver's, whose answer is the same. False when the body did not come to rest.
+/// Brings a body at rest to equilibrium under the loads; false if it does not converge. The body is
+/// made of these three. `reference` (V x 3, m) is the solution, which a model without a modulus
+/// follows.
+///
+/// Gauss-Seidel is timed for one step. The many steps that find the loads' displacements use the
+/// direct solver, whose answer is the same.
 bool TakeToRest(const SurfaceMesh& rest, const std::vector<LoadOptions>& loads,
                 const Points& reference, const OrganOptions& options, StaticCaseModel* body);
 

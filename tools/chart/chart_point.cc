@@ -28,7 +28,7 @@ void Add(const std::string& name, const std::optional<Timing>& timing, Json* jso
   (*json)[name + "_min_us"] = timing ? Json(timing->minimum_us) : Json();
 }
 
-// As RFC 4180 asks: a file name may hold anything.
+// True if the point can take part in a comparison.
 bool Counts(const ChartPoint& point) {
   return point.converged && std::isfinite(point.error) && std::isfinite(point.StepMicroseconds());
 }

@@ -9,7 +9,7 @@ namespace hpdm {
 namespace {
 
 constexpr int kComparedNodes = 4000;
-constexpr int kFewFunctions = 200;  // local ones included
+constexpr int kFewFunctions = 200;  // including local functions
 
 std::string Ratio(const std::optional<double>& ratio) {
   return ratio ? Format("%.2f", *ratio) : "-";

@@ -11,12 +11,12 @@
 namespace hpdm {
 namespace {
 
-// Beyond three frames of 33 ms, and half a minute of set-up, nobody would use a finer model.
+// Finer models are skipped beyond a step of three frames (33 ms each) or half a minute of set-up.
 constexpr double kSlowestStep = 100e3;         // us
 constexpr double kSlowestSetup = 30e3;         // ms
-constexpr Eigen::Index kFineVertices = 15000;  // of 30,000 triangles
+constexpr Eigen::Index kFineVertices = 15000;  // of a surface of 30,000 triangles
 
-// Sweep of LatticeOptions::local.
+// Values of LatticeOptions::local in the sweep.
 constexpr LocalFunctionOptions kLocalFunctions[] = {{27, 2}, {27, 3}, {27, 4},
                                                     {64, 2}, {64, 3}, {64, 4}};
 
@@ -67,7 +67,7 @@ OrganOptions OrganOf(const ChartFamily& family, int size, const OrganOptions& or
   return options;
 }
 
-// Whether a case's author chose a lattice that no family has.
+// True if the case's author chose a lattice that no family has.
 bool HasCellsOfItsOwn(const OrganOptions& options) {
   const auto& [l, m, n] = options.lattice.cells;
   return options.model == OrganModelType::kHpdm && (l != m || m != n);
@@ -97,12 +97,12 @@ ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
   if (body.lattice_organ()) {
     point.local_functions = body.local_functions();
     point.relocation = Sum(times.relocation, times.indentations, 1);
-    const Relocation relocation(fine_vertices,
-                                body.lattice_organ()->lattice()->Weights(fine_vertices));
+    const Relocation relocation(
+        fine_vertices, body.lattice_organ()->lattice_organ()->lattice().Weights(fine_vertices));
     const Points U = Points::Random(body.lattice_organ()->control_points(), 3);
     Points moved = fine_vertices;
     const Timing lattice = Time([&] { relocation.Relocate(U, &moved); });
-    // What is added at the loads costs the same a vertex.
+    // Functions added at the loads cost the same per vertex.
     point.relocation_30k = Sum(lattice, times.indentations,
                                static_cast<double>(fine_vertices.rows()) /
                                    static_cast<double>(load_case.rest.vertices.rows()));
@@ -147,7 +147,7 @@ std::vector<ChartFamily> ChartFamilies(bool quick) {
   families.push_back({OrganModelType::kMassSpring, {}, {}, {1}});
   if (quick) return families;
   add(small, BSpline(2, kLocalFunctions[3]), {2, 3, 8});
-  add(small, BSpline(2, {18, 2}), {4});  // some 200 functions together
+  add(small, BSpline(2, {18, 2}), {4});  // about 200 functions together
   add(small, BSpline(1), {2, 4, 6, 8, 10});
   add(small, BSpline(3), {2, 3, 4, 5, 6, 8});
   add(small, Bernstein(), {2, 3, 4, 5, 6});

@@ -14,11 +14,12 @@
 namespace hpdm {
 namespace {
 
-// A step whose vertices move less than this, relative, is at rest; the iterative models stop there.
+// A body is at rest when a step moves its vertices by less than this, relative. The iterative
+// models use it as tolerance.
 constexpr double kAtRest = 1e-6;
 constexpr int kMaxSteps = 20;
-constexpr int kMaxDynamicSteps = 300;  // ten seconds of the mass-spring model's own time
-constexpr double kTolerance = 1e-4;    // of the loads
+constexpr int kMaxDynamicSteps = 300;  // ten seconds of simulated time for the mass-spring model
+constexpr double kTolerance = 1e-4;    // relative to the loads
 
 std::unique_ptr<Relaxation> MakeSurfaceModel(const OrganOptions& options, const SurfaceMesh& rest) {
   const double alpha = options.energy.alpha;
@@ -27,8 +28,9 @@ std::unique_ptr<Relaxation> MakeSurfaceModel(const OrganOptions& options, const 
   if (options.model == OrganModelType::kContinuum) {
     SurfaceContinuumOptions continuum;
     continuum.alpha = alpha;
-    continuum.time_step = std::numeric_limits<double>::infinity();  // the static answer at once
-    continuum.report_residual = false;                              // not what a session computes
+    // One step gives the static answer. A session does not compute the residual.
+    continuum.time_step = std::numeric_limits<double>::infinity();
+    continuum.report_residual = false;
     return std::make_unique<SurfaceContinuum>(rest, ground, continuum, options.name);
   }
   if (options.model == OrganModelType::kMassSpring) {
@@ -36,7 +38,8 @@ std::unique_ptr<Relaxation> MakeSurfaceModel(const OrganOptions& options, const 
     springs.alpha = alpha;
     return std::make_unique<MassSpring>(rest, ground, springs, options.name);
   }
-  throw InputError("organ \"" + options.name + "\": a rigid organ does not deform; use \"hpdm\"");
+  throw InputError("organ \"" + options.name +
+                   "\": a rigid organ does not deform; use model = \"hpdm\"");
 }
 
 }  // namespace
@@ -62,7 +65,7 @@ void StaticCaseModel::Reload(const std::vector<LoadOptions>& loads) {
   loads_ = loads;
   indentations_.clear();
   AddPatches();
-  relaxation_->RestartFrom(U_);
+  start_ = U_;
 }
 
 void StaticCaseModel::AddPatches() {
@@ -132,7 +135,7 @@ RelaxationResult StaticCaseModel::Step(const Eigen::VectorXd& displacements) {
   for (int i = 0; i < contacts_.size(); ++i) {
     contacts_[i].target_W = contacts_[i].p_rest_W + displacements.segment<3>(3 * i);
   }
-  if (organ_) {  // stage A; the surface models have their own motion
+  if (organ_) {  // stage A; the surface models move in other ways
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxContacts, 3> change(
         contacts_.size(), 3);
     for (int i = 0; i < contacts_.size(); ++i) {
@@ -140,7 +143,10 @@ RelaxationResult StaticCaseModel::Step(const Eigen::VectorXd& displacements) {
     }
     MoveDirectly(contacts_.Weights(), change, U_);
   }
-  return relaxation_->Relax(&contacts_, &U_);
+  const RelaxationResult result =
+      relaxation_->Relax(&contacts_, &U_, {.start = start_ ? &*start_ : nullptr});
+  start_.reset();
+  return result;
 }
 
 void StaticCaseModel::Settle(const Eigen::VectorXd& displacements) {
@@ -168,8 +174,8 @@ void StaticCaseModel::MoveTo(const Points& u) {
 
 bool StaticCaseModel::Balance() {
   const Eigen::Index size = moved_.size();
-  Eigen::VectorXd force = Eigen::VectorXd::Zero(size);  // wanted, of the loads that give one
-  Eigen::VectorXd depth = Eigen::VectorXd::Zero(size);  // wanted, of the others
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(size);  // demanded, for loads given as force
+  Eigen::VectorXd depth = Eigen::VectorXd::Zero(size);  // demanded, for the other loads
   Eigen::MatrixXd indentation = Eigen::MatrixXd::Zero(size, size);
   for (int i = 0; i < contacts_.size(); ++i) {
     const LoadOptions& load = loads_[static_cast<std::size_t>(i)];
@@ -184,14 +190,15 @@ bool StaticCaseModel::Balance() {
     return true;
   }
 
-  // f(x) is the patches' force at the displacements x; S its tangent, first by differences at rest.
-  const double probe = 1e-5;  // m: small strain, far above round-off
+  // f(x) is the patches' force at the displacements x. S is its tangent, first by differences at
+  // rest.
+  const double probe = 1e-5;  // m: small strain, well above round-off
   Eigen::MatrixXd S(size, size);
   for (Eigen::Index j = 0; j < size; ++j) {
     Settle(probe * Eigen::VectorXd::Unit(size, j));
     S.col(j) = Forces() / probe;
   }
-  // What is wanted: f = force of a load that gives one, x + indentation f = depth of the others.
+  // The demand: f = force for loads given as force, x + indentation f = depth for the others.
   const auto missing = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& f) {
     Eigen::VectorXd r = force - f;
     for (Eigen::Index j = 0; j < size; ++j) {

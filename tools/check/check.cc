@@ -1,14 +1,22 @@
+#include "engine/base/check.h"
+
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "engine/base/error.h"
 #include "engine/base/text_list.h"
+#include "engine/tissue/support.h"
 #include "scenes/loader/instrument_types.h"
+#include "tools/check/scene_schema.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
+#include "tools/session/hand_site.h"
 #include "tools/session/session.h"
 #include "tools/shared/json_text.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {
@@ -29,7 +37,27 @@ const char* ModelName(OrganModelType model) {
   return "";
 }
 
+Json Coordinates(const Vector3d& p_W) { return {p_W.x(), p_W.y(), p_W.z()}; }
+
+// The tissue that each support of an organ holds.
+Json SupportFacts(const OrganModel& organ) {
+  constexpr int kSamples = 8;  // across the longest side of an organ without a lattice
+  const Box bounds = AxisAlignedBounds(organ.rest().vertices);
+  const double spacing = organ.lattice_organ() != nullptr
+                             ? ControlPointSpacing(organ.lattice_organ()->lattice())
+                             : (bounds.max - bounds.min).maxCoeff() / kSamples;
+  Json held = Json::array();
+  for (const SupportOptions& support : organ.options().supports) {
+    const double volume = SampleSupport(organ.rest(), support, bounds, spacing).weights.sum();
+    Json facts = {{"tissue_volume_m3", volume}, {"share", volume / organ.tissue_volume()}};
+    if (support.stiffness) facts["stiffness_Pa_per_m2"] = *support.stiffness;
+    held.push_back(facts);
+  }
+  return held;
+}
+
 Json OrganFacts(const OrganModel& organ) {
+  const Box bounds = AxisAlignedBounds(organ.rest().vertices);
   Json facts = {{"name", organ.options().name},
                 {"mesh", organ.options().mesh},
                 {"model", ModelName(organ.options().model)},
@@ -38,12 +66,15 @@ Json OrganFacts(const OrganModel& organ) {
                 {"tissue_volume_m3", organ.tissue_volume()},
                 {"control_points", organ.control_points()},
                 {"stiffness_regions", organ.options().regions.size()},
-                {"supports", organ.options().supports.size()}};
+                {"supports", organ.options().supports.size()},
+                {"box_min_m", Coordinates(bounds.min)},
+                {"box_max_m", Coordinates(bounds.max)},
+                {"held", SupportFacts(organ)}};
   if (organ.rigid()) return facts;
-  // Unknowns that are coupled: one axis at a time (metric, continuum), or all three.
+  // Number of coupled unknowns: one axis at a time (metric, continuum) or all three.
   double unknowns = organ.control_points();
-  if (organ.lattice()) {
-    const Lattice& lattice = *organ.lattice();
+  if (organ.lattice_organ() != nullptr) {
+    const Lattice& lattice = organ.lattice_organ()->lattice();
     const Vector3d size = 1000 * lattice.box().lengths;
     facts["lattice_mm"] = {size.x(), size.y(), size.z()};
     facts["control_points_dropped"] = lattice.basis().count() - lattice.size();
@@ -53,7 +84,7 @@ Json OrganFacts(const OrganModel& organ) {
       facts["local_functions"] = LocalFunctionsOf(organ.options());
       facts["refinement_functions"] = organ.refinement_basis()->size();
       facts["cost"]["refinement_bytes"] = organ.refinement_basis()->Bytes();
-      // Deprecated names of the two.
+      // Deprecated names of the two keys above.
       facts["local_candidates"] = organ.refinement_basis()->size();
       facts["cost"]["local_bytes"] = organ.refinement_basis()->Bytes();
     }
@@ -63,19 +94,39 @@ Json OrganFacts(const OrganModel& organ) {
     facts["cost"]["substeps"] = organ.springs()->substeps();
   } else {
     const auto& K = std::get<ScalarStiffness>(organ.stiffness());
-    facts["cost"]["matrix_bytes"] = 12 * K.nonZeros();  // sparse: a number and its column
+    facts["cost"]["matrix_bytes"] = 12 * K.nonZeros();  // sparse: a value and its column
   }
   facts["cost"]["unknowns"] = unknowns;
   facts["cost"]["relocation_flops"] = 6.0 * static_cast<double>(organ.weights().nonZeros());
   return facts;
 }
 
+std::string Text(const Json& coordinates) {
+  return Format("[%.3f, %.3f, %.3f]", coordinates[0].get<double>(), coordinates[1].get<double>(),
+                coordinates[2].get<double>());
+}
+
+void PrintSupports(const Json& organ) {
+  int number = 0;
+  for (const Json& support : organ["held"]) {
+    const std::string how =
+        support.contains("stiffness_Pa_per_m2")
+            ? Format("%.3g Pa/m^2", support["stiffness_Pa_per_m2"].get<double>())
+            : "fixed";
+    std::printf("  support %d (%s) holds %.3f l, %.0f %% of the tissue\n", ++number, how.c_str(),
+                1000 * support["tissue_volume_m3"].get<double>(),
+                100 * support["share"].get<double>());
+  }
+}
+
 void PrintOrgan(const Json& organ) {
   std::printf("organ %s: %ld vertices, %ld triangles, %.3f l of tissue\n",
               organ["name"].get<std::string>().c_str(), organ["vertices"].get<long>(),
               organ["triangles"].get<long>(), 1000 * organ["tissue_volume_m3"].get<double>());
+  std::printf("  box from %s to %s m\n", Text(organ["box_min_m"]).c_str(),
+              Text(organ["box_max_m"]).c_str());
   if (organ["model"] == "rigid") {
-    std::printf("  rigid: a virtual wall, at no cost but that of collision\n");
+    std::printf("  rigid: a virtual wall; costs only collision\n");
     return;
   }
   if (organ.contains("lattice_mm")) {
@@ -95,6 +146,7 @@ void PrintOrgan(const Json& organ) {
   if (const long regions = organ["stiffness_regions"].get<long>(); regions > 0) {
     std::printf("  %ld region%s of other stiffness\n", regions, regions == 1 ? "" : "s");
   }
+  PrintSupports(organ);
   const Json& cost = organ["cost"];
   std::printf("  %.0f coupled unknowns, ", cost["unknowns"].get<double>());
   if (cost.contains("springs")) {
@@ -114,10 +166,14 @@ std::string_view TypeName(InstrumentType type) {
   return "";
 }
 
-Json InstrumentFacts(const InstrumentOptions& instrument, const DeviceChoice& device) {
+Json InstrumentFacts(const InstrumentOptions& instrument, const DeviceChoice& device,
+                     const HandSite& site) {
   Json facts = {{"name", instrument.name},
                 {"type", TypeName(instrument.type)},
                 {"device", device.Text()},
+                {"organ", instrument.hand.organ},
+                {"target_m", Coordinates(site.p_target_W)},
+                {"target_from_trocar_m", (site.p_target_W - site.p_trocar_W).norm()},
                 {"exchanges", Json::array()}};
   for (const InstrumentDescription& held : instrument.exchanges) {
     facts["exchanges"].push_back({{"name", held.name}, {"type", TypeName(held.type)}});
@@ -125,10 +181,22 @@ Json InstrumentFacts(const InstrumentOptions& instrument, const DeviceChoice& de
   return facts;
 }
 
+// The session has found the organ and the place on it.
+HandSite SiteOf(const Session& session, const InstrumentOptions& instrument) {
+  const auto organ = std::find_if(
+      session.organs().begin(), session.organs().end(),
+      [&](const OrganModel& each) { return each.options().name == instrument.hand.organ; });
+  HPDM_CHECK(organ != session.organs().end());
+  return SiteOnOrgan(instrument, organ->rest(), organ->centre_of_volume_W());
+}
+
 void PrintInstrument(const Json& instrument) {
   const auto text = [](const Json& value) { return value.get<std::string>(); };
   std::printf("instrument %s: %s, device %s\n", text(instrument["name"]).c_str(),
               text(instrument["type"]).c_str(), text(instrument["device"]).c_str());
+  std::printf("  the hand's target is %s on organ %s, %.0f mm from the trocar\n",
+              Text(instrument["target_m"]).c_str(), text(instrument["organ"]).c_str(),
+              1000 * instrument["target_from_trocar_m"].get<double>());
   std::string exchanges;
   for (const Json& held : instrument["exchanges"]) {
     AppendToList(text(held["name"]) + " (" + text(held["type"]) + ")", &exchanges);
@@ -155,7 +223,7 @@ void PrintContact(const Json& contact) {
       contact["stable_to_N_per_m"].get<double>());
 }
 
-// Of an instrument at a rigid organ.
+// Facts of an instrument at a rigid organ.
 Json WallFacts(const std::string& instrument, const OrganOptions& organ, const VirtualWall& wall) {
   return {{"instrument", instrument},
           {"organ", organ.name},
@@ -189,8 +257,9 @@ void Check(const std::string& scene, bool as_json) {
       {"scene", session.scene().name}, {"organs", Json::array()}, {"instruments", Json::array()}};
   for (const OrganModel& organ : session.organs()) facts["organs"].push_back(OrganFacts(organ));
   for (std::size_t i = 0; i < session.scene().instruments.size(); ++i) {
+    const InstrumentOptions& instrument = session.scene().instruments[i];
     facts["instruments"].push_back(
-        InstrumentFacts(session.scene().instruments[i], session.device_choices()[i]));
+        InstrumentFacts(instrument, session.device_choices()[i], SiteOf(session, instrument)));
   }
   facts["contacts"] = Json::array();
   for (const Session::ContactFact& contact : session.contacts()) {
@@ -206,7 +275,7 @@ void Check(const std::string& scene, bool as_json) {
   }
   facts["remarks"] = session.remarks();
   for (const OrganModel& organ : session.organs()) {
-    if (organ.lattice() && organ.options().energy.type == EnergyType::kMetric) {
+    if (organ.lattice_organ() != nullptr && organ.options().energy.type == EnergyType::kMetric) {
       facts["remarks"].push_back(AccuracyOfMetric(organ.options().name));
     }
   }
@@ -235,11 +304,24 @@ void Check(const std::string& scene, bool as_json) {
 void AddCheckCommand(Command app) {
   auto scene = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
-  Command check =
-      app.AddCommand("check", "Validate a scene and say what would be built and its cost");
-  check.AddOption("scene", *scene, "Scene file (TOML; see scenes/README.md)").Required();
-  check.AddFlag("--json", *as_json, "Print JSON");
-  check.OnRun([scene, as_json] { Check(*scene, *as_json); });
+  auto schema = std::make_shared<bool>(false);
+  Command check = app.AddCommand("check", "Validate a scene and report what it builds and costs");
+  check.AddOption("scene", *scene, "Scene file (TOML; see scenes/README.md)");
+  const Option json = check.AddFlag("--json", *as_json, "Print JSON");
+  check
+      .AddFlag("--schema", *schema,
+               "Print the JSON Schema of scene files, by which editors complete and check them")
+      .Excludes("scene")
+      .Excludes(json);
+  check.OnRun([scene, as_json, schema] {
+    if (*schema) {
+      std::cout << SceneSchema();
+    } else if (scene->empty()) {
+      throw InputError("scene is required; see hpdm check --help");
+    } else {
+      Check(*scene, *as_json);
+    }
+  });
 }
 
 }  // namespace hpdm

@@ -1,6 +1,6 @@
-// What driving an instrument over LCM adds, measured inside one program, whose clock both ends
-// share: a driver publishes HPDM_DEVICE through the system's multicast, a haptic loop at 1 kHz uses
-// it, and the driver hears HPDM_FORCE. JSON on stdout.
+// Measures the latency that driving an instrument over LCM adds. Both ends run in one program and
+// share its clock. A driver publishes HPDM_DEVICE through the system's multicast, a haptic loop at
+// 1 kHz uses it, and the driver receives HPDM_FORCE. Prints JSON on stdout.
 //
 //   hpdm_driver_latency [SECONDS]
 //
@@ -30,10 +30,10 @@ namespace hpdm {
 namespace {
 
 constexpr Nanoseconds kPeriod = 1'000'000;
-// A little off the loop's period, so that the readings meet the ticks at every phase alike.
+// Slightly off the loop's period, so that the readings meet the ticks at every phase.
 constexpr Nanoseconds kDriverPeriod = 1'003'100;
 
-/// An external device that keeps a record of which reading each tick used, and when.
+/// An external device that records which reading each tick used, and when.
 class RecordedDevice : public ExternalDevice {
  public:
   struct Use {
@@ -57,7 +57,7 @@ class RecordedDevice : public ExternalDevice {
   std::vector<Use> uses_;
 };
 
-/// The driver's record of the forces that it heard, by tick.
+/// The driver's record of the forces that it received, by tick.
 struct Ear {
   SessionClock clock;
   std::vector<Nanoseconds> heard;  // 0: never
@@ -78,8 +78,53 @@ void AskForPriority(int priority) {
   RequestRealtime(realtime);
 }
 
+/// Publishes a reading each kDriverPeriod and notes its time, until `published` is full.
+void Speak(const std::stop_token& stop, const SessionClock& clock, lcm::LCM* driver,
+           std::vector<Nanoseconds>* published) {
+  device_t reading{0, 0, 0, {0, 0, 0.1, 0, 1}, true};
+  for (std::size_t i = 1; i < published->size() && !stop.stop_requested(); ++i) {
+    clock.SleepUntil(static_cast<Nanoseconds>(i) * kDriverPeriod);
+    reading.sequence = static_cast<std::int64_t>(i);
+    reading.time_ns = (*published)[i] = clock.Now();
+    driver->publish(kDeviceChannel, &reading);
+  }
+}
+
+/// Prints the latencies as JSON. `uses` and `heard` have one entry a tick; `published` has the time
+/// of each reading by its sequence number.
+void Report(const std::vector<RecordedDevice::Use>& uses, const std::vector<Nanoseconds>& heard,
+            const std::vector<Nanoseconds>& published, const DeviceLinkSummary& summary,
+            const RealtimeReport& realtime) {
+  Histogram published_to_tick, tick_to_heard, round_trip;
+  std::uint64_t last = 0, run = 0, unheard = 0;
+  for (std::size_t tick = 0; tick < uses.size(); ++tick) {
+    const RecordedDevice::Use& use = uses[tick];
+    if (use.at == 0) continue;  // tick was skipped
+    ++run;
+    if (heard[tick] == 0) {
+      ++unheard;
+      continue;
+    }
+    tick_to_heard.Add(heard[tick] - use.at);
+    if (!use.valid || use.sequence == last) continue;  // a reading that an earlier tick used
+    last = use.sequence;
+    published_to_tick.Add(use.at - published[use.sequence]);
+    round_trip.Add(heard[tick] - published[use.sequence]);
+  }
+  const nlohmann::ordered_json report = {{"ticks", run},
+                                         {"readings_received", summary.received},
+                                         {"readings_refused", summary.refused},
+                                         {"forces_sent", summary.sent},
+                                         {"forces_unheard", unheard},
+                                         {"reading_published_to_tick", ToJson(published_to_tick)},
+                                         {"tick_to_force_heard", ToJson(tick_to_heard)},
+                                         {"round_trip", ToJson(round_trip)},
+                                         {"realtime", realtime.Lines()}};
+  std::cout << JsonText(report) << "\n";
+}
+
 void Measure(double seconds) {
-  constexpr int kDriverPriority = 60;  // a real one would ask for it too
+  constexpr int kDriverPriority = 60;  // a real driver would ask for it too
   const SessionClock clock;
   const auto ticks = static_cast<std::size_t>(seconds * 1000);
   const ImpulseEngineKinematics kinematics(Vector3d(0, 0, 0.1), -Vector3d::UnitZ(), {});
@@ -90,8 +135,7 @@ void Measure(double seconds) {
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   DeviceLink link(NetworkUrl(), clock, {{&device.readings(), nullptr}, forces});
-  HapticLoop loop({{&device, kinematics, kDefaultToolRadius, {}}}, kPeriod,
-                  {tool_states, patches, samples, &forces});
+  HapticLoop loop({{&device, kinematics}}, kPeriod, {tool_states, patches, samples, &forces});
 
   AskForPriority(kDriverPriority);  // LCM's own thread for the driver's socket inherits it
   Ear ear{clock, std::vector<Nanoseconds>(ticks)};
@@ -117,49 +161,17 @@ void Measure(double seconds) {
     });
     std::jthread speak([&](std::stop_token stop) {
       AskForPriority(kDriverPriority);
-      device_t reading{0, 0, 0, {0, 0, 0.1, 0, 1}, true};
-      for (std::size_t i = 1; i < published.size() && !stop.stop_requested(); ++i) {
-        clock.SleepUntil(static_cast<Nanoseconds>(i) * kDriverPeriod);
-        reading.sequence = static_cast<std::int64_t>(i);
-        reading.time_ns = published[i] = clock.Now();
-        driver->publish(kDeviceChannel, &reading);
-      }
+      Speak(stop, clock, driver.get(), &published);
     });
     std::jthread([&] {
       granted = RequestRealtime(haptic);
       RealLoopClock loop_clock(clock);
       loop.RunRealClock({}, loop_clock, 0, ticks);
     }).join();
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the last force's way
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // lets the last force arrive
   }
 
-  Histogram published_to_tick, tick_to_heard, round_trip;
-  std::uint64_t last = 0, run = 0, unheard = 0;
-  for (std::size_t tick = 0; tick < ticks; ++tick) {
-    const RecordedDevice::Use& use = device.uses()[tick];
-    if (use.at == 0) continue;  // skipped
-    ++run;
-    if (ear.heard[tick] == 0) {
-      ++unheard;
-      continue;
-    }
-    tick_to_heard.Add(ear.heard[tick] - use.at);
-    if (!use.valid || use.sequence == last) continue;  // a reading that an earlier tick used
-    last = use.sequence;
-    published_to_tick.Add(use.at - published[use.sequence]);
-    round_trip.Add(ear.heard[tick] - published[use.sequence]);
-  }
-  const DeviceLinkSummary summary = link.Summary();
-  const nlohmann::ordered_json report = {{"ticks", run},
-                                         {"readings_received", summary.received},
-                                         {"readings_refused", summary.refused},
-                                         {"forces_sent", summary.sent},
-                                         {"forces_unheard", unheard},
-                                         {"reading_published_to_tick", ToJson(published_to_tick)},
-                                         {"tick_to_force_heard", ToJson(tick_to_heard)},
-                                         {"round_trip", ToJson(round_trip)},
-                                         {"realtime", granted.Lines()}};
-  std::cout << JsonText(report) << "\n";
+  Report(device.uses(), ear.heard, published, link.Summary(), granted);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
-// A driver for `hpdm run SCENE --device lcm` in forty lines: a hand that moves in and out behind a
-// spring and a damper, and yields to the force that the session sends back. A real driver reads its
-// encoders in the place of Step and writes its motors where `effort` is used. It needs LCM and the
-// message types only; what is promised about them stands in haptics/README.md.
+// Example driver for `hpdm run SCENE --device lcm`: a simulated hand, on a spring and a damper,
+// that moves in and out and yields to the session's force. A real driver reads its encoders instead
+// of calling Step and writes its motors where `effort` is used. It needs only LCM and the message
+// types; haptics/device/README.md states their contract.
 
 #include <chrono>
 #include <cmath>
@@ -18,7 +18,7 @@ using std::chrono::milliseconds;
 struct Hand {
   double insertion = 0.14, velocity = 0;  // m, m/s
   double effort = 0;                      // N along the insertion axis, from the session
-  Clock::time_point effort_time;          // when it came
+  Clock::time_point effort_time;          // when it was received
 
   void Step(double t, double dt) {
     constexpr double kMass = 0.3, kStiffness = 300, kDamping = 6;  // kg, N/m, N s/m
@@ -44,10 +44,10 @@ int main() {
   const Clock::time_point start = Clock::now();
   for (int i = 1;; ++i) {
     std::this_thread::sleep_until(start + milliseconds(i));
-    while (lcm.handleTimeout(0) > 0) {  // every force that has come
+    while (lcm.handleTimeout(0) > 0) {  // every force that has arrived
     }
     if (Clock::now() - hand.effort_time > milliseconds(50))
-      hand.effort = 0;  // nobody there: let go
+      hand.effort = 0;  // the session is silent: no force
     hand.Step(1e-3 * i, 1e-3);
     const std::chrono::nanoseconds now = Clock::now().time_since_epoch();
     const hpdm::device_t reading{i, now.count(), 0, {0, 0, hand.insertion, 0, 1}, true};

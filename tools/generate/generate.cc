@@ -87,17 +87,16 @@ void Generate(const GenerateOptions& options) {
 
 void AddGenerateCommand(Command app) {
   const auto options = std::make_shared<GenerateOptions>();
-  Command command =
-      app.AddCommand("generate", "Make the project's meshes and pictures from nothing");
+  Command command = app.AddCommand("generate", "Generate the project's meshes and pictures");
   std::vector<std::string> known;
   for (const MeshAsset& asset : MeshAssets()) known.push_back(asset.name);
   for (const PictureAsset& asset : PictureAssets()) known.push_back(asset.name);
-  command.AddOption("names", options->names, "Assets to make; all of scenes/meshes by default")
-      .OneOfUnlisted(known);  // before anything is written
+  command.AddOption("names", options->names, "Assets to make; default: all of scenes/meshes")
+      .OneOfUnlisted(known);  // checked before anything is written
   command.AddOption("--out", options->out,
-                    "Folder to write NAME.obj and NAME.png to; made when missing");
-  command.AddFlag("--pictures", options->pictures, "Without names: all of scenes/textures");
-  command.AddFlag("--list", options->list, "List the assets and stop");
+                    "Folder to write NAME.obj and NAME.png to; created if missing");
+  command.AddFlag("--pictures", options->pictures, "Without names, make all of scenes/textures");
+  command.AddFlag("--list", options->list, "List the assets and exit");
   command.OnRun([options] { Generate(*options); });
 }
 

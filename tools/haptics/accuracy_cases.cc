@@ -40,7 +40,7 @@ Scene WithHands(const Scene& scene, const Hands& hands, StrainMeasure strain) {
     if (!script.has_value()) continue;
     trial.instruments.push_back(instrument);
     trial.instruments.back().hand.script = *script;
-    trial.instruments.back().friction = hands.rub ? kFriction : 0;
+    trial.instruments.back().geometry.friction = hands.rub ? kFriction : 0;
   }
   return trial;
 }
@@ -50,7 +50,7 @@ Scene WithHands(const Scene& scene, const Hands& hands, StrainMeasure strain) {
 std::vector<AccuracyCase> AccuracyCases(const Scene& scene, bool quick) {
   if (scene.instruments.size() < 2 || scene.instruments[1].type != InstrumentType::kGrasper) {
     throw InputError(scene.path.string() +
-                     ": two hands are measured; give it a second instrument of type \"grasper\"");
+                     ": needs two instruments; give it a second one of type \"grasper\"");
   }
   std::vector<AccuracyCase> cases;
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {

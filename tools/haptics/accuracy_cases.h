@@ -7,17 +7,17 @@
 
 namespace hpdm {
 
-/// One trial of the felt force: a scene whose hands work for a while.
+/// One trial of the felt force: a scene and the time for which its hands work.
 struct AccuracyCase {
   std::string name;
   Scene scene;
   double seconds = 0;
 };
 
-/// The hands that press, slide, tap and pull what they grasp, alone, two at once and with
-/// friction, in small and in finite strain (without local functions, which that lacks). `scene`
-/// gives the organ, a first instrument and a second one that can grasp; throws InputError when it
-/// has fewer. `quick`: small strain and short.
+/// Returns the cases: hands that press, slide, tap and pull grasped tissue, alone, two at once and
+/// with friction. Each runs in small and in finite strain, the latter without local functions.
+/// `scene` gives the organ, an instrument and a second one that can grasp; throws InputError if it
+/// has fewer. `quick`: small strain only, and shorter.
 std::vector<AccuracyCase> AccuracyCases(const Scene& scene, bool quick);
 
 }  // namespace hpdm

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A share in percent; NaN: there is none.
+// Formats a share in percent; "-" for NaN.
 std::string Percent(double share) {
   return std::isnan(share) ? "-" : Format(share < 0.0995 ? "%.2f" : "%.1f", 100 * share);
 }
@@ -77,9 +77,8 @@ Json AccuracyJson(const std::vector<HandReport>& hands, const std::vector<TipAcc
 
 std::string AccuracyHead() {
   return Format(
-             "Force on the hand against the whole model at every tick. Errors in %% of the "
-             "reference's "
-             "peak; target %.0f, aim %.0f; comb in %% of the force, target %.0f.\n",
+             "Force on the hand against the whole model at every tick. Errors: %% of the "
+             "reference's peak, target %.0f, aim %.0f. Comb: %% of the force, target %.0f.\n",
              100 * kErrorTarget, 100 * kErrorAim, 100 * kCombTarget) +
          Format("%-24s %-8s %7s %6s %6s %6s %8s %8s %7s %6s %6s %6s %8s %6s %6s %5s %5s\n", "case",
                 "tool", "peak N", "error", "of |F|", "comb", "step N", "(ref.)", "contact",
@@ -125,8 +124,7 @@ std::string AccuracyMarkdown(const std::vector<HandReport>& hands,
   if (tips.empty()) return text;
   text +=
       "\n| tip case | local functions | force for the reference solution's displacement over its "
-      "force "
-      "|\n|---|---|---|\n";
+      "force |\n|---|---|---|\n";
   for (const TipAccuracy& tip : tips) {
     text += Format("| `%s` | %d | %.3f |\n", tip.case_name.c_str(), tip.local_functions,
                    tip.force / tip.reference_force);

@@ -14,7 +14,7 @@
 namespace hpdm {
 namespace {
 
-// One tick of the production run: what moved, and what the step was given.
+// One tick of the production run: what moved, and the input of the step.
 struct RecordedTick {
   std::array<ToolSample, kMaxInstruments> samples;
   ToolState tools;
@@ -29,7 +29,7 @@ struct LoopPair {
                 {tool_states, patches, samples}),
         deformation(session.organs(), tools, {tool_states, patches, unread_scenes, scenes}) {}
 
-  // The tick's sample.
+  // Returns the tick's sample.
   const HapticSample& Sample() {
     while (samples.Pop(&sample)) continue;
     return sample;
@@ -45,7 +45,7 @@ struct LoopPair {
   HapticSample sample;
 };
 
-// The scene's session and what its hands did, to be played again.
+// The scene's session and the recorded motion of its hands.
 class Trial {
  public:
   Trial(const Scene& scene, double seconds)
@@ -67,8 +67,8 @@ class Trial {
     session_.EnableForces(false);
   }
 
-  // A step before every tick. Its contacts are where the tick before left them; its tools where
-  // this tick's will be.
+  // Makes a step before every tick. Its contacts come from the previous tick, its tools from this
+  // tick.
   void PlayReference(ForceAccuracy* accuracy) {
     Hands hands = RecordedHands();
     LoopPair loops(session_, Instruments(&hands), session_.DeformationTools());
@@ -93,7 +93,7 @@ class Trial {
     }
   }
 
-  // Production with the springs of `options`, one an instrument.
+  // Runs production with the springs of `options`, one entry per instrument.
   std::vector<ForceSignal> PlayPaper(const std::vector<ToolOptions>& options) {
     Hands hands = RecordedHands();
     LoopPair loops(session_, Instruments(&hands), options);
@@ -107,9 +107,9 @@ class Trial {
   }
 
  private:
-  using Hands = std::vector<ReplayDevice>;  // one an instrument
+  using Hands = std::vector<ReplayDevice>;  // one per instrument
 
-  // `hands`: those to move, if it is not the session's own that work.
+  // `hands` move the instruments; without them the session's own hands do.
   void RunLockstep(LoopPair* loops, Hands* hands,
                    const std::function<void(const HapticSample&)>& keep) const {
     Lockstep clock(session_.scene().timing, &loops->haptics, &loops->deformation);
@@ -142,8 +142,8 @@ class Trial {
   std::vector<RecordedTick> motion_;
 };
 
-// The springs of Eq. 29 whose force, linear in them, is nearest to the reference: base + (k - k of
-// base) . slopes, k >= 0, by least squares over the time.
+// Springs of Eq. 29 fitted to the reference by least squares over time. The force is linear in
+// them: base + (k - k_base) . slopes, with k >= 0.
 struct Springs {
   double k1 = 0;
   double k2 = 0;
@@ -158,7 +158,7 @@ Springs FittedSprings(const Springs& at, const ForceSignal& base, const ForceSig
     A += slope.transpose() * slope;
     y += slope.transpose() * (reference[t] - base[t] + slope * Eigen::Vector2d(at.k1, at.k2));
   }
-  // The best of both springs together, each alone, and none: |F - reference|^2 up to a constant.
+  // Best of: both springs, each alone, none. The score is |F - reference|^2 up to a constant.
   Eigen::Vector2d best = Eigen::Vector2d::Zero();
   const auto try_springs = [&](const Eigen::Vector2d& k) {
     const auto misfit = [&](const Eigen::Vector2d& v) { return v.dot(A * v) - 2 * y.dot(v); };
@@ -233,8 +233,7 @@ ForceResults ResultsOf(const ForceTimeSeries& series, const TimingOptions& timin
 
 ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds) {
   if (scene.instruments.empty()) {
-    throw InputError(scene.path.string() +
-                     ": has no instrument whose force could be measured; add an [[instrument]]");
+    throw InputError(scene.path.string() + ": no instrument to measure; add an [[instrument]]");
   }
   Trial trial(scene, seconds);
   ForceAccuracy accuracy;

@@ -35,13 +35,14 @@ struct HapticsOptions {
   bool quick = false;
   bool json = false;
 
-  // Cases that are named are for tuning: they come alone.
+  // Named cases are for tuning: only they are measured.
   bool Whole() const { return only.empty(); }
 };
 
 constexpr const char* kTipCases[] = {"liver_press_tip_5mm", "liver_press_tip_2_5mm"};
 
-// Cases that are named must exist: a slip of the pen must not measure nothing.
+// Returns the cases to measure. Refuses unknown names, so that a typing error does not measure
+// nothing.
 std::vector<AccuracyCase> ChosenCases(const HapticsOptions& options) {
   std::vector<AccuracyCase> cases = AccuracyCases(LoadScene(options.scene), options.quick);
   if (options.Whole()) return cases;
@@ -52,15 +53,15 @@ std::vector<AccuracyCase> ChosenCases(const HapticsOptions& options) {
     if (at == cases.end()) {
       std::string names;
       for (const AccuracyCase& each : cases) AppendToList(each.name, &names);
-      throw InputError("--only " + name + ": is no case; choose of " + names);
+      throw InputError("--only: unknown case \"" + name + "\"; choose from " + names);
     }
     chosen.push_back(*at);
   }
   return chosen;
 }
 
-// Beside the scene, as the load cases of scenes/ have their reference solutions; what is not there
-// is left out. They cost a second each.
+// Measures the load cases beside the scene that have reference solutions. Missing ones are left
+// out. Each costs about a second.
 std::vector<TipAccuracy> MeasureTips(const fs::path& scenes) {
   std::vector<TipAccuracy> tips;
   for (const char* name : kTipCases) {
@@ -101,7 +102,8 @@ std::vector<HandReport> MeasureHands(const std::vector<AccuracyCase>& cases, con
   return hands;
 }
 
-// How accurate the force is: force_accuracy.json and .md, force_*.csv, two pictures.
+// Measures the accuracy of the force. Writes force_accuracy.json and .md, force_*.csv and two
+// pictures.
 Json MeasureForces(const HapticsOptions& options, const std::vector<AccuracyCase>& cases) {
   const fs::path out(options.out);
   std::vector<TipAccuracy> tips;
@@ -119,16 +121,17 @@ Json MeasureForces(const HapticsOptions& options, const std::vector<AccuracyCase
   return report;
 }
 
-// How late it comes: a session on the real clock in a process of its own, as a user runs it, so
-// that nothing of this one lies in its memory. Its folder holds latency.png.
+// Measures the latency in a session on the real clock. It runs in a process of its own, as a user
+// runs it, unaffected by this process's memory. Its folder holds latency.png.
 Json MeasureLatency(const HapticsOptions& options, const fs::path& folder) {
   const std::string seconds = options.quick ? "2" : "10";
   const fs::path scene = fs::path(options.scene).parent_path() / "liver_palpation.toml";
-  const int code = RunChild({"/proc/self/exe", "run", scene.string(), "--seconds", seconds, "--fps",
-                             "0", "--out", folder.string()},
+  const int code = RunChild({"/proc/self/exe", "run", scene.string(), "--headless", "--verbose",
+                             "--seconds", seconds, "--fps", "0", "--out", folder.string()},
                             options.json);
   if (code != 0) {
-    std::fprintf(stderr, "hpdm: note: no latency: the session ended with %d; try hpdm run %s\n",
+    std::fprintf(stderr,
+                 "hpdm: note: no latency: the session ended with exit code %d; try hpdm run %s\n",
                  code, scene.c_str());
     return nullptr;
   }
@@ -141,7 +144,7 @@ Json MeasureLatency(const HapticsOptions& options, const fs::path& folder) {
   return summary;
 }
 
-// How stiff it may be: stability.csv and .png.
+// Measures the largest stable stiffness. Writes stability.csv and .png.
 Json MeasureBoundary(const HapticsOptions& options) {
   const StabilityMap map = MeasureStability({.quick = options.quick});
   const std::string no_plot = WriteStability(map, options.out);
@@ -180,12 +183,14 @@ void AddHapticsCommand(Command app) {
   const auto options = std::make_shared<HapticsOptions>();
   Command haptics = app.AddCommand(
       "haptics", "Measure and plot the force on the hand: accuracy, stability, latency");
-  haptics.AddOption("scene", options->scene, "Scene of the two hands; others lie beside it")
+  haptics
+      .AddOption("scene", options->scene,
+                 "Scene with two instruments; uses the load cases beside it")
       .ShowDefault();
-  haptics.AddOption("--out", options->out, "Folder to write to; made when missing").ShowDefault();
+  haptics.AddOption("--out", options->out, "Folder to write to; created if missing").ShowDefault();
   haptics.AddOption("--only", options->only,
-                    "Measure the accuracy of these cases alone, such as press");
-  haptics.AddFlag("--quick", options->quick, "Small strain only, shorter hands and session");
+                    "Measure only the accuracy of these cases, such as press");
+  haptics.AddFlag("--quick", options->quick, "Small strain only, shorter motions and session");
   haptics.AddFlag("--json", options->json, "Print JSON");
   haptics.OnRun([options] { Haptics(*options); });
 }

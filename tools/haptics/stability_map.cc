@@ -15,24 +15,24 @@
 namespace hpdm {
 namespace {
 
-constexpr double kInsertion0 = 0.1;  // m, where the axis starts
+constexpr double kInsertion0 = 0.1;  // m, start of the insertion axis
 constexpr double kTipRadius = kDefaultToolRadius;
 constexpr double kPush = 1;          // N
-constexpr double kSeconds = 4;       // of a run
-constexpr double kSmallKick = 1e-6;  // m/s: linear
+constexpr double kSeconds = 4;       // duration of a run
+constexpr double kSmallKick = 1e-6;  // m/s: stays linear
 constexpr double kKick = 0.02;       // m/s
 constexpr double kQuiet = 0.25;      // N
-constexpr double kStiffest = 3e5;    // N/m that is tried
+constexpr double kStiffest = 3e5;    // N/m: the largest stiffness tried
 const Vector3d kTrocar(0, 0, 0.1);   // the shaft points down, the tip starts at the origin
 
 struct LoopCase {
   StabilityPlantOptions plant;
-  double device_damping = 0;  // b without the hand's
+  double device_damping = 0;  // b of the device without the hand
   bool control = false;
   bool linear = true;
 };
 
-// A triangle about the tip that faces up, whose spring carries the push at the start.
+// Returns an upward triangle around the tip. Its spring balances the push at the start.
 ToolPatch Plane(double stiffness) {
   ToolPatch patch;
   patch.organ = 0;
@@ -51,8 +51,8 @@ ToolPatch Plane(double stiffness) {
 
 HapticInstrument InstrumentOf(const LoopCase& loop, Device* device) {
   HapticInstrument instrument{
-      device, {kTrocar, -Vector3d::UnitZ(), DeviceProfile{}}, kTipRadius, {}};
-  // Contact is made and lasts: neither start-up nor a stopped deformation loop is measured here.
+      device, {kTrocar, -Vector3d::UnitZ(), DeviceProfile{}}, {{.tip_radius = kTipRadius}}};
+  // Contact exists and lasts: neither start-up nor a stopped deformation loop is measured here.
   instrument.guard.ramp_in = 1e-9;
   instrument.guard.stale_age_ns = std::numeric_limits<Nanoseconds>::max();
   const StabilityPlantOptions& plant = loop.plant;
@@ -72,7 +72,7 @@ bool IsStable(const LoopCase& loop, double stiffness) {
   plant.EnableForce(true);
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
-  SpscQueue<HapticSample> samples(2);  // overflows: nothing reads them
+  SpscQueue<HapticSample> samples(2);  // overflows, since nothing reads it
   HapticLoop haptics({InstrumentOf(loop, &plant)}, period, {tool_states, patches, samples});
   ContactPatch& patch = patches.Back();
   patch.step.number = 1;
@@ -85,12 +85,12 @@ bool IsStable(const LoopCase& loop, double stiffness) {
     haptics.Tick(tick, static_cast<Nanoseconds>(tick) * period, {});
     ++tick;
   };
-  for (int i = 0; i < 20; ++i) run();  // held: the force builds up within the slew limit
+  for (int i = 0; i < 20; ++i) run();  // device held: the force builds up within the slew limit
   plant.Release(loop.linear ? kSmallKick : kKick);
 
   const int ticks = static_cast<int>(kSeconds / ToSeconds(period));
   const double kick_energy = 0.5 * loop.plant.axis.mass * kSmallKick * kSmallKick;
-  double energy[4] = {};  // greatest in each quarter
+  double energy[4] = {};  // largest in each quarter
   double lowest = 1, highest = -1;
   for (int i = 0; i < ticks; ++i) {
     run();
@@ -98,19 +98,19 @@ bool IsStable(const LoopCase& loop, double stiffness) {
     const int quarter = 4 * i / ticks;
     energy[quarter] = std::max(energy[quarter], e);
     if (!std::isfinite(e) || std::abs(plant.x()) > 0.05) return false;
-    // Long grown: what follows is no longer linear.
+    // The motion has grown too far to be linear, so it is unstable.
     if (loop.linear && e > 100 * kick_energy) return false;
     if (quarter == 3) {
       lowest = std::min(lowest, plant.x());
       highest = std::max(highest, plant.x());
     }
   }
-  // Below round-off there is nothing left to grow.
+  // Energy below round-off counts as decayed.
   const bool decays = energy[3] < std::max(energy[2], 1e-8 * kick_energy);
   return loop.linear ? decays : stiffness * (highest - lowest) < 2 * kQuiet;
 }
 
-// Fills in `measured` and `beyond`.
+// Sets `measured` and `beyond`.
 void FindBoundary(const LoopCase& loop, StabilityRow* row) {
   double low = 0.2 * loop.plant.axis.damping / (row->period + row->delay), high = low;
   while (IsStable(loop, high)) {
@@ -224,7 +224,7 @@ void WriteStabilityCsv(const StabilityMap& map, const std::string& path) {
                   row.delayed_passivity);
     file << line;
   }
-  if (!file.flush()) throw InputError(path + ": cannot be written: choose another folder");
+  if (!file.flush()) throw InputError(path + ": cannot be written; choose another folder");
 }
 
 std::string WriteStability(const StabilityMap& map, const std::string& folder) {

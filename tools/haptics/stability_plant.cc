@@ -26,8 +26,8 @@ StabilityPlant::StabilityPlant(const StabilityPlantOptions& options, double inse
   late_step_ = ExactStep(options.axis, late_);
 }
 
-// A sample of the moment `early` into the period between two Reads is read `delay_` Reads after the
-// period's beginning: its age is delay_ periods less `early`, or delay_ - 1 periods and `late`.
+// A sample taken `early` s into a period between two Reads is delivered `delay_` Reads after the
+// start of that period. Its age is delay_ periods minus `early`, or delay_ - 1 periods plus `late`.
 DeviceSample StabilityPlant::Read(Nanoseconds now) noexcept {
   const auto slot = [this](std::uint64_t n) -> double& { return taken_[n % kMaxDelay]; };
   if (reads_ > 0 && !held_) {
@@ -37,7 +37,7 @@ DeviceSample StabilityPlant::Read(Nanoseconds now) noexcept {
   } else {
     slot(reads_) = x_;
   }
-  // Of the periods that end with a Read, the one `delay_ - 1` before holds the sample's moment.
+  // The period that ended `delay_ - 1` Reads ago contains the sample's moment.
   const std::uint64_t back = delay_ > 0 ? delay_ - 1 : 0;
   const double x = reads_ >= back ? slot(reads_ - back) : 0;
   ++reads_;
@@ -60,8 +60,8 @@ void StabilityPlant::Advance(double t) noexcept {
     Apply(step_of(t), force, &x_, &v_);
     return;
   }
-  // A period without a stop is usual, with more than one rare; eight would be a hum that friction
-  // has long consumed.
+  // Usually a period has no stop, rarely more than one. Eight stops would be a vibration that
+  // friction has long damped.
   for (int i = 0; i < 8 && t > 0; ++i) {
     if (v_ == 0 && std::abs(force - k * x_) <= friction) return;
     const double sign = std::copysign(1.0, v_ != 0 ? v_ : force - k * x_);
@@ -72,7 +72,7 @@ void StabilityPlant::Advance(double t) noexcept {
       v_ = v;
       return;
     }
-    double moving = 0, stopped = t;  // the velocity's zero lies between
+    double moving = 0, stopped = t;  // bracket the time of zero velocity
     while (stopped - moving > 1e-9 * t) {
       const double middle = 0.5 * (moving + stopped);
       x = x_;

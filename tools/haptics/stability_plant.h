@@ -8,7 +8,7 @@
 namespace hpdm {
 
 struct StabilityPlantOptions {
-  AxisDynamics axis;        ///< With the hand's damping and spring where one holds it.
+  AxisDynamics axis;        ///< Includes the hand's damping and spring if one holds it.
   double friction = 0;      ///< N, Coulomb.
   double encoder_step = 0;  ///< m; 0: continuous.
   double push = 1;          ///< N, constant, into the tissue.
@@ -16,17 +16,17 @@ struct StabilityPlantOptions {
   Nanoseconds delay_ns = 0;  ///< Age of the samples when they are read; below 100 periods.
 };
 
-/// A device of which only the insertion axis moves, integrated exactly, for measurements of
-/// stability: an integrator that damps on its own (SimDevice's does) would move their result.
+/// A device that moves only along its insertion axis, integrated exactly, for measurements of
+/// stability. An integrator with damping of its own, as SimDevice has, would change the result.
 ///
-///     m x'' = tau + push - b x' - k x - f_c sign(x')
+///    m x'' = tau + push - b x' - k x - f_c sign(x')
 ///
-/// with x the insertion from its start, tau the written effort, held from Read to Read. Between the
-/// changes of tau and of the direction of motion the solution is the closed form of ExactStep();
-/// where the velocity comes to zero the axis stops, and goes on when the other forces exceed the
-/// friction. The encoder rounds what is read, not what moves.
+/// x is the insertion from its start; tau is the written effort, held from Read to Read. Between
+/// changes of tau and of the direction of motion, ExactStep() gives the solution in closed form. At
+/// zero velocity the axis stops until the other forces exceed the friction. The encoder rounds the
+/// reading, not the motion.
 ///
-/// Reads must come one period apart: the sample that a Read returns was taken delay_ns before.
+/// Reads must come one period apart: a Read returns the sample taken delay_ns before.
 class StabilityPlant : public Device {
  public:
   StabilityPlant(const StabilityPlantOptions& options, double insertion);
@@ -39,19 +39,19 @@ class StabilityPlant : public Device {
   bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return LimitsOf({}); }
 
-  /// Until then the axis stands still, whatever is written.
+  /// Starts the motion; before, the axis stands still whatever is written.
   void Release(double velocity) noexcept {
     held_ = false;
     v_ = velocity;
   }
   double x() const { return x_; }  ///< m, from the start.
   double v() const { return v_; }  ///< m/s.
-  /// J, about the start: of the motion, and of the hand's spring and one of `stiffness` (N/m).
+  /// Energy about the start, J: kinetic, plus the springs of the hand and of `stiffness` (N/m).
   double axis_energy(double stiffness) const {
     return 0.5 * (options_.axis.mass * v_ * v_ + (options_.axis.stiffness + stiffness) * x_ * x_);
   }
 
-  /// The true motion over a time (s) under the effort that is written.
+  /// Advances the true motion by t (s) under the written effort.
   void Advance(double t) noexcept;
 
  private:
@@ -59,8 +59,8 @@ class StabilityPlant : public Device {
 
   StabilityPlantOptions options_;
   double insertion_;
-  double early_ = 0, late_ = 0;  // s: a period before and after the moment that a sample is of
-  int delay_ = 0;                // that many Reads later it is read
+  double early_ = 0, late_ = 0;  // s: parts of a period before and after a sample's moment
+  int delay_ = 0;                // Reads from the sample to its delivery
   HeldForceStep early_step_, late_step_;
   ForceSwitch force_;
   double effort_ = 0;

@@ -7,7 +7,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kNear = 0.001;  // m: the tip's surface over the tissue's
+constexpr double kNear = 0.001;  // m: gap between the tip's surface and the tissue
 
 }  // namespace
 
@@ -18,8 +18,8 @@ TipAccuracy MeasureTipAccuracy(const StaticCase& load_case, const CaseReference&
   if (load_case.scene.loads.size() != 1 || !load.force_W.has_value() ||
       reference.load_displacements.size() != 1) {
     throw InputError(file +
-                     ": no single force whose displacement the reference solution gives; measure "
-                     "tips on cases of one force");
+                     ": needs one force whose displacement the reference solution gives; choose "
+                     "a case of one force");
   }
   OrganOptions organ = load_case.organ;
   organ.lattice.local.functions = local_functions;
@@ -28,7 +28,8 @@ TipAccuracy MeasureTipAccuracy(const StaticCase& load_case, const CaseReference&
   const SurfaceMesh& rest = organs[0].rest();
   const SurfacePoint at =
       SurfaceTree(rest.vertices, rest.triangles).Closest(load.p_centre_W, 10 * load.radius).at;
-  if (at.triangle < 0) throw InputError(file + ": no surface at the load's point; move it there");
+  if (at.triangle < 0)
+    throw InputError(file + ": no surface at the load's point; move the point to the surface");
   const Vector3d normal =
       InterpolatedNormal(rest.vertices, rest.triangles, organs[0].topology(), at);
 
@@ -36,7 +37,7 @@ TipAccuracy MeasureTipAccuracy(const StaticCase& load_case, const CaseReference&
   TripleBuffer<ContactPatch> patch;
   TripleBuffer<SceneSnapshot> render(SizedSnapshot(organs, 1, false));
   TripleBuffer<SceneSnapshot> telemetry(SizedSnapshot(organs, 1, false));
-  DeformationLoop deformation(organs, {{.tip_radius = load.radius}},
+  DeformationLoop deformation(organs, {{.geometries = {{.tip_radius = load.radius}}}},
                               {tools, patch, render, telemetry});
   ToolState state;
   state.tool_count = 1;

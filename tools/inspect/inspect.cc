@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/mesh/files/mesh_import.h"
 #include "engine/mesh/mesh_facts.h"
+#include "engine/mesh/organ_size.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/shared/json_text.h"
@@ -18,6 +19,7 @@ namespace {
 struct InspectOptions {
   std::string mesh;
   std::string unit = "m";
+  bool unit_given = false;
   bool json = false;
 };
 
@@ -104,7 +106,15 @@ void PrintText(const std::string& path, const MeshFacts& facts, const ImportedMe
 }
 
 void Inspect(const InspectOptions& options) {
-  const ImportedMesh imported = ImportMesh(options.mesh, MetresPerUnit(options.unit));
+  const double unit_m = MetresPerUnit(options.unit);
+  const ImportedMesh imported = ImportMesh(options.mesh, unit_m);
+  if (const OrganSize size = SizeOfOrgan(imported.mesh, unit_m); !size.IsOrgan()) {
+    const std::string fault =
+        options.mesh + ": " + size.Text() + "; give --unit " + size.likely_unit;
+    // The facts of a mesh that is not an organ are printed for its stated unit.
+    if (!options.unit_given) throw InputError(fault + ", or --unit m if that is its size");
+    std::fprintf(stderr, "hpdm: %s\n", OneLine(fault).c_str());
+  }
   const MeshFacts facts = ComputeMeshFacts(imported.mesh);
   if (options.json) {
     PrintJson(options.mesh, facts, imported);
@@ -120,10 +130,14 @@ void AddInspectCommand(Command app) {
   const auto options = std::make_shared<InspectOptions>();
   Command command = app.AddCommand("inspect", "Facts and repairs of a surface mesh");
   command.AddOption("mesh", options->mesh, "OBJ, STL or PLY file").Required();
-  command.AddOption("--unit", options->unit, "Unit of the file: m, mm or metres per unit")
-      .ShowDefault();
+  const Option unit =
+      command.AddOption("--unit", options->unit, "Unit of the file: m, mm or metres per unit")
+          .ShowDefault();
   command.AddFlag("--json", options->json, "Print JSON");
-  command.OnRun([options] { Inspect(*options); });
+  command.OnRun([options, unit] {
+    options->unit_given = unit.Given();
+    Inspect(*options);
+  });
 }
 
 }  // namespace hpdm

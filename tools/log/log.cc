@@ -15,8 +15,10 @@
 #include "tools/commands.h"
 #include "tools/log/log_export.h"
 #include "tools/log/mcap_export.h"
+#include "tools/log/vtk_export.h"
 #include "tools/session/session_path.h"
 #include "tools/session/session_scene.h"
+#include "tools/shared/interrupt.h"
 #include "tools/shared/json_text.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/schema_files.h"
@@ -53,7 +55,7 @@ Json ToJson(const Invariants& invariants) {
                     {"what", invariant.what},
                     {"unit", invariant.unit},
                     {"holds", invariant.Holds()},
-                    {"worst", invariant.worst},  // null where it is not finite
+                    {"worst", invariant.worst},  // null if not finite
                     {"bound", invariant.bound},
                     {"checked", invariant.checked},
                     {"broken", invariant.broken},
@@ -179,15 +181,19 @@ void Check(const LogOptions& options) {
   if (!health.Sound() || !AllHold(invariants)) throw CheckFailed();
 }
 
-/// Refuses an --out that does not match --format.
-void CheckPlace(const LogOptions& options) {
+/// Refuses options that do not match --format.
+void CheckFormat(const LogOptions& options) {
+  if (options.format == "vtk" && !options.channels.empty()) {
+    throw InputError("--channels cannot be combined with --format vtk; leave it out");
+  }
   const bool is_mcap_name = options.out.ends_with(".mcap");
   std::error_code ignored;
   const bool is_folder =
       options.out.ends_with('/') || std::filesystem::is_directory(options.out, ignored);
-  if (options.format == "csv" && is_mcap_name && !is_folder) {
-    throw InputError("--out " + options.out +
-                     ": --format csv writes a folder of tables; add --format mcap for one file");
+  if (options.format != "mcap" && is_mcap_name && !is_folder) {
+    throw InputError("--out " + options.out + ": --format " + options.format +
+                     " writes a folder of " + (options.format == "csv" ? "tables" : "surfaces") +
+                     "; add --format mcap for one file");
   }
   if (options.format == "mcap" && is_folder) {
     throw InputError("--out " + options.out +
@@ -202,13 +208,47 @@ void RefuseWithoutEvents(const std::string& log) {
   throw InputError(log + ": contains no log events; give the path of a session.lcmlog");
 }
 
+// Ends an export that the user interrupted. The exporter then removes its unfinished files.
+void EndIfInterrupted(const Interrupt& interrupt) {
+  if (!interrupt.Requested()) return;
+  std::fprintf(stderr, "hpdm: interrupted: nothing was exported\n");
+  throw CheckFailed{kInterruptedExitCode};
+}
+
+void ExportSurfaces(const LogOptions& options) {
+  const Interrupt interrupt;
+  const ExportedSurfaces exported =
+      ExportVtk(LogPathOf(options.log), options.out, [&] { EndIfInterrupted(interrupt); });
+  Json json = {
+      {"file", exported.index.string()}, {"steps", exported.steps}, {"organs", Json::array()}};
+  for (const ExportedOrgan& organ : exported.organs) {
+    json["organs"].push_back(
+        {{"name", organ.name}, {"surfaces", organ.surfaces}, {"skipped", organ.skipped}});
+  }
+  if (options.json) {
+    std::printf("%s\n", JsonText(json).c_str());
+    return;
+  }
+  const auto number = [](std::uint64_t n) { return WithCommas(static_cast<long long>(n)); };
+  std::printf("%s: %s steps; open it in ParaView\n", OneLine(exported.index.string()).c_str(),
+              number(exported.steps).c_str());
+  for (const ExportedOrgan& organ : exported.organs) {
+    std::printf("%s: %s surfaces", Printable(organ.name).c_str(), number(organ.surfaces).c_str());
+    if (organ.skipped > 0) std::printf(", %s unusable messages", number(organ.skipped).c_str());
+    std::printf("\n");
+  }
+}
+
 void Export(const LogOptions& options) {
-  CheckPlace(options);
+  CheckFormat(options);
   RefuseOwnInput(options.out, {LogPathOf(options.log)});
   RefuseWithoutEvents(LogPathOf(options.log));
+  if (options.format == "vtk") return ExportSurfaces(options);
   const bool mcap = options.format == "mcap";
+  const Interrupt interrupt;
   const std::vector<ExportedChannel> exported = (mcap ? ExportMcap : ExportCsv)(
-      LogPathOf(options.log), options.out, options.channels, SchemasWith(options.types));
+      LogPathOf(options.log), options.out, options.channels, SchemasWith(options.types),
+      [&] { EndIfInterrupted(interrupt); });
   Json json = Json::array();
   for (const ExportedChannel& channel : exported) {
     const bool left_out = channel.file.empty();
@@ -268,15 +308,17 @@ void AddLogCommand(Command app) {
 
   const auto to_export = std::make_shared<LogOptions>();
   Command exporting =
-      add("export", "Write a CSV table per channel, or one MCAP file", to_export.get());
+      add("export", "Write a CSV table per channel, one MCAP file, or the deformed surfaces",
+          to_export.get());
   exporting
       .AddOption("--out", to_export->out,
-                 "csv: folder for CHANNEL.csv, created if missing; mcap: the file")
+                 "csv, vtk: folder for the files, created if missing; mcap: the file")
       .Required();
   exporting
       .AddOption("--format", to_export->format,
-                 "csv, or mcap: one file of JSON messages for Foxglove and PlotJuggler")
-      .OneOf({"csv", "mcap"})
+                 "csv; mcap: one file of JSON messages for Foxglove and PlotJuggler; vtk: each "
+                 "organ's surface by deformation step for ParaView")
+      .OneOf({"csv", "mcap", "vtk"})
       .ShowDefault();
   exporting.AddOption("--channels", to_export->channels, "Channels to export [all]");
   exporting.OnRun([to_export] { Export(*to_export); });

@@ -7,12 +7,12 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <system_error>
 #include <unordered_map>
 
 #include "engine/base/error.h"
 #include "lcmtypes/log/log.h"
+#include "tools/log/file_names.h"
 #include "tools/shared/staged_file.h"
 
 namespace hpdm {
@@ -51,8 +51,6 @@ class Columns {
 };
 
 constexpr std::size_t kMaxOpenTables = 64;
-// The longest file name (255 bytes), less "_1234567.csv.part-1234567890".
-constexpr std::size_t kMaxNameBytes = 200;
 
 struct Table {
   const LcmStruct* type = nullptr;
@@ -60,30 +58,6 @@ struct Table {
   std::optional<StagedFile> out;
   bool open = false;
   ExportedChannel exported;
-};
-
-/// Unique file names for channels.
-class FileNames {
- public:
-  std::string Of(std::string_view channel) {
-    std::string name;
-    for (const char c : channel.substr(0, kMaxNameBytes)) {
-      const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-      name += plain ? c : '_';
-    }
-    int& number = numbers_[name];
-    std::string numbered = ++number == 1 ? name : Numbered(name, number);
-    while (!taken_.insert(numbered).second) numbered = Numbered(name, ++number);
-    return numbered + ".csv";
-  }
-
- private:
-  static std::string Numbered(const std::string& name, int number) {
-    return name + "_" + std::to_string(number);
-  }
-
-  std::set<std::string> taken_;
-  std::map<std::string, int> numbers_;  // last number of each name
 };
 
 /// Bounds the number of tables whose files are open at a time.
@@ -138,11 +112,12 @@ bool Readable(const Table& table, const LogEvent& event, const MessageSchemas& s
 
 /// First pass: finds the columns.
 Tables FindColumns(const std::string& log, const std::vector<std::string>& channels,
-                   const MessageSchemas& schemas) {
+                   const MessageSchemas& schemas, const std::function<void()>& at_event) {
   Tables tables;
   LogReader reader(log);
   LogEvent event;
   while (reader.Next(&event)) {
+    at_event();
     if (!channels.empty() &&
         std::find(channels.begin(), channels.end(), event.channel) == channels.end()) {
       continue;
@@ -166,15 +141,16 @@ Tables FindColumns(const std::string& log, const std::vector<std::string>& chann
 
 std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesystem::path& folder,
                                        const std::vector<std::string>& channels,
-                                       const MessageSchemas& schemas) {
-  Tables tables = FindColumns(log, channels, schemas);
+                                       const MessageSchemas& schemas,
+                                       const std::function<void()>& at_event) {
+  Tables tables = FindColumns(log, channels, schemas, at_event);
   MakeOutFolder(folder);
   FileNames names;
   OpenTables open;
   for (auto& [channel, table] : tables) {
     table.exported.channel = channel;
     if (table.type == nullptr) continue;
-    table.exported.file = folder / names.Of(channel);
+    table.exported.file = folder / (names.Of(channel) + ".csv");
     open.Use(&table);
     table.out.emplace(table.exported.file, StagedFile::Name::kOfOthers);
     WriteRow("time_us", table.columns.names(), &*table.out);
@@ -183,6 +159,7 @@ std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesy
   LogEvent event;
   std::vector<std::string> cells;
   while (reader.Next(&event)) {
+    at_event();
     const auto found = tables.find(event.channel);
     if (found == tables.end()) continue;
     Table& table = found->second;

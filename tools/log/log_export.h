@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,12 @@ struct ExportedChannel {
 ///     number if two were equal.
 ///   - Either all tables appear, complete, or none.
 ///
-/// Throws InputError if a file cannot be used or a requested channel is missing.
-std::vector<ExportedChannel> ExportCsv(const std::string& log, const std::filesystem::path& folder,
-                                       const std::vector<std::string>& channels,
-                                       const MessageSchemas& schemas);
+/// Throws InputError if a file cannot be used or a requested channel is missing. `at_event` is
+/// called for each event of the log and may throw to end the export.
+std::vector<ExportedChannel> ExportCsv(
+    const std::string& log, const std::filesystem::path& folder,
+    const std::vector<std::string>& channels, const MessageSchemas& schemas,
+    const std::function<void()>& at_event = [] {});
 
 /// Throws the InputError for a requested channel that is not in the log.
 [[noreturn]] void RefuseMissingChannel(const std::string& log, const std::string& channel);

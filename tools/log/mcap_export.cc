@@ -130,7 +130,8 @@ class McapExport {
 
 std::vector<ExportedChannel> ExportMcap(const std::string& log, const fs::path& file,
                                         const std::vector<std::string>& channels,
-                                        const MessageSchemas& schemas) {
+                                        const MessageSchemas& schemas,
+                                        const std::function<void()>& at_event) {
   LogReader reader(log);
   std::error_code none;
   if (fs::equivalent(log, file, none)) {
@@ -140,6 +141,7 @@ std::vector<ExportedChannel> ExportMcap(const std::string& log, const fs::path& 
   McapExport out(&staged, log, schemas);
   LogEvent event;
   while (reader.Next(&event)) {
+    at_event();
     if (channels.empty() ||
         std::find(channels.begin(), channels.end(), event.channel) != channels.end()) {
       out.Add(event);

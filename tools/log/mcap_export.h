@@ -23,10 +23,11 @@ namespace hpdm {
 /// A channel's type is that of its first message of a known type. Messages of other types or sizes,
 /// and those with time stamps before 0 or after the year 2554, are skipped and counted. `channels`
 /// empty: all. The file appears when it is complete and replaces one of its name. One pass; memory
-/// as for McapWriter. Throws InputError if a file cannot be used, `file` is the log itself, or a
+/// as for McapWriter. `at_event`: as for ExportCsv. Throws InputError if a file cannot be used, `file` is the log itself, or a
 /// requested channel is missing.
-std::vector<ExportedChannel> ExportMcap(const std::string& log, const std::filesystem::path& file,
-                                        const std::vector<std::string>& channels,
-                                        const MessageSchemas& schemas);
+std::vector<ExportedChannel> ExportMcap(
+    const std::string& log, const std::filesystem::path& file,
+    const std::vector<std::string>& channels, const MessageSchemas& schemas,
+    const std::function<void()>& at_event = [] {});
 
 }  // namespace hpdm

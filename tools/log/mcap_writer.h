@@ -17,8 +17,8 @@ namespace hpdm {
 /// Writes an MCAP file (https://mcap.dev/spec) front to back:
 ///   1. messages in chunks of about 1 MiB, compressed with zstd, each with a message index;
 ///   2. a summary with schemas, channels, chunk indices, metadata indices and statistics.
-/// All check sums are written. Memory: one chunk, and about 100 bytes per chunk written. One thread.
-/// Every function throws InputError if the file cannot be written.
+/// All check sums are written. Memory: one chunk, and about 100 bytes per chunk written. One
+/// thread. Every function throws InputError if the file cannot be written.
 ///
 /// Strings should be UTF-8. Times are nanoseconds.
 class McapWriter {
@@ -38,7 +38,8 @@ class McapWriter {
   void Write(std::uint16_t channel, std::uint32_t sequence, std::uint64_t log_time,
              std::uint64_t publish_time, std::string_view data);
   void AddMetadata(std::string_view name, const Fields& fields);
-  /// Writes the end of the data, the summary and the footer. Call it last. Does not commit the file.
+  /// Writes the end of the data, the summary and the footer. Call it last. Does not commit the
+  /// file.
   void Close();
   /// A chunk ends when its records reach this many bytes.
   static constexpr std::size_t kChunkBytes = 1 << 20;

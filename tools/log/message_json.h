@@ -12,8 +12,8 @@ namespace hpdm {
 /// LCM messages as JSON, and their types as JSON schemas, for programs without LCM.
 ///
 ///   integers   all digits; a reader whose numbers are doubles rounds those beyond 2^53
-///   reals      the shortest text that reads back as the same double; NaN and infinities, which JSON
-///              lacks, are the strings "NaN", "Infinity" and "-Infinity" (as in protobuf's JSON)
+///   reals      the shortest text that reads back as the same double; NaN and infinities are the
+///              strings "NaN", "Infinity" and "-Infinity" (as in protobuf's JSON)
 ///   booleans   true for any value but 0
 ///   arrays     several dimensions become one, row by row, because Foxglove reads no nested arrays;
 ///              the schema's description has the shape

@@ -11,23 +11,27 @@
 namespace hpdm {
 namespace {
 
-constexpr double kBeyondBudget = 4;     // times the budget is looked at
+constexpr double kBeyondBudget = 4;     // times the budget: slower models are still searched
 constexpr double kSlowestSetup = 10e3;  // ms
-constexpr double kHelps = 0.95;         // of the error of the member before
-constexpr double kSurely = 0.8;         // of a smaller model's time a larger one takes at least
-constexpr double kHopeless = 0.5;       // of a family's error another has in less time
-constexpr double kBeatenLater = 30;     // times its work counts for a family that is beaten
+constexpr double kHelps = 0.95;         // a refinement helps if its error is below this share of
+                                        // the previous one
+constexpr double kSurely = 0.8;         // a larger model takes at least this share of a smaller
+                                        // one's time
+constexpr double kHopeless = 0.5;       // a family stops if a faster model has this share of its
+                                        // error
+constexpr double kBeatenLater = 30;     // weight on the work of a family that is beaten
 
-/// How far a family has been searched.
+/// Search state of a family.
 struct Progress {
   const PlanFamily* family = nullptr;
-  std::size_t next = 0;  // of its sizes
+  std::size_t next = 0;  // index into its sizes
   bool ended = false;
   double last_error = std::numeric_limits<double>::infinity();
   double last_us = 0;
 };
 
-// Another model has less than `share` of the error of the family's last member, in less time.
+// True if another model is faster than the family's last member and has less than `share` of its
+// error.
 bool IsBeaten(const Progress& family, const std::vector<PlanPoint>& points, double share) {
   return std::any_of(points.begin(), points.end(), [&](const PlanPoint& point) {
     return point.choosable && point.converged && point.error < share * family.last_error &&
@@ -35,7 +39,7 @@ bool IsBeaten(const Progress& family, const std::vector<PlanPoint>& points, doub
   });
 }
 
-// `larger` has no fewer functions of any kind, and the same solver.
+// True if `larger` has at least as many functions of every kind, and the same solver.
 bool IsLarger(const OrganOptions& larger, const OrganOptions& than) {
   if (larger.lattice.basis != than.lattice.basis || larger.energy.type != than.energy.type ||
       larger.energy.strain != than.energy.strain || larger.energy.solver != than.energy.solver ||
@@ -67,7 +71,7 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
   point.family = family.name;
   point.model = model;
   point.choosable = family.Choosable();
-  // Room for as many contacts as any case has.
+  // Makes room for as many contacts as any case has.
   std::vector<LoadOptions> most = touches.patches;
   for (const std::vector<LoadOptions>& loads : touches.cases) {
     if (loads.size() > most.size()) most = loads;
@@ -94,7 +98,7 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
     if (family.Choosable()) {
       point.converged &= TakeToRest(rest, patches, Points(), model, &body);
     } else {
-      body.MoveTo(Points::Constant(rest.vertices.rows(), 3, 1e-3));  // linear: any motion will do
+      body.MoveTo(Points::Constant(rest.vertices.rows(), 3, 1e-3));  // linear: any motion serves
     }
     const StaticCaseModel::StepTimes times = body.TimeSteps();
     point.converged &= times.last.converged;
@@ -136,9 +140,11 @@ std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh&
       }
     }
     if (next == nullptr) break;
-    if (options.deadline_ms > 0 && MillisecondsSince(start) > options.deadline_ms) {
-      remarks->push_back("organ \"" + organ.name +
-                         "\": the search ended at its deadline; there may be a better model");
+    const bool late = options.deadline_ms > 0 && MillisecondsSince(start) > options.deadline_ms;
+    if (late || options.stopped()) {
+      remarks->push_back("organ \"" + organ.name + "\": the search " +
+                         (late ? "ended at its deadline" : "was interrupted") +
+                         "; there may be a better model");
       break;
     }
     ++next->next;
@@ -164,7 +170,7 @@ std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh&
 std::vector<std::size_t> PlanFront(const std::vector<PlanPoint>& points) {
   std::vector<CostAndError> costs;
   for (const PlanPoint& point : points) {
-    // What does not count need not have steps.
+    // A model that cannot be chosen needs no step times.
     const bool counts = point.choosable && point.converged;
     costs.push_back({counts, counts ? point.MostMicroseconds() : 0, point.error});
   }

@@ -12,34 +12,41 @@
 
 namespace hpdm {
 
-/// One model of an organ: its error as estimated and its cost as measured.
+/// One model of an organ, with its estimated error and its measured cost.
 struct PlanPoint {
   std::string family;
   OrganOptions model;
   bool choosable = true;
   int control_points = 0;
-  int local_functions = 0;      ///< A contact, in use.
-  std::vector<Points> answers;  ///< To each case: V x 3, m.
-  double distance = 0;          ///< Theirs from the reference solution: PooledError.
-  double error = 0;             ///< The estimate: with what the reference solution leaves in doubt.
-  bool converged = true;        ///< Within a step's budget, and under the loads.
+  int local_functions = 0;      ///< Per contact, in use.
+  std::vector<Points> answers;  ///< Solution of each case: V x 3, m.
+  double distance = 0;          ///< Their distance from the reference solution: PooledError.
+  double error = 0;             ///< Error estimate: the distance plus the reference solution's
+                                ///< uncertainty.
+  bool converged = true;        ///< Every step within its budget, and under the loads.
   std::vector<Timing> steps;    ///< [k]: reposition, relax, relocate with k + 1 contacts.
-  double setup_ms = 0;          ///< Of the thread's own time.
+  double setup_ms = 0;          ///< CPU time of the thread.
   double Microseconds(std::size_t contacts) const { return steps[contacts - 1].median_us; }
-  /// With as many contacts as there may be.
+  /// Returns the step time with the largest number of contacts.
   double MostMicroseconds() const { return steps.back().median_us; }
 };
 
 struct SearchOptions {
-  double error = 0;        ///< Asked for, relative L2.
-  double budget_us = 0;    ///< Of a step.
-  double deadline_ms = 0;  ///< For the search of one organ; 0: none.
+  double error = 0;        ///< Demanded relative L2 error.
+  double budget_us = 0;    ///< Step time.
+  double deadline_ms = 0;  ///< Search time of one organ; 0: unlimited.
+  std::function<bool()> stopped = [] { return false; };  ///< True: the user ends the search.
 };
 
-/// Searches the families, those that are set up quickly first, each from coarse to fine. A family
-/// ends when it meets the error, when its steps cost more than the cheapest model that meets it
-/// (or, without one, than four times the budget), when refining it no longer helps, when set-up
-/// takes ten seconds, and at the deadline. `progress` is told of every point.
+/// Searches the families from quick to slow set-up, each from coarse to fine. A family ends when
+/// one of these holds:
+/// 1. It meets the error.
+/// 2. Its steps cost more than those of the cheapest model that meets the error. If no model meets
+///    it yet, the bound is four times the budget.
+/// 3. Refining it no longer helps.
+/// 4. Set-up takes ten seconds, or the deadline has passed, or the user ends the search.
+///
+/// Calls `progress` with every point.
 std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh& rest,
                                    const OrganTouches& touches,
                                    const ReferenceSolution& reference_solution,
@@ -47,15 +54,15 @@ std::vector<PlanPoint> SearchOrgan(const OrganOptions& organ, const SurfaceMesh&
                                    const std::function<void(const PlanPoint&)>& progress,
                                    std::vector<std::string>* remarks);
 
-/// A model's figures. Throws InputError when it cannot be built.
+/// Measures a model. Throws InputError if it cannot be built.
 PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, const SurfaceMesh& rest,
                        const OrganTouches& touches, const ReferenceSolution& reference_solution);
 
-/// Of the points that may be chosen, those that none beats in both error and time: indices, from
+/// Returns the indices of the choosable points that no other beats in both error and time, from
 /// fast to slow.
 std::vector<std::size_t> PlanFront(const std::vector<PlanPoint>& points);
 
-/// The cheapest point of at most this error.
+/// Returns the cheapest point of at most this error.
 std::optional<std::size_t> CheapestWithin(const std::vector<PlanPoint>& points, double error);
 
 }  // namespace hpdm

@@ -17,18 +17,20 @@ namespace hpdm {
 namespace {
 
 constexpr std::size_t kMinPlaces = 3;
-constexpr double kStrays = 0.25;        // of the organ's size: from where a hand goes
-constexpr double kMinFacing = 0.5;      // cos 60 degrees, of the normal and the way to the trocar
-constexpr double kMinTipRadius = 1e-3;  // m: the kernel of a smaller tip, as in a session
+constexpr double kStrays = 0.25;        // share of the organ's size: largest distance from a hand's
+                                        // target
+constexpr double kMinFacing = 0.5;      // cos 60 degrees, between the normal and the direction to
+                                        // the trocar
+constexpr double kMinTipRadius = 1e-3;  // m: the smallest tip's kernel, as in a session
 
-/// An instrument as far as reach goes.
+/// The reach of an instrument.
 struct Reach {
   ImpulseEngineKinematics kinematics;
   HandSite site;
-  std::size_t organ = 0;  // that the hand goes to
+  std::size_t organ = 0;  // the hand's target
 };
 
-/// The vertices of one organ that an instrument reaches.
+/// Returns the vertices of one organ that an instrument reaches.
 std::vector<Eigen::Index> ReachedVertices(const Reach& reach, const OrganOptions& organ,
                                           const SurfaceMesh& rest, const Points& normals) {
   const Box bounds = AxisAlignedBounds(rest.vertices);
@@ -55,7 +57,7 @@ LoadOptions Press(const OrganOptions& organ, const Vector3d& p_W, const Vector3d
   return press;
 }
 
-/// The vertex farthest from all places, or -1.
+/// Returns the vertex farthest from all places, or -1.
 Eigen::Index Farthest(const SurfaceMesh& rest, const std::vector<Eigen::Index>& vertices,
                       const std::vector<LoadOptions>& places) {
   Eigen::Index farthest = -1;
@@ -85,8 +87,8 @@ OrganTouches PressesOf(const Scene& scene, const std::vector<Reach>& reaches, st
     const std::vector<Eigen::Index> reached = ReachedVertices(reaches[i], options, rest, normals);
     if (reached.empty()) continue;
     touches.instruments.push_back(i);
-    least_tip = std::min(least_tip, scene.instruments[i].tip_radius);
-    const double tip = scene.instruments[i].tip_radius;
+    least_tip = std::min(least_tip, scene.instruments[i].geometry.tip_radius);
+    const double tip = scene.instruments[i].geometry.tip_radius;
     const HandSite& site = reaches[i].site;
     if (reaches[i].organ == organ &&
         reaches[i].kinematics.Inverse(site.p_target_W, 0, 1).reachable) {
@@ -142,7 +144,7 @@ std::vector<OrganTouches> FindTouches(const Scene& scene, const std::vector<Surf
       if (load.organ != scene.organs[o].name) continue;
       if (load.pressure) {
         throw InputError(scene.path.string() + ": organ \"" + load.organ +
-                         "\" has a pressure, which no instrument's patch gives; give it forces or "
+                         "\" has a pressure load, which no instrument can exert; give it forces or "
                          "displacements");
       }
       loads.push_back(load);

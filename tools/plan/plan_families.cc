@@ -9,8 +9,8 @@
 namespace hpdm {
 namespace {
 
-constexpr double kTightMargin = 0.01;  // of the longest side
-constexpr double kMarginStep = 1e-4;   // m: a scene has no more digits
+constexpr double kTightMargin = 0.01;  // share of the longest side
+constexpr double kMarginStep = 1e-4;   // m: the precision of a scene's text
 
 std::array<int, 3> Cubes(const OrganOptions& organ, const SurfaceMesh& rest, double margin,
                          int size) {

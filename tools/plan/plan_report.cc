@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What the report says of the points of one organ.
+/// Marks of the points of one organ in the report.
 struct PointMarks {
   std::vector<std::size_t> order;  // from fast to slow
   std::vector<bool> front;
@@ -43,13 +43,14 @@ std::string FateText(const OrganPlan& organ) {
 std::string ReferenceText(const OrganPlan& organ) {
   const ReferenceSolution& reference_solution = organ.reference_solution;
   return Format(
-      "%zu %s, judged by %s control points (%d cells along the longest side), %.1f %% in "
-      "doubt%s",
+      "%zu %s, judged by %s control points (%d cells along the longest side), uncertainty "
+      "%.1f %%%s",
       organ.touches.cases.size(), organ.touches.from_scene ? "load case" : "places to press",
       WithCommas(reference_solution.control_points).c_str(), reference_solution.cells,
       100 * reference_solution.doubt,
       reference_solution.finite
-          ? Format(", finite strain's %.1f %% added", 100 * reference_solution.finite_share).c_str()
+          ? Format(", including finite strain's %.1f %%", 100 * reference_solution.finite_share)
+                .c_str()
           : "");
 }
 
@@ -102,7 +103,7 @@ std::string PlanText(const ScenePlan& plan) {
     }
     text += ReferenceText(organ) + "\n";
     text += "      error       step   set-up  control points, model; step of " + Contacts(organ) +
-            "; * best of its time, > chosen\n";
+            "; * best for its time, > chosen\n";
     const PointMarks marks = PointMarksOf(plan, o);
     for (const std::size_t i : marks.order) {
       const PlanPoint& point = organ.points[i];
@@ -134,7 +135,7 @@ std::string VerdictText(const ScenePlan& plan) {
       if (organ.fate != OrganFate::kSearched || CheapestWithin(organ.points, demand.error))
         continue;
       const std::vector<std::size_t> front = PlanFront(organ.points);
-      text += "  the error is met by no model of " + organ.name + " that was tried";
+      text += "  no tried model of " + organ.name + " meets the error";
       if (!front.empty()) {
         const PlanPoint& best = organ.points[front.back()];
         text += Format("; the best has %.1f %%, %.2g times as much, in %s", 100 * best.error,
@@ -147,7 +148,7 @@ std::string VerdictText(const ScenePlan& plan) {
     text += Format("  the budget leaves an error of %.1f %%, %.2g times as much as asked for\n",
                    100 * plan.of_budget->error, plan.of_budget->error / demand.error);
   } else {
-    text += "  the budget is exceeded by the cheapest models that were tried\n";
+    text += "  even the cheapest tried models exceed the budget\n";
   }
   return text;
 }
@@ -204,7 +205,7 @@ Json ToJson(const ScenePlan& plan) {
                                         {"uncertainty", reference.doubt},
                                         {"finite_strain_change", reference.finite_share},
                                         {"finite_strain", reference.finite}};
-      // Deprecated: the same under its former names.
+      // Deprecated: the same under the former names.
       of_organ["yardstick"] = {{"cells", reference.cells},
                                {"control_points", reference.control_points},
                                {"doubt", reference.doubt},

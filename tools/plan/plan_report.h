@@ -8,21 +8,20 @@
 
 namespace hpdm {
 
-/// Each organ's models from fast to slow with estimate and cost: '*' where none beats it in both,
-/// '>' where it was chosen.
+/// Returns each organ's models from fast to slow with error estimate and cost. '*' marks those that
+/// none beats in both, '>' the chosen one.
 std::string PlanText(const ScenePlan& plan);
 
-/// Whether both demands are met, and if not which cannot be and by how much: lines, each with its
-/// end.
+/// Returns lines that state whether both demands are met, and if not, which fails and by how much.
 std::string VerdictText(const ScenePlan& plan);
 
-/// The same as a table for the README, the Pareto fronts alone.
+/// Returns the same as a table for the README, with only the Pareto fronts.
 std::string PlanMarkdown(const ScenePlan& plan, const std::string& scene,
                          const std::string& machine);
 
 nlohmann::ordered_json ToJson(const ScenePlan& plan);
 
-/// Rows of all points for the plot: `header` lines after '#', the names, a row a point.
+/// Returns rows of all points for the plot: `header` lines after '#', the names, one row per point.
 std::string PlanCsv(const ScenePlan& plan, const std::vector<std::string>& header);
 
 }  // namespace hpdm

@@ -1,6 +1,5 @@
 #include "engine/base/error.h"
 #include "scenes/loader/scene_edit.h"
-#include "scenes/loader/scene_parts.h"
 #include "tools/plan/plan_families.h"
 #include "tools/plan/scene_plan.h"
 
@@ -17,9 +16,9 @@ bool SameEnergy(const EnergyOptions& a, const EnergyOptions& b) {
   return a.type == b.type && a.strain == b.strain && a.solver == b.solver;
 }
 
-// What differs between an author's organ and the chosen model, and the energy's type and the number
-// of local functions in any case, so that no default stands in for them. Keys that the model does
-// not take are named too: where the author gives them they become comments.
+// Returns the edits from an author's organ to the chosen model. They include the energy's type and
+// the number of local functions in any case, so that no default replaces them. Keys that the model
+// does not take are named too: they become comments in the author's scene.
 OrganEdit EditsOf(std::size_t organ, const OrganOptions& author, const OrganOptions& chosen) {
   OrganEdit edit{.organ = organ, .keys = {}, .removed_tables = {}};
   const auto set = [&edit](const char* table, const char* key, bool changed, SceneValue value) {
@@ -76,7 +75,7 @@ std::string PlannedScene(const Scene& scene, const ScenePlan& plan,
 
 void CheckPlannedScene(const std::string& text, const std::filesystem::path& path,
                        const ScenePlan& plan) {
-  const Scene scene = ReadScene(ParseToml(text, path));
+  const Scene scene = ParseScene(text, path);
   for (std::size_t o = 0; o < plan.organs.size(); ++o) {
     const OrganPlan& organ = plan.organs[o];
     bool same = organ.fate != OrganFate::kRigid || scene.organs[o].model == OrganModelType::kRigid;

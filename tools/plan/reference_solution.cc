@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kLevels[] = {12, 16, 24, 32, 48};
 constexpr int kMaxControlPoints = 15000;  // the next level may have three times as many
-constexpr double kEnough = 0.4;           // of the error asked for: doubt
-constexpr double kFiniteMatters = 0.5;    // of the error asked for
+constexpr double kEnough = 0.4;           // share of the demanded error that may remain uncertain
+constexpr double kFiniteMatters = 0.5;    // share of the demanded error
 
 OrganOptions CoarseModel(const OrganOptions& organ, StrainMeasure strain) {
   OrganOptions options = organ;
@@ -29,7 +29,7 @@ OrganOptions CoarseModel(const OrganOptions& organ, StrainMeasure strain) {
   return options;
 }
 
-// What finite strain adds to each case on a coarse lattice.
+// Returns the change that finite strain makes in each case, on a coarse lattice.
 std::vector<Points> FiniteDifferences(const OrganOptions& organ, const SurfaceMesh& rest,
                                       const OrganTouches& touches, double* share,
                                       std::vector<std::string>* remarks) {
@@ -42,8 +42,8 @@ std::vector<Points> FiniteDifferences(const OrganOptions& organ, const SurfaceMe
     const Points straight = StaticLoads(small, loads).Solve().vertex_displacements;
     if (bent.share < 1) {
       remarks->push_back("organ \"" + organ.name +
-                         "\": finite strain does not carry its loads; they are judged in small "
-                         "strain");
+                         "\": no equilibrium in finite strain under its loads; judged in "
+                         "small strain");
       return {};
     }
     differences.push_back(bent.vertex_displacements - straight);
@@ -85,8 +85,8 @@ ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const Surface
   }
   if (reference_solution.doubt > kEnough * error) {
     remarks->push_back("organ \"" + organ.name +
-                       "\": the finest lattice that is tried leaves more in doubt than 0.4 "
-                       "of the error asked for; the estimates hold only so far");
+                       "\": the finest lattice leaves an uncertainty above 0.4 of the "
+                       "demanded error; the estimates are no better than that");
   }
   const std::vector<Points> differences =
       FiniteDifferences(organ, rest, touches, &reference_solution.finite_share, remarks);
@@ -94,10 +94,10 @@ ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const Surface
   reference_solution.finite = matters && organ.energy.strain != StrainMeasure::kSmall;
   if (matters && !reference_solution.finite) {
     remarks->push_back("organ \"" + organ.name +
-                       "\": strain = \"small\" is taken at its word; finite "
-                       "strain would change the answer under these loads by " +
+                       "\": judged in small strain, as the scene says; finite strain "
+                       "would change the result by " +
                        Format("%.0f %%", 100 * reference_solution.finite_share) +
-                       "; give strain = \"finite\" to have it judged so");
+                       "; give strain = \"finite\" to include it");
   }
   for (std::size_t i = 0; reference_solution.finite && i < differences.size(); ++i) {
     reference_solution.displacements[i] += differences[i];

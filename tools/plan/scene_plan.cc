@@ -6,13 +6,14 @@
 #include "engine/base/error.h"
 #include "engine/mesh/mesh_facts.h"
 #include "engine/organ.h"
+#include "tools/session/scene_defaults.h"
 #include "tools/shared/static_case.h"
 #include "tools/shared/with_scene_path.h"
 
 namespace hpdm {
 namespace {
 
-// Contacts on each organ, worst case, by going through what each instrument may touch.
+// Finds the worst case of contacts per organ by trying every organ that each instrument may touch.
 void TryTouches(const std::vector<OrganPlan>& organs,
                 const std::vector<std::optional<std::size_t>>& points, std::size_t instrument,
                 std::size_t instruments, std::vector<std::size_t>* contacts, double* longest) {
@@ -47,7 +48,7 @@ bool CanBeRigid(const OrganOptions& organ, const SurfaceMesh& rest) {
   }
 }
 
-// The hand whose press is typical: the first that reaches the organ.
+// Scales the presses by a typical hand: the first that reaches the organ.
 void Scale(const Scene& scene, const OrganOptions& organ, const SurfaceMesh& rest,
            OrganTouches* touches) {
   if (touches->from_scene) return;
@@ -83,15 +84,17 @@ std::optional<PlanChoice> ChooseWithin(const std::vector<OrganPlan>& organs, dou
   return choice;
 }
 
-ScenePlan MakePlan(const Scene& scene, const PlanDemand& demand, double seconds,
-                   const std::function<void(const std::string&, const PlanPoint&)>& progress) {
+ScenePlan MakePlan(Scene scene, const PlanDemand& demand, double seconds,
+                   const std::function<void(const std::string&, const PlanPoint&)>& progress,
+                   const std::function<bool()>& stopped) {
   const TimingClock::time_point start = TimingClock::now();
   ScenePlan plan;
   plan.demand = demand;
   std::vector<SurfaceMesh> rests;
-  for (const OrganOptions& organ : scene.organs) {
+  for (OrganOptions& organ : scene.organs) {
     std::vector<std::string> repairs;
     rests.push_back(LoadPosedMesh(organ, &repairs));
+    HoldRear(scene, rests.back(), &organ);  // as in the session that will run
   }
   std::vector<OrganTouches> touches = FindTouches(scene, rests);
   if (std::none_of(touches.begin(), touches.end(),
@@ -116,14 +119,14 @@ ScenePlan MakePlan(const Scene& scene, const PlanDemand& demand, double seconds,
       const double left = seconds > 0 ? std::max(1.0, 1e3 * seconds - MillisecondsSince(start)) : 0;
       planned.points = SearchOrgan(
           organ, rests[o], planned.touches, planned.reference_solution,
-          {demand.error, demand.budget_us, left},
+          {demand.error, demand.budget_us, left, stopped},
           [&](const PlanPoint& point) { progress(organ.name, point); }, &plan.remarks);
     } else if (organ.model != OrganModelType::kRigid) {
       const bool can_be = CanBeRigid(organ, rests[o]);
       planned.fate = can_be ? OrganFate::kRigid : OrganFate::kAsItIs;
       plan.remarks.push_back(
           "organ \"" + organ.name + "\": no instrument reaches it; " +
-          (can_be ? "it becomes rigid" : "its mesh is open, so that it cannot become rigid"));
+          (can_be ? "it becomes rigid" : "its mesh is open, so it cannot become rigid"));
     }
   }
   plan.of_error = ChooseWithin(plan.organs, demand.error);

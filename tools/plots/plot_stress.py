@@ -41,7 +41,7 @@ def boundary(row):
     if not row["fails_from"]:
         return f"beyond {figure_of(row['utmost'])}{unit}"
     if not row["holds_to"]:
-        return f"not even {figure_of(row['easy'])}{unit}"
+        return "fails from the start"
     return f"to {figure_of(row['holds_to'])}{unit}"
 
 

@@ -27,8 +27,9 @@ StepSample AsLogged(const StepSample& sample) {
 // Runs the two production loops on one thread, in the log's order of events.
 class Player {
  public:
-  Player(const LoggedSession& log, double tolerance, Session* session)
+  Player(const LoggedSession& log, double tolerance, Session* session, ReplayViewer* viewer)
       : log_(log),
+        viewer_(viewer),
         session_(*session),
         haptics_(
             Instruments(), session->haptic_period_ns(),
@@ -107,6 +108,7 @@ class Player {
     }
     HapticSample replayed;
     session_.samples.Pop(&replayed);
+    if (viewer_ != nullptr) viewer_->OnTick(replayed);
     replay_.comparison.Compare(logged.sample, replayed, logged.has_output);
     if (logged.has_output) {
       ++replay_.ticks_compared;
@@ -146,6 +148,11 @@ class Player {
       session_.steps.Pop(&replayed);
       replay_.comparison.Compare(logged, AsLogged(replayed));
       ++replay_.steps_compared;
+      if (viewer_ != nullptr && !viewer_->OnStep(logged.step.time_ns)) {
+        replay_.stopped = true;
+        EndEarly("stopped by the user");
+        return false;
+      }
     }
     return true;
   }
@@ -153,6 +160,7 @@ class Player {
   void EndEarly(std::string why) { replay_.ended_early = std::move(why); }
 
   const LoggedSession& log_;
+  ReplayViewer* viewer_;
   Session& session_;
   std::vector<std::unique_ptr<ReplayDevice>> devices_;
   HapticLoop haptics_;
@@ -195,9 +203,10 @@ void RequireSameScene(const LoggedSession& log, const Session& session) {
                    "; give the log's own scene with --scene");
 }
 
-LogReplay ReplayLog(const LoggedSession& log, double tolerance, Session* session) {
+LogReplay ReplayLog(const LoggedSession& log, double tolerance, Session* session,
+                    ReplayViewer* viewer) {
   RequireSameScene(log, *session);
-  return Player(log, tolerance, session).Run();
+  return Player(log, tolerance, session, viewer).Run();
 }
 
 }  // namespace hpdm

@@ -30,6 +30,16 @@ class ForceDifferences {
   std::uint64_t count_ = 0;
 };
 
+/// Watches a session while it is replayed. The snapshots are on Session::render_scenes.
+class ReplayViewer {
+ public:
+  virtual ~ReplayViewer() = default;
+  /// A tick has been computed.
+  virtual void OnTick(const HapticSample& replayed) = 0;
+  /// A step of this session time has been computed. Returns false to end the replay.
+  virtual bool OnStep(Nanoseconds time_ns) = 0;
+};
+
 /// Returns the controls that a tick applied.
 SessionControl ControlOf(const HapticSample& sample);
 
@@ -46,6 +56,7 @@ struct LogReplay {
   std::uint64_t steps_logged = 0;
   std::uint64_t steps_compared = 0;
   std::string ended_early;  ///< Why the comparison ended before the log; empty if it did not.
+  bool stopped = false;     ///< The viewer ended it.
   int tool_count = 0;
   std::array<ForceDifference, kMaxInstruments> forces;
   Histogram tick_compute;  ///< Wall time of the replayed ticks, ns.
@@ -57,7 +68,8 @@ struct LogReplay {
 ///   3. each patch becomes visible at its logged tick.
 /// The state of both loops depends on everything before, so the comparison ends at the first tick
 /// that is missing in the log or that used a missing step. `session` is built from the log's scene
-/// and used up. Throws InputError if the log is of another scene. One thread.
-LogReplay ReplayLog(const LoggedSession& log, double tolerance, Session* session);
+/// and used up. `viewer` may be null. Throws InputError if the log is of another scene. One thread.
+LogReplay ReplayLog(const LoggedSession& log, double tolerance, Session* session,
+                    ReplayViewer* viewer = nullptr);
 
 }  // namespace hpdm

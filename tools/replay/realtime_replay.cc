@@ -113,7 +113,7 @@ class Meter {
   void Drain(SpscQueue<HapticSample>* samples) {
     for (HapticSample sample; samples->Pop(&sample);) Add(sample);
   }
-  // Returns the number after that of the last tick.
+  // Returns one more than the number of the last tick.
   std::uint64_t next_tick() const { return next_tick_; }
   void Report(RealtimeReplay* replay) const {
     replay->session = statistics_.Summary();

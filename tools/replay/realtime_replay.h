@@ -33,10 +33,11 @@ struct RealtimeReplay {
 RealtimeReplay PlayInRealTime(std::uint64_t ticks, Session* session);
 
 /// Plays a log in real time through the production haptic and deformation threads: the device
-/// samples each in their own period, pauses and exchanges a few periods late. This machine times the
-/// steps and patches, so the forces are close to the logged ones but not equal. A period that is
-/// missing in the log keeps the previous sample. `session` is built from the log's scene and used
-/// up. Throws InputError if the log is of another scene. Main thread; returns at the log's end.
+/// samples each in their own period, pauses and exchanges a few periods late. This machine times
+/// the steps and patches, so the forces are close to the logged ones but not equal. A period that
+/// is missing in the log keeps the previous sample. `session` is built from the log's scene and
+/// used up. Throws InputError if the log is of another scene. Main thread; returns at the log's
+/// end.
 RealtimeReplay ReplayInRealTime(const LoggedSession& log, Session* session);
 
 }  // namespace hpdm

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -12,8 +13,13 @@
 #include "tools/commands.h"
 #include "tools/replay/log_replay.h"
 #include "tools/replay/realtime_replay.h"
+#include "tools/replay/replay_film.h"
+#include "tools/replay/replay_report.h"
+#include "tools/replay/replay_view.h"
+#include "tools/replay/replay_window.h"
 #include "tools/session/device_choice.h"
 #include "tools/session/lockstep.h"
+#include "tools/session/picture_options.h"
 #include "tools/session/session_path.h"
 #include "tools/session/session_scene.h"
 #include "tools/shared/json_text.h"
@@ -31,7 +37,16 @@ struct ReplayOptions {
   std::string clock = "logged";
   double tolerance = 1e-9;
   bool json = false;
+  std::string film;  // empty: none
+  bool window = false;
+  double frames_per_second = 30;
+  ReplayViewOptions view;
+  bool view_given = false;  // an option of the view is on the command line
+
+  bool Shows() const { return window || !film.empty(); }
 };
+
+constexpr int kInterrupted = 130;  // exit code, as of a program that SIGINT ends
 
 Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   if (!options.scene.empty()) return LoadScene(options.scene);
@@ -45,194 +60,6 @@ Scene SceneOf(const ReplayOptions& options, const std::string& log) {
   } catch (const InputError& error) {
     throw InputError(std::string(error.what()) + "; or give the log's own scene with --scene");
   }
-}
-
-Json ForcesToJson(const Session& session, const std::array<ForceDifference, kMaxInstruments>& all) {
-  Json forces = Json::array();
-  for (std::size_t t = 0; t < session.scene().instruments.size(); ++t) {
-    forces.push_back({{"name", session.scene().instruments[t].name},
-                      {"rms_N", all[t].rms},
-                      {"peak_N", all[t].peak},
-                      {"logged_peak_N", all[t].logged_peak}});
-  }
-  return forces;
-}
-
-Json ToJson(const std::optional<FieldDifference>& difference) {
-  if (!difference) return nullptr;
-  Json json = {{difference->in_step ? "step" : "tick", difference->number}};
-  if (difference->tool >= 0) json["tool"] = difference->tool;
-  json["field"] = difference->field;
-  json["logged"] = difference->logged;
-  json["replayed"] = difference->replayed;
-  json["relative"] = difference->relative;  // null where infinite
-  return json;
-}
-
-std::string Line(const FieldDifference& difference) {
-  std::string where = (difference.in_step ? "step " : "tick ") + std::to_string(difference.number);
-  if (difference.tool >= 0) where += ", tool " + std::to_string(difference.tool);
-  return where + ", " + difference.field + ": logged " + difference.logged + ", replayed " +
-         difference.replayed;
-}
-
-const char* Verdict(const FieldComparison& comparison) {
-  if (comparison.first_beyond()) return "differs";
-  return comparison.first() ? "within_tolerance" : "identical";
-}
-
-Json Report(const LoggedSession& log, const Session& session, const LogReplay& replay) {
-  const FieldComparison& comparison = replay.comparison;
-  return {{"log", log.path()},
-          {"scene", session.scene().path.string()},
-          {"clock", "logged"},
-          {"result", Verdict(comparison)},
-          {"tolerance", comparison.tolerance()},
-          {"ticks",
-           {{"logged", replay.ticks_logged},
-            {"compared", replay.ticks_compared},
-            {"without_output", replay.ticks_without_output},
-            {"lost", replay.ticks_lost}}},
-          {"steps",
-           {{"logged", replay.steps_logged},
-            {"compared", replay.steps_compared},
-            {"behind_a_missing_one", log.steps_unusable()}}},
-          {"first_difference", ToJson(comparison.first())},
-          {"first_beyond_tolerance", ToJson(comparison.first_beyond())},
-          {"largest_difference", ToJson(comparison.largest())},
-          {"ended_early", replay.ended_early},
-          {"log_closed", log.closed()},
-          {"damage",
-           {{"segments", log.damaged_stretches()},
-            {"stretches", log.damaged_stretches()},  // deprecated: segments
-            {"bytes", log.damaged_bytes()}}},
-          {"forces", ForcesToJson(session, replay.forces)},
-          {"compute", ToJson(replay.tick_compute)}};
-}
-
-std::string ForceLines(const Json& report) {
-  std::string text;
-  for (const Json& force : report["forces"]) {
-    text += Format("%s: force difference %.3g N (RMS), at most %.3g N; logged peak %.3g N\n",
-                   force["name"].get<std::string>().c_str(), force["rms_N"].get<double>(),
-                   force["peak_N"].get<double>(), force["logged_peak_N"].get<double>());
-  }
-  return text;
-}
-
-std::string ReplayText(const LoggedSession& log, const LogReplay& replay, const Json& report) {
-  std::string text =
-      Format("replayed %s of %s ticks and %s of %s steps",
-             WithCommas(static_cast<long long>(replay.ticks_compared + replay.ticks_without_output))
-                 .c_str(),
-             WithCommas(static_cast<long long>(replay.ticks_logged)).c_str(),
-             WithCommas(static_cast<long long>(replay.steps_compared)).c_str(),
-             WithCommas(static_cast<long long>(replay.steps_logged)).c_str());
-  const FieldComparison& comparison = replay.comparison;
-  if (comparison.first_beyond()) {
-    text += Format(": beyond %g of the log's largest values\n", comparison.tolerance()) +
-            "first difference beyond it: " + Line(*comparison.first_beyond()) + "\n";
-  } else if (comparison.first()) {
-    text += Format(": within %g of the log's largest values, at most %.2g\n",
-                   comparison.tolerance(), comparison.largest()->relative) +
-            "first difference: " + Line(*comparison.first()) + "\n";
-  } else {
-    text += ": the same bit for bit\n";
-  }
-  if (!replay.ended_early.empty()) text += "ended early: " + replay.ended_early + "\n";
-  if (replay.ticks_lost > 0) {
-    text += Format("%llu ticks of the session are not in the log\n",
-                   static_cast<unsigned long long>(replay.ticks_lost));
-  }
-  if (replay.ticks_without_output > 0) {
-    text += Format("%llu ticks were not compared: their output is missing in the log\n",
-                   static_cast<unsigned long long>(replay.ticks_without_output));
-  }
-  if (log.damaged_stretches() > 0) {
-    text += Format("damaged log: skipped %llu bytes in %llu places\n",
-                   static_cast<unsigned long long>(log.damaged_bytes()),
-                   static_cast<unsigned long long>(log.damaged_stretches()));
-  }
-  if (!log.closed()) text += "the log's end is missing: the session was cut off\n";
-  text += ForceLines(report);
-  text += Format("tick: p50 %.1f us, p99 %.1f us\n", report["compute"]["p50_us"].get<double>(),
-                 report["compute"]["p99_us"].get<double>());
-  return text;
-}
-
-Json CountToJson(const TickCount& ticks) {
-  return {{"run", ticks.ticks},
-          {"skipped",
-           {{"total", ticks.skipped.Total()},
-            {"late_wake_up", ticks.skipped.late_wake_up},
-            {"long_compute", ticks.skipped.long_compute},
-            {"stalled", ticks.skipped.stalled}}}};
-}
-
-Json FeltToJson(const Session& session, const SessionSummary& summary) {
-  Json tools = Json::array();
-  for (int t = 0; t < summary.tool_count; ++t) {
-    const ToolSummary& tool = summary.tools[t];
-    tools.push_back({{"name", session.scene().instruments[t].name},
-                     {"peak_force_N", tool.peak_force},
-                     {"mean_force_N", tool.mean_force},
-                     {"contact_time_s", tool.contact_time},
-                     {"deepest_press_m", tool.deepest_press}});
-  }
-  return tools;
-}
-
-// Reports a recording that ran in real time. A log has forces to compare with; a trace has none.
-Json Report(const std::string& recording, const Session& session, const RealtimeReplay& replay,
-            bool of_log) {
-  Json realtime = Json::object();
-  for (const auto& [thread, report] : replay.realtime) realtime[thread] = report.Lines();
-  Json report = {{of_log ? "log" : "trace", recording},
-                 {"scene", session.scene().path.string()},
-                 {"clock", "real"},
-                 {"ticks", CountToJson(replay.haptic)},
-                 {"steps", CountToJson(replay.deformation)},
-                 {"latency",
-                  {{"wake_up", ToJson(replay.session.latencies[Latency::kHapticWakeUp])},
-                   {"compute", ToJson(replay.session.latencies[Latency::kHapticCompute])},
-                   {"period", ToJson(replay.session.latencies[Latency::kHapticPeriod])},
-                   {"patch_age", ToJson(replay.session.latencies[Latency::kPatchAge])}}},
-                 {"not_measured", replay.overflows},
-                 {"tools", FeltToJson(session, replay.session)}};
-  if (of_log) {
-    report["compared"] = replay.compared;
-    report["forces"] = ForcesToJson(session, replay.forces);
-  }
-  report["realtime"] = realtime;
-  return report;
-}
-
-std::string ToolLines(const Json& report) {
-  std::string text;
-  for (const Json& tool : report["tools"]) {
-    text += Format("%s: peak force %.3g N, mean %.3g N over %.1f s of contact\n",
-                   tool["name"].get<std::string>().c_str(), tool["peak_force_N"].get<double>(),
-                   tool["mean_force_N"].get<double>(), tool["contact_time_s"].get<double>());
-  }
-  return text;
-}
-
-std::string RealtimeText(const Json& report) {
-  const Json& ticks = report["ticks"];
-  std::string text = Format("%ld ticks in real time, %ld skipped; %ld deformation steps\n",
-                            ticks["run"].get<long>(), ticks["skipped"]["total"].get<long>(),
-                            report["steps"]["run"].get<long>());
-  for (const auto& [name, latency] : report["latency"].items()) {
-    text += Format("%-10s p50 %10.1f   p99 %10.1f   p99.9 %10.1f   max %10.1f us\n", name.c_str(),
-                   latency["p50_us"].get<double>(), latency["p99_us"].get<double>(),
-                   latency["p99_9_us"].get<double>(), latency["max_us"].get<double>());
-  }
-  text += ToolLines(report);
-  if (report.contains("forces")) text += ForceLines(report);
-  for (const auto& [thread, lines] : report["realtime"].items()) {
-    for (const Json& line : lines) text += thread + ": " + line.get<std::string>() + "\n";
-  }
-  return text;
 }
 
 void Print(const ReplayOptions& options, const Json& report, const std::string& text) {
@@ -274,7 +101,8 @@ void ReplayTrace(const ReplayOptions& options) {
   const auto ticks =
       static_cast<std::uint64_t>(session.trace_length() / session.haptic_period_ns()) + 1;
   if (options.clock == "real") {
-    const Json report = Report(options.log, session, PlayInRealTime(ticks, &session), false);
+    const Json report =
+        RealtimeReplayReport(options.log, session, PlayInRealTime(ticks, &session), false);
     return Print(options, report, RealtimeText(report));
   }
   const Json report = PlayInLockstep(options.log, ticks, &session);
@@ -284,30 +112,114 @@ void ReplayTrace(const ReplayOptions& options) {
             ToolLines(report));
 }
 
+// Replays the log and compares, while the window shows it or the film takes it. Returns the number
+// of the film's frames.
+std::uint64_t ReplayAndShow(const ReplayOptions& options, const LoggedSession& log,
+                            const std::optional<StopSignals>& signals,
+                            const std::optional<FilmFolder>& folder, Session* session,
+                            LogReplay* replay) {
+  RequireSameScene(log, *session);
+  if (options.window) {
+    ReplayWindow window(options.view, *signals, session);
+    *replay = ReplayLog(log, options.tolerance, session, &window);
+    if (!replay->stopped) window.StayOpen();
+    if (window.screenshots() > 0) {
+      std::cerr << "hpdm: " << window.screenshots() << " screenshots in "
+                << window.screenshot_folder().string() << "\n";
+    }
+  } else if (folder) {
+    const Nanoseconds end = log.steps().empty() ? 0 : log.steps().back().sample.step.time_ns;
+    ReplayFilm film(options.view, *folder, options.frames_per_second, end, *signals, session);
+    *replay = ReplayLog(log, options.tolerance, session, &film);
+    if (replay->stopped) {
+      std::cerr << "hpdm: " << options.film << ": not made: interrupted\n";
+      throw CheckFailed{kInterrupted};
+    }
+    return film.Finish();
+  } else {
+    *replay = ReplayLog(log, options.tolerance, session);
+  }
+  return 0;
+}
+
+void CheckOptions(const ReplayOptions& options) {
+  if (!options.Shows()) {
+    if (!options.view_given) return;
+    throw InputError("--view, --size and --overlay need --film FILE or --window");
+  }
+  if (fs::path(options.log).extension() == ".csv") {
+    throw InputError(options.log + ": a recorded motion is not shown; give a session");
+  }
+  if (options.clock == "real") throw InputError("--film and --window need --clock logged");
+  ParsePictureSize(options.view.size);
+}
+
 void ReplaySession(const ReplayOptions& options) {
+  std::optional<StopSignals> signals;  // before any thread
+  std::optional<FilmFolder> folder;
+  if (options.Shows()) signals.emplace();
+  if (!options.film.empty()) folder.emplace(options.film);
   const LoggedSession log(LogPathOf(options.log));
   Scene scene = SceneOf(options, log.path());
   // The session's own devices are not used: the log has their samples.
   std::vector<DeviceChoice> devices(scene.instruments.size());
   Session session(std::move(scene), std::move(devices));
   if (options.clock == "real") {
-    const Json report = Report(log.path(), session, ReplayInRealTime(log, &session), true);
+    const Json report =
+        RealtimeReplayReport(log.path(), session, ReplayInRealTime(log, &session), true);
     return Print(options, report, RealtimeText(report));
   }
-  const LogReplay replay = ReplayLog(log, options.tolerance, &session);
+  LogReplay replay;
+  const std::uint64_t frames = ReplayAndShow(options, log, signals, folder, &session, &replay);
   if (replay.ticks_compared == 0) {
     const std::string why =
         replay.ended_early.empty() ? "no tick has an output that can be read" : replay.ended_early;
     throw InputError(log.path() + ": nothing to compare (" + why +
                      "); give a log of this version that contains the session's beginning");
   }
-  const Json report = Report(log, session, replay);
-  Print(options, report, ReplayText(log, replay, report));
+  Json report = LogReplayReport(log, session, replay);
+  std::string text = ReplayText(log, replay, report);
+  if (!options.film.empty()) {
+    report["film"] = {
+        {"path", options.film}, {"frames", frames}, {"fps", options.frames_per_second}};
+    text += "film: " + options.film +
+            Format(" (%.1f s)\n", static_cast<double>(frames) / options.frames_per_second);
+  }
+  Print(options, report, text);
   if (replay.comparison.first_beyond()) throw CheckFailed();
 }
 
 void Replay(const ReplayOptions& options) {
+  CheckOptions(options);
   fs::path(options.log).extension() == ".csv" ? ReplayTrace(options) : ReplaySession(options);
+}
+
+// Returns the options that need --film or --window.
+std::vector<Option> AddViewOptions(Command replay, ReplayOptions* options) {
+  const Option window = replay.AddFlag("--window", options->window,
+                                       "Show the session in a window; the keys of the view are "
+                                       "those of `hpdm run --window` (F1 lists them), Esc ends");
+  Option film = replay.AddOption("--film", options->film,
+                                 "Make a film of the session: an MP4 file, which ffmpeg encodes");
+  film.Excludes(window);
+  replay.AddOption("--fps", options->frames_per_second, "Pictures per second of the film")
+      .From(1.0, 240.0)
+      .ShowDefault()
+      .Needs(film);
+  return {
+      replay
+          .AddOption("--view", options->view.view,
+                     "Where it is seen from: laparoscope (the scene's), front, behind, left, "
+                     "right, below, above (-y, +y, -x, +x, -z, +z), or X,Y,Z,X,Y,Z: position and "
+                     "target in m")
+          .ShowDefault(),
+      replay.AddOption("--size", options->view.size, "Picture size, WIDTHxHEIGHT").ShowDefault(),
+      replay
+          .AddOption("--overlay", options->view.overlays,
+                     "Overlays, separated by commas: force (0 to 2 N), contacts, lattice, text")
+          .SplitAt(',')
+          .OneOf({"force", "contacts", "lattice", "text"}),
+  };
 }
 
 }  // namespace
@@ -334,7 +246,12 @@ void AddReplayCommand(Command app) {
       .OneOf({"logged", "real"})
       .ShowDefault();
   replay.AddFlag("--json", options->json, "Print the report as JSON");
-  replay.OnRun([options] { Replay(*options); });
+  const std::vector<Option> of_view = AddViewOptions(replay, options.get());
+  replay.OnRun([options, of_view] {
+    options->view_given =
+        std::any_of(of_view.begin(), of_view.end(), [](const Option& one) { return one.Given(); });
+    Replay(*options);
+  });
 }
 
 }  // namespace hpdm

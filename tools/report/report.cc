@@ -9,6 +9,7 @@
 #include "tools/commands.h"
 #include "tools/report/fleet/fleet_command.h"
 #include "tools/report/metrics/report_json.h"
+#include "tools/report/metrics/session_comparison.h"
 #include "tools/report/metrics/session_files.h"
 #include "tools/report/metrics/session_metrics.h"
 #include "tools/report/page/report_page.h"
@@ -24,7 +25,7 @@ struct ReportOptions {
   std::string session;
   std::string out;
   std::string against;
-  double force_limit = kDefaultForceLimit;
+  HandlingLimits limits;
   bool json = false;
   FleetArguments fleet;
 };
@@ -33,7 +34,7 @@ void WritePage(const ReportOptions& options, SessionFiles* files, const SessionR
                const SessionReport* against) {
   LoadPictures(files);
   const std::string text = ReportPageText(reading, *files, against);
-  // Without --out the page goes beside the log, into a folder that may be a stranger's.
+  // Without --out the page is written beside the log, whose folder may be untrusted.
   const bool beside = options.out.empty();
   const fs::path folder = files->folder.empty() ? files->log.parent_path() : files->folder;
   const fs::path out = beside ? folder / "report.html" : fs::path(options.out);
@@ -51,12 +52,14 @@ void WritePage(const ReportOptions& options, SessionFiles* files, const SessionR
 }
 
 void Report(const ReportOptions& options) {
-  if (RunFleetCommand(options.fleet, options.session, options.out, options.force_limit)) return;
+  if (RunFleetCommand(options.fleet, options.session, options.out, options.limits)) return;
   SessionFiles files = FindSessionFiles(options.session);
-  const SessionReading reading = ReadSession(files, options.force_limit);
+  const SessionReading reading = ReadSession(files, options.limits.force, options.limits.depth);
   std::optional<SessionReport> against;
   if (!options.against.empty()) {
-    against = ReadSession(FindSessionFiles(options.against), options.force_limit).report;
+    against =
+        ReadSession(FindSessionFiles(options.against), options.limits.force, options.limits.depth)
+            .report;
   }
   // --json without --out writes no page.
   if (!options.json || !options.out.empty()) {
@@ -64,9 +67,17 @@ void Report(const ReportOptions& options) {
   }
   if (options.json) {
     nlohmann::ordered_json json = ToJson(reading.report);
-    if (against) json["against"] = ToJson(*against);
+    if (against) {
+      json["against"] = ToJson(*against);
+      json["comparison"] = ComparisonToJson(reading.report, *against);
+    }
     std::printf("%s\n", JsonText(json).c_str());
     return;
+  }
+  if (against) {
+    for (const std::string& warning : CompareTasks(reading.report, *against).warnings) {
+      std::fprintf(stderr, "hpdm: note: --against: %s\n", OneLine(warning).c_str());
+    }
   }
   for (const std::string& fault : reading.report.health.Faults()) {
     std::fprintf(stderr, "hpdm: %s: %s\n", OneLine(files.log.string()).c_str(), fault.c_str());
@@ -83,9 +94,14 @@ void AddReportCommand(Command app) {
   report.AddOption("session", options->session, "A session's folder, or its log");
   report.AddOption("--out", options->out, "HTML file [report.html beside the log]");
   report
-      .AddOption("--force-limit", options->force_limit,
+      .AddOption("--force-limit", options->limits.force,
                  "Force limit, N; reports time above it (tools/report/README.md)")
       .From(1e-6, 1e6)
+      .ShowDefault();
+  report
+      .AddOption("--depth-limit", options->limits.depth,
+                 "Depth limit of a press, m; reports time deeper than it")
+      .From(1e-6, 10)
       .ShowDefault();
   Option against = report.AddOption("--against", options->against,
                                     "Another session's folder or log to compare with");

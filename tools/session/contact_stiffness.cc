@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/step/tool_tracker.h"
+#include "engine/step/tip_press.h"
 #include "tools/shared/report_text.h"
 
 namespace hpdm {
@@ -12,7 +12,7 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
   const int count = static_cast<int>(rest.vertices.rows());
   Eigen::VectorXd stiffness(count);
   std::unique_ptr<Relaxation> relaxation;
-  if (instrument.reaction == ReactionType::kLattice && organ.lattice()) {
+  if (instrument.reaction == ReactionType::kLattice && organ.lattice_organ() != nullptr) {
     relaxation = organ.MakeRelaxation(organ.RefinementSlots(1));
   }
   if (relaxation == nullptr || relaxation->compliance() == nullptr) {
@@ -24,7 +24,7 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
     }
     return stiffness;
   }
-  const double radius = std::max(instrument.tip_radius, ToolTracker::kMinKernelRadius);
+  const double radius = std::max(instrument.geometry.tip_radius, TipPress::kMinKernelRadius);
   for (int v = 0; v < count; ++v) {
     const SurfacePoint at = organ.topology().AtVertex(rest.triangles, v);
     const Matrix3d C = relaxation->compliance()->PointCompliance(organ.LatticeRow(v)) +
@@ -46,7 +46,7 @@ std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
   for (Eigen::Index v = 0; v < stiffness.size(); ++v) {
     const Vector3d p_W = organ.rest().vertices.row(v), n_W = organ.rest_normals().row(v);
     if (n_W.dot(kinematics.p_trocar_W() - p_W) <= 0) continue;
-    const auto pose = kinematics.Inverse(p_W + instrument.tip_radius * n_W, 0, 1);
+    const auto pose = kinematics.Inverse(p_W + instrument.geometry.tip_radius * n_W, 0, 1);
     if (!pose.reachable) continue;
     const Matrix3d J = kinematics.Jacobian(pose.joints);
     for (int axis = 0; axis < 3; ++axis) {
@@ -76,6 +76,16 @@ std::string StiffnessRemark(const std::string& instrument, const std::string& or
       unstable ? "stably without a damping hand" : "passively",
       unstable || contact.limit.passivity > 0.99 * contact.limit.stability ? "damping"
                                                                            : "damping or friction");
+}
+
+std::string FaintRemark(const std::string& instrument, const std::string& organ,
+                        const StiffestContact& contact) {
+  constexpr double kFelt = 0.05 / 0.01;  // N/m
+  if (contact.stiffness >= kFelt) return "";
+  return Format(
+      "instrument \"%s\": organ \"%s\" resists with at most %.1f N/m: nothing will be felt; add an "
+      "[[organ.support]] or raise material.young",
+      instrument.c_str(), organ.c_str(), contact.stiffness);
 }
 
 const char* AxisName(int axis) {

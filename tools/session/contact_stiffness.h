@@ -44,6 +44,11 @@ std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
 std::string StiffnessRemark(const std::string& instrument, const std::string& organ,
                             const StiffestContact& contact);
 
+/// Returns one line for the user if even this contact gives less than 0.05 N at a depth of 10 mm,
+/// which a hand hardly feels, else an empty string.
+std::string FaintRemark(const std::string& instrument, const std::string& organ,
+                        const StiffestContact& contact);
+
 const char* AxisName(int axis);
 
 }  // namespace hpdm

@@ -10,8 +10,8 @@
 namespace hpdm {
 namespace {
 
-// The signals that end a program by default, but for SIGKILL, those that ask for a clean end
-// (stop_signals.h), and SIGPIPE and SIGXFSZ, which a session ignores.
+// Signals that end a program by default. Not among them: SIGKILL; requests for a clean end
+// (stop_signals.h); SIGPIPE and SIGXFSZ, which a session ignores.
 constexpr int kSignals[] = {SIGABRT, SIGALRM, SIGBUS,    SIGFPE,  SIGILL, SIGIO,
                             SIGPROF, SIGPWR,  SIGQUIT,   SIGSEGV, SIGSYS, SIGTRAP,
                             SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU};

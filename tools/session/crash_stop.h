@@ -4,10 +4,10 @@
 
 namespace hpdm {
 
-/// Takes the forces of a haptic loop's devices away at once when the program crashes: on each
-/// signal that would end it, which std::terminate, std::abort and HPDM_CHECK come to as well, and
-/// on std::exit. The program then ends as it would have done. Signals that are ignored or have a
-/// handler of their own keep that.
+/// Removes the forces of a haptic loop's devices when the program crashes or calls std::exit. It
+/// handles each signal that would end the program; std::terminate, std::abort and HPDM_CHECK raise
+/// one. The program then ends as it would without this class. Signals that are ignored or have
+/// another handler are left alone.
 ///
 /// SIGKILL cannot be caught: a driver's watchdog ends the force then (haptics/README.md).
 ///

@@ -13,8 +13,8 @@ InstrumentMeshes LoadInstrumentMeshes(const InstrumentDescription& instrument) {
     }
     meshes.pivot = instrument.jaws.pivot;
     meshes.opening = instrument.jaws.opening;
-  } else if (instrument.tip_radius == kInstrumentRadius &&
-             instrument.shaft_radius == kInstrumentRadius) {
+  } else if (instrument.geometry.tip_radius == kInstrumentRadius &&
+             instrument.geometry.shaft_radius == kInstrumentRadius) {
     meshes = MakeInstrument(instrument.type);
   }
   if (instrument.insulated_from) meshes.insulated_from = *instrument.insulated_from;
@@ -23,8 +23,7 @@ InstrumentMeshes LoadInstrumentMeshes(const InstrumentDescription& instrument) {
 
 InstrumentVisual VisualOf(const InstrumentDescription& instrument, const InstrumentMeshes& meshes) {
   InstrumentVisual visual;
-  visual.tip_radius = instrument.tip_radius;
-  visual.shaft_radius = instrument.shaft_radius;
+  visual.geometry = instrument.geometry;
   visual.insulated_from = meshes.insulated_from;
   if (meshes.rigid.triangles.rows() == 0) return visual;
   visual.parts.push_back({.mesh = &meshes.rigid});

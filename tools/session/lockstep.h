@@ -11,9 +11,9 @@ namespace hpdm {
 
 /// The lockstep clock of a haptic and a deformation loop: one thread, virtual time.
 ///
-/// Step j takes the tool state of tick ceil(j haptic_hz / deformation_hz). Its patch becomes visible
-/// patch_delay_ticks later. The step is computed only then, from the state saved at its start; the
-/// result is the same.
+/// Step j takes the tool state of tick ceil(j haptic_hz / deformation_hz). Its patch becomes
+/// visible patch_delay_ticks later. The step is computed only then, from the state saved at its
+/// start; the result is the same.
 ///
 ///     while (...) { clock.StepIfDue(); clock.Tick(); }
 ///     clock.RampOut();  // where a device displays the force

@@ -1,8 +1,11 @@
 #include "tools/session/run_summary.h"
 
+#include <algorithm>
+#include <cctype>
 #include <string_view>
 #include <thread>
 
+#include "engine/base/text_list.h"
 #include "tools/shared/json_text.h"
 #include "tools/shared/machine_facts.h"
 #include "tools/shared/report_text.h"
@@ -130,6 +133,23 @@ std::string AgeLine(const char* name, const Json& age) {
                 age["p99_9_us"].get<double>() / 1000, age["max_us"].get<double>() / 1000);
 }
 
+std::string CausesOf(const Json& skipped) {
+  return Format(": late wake-up %ld, long computing %ld, CPU steal %ld",
+                skipped["late_wake_up"].get<long>(), skipped["long_compute"].get<long>(),
+                skipped["stalled"].get<long>());
+}
+
+// Returns the word as a shell takes it.
+std::string ShellWord(const std::string& word) {
+  const auto plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("/._-+=:@,").find(c) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
 // The session's wake-ups beside those of an empty loop, to separate a bad machine from a bad
 // program.
 std::string MachineLines(const Json& summary) {
@@ -161,7 +181,8 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
   Json summary = {{"scene", session.scene().name},
                   {"clock", record.lockstep ? "lockstep" : "real"},
                   {"seconds", seconds},
-                  {"interrupted", record.interrupted},
+                  {"ended_by", record.ended_by_user ? "user" : "length"},
+                  {"interrupted", record.ended_by_user},  // deprecated
                   {"haptic", HapticToJson(record, results)},
                   {"deformation", DeformationToJson(record, results)}};
   if (render != nullptr) summary["render"] = RenderToJson(*render, results, seconds);
@@ -186,19 +207,48 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
   return summary;
 }
 
-std::string ReadableSummary(const Json& summary) {
+std::string BriefSummary(const Json& summary, const std::string& folder,
+                         const std::string& program) {
+  std::string text = Format("%s: %.1f s%s\n", summary["scene"].get<std::string>().c_str(),
+                            summary["seconds"].get<double>(),
+                            summary["ended_by"] == "user" ? ", ended by you" : "");
+  std::string peaks;
+  for (const Json& tool : summary["tools"]) {
+    const std::string name = tool["name"];
+    AppendToList(
+        tool["contact_time_s"].get<double>() > 0
+            ? Format("%s %.2f N, %.1f mm deep", name.c_str(), tool["peak_force_N"].get<double>(),
+                     1000 * tool["deepest_press_m"].get<double>())
+            : name + " touched nothing",
+        &peaks, "; ");
+  }
+  if (!peaks.empty()) text += "peak: " + peaks + "\n";
+  const Json& skipped = summary["haptic"]["skipped"];
+  if (const long missed = skipped["total"].get<long>(); missed > 0) {
+    const long all = missed + summary["haptic"]["ticks"].get<long>();
+    text +=
+        "ticks missed: " + WithCommas(missed) + " of " + WithCommas(all) + CausesOf(skipped) + "\n";
+  }
+  if (const long lost = summary["log"]["ticks_lost"].get<long>(); lost > 0) {
+    text += "log: " + WithCommas(lost) + " ticks lost\n";
+  }
+  if (const std::string failure = summary.value("/render/failure"_json_pointer, std::string());
+      !failure.empty()) {
+    text += "picture: " + failure + "\n";
+  }
+  return text + "session folder: " + folder + "\nnext: " + ShellWord(program) + " report " +
+         ShellWord(folder) + "\n";
+}
+
+std::string VerboseSummary(const Json& summary) {
   std::string text =
-      Format("%s: %.1f s on the %s clock%s\n", summary["scene"].get<std::string>().c_str(),
-             summary["seconds"].get<double>(), summary["clock"].get<std::string>().c_str(),
-             summary["interrupted"].get<bool>() ? ", interrupted" : "");
+      Format("%s: %.1f s on the %s clock\n", summary["scene"].get<std::string>().c_str(),
+             summary["seconds"].get<double>(), summary["clock"].get<std::string>().c_str());
   const bool timed = summary["clock"] != "lockstep";
   text += LoopLine("haptic", summary["haptic"], "ticks", timed);
   const Json& skipped = summary["haptic"]["skipped"];
   if (skipped["total"].get<long>() > 0) {
-    text += Format(
-        "             skipped because of: late wake-up %ld, long computing %ld, CPU steal %ld\n",
-        skipped["late_wake_up"].get<long>(), skipped["long_compute"].get<long>(),
-        skipped["stalled"].get<long>());
+    text += "             skipped because of" + CausesOf(skipped) + "\n";
   }
   text += LoopLine("deformation", summary["deformation"], "steps", timed);
   if (summary.contains("render")) {

@@ -19,7 +19,7 @@ namespace hpdm {
 
 /// Results of the threads of a run.
 struct RunRecord {
-  bool interrupted = false;  ///< Ended early by a signal or in the window.
+  bool ended_by_user = false;  ///< By a signal or in the window, before its length was over.
   bool lockstep = false;
   TickCount haptic;
   TickCount deformation;
@@ -39,7 +39,13 @@ nlohmann::ordered_json RunSummary(const Session& session, const RunRecord& recor
                                   const std::vector<std::string>& command_line,
                                   const SessionFolder& folder);
 
-/// Returns the same in a few lines for people.
-std::string ReadableSummary(const nlohmann::ordered_json& summary);
+/// Returns what a person wants to know first, in four or five lines: time, peak force and depth of
+/// each instrument, ticks missed if any, the folder, and the command that reports on it. Losses of
+/// the log and of the picture have a line each. `program`: how hpdm was called.
+std::string BriefSummary(const nlohmann::ordered_json& summary, const std::string& folder,
+                         const std::string& program);
+
+/// Returns rates, latencies, forces, the log and the real-time state in lines for people.
+std::string VerboseSummary(const nlohmann::ordered_json& summary);
 
 }  // namespace hpdm

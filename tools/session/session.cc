@@ -6,6 +6,7 @@
 
 #include "engine/base/check.h"
 #include "engine/base/error.h"
+#include "engine/tissue/support.h"
 #include "haptics/device/external_device.h"
 #include "haptics/device/sim_device.h"
 #include "haptics/device/simulated_hand.h"
@@ -13,6 +14,8 @@
 #include "render/overlay/overlay_renderer.h"
 #include "tools/session/hand_site.h"
 #include "tools/session/instrument_meshes.h"
+#include "tools/session/scene_defaults.h"
+#include "tools/session/trace_remark.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/static_case.h"
 #include "tools/shared/with_scene_path.h"
@@ -22,44 +25,13 @@ namespace {
 
 constexpr double kMouseStart = 0.03;  // m, from a mouse's first position to the tissue
 
-// Describes the playback of a trace in one line.
-std::string TraceRemark(const TraceFile& file, const TraceMotion& motion,
-                        const TraceMapping& mapping, const TraceDevice& device, bool fitted) {
-  std::string remark =
-      Format("plays %.1f s, %zu rows", ToSeconds(device.duration()), file.rows.size());
-  if (file.place == TracePlace::kTip) {
-    const Vector3d& p = mapping.position_W;
-    remark += Format(" (%zu places), up to %.3f m/s, file's origin at [%.4f, %.4f, %.4f]%s",
-                     motion.places().size(), mapping.speed * mapping.scale * motion.fastest(),
-                     p.x(), p.y(), p.z(), fitted ? " (fitted)" : "");
-  } else if (file.place == TracePlace::kNone) {
-    remark += ", the tip does not move";
+std::vector<ToolGeometry> GeometriesOf(const InstrumentOptions& instrument) {
+  std::vector<ToolGeometry> geometries;
+  for (int held = 0; held < instrument.HeldCount(); ++held) {
+    geometries.push_back(instrument.Held(held).geometry);
+    geometries.back().can_grasp = instrument.Held(held).type == InstrumentType::kGrasper;
   }
-  if (const TraceMotion::Gaps gaps = motion.gaps(); gaps.count > 0) {
-    remark += Format("; %zu gap%s, the longest %.2f s, bridged by a smooth motion", gaps.count,
-                     gaps.count == 1 ? "" : "s", ToSeconds(gaps.longest_ns));
-  }
-  if (const double share = device.ClampedShare(); share > 0) {
-    remark += Format(
-        "; %.2g %% of the rows are outside the device's workspace and clamped: move the trace with "
-        "instrument.trace",
-        100 * share);
-  }
-  for (std::size_t i = 0; i < file.unread_columns.size(); ++i) {
-    remark += (i == 0 ? "; not read: " : ", ") + file.unread_columns[i];
-  }
-  return remark + " [" + file.path + "]";
-}
-
-std::vector<ToolGeometry> ExchangesOf(const InstrumentOptions& instrument) {
-  std::vector<ToolGeometry> exchanges;
-  for (const InstrumentDescription& held : instrument.exchanges) {
-    exchanges.push_back({.tip_radius = held.tip_radius,
-                         .shaft_radius = held.shaft_radius,
-                         .friction = held.friction,
-                         .can_grasp = held.type == InstrumentType::kGrasper});
-  }
-  return exchanges;
+  return geometries;
 }
 
 // A quarter of the reference's largest displacement, so that errors of a few per cent are visible.
@@ -69,7 +41,7 @@ double ErrorScale(const Points& reference) {
 
 }  // namespace
 
-Session::Session(Scene scene, std::vector<DeviceChoice> devices)
+Session::Session(Scene scene, std::vector<DeviceChoice> devices, const Progress& progress)
     : samples(2 * static_cast<std::size_t>(scene.timing.haptic_hz)),
       steps(2 * static_cast<std::size_t>(scene.timing.deformation_hz)),
       external_forces(64),
@@ -79,10 +51,10 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices)
   HPDM_CHECK(choices_.size() == scene_.instruments.size());
   ReadTraces();
   ReadPictures();
-  BuildOrgans();
+  BuildOrgans(progress);
   BuildInstruments();
-  WithScenePath(scene_, [this] {
-    CompareStiffness();
+  WithScenePath(scene_, [&] {
+    CompareStiffness(progress);
     BuildWalls();
   });
   const int tools = static_cast<int>(scene_.instruments.size());
@@ -107,10 +79,17 @@ void Session::ReadPictures() {
   }
 }
 
-void Session::BuildOrgans() {
+void Session::BuildOrgans(const Progress& progress) {
   organs_.reserve(scene_.organs.size());
-  for (const OrganOptions& options : scene_.organs) {
+  Eigen::AlignedBox3d around;
+  for (OrganOptions& options : scene_.organs) {
+    if (progress) {
+      progress(Format("organ %s (%zu of %zu)", options.name.c_str(), organs_.size() + 1,
+                      scene_.organs.size()));
+    }
     SurfaceMesh rest = LoadPosedMesh(options, &remarks_);
+    const std::string held = HoldRear(scene_, rest, &options);
+    if (!held.empty()) remarks_.push_back(held);
     WithScenePath(scene_, [&] { organs_.emplace_back(options, std::move(rest)); });
     if (!options.texture.empty() && organs_.back().rest().texture_coordinates.rows() == 0) {
       throw InputError(options.mesh + ": has no texture coordinates, but organ \"" + options.name +
@@ -119,13 +98,19 @@ void Session::BuildOrgans() {
     references_.emplace_back(0, 3);
     const std::vector<std::string>& warnings = organs_.back().warnings();
     remarks_.insert(remarks_.end(), warnings.begin(), warnings.end());
+    const Box bounds = AxisAlignedBounds(organs_.back().rest().vertices);
+    around.extend(bounds.min);
+    around.extend(bounds.max);
   }
+  LookAtOrgans({around.min(), around.max()}, &scene_.laparoscope);
 }
 
 void Session::BuildInstruments() {
   for (const InstrumentOptions& instrument : scene_.instruments) {
     for (const OrganModel& organ : organs_) {
-      if (instrument.reaction == ReactionType::kPaper || organ.lattice() || organ.rigid()) continue;
+      if (instrument.reaction == ReactionType::kPaper || organ.lattice_organ() != nullptr ||
+          organ.rigid())
+        continue;
       remarks_.push_back(
           "instrument \"" + instrument.name + "\": organ \"" + organ.options().name +
           "\" has no lattice that gives a force; its force is that of the default springs of "
@@ -188,6 +173,7 @@ std::unique_ptr<Device> Session::BuildTraceDevice(std::size_t instrument, const 
   const InstrumentOptions& options = scene_.instruments[instrument];
   const TraceFile& file = traces_[instrument];
   const TraceMotion motion(file.rows);
+  RefuseWrongScale(file, motion, options.trace.scale);
   TraceMapping mapping{.scale = options.trace.scale,
                        .R_WF = options.trace.R_WF,
                        .position_W = options.trace.position.value_or(Vector3d::Zero()),
@@ -208,18 +194,22 @@ bool Session::HasExternalDevice() const {
                      [](const auto* readings) { return readings != nullptr; });
 }
 
-void Session::CompareStiffness() {
+void Session::CompareStiffness(const Progress& progress) {
   const double period = ToSeconds(haptic_period_ns());
   for (std::size_t i = 0; i < kinematics_.size(); ++i) {
     const InstrumentOptions& instrument = scene_.instruments[i];
+    if (progress) progress("instrument " + instrument.name);
     for (const OrganModel& organ : organs_) {
       if (organ.rigid()) continue;
       const auto stiffest =
           FindStiffestContact(organ, instrument, kinematics_[i], period, instrument.device.delay);
       if (!stiffest) continue;
       contacts_.push_back({instrument.name, organ.options().name, *stiffest});
-      const std::string remark = StiffnessRemark(instrument.name, organ.options().name, *stiffest);
-      if (!remark.empty()) remarks_.push_back(remark);
+      for (const std::string& remark :
+           {StiffnessRemark(instrument.name, organ.options().name, *stiffest),
+            FaintRemark(instrument.name, organ.options().name, *stiffest)}) {
+        if (!remark.empty()) remarks_.push_back(remark);
+      }
     }
   }
 }
@@ -272,8 +262,8 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
     PassivityOptions passivity;
     passivity.control = options.device.passivity_control;
     passivity.device = AxesOf(options.device);
-    instruments.push_back({devices_[i].get(), kinematics_[i], options.tip_radius, guard,
-                           options.friction, passivity, ExchangesOf(options)});
+    instruments.push_back(
+        {devices_[i].get(), kinematics_[i], GeometriesOf(options), guard, passivity});
   }
   return instruments;
 }
@@ -282,14 +272,11 @@ std::vector<ToolOptions> Session::DeformationTools() const {
   std::vector<ToolOptions> tools;
   for (std::size_t i = 0; i < scene_.instruments.size(); ++i) {
     const InstrumentOptions& options = scene_.instruments[i];
-    tools.push_back({.tip_radius = options.tip_radius,
-                     .shaft_radius = options.shaft_radius,
-                     .can_grasp = options.type == InstrumentType::kGrasper,
+    tools.push_back({.geometries = GeometriesOf(options),
                      .prefetch = 1.5 / scene_.timing.deformation_hz,
                      .reaction = options.reaction,
                      .k1 = options.k1,
-                     .k2 = options.k2,
-                     .exchanges = ExchangesOf(options)});
+                     .k2 = options.k2});
     if (!walls_.empty()) tools.back().wall_stiffness = walls_[i].stiffness;
   }
   return tools;
@@ -358,6 +345,7 @@ StatusNames Session::Names() const {
   StatusNames names;
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
+    names.trocars_W.push_back(options.p_trocar_W);
     std::vector<std::string>& held = names.instruments.emplace_back();
     for (int e = 0; e < options.HeldCount(); ++e) held.push_back(options.Held(e).name);
   }
@@ -374,8 +362,8 @@ SessionInfo Session::Info() const {
   for (const OrganModel& organ : organs_) {
     info.organs.push_back(
         {organ.options().name, organ.rest().vertices, organ.rest().triangles, std::nullopt});
-    if (!organ.lattice()) continue;
-    const Lattice& lattice = *organ.lattice();
+    if (organ.lattice_organ() == nullptr) continue;
+    const Lattice& lattice = organ.lattice_organ()->lattice();
     const TensorBasis& basis = lattice.basis();
     LatticeDescription description;
     description.basis = basis.axis(0).type();

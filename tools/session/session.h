@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,8 +34,10 @@ class Session {
  public:
   /// Builds the session of `scene` with the scene's own devices. Throws InputError.
   explicit Session(const Scene& scene) : Session(scene, ChooseDevices({}, scene.instruments)) {}
-  /// The same with a chosen device for each instrument.
-  Session(Scene scene, std::vector<DeviceChoice> devices);
+  /// Hears, before each slow part of the construction, what is being built.
+  using Progress = std::function<void(const std::string& what)>;
+  /// The same with a chosen device for each instrument. `progress` may be null.
+  Session(Scene scene, std::vector<DeviceChoice> devices, const Progress& progress = nullptr);
 
   /// Reads the displacements that kOverlayError compares an organ with. `argument` is "FILE", or
   /// "ORGAN=FILE" if there are several organs. Throws InputError if the organ is unknown or the
@@ -103,9 +106,9 @@ class Session {
  private:
   void ReadTraces();
   void ReadPictures();
-  void BuildOrgans();
+  void BuildOrgans(const Progress& progress);
   void BuildInstruments();
-  void CompareStiffness();
+  void CompareStiffness(const Progress& progress);
   void BuildWalls();
   std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
   std::unique_ptr<Device> BuildTraceDevice(std::size_t instrument, const HandSite& site);

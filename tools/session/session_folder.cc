@@ -9,11 +9,12 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/base/quoted_token.h"
 #include "scenes/generator/meshing/obj_writer.h"
 #include "scenes/loader/file_hash.h"
-#include "scenes/loader/toml_document.h"
 #include "tools/session/session_path.h"
 #include "tools/shared/staged_file.h"
 
@@ -57,14 +58,12 @@ SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
                              const std::vector<std::string>& traces)
     : path_(path) {
   std::error_code error;
-  fs::create_directories(path_, error);
+  created_ = fs::create_directories(path_, error);
   if (error) {
     throw InputError(path_.string() + ": cannot be created (" + error.message() +
                      "); choose another folder with --out");
   }
-  if (fs::exists(File(kSessionLogName), error)) {
-    throw InputError(path_.string() + ": already has a session; choose another folder with --out");
-  }
+  RefuseExisting(path_);
   folder_descriptor_ = open(path_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   for (const SceneFile& file : scene.files) {
     std::string copy = file.copy;
@@ -104,6 +103,30 @@ void SessionFolder::Reserve() {
   if (error == ENOSPC || error == EDQUOT) FailToWrite(path_, error);
 }
 
+void SessionFolder::RefuseExisting(const fs::path& path) {
+  std::error_code ignored;
+  const std::string remedy = "; leave --out out to get a new folder, or name another";
+  if (fs::exists(path / kSessionLogName, ignored)) {
+    throw InputError(path.string() + ": already has a session" + remedy);
+  }
+  for (const std::string_view name : kOwnNames) {
+    // Copies are compared with what is there already (Keep, WriteScene).
+    if (name == kFilesFolder || name == "scene.toml") continue;
+    if (!fs::exists(fs::symlink_status(path / name, ignored))) continue;
+    throw InputError((path / name).string() + ": exists, and a session would replace it" + remedy);
+  }
+}
+
+void SessionFolder::Discard() {
+  std::error_code ignored;
+  if (!Finish()) return;
+  if (created_) {
+    fs::remove_all(path_, ignored);
+  } else {  // others' files stay
+    for (const char* name : {kSessionLogName, "timeline.csv"}) fs::remove(File(name), ignored);
+  }
+}
+
 bool SessionFolder::Finish() {
   if (reserve_descriptor_ >= 0) close(reserve_descriptor_);
   reserve_descriptor_ = -1;
@@ -127,7 +150,7 @@ void SessionFolder::Keep(const std::string& name, const fs::path& from, std::str
   const fs::path to = File(copy).lexically_normal();
   std::error_code error;
   fs::create_directories(to.parent_path(), error);
-  // An existing file may be this one: it has two names, or the scene's own folder is --out.
+  // The target may exist already: a file has two names, or --out is the scene's own folder.
   if (!error && !fs::exists(to, error)) fs::copy_file(from, to, error);
   if (error) FailToWrite(to, error.value());
   KeptFile& kept = files_.emplace_back(KeptFile{name, copy, Sha256OfFile(to)});

@@ -26,16 +26,17 @@ struct KeptFile {
 ///     summary.json     results of the session, and its command line
 ///     timeline.csv     force and depth at 100 Hz, timeline.png its plot
 ///     latency.csv      distributions of the latencies, latency.png their plot (real clock)
-///     deepest.png      the picture at the deepest contact, last.png the last one
+///     deepest.png      the picture of the deepest press, if a tip pressed; last.png the last one
 ///     frames/          pictures at --fps
 ///     screenshots/     pictures that a window's user took
 ///
-/// Nothing is ever overwritten. During the session some space is reserved, so that a disk that fills
-/// up still has room for the summary. The folder may be renamed during the session.
+/// Nothing is ever overwritten. During the session some space is reserved, so that a disk that
+/// fills up still has room for the summary. The folder may be renamed during the session.
 class SessionFolder {
  public:
-  /// Creates the folder with the scene and copies of its files and of `traces`. Throws InputError if
-  /// the folder cannot be written, already has a session, or has another file of one of the names.
+  /// Creates the folder with the scene and copies of its files and of `traces`. Throws InputError
+  /// if the folder cannot be written, already has a session, or has another file of one of the
+  /// names.
   SessionFolder(const std::filesystem::path& path, const Scene& scene,
                 const std::vector<std::string>& traces = {});
 
@@ -47,7 +48,15 @@ class SessionFolder {
   /// Returns false if the folder was deleted.
   bool Finish();
 
-  /// Returns out/session_1, or the same with the first number after it that is free.
+  /// Deletes the folder; if others made it, only its log and timeline. For a session that ended
+  /// before its first tick.
+  void Discard();
+
+  /// Throws InputError if the folder already has a session, or a file that a session would replace.
+  /// Reads only, so that it can be asked before a long set-up.
+  static void RefuseExisting(const std::filesystem::path& path);
+
+  /// Returns out/session_N with the first free number N from 1.
   static std::filesystem::path FreeName();
 
   const std::filesystem::path& path() const { return path_; }
@@ -61,6 +70,7 @@ class SessionFolder {
   void Reserve();
 
   std::filesystem::path path_;
+  bool created_ = false;  // the folder did not exist before
   std::vector<KeptFile> files_;
   int folder_descriptor_ = -1;
   int reserve_descriptor_ = -1;

@@ -8,9 +8,9 @@ namespace hpdm {
 /// Name of the log in a session's folder.
 inline constexpr char kSessionLogName[] = "session.lcmlog";
 
-/// Returns the path of a file inside the folder. Returns an empty path if the file is missing, not a
-/// regular file, or a link out of the folder: a session folder may come from anyone, so files that
-/// it links to elsewhere are not read.
+/// Returns the path of a file inside the folder. Returns an empty path if the file is missing, not
+/// a regular file, or a link out of the folder: a session folder may come from anyone, so files
+/// that it links to elsewhere are not read.
 std::filesystem::path FileInside(const std::filesystem::path& folder,
                                  const std::filesystem::path& name);
 

@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/quoted_token.h"
 #include "scenes/loader/scene_files.h"
-#include "scenes/loader/toml_document.h"
 #include "tools/session/session_path.h"
 
 namespace hpdm {

@@ -36,24 +36,24 @@ std::vector<std::jthread> StartLink(DeviceLink* link) {
 }
 
 // Handles the window's input, or without a window the exchanges of the command line, until `over`
-// or an interruption. Returns true if it was interrupted.
+// or until the user ends the session. Returns true if the user ended it.
 bool PassOnControls(const Loops& loops, const SessionClock& clock, const std::stop_source& over) {
   bool has_window = loops.window != nullptr;
-  bool interrupted = false;
-  while (!over.stop_requested() && !interrupted) {
+  bool ended = false;
+  while (!over.stop_requested() && !ended) {
     if (has_window && loops.window->lost()) {
       loops.window->Resume();
       has_window = false;
     }
     if (has_window) {
       loops.window->Pump(kWindowPeriod);
-      interrupted = loops.window->ended() || loops.signals.WaitFor(0);
+      ended = loops.window->ended() || loops.signals.WaitFor(0);
     } else {
       loops.exchanges->Advance(clock.Now(), &loops.session.control);
-      interrupted = loops.signals.WaitFor(20'000'000);
+      ended = loops.signals.WaitFor(20'000'000);
     }
   }
-  return interrupted;
+  return ended;
 }
 
 void End(std::jthread* thread) {
@@ -119,7 +119,7 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
     record.haptic = loops.haptics.RunRealClock(stop, loop_clock, clock.Now(), loops.end_tick);
     over.request_stop();
   });
-  record.interrupted = PassOnControls(loops, clock, over);
+  record.ended_by_user = PassOnControls(loops, clock, over);
   // The forces first: the other threads may take long to end.
   End(&haptic_thread);
   forces.reset();
@@ -140,14 +140,14 @@ RunRecord RunInLockstep(const Loops& loops) {
   Lockstep clock(timing, &loops.haptics, &loops.deformation);
   const CrashStop crash_stop(&loops.haptics);
   std::optional<ForcesOn> forces(std::in_place, &loops.session);
-  while (clock.tick() < loops.end_tick && !record.interrupted) {
+  while (clock.tick() < loops.end_tick && !record.ended_by_user) {
     // Drains every second: the queue holds two seconds of samples, and steps may be rarer.
     if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
     if (clock.StepIfDue()) {
       ++record.deformation.ticks;
       if (loops.pictures) loops.render.Frame();
       loops.telemetry.Drain();
-      record.interrupted = loops.signals.WaitFor(0);
+      record.ended_by_user = loops.signals.WaitFor(0);
     }
     loops.exchanges->Advance(
         static_cast<Nanoseconds>(clock.tick()) * loops.session.haptic_period_ns(),

@@ -68,14 +68,14 @@ struct Loops {
 ///
 /// External devices have a link of two threads:
 ///
-///     HPDM_DEVICE --> link --DeviceSample--> device
+///     HPDM_DEVICE --> link --DeviceSample--> device;   link --LoopEvent queue--> telemetry
 ///     HPDM_FORCE <--- link <--HapticSample queue, every tick-- haptic
 ///
 /// The haptic and the deformation loop start together, once both have requested their real-time
 /// state and the render thread has compiled its shaders. The haptic thread ends the session at its
-/// last tick. At the end the haptic loop stops first and ramps its forces to zero; then the devices'
-/// forces are switched off. The telemetry ends after the loops and the link last, so that they drain
-/// everything. A crash switches the forces off at once (crash_stop.h).
+/// last tick. At the end the haptic loop stops first and ramps its forces to zero; then the
+/// devices' forces are switched off. The telemetry ends after the loops and the link last, so that
+/// they drain everything. A crash switches the forces off at once (crash_stop.h).
 RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
                          const SessionClock& clock);
 

@@ -19,9 +19,11 @@ class StopSignals {
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
   /// Waits for a signal for less than a second; true if one came. Main thread.
-  bool WaitFor(long nanoseconds) const {
+  bool WaitFor(long nanoseconds) const { return SignalWithin(nanoseconds) > 0; }
+  /// Waits as WaitFor does; returns the signal, or a number below 1. One thread at a time.
+  int SignalWithin(long nanoseconds) const {
     const timespec wait = {0, nanoseconds};
-    return sigtimedwait(&signals_, nullptr, &wait) > 0;
+    return sigtimedwait(&signals_, nullptr, &wait);
   }
 
  private:

@@ -3,22 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 
+#include "engine/base/angle.h"
 #include "engine/base/check.h"
 #include "render/camera/laparoscope.h"
 
 namespace hpdm {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 // Rates of held keys, per second.
 constexpr double kScopeTurn = 25 * kDegree;  // rad
 constexpr double kScopeSlide = 0.04;         // m
 constexpr double kOpticsTurn = 60 * kDegree;
 constexpr double kToolTurn = 120 * kDegree;
-constexpr double kZoom = 1.8;  // factor on the focal length
+constexpr double kZoom = 1.8;         // factor on the focal length
+constexpr double kHandSpeed = 0.04;   // m of the second hand's tip, across the picture
+constexpr double kHandInsert = 0.03;  // m, along its shaft
 
 constexpr double kWheelInsertion = 0.004;    // m per step
 constexpr double kDragTurn = 0.5 * kDegree;  // rad per pixel
@@ -69,11 +69,7 @@ void TrainerInput::Take(const WindowEvent& event) {
     if (Shift()) {
       MoveScope(0, 0, kWheelInsertion * wheel->steps, 0, 1);
     } else if (HasHand()) {
-      const int active = view_.active_instrument;
-      const ImpulseEngineKinematics& kinematics = *instruments_[active].mouse;
-      const Vector3d& p_W = targets_[active].p_W;
-      const Vector3d along_W = (p_W - kinematics.p_trocar_W()).normalized();
-      SetTarget(active, p_W + kWheelInsertion * wheel->steps * along_W, targets_[active].roll);
+      Insert(view_.active_instrument, kWheelInsertion * wheel->steps);
     }
   } else if (const auto* button = std::get_if<ButtonEvent>(&event)) {
     if (button->button == MouseButton::kLeft) {
@@ -91,7 +87,11 @@ void TrainerInput::Take(const WindowEvent& event) {
     if (focus->focused) return;
     // Another window has the keyboard: all keys and buttons count as released.
     held_.clear();
+    gamepad_ = {};
     captured_ = grips_ = twists_ = false;
+    UpdateJaw();
+  } else if (const auto* gamepad = std::get_if<GamepadEvent>(&event)) {
+    gamepad_ = *gamepad;
     UpdateJaw();
   } else if (std::holds_alternative<CloseEvent>(event)) {
     ended_ = true;
@@ -104,7 +104,6 @@ void TrainerInput::Press(int key) {
       ended_ = true;
       break;
     case kKeyF1:
-    case 'h':
       view_.help = !view_.help;
       break;
     case ' ':
@@ -123,10 +122,15 @@ void TrainerInput::Press(int key) {
       closed_[view_.active_instrument] = !closed_[view_.active_instrument];
       UpdateJaw();
       break;
+    case 'v':
+      if (const int second = SecondHand(); second >= 0) closed_[second] = !closed_[second];
+      UpdateJaw();
+      break;
     case 'x':
       if (static_cast<std::size_t>(view_.active_instrument) < instruments_.size()) {
         int& instrument_index = control_.instrument_index[view_.active_instrument];
         instrument_index = (instrument_index + 1) % instruments_[view_.active_instrument].exchanges;
+        view_.wanted_instrument[view_.active_instrument] = instrument_index;
       }
       break;
     case 'a':
@@ -157,7 +161,34 @@ void TrainerInput::Advance(double seconds) {
   MoveScope(kScopeTurn * axis(kKeyUp, kKeyDown), kScopeTurn * axis(kKeyRight, kKeyLeft),
             kScopeSlide * axis(kKeyPageUp, kKeyPageDown), kOpticsTurn * axis('.', ','),
             std::pow(kZoom, axis(Held('=') ? '=' : '+', '-')));
-  Turn(kToolTurn * axis('e', 'q'));
+  if (HasHand()) Turn(view_.active_instrument, kToolTurn * axis('e', 'q'));
+  MoveSecondHand(seconds);
+}
+
+int TrainerInput::SecondHand() const {
+  const std::size_t count = instruments_.size();
+  for (std::size_t step = 1; step <= count; ++step) {
+    const std::size_t next = (static_cast<std::size_t>(view_.active_instrument) + step) % count;
+    if (instruments_[next].mouse) return static_cast<int>(next);
+  }
+  return -1;
+}
+
+void TrainerInput::MoveSecondHand(double seconds) {
+  const int second = SecondHand();
+  if (second < 0 || view_.paused) return;
+  const auto rate = [this](int forth, int back, double stick) {
+    const double keys = static_cast<double>(Held(forth)) - static_cast<double>(Held(back));
+    return std::clamp(keys + stick, -1.0, 1.0);
+  };
+  const Vector3d across_C(rate('h', 'f', gamepad_.right), rate('t', 'g', gamepad_.up), 0);
+  if (!across_C.isZero()) {
+    const Laparoscope scope(view_.scope, Laparoscope::kMinSide, Laparoscope::kMinSide);
+    const Vector3d move_W = scope.X_WC().linear() * (kHandSpeed * seconds * across_C);
+    SetTarget(second, targets_[second].p_W + move_W, targets_[second].roll);
+  }
+  Insert(second, kHandInsert * seconds * rate('y', 'b', gamepad_.in));
+  Turn(second, kToolTurn * seconds * rate('n', 'c', gamepad_.roll));
 }
 
 void TrainerInput::Move(const MotionEvent& motion) {
@@ -170,7 +201,7 @@ void TrainerInput::Move(const MotionEvent& motion) {
   }
   if (!HasHand()) return;
   if (twists_) {
-    Turn(kDragTurn * motion.dx);
+    Turn(view_.active_instrument, kDragTurn * motion.dx);
     return;
   }
   const int active = view_.active_instrument;
@@ -206,10 +237,17 @@ double TrainerInput::PixelsAcross() const {
   return Laparoscope::kCircleFraction * std::max(side, Laparoscope::kMinSide);
 }
 
-void TrainerInput::Turn(double roll) {
-  if (roll == 0 || !HasHand()) return;
-  const int active = view_.active_instrument;
-  SetTarget(active, targets_[active].p_W, targets_[active].roll + roll);
+void TrainerInput::Turn(int instrument, double roll) {
+  if (roll == 0) return;
+  SetTarget(instrument, targets_[instrument].p_W, targets_[instrument].roll + roll);
+}
+
+// Pushes the tip in along the shaft by `length`, m.
+void TrainerInput::Insert(int instrument, double length) {
+  if (length == 0) return;
+  const Vector3d& p_W = targets_[instrument].p_W;
+  const Vector3d along_W = (p_W - instruments_[instrument].mouse->p_trocar_W()).normalized();
+  SetTarget(instrument, p_W + length * along_W, targets_[instrument].roll);
 }
 
 // Clamps the target to the device's workspace, so that a mouse moved beyond it takes effect as soon
@@ -224,7 +262,8 @@ void TrainerInput::SetTarget(int instrument, const Vector3d& p_W, double roll) {
 
 void TrainerInput::UpdateJaw() {
   for (int i = 0; i < static_cast<int>(instruments_.size()); ++i) {
-    const bool gripped = grips_ && i == view_.active_instrument;
+    const bool gripped =
+        (grips_ && i == view_.active_instrument) || (gamepad_.grip && i == SecondHand());
     if (!view_.paused) targets_[i].jaw = closed_[i] || gripped ? 0 : 1;
   }
 }

@@ -21,20 +21,27 @@ namespace hpdm {
 ///     wheel                          inserts the instrument along its shaft
 ///     left button; j                 closes its jaws while held; until pressed again
 ///     right button and drag; q, e    roll it
+///     t, g, f, h                     move the second hand's tip up, down, left, right
+///     y, b; c, n; v                  push it in, pull it out; roll it; close or open its jaws
+///     gamepad                        the same: left stick, triggers, right stick, lower button
 ///     Tab; 1, 2; x                   next instrument; that instrument; its next exchange
 ///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
 ///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
-///     o, p, s, r, F1 or h            overlays, pause, screenshot, recording, help
+///     o, p, s, r, F1                 overlays, pause, screenshot, recording, help
 ///     Space or a click               captures the cursor; Space lets it go
 ///     Esc                            ends the session
 ///
-/// The tip moves in the plane through it that is parallel to the picture, as far as the cursor moves
-/// on the screen. The device's workspace bounds it.
+/// The second hand is the next one that the window moves, so that the keyboard or a gamepad moves
+/// one hand and the mouse the other at the same time. If the window moves one hand only, it is that
+/// one. Its keys work while the cursor is free.
+///
+/// The tip moves in the plane through it that is parallel to the picture, as far as the cursor
+/// moves on the screen. The device's workspace bounds it.
 class TrainerInput {
  public:
   /// An instrument of the session.
   struct Instrument {
-    std::optional<ImpulseEngineKinematics> mouse;  ///< Only if the mouse moves the instrument.
+    std::optional<ImpulseEngineKinematics> mouse;  ///< Only if the window moves the instrument.
     HandTarget start;                              ///< The mouse's first target.
     int exchanges = 1;  ///< Number of instruments that the hand can hold in turn.
   };
@@ -56,7 +63,9 @@ class TrainerInput {
   void Take(const WindowEvent& event);
   void Press(int key);
   void Move(const MotionEvent& motion);
-  void Turn(double roll);
+  void Turn(int instrument, double roll);
+  void Insert(int instrument, double length);
+  void MoveSecondHand(double seconds);
   void MoveScope(double up, double right, double insertion, double roll, double zoom);
   void NextInstrument();
   void Activate(int instrument);
@@ -67,6 +76,8 @@ class TrainerInput {
   bool Shift() const { return Held(kKeyShift); }
   /// True if the mouse can move an instrument now.
   bool HasHand() const;
+  /// Returns the hand that the keyboard and the gamepad move; -1: none.
+  int SecondHand() const;
   void UpdateJaw();
   Vector3d FollowOnScreen(const Vector3d& p_W, const MotionEvent& motion) const;
   double PixelsAcross() const;
@@ -77,6 +88,7 @@ class TrainerInput {
   std::array<HandTarget, kMaxInstruments> targets_;
   std::array<bool, kMaxInstruments> closed_{};  // by key, until it is pressed again
   std::set<int> held_;
+  GamepadEvent gamepad_;
   bool grips_ = false;   // the left button is held
   bool twists_ = false;  // the right button is held
   bool captured_ = false;

@@ -5,7 +5,7 @@
 namespace hpdm {
 namespace {
 
-// Longest time for which a held key acts at once, after a stall of the program.
+// Longest time for which a held key acts in one update, after the program stalled.
 constexpr double kMaxAdvance = 0.1;  // s
 
 }  // namespace

@@ -41,7 +41,7 @@ class TrainerWindow {
   void Resume();
 
   bool ended() const { return input_.ended(); }  ///< The user ended the session.
-  bool lost() const { return window_.lost(); }   ///< The display has gone away.
+  bool lost() const { return window_.lost(); }   ///< The connection to the display is lost.
 
   /// Makes the context of the calling thread, which draws.
   std::unique_ptr<RenderContext> MakeContext() { return window_.MakeContext(); }

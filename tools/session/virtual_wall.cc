@@ -44,7 +44,8 @@ VirtualWall FindVirtualWall(const std::vector<OrganModel>& organs,
     if (!organ.rigid()) continue;
     for (Eigen::Index v = 0; v < organ.rest().vertices.rows(); ++v) {
       const Vector3d p_W = organ.rest().vertices.row(v);
-      const Vector3d p_tip_W = p_W + instrument.tip_radius * Vector3d(organ.rest_normals().row(v));
+      const Vector3d p_tip_W =
+          p_W + instrument.geometry.tip_radius * Vector3d(organ.rest_normals().row(v));
       if (!is_free(p_tip_W)) continue;
       for (const double share : {0.0, 1.0}) {
         const Vector3d moved_W = share * organ.options().motion.displacement_W;

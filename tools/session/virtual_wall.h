@@ -33,8 +33,8 @@ struct VirtualWall {
 /// 3. For every n, and for a contact that friction holds in every direction, the condition is
 ///        k < min_i K_i / g_i.
 /// 4. The limit is the smallest such value over the vertices that the tip reaches with a straight
-///    shaft past all organs at rest, and over where the organ's own motion takes them. It falls with
-///    the square of the lever.
+///    shaft past all organs at rest, and over where the organ's own motion takes them. It falls
+///    with the square of the lever.
 ///
 /// One stiffness for all directions keeps the force at k x depth along the normal on the whole
 /// organ. With a stiffness per axis the wall would be a few times harder along the shaft, but

@@ -1,6 +1,7 @@
 #include "tools/shared/child_process.h"
 
 #include <fcntl.h>
+#include <glib.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -10,113 +11,70 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 
 #include "engine/base/error.h"
 
 namespace hpdm {
 namespace {
 
-int WaitFor(pid_t child) {
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return status;
-}
+struct ChildSetUp {
+  bool own_group;  ///< The program leads a process group of everything that it starts.
+  pid_t parent = getpid();
+};
 
-/// What becomes standard input, output and error; -1: as here.
-using Files = std::array<int, 3>;
-
-/// The new process until it is the program. It ends with this one however that ends, by SIGKILL
-/// too, and obeys signals that are blocked here. Calls nothing but the system.
-[[noreturn]] void Become(char* const* argv, const Files& files, bool own_group, pid_t parent,
-                         int report_pipe) {
-  if (own_group) setpgid(0, 0);
+/// Runs in the new process before the program; makes only async-signal-safe calls. The program ends
+/// with its parent, however the parent ends. Signals blocked in the parent are unblocked.
+void SetUpChild(gpointer data) {
+  const auto& set_up = *static_cast<const ChildSetUp*>(data);
+  if (set_up.own_group) setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(127);
+  if (getppid() != set_up.parent) _exit(127);
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  for (int i = 0; i < 3; ++i) {
-    const int file = files[static_cast<std::size_t>(i)];
-    if (file == i) fcntl(file, F_SETFD, 0);
-    if (file >= 0 && file != i) dup2(file, i);
-  }
-  execvp(argv[0], argv);
-  const int error = errno;
-  [[maybe_unused]] const ssize_t written = write(report_pipe, &error, sizeof error);
-  _exit(127);
 }
 
-/// Starts the program; with `own_group` it leads a group of all that it starts.
-pid_t Spawn(const std::vector<std::string>& words, const Files& files, bool own_group) {
-  std::vector<std::string> kept = words;
+constexpr auto kSpawnFlags =
+    static_cast<GSpawnFlags>(G_SPAWN_SEARCH_PATH | G_SPAWN_LEAVE_DESCRIPTORS_OPEN);
+
+/// Returns the words as GLib takes them; it does not change them.
+std::vector<char*> Arguments(const std::vector<std::string>& words) {
   std::vector<char*> argv;
-  argv.reserve(kept.size() + 1);
-  for (std::string& word : kept) argv.push_back(word.data());
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
-  // Closes when the program has been started, or tells why it cannot.
-  std::array<int, 2> report_pipe{-1, -1};
-  if (pipe2(report_pipe.data(), O_CLOEXEC) != 0) {
-    throw MachineError(words[0] + ": " + std::strerror(errno));
-  }
-  const pid_t parent = getpid();
-  const pid_t child = fork();
-  if (child == 0) Become(argv.data(), files, own_group, parent, report_pipe[1]);
-  int error = child < 0 ? errno : 0;
-  close(report_pipe[1]);
-  while (child > 0 && read(report_pipe[0], &error, sizeof error) < 0 && errno == EINTR) {
-  }
-  close(report_pipe[0]);
-  if (error != 0) {
-    if (child > 0) WaitFor(child);
-    throw MachineError(words[0] + ": " + std::strerror(error));
-  }
-  return child;
+  return argv;
+}
+
+/// Throws MachineError if there is an error, and frees it.
+void ThrowIf(GError* error) {
+  if (error == nullptr) return;
+  const std::string message = error->message;
+  g_error_free(error);
+  throw MachineError(message);
 }
 
 }  // namespace
 
 int RunChild(const std::vector<std::string>& words, bool quiet) {
-  const int nowhere = quiet ? open("/dev/null", O_WRONLY | O_CLOEXEC) : -1;
-  const auto tidy = [nowhere] {
-    if (nowhere >= 0) close(nowhere);
-  };
-  pid_t child = 0;
-  try {
-    child = Spawn(words, {-1, nowhere, nowhere}, false);
-  } catch (...) {
-    tidy();
-    throw;
-  }
-  tidy();
-  const int status = WaitFor(child);
+  ChildSetUp set_up{.own_group = false};
+  int flags = kSpawnFlags | G_SPAWN_CHILD_INHERITS_STDIN;
+  if (quiet) flags |= G_SPAWN_STDOUT_TO_DEV_NULL | G_SPAWN_STDERR_TO_DEV_NULL;
+  int status = 0;
+  GError* error = nullptr;
+  g_spawn_sync(nullptr, Arguments(words).data(), nullptr, static_cast<GSpawnFlags>(flags),
+               SetUpChild, &set_up, nullptr, nullptr, &status, &error);
+  ThrowIf(error);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 ChildProcess::ChildProcess(const std::vector<std::string>& words) {
-  std::array<int, 2> out{-1, -1}, err{-1, -1};
-  const int in = open("/dev/null", O_RDONLY | O_CLOEXEC);
-  const auto tidy = [&] {
-    for (const int descriptor : {in, out[1], err[1]}) {
-      if (descriptor >= 0) close(descriptor);
-    }
-  };
-  try {
-    if (in < 0 || pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
-      throw MachineError(words[0] + ": " + std::strerror(errno));
-    }
-    child_ = Spawn(words, {in, out[1], err[1]}, true);
-  } catch (...) {
-    tidy();
-    for (const int descriptor : {out[0], err[0]}) {
-      if (descriptor >= 0) close(descriptor);
-    }
-    throw;
-  }
-  tidy();
-  out_.descriptor = out[0];
-  err_.descriptor = err[0];
+  ChildSetUp set_up{.own_group = true};
+  constexpr auto kFlags =
+      static_cast<GSpawnFlags>(kSpawnFlags | G_SPAWN_DO_NOT_REAP_CHILD | G_SPAWN_CLOEXEC_PIPES);
+  GError* error = nullptr;
+  g_spawn_async_with_pipes(nullptr, Arguments(words).data(), nullptr, kFlags, SetUpChild, &set_up,
+                           &child_, nullptr, &out_.descriptor, &err_.descriptor, &error);
+  ThrowIf(error);
   for (const int descriptor : {out_.descriptor, err_.descriptor}) {
     fcntl(descriptor, F_SETFL, O_NONBLOCK);
   }
@@ -153,8 +111,9 @@ std::optional<int> ChildProcess::Ended() {
 
 void ChildProcess::Kill() {
   if (child_ < 0) return;
-  kill(-child_, SIGKILL);  // its group
-  WaitFor(child_);
+  kill(-child_, SIGKILL);  // the whole group
+  while (waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+  }
   child_ = -1;
 }
 

@@ -9,10 +9,11 @@ namespace hpdm {
 SurfaceMesh FlatSubdivided(const SurfaceMesh& mesh) {
   const Eigen::Index coarse_vertices = mesh.vertices.rows();
   const Eigen::Index coarse_triangles = mesh.triangles.rows();
-  std::unordered_map<std::int64_t, int> middles;  // of the edge from a to b > a: a V + b
+  std::unordered_map<std::int64_t, int> middles;  // key of the edge from a to b > a: a V + b
   middles.reserve(static_cast<std::size_t>(2 * coarse_triangles));
   SurfaceMesh fine;
-  fine.vertices.resize(coarse_vertices + 3 * coarse_triangles, 3);  // enough without shared edges
+  fine.vertices.resize(coarse_vertices + 3 * coarse_triangles, 3);  // enough even without shared
+                                                                    // edges
   fine.vertices.topRows(coarse_vertices) = mesh.vertices;
   fine.triangles.resize(4 * coarse_triangles, 3);
   int next = static_cast<int>(coarse_vertices);

@@ -4,11 +4,11 @@
 
 namespace hpdm {
 
-/// Every triangle split in four at the middles of its edges: the same surface with about four times
-/// the vertices. Those of `mesh` come first.
+/// Splits every triangle in four at the midpoints of its edges. The surface stays the same and has
+/// about four times the vertices; the vertices of `mesh` come first.
 SurfaceMesh FlatSubdivided(const SurfaceMesh& mesh);
 
-/// Subdivided until it has at least `vertices` vertices.
+/// Subdivides until the mesh has at least `vertices` vertices.
 SurfaceMesh FlatSubdividedTo(const SurfaceMesh& mesh, Eigen::Index vertices);
 
 }  // namespace hpdm

@@ -17,7 +17,7 @@ constexpr double kMinPeriods = 4;
 
 using Segment = std::pair<std::size_t, std::size_t>;  // [first, end)
 
-// Segments of the stretches in which the force is not zero.
+// Cuts the periods of contact (force not zero) into Welch segments.
 std::vector<Segment> ContactSegments(const ForceSignal& force, double period) {
   const auto longest = static_cast<std::size_t>(std::lround(kSegmentPeriods * period));
   const auto least = static_cast<std::size_t>(std::lround(kMinPeriods * period));
@@ -46,7 +46,7 @@ std::vector<double> HannWindow(std::size_t length) {
   return window;
 }
 
-// Of a sinusoid at `cycles` a sample, N^2, summed over the axes.
+// Returns the power of the sinusoid of `cycles` a sample, N^2, summed over the axes.
 double PowerAt(double cycles, const ForceSignal& force, const Segment& segment,
                const std::vector<double>& window) {
   Eigen::Vector3cd sum = Eigen::Vector3cd::Zero();

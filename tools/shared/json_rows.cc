@@ -3,6 +3,7 @@
 namespace hpdm {
 namespace {
 
+// Quotes a text with a comma, a quotation mark or a line end (RFC 4180), such as a file name.
 std::string Quoted(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";

@@ -5,7 +5,8 @@
 
 namespace hpdm {
 
-/// A flat JSON object as lines of CSV, each with its end: its keys, and its values (null: empty).
+/// Returns the keys or the values of a flat JSON object as one line of CSV with its line end. Null
+/// becomes an empty cell.
 std::string CsvNames(const nlohmann::ordered_json& row);
 std::string CsvValues(const nlohmann::ordered_json& row);
 

@@ -7,13 +7,13 @@
 
 namespace hpdm {
 
-/// Indented text of what a command reports. A path in it need not be UTF-8, which JSON must be: its
-/// odd bytes become replacement characters.
+/// Returns the indented JSON of a command's report. Bytes that are not UTF-8, as paths may have,
+/// become replacement characters.
 inline std::string JsonText(const nlohmann::ordered_json& json) {
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// Percentiles of durations, in microseconds: mean, p50, p90, p99, p99.9, max, and their number.
+/// Returns mean, p50, p90, p99, p99.9 and max of durations, us, and their number.
 inline nlohmann::ordered_json ToJson(const Histogram& histogram) {
   const auto us = [](double ns) { return ns / 1000; };
   return {{"count", histogram.count()},

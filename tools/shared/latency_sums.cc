@@ -6,7 +6,7 @@
 namespace hpdm {
 namespace {
 
-// Bins of a Histogram: 32 in each of the 58 powers of two above them.
+// A Histogram has 32 bins, and 32 in each of the 58 powers of two above them.
 constexpr std::size_t kMaxBins = 59 * 32;
 
 }  // namespace

@@ -11,26 +11,27 @@
 
 namespace hpdm {
 
-/// The latencies of a session, summed over its HPDM_STATS messages. Memory is bounded: bins beyond
-/// those that a Histogram has are ignored. One thread.
+/// The latencies of a session, summed over its HPDM_STATS messages. Bins that a Histogram cannot
+/// have are ignored, so memory is bounded. One thread.
 class LatencySums {
  public:
   struct Sum {
-    std::map<std::int64_t, std::uint64_t> bins;  ///< By the largest value in the bin, ns.
+    std::map<std::int64_t, std::uint64_t> bins;  ///< Counts by the largest value in the bin, ns.
     std::uint64_t count = 0;
     std::int64_t max_ns = 0;
-    /// As Histogram::Percentile, ns; the largest without values.
+    /// Returns the percentile as Histogram::Percentile does, ns. Without values it returns the
+    /// largest.
     std::int64_t Percentile(double fraction) const;
   };
 
   void Add(const stats_t& stats);
 
-  /// Of one distribution, by Latency.
+  /// Returns the sum of one distribution; `latency` is a Latency.
   const Sum& Of(std::size_t latency) const { return sums_[latency]; }
 
-  /// For each distribution, in the order of Latency: name, count, p50, p99 and max (ns), and
-  /// `bins`: pairs of a rising power and a count, where values of the power k lie in
-  /// (2^((k - 1) / 4), 2^(k / 4)] ns: four bins an octave.
+  /// Returns for each distribution, in the order of Latency: name, count, p50, p99 and max (ns),
+  /// and `bins`. A bin is a pair of a power k and a count: the values lie in (2^((k - 1) / 4), 2^(k
+  /// / 4)] ns, four bins an octave, in rising order.
   nlohmann::json ToJson() const;
 
  private:

@@ -7,7 +7,7 @@
 
 namespace hpdm {
 
-/// What times depend on besides the program. All measurements are single-threaded.
+/// The properties of the machine that times depend on. All measurements are single-threaded.
 struct MachineFacts {
   std::string processor;
   std::string compiler;
@@ -15,7 +15,7 @@ struct MachineFacts {
   double load = 0;  ///< Mean number of running threads in the minute before.
 };
 
-/// To be asked before measuring: the measurement is a load itself.
+/// Returns the facts of this machine. Call before measuring, because measurements add to the load.
 MachineFacts ThisMachine();
 
 inline nlohmann::ordered_json ToJson(const MachineFacts& facts) {
@@ -26,7 +26,7 @@ inline nlohmann::ordered_json ToJson(const MachineFacts& facts) {
           {"threads", 1}};
 }
 
-/// One line for the foot of a table.
+/// Returns one line for the foot of a table.
 inline std::string ToText(const MachineFacts& facts) {
   return "one core of " + facts.processor + ", " + facts.compiler + " " + facts.flags +
          Format(", load %.2g before", facts.load);

@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-// 64-bit FNV-1a of the encoded part.
+// Returns the 64-bit FNV-1a hash of the encoded part.
 std::uint64_t HashOf(const mesh_t& part) {
   std::vector<std::uint8_t> buffer;
   std::uint64_t hash = 0xcbf29ce484222325u;
@@ -28,13 +28,13 @@ std::size_t BytesOf(const mesh_t& part) {
 bool MeshParts::Take(mesh_t&& part) {
   const int number = part.part;
   if (number < 0 || number >= part.part_count) return false;
-  part.sequence = 0;  // all that differs when a part is repeated
+  part.sequence = 0;  // the only field that differs when a part is repeated
   const std::uint64_t hash = HashOf(part);
   if (hashes_.size() == static_cast<std::size_t>(part.part_count) && hashes_[number] == hash) {
     return false;
   }
   if (!waiting_.empty() && waiting_.begin()->second.part_count != part.part_count) {
-    waiting_.clear();  // of a mesh that is no more
+    waiting_.clear();  // parts of a mesh that was replaced
     waiting_bytes_ = 0;
   }
   if (const auto old = waiting_.find(number); old != waiting_.end()) {

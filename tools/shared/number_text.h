@@ -6,7 +6,8 @@
 
 namespace hpdm {
 
-/// Reads `text` as one number, whatever the locale. False if any of it is not part of the number.
+/// Reads `text` as one number, independent of the locale. Returns false unless the whole text is a
+/// number.
 template <typename Number>
 bool ReadNumber(std::string_view text, Number* number) {
   if (text.starts_with('+')) text.remove_prefix(1);

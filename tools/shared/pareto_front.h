@@ -5,14 +5,15 @@
 
 namespace hpdm {
 
-/// What a model costs and how far from the truth it is.
+/// Cost of a model and its distance from the reference.
 struct CostAndError {
-  bool counts = true;  ///< May be on a front.
+  bool counts = true;  ///< May be on the front.
   double step_us = 0;
   double error = 0;
 };
 
-/// Indices of those that none beats in both, from fast to slow. Any thread.
+/// Returns the indices of the entries that no other beats in both cost and error, from fast to
+/// slow. Any thread.
 std::vector<std::size_t> ParetoFront(const std::vector<CostAndError>& points);
 
 }  // namespace hpdm

@@ -16,7 +16,7 @@ std::size_t CharacterLength(std::string_view text) {
   for (std::size_t i = 1; i < length; ++i) {
     if ((byte(i) & 0xC0) != 0x80) return 0;
   }
-  // Too long a form, a surrogate, beyond the last character.
+  // Refuses overlong forms, surrogates and values beyond the last character.
   const bool refused = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) > 0x9F) ||
                        (first == 0xF0 && byte(1) < 0x90) || (first == 0xF4 && byte(1) > 0x8F);
   return refused ? 0 : length;
@@ -28,7 +28,7 @@ std::string PathText(std::string_view bytes) {
   while (!bytes.empty()) {
     const auto first = static_cast<std::uint8_t>(bytes[0]);
     const std::size_t length = CharacterLength(bytes);
-    // Also the controls of 0x80..0x9F, which are two bytes long.
+    // Includes the control characters 0x80..0x9F, which are two bytes long.
     const bool control =
         first < 0x20 || first == 0x7F ||
         (length == 2 && first == 0xC2 && static_cast<std::uint8_t>(bytes[1]) < 0xA0);

@@ -6,12 +6,12 @@
 
 namespace hpdm {
 
-/// Bytes as one line of UTF-8 that leads back to them: control characters and what is no UTF-8
-/// become \xHH, a backslash two. Names of files may hold any byte; JSON, terminals and tables not.
+/// Escapes bytes into one reversible line of UTF-8: control characters and invalid UTF-8 become
+/// \xHH, a backslash becomes two. File names may hold any byte; JSON, terminals and tables may not.
 std::string PathText(std::string_view bytes);
 
-/// Bytes of the UTF-8 character that the text, which is not empty, begins with; 0 if it begins with
-/// none.
+/// Returns the length in bytes of the first UTF-8 character of `text`, which is not empty; 0 if it
+/// is invalid.
 std::size_t CharacterLength(std::string_view text);
 
 }  // namespace hpdm

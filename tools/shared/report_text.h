@@ -7,7 +7,7 @@
 
 namespace hpdm {
 
-/// printf into a string, up to 511 characters.
+/// Formats as printf does, up to 511 characters.
 [[gnu::format(printf, 1, 2)]] inline std::string Format(const char* format, ...) {
   char text[512];
   va_list values;
@@ -17,8 +17,7 @@ namespace hpdm {
   return text;
 }
 
-/// A name or text from a message or a log: what a terminal might obey, or does not show in one
-/// column a byte, becomes '?'.
+/// Makes text from a message or a log safe to print: each control or non-ASCII byte becomes '?'.
 inline std::string Printable(std::string_view text) {
   std::string result(text);
   for (char& c : result) {
@@ -27,7 +26,7 @@ inline std::string Printable(std::string_view text) {
   return result;
 }
 
-/// A duration in the unit that people would choose.
+/// Returns a duration in a readable unit.
 inline std::string Duration(double us) {
   if (us < 99.5) return Format("%.3g us", us);
   if (us < 999.5) return Format("%.0f us", us);
@@ -35,7 +34,7 @@ inline std::string Duration(double us) {
   return Format("%.3g s", us / 1e6);
 }
 
-/// 1,234,567.
+/// Returns the number as 1,234,567.
 inline std::string WithCommas(long long number) {
   const std::string digits = std::to_string(number < 0 ? -number : number);
   std::string text = number < 0 ? "-" : "";

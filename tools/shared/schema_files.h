@@ -7,8 +7,8 @@
 
 namespace hpdm {
 
-/// The types of this package and those of the given .lcm files. Throws InputError where one cannot
-/// be read or is no such file.
+/// Returns the types of this package and of the given .lcm files. Throws InputError if a file
+/// cannot be read or does not define types.
 MessageSchemas SchemasWith(const std::vector<std::string>& files);
 
 }  // namespace hpdm

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// True if the path is an open file, such as /dev/stdout: a link into /proc, which names the open
-/// file and not a path.
+/// True if the path is an open file, such as /dev/stdout: a link into /proc that names the open
+/// file instead of a path.
 bool IsOpenFile(fs::path path) {
   constexpr int kMaxLinks = 40;  // the kernel's limit
   std::error_code error;
@@ -60,7 +60,7 @@ StagedFile::StagedFile(fs::path path, Name name) : path_(std::move(path)) {
   std::error_code ignored;
   const bool follows = name == Name::kOfUser;
   const bool is_open = follows && IsOpenFile(path_);
-  // A link stays; the file that it points to is replaced.
+  // A symbolic link is kept; the file that it points to is replaced.
   if (follows && !is_open && fs::is_symlink(path_, ignored) &&
       fs::is_regular_file(path_, ignored)) {
     if (fs::path file = fs::canonical(path_, ignored); !ignored) path_ = std::move(file);
@@ -111,7 +111,7 @@ void StagedFile::Write(std::string_view bytes) {
 }
 
 void StagedFile::Rest() {
-  if (!written_.empty()) Close();  // a pipe would end
+  if (!written_.empty()) Close();  // a pipe would end if it were closed
 }
 
 void StagedFile::Close() {

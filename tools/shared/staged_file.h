@@ -34,13 +34,13 @@ class StagedFile {
   ~StagedFile();
   StagedFile& operator=(StagedFile&&) = delete;
 
-  /// Throws InputError at the first failure.
+  /// Appends the bytes. Throws InputError at the first failure.
   void Write(std::string_view bytes);
-  /// Closes the file until the next Write, so that many staged files need few open ones. Throws
-  /// InputError.
+  /// Closes the file until the next Write, so that many staged files need few open descriptors.
+  /// Throws InputError.
   void Rest();
-  /// Completes the file without renaming it, so that of several files all are complete before the
-  /// first appears. Throws InputError.
+  /// Completes the file without renaming it: all of several files can be complete before the first
+  /// appears. Throws InputError.
   void Close();
   /// Closes the file if it is open and renames it. Throws InputError.
   void Commit();
@@ -49,7 +49,7 @@ class StagedFile {
   [[noreturn]] void Refuse(int error) const;
 
   std::filesystem::path path_;
-  std::filesystem::path written_;  // empty: path_ itself
+  std::filesystem::path written_;  // the temporary file; empty: path_ itself
   std::FILE* file_ = nullptr;      // null: closed
 };
 

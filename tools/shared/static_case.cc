@@ -13,7 +13,7 @@
 namespace hpdm {
 namespace {
 
-// Of an organ's size: files may round positions, and another pose is off by more.
+// Tolerance relative to the organ's size. Files may round positions; another pose differs by more.
 constexpr double kSamePlace = 1e-3;
 
 OrganOptions LoadedOrgan(const Scene& scene) {
@@ -58,7 +58,7 @@ Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& re
   const double size =
       (rest.vertices.colwise().maxCoeff() - rest.vertices.colwise().minCoeff()).norm();
   if (!(apart <= kSamePlace * size)) {
-    throw InputError(path + ": has the organ's vertices elsewhere, by up to " +
+    throw InputError(path + ": its vertices are off the organ's by up to " +
                      Format("%.1f", 1000 * apart) +
                      " mm; give the reference of the same mesh in the same pose");
   }
@@ -69,8 +69,8 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
   const std::string name = CaseName(load_case);
   const std::string table = (folder / (name + ".csv")).string();
   const std::string facts = (folder / (name + ".json")).string();
-  const std::string remedy =
-      "; make it with hpdm_yardstick " + load_case.scene.path.string() + ", or leave the case out";
+  const std::string remedy = "; create it with hpdm_yardstick " + load_case.scene.path.string() +
+                             ", or leave the case out";
   for (const std::string& file : {table, facts}) {
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored)) throw InputError(file + ": is missing" + remedy);
@@ -90,7 +90,8 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
           {mesh.at("nodes"), mesh.at("graded"), mesh.at("error"), mesh.at("compliance_ratio")});
     }
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(facts + ": is not the reference solution's (" + error.what() + ")" + remedy);
+    throw InputError(facts + ": does not hold a reference solution (" + error.what() + ")" +
+                     remedy);
   }
   return reference;
 }
@@ -98,7 +99,7 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
 std::string CaseName(const StaticCase& load_case) { return load_case.scene.path.stem().string(); }
 
 bool IsHollow(const SurfaceMesh& mesh) {
-  // Parts are joined through vertices: the smallest vertex of each.
+  // Joins parts through shared vertices. Each part is named by its smallest vertex.
   std::vector<int> parent(static_cast<std::size_t>(mesh.vertices.rows()));
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](int v) {

@@ -9,45 +9,45 @@
 
 namespace hpdm {
 
-/// What a scene's loads ask to be solved: one organ at rest and what acts on it.
+/// The static problem of a scene: one organ at rest and its loads.
 struct StaticCase {
   Scene scene;
-  OrganOptions organ;  ///< The one that all loads act on.
+  OrganOptions organ;  ///< The organ that all loads act on.
   SurfaceMesh rest;    ///< Posed, world, m.
 };
 
-/// Throws InputError (file, remedy) for a bad scene, one without loads, and loads on several
-/// organs.
+/// Loads a scene as a static problem. Throws InputError (file, remedy) for a bad scene, a scene
+/// without loads, and loads on several organs.
 StaticCase LoadStaticCase(const std::string& path);
 
-/// Displacements of a reference (surface_table.h) for the vertices of `rest`, V x 3, m. Throws
-/// InputError when the file is no surface table or is that of another mesh.
+/// Reads the displacements of a reference (surface_table.h) for the vertices of `rest`, V x 3, m.
+/// Throws InputError if the file is not a surface table or belongs to another mesh.
 Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& rest);
 
-/// Linear tetrahedra on the same case, as the reference solution measured them.
+/// Results of linear tetrahedra on the same case, measured with the reference solution.
 struct LinearTetrahedra {
   int nodes = 0;
   bool graded = false;          ///< Finer towards the load.
   double error = 0;             ///< Area-weighted relative L2, as RelativeSurfaceError.
-  double compliance_ratio = 0;  ///< Over the reference's.
+  double compliance_ratio = 0;  ///< Compliance divided by the reference's.
 };
 
-/// A case's answer by quadratic tetrahedra (tests/reference/README.md).
+/// A case's solution by quadratic tetrahedra (tests/reference/README.md).
 struct CaseReference {
   Points displacements;                      ///< V x 3, m.
-  double compliance = 0;                     ///< Of the first load, m/N.
-  std::vector<Vector3d> load_displacements;  ///< m, one a load (none for a pressure).
+  double compliance = 0;                     ///< At the first load, m/N.
+  std::vector<Vector3d> load_displacements;  ///< m, one per load; absent for a pressure.
   std::vector<LinearTetrahedra> linear;
 };
 
-/// Reads NAME.csv and NAME.json of the folder, NAME the scene file's name without .toml. Throws
-/// InputError (file, remedy) when one is missing or of another form.
+/// Reads NAME.csv and NAME.json in `folder`, where NAME is CaseName(load_case). Throws InputError,
+/// which names the file and a remedy, if one is missing or malformed.
 CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesystem::path& folder);
 
-/// NAME of a case: the scene file's name without its ending.
+/// Returns the scene file's name without .toml.
 std::string CaseName(const StaticCase& load_case);
 
-/// Whether the surface has a cavity: a closed part that faces inwards.
+/// True if the surface has a cavity: a closed part that faces inwards.
 bool IsHollow(const SurfaceMesh& mesh);
 
 }  // namespace hpdm

@@ -38,9 +38,9 @@ SurfaceTable ReadSurfaceTable(const std::string& path) {
       const bool last = column == 5;
       if (error != std::errc() || !std::isfinite(value) ||
           (last ? next != end : next == end || *next != ',')) {
-        throw InputError(
-            path + ":" + std::to_string(number) +
-            ": is not six finite numbers separated by commas; write it anew with hpdm solve --out");
+        throw InputError(path + ":" + std::to_string(number) +
+                         ": is not six finite numbers separated by commas; write it again with "
+                         "hpdm solve --out");
       }
       values.push_back(value);
       at = next + !last;

@@ -16,37 +16,38 @@ inline double MillisecondsSince(TimingClock::time_point start) {
   return std::chrono::duration<double, std::milli>(TimingClock::now() - start).count();
 }
 
-/// Time that the calling thread has run, ms: stands still while another has the core.
+/// Returns the CPU time of the calling thread, ms. It stands still while another thread has the
+/// core.
 inline double ThreadMilliseconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-/// Repeated times of one thing, in microseconds: the minimum is what the machine can do, the median
-/// what it usually did.
+/// Times of repeated runs of one function, us. The minimum is the machine's best, the median its
+/// usual time.
 struct Timing {
   double median_us = 0;
   double minimum_us = 0;
 };
 
-/// `times_us`: at least one.
+/// Returns minimum and median. `times_us` has at least one value.
 inline Timing Summary(std::vector<double> times_us) {
   const auto middle = times_us.begin() + static_cast<std::ptrdiff_t>(times_us.size() / 2);
   std::nth_element(times_us.begin(), middle, times_us.end());
   return {*middle, *std::min_element(times_us.begin(), times_us.end())};
 }
 
-/// How often to repeat: at least `least` times, then until `budget_ms` are spent or `most` times.
+/// Number of repeats: at least `least`, then until `budget_ms` are spent or `most` is reached.
 struct RepeatOptions {
   int least = 3;
   int most = 200;
   double budget_ms = 20;
 };
 
-/// Repeats the works in turn (a, b, a, b, ...), so that what slows the machine for a while slows
-/// all of them; the times of each, us, without those in which another thread had the core. One
-/// round goes before, unmeasured.
+/// Repeats the works in turn (a, b, a, b, ...), so that a temporary slowdown of the machine affects
+/// all of them. Returns the times of each, us, without those in which another thread had the core.
+/// The first round is not measured.
 inline std::vector<std::vector<double>> TimeInTurn(const std::vector<std::function<void()>>& works,
                                                    const RepeatOptions& options = {}) {
   std::vector<std::vector<double>> times(works.size());
@@ -55,7 +56,7 @@ inline std::vector<std::vector<double>> TimeInTurn(const std::vector<std::functi
   for (int round = 0; round < options.most; ++round) {
     if (round >= options.least && MillisecondsSince(start) > options.budget_ms) break;
     for (std::size_t i = 0; i < works.size(); ++i) {
-      // The thread's own clock costs a system call, so it is read outside of the other.
+      // Reading the thread's clock costs a system call, so it is read outside the measured time.
       const double ran = ThreadMilliseconds();
       const TimingClock::time_point began = TimingClock::now();
       works[i]();

@@ -7,8 +7,8 @@
 
 namespace hpdm {
 
-/// Runs `build`, which knows a part of the scene but not the file that it came from: the scene's
-/// path is put before what it throws as InputError.
+/// Runs `build`, which does not know the scene's file. Puts the scene's path before the message of
+/// an InputError that it throws.
 template <typename Build>
 decltype(auto) WithScenePath(const Scene& scene, const Build& build) {
   try {

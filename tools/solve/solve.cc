@@ -31,7 +31,8 @@ struct SolveOptions {
   bool json = false;
 };
 
-// Median of repeated solves, loads to vertices; of finite strain, the time of one iteration.
+// Returns the median time of repeated solves, loads to vertices; in finite strain, of one
+// iteration.
 double MedianSolveMicroseconds(const StaticLoads& loads, int iterations) {
   return Time([&] { loads.Solve(); }, {3, 21, 2}).median_us / std::max(iterations, 1);
 }
@@ -64,24 +65,41 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& results)
   }
 }
 
-// Every file that a scene names, and the scene.
+// Returns the scene and every file that it names.
 std::vector<std::string> FilesOf(const Scene& scene) {
   std::vector<std::string> files = {scene.path.string()};
   for (const SceneFile& file : scene.files) files.push_back(file.path);
   return files;
 }
 
-// Displacements that contradict each other would be met half-way without a word.
+// Refuses displacements that contradict each other: the solver would settle between them without a
+// message.
 void RefuseContradictions(const Scene& scene, const StaticSolution& solution) {
-  if (solution.share < 1) return;  // told of at the end
+  if (solution.share < 1) return;  // reported at the end
   for (std::size_t i = 0; i < scene.loads.size(); ++i) {
     const std::optional<Vector3d>& asked = scene.loads[i].displacement_W;
-    // Far beyond what a solver leaves.
+    // The tolerance is far above the solver's error.
     if (!asked || (solution.load_displacements[i] - *asked).norm() <= 1e-3 * asked->norm())
       continue;
-    throw InputError(
-        scene.path.string() + ": load[" + std::to_string(i) +
-        "]: its displacement contradicts another load's at the same place; remove one");
+    throw InputError(scene.path.string() + ": load[" + std::to_string(i) +
+                     "]: its displacement contradicts another load at the same place; remove one");
+  }
+}
+
+// Warns of collapsed tissue. Throws CheckFailed if the loads have no equilibrium.
+void ReportFaults(const Scene& scene, const StaticSolution& solution) {
+  if (solution.collapsed > 0) {
+    std::fprintf(stderr,
+                 "%s: warning: %.2g %% of the tissue is inverted or compressed beyond what its law "
+                 "resists; refine the lattice there, or take law = \"neo_hookean\"\n",
+                 OneLine(scene.path.string()).c_str(), 100 * solution.collapsed);
+  }
+  if (solution.share < 1) {
+    std::fprintf(stderr,
+                 "%s: no equilibrium beyond %.3g of the loads, where the energy stops carrying "
+                 "them; lower them or take law = \"neo_hookean\"\n",
+                 OneLine(scene.path.string()).c_str(), solution.share);
+    throw CheckFailed();
   }
 }
 
@@ -136,19 +154,7 @@ void Solve(const SolveOptions& options) {
                           {"full_scale_m", colours.full_scale}};
   }
   Print(options, scene, results);
-  if (solution.collapsed > 0) {
-    std::fprintf(stderr,
-                 "%s: warning: %.2g %% of the tissue is inverted or compressed beyond what its law "
-                 "resists; refine the lattice there, or take law = \"neo_hookean\"\n",
-                 OneLine(scene.path.string()).c_str(), 100 * solution.collapsed);
-  }
-  if (solution.share < 1) {
-    std::fprintf(stderr,
-                 "%s: no equilibrium beyond %.3g of the loads, where the energy stops carrying "
-                 "them; lower them or take law = \"neo_hookean\"\n",
-                 OneLine(scene.path.string()).c_str(), solution.share);
-    throw CheckFailed();
-  }
+  ReportFaults(scene, solution);
 }
 
 }  // namespace

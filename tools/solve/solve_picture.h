@@ -6,16 +6,16 @@
 
 namespace hpdm {
 
-/// What the colours of a solved shape's picture mean.
+/// Meaning of the colours in a solved shape's picture.
 struct SolvedColours {
-  bool error = false;     ///< Distance from the reference; otherwise from rest.
-  double full_scale = 0;  ///< m: the value with the last colour; the first is 0.
+  bool error = false;     ///< True: distance from the reference; false: from rest.
+  double full_scale = 0;  ///< m: value of the last colour; the first is 0.
 };
 
-/// Draws the case's organ, displaced (V x 3, m), through the scene's laparoscope and writes the
-/// picture as PNG of 640 x 480 pixels. Coloured by the distance of each vertex from the reference's
-/// (V x 3, m) where one is given, else from rest; the scale ends at the largest value, rounded up.
-/// Throws InputError when the file cannot be written, MachineError when nothing can be drawn.
+/// Draws the case's displaced organ (V x 3, m) through the scene's laparoscope and writes a PNG of
+/// 640 x 480 pixels. Each vertex is coloured by its distance from the reference (V x 3, m), if one
+/// is given, otherwise from rest. The scale ends at the largest value, rounded up. Throws
+/// InputError if the file cannot be written, MachineError if nothing can be drawn.
 SolvedColours WriteSolvedPicture(const std::string& path, const StaticCase& load_case,
                                  const Points& displacements, const Points* reference);
 

@@ -12,9 +12,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json Values(const ChannelTable::Last& last, const MessageSchemas& schemas) {
-  Json values = Json::object();
-  schemas.Decode(*last.type, last.event->data, [&values](const MessageValue& value) {
+Json ToJson(const ChannelTable::Last& last, const MessageSchemas& schemas) {
+  Json values = Json::object(), units = Json::object();
+  schemas.Decode(*last.type, last.event->data, [&values, &units](const MessageValue& value) {
     // All names of a message differ, so they are appended without a look-up.
     auto& items = values.get_ref<Json::object_t&>();
     std::visit(
@@ -22,8 +22,13 @@ Json Values(const ChannelTable::Last& last, const MessageSchemas& schemas) {
           items.push_back({std::string(value.name), Json(v)});
         },
         value.value);
+    if (!value.unit.empty()) {
+      units.get_ref<Json::object_t&>().push_back(
+          {std::string(value.name), std::string(value.unit)});
+    }
   });
-  return values;
+  return {
+      {"time_us", last.event->time_us}, {"values", std::move(values)}, {"units", std::move(units)}};
 }
 
 Json ToJson(const ChannelRow& row) {
@@ -96,7 +101,7 @@ Json ToJson(const SpyReport& report, const MessageSchemas& schemas) {
     Json channel = ToJson(row);
     const ChannelTable::Last last = report.table.Find(row.facts.channel);
     if (last.type != nullptr && last.event != nullptr) {
-      channel["last"] = {{"time_us", last.event->time_us}, {"values", Values(last, schemas)}};
+      channel["last"] = ToJson(last, schemas);
     }
     json["channels"].push_back(std::move(channel));
   }

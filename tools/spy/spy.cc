@@ -32,7 +32,7 @@ struct SpyOptions {
   bool once = false;
   bool json = false;
   bool web = false;
-  std::string web_value;  // what stands after --web
+  std::string web_value;  // word after --web
   DashboardOptions dashboard;
   double seconds = 0;  // 0: not given
   double speed = 0;    // 0: not given
@@ -76,7 +76,7 @@ void ReportOnce(const SpyOptions& options, const MessageSchemas& schemas, const 
   throw CheckFailed();
 }
 
-// Sorts the word after --web [PORT]: a number is the port, anything else the log.
+// Interprets the word after --web [PORT]: a number is the port, other text is the log.
 void TakeWebValue(SpyOptions* options) {
   const std::string& value = options->web_value;
   if (value.empty()) return;
@@ -110,8 +110,8 @@ void Spy(const SpyOptions& options) {
     throw InputError("spy: --speed and --from need a log; give its path");
   }
   const MessageSchemas schemas = SchemasWith(options.types);
-  // Blocks the signals before LCM starts its thread. While a log is indexed a signal ends the program
-  // at once.
+  // Blocks the signals before LCM starts its thread. While a log is indexed, a signal ends the
+  // program immediately.
   std::optional<StopSignals> blocked;
   if (options.log.empty()) blocked.emplace();
   SpySource source = Opened(options.log.empty() ? options.log : LogPathOf(options.log));

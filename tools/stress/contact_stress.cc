@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/organ.h"
+#include "engine/organ/organ_state.h"
 #include "haptics/device/hand_script.h"
 #include "tools/shared/report_text.h"
 #include "tools/stress/motion_block.h"
@@ -27,7 +27,8 @@ StressCase ContactCase(std::string name, std::string title, StressParameter para
   return stress_case;
 }
 
-// The block held at points of its top, as by jaws: what the step does between collision and patch.
+// The block held at points of its top, as by jaws. Does the part of a step between collision and
+// patch.
 class BlockHeldAtPoints {
  public:
   explicit BlockHeldAtPoints(const OrganOptions& options, bool quick)
@@ -38,7 +39,7 @@ class BlockHeldAtPoints {
 
   void LetGo() { state_.contacts.Clear(); }
 
-  // At `p` of the top (m), to go by `way`.
+  // Holds the point `p` of the top (m) and demands the displacement `way`.
   void Hold(const Vector3d& p, const Vector3d& way) {
     state_.tree.Refit(organ_.rest().vertices);
     const SurfacePoint at = state_.tree.Closest(p, 1).at;
@@ -50,7 +51,7 @@ class BlockHeldAtPoints {
                     state_.contacts.WeightRow(state_.contacts.size() - 1));
   }
 
-  // At another, to where the last answer took it.
+  // Holds another point and demands the displacement that the last solution gave it.
   void HoldToo(const Vector3d& p) {
     Hold(p, Vector3d::Zero());
     const int i = state_.contacts.size() - 1;
@@ -58,7 +59,7 @@ class BlockHeldAtPoints {
         (state_.contacts.Weights().row(i) * state_.control_displacements).transpose();
   }
 
-  // Eq. 26-28 alone, from rest; V x 3, m.
+  // Returns the displacements from Eq. 26-28 alone, from rest; V x 3, m.
   Points MovedDirectly() {
     state_.control_displacements.setZero();
     Points ways(state_.contacts.size(), 3);
@@ -69,7 +70,8 @@ class BlockHeldAtPoints {
     return Relocated();
   }
 
-  // And relaxed, by as many steps as any model takes to settle; V x 3, m.
+  // Returns the displacements after as many relaxation steps as any model needs to settle; V x 3,
+  // m.
   Points Relaxed() {
     constexpr int kSteps = 40;
     for (int step = 0; step < kSteps; ++step) {
@@ -89,15 +91,16 @@ class BlockHeldAtPoints {
   OrganState state_;
 };
 
-// A point is lifted, and with it another where that takes it: what the second asks is there
-// already, but the two are (nearly) one equation. 1e-18 m beside 5 mm is none.
+// A point is lifted. A second point is held at the displacement that this gives it. The second
+// demand is met already, but the two equations are nearly one: 1e-18 m beside 5 mm is below
+// round-off.
 StressCase CoincidentContacts(bool quick) {
   StressCase stress_case = ContactCase(
-      "coincident_contacts", "A point lifted by 10 mm, and another beside it as that moves it",
+      "coincident_contacts", "A point lifted by 10 mm, and a second one held where that moves it",
       {"distance", "m", 1e-3, 1e-6, 1e-18, true});
   stress_case.truth =
-      "the surface moved directly (Eq. 26-28) and relaxed against that with one point (the same "
-      "one at 1e-18 m): degraded from 1 %, failed from 10 %";
+      "the surface moved directly (Eq. 26-28) and relaxed, against that with one point (the same "
+      "point at 1e-18 m): degraded from 1 %, failed from 10 %";
   stress_case.run = [quick](StressModel model, double distance) {
     const Vector3d p(0.005, 0.003, 0), beside = p + Vector3d(distance, 0, 0);
     BlockHeldAtPoints block(BlockOrgan(model, quick), quick);
@@ -119,7 +122,7 @@ StressCase CoincidentContacts(bool quick) {
   return stress_case;
 }
 
-// How far the points of the last step are from their targets, over the ways.
+// Returns the distance of the last step's points from their targets, relative to the demands.
 double Missed(const BlockHeldAtPoints& block, const Points& U) {
   const ContactConstraints& contacts = block.state().contacts;
   double missed = 0, ways = 0;
@@ -134,11 +137,11 @@ double Missed(const BlockHeldAtPoints& block, const Points& U) {
 StressCase ManyContacts(bool quick) {
   StressCase stress_case =
       ContactCase("many_contacts",
-                  "Points of the top pulled each its own way, on a lattice of 8 control points",
+                  "Points of the top pulled in different directions, lattice of 8 control points",
                   {"points", "", 1, 16, 32});
   stress_case.truth =
-      "how near any such lattice can come to all of them (least squares): farther than that, over "
-      "the ways; degraded from 5 %, failed from 50 %";
+      "best fit of such a lattice to all points (least squares): excess distance over "
+      "the demands; degraded from 5 %, failed from 50 %";
   stress_case.models = LatticeModels();
   stress_case.run = [quick](StressModel model, double points) {
     OrganOptions options = BlockOrgan(model, quick);
@@ -150,7 +153,7 @@ StressCase ManyContacts(bool quick) {
     for (int i = 0; i < static_cast<int>(points); ++i) {
       const auto any = [&](double most) { return random.Uniform(-most, most); };
       const Vector3d p(any(0.045), any(0.045), 0);
-      // A lift and a turn, and each a little else.
+      // A lift and a turn, each with a random deviation.
       block.Hold(p, Vector3d(any(0.002), any(0.002), 0.01 + 0.1 * p.x() + any(0.002)));
     }
     block.MovedDirectly();
@@ -170,7 +173,7 @@ StressCase ManyContacts(bool quick) {
   return stress_case;
 }
 
-// Each jaws' way, m.
+// Displacement of each grasper, m.
 constexpr double kApart = 0.05;
 constexpr double kLetGo = kBlockStart + 0.5;  // s
 
@@ -180,12 +183,12 @@ StressTool PullAside(double from, double side) {
 }
 
 StressCase ToolsApart(bool quick) {
-  StressCase stress_case = ContactCase(
-      "tools_pull_apart", "Two graspers that pull 50 mm against each other within a step",
-      {"distance", "mm", 40, 2, 0.01, true});
+  StressCase stress_case =
+      ContactCase("tools_pull_apart", "Two graspers pull 50 mm against each other within a step",
+                  {"distance", "mm", 40, 2, 0.01, true});
   stress_case.truth =
-      "the largest force on the tissue or on a hand before its guard, over what one grasper alone "
-      "needs: what is more, degraded from 10 times, failed from 100 times";
+      "the largest force on the tissue or on a hand before its guard, over that of one grasper "
+      "alone: the excess, degraded from 10 times, failed from 100 times";
   stress_case.run = [quick, alone = std::make_shared<std::map<StressModel, double>>()](
                         StressModel model, double distance) {
     const auto pull = [&](const std::vector<StressTool>& tools) {
@@ -208,10 +211,10 @@ StressCase ToolsApart(bool quick) {
   return stress_case;
 }
 
-// In and out every `kPeriod`, a whole number of steps.
+// A press in and out every `kPeriod`, a whole number of steps.
 StressCase InAndOut(bool quick) {
   StressCase stress_case =
-      ContactCase("in_and_out", "A probe 10 mm into the tissue and out again, over and over",
+      ContactCase("in_and_out", "A probe pressed 10 mm into the tissue and out, repeatedly",
                   {"times", "", 10, 100, 100});
   stress_case.truth =
       "the surface at the bottom of the last press against that of the fifth: degraded from 0.1 "
@@ -227,7 +230,7 @@ StressCase InAndOut(bool quick) {
       return AtBlock(0.004, kTip + 0.002 - (kDepth + 0.002) * in);
     };
     StressSessionFixture body(BlockOrgan(model, quick), BlockSurface(quick), {tool});
-    const double step = 1. / 30 + 1e-3;  // until the bottom is seen
+    const double step = 1. / 30 + 1e-3;  // until the step at the bottom is published
     body.RunUntil(kBlockStart + 4.5 * kPeriod + step);
     const Points fifth = Displacements(body);
     body.RunUntil(kBlockStart + (count - 0.5) * kPeriod + step);

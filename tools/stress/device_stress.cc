@@ -16,7 +16,7 @@
 namespace hpdm {
 namespace {
 
-// A driver of whose readings a share is lost on the way.
+// A driver that loses a share of its readings.
 class LossyDevice final : public Device {
  public:
   LossyDevice(std::function<StressPose(double)> motion, const ImpulseEngineKinematics& kinematics,
@@ -55,7 +55,7 @@ class LossyDevice final : public Device {
   ExternalDevice external_;
 };
 
-// A hand that goes its way and trembles along the vertical.
+// A hand that follows a path and trembles along the vertical.
 class TremblingHand final : public Hand {
  public:
   TremblingHand(std::function<StressPose(double)> motion, double amplitude, double hertz)
@@ -80,7 +80,7 @@ class TremblingHand final : public Hand {
   double angular_frequency_;
 };
 
-// As stiff as `factor` times itself.
+// Multiplies the stiffness by `factor`.
 void Stiffen(double factor, StressTouchFixture* fixture, StressTool* tool) {
   fixture->organ.material.young *= factor;
   fixture->organ.energy.alpha *= factor;
@@ -89,8 +89,8 @@ void Stiffen(double factor, StressTouchFixture* fixture, StressTool* tool) {
   tool->tool.k2 *= factor;
 }
 
-// J: the least that hand and device had put into the tissue, by what the observer has, since the
-// forces were on. Of what the device itself dissipates half is counted on.
+// Returns the lowest energy, J, that hand and device had put into the tissue since the forces were
+// on, by the observer's data. It counts half of the device's own dissipation.
 double LeastEnergy(const FeltTimeSeries& series) {
   const DeviceAxes axes = AxesOf(DeviceProfile{});
   double dissipated = 0, least = 0;
@@ -144,7 +144,7 @@ StressTrial CoarseEncoders(StressModel model, double step_um, bool quick,
       Kept(kept, model, [&] { return Feel(fixture, tool, way.out + ToRest(model)).series; });
   DeviceProfile coarse;
   coarse.encoder_step = 1e-6 * step_um;
-  coarse.angle_encoder_step = coarse.encoder_step / 0.25;  // at the trocar's distance
+  coarse.angle_encoder_step = coarse.encoder_step / 0.25;  // at the tip's distance from the trocar
   coarse.max_angle = 1.5;
   coarse.max_insertion = 1;
   const Vector3d home = tool.motion(0).p_tip_W - tool.p_trocar_W;
@@ -207,7 +207,7 @@ std::vector<StressCase> DeviceStress(bool quick) {
   cases.push_back(
       {.name = "tremor_at_passivity",
        .group = {},
-       .title = "Hand that trembles 0.5 mm at 10 Hz on tissue of the device's limit",
+       .title = "Hand that trembles 0.5 mm at 10 Hz on tissue at the device's stiffness limit",
        .truth = "the same hand and tissue at 8 kHz; degraded from 10 %, failed from 50 "
                 "% of the peak, or from 0.1 mJ given to the hand",
        .parameter = {"stiffness", "N/m", 100, 1000, 30000, true},
@@ -236,7 +236,7 @@ std::vector<StressCase> DeviceStress(bool quick) {
                    }});
   cases.push_back({.name = "bursts_of_nan",
                    .group = {},
-                   .title = "Three bursts of readings that are no numbers, under a press",
+                   .title = "Three bursts of readings that are not numbers, under a press",
                    .truth =
                        "the force before them, 0.6 s after; degraded from 10 %, failed from 50 "
                        "%, or 10 % more force at any time",

@@ -4,20 +4,23 @@
 
 #include "tools/stress/stress_case.h"
 
-/// The parts of the group "haptics" (stress_cases.h).
+/// Parts of the group "haptics" (stress_cases.h).
 namespace hpdm {
 
-std::vector<StressCase> TipEntryStress(bool quick);  ///< How a tip comes into the organ and out.
-std::vector<StressCase> TipSlideStress(bool quick);  ///< A tip and a surface that move past.
-std::vector<StressCase> DeviceStress(bool quick);    ///< What a device reads, and displays.
+std::vector<StressCase> TipEntryStress(bool quick);  ///< Entry of a tip into the organ, and its
+                                                     ///< exit.
+std::vector<StressCase> TipSlideStress(bool quick);  ///< A tip and a surface that slide past each
+                                                     ///< other.
+std::vector<StressCase> DeviceStress(bool quick);    ///< Readings of a device, and its force
+                                                     ///< display.
 
-/// The point proxy too, which takes a surface that does not deform.
+/// Models including the point proxy, which uses an undeformed surface.
 inline const std::vector<StressModel> kTouchModels = {
     StressModel::kStrainSmall,  StressModel::kStrainFinite, StressModel::kMetricSmall,
     StressModel::kMetricFinite, StressModel::kContinuum,    StressModel::kMassSpring,
     StressModel::kPointProxy};
 
-/// All that run through both loops.
+/// Models that run through both loops.
 inline const std::vector<StressModel> kFeltModels = {
     StressModel::kStrainSmall,  StressModel::kStrainFinite, StressModel::kMetricSmall,
     StressModel::kMetricFinite, StressModel::kContinuum,    StressModel::kMassSpring};

@@ -7,9 +7,9 @@
 namespace hpdm {
 namespace {
 
-constexpr int kBricks = 10;  // of an edge: a wall, eight, a wall
+constexpr int kBricks = 10;  // per edge: a wall, eight inside, a wall
 
-// The bricks of a box without those inside, their planes moved to the walls.
+// Meshes the bricks of a box without the inner ones; the planes are moved to the walls.
 TetraMesh Walls(double edge, double wall) {
   const TetraMesh whole =
       BoxTetraMesh(Vector3d::Zero(), Vector3d::Constant(kBricks), {kBricks, kBricks, kBricks});
@@ -43,7 +43,7 @@ TetraMesh Walls(double edge, double wall) {
   return MakeTetraMesh(points, elements, "hollow box");
 }
 
-// The outer surface, and the inner one turned round.
+// Returns the outer surface and the reversed inner one.
 SurfaceMesh BothSides(double edge, double wall) {
   const SurfaceMesh outer = BoxSurface(Vector3d::Zero(), Vector3d::Constant(edge), {16, 16, 16});
   const SurfaceMesh inner =
@@ -70,7 +70,8 @@ HollowBody HollowBox(double edge, double wall, int cells) {
   press.organ = body.organ.name;
   press.p_centre_W = Vector3d(edge / 2, edge / 2, edge);
   press.radius = 0.015;
-  // Sinks by about a hundredth of the edge as a plate does, or as a half-space does.
+  // Chooses the load for a displacement of about a hundredth of the edge, as a plate or as a
+  // half-space.
   const double young = body.organ.material.young;
   const double plate = young * std::pow(wall, 3) / (0.06 * edge * edge);
   const double solid = young * press.radius;

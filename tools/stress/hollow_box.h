@@ -5,19 +5,19 @@
 
 namespace hpdm {
 
-/// A cube with walls around nothing, for what a lattice is worst at.
+/// A cube with walls around a cavity: the hardest shape for a lattice.
 struct HollowBody {
   OrganOptions organ;
   SurfaceMesh rest;
   std::vector<LoadOptions> loads;
-  TetraMesh tetrahedra;  ///< Linear: the wall one brick thick, ten bricks an edge.
+  TetraMesh tetrahedra;  ///< Linear: one brick through the wall, ten bricks an edge.
 };
 
-/// `edge` and `wall` in m; a lattice of `cells` per axis. Its lowest tenth is held, the middle of
-/// its top pressed over 15 mm.
+/// Returns a box with edges of `edge` m, walls of `wall` m and a lattice of `cells` per axis. The
+/// lowest tenth is held. A load of radius 15 mm presses the middle of the top.
 HollowBody HollowBox(double edge, double wall, int cells);
 
-/// With its own tetrahedra, linear or quadratic.
+/// Solves with the box's own tetrahedra, linear or quadratic.
 StressAnswer TetraRest(const HollowBody& body, bool quadratic);
 
 }  // namespace hpdm

@@ -12,7 +12,7 @@
 namespace hpdm {
 namespace {
 
-// How far the end of a cantilever of square section goes for a unit force, m/N (Timoshenko).
+// Returns the end displacement of a square cantilever per unit force, m/N (Timoshenko).
 double BeamCompliance(double length, double thickness, double young) {
   const double area = thickness * thickness, inertia = area * area / 12;
   const double shear = young / 2;  // Poisson's ratio 0
@@ -96,7 +96,7 @@ StressCase SurfaceRefinement(bool quick) {
   StressCase stress_case;
   const int finest = quick ? 20 : 30;
   stress_case.name = "triangles";
-  stress_case.title = "Block pressed, its 100 mm in n squares of the surface (tetrahedra: bricks)";
+  stress_case.title = "Block pressed, surface squares (tetrahedra: bricks) along its 100 mm";
   stress_case.truth = Format(
       "the same model in %d squares, compliance; degraded from 5 %%, failed from 20 %%", finest);
   stress_case.parameter = {"squares", "", 0.5 * finest, 5, 2};

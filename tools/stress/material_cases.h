@@ -2,7 +2,7 @@
 
 #include "tools/stress/stress_case.h"
 
-/// The cases of group "material", one by one.
+/// Cases of the group "material".
 namespace hpdm {
 
 // Tissue (tissue_stress.cc).
@@ -12,7 +12,7 @@ StressCase ThinWall(bool quick);
 StressCase Slivers(bool quick);
 StressCase NothingHolds(bool quick);
 
-// Lattice (lattice_stress.cc), and its unit (scale_stress.cc).
+// Lattice (lattice_stress.cc) and unit of length (scale_stress.cc).
 StressCase BernsteinDegree(bool quick);
 StressCase LatticeAspect(bool quick);
 StressCase Rescaled(bool quick);

@@ -16,7 +16,7 @@ const Vector3d kLow(-0.05, -0.05, -kBlockThickness);
 const Vector3d kHigh(0.05, 0.05, 0);
 constexpr double kBallRadius = 0.02;  // m
 
-// Corner nodes of the tetrahedra's faces that only one of them has.
+// Returns the triangles of the tetrahedra's faces that belong to one tetrahedron only.
 SurfaceMesh SurfaceOf(const TetraMesh& mesh) {
   std::map<std::array<int, 3>, std::array<int, 3>> faces;  // sorted corners: outwards
   for (Eigen::Index e = 0; e < mesh.elements.rows(); ++e) {
@@ -82,13 +82,13 @@ StressTool BlockHand(std::vector<std::pair<double, StressPose>> waypoints, doubl
   StressTool tool;
   tool.motion = Through(std::move(waypoints));
   tool.p_trocar_W = Vector3d(x_trocar, 0.01, 0.35);
-  tool.tool.can_grasp = true;
+  tool.tool.geometries[0].can_grasp = true;
   return tool;
 }
 
 StressTool BlockGrasp(double x, const StressPose& far, double seconds, double released,
                       double x_trocar) {
-  const double z = ToolOptions().tip_radius;
+  const double z = kDefaultToolRadius;
   return BlockHand({{0, AtBlock(x, z)},
                     {kBlockStart - 0.15, AtBlock(x, z)},
                     {kBlockStart - 0.1, AtBlock(x, z, 0)},
@@ -106,13 +106,13 @@ StressTool BlockBall(double depth, double seconds, double released) {
                                {kBlockStart + seconds, deep},
                                {released, deep},
                                {released, away}});
-  tool.tool.tip_radius = kBallRadius;
+  tool.tool.geometries[0].tip_radius = kBallRadius;
   return tool;
 }
 
 const char* const kVolumeTruth =
-    "tissue keeps its volume: what it is off while held; degraded from 10 %, if inside out or left "
-    "behind; failed from 50 %, or if 0.1 mm stay a second after release";
+    "volume at rest: deviation while held; degraded from 10 %, if inverted or left behind; "
+    "failed from 50 %, or if 0.1 mm stay a second after release";
 
 Points Displacements(const StressSessionFixture& body) {
   return body.state().vertices - body.organ().rest().vertices;
@@ -139,7 +139,7 @@ void AddReturn(StressSessionFixture* body, double released, StressTrial* trial) 
     trial->how = Format("%.2g mm stay", 1e3 * outcome.displacement);
   } else if (outcome.inverted_share > 0) {
     trial->fate = std::max(trial->fate, StressFate::kDegraded);
-    trial->how = Format("%.2g %% inside out", 100 * outcome.inverted_share);
+    trial->how = Format("%.2g %% inverted", 100 * outcome.inverted_share);
   } else if ((outcome.flags & kStepRecovering) != 0) {
     trial->fate = std::max(trial->fate, StressFate::kDegraded);
     trial->how = "left behind";

@@ -16,7 +16,7 @@ namespace hpdm {
 namespace {
 
 constexpr double kReleased = kBlockStart + 0.5;  // s
-constexpr double kAtTop = 0.0025;                // m: of a tip that touches the top
+constexpr double kAtTop = 0.0025;                // m: a tip at this height touches the top
 
 StressCase MotionCase(std::string name, std::string title, StressParameter parameter) {
   StressCase stress_case;
@@ -29,7 +29,7 @@ StressCase MotionCase(std::string name, std::string title, StressParameter param
   return stress_case;
 }
 
-// One tool on the block: `tool_at` makes it from the parameter's value.
+// Makes the case of one tool on the block; `tool_at` makes the tool from the parameter's value.
 StressCase OneTool(StressCase stress_case, bool quick, std::function<StressTool(double)> tool_at) {
   stress_case.run = [quick, tool_at = std::move(tool_at)](StressModel model, double value) {
     StressSessionFixture body(BlockOrgan(model, quick), BlockSurface(quick), {tool_at(value)});
@@ -41,16 +41,17 @@ StressCase OneTool(StressCase stress_case, bool quick, std::function<StressTool(
 StressCase PressDeep(bool quick) {
   return OneTool(
       MotionCase("press_deep",
-                 "A ball of 20 mm pressed into 100 mm of tissue, until it inverts, and away",
+                 "A ball of 20 mm pressed into 100 mm of tissue until it inverts, then withdrawn",
                  {"depth over thickness", "%", 5, 50, 110}),
       quick, [](double share) { return BlockBall(share / 100 * kBlockThickness, 0.2, kReleased); });
 }
 
 StressCase Poke(bool quick) {
-  return OneTool(MotionCase("poke_in_one_step",
-                            "A ball of 20 mm through 100 mm of tissue within a step, and away",
-                            {"depth", "mm", 5, 100, 115}),
-                 quick, [](double depth) { return BlockBall(depth / 1e3, 0, kReleased); });
+  return OneTool(
+      MotionCase("poke_in_one_step",
+                 "A ball of 20 mm through 100 mm of tissue within a step, then withdrawn",
+                 {"depth", "mm", 5, 100, 115}),
+      quick, [](double depth) { return BlockBall(depth / 1e3, 0, kReleased); });
 }
 
 StressCase LiftFar(bool quick) {
@@ -79,7 +80,7 @@ StressCase Twist(bool quick) {
                  });
 }
 
-// Steps of `ms`, grasped and lifted by 15 mm: the shape at the end of the hold.
+// Grasps and lifts by 15 mm with steps of `ms`. Returns the shape at the end of the hold.
 Points LiftedWithSteps(StressModel model, double ms, bool quick, StressTrial* trial) {
   constexpr double kClosed = 2, kLifts = 3.2, kLifted = 3.4, kEnd = 5.5;  // s
   TimingOptions timing;
@@ -108,9 +109,9 @@ Points LiftedWithSteps(StressModel model, double ms, bool quick, StressTrial* tr
 }
 
 StressCase StretchedStep(bool quick) {
-  StressCase stress_case = MotionCase(
-      "stretched_step", "Grasped and lifted by 15 mm with deformation steps of any length",
-      {"step", "ms", 33, 500, 1000});
+  StressCase stress_case =
+      MotionCase("stretched_step", "Grasped and lifted by 15 mm with long deformation steps",
+                 {"step", "ms", 33, 500, 1000});
   const double least = quick ? 20 : 1;
   stress_case.truth = Format(
       "the surface after 2 s against that with steps of %.0f ms: degraded from 1 %%, failed "
@@ -133,14 +134,14 @@ StressCase StretchedStep(bool quick) {
   return stress_case;
 }
 
-// What Newton's method makes of a way within one step that the tool then keeps.
+// Runs Newton's method on a displacement that happens within one step and is then held.
 StressCase NewtonHeld(bool quick) {
   StressCase stress_case =
       MotionCase("newton_residual", "Grasped, pulled aside within a step and held: Newton's method",
                  {"way", "mm", 5, 30, 200});
   stress_case.truth =
-      "the residual of the equilibrium over the load a second later: degraded from 1e-5 (its "
-      "tolerance is 1e-6), failed from 1 %, or if it grows tenfold in the second half of it";
+      "residual of the equilibrium over the load, a second later: degraded from 1e-5 (the "
+      "tolerance is 1e-6), failed from 1 %, or if it grows tenfold in the last half second";
   stress_case.models = {StressModel::kStrainFinite, StressModel::kMetricFinite};
   stress_case.run = [quick](StressModel model, double way) {
     constexpr double kHeld = kBlockStart + 1.1;
@@ -150,7 +151,7 @@ StressCase NewtonHeld(bool quick) {
     for (double t = kBlockStart + 0.1; t <= kHeld; t += 1. / 30) {
       body.RunUntil(t);
       const double residual = body.step().step.residual;
-      if ((body.step().step.flags & kStepRecovering) != 0) continue;  // by load steps
+      if ((body.step().step.flags & kStepRecovering) != 0) continue;  // converges by load steps
       const bool early = t < kBlockStart + 0.6;
       (early ? least : most) = early ? std::min(least, residual) : std::max(most, residual);
     }
@@ -165,15 +166,15 @@ StressCase NewtonHeld(bool quick) {
   return stress_case;
 }
 
-// Where viscous tissue that was let go is half a second later.
+// Measures the position of viscous tissue half a second after its release.
 StressCase Viscous(bool quick) {
   StressCase stress_case =
       MotionCase("viscous", "Viscous tissue grasped, pulled down by 10 mm within a step and let go",
                  {"relaxation time", "s", 0.01, 1, 100, true});
   stress_case.truth =
-      "0.5 s after release all is exp(-0.5 s / relaxation time) of what it was: off over that; "
-      "degraded from 1 % or if inside out or left behind, failed from 10 %, or if any vertex ever "
-      "goes twice the way";
+      "exp(-0.5 s / relaxation time) of the displacement 0.5 s after release: relative error; "
+      "degraded from 1 % or if inverted or left behind, failed from 10 %, or if any vertex ever "
+      "moves twice the distance";
   stress_case.models = LatticeModels();
   stress_case.run = [quick](StressModel model, double relaxation_time) {
     constexpr double kWay = 0.01;  // m
@@ -196,7 +197,7 @@ StressCase Viscous(bool quick) {
     } else if (outcome.inverted_share > 0 || (outcome.flags & kStepRecovering) != 0) {
       trial.fate = std::max(trial.fate, StressFate::kDegraded);
       trial.how = outcome.inverted_share > 0
-                      ? Format("%.2g %% inside out", 100 * outcome.inverted_share)
+                      ? Format("%.2g %% inverted", 100 * outcome.inverted_share)
                       : "left behind";
     }
     trial.harm = Harm(outcome, std::numeric_limits<double>::infinity());

@@ -8,7 +8,7 @@ PointProxy::PointProxy(const SurfaceMesh& rest, double stiffness)
     : rest_(rest), tree_(rest_.vertices, rest_.triangles), stiffness_(stiffness) {}
 
 Vector3d PointProxy::Tick(const Vector3d& p_tool_W) {
-  constexpr double kAbove = 1e-6;  // m, that the proxy keeps from what it stands on
+  constexpr double kAbove = 1e-6;  // m: distance of the proxy from its surface
   if (!started_) p_proxy_W_ = p_tool_W;
   started_ = true;
   Vector3d goal_W = p_tool_W, first_normal = Vector3d::Zero();
@@ -26,7 +26,7 @@ Vector3d PointProxy::Tick(const Vector3d& p_tool_W) {
     Vector3d left = goal_W - p_proxy_W_;
     if (planes == 0) {
       left -= n.dot(left) * n;
-    } else {  // along the edge of both
+    } else {  // along the edge of both planes
       const Vector3d edge = first_normal.cross(n).stableNormalized();
       left = edge.dot(left) * edge;
     }

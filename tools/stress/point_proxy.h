@@ -5,20 +5,22 @@
 
 namespace hpdm {
 
-/// A baseline of the haptic loop: the god-object (Zilles and Salisbury 1995) of a point tool, on
-/// the triangles of the last step alone. The proxy goes to the tool as far as no triangle that it
-/// would enter from outside is in the way, along up to two such planes, and the force on the hand
-/// is k (proxy - tool). Nothing tells it how the surface goes on between two steps, so it is past
-/// what moved past it. No tissue, no tip radius.
+/// Baseline for the haptic loop: the god-object of a point tool (Zilles and Salisbury 1995), on the
+/// triangles of the last step alone. The proxy moves towards the tool until a triangle that it
+/// would enter from outside stops it. It slides along up to two such planes. The force on the hand
+/// is k (proxy - tool).
+///
+/// The proxy does not know the surface's motion between two steps, so a surface can pass it. It has
+/// no tissue model and no tip radius.
 class PointProxy {
  public:
   /// `stiffness`: k, N/m.
   PointProxy(const SurfaceMesh& rest, double stiffness);
 
-  /// The surface as a new step has it, all of it moved by `offset_W` (m) from rest.
+  /// Sets the surface of a new step: all of it moved by `offset_W` (m) from rest.
   void MoveSurface(const Vector3d& offset_W) { offset_W_ = offset_W; }
 
-  /// Force on the hand, N; the first tick puts the proxy where the tool is.
+  /// Returns the force on the hand, N. The first tick puts the proxy at the tool.
   Vector3d Tick(const Vector3d& p_tool_W);
 
  private:

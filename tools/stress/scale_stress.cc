@@ -2,14 +2,14 @@
 #include <cmath>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/organ.h"
+#include "engine/organ/organ_state.h"
 #include "tools/stress/material_cases.h"
 #include "tools/stress/stress_block_fixture.h"
 
 namespace hpdm {
 namespace {
 
-// The block with its lengths times `length` and its stiffness times `modulus`, under the loads that
+// Returns the block with its lengths times `length` and its stiffness times `modulus`. The loads
 // give the same shape.
 StressBlockFixture Scaled(double length, double modulus) {
   StressBlockFixture block = PressedBlock(true);
@@ -28,7 +28,7 @@ StressBlockFixture Scaled(double length, double modulus) {
   return block;
 }
 
-// Where steps of the relaxation take the surface that a tip presses a tenth of its height deep.
+// Returns the relaxed surface when a tip presses a tenth of its height deep.
 Points Pressed(const StressBlockFixture& block, StressModel model, SolverType solver) {
   OrganOptions options = block.organ;
   Choose(model, &options);
@@ -66,9 +66,9 @@ StressCase Rescaled(bool quick) {
   StressCase stress_case;
   stress_case.name = "rescaled";
   stress_case.title =
-      "Block in another unit: lengths times and over the scale, modulus times and over its square";
+      "Block in another unit: lengths scaled up and down, modulus by the scale's square";
   stress_case.truth =
-      "the same shape (static; and by steps of each solver), surface displacement; degraded from "
+      "the same shape (static, and by steps of each solver), surface displacement; degraded from "
       "1e-6, failed from 1e-3";
   stress_case.parameter = {"scale", "", 10, 1000, quick ? 1e3 : 1e6, true};
   stress_case.models = kAllModels;

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kRounds = 6;  // a boundary to 1/64 of its bracket
+constexpr int kRounds = 6;  // locates a boundary to 1/64 of its bracket
 constexpr int kQuickRounds = 2;
 
 struct StressOptions {
@@ -53,8 +53,8 @@ std::vector<StressCase> Chosen(std::vector<StressCase> all, const std::vector<st
       return each.name == name || each.group == name;
     });
     if (!known) {
-      throw InputError("--only " + name +
-                       ": is no case and no group; hpdm stress --list names all");
+      throw InputError("--only: unknown case or group \"" + name +
+                       "\"; hpdm stress --list names all");
     }
   }
   std::erase_if(all, [&](const StressCase& each) {
@@ -64,15 +64,15 @@ std::vector<StressCase> Chosen(std::vector<StressCase> all, const std::vector<st
   return all;
 }
 
-// Cases share nothing, so that as many run at a time as there are processors; each is told of in
-// its turn.
+// Examines all cases. They share nothing, so as many run at a time as there are processors. Each is
+// reported in its turn.
 std::vector<StressRow> ExamineAll(const std::vector<StressCase>& cases,
                                   const StressOptions& options) {
   std::vector<StressRow> rows;
   for (const StressCase& each : cases) rows.push_back({each, {}});
   std::vector<bool> done(cases.size(), false);
   std::size_t next = 0, reported = 0;
-  std::mutex mutex;  // over all of the above but the row that a worker fills
+  std::mutex mutex;  // guards all of the above except the row that a worker fills
   const auto work = [&] {
     for (std::unique_lock lock(mutex); next < rows.size();) {
       const std::size_t mine = next++;
@@ -96,7 +96,8 @@ std::vector<StressRow> ExamineAll(const std::vector<StressCase>& cases,
   return rows;
 }
 
-// Of what was written, the names; a picture that could not be drawn is a remark.
+// Writes the results. Returns the names of the files; a picture that could not be drawn is a
+// remark.
 std::string Write(const fs::path& out, const std::vector<StressRow>& rows, const Json& report,
                   std::string* remark) {
   WriteTextFile(out / "stress.csv", StressCsv(rows));
@@ -134,12 +135,14 @@ void Stress(const StressOptions& options) {
 
 void AddStressCommand(Command app) {
   const auto options = std::make_shared<StressOptions>();
-  Command stress = app.AddCommand("stress", "Go where methods fail, and say which fails where");
-  stress.AddOption("--only", options->only, "These cases or groups alone");
-  stress.AddOption("--out", options->out, "Folder for the table and the picture; made if missing");
+  Command stress =
+      app.AddCommand("stress", "Raise difficulty until methods fail, and report each boundary");
+  stress.AddOption("--only", options->only, "Run only these cases or groups");
+  stress.AddOption("--out", options->out,
+                   "Folder for the table and the picture; created if missing");
   stress.AddFlag("--json", options->json, "Print JSON");
   stress.AddFlag("--quick", options->quick, "Smaller bodies, coarser boundaries");
-  stress.AddFlag("--list", options->list, "Name the cases and end");
+  stress.AddFlag("--list", options->list, "List the cases and exit");
   stress.OnRun([options] { Stress(*options); });
 }
 

@@ -10,6 +10,7 @@
 #include "engine/reference_fem/tetra_fem.h"
 #include "engine/statics/static_loads.h"
 #include "engine/tissue/stiffness_regions.h"
+#include "engine/tissue/support.h"
 #include "tools/shared/report_text.h"
 
 namespace hpdm {

@@ -6,11 +6,11 @@
 
 namespace hpdm {
 
-/// The cases of each group, in the order of the table. `quick`: smaller bodies and shorter motions,
-/// the same claims.
+/// Returns the cases of a group in the order of the table. `quick`: smaller bodies and shorter
+/// motions with the same claims.
 std::vector<StressCase> MaterialStress(bool quick);  ///< Tissue, lattice and solver, at rest.
 std::vector<StressCase> ContactStress(bool quick);   ///< Rows of contacts, coincident and many.
-std::vector<StressCase> MotionStress(bool quick);    ///< Tissue taken where it inverts.
+std::vector<StressCase> MotionStress(bool quick);    ///< Tissue moved until it inverts.
 std::vector<StressCase> HapticStress(bool quick);    ///< Tip, tick and device.
 
 }  // namespace hpdm

@@ -49,10 +49,10 @@ Json ToJson(const StressResult& result) {
           {"trials", result.trials}};
 }
 
-// "beyond 200 mm", "to 57 mm", "not even 1 mm".
+// Returns "beyond 200 mm", "to 57 mm" or "fails from the start".
 std::string Boundary(const StressParameter& parameter, const StressResult& result) {
   if (!result.fails_from) return "beyond " + Value(parameter, parameter.utmost);
-  if (!result.holds_to) return "not even " + Value(parameter, parameter.easy);
+  if (!result.holds_to) return "fails from the start";
   return "to " + Value(parameter, *result.holds_to);
 }
 
@@ -109,7 +109,7 @@ std::string StressMarkdown(const std::vector<StressRow>& rows) {
       models.push_back(model);
     }
   }
-  std::string text = "| case, and what is asked |", rule = "|---|";
+  std::string text = "| case and its parameter |", rule = "|---|";
   for (const StressModel model : models) {
     text.append(" ").append(Title(model)).append(" |");
     rule += "---|";

@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-// Whatever the hands do is within the device's reach.
+// A device with reach for every motion of the hands.
 DeviceProfile FarReaching() {
   DeviceProfile profile;
   profile.max_angle = 1.5;
@@ -48,7 +48,7 @@ std::function<StressPose(double)> Through(std::vector<std::pair<double, StressPo
 }
 
 std::string Harm(const StressOutcome& outcome, double released) {
-  constexpr double kToRest = 1. / 30 + 0.1;  // s: a step, its delay and what is left of a decay
+  constexpr double kToRest = 1. / 30 + 0.1;  // s: a step, its delay and the rest of a decay
   if (!outcome.finite || (outcome.flags & kStepNotFinite) != 0) return "not finite";
   if (outcome.force > ForceGuardOptions().max_force * (1 + 1e-12)) {
     return Format("%.3g N on the hand", outcome.force);
@@ -63,7 +63,7 @@ std::string Harm(const StressOutcome& outcome, double released) {
   return "";
 }
 
-// Always where the motion has it.
+// A device that is always at the motion's pose.
 class StressSessionFixture::Scripted final : public Device {
  public:
   Scripted(std::function<StressPose(double)> motion, const ImpulseEngineKinematics& kinematics)
@@ -111,13 +111,7 @@ StressSessionFixture::StressSessionFixture(const OrganOptions& organ, SurfaceMes
     devices_.back()->EnableForce(true);
     options.push_back(tool.tool);
     options.back().prefetch = 1.5 * ToSeconds(step);
-    instruments.push_back({devices_.back().get(),
-                           kinematics,
-                           tool.tool.tip_radius,
-                           guard,
-                           tool.friction,
-                           {},
-                           tool.tool.exchanges});
+    instruments.push_back({devices_.back().get(), kinematics, tool.tool.geometries, guard});
   }
   deformation_ = std::make_unique<DeformationLoop>(
       organs_, options, DeformationEdges{tool_states_, patches_, render_, telemetry_, &steps_});
@@ -160,9 +154,10 @@ void StressSessionFixture::MeasureStep() {
   outcome_.displacement = (state.vertices - organ().rest().vertices).rowwise().norm().maxCoeff();
   outcome_.largest_displacement = std::max(outcome_.largest_displacement, outcome_.displacement);
   if (!(outcome_.displacement <= kAtRest)) outcome_.last_off_rest = ToSeconds(step_.step.time_ns);
-  if (organ().inversion_detector() == nullptr) return;
-  const InversionDetector::Inversion inversion = organ().inversion_detector()->EvaluateAll(
-      state.contacts.refinement, state.control_displacements);
+  if (organ().lattice_organ() == nullptr) return;
+  const InversionDetector::Inversion inversion =
+      organ().lattice_organ()->inversion_detector().EvaluateAll(state.contacts.refinement,
+                                                                state.control_displacements);
   outcome_.least_determinant = std::min(outcome_.least_determinant, inversion.least);
   outcome_.inverted_share = std::max(outcome_.inverted_share, inversion.share);
 }

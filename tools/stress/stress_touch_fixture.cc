@@ -40,7 +40,7 @@ constexpr std::array<std::array<int, 3>, 20> kIcosahedronFaces = {
      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
 
-// The tip's lowest point against the surface as the newest step left it.
+// Runs the proxy at the tip's lowest point against the surface of the newest step.
 FeltTouch FeelProxy(const StressTouchFixture& fixture, const StressTool& tool, double seconds) {
   constexpr double kStiffness = 100;  // N/m
   const TimingOptions& timing = fixture.timing;
@@ -54,7 +54,8 @@ FeltTouch FeelProxy(const StressTouchFixture& fixture, const StressTool& tool, d
         fixture.organ.motion.Offset(at_ns(begun * timing.haptic_hz / timing.deformation_hz)));
     ToolSample& sample = felt.series.emplace_back();
     sample.p_tip_W = tool.motion(1. * tick / timing.haptic_hz).p_tip_W;
-    sample.force_W = proxy.Tick(sample.p_tip_W - tool.tool.tip_radius * Vector3d::UnitZ());
+    sample.force_W =
+        proxy.Tick(sample.p_tip_W - tool.tool.geometries[0].tip_radius * Vector3d::UnitZ());
     sample.reaction_W = sample.force_W;
   }
   return felt;
@@ -63,7 +64,7 @@ FeltTouch FeelProxy(const StressTouchFixture& fixture, const StressTool& tool, d
 OrganOptions Options(StressModel model, bool quick) {
   OrganOptions options;
   options.name = "organ";
-  options.energy.alpha = 500;  // Pa: under the tip about as stiff as the strain energy's 5 kPa
+  options.energy.alpha = 500;  // Pa: under the tip about as stiff as the strain energy with 5 kPa
   options.lattice.cells = {3, 3, quick ? 2 : 3};
   options.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
   if (model != StressModel::kPointProxy) Choose(model, &options);
@@ -74,8 +75,8 @@ OrganOptions Options(StressModel model, bool quick) {
 
 SurfaceMesh GeodesicEllipsoid(const Vector3d& radii, int frequency) {
   HPDM_CHECK(frequency >= 1);
-  // A vertex is named by its whole-number weights of the icosahedron's corners, so that faces share
-  // those of their edges.
+  // A vertex's name is its integer weights of the icosahedron's corners, so faces share the
+  // vertices of their edges.
   using Name = std::map<int, int>;
   std::map<Name, int> index;
   std::vector<Vector3d> vertices;
@@ -160,7 +161,7 @@ StressTouchFixture HollowOrgan(StressModel model, bool quick) {
 }
 
 StressPose Below(const Vector3d& p_top_W, double depth, const StressTool& tool) {
-  return {.p_tip_W = p_top_W + (tool.tool.tip_radius - depth) * Vector3d::UnitZ()};
+  return {.p_tip_W = p_top_W + (tool.tool.geometries[0].tip_radius - depth) * Vector3d::UnitZ()};
 }
 
 StressTool OverOrgan(std::vector<std::pair<double, StressPose>> way) {

@@ -11,14 +11,15 @@
 #include "tools/stress/stress_case.h"
 #include "tools/stress/stress_session_fixture.h"
 
-/// One organ and one tool that touches it, for the cases about what the hand feels.
+/// One organ and one tool that touches it, for the cases about felt forces.
 namespace hpdm {
 
-/// A surface of 20 frequency^2 nearly equal triangles with the half-axes `radii` (m), outwards: an
-/// icosahedron's faces split in frequency^2, pushed out to the ellipsoid. frequency >= 1.
+/// Returns a surface of 20 frequency^2 nearly equal triangles with the half-axes `radii` (m),
+/// outward. An icosahedron's faces are split in frequency^2 and pushed out to the ellipsoid.
+/// frequency >= 1.
 SurfaceMesh GeodesicEllipsoid(const Vector3d& radii, int frequency);
 
-/// The same around a hollow, both walls meshed: `wall` (m) thick along the axes.
+/// Returns the same around a cavity with both walls meshed; `wall`: thickness along the axes, m.
 SurfaceMesh HollowEllipsoid(const Vector3d& radii, double wall, int frequency);
 
 struct StressTouchFixture {
@@ -27,84 +28,86 @@ struct StressTouchFixture {
   SurfaceMesh rest;
   TimingOptions timing = {};
 
-  /// The outermost point of the surface over (x, y), m. There must be one.
+  /// Returns the outermost point of the surface over (x, y), m, which must exist.
   Vector3d Top(double x, double y) const;
-  /// The same with a tree of `rest`, for many.
+  /// Returns the same, using a tree of `rest` for repeated calls.
   Vector3d Top(const SurfaceTree& surface, double x, double y) const;
 };
 
-/// How deep a sphere lies in a surface, m; negative: so far outside.
+/// Returns the depth of a sphere in a surface, m; negative outside.
 double Depth(const SurfaceTree& surface, const Vector3d& p_centre_W, double radius);
 
-/// A soft ellipsoid of 0.1 x 0.07 x 0.05 m half-axes that rests on its lower quarter.
+/// Returns a soft ellipsoid with half-axes 0.1 x 0.07 x 0.05 m, supported at its lower quarter.
 StressTouchFixture SoftOrgan(StressModel model, bool quick);
 
-/// A hollow one of 0.05 x 0.04 x 0.04 m half-axes with a wall of 3 mm.
+/// Returns a hollow ellipsoid with half-axes 0.05 x 0.04 x 0.04 m and a wall of 3 mm.
 StressTouchFixture HollowOrgan(StressModel model, bool quick);
 
-/// A way along the vertical through a point of the surface: a tool whose tip is `depth` (m) below
-/// `p_top_W`, negative above.
+/// Returns the pose on the vertical through a surface point with the tip `depth` (m) below
+/// `p_top_W`; negative above.
 StressPose Below(const Vector3d& p_top_W, double depth, const StressTool& tool = {});
 
-/// A tool that hangs over the organ.
+/// Returns a tool that hangs over the organ and moves along `way`.
 StressTool OverOrgan(std::vector<std::pair<double, StressPose>> way);
 
-inline constexpr double kRampedIn = 0.55;  ///< s: the guard's start-up is over.
+inline constexpr double kRampedIn = 0.55;  ///< s: end of the guard's start-up.
 
-/// A way: into the organ, to and fro along x at one height, and out again.
+/// A motion: into the organ, back and forth along x at one height, and out again.
 struct PressAndSlide {
-  double depth = 0.008;  ///< m, where it goes in.
-  double length = 0.02;  ///< m, of the slide.
+  double depth = 0.008;  ///< m, at the entry.
+  double length = 0.02;  ///< m, length of the slide.
   double speed = 0.05;   ///< m/s.
-  double slides = 0;     ///< s, set by Tool(): when it begins to slide,
-  double ends = 0;       ///< is back,
-  double leaves = 0;     ///< comes out of the surface,
-  double out = 0;        ///< and 10 mm over the organ.
+  double slides = 0;     ///< s, set by Tool(): start of the slide.
+  double ends = 0;       ///< s: end of the slide.
+  double leaves = 0;     ///< s: tip leaves the surface.
+  double out = 0;        ///< s: tip is 10 mm above the organ.
 
-  /// The tool `held` on its way over `p_top_W`.
+  /// Returns the tool `held` in this motion over `p_top_W`.
   StressTool Tool(const Vector3d& p_top_W, const StressTool& held = {});
 };
 
-using FeltTimeSeries = std::vector<ToolSample>;  ///< One a tick, from the first.
+using FeltTimeSeries = std::vector<ToolSample>;  ///< One sample a tick, from the first.
 
-/// What the hand feels until `seconds`, and what became of the organ; of a point proxy, which has
-/// no tissue, the forces alone.
+/// The force that the hand feels until `seconds`, and the organ's outcome. A point proxy has no
+/// tissue, so it has forces only.
 struct FeltTouch {
   FeltTimeSeries series;
   StressOutcome outcome;
 };
 FeltTouch Feel(const StressTouchFixture& fixture, const StressTool& tool, double seconds);
 
-/// What each model felt where the case's parameter plays no part: made once.
+/// The force series of each model, kept because they do not depend on the case's parameter.
 using KeptTimeSeries = std::shared_ptr<std::map<StressModel, FeltTimeSeries>>;
 inline KeptTimeSeries Keep() { return std::make_shared<KeptTimeSeries::element_type>(); }
 const FeltTimeSeries& Kept(const KeptTimeSeries& kept, StressModel model,
                            const std::function<FeltTimeSeries()>& make);
 
-/// N: displayed on average over the ticks of [from, to) s, at 1 kHz.
+/// Returns the mean displayed force, N, over the ticks of [from, to) s, at 1 kHz.
 Vector3d MeanForce(const FeltTimeSeries& series, double from, double to);
 
-/// N: what the hand feels at the end of the way from `from` to `to`, gone slowly (0.1 m/s), when
-/// all has settled.
+/// Returns the settled force on the hand, N, after a slow motion (0.1 m/s) from `from` to `to`.
 Vector3d ForceGoneToSlowly(const StressTouchFixture& fixture, StressTool tool,
                            const StressPose& from, const StressPose& to);
 
-/// ContactError (force_signal.h) of the displayed forces from `from` s on; of one length.
+/// Returns ContactError (force_signal.h) of the displayed forces from `from` s. Both series must
+/// have the same length.
 double FeltError(const FeltTimeSeries& series, const FeltTimeSeries& truth, double from);
 
-/// |a - truth| / |truth|.
+/// Returns |a - truth| / |truth|.
 double RelativeError(const Vector3d& a, const Vector3d& truth);
 
-/// The trial failed, for this reason if it had none yet.
+/// Marks the trial as failed for the reason `how`, unless it already has a reason.
 void Fail(const std::string& how, StressTrial* trial);
 
-/// s: as long is waited for the tissue to be back at rest; the surface models take their time.
+/// Returns the time, s, after which tissue must be at rest; the surface models need more.
 inline double ToRest(StressModel model) { return IsOurs(model) ? 0.35 : 1.2; }
 
-/// Says what was felt where it is not what was meant, if nothing else is said.
+/// Gives a trial that did not survive the measured and the intended force (N) as its reason, unless
+/// it already has a reason.
 void ReportForces(double force, double meant, StressTrial* trial);
 
-/// Judge(), and failed too where Harm() finds something, of the surface models at the end alone.
+/// Judges the trial, and fails it if Harm() finds something. For the surface models only the end
+/// counts.
 StressTrial JudgeTouch(StressModel model, double error, double degraded_from, double failed_from,
                        const StressOutcome& outcome, double released);
 

@@ -8,17 +8,17 @@
 namespace hpdm {
 namespace {
 
-// N: a force of that size is felt; below, a contact is as good as over.
+// N: a force of this size is felt; below it, a contact counts as over.
 constexpr double kFelt = 0.02;
 
-// A force downwards, of more than a trifle of the true one.
+// True if the force points downwards by more than a small share of the true force.
 bool PullsIn(const FeltTimeSeries& series, const Vector3d& truth) {
   const double least = -std::max(kFelt, 0.05 * truth.norm());
   return std::any_of(series.begin(), series.end(),
                      [&](const ToolSample& tick) { return tick.force_W.z() < least; });
 }
 
-// From `from` s on.
+// True if no force is felt from `from` s.
 bool FeelsNothing(const FeltTimeSeries& series, double from) {
   return std::all_of(series.begin() + std::lround(1e3 * from), series.end(),
                      [](const ToolSample& tick) { return tick.force_W.norm() < kFelt; });
@@ -65,7 +65,7 @@ StressTrial ThroughWall(StressModel model, double speed, bool quick) {
   return trial;
 }
 
-// From beyond the reach of any patch.
+// The device starts beyond the reach of any patch.
 StressTrial FastTouch(StressModel model, double speed, bool quick) {
   constexpr double kDepth = 0.01, kAway = 0.08, kJudged = 0.2;  // m, m, s
   const StressTouchFixture fixture = SoftOrgan(model, quick);
@@ -91,7 +91,8 @@ StressTrial FastTouch(StressModel model, double speed, bool quick) {
   return trial;
 }
 
-// Asked for in the depth, another instrument comes when the tip is free, and is felt as itself.
+// Another instrument is asked for while the tip presses. It must come when the tip is free, with
+// its own force.
 StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   constexpr double kSpeed = 0.1, kAway = 0.01;  // m/s, m
   const StressTouchFixture fixture = SoftOrgan(model, quick);
@@ -109,8 +110,8 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
                                {end, deep},
                                {gone, away}});
   StressTool fine = tool;
-  fine.tool.tip_radius = 0.001;
-  tool.tool.exchanges = {{.tip_radius = fine.tool.tip_radius}};
+  fine.tool.geometries[0].tip_radius = 0.001;
+  tool.tool.geometries.push_back(fine.tool.geometries[0]);
   StressSessionFixture body(fixture.organ, fixture.rest, {tool}, fixture.timing);
   FeltTimeSeries series;
   body.RunUntil(asks, &series);
@@ -127,7 +128,7 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
   StressTrial trial =
       JudgeTouch(model, std::max(kept, taken), 0.1, 0.5, body.outcome(), end + depth / kSpeed);
   if (series[std::lround(1e3 * leaves)].instrument_index != 0)
-    Fail("exchanged in the depth", &trial);
+    Fail("exchanged inside the tissue", &trial);
   if (series[std::lround(1e3 * (out + 0.5))].instrument_index != 1) Fail("never exchanged", &trial);
   if (kept > taken) ReportForces(after.norm(), before.norm(), &trial);
   ReportForces(other.norm(), truth.norm(), &trial);
@@ -137,7 +138,7 @@ StressTrial Exchange(StressModel model, double depth_mm, bool quick) {
 }  // namespace
 
 std::vector<StressCase> TipEntryStress(bool quick) {
-  const std::string place = "the force of the same place gone to slowly";
+  const std::string place = "the force of the same place reached slowly";
   std::vector<StressCase> cases;
   cases.push_back({.name = "tool_inside_at_start",
                    .group = {},
@@ -174,8 +175,8 @@ std::vector<StressCase> TipEntryStress(bool quick) {
        .group = {},
        .title = "Another instrument asked for while the tip presses",
        .truth = "the force before, as long as it presses, and then " + place +
-                " with the other one; degraded from 10 %, failed from 50 %, or when it "
-                "is exchanged in the depth or never",
+                " with the other one; degraded from 10 %, failed from 50 %, or if it "
+                "is exchanged inside the tissue or never",
        .parameter = {"depth", "mm", 2, 15, 40},
        .models = {},
        .run = [quick](StressModel model, double value) { return Exchange(model, value, quick); }});

@@ -10,10 +10,10 @@ namespace hpdm {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kNoForce = 1e-3;  // N: less is no force
-constexpr double kClearly = 2e-4;  // m: deeper, there must be force
+constexpr double kNoForce = 1e-3;  // N: smaller counts as no force
+constexpr double kClearly = 2e-4;  // m: deeper than this there must be force
 
-// N, on average while it slides.
+// Returns the mean force while the tool slides, N.
 double SlidingForce(const FeltTimeSeries& series, const PressAndSlide& way) {
   double sum = 0;
   const auto first = std::lround(1e3 * way.slides), last = std::lround(1e3 * way.ends);
@@ -21,14 +21,14 @@ double SlidingForce(const FeltTimeSeries& series, const PressAndSlide& way) {
   return sum / static_cast<double>(last - first);
 }
 
-// A frequency of GeodesicEllipsoid() for about as many triangles.
+// Returns the frequency of GeodesicEllipsoid() for about as many triangles.
 int Frequency(double triangles) {
   return std::max(1, static_cast<int>(std::lround(std::sqrt(triangles / 20))));
 }
 
 StressTrial PointTool(StressModel model, double thousands, bool quick, const KeptTimeSeries& kept) {
   StressTool point;
-  point.tool.tip_radius = 0;
+  point.tool.geometries[0].tip_radius = 0;
   PressAndSlide way;
   const auto on = [&](double triangles) {
     StressTouchFixture fixture = SoftOrgan(model, quick);
@@ -62,7 +62,7 @@ StressTrial Breathing(StressModel model, double hertz, bool quick) {
     const auto t_ns = static_cast<Nanoseconds>(i) * 1'000'000;
     if (t_ns < static_cast<Nanoseconds>(1e9 * kRampedIn)) continue;
     const Vector3d p_W = felt.series[i].p_tip_W - fixture.organ.motion.Offset(t_ns);
-    if (Depth(surface, p_W, ToolOptions().tip_radius) < kClearly) continue;
+    if (Depth(surface, p_W, kDefaultToolRadius) < kClearly) continue;
     ++deep;
     blind += felt.series[i].reaction_W.norm() < kNoForce;
   }
@@ -72,11 +72,11 @@ StressTrial Breathing(StressModel model, double hertz, bool quick) {
   return trial;
 }
 
-// To and fro along the surface itself, 4 mm deep, 40 mm to either side of its top.
+// Slides back and forth along the surface, 4 mm deep, 40 mm to either side of its top.
 class SlideAlong {
  public:
   static constexpr double kReach = 0.04;              // m
-  static constexpr double kBegins = kRampedIn + 0.3;  // s, after the way in
+  static constexpr double kBegins = kRampedIn + 0.3;  // s, after the entry
 
   explicit SlideAlong(const StressTouchFixture& fixture) {
     constexpr int kPlaces = 161;
@@ -87,7 +87,7 @@ class SlideAlong {
     }
   }
 
-  // Share (0..1) of the way from one end to the other that it is on at time t (s).
+  // Returns the position (0..1) between the two ends at time t (s).
   static double Along(double t, double speed) {
     const double phase = std::fmod((t - kBegins) * speed / (4 * kReach), 1.);
     return phase < 0.5 ? 2 * phase : 2 - 2 * phase;
@@ -185,10 +185,9 @@ std::vector<StressCase> TipSlideStress(bool quick) {
        .run = [quick](StressModel model, double value) { return Breathing(model, value, quick); }});
   cases.push_back({.name = "fast_slide",
                    .group = {},
-                   .title = "Tip slides to and fro over 80 mm, 4 mm deep",
-                   .truth =
-                       "the force of the same places gone over at 40 mm/s; degraded from 10 %, "
-                       "failed from 50 % of the peak",
+                   .title = "Tip slides back and forth over 80 mm, 4 mm deep",
+                   .truth = "the force of the same places passed at 40 mm/s; degraded from 10 %, "
+                            "failed from 50 % of the peak",
                    .parameter = {"speed", "m/s", 0.05, 1, 10, true},
                    .models = {},
                    .run = [quick, kept = Keep()](StressModel model, double value) {
@@ -197,7 +196,7 @@ std::vector<StressCase> TipSlideStress(bool quick) {
   cases.push_back(
       {.name = "stale_patches",
        .group = {},
-       .title = "Deformation step stretched under a press that slides",
+       .title = "Longer deformation steps under a press that slides",
        .truth = "the force with a step every 5 to 10 ms; degraded from 10 %, failed from 50 % "
                 "of the peak",
        .parameter = {"step", "ms", 10, 33, 500, true},

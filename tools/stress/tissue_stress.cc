@@ -20,8 +20,7 @@ SurfaceMesh SurfaceOf(const StressBlockFixture& block) {
 }
 
 // Splits edges (a, b) near a, so that each of the two triangles of an edge loses a sliver of
-// `ratio` of its area; every triangle takes part in one split at most. Old vertices keep their
-// numbers.
+// `ratio` of its area. Every triangle is split at most once. Old vertices keep their numbers.
 SurfaceMesh WithSlivers(const SurfaceMesh& mesh, double ratio) {
   std::map<std::pair<int, int>, std::pair<int, int>> at;  // directed edge: triangle, corner
   const auto corner = [&mesh](int t, int k) { return mesh.triangles(t, k % 3); };
@@ -69,7 +68,8 @@ SurfaceMesh WithSlivers(const SurfaceMesh& mesh, double ratio) {
   return slivered;
 }
 
-// Against quadratic tetrahedra of the same block, which `at` makes for a value of the parameter.
+// Judges against quadratic tetrahedra of the same block; `at` makes the block for a value of the
+// parameter.
 StressCase AgainstQuadratic(StressCase stress_case, std::function<StressBlockFixture(double)> at,
                             const std::array<int, 3>& bricks, double degraded_from,
                             double failed_from) {
@@ -109,8 +109,7 @@ StressCase StiffnessContrast(bool quick) {
   stress_case.title = "Block pressed over a hard tumour of 40 x 40 x 20 mm, 20 mm deep";
   stress_case.truth =
       "quadratic tetrahedra, surface displacement; degraded from 15 %, failed from 40 %. The "
-      "bricks "
-      "of the tetrahedra end at the tumour's faces, the lattice's cells of 18 mm do not";
+      "bricks of the tetrahedra end at the tumour's faces, the lattice's cells of 18 mm do not";
   stress_case.parameter = {"stiffness contrast", "", 1, 1000, 1e4, true};
   stress_case.models = {StressModel::kStrainSmall, StressModel::kStrainFinite,
                         StressModel::kMetricSmall, StressModel::kMetricFinite,
@@ -154,8 +153,7 @@ StressCase Slivers(bool /*quick*/) {
   stress_case.title = "Block pressed, slivers along every other edge of its surface";
   stress_case.truth =
       "the same model without slivers, surface displacement; degraded from 1 %, failed from 10 % "
-      "or "
-      "with more than 1,000 explicit substeps in a step of 33 ms";
+      "or with more than 1,000 explicit substeps in a step of 33 ms";
   stress_case.parameter = {"area of a sliver over a triangle's", "", 0.5, 1e-6, 1e-12, true};
   stress_case.models = {StressModel::kStrainSmall, StressModel::kStrainFinite,
                         StressModel::kMetricSmall, StressModel::kMetricFinite,
@@ -188,9 +186,9 @@ StressCase Slivers(bool /*quick*/) {
 StressCase NothingHolds(bool quick) {
   StressCase stress_case;
   stress_case.name = "no_support";
-  stress_case.title = "Block that nothing holds, pulled at its top";
+  stress_case.title = "Free block, pulled at its top";
   stress_case.truth =
-      "the mean displacement by the weak spring that ties it to rest, force / (1e-3 E / L^2 x "
+      "the mean displacement from the weak spring to rest, force / (1e-3 E / L^2 x "
       "volume); degraded from 5 %, failed from 50 %";
   stress_case.parameter = {"force", "N", 0.001, 0.1, 10, true};
   stress_case.models = kAllModels;
@@ -200,7 +198,7 @@ StressCase NothingHolds(bool quick) {
     block.loads[0].force_W = Vector3d(0, 0, force);
     const SurfaceMesh rest = SurfaceOf(block);
     const StressAnswer answer = Rest(block, model);
-    // Of the lattice's box, and of what it holds.
+    // Volume of the lattice's box and of the tissue in it.
     const Vector3d size = block.max - block.min;
     const double length = size.mean() + 2 * block.organ.lattice.margin;
     const bool metric = model == StressModel::kMetricSmall || model == StressModel::kMetricFinite;

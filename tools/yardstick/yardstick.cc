@@ -14,6 +14,7 @@
 #include "engine/mesh/mesh_facts.h"
 #include "engine/organ.h"
 #include "engine/reference_fem/tetra_fem.h"
+#include "engine/tissue/support.h"
 #include "scenes/loader/scene.h"
 #include "tools/yardstick/cgal_mesher.h"
 

@@ -16,7 +16,7 @@ struct MeshFileLimits {
 
 /// A mesh file reduced to its geometry (vertex positions, texture coordinates, faces) and rewritten
 /// in its own format. Names, materials, references to other files, lines and points are dropped.
-/// `bytes` is safe to parse: every count agrees with the bytes, every face has 3 to kFaceCorners
+/// `bytes` is safe to parse. Every count agrees with the bytes, every face has 3 to kFaceCorners
 /// corners, every index is in range and every number is finite.
 struct MeshFile {
   std::string format;  ///< "obj", "stl" (binary) or "ply" (binary, little-endian).

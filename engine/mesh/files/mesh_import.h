@@ -20,9 +20,9 @@ struct ImportedMesh {
 /// Reads an OBJ, STL or PLY file (selected by its extension) and scales it to metres.
 ///
 /// 1. Coordinates keep the 24 bits of a float: 10 nm on a liver.
-/// 2. The repairs (mesh_repair.h) also weld what STL files and per-corner texture coordinates
-///    repeat, so the vertices and their order do not depend on the texture coordinates. Corners
-///    that an STL file repeats count as welded vertices.
+/// 2. The repairs (mesh_repair.h) also weld vertices that STL files or per-corner texture
+///    coordinates repeat. So the vertices and their order do not depend on the texture coordinates.
+///    MeshRepairs counts the repeated corners of an STL file as welded vertices.
 /// 3. MeshFileLimits bounds time and memory, whatever counts the file claims.
 /// 4. The result does not depend on the locale.
 ///

@@ -6,10 +6,14 @@
 namespace hpdm {
 
 /// Returns the level set field = `level` (m) of a shape as a closed, manifold, outward surface.
-/// Method: a grid of cubes of side `spacing` (m) over the shape's bounds, six tetrahedra a cube
-/// along one diagonal (Kuhn's triangulation, which matches across faces), and linear interpolation
-/// on the edges. Details thinner than the spacing may be lost. Throws InputError if the level set
-/// is empty or leaves the bounds.
+///
+/// 1. A grid of cubes of side `spacing` (m) covers the shape's bounds.
+/// 2. Each cube is divided into six tetrahedra around one diagonal (Kuhn's triangulation). They
+///    match across the cubes' faces.
+/// 3. The surface crosses each tetrahedron's edges where the linear interpolation has the level.
+///
+/// Details thinner than the spacing may be lost. Throws InputError if the level set is empty or
+/// leaves the bounds.
 SurfaceMesh MarchTetrahedra(const ImplicitShape& shape, double level, double spacing);
 
 }  // namespace hpdm

@@ -20,7 +20,8 @@ struct Candidate {
   int version_a, version_b;
   Vector3d target;
 
-  /// Cheapest first, then by index, so that the order never depends on the queue's inside.
+  /// Orders by cost, then by index, so that the order does not depend on the queue's
+  /// implementation.
   bool operator<(const Candidate& other) const {
     return std::tie(cost, a, b, version_a, version_b) >
            std::tie(other.cost, other.a, other.b, other.version_a, other.version_b);
@@ -64,8 +65,8 @@ class Decimator {
 
  private:
   void Push(int a, int b) {
-    // The length's share of the cost: an edge of a flat region counts as if the surface left it by
-    // one hundredth of its length.
+    // Weight of the length in the cost: an edge in a flat region counts as if the surface deviated
+    // from it by one hundredth of its length.
     constexpr double kLengthCost = 1e-4, kCentring = 1e-3;
     Quadric sum = quadrics_[a];
     sum += quadrics_[b];

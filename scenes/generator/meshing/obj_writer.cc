@@ -11,8 +11,8 @@
 namespace hpdm {
 namespace {
 
-/// Appends the distinct coordinates in their order of appearance, and returns the number, from 1,
-/// of each row's.
+/// Appends the distinct coordinates in order of appearance. Returns the 1-based number for each
+/// row.
 std::vector<int> AppendTextureCoordinates(const TextureCoordinates& uv, std::string* text) {
   std::map<std::string, int> numbers;
   std::vector<int> number_of_row;

@@ -146,7 +146,7 @@ void SmoothAlongSurface(const ImplicitShape& shape, double level, EditableMesh* 
   }
 }
 
-/// Flips where the smallest angle grows and the new edge keeps as close to the surface.
+/// Flips edges if the smallest angle grows and the new edge is as close to the surface.
 void FlipTowardsWiderAngles(const ImplicitShape& shape, double level, EditableMesh* mesh) {
   ForEachEdge(*mesh, [&](int a, int b) {
     if (!mesh->CanFlip(a, b)) return;
@@ -171,7 +171,8 @@ void FlipTowardsWiderAngles(const ImplicitShape& shape, double level, EditableMe
   });
 }
 
-/// The tangent planes of the surface near triangle t, at four points over it, weighted by area.
+/// Returns the tangent planes of the surface near triangle t, at four points over it, weighted by
+/// area.
 Quadric TangentPlanes(const ImplicitShape& shape, double level, const EditableMesh& mesh, int t) {
   constexpr double kNear = 2.0 / 3, kFar = 1.0 / 6;
   const std::array<int, 3>& c = mesh.corners(t);
@@ -188,8 +189,8 @@ Quadric TangentPlanes(const ImplicitShape& shape, double level, const EditableMe
 }
 
 void MoveToTangentPlanes(const ImplicitShape& shape, double level, EditableMesh* mesh) {
-  // Strength of the pull to the middle of the star, against that of the planes: small enough to
-  // leave a vertex on the ridge of a border, large enough to even out the flat directions.
+  // Weight of the pull to the middle of the star against the planes. It is small enough to leave a
+  // vertex on a ridge, and large enough to even out flat directions.
   constexpr double kCentring = 0.02;
   std::vector<Quadric> planes(mesh->triangle_capacity());
   for (int t = 0; t < mesh->triangle_capacity(); ++t) {
@@ -204,7 +205,7 @@ void MoveToTangentPlanes(const ImplicitShape& shape, double level, EditableMesh*
     const double now = StarMeasure(*mesh, v, p);
     for (const double fraction : {1.0, 0.5, 0.25}) {
       const Vector3d target = ProjectToLevel(shape, p + fraction * (goal - p), level);
-      // About 15 degrees are good enough to favour the fit.
+      // About 15 degrees suffice; beyond that the fit is favoured.
       const double then = StarMeasure(*mesh, v, target);
       if (then > std::min(now, 0.07)) {
         mesh->set_position(v, target);

@@ -14,7 +14,7 @@
 namespace hpdm {
 namespace {
 
-/// m^2.
+/// Returns the area, m^2.
 double SurfaceArea(const SurfaceMesh& mesh) {
   double twice_area = 0;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
@@ -51,8 +51,8 @@ SurfaceMesh MeshImplicitSurface(const ImplicitShape& shape, const SurfaceMesherO
                      ": a closed surface has an even number of triangles; ask for 8 or more");
   }
   SurfaceMesh mesh = MarchTetrahedra(shape, options.level, options.feature_size);
-  // Remesh to somewhat more triangles than asked for, and finely enough for the shape; an
-  // equilateral triangle of edge L has the area sqrt(3) / 4 L^2.
+  // Remeshes to more triangles than requested, and finely enough for the shape. An equilateral
+  // triangle of edge L has the area sqrt(3) / 4 L^2.
   const double dense_count = std::max(1.3 * options.triangle_count, 8000.0);
   const double edge_length = std::sqrt(SurfaceArea(mesh) / dense_count * 4 / std::sqrt(3.0));
   if (edge_length < options.feature_size) {
@@ -71,8 +71,8 @@ SurfaceMesh MeshImplicitSurface(const ImplicitShape& shape, const SurfaceMesherO
 double LevelVolume(const ImplicitShape& shape, double level, const SurfaceMesh& mesh) {
   SurfaceMesh coarse = mesh;
   ProjectAll(shape, level, &coarse);
-  // Splits every triangle in four, with the edges' midpoints on the level set; each volume is a sum
-  // of tetrahedra to the origin, so midpoints need not be shared.
+  // Splits every triangle in four, with the midpoints of its edges on the level set. Each volume is
+  // a sum of tetrahedra to the origin, so midpoints need not be shared.
   double coarse_volume = 0, fine_volume = 0;
   const auto tetrahedron = [](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     return a.dot(b.cross(c)) / 6;

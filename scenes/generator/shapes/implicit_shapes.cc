@@ -60,8 +60,8 @@ Ellipsoid::Ellipsoid(const Vector3d& centre, const Vector3d& semi_axes, const Ve
 }
 
 FieldSample Ellipsoid::Sample(const Vector3d& p) const {
-  // d = k0 (k0 - 1) / k1 with k0 = |q / r| and k1 = |q / r^2|: zero on the surface with a gradient
-  // of length one there.
+  // d = k0 (k0 - 1) / k1 with k0 = |q / r| and k1 = |q / r^2|. It is zero on the surface, with a
+  // gradient of length one there.
   const Vector3d q(axes_.col(0).dot(p - centre_), axes_.col(1).dot(p - centre_),
                    axes_.col(2).dot(p - centre_));
   Vector3d u, v, w;  // q / r, q / r^2, q / r^4
@@ -127,7 +127,7 @@ double SweptBall::NearestParameter(const Vector3d& p, double low, double high) c
   double rate_low = rate(low), rate_high = rate(high);
   if (rate_low >= 0) return low;
   if (rate_high <= 0) return high;
-  // False position; halving the value of the end that stays (the Illinois rule) makes it converge
+  // False position. Halving the value of the retained end (the Illinois rule) makes it converge
   // faster than linearly from both sides.
   constexpr double kParameterTolerance = 1e-13, kRateTolerance = 1e-17;
   int stayed = 0;

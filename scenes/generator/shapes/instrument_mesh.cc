@@ -1,9 +1,9 @@
 #include "scenes/generator/shapes/instrument_mesh.h"
 
 #include <array>
-#include <numbers>
 #include <utility>
 
+#include "engine/base/angle.h"
 #include "engine/base/check.h"
 #include "scenes/generator/shapes/solid_builder.h"
 
@@ -14,7 +14,6 @@ using Ring = SolidBuilder::Ring;
 
 constexpr double kMm = 1e-3;
 constexpr double kShaftLength = 0.3;
-constexpr double kDegree = std::numbers::pi / 180;
 
 Vector3d Mm(double x, double y, double z) { return Vector3d(x, y, z) * kMm; }
 
@@ -27,7 +26,7 @@ Ring ShaftRing(double radius, double z, int count, bool half_step = false) {
 // Jaws and blades, in millimetres. The first one lies at x > 0; the second is its counterpart,
 // turned by half a turn about z.
 
-/// A jaw's rear end: a plate beside that of the other jaw, between the prongs of the fork, from
+/// A jaw's rear end: a plate beside the other jaw's plate, between the prongs of the fork, from
 /// `pivot` - 3.1 to `pivot` + 2.
 struct Tang {
   struct Station {
@@ -41,8 +40,8 @@ struct Tang {
   std::array<Station, 4> stations;
 };
 
-/// Returns the steel end of the shaft with the fork that carries the jaws on a pin: two prongs, two
-/// heads of the pin, and the shaft, whose insulation begins at `pivot` + 9.5.
+/// Returns the steel end of the shaft with the fork that carries the jaws on a pin. It has two
+/// prongs, two heads of the pin, and the shaft, whose insulation begins at `pivot` + 9.5.
 SurfaceMesh ForkedShaft(double pivot) {
   constexpr int kSegments = 12;
   constexpr double kGap = 0.02;  // keeps the solids apart
@@ -109,8 +108,8 @@ Back BackAt(double z) {
               low.half_width + part * (high.half_width - low.half_width)};
 }
 
-/// Lines along a grasper's jaw, around it from its flank at y > 0 over the back to the other flank
-/// and to the face.
+/// Lines along a grasper's jaw. They go around it from its flank at y > 0 over the back to the
+/// other flank and to the face.
 using JawLines = std::vector<std::vector<Vector3d>>;
 
 /// Adds the toothed face, the flanks in half the height, and the back.
@@ -274,7 +273,8 @@ SurfaceMesh ProbeMesh() {
   add_latitude(9, 26.0 / 360, false);
   add_latitude(kSegments, 48.0 / 360, false);
   add_latitude(kSegments, 69.0 / 360, true);
-  // Along the shaft: the first rings as far apart as the triangles are wide, then increasingly far.
+  // Along the shaft, the first rings are as far apart as the triangles are wide; later ones are
+  // farther apart.
   constexpr int kShaftRings = 15;
   double z = 0, step = 0.9e-3;
   for (int i = 0; i + 1 < kShaftRings; ++i) {

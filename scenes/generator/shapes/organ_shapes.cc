@@ -5,8 +5,8 @@
 namespace hpdm {
 namespace {
 
-/// Lengths below are in millimetres, in a frame with
-/// the header's axes; the classes move the centre of volume to the origin.
+/// Lengths below are in millimetres, in a frame with the header's axes; the classes move the centre
+/// of volume to the origin.
 constexpr double kMillimetre = 1e-3;
 
 Ellipsoid MillimetreEllipsoid(double x, double y, double z, double a, double b, double c,
@@ -42,7 +42,7 @@ class Liver : public ImplicitShape {
   }
 
  private:
-  // Found by meshing: they make the volume 1.5 l and put its centre at the origin.
+  // Found by meshing: these give a volume of 1.5 l centred at the origin.
   static constexpr double kScale = 0.96674;
   const Vector3d centre_ = kMillimetre * Vector3d(-25.62, 16.64, 9.44);
 

@@ -12,7 +12,7 @@ namespace {
 /// Widest spot of Coverage, m.
 constexpr double kMaxVesselSpot = 1e-3;
 
-/// Newton's method from above; the C library's function differs between machines in the last bit.
+/// Newton's method from above; the C library's cbrt differs between machines in the last bit.
 double CubeRoot(double x) {
   double root = std::max(x, 1.0);
   for (int i = 0; i < 40; ++i) root -= (root - x / (root * root)) / 3;
@@ -27,7 +27,7 @@ std::vector<Vector3d> Scatter(const ImplicitShape& shape, int count, std::uint64
   while (static_cast<int>(points.size()) < count) {
     Vector3d p;
     for (int d = 0; d < 3; ++d) p[d] = box.min[d] + random.Fraction() * (box.max[d] - box.min[d]);
-    // From a shell only, so that points deep inside do not crowd where the field is flat.
+    // Samples a shell only, so that points deep inside do not crowd where the field is flat.
     if (std::abs(shape.Sample(p).value) > 0.004) continue;
     points.push_back(ProjectToLevel(shape, p, 0));
   }
@@ -64,7 +64,7 @@ void VesselTree::Grow(const ImplicitShape& shape, std::vector<Vector3d> targets,
                       const VesselOptions& options) {
   std::vector<int> nearest(targets.size(), 0);
   std::vector<double> distance(targets.size(), std::numeric_limits<double>::max());
-  std::size_t seen = 0;  // nodes that the targets know of
+  std::size_t seen = 0;  // number of nodes that the targets have seen
   constexpr int kMaxRounds = 400;
   for (int round = 0; round < kMaxRounds; ++round) {
     for (; seen < nodes_.size(); ++seen) {

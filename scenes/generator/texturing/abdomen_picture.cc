@@ -13,7 +13,7 @@
 namespace hpdm {
 namespace {
 
-// Frame: the lens at the origin, x to the right, y up, z forwards; m.
+// Frame: origin at the lens, x to the right, y up, z forwards; m.
 
 /// Half the picture's height at the distance 1: 65 degrees from top to bottom.
 constexpr double kHalfHeight = 0.637;
@@ -30,7 +30,7 @@ Vector3d Square(const Vector3d& v) { return v.cwiseProduct(v); }
 /// The shapes behind the organs, seen from inside.
 class Abdomen {
  public:
-  /// Returns a lower bound of the distance to the nearest shape; rough ones are up to twice as far.
+  /// Returns a lower bound of the distance to the nearest shape; a rough shape may be twice as far.
   Nearest At(const Vector3d& p) const {
     Nearest nearest{-cavity_.Sample(p).value + 0.003 * GradientNoise(p / 0.035, 115),
                     Tissue::kWall};
@@ -59,7 +59,7 @@ class Abdomen {
     return length > 0 ? Vector3d(slope / length) : Vector3d(0, 0, -1);
   }
 
-  /// sRGB.
+  /// Returns the sRGB colour.
   Vector3d Colour(const Vector3d& p, Tissue tissue) const {
     const double patches = FractalNoise(p / 0.06, 3, 101), mottle = FractalNoise(p / 0.012, 2, 105);
     const Vector3d bent =
@@ -216,7 +216,7 @@ Vector3d LightFrom(const Abdomen& abdomen, const Vector3d& direction) {
 
 using Picture = std::vector<Vector3d>;
 
-/// Means over 2 `reach` + 1 pixels along rows, then along columns.
+/// Averages over 2 `reach` + 1 pixels along rows, then along columns.
 void Blur(int width, int height, int reach, Picture* picture) {
   const auto pass = [&](int length, int lines, int along, int across) {
     std::vector<Vector3d> line(static_cast<std::size_t>(length));
@@ -251,7 +251,7 @@ Image AbdomenPicture(int width, int height) {
       light.push_back(LightFrom(abdomen, Vector3d(right, up, 1).normalized()));
     }
   }
-  // Two means look like a lens's blur; its width stays the same part of the picture.
+  // Two passes approximate a lens's blur; its width is a fixed fraction of the picture.
   const int reach = std::max(0, w / 200);
   for (int pass = 0; pass < 2; ++pass) Blur(w, h, reach, &light);
   Image image{width, height, {}};

@@ -20,8 +20,8 @@ double DistanceToLine(const std::vector<Vector3d>& line, const Vector3d& p) {
   return least;
 }
 
-/// Short vessels that leave a line every `spacing` (m) to its front and back, bent `inwards` (m, to
-/// the line's right): where the branches of an arcade come to an organ.
+/// Returns short vessels that leave a line every `spacing` (m) to its front and back, bent
+/// `inwards` (m, to the line's right). They are the branches of an arcade that enter an organ.
 std::vector<std::vector<Vector3d>> Branches(const std::vector<Vector3d>& line, double spacing,
                                             double inwards) {
   std::vector<std::vector<Vector3d>> branches;
@@ -56,7 +56,8 @@ class LiverColours {
     Vector3d colour = Mix({0.43, 0.20, 0.165}, {0.345, 0.14, 0.13},
                           SmoothStep(-0.2, 0.9, patches + 0.35 * mottle));
     colour = Mix(colour, {0.50, 0.26, 0.20}, 0.6 * SmoothStep(0.1, 0.9, -patches + 0.3 * mottle));
-    // Thin tissue is paler: little is left half a border's thickness below the surface.
+    // Thin tissue is paler: `below` is close to zero where the point 12 mm below lies near the
+    // other side.
     const Vector3d normal = shape_->Sample(p).gradient.normalized();
     const double below = shape_->Sample(p - 0.012 * normal).value;
     colour = Mix(colour, {0.60, 0.38, 0.29}, 0.5 * SmoothStep(-0.0095, -0.002, below));
@@ -170,7 +171,8 @@ class GallbladderColours {
   VesselTree vessels_;
 };
 
-/// Built once, since vessels take a while to grow; shared by copies of the function.
+/// Returns an organ's colours as a function whose copies share one Organ, because growing the
+/// vessels is slow.
 template <typename Organ>
 SurfaceColour ColourOf() {
   return [organ = std::make_shared<const Organ>()](const Vector3d& p) { return organ->At(p); };

@@ -24,7 +24,7 @@ struct Piece {
   int Height() const { return *std::max_element(top.begin(), top.end()); }
 };
 
-/// Widens the rows that each column of a piece takes by those of a triangle.
+/// Widens the rows that a piece occupies in each column by those of a triangle.
 void CoverColumns(const Eigen::Matrix<double, 3, 2>& triangle, std::vector<double>* low,
                   std::vector<double>* high) {
   for (int side = 0; side < 3; ++side) {
@@ -53,7 +53,8 @@ Piece MakePiece(const SurfaceMesh& mesh, const TextureChart& chart, double scale
       piece.corners.row(row++) = scale * ChartPlane(chart.axis, p).transpose();
     }
   }
-  // All stand upright: tall ones side by side waste less than tall and wide ones together.
+  // All pieces stand upright: tall ones side by side waste less space than tall and wide ones
+  // together.
   const Eigen::RowVector2d size =
       piece.corners.colwise().maxCoeff() - piece.corners.colwise().minCoeff();
   if (size.x() > size.y()) {
@@ -81,8 +82,8 @@ Piece MakePiece(const SurfaceMesh& mesh, const TextureChart& chart, double scale
   return piece;
 }
 
-/// Places the pieces, the tallest first, each where its top is lowest. False if the square is
-/// too small.
+/// Places the pieces from tall to short, each where its top is lowest. Returns false if the square
+/// is too small.
 bool LayOut(std::vector<Piece>* pieces) {
   std::vector<std::size_t> order(pieces->size());
   std::iota(order.begin(), order.end(), 0);
@@ -117,7 +118,7 @@ TextureCoordinates MakeTextureAtlas(const SurfaceMesh& mesh, Index first_hidden)
   const std::vector<TextureChart> charts = CutIntoCharts(mesh);
   const Eigen::RowVector3d size =
       mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();
-  // A chart alone fits when the longest side does; steps of 2 % waste no more than that.
+  // A single chart fits if its longest side does; steps of 2 % waste no more than that.
   for (double scale = (kTextureSize - 2 * kTextureGutter) / size.maxCoeff();; scale *= 0.98) {
     std::vector<Piece> pieces;
     for (const TextureChart& chart : charts) {

@@ -13,7 +13,7 @@ namespace {
 using Index = Eigen::Index;
 using Corners = Eigen::Matrix<double, 3, 2>;
 
-/// Texels around a chart whose colour its surface decides.
+/// Number of texels around a chart whose colour comes from its surface.
 constexpr double kReach = 3;
 
 /// An unfinished picture: colours, and flags of the pixels that have one.
@@ -49,7 +49,7 @@ Eigen::RowVector2d NearestPoint(const Corners& triangle, const Eigen::RowVector2
   return inside ? q : nearest;
 }
 
-/// For each texel the triangle nearest to its centre, -1 beyond kReach.
+/// Returns for each texel the triangle nearest to its centre, -1 beyond kReach.
 std::vector<int> NearestTriangles(const SurfaceMesh& mesh, int size) {
   std::vector<int> nearest(ToSize(size * size), -1);
   std::vector<double> distance(nearest.size(), kReach * kReach);
@@ -73,8 +73,8 @@ std::vector<int> NearestTriangles(const SurfaceMesh& mesh, int size) {
   return nearest;
 }
 
-/// The point of the surface, or of the plane of its triangle up to a texel beyond it, at q
-/// (texels).
+/// Returns the point at q (texels) of the surface, or up to a texel beyond it of the triangle's
+/// plane.
 Vector3d SurfacePoint(const SurfaceMesh& mesh, int size, Index t, const Eigen::RowVector2d& q) {
   const Corners corners = size * mesh.texture_coordinates.middleRows<3>(3 * t);
   const Eigen::RowVector2d inside = NearestPoint(corners, q);
@@ -86,8 +86,9 @@ Vector3d SurfacePoint(const SurfaceMesh& mesh, int size, Index t, const Eigen::R
          b * mesh.vertices.row(mesh.triangles(t, 1)) + c * mesh.vertices.row(mesh.triangles(t, 2));
 }
 
-/// Gives the pixels without a colour that of their surroundings: the mean of the known ones at half
-/// the size, where that has any, and so on (pull-push: Gortler et al. 1996, "The lumigraph").
+/// Fills the pixels without a colour from their surroundings (pull-push: Gortler et al. 1996, "The
+/// lumigraph"). Each takes the mean of the known pixels at half the size, or at the next coarser
+/// size that has one.
 void FillUnknown(Canvas* canvas) {
   if (canvas->size == 1) return;
   Canvas half((canvas->size + 1) / 2);

@@ -12,8 +12,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Least cosine between a triangle's normal and its chart's axis. A projection that shortens more
-/// would show as stretched texels.
+/// Smallest cosine between a triangle's normal and its chart's axis. Below it a projection would
+/// stretch texels visibly.
 constexpr double kObliqueCosine = 0.3;
 /// A chart with less than this part of the surface joins a neighbour.
 constexpr double kSmallArea = 0.01;
@@ -73,7 +73,7 @@ class ChartCutter {
     }
   }
 
-  /// Smooths the charts' borders. False when nothing changed.
+  /// Smooths the charts' borders. Returns false if nothing changed.
   bool FollowNeighbours() {
     bool changed = false;
     for (Index t = 0; t < normals_.rows(); ++t) {
@@ -89,7 +89,7 @@ class ChartCutter {
     return changed;
   }
 
-  /// For each triangle the first one of its chart.
+  /// Returns for each triangle the first one of its chart.
   std::vector<int> Components() const {
     DisjointSets sets(static_cast<int>(axis_.size()));
     for (std::size_t t = 0; t < axis_.size(); ++t) {
@@ -102,8 +102,8 @@ class ChartCutter {
     return root;
   }
 
-  /// Small charts take the axis of the neighbouring one that they share the most triangles' sides
-  /// with and that sees all of them. False when none could.
+  /// Gives small charts the axis of the neighbour with which they share the most sides and that
+  /// sees all their triangles. Returns false if no chart changed.
   bool JoinSmallCharts() {
     const std::vector<int> chart = Components();
     std::map<int, double> area;

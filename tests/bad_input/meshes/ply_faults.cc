@@ -62,7 +62,7 @@ void AddHeaders(MeshFaults* faults) {
       "header_with_an_element_of_9e18_nothings.ply",
       Replaced(text, "element vertex", "element nothing 9000000000000000000\nelement vertex"));
 
-  // As many elements as vertices: work for each pair of them would take hours.
+  // The file has as many elements as vertices: work for each pair would take hours.
   std::string elements, origins;
   for (int i = 0; i < 200'000; ++i) elements += "element e 0\n", origins += "0 0 0\n";
   faults->Add("header_of_many_elements.ply",

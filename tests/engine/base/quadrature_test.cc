@@ -7,6 +7,7 @@
 #include "engine/contact/surface_kernel.h"
 #include "engine/organ.h"
 #include "engine/tissue/interior.h"
+#include "engine/tissue/support.h"
 #include "scenes/loader/scene.h"
 
 /// Checks that the interior has enough quadrature points for the surface displacement.
@@ -17,7 +18,7 @@ namespace {
 /// Returns the surface displacement of a case under its first load, integrated over `tissue`.
 Points Displacement(const OrganModel& model, const LoadOptions& load, const Quadrature& tissue) {
   const OrganOptions& options = model.options();
-  const Lattice& lattice = *model.lattice();
+  const Lattice& lattice = model.lattice_organ()->lattice();
   std::vector<Quadrature> regions;
   const Box bounds = AxisAlignedBounds(model.rest().vertices);
   for (const SupportOptions& support : options.supports) {
@@ -52,7 +53,8 @@ TEST_P(QuadraturePoints, DoublingChangesTheResultByLessThanOnePercent) {
   const OrganModel model(scene.organs.at(0), LoadPosedMesh(scene.organs[0], &repairs));
   const auto sample = [&](const InteriorOptions& options) {
     const TissueQuadrature tissue =
-        SampleTissue(model.rest(), model.lattice()->box(), scene.organs[0].lattice.cells, options);
+        SampleTissue(model.rest(), model.lattice_organ()->lattice().box(),
+                     scene.organs[0].lattice.cells, options);
     return Quadrature{tissue.points, tissue.weights};
   };
   const auto displacement = [&](const Quadrature& tissue) {

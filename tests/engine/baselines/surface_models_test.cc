@@ -34,7 +34,7 @@ INSTANTIATE_TEST_SUITE_P(Models, SurfaceModelsTest,
                          testing::Values(OrganModelType::kContinuum, OrganModelType::kMassSpring));
 
 TEST_P(SurfaceModelsTest, EveryVertexIsAControlPoint) {
-  EXPECT_FALSE(models_[0].lattice().has_value());
+  EXPECT_EQ(models_[0].lattice_organ(), nullptr);
   EXPECT_EQ(models_[0].control_points(), Rest().vertices.rows());
   EXPECT_NEAR(models_[0].tissue_volume(), EnclosedVolume(Rest().vertices, Rest().triangles), 0);
   // The ellipsoid is symmetric about the origin; round-off.

@@ -32,7 +32,7 @@ TEST(HalfSpace, TableJoinsTheMultipoleSeries) {
 // integration over pairs of points gives.
 TEST(HalfSpace, MeanSinkingIsTwoThirds) { EXPECT_NEAR(MeanKernelSinking(), 0.673, 5e-4); }
 
-TEST(LocalIndentation, EqualRadiiLeaveNone) {
+TEST(LocalIndentation, EqualRadiiLeaveNoIndentation) {
   const LocalIndentation indentation(kTissue, Vector3d::UnitZ(), 0.005, 0.005);
   EXPECT_EQ(indentation.Compliance().norm(), 0);
   EXPECT_EQ(indentation.At(0).norm(), 0);
@@ -70,7 +70,7 @@ TEST(LocalIndentation, FadesContinuouslyAwayFromThePatch) {
   EXPECT_EQ(indentation.At(1.001 * IndentationReach(0.0025, 0.02)).norm(), 0);
 }
 
-TEST(LocalIndentation, SoftestAcrossTheNormalAndSymmetric) {
+TEST(LocalIndentation, IsSoftestAcrossTheNormalAndSymmetric) {
   const Vector3d n = Vector3d(1, 2, 2) / 3;
   const Matrix3d C = LocalIndentation(kTissue, n, 0.0025, 0.02).Compliance();
   EXPECT_LT((C - C.transpose()).norm(), 1e-15);

@@ -149,17 +149,19 @@ TEST(InversionDetector, LocalFunctionsCount) {
   U.topRows(n) = 0.002 * Points::Random(n, 3);
   const Points shape = Points::Random(active.slots(), 3);
   bool partly = false;
-  InversionDetector::ScanState scan(*model.inversion_detector());
+  InversionDetector::ScanState scan(model.lattice_organ()->inversion_detector());
   for (double size = 0.001; size < 0.1; size *= 1.2) {
     U.bottomRows(active.slots()) = size * shape;
-    const InversionDetector::Inversion all = model.inversion_detector()->EvaluateAll(active, U);
-    EXPECT_EQ(model.inversion_detector()->Inverted(active, U, 1, &scan), all.share > 0);
+    const InversionDetector::Inversion all =
+        model.lattice_organ()->inversion_detector().EvaluateAll(active, U);
+    EXPECT_EQ(model.lattice_organ()->inversion_detector().Inverted(active, U, 1, &scan),
+              all.share > 0);
     EXPECT_NEAR(scan.share, all.share, 1e-14) << size;
     partly = partly || (all.share > 0 && all.share < 0.3);
   }
   EXPECT_TRUE(partly);
   const long before = AllocationsOfThisThread();
-  model.inversion_detector()->Inverted(active, U, 1, &scan);
+  model.lattice_organ()->inversion_detector().Inverted(active, U, 1, &scan);
   EXPECT_EQ(AllocationsOfThisThread(), before) << "the deformation loop asks every step";
 }
 

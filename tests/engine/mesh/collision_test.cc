@@ -149,7 +149,7 @@ TEST_F(SurfaceTreeTest, FirstEntryIsTheFrontHoweverFarTheStep) {
   const SurfaceHit hit = tree_.FirstEntry(Vector3d(0.01, 0.005, 1), Vector3d(0.01, 0.005, -1));
   ASSERT_GE(hit.at.triangle, 0);
   EXPECT_GT(hit.at.Position(mesh_.vertices, mesh_.triangles).z(), 0.04);
-  // From inside outwards nothing is entered.
+  // A motion from inside outwards enters nothing.
   EXPECT_EQ(tree_.FirstEntry(Vector3d::Zero(), Vector3d(0.01, 0.005, 1)).at.triangle, -1);
 }
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/baselines/surface_error.h"
-#include "engine/organ.h"
+#include "engine/organ/organ_state.h"
 #include "engine/statics/static_loads.h"
 #include "tests/support/shapes.h"
 
@@ -31,8 +31,8 @@ SurfaceMesh ScaledBody(const Unit& unit) {
   return Ellipsoid(unit.length * Vector3d(0.1, 0.07, 0.05), 3);
 }
 
-// Displacements over the unit of length: at rest under a force, and after three real-time steps
-// under a press and a grasp that are pushed past each other.
+// Returns displacements over the unit of length: in equilibrium under a force, and after three
+// real-time steps under a press and a grasp that oppose each other.
 std::vector<Points> Shapes(const OrganOptions& options, const Unit& unit) {
   const OrganModel organ(options, ScaledBody(unit));
   LoadOptions load;

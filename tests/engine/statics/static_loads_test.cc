@@ -44,7 +44,8 @@ LoadOptions Force(const Vector3d& p, const Vector3d& force) {
 const Vector3d kTop(0.01, 0.005, 0.0494), kSide(0.0985, 0.008, 0.007);
 
 TEST(StaticLoads, BernsteinLatticeOfDegreeTwentyIsSolved) {
-  // Its functions are nearly dependent: the condition of K is 1e14, of what it does to tissue not.
+  // The functions are nearly dependent: the condition of K is 1e14, but that of its effect on
+  // tissue is small.
   OrganOptions options;
   options.name = "bar";
   options.energy.type = EnergyType::kStrain;

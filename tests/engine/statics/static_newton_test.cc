@@ -102,12 +102,12 @@ TEST_P(StaticNewtonTest, SmallLoadsAgreeWithTheStiffnessAtRest) {
 
 // A force along z on the point `p` of the organ.
 StaticLoadRows PointForce(const OrganModel& organ, const Vector3d& p, double force) {
-  StaticLoadRows rows{Eigen::MatrixXd::Zero(3 * organ.lattice()->size(), 1),
+  StaticLoadRows rows{Eigen::MatrixXd::Zero(3 * organ.lattice_organ()->lattice().size(), 1),
                       Eigen::VectorXd::Constant(1, force),
                       Eigen::VectorXd::Zero(1),
                       {false},
                       Eigen::MatrixXd::Zero(1, 1)};
-  const WeightMatrix at = organ.lattice()->Weights(p.transpose());
+  const WeightMatrix at = organ.lattice_organ()->lattice().Weights(p.transpose());
   for (WeightMatrix::InnerIterator it(at, 0); it; ++it) {
     rows.rows(3 * it.index() + 2, 0) = it.value();
   }

@@ -36,7 +36,7 @@ struct Bench {
                  std::function<Nanoseconds()> stopwatch = nullptr, Nanoseconds budget = 0)
       : render(SizedSnapshot(organs, 1, false)),
         telemetry(SizedSnapshot(organs, 1, false)),
-        loop(organs, {ToolOptions{.tip_radius = kRadius, .can_grasp = true}},
+        loop(organs, {ToolOptions{.geometries = {{.tip_radius = kRadius, .can_grasp = true}}}},
              {tools, patch, render, telemetry, &steps}, std::move(stopwatch), budget) {}
 
   // `height` (m) of the tip's centre above the top.
@@ -84,7 +84,7 @@ class AdaptiveStrain : public testing::TestWithParam<Ramp> {
   }
 };
 
-TEST_P(AdaptiveStrain, GoesOverWithoutAFeltStep) {
+TEST_P(AdaptiveStrain, ChangesStrainWithoutAForceStep) {
   const std::vector<OrganModel> small = Organ(StrainMeasure::kSmall),
                                 finite = Organ(StrainMeasure::kFinite),
                                 adaptive = Organ(StrainMeasure::kAdaptive);
@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(Ramps, AdaptiveStrain,
                          [](const auto& ramp) { return std::string(ramp.param.name); });
 
 // A machine on which finite strain takes four times the budget, and a loop that replays its log.
-TEST(Shedding, IsGradualToldAndObeyedByAReplay) {
+TEST(Shedding, IsGradualReportedAndAppliedByAReplay) {
   const std::vector<OrganModel> organ =
       OneOrgan(Options(StrainMeasure::kFinite), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   constexpr Nanoseconds kBudget = 20'000'000;

@@ -36,8 +36,8 @@ void Hold(const OrganModel& model, const Vector3d& move, ContactConstraints* con
   row->p_rest_W = Vector3d(0, 0, 0.05);
   row->target_W = row->p_rest_W + move;
   auto weights = contacts->WeightRow(0);
-  model.lattice()->ForEachFunction(row->p_rest_W,
-                                   [&](int column, double value) { weights[column] = value; });
+  model.lattice_organ()->lattice().ForEachFunction(
+      row->p_rest_W, [&](int column, double value) { weights[column] = value; });
 }
 
 class InversionRecoveryTest : public testing::Test {
@@ -45,8 +45,8 @@ class InversionRecoveryTest : public testing::Test {
   void Hold(const Vector3d& move) { hpdm::Hold(models_[0], move, &state_.contacts); }
   void Relax() { inversion_recovery_.Relax(1. / 30, &state_); }
   InversionDetector::Inversion Evaluate() const {
-    return models_[0].inversion_detector()->EvaluateAll(state_.contacts.refinement,
-                                                        state_.control_displacements);
+    return models_[0].lattice_organ()->inversion_detector().EvaluateAll(
+        state_.contacts.refinement, state_.control_displacements);
   }
   double Height() const {  // of the point above its rest
     return (state_.contacts.Weights().row(0) * state_.control_displacements)[2];
@@ -58,7 +58,7 @@ class InversionRecoveryTest : public testing::Test {
   InversionRecovery inversion_recovery_{models_[0], state_};
 };
 
-TEST_F(InversionRecoveryTest, WhatCanBeFollowedIsFollowedAtOnce) {
+TEST_F(InversionRecoveryTest, AFeasibleStepIsFollowedAtOnce) {
   Hold(Vector3d(0, 0, 0.01));
   Relax();
   EXPECT_FALSE(inversion_recovery_.inverted());
@@ -85,7 +85,7 @@ TEST_F(InversionRecoveryTest, AnInvertingStepIsRejectedAndApproachedWithinASecon
   EXPECT_NEAR(state_.contacts[0].target_W.z(), -0.07, 1e-12) << "what is asked is left alone";
 }
 
-TEST_F(InversionRecoveryTest, LessThanItFollowsEndsIt) {
+TEST_F(InversionRecoveryTest, ASmallerDemandEndsIt) {
   for (int step = 0; step < 30; ++step) {
     Hold(Vector3d(0, 0, -0.12));
     Relax();
@@ -139,8 +139,8 @@ TEST(InversionRecovery, AReplayRejectsTheSameSteps) {
     LoopAndEdges(const std::vector<OrganModel>& organs, std::function<Nanoseconds()> stopwatch)
         : render(SizedSnapshot(organs, 1, false)),
           telemetry(SizedSnapshot(organs, 1, false)),
-          loop(organs, {ToolOptions{.can_grasp = true}}, {tools, patch, render, telemetry, &steps},
-               std::move(stopwatch)) {}
+          loop(organs, {ToolOptions{.geometries = {{.can_grasp = true}}}},
+               {tools, patch, render, telemetry, &steps}, std::move(stopwatch)) {}
     TripleBuffer<ToolState> tools;
     TripleBuffer<ContactPatch> patch;
     TripleBuffer<SceneSnapshot> render, telemetry;

@@ -40,7 +40,7 @@ TEST_F(LoadSheddingTest, QualityFallsInItsOrder) {
   EXPECT_EQ(shedding_.level(), 4) << "there is no more to shed";
 }
 
-TEST_F(LoadSheddingTest, OneLongStepIsNoLoad) {
+TEST_F(LoadSheddingTest, OneLongStepShedsNothing) {
   for (int i = 0; i < 50; ++i) {
     Step(3 * kBudget);
     Step(kBudget);
@@ -93,7 +93,7 @@ TEST_F(LoadSheddingTest, WithoutABudgetNothingIsShed) {
   EXPECT_EQ(shedding.level(), 0);
 }
 
-TEST(LoadShedding, ShedsOnlyWhatThereIs) {
+TEST(LoadShedding, ShedsOnlyExistingFeatures) {
   OrganOptions plain;
   plain.energy.type = EnergyType::kStrain;
   plain.lattice.local.functions = 0;

@@ -79,7 +79,7 @@ TEST_F(StrainBlendControllerTest, FarBeyondTheBoundItHurriesWithinALimit) {
               StrainBlendController::kMaxForceStep, 1e-12);  // round-off
 }
 
-TEST_F(StrainBlendControllerTest, WithoutContactThereIsNothingToBeGradualAbout) {
+TEST_F(StrainBlendControllerTest, WithoutContactItChangesAtOnce) {
   InTheEnd(2 * kBound);
   EXPECT_EQ(Share(2 * kBound, kNothingShed, false), 0);
 }
@@ -104,7 +104,7 @@ TEST_F(StrainBlendControllerTest, ACeilingIsFollowedDownAndUpInSteps) {
   EXPECT_EQ(controller_.Next(kNothingShed, true, 2 * kBound, kSlope).refinement_weight, 1);
 }
 
-TEST_F(StrainBlendControllerTest, WhatAReplayTakesIsWhereItGoesOn) {
+TEST_F(StrainBlendControllerTest, ContinuesFromARecordedQuality) {
   controller_.ApplyRecorded(
       {.newton_iterations = 4, .finite_strain_blend = 0.5, .refinement_weight = 0.25});
   const StepQuality next = controller_.Next(kNothingShed, true, 2 * kBound, kSlope);

@@ -59,7 +59,7 @@ TEST(Realtime, AnImpossiblePriorityIsRefusedWithItsReason) {
   EXPECT_EQ(report.FirstRefusal(), report.Lines()[0]);
 }
 
-TEST(Realtime, TheRefusalThatIsNamedIsNotARequestThatWasNotMade) {
+TEST(Realtime, FirstRefusalSkipsRequestsThatWereNotMade) {
   RealtimeReport report;
   report.locked_memory = {.asked = true, .granted = false, .why_not = "the limit is 8 kB"};
   EXPECT_FALSE(report.Complete());

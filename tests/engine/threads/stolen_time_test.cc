@@ -11,13 +11,13 @@ TEST(StolenTime, IsTheEighthNumberOfTheFirstLine) {
   EXPECT_EQ(StolenTimeIn("cpu  1 2 3 4 5 6 7 3 9 10\n", 250), 12'000'000);
 }
 
-TEST(StolenTime, IsZeroWhereTheKernelDoesNotTell) {
+TEST(StolenTime, IsZeroWhereTheKernelDoesNotReportIt) {
   EXPECT_EQ(StolenTimeIn("", 100), 0);
   EXPECT_EQ(StolenTimeIn("cpu  1 2 3 4\n", 100), 0) << "kernels before 2.6.11 count no steal";
   EXPECT_EQ(StolenTimeIn("intr 1 2 3 4 5 6 7 8 9", 100), 0);
 }
 
-TEST(StolenTime, OfThisMachineNeverFalls) {
+TEST(StolenTime, NeverFallsOnThisMachine) {
   const Nanoseconds before = StolenTime();
   EXPECT_GE(before, 0);
   EXPECT_GE(StolenTime(), before);

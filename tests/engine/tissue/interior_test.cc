@@ -61,8 +61,8 @@ TEST(Interior, SphereHasItsVolumeCentreAndMoments) {
 }
 
 TEST(Interior, FlatFacesCutSamplesExactly) {
-  // Whether or not the faces lie between the samples, only the parts along the 12 edges err, by up
-  // to a quarter of (1/128 m)^2: 12 * 0.4 m of them are 0.12 % of the volume.
+  // Only the parts along the 12 edges err, wherever the faces lie between the samples, by up to a
+  // quarter of (1/128 m)^2: 12 * 0.4 m of them are 0.12 % of the volume.
   for (const double side : {0.4, 0.4 + 1.0 / 300, 0.51}) {
     const SurfaceMesh cube =
         MakeBox(Vector3d::Constant(0.5 - side / 2), Vector3d::Constant(0.5 + side / 2));

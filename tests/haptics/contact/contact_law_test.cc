@@ -31,13 +31,13 @@ ToolPose PressInSession(FeltBench* bench, const Vector3d& top, double depth, dou
 TEST(ContactLaw, ATipThatLeavesStopsPushingWithinATick) {
   FeltBench bench(Options(), Ellipsoid(kAxes, 3));
   const Vector3d top = bench.Top(0.01, 0.005);
-  ToolPose tool = PressInSession(&bench, top, 0.008, ToolOptions().tip_radius);
+  ToolPose tool = PressInSession(&bench, top, 0.008, kDefaultToolRadius);
   ASSERT_GT(bench.Hand().norm(), 0.1);
   // The tip leaves at 1 m/s, 1 mm per tick. The last step still has the indentation.
   for (int tick = 1; tick <= 12; ++tick) {
     tool.X_WT.translation().z() += 0.001;
     bench.SessionTick(tool);
-    const double above = tool.X_WT.translation().z() - ToolOptions().tip_radius - top.z();
+    const double above = tool.X_WT.translation().z() - kDefaultToolRadius - top.z();
     // The facet's plane passes at most 0.1 mm from its own top point.
     if (above > 1e-4) {
       EXPECT_EQ(bench.Hand(), Vector3d::Zero()) << above;
@@ -53,7 +53,7 @@ TEST(ContactLaw, APokeAtOneMetreASecondIntoAThinWallIsCaught) {
   options.supports[0].region = BoxFraction{Vector3d(0, 0, 0), Vector3d(1, 1, 0.27)};
   for (const double radius : {0.0, 0.0025}) {
     ToolOptions point;
-    point.tip_radius = radius;
+    point.geometries[0].tip_radius = radius;
     FeltBench bench(options, Load(options), point);
     const Vector3d top = bench.Top(0.0013, 0.0047) + Vector3d(0, 0, radius);
     ToolPose tool = FeltBench::At(top + Vector3d(0, 0, 0.0205));
@@ -73,7 +73,7 @@ TEST(ContactLaw, APokeAtOneMetreASecondIntoAThinWallIsCaught) {
 // CHAI3D's point proxy is reported to fall through fine meshes: after some ticks the tip is inside.
 TEST(ContactLaw, APointTipNeitherFallsThroughAFineMeshNorSticks) {
   ToolOptions point;
-  point.tip_radius = 0;
+  point.geometries[0].tip_radius = 0;
   FeltBench bench(Options(), Ellipsoid(kAxes, 5), point);  // edges of 4 mm
   const Vector3d top = bench.Top(0.01, 0.005);
   ToolPose tool = PressInSession(&bench, top, 0.006, 0);
@@ -107,7 +107,7 @@ TEST(ContactLaw, ASurfaceThatMovesPastAStillTipIsFeltInEveryTickOfContact) {
     options.motion = {Vector3d(0, 0, 0.005), frequency};
     FeltBench bench(options, Ellipsoid(kAxes, 3));
     const Vector3d top = bench.Top(0.01, 0.005);
-    const double radius = ToolOptions().tip_radius;
+    const double radius = kDefaultToolRadius;
     const ToolPose tool = FeltBench::At(top + Vector3d(0, 0, radius + 0.001));
     int contact = 0, missed = 0, early = 0;
     double largest_step = 0, largest = 0, last = 0;
@@ -140,7 +140,7 @@ TEST(ContactLaw, ASurfaceThatMovesPastAStillTipIsFeltInEveryTickOfContact) {
 TEST(ContactLaw, ATapGivesTheHandNoEnergy) {
   FeltBench bench(Options(), Ellipsoid(kAxes, 4));
   const Vector3d top = bench.Top(0.03, 0.02);
-  const double radius = ToolOptions().tip_radius;
+  const double radius = kDefaultToolRadius;
   double stored = 0, most = 0;
   Vector3d last_force = Vector3d::Zero();
   Vector3d last = top + Vector3d(0, 0, radius + 0.003);
@@ -162,7 +162,7 @@ TEST(ContactLaw, FrictionHoldsWithinTheConeAndSlipsOnItsEdge) {
   FeltBench bench(Options(), Ellipsoid(kAxes, 4));
   bench.friction = kFriction;
   const Vector3d top = bench.Top(0.01, 0.005);
-  ToolPose tool = PressInSession(&bench, top, 0.006, ToolOptions().tip_radius);
+  ToolPose tool = PressInSession(&bench, top, 0.006, kDefaultToolRadius);
   for (int i = 0; i < 200; ++i) bench.SessionTick(tool);
   const SurfaceMesh rest = Ellipsoid(kAxes, 4);
   const auto place = [&] {

@@ -55,7 +55,7 @@ class FeltForce : public testing::TestWithParam<std::pair<SolverType, StrainMeas
   FeltBench bench_{Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2), Grasper()};
   static ToolOptions Grasper() {
     ToolOptions tool;
-    tool.can_grasp = true;
+    tool.geometries[0].can_grasp = true;
     return tool;
   }
 };
@@ -78,7 +78,7 @@ TEST_P(FeltForce, IsTheStepsOwnIfTheToolsHaveNotMoved) {
   EXPECT_GT(bench_.Hand(1).z(), 0.1);
 }
 
-TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
+TEST_P(FeltForce, AGraspBesideAPressFeelsTheStepsOwnForce) {
   const Vector3d top(0, 0, 0.0525);
   const ToolPose press = FeltBench::At({0.03, 0, 0.044});
   bench_.Step(FeltBench::At(top, 1), press);
@@ -91,8 +91,8 @@ TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
     }
     for (int t = 0; t < 2; ++t) {
       const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
-      // As above; Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which
-      // are far stiffer against each other than together.
+      // Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which are far
+      // stiffer against each other than together.
       const double tolerance = GetParam().first == SolverType::kGaussSeidel ? 1e-3 : 1e-6;
       EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm() + 1e-7)
           << lift << ' ' << t;
@@ -102,12 +102,12 @@ TEST_P(FeltForce, OfAGraspIsTheStepsOwnBesideAPress) {
   EXPECT_LT(bench_.Hand().z(), -0.2);
 }
 
-// As in a session, where the tick says what the tip touches.
-TEST_P(FeltForce, OfJawsIsNoneUnlessTheyClosedOnTissue) {
+// The tick reports the contact, as in a session.
+TEST_P(FeltForce, JawsFeelNothingUnlessTheyClosedOnTissue) {
   const Vector3d top = bench_.Top(0, 0);
   for (const double gap : {0.001, 0.002, 0.004, -0.003}) {
     FeltBench bench(Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2), Grasper());
-    Vector3d p = top + Vector3d(0, 0, ToolOptions().tip_radius + 0.01);
+    Vector3d p = top + Vector3d(0, 0, kDefaultToolRadius + 0.01);
     const auto stay = [&](double jaw) {
       for (int i = 0; i < 100; ++i) bench.SessionTick(FeltBench::At(p, jaw));
     };
@@ -233,7 +233,7 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
   OrganOptions options = SoftOrgan("gallbladder.obj", 4);
   options.supports[0].region = BoxFraction{Vector3d(0, 0, 0), Vector3d(1, 1, 0.27)};
   FeltBench bench(options, Load(options));
-  const Vector3d top = bench.Top(0.0013, 0.0047) + Vector3d(0, 0, ToolOptions().tip_radius);
+  const Vector3d top = bench.Top(0.0013, 0.0047) + Vector3d(0, 0, kDefaultToolRadius);
   // Down 25 mm at 0.05 m/s, held, and back.
   double largest = 0, largest_force = 0;
   Vector3d last = Vector3d::Zero();
@@ -261,7 +261,7 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
 TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
   FeltBench bench(options, Load(options));
-  const Vector3d top = bench.Top(0.03, -0.02) + Vector3d(0, 0, ToolOptions().tip_radius);
+  const Vector3d top = bench.Top(0.03, -0.02) + Vector3d(0, 0, kDefaultToolRadius);
   const auto energy = [&] {
     const Points& U = bench.loop().organ(0).control_displacements;
     const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());

@@ -65,7 +65,7 @@ Course GraspAndLift(double relaxation_time) {
   Course course;
   StressTool tool;
   tool.p_trocar_W = Vector3d(0.02, -0.1, 0.25);
-  tool.tool.can_grasp = true;
+  tool.tool.geometries[0].can_grasp = true;
   tool.motion = [](double) { return StressPose{.p_tip_W = Vector3d(0, 0, kTop + 0.02)}; };
   tool.device = [&](const ImpulseEngineKinematics& kinematics) {
     HandOptions options;
@@ -104,7 +104,7 @@ int Grasps(const Course& course) {
   return grasps;
 }
 
-// How often the force on the hand along z turned round; forces below 0.1 N do not count.
+// Counts the reversals of the force on the hand along z; forces below 0.1 N do not count.
 int Reversals(const Course& course) {
   int reversals = 0;
   double direction = 0;
@@ -124,7 +124,7 @@ std::string Results(const Course& course) {
   return text.str();
 }
 
-TEST(GraspEnergy, OfElasticTissueIsNotGivenToTheHand) {
+TEST(GraspEnergy, ElasticTissueGivesTheHandNoEnergy) {
   const Course course = GraspAndLift(0);
   SCOPED_TRACE(Results(course));
   EXPECT_GE(Grasps(course), 3);
@@ -135,11 +135,11 @@ TEST(GraspEnergy, OfElasticTissueIsNotGivenToTheHand) {
   EXPECT_LE(Reversals(course), 2 * Grasps(course));
 }
 
-TEST(GraspEnergy, IsTheDisplayedForceTimesTheWayOfTheTip) {
+TEST(GraspEnergy, IsTheDisplayedForceTimesThePathOfTheTip) {
   const Course course = GraspAndLift(0);
   ASSERT_EQ(course.work.size(), course.ticks.size());
-  // From the encoders, which read each axis to half a step: insertion, and two angles at 0.22 m.
-  // Each change of the force counts that error once more, summed by parts.
+  // The encoders read each axis to half a step: insertion, and two angles at 0.22 m. Each change of
+  // the force counts that error once more, summed by parts.
   const DeviceProfile device;
   const double error = std::hypot(device.encoder_step, 0.22 * device.angle_encoder_step,
                                   0.22 * device.angle_encoder_step) /
@@ -160,7 +160,7 @@ TEST(GraspEnergy, IsTheDisplayedForceTimesTheWayOfTheTip) {
 // motion that it answers, and drives the hand. The scene loader refuses a relaxation_time above 0
 // for this reason (scenes/loader/scene_organ.cc). To be enabled with a recovery that the tick itself
 // evaluates.
-TEST(GraspEnergy, DISABLED_OfViscousTissueIsNotGivenToTheHand) {
+TEST(GraspEnergy, DISABLED_ViscousTissueGivesTheHandNoEnergy) {
   const Course elastic = GraspAndLift(0), viscous = GraspAndLift(0.1);
   SCOPED_TRACE(Results(viscous));
   EXPECT_GE(Grasps(viscous), 3);

@@ -26,7 +26,7 @@ HapticForce Press(const ToolPatch& patch, const Vector3d& p_tip_W, double radius
   return contact.Evaluate(At(p_tip_W, radius));
 }
 
-TEST(HapticContact, DepthAndForceOfAPressIntoAPlane) {
+TEST(HapticContact, APressIntoAPlaneHasTheDepthAndForceOfItsSpring) {
   const ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
   const HapticForce above = Press(patch, {0.001, 0.002, 1.001 * kRadius});
   EXPECT_EQ(above.kind, ContactKind::kNone);

@@ -23,7 +23,7 @@ OrganOptions Rigid() {
 
 ToolOptions Tool(double radius = 0.0025) {
   ToolOptions tool;
-  tool.tip_radius = radius;
+  tool.geometries[0].tip_radius = radius;
   tool.wall_stiffness = kWall;
   return tool;
 }
@@ -184,7 +184,7 @@ TEST(RigidOrgan, BreathingCarriesTheWall) {
 
 TEST(RigidOrgan, JawsThatCloseOnItPress) {
   ToolOptions grasper = Tool();
-  grasper.can_grasp = true;
+  grasper.geometries[0].can_grasp = true;
   FeltBench bench(Rigid(), Ellipsoid(kRadii, 3), grasper);
   const ToolPose open = Press(&bench, 0.0025, 0.005);
   ToolPose closed = open;

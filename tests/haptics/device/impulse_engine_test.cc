@@ -122,7 +122,7 @@ TEST(ImpulseEngine, EffortsDoTheWorkOfTheForce) {
   for (int i = 0; i < 100; ++i) {
     const JointVector joints = RandomJoints(&random);
     const Vector3d force(random.Uniform(-5, 5), random.Uniform(-5, 5), random.Uniform(-5, 5));
-    const AxisEffort effort = kinematics.EffortOf(joints, force);
+    const AxisEffort effort = kinematics.Jacobian(joints).transpose() * force;
     const double h = 1e-6;
     const Vector3d dq =
         h * Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1));

@@ -23,7 +23,7 @@ void Aim(MouseHand* hand, const HandTarget& target) {
   hand->targets().Publish();
 }
 
-TEST(MouseHand, StandsWhereItStartsUntilTheMouseSpeaks) {
+TEST(MouseHand, StaysWhereItStartsUntilTheMouseMoves) {
   const HandTarget start = {Vector3d(0.01, -0.02, 0.03), 0.4, 0.2};
   MouseHand hand(start, 300, 6);
   for (Nanoseconds t = 0; t < 100 * kTick; t += kTick) {
@@ -109,7 +109,7 @@ TEST(MouseHand, MovesASimulatedDeviceThatTissueHoldsBack) {
     p_W = kinematics.Forward(device.Read(t).joints).translation();
     // Tissue of 200 N/m below z = 0.04.
     const double force = std::max(0.0, 200 * (0.04 - p_W.z()));
-    device.Write(kinematics.EffortOf(device.joints(), Vector3d(0, 0, force)));
+    device.Write(kinematics.Jacobian(device.joints()).transpose() * Vector3d(0, 0, force));
   }
   // Two springs in series: 300 (z - 0.02) = 200 (0.04 - z), plus Coulomb friction of 0.1 N over
   // both and the encoder's step.

@@ -54,7 +54,7 @@ TEST(SimDevice, DisplayedForcePushesTheHandBackByForceOverStiffness) {
   for (Nanoseconds t = 0; t <= kSecond; t += kTick) {
     free.Read(t);
     pushed.Read(t);
-    pushed.Write(kinematics.EffortOf(pushed.joints(), force));
+    pushed.Write(kinematics.Jacobian(pushed.joints()).transpose() * force);
     shift = kinematics.Forward(pushed.joints()).translation() -
             kinematics.Forward(free.joints()).translation();
   }

@@ -97,7 +97,7 @@ TEST(TraceDevice, AFittedTraceTouchesItsDepthOnceAndGoesNoDeeper) {
   EXPECT_LT(closest, 1e-15);
 }
 
-TEST(TraceDevice, WhatIsOutOfReachIsClampedAndCounted) {
+TEST(TraceDevice, PosesOutOfReachAreClampedAndCounted) {
   // Insertion reaches from 20 to 300 mm; one row of four is at the trocar, one 1 m away.
   TraceDevice device = Device(
       TipFile({{0, {0, 0, 0}}, {0.1, {0, 0, 0.1}}, {0.2, {0, 0, -0.9}}, {0.3, {0, 0, -0.1}}}));
@@ -148,7 +148,8 @@ std::vector<HapticSample> Play(TraceDevice* device, int ticks) {
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   SpscQueue<HapticSample> samples(64);
-  HapticLoop loop({{device, Kinematics(), kTipRadius, {}}}, kMs, {tool_states, patches, samples});
+  HapticLoop loop({{device, Kinematics(), {{.tip_radius = kTipRadius}}}}, kMs,
+                  {tool_states, patches, samples});
   std::vector<HapticSample> log;
   for (int tick = 0; tick < ticks; ++tick) {
     if (tick % 33 == 0) {

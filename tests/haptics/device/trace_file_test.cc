@@ -60,13 +60,13 @@ TEST_F(TraceFileTest, ByteOrderMarkCrlfSpacesCommentsAndAMissingLastLineEndAreTa
   EXPECT_EQ(file.rows[0].values[kJaw], 1) << "open, so that it does not grasp";
 }
 
-TEST_F(TraceFileTest, OfRowsWithTheSameTimeTheLastCounts) {
+TEST_F(TraceFileTest, TheLastOfRowsWithTheSameTimeCounts) {
   const TraceFile file = Read("t,roll\n0,0\n1,0.1\n1,0.2\n2,0.3\n");
   ASSERT_EQ(file.rows.size(), 3u);
   EXPECT_EQ(file.rows[1].values[kRoll], 0.2);
 }
 
-TEST_F(TraceFileTest, ARollThatItsRecorderWrappedTurnsOn) {
+TEST_F(TraceFileTest, AWrappedRollIsUnwrapped) {
   std::string text = "t,roll\n";
   for (int i = 0; i < 300; ++i) {
     text += std::to_string(i) + "," +

@@ -38,7 +38,7 @@ std::vector<TraceRow> TeleoperatedRows() {
   return rows;
 }
 
-TEST(TraceMotion, PassesThroughEveryRowThatIsNoRepeat) {
+TEST(TraceMotion, PassesThroughEveryRowThatIsNotARepeat) {
   std::vector<TraceRow> rows;
   for (int i = 0; i < 100; ++i)
     rows.push_back(Row(4 * kMillisecond * i, std::sin(0.3 * i), std::cos(0.2 * i)));

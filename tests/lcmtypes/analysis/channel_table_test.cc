@@ -106,7 +106,7 @@ TEST(ChannelTable, AfterAnInterruptionTheLastMessageIsTheOneRecalled) {
   EXPECT_EQ(table.messages(), 2u) << "a message that is recalled is not counted";
 }
 
-TEST(ChannelTable, ASenderStartedAnewIsFollowed) {
+TEST(ChannelTable, ARestartedSenderIsFollowed) {
   ChannelTable table(MessageSchemas::Hpdm());
   for (int i = 1; i <= 5000; ++i) table.Add(Tick(i, i));
   for (int i = 1; i <= 3000; ++i) {
@@ -182,7 +182,7 @@ TEST(ChannelTable, TimeStampsAtBothEndsOfTheirRangeGiveFiniteFigures) {
   }
 }
 
-// What the check steps over is what the visit goes through, whatever the bytes.
+// The check skips exactly the bytes that the visit reads, for any bytes.
 TEST(ChannelTable, CheckingAMessageAgreesWithDecodingIt) {
   const MessageSchemas& schemas = MessageSchemas::Hpdm();
   organ_t organ{};

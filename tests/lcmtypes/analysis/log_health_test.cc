@@ -111,7 +111,7 @@ TEST_F(LogHealthTest, DriversOfTwoInstrumentsCountForThemselves) {
   EXPECT_TRUE(Health().Sound());
 }
 
-TEST_F(LogHealthTest, ATornTailIsToldAndCut) {
+TEST_F(LogHealthTest, ATornTailIsReportedAndCut) {
   WriteSession(20);
   const std::uintmax_t size = fs::file_size(log_);
   fs::resize_file(log_, size - 5);
@@ -131,7 +131,7 @@ TEST_F(LogHealthTest, ATornTailIsToldAndCut) {
   EXPECT_THROW(RepairLog(log_, mended), InputError);  // nothing is overwritten
 }
 
-TEST_F(LogHealthTest, DamageInTheMiddleIsToldAndLeftOut) {
+TEST_F(LogHealthTest, DamageInTheMiddleIsReportedAndLeftOut) {
   WriteSession(20);
   {
     std::fstream file(log_, std::ios::binary | std::ios::in | std::ios::out);
@@ -147,7 +147,7 @@ TEST_F(LogHealthTest, DamageInTheMiddleIsToldAndLeftOut) {
   EXPECT_EQ(after.events, health.events);
 }
 
-TEST_F(LogHealthTest, ForeignAndUnreadableMessagesAreTold) {
+TEST_F(LogHealthTest, ForeignAndUnreadableMessagesAreReported) {
   {
     SessionLog log(log_, 0);
     log.Write("FOREIGN", 0, std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 7, 8, 9});
@@ -331,7 +331,7 @@ TEST_F(LogHealthTest, ATableReplacesALinkAndNeverWhatItLeadsTo) {
   EXPECT_THROW(ExportCsv(log_, folder, {}, MessageSchemas::Hpdm()), InputError);
 }
 
-TEST_F(LogHealthTest, NamesReachATerminalAsTextThatItDoesNotObey) {
+TEST_F(LogHealthTest, NamesReachATerminalEscaped) {
   {
     SessionLog log(log_, 0);
     event_t event{};

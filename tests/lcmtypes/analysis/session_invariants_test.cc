@@ -21,12 +21,12 @@ constexpr Nanoseconds kTick = 1'000'000;
 constexpr int kTicks = 2400;
 constexpr int kStepTicks = 33;
 
-/// What a session logs in a tick: a probe that presses for 200 ms of every 400, up to 1 N.
+/// A session's log of one tick: a probe presses for 200 ms of every 400, with up to 1 N.
 struct Tick {
   HapticSample input, output;
   bool has_input = true, has_output = true;
 };
-/// What it logs of a step.
+/// The session's log of one step.
 struct Step {
   StepSample sample;
   std::int64_t visible_tick = 0;
@@ -110,7 +110,7 @@ class SessionInvariants : public testing::Test {
     }
   }
 
-  /// Names of what is broken, one behind the other.
+  /// Names of the broken invariants, joined.
   std::string Broken(Nanoseconds period = 0) {
     invariants_ = CheckInvariants(log_, limits_, period);
     std::string names;
@@ -162,7 +162,7 @@ TEST_F(SessionInvariants, MissATickThatIsNotInTheLog) {
   EXPECT_EQ(Find("ticks").worst, 1);
 }
 
-TEST_F(SessionInvariants, MissWhatATickGave) {
+TEST_F(SessionInvariants, MissATickWithoutOutput) {
   WriteSession([](Tick* tick) { tick->has_output = tick->input.tick != 1000; });
   EXPECT_EQ(Broken(), "ticks");
 }
@@ -176,13 +176,13 @@ TEST_F(SessionInvariants, TakeASkippedTickWithACause) {
 }
 
 TEST_F(SessionInvariants, NameAForceBeyondTheDevice) {
-  // It comes and goes within what it may change by.
+  // The force rises and falls within its slew limit.
   WriteSession([](Tick* tick) { tick->output.tools[0].force_W *= 2.01; });
   EXPECT_EQ(Broken(), "force");
   EXPECT_NEAR(Find("force").worst, 1.005, 1e-4);
 }
 
-TEST_F(SessionInvariants, NameAForceThatIsNoNumber) {
+TEST_F(SessionInvariants, NameAForceThatIsNotANumber) {
   WriteSession([](Tick* tick) {
     if (tick->output.tick == 1100) tick->output.tools[0].force_W.x() = kNan;
   });
@@ -209,7 +209,7 @@ TEST_F(SessionInvariants, LetAForceEndAtOnceWhenItIsSwitchedOff) {
 }
 
 TEST_F(SessionInvariants, NameEnergyFromNowhere) {
-  // 30 mW: what the hand has put in sinks while it presses and stays there.
+  // The hand's work falls by 30 mW, also while it presses without moving.
   WriteSession(
       [](Tick* tick) { tick->output.tools[0].energy -= 0.03 * ToSeconds(tick->output.time_ns); });
   EXPECT_EQ(Broken(), "work");
@@ -240,7 +240,7 @@ TEST_F(SessionInvariants, NameALatticeThatGivesOutEnergy) {
 }
 
 TEST_F(SessionInvariants, NameAnOrganThatDoesNotComeBack) {
-  // In whatever order shape and step come: a real session's come in both.
+  // Shape and step come in either order, as in real sessions.
   for (const bool shape_first : {true, false}) {
     WriteSession(nullptr, [&](Step* step) {
       step->shape_first = shape_first;
@@ -280,7 +280,7 @@ TEST_F(SessionInvariants, DoNotTakeAnotherMotionForARepetition) {
 }
 
 TEST_F(SessionInvariants, TakeAnyNumbersWithoutHarm) {
-  // As a damaged log may hold them; the address sanitizer watches.
+  // Damaged logs may contain such numbers; the address sanitizer watches.
   WriteSession(
       [](Tick* tick) {
         if (tick->input.tick % 100 == 7) {

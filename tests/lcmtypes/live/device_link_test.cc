@@ -45,12 +45,12 @@ TEST(DriverClock, FollowsAClockThatRunsTooSlowOrTooFast) {
     for (; t < 3600'000 * kMs; t += 100 * kMs) {
       mapped = clock.ToSession(std::llround(static_cast<double>(t) * (1 + 1e-6 * ppm)), t + kMs);
     }
-    // In an hour the clocks part by 360 ms. The estimate is behind by 200 ppm of one interval.
+    // The clocks diverge by 360 ms in an hour. The estimate lags by 200 ppm of one interval.
     EXPECT_NEAR(static_cast<double>(mapped), static_cast<double>(t - 99 * kMs), 30'000) << ppm;
   }
 }
 
-TEST(DriverClock, ADriverStartedAnewIsFollowedAtOnceAndTimeNeverFalls) {
+TEST(DriverClock, ARestartedDriverIsFollowedAtOnceAndTimeNeverFalls) {
   DriverClock clock;
   Nanoseconds last = 0;
   for (const Nanoseconds zero :
@@ -151,12 +151,12 @@ TEST(DeviceLink, NoFlippedByteGivesThePoseOfANonReading) {
   }
 }
 
-TEST(DeviceLink, TheFirstRefusalOfEachKindIsTold) {
+TEST(DeviceLink, TheFirstRefusalOfEachKindIsReported) {
   Bench bench;
   for (int i = 0; i < 100; ++i) {
     bench.link.Handle(std::vector<std::uint8_t>(60'000), 0);
     bench.Handle(Reading(1, 0, 1), 0);
-    bench.Handle(Reading(5, 0), 0);  // taken once, old from then on
+    bench.Handle(Reading(5, 0), 0);  // taken once, old afterwards
   }
   std::vector<std::string> reported;
   for (LoopEvent event; bench.events.Pop(&event);) {
@@ -225,8 +225,8 @@ bool Within(std::chrono::seconds patience, const Done& done) {
 
 constexpr auto kPatience = std::chrono::seconds(20);  // a machine under load; usual are a few ms
 
-// The link's two threads, the haptic loop on the test's own in virtual time: a driver speaks,
-// vanishes and comes back.
+// Runs the link's two threads and the haptic loop in virtual time: a driver appears, vanishes and
+// returns.
 TEST(DeviceLink, ADriverThatVanishesAndComesBackLosesAndRegainsItsDevice) {
   const DeviceLimits limits = LimitsOf({});
   ExternalDevice device(limits);
@@ -240,7 +240,7 @@ TEST(DeviceLink, ADriverThatVanishesAndComesBackLosesAndRegainsItsDevice) {
   TripleBuffer<ToolState> tool_states;
   TripleBuffer<ContactPatch> patches;
   SpscQueue<HapticSample> samples(1024);
-  HapticLoop loop({{&device, {Vector3d(0, 0, 0.1), -Vector3d::UnitZ(), {}}, 0.0025, {}}}, kMs,
+  HapticLoop loop({{&device, {Vector3d(0, 0, 0.1), -Vector3d::UnitZ(), {}}}}, kMs,
                   {tool_states, patches, samples, &forces});
   std::uint64_t tick = 0;
   const auto valid_after_a_tick = [&] {

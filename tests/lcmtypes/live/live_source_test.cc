@@ -64,18 +64,18 @@ TEST(LiveSource, ANetworkThatIsNotThereIsRefusedWithARemedy) {
 }
 
 // Two programs' connections on the machine's multicast, in a network namespace of their own.
-TEST(LiveSource, NothingIsLostOfAFloodOnTheMulticast) {
+TEST(LiveSource, AFloodOnTheMulticastLosesNothing) {
   if (!InsideNetworkNamespace()) {
     const std::string enter = NetworkNamespaceCommand();
     if (enter.empty()) GTEST_SKIP() << "network namespaces are refused here";
-    EXPECT_EQ(RunInNetworkNamespace(enter, "LiveSource.NothingIsLostOfAFloodOnTheMulticast"), 0);
+    EXPECT_EQ(RunInNetworkNamespace(enter, "LiveSource.AFloodOnTheMulticastLosesNothing"), 0);
     return;
   }
   LiveSource source(NetworkUrl(), "spy");
   lcm::LCM sender(kLocalUrl);
   ASSERT_TRUE(sender.good());
-  // In bursts of 50, twice as many as a session sends in a reader's 50 ms, with a mesh part in
-  // each.
+  // Bursts of 50 messages are twice as many as a session sends in a reader's 50 ms, with a mesh
+  // part in each.
   const std::vector<std::uint8_t> data(300), mesh(50'000);
   LogEvent event;
   std::uint64_t got = 0, sent = 0;

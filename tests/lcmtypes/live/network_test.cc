@@ -108,12 +108,11 @@ int Count(LiveSource* source, const std::string& text, int wanted) {
   return count;
 }
 
-TEST(Network, WhatStaysOnThisMachineTakesNothingFromOthers) {
+TEST(Network, ALocalReaderHearsNoOtherMachine) {
   if (!InsideNetworkNamespace()) {
     const std::string enter = NetworkNamespaceCommand();
     if (enter.empty()) GTEST_SKIP() << "network namespaces are refused here";
-    EXPECT_EQ(RunInNetworkNamespace(enter, "Network.WhatStaysOnThisMachineTakesNothingFromOthers"),
-              0);
+    EXPECT_EQ(RunInNetworkNamespace(enter, "Network.ALocalReaderHearsNoOtherMachine"), 0);
     return;
   }
   const OtherMachine other;
@@ -141,7 +140,7 @@ TEST(Network, WhatStaysOnThisMachineTakesNothingFromOthers) {
   EXPECT_TRUE(heard.contains(own));
   EXPECT_FALSE(heard.contains("multicast") || heard.contains("unicast"));
 
-  // None of them is a reading: each that comes is refused and counted, the first one told.
+  // None of the messages is a valid reading: each is refused and counted, the first one reported.
   std::jthread receive([&link](std::stop_token stop) { link.Receive(stop); });
   LoopEvent reported;
   const auto end = steady_clock::now() + kPatience;

@@ -102,7 +102,7 @@ TEST_F(LogPlayerTest, AnAsFastAsItCanPlayWaitsForNothing) {
   EXPECT_EQ(clock_.now, 0);
 }
 
-TEST_F(LogPlayerTest, ASeekGoesOnThereAfterTheLeadInEvenWhenPaused) {
+TEST_F(LogPlayerTest, ASeekContinuesThereAfterTheLeadInEvenWhenPaused) {
   WriteLog(3000, true);
   LogPlayer player(log_, {}, clock_.Get());
   player.Pause(true);
@@ -132,7 +132,7 @@ TEST_F(LogPlayerTest, ASeekGoesOnThereAfterTheLeadInEvenWhenPaused) {
   EXPECT_EQ(player.position_us(), 0);
 }
 
-TEST_F(LogPlayerTest, MeshesBeforeThePositionCanBeHadAtAnyTime) {
+TEST_F(LogPlayerTest, MeshesBeforeThePositionAreAvailableAtAnyTime) {
   WriteLog(1000, true);
   LogPlayer player(log_, {kMeshChannel}, clock_.Get());
   const auto meshes = [&player] {
@@ -191,7 +191,7 @@ TEST_F(LogPlayerTest, AReaderThatIsTooSlowSlowsThePlay) {
   while (!player.ended()) {
     events += player.Next(&event, milliseconds(5)) ? 1 : 0;
     clock_.now += 50'000'000;
-    // Never beyond what was read, so that a viewer's time line tells the truth.
+    // The position never exceeds the bytes read, so a viewer's time line is correct.
     if (events > 3 && !player.ended()) {
       EXPECT_LE(player.position_us(), event.time_us - kEpochUs + 10'000);
     }
@@ -214,7 +214,7 @@ TEST(PlayTime, ASingleWrongStampIsMendedAndAClockSetBackCostsNoTime) {
   EXPECT_EQ(played({0, 10, -9'000'000'000'000'000'000, 30}), (Times{0, 10, 10, 30}));
   EXPECT_EQ(played({10, 9'000'000'000'000'000'000, 30, 40}), (Times{0, 20, 20, 30}));
   EXPECT_EQ(played({10, -9'000'000'000'000'000'000, 30, 40}), (Times{0, 0, 20, 30}));
-  // Of the first and the last one the interval is lost.
+  // The first and the last message have no interval.
   EXPECT_EQ(played({9'000'000'000'000'000'000, 20, 30}), (Times{0, 0, 10}));
   EXPECT_EQ(played({-9'000'000'000'000'000'000, 20, 30}), (Times{0, 0, 10}));
   EXPECT_EQ(played({10, 20, 9'000'000'000'000'000'000}), (Times{0, 10, 10}));

@@ -167,7 +167,7 @@ TEST(Log, DamageCostsOnlyTheEventsAroundIt) {
   }
 }
 
-TEST(Log, GarbageIsNoEventAndEndsReading) {
+TEST(Log, GarbageEndsReadingWithoutAnEvent) {
   const ScratchFolder folder;
   std::mt19937 random(8);
   std::string bytes(3'000'000, '\0');
@@ -186,7 +186,7 @@ TEST(Log, GarbageIsNoEventAndEndsReading) {
   EXPECT_EQ(reader.damaged_bytes(), bytes.size());
 }
 
-TEST(Log, WhatIsNoLogFileIsAnInputError) {
+TEST(Log, AFileThatIsNotALogIsAnInputError) {
   const ScratchFolder folder;
   EXPECT_THROW(LogReader(folder / "missing"), InputError);
   EXPECT_THROW(LogReader(folder.path().string()), InputError);
@@ -249,7 +249,7 @@ TEST(Log, AVanishedFolderIsNoticedAtTheNextFlush) {
   EXPECT_EQ(log.state().dropped, 1u);
 }
 
-/// What arrived, on every channel.
+/// The messages received on every channel.
 struct Counter {
   int count = 0;
   int sound = 0;

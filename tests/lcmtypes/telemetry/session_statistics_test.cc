@@ -74,7 +74,7 @@ TEST(SessionStatistics, TicksMissingWithoutACauseAreLost) {
   EXPECT_EQ(statistics.Summary().ticks_lost, 5u) << "11..19 are nine, four of them skipped";
 }
 
-TEST(SessionStatistics, StepNumbersTellTheStepsLost) {
+TEST(SessionStatistics, LostStepsAreCountedByTheirNumbers) {
   SessionStatistics statistics(kPeriod);
   statistics.Add(Step(2, 100'000'000));
   statistics.Add(Step(3, 150'000'000));
@@ -102,7 +102,7 @@ TEST(SessionStatistics, StepsThatDidLessAreCounted) {
   EXPECT_EQ(statistics.Summary().steps_shed, 3u);
 }
 
-TEST(SessionStatistics, IntervalsStartAfreshAndTheSessionGoesOn) {
+TEST(SessionStatistics, IntervalsRestartAndTheSessionContinues) {
   SessionStatistics statistics(kPeriod);
   for (std::uint64_t tick = 0; tick < 1000; ++tick) {
     HapticSample sample = Tick(tick, 0, 0);
@@ -167,7 +167,7 @@ TEST(SessionStatistics, DeviceToForceIsTakenForEachToolWithAnAnswer) {
   sample.written_ns = 2'000;
   sample.tools[0].device_valid = true;
   sample.tools[0].device_time_ns = sample.time_ns + 4'000;
-  sample.tools[1].device_valid = false;  // vanished: its age is no latency
+  sample.tools[1].device_valid = false;  // vanished: its age does not count as latency
   statistics.Add(sample);
   const SessionSummary summary = statistics.Summary();
   EXPECT_EQ(summary.latencies[Latency::kDeviceToForce].count(), 1u);
@@ -194,7 +194,7 @@ TEST(SessionStatistics, FramesAndStepsHaveTheirLatencies) {
   EXPECT_EQ(statistics.Summary().frames, 3u);
 }
 
-// What a plot or a comparison of machines does with a log.
+// Reads the statistics as a plot or a comparison of machines does.
 TEST(SessionStatistics, TheBinsOfAllMessagesAddUpToTheSession) {
   Histogram baseline;
   for (int i = 0; i < 1000; ++i) baseline.Add(3000 + i);

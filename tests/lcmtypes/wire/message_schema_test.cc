@@ -161,7 +161,7 @@ TEST(MessageSchema, ForeignTypesAreReadFromTheirFiles) {
   EXPECT_EQ(values[3].second, Value(std::string("a")));
 }
 
-/// What is said of a text; nothing of a good one.
+/// Returns the error of a text; empty if it is valid.
 std::string SchemaError(std::string_view text) {
   const std::string name = "bad.lcm";
   try {
@@ -180,7 +180,7 @@ TEST(MessageSchema, BadTextsNameTheirPlaceAndRemedy) {
   EXPECT_NE(SchemaError("enum a { }").find("expected struct"), std::string::npos);
 }
 
-TEST(MessageSchema, WhatATextQuotesCannotBreakTheLine) {
+TEST(MessageSchema, QuotedTextCannotBreakTheLine) {
   EXPECT_NE(SchemaError("struct a\x01\n{}").find("found '?'"), std::string::npos);
   EXPECT_LT(SchemaError("struct a { " + std::string(100'000, 'b') + " x; }").size(), 200u);
 }
@@ -217,7 +217,7 @@ TEST(MessageSchema, ArraysOfNothingEnd) {
   EXPECT_FALSE(schemas.Check(schemas.structs()[1], bytes, &order));
 }
 
-TEST(MessageSchema, AStringWithoutItsFinalZeroIsNoMessage) {
+TEST(MessageSchema, AStringWithoutItsFinalZeroIsRefused) {
   event_t event{};
   event.name = "name";
   std::vector<std::uint8_t> bytes;

@@ -1,13 +1,15 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "engine/deformation_loop.h"
 #include "lcmtypes/wire/codec.h"
+#include "lcmtypes/wire/logged_surface.h"
 #include "lcmtypes/wire/mesh_codec.h"
 #include "tests/support/one_organ.h"
-#include "tests/support/rebuilt_surface.h"
 #include "tests/support/shapes.h"
 
-/// What is logged of an organ is enough to draw it.
+/// The logged messages of an organ are enough to draw it.
 
 namespace hpdm {
 namespace {
@@ -42,7 +44,7 @@ TEST(ShapeMessages, AViewerRebuildsTheSurfaceFromThem) {
   telemetry.Update();
   const Points shown = render.Front().organs[0].vertices.cast<double>();
 
-  const Lattice& lattice = *models[0].lattice();
+  const Lattice& lattice = models[0].lattice_organ()->lattice();
   OrganDescription sent{"ellipsoid", models[0].rest().vertices, models[0].rest().triangles, {}};
   sent.lattice = LatticeDescription{.degree = {2, 2, 2},
                                     .cells = {3, 4, 5},
@@ -64,10 +66,24 @@ TEST(ShapeMessages, AViewerRebuildsTheSurfaceFromThem) {
   const Points moved = shown - models[0].rest().vertices;
   EXPECT_GT(moved.rowwise().norm().maxCoeff(), 1e-4);
   // Floats of positions up to 0.1 m.
-  EXPECT_LT((Rebuilt(organ, shape) - shown).cwiseAbs().maxCoeff(), 1e-7);
+  const LoggedSurface surface(organ);
+  Points rebuilt;
+  ASSERT_TRUE(surface.Deform(shape, &rebuilt));
+  EXPECT_LT((rebuilt - shown).cwiseAbs().maxCoeff(), 1e-7);
   // Without the indentation it would not be the same surface.
   shape.indentation_count = 0;
-  EXPECT_GT((Rebuilt(organ, shape) - shown).cwiseAbs().maxCoeff(), 1e-6);
+  ASSERT_TRUE(surface.Deform(shape, &rebuilt));
+  EXPECT_GT((rebuilt - shown).cwiseAbs().maxCoeff(), 1e-6);
+  // A shape of another organ.
+  const OrganSnapshot sound = shape;
+  shape.local_functions[0] = 1'000'000;
+  EXPECT_FALSE(surface.Deform(shape, &rebuilt));
+  shape = sound;
+  shape.control_displacements.conservativeResize(shape.control_displacements.rows() - 1, 3);
+  EXPECT_FALSE(surface.Deform(shape, &rebuilt));
+  shape = sound;
+  shape.control_displacements(0, 0) = std::nan("");
+  EXPECT_FALSE(surface.Deform(shape, &rebuilt));
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST_F(EglContextTest, AShaderThatDoesNotCompileIsNamedWithItsLogInOneLine) {
 }
 
 TEST(EglContextDeathTest, WithoutADriverTheMessageNamesTheMissingPackages) {
-  // In a process of its own: the EGL library reads the list of its drivers only once.
+  // Runs in another process: the EGL library reads the list of its drivers only once.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {

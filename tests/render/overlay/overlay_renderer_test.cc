@@ -80,7 +80,7 @@ TEST(LatticeMarks, PointsCarryTheDeformedShape) {
     shape.offset_W = Vector3d(0.01, 0, -0.02);
     Points deformed = mesh.vertices + model.weights() * shape.control_displacements;
     deformed.rowwise() += shape.offset_W.transpose();
-    const Points drawn = DisplacedControlPoints(*model.lattice(), shape);
+    const Points drawn = DisplacedControlPoints(model.lattice_organ()->lattice(), shape);
     // Round-off of sums of a few dozen products.
     EXPECT_LT((model.weights() * drawn - deformed).cwiseAbs().maxCoeff(), 1e-14);
   }

@@ -32,10 +32,14 @@ struct Scenery {
     names.instruments = {{"left grasper", "left hook"}, {"right probe"}};
   }
   StatusText Text() const {
-    return MakeStatusText({view, health, scene, 29.7, error_scale}, names);
+    return MakeStatusText({view, health, scene, 29.7, error_scale, limits, X_WC, screenshot},
+                          names);
   }
 
   double error_scale = 0;
+  HandlingLimits limits;
+  Isometry3d X_WC = Isometry3d::Identity();
+  std::string screenshot;
   ViewSettings view;
   SessionHealth health;
   SceneSnapshot scene;
@@ -62,7 +66,7 @@ TEST(StatusText, ShowsForceDepthOrganAndTheLoopsHealth) {
   EXPECT_TRUE(Says(text.tools[1], "free"));
   for (const StatusLine& line : text.tools[0]) {
     if (line.bar) {
-      EXPECT_NEAR(*line.bar, 0.5 / kBarForce, 1e-12);
+      EXPECT_NEAR(*line.bar, 0.5 / (kBarLimits * kDefaultForceLimit), 1e-12);
     }
   }
 }
@@ -77,21 +81,85 @@ TEST(StatusText, MarksTheActiveInstrumentAndNamesTheHeldOne) {
   EXPECT_TRUE(Says(text.tools[1], "\u25b8 right probe"));
 }
 
-TEST(StatusText, FaultsAreInWarningAndAlarmColours) {
+Tone ToneOf(const std::vector<StatusLine>& lines, const char* what) {
+  for (const StatusLine& line : lines) {
+    if (line.text.find(what) != std::string::npos) return line.tone;
+  }
+  return Tone::kGood;
+}
+
+TEST(StatusText, APressBeyondALimitRaisesAnAlarmAlsoWithoutTheTextOverlay) {
+  Scenery scenery;
+  EXPECT_TRUE(scenery.Text().alarms.empty());
+  scenery.health.tools[0].depth = 0.061;
+  EXPECT_EQ(ToneOf(scenery.Text().tools[0], "61.0 mm liver"), Tone::kAlarm);
+  scenery.view.overlays = kOverlayNone;
+  EXPECT_EQ(ToneOf(scenery.Text().alarms, "left grasper: 61 mm deep, limit 20 mm"), Tone::kAlarm);
+  EXPECT_FALSE(Says(scenery.Text().alarms, "N, limit"));
+  scenery.limits.force = 0.4;
+  EXPECT_TRUE(Says(scenery.Text().alarms, "left grasper: 0.5 N, limit 0.4 N"));
+  scenery.limits.depth = 0.07;
+  EXPECT_FALSE(Says(scenery.Text().alarms, "deep"));
+  scenery.view.window_width = 0;
+  EXPECT_TRUE(scenery.Text().alarms.empty()) << "a picture without text stays clean";
+}
+
+TEST(StatusText, AGrasperThatHoldsTissueSaysSoInsteadOfADepth) {
+  Scenery scenery;
+  scenery.health.tools[0].depth = 0;
+  scenery.scene.contacts[0].kind = ContactKind::kGrasp;
+  scenery.scene.contacts[0].organ = 0;
+  const StatusText text = scenery.Text();
+  EXPECT_TRUE(Says(text.tools[0], "holds liver"));
+  EXPECT_FALSE(Says(text.tools[0], "mm"));
+}
+
+TEST(StatusText, AnswersTheUserAlsoWithoutTheTextOverlay) {
+  Scenery scenery;
+  scenery.view.overlays = kOverlayNone;
+  EXPECT_TRUE(scenery.Text().state.empty());
+  scenery.view.recording = true;
+  scenery.view.wanted_instrument[0] = 1;
+  scenery.screenshot = "saved screenshot_0001.png";
+  const StatusText text = scenery.Text();
+  EXPECT_TRUE(Says(text.state, "recording"));
+  EXPECT_TRUE(Says(text.state, "left hook: free the tip to take it"));
+  EXPECT_TRUE(Says(text.state, "saved screenshot_0001.png"));
+  scenery.scene.tools[0].instrument_index = 1;
+  EXPECT_FALSE(Says(scenery.Text().state, "left hook")) << "the exchange is done";
+}
+
+TEST(StatusText, TheClockShowsTheSessionsTime) {
+  Scenery scenery;
+  scenery.scene.step.time_ns = 65 * kNanosecondsPerSecond;
+  EXPECT_EQ(scenery.Text().state[0].text, "1:05");
+  scenery.scene.step.time_ns = 3725 * kNanosecondsPerSecond;
+  EXPECT_EQ(scenery.Text().state[0].text, "1:02:05");
+}
+
+TEST(StatusText, ATextStandsOnTheSideOfItsHand) {
+  Scenery scenery;
+  EXPECT_FALSE(scenery.Text().on_right[0]) << "without known places by number";
+  scenery.names.trocars_W = {{-0.1, 0, 0}, {0.1, 0, 0}};
+  EXPECT_FALSE(scenery.Text().on_right[0]);
+  EXPECT_TRUE(scenery.Text().on_right[1]);
+  scenery.X_WC.linear() = Vector3d(-1, -1, 1).asDiagonal();  // the camera on its head
+  EXPECT_TRUE(scenery.Text().on_right[0]);
+  EXPECT_FALSE(scenery.Text().on_right[1]);
+  scenery.names.trocars_W = {{-0.1, 0, 0}};
+  EXPECT_TRUE(scenery.Text().on_right[0]) << "a single hand";
+}
+
+TEST(StatusText, RealTimeFiguresStayBelowWarningsAndFaultsOfTheSessionDoNot) {
   Scenery scenery;
   scenery.health.log_lost = 7;
   scenery.health.skipped.stalled = 3;
   scenery.health.tools[0].guard_flags = kGuardDeviceInvalid;
   const StatusText text = scenery.Text();
-  const auto tone = [](const std::vector<StatusLine>& lines, const char* what) {
-    for (const StatusLine& line : lines) {
-      if (line.text.find(what) != std::string::npos) return line.tone;
-    }
-    return Tone::kPlain;
-  };
-  EXPECT_EQ(tone(text.loops, "log lost 7"), Tone::kAlarm);
-  EXPECT_EQ(tone(text.loops, "ticks missed: 3"), Tone::kWarning);
-  EXPECT_EQ(tone(text.tools[0], "device lost"), Tone::kAlarm);
+  EXPECT_EQ(ToneOf(text.loops, "log lost 7"), Tone::kAlarm);
+  EXPECT_EQ(ToneOf(text.loops, "ticks missed: 3"), Tone::kPlain);
+  EXPECT_EQ(ToneOf(text.loops, "haptics"), Tone::kDim);
+  EXPECT_EQ(ToneOf(text.tools[0], "device lost"), Tone::kAlarm);
 }
 
 TEST(StatusText, ColoursOverOrgansHaveTheirRangeShown) {
@@ -154,6 +222,7 @@ TEST(TextLayout, StaysInsideThePictureAtAnySize) {
   scenery.view.help = true;
   scenery.view.recording = true;
   scenery.view.click_takes = true;
+  scenery.health.tools[0].depth = 0.061;
   for (const auto& [width, height] : {std::pair{640, 480}, {1920, 1080}, {480, 800}, {64, 48}}) {
     const GlyphAtlas atlas(TextPixels(width, height));
     const std::vector<TextQuad> quads = LayOut(scenery.Text(), atlas, width, height);

@@ -290,8 +290,8 @@ TEST_F(LevelPicturesTest, ASwitchIsInvisible) {
     const Image after = Draw(coming.get(), distance);
     const Difference change = Between(before, after, distance);
     borders += change.largest > 0;
-    // Of 255, over the organ's own pixels: an eye tells some 2 in a flat field. Below 500 pixels,
-    // 25 across, the outline's are a good part of them.
+    // Levels of 255 over the organ's pixels. An eye notices about 2 in a flat field. Below 500
+    // pixels (25 across) the outline's pixels dominate.
     const double most = change.pixels > 500 ? 0.5 : 1.5;
     EXPECT_LT(change.mean, most) << distance;
     EXPECT_LT(Between(after, Draw(without.get(), distance), distance).mean, 1.5 * most) << distance;

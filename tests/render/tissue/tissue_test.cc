@@ -89,12 +89,80 @@ TEST(Occlusion, DarkensTheCreaseBetweenTwoOrgansAndNothingElse) {
   // 2 mm beside the crease, a quarter of the radius of the surroundings.
   const double near_crease = scope.Project(Vector3d(0.002, -0.0087, 0.1)).x();
   EXPECT_LT(red(shaded, near_crease), 0.9 * red(open, near_crease));
-  // In front of an axis and towards the outer side the surface is convex: the same bytes.
+  // The surface is convex in front of an axis and towards the outer side: the bytes stay the same.
   for (const double x : {0.02, 0.03, 0.035}) {
     const double on_surface = -std::sqrt(0.0004 - (x - 0.02) * (x - 0.02));
     const double at = scope.Project(Vector3d(x, on_surface, 0.1)).x();
     EXPECT_EQ(red(shaded, at), red(open, at)) << x;
   }
+}
+
+// Returns a thick capsule along x below the lens; its top is at z = 0. The picture's up is y.
+SurfaceMesh CapsuleBelowTheLens() {
+  SurfaceMesh tissue = CapsuleMesh(0.2, 0.2, 0.8, 64);
+  const Points along_z = tissue.vertices;
+  tissue.vertices.col(0) = along_z.col(2).array() - 0.3;
+  tissue.vertices.col(2) = -along_z.col(0).array() - 0.2;
+  return tissue;
+}
+
+TEST(InstrumentShadow, FallsBelowTheTipTheFartherTheHigherTheTipIsAndJoinsItAtTheTouch) {
+  std::unique_ptr<EglContext> context;
+  try {
+    context = std::make_unique<EglContext>();
+  } catch (const MachineError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  const SurfaceMesh tissue = CapsuleBelowTheLens();
+  SceneSnapshot snapshot;
+  snapshot.organs.resize(1);
+  snapshot.organs[0].vertices = tissue.vertices.cast<float>();
+  snapshot.tool_count = 1;
+  LaparoscopeOptions options;
+  options.p_scope_W = Vector3d(0, 0, 0.15);
+  options.p_target_W = Vector3d::Zero();
+  constexpr int kWidth = 320, kHeight = 240;
+  const Laparoscope scope(options, kWidth, kHeight);
+  const Vector3d up_W = scope.X_WC().linear().col(1);
+  PictureTarget target(kWidth, kHeight, 4);
+  InstrumentVisual probe;
+  probe.geometry.tip_radius = probe.geometry.shaft_radius = 0.0025;
+  SceneRenderer with({{.rest = &tissue}}, {probe}), without({{.rest = &tissue}}, {});
+  const auto picture = [&](SceneRenderer* view) {
+    target.Bind();
+    view->Draw(snapshot, scope);
+    target.Resolve(scope);
+    Image image;
+    target.Read(&image);
+    return image;
+  };
+  const Image open = picture(&without);
+  // Returns the distance of the darkest place from the tip, down in the picture, m on the tissue.
+  const auto shadow_below = [&](double height) {
+    snapshot.tools[0].X_WT.setIdentity();
+    snapshot.tools[0].X_WT.translation() = Vector3d(0, 0, height);
+    // The shaft comes from above in the picture, so it hides no tissue below the tip.
+    snapshot.tools[0].X_WT.linear() =
+        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), 0.8 * up_W + Vector3d(0, 0, 0.6))
+            .toRotationMatrix();
+    const Image shaded = picture(&with);
+    double darkest = 1, at = 0;
+    for (double below = 0.004; below < 0.035; below += 0.0005) {
+      const Vector3d pixel = scope.Project(-below * up_W);
+      const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
+      const double ratio = double(shaded.At(x, y)[0]) / open.At(x, y)[0];
+      if (ratio < darkest - 0.01) darkest = ratio, at = below;
+    }
+    EXPECT_LT(darkest, 0.9) << height;
+    return at;
+  };
+  const double touching = shadow_below(0.0025), low = shadow_below(0.02);
+  const double high = shadow_below(0.035);
+  ASSERT_EQ(context->Failure(), "");
+  EXPECT_LT(touching, 0.006);
+  // Similar triangles give the distance h 0.05 / (0.15 - h). Tip and penumbra are 3 mm wide.
+  EXPECT_NEAR(low, 0.0077, 0.003);
+  EXPECT_NEAR(high, 0.0152, 0.003);
 }
 
 }  // namespace

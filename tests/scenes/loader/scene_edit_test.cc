@@ -115,7 +115,7 @@ TEST_F(SceneEdits, RewriteNamesForAnotherFolder) {
   const std::string moved = MovedScene(scene, text, other);
   EXPECT_TRUE(Contains(moved, "mesh = \"../../meshes/liver_1332.obj\"  # there"));
   EXPECT_TRUE(Contains(moved, "name = \"m.obj\""));
-  const Scene there = ReadScene(ParseToml(moved, other / "s.toml"));
+  const Scene there = ParseScene(moved, other / "s.toml");
   EXPECT_TRUE(fs::equivalent(there.organs.at(0).mesh, scene.organs.at(0).mesh));
   EXPECT_TRUE(fs::equivalent(there.background, scene.background));
 }

@@ -81,7 +81,7 @@ TEST_F(SceneFaults, ValuesOutOfRangeNameTheRange) {
       {"unit=nan", "4:6", "organ[0].unit", "is not finite (nan)", "above 0"},
       {"pose.position=[0,inf,0]", "4:18", "organ[0].pose.position", "is not finite (inf)", "in m"},
       {"unit=0", "4:6", "organ[0].unit", "is out of range (0)", "above 0"},
-      {"unit='cm'", "4:6", "organ[0].unit", "is not a known unit (\"cm\")", "\"m\", \"mm\" or"},
+      {"unit='cm'", "4:6", "organ[0].unit", "is not a known value (\"cm\")", "\"m\", \"mm\" or"},
       {"pose.position=[0,0,150]", "4:20", "organ[0].pose.position", "out of range (150)", "in m"},
       {"lattice.margin=-0.1", "4:16", "organ[0].lattice.margin", "out of range (-0.1)", "in m"},
       {"lattice.degree=0", "4:16", "organ[0].lattice.degree", "out of range (0)", "from 1 to 3"},

@@ -39,7 +39,8 @@ std::string Dump(const Scene& scene) {
       const InstrumentDescription& held = i.Held(e);
       out << held.name << ' ' << static_cast<int>(held.type) << ' ' << held.mesh << ' '
           << held.jaws.meshes.size() << ' ' << held.insulated_from.value_or(-1) << ' '
-          << held.tip_radius << ' ' << held.shaft_radius << ' ' << held.friction << '\n';
+          << held.geometry.tip_radius << ' ' << held.geometry.shaft_radius << ' '
+          << held.geometry.friction << '\n';
     }
     out << i.p_trocar_W.transpose() << ' ' << static_cast<int>(i.reaction) << ' ' << i.k1 << ' '
         << i.k2 << '\n';

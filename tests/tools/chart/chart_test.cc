@@ -1,4 +1,4 @@
-// What `hpdm chart` and `hpdm bench` make of their measurements, and both as a user runs them.
+// Tests the results of `hpdm chart` and `hpdm bench` and both commands as a user runs them.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -65,7 +65,7 @@ TEST(ChartPoints, ParetoFrontIsWhatNothingElseBeats) {
   }
 }
 
-TEST(ChartPoints, WhatDidNotConvergeOrWasNotTimedIsNeverBest) {
+TEST(ChartPoints, PointsThatDidNotConvergeOrWereNotTimedAreNeverBest) {
   std::vector<ChartPoint> points = {Point(10, 0.3), Point(5, 0.01), Point(4, 0.02), Point(3, 0.03)};
   points[1].converged = false;
   points[2].response.reset();  // linear tetrahedra: error only
@@ -103,7 +103,7 @@ TEST(ChartPoints, CsvColumnsStayAsScriptsKnowThem) {
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas) << line;
   }
   EXPECT_NE(csv.find("case,0,linear_tetrahedra,,,,0,0,0,,0,0,0.0,,0,,,1,,,,,,,,,\n"),
-            std::string::npos);  // what is absent is empty
+            std::string::npos);  // absent values are empty
   const ChartPoint odd = Point(1, std::numeric_limits<double>::quiet_NaN(), "a \"b\", c");
   EXPECT_NE(ChartCsv({odd}, {}).find(
                 "\n\"a \"\"b\"\", c\",0,hpdm,strain,small,bspline,2,4,178,cholesky,0,0,,"),
@@ -170,7 +170,7 @@ TEST(Timings, WorksAreTimedInTurnAndSummarised) {
   EXPECT_EQ(summary.minimum_us, 1);
 }
 
-TEST(BenchResults, RatioIsOfTheRoundsAndNotOfTheMedians) {
+TEST(BenchResults, RatioComesFromTheRoundsAndNotFromTheMedians) {
   // The machine slows down in the middle for both: the ratio does not notice.
   const RatioSpread ratio = RatioOf({20, 20, 80, 80, 20}, {10, 10, 40, 40, 10});
   EXPECT_EQ(ratio.median, 2);
@@ -182,7 +182,7 @@ TEST(BenchResults, RatioIsOfTheRoundsAndNotOfTheMedians) {
   EXPECT_EQ(wide.high, 10);
 }
 
-TEST(BenchResults, MarkdownHasARowAComparison) {
+TEST(BenchResults, MarkdownHasARowForEachComparison) {
   BenchResults results;
   results.models.push_back({"strain", "anew", false, {20, 19}, {100, 90}, 1e-13, 1e-12, {5, 4, 6}});
   results.models.push_back({"strain", "anew", true, {50, 49}, {400, 390}, 1e-13, 1e-12, {8, 7, 9}});
@@ -203,7 +203,7 @@ TEST(BenchResults, MarkdownHasARowAComparison) {
       << text;
 }
 
-TEST(BenchResults, MarkdownHasWhatWasMeasuredAndNothingElse) {
+TEST(BenchResults, MarkdownHasOnlyMeasuredResults) {
   BenchResults results;
   results.ticks.emplace();
   results.ticks->coarse_triangles = 274;
@@ -336,14 +336,14 @@ TEST_F(FlowChart, WithoutACaseOrItsReferenceSaysWhatToDo) {
   EXPECT_EQ(Hpdm("chart missing.toml --out chart"), 2);
   EXPECT_NE(err_.find("missing.toml"), std::string::npos) << err_;
   EXPECT_EQ(Hpdm("chart " + kPress + " --references . --out chart"), 2);
-  EXPECT_NE(err_.find("liver_press.csv: is missing; make it with hpdm_yardstick"),
+  EXPECT_NE(err_.find("liver_press.csv: is missing; create it with hpdm_yardstick"),
             std::string::npos)
       << err_;
   std::ofstream(folder_ / "liver_press.csv")
       << ReadFile(kSource / "tests/reference/liver_press.csv");
   std::ofstream(folder_ / "liver_press.json") << "{}";
   EXPECT_EQ(Hpdm("chart " + kPress + " --references . --out chart"), 2);
-  EXPECT_NE(err_.find("liver_press.json: is not the reference solution's"), std::string::npos)
+  EXPECT_NE(err_.find("liver_press.json: does not hold a reference solution"), std::string::npos)
       << err_;
   EXPECT_FALSE(fs::exists(folder_ / "chart"));  // nothing was measured or written
 }

@@ -82,9 +82,9 @@ struct Claim {
   double error;  // at most, of the peak
 };
 
-class FeltForceOf : public testing::TestWithParam<Claim> {};
+class HandForce : public testing::TestWithParam<Claim> {};
 
-TEST_P(FeltForceOf, AHandIsTheWholeModels) {
+TEST_P(HandForce, MatchesTheWholeModel) {
   const ForceAccuracy accuracy = MeasureForceAccuracy(CaseScene(GetParam().name), 1.6);
   for (const ForceResults& results : accuracy.results) {
     std::printf("%s, %s: %.2f %% of %.3f N, comb %.2f %%, step %.4f N (%.4f), paper %.1f %%\n",
@@ -95,23 +95,23 @@ TEST_P(FeltForceOf, AHandIsTheWholeModels) {
     EXPECT_GT(results.contact_ticks, 100);
     EXPECT_EQ(results.shaft_ticks, 0);
     EXPECT_LT(results.error, GetParam().error);
-    // The patches' arrival is faded in: no rhythm of theirs and no step beyond the motion's own,
-    // which is that of the whole model (its contact may turn by a percent in a tick).
+    // Patches fade in, so the force has no rhythm of theirs and no step beyond the whole model's
+    // own (its contact may turn by a percent in a tick).
     EXPECT_FALSE(results.comb > 0.003);  // unknown for a tap's short contacts
     EXPECT_LT(results.largest_step, 1.2 * results.reference_largest_step);
-    // Where no time has passed since the step the tick gives the step's own force, but for what the
-    // contact goes on in that tick.
+    // At the time of a step the tick gives the step's own force, except for the contact's motion in
+    // that tick.
     EXPECT_LT(results.tick_error, 0.01);
-    // Rest neighbours know no direction: even the springs that fit this very pull best are far off.
+    // Rest neighbours have no direction: even springs fitted to this very pull are far off.
     if (results.script == HandScript::kGraspPull) {
       EXPECT_GT(results.paper_fitted_error, 5 * results.error);
     }
   }
 }
 
-// The target is 0.05. What is left are the normal's direction, which the tick has by a rate of the
-// step before, and what jaws close on, which the next step decides.
-INSTANTIATE_TEST_SUITE_P(Hands, FeltForceOf,
+// The target is 0.05. The remaining errors are the normal's direction, which the tick extrapolates
+// from the step before, and the tissue in the jaws, which the next step decides.
+INSTANTIATE_TEST_SUITE_P(Hands, HandForce,
                          testing::Values(Claim{"press", 0.02}, Claim{"slide", 0.02},
                                          Claim{"tap", 0.01}, Claim{"grasp_pull", 0.02},
                                          Claim{"press_grasp_pull", 0.02},
@@ -125,14 +125,14 @@ TEST(TipAccuracy, TheForceIsTheReferencesUnderATip) {
     const StaticCase load_case = LoadStaticCase(source + "/scenes/cases/" + name + ".toml");
     const CaseReference reference = LoadCaseReference(load_case, source + "/tests/reference");
     const TipAccuracy tip = MeasureTipAccuracy(load_case, reference, 27);
-    // What 4 x 4 x 4 cells with local functions leave of the compliance under the tip: 1 % at most.
+    // With local functions 4 x 4 x 4 cells miss at most 1 % of the compliance under the tip.
     EXPECT_NEAR(tip.force, tip.reference_force, 0.02 * tip.reference_force) << name;
   }
 }
 
 class FlowHaptics : public testing::Test {
  protected:
-  // As a user runs it.
+  // Runs the program as a user does.
   int Hpdm(const std::string& arguments) {
     const std::string program = std::string(HPDM_BINARY_DIR) + "/tools/hpdm";
     const int status = std::system(("cd " + folder_.path().string() + " && " + program + " " +
@@ -172,7 +172,7 @@ TEST_F(FlowHaptics, OneCaseLeavesItsResultsSeriesAndPictures) {
 
 TEST_F(FlowHaptics, AnUnknownCaseNamesTheKnownOnes) {
   EXPECT_EQ(Hpdm("haptics " + scene_ + " --only pres --out measured"), 2);
-  EXPECT_NE(Read("stderr").find("--only pres: is no case; choose of press, slide"),
+  EXPECT_NE(Read("stderr").find("--only: unknown case \"pres\"; choose from press, slide"),
             std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "measured"));  // nothing was written
 }

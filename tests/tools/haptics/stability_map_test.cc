@@ -45,9 +45,9 @@ TEST(StabilityMap, TheControllerNeverLowersTheBoundaryAndRaisesTheBareOneTenfold
           off.period != on.period || off.delay != on.delay) {
         continue;
       }
-      // In a hand with friction the boundary depends on how the tip happens to stop: 5 %.
+      // With a hand's friction the boundary depends on how the tip stops: 5 %.
       EXPECT_GT(on.measured, 0.95 * off.measured) << on.period << ' ' << on.delay;
-      // At 0.25 ms the velocity's window, 12 periods, is what limits.
+      // At 0.25 ms the velocity's window of 12 periods limits.
       if (on.of == StabilityCase::kBare && on.period > 0.5e-3) {
         EXPECT_GT(on.measured, 10 * off.measured) << on.period << ' ' << on.delay;
       }
@@ -62,7 +62,7 @@ TEST(StabilityMap, RowsInAHandStateTheDampingOfBoth) {
   }
 }
 
-TEST(StabilityMap, TableHasALineARow) {
+TEST(StabilityMap, TableHasALineForEachRow) {
   const ScratchFolder folder;
   const std::string path = (folder.path() / "stability.csv").string();
   WriteStabilityCsv(QuickMap(), path);
@@ -73,7 +73,7 @@ TEST(StabilityMap, TableHasALineARow) {
   EXPECT_EQ(lines, 1 + QuickMap().rows.size());
 }
 
-// A device without force switched on: nothing but its own dynamics.
+// A device with its force off follows its own dynamics alone.
 StabilityPlant Plant(StabilityPlantOptions options) {
   options.push = 0;
   return {options, 0.1};

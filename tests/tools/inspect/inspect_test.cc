@@ -56,5 +56,16 @@ TEST(Inspect, BadUnitsAndMeshesAreInputErrors) {
   EXPECT_THROW(Inspect({"/no/such.obj"}), InputError);
 }
 
+TEST(Inspect, RefusesASizeOfNoOrganUnlessTheUnitIsStated) {
+  try {
+    Inspect({Tetrahedron()});
+    FAIL() << "a mesh of 30 m in metres";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("30 m across"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("; give --unit "), std::string::npos) << error.what();
+  }
+  EXPECT_NE(Inspect({Tetrahedron(), "--unit", "m"}).find("volume      1e+06 l"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace hpdm

@@ -1,6 +1,6 @@
-// Every reader of logs against a real log that was cut or damaged: none crashes, hangs or reserves
-// what the file cannot hold, and what they say is true. Other tests have damage of their own
-// choosing (log_test, log_health_test, codec_test); here it is every prefix, and random bytes.
+// Runs every reader of logs on a real log that was cut or damaged. None may crash, hang, reserve
+// more than the file can hold or report something false. Other tests choose their damage (log_test,
+// log_health_test, codec_test); this one takes every prefix and random bytes.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@
 #include "tools/report/metrics/session_metrics.h"
 #include "tools/spy/dashboard/dashboard_state.h"
 
-// Where sanitizers bring their own allocator, they refuse such an allocation.
+// Sanitizers' own allocators refuse such an allocation.
 #if defined(__SANITIZE_ADDRESS__)
 extern "C" const char* __asan_default_options() { return "max_allocation_size_mb=64"; }
 #endif
@@ -43,8 +43,8 @@ namespace fs = std::filesystem;
 // HPDM_TEST_THOROUGH=1: every prefix and 10,000 flips, minutes. Else a share of them, seconds.
 bool Thorough() { return std::getenv("HPDM_TEST_THOROUGH") != nullptr; }
 
-// What one call may reserve at most: the reader's window of 1 MiB and some, whatever a damaged
-// length claims.
+// Largest allocation of one call: the reader's window of 1 MiB and a little more, whatever a
+// damaged length claims.
 constexpr std::size_t kMaxAllocation = std::size_t{3} << 20;
 
 const SessionLimits kLimits = {.tools = {{8.9, 2}, {8.9, 2}}, .settles = {0.0}};
@@ -156,7 +156,7 @@ class DamagedLog : public testing::Test {
       const LoggedSession session(log);
       EXPECT_LE(session.steps().size(), found.events);
       EXPECT_EQ(session.damaged_bytes(), reader.damaged_bytes());
-    } catch (const InputError&) {  // it says that there is no session in the file
+    } catch (const InputError&) {  // it reports that the file has no session
     }
     for (const Invariant& invariant : CheckInvariants(log, kLimits, 100'000'000)) {
       EXPECT_LE(invariant.broken, invariant.checked) << invariant.name;
@@ -183,7 +183,7 @@ class DamagedLog : public testing::Test {
     EXPECT_TRUE(player.ended());
     EXPECT_EQ(table.messages(), found.events);
     EXPECT_GE(player.length_us(), 0);
-    // What a browser gets is sound JSON whatever was in the file.
+    // A browser gets valid JSON, whatever was in the file.
     DashboardState::Seen seen;
     const std::string update = dashboard.Update(player.position_us(), &seen);
     EXPECT_TRUE(nlohmann::json::accept("{" + update + "}")) << update;
@@ -194,7 +194,7 @@ class DamagedLog : public testing::Test {
     }
     try {
       const SessionReport report = ReadSession(log).report;
-      EXPECT_LE(report.ticks, found.ticks);  // some hold what no session writes
+      EXPECT_LE(report.ticks, found.ticks);  // some contain values that no session writes
       EXPECT_EQ(report.health.events, found.events);
       EXPECT_TRUE(std::isfinite(report.duration) && report.duration >= 0);
     } catch (const InputError&) {  // it holds no tick
@@ -219,8 +219,8 @@ class DamagedLog : public testing::Test {
          ExportMcap(log, *folder_ / "log.mcap", {}, MessageSchemas::Hpdm())) {
       in_mcap += channel.messages;
     }
-    // Both hold what is readable; MCAP has no time stamps before 1970 or after 2554, which a flip
-    // makes.
+    // Both contain every readable message; MCAP has no time stamps before 1970 or after 2554, which
+    // a flip makes.
     EXPECT_LE(in_mcap, written);
   }
 

@@ -1,5 +1,5 @@
-// What `hpdm plan` estimates, chooses and writes, against the reference solution and as a user runs
-// it.
+// Tests the estimates, choices and scenes of `hpdm plan` against the reference solution and as a
+// user runs it.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "engine/baselines/surface_error.h"
 #include "engine/organ.h"
 #include "engine/statics/static_loads.h"
-#include "scenes/loader/scene_parts.h"
+#include "scenes/loader/scene_edit.h"
 #include "tests/support/program.h"
 #include "tests/support/scratch_folder.h"
 #include "tools/plan/plan_report.h"
@@ -37,12 +37,12 @@ INSTANTIATE_TEST_SUITE_P(
                     ReferenceDemand{"liver_press_tip_5mm", 0.12},
                     ReferenceDemand{"gallbladder_press", 0.4},
                     ReferenceDemand{"stomach_press", 0.6},
-                    // In finite strain: the model of the coarse difference shows here.
+                    // The model of the coarse difference shows in finite strain.
                     ReferenceDemand{"liver_lift_40mm", 0.25}),
     [](const auto& each) { return std::string(each.param.name); });
 
-// The error of every model that was tried, by quadratic tetrahedra, is what was estimated without
-// them within a factor of two; and so the choice keeps its promise within a quarter.
+// The estimate agrees with each tried model's error by quadratic tetrahedra within a factor of two.
+// The choice therefore keeps its promise within a quarter.
 TEST_P(PlanOnReferences, EstimatesWithinAFactorOfTwoAndKeepsItsPromise) {
   const auto& [name, error] = GetParam();
   const StaticCase load_case =
@@ -75,7 +75,7 @@ TEST_P(PlanOnReferences, EstimatesWithinAFactorOfTwoAndKeepsItsPromise) {
   RecordProperty("estimate", std::to_string(chosen.error));
   RecordProperty("truth", std::to_string(truth_of(chosen)));
   EXPECT_LE(chosen.error, error);
-  EXPECT_LE(truth_of(chosen), 1.25 * error);  // the reference solution may leave 0.4 in doubt
+  EXPECT_LE(truth_of(chosen), 1.25 * error);  // the reference solution may be uncertain by 0.4
 }
 
 // One organ's points for the choice alone: no measurement takes part.
@@ -97,7 +97,7 @@ OrganPlan Searched(const std::string& name, const std::vector<std::size_t>& inst
   return organ;
 }
 
-TEST(PlanChoices, TakeTheCheapestOfTheErrorForEachOrgan) {
+TEST(PlanChoices, TakeTheCheapestModelWithinTheErrorForEachOrgan) {
   const std::vector<OrganPlan> organs = {
       Searched("a", {0, 1}, {{0.2, 10, 20}, {0.04, 90, 95}, {0.05, 30, 50}, {0.01, 300, 400}}),
       Searched("b", {1}, {{0.3, 5, 0}, {0.03, 100, 0}})};
@@ -133,12 +133,11 @@ TEST(PlanVerdicts, SayWhichDemandIsMissedAndByHowMuch) {
   plan.of_error = ChooseWithin(plan.organs, 0.01);
   EXPECT_EQ(VerdictText(plan),
             "1 % within 20 us: cannot be met\n"
-            "  the error is met by no model of a that was tried; the best has 5.0 %, 5 times as "
-            "much, in 40 us\n"
+            "  no tried model of a meets the error; the best has 5.0 %, 5 times as much, in 40 us\n"
             "  the budget leaves an error of 20.0 %, 20 times as much as asked for\n");
 }
 
-TEST(PlanFamilyTables, MembersAreWhatAScenesLoaderTakes) {
+TEST(PlanFamilyTables, MembersAreAcceptedByTheSceneLoader) {
   const StaticCase load_case = LoadStaticCase((kSource / "scenes/cases/beam.toml").string());
   for (const PlanFamily& family : PlanFamilies(true)) {
     EXPECT_TRUE(std::is_sorted(family.sizes.begin(), family.sizes.end())) << family.name;
@@ -230,12 +229,62 @@ TEST_F(FlowPlan, WritesASceneThatKeepsTheAuthorsWords) {
   }
 }
 
-TEST_F(FlowPlan, WhatCannotBeMetIsSaidWithNumbersAndNothingWritten) {
+TEST_F(FlowPlan, AnImpossibleDemandIsReportedWithNumbersAndNothingIsWritten) {
   const std::string beam = (kScenes / "cases/beam.toml").string();
   EXPECT_EQ(Hpdm("plan " + beam + " --error 0.1 --budget-ms 0.002 --out p.toml"), 1);
   EXPECT_NE(out_.find("10 % within 2 us: cannot be met"), std::string::npos) << out_;
   EXPECT_NE(out_.find("times"), std::string::npos) << out_;
   EXPECT_FALSE(fs::exists(folder_.path() / "p.toml"));
+}
+
+TEST(MakePlan, AUserWhoEndsTheSearchKeepsTheBestFound) {
+  const Scene scene = LoadScene(kSource / "scenes/cases/beam.toml");
+  constexpr double kAnyTime = 1e9;  // us
+  int tried = 0;
+  const auto count = [&](const std::string&, const PlanPoint&) { ++tried; };
+  const ScenePlan whole = MakePlan(scene, {0.08, kAnyTime}, 0, count);
+  ASSERT_TRUE(whole.MeetsBoth());
+  const int all = std::exchange(tried, 0);
+  bool met = false;
+  const ScenePlan plan = MakePlan(
+      scene, {0.08, kAnyTime}, 0,
+      [&](const std::string&, const PlanPoint& point) {
+        ++tried;
+        met |= point.choosable && point.converged && point.error <= 0.08;
+      },
+      [&] { return met; });
+  EXPECT_TRUE(plan.MeetsBoth());
+  EXPECT_LT(tried, all);
+  ASSERT_FALSE(plan.remarks.empty());
+  EXPECT_NE(plan.remarks.back().find("the search was interrupted"), std::string::npos)
+      << plan.remarks.back();
+}
+
+TEST_F(FlowPlan, AFullDiskLeavesNoFile) {
+  fs::copy_file(kScenes / "cases/beam.obj", folder_.path() / "beam.obj");
+  std::ofstream(folder_.path() / "long.toml")
+      << ReadFile(kScenes / "cases/beam.toml") << "\n# " << std::string(100'000, 'x') << "\n";
+  fs::create_directory(folder_.path() / "out");
+  // A limit on the size of files stands for the disk.
+  const std::string line = "cd " + folder_.path().string() +
+                           " && (trap '' XFSZ; ulimit -f 16; exec " + kHpdmProgram +
+                           " plan long.toml --error 0.3 --budget-ms 100 --out out/p.toml) 2>&1 | "
+                           "cat >all.txt";
+  ASSERT_EQ(std::system(line.c_str()), 0);
+  const std::string said = ReadFile(folder_.path() / "all.txt");
+  EXPECT_NE(said.find("hpdm: out/p.toml: cannot be written (File too large)"), std::string::npos)
+      << said;
+  EXPECT_TRUE(fs::is_empty(folder_.path() / "out"));
+}
+
+TEST_F(FlowPlan, AnOutputThatCannotBeWrittenIsRefusedBeforeTheSearch) {
+  const std::string beam = (kScenes / "cases/beam.toml").string();
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(Hpdm("plan " + beam + " --error 0.001 --budget-ms 1000 --out no/p.toml"), 2);
+  EXPECT_EQ(err_,
+            "hpdm: no/p.toml: cannot be written (No such file or directory); choose another "
+            "path\n");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2)) << "it searched";
 }
 
 TEST_F(FlowPlan, BadInputSaysWhatToDo) {

@@ -18,8 +18,8 @@ void WriteScene(const std::string& path) {
                          "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
 }
 
-// On the machine's own clock: no claim of timing or force, only that the accounts are right. Two
-// threads run beside this one, and ThreadSanitizer sees every access.
+// Runs on the machine's own clock and checks only the counts, not timing or force. Two threads run
+// beside this one, and ThreadSanitizer sees every access.
 TEST(RealtimeReplay, AccountsForEveryPeriodOfTheLog) {
   const ScratchFolder folder;
   const std::string scene = folder / "scene.toml", log = folder / "session.lcmlog";

@@ -60,7 +60,7 @@ class Replay : public testing::Test {
     Session session(LoadScene(scene_));
     return ReplayLog(LoggedSession(log()), tolerance, &session);
   }
-  // Writes the log anew without the events that `keep` refuses; it may change their bytes.
+  // Rewrites the log without the events that `keep` rejects; `keep` may change their bytes.
   void Rewrite(const std::function<bool(LogEvent*)>& keep) const {
     {
       LogReader reader(log());
@@ -83,24 +83,24 @@ class Replay : public testing::Test {
   std::string scene_;
 };
 
-// The log says something: the tips touch, and are felt.
+// The log is not trivial: the tips touch, and are felt.
 void ExpectContact(const LogReplay& replay) {
   for (int t = 0; t < replay.tool_count; ++t) EXPECT_GT(replay.forces[t].logged_peak, 0.01) << t;
 }
 
-TEST_F(Replay, OfALockstepLogIsTheSameBitForBit) {
+TEST_F(Replay, ALockstepLogIsTheSameBitForBit) {
   RecordOf(kMetricLiver + kSupport + kProbe, 900);
   const LogReplay replay = Play();
   EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
   EXPECT_EQ(replay.ended_early, "");
   EXPECT_EQ(replay.ticks_compared, 900u);
-  // Steps from tick 0 on, of which those whose patch is due by the last tick are computed.
+  // Counts the steps since tick 0 whose patch is due by the last tick; only those are computed.
   EXPECT_EQ(replay.steps_compared, 27u);
   EXPECT_EQ(replay.ticks_lost, 0u);
   ExpectContact(replay);
 }
 
-TEST_F(Replay, OfARigidOrganIsTheSameBitForBit) {
+TEST_F(Replay, ARigidOrganIsTheSameBitForBit) {
   const std::string stomach = std::string("[[organ]]\nname = \"stomach\"\nmodel = \"rigid\"\n") +
                               "mesh = \"" + HPDM_SOURCE_DIR + "/scenes/meshes/stomach_2132.obj\"\n";
   for (const std::uint32_t seed : {0, 1}) {
@@ -114,7 +114,7 @@ TEST_F(Replay, OfARigidOrganIsTheSameBitForBit) {
   }
 }
 
-TEST_F(Replay, OfSkippedTicksLatePatchesAndLostDevicesIsTheSameBitForBit) {
+TEST_F(Replay, SkippedTicksLatePatchesAndLostDevicesAreTheSameBitForBit) {
   for (const std::uint32_t seed : {1, 2, 3}) {
     RecordOf(kMetricLiver + kSupport + kProbe + kGrasper, 1200, seed);
     const LoggedSession logged(log());
@@ -137,7 +137,7 @@ TEST_F(Replay, OfSkippedTicksLatePatchesAndLostDevicesIsTheSameBitForBit) {
   }
 }
 
-// What the log tells of pauses and exchanges, in order.
+// The logged pauses and exchanges, in order.
 std::vector<std::string> ControlEvents(const std::string& log) {
   std::vector<std::string> names;
   LogReader reader(log);
@@ -152,7 +152,7 @@ std::vector<std::string> ControlEvents(const std::string& log) {
   return names;
 }
 
-TEST_F(Replay, OfPausesAndExchangesIsTheSameBitForBit) {
+TEST_F(Replay, PausesAndExchangesAreTheSameBitForBit) {
   const std::string exchanges = R"(
   [[instrument.exchange]]
   name = "blunt"
@@ -244,7 +244,7 @@ TEST_F(Replay, FindsAChangedForceAtItsTickAndField) {
       << "1e-6 N survives the sum to ten digits";
   EXPECT_NEAR(replay.forces[0].peak, 1e-6, 1e-12);
   EXPECT_EQ(replay.ticks_compared, 600u) << "the replay goes on";
-  // Its own state was untouched: with room for it the log is as good as before.
+  // The writer's state was untouched: once there is room, the log is complete.
   EXPECT_FALSE(Play(1e-3).comparison.first_beyond().has_value());
 }
 
@@ -264,7 +264,7 @@ TEST_F(Replay, FindsAChangedContactAtItsStep) {
   EXPECT_EQ(replay.comparison.first_beyond()->field, "contact_W");
 }
 
-TEST_F(Replay, OfATornLogComparesWhatIsIntact) {
+TEST_F(Replay, ATornLogIsComparedAsFarAsItIsIntact) {
   RecordOf(kMetricLiver + kSupport + kProbe, 600);
   const auto size = std::filesystem::file_size(log());
   for (const double share : {0.9, 0.601, 0.35}) {
@@ -275,7 +275,7 @@ TEST_F(Replay, OfATornLogComparesWhatIsIntact) {
     const LogReplay replay = Play();
     EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
     EXPECT_GT(replay.ticks_compared, 100u);
-    // Of the last ticks, a step's record may not have been written yet.
+    // The record of a step in the last ticks may not have been written yet.
     EXPECT_GE(replay.ticks_compared + replay.ticks_without_output + 1, replay.ticks_logged);
     EXPECT_LT(replay.ticks_logged, 600u);
   }
@@ -309,7 +309,7 @@ TEST_F(Replay, EndsWhereAStepIsMissing) {
   EXPECT_FALSE(replay.comparison.first().has_value());
 }
 
-TEST_F(Replay, NeedsNoOutputToGoOn) {
+TEST_F(Replay, NeedsNoOutputToContinue) {
   RecordOf(kMetricLiver + kSupport + kProbe, 600);
   Rewrite(
       [](LogEvent* event) { return event->channel != kForceChannel || TickOf(*event) % 10 == 0; });
@@ -321,7 +321,7 @@ TEST_F(Replay, NeedsNoOutputToGoOn) {
   ExpectContact(replay);
 }
 
-TEST_F(Replay, OfAnotherScenesLogIsRefusedWithOneLine) {
+TEST_F(Replay, ALogOfAnotherSceneIsRefusedWithOneLine) {
   RecordOf(kMetricLiver + kSupport + kProbe, 50);
   std::string other = kMetricLiver + kSupport + kProbe;
   other.replace(other.find("liver_274"), 9, "liver_1332");
@@ -339,7 +339,7 @@ TEST_F(Replay, OfAnotherScenesLogIsRefusedWithOneLine) {
   }
 }
 
-TEST_F(Replay, OfWhatIsNoSessionIsAnInputError) {
+TEST_F(Replay, AFileThatIsNotASessionIsAnInputError) {
   EXPECT_THROW(LoggedSession(folder_ / "missing.lcmlog"), InputError);
   std::ofstream(log()) << std::string(5000, 'x');
   EXPECT_THROW(LoggedSession{log()}, InputError);

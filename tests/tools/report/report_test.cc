@@ -90,7 +90,8 @@ TEST_F(ReportTest, NumbersOnThePageAreTheJsons) {
       const Json& value = results["hands"][h][metric.key];
       if (value.is_null()) continue;
       const auto point = std::string(metric.format).find('.');
-      const double half = 0.5 * std::pow(10, '0' - metric.format[point + 1]);  // of the last digit
+      const double half =
+          0.5 * std::pow(10, '0' - metric.format[point + 1]);  // in units of the last digit
       EXPECT_NEAR(std::stod(shown), metric.scale * value.get<double>(), half * 1.001) << metric.key;
     }
   }
@@ -127,12 +128,71 @@ TEST_F(ReportTest, TheForceLimitIsAnOption) {
   EXPECT_EQ(Hpdm("report " + Recorded() + " --force-limit 0").exit_code, 2);
 }
 
-TEST_F(ReportTest, StandsBesideAnotherSession) {
+TEST_F(ReportTest, ComparesWithAnotherSession) {
   const std::string page = Page("--against " + Recorded());
-  EXPECT_NE(page.find("compared with"), std::string::npos);
-  EXPECT_NE(page.find(">0\u00a0%<"), std::string::npos);  // with itself nothing has changed
+  EXPECT_NE(page.find("Compared with: <b>session</b>, two hands on a liver"), std::string::npos);
+  EXPECT_NE(page.find("<td class=\"number difference\">0.0\u00a0s</td>"), std::string::npos);
+  EXPECT_EQ(page.find(">better<"), std::string::npos) << "with itself nothing has changed";
+  EXPECT_EQ(page.find("not-the-same-task"), std::string::npos);
   const Json results = Results("--against " + Recorded());
   EXPECT_EQ(results["against"]["hands"], results["hands"]);
+  EXPECT_EQ(results["comparison"]["hands"][1]["differences"]["idle_s"]["verdict"], "same");
+}
+
+TEST_F(ReportTest, ASessionOfAnotherTaskIsComparedWithAWarningAndWithoutAJudgement) {
+  const std::string other = folder_ / "other";
+  const Outcome run = Hpdm("run " HPDM_SOURCE_DIR
+                           "/scenes/liver_palpation.toml --clock lockstep --seconds 2 "
+                           "--no-pictures --out " +
+                           other);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Outcome report = Hpdm("report " + Recorded() + " --against " + other + " --out " + page_);
+  EXPECT_EQ(report.exit_code, 0);
+  for (const char* difference : {"another scene", "other instruments", "another length"}) {
+    EXPECT_NE(report.err.find(difference), std::string::npos) << report.err;
+    EXPECT_NE(ReadFile(page_).find(std::string("<li class=\"bad\">") + difference),
+              std::string::npos);
+  }
+  const std::string page = ReadFile(page_);
+  EXPECT_NE(page.find("no difference is called better or worse"), std::string::npos);
+  EXPECT_EQ(page.find(">better<"), std::string::npos);
+  EXPECT_EQ(page.find(">worse<"), std::string::npos);
+}
+
+TEST_F(ReportTest, ShowsTheUsersScreenshotsWithTheirPlaceInTheFolder) {
+  const fs::path folder = folder_ / "session";
+  fs::copy(Recorded(), folder, fs::copy_options::recursive);
+  fs::create_directory(folder / "screenshots");
+  const auto picture = [&folder](const std::string& name, std::size_t bytes) {
+    std::ofstream(folder / name, std::ios::binary) << "\x89PNG\r\n\x1a\n"
+                                                   << std::string(bytes, 'x');
+  };
+  picture("deepest.png", 10);
+  picture("screenshots/screenshot_0001.png", 4'000'000);
+  picture("screenshots/screenshot_0002.png", 4'000'000);
+  picture("screenshots/screenshot_0003.png", 10);
+  SessionFiles files = FindSessionFiles(folder);
+  LoadPictures(&files);
+  ASSERT_EQ(files.pictures.size(), 3u);
+  EXPECT_EQ(files.pictures[0].name, "deepest.png");
+  EXPECT_EQ(files.pictures[1].name, "screenshots/screenshot_0001.png");
+  EXPECT_EQ(files.pictures[2].name, "screenshots/screenshot_0003.png");
+  EXPECT_EQ(files.screenshots_left_out, 1u);
+
+  SessionReading reading = ReadSession(files, kDefaultForceLimit);
+  reading.report.events.push_back(
+      {12.3, EventSeverity::kInfo, "render.screenshot", "screenshot_0003.png"});
+  const std::string page = ReportPageText(reading, files);
+  EXPECT_NE(page.find("<figcaption>Screenshot 3, at 12.3 s<"), std::string::npos);
+  EXPECT_NE(page.find("1 of the screenshots, which would make this page too large"),
+            std::string::npos);
+}
+
+TEST_F(ReportTest, LatenciesAreFolded) {
+  const std::string page = Page();
+  const std::size_t panel = page.find("id=\"latency\"");
+  EXPECT_LT(page.find("<details><summary>6,000 haptic ticks ran, 0 were skipped", panel),
+            page.find("id=\"events\""));
 }
 
 TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
@@ -187,7 +247,7 @@ TEST_F(ReportTest, ATornLogIsReportedWithItsDamage) {
   EXPECT_NE(page.find("which are in a session"), std::string::npos);
 }
 
-TEST_F(ReportTest, NoPrefixAndNoFlippedByteIsTooMuch) {
+TEST_F(ReportTest, NoPrefixAndNoFlippedByteCrashesIt) {
   const std::string bytes = ReadFile(Recorded() + "/session.lcmlog").substr(0, 600'000);
   const std::string log = folder_ / "damaged.lcmlog";
   std::mt19937 random(11);
@@ -197,7 +257,7 @@ TEST_F(ReportTest, NoPrefixAndNoFlippedByteIsTooMuch) {
       const SessionReading reading = ReadSession(log);
       const SessionFiles files = FindSessionFiles(log);
       EXPECT_LT(ReportPageText(reading, files).size(), 5'000'000u);
-      EXPECT_FALSE(reading.report.health.Sound());  // the end is missing in all of them
+      EXPECT_FALSE(reading.report.health.Sound());  // all lack the end
       EXPECT_TRUE(std::isfinite(reading.report.duration));
     } catch (const InputError& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
@@ -211,6 +271,14 @@ TEST_F(ReportTest, NoPrefixAndNoFlippedByteIsTooMuch) {
   }
 }
 
+TEST_F(ReportTest, InstrumentsHaveTheNamesOfTheSceneBesideTheLog) {
+  const std::vector<std::vector<std::string>> names = FindSessionFiles(Recorded()).instruments;
+  ASSERT_EQ(names.size(), 2u);
+  EXPECT_EQ(names[0].front(), Results()["hands"][0]["name"]);
+  EXPECT_EQ(names[0][1], "hook") << "the first exchange of scenes/two_hands.toml";
+  EXPECT_EQ(FindSessionFiles(Recorded() + "/session.lcmlog").instruments, names);
+}
+
 TEST_F(ReportTest, NothingOutsideOfTheFolderIsRead) {
   const fs::path folder = folder_ / "session", secret = folder_ / "secret.png";
   fs::copy(Recorded(), folder, fs::copy_options::recursive);
@@ -219,8 +287,11 @@ TEST_F(ReportTest, NothingOutsideOfTheFolderIsRead) {
   std::ofstream(folder / "summary.json") << "{\"scene\": 7}";
   fs::create_symlink(secret, folder / "deepest.png");
   fs::create_directory_symlink(folder_.path(), folder / "frames");
+  fs::rename(folder / "scene.toml", folder_ / "elsewhere.toml");
+  fs::create_symlink("../elsewhere.toml", folder / "scene.toml");
   SessionFiles files = FindSessionFiles(folder);
   LoadPictures(&files);
+  EXPECT_TRUE(files.instruments.empty());
   ASSERT_EQ(files.pictures.size(), 1u);
   EXPECT_EQ(files.pictures[0].name, "last.png");
   EXPECT_EQ(files.scene, "");

@@ -47,7 +47,7 @@ TEST_F(Film, FramesOfOddSidesBecomeAnMp4) {
   EXPECT_NE(bytes.find("avc1"), std::string::npos);
 }
 
-TEST_F(Film, WhatFfmpegRefusesIsToldAndLeavesNoFilm) {
+TEST_F(Film, AnErrorOfFfmpegIsReportedAndLeavesNoFilm) {
   if (!HaveFfmpeg()) GTEST_SKIP() << "ffmpeg is not installed";
   fs::create_directories(frames_);
   const std::string reported = MakeFilm(frames_, 10, film_);
@@ -56,7 +56,7 @@ TEST_F(Film, WhatFfmpegRefusesIsToldAndLeavesNoFilm) {
   EXPECT_FALSE(fs::exists(film_));
 }
 
-TEST_F(Film, WithoutFfmpegTheRemedyIsTold) {
+TEST_F(Film, WithoutFfmpegTheRemedyIsNamed) {
   const char* path = std::getenv("PATH");
   const std::string kept = path == nullptr ? "" : path;
   setenv("PATH", folder_.path().c_str(), 1);

@@ -45,7 +45,7 @@ TEST(ContactStiffness, IsWhatATipFeelsThere) {
   state.tool_count = 1;
   const Vector3d normal = organs[0].rest_normals().row(top);
   state.tools[0].X_WT.translation() =
-      Vector3d(vertices.row(top)) + (instrument.tip_radius - 0.001) * normal;
+      Vector3d(vertices.row(top)) + (instrument.geometry.tip_radius - 0.001) * normal;
   state.tools[0].p_trocar_W = kTrocar;
   loop.Step(state, 0);
   patches.Update();
@@ -92,7 +92,7 @@ TEST(ContactStiffness, RemarkNamesBothFiguresAndTheRemedyBeyondTheLimitOnly) {
   EXPECT_EQ(remark.find('\n'), remark.npos);
 }
 
-TEST(ContactStiffness, WhatFacesAwayOrLiesOutOfReachIsNotFelt) {
+TEST(ContactStiffness, SurfacesThatFaceAwayOrLieOutOfReachAreNotFelt) {
   InstrumentOptions instrument;
   const std::vector<OrganModel> organs = Organ(5000);
   const auto contact = Find(organs[0], instrument);
@@ -100,6 +100,16 @@ TEST(ContactStiffness, WhatFacesAwayOrLiesOutOfReachIsNotFelt) {
   EXPECT_GT(contact->p_W.z(), 0);  // the side of the trocar; below, where it is held, is stiffer
   const ImpulseEngineKinematics far(Vector3d(0, 0, 2), -Vector3d::UnitZ(), DeviceProfile{});
   EXPECT_FALSE(FindStiffestContact(organs[0], instrument, far, 1e-3, 0));
+}
+
+TEST(ContactStiffness, ARemarkSaysThatNothingWillBeFelt) {
+  StiffestContact faint, felt;
+  faint.stiffness = 0.2;
+  felt.stiffness = 50;
+  EXPECT_EQ(FaintRemark("probe", "liver", felt), "");
+  EXPECT_EQ(FaintRemark("probe", "liver", faint),
+            "instrument \"probe\": organ \"liver\" resists with at most 0.2 N/m: nothing will be "
+            "felt; add an [[organ.support]] or raise material.young");
 }
 
 }  // namespace

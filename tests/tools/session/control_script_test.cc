@@ -40,7 +40,7 @@ TEST(ControlScript, ExchangesAreAskedForInTheOrderOfTheirTimes) {
   EXPECT_EQ(edge.Front().instrument_index[0], 0);
 }
 
-TEST(ControlScript, WhatIsNoExchangeIsNamedWithTheRemedy) {
+TEST(ControlScript, AnInvalidExchangeIsNamedWithTheRemedy) {
   for (const char* text : {"left=hook", "left=hook@", "left=hook@x", "left=hook@-1", "@"}) {
     EXPECT_NE(ErrorOf(text).find("give NAME=OTHER@SECONDS"), std::string::npos) << text;
   }

@@ -51,7 +51,7 @@ TEST(DeviceChoice, OneInstrumentsArgumentIsStrongerThanAllOfThemInAnyOrder) {
   EXPECT_EQ(Chosen({"trace:a=b.csv"}, LeftAndRight()), (Texts{"trace:a=b.csv", "trace:a=b.csv"}));
 }
 
-TEST(DeviceChoice, WhatIsNoDeviceOrNoInstrumentIsAnInputErrorThatSaysWhatThereIs) {
+TEST(DeviceChoice, AnUnknownDeviceOrInstrumentIsAnInputErrorThatListsTheKnownOnes) {
   const auto error = [](const std::string& argument) -> std::string {
     try {
       ChooseDevices({argument}, LeftAndRight());

@@ -1,4 +1,4 @@
-// How a session ends: what its devices display then.
+// Tests the forces that a session's devices display at its end.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -27,7 +27,7 @@ namespace {
 constexpr char kForceOff[] = "the device's force is off";
 constexpr double kPress = 1;  // N, of an effort: the hand presses with 2.5 to 5 N
 
-/// A session's device, with what was written to it. Says on stderr when it is stopped.
+/// Records the efforts written to a session's device. Prints to stderr when it is stopped.
 class WatchedDevice : public Device {
  public:
   explicit WatchedDevice(Device* device) : device_(*device) { efforts.reserve(100'000); }
@@ -152,12 +152,12 @@ TEST_P(StoppedSession, ShowsNoForceBeforeItsTelemetryEnds) {
   });
   const RunRecord record = session.Run(std::numeric_limits<std::uint64_t>::max());
   person.join();
-  EXPECT_TRUE(record.interrupted);
+  EXPECT_TRUE(record.ended_by_user);
   EXPECT_GT(displayed_at_signal, kPress / 2);
   EXPECT_EQ(session.displayed_as_telemetry_ended, 0);
   EXPECT_EQ(session.device->efforts.back(), AxisEffort::Zero());
   EXPECT_FALSE(session.ForceOn());
-  // The ramp is in nobody's count: the log has the ticks before it.
+  // The ramp-out is not counted: the log has the ticks before it.
   EXPECT_EQ(session.LoggedTicks(), record.haptic.ticks);
   EXPECT_GT(session.device->efforts.size(), record.haptic.ticks);
 }
@@ -185,11 +185,11 @@ TEST(EndedSession, ShowsNoForceAfterItsLastTickInLockstep) {
   EXPECT_FALSE(session.ForceOn());
 }
 
-// Where in a press it ends is the machine's affair.
+// The machine's timing decides at which point of a press the session ends.
 TEST(EndedSession, ShowsNoForceAfterItsLastTickOnTheRealClock) {
   PressingSession session;
   const RunRecord record = session.Run(800);
-  EXPECT_FALSE(record.interrupted);
+  EXPECT_FALSE(record.ended_by_user);
   EXPECT_EQ(record.haptic.Periods(), 800u);
   EXPECT_EQ(session.device->efforts.back(), AxisEffort::Zero());
   EXPECT_EQ(session.displayed_as_telemetry_ended, 0);
@@ -209,7 +209,8 @@ TEST(EndedSession, AnOwnersExceptionSwitchesTheForcesOff) {
   }
 }
 
-// --- Crashes: each in a process of its own ------------------------------------------------------
+// --- Crashes, each in a separate process
+// -----------------------------------------------------------
 
 class CrashedSession : public testing::Test {
  protected:

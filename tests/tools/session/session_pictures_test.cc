@@ -55,7 +55,7 @@ TEST_F(SessionPictures, AreAbsentWhereTheSceneNamesNone) {
   EXPECT_EQ(session.Background(), nullptr);
 }
 
-TEST_F(SessionPictures, ThatCannotBeShownAreRefusedWithTheRemedy) {
+TEST_F(SessionPictures, UnreadablePicturesAreRefusedWithTheRemedy) {
   const std::string file = (folder_.path() / "broken.png").string();
   for (const auto& [organ, scene] : {std::pair("mesh='textured.obj'\ntexture='broken.png'", ""),
                                      std::pair("mesh='textured.obj'", "background='broken.png'")}) {

@@ -1,4 +1,4 @@
-// A session's folder is a record that is whole by itself.
+// Tests that a session's folder is a complete record.
 
 #include <nlohmann/json.hpp>
 
@@ -70,8 +70,8 @@ TEST_F(RecordedScene, ReadsACopyInsteadOfTheNameAndNothingOutside) {
                        "lies outside the folder of a recorded scene"));
 }
 
-TEST_F(RecordedScene, NamesNothingByAWayThroughAnotherFolder) {
-  // Inside of this folder all the same, but not of the one that a new session copies it to.
+TEST_F(RecordedScene, RefusesPathsThroughAnotherFolder) {
+  // The path stays inside this folder but leaves the folder of a copy.
   const std::string around = "../" + folder_.path().filename().string() + "/m.obj";
   for (const std::string& name : {around, (folder_.path() / "m.obj").string()}) {
     const std::string organ = "[[organ]]\nname='liver'\nmesh='" + name + "'\n";
@@ -82,7 +82,7 @@ TEST_F(RecordedScene, NamesNothingByAWayThroughAnotherFolder) {
   }
 }
 
-TEST_F(RecordedScene, TakesNoPlaceOfTheSessionsOwn) {
+TEST_F(RecordedScene, RefusesTheNamesOfTheSessionsOwnFiles) {
   for (const char* own : {"session.lcmlog", "summary.json/m.obj", "./frames/m.obj"}) {
     fs::create_directories((folder_.path() / own).parent_path());
     folder_.Write(own, "abc");
@@ -141,7 +141,7 @@ TEST_F(Record, KeepsTheTextAndEveryFileInsideItsFolder) {
                                               "meshes/probe.obj", "files/probe.obj"}));
 }
 
-TEST_F(Record, OfARecordIsTheSameBytes) {
+TEST_F(Record, ARecordOfARecordHasTheSameBytes) {
   const SessionFolder first(folder_ / "a", LoadScene(folder_ / "scenes/s.toml"));
   fs::remove_all(folder_ / "scenes");
   fs::remove_all(folder_ / "far");
@@ -196,7 +196,7 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
             0)
       << ReadFile(folder_ / "o");
 
-  // The session again from the record alone, and the same log bit for bit.
+  // Runs the session again from the record alone and expects the same log bit for bit.
   ASSERT_EQ(Shell(kHpdmProgram + " run " + (folder_ / "moved/scene.toml") +
                   " --clock lockstep --seconds 0.5 --no-pictures --device trace:" +
                   (folder_ / "moved/" + kept_trace) + " --out " + (folder_ / "again") + " >" +
@@ -217,7 +217,7 @@ TEST_F(Record, ReplaysAfterItsSceneIsGoneAndItselfHasMoved) {
   };
   expect_refused("differs from the recorded file");
 
-  // A stranger's folder, which leads to files of this machine.
+  // A foreign folder that leads to files of this machine.
   const fs::path moved = folder_.path() / "moved", liver = kScenes / "meshes/liver_274.obj";
   fs::create_symlink(liver, moved / "link.obj");
   std::ofstream(moved / "scene.toml") << "[[organ]]\nname = \"liver\"\nmesh = \"link.obj\"\n";

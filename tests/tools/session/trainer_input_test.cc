@@ -162,6 +162,78 @@ TEST_F(TrainerInputTest, RightDragsAndHeldKeysRoll) {
   EXPECT_NEAR(input.target(0).roll, -50 * kDegree, 1e-12);  // 120 degrees a second
 }
 
+TEST_F(TrainerInputTest, KeysMoveTheSecondHandWhileTheMouseMovesTheFirst) {
+  TrainerInput input = Taken();
+  const HandTarget first = input.target(0), second = input.target(1);
+  input.Handle(KeyEvent{'h', true});
+  input.Handle(KeyEvent{'t', true});
+  input.Advance(0.1);
+  EXPECT_EQ(input.target(0).p_W, first.p_W);
+  const Vector3d moved_W = input.target(1).p_W - second.p_W;
+  const Matrix3d axes_W = Laparoscope(input.view().scope, kWidth, kHeight).X_WC().linear();
+  // 40 mm/s to the right and upwards, in the picture's plane.
+  EXPECT_TRUE((axes_W.transpose() * moved_W).isApprox(Vector3d(0.004, 0.004, 0), 1e-9))
+      << moved_W.transpose();
+  input.Handle(MotionEvent{30, 0});
+  EXPECT_NE(input.target(0).p_W, first.p_W) << "both at the same time";
+  input.Handle(FocusEvent{false});
+
+  const double insertion = Insertion(input, 1);
+  input.Handle(KeyEvent{'y', true});
+  input.Handle(KeyEvent{'n', true});
+  input.Advance(0.1);
+  EXPECT_NEAR(Insertion(input, 1), insertion + 0.003, 1e-12);  // 30 mm/s
+  EXPECT_NEAR(input.target(1).roll, 12 * kDegree, 1e-12);
+  Type(&input, 'v');
+  EXPECT_EQ(input.target(0).jaw, 1);
+  EXPECT_EQ(input.target(1).jaw, 0);
+  Type(&input, 'v');
+  EXPECT_EQ(input.target(1).jaw, 1);
+}
+
+TEST_F(TrainerInputTest, TheSecondHandIsNeitherMovedInAPauseNorByAnAbsentMouse) {
+  TrainerInput input = Input();
+  Type(&input, 'p');
+  const Vector3d before = input.target(1).p_W;
+  input.Handle(KeyEvent{'h', true});
+  input.Handle(KeyEvent{'y', true});
+  input.Handle(KeyEvent{'c', true});
+  input.Advance(0.1);
+  EXPECT_EQ(input.target(1).p_W, before);
+
+  // The keys move the only hand that the window has.
+  std::vector<TrainerInput::Instrument> tools = LeftAndRight();
+  tools[1].mouse.reset();
+  TrainerInput alone = Input(tools);
+  alone.Handle(KeyEvent{'h', true});
+  alone.Advance(0.1);
+  EXPECT_NE(alone.target(0).p_W, tools[0].start.p_W);
+  EXPECT_EQ(alone.target(1).p_W, tools[1].start.p_W);
+  TrainerInput none = Input({});
+  none.Handle(KeyEvent{'v', true});
+  none.Advance(0.1);
+}
+
+TEST_F(TrainerInputTest, AGamepadMovesTheSecondHandAndItsButtonClosesTheJaws) {
+  TrainerInput input = Taken();
+  const HandTarget first = input.target(0), second = input.target(1);
+  const double insertion = Insertion(input, 1);
+  input.Handle(GamepadEvent{.in = -0.5, .roll = 0.5, .grip = true});
+  input.Advance(0.1);
+  EXPECT_NEAR(Insertion(input, 1), insertion - 0.0015, 1e-12);
+  EXPECT_NEAR(input.target(1).roll, 6 * kDegree, 1e-12);
+  EXPECT_EQ(input.target(1).jaw, 0);
+  EXPECT_EQ(input.target(0).jaw, 1);
+  input.Handle(GamepadEvent{});
+  EXPECT_EQ(input.target(1).jaw, 1);
+  input.Handle(GamepadEvent{.right = 1});
+  const double before = OnScreen(input, input.target(1).p_W).x();
+  input.Advance(0.1);
+  EXPECT_GT(OnScreen(input, input.target(1).p_W).x(), before);
+  EXPECT_NE(input.target(1).p_W, second.p_W);
+  EXPECT_EQ(input.target(0).p_W, first.p_W);
+}
+
 TEST_F(TrainerInputTest, InstrumentsThatTheMouseDoesNotMoveAreSkipped) {
   std::vector<TrainerInput::Instrument> tools = LeftAndRight();
   tools[0].mouse.reset();
@@ -180,7 +252,7 @@ TEST_F(TrainerInputTest, InstrumentsThatTheMouseDoesNotMoveAreSkipped) {
   EXPECT_FALSE(watching.view().click_takes);
 }
 
-TEST_F(TrainerInputTest, ExchangesGoRoundForTheActiveInstrument) {
+TEST_F(TrainerInputTest, ExchangesCycleForTheActiveInstrument) {
   TrainerInput input = Input();
   std::vector<int> held;
   for (int i = 0; i < 4; ++i) {
@@ -188,6 +260,7 @@ TEST_F(TrainerInputTest, ExchangesGoRoundForTheActiveInstrument) {
     held.push_back(input.control().instrument_index[0]);
   }
   EXPECT_EQ(held, (std::vector<int>{1, 2, 0, 1}));
+  EXPECT_EQ(input.view().wanted_instrument, input.control().instrument_index);
   EXPECT_EQ(input.control().instrument_index[1], 0);
 }
 
@@ -237,7 +310,7 @@ TEST_F(TrainerInputTest, ArrowsAndShiftedDragsTurnTheViewAboutTheTrocar) {
   EXPECT_EQ(input.target(0).p_W, tip) << "the instrument stays";
 }
 
-TEST_F(TrainerInputTest, OpticsGoRoundAndKeepTheShaft) {
+TEST_F(TrainerInputTest, OpticsCycleAndKeepTheShaft) {
   TrainerInput input = Input();
   const Vector3d shaft_W = Laparoscope(input.view().scope, kWidth, kHeight).ShaftAxis_W();
   for (const double degrees : {30.0, 45.0, 0.0, 30.0}) {
@@ -274,7 +347,7 @@ TEST_F(TrainerInputTest, KeysAskForPicturesHelpOverlaysAndTheEnd) {
   EXPECT_TRUE(input.view().recording);
   Type(&input, kKeyF1);
   EXPECT_TRUE(input.view().help);
-  Type(&input, 'h');
+  Type(&input, kKeyF1);
   EXPECT_FALSE(input.view().help);
   EXPECT_FALSE(input.ended());
   Type(&input, kKeyEscape);

@@ -43,7 +43,8 @@ TEST(VirtualWall, IsHalfOfTheExactLimitWhereTheLeverIsLongest) {
     const VirtualWall wall = Find(organs, device);
     EXPECT_TRUE(wall.reachable);
     EXPECT_NE(wall.axis, kInsertion);  // at 15 cm and more a turning axis is the weaker one
-    // As far as the line of sight past the ellipsoid's rim, 0.2 m behind which the organ hides.
+    // The wall reaches as far as the line of sight past the ellipsoid's rim, 0.2 m behind which the
+    // organ is hidden.
     EXPECT_GT(wall.lever, 0.19);
     EXPECT_LT(wall.lever, std::hypot(0.2, 0.1) + 0.0025);
     // About the trocar, the wall is k lever^2: on the edge of stability at the limit, to the 1e-6
@@ -57,12 +58,13 @@ TEST(VirtualWall, IsHalfOfTheExactLimitWhereTheLeverIsLongest) {
 }
 
 TEST(VirtualWall, IsTheInsertionAxisNearTheTrocar) {
-  // All of it within 12 cm, where K / lever^2 of the turning axes, 1,390 N/m, exceeds 2 b / T.
+  // The whole organ lies within 12 cm, where K / lever^2 of the turning axes, 1,390 N/m, exceeds 2
+  // b / T.
   DeviceProfile device;
   device.max_insertion = 0.12;
   const VirtualWall wall = Find(Organ(Vector3d::Constant(0.1)), device);
   EXPECT_EQ(wall.axis, kInsertion);
-  // Damping rules: 2 b / T, less than 1 % beside what the mass adds.
+  // Damping dominates: 2 b / T; the mass adds less than 1 %.
   EXPECT_NEAR(wall.limit, 2 * device.damping / kPeriod, 0.01 * wall.limit);
 }
 
@@ -79,10 +81,10 @@ TEST(VirtualWall, AnOrganBetweenTrocarAndWallKeepsTheTipAway) {
   two.emplace_back(options, Ellipsoid(Vector3d::Constant(0.045), 3, X_above));
   const VirtualWall wall = Find(two);
   EXPECT_LT(wall.lever, alone);
-  EXPECT_LT(wall.lever, 0.13);  // of the nearer stone's own horizon: sqrt(0.11^2 - 0.045^2) + edges
+  EXPECT_LT(wall.lever, 0.13);  // the nearer stone's own horizon: sqrt(0.11^2 - 0.045^2) + edges
 }
 
-TEST(VirtualWall, OfATipThatReachesNothingIsThatOfTheFarthestInsertion) {
+TEST(VirtualWall, ATipThatReachesNothingGetsTheWallOfTheFarthestInsertion) {
   DeviceProfile device;
   device.max_insertion = 0.1;
   const VirtualWall wall = Find(Organ(Vector3d::Constant(0.02)), device);
@@ -90,7 +92,7 @@ TEST(VirtualWall, OfATipThatReachesNothingIsThatOfTheFarthestInsertion) {
   EXPECT_EQ(wall.lever, 0.1);
 }
 
-TEST(VirtualWall, WhatTheDeviceCannotDisplayIsToldOrRefused) {
+TEST(VirtualWall, AWallBeyondTheDeviceIsReportedOrRefused) {
   const Vector3d radii(0.1, 0.07, 0.05);
   const VirtualWall wall = Find(Organ(radii));
   EXPECT_TRUE(WallRemarks(Organ(radii), "probe", wall).empty());
@@ -128,8 +130,8 @@ TEST(VirtualWall, HandThatPressesHardGetsNoEnergyThroughTheDevice) {
                                  *session.telemetry_scenes, &session.steps});
     Lockstep clock(session.scene().timing, &haptics, &deformation);
     const DeviceAxes axes = AxesOf(session.scene().instruments[0].device);
-    // Since the first free tick after the guard's start-up ramp, which lets out more force than it
-    // let in: what the hand has put in, and what the device alone dissipated of it in contact.
+    // Counts from the first free tick after the guard's start-up ramp, which releases more force
+    // than it admitted: the hand's work, and the device's own dissipation in contact.
     std::optional<double> energy_before;
     double dissipated = 0, least = 0, peak = 0;
     JointVector last = JointVector::Zero();
@@ -149,7 +151,7 @@ TEST(VirtualWall, HandThatPressesHardGetsNoEnergyThroughTheDevice) {
       if (energy_before && presses) {
         for (int i = 0; i < 3; ++i) {
           const double dq = tool.joints[i] - last[i];
-          // Half of what it has: the wall's own margin.
+          // The wall uses half of the limit, its margin.
           dissipated +=
               0.5 * (axes.damping[i] * dq * dq / kPeriod + axes.friction[i] * std::abs(dq));
         }

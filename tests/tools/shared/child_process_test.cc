@@ -13,7 +13,7 @@
 namespace hpdm {
 namespace {
 
-TEST(ChildProcess, TellsWhyAProgramCannotBeStarted) {
+TEST(ChildProcess, ReportsWhyAProgramCannotBeStarted) {
   for (const char* program : {"/no/such/program", "/dev/null"}) {
     EXPECT_THROW(RunChild({program}), MachineError);
     EXPECT_THROW(ChildProcess({program}), MachineError);

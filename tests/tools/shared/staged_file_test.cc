@@ -21,7 +21,7 @@ void Save(const fs::path& path, std::string_view text) {
   file.Commit();
 }
 
-TEST(StagedFile, WhatIsOpenAlreadyIsContinuedNotReplaced) {
+TEST(StagedFile, AnOpenFileIsContinuedNotReplaced) {
   const ScratchFolder folder;
   const std::string path = folder / "all.txt";
   std::ofstream(path) << "before,";

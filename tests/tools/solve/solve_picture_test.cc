@@ -43,7 +43,7 @@ TEST(SolvePicture, ShowsTheSolvedShapeAndNamesItsScale) {
       WriteSolvedPicture(folder.path() / "u.png", load_case, solved, nullptr);
   EXPECT_FALSE(displaced.error);
   EXPECT_GE(displaced.full_scale, largest);
-  EXPECT_LE(displaced.full_scale, 2.5 * largest);  // of 1, 2, 5, 10 the next
+  EXPECT_LE(displaced.full_scale, 2.5 * largest);  // the next of 1, 2, 5, 10
   const SolvedColours exact =
       WriteSolvedPicture(folder.path() / "error.png", load_case, solved, &solved);
   EXPECT_TRUE(exact.error);
@@ -54,7 +54,7 @@ TEST(SolvePicture, ShowsTheSolvedShapeAndNamesItsScale) {
   EXPECT_NE(image.rgb, ReadPng(folder.path() / "error.png").rgb);
 }
 
-TEST(Reference, OfAnotherMeshOrPoseIsRefusedInOneLine) {
+TEST(Reference, AReferenceForAnotherMeshOrPoseIsRefusedInOneLine) {
   const ScratchFolder folder;
   const SurfaceMesh rest = LoadStaticCase(kCase).rest;
   SurfaceTable table = ReadSurfaceTable(kReference);
@@ -63,7 +63,7 @@ TEST(Reference, OfAnotherMeshOrPoseIsRefusedInOneLine) {
   WriteSurfaceTable(moved, table);
   EXPECT_EQ(RefusalOf([&] { ReadReferenceDisplacements(moved, rest); }),
             moved +
-                ": has the organ's vertices elsewhere, by up to 10.0 mm; give the reference of "
+                ": its vertices are off the organ's by up to 10.0 mm; give the reference of "
                 "the same mesh in the same pose");
   WriteSurfaceTable(fewer, {table.positions.topRows(5), table.displacements.topRows(5)});
   EXPECT_EQ(RefusalOf([&] { ReadReferenceDisplacements(fewer, rest); }),

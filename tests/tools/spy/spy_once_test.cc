@@ -9,7 +9,7 @@
 #include "lcmtypes/analysis/log_health.h"
 #include "tests/support/spy_fixture.h"
 
-// hpdm spy as scripts meet it.
+// Tests hpdm spy as scripts call it.
 namespace hpdm {
 namespace {
 
@@ -51,7 +51,7 @@ TEST_F(SpyOnceTest, ForeignTypesAreReadFromTheirFiles) {
   EXPECT_EQ(values["name"], "up");
 }
 
-TEST_F(SpyOnceTest, OnceTellsTheSameAsTheLogCheck) {
+TEST_F(SpyOnceTest, OnceReportsTheSameAsTheLogCheck) {
   WriteLog();
   const Ended ended = RunSpy(log_ + " --once --json", folder_);
   ASSERT_EQ(ended.code, 0) << ended.errors;
@@ -67,8 +67,10 @@ TEST_F(SpyOnceTest, OnceTellsTheSameAsTheLogCheck) {
     EXPECT_EQ(channel["mean_rate_hz"], health.channels[i].Rate());
   }
   EXPECT_EQ(json["channels"][2]["last"]["values"]["tools[0].p_tip[0]"], 0.25);
+  EXPECT_EQ(json["channels"][2]["last"]["units"]["tools[0].p_tip[0]"], "m");
+  EXPECT_FALSE(json["channels"][2]["last"]["units"].contains("sequence"));
   EXPECT_FALSE(json["channels"][0].contains("last"));  // of no known type
-  // Part of it: from 5 s on, for 2 s, and nothing of the time before.
+  // Reads a part: from 5 s on, for 2 s, without the time before.
   const auto part =
       nlohmann::json::parse(RunSpy(log_ + " --once --json --from 5 --seconds 2", folder_).output);
   EXPECT_NEAR(part["channels"][1]["messages"].get<double>(), 200, 1);  // with both ends or not

@@ -140,7 +140,7 @@ TEST_F(SpyTest, SeeksAndSpeedMoveThePosition) {
   stands_at("0:15.0");
   terminal.Press("Left Left");
   stands_at("0:05.0");
-  // What was before is shown though the play is paused: a second and a half of it.
+  // Events before the position are shown although the play is paused: a second and a half.
   EXPECT_NEAR(std::stod(LineOf(terminal.Screen(), kToolChannel)[3]), 100, 1);
   terminal.Press("Home");
   stands_at("0:00.0");
@@ -156,7 +156,7 @@ TEST_F(SpyTest, SeeksAndSpeedMoveThePosition) {
   EXPECT_NE(screen.find("▶ 2x   0:0"), screen.npos) << screen;
   terminal.Press("Space");
   terminal.WaitFor("‖");
-  // A rare channel shows what was last before the place, not what was seen of a later one.
+  // A rare channel shows its last message before the position, not a later one seen earlier.
   const auto shows = [&](const std::string& name) {
     const std::string seen = terminal.WaitFor(name);
     EXPECT_NE(seen.find(name), seen.npos) << seen;
@@ -196,7 +196,7 @@ TEST_F(SpyTest, AResizedTerminalShowsWhatANewOneOfThatSizeDoes) {
     const auto drawn_in = [&second_line](int rows) {
       return [rows, &second_line](const std::string& screen) {
         const std::size_t foot = screen.rfind("? help");
-        // A shrunk terminal keeps its last rows until it is drawn anew.
+        // A shrunk terminal keeps its last rows until it is redrawn.
         return screen.find(second_line) == screen.find('\n') &&
                std::count(screen.begin(), screen.end(), '\n') == rows &&
                screen.find("0:10.0") != screen.npos && foot != screen.npos &&

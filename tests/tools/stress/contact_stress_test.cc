@@ -19,7 +19,8 @@ TEST(ContactStress, ContactsThatCoincideAreOne) {
     for (const double distance : {1e-6, 1e-12, 1e-18}) {
       const StressTrial trial = coincident.run(model, distance);
       EXPECT_EQ(trial.harm, "");
-      // What the second contact asks is there already, but for round-off; the pad of 1e-9.
+      // The first contact already meets the second one's target, except for round-off: the pad of
+      // 1e-9.
       EXPECT_LT(*trial.error, 1e-6) << Name(model) << " at " << distance << " m";
     }
   }

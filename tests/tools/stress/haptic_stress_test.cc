@@ -38,7 +38,7 @@ TEST(StressTouchFixture, DepthIsThatOfTheSpheresLowestPoint) {
   const SurfaceTree surface(fixture.rest.vertices, fixture.rest.triangles);
   for (const double depth : {-0.002, 0.0, 0.002, 0.004}) {
     // The surface there is nearly level.
-    EXPECT_NEAR(Depth(surface, Below(top, depth).p_tip_W, ToolOptions().tip_radius), depth, 2e-5);
+    EXPECT_NEAR(Depth(surface, Below(top, depth).p_tip_W, kDefaultToolRadius), depth, 2e-5);
   }
 }
 
@@ -62,8 +62,8 @@ TEST(PointProxy, StaysOnAStillSurfaceAndIsPastOneThatMovesBetweenSteps) {
   EXPECT_EQ(proxy.Tick(top - 0.005 * Vector3d::UnitZ()), Vector3d::Zero());
 }
 
-// What hpdm stress says of the project's own models, at the value that each case asks for.
-TEST(HapticStress, OurSmallStrainSurvivesWhatIsAsked) {
+// Checks the results of hpdm stress for the project's own models, at each case's requested value.
+TEST(HapticStress, OurSmallStrainSurvivesTheRequestedValues) {
   for (const StressCase& each : HapticStress(true)) {
     for (const StressModel model : {StressModel::kStrainSmall, StressModel::kMetricSmall}) {
       const StressTrial trial = each.run(model, each.parameter.asked);
@@ -73,8 +73,8 @@ TEST(HapticStress, OurSmallStrainSurvivesWhatIsAsked) {
   }
 }
 
-// A force or an organ may not be what it should there, but nothing is done to hand or tissue.
-TEST(HapticStress, NothingHarmsOursAtTheUtmost) {
+// A force or an organ may be wrong there, but hand and tissue come to no harm.
+TEST(HapticStress, OurModelsStaySafeAtTheExtremes) {
   for (const StressCase& each : HapticStress(true)) {
     for (const StressModel model : {StressModel::kStrainSmall, StressModel::kMetricFinite}) {
       EXPECT_EQ(each.run(model, each.parameter.utmost).harm, "") << each.name;
@@ -90,7 +90,8 @@ TEST(HapticStress, ABaselineFailsWhereOursDoNot) {
   }
 }
 
-// The readings that come are enough while every gap stays below what the device counts as lost.
+// The readings that arrive are enough while every gap is shorter than the device's limit for a lost
+// sample.
 TEST(HapticStress, HalfOfTheReadingsLostCostsLittleForce) {
   for (const StressCase& each : HapticStress(true)) {
     if (each.name != "lost_samples") continue;
@@ -106,7 +107,7 @@ TEST(StressSessionFixture, AToolWithFrictionIsHeldBackAlongItsSlide) {
   StressTool tool =
       OverOrgan({{0.55, Below(top, -0.01)}, {0.8, Below(top, 0.005)}, {1, Below(aside, 0.005)}});
   const double smooth = Feel(fixture, tool, 1.2).series.back().force_W.x();
-  tool.friction = 0.5;
+  tool.tool.geometries[0].friction = 0.5;
   const double rough = Feel(fixture, tool, 1.2).series.back().force_W.x();
   EXPECT_LT(rough, smooth - 0.01);
 }

@@ -39,7 +39,7 @@ TEST(StressCase, JudgesAnErrorThatIsNotANumberAsFailed) {
   EXPECT_EQ(Judge(std::numeric_limits<double>::quiet_NaN(), 0.2, 0.5).fate, StressFate::kFailed);
 }
 
-TEST(StressCase, FindsTheBoundaryBeyondWhatIsAskedByBisection) {
+TEST(StressCase, FindsTheBoundaryBeyondTheRequestByBisection) {
   const StressResult result = Examine(Breaking(100, Lift()), StressModel::kStrainSmall, 6);
   EXPECT_EQ(result.asked.fate, StressFate::kDegraded);
   EXPECT_LT(*result.holds_to, 100);
@@ -48,7 +48,7 @@ TEST(StressCase, FindsTheBoundaryBeyondWhatIsAskedByBisection) {
   EXPECT_EQ(result.trials, 8);
 }
 
-TEST(StressCase, FindsTheBoundaryBelowWhatIsAsked) {
+TEST(StressCase, FindsTheBoundaryBelowTheRequest) {
   const StressResult result = Examine(Breaking(10, Lift()), StressModel::kStrainSmall, 6);
   EXPECT_EQ(result.asked.fate, StressFate::kFailed);
   EXPECT_EQ(result.fails_how, "broken");
@@ -95,7 +95,7 @@ TEST(StressCase, RemembersHarmOfAnyTrialWithItsValue) {
   EXPECT_TRUE(Examine(harmful, StressModel::kMassSpring, 3).harm.empty()) << "a baseline may break";
 }
 
-TEST(StressReport, CsvHasALineACaseAndModelWithItsTextQuoted) {
+TEST(StressReport, CsvHasALineForEachCaseAndModelWithItsTextQuoted) {
   const StressCase stress_case = Breaking(100, Lift());
   StressRow row{stress_case, {Examine(stress_case, StressModel::kStrainSmall, 2)}};
   row.results.push_back(row.results[0]);
@@ -112,11 +112,11 @@ TEST(StressReport, CsvHasALineACaseAndModelWithItsTextQuoted) {
       << first;
 }
 
-TEST(StressReport, MarkdownHasAColumnAModelThatWasRun) {
+TEST(StressReport, MarkdownHasAColumnForEachModelThatWasRun) {
   const StressCase stress_case = Breaking(100, Lift());
   const StressRow row{stress_case, {Examine(stress_case, StressModel::kStrainSmall, 0)}};
   EXPECT_EQ(StressMarkdown({row}),
-            "| case, and what is asked | strain, small |\n|---|---|\n"
+            "| case and its parameter | strain, small |\n|---|---|\n"
             "| Something, \"bent\": lift 40 mm | degraded, 40 %; to 40 mm |\n");
 }
 

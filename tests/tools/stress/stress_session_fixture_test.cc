@@ -61,14 +61,14 @@ StressTool Hand(std::vector<std::pair<double, StressPose>> way, double x_trocar 
   StressTool tool;
   tool.motion = Through(std::move(way));
   tool.p_trocar_W = Vector3d(x_trocar, 0.01, 0.4);
-  tool.tool.can_grasp = true;
+  tool.tool.geometries[0].can_grasp = true;
   return tool;
 }
 
 // Grasps the top at x (jaws closed by 0.6 s), goes to `far` within a step, opens and is away at 1
 // s.
 StressTool Grasp(double x, const StressPose& far, double x_trocar = 0.02) {
-  const double at = kTop + ToolOptions().tip_radius;
+  const double at = kTop + kDefaultToolRadius;
   return Hand({{0, At(x, at)},
                {0.45, At(x, at)},
                {0.5, At(x, at, 0)},
@@ -84,7 +84,7 @@ StressTool Ball(double depth) {
   constexpr double kRadius = 0.02;
   const StressPose away = At(0, kTop + kRadius + 0.01), deep = At(0, kTop + kRadius - depth);
   StressTool tool = Hand({{0, away}, {0.6, away}, {0.6, deep}, {1, deep}, {1, away}});
-  tool.tool.tip_radius = kRadius;
+  tool.tool.geometries[0].tip_radius = kRadius;
   return tool;
 }
 
@@ -104,7 +104,7 @@ TEST(StressSessionFixture, GoesThroughItsWaypoints) {
 }
 
 TEST(StressSessionFixture, MeasuresWhatAGentlePressDoes) {
-  const double at = kTop + ToolOptions().tip_radius;
+  const double at = kTop + kDefaultToolRadius;
   StressSessionFixture body(Organ(StrainMeasure::kSmall), Surface(),
                             {Hand({{0, At(0, at + 0.01)}, {0.8, At(0, at - 0.01)}})});
   body.RunUntil(1.2);
@@ -143,8 +143,8 @@ TEST_P(StressSessionFixtureOfModel, ComesBackFromABallThroughTheOrgan) {
 
 INSTANTIATE_TEST_SUITE_P(Models, StressSessionFixtureOfModel, testing::ValuesIn(AllModels()));
 
-// Both jaws hold the same tissue at the top, or tissue that the lattice cannot take apart: within a
-// cell, rigid jaws leave it none of its freedoms.
+// Both jaws hold the same tissue at the top, or tissue within one cell, which rigid jaws leave no
+// freedom.
 TEST(StressSessionFixture, TwoToolsThatPullTheSamePointApartSlip) {
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
     for (const double x : {0.001, 0.015}) {
@@ -160,27 +160,27 @@ TEST(StressSessionFixture, TwoToolsThatPullTheSamePointApartSlip) {
   }
 }
 
-// Viscous tissue that is pulled within a step feels 30 times its elastic force: that force's own
-// rest state, which a step of finite strain once went by, lies 150 mm away and took vertices 95 mm.
+// Viscous tissue pulled within a step feels 30 times its elastic force. The rest state of that
+// force lies 150 mm away; finite-strain steps once passed it and moved vertices by 95 mm.
 TEST(StressSessionFixture, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
   constexpr double kWay = 0.005;  // m
   std::vector<double> forces;
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
     OrganOptions options = Organ(strain);
     options.material.relaxation_time = 1;
-    const double at = kTop + ToolOptions().tip_radius;
+    const double at = kTop + kDefaultToolRadius;
     StressSessionFixture body(options, Surface(), {Grasp(0, At(0, at - kWay, 0))});
     body.RunUntil(1);
     forces.push_back(body.outcome().tissue_force);
     EXPECT_LT(body.outcome().largest_displacement, 1.2 * kWay) << "what bulges beside the jaws";
     EXPECT_EQ(body.outcome().flags & (kStepInverted | kStepRecovering), 0u);
   }
-  // A way of a tenth of the organ's thickness: strains of some percent.
+  // The motion is a tenth of the organ's thickness: strains of some percent.
   EXPECT_NEAR(forces[1] / forces[0], 1, 0.1);
 }
 
-// A level shaft lies on the tissue beside what the jaws hold, which goes with them: pushed away by
-// the shaft it would pull at them with 23 N. Edges of 3 mm, so that some of it is held.
+// A level shaft lies on the tissue beside the grasped part, which moves with it: if the shaft
+// pushed it, it would pull at the jaws with 23 N. Edges are 3 mm, so that some of it is held.
 TEST(StressSessionFixture, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
   const auto largest_force = [](double shaft_radius) {
     const double in = kTop - 0.0025;
@@ -191,19 +191,19 @@ TEST(StressSessionFixture, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
                             {0.6, At(0, in, 0)},
                             {0.9, At(-0.01, in - 0.003, 0)}});
     tool.p_trocar_W = Vector3d(0.35, 0.01, kTop + 0.01);
-    tool.tool.shaft_radius = shaft_radius;
+    tool.tool.geometries[0].shaft_radius = shaft_radius;
     StressSessionFixture body(Organ(StrainMeasure::kSmall), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 5),
                               {tool});
     body.RunUntil(1);
     return body.outcome().tissue_force;
   };
-  // The tissue farther along is held down by it: more is moved.
-  EXPECT_LT(largest_force(ToolOptions().shaft_radius), 2 * largest_force(1e-4));
+  // The shaft holds down the tissue farther along: more of it moves.
+  EXPECT_LT(largest_force(kDefaultToolRadius), 2 * largest_force(1e-4));
 }
 
 TEST(StressSessionFixture, AReadingThatIsNotFiniteHoldsTheTool) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const double at = kTop + ToolOptions().tip_radius;
+  const double at = kTop + kDefaultToolRadius;
   const StressPose pressed = At(0, at - 0.01), away = At(0, at + 0.01);
   StressSessionFixture body(Organ(StrainMeasure::kFinite), Surface(),
                             {Hand({{0, away},
@@ -218,10 +218,10 @@ TEST(StressSessionFixture, AReadingThatIsNotFiniteHoldsTheTool) {
   ExpectHarmless(body.outcome(), 1);
 }
 
-// A finite-strain organ that could not follow does so again once it is asked for less, with no
-// memory of it: it ends where one that was only ever asked for that much does.
-TEST(StressSessionFixture, AfterTooMuchALittleIsFollowedAgain) {
-  const double at = kTop + ToolOptions().tip_radius;
+// A finite-strain organ that could not follow recovers when the demand falls, and keeps no memory:
+// it ends in the state of an organ that only got the lower demand.
+TEST(StressSessionFixture, ASmallPressIsFollowedAfterAnImpossibleOne) {
+  const double at = kTop + kDefaultToolRadius;
   const StressPose little = At(0, at + 0.004, 0);
   const auto grasp_then = [&](const StressPose& much) {
     return Hand({{0, At(0, at)},

@@ -16,7 +16,7 @@
 namespace hpdm {
 namespace {
 
-/// As tools/web/build.mjs has it.
+/// The list is the one in tools/web/build.mjs.
 std::string HashOfSources() {
   std::map<std::string, std::string> sources;
   for (const auto& entry : std::filesystem::directory_iterator(HPDM_SOURCE_DIR "/tools/web/src")) {

@@ -104,9 +104,9 @@ class Fleet {
   /// True if nothing about the session has changed, and its log was read to the end or has no
   /// session. A log that could not be opened has no stamp and is tried again.
   bool IsUnchanged(const KnownSession& known, const std::optional<SessionStamp>& stamp) const {
-    const bool same_limit = known.exit_code == 0 && known.force_limit == options_.force_limit;
+    const bool same_limits = known.exit_code == 0 && known.limits == options_.limits;
     return known.version == kReportVersion && known.stamp && known.stamp == stamp &&
-           (same_limit || known.exit_code == 2);
+           (same_limits || known.exit_code == 2);
   }
 
   void Start(const fs::path& folder) {
@@ -125,13 +125,14 @@ class Fleet {
     }
     jobs_.push_back(std::make_unique<Job>(
         std::vector<std::string>{options_.program, "report", "--json-line", "--force-limit",
-                                 Format("%.17g", options_.force_limit), "--", whole.native()},
+                                 Format("%.17g", options_.limits.force), "--depth-limit",
+                                 Format("%.17g", options_.limits.depth), "--", whole.native()},
         options_));
     jobs_.back()->session = session;
     jobs_.back()->stamp = stamp;
   }
 
-  /// Waits until a job has written something or its time is over.
+  /// Waits until a job has written output or exceeded its time limit.
   void Wait() {
     std::vector<ChildProcess*> processes;
     Clock::duration patience = std::chrono::hours(1);

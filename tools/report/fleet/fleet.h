@@ -11,12 +11,12 @@ namespace hpdm {
 
 /// Options of `hpdm report --all`.
 struct FleetOptions {
-  std::filesystem::path folder = {};        ///< Folder with session folders, at any depth.
-  std::filesystem::path table = {};         ///< As for OpenSessionTable; empty: no table.
-  int jobs = 1;                             ///< Processes at once.
-  double patience = 600;                    ///< Longest time for one session, s.
-  double force_limit = kDefaultForceLimit;  ///< N.
-  bool again = false;                       ///< Also read unchanged sessions that the table has.
+  std::filesystem::path folder = {};  ///< Folder with session folders, at any depth.
+  std::filesystem::path table = {};   ///< As for OpenSessionTable; empty: no table.
+  int jobs = 1;                       ///< Processes at once.
+  double patience = 600;              ///< Longest time for one session, s.
+  HandlingLimits limits = {};
+  bool again = false;  ///< Also read unchanged sessions that the table has.
   /// The program that reads one session with `report FOLDER --json-line`.
   std::string program = "/proc/self/exe";
 };
@@ -28,8 +28,8 @@ struct FleetSummary {
   std::size_t failed = 0;     ///< Failed now, or before and unchanged; also unreadable folders.
 };
 
-/// Reads every session in a process of its own, so that a log that crashes or hangs its reader costs
-/// only that session.
+/// Reads every session in a process of its own, so that a log that crashes or hangs its reader
+/// costs only that session.
 ///   1. Sessions that the table has and that are unchanged are skipped, so that a run continues
 ///      where an earlier one ended.
 ///   2. Each finished session's line (session_line.h) is printed on stdout and added to the table.

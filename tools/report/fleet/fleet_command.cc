@@ -13,8 +13,8 @@ namespace {
 
 std::string Count(std::size_t number) { return WithCommas(static_cast<long long>(number)); }
 
-void PrintLine(const std::string& session, double force_limit) {
-  const nlohmann::ordered_json line = SessionLine(session, force_limit);
+void PrintLine(const std::string& session, const HandlingLimits& limits) {
+  const nlohmann::ordered_json line = SessionLine(session, limits);
   std::printf("%s\n", LineText(line).c_str());
   if (std::fflush(stdout) != 0) throw InputError("stdout: cannot be written; free space");
   if (line.at("exit_code") == 0) return;
@@ -57,13 +57,13 @@ void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArg
 }
 
 bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
-                     const std::string& out, double force_limit) {
+                     const std::string& out, const HandlingLimits& limits) {
   if (arguments.collect.empty() && session.empty()) {
     throw InputError("report: no session; give its folder, or a folder of sessions with --all");
   }
   if (arguments.json_line) {
     if (!out.empty()) throw InputError("--out " + out + ": --json-line prints to stdout only");
-    PrintLine(session, force_limit);
+    PrintLine(session, limits);
     return true;
   }
   if (!arguments.all && arguments.collect.empty()) return false;
@@ -72,7 +72,7 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
     FleetOptions options{.folder = session,
                          .table = out,
                          .patience = arguments.patience,
-                         .force_limit = force_limit,
+                         .limits = limits,
                          .again = arguments.again};
     options.jobs = arguments.jobs > 0
                        ? arguments.jobs

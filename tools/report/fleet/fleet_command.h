@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/handling_limits.h"
 #include "tools/command_line.h"
 
 namespace hpdm {
@@ -24,6 +25,6 @@ void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArg
 /// a session's folder, or with --all a folder of many; `out`: the argument of --out. Throws
 /// CheckFailed with the exit code if a session failed.
 bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
-                     const std::string& out, double force_limit);
+                     const std::string& out, const HandlingLimits& limits);
 
 }  // namespace hpdm

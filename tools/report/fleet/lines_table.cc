@@ -55,7 +55,7 @@ void LinesTable::Add(std::span<const Json> lines) {
 bool LinesTable::IsTable() const {
   if (!std::filesystem::is_regular_file(path_)) return false;
   std::ifstream file(path_, std::ios::binary);
-  // A line of LineText begins so. Any other file is not read further.
+  // Every line of LineText begins with this text. Reads no more of any other file.
   constexpr std::string_view kBeginning = "{\"session\":";
   std::array<char, kBeginning.size()> beginning{};
   file.read(beginning.data(), beginning.size());
@@ -70,8 +70,8 @@ bool LinesTable::IsTable() const {
 }
 
 void LinesTable::Append(const std::string& text) {
-  // Writes in one piece, and only one program at a time, so that a line cut by a full disk is at the
-  // end of the file and can be removed.
+  // Writes in one piece while it holds the lock. A line cut by a full disk is then at the end of
+  // the file and can be removed.
   flock(descriptor_, LOCK_EX);
   const off_t before = lseek(descriptor_, 0, SEEK_END);
   const ssize_t written = write(descriptor_, text.data(), text.size());

@@ -52,7 +52,7 @@ std::optional<SessionStamp> StampOf(const std::filesystem::path& session) {
   return stamp;
 }
 
-Json SessionLine(const std::filesystem::path& path, double force_limit) {
+Json SessionLine(const std::filesystem::path& path, const HandlingLimits& limits) {
   const std::string session = SessionName(path);
   const std::optional<SessionStamp> stamp = StampOf(path);  // before reading: the log may grow
   bool opened = false;
@@ -60,7 +60,7 @@ Json SessionLine(const std::filesystem::path& path, double force_limit) {
     const SessionFiles files = FindSessionFiles(path);
     const LogReader log(files.log.string());
     opened = true;
-    Json report = ToJson(ReadSession(files, force_limit).report);
+    Json report = ToJson(ReadSession(files, limits.force, limits.depth).report);
     report.erase("log");
     Json line = Begin(session, 0, stamp);
     line["report"] = std::move(report);

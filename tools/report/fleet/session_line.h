@@ -6,11 +6,13 @@
 #include <optional>
 #include <string>
 
+#include "engine/base/handling_limits.h"
+
 namespace hpdm {
 
 /// Version of the figures in a line. Raise it with every change of their meaning or computation, so
 /// that a table does not mix them.
-inline constexpr int kReportVersion = 1;
+inline constexpr int kReportVersion = 2;
 
 /// Identifies the state of a session's files without reading them.
 struct SessionStamp {
@@ -38,7 +40,8 @@ std::string SessionName(const std::filesystem::path& folder);
 ///                    opened, which may succeed next time
 ///     report         as in report_json.h, without `log`; with exit_code 0 only
 ///     error          one line; with any other exit_code
-nlohmann::ordered_json SessionLine(const std::filesystem::path& path, double force_limit);
+nlohmann::ordered_json SessionLine(const std::filesystem::path& path,
+                                   const HandlingLimits& limits = {});
 
 /// Returns the line of a session that failed.
 nlohmann::ordered_json FailedLine(const std::string& session, std::optional<int> exit_code,

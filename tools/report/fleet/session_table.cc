@@ -32,8 +32,11 @@ std::optional<KnownSession> KnownFrom(const Json& line) {
   if (bytes && mtime_ns) {
     session.stamp = SessionStamp{*bytes, *mtime_ns, integer("summary_mtime_ns").value_or(0)};
   }
-  const Json::json_pointer limit("/report/force_limit_N");
-  if (line.contains(limit) && line[limit].is_number()) session.force_limit = line[limit];
+  const Json::json_pointer force("/report/force_limit_N"), depth("/report/depth_limit_m");
+  const auto number = [&line](const Json::json_pointer& key) {
+    return line.contains(key) && line[key].is_number();
+  };
+  if (number(force) && number(depth)) session.limits = {.force = line[force], .depth = line[depth]};
   if (line.contains("error") && line["error"].is_string()) session.error = line["error"];
   const bool has_report = line.contains("report") && line["report"].is_object();
   if (session.exit_code == 0 ? !has_report : session.error.empty()) return std::nullopt;

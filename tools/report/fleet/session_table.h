@@ -18,7 +18,7 @@ struct KnownSession {
   std::optional<int> exit_code;  ///< Nothing if its reader crashed or took too long.
   int version = 0;               ///< kReportVersion of its reader; 0: unknown.
   std::optional<SessionStamp> stamp;
-  std::optional<double> force_limit;  ///< N; nothing without a report.
+  std::optional<HandlingLimits> limits;  ///< Nothing without a report.
   std::string error;
 };
 

@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 /// Identify the file: "HPDM" in its header, and the version of its tables.
 constexpr int kApplication = 0x4850444D;
-constexpr int kVersion = 3;
+constexpr int kVersion = 4;
 /// Longest wait for another program that writes, ms.
 constexpr int kLockPatience = 60'000;
 
@@ -34,6 +34,7 @@ constexpr TableColumn kSessionColumns[] = {
     {"active_s", "REAL", "/report/active_s"},
     {"paused_s", "REAL", "/report/paused_s"},
     {"force_limit_N", "REAL", "/report/force_limit_N"},
+    {"depth_limit_m", "REAL", "/report/depth_limit_m"},
     {"both_moving_s", "REAL", "/report/both_moving_s"},
     {"ticks", "INTEGER", "/report/ticks"},
     {"ticks_skipped", "INTEGER", "/report/skipped/total"},
@@ -61,7 +62,9 @@ constexpr TableColumn kForceColumns[] = {{"contact_time_s", "REAL", "/contact_ti
                                          {"force_impulse_Ns", "REAL", "/force_impulse_Ns"},
                                          {"over_limit_s", "REAL", "/over_limit_s"},
                                          {"over_limit_count", "INTEGER", "/over_limit_count"},
-                                         {"deepest_press_m", "REAL", "/deepest_press_m"}};
+                                         {"deepest_press_m", "REAL", "/deepest_press_m"},
+                                         {"over_depth_s", "REAL", "/over_depth_s"},
+                                         {"over_depth_count", "INTEGER", "/over_depth_count"}};
 
 constexpr TableColumn kMotionColumns[] = {{"name", "TEXT", "/name"},
                                           {"instruments", "TEXT", "/instruments"},
@@ -211,7 +214,7 @@ std::unordered_map<std::string, KnownSession> SqliteTable::Known() {
   std::unordered_map<std::string, KnownSession> known;
   const Statement statement = Prepare(
       "SELECT session, exit_code, log_bytes, log_mtime_ns, force_limit_N, error, report_version, "
-      "summary_mtime_ns FROM sessions");
+      "summary_mtime_ns, depth_limit_m FROM sessions");
   int result;
   while ((result = sqlite3_step(statement.get())) == SQLITE_ROW) {
     const auto has = [&](int column) {
@@ -229,7 +232,10 @@ std::unordered_map<std::string, KnownSession> SqliteTable::Known() {
                                    sqlite3_column_int64(statement.get(), 3),
                                    sqlite3_column_int64(statement.get(), 7)};
     }
-    if (has(4)) session.force_limit = sqlite3_column_double(statement.get(), 4);
+    if (has(4) && has(8)) {
+      session.limits = {.force = sqlite3_column_double(statement.get(), 4),
+                        .depth = sqlite3_column_double(statement.get(), 8)};
+    }
     session.error = text(5);
     session.version = sqlite3_column_int(statement.get(), 6);
     known[text(0)] = session;

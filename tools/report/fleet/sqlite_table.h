@@ -21,9 +21,9 @@ struct TableColumn {
   std::string_view place;  ///< JSON pointer in the line, its hand, organ or latency.
 };
 
-/// A table as an SQLite file, which DuckDB reads too. It has the tables sessions, hands, contacts (of
-/// a hand with an organ) and latencies; tools/report/fleet.md lists the columns. Each Add is one
-/// transaction.
+/// A table as an SQLite file, which DuckDB reads too. It has the tables sessions, hands, contacts
+/// (of a hand with an organ) and latencies; tools/report/fleet.md lists the columns. Each Add is
+/// one transaction.
 class SqliteTable : public SessionTable {
  public:
   explicit SqliteTable(const std::filesystem::path& path);

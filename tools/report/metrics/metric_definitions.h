@@ -7,6 +7,9 @@
 
 namespace hpdm {
 
+/// Which of two values of a figure is better, if the task was the same.
+enum class Better { kNeither, kLower, kHigher };
+
 /// Describes one figure of a hand for people. tools/report/README.md has the full definitions.
 struct MetricDefinition {
   const char* key;      ///< Key in ToJson's hand.
@@ -14,8 +17,10 @@ struct MetricDefinition {
   const char* unit;     ///< Displayed unit; empty for plain numbers.
   double scale;         ///< Displayed value / JSON value.
   const char* format;   ///< printf format of the displayed value.
-  const char* meaning;  ///< One or two sentences; may contain "%LIMIT%".
+  const char* meaning;  ///< One or two sentences; may contain "%LIMIT%" (force) or
+                        ///< "%DEPTH_LIMIT%".
   const char* source;   ///< Keys of MetricSources(), separated by "; "; empty: our own definition.
+  Better better;        ///< As the source says, or the published differences of experts.
 };
 
 /// Returns the figures in the order of display.

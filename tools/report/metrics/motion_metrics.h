@@ -18,7 +18,7 @@ struct MotionMetrics {
   double insertion_path = 0;  ///< m, along the shaft ("depth").
   double mean_speed = 0;      ///< m/s, path_length / time.
   double peak_speed = 0;      ///< m/s.
-  double idle = 0;            ///< s, slower than kIdleSpeed.
+  double idle = 0;            ///< s of motion slower than kIdleSpeed.
   std::uint64_t movements = 0;
   std::optional<double> economy;     ///< 0..1: distance / path of the movements; nothing without.
   std::optional<double> smoothness;  ///< SPARC, median of the movements up to kDiscreteMovement.
@@ -30,30 +30,30 @@ struct MotionMetrics {
 inline constexpr double kMotionCutoff = 10;
 /// A tip slower than this is idle, m/s.
 inline constexpr double kIdleSpeed = 0.005;
-/// A movement is faster than kIdleSpeed for at least kMovementTime, s, and its peak speed is at least
-/// kMovementSpeed, m/s.
+/// A movement is faster than kIdleSpeed for at least kMovementTime, s, and its peak speed is at
+/// least kMovementSpeed, m/s.
 inline constexpr double kMovementTime = 0.1;
 inline constexpr double kMovementSpeed = 0.01;
-/// For its smoothness a movement is extended outwards while it slows down, to this fraction of its
-/// peak speed.
+/// To measure smoothness, a movement is extended at both ends until its speed falls to this
+/// fraction of its peak.
 inline constexpr double kMovementEdge = 0.01;
 /// Longest discrete movement, s. SPARC is defined for discrete movements only.
 inline constexpr double kDiscreteMovement = 10;
 /// Forces below this count as none, N: far below what a hand can feel.
 inline constexpr double kNoForce = 0.01;
 
-/// Measures the segments of one instrument. Each is smoothed on its own; nothing is counted between
+/// Measures the segments of one instrument. Each is smoothed separately; nothing is counted between
 /// two segments.
 MotionMetrics MeasureMotion(std::span<const TimeSeriesSegment> segments);
 
 /// Returns the time in which both instruments are faster than kIdleSpeed, s.
 double BothMoving(std::span<const TimeSeriesSegment> a, std::span<const TimeSeriesSegment> b);
 
-/// Returns the spectral arc length of one movement's speeds, one every `period` s (Balasubramanian
-/// et al. 2015): minus the arc length of the curve of A(f) / A(0) over f / f_max. A is the amplitude
-/// spectrum of the speed, f_max the highest frequency up to kSparcCutoff with A(f) / A(0) >=
-/// kSparcAmplitude. Closer to 0 is smoother; a minimum-jerk movement has about -1.4, whatever its
-/// duration and size. Needs at least two speeds that are not all 0.
+/// Returns the spectral arc length (Balasubramanian et al. 2015) of one movement from its speeds,
+/// sampled every `period` s. It is minus the arc length of the curve A(f) / A(0) over f / f_max,
+/// with A the speed's amplitude spectrum. f_max is the highest frequency up to kSparcCutoff with
+/// A(f) / A(0) >= kSparcAmplitude. Values closer to 0 are smoother. A minimum-jerk movement has
+/// about -1.4 at every duration and size. Needs at least two speeds, not all 0.
 double SpectralArcLength(std::span<const double> speeds, double period);
 inline constexpr double kSparcCutoff = 10;       ///< Hz.
 inline constexpr double kSparcAmplitude = 0.05;  ///< Fraction of the amplitude at 0.

@@ -34,6 +34,7 @@ void AddSession(const SessionReport& report, Json* json) {
   (*json)["active_s"] = report.active;
   (*json)["paused_s"] = report.paused;
   (*json)["force_limit_N"] = report.force_limit;
+  (*json)["depth_limit_m"] = report.depth_limit;
   (*json)["both_moving_s"] = OrNull(report.both_moving);
 }
 
@@ -48,6 +49,8 @@ void AddContact(const ContactMetrics& contact, Json* json) {
   (*json)["over_limit_s"] = contact.over_limit;
   (*json)["over_limit_count"] = contact.over_limit_count;
   (*json)["deepest_press_m"] = contact.deepest_press;
+  (*json)["over_depth_s"] = contact.over_depth;
+  (*json)["over_depth_count"] = contact.over_depth_count;
 }
 
 void AddHand(const HandReport& hand, Json* json) {

@@ -11,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "scenes/loader/scene_files.h"
+#include "scenes/loader/scene_instruments.h"
 #include "tools/session/session_path.h"
 #include "tools/shared/base64.h"
 
@@ -20,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxPictureBytes = 1'500'000;
+constexpr std::size_t kMaxScreenshotBytes = 6'000'000;
 constexpr std::size_t kMaxSummaryBytes = 10'000'000;
 constexpr int kFramesShown = 4;
 
@@ -44,19 +46,25 @@ bool IsPng(std::span<const std::uint8_t> bytes) {
          std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
 }
 
-/// Returns names and captions of frames, evenly distributed in the order of their names.
-std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& folder) {
+/// Returns the PNG files of a folder inside the session's, in the order of their names.
+std::vector<std::string> PngsIn(const fs::path& session, const std::string& folder) {
   std::vector<std::string> names;
-  std::vector<std::pair<std::string, std::string>> some;
   std::error_code error;
-  if (!LiesInside(folder, folder / "frames")) return some;
-  for (fs::directory_iterator entry(folder / "frames", error), end; !error && entry != end;
+  if (!LiesInside(session, session / folder)) return names;
+  for (fs::directory_iterator entry(session / folder, error), end; !error && entry != end;
        entry.increment(error)) {
     if (entry->path().extension() == ".png") {
-      names.push_back("frames/" + entry->path().filename().string());
+      names.push_back(folder + "/" + entry->path().filename().string());
     }
   }
   std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// Returns names and captions of frames, evenly distributed in the order of their names.
+std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& folder) {
+  const std::vector<std::string> names = PngsIn(folder, "frames");
+  std::vector<std::pair<std::string, std::string>> some;
   const std::size_t count = names.size();
   for (int i = 0; i < kFramesShown && count > 0; ++i) {
     const std::size_t at = (2 * static_cast<std::size_t>(i) + 1) * count / (2 * kFramesShown);
@@ -65,6 +73,16 @@ std::vector<std::pair<std::string, std::string>> SomeFrames(const fs::path& fold
                       "Frame " + std::to_string(at + 1) + " of " + std::to_string(count));
   }
   return some;
+}
+
+/// Loads a picture if it is a PNG of at most `*left` bytes, which it uses up.
+bool Load(const std::string& name, const std::string& caption, std::size_t* left,
+          SessionFiles* files) {
+  const std::vector<std::uint8_t> bytes = Bytes(FileInside(files->folder, name), *left);
+  if (!IsPng(bytes)) return false;
+  *left -= bytes.size();
+  files->pictures.push_back({name, caption, "data:image/png;base64," + Base64Of(bytes)});
+  return true;
 }
 
 }  // namespace
@@ -84,28 +102,33 @@ SessionFiles FindSessionFiles(const fs::path& path) {
   } else {
     throw InputError(path.string() + ": no such file; give a session's folder or its log");
   }
+  files.instruments = SceneInstruments(FileInside(files.log.parent_path(), "scene.toml"));
   return files;
 }
 
-SessionReading ReadSession(const SessionFiles& files, double force_limit) {
-  SessionReading reading = ReadSession(files.log.string(), force_limit);
+SessionReading ReadSession(const SessionFiles& files, double force_limit, double depth_limit) {
+  SessionReading reading =
+      ReadSession(files.log.string(), force_limit, files.instruments, depth_limit);
   reading.report.scene = files.scene;
   return reading;
 }
 
 void LoadPictures(SessionFiles* files) {
   if (files->folder.empty()) return;
-  std::vector<std::pair<std::string, std::string>> wanted = {
-      {"deepest.png", "At the deepest press"}, {"last.png", "At the end"}};
-  const auto frames = SomeFrames(files->folder);
-  wanted.insert(wanted.end(), frames.begin(), frames.end());
-  std::size_t left = kMaxPictureBytes;
-  for (const auto& [name, caption] : wanted) {
-    const std::vector<std::uint8_t> bytes = Bytes(FileInside(files->folder, name), left);
-    if (!IsPng(bytes)) continue;
-    left -= bytes.size();
-    files->pictures.push_back({name, caption, "data:image/png;base64," + Base64Of(bytes)});
+  std::size_t left = kMaxPictureBytes, left_for_screenshots = kMaxScreenshotBytes;
+  Load("deepest.png", "At the deepest press", &left, files);
+  const std::vector<std::string> screenshots = PngsIn(files->folder, "screenshots");
+  for (std::size_t i = 0; i < screenshots.size(); ++i) {
+    std::error_code error;
+    const fs::path file = FileInside(files->folder, screenshots[i]);
+    if (!file.empty() && fs::file_size(file, error) > left_for_screenshots && !error) {
+      ++files->screenshots_left_out;
+    } else {
+      Load(screenshots[i], "Screenshot " + std::to_string(i + 1), &left_for_screenshots, files);
+    }
   }
+  Load("last.png", "At the end", &left, files);
+  for (const auto& [name, caption] : SomeFrames(files->folder)) Load(name, caption, &left, files);
 }
 
 }  // namespace hpdm

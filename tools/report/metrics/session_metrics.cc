@@ -9,6 +9,7 @@
 #include "engine/base/text_list.h"
 #include "lcmtypes/analysis/logged_session.h"
 #include "lcmtypes/log/log.h"
+#include "lcmtypes/telemetry/session_info.h"
 #include "lcmtypes/wire/codec.h"
 #include "tools/report/metrics/session_ticks.h"
 #include "tools/shared/latency_sums.h"
@@ -18,7 +19,6 @@
 namespace hpdm {
 namespace {
 
-constexpr std::string_view kStartPrefix = "instruments: ";
 /// Earliest wall time, microseconds since 1970. Smaller times are of the lockstep clock, which
 /// begins at 0.
 constexpr std::int64_t kFirstWallTime = 1'000'000'000'000;
@@ -47,16 +47,6 @@ class Sequence {
   std::uint64_t lost_ = 0;
 };
 
-/// Returns "blunt" for "probe: the hand holds blunt now"; empty for any other text.
-std::string InstrumentTaken(const std::string& text) {
-  constexpr std::string_view kHolds = ": the hand holds ", kNow = " now";
-  const std::size_t at = text.rfind(kHolds);
-  if (at == std::string::npos || !text.ends_with(kNow)) return "";
-  const std::size_t begin = at + kHolds.size();
-  if (begin + kNow.size() > text.size()) return "";
-  return text.substr(begin, text.size() - kNow.size() - begin).substr(0, kMaxNameLength);
-}
-
 /// Collects everything but the ticks while a log is read.
 class LogSummary {
  public:
@@ -82,7 +72,7 @@ class LogSummary {
     }
   }
 
-  void Fill(SessionReading* reading) {
+  void Fill(const std::vector<std::vector<std::string>>& instruments, SessionReading* reading) {
     SessionReport& report = reading->report;
     report.health.events = events_;
     report.health.unreadable += unreadable_;
@@ -105,7 +95,7 @@ class LogSummary {
             organ.name + ": not drawn, " + (why.empty() ? "parts of its mesh are missing" : why));
       }
     }
-    NameHands(&report);
+    NameHands(instruments, &report);
   }
 
  private:
@@ -131,9 +121,8 @@ class LogSummary {
   }
 
   void AddEvent() {
-    if (event_.name == "session.start") start_text_ = event_.text;
+    if (event_.name == kSessionStart) start_text_ = event_.text;
     closed_ |= event_.name == "session.end";
-    if (event_.name == "instrument.exchanged") taken_.push_back(InstrumentTaken(event_.text));
     const auto severity = static_cast<EventSeverity>(
         std::clamp<int>(event_.severity, 0, static_cast<int>(EventSeverity::kError)));
     session_events_.push_back({ToSeconds(event_.time_ns), severity,
@@ -155,34 +144,32 @@ class LogSummary {
     return report;
   }
 
-  /// Takes the hands' names from the session's first event if their number matches.
-  void NameHands(SessionReport* report) const {
+  /// True if the session began with these instruments, as far as the log says.
+  bool BeganWith(const std::vector<std::vector<std::string>>& instruments) const {
     std::vector<std::string> names;
-    if (start_text_.starts_with(kStartPrefix)) {
-      std::string rest = start_text_.substr(kStartPrefix.size());
-      if (report->hands.size() == 1) {
-        names.push_back(rest);
-      } else {
-        for (std::size_t at = 0; at != std::string::npos;) {
-          const std::size_t comma = rest.find(", ", at);
-          names.push_back(rest.substr(at, comma - at));
-          at = comma == std::string::npos ? comma : comma + 2;
-        }
+    for (const std::vector<std::string>& hand : instruments) names.push_back(hand.front());
+    return start_text_.empty() || start_text_ == SessionStartText(names);
+  }
+
+  /// Names the hands and all that they held by the scene. Without the session's scene only the
+  /// names of the start event are known.
+  void NameHands(const std::vector<std::vector<std::string>>& instruments,
+                 SessionReport* report) const {
+    std::vector<HandReport>& hands = report->hands;
+    const bool scene_known = instruments.size() == hands.size() && BeganWith(instruments);
+    const std::vector<std::string> started = InstrumentsIn(start_text_, hands.size());
+    for (std::size_t h = 0; h < hands.size(); ++h) {
+      std::vector<std::string> names = {"hand " + std::to_string(h + 1)};
+      if (scene_known) {
+        names = instruments[h];
+      } else if (started.size() == hands.size()) {
+        names = {started[h]};
       }
-    }
-    for (std::size_t h = 0; h < report->hands.size(); ++h) {
-      report->hands[h].name = names.size() == report->hands.size()
-                                  ? names[h].substr(0, kMaxNameLength)
-                                  : "hand " + std::to_string(h + 1);
-      for (UsedInstrument& held : report->hands[h].held) {
-        if (held.instrument_index == 0) {
-          held.name = report->hands[h].name;
-        } else if (held.nth > 0 && taken_.size() == report->exchanges &&
-                   !taken_[held.nth - 1].empty()) {
-          held.name = taken_[held.nth - 1];
-        } else {
-          held.name = "exchange " + std::to_string(held.instrument_index);
-        }
+      hands[h].name = names[0].substr(0, kMaxNameLength);
+      for (UsedInstrument& held : hands[h].held) {
+        const auto at = static_cast<std::size_t>(held.instrument_index);
+        held.name = at < names.size() ? names[at].substr(0, kMaxNameLength)
+                                      : "exchange " + std::to_string(at);
       }
     }
   }
@@ -202,7 +189,6 @@ class LogSummary {
   double stolen_ = 0;
   std::int64_t steps_shed_ = 0;
   LatencySums latencies_;
-  std::vector<std::string> taken_;  // the instrument of each exchange
   std::vector<SessionEvent> session_events_;
 };
 
@@ -229,14 +215,18 @@ std::vector<std::string> LogReport::Faults() const {
   return faults;
 }
 
-SessionReading ReadSession(const std::string& log, double force_limit) {
+SessionReading ReadSession(const std::string& log, double force_limit,
+                           const std::vector<std::vector<std::string>>& instruments,
+                           double depth_limit) {
   LogSummary log_summary;
   TickReader reader(log, [&log_summary](const LogEvent& event) { log_summary.Visit(event); });
-  SessionTicks ticks(force_limit, reader.log().size() / kMinTickBytes + kSilentPeaks);
+  SessionTicks ticks({force_limit, depth_limit},
+                     reader.log().size() / kMinTickBytes + kSilentPeaks);
   SessionReading reading;
   SessionReport& report = reading.report;
   report.log = log;
   report.force_limit = force_limit;
+  report.depth_limit = depth_limit;
   LoggedTick tick;
   bool any = false;
   while (reader.Next(&tick)) {
@@ -256,7 +246,7 @@ SessionReading ReadSession(const std::string& log, double force_limit) {
   report.health.torn_bytes = reader.log().size() - reader.log().intact_end();
   report.health.damaged_bytes = reader.log().damaged_bytes() - report.health.torn_bytes;
   ticks.Fill(&reading);
-  log_summary.Fill(&reading);
+  log_summary.Fill(instruments, &reading);
   for (HandReport& hand : report.hands) {
     if (report.organs.size() < hand.by_organ.size()) report.organs.resize(hand.by_organ.size());
   }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/handling_limits.h"
 #include "engine/snapshots.h"
 #include "engine/threads/latency.h"
 #include "engine/threads/loop_event.h"
@@ -17,10 +18,6 @@
 
 namespace hpdm {
 
-/// Default force limit, N: one standard deviation (0.4 N) above the largest force of experts (2.6 N)
-/// in a suturing task on artificial tissue; novices reached 4.7 N (Horeman et al. 2010). The forces
-/// that tissues bear differ tenfold (Rodrigues et al. 2012), so the trainer sets the limit.
-inline constexpr double kDefaultForceLimit = 3;
 /// Contacts separated by less than this count as one, s.
 inline constexpr double kContactPause = 0.05;
 
@@ -37,12 +34,13 @@ struct ContactMetrics {
   double over_limit = 0;               ///< s with |force| above the limit.
   std::uint64_t over_limit_count = 0;  ///< Number of times that |force| rose above the limit.
   double deepest_press = 0;            ///< m, depth of the tip below the released surface.
+  double over_depth = 0;               ///< s with the tip deeper than the depth limit.
+  std::uint64_t over_depth_count = 0;  ///< Number of times that it went deeper than the limit.
 };
 
 /// An instrument that a hand held.
 struct UsedInstrument {
   int instrument_index = 0;  ///< 0: the hand's first, then its exchanges in the scene's order.
-  std::uint64_t nth = 0;     ///< Number, in the session, of the exchange that brought it; 0: none.
   std::string name;
 };
 
@@ -102,6 +100,7 @@ struct SessionReport {
   double active = 0;          ///< s of `duration` that are neither paused nor missing in the log.
   double paused = 0;          ///< s.
   double force_limit = kDefaultForceLimit;  ///< N.
+  double depth_limit = kDefaultDepthLimit;  ///< m.
   std::vector<std::string> organs;          ///< Names by index.
   std::vector<HandReport> hands;
   std::optional<double> both_moving;  ///< s in which both tips move; only with two hands.
@@ -137,8 +136,12 @@ struct SessionReading {
   SessionTimeSeries series;
 };
 
-/// Reads a session's log once. The intact part of a damaged log counts. `force_limit` in N. Throws
+/// Reads a session's log once. The intact part of a damaged log counts. `force_limit` in N,
+/// `depth_limit` in m. `instruments` (SceneInstruments) names the instruments that the ticks hold.
+/// If they are another session's, or none, exchanges are named by number: "exchange 1". Throws
 /// InputError if the file cannot be read or contains no haptic tick.
-SessionReading ReadSession(const std::string& log, double force_limit = kDefaultForceLimit);
+SessionReading ReadSession(const std::string& log, double force_limit = kDefaultForceLimit,
+                           const std::vector<std::vector<std::string>>& instruments = {},
+                           double depth_limit = kDefaultDepthLimit);
 
 }  // namespace hpdm

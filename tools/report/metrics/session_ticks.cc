@@ -38,13 +38,18 @@ MotionVector MotionOf(const ToolSample& tool) {
 void ContactSums::Add(double time, double duration, const ToolSample& tool, bool counts,
                       bool touches) {
   const double force = counts ? tool.force_W.norm() : 0;
-  const bool over = force > limit_;
+  const bool over = force > limits_.force;
   metrics_.peak_force = std::max(metrics_.peak_force, force);
   metrics_.impulse += force * duration;
   if (over) metrics_.over_limit += duration;
-  if (over && !over_) ++metrics_.over_limit_count;
-  over_ = over;
-  if (counts) metrics_.deepest_press = std::max(metrics_.deepest_press, tool.depth);
+  if (over && !over_force_) ++metrics_.over_limit_count;
+  over_force_ = over;
+  const double depth = counts ? tool.depth : 0;
+  const bool too_deep = depth > limits_.depth;
+  metrics_.deepest_press = std::max(metrics_.deepest_press, depth);
+  if (too_deep) metrics_.over_depth += duration;
+  if (too_deep && !over_depth_) ++metrics_.over_depth_count;
+  over_depth_ = too_deep;
   if (!touches) return;
   const bool shown = (tool.guard_flags & kGuardDisabled) == 0;
   if (!shown) metrics_.forces_off += duration;
@@ -133,7 +138,7 @@ void SessionTicks::Begin(const HapticSample& sample) {
   exchanges_ = 0;
   skipped_ = {};
   measured_ = false;
-  hands_.assign(static_cast<std::size_t>(sample.tool_count), Hand(limit_));
+  hands_.assign(static_cast<std::size_t>(sample.tool_count), Hand(limits_));
 }
 
 void SessionTicks::NoteExchanges(const HapticSample& sample) {
@@ -149,7 +154,7 @@ void SessionTicks::NoteExchanges(const HapticSample& sample) {
                                    [instrument_index](const UsedInstrument& held) {
                                      return held.instrument_index == instrument_index;
                                    });
-    if (!known) hand.held.push_back({instrument_index, exchanges_, ""});
+    if (!known) hand.held.push_back({instrument_index, ""});
   }
 }
 
@@ -202,7 +207,7 @@ void SessionTicks::Close(double until) {
     const auto organ = static_cast<std::size_t>(tool.organ);
     const bool at_organ = touches && tool.organ >= 0 && tool.organ < kMaxOrgans;
     if (at_organ && hand.organs.size() <= organ) {
-      hand.organs.resize(organ + 1, ContactSums(limit_));
+      hand.organs.resize(organ + 1, ContactSums(limits_));
     }
     for (std::size_t o = 0; o < hand.organs.size(); ++o) {
       const bool here = at_organ && o == organ;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/handling_limits.h"
 #include "engine/snapshots.h"
 #include "lcmtypes/analysis/logged_session.h"
 #include "tools/report/metrics/session_metrics.h"
@@ -15,7 +16,7 @@ namespace hpdm {
 /// Sums over the ticks of one instrument: over all contacts, or over those with one organ.
 class ContactSums {
  public:
-  explicit ContactSums(double limit) : limit_(limit) {}
+  explicit ContactSums(const HandlingLimits& limits) : limits_(limits) {}
 
   /// Adds a tick that holds for `duration`, s. `counts`: its force and depth belong to these
   /// contacts. `touches`: the tick is in contact.
@@ -25,21 +26,21 @@ class ContactSums {
   ContactMetrics Metrics() const;
 
  private:
-  double limit_;
+  HandlingLimits limits_;
   ContactMetrics metrics_;
   double contact_impulse_ = 0;                             // N s, while the device shows forces
   double end_ = -std::numeric_limits<double>::infinity();  // of the last contact
-  bool over_ = false;
+  bool over_force_ = false, over_depth_ = false;
 };
 
 /// Computes the hands' part of a session's report from a log's ticks. A tick holds until the next
 /// one. One thread.
 class SessionTicks {
  public:
-  /// `force_limit` in N. A time series has at most `most_peaks` peaks, which bounds the memory for
-  /// the wrong times of a damaged or hostile log; later ticks are not drawn.
-  SessionTicks(double force_limit, std::size_t most_peaks)
-      : limit_(force_limit), most_peaks_(most_peaks) {}
+  /// `most_peaks` limits the peaks of a time series, so wrong times in a damaged log cannot use
+  /// unlimited memory. Later ticks are not drawn.
+  SessionTicks(const HandlingLimits& limits, std::size_t most_peaks)
+      : limits_(limits), most_peaks_(most_peaks) {}
 
   /// Adds a tick. Returns false if it cannot follow the last one or its values are impossible.
   bool Add(const LoggedTick& logged);
@@ -48,7 +49,7 @@ class SessionTicks {
 
  private:
   struct Hand {
-    explicit Hand(double limit) : all(limit) {}
+    explicit Hand(const HandlingLimits& limits) : all(limits) {}
     void SkipTime(double duration) {
       all.SkipTime(duration);
       for (ContactSums& organ : organs) organ.SkipTime(duration);
@@ -75,7 +76,7 @@ class SessionTicks {
   void AddPeaks(const ToolSample& tool, double time, double until,
                 std::vector<SessionTimeSeries::Peaks>* peaks) const;
 
-  double limit_;
+  HandlingLimits limits_;
   std::size_t most_peaks_;
   bool begun_ = false;
   std::uint64_t ticks_ = 0;

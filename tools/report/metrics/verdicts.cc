@@ -39,13 +39,38 @@ Verdict OfForces(const SessionReport& report, const HandReport& hand) {
                                        limit.c_str(), contact.peak_force)};
 }
 
+Verdict OfDepth(const SessionReport& report, const HandReport& hand) {
+  const ContactMetrics& contact = hand.contact;
+  const std::string who = hand.Label() + ": ", limit = DepthLimitText(report.depth_limit);
+  const double deepest = 1000 * contact.deepest_press;
+  if (contact.over_depth_count > 0) {
+    return {Verdict::kBad,
+            who + Format("deeper than the depth limit of %s %llu %s, %.2f s in all (deepest "
+                         "%.1f mm)",
+                         limit.c_str(), static_cast<unsigned long long>(contact.over_depth_count),
+                         contact.over_depth_count == 1 ? "time" : "times", contact.over_depth,
+                         deepest)};
+  }
+  if (report.health.ticks_lost + report.health.outputs_lost > 0) {
+    return {Verdict::kOpen, who + Format("cannot be compared with the depth limit of %s: depths "
+                                         "are missing in the log (deepest known %.1f mm)",
+                                         limit.c_str(), deepest)};
+  }
+  return {Verdict::kGood, who + Format("stayed within the depth limit of %s (deepest %.1f mm)",
+                                       limit.c_str(), deepest)};
+}
+
 }  // namespace
 
 std::string LimitText(double limit) { return Format("%.3g N", limit); }
+std::string DepthLimitText(double limit) { return Format("%.3g mm", 1000 * limit); }
 
 std::vector<Verdict> Verdicts(const SessionReport& report) {
   std::vector<Verdict> verdicts;
-  for (const HandReport& hand : report.hands) verdicts.push_back(OfForces(report, hand));
+  for (const HandReport& hand : report.hands) {
+    verdicts.push_back(OfForces(report, hand));
+    verdicts.push_back(OfDepth(report, hand));
+  }
   if (report.health.Sound()) {
     verdicts.push_back({Verdict::kGood, "the log is complete and sound"});
   } else {

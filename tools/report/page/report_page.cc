@@ -9,6 +9,7 @@
 #include "tools/report/metrics/metric_definitions.h"
 #include "tools/report/metrics/report_json.h"
 #include "tools/report/metrics/verdicts.h"
+#include "tools/report/page/figures_table.h"
 #include "tools/report/page/html_text.h"
 #include "tools/report/page/page_data.h"
 #include "tools/shared/json_text.h"
@@ -21,79 +22,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxEventRows = 200;
-constexpr const char* kNone = "\u2013";
-
-/// "2:05 min", "12.3 s".
-std::string Length(double seconds) {
-  if (seconds < 99.95) return Format("%.1f s", seconds);
-  const long whole = std::lround(seconds);
-  return Format("%ld:%02ld min", whole / 60, whole % 60);
-}
-
-std::string Shown(const MetricDefinition& metric, const Json& value) {
-  if (value.is_null()) return kNone;
-  // The format is from the table of definitions.
-  char text[64];
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wformat-nonliteral"
-  std::snprintf(text, sizeof text, metric.format, metric.scale * value.get<double>());
-#pragma GCC diagnostic pop
-  const std::string unit = metric.unit;
-  return text + (unit.empty() ? "" : (unit == "\u00b0" ? "" : "\u00a0") + unit);
-}
-
-std::string Meaning(const MetricDefinition& metric, double limit) {
-  return Replaced(metric.meaning, "%LIMIT%", LimitText(limit));
-}
 
 std::string Panel(const std::string& id, const std::string& heading, const std::string& body,
                   const std::string& further_class = "") {
   return "<section class=\"panel" + further_class + "\" id=\"" + id + "\">\n<h2>" + heading +
          "</h2>\n" + body + "</section>\n";
-}
-
-/// Formats the change from `before` to `now`: "+12 %"; empty if it is undefined.
-std::string Change(const Json& now, const Json& before) {
-  if (now.is_null() || before.is_null() || before.get<double>() == 0) return "";
-  const double change = std::round(100 * (now.get<double>() / before.get<double>() - 1));
-  return change == 0 ? "0\u00a0%" : Format("%+.0f\u00a0%%", change);
-}
-
-const Json* HandOf(const Json& report, const Json& name, std::size_t index) {
-  for (const Json& hand : report["hands"]) {
-    if (hand["name"] == name) return &hand;
-  }
-  return index < report["hands"].size() ? &report["hands"][index] : nullptr;
-}
-
-std::string MetricsTable(const SessionReport& report, const Json& json, const Json* against) {
-  std::string html = "<div class=\"wide\"><table id=\"metrics\"><thead><tr><th>Figure</th>";
-  std::vector<const Json*> others;
-  for (std::size_t h = 0; h < report.hands.size(); ++h) {
-    const Json& hand = json["hands"][h];
-    html += "<th class=\"number hand-" + std::to_string(h % 2) + "\">" +
-            EscapeHtml(report.hands[h].Label()) + "</th>";
-    others.push_back(against == nullptr ? nullptr : HandOf(*against, hand["name"], h));
-    if (others.back() != nullptr) {
-      html += "<th class=\"number\">compared with</th><th class=\"number\">change</th>";
-    }
-  }
-  html += "</tr></thead><tbody>\n";
-  for (const MetricDefinition& metric : MetricDefinitions()) {
-    html += std::string("<tr><th scope=\"row\"><a href=\"#def-") + metric.key + "\" title=\"" +
-            EscapeHtml(Meaning(metric, report.force_limit)) + "\">" + metric.label + "</a></th>";
-    for (std::size_t h = 0; h < report.hands.size(); ++h) {
-      const Json& value = json["hands"][h][metric.key];
-      html += "<td class=\"number\" data-key=\"hands." + std::to_string(h) + "." + metric.key +
-              "\">" + Shown(metric, value) + "</td>";
-      if (others[h] == nullptr) continue;
-      const Json& other = (*others[h])[metric.key];
-      html += "<td class=\"number\">" + Shown(metric, other) + "</td><td class=\"number\">" +
-              Change(value, other) + "</td>";
-    }
-    html += "</tr>\n";
-  }
-  return html + "</tbody></table></div>\n";
 }
 
 std::string OrganTable(const SessionReport& report) {
@@ -103,11 +36,11 @@ std::string OrganTable(const SessionReport& report) {
   }
   if (longest == 0) return "<p>No tissue was touched.</p>\n";
   std::string html =
-      "<div class=\"wide\"><table><thead><tr><th>Organ</th><th>Hand</th><th>Contact</th>"
-      "<th class=\"number\">s</th><th class=\"number\">contacts</th><th class=\"number\">peak "
-      "N</th>"
-      "<th class=\"number\">mean N</th><th class=\"number\">s above limit</th>"
-      "<th class=\"number\">deepest mm</th></tr></thead><tbody>\n";
+      "<div class=\"wide\"><table class=\"stacked\"><thead><tr><th>Organ</th><th>Hand</th>"
+      "<th>Contact</th><th class=\"number\">s</th><th class=\"number\">contacts</th>"
+      "<th class=\"number\">peak N</th><th class=\"number\">mean N</th>"
+      "<th class=\"number\">s above limit</th><th class=\"number\">deepest mm</th></tr></thead>"
+      "<tbody>\n";
   for (std::size_t o = 0; o < report.organs.size(); ++o) {
     for (std::size_t h = 0; h < report.hands.size(); ++h) {
       const ContactMetrics& contact = report.hands[h].by_organ[o];
@@ -118,38 +51,55 @@ std::string OrganTable(const SessionReport& report) {
                   "</td><td class=\"bars\"><span class=\"bar back-%zu\" style=\"width:%.1f%%\">"
                   "</span></td>",
                   h % 2, 100 * contact.time / longest);
-      html += Format(
-          "<td class=\"number\">%.1f</td><td class=\"number\">%llu</td>"
-          "<td class=\"number\">%.2f</td><td class=\"number\">%.2f</td>"
-          "<td class=\"number\">%.2f</td><td class=\"number\">%.1f</td></tr>\n",
-          contact.time, static_cast<unsigned long long>(contact.count), contact.peak_force,
-          contact.mean_force, contact.over_limit, 1000 * contact.deepest_press);
+      const auto cell = [&html](const char* label, const std::string& value) {
+        html += std::string("<td class=\"number\" data-label=\"") + label + "\">" + value + "</td>";
+      };
+      cell("contact, s", Format("%.1f", contact.time));
+      cell("contacts", std::to_string(contact.count));
+      cell("peak force, N", Format("%.2f", contact.peak_force));
+      cell("mean force, N", Format("%.2f", contact.mean_force));
+      cell("above the limit, s", Format("%.2f", contact.over_limit));
+      cell("deepest press, mm", Format("%.1f", 1000 * contact.deepest_press));
+      html += "</tr>\n";
     }
   }
   return html + "</tbody></table></div>\n";
 }
 
-std::string Pictures(const SessionFiles& files) {
+/// Returns a picture's caption: for a screenshot with its time, if the log has it.
+std::string Caption(const SessionPicture& picture, const SessionReport& report) {
+  for (const SessionEvent& event : report.events) {
+    if (event.name != "render.screenshot" || picture.name != "screenshots/" + event.text) continue;
+    return picture.caption + ", at " + LengthText(event.time);
+  }
+  return picture.caption;
+}
+
+std::string Pictures(const SessionFiles& files, const SessionReport& report) {
   if (files.pictures.empty()) return "";
   std::string html = "<div class=\"pictures\">\n";
   for (const SessionPicture& picture : files.pictures) {
-    const std::string caption = EscapeHtml(picture.caption);
+    const std::string caption = EscapeHtml(Caption(picture, report));
     html += "<figure><img alt=\"" + caption + "\" src=\"" + picture.data_uri + "\"><figcaption>" +
             caption + "</figcaption></figure>\n";
   }
   return Panel("pictures", "What the laparoscope saw", html + "</div>\n");
 }
 
+/// Returns one line: the haptic ticks that ran and were skipped.
+std::string TickCounts(const SessionReport& report) {
+  const double periods = static_cast<double>(report.ticks) + report.skipped.Total();
+  return WithCommas(static_cast<long long>(report.ticks)) + " haptic ticks ran, " +
+         Format("%s were skipped (%.3f %%)", WithCommas(report.skipped.Total()).c_str(),
+                100 * report.skipped.Total() / std::max(periods, 1.0));
+}
+
 std::string LatencyTable(const SessionReport& report) {
-  std::string html;
   const SkippedTicks& skipped = report.skipped;
-  const double periods = static_cast<double>(report.ticks) + skipped.Total();
-  html += "<p>" + WithCommas(static_cast<long long>(report.ticks)) + " haptic ticks ran; " +
-          Format(
-              "%s were skipped (%.3f %%): %u because of late wake-ups, %u because of long "
-              "computing, %u because of CPU steal.",
-              WithCommas(skipped.Total()).c_str(), 100 * skipped.Total() / periods,
-              skipped.late_wake_up, skipped.long_compute, skipped.stalled);
+  std::string html = Format(
+      "<p>Skipped: %u because of late wake-ups, %u because of long computing, %u because of CPU "
+      "steal.",
+      skipped.late_wake_up, skipped.long_compute, skipped.stalled);
   if (report.stolen > 0) {
     html += Format(" CPU steal: %.2f s.", report.stolen);
   }
@@ -209,12 +159,12 @@ std::string Events(const SessionReport& report) {
   return html;
 }
 
-std::string Definitions(double limit) {
+std::string Definitions(const SessionReport& report) {
   std::string html = "<dl>\n";
   for (const MetricDefinition& metric : MetricDefinitions()) {
     html += std::string("<dt id=\"def-") + metric.key + "\">" + metric.label +
             (*metric.unit != '\0' ? std::string(" (") + metric.unit + ")" : "") + "</dt><dd>" +
-            EscapeHtml(Meaning(metric, limit)) +
+            EscapeHtml(MeaningOf(metric, report)) +
             (*metric.source != '\0' ? std::string(" <cite>[") + metric.source + "]</cite>" : "") +
             "</dd>\n";
   }
@@ -225,6 +175,9 @@ std::string Definitions(double limit) {
       "suturing task; novices reached 4.7\u00a0N [Horeman 2010]. The largest acceptable pull on a "
       "suture was 1.25\u00a0N in porcine fallopian tube and 11.4\u00a0N in fascia [Rodrigues "
       "2012]. "
+      "The trainer sets the depth limit too (<code>--depth-limit</code>, in m). Its default of " +
+      DepthLimitText(kDefaultDepthLimit) +
+      " is our own. "
       "Movements and force rates are measured on 5\u00a0ms means smoothed at 10\u00a0Hz without "
       "delay; forces, contacts and depths on every haptic tick. None of these figures alone "
       "measures skill: compare sessions of the same task.</p>\n<ul>\n";
@@ -234,19 +187,16 @@ std::string Definitions(double limit) {
   return html + "</ul>\n";
 }
 
-std::string Header(const SessionReport& report, const SessionFiles& files, const Json& json) {
-  std::string facts = Length(report.duration);
-  if (report.paused > 0) facts += " (" + Length(report.paused) + " of it paused)";
+std::string Header(const SessionReport& report, const SessionFiles& files) {
+  std::string facts = LengthText(report.duration);
+  if (report.paused > 0) facts += " (" + LengthText(report.paused) + " of it paused)";
   facts += report.hands.empty() ? ", no instrument" : ", ";
   for (std::size_t h = 0; h < report.hands.size(); ++h) {
     facts += (h > 0 ? " and " : "") + EscapeHtml(report.hands[h].Label());
   }
-  const std::string start =
-      json["start"].is_string()
-          ? Replaced(Replaced(json["start"].get<std::string>(), "T", " "), "Z", " UTC")
-          : "lockstep clock, no date";
   std::string html = "<header><h1>" + EscapeHtml(report.scene.empty() ? "Session" : report.scene) +
-                     "</h1>\n<p class=\"muted\">" + start + " \u00b7 " + facts + " \u00b7 " +
+                     "</h1>\n<p class=\"muted\">" + StartText(report) + " \u00b7 " + facts +
+                     " \u00b7 " +
                      EscapeHtml((files.folder.empty() ? files.log : files.folder).string()) +
                      "</p>\n<ul class=\"verdict\">\n";
   for (const Verdict& verdict : Verdicts(report)) {
@@ -263,6 +213,10 @@ std::string Gaps(const SessionReading& reading, const SessionFiles& files) {
   if (files.folder.empty()) {
     gaps.emplace_back(
         "the scene's name and the pictures, which are in a session's folder and not in its log");
+  }
+  if (files.screenshots_left_out > 0) {
+    gaps.push_back(std::to_string(files.screenshots_left_out) +
+                   " of the screenshots, which would make this page too large: see screenshots/");
   }
   for (const std::string& name : files.missing) gaps.push_back("the folder has no " + name);
   if (report.organs.empty()) gaps.emplace_back("the organs' meshes");
@@ -284,15 +238,11 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
                            const SessionReport* against) {
   const SessionReport& report = reading.report;
   const Json json = ToJson(report);
-  Json other;
-  if (against != nullptr) other = ToJson(*against);
-  std::string body = Header(report, files, json);
-  std::string metrics = MetricsTable(report, json, against == nullptr ? nullptr : &other);
+  std::string body = Header(report, files);
+  std::string metrics =
+      against == nullptr ? FiguresTable(report) : ComparedFigures(report, *against);
   if (report.both_moving) {
     metrics += Format("<p>Both hands moved at once for %.1f s.</p>\n", *report.both_moving);
-  }
-  if (against != nullptr) {
-    metrics += "<p>Compared with " + EscapeHtml(against->log) + ".</p>\n";
   }
   body += Panel("figures", "Figures", metrics, against == nullptr ? "" : " compared");
   body +=
@@ -300,12 +250,14 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
             "<noscript><p class=\"note\">The curves and the path need JavaScript; the tables do "
             "not.</p></noscript>\n<div id=\"curves\"></div>\n");
   body += Panel("path", "Path of the tips", "<div id=\"view\"></div>\n");
-  body += Pictures(files);
+  body += Pictures(files, report);
   body += Panel("organs", "Contact by organ", OrganTable(report));
-  body += Panel("latency", "Latency", LatencyTable(report));
+  body += Panel("latency", "Latency",
+                "<details><summary>" + TickCounts(report) + "</summary>\n" + LatencyTable(report) +
+                    "</details>\n");
   body += Panel("events", "Events", Events(report));
   body += Panel("gaps", "What is missing", Gaps(reading, files));
-  body += Panel("definitions", "Definitions and sources", Definitions(report.force_limit));
+  body += Panel("definitions", "Definitions and sources", Definitions(report));
 
   Json data = PageData(reading);
   data["report"] = json;
@@ -315,7 +267,7 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
   const std::string title =
       EscapeHtml((report.scene.empty() ? "Session" : report.scene) + " \u2013 HPDM report");
 
-  // Fills the places of the page in their order. Inserted text is never searched for places.
+  // Fills the page's placeholders in their order. Inserted text is never searched for placeholders.
   std::string_view rest = ReportPage();
   std::string page;
   page.reserve(rest.size() + body.size() + text.size() + title.size());

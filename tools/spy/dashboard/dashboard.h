@@ -7,8 +7,9 @@
 
 namespace hpdm {
 
-/// Serves the dashboard of a live session or of a log until a signal ends it, and prints its address.
-/// Throws MachineError if the port cannot be used. Main thread; construct `stop` before any thread.
+/// Serves the dashboard of a live session or of a log until a signal ends it, and prints its
+/// address. Throws MachineError if the port cannot be used. Main thread; construct `stop` before
+/// any thread.
 void ServeDashboard(const DashboardOptions& options, const MessageSchemas& schemas,
                     const StopSignals& stop, SpySource* source);
 

@@ -252,7 +252,8 @@ bool DashboardServer::Write(std::string_view data, httplib::DataSink* sink) cons
     if (stopping()) return false;
     if (!sink->is_writable()) {
       const auto now = steady_clock::now();
-      // Not writable at once: the viewer has gone. Later: it takes nothing at the moment.
+      // A sink that refuses data without waiting has lost its viewer. A sink that waits first has a
+      // slow viewer, which gets kPatience.
       if (now - before < RequestServer::kWriteTime / 2 || now - last > kPatience) return false;
       continue;
     }

@@ -44,15 +44,16 @@ struct PlayerCommand {
   double value = 0;  ///< kSeek: s from the start; kSpeed: multiple of real time.
 };
 
-/// Serves the dashboard's page and sends updates as server-sent events to at most kMaxViewers pages:
+/// Serves the dashboard's page and sends updates as server-sent events to at most kMaxViewers
+/// pages:
 ///
 ///     reader --Take--> DashboardState <--Update-- one thread a viewer --socket--> page
 ///       ^------------------------- TakeCommands <--POST /control--------------------'
 ///
 /// A slow viewer delays only its own thread. It misses updates (except the charts' rows of the last
 /// minute) and is disconnected after kPatience. Nothing is sent while the state is locked. Requests
-/// must name this host and must not come from another site's page, so that no web site that the user
-/// visits can reach the session.
+/// must name this host and must not come from another site's page, so that no web site that the
+/// user visits can reach the session.
 class DashboardServer {
  public:
   static constexpr int kMaxViewers = 16;

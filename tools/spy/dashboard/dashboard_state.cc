@@ -4,16 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <string_view>
 #include <utility>
+
+#include "lcmtypes/telemetry/session_info.h"
 
 namespace hpdm {
 namespace {
 
 constexpr std::size_t kMaxTextBytes = 500;
-// The event whose text names the instruments (SessionStartText).
-constexpr std::string_view kStartEvent = "session.start";
-constexpr std::string_view kStartText = "instruments: ";
+
 template <typename Numbers>
 bool AllFinite(const Numbers& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](auto x) { return std::isfinite(x); });
@@ -127,8 +126,8 @@ void DashboardState::Take(const stats_t& stats) {
 }
 
 void DashboardState::Take(const event_t& event) {
-  if (event.name == kStartEvent) {
-    // Of two sessions, the dashboard follows the one whose ticks come first.
+  if (event.name == kSessionStart) {
+    // If two sessions publish, the dashboard follows the one whose ticks come first.
     order_ = {};
     ahead_.reset();
     Restart();
@@ -138,14 +137,8 @@ void DashboardState::Take(const event_t& event) {
 }
 
 void DashboardState::AddEvent(const event_t& event) {
-  if (event.name == kStartEvent && event.text.starts_with(kStartText)) {
-    instruments_.clear();
-    std::string rest = event.text.substr(kStartText.size(), kMaxTextBytes);
-    while (!rest.empty() && instruments_.size() < kMaxInstruments) {
-      const std::size_t end = rest.find(", ");
-      instruments_.push_back(rest.substr(0, end));
-      rest = end == std::string::npos ? "" : rest.substr(end + 2);
-    }
+  if (event.name == kSessionStart) {
+    instruments_ = InstrumentsIn(event.text.substr(0, kMaxTextBytes), kMaxInstruments);
     ++names_version_;
   }
   Happened& happened = events_.emplace_back(Happened{++events_count_, event});

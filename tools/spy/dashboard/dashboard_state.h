@@ -21,8 +21,8 @@
 namespace hpdm {
 
 /// The state of a session that the dashboard shows, from the session's messages alone. Messages may
-/// have any order and content: the channel table counts a message that is not of its channel's type,
-/// which changes nothing else. Memory is bounded. One thread at a time.
+/// have any order and content: the channel table counts a message that is not of its channel's
+/// type, which changes nothing else. Memory is bounded. One thread at a time.
 class DashboardState {
  public:
   static constexpr std::size_t kMaxEvents = 100;

@@ -8,8 +8,8 @@
 #include "tools/shared/base64.h"
 #include "tools/spy/dashboard/dashboard_state.h"
 
-/// The part of DashboardState that writes updates for the pages as JSON. It changes only the Seen of
-/// a viewer and the cached JSON of shapes.
+/// The part of DashboardState that writes updates for the pages as JSON. It changes only the Seen
+/// of a viewer and the cached JSON of shapes.
 
 namespace hpdm {
 namespace {
@@ -35,8 +35,8 @@ void AddMember(const char* name, const std::string& value, std::string* members)
 
 json Vector(const double* v) { return {v[0], v[1], v[2]}; }
 
-// True if the shape belongs to the mesh: it has as many displacements as the mesh has control points
-// or vertices.
+// True if the shape belongs to the mesh: it has as many displacements as the mesh has control
+// points or vertices.
 bool Fits(const organ_t& shape, const OrganDescription& mesh) {
   const std::size_t n = shape.displacements.size() / 3;
   if (!mesh.lattice) return n == 0 || n == static_cast<std::size_t>(mesh.vertices.rows());
@@ -56,8 +56,8 @@ json LoopJson(const loop_stats_t& loop, std::int64_t missed) {
   return {{"rate_hz", loop.rate_hz}, {"cycles", loop.cycles}, {"missed", missed}};
 }
 
-// Returns the half-space sinking (half_space.h) at even steps up to `end` radii. `tail` is the second
-// coefficient of the series beyond: sinking(end) pi end^3 - end^2.
+// Returns the half-space sinking (half_space.h) at even steps up to `end` radii. `tail` is the
+// second coefficient of the series beyond: sinking(end) pi end^3 - end^2.
 std::string SinkingJson() {
   std::array<double, kSinkingIntervals + 1> values;
   for (int i = 0; i <= kSinkingIntervals; ++i) {

@@ -17,8 +17,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-// Time for which the rest of a client's bytes is read: closing a socket with unread bytes resets the
-// connection, and the client may lose the answer.
+// Time for which the rest of a client's bytes is read: closing a socket with unread bytes resets
+// the connection, and the client may lose the answer.
 constexpr milliseconds kParting{250};
 
 /// True if the socket is ready for `events` before `end`; false if both directions are closed.

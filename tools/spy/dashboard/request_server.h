@@ -24,10 +24,10 @@ class RequestServer : public httplib::Server {
   explicit RequestServer(std::chrono::milliseconds request_time = kRequestTime)
       : request_time_(request_time) {}
 
-  /// Sets how many connections may wait to be accepted. Call once bound. A browser opens more than
-  /// the library's five, and a refused connection tries again only after a second.
+  /// Sets how many connections may wait to be accepted. Call after binding. A browser opens more
+  /// than the library's five, and a refused connection tries again only after a second.
   void LetWait(int connections);
-  /// Ends every connection for good, also those that wait for a thread. Any thread.
+  /// Closes all connections, including those that still wait for a thread. Any thread.
   void EndConnections();
 
  private:

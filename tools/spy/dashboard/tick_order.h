@@ -4,8 +4,8 @@
 
 namespace hpdm {
 
-/// Separates the ticks of one session from those of another one on the same channel, and from damaged
-/// times, by the session clock alone. One thread.
+/// Separates the ticks of one session from those of another one on the same channel, and from
+/// damaged times, by the session clock alone. One thread.
 class TickOrder {
  public:
   /// After a larger jump of the clock, ticks are missing or belong to another session.

@@ -58,6 +58,7 @@ bool FieldHistory::Add(std::int64_t time_us, const MessageSchemas& schemas, cons
     }
     Field& field = fields_[at];
     field.present = true;
+    if (field.unit.empty()) field.unit = value.unit;
     std::vector<Bin>& bins = bins_[at++];
     if (const auto* text = std::get_if<std::string_view>(&value.value)) {
       constexpr std::size_t kMaxText = 512;

@@ -25,6 +25,7 @@ class FieldHistory {
     bool present = false;  ///< False if the newest message lacks it (a shorter array).
     double min = 0;        ///< Since Clear; greater than max before the first finite number.
     double max = -1;
+    std::string unit = {};  ///< Empty: none.
   };
 
   void Clear();
@@ -38,8 +39,8 @@ class FieldHistory {
   /// Returns the number of values of the newest message beyond kMaxFields.
   std::size_t left_out() const { return left_out_; }
 
-  /// Computes the means of a field, `bins_each` bins per column, the newest last. A column without a
-  /// message takes its predecessor's mean, or NaN before the first. Columns begin at multiples of
+  /// Computes the means of a field, `bins_each` bins per column, the newest last. A column without
+  /// a message takes its predecessor's mean, or NaN before the first. Columns begin at multiples of
   /// their length, so that a mean does not change while it moves to the left.
   void Curve(std::size_t field, std::size_t bins_each, std::span<double> columns) const;
 

@@ -9,6 +9,7 @@ namespace hpdm {
 namespace {
 
 constexpr int kValueWidth = 13;
+constexpr int kUnitWidth = 6;
 constexpr int kRangeWidth = 10;
 
 /// Returns the member of the message that a field belongs to: "tools" for "tools[0].joints[2]".
@@ -49,23 +50,25 @@ std::string Sparkline(const FieldHistory& history, std::size_t field, int width,
 
 struct Layout {
   int name, spark;
-  bool range;
+  bool unit, range;
 };
 Layout LayoutFor(int columns) {
   Layout layout{};
+  layout.unit = columns >= 50;
   layout.range = columns >= 76;
   // The widths divide the number of bins, so that every column has equally many.
   static_assert(FieldHistory::kBins == 100);
   for (const int width : {5, 10, 20, 25, 50}) {
-    if (width == 5 || width <= columns / 4) layout.spark = width;
+    if (width == 5 || width <= columns / 5) layout.spark = width;
   }
-  layout.name =
-      columns - (kValueWidth + 1) - (layout.spark + 1) - (layout.range ? 2 * (kRangeWidth + 1) : 0);
+  layout.name = columns - (kValueWidth + 1) - (layout.unit ? kUnitWidth + 1 : 0) -
+                (layout.spark + 1) - (layout.range ? 2 * (kRangeWidth + 1) : 0);
   return layout;
 }
 
 std::string HeaderText(const Layout& layout, const Glyphs& glyphs) {
   std::string header = FitLeft("FIELD", layout.name, glyphs) + ' ' + FitRight("VALUE", kValueWidth);
+  if (layout.unit) header += ' ' + FitLeft("UNIT", kUnitWidth, glyphs);
   if (layout.range) {
     header += ' ' + FitRight("MIN", kRangeWidth) + ' ' + FitRight("MAX", kRangeWidth);
   }
@@ -89,6 +92,11 @@ void DrawField(TerminalScreen* screen, const FieldHistory& history, std::size_t 
   }
   screen->Put(line, column, FitRight(ValueText(field, kValueWidth), kValueWidth), style);
   column += kValueWidth + 1;
+  if (layout.unit) {
+    screen->Put(line, column, FitLeft(Printable(field.unit), kUnitWidth, glyphs),
+                style_or(TextStyle::kDim));
+    column += kUnitWidth + 1;
+  }
   if (field.max < field.min) return;
   if (layout.range) {
     const auto bound = [&](double value) {

@@ -11,7 +11,8 @@ struct ListCursor {
   int selected = 0;
   int top = 0;
 
-  /// Clamps the selected row to the list's `count` rows and scrolls it into the `height` shown rows.
+  /// Clamps the selected row to the list's `count` rows and scrolls it into the `height` shown
+  /// rows.
   void Fit(int count, int height) {
     selected = std::clamp(selected, 0, std::max(0, count - 1));
     top = std::clamp(top, selected - std::max(1, height) + 1, selected);

@@ -54,7 +54,7 @@ class TerminalScreen {
   void Put(int row, int column, std::string_view text, TextStyle style = TextStyle::kPlain);
   /// Sets a whole row's background.
   void Fill(int row, TextStyle style);
-  /// Shows on the terminal what was written since Clear.
+  /// Shows the text written since Clear on the terminal.
   void Show();
 
   /// Waits for a key; true if there is one.

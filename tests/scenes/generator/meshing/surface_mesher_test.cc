@@ -213,7 +213,7 @@ TEST(SurfaceMesher, CountIsExactVolumeIsTheShapesAndTrianglesAreWellShaped) {
   }
 }
 
-TEST(SurfaceMesher, SameBytesOnEveryRun) {
+TEST(SurfaceMesher, WritesTheSameBytesOnEveryRun) {
   SurfaceMesherOptions options;
   options.triangle_count = 200;
   EXPECT_EQ(ObjText(MeshImplicitSurface(Tube(), options), "tube"),
@@ -243,7 +243,7 @@ TEST(SurfaceMesher, JoinedAndTurnedSurfacesEncloseTheDifference) {
   EXPECT_EQ(hollow.triangles.rows(), 600);
   EXPECT_EQ(EdgeDefects(hollow), 0);
   const double wall = 4 * kPi / 3 * (std::pow(kRadius, 3) - std::pow(kRadius - 0.01, 3));
-  // As for one surface.
+  // The bounds are those of a single surface.
   EXPECT_NEAR(EnclosedVolume(hollow.vertices, hollow.triangles), wall, 2e-4 * wall);
 }
 

@@ -10,7 +10,7 @@
 namespace hpdm {
 namespace {
 
-TEST_F(FleetTest, TheCommandPrintsOneLineAndTellsByItsCode) {
+TEST_F(FleetTest, TheCommandPrintsOneLineAndItsExitCodeSaysTheResult) {
   AddSession("a");
   AddLog("b", "");
   const std::string out = folder_ / "out", err = folder_ / "err";

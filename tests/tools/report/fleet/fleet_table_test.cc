@@ -19,10 +19,10 @@ TEST_F(FleetTest, LinesOfClusterJobsMakeTheSameTable) {
   const std::string lines = folder_ / "lines", others = folder_ / "others";
   const fs::path here = fs::current_path();
   fs::current_path(root_);
-  const std::string a = LineText(SessionLine("./a/", 1.0)) + "\n";
-  WriteAll(lines, a + "torn {\n" + LineText(SessionLine("b", kDefaultForceLimit)) + "\n");
-  WriteAll(others, LineText(SessionLine("a", kDefaultForceLimit)) + "\n" +
-                       LineText(SessionLine("./c", kDefaultForceLimit)) + "\n[1]\n{}\n");
+  const std::string a = LineText(SessionLine("./a/", {.force = 1.0})) + "\n";
+  WriteAll(lines, a + "torn {\n" + LineText(SessionLine("b")) + "\n");
+  WriteAll(others,
+           LineText(SessionLine("a")) + "\n" + LineText(SessionLine("./c")) + "\n[1]\n{}\n");
   fs::current_path(here);
   const std::string collected = folder_ / "collected.sqlite";
   testing::internal::CaptureStderr();
@@ -43,7 +43,7 @@ TEST_F(FleetTest, LinesOfClusterJobsMakeTheSameTable) {
 
 TEST_F(FleetTest, TheLineOfTheNewestLogStaysWhateverTheOrder) {
   AddSession("a");
-  Json old_line = SessionLine(root_ / "a", kDefaultForceLimit);
+  Json old_line = SessionLine(root_ / "a");
   old_line["session"] = "a";
   Json new_line = old_line, failed = old_line;
   new_line["log_mtime_ns"] = old_line["log_mtime_ns"].get<std::int64_t>() + 1;
@@ -69,7 +69,7 @@ TEST_F(FleetTest, TheLineOfTheNewestLogStaysWhateverTheOrder) {
 
 TEST_F(FleetTest, LinesMayComeThroughAPipe) {
   AddSession("a");
-  const std::string lines = LineText(SessionLine(root_ / "a", kDefaultForceLimit)) + "\n";
+  const std::string lines = LineText(SessionLine(root_ / "a")) + "\n";
   std::array<int, 2> ends;
   ASSERT_EQ(pipe(ends.data()), 0);
   ASSERT_LT(lines.size(), 65536u) << "what a pipe holds";
@@ -82,7 +82,7 @@ TEST_F(FleetTest, LinesMayComeThroughAPipe) {
 
 TEST_F(FleetTest, LinesThatADiskCutShortAreTakenBack) {
   AddSession("a");
-  const Json line = SessionLine(root_ / "a", kDefaultForceLimit);
+  const Json line = SessionLine(root_ / "a");
   const std::string path = folder_ / "table.jsonl";
   const auto table = OpenSessionTable(path);
   table->Add({&line, 1});
@@ -109,7 +109,7 @@ TEST_F(FleetTest, ATornLastLineIsEndedAndReadAgain) {
   EXPECT_EQ(OpenSessionTable(table)->Known().size(), 2u);
 }
 
-TEST_F(FleetTest, WhatIsNoTableStaysAsItIs) {
+TEST_F(FleetTest, AFileThatIsNotATableStaysAsItIs) {
   AddSession("a");
   const std::string text(5000, 'x');
   WriteAll(folder_ / "notes.sqlite", text);

@@ -31,7 +31,7 @@ void ExpectRow(const Json& row, const Json& reported, const std::set<std::string
   }
 }
 
-TEST_F(FleetTest, EverySessionIsALineAndRowsEqualToItsOwnReport) {
+TEST_F(FleetTest, EverySessionHasALineAndRowsEqualToItsOwnReport) {
   const std::set<std::string> unusable = AddMany();
   const Outcome outcome = Report({.table = table_, .jobs = 2});
   const std::size_t sessions = outcome.summary.sessions;
@@ -51,7 +51,7 @@ TEST_F(FleetTest, EverySessionIsALineAndRowsEqualToItsOwnReport) {
 
   for (const fs::path& folder : FindSessions(root_).folders) {
     const std::string name = SessionName(folder);
-    Json alone = SessionLine(root_ / folder, kDefaultForceLimit);
+    Json alone = SessionLine(root_ / folder);
     alone["session"] = name;
     ASSERT_TRUE(lines.contains(name)) << name;
     EXPECT_EQ(lines[name], alone);
@@ -116,15 +116,15 @@ TEST_F(FleetTest, UnchangedLogsAreReadOnce) {
     outcome = Report({.table = table});
     ASSERT_EQ(outcome.lines.size(), 1u) << "the scene has another name";
     EXPECT_EQ(outcome.lines[0]["report"]["scene"], "liver.toml");
-    outcome = Report({.table = table, .force_limit = 0.5});
+    outcome = Report({.table = table, .limits = {.force = 0.5}});
     EXPECT_EQ(outcome.summary.reported, 3u) << "other figures";
-    EXPECT_EQ(Report({.table = table, .force_limit = 0.5}).summary.unchanged, 3u);
+    EXPECT_EQ(Report({.table = table, .limits = {.force = 0.5}}).summary.unchanged, 3u);
   }
   EXPECT_EQ(Count(table_, "sessions"), 4);
   EXPECT_EQ(Count(table_, "hands"), 6);
 }
 
-TEST_F(FleetTest, AReportOfAnotherVersionIsMadeAnew) {
+TEST_F(FleetTest, AReportOfAnotherVersionIsMadeAgain) {
   AddSession("a");
   AddLog("broken", "");
   const std::string lines = folder_ / "table.jsonl";
@@ -146,7 +146,7 @@ TEST_F(FleetTest, AReportOfAnotherVersionIsMadeAnew) {
 }
 
 TEST_F(FleetTest, ALogThatCannotBeOpenedIsTriedAgain) {
-  // A folder in the log's place: its size and time stay the same, as when rights lack.
+  // A folder replaces the log: its size and time stay the same, as when rights are missing.
   fs::create_directories(root_ / "a" / kSessionLogName);
   for (const std::string& table : {table_, folder_ / "table.jsonl"}) {
     for (int run = 0; run < 2; ++run) {
@@ -158,7 +158,7 @@ TEST_F(FleetTest, ALogThatCannotBeOpenedIsTriedAgain) {
   }
 }
 
-TEST_F(FleetTest, AnErrorIsToldTheSameWayAgain) {
+TEST_F(FleetTest, AnErrorIsReportedTheSameWayAgain) {
   AddLog("back\\slash", "");
   const std::string first = Report({.table = table_}).err;
   const std::string again = Report({.table = table_}).err;
@@ -166,7 +166,7 @@ TEST_F(FleetTest, AnErrorIsToldTheSameWayAgain) {
   EXPECT_EQ(again, first.substr(0, first.size() - 1) + " (unchanged)\n");
 }
 
-TEST_F(FleetTest, AKilledRunLeavesAUsableTableAndTheNextGoesOn) {
+TEST_F(FleetTest, AKilledRunLeavesAUsableTableAndTheNextContinues) {
   for (int i = 0; i < 16; ++i) AddSession(std::to_string(i) + "th");
   {
     ChildProcess run({kHpdmProgram, "report", "--all", root_, "--jobs", "1", "--out", table_});
@@ -229,7 +229,7 @@ TEST_F(FleetTest, AReaderThatCrashesCostsItsSessionAlone) {
 TEST_F(FleetTest, AReaderThatHangsIsEndedWhenItsTimeIsOver) {
   AddSession("hang");
   const std::string program = folder_ / "reader";
-  // What it has started ends with it: until then the pipe stays open.
+  // Its child processes end with it: until then the pipe stays open.
   std::array<int, 2> alive;
   ASSERT_EQ(pipe(alive.data()), 0);
   WriteAll(program, "#!/bin/sh\nsleep 20 >/dev/null 2>&1 &\nwait\n");

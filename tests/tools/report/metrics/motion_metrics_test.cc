@@ -19,8 +19,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kTick = 0.001;
 
-/// Segments of a time series known at every time, read at 1 kHz; `keep` tells which ticks are
-/// there.
+/// Segments of a time series known at every time, sampled at 1 kHz; `keep` selects the ticks.
 std::vector<TimeSeriesSegment> Segments(
     double seconds, const std::function<MotionVector(double)>& series,
     const std::function<bool(int)>& keep = [](int) { return true; }) {
@@ -38,7 +37,7 @@ MotionVector AtTip(const Vector3d& p) {
   return series;
 }
 
-/// Way done, 0..1, of a minimum-jerk movement (Flash and Hogan 1985) at the part s of its time.
+/// Completed share, 0..1, of a minimum-jerk movement (Flash and Hogan 1985) at share s of its time.
 double MinimumJerk(double s) {
   s = std::clamp(s, 0.0, 1.0);
   return s * s * s * (10 + s * (-15 + 6 * s));
@@ -112,7 +111,7 @@ TEST(MotionMetrics, ACirclesPathIsItsLength) {
   EXPECT_EQ(metrics.idle, 0);
 }
 
-TEST(MotionMetrics, AnglesAndDepthAreOfTheirOwnAxes) {
+TEST(MotionMetrics, AnglesAndInsertionComeFromTheirOwnAxes) {
   // A second each: pitch by 0.5 rad, insertion by 30 mm and back, roll by 1 rad.
   const MotionMetrics metrics = MeasureMotion(Segments(5, [](double t) {
     MotionVector series = MotionVector::Zero();
@@ -126,7 +125,7 @@ TEST(MotionMetrics, AnglesAndDepthAreOfTheirOwnAxes) {
   EXPECT_NEAR(metrics.angular_path, 0.5, 1e-3);
   EXPECT_NEAR(metrics.insertion_path, 0.06, 1e-3 * 0.06 + 1e-5);
   EXPECT_NEAR(metrics.roll_path, 1, 2e-3);
-  EXPECT_EQ(metrics.path_length, 0);  // the tip was told to stand still
+  EXPECT_EQ(metrics.path_length, 0);  // the tip stood still
   EXPECT_FALSE(metrics.economy.has_value());
   EXPECT_FALSE(metrics.smoothness.has_value());
 }
@@ -146,7 +145,7 @@ TEST(MotionMetrics, CountsMinimumJerkMovements) {
   EXPECT_LT(metrics.idle, 1.15 * kCount * kLength);
 }
 
-TEST(MotionMetrics, SlowDriftIsNoMovement) {
+TEST(MotionMetrics, SlowDriftDoesNotCountAsMovement) {
   const MotionMetrics metrics = MeasureMotion(Segments(5, [](double t) {
     return AtTip({0.9 * kIdleSpeed * t, 0, 0});
   }));
@@ -181,7 +180,7 @@ double MinimumJerkArcLength() {
   return -length;
 }
 
-TEST(SpectralArcLength, OfAMinimumJerkMovementDependsOnNeitherLengthNorSize) {
+TEST(SpectralArcLength, DependsOnNeitherLengthNorSizeOfAMinimumJerkMovement) {
   const double exact = MinimumJerkArcLength();
   EXPECT_NEAR(exact, -1.4, 0.05);  // as Balasubramanian et al. (2015) plot it
   for (const double length : {0.6, 1.0, 2.5}) {
@@ -251,7 +250,7 @@ TEST(MotionMetrics, TheEncodersResolutionAddsLessThanAPercent) {
   EXPECT_EQ(encoded.movements, exact.movements);
   EXPECT_NEAR(encoded.smoothness.value(), exact.smoothness.value(), 0.05);
 
-  // What the filter is for: the encoders' steps at 1 kHz are a path of their own.
+  // The filter removes the encoders' steps, which at 1 kHz add a path of their own.
   double raw = 0;
   for (int tick = 1; tick <= 20000; ++tick) {
     raw += (ThroughDevice(tick * kTick, true) - ThroughDevice((tick - 1) * kTick, true))

@@ -35,7 +35,7 @@ TEST(SessionMetrics, SumForcesByOrgan) {
   ASSERT_EQ(report.organs, (std::vector<std::string>{"liver", "gallbladder"}));
   EXPECT_EQ(reading.series.organs.size(), 2u);
 
-  constexpr double kRounding = 1e-9;  // of sums of a thousand terms
+  constexpr double kRounding = 1e-9;  // round-off of sums of a thousand terms
   const ContactMetrics& all = report.hands[0].contact;
   EXPECT_NEAR(all.time, 0.7, kRounding);
   EXPECT_EQ(all.count, 2u);
@@ -63,6 +63,34 @@ TEST(SessionMetrics, TheForceLimitIsTheSessions) {
   const SessionReport report = session.Finish(1.5).report;
   EXPECT_EQ(report.force_limit, 1.5);
   EXPECT_NEAR(report.hands[0].contact.over_limit, 0.1, 1e-9);
+}
+
+TEST(SessionMetrics, APressDeeperThanTheLimitIsJudgedThoughItsForceIsSmall) {
+  MadeSession session;
+  session.Press(100, 2, 0);  // 2 mm
+  session.Press(50, 0, -1);
+  session.Press(200, 2.5, 1);  // 2.5 mm
+  const SessionReport report = session.Finish(3, 0.0015).report;
+  EXPECT_EQ(report.depth_limit, 0.0015);
+  const ContactMetrics& all = report.hands[0].contact;
+  EXPECT_NEAR(all.over_depth, 0.3, 1e-9);
+  EXPECT_EQ(all.over_depth_count, 2u);
+  EXPECT_NEAR(report.hands[0].by_organ[1].over_depth, 0.2, 1e-9);
+  const std::vector<Verdict> verdicts = Verdicts(report);
+  EXPECT_EQ(verdicts[0].kind, Verdict::kGood) << verdicts[0].text;
+  EXPECT_EQ(verdicts[1].kind, Verdict::kBad);
+  EXPECT_EQ(verdicts[1].text,
+            "probe: deeper than the depth limit of 1.5 mm 2 times, 0.30 s in all (deepest 2.5 mm)");
+}
+
+TEST(SessionMetrics, ADepthIsWithinTheLimitOnlyIfNoTickIsMissing) {
+  MadeSession session;
+  session.Press(100, 2, 0);
+  SessionReport report = session.Finish().report;
+  EXPECT_EQ(Verdicts(report)[1].text,
+            "probe: stayed within the depth limit of 20 mm (deepest 2.0 mm)");
+  report.health.ticks_lost = 1;
+  EXPECT_EQ(Verdicts(report)[1].kind, Verdict::kOpen);
 }
 
 TEST(SessionMetrics, APauseCountsForNothing) {
@@ -214,7 +242,7 @@ TEST(SessionMetrics, ALostDeviceNeitherMovesNorRests) {
   EXPECT_NEAR(report.both_moving.value(), 2, 4 * kMotionPeriod);  // by time, not by segment
 }
 
-TEST(SessionMetrics, RepeatedMeshesAreOneAndAMissingPartIsTold) {
+TEST(SessionMetrics, RepeatedMeshesAreOneAndAMissingPartIsReported) {
   MadeSession session;
   session.Press(100, 1, 0);
   session.Finish();
@@ -248,37 +276,6 @@ TEST(SessionMetrics, RepeatedMeshesAreOneAndAMissingPartIsTold) {
   EXPECT_EQ(torn.series.organs.size(), 1u);
   EXPECT_EQ(torn.series.organs_missing,
             std::vector<std::string>{"gallbladder: not drawn, parts of its mesh are missing"});
-}
-
-TEST(SessionMetrics, AHandIsLabelledWithAllThatItHeld) {
-  MadeSession session({"grasper", "grasper"});  // whose names do not tell the hands apart
-  for (int i = 0; i < 40; ++i) {
-    session.Tick([i](HapticSample* sample) {
-      sample->tools[0].instrument_index = i < 20 ? 0 : 1;
-      sample->tools[1].instrument_index = i < 10 ? 1 : (i < 30 ? 0 : 2);
-    });
-  }
-  const SessionReport report = session.Finish().report;
-  EXPECT_EQ(report.hands[0].Label(), "grasper, then hook");
-  EXPECT_EQ(report.hands[1].Label(), "hook, then grasper, then blunt");
-  EXPECT_EQ(report.hands[1].name, "grasper");
-}
-
-TEST(SessionMetrics, TwoHandsAreToldApart) {
-  MadeSession session({"probe", "grasper"});
-  for (int i = 0; i < 2000; ++i) {
-    session.Tick([i](HapticSample* sample) {
-      // The first moves all the time, the second in the last quarter.
-      sample->tools[0].p_tip_W.x() = 2e-5 * i;
-      sample->tools[1].p_tip_W.y() = 2e-5 * std::max(0, i - 1500);
-    });
-  }
-  const SessionReport report = session.Finish().report;
-  ASSERT_EQ(report.hands.size(), 2u);
-  EXPECT_EQ(report.hands[1].name, "grasper");
-  EXPECT_NEAR(report.hands[0].motion.path_length, 0.04, 0.01 * 0.04);
-  EXPECT_NEAR(report.hands[1].motion.path_length, 0.01, 0.01 * 0.04);
-  EXPECT_NEAR(report.both_moving.value(), 0.5, 0.05);  // a filter's width
 }
 
 TEST(SessionMetrics, ATornLogGivesWhatIsIntact) {
@@ -330,6 +327,8 @@ TEST(ReportJson, KeysCarryUnits) {
                           "over_limit_s",
                           "over_limit_count",
                           "deepest_press_m",
+                          "over_depth_s",
+                          "over_depth_count",
                           "mean_force_rate_N_per_s",
                           "peak_force_rate_N_per_s",
                           "device_lost_s",

@@ -113,7 +113,7 @@ TEST_F(ReportInBrowser, DrawsEverythingAndAsksForNothing) {
   EXPECT_EQ(browser.Execute("return document.querySelectorAll('#curves canvas').length"), 4);
   EXPECT_EQ(browser.Text("h1"), "two hands on a liver");
   const Json results = Results();
-  // As a reader sees it, and as the page's own data has it.
+  // Compares the visible page with the page's own data.
   char shown[32];
   std::snprintf(shown, sizeof shown, "%.2f\u00a0N",
                 results["hands"][1]["peak_force_N"].get<double>());
@@ -154,6 +154,12 @@ TEST_F(ReportInBrowser, FitsAPhoneAndTheDark) {
   browser.Open("file://" + page_);
   EXPECT_TRUE(browser.WaitFor("document.querySelector('#view canvas')"));
   EXPECT_TRUE(browser.WaitFor("document.documentElement.scrollWidth <= 390"));
+  // Every column can be read without scrolling sideways.
+  EXPECT_EQ(browser.Execute(R"(
+      return [...document.querySelectorAll('.wide, .hands')]
+          .filter((table) => table.scrollWidth > table.clientWidth)
+          .map((table) => table.closest('section').id);)"),
+            Json::array());
   EXPECT_EQ(browser.Errors(), std::vector<std::string>());
 }
 

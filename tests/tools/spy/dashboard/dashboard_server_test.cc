@@ -13,7 +13,7 @@
 #include "tools/spy/dashboard/request_origin.h"
 #include "tools/spy/dashboard/request_server.h"
 
-/// `hpdm spy --web` without a browser: what it answers, and to whom.
+/// Tests the answers of `hpdm spy --web` without a browser.
 
 namespace hpdm {
 namespace {
@@ -36,7 +36,7 @@ void Send(int fd, const std::string& text) {
   EXPECT_EQ(send(fd, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
 }
 
-// All that comes until the server closes the connection.
+// Returns all bytes until the server closes the connection.
 std::string Rest(int fd) {
   std::string text;
   char buffer[4096];
@@ -46,7 +46,7 @@ std::string Rest(int fd) {
   return text;
 }
 
-// What a viewer is sent first of a member; null where the first updates have none.
+// Returns a member's first value for a viewer; null if the first updates lack it.
 json FirstUpdateWith(const char* member, int port) {
   httplib::Client client("127.0.0.1", port);
   std::string text;
@@ -208,7 +208,7 @@ TEST(DashboardServer, TakesNoBodyForARequest) {
   EXPECT_TRUE(server.TakeCommands().empty());
 }
 
-// Clients that never finish their request, more than there are threads, and one that says nothing.
+// More clients than threads that never finish their request, and one that sends nothing.
 TEST(DashboardServer, EndsWhateverItsClientsDo) {
   std::vector<int> clients;
   {
@@ -218,7 +218,7 @@ TEST(DashboardServer, EndsWhateverItsClientsDo) {
       if (i > 0) Send(clients.back(), "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX: ");
     }
   }
-  // One that had been waited for would have been told that its request is bad.
+  // A client that the server waited for would have got the error of a bad request.
   for (const int fd : clients) {
     EXPECT_EQ(Rest(fd), "");
     close(fd);
@@ -269,8 +269,9 @@ TEST(DashboardServer, KnowsItsNames) {
   EXPECT_EQ(server.address(), "http://127.0.0.1:" + std::to_string(server.port()) + "/");
 }
 
-// Meshes and names stand at a log's start alone. What is no port after --web is the log.
-TEST(DashboardServer, TellsWhatWasBeforeItsPlace) {
+// A log has meshes and names at its start only. An argument after --web that is not a port is the
+// log.
+TEST(DashboardServer, SendsTheMeshesAndNamesBeforeItsStart) {
   Spy spy(Spy::Arguments{"--from 2.5 --web " + TwoHandsLog()});
   ASSERT_FALSE(spy.address().empty()) << spy.errors();
   const json update = FirstUpdateWith("meshes", spy.port());
@@ -280,7 +281,7 @@ TEST(DashboardServer, TellsWhatWasBeforeItsPlace) {
   EXPECT_EQ(update["events"][0]["name"], "session.start");
 }
 
-// The last time stamp but one is damaged: rates are of the time that the log plays.
+// The second last time stamp is damaged: rates use the log's played time.
 TEST(DashboardServer, CountsRatesByThePlayedTime) {
   const ScratchFolder folder;
   const std::string log = folder / "damaged.lcmlog";
@@ -299,7 +300,7 @@ TEST(DashboardServer, CountsRatesByThePlayedTime) {
   Spy spy(log, 0, "--from 2.99 --speed 100");
   ASSERT_FALSE(spy.address().empty()) << spy.errors();
   json update;
-  // The page is told once a second, and the log ends at once.
+  // The server updates the page once a second; the log ends at once.
   for (int i = 0; i < 50 && !update.is_object(); ++i) {
     update = FirstUpdateWith("channels", spy.port());
     if (!update["status"]["player"]["ended"].get<bool>()) update = nullptr;
@@ -311,7 +312,7 @@ TEST(DashboardServer, CountsRatesByThePlayedTime) {
   }
 }
 
-TEST(DashboardServer, RefusesAPortThatIsNone) {
+TEST(DashboardServer, RefusesAnInvalidPort) {
   for (const char* value : {"70000", "123456789012", "nothing"}) {
     Spy spy(Spy::Arguments{TwoHandsLog() + " --web " + value});
     EXPECT_EQ(spy.child().Wait(10), 2) << value;

@@ -59,7 +59,7 @@ const std::vector<LogEvent>& Session() {
   return events;
 }
 
-TEST(Base64, IsAsRfc4648HasIt) {
+TEST(Base64, EncodesTheExamplesOfRfc4648) {
   const auto of = [](const std::string& text) {
     return Base64(std::as_bytes(std::span(text.data(), text.size())));
   };
@@ -153,7 +153,7 @@ TEST(DashboardState, SumsLatenciesAsAHistogramOfAllDoes) {
   EXPECT_EQ(binned, all.count());
 }
 
-TEST(DashboardState, BeginsAnewWithAnotherSession) {
+TEST(DashboardState, ResetsForAnotherSession) {
   DashboardState state;
   DashboardState::Seen seen;
   for (const LogEvent& event : Session()) state.Take(event);
@@ -166,7 +166,7 @@ TEST(DashboardState, BeginsAnewWithAnotherSession) {
   EXPECT_EQ(after["reset"]["organs"], json::array());
   EXPECT_EQ(after["instruments"], json({"hook"}));
   EXPECT_EQ(state.MeshJson(0), "");
-  // The same mesh again is another to whoever has dropped it.
+  // A repeated mesh is new to a viewer that dropped it.
   for (const LogEvent& event : Session()) {
     if (event.channel == kMeshChannel) state.Take(event);
   }
@@ -188,7 +188,7 @@ TEST(DashboardState, KeepsMeshesAndNamesOverASeek) {
   EXPECT_NE(state.MeshJson(0), "");
 }
 
-// A viewer that starts late in a log: meshes and names stand at its start alone.
+// A viewer that starts late in a log needs meshes and names from its start.
 TEST(DashboardState, TakesMeshesAndNamesOfBefore) {
   DashboardState state;
   DashboardState::Seen seen;
@@ -219,7 +219,7 @@ TEST(DashboardState, KeepsWhatIsShownOverAStrayTick) {
   }
 }
 
-TEST(DashboardState, GoesOnAfterAGapAndLosesNoPeakThere) {
+TEST(DashboardState, ContinuesAfterAGapAndLosesNoPeakThere) {
   DashboardState state;
   DashboardState::Seen seen;
   state.Take(EventOf(kForceChannel, Tick(0, 1)));
@@ -230,7 +230,7 @@ TEST(DashboardState, GoesOnAfterAGapAndLosesNoPeakThere) {
   EXPECT_EQ(update["tools"]["tools"][0]["peak_force"], 3);
 }
 
-TEST(DashboardState, FollowsAClockThatBeganAnewWithoutSayingSo) {
+TEST(DashboardState, FollowsAClockThatRestartedWithoutNotice) {
   DashboardState state;
   DashboardState::Seen seen;
   for (std::int64_t tick = 5000; tick < 6000; ++tick) {
@@ -245,7 +245,7 @@ TEST(DashboardState, FollowsAClockThatBeganAnewWithoutSayingSo) {
   EXPECT_FALSE(state.two_sessions());
 }
 
-TEST(DashboardState, TellsThatTwoSessionsSpeak) {
+TEST(DashboardState, ReportsTwoSessionsAtOnce) {
   DashboardState state;
   DashboardState::Seen seen;
   Updated(&state, &seen);
@@ -295,7 +295,7 @@ bool AllFinite(const std::vector<float>& values) {
   return std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
 }
 
-// What the page draws and charts; JSON itself has null for any other number that is none.
+// Values that the page draws and charts; JSON writes null for a number that is not finite.
 void ExpectFinite(const json& update) {
   for (const json& row : update.value("rows", json::array())) {
     for (const json& value : row) EXPECT_TRUE(value.is_number());
@@ -312,8 +312,8 @@ void ExpectFinite(const json& update) {
   }
 }
 
-// Bytes of a real session flipped, channels exchanged, messages cut: never a crash, never an
-// update that is no JSON, and what is drawn stays finite.
+// Flips bytes of a real session, swaps channels and cuts messages. It never crashes, every update
+// is valid JSON, and the drawn values stay finite.
 TEST(DashboardState, SurvivesAnyBytes) {
   std::mt19937 random(3);
   for (int round = 0; round < 20; ++round) {
@@ -344,7 +344,8 @@ TEST(DashboardState, SurvivesAnyBytes) {
   }
 }
 
-// Without end, each of these would grow: rows, events, parts of a mesh that never becomes whole.
+// Each of these would grow without a bound: rows, events, parts of a mesh that never becomes
+// complete.
 TEST(DashboardState, IsBounded) {
   DashboardState state;
   DashboardState::Seen seen;

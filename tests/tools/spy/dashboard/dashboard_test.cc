@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "engine/deformation_loop.h"
+#include "lcmtypes/wire/logged_surface.h"
 #include "tests/support/browser.h"
 #include "tests/support/dashboard_spy.h"
 #include "tests/support/network_namespace.h"
 #include "tests/support/one_organ.h"
-#include "tests/support/rebuilt_surface.h"
 #include "tests/support/shapes.h"
 #include "tools/spy/dashboard/dashboard_server.h"
 
@@ -25,7 +25,7 @@ using nlohmann::json;
 constexpr char kProgram[] = HPDM_BINARY_DIR "/tools/hpdm";
 constexpr char kScene[] = HPDM_SOURCE_DIR "/scenes/two_hands.toml";
 
-/// What the log says that the page shows.
+/// Facts of the log that the page shows.
 struct Truth {
   std::map<std::string, int> messages;
   std::array<double, 2> peak_force{}, peak_depth{};
@@ -109,7 +109,7 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
   const double charted =
       browser.Execute("return Math.max(...hpdm.charts.force.data[1])").get<double>();
   EXPECT_NEAR(charted, truth.peak_force[0], 1e-6 * truth.peak_force[0]);
-  // Channels are told once a second.
+  // Channels are sent once a second.
   ASSERT_TRUE(
       browser.WaitFor("hpdm.session.channels.reduce((sum, {messages}) => sum + messages, 0)"
                       " == hpdm.session.status.messages"));
@@ -125,7 +125,7 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
   EXPECT_NE(browser.Text("[data-latency=\"haptic.period\"]").find("1 ms"), std::string::npos);
   EXPECT_EQ(browser.Text("#notices"), "");
   EXPECT_EQ(browser.Text("#legend span"), "liver");
-  // Something is drawn: not one colour all over.
+  // The canvas is not a single colour.
   EXPECT_GT(browser
                 .Execute("const gl = document.querySelector('#scene canvas').getContext('webgl2');"
                          "const n = 4 * gl.drawingBufferWidth * gl.drawingBufferHeight;"
@@ -162,7 +162,7 @@ TEST_F(DashboardTest, PlaysPausesAndSeeks) {
 
   Set(&browser, "#seek", "2");
   ASSERT_TRUE(browser.WaitFor("hpdm.session.status.player.position == 2"));
-  // What was before the place is told, up to it, without playing; meshes stay.
+  // Events before the position are sent without playing; meshes stay.
   ASSERT_TRUE(browser.WaitFor("hpdm.session.tools?.time > 1.9 && hpdm.session.tools.step > 0"));
   EXPECT_LT(browser.Execute("return hpdm.session.tools.time - 0.9").get<double>(), 2.01);
   EXPECT_TRUE(browser.Execute("return hpdm.scene.organs.get(0).mesh != null"));
@@ -188,27 +188,10 @@ struct SurfaceCase {
   int local_functions;
 };
 
-// What the page draws is what the engine computed, from messages, for each kind of lattice.
-TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
-  Browser browser;
-  for (const SurfaceCase& test :
-       {SurfaceCase{BasisType::kBSpline, 1, 20}, SurfaceCase{BasisType::kBSpline, 2, 20},
-        SurfaceCase{BasisType::kBSpline, 3, 20}, SurfaceCase{BasisType::kBernstein, 4, 0}}) {
-    OrganOptions options;
-    options.name = "ellipsoid";
-    options.energy.type = EnergyType::kStrain;
-    options.lattice.basis = test.basis;
-    options.lattice.degree = {test.degree, test.degree, test.degree};
-    options.lattice.cells = {3, 4, 5};
-    if (test.basis == BasisType::kBernstein) options.lattice.cells = {1, 1, 1};
-    options.lattice.local.functions = test.local_functions;
-    options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
-    const std::vector<OrganModel> models =
-        OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3));
-    TripleBuffer<ToolState> tools;
-    TripleBuffer<ContactPatch> patch;
-    TripleBuffer<SceneSnapshot> render{SizedSnapshot(models, 1, true)},
-        telemetry{SizedSnapshot(models, 1, false)};
+/// An ellipsoid on such a lattice, pressed by one probe.
+struct PressedEllipsoid {
+  explicit PressedEllipsoid(const SurfaceCase& test)
+      : options(Options(test)), models(OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3))) {
     DeformationLoop loop(models, {ToolOptions()}, {tools, patch, render, telemetry});
     ToolState state;
     state.tool_count = 1;
@@ -220,27 +203,61 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
     }
     render.Update();
     telemetry.Update();
+  }
 
-    const Lattice& lattice = *models[0].lattice();
+  static OrganOptions Options(const SurfaceCase& test) {
+    OrganOptions options;
+    options.name = "ellipsoid";
+    options.energy.type = EnergyType::kStrain;
+    options.lattice.basis = test.basis;
+    options.lattice.degree = {test.degree, test.degree, test.degree};
+    options.lattice.cells = {3, 4, 5};
+    if (test.basis == BasisType::kBernstein) options.lattice.cells = {1, 1, 1};
+    options.lattice.local.functions = test.local_functions;
+    options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
+    return options;
+  }
+
+  OrganDescription Description() const {
+    const Lattice& lattice = models[0].lattice_organ()->lattice();
     OrganDescription description{
         "ellipsoid", models[0].rest().vertices, models[0].rest().triangles, {}};
-    description.lattice = LatticeDescription{.basis = test.basis,
-                                             .degree = options.lattice.degree,
-                                             .cells = options.lattice.cells,
-                                             .origin_W = lattice.box().origin_W,
-                                             .axes = lattice.box().axes,
-                                             .lengths = lattice.box().lengths,
-                                             .kept = lattice.kept(),
-                                             .local_refinement = test.local_functions > 0 ? 2 : 0};
+    description.lattice =
+        LatticeDescription{.basis = options.lattice.basis,
+                           .degree = options.lattice.degree,
+                           .cells = options.lattice.cells,
+                           .origin_W = lattice.box().origin_W,
+                           .axes = lattice.box().axes,
+                           .lengths = lattice.box().lengths,
+                           .kept = lattice.kept(),
+                           .local_refinement = options.lattice.local.functions > 0 ? 2 : 0};
+    return description;
+  }
+
+  OrganOptions options;
+  std::vector<OrganModel> models;
+  TripleBuffer<ToolState> tools;
+  TripleBuffer<ContactPatch> patch;
+  TripleBuffer<SceneSnapshot> render{SizedSnapshot(models, 1, true)};
+  TripleBuffer<SceneSnapshot> telemetry{SizedSnapshot(models, 1, false)};
+};
+
+// The page rebuilds the engine's surface from messages, for each kind of lattice.
+TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
+  Browser browser;
+  for (const SurfaceCase& test :
+       {SurfaceCase{BasisType::kBSpline, 1, 20}, SurfaceCase{BasisType::kBSpline, 2, 20},
+        SurfaceCase{BasisType::kBSpline, 3, 20}, SurfaceCase{BasisType::kBernstein, 4, 0}}) {
+    PressedEllipsoid pressed(test);
     DashboardServer server({"127.0.0.1", 0}, "a test", true);
     LogEvent event;
-    for (const mesh_t& part : SplitMesh(0, description)) {
+    for (const mesh_t& part : SplitMesh(0, pressed.Description())) {
       event.channel = kMeshChannel;
       EncodeMessage(part, &event.data);
       server.Take(event);
     }
     organ_t shape{};
-    OrganSnapshot moved = telemetry.Front().organs[0];
+    OrganSnapshot moved = pressed.telemetry.Front().organs[0];
     moved.offset_W = Vector3d(0.001, -0.002, 0.003);  // as a breathing organ's
     ToMessage(StepRecord(), 0, moved, &shape);
     event.channel = kOrganChannel;
@@ -256,8 +273,8 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
                         "hpdm.scene.organs.get(0).dirty === false"));
     EXPECT_EQ(shape.local_count > 0, test.local_functions > 0);
     EXPECT_EQ(shape.indentation_count, 1);
-    Points engine = render.Front().organs[0].vertices.cast<double>();
-    EXPECT_GT((engine - models[0].rest().vertices).rowwise().norm().maxCoeff(), 1e-3);
+    Points engine = pressed.render.Front().organs[0].vertices.cast<double>();
+    EXPECT_GT((engine - pressed.models[0].rest().vertices).rowwise().norm().maxCoeff(), 1e-3);
     engine.rowwise() += moved.offset_W.transpose();
     // Positions of 0.1 m cross in float and are kept in float: 1e-5 of the size is 2 um.
     EXPECT_LT((Vertices(&browser, 0) - engine).cwiseAbs().maxCoeff(), 1e-7);
@@ -267,7 +284,7 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
   }
 }
 
-// The same of a session's log, where the page stands at its end.
+// The page at the end of a session's log.
 TEST_F(DashboardTest, RebuildsTheLastShapeOfALog) {
   organ_t last{};
   std::vector<mesh_t> parts;
@@ -287,7 +304,8 @@ TEST_F(DashboardTest, RebuildsTheLastShapeOfALog) {
   ASSERT_TRUE(JoinMesh(parts, &organ, &error)) << error;
   OrganSnapshot shape;
   ASSERT_TRUE(FromMessage(last, &shape));
-  const Points engine = Rebuilt(organ, shape);
+  Points engine;
+  ASSERT_TRUE(LoggedSurface(organ).Deform(shape, &engine));
 
   Spy spy(TwoHandsLog());
   ASSERT_FALSE(spy.address().empty()) << spy.errors();

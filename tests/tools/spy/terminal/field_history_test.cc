@@ -84,7 +84,7 @@ TEST_F(FieldHistoryTest, ASilentChannelHoldsItsLastValue) {
   EXPECT_EQ(curve[99], 5);
 }
 
-TEST_F(FieldHistoryTest, TimeThatRunsFarBackBeginsAnew) {
+TEST_F(FieldHistoryTest, TimeThatRunsFarBackRestartsTheHistory) {
   ASSERT_TRUE(Add(100'000'000, Tool(1)));
   ASSERT_TRUE(Add(5'000'000, Tool(2)));
   const std::vector<double> curve = Curve("tools[0].p_tip[2]", 1, 100);
@@ -104,7 +104,7 @@ TEST_F(FieldHistoryTest, AnArrayThatGrowsAndShrinksKeepsItsOrder) {
   EXPECT_TRUE(Field("tools[0].p_tip[0]").present);
 }
 
-TEST_F(FieldHistoryTest, WhatIsNoNumberSpoilsNothing) {
+TEST_F(FieldHistoryTest, NotANumberSpoilsNothing) {
   for (const double value : {1.0, std::nan(""), std::numeric_limits<double>::infinity(), 3.0}) {
     ASSERT_TRUE(Add(0, Tool(value)));
   }

@@ -1,8 +1,6 @@
-// What the telemetry tells the eye, and what it takes from the render loop.
+#include "lcmtypes/telemetry/health_publisher.h"
 
 #include <gtest/gtest.h>
-
-#include <string>
 
 #include "lcmtypes/telemetry/telemetry_loop.h"
 #include "tests/support/scratch_folder.h"
@@ -25,7 +23,6 @@ struct Bench {
     TelemetryOptions options;
     options.haptic_period = kTickPeriod;
     options.health = &health;
-    options.events = {&events};
     return options;
   }
   HapticSample Sample(std::uint64_t tick, double force) const {
@@ -45,12 +42,11 @@ struct Bench {
   SpscQueue<HapticSample> samples{64};
   SpscQueue<StepSample> steps{64};
   TripleBuffer<SceneSnapshot> scenes;
-  SpscQueue<LoopEvent> events{4};
   TripleBuffer<SessionHealth> health;
   TelemetryLoop telemetry;
 };
 
-TEST(SessionHealth, ComesTenTimesASecondWithTheNewestForce) {
+TEST(HealthPublisher, PublishesTheNewestForceTenTimesASecond) {
   Bench bench;
   int published = 0;
   for (std::uint64_t tick = 0; tick < 1000; ++tick) {
@@ -69,7 +65,7 @@ TEST(SessionHealth, ComesTenTimesASecondWithTheNewestForce) {
   EXPECT_EQ(published, 9) << "at 0.1, 0.2, ... 0.9 s";
 }
 
-TEST(SessionHealth, RatesAreThoseOfTheLastWholeSecond) {
+TEST(HealthPublisher, RatesAreThoseOfTheLastWholeSecond) {
   Bench bench;
   for (std::uint64_t tick = 0; tick < 2200; ++tick) {
     if (tick >= 1000 && tick < 1100) continue;  // a tenth of the second second is skipped
@@ -104,7 +100,7 @@ TEST(SessionHealth, RatesAreThoseOfTheLastWholeSecond) {
   EXPECT_EQ(health.log_lost, 0u);
 }
 
-TEST(SessionHealth, LostTicksAreCounted) {
+TEST(HealthPublisher, LostTicksAreCounted) {
   Bench bench;
   for (std::uint64_t tick = 0; tick < 200; ++tick) bench.samples.Push(bench.Sample(tick, 0));
   bench.telemetry.Drain();  // the queue holds 64
@@ -112,24 +108,6 @@ TEST(SessionHealth, LostTicksAreCounted) {
   bench.telemetry.Drain();
   ASSERT_TRUE(bench.health.Update());
   EXPECT_EQ(bench.health.Front().log_lost, 136u);
-}
-
-TEST(LoopEvents, AreLoggedWithTheirSeverityAndCutToTheirRoom) {
-  Bench bench;
-  bench.events.Push(MakeLoopEvent(EventSeverity::kWarning, "render.ended", std::string(1000, 'x')));
-  bench.telemetry.Drain();
-  bench.telemetry.Finish();
-  LogReader reader(bench.folder / "session.lcmlog");
-  int found = 0;
-  for (LogEvent event; reader.Next(&event);) {
-    event_t message;
-    if (event.channel != kEventChannel || !DecodeMessage(event.data, &message)) continue;
-    if (message.name != "render.ended") continue;
-    ++found;
-    EXPECT_EQ(message.severity, static_cast<std::int8_t>(EventSeverity::kWarning));
-    EXPECT_EQ(message.text, std::string(255, 'x'));
-  }
-  EXPECT_EQ(found, 1);
 }
 
 }  // namespace

@@ -1,0 +1,252 @@
+#include "engine/organ/lattice_organ.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/energy/finite_metric_energy.h"
+#include "engine/energy/finite_strain_energy.h"
+#include "engine/mesh/mesh_facts.h"
+#include "engine/mesh/thickness.h"
+#include "engine/solver/elastic_relaxation.h"
+#include "engine/tissue/stiffness_regions.h"
+#include "engine/tissue/support.h"
+
+namespace hpdm {
+namespace {
+
+// Smallest kernel radius, in mean edges of the finest cells, that their functions resolve to a few
+// per cent at any place among the cells.
+constexpr double kResolvedCells = 1.25;
+
+// Returns the cells in which the tissue is sampled: the finest functions' cells. A Bernstein
+// lattice is one cell: there it is the number of control intervals, at least 4.
+std::array<int, 3> SamplingCells(const OrganOptions& options) {
+  const LatticeOptions& lattice = options.lattice;
+  if (lattice.basis == BasisType::kBSpline) {
+    const int finer = LocalFunctionsOf(options) > 0 ? lattice.local.refinement : 1;
+    return {finer * lattice.cells[0], finer * lattice.cells[1], finer * lattice.cells[2]};
+  }
+  return {std::max(lattice.degree[0], 4), std::max(lattice.degree[1], 4),
+          std::max(lattice.degree[2], 4)};
+}
+
+// Checks options that no loader has checked.
+void RequireLocalFunctions(const OrganOptions& options) {
+  if (LocalFunctionsOf(options) == 0) return;
+  if (TakesLocalFunctions(options) && FineCells(options) <= kMaxFineCells) return;
+  throw InputError("organ \"" + options.name +
+                   "\": local functions need a B-spline lattice, energy strain, solver Cholesky "
+                   "and at most a million finer cells; change that or give 0");
+}
+
+// A model that needs more is refused before anything is reserved. Otherwise a machine without
+// that much memory would kill this program, or others, without a message.
+constexpr double kMaxAssemblyBytes = 4e9;
+constexpr double kMaxMatrixBytes = 1e9;  // 6,400 unknowns, whose factors take minutes
+
+[[noreturn]] void RefuseAsTooLarge(const OrganOptions& options, const char* what, double bytes,
+                                   double most) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "its lattice needs %.1f GB for %s, beyond the %.0f GB allowed; give fewer cells or "
+                "a lower degree",
+                bytes / 1e9, what, most / 1e9);
+  throw InputError("organ \"" + options.name + "\": " + text);
+}
+
+// Checks the memory for the index and the value of each function at each of `points`.
+void CheckAssembly(const OrganOptions& options, const Lattice& lattice, double points) {
+  double functions = 1;  // at a point
+  for (const int degree : options.lattice.degree) functions *= degree + 1;
+  const double bytes = 12 * points * std::min<double>(functions, lattice.size());
+  if (bytes > kMaxAssemblyBytes) {
+    RefuseAsTooLarge(options, "its functions at the tissue's samples", bytes, kMaxAssemblyBytes);
+  }
+}
+
+// Checks the memory for the stiffness matrix, its factor and its inverse.
+void CheckMatrices(const OrganOptions& options, double control_points) {
+  const double unknowns = (options.energy.type == EnergyType::kStrain ? 3.0 : 1.0) * control_points;
+  const double bytes = 24 * unknowns * unknowns;
+  if (bytes > kMaxMatrixBytes) {
+    RefuseAsTooLarge(options, "its stiffness and the factors", bytes, kMaxMatrixBytes);
+  }
+}
+
+// Returns a lower bound on the control points with tissue: half the cells that the tissue's volume
+// would fill.
+double LeastControlPoints(const Lattice& lattice, const SurfaceMesh& rest,
+                          const std::array<int, 3>& cells) {
+  const double share =
+      std::abs(EnclosedVolume(rest.vertices, rest.triangles)) / lattice.box().lengths.prod();
+  return 0.5 * std::min(share, 1.0) * cells[0] * cells[1] * cells[2];
+}
+
+}  // namespace
+
+LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>* warnings)
+    : OrganMechanics(surface),
+      lattice_(
+          BoundingLatticeBox(rest().vertices, options().X_WO.linear(), options().lattice.margin),
+          options().lattice) {
+  RequireLocalFunctions(options());
+  const std::array<int, 3> cells = SamplingCells(options());
+  if (options().lattice.basis == BasisType::kBSpline) {
+    CheckMatrices(options(), LeastControlPoints(lattice_, rest(), options().lattice.cells));
+  }
+  const auto [sampled, stiffness] = SampleStiffness(rest(), lattice_.box(), cells, options());
+  tissue_volume_ = sampled.Volume();
+  centre_of_volume_W_ = CentreOfVolume(sampled);
+  const Quadrature tissue{sampled.points, sampled.weights};
+  const bool over_box =
+      options().energy.type == EnergyType::kMetric && options().energy.domain == EnergyDomain::kBox;
+  // Over the box, three points per cell and axis (BuildMetricEnergy).
+  CheckAssembly(options(), lattice_,
+                over_box ? 27.0 * cells[0] * cells[1] * cells[2]
+                         : static_cast<double>(tissue.weights.size()));
+  if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
+  CheckMatrices(options(), lattice_.size());
+  weights_ = lattice_.Weights(rest().vertices);
+  const double resolution =  // m: kernel radius that the finest functions resolve
+      kResolvedCells *
+      lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
+  thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution);
+
+  const std::vector<Quadrature> held = SampleSupports();
+  const Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
+  switch (options().energy.type) {
+    case EnergyType::kMetric:
+      BuildMetricEnergy(elastic, cells, held);
+      break;
+    case EnergyType::kStrain:
+      BuildStrainEnergy(elastic, held);
+      break;
+  }
+  inversion_detector_.emplace(lattice_, refinement_basis_ ? &refinement_basis_->finer() : nullptr,
+                              tissue);
+  if (finite_energy_ != nullptr && options().energy.solver == SolverType::kGaussSeidel) {
+    warnings->push_back("organ \"" + options().name +
+                        "\": finite strain is solved by Newton's method with Cholesky "
+                        "factors, not by gauss_seidel");
+  }
+}
+
+std::vector<Quadrature> LatticeOrgan::SampleSupports() const {
+  std::vector<Quadrature> held;
+  for (const SupportOptions& support : options().supports) {
+    held.push_back(SampleSupport(rest(), support, surface_.bounds, ControlPointSpacing(lattice_)));
+    if (held.back().weights.size() == 0) {
+      throw InputError("organ \"" + options().name + "\": support " + std::to_string(held.size()) +
+                       " holds no tissue; move or enlarge its region");
+    }
+    if (support.stiffness) continue;
+    held.back().weights =
+        ElasticWeights(options(), surface_.bounds, held.back().points, held.back().weights);
+  }
+  return held;
+}
+
+void LatticeOrgan::BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
+                                     const std::vector<Quadrature>& held) {
+  const EnergyOptions& energy = options().energy;
+  const ScalarStiffness supports =
+      SupportStiffness(lattice_, tissue, options().supports, held, energy.alpha);
+  if (energy.domain == EnergyDomain::kBox) {
+    // Three midpoints per cell and axis integrate products of the cubic functions well enough for
+    // the lumped weights, whose sum is exact.
+    tissue = BoxQuadrature(lattice_.box(), {3 * cells[0], 3 * cells[1], 3 * cells[2]});
+    tissue.weights = ElasticWeights(options(), surface_.bounds, tissue.points, tissue.weights);
+  }
+  if (energy.strain == StrainMeasure::kSmall) {
+    stiffness_ =
+        ScalarStiffness(MetricStiffness(lattice_, tissue, energy.alpha, energy.beta) + supports);
+    return;
+  }
+  finite_energy_ =
+      std::make_unique<FiniteMetricEnergy>(lattice_, tissue, energy.alpha, energy.beta, supports);
+  FullStiffness K;
+  finite_energy_->Clone()->Hessian(Points::Zero(lattice_.size(), 3), false, &K);
+  stiffness_ = std::move(K);
+}
+
+void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
+                                     const std::vector<Quadrature>& held) {
+  const MaterialOptions& material = options().material;
+  const ScalarStiffness supports =
+      SupportStiffness(lattice_, tissue, options().supports, held, material.young);
+  FullStiffness K = StrainStiffness(lattice_, tissue, material, Dilatation::kProjected);
+  AddAlongEachAxis(supports, &K);
+  if (LocalFunctionsOf(options()) > 0) {
+    refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
+                              Dilatation::kProjected, held, K);
+    refinement_weights_ = refinement_basis_->finer().Weights(rest().vertices);
+  }
+  stiffness_ = std::move(K);
+  if (options().energy.strain == StrainMeasure::kSmall) return;
+  Quadrature domain = tissue;
+  if (refinement_basis_) {
+    // Samples in the lattice's own cells: a quarter of the points, since only the finer splines
+    // need all. K changes by 5e-4.
+    const auto [sampled, stiffness] =
+        SampleStiffness(rest(), lattice_.box(), options().lattice.cells, options());
+    domain = {sampled.points, sampled.weights.cwiseProduct(stiffness)};
+  }
+  finite_energy_ = std::make_unique<FiniteStrainEnergy>(
+      lattice_, domain, options().energy.law, ToLame(material), Dilatation::kProjected, supports);
+}
+
+std::unique_ptr<Relaxation> LatticeOrgan::MakeRelaxation(int slots,
+                                                         std::function<Nanoseconds()> clock) const {
+  const EnergyOptions& energy = options().energy;
+  if (finite_energy_ != nullptr) {
+    return MakeNewtonRelaxation(*finite_energy_,
+                                {.max_iterations = energy.newton_iterations,
+                                 .budget = energy.newton_budget,
+                                 .clock = std::move(clock)},
+                                refinement_basis(), slots);
+  }
+  if (refinement_basis_) return MakeCholeskyRelaxation(*refinement_basis_, slots);
+  return std::visit(
+      [&](const auto& K) {
+        return energy.solver == SolverType::kCholesky ? MakeCholeskyRelaxation(K)
+                                                      : MakeGaussSeidelRelaxation(K);
+      },
+      stiffness_);
+}
+
+void LatticeOrgan::AddToRow(const SurfacePoint& at, double weight, const ActiveRefinement& active,
+                            Eigen::Ref<Eigen::RowVectorXd> row) const {
+  const Vector3d p_rest_W = at.Position(rest().vertices, rest().triangles);
+  lattice_.ForEachFunction(p_rest_W,
+                           [&](int column, double value) { row[column] += weight * value; });
+  if (active.slots() == 0) return;
+  refinement_basis_->finer().ForEachFunction(p_rest_W, [&](int function, double value) {
+    const int slot = active.Slot(function);
+    if (slot >= 0) row[lattice_.size() + slot] += weight * value;
+  });
+}
+
+void LatticeOrgan::AddLocalDisplacements(const ActiveRefinement& active, const Points& U,
+                                         Points* vertices) const {
+  for (int slot = 0; slot < active.slots(); ++slot) {
+    if (active.Function(slot) < 0) continue;
+    const auto displacement = U.row(lattice_.size() + slot);
+    for (Eigen::SparseMatrix<double>::InnerIterator it(refinement_weights_, active.Function(slot));
+         it; ++it) {
+      vertices->row(it.index()) += it.value() * displacement;
+    }
+  }
+}
+
+double LatticeOrgan::ResolvedRadius(const SurfacePoint& at, double radius) const {
+  if (options().energy.type != EnergyType::kStrain) return radius;
+  double thickness = 0;
+  for (int k = 0; k < 3; ++k) {
+    thickness += at.barycentric[k] * thickness_[rest().triangles(at.triangle, k)];
+  }
+  return std::max(radius, thickness / 3);
+}
+
+}  // namespace hpdm

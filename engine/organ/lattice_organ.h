@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/quadrature.h"
+#include "engine/energy/inversion_detector.h"
+#include "engine/organ/organ_mechanics.h"
+
+namespace hpdm {
+
+/// Tissue that a free-form-deformation lattice moves (model "hpdm"). Its splines have an elastic
+/// energy over the tissue that they contain; finer splines join them where a contact is.
+class LatticeOrgan final : public OrganMechanics {
+ public:
+  /// Samples the tissue and assembles its energy. Appends to `warnings`. Throws InputError
+  /// (organ's name, fault, remedy), for example for a support without tissue or too large a lattice.
+  LatticeOrgan(const OrganSurface& surface, std::vector<std::string>* warnings);
+
+  const Lattice& lattice() const { return lattice_; }
+  const InversionDetector& inversion_detector() const { return *inversion_detector_; }
+  const ElasticEnergy* finite_energy() const override { return finite_energy_.get(); }
+  const RefinementBasis* refinement_basis() const override {
+    return refinement_basis_ ? &*refinement_basis_ : nullptr;
+  }
+
+  std::unique_ptr<Relaxation> MakeRelaxation(int slots,
+                                             std::function<Nanoseconds()> clock) const override;
+  void AddToRow(const SurfacePoint& at, double weight, const ActiveRefinement& active,
+                Eigen::Ref<Eigen::RowVectorXd> row) const override;
+  void AddLocalDisplacements(const ActiveRefinement& active, const Points& U,
+                             Points* vertices) const override;
+  double ResolvedRadius(const SurfacePoint& at, double radius) const override;
+
+ private:
+  std::vector<Quadrature> SampleSupports() const;
+  void BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
+                         const std::vector<Quadrature>& held);
+  void BuildStrainEnergy(const Quadrature& tissue, const std::vector<Quadrature>& held);
+
+  Lattice lattice_;
+  Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
+  std::unique_ptr<const ElasticEnergy> finite_energy_;
+  std::optional<RefinementBasis> refinement_basis_;
+  Eigen::SparseMatrix<double> refinement_weights_;  // V x N: basis values of the local functions
+  std::optional<InversionDetector> inversion_detector_;
+};
+
+}  // namespace hpdm

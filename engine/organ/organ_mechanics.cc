@@ -1,0 +1,17 @@
+#include "engine/organ/organ_mechanics.h"
+
+#include <utility>
+
+#include "engine/tissue/support.h"
+
+namespace hpdm {
+
+OrganSurface::OrganSurface(const OrganOptions& organ_options, SurfaceMesh posed)
+    : options(organ_options),
+      rest(std::move(posed)),
+      bounds(AxisAlignedBounds(rest.vertices)),
+      topology(rest.vertices.rows(), rest.triangles) {
+  VertexNormals(rest.vertices, rest.triangles, &rest_normals);
+}
+
+}  // namespace hpdm

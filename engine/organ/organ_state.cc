@@ -1,0 +1,26 @@
+#include "engine/organ/organ_state.h"
+
+#include <utility>
+
+namespace hpdm {
+
+OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)
+    : control_displacements(Points::Zero(model.control_points() + model.RefinementSlots(tools), 3)),
+      vertices(model.rest().vertices),
+      tree(model.rest().vertices, model.rest().triangles),
+      contacts(model.control_points(),
+               model.refinement_basis() != nullptr ? model.refinement_basis()->size() : 0,
+               model.RefinementSlots(tools)),
+      neighbourhoods(model.rest().triangles, model.topology()),
+      relaxation(model.MakeRelaxation(model.RefinementSlots(tools), std::move(clock))),
+      recovery(model.options().material.relaxation_time,
+               static_cast<int>(control_displacements.rows())),
+      tips(static_cast<int>(control_displacements.rows())) {
+  if (relaxation->compliance() == nullptr) return;
+  vertex_compliances.reserve(static_cast<std::size_t>(vertices.rows()));
+  for (int v = 0; v < vertices.rows(); ++v) {
+    vertex_compliances.push_back(relaxation->compliance()->PointCompliance(model.LatticeRow(v)));
+  }
+}
+
+}  // namespace hpdm

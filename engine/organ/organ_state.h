@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "engine/contact/contact_constraints.h"
+#include "engine/contact/tip_compliance.h"
+#include "engine/mesh/collision.h"
+#include "engine/organ.h"
+#include "engine/solver/relaxation.h"
+#include "engine/solver/viscous_recovery.h"
+
+namespace hpdm {
+
+/// The part of an organ that a step changes. Owned by the deformation thread.
+struct OrganState {
+  /// Makes room for at most `tools` tools. `clock`: see OrganModel::MakeRelaxation.
+  OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock = nullptr);
+
+  Vector3d offset_W = Vector3d::Zero();       ///< Rigid offset by breathing (OrganMotion), m.
+  Vector3d offset_last_W = Vector3d::Zero();  ///< Offset in the previous step, m.
+  Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by
+                                 ///< reposition and relax.
+  Points vertices;               ///< V x 3, m, world: X + B U, without indentations and the organ's
+                                 ///< offset. Set by relocate.
+  SurfaceTree tree;              ///< Over `vertices`. Refitted by collide after they moved.
+  ContactConstraints contacts;   ///< Filled by collide, forces set by relax.
+  NeighbourhoodSearch neighbourhoods;
+  std::unique_ptr<Relaxation> relaxation;
+  ViscousRecovery recovery;  ///< Wraps `relaxation`.
+  RelaxationResult relaxed;  ///< Outcome of the last relaxation.
+  StepQuality quality;       ///< Set before each step.
+
+  /// True if a step must relax and relocate the organ: it is touched or still moves. An organ that
+  /// is not awake is at rest to the last bit and costs only a collision test.
+  bool awake = false;
+  bool tree_fits = true;      ///< `tree` matches the present `vertices`.
+  std::uint64_t version = 0;  ///< OrganSnapshot::version.
+
+  TipCompliance tips;  ///< Tips on the organ. Filled when the contact patches are built.
+  /// Self-compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
+  std::vector<Matrix3d> vertex_compliances;
+};
+
+}  // namespace hpdm

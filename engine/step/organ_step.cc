@@ -1,0 +1,153 @@
+#include "engine/step/organ_step.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/lattice/direct_manipulation.h"
+
+namespace hpdm {
+
+OrganStep::OrganStep(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)
+    : model_(&model),
+      state_(model, tools, std::move(clock)),
+      inversion_recovery_(model, state_),
+      blend_controller_(model.options()) {}
+
+void OrganStep::ApplyRecorded(const OrganRelaxation& recorded) {
+  if (recorded.out_of_time) {
+    inversion_recovery_.StopNextAfter(recorded.iterations);
+    state_.awake = true;
+  }
+  state_.quality.finite_strain_blend = recorded.finite_strain_blend;
+  state_.quality.refinement_weight = recorded.refinement_weight;
+  applies_recorded_ = true;
+}
+
+void OrganStep::ChooseQuality(const QualityCeiling& ceiling) {
+  const StepQuality chosen =
+      blend_controller_.Next(ceiling, state_.contacts.size() > 0, inversion_recovery_.gradient(),
+                             state_.relaxed.share_slope);
+  if (applies_recorded_) {
+    state_.quality.newton_iterations = chosen.newton_iterations;
+    blend_controller_.ApplyRecorded(state_.quality);
+  } else {
+    state_.quality = chosen;
+  }
+  applies_recorded_ = false;
+}
+
+void OrganStep::Begin(Nanoseconds time_ns) {
+  state_.offset_last_W = state_.offset_W;
+  state_.offset_W = model_->options().motion.Offset(time_ns);
+  if (!state_.tree_fits) state_.tree.Refit(state_.vertices);
+  state_.tree_fits = true;
+  state_.contacts.Clear();
+}
+
+void OrganStep::Refine(std::span<const Vector3d> p_rest_W, std::uint64_t step) {
+  const RefinementBasis* basis = model_->refinement_basis();
+  if (basis == nullptr) return;
+  ActiveRefinement& active = state_.contacts.refinement;
+  if (p_rest_W.empty() && active.used() == 0) return;
+  active.ChooseNearest(basis->centres(), p_rest_W, LocalFunctionsOf(model_->options()),
+                       state_.quality.refinement_weight);
+  bool changed = false;
+  for (int s = 0; s < active.slots(); ++s) {
+    const int row = model_->control_points() + s;
+    state_.recovery.ScaleRow(row, active.Kept(s));
+    if (!active.Changed(s)) continue;
+    state_.control_displacements.row(row).setZero();
+    inversion_recovery_.ResetRow(row);
+    changed = true;
+  }
+  state_.relaxation->SetActiveFunctions(active);
+  if (changed) state_.version = step;
+}
+
+void OrganStep::RepositionControlPoints() {
+  if (!state_.awake) return;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxContacts, 3> change(
+      state_.contacts.size(), 3);
+  for (int i = 0; i < state_.contacts.size(); ++i) {
+    const ContactConstraints::Row& row = state_.contacts[i];
+    const Vector3d p =
+        row.p_rest_W +
+        (state_.contacts.Weights().row(i) * state_.control_displacements).transpose();
+    Vector3d move = row.target_W - p;
+    if (row.kind == ContactConstraints::RowKind::kPress) {
+      move = std::min(0.0, row.normal_W.dot(move)) * row.normal_W;
+    }
+    change.row(i) = move;
+  }
+  MoveDirectly(state_.contacts.Weights(), change, state_.control_displacements);
+}
+
+void OrganStep::Relax(double dt, StepRecord* record) {
+  if (!state_.awake) return;
+  state_.relaxed = inversion_recovery_.Relax(dt, &state_);
+  if (!state_.control_displacements.allFinite()) {
+    state_.control_displacements.setZero();
+    state_.contacts.Clear();
+  }
+  if (inversion_recovery_.not_finite()) record->flags |= kStepNotFinite;
+  if (inversion_recovery_.inverted()) record->flags |= kStepInverted;
+  if (inversion_recovery_.recovering()) record->flags |= kStepRecovering;
+  if (!state_.relaxed.converged) record->flags |= kStepBudgetSpent;
+  if (state_.relaxed.regularised) record->flags |= kStepContactsRegularised;
+  record->iterations += state_.relaxed.iterations;
+  record->residual = std::max(record->residual, state_.relaxed.residual);
+}
+
+// True if an untouched next step would leave the organ unchanged. A scan of the inversion detector
+// in progress must end first.
+bool OrganStep::AtRest() const {
+  return state_.contacts.size() == 0 && state_.control_displacements.isZero(0) &&
+         state_.recovery.AtRest() && state_.relaxation->AtRest() && !inversion_recovery_.inverted();
+}
+
+void OrganStep::RelocateVertices(std::uint64_t step) {
+  if (!state_.awake) return;
+  state_.awake = !AtRest();
+  if (model_->rigid()) return;
+  model_->relocation().Relocate(state_.control_displacements, &state_.vertices);
+  model_->AddLocalDisplacements(state_.contacts.refinement, state_.control_displacements,
+                                &state_.vertices);
+  state_.tree_fits = false;
+  state_.version = step;
+}
+
+OrganRelaxation OrganStep::Outcome() const {
+  return {state_.relaxed.iterations,          state_.relaxed.out_of_time,
+          inversion_recovery_.inverted(),     inversion_recovery_.recovering(),
+          state_.quality.finite_strain_blend, state_.quality.refinement_weight};
+}
+
+void OrganStep::FillSnapshot(OrganSnapshot* shape) const {
+  shape->offset_W = state_.offset_W;
+  if (shape->version == state_.version) return;
+  shape->version = state_.version;
+  const int n = model_->control_points();
+  const ActiveRefinement& active = state_.contacts.refinement;
+  shape->control_displacements = state_.control_displacements.topRows(n);
+  shape->local_displacements = state_.control_displacements.bottomRows(active.slots());
+  for (int s = 0; s < active.slots(); ++s) {
+    const int function = active.Function(s);
+    shape->local_functions[s] =
+        function < 0 ? -1 : model_->refinement_basis()->finer().kept()[function];
+  }
+  shape->indentation_count = 0;
+  for (int i = 0; i < state_.contacts.size(); ++i) {
+    const ContactConstraints::Row& row = state_.contacts[i];
+    const bool indents = row.indentation.radius() < row.indentation.resolved_radius();
+    if (!indents || shape->indentation_count == kMaxInstruments) continue;
+    shape->indentations[shape->indentation_count++] =
+        AppliedIndentation(row.indentation, row.p_rest_W, row.force_W);
+  }
+  if (shape->vertices.rows() == 0) return;
+  shape->vertices = state_.vertices.cast<float>();
+  for (int i = 0; i < shape->indentation_count; ++i) {
+    model_->AddIndentation(shape->indentations[i], &shape->vertices);
+  }
+}
+
+}  // namespace hpdm

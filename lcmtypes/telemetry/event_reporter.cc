@@ -1,0 +1,184 @@
+#include "lcmtypes/telemetry/event_reporter.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace hpdm {
+namespace {
+
+// An organ near the limit of its tissue gives one event, not one a step.
+constexpr Nanoseconds kSoundAgain = kNanosecondsPerSecond / 4;
+
+}  // namespace
+
+EventReporter::EventReporter(const SessionInfo& info, Sink sink, Tell tell)
+    : sink_(std::move(sink)),
+      tell_(std::move(tell)),
+      instruments_(info.instruments),
+      held_(info.held) {
+  for (const OrganDescription& organ : info.organs) organs_.push_back(organ.name);
+}
+
+void EventReporter::ReportStart(const Histogram& baseline) {
+  sink_(EventSeverity::kInfo, std::string(kSessionStart), SessionStartText(instruments_));
+  if (baseline.count() == 0) return;
+  char text[120];
+  std::snprintf(text, sizeof text, "an empty loop woke late by %.1f us (p99), %.1f us at most",
+                static_cast<double>(baseline.Percentile(0.99)) / 1000,
+                static_cast<double>(baseline.max()) / 1000);
+  sink_(EventSeverity::kInfo, "realtime.baseline", text);
+}
+
+void EventReporter::ReportEnd() {
+  sink_(EventSeverity::kInfo, "session.end", "the session was closed");
+}
+
+void EventReporter::Add(const HapticSample& sample) {
+  AddDevices(sample);
+  AddControl(sample);
+}
+
+void EventReporter::AddDevices(const HapticSample& sample) {
+  for (std::size_t i = 0; i < instruments_.size() && static_cast<int>(i) < sample.tool_count; ++i) {
+    const bool lost = !sample.tools[i].device_valid;
+    const bool changed = lost != device_lost_[i];
+    device_lost_[i] = lost;
+    TellOfDevice(i, sample.time_ns);
+    if (!changed) continue;
+    if (lost) {
+      sink_(EventSeverity::kWarning, "device.lost",
+            instruments_[i] + ": device lost: pose held, force fading out");
+    } else {
+      sink_(EventSeverity::kInfo, "device.back",
+            instruments_[i] + ": device back: force fading in");
+    }
+  }
+}
+
+// Tells of a change when the last line is a second old, so that a driver that stutters does not
+// flood the terminal.
+void EventReporter::TellOfDevice(std::size_t instrument, Nanoseconds now) {
+  ToldDevice& told = told_devices_[instrument];
+  const bool lost = device_lost_[instrument];
+  if (lost != told.lost && now - told.at >= kNanosecondsPerSecond) {
+    const char* text = told.seen && lost ? ": device lost: pose held, force fading out"
+                       : lost            ? ": waiting for a driver on HPDM_DEVICE"
+                                         : ": device back: force fading in";
+    if (tell_) tell_(instruments_[instrument] + text);
+    told.lost = lost;
+    told.at = now;
+  }
+  told.seen |= !lost;
+}
+
+void EventReporter::AddControl(const HapticSample& sample) {
+  if (sample.paused != control_.paused) {
+    control_.paused = sample.paused;
+    if (sample.paused) {
+      sink_(EventSeverity::kInfo, "session.paused",
+            "session paused: hands held, forces fading out");
+    } else {
+      sink_(EventSeverity::kInfo, "session.resumed", "session resumed, forces fading in");
+    }
+  }
+  for (std::size_t i = 0; i < held_.size() && static_cast<int>(i) < sample.tool_count; ++i) {
+    const int instrument_index = sample.tools[i].instrument_index;
+    if (instrument_index == control_.instrument_index[i]) continue;
+    control_.instrument_index[i] = instrument_index;
+    const auto at = static_cast<std::size_t>(instrument_index);
+    sink_(EventSeverity::kInfo, "instrument.exchanged",
+          instruments_[i] + ": the hand holds " +
+              (at < held_[i].size() ? held_[i][at] : std::to_string(instrument_index)) + " now");
+  }
+}
+
+void EventReporter::Add(const StepSample& sample) {
+  AddOrgans(sample);
+  AddShedding(sample.step.shed_level);
+}
+
+void EventReporter::AddOrgans(const StepSample& sample) {
+  const auto count = std::min(organs_.size(), static_cast<std::size_t>(sample.organ_count));
+  for (std::size_t o = 0; o < count; ++o) {
+    const bool recovering = sample.organs[o].recovering;
+    if (sample.organs[o].inverted || recovering) {
+      organ_unsound_last_[o] = sample.step.time_ns;
+      if (organ_unsound_[o]) continue;
+      organ_unsound_[o] = true;
+      sink_(EventSeverity::kWarning, "organ.inverted",
+            organs_[o] + (recovering ? ": its tools ask for more than its tissue can do; it "
+                                       "follows them as far as it stays sound"
+                                     : ": tissue is turned inside out; picture and forces there "
+                                       "are not valid"));
+    } else if (organ_unsound_[o] && sample.step.time_ns - organ_unsound_last_[o] >= kSoundAgain) {
+      organ_unsound_[o] = false;
+      sink_(EventSeverity::kInfo, "organ.recovered",
+            organs_[o] + ": its tissue is sound again and follows its tools");
+    }
+  }
+}
+
+void EventReporter::AddShedding(int level) {
+  if (level == shed_level_) return;
+  if (level > shed_level_) {
+    sink_(EventSeverity::kWarning, "steps.shed",
+          "deformation steps take longer than their budget: reduced quality (level " +
+              std::to_string(level) + ")");
+  } else if (level > 0) {
+    sink_(
+        EventSeverity::kInfo, "steps.raised",
+        "deformation steps have time again: better quality (level " + std::to_string(level) + ")");
+  } else {
+    sink_(EventSeverity::kInfo, "steps.restored",
+          "deformation steps have time again: full quality");
+  }
+  shed_level_ = level;
+}
+
+void EventReporter::Add(const LoopEvent& event) {
+  sink_(event.severity, event.name.data(), event.text.data());
+  if (event.severity > EventSeverity::kInfo && tell_) tell_(event.text.data());
+}
+
+void EventReporter::AddLosses(std::uint64_t overflows, std::int64_t steps_lost) {
+  if (overflows > overflows_) {
+    sink_(EventSeverity::kWarning, "telemetry.overflow",
+          std::to_string(overflows - overflows_) +
+              " ticks found the telemetry queue full and are not in the log");
+    overflows_ = overflows;
+  }
+  if (steps_lost > 0) {
+    sink_(EventSeverity::kWarning, "telemetry.steps_lost",
+          std::to_string(steps_lost) +
+              " deformation steps found the telemetry queue full and are not in the log");
+  }
+}
+
+void EventReporter::AddFailures(const LogState& log, const std::string& timeline,
+                                std::uint64_t live_errors) {
+  if (log.failure != LogFailure::kNone) {
+    AddOnce(&log_failure_reported_, EventSeverity::kError, "log.failed", log.Explain());
+  } else if (log.moved) {
+    AddOnce(&log_move_reported_, EventSeverity::kWarning, "log.moved",
+            "the session folder was moved or renamed: the session continues in its new place");
+  }
+  if (!timeline.empty()) {
+    AddOnce(&timeline_failure_reported_, EventSeverity::kWarning, "timeline.failed", timeline);
+  }
+  if (live_errors > 0) {
+    AddOnce(&live_failure_reported_, EventSeverity::kWarning, "live.failed",
+            "the network refused messages of --live; the log has them all and summary.json counts "
+            "them; check the interface and its multicast route");
+  }
+}
+
+void EventReporter::AddOnce(bool* reported, EventSeverity severity, const char* name,
+                            const std::string& text) {
+  if (*reported) return;
+  *reported = true;
+  sink_(severity, name, text);
+  if (tell_) tell_(text);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcmtypes/wire/mesh_codec.h"
+
+namespace hpdm {
+
+/// Parts of a session, by index.
+struct SessionInfo {
+  std::vector<std::string> instruments;
+  std::vector<std::vector<std::string>> held;  ///< Names by instrument and
+                                               ///< ToolPose::instrument_index.
+  std::vector<OrganDescription> organs;
+};
+
+/// Name of a session's first event. Its text lists the instruments.
+inline constexpr std::string_view kSessionStart = "session.start";
+
+/// Returns the text of kSessionStart: "instruments: left, right".
+std::string SessionStartText(const std::vector<std::string>& instruments);
+
+/// Returns up to `max` instruments that SessionStartText lists; none for any other text. The last
+/// of `max` takes the rest, so a single name may contain ", ".
+std::vector<std::string> InstrumentsIn(std::string_view start_text, std::size_t max);
+
+}  // namespace hpdm

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace hpdm {
+
+/// Returns the names of a scene's instruments, by hand and ToolPose::instrument_index; nothing if
+/// the file is missing or not a scene. Reads only the names, so it also serves for a scene whose
+/// meshes are missing or that this version refuses.
+std::vector<std::vector<std::string>> SceneInstruments(const std::filesystem::path& scene);
+
+}  // namespace hpdm

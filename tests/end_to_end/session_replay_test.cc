@@ -1,0 +1,72 @@
+// Replay of sessions and of recorded motions: the hpdm program on real scenes.
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/flow_fixture.h"
+
+namespace hpdm {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST_F(Flow, ReplayOfASessionFolderIsTheSameBitForBitInBothClocks) {
+  SKIP_WITHOUT_EGL();
+  for (const std::string clock : {"real", "lockstep"}) {
+    ASSERT_EQ(Hpdm("run " + kScene + " --clock " + clock +
+                   " --seconds 2 --headless --fps 0 --out " + Folder(clock))
+                  .exit_code,
+              0);
+    const Outcome outcome = Hpdm("replay --json --tolerance 0 " + Folder(clock));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    EXPECT_EQ(report["result"], "identical") << clock;
+    EXPECT_EQ(report["ticks"]["compared"], report["ticks"]["logged"]) << clock;
+    EXPECT_EQ(report["steps"]["compared"], report["steps"]["logged"]) << clock;
+    EXPECT_EQ(report["damage"]["segments"], 0) << clock;
+    EXPECT_EQ(report["damage"]["stretches"], 0) << "the deprecated name";
+    EXPECT_GT(report["forces"][0]["logged_peak_N"], 0.1) << clock;
+  }
+  // A scene of the same shapes but softer tissue plays, and differs from the first contact on.
+  std::string softer = ReadFile(folder_ / "lockstep" / "scene.toml");
+  softer.replace(softer.find("young = 5000"), 12, "young = 4000");
+  std::ofstream(folder_ / "lockstep" / "softer.toml") << softer;
+  const Outcome differs = Hpdm("replay --json " + Folder("lockstep") + " --scene " +
+                               (folder_ / "lockstep" / "softer.toml").string());
+  EXPECT_EQ(differs.exit_code, 1) << differs.err;
+  const Json report = Json::parse(differs.out);
+  EXPECT_EQ(report["result"], "differs");
+  for (const char* key : {"field", "logged", "replayed"}) {
+    EXPECT_TRUE(report["first_beyond_tolerance"].contains(key)) << key;
+  }
+  const Outcome other = Hpdm("replay " + Folder("lockstep") + " --scene " +
+                             (kSource / "tests" / "golden" / "press.toml").string());
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.err.find("not a log of"), std::string::npos) << other.err;
+}
+
+TEST_F(Flow, ReplayPlaysARecordedMotionInBothClocks) {
+  std::ofstream motion(folder_ / "motion.csv");
+  motion << "t,px,py,pz\n";
+  for (int row = 0; row < 60; ++row) {
+    motion << 0.02 * row << ",0,0," << 0.02 * std::cos(0.1 * row) << "\n";
+  }
+  motion.close();
+  const std::string command = "replay --json " + Folder("motion.csv") + " --scene " +
+                              (kSource / "tests" / "golden" / "press.toml").string();
+  for (const std::string clock : {"logged", "real"}) {
+    const Outcome outcome = Hpdm(command + " --clock " + clock);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    EXPECT_GT(report["tools"][0]["peak_force_N"], 0.05) << clock;
+    if (clock == "logged") {
+      EXPECT_EQ(report["ticks"], 1181) << "59 rows of 20 ms, both ends";
+    } else {
+      EXPECT_GT(report["latency"]["wake_up"]["count"], 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hpdm
