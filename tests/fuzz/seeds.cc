@@ -15,7 +15,7 @@ namespace hpdm::fuzz {
 namespace {
 
 template <typename Message>
-std::vector<std::uint8_t> Encoded(const Message& message) {
+std::vector<std::uint8_t> Bytes(const Message& message) {
   std::vector<std::uint8_t> bytes;
   EncodeMessage(message, &bytes);
   return bytes;
@@ -139,7 +139,7 @@ OrganDescription StripInLattice(int rows) {
 std::vector<std::uint8_t> PartsOf(const OrganDescription& organ) {
   std::vector<std::uint8_t> bytes;
   for (const mesh_t& part : SplitMesh(0, organ, 2000)) {
-    const std::vector<std::uint8_t> encoded = Encoded(part);
+    const std::vector<std::uint8_t> encoded = Bytes(part);
     bytes.push_back(static_cast<std::uint8_t>(encoded.size() & 255));
     bytes.push_back(static_cast<std::uint8_t>(encoded.size() >> 8));
     bytes.insert(bytes.end(), encoded.begin(), encoded.end());
@@ -154,7 +154,7 @@ std::vector<std::uint8_t> SessionBytes() {
   {
     SessionLog log(path, 0);
     const auto write = [&log](const char* channel, Nanoseconds time, const auto& message) {
-      log.Write(channel, time, Encoded(message));
+      log.Write(channel, time, Bytes(message));
     };
     write(kEventChannel, 0, EventMessage(1, "session.start"));
     write(kMeshChannel, 0, SplitMesh(0, Strip(1))[0]);
@@ -233,14 +233,14 @@ std::vector<Seed> BinarySeeds() {
           {"MeshPly", "little_endian.ply", BinaryPly(false)},
           {"MeshPly", "big_endian.ply", BinaryPly(true)},
           {"MeshStl", "binary.stl", BinaryStl()},
-          {"Message", "tool_t", Encoded(ToolMessage(1, 2))},
-          {"Message", "force_t", Encoded(ForceMessage(1, 2))},
-          {"Message", "contact_t", Encoded(ContactMessage(1, 2))},
-          {"Message", "organ_t", Encoded(OrganMessage())},
-          {"Message", "mesh_t", Encoded(SplitMesh(0, StripInLattice(3))[0])},
-          {"Message", "stats_t", Encoded(StatsMessage())},
-          {"Message", "event_t", Encoded(EventMessage(1, "session.start"))},
-          {"Message", "device_t", Encoded(DeviceMessage())}};
+          {"Message", "tool_t", Bytes(ToolMessage(1, 2))},
+          {"Message", "force_t", Bytes(ForceMessage(1, 2))},
+          {"Message", "contact_t", Bytes(ContactMessage(1, 2))},
+          {"Message", "organ_t", Bytes(OrganMessage())},
+          {"Message", "mesh_t", Bytes(SplitMesh(0, StripInLattice(3))[0])},
+          {"Message", "stats_t", Bytes(StatsMessage())},
+          {"Message", "event_t", Bytes(EventMessage(1, "session.start"))},
+          {"Message", "device_t", Bytes(DeviceMessage())}};
 }
 
 }  // namespace hpdm::fuzz

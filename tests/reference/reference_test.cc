@@ -15,7 +15,7 @@
 namespace hpdm {
 namespace {
 
-const std::filesystem::path kSource = HPDM_SOURCE_DIR;
+const std::filesystem::path kProject = HPDM_SOURCE_DIR;
 
 /// The rows of a reference: rest positions and displacements, V x 3, m.
 std::pair<Points, Points> ReadCsv(const std::filesystem::path& path) {
@@ -42,14 +42,14 @@ INSTANTIATE_TEST_SUITE_P(Cases, Reference,
 
 TEST_P(Reference, BelongsToItsCase) {
   const std::string name = GetParam();
-  const Scene scene = LoadScene(kSource / "scenes/cases" / (name + ".toml"));
+  const Scene scene = LoadScene(kProject / "scenes/cases" / (name + ".toml"));
   std::vector<std::string> repairs;
   const SurfaceMesh rest = LoadPosedMesh(scene.organs.at(0), &repairs);
-  const auto [vertices, u] = ReadCsv(kSource / "tests/reference" / (name + ".csv"));
+  const auto [vertices, u] = ReadCsv(kProject / "tests/reference" / (name + ".csv"));
   ASSERT_EQ(vertices.rows(), rest.vertices.rows());
   EXPECT_LT((vertices - rest.vertices).cwiseAbs().maxCoeff(), 1e-6);  // six digits
 
-  std::ifstream file(kSource / "tests/reference" / (name + ".json"));
+  std::ifstream file(kProject / "tests/reference" / (name + ".json"));
   const nlohmann::json facts = nlohmann::json::parse(file);
   EXPECT_EQ(facts["young_Pa"], scene.organs[0].material.young);
   EXPECT_EQ(facts["poisson"], scene.organs[0].material.poisson);
@@ -72,7 +72,7 @@ TEST_P(Reference, BelongsToItsCase) {
 }
 
 TEST_P(Reference, HasConvergedFarBelowWhatItMeasures) {
-  std::ifstream file(kSource / "tests/reference" / (std::string(GetParam()) + ".json"));
+  std::ifstream file(kProject / "tests/reference" / (std::string(GetParam()) + ".json"));
   const nlohmann::json facts = nlohmann::json::parse(file);
   const double change = facts["coarser_quadratic"].back()["error"];
   EXPECT_LT(change, 0.05);
@@ -99,13 +99,13 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(ClosedForm, TheLatticeAgreesWithIt) {
   const std::string name = GetParam().name;
-  const Scene scene = LoadScene(kSource / "scenes/cases" / (name + ".toml"));
+  const Scene scene = LoadScene(kProject / "scenes/cases" / (name + ".toml"));
   std::vector<std::string> repairs;
   const OrganModel model(scene.organs.at(0), LoadPosedMesh(scene.organs[0], &repairs));
-  const auto [vertices, u] = ReadCsv(kSource / "tests/reference" / (name + ".csv"));
+  const auto [vertices, u] = ReadCsv(kProject / "tests/reference" / (name + ".csv"));
   ASSERT_EQ(vertices.rows(), model.rest().vertices.rows());
   EXPECT_LT((vertices - model.rest().vertices).cwiseAbs().maxCoeff(), 1e-6);  // six digits
-  std::ifstream file(kSource / "tests/reference" / (name + ".json"));
+  std::ifstream file(kProject / "tests/reference" / (name + ".json"));
   const nlohmann::json facts = nlohmann::json::parse(file);
   EXPECT_EQ(facts["young_Pa"], scene.organs[0].material.young);
   EXPECT_EQ(facts["poisson"], scene.organs[0].material.poisson);
@@ -116,12 +116,12 @@ TEST_P(ClosedForm, TheLatticeAgreesWithIt) {
 }
 
 TEST(SofaLiver, IsPressedAsFarAsTheReferenceSays) {
-  const std::filesystem::path mesh = kSource / "../shared/data/organs/sofa_liver2.obj";
+  const std::filesystem::path mesh = kProject / "../shared/data/organs/sofa_liver2.obj";
   if (!std::filesystem::exists(mesh)) GTEST_SKIP() << "no shared data: " << mesh;
-  const Scene scene = LoadScene(kSource / "scenes/cases/sofa_liver2_press.toml");
+  const Scene scene = LoadScene(kProject / "scenes/cases/sofa_liver2_press.toml");
   std::vector<std::string> repairs;
   const OrganModel model(scene.organs.at(0), LoadPosedMesh(scene.organs[0], &repairs));
-  std::ifstream file(kSource / "tests/reference/sofa_liver2_press.json");
+  std::ifstream file(kProject / "tests/reference/sofa_liver2_press.json");
   const nlohmann::json facts = nlohmann::json::parse(file);
   EXPECT_EQ(facts["surface_vertices"], model.rest().vertices.rows());
   EXPECT_LT(double{facts["coarser_quadratic"].back()["error"]}, 0.02);
@@ -138,7 +138,7 @@ TEST(SurfaceMeshes, MeshesOfOneBodyGiveOneAnswer) {
   for (const std::string name : {"liver_press", "liver_lift"}) {
     double compliance[2];
     for (const bool fine : {false, true}) {
-      std::ifstream file(kSource / "tests/reference" / (name + (fine ? "_5000.json" : ".json")));
+      std::ifstream file(kProject / "tests/reference" / (name + (fine ? "_5000.json" : ".json")));
       compliance[fine] = nlohmann::json::parse(file)["compliance_m_per_N"];
     }
     EXPECT_NEAR(compliance[1] / compliance[0], 1, 0.05) << name;

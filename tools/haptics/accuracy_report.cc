@@ -14,7 +14,7 @@ std::string Percent(double share) {
   return std::isnan(share) ? "-" : Format(share < 0.0995 ? "%.2f" : "%.1f", 100 * share);
 }
 
-Json ToJson(const HandReport& hand) {
+Json ToJson(const HandAccuracy& hand) {
   const ForceResults& f = hand.results;
   return {{"case", hand.case_name},
           {"instrument", f.instrument},
@@ -65,12 +65,12 @@ std::string TimeSeriesTable(const ForceTimeSeries& series, double rate_hz) {
   return table;
 }
 
-Json AccuracyJson(const std::vector<HandReport>& hands, const std::vector<TipAccuracy>& tips) {
+Json AccuracyJson(const std::vector<HandAccuracy>& hands, const std::vector<TipAccuracy>& tips) {
   Json report = {
       {"targets", {{"error", kErrorTarget}, {"error_aim", kErrorAim}, {"comb", kCombTarget}}},
       {"hands", Json::array()},
       {"tips", Json::array()}};
-  for (const HandReport& hand : hands) report["hands"].push_back(ToJson(hand));
+  for (const HandAccuracy& hand : hands) report["hands"].push_back(ToJson(hand));
   for (const TipAccuracy& tip : tips) report["tips"].push_back(ToJson(tip));
   return report;
 }
@@ -85,7 +85,7 @@ std::string AccuracyHead() {
                 "missed", "false", "shaft", "ref.tick", "paper", "fitted", "k1", "k2");
 }
 
-std::string AccuracyRow(const HandReport& hand) {
+std::string AccuracyRow(const HandAccuracy& hand) {
   const ForceResults& f = hand.results;
   return Format(
       "%-24s %-8s %7.3f %6s %6s %6s %8.4f %8.4f %7d %6d %6d %6d %8.1e %6s %6s %5.1f %5.1f\n",
@@ -108,12 +108,12 @@ std::string AccuracyTips(const std::vector<TipAccuracy>& tips) {
   return text;
 }
 
-std::string AccuracyMarkdown(const std::vector<HandReport>& hands,
+std::string AccuracyMarkdown(const std::vector<HandAccuracy>& hands,
                              const std::vector<TipAccuracy>& tips) {
   std::string text =
       "| hand | peak | error, at most 5 % | comb, at most 1 % | largest step in a tick (the whole "
       "model's) | the paper's Eq. 29, k1 and k2 fitted (default) |\n|---|---|---|---|---|---|\n";
-  for (const HandReport& hand : hands) {
+  for (const HandAccuracy& hand : hands) {
     const ForceResults& f = hand.results;
     text += Format("| `%s`, %s | %.2f N | %s %% | %s | %.3f N (%.3f) | %s %% (%s %%) |\n",
                    hand.case_name.c_str(), f.instrument.c_str(), f.peak, Percent(f.error).c_str(),

@@ -15,7 +15,7 @@ inline constexpr double kErrorAim = 0.02;
 inline constexpr double kCombTarget = 0.01;  ///< Largest allowed Comb.
 
 /// Results of one instrument in one case.
-struct HandReport {
+struct HandAccuracy {
   std::string case_name;
   ForceResults results;
   std::string series;  ///< File name of TimeSeriesTable.
@@ -28,16 +28,16 @@ std::string TimeSeriesTable(const ForceTimeSeries& series, double rate_hz);
 
 /// Returns { "targets": {...}, "hands": [...], "tips": [...] }. Keys carry their unit; errors are
 /// fractions.
-nlohmann::ordered_json AccuracyJson(const std::vector<HandReport>& hands,
+nlohmann::ordered_json AccuracyJson(const std::vector<HandAccuracy>& hands,
                                     const std::vector<TipAccuracy>& tips);
 
 /// Returns text for a terminal: the table's head, one row each, and the tips.
 std::string AccuracyHead();
-std::string AccuracyRow(const HandReport& hand);
+std::string AccuracyRow(const HandAccuracy& hand);
 std::string AccuracyTips(const std::vector<TipAccuracy>& tips);
 
 /// Returns the same results as Markdown tables.
-std::string AccuracyMarkdown(const std::vector<HandReport>& hands,
+std::string AccuracyMarkdown(const std::vector<HandAccuracy>& hands,
                              const std::vector<TipAccuracy>& tips);
 
 }  // namespace hpdm

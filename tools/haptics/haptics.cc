@@ -78,9 +78,9 @@ std::vector<TipAccuracy> MeasureTips(const fs::path& scenes) {
   return tips;
 }
 
-std::vector<HandReport> MeasureHands(const std::vector<AccuracyCase>& cases, const fs::path& out,
+std::vector<HandAccuracy> MeasureHands(const std::vector<AccuracyCase>& cases, const fs::path& out,
                                      bool quiet) {
-  std::vector<HandReport> hands;
+  std::vector<HandAccuracy> hands;
   if (!quiet) std::cout << AccuracyHead() << std::flush;
   for (const AccuracyCase& each : cases) {
     const ForceAccuracy accuracy = MeasureForceAccuracy(each.scene, each.seconds);
@@ -108,7 +108,7 @@ Json MeasureForces(const HapticsOptions& options, const std::vector<AccuracyCase
   const fs::path out(options.out);
   std::vector<TipAccuracy> tips;
   if (options.Whole()) tips = MeasureTips(fs::path(options.scene).parent_path());
-  const std::vector<HandReport> hands = MeasureHands(cases, out, options.json);
+  const std::vector<HandAccuracy> hands = MeasureHands(cases, out, options.json);
   const Json report = AccuracyJson(hands, tips);
   WriteTextFile(out / "force_accuracy.json", JsonText(report) + "\n");
   WriteTextFile(out / "force_accuracy.md", AccuracyMarkdown(hands, tips));

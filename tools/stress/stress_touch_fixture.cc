@@ -16,7 +16,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kSlow = 0.1;  // m/s
+constexpr double kApproachSpeed = 0.1;  // m/s
 
 const std::array<Vector3d, 12>& IcosahedronCorners() {
   constexpr double g = std::numbers::phi;
@@ -218,7 +218,7 @@ Vector3d MeanForce(const FeltTimeSeries& series, double from, double to) {
 Vector3d ForceGoneToSlowly(const StressTouchFixture& fixture, StressTool tool,
                            const StressPose& from, const StressPose& to) {
   constexpr double kSettles = 0.35;  // s
-  const double arrives = kRampedIn + (to.p_tip_W - from.p_tip_W).norm() / kSlow;
+  const double arrives = kRampedIn + (to.p_tip_W - from.p_tip_W).norm() / kApproachSpeed;
   const double end = arrives + kSettles;
   tool.motion = Through({{kRampedIn, from}, {arrives, to}});
   return MeanForce(Feel(fixture, tool, end).series, end - 0.05, end);

@@ -116,7 +116,7 @@ class SlideAlong {
 };
 
 StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTimeSeries& kept) {
-  constexpr double kSlow = 0.04;  // m/s
+  constexpr double kSlideSpeed = 0.04;  // m/s
   const StressTouchFixture fixture = SoftOrgan(model, quick);
   const SlideAlong way(fixture);
   const FeltTimeSeries& slow = Kept(kept, model, [&] {
@@ -124,7 +124,7 @@ StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTim
     closely.timing.deformation_hz = 60;
     closely.timing.patch_delay_ticks = 17;
     closely.organ.time_step = 1. / 60;
-    return Feel(closely, way.Tool(kSlow), SlideAlong::kBegins + 2 * SlideAlong::kReach / kSlow)
+    return Feel(closely, way.Tool(kSlideSpeed), SlideAlong::kBegins + 2 * SlideAlong::kReach / kSlideSpeed)
         .series;
   });
   const double seconds = std::max(0.5, 4 * SlideAlong::kReach / speed);
@@ -132,7 +132,7 @@ StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTim
   FeltTimeSeries truth = felt.series;
   for (auto i = static_cast<std::size_t>(1e3 * SlideAlong::kBegins); i < truth.size(); ++i) {
     const double along = SlideAlong::Along(1e-3 * static_cast<double>(i), speed);
-    const double t = SlideAlong::kBegins + along * 2 * SlideAlong::kReach / kSlow;
+    const double t = SlideAlong::kBegins + along * 2 * SlideAlong::kReach / kSlideSpeed;
     truth[i] = slow[std::min(static_cast<std::size_t>(1e3 * t), slow.size() - 1)];
   }
   const double error = FeltError(felt.series, truth, SlideAlong::kBegins);

@@ -7,6 +7,7 @@
 
 #include "tests/support/counted_allocations.h"
 #include "tests/support/shapes.h"
+#include "tests/support/surface_rows.h"
 
 namespace hpdm {
 namespace {
@@ -16,8 +17,6 @@ using enum ContactConstraints::RowKind;
 SurfaceMesh SpringBody(int splits = 2) {
   return Ellipsoid(Vector3d(0.1, 0.07, 0.03), splits, SomePose());
 }
-
-SupportOptions OneEnd() { return {BoxFraction{Vector3d::Zero(), Vector3d(0.3, 1, 1)}, {}}; }
 
 Eigen::VectorXd Ground(const SurfaceMesh& rest) {
   return GroundSprings(rest, MeasureSkin(rest, "body"), {OneEnd()}, 2000, "body");
@@ -29,24 +28,6 @@ MassSpring Model(const SurfaceMesh& rest, const MassSpringOptions& options = {})
 
 MassSpring FreeModel(const SurfaceMesh& rest, const MassSpringOptions& options = {}) {
   return MassSpring(rest, Eigen::VectorXd::Zero(rest.vertices.rows()), options, "body");
-}
-
-int FarEnd(const SurfaceMesh& rest) {
-  int v = 0;
-  rest.vertices.col(0).maxCoeff(&v);
-  return v;
-}
-
-void AddVertex(ContactConstraints* contacts, const SurfaceMesh& rest,
-               ContactConstraints::RowKind kind, int v, const Vector3d& move,
-               const Vector3d& normal = Vector3d::UnitX()) {
-  ContactConstraints::Row* row = contacts->Add();
-  ASSERT_NE(row, nullptr);
-  row->kind = kind;
-  row->p_rest_W = rest.vertices.row(v);
-  row->target_W = row->p_rest_W + move;
-  row->normal_W = normal;
-  contacts->WeightRow(contacts->size() - 1)[v] = 1;
 }
 
 Points Disturbed(const SurfaceMesh& rest, double size) {
@@ -184,7 +165,7 @@ TEST(MassSpring, ContactsHoldExactlyAfterEveryStep) {
   MassSpring model = Model(rest);
   ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   AddVertex(&contacts, rest, kGrasp, v, Vector3d(0.005, 0.002, -0.01));
-  AddVertex(&contacts, rest, kPress, w, Vector3d(-0.004, 0, 0));
+  AddVertex(&contacts, rest, kPress, w, Vector3d(-0.004, 0, 0), Vector3d::UnitX());
   Points U;
   for (int step = 0; step < 5; ++step) {
     EXPECT_TRUE(model.Relax(&contacts, &U).converged);
@@ -243,7 +224,7 @@ TEST(MassSpring, StepAllocatesNothing) {
   Points U = Points::Zero(rest.vertices.rows(), 3);
   ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   for (int i = 0; i < kMaxContacts; ++i) {
-    AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002));
+    AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002), Vector3d::UnitX());
   }
   const long before = AllocationsOfThisThread();
   for (int step = 0; step < 3; ++step) model.Relax(&contacts, &U);

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "tests/support/counted_allocations.h"
 #include "tests/support/shapes.h"
+#include "tests/support/surface_rows.h"
 
 namespace hpdm {
 namespace {
@@ -22,8 +23,6 @@ SurfaceMesh Body(int splits = 2) {
   return Ellipsoid(Vector3d(0.1, 0.07, 0.03), splits, SomePose());
 }
 
-SupportOptions OneEnd() { return {BoxFraction{Vector3d::Zero(), Vector3d(0.3, 1, 1)}, {}}; }
-
 Eigen::VectorXd Ground(const SurfaceMesh& rest, const std::vector<SupportOptions>& supports) {
   return GroundSprings(rest, MeasureSkin(rest, "body"), supports, 2000, "body");
 }
@@ -33,25 +32,6 @@ SurfaceContinuum Model(const SurfaceMesh& rest, double time_step,
   SurfaceContinuumOptions options;
   options.time_step = time_step;
   return SurfaceContinuum(rest, Ground(rest, supports), options, "body");
-}
-
-// The vertex that lies farthest along world x, away from the support.
-int FarEnd(const SurfaceMesh& rest) {
-  int v;
-  rest.vertices.col(0).maxCoeff(&v);
-  return v;
-}
-
-void AddVertex(ContactConstraints* contacts, const SurfaceMesh& rest,
-               ContactConstraints::RowKind kind, int v, const Vector3d& move,
-               const Vector3d& normal = Vector3d::UnitZ()) {
-  ContactConstraints::Row* row = contacts->Add();
-  ASSERT_NE(row, nullptr);
-  row->kind = kind;
-  row->p_rest_W = rest.vertices.row(v);
-  row->target_W = row->p_rest_W + move;
-  row->normal_W = normal;
-  contacts->WeightRow(contacts->size() - 1)[v] = 1;
 }
 
 TEST(SurfaceContinuum, StiffnessIsSymmetricSemiDefiniteWithZeroRowSums) {

@@ -115,7 +115,7 @@ class TipComplianceTest : public testing::Test {
 
 // The weights of another surface point.
 const Eigen::RowVectorXd kPoint = Eigen::RowVectorXd::LinSpaced(kControlPoints, -1, 1);
-constexpr double kPad = 1e-6;  // relative: the pad of 1e-9 times the condition of the rows
+constexpr double kRowPad = 1e-6;  // relative: the pad of 1e-9 times the condition of the rows
 
 TEST_F(TipComplianceTest, PressesHaveTheComplianceOfTheirRows) {
   Add(0, 2e-3);
@@ -142,11 +142,11 @@ TEST_F(TipComplianceTest, AGraspMovesItsPointsAlikeUnderAForce) {
     const int tip = axis / 3, d = axis % 3;
     for (int a = 0; a < 2; ++a) {
       EXPECT_LT((tips_.Between(a, tip).col(d) - answer.tips.segment<3>(3 * a)).norm(),
-                kPad * answer.tips.norm());
+                kRowPad * answer.tips.norm());
     }
     const Vector3d followed = Displacement(kPoint, answer.rows);
     EXPECT_LT((tips_.Coupling(Sparse(kPoint), tip).col(d) - followed).norm(),
-              kPad * followed.norm());
+              kRowPad * followed.norm());
   }
 }
 
@@ -165,10 +165,10 @@ TEST_F(TipComplianceTest, ReleasedTipsAndPointsGoBackToRest) {
   Condense();
   for (int tip = 0; tip < 2; ++tip) {
     EXPECT_LT((tips_[tip].force_W - forces.segment<3>(3 * tip)).norm(), 1e-9);
-    EXPECT_LT((tips_[tip].p_original_W - rest[tip]).norm(), kPad * answer.tips.norm());
+    EXPECT_LT((tips_[tip].p_original_W - rest[tip]).norm(), kRowPad * answer.tips.norm());
   }
   const Vector3d x = rest[0] + Displacement(kPoint, answer.rows);
-  EXPECT_LT((tips_.Released(Sparse(kPoint), x) - rest[0]).norm(), kPad * answer.tips.norm());
+  EXPECT_LT((tips_.Released(Sparse(kPoint), x) - rest[0]).norm(), kRowPad * answer.tips.norm());
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ OrganModel Organ(const Kind& kind, StrainMeasure strain = StrainMeasure::kFinite
   return OrganModel(options, Ellipsoid(scale * Vector3d(0.1, 0.07, 0.05), 3));
 }
 
-const Vector3d kTop(0.01, 0.005, 0.0494), kSide(0.0985, 0.008, 0.007);
+const Vector3d kAtTop(0.01, 0.005, 0.0494), kAtSide(0.0985, 0.008, 0.007);
 
-LoadOptions Force(const Vector3d& p, const Vector3d& force, double scale = 1) {
+LoadOptions ForceAt(const Vector3d& p, const Vector3d& force, double scale = 1) {
   LoadOptions load;
   load.organ = "ellipsoid";
   load.p_centre_W = scale * p;
@@ -46,7 +46,7 @@ LoadOptions Force(const Vector3d& p, const Vector3d& force, double scale = 1) {
 }
 
 LoadOptions Move(const Vector3d& p, const Vector3d& move) {
-  LoadOptions load = Force(p, Vector3d::Zero());
+  LoadOptions load = ForceAt(p, Vector3d::Zero());
   load.force_W.reset();
   load.displacement_W = move;
   return load;
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Energies, StaticNewtonTest,
 
 TEST_P(StaticNewtonTest, LargeForcesAreBalanced) {
   const StaticSolution solution =
-      StaticLoads(organ_, {Force(kTop, {0.6, 0, 3}), Force(kSide, {1.5, 0, 0.6})}).Solve();
+      StaticLoads(organ_, {ForceAt(kAtTop, {0.6, 0, 3}), ForceAt(kAtSide, {1.5, 0, 0.6})}).Solve();
   EXPECT_EQ(solution.share, 1);
   EXPECT_LE(solution.residual, 1e-9);  // the tolerance
   EXPECT_GT(solution.vertex_displacements.rowwise().norm().maxCoeff(), 0.006);
@@ -69,9 +69,9 @@ TEST_P(StaticNewtonTest, LargeForcesAreBalanced) {
 
 TEST_P(StaticNewtonTest, PrescribedDisplacementTakesTheForceThatMakesIt) {
   const Vector3d force(0.2, 0, 0.8);
-  const StaticSolution by_force = StaticLoads(organ_, {Force(kTop, force)}).Solve();
+  const StaticSolution by_force = StaticLoads(organ_, {ForceAt(kAtTop, force)}).Solve();
   const StaticSolution by_displacement =
-      StaticLoads(organ_, {Move(kTop, by_force.load_displacements[0])}).Solve();
+      StaticLoads(organ_, {Move(kAtTop, by_force.load_displacements[0])}).Solve();
   // Residuals of 1e-9 times the condition of the load's own compliance.
   EXPECT_LT((by_displacement.load_forces[0] - force).norm(), 1e-6 * force.norm());
   EXPECT_LT((by_displacement.vertex_displacements - by_force.vertex_displacements).norm(),
@@ -81,7 +81,7 @@ TEST_P(StaticNewtonTest, PrescribedDisplacementTakesTheForceThatMakesIt) {
 TEST_P(StaticNewtonTest, HeldPointsAreWhereTheyShouldBe) {
   const Vector3d move(0, 0.01, 0.03);
   const StaticSolution solution =
-      StaticLoads(organ_, {Move(kTop, move), Force(kSide, {0.2, 0, 0})}).Solve();
+      StaticLoads(organ_, {Move(kAtTop, move), ForceAt(kAtSide, {0.2, 0, 0})}).Solve();
   EXPECT_EQ(solution.share, 1);
   EXPECT_LE(solution.residual, 1e-9);
   EXPECT_LT((solution.load_displacements[0] - move).norm(), 1e-12);
@@ -89,7 +89,7 @@ TEST_P(StaticNewtonTest, HeldPointsAreWhereTheyShouldBe) {
 }
 
 TEST_P(StaticNewtonTest, SmallLoadsAgreeWithTheStiffnessAtRest) {
-  const StaticSolution finite = StaticLoads(organ_, {Force(kTop, {2e-5, 0, -1e-4})}).Solve();
+  const StaticSolution finite = StaticLoads(organ_, {ForceAt(kAtTop, {2e-5, 0, -1e-4})}).Solve();
   const auto solver = MakeComplianceSolver(std::get<FullStiffness>(organ_.stiffness()));
   Points gradient = finite.control_displacements;
   organ_.finite_energy()->Clone()->Gradient(finite.control_displacements, &gradient);
@@ -120,9 +120,9 @@ TEST_P(StaticNewtonTest, BodyRescaledByAThousandHasTheSameShape) {
   const double force = 0.8;  // grows with the square of the length at equal stress
   const auto small_energy = organ_.finite_energy()->Clone();
   const auto large_energy = large.finite_energy()->Clone();
-  const Points small = SolveStaticLoads(PointForce(organ_, kTop, force), small_energy.get()).U;
+  const Points small = SolveStaticLoads(PointForce(organ_, kAtTop, force), small_energy.get()).U;
   const Points big =
-      SolveStaticLoads(PointForce(large, scale * kTop, scale * scale * force), large_energy.get())
+      SolveStaticLoads(PointForce(large, scale * kAtTop, scale * scale * force), large_energy.get())
           .U /
       scale;
   const Points difference = organ_.weights() * (big - small);
@@ -132,7 +132,7 @@ TEST_P(StaticNewtonTest, BodyRescaledByAThousandHasTheSameShape) {
 TEST(StaticNewton, EquilibriumDoesNotDependOnTheLoadSteps) {
   const OrganModel organ = Organ(kNeoHookean);
   const auto energy = organ.finite_energy()->Clone();
-  const StaticLoadRows rows = PointForce(organ, kTop, 1);
+  const StaticLoadRows rows = PointForce(organ, kAtTop, 1);
   const StaticNewtonSolution one = SolveStaticLoads(rows, energy.get(), {.load_steps = 1});
   const StaticNewtonSolution many = SolveStaticLoads(rows, energy.get(), {.load_steps = 10});
   EXPECT_LE(one.residual, 1e-9);
@@ -140,7 +140,7 @@ TEST(StaticNewton, EquilibriumDoesNotDependOnTheLoadSteps) {
 }
 
 TEST(StaticNewton, DeepPressesOfStVenantKirchhoffAreBoundedAndReported) {
-  const LoadOptions press = Move(kTop, {0, 0, -0.03});
+  const LoadOptions press = Move(kAtTop, {0, 0, -0.03});
   const StaticSolution solution = StaticLoads(Organ(kStVenantKirchhoff), {press}).Solve();
   EXPECT_LE(solution.iterations, StaticNewtonOptions().max_total);
   // Either all of the press is in balance, or the share that was reached is reported.

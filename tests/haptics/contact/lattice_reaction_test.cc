@@ -6,13 +6,10 @@
 
 #include "haptics/contact/reaction_force.h"
 #include "haptics/device/hand_script.h"
+#include "tests/support/random_vector.h"
 
 namespace hpdm {
 namespace {
-
-Vector3d RandomVector(HandRandom* random) {
-  return {random->Uniform(-1, 1), random->Uniform(-1, 1), random->Uniform(-1, 1)};
-}
 
 // A 6 x 6 compliance of two tips, m/N: about 1 / (300 N/m), well coupled.
 Eigen::Matrix<double, 6, 6> RandomCompliance(HandRandom* random) {

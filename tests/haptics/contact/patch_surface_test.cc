@@ -7,16 +7,13 @@
 
 #include "haptics/device/hand_script.h"
 #include "tests/support/contact_patches.h"
+#include "tests/support/random_vector.h"
 
 namespace hpdm {
 namespace {
 
 constexpr double kStiffness = 120;  // N/m
 constexpr double kFar = 1;          // m, a reach that never leaves anything out
-
-Vector3d RandomVector(HandRandom* random, double size) {
-  return {random->Uniform(-size, size), random->Uniform(-size, size), random->Uniform(-size, size)};
-}
 
 bool Foot(const ToolPatch& patch, const Vector3d& p_W, SurfaceFoot* foot) {
   PatchSurface surface;

@@ -6,13 +6,10 @@
 #include <limits>
 
 #include "haptics/device/hand_script.h"
+#include "tests/support/random_vector.h"
 
 namespace hpdm {
 namespace {
-
-Vector3d RandomVector(HandRandom* random, double size) {
-  return {random->Uniform(-size, size), random->Uniform(-size, size), random->Uniform(-size, size)};
-}
 
 // Twelve neighbours 5-30 mm away, springs at rest.
 ReactionNode RandomNode(HandRandom* random) {

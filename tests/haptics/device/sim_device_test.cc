@@ -7,26 +7,10 @@
 #include <memory>
 
 #include "haptics/device/simulated_hand.h"
+#include "tests/support/hand_site.h"
 
 namespace hpdm {
 namespace {
-
-constexpr Nanoseconds kTick = 1'000'000;
-constexpr Nanoseconds kSecond = kNanosecondsPerSecond;
-
-HandSite Site() {
-  return {.p_target_W = {0.02, 0.01, 0.05},
-          .normal_W = Vector3d(0.1, -0.2, 1).normalized(),
-          .p_trocar_W = {0.05, -0.08, 0.2},
-          .organ_size = 0.2};
-}
-
-HandOptions Options(HandScript script, double tremor = 0) {
-  HandOptions options;
-  options.script = script;
-  options.tremor = tremor;
-  return options;
-}
 
 ImpulseEngineKinematics Kinematics(const DeviceProfile& profile = {}) {
   return {Site().p_trocar_W, Site().p_target_W - Site().p_trocar_W, profile};

@@ -19,7 +19,7 @@ LogEvent Foreign(const std::string& channel, std::int64_t time_us, std::size_t b
   return event;
 }
 
-LogEvent Tick(std::int64_t time_us, std::int64_t sequence) {
+LogEvent TickEvent(std::int64_t time_us, std::int64_t sequence) {
   tool_t tool{};
   tool.sequence = sequence;
   tool.tool_count = 2;
@@ -91,16 +91,16 @@ TEST(ChannelTable, LossIsCountedForEachInstrumentAndNotOverAnInterruption) {
 
 TEST(ChannelTable, AfterAnInterruptionTheLastMessageIsTheOneRecalled) {
   ChannelTable table(MessageSchemas::Hpdm());
-  table.Add(Tick(10, 1));
-  table.Add(Tick(99, 9));
+  table.Add(TickEvent(10, 1));
+  table.Add(TickEvent(99, 9));
   table.Interrupt();
   EXPECT_EQ(table.Find(kToolChannel).event, nullptr) << "it may be of a time to come";
-  LogEvent torn = Tick(10, 1);
+  LogEvent torn = TickEvent(10, 1);
   torn.data.pop_back();
   table.Recall(torn);
   table.Recall(Foreign(kToolChannel, 10));
   EXPECT_EQ(table.Find(kToolChannel).event, nullptr);
-  table.Recall(Tick(10, 1));
+  table.Recall(TickEvent(10, 1));
   ASSERT_NE(table.Find(kToolChannel).event, nullptr);
   EXPECT_EQ(table.Find(kToolChannel).event->time_us, 10);
   EXPECT_EQ(table.messages(), 2u) << "a message that is recalled is not counted";
@@ -108,9 +108,9 @@ TEST(ChannelTable, AfterAnInterruptionTheLastMessageIsTheOneRecalled) {
 
 TEST(ChannelTable, ARestartedSenderIsFollowed) {
   ChannelTable table(MessageSchemas::Hpdm());
-  for (int i = 1; i <= 5000; ++i) table.Add(Tick(i, i));
+  for (int i = 1; i <= 5000; ++i) table.Add(TickEvent(i, i));
   for (int i = 1; i <= 3000; ++i) {
-    if (i != 2000) table.Add(Tick(i, i));
+    if (i != 2000) table.Add(TickEvent(i, i));
   }
   const ChannelFacts facts = table.Rows(0)[0].facts;
   EXPECT_EQ(facts.not_rising, static_cast<std::uint64_t>(ChannelCounter::kRestartRun));
@@ -119,10 +119,10 @@ TEST(ChannelTable, ARestartedSenderIsFollowed) {
 
 TEST(ChannelTable, AMessageOfAnotherTypeOrSizeIsUnreadable) {
   ChannelTable table(MessageSchemas::Hpdm());
-  EXPECT_TRUE(table.Add(Tick(0, 1)));
-  LogEvent shorter = Tick(1, 2);
+  EXPECT_TRUE(table.Add(TickEvent(0, 1)));
+  LogEvent shorter = TickEvent(1, 2);
   shorter.data.pop_back();
-  LogEvent longer = Tick(2, 2);
+  LogEvent longer = TickEvent(2, 2);
   longer.data.push_back(0);
   LogEvent other = Reading(1, 0);
   other.channel = kToolChannel;
@@ -140,12 +140,12 @@ TEST(ChannelTable, NoiseBeforeTheFirstKnownMessageDoesNotHideTheType) {
   table.Add(Foreign(kToolChannel, 0));
   EXPECT_FALSE(table.Rows(0)[0].facts.known);
   EXPECT_NE(table.Find(kToolChannel).event, nullptr);
-  LogEvent torn = Tick(1, 1);
+  LogEvent torn = TickEvent(1, 1);
   torn.data.pop_back();
   EXPECT_FALSE(table.Add(torn));
   EXPECT_TRUE(table.Rows(0)[0].facts.known);
   EXPECT_EQ(table.Find(kToolChannel).event, nullptr);  // the noise is not shown as of the type
-  EXPECT_TRUE(table.Add(Tick(2, 2)));
+  EXPECT_TRUE(table.Add(TickEvent(2, 2)));
   EXPECT_NE(table.Find(kToolChannel).event, nullptr);
   EXPECT_EQ(table.Rows(0)[0].facts.unreadable, 2u);
 }
@@ -157,7 +157,7 @@ TEST(ChannelTable, AFloodOfNamesSizesAndInstrumentsFillsItButNotTheMemory) {
   EXPECT_EQ(table.messages(), 10'000u);
   EXPECT_EQ(table.other_messages(), 10'000 - ChannelTable::kMaxChannels);
   EXPECT_EQ(table.other_bytes(), 20 * table.other_messages());
-  EXPECT_TRUE(table.Add(Tick(1, 1))) << "a session is seen all the same";
+  EXPECT_TRUE(table.Add(TickEvent(1, 1))) << "a session is seen all the same";
   EXPECT_EQ(table.Rows(0).size(), ChannelTable::kMaxChannels + 1);
 
   ChannelTable large(MessageSchemas::Hpdm());

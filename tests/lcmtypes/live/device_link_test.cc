@@ -223,7 +223,7 @@ bool Within(std::chrono::seconds patience, const Done& done) {
   return true;
 }
 
-constexpr auto kPatience = std::chrono::seconds(20);  // a machine under load; usual are a few ms
+constexpr auto kLinkPatience = std::chrono::seconds(20);  // a machine under load; usual are a few ms
 
 // Runs the link's two threads and the haptic loop in virtual time: a driver appears, vanishes and
 // returns.
@@ -260,13 +260,13 @@ TEST(DeviceLink, ADriverThatVanishesAndComesBackLosesAndRegainsItsDevice) {
 
   EXPECT_FALSE(valid_after_a_tick());
   for (int time = 0; time < 3; ++time) {
-    EXPECT_TRUE(Within(kPatience, [&] {
+    EXPECT_TRUE(Within(kLinkPatience, [&] {
       speak();
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
       return valid_after_a_tick();
     }));
     // Readings that are still on their way may come within these ticks.
-    EXPECT_TRUE(Within(kPatience, [&] {
+    EXPECT_TRUE(Within(kLinkPatience, [&] {
       for (int i = 0; i < 51; ++i) valid_after_a_tick();
       return !valid_after_a_tick();
     }));
@@ -314,7 +314,7 @@ TEST(DeviceLink, ReadingsAndForcesCrossTheMulticast) {
     while (driver.handleTimeout(1) > 0) {
     }
   }
-  EXPECT_TRUE(Within(kPatience, [&] {
+  EXPECT_TRUE(Within(kLinkPatience, [&] {
     driver.handleTimeout(1);
     readings.Update();
     return heard.count == kCount && readings.Front().sequence == kCount;

@@ -11,7 +11,7 @@ namespace hpdm {
 namespace {
 
 /// A reporter of two hands and a liver, with everything that it reports.
-struct Bench {
+struct ReporterBench {
   struct Event {
     EventSeverity severity;
     std::string name, text;
@@ -48,7 +48,7 @@ StepSample Step(std::uint64_t number) {
 }
 
 TEST(EventReporter, TheStartListsTheInstrumentsAndTheMachinesOwnLateness) {
-  Bench bench;
+  ReporterBench bench;
   bench.reporter.ReportStart({});
   ASSERT_EQ(bench.Names(), Names{"session.start"});
   EXPECT_EQ(bench.events[0].text, "instruments: left, right");
@@ -60,7 +60,7 @@ TEST(EventReporter, TheStartListsTheInstrumentsAndTheMachinesOwnLateness) {
 }
 
 TEST(EventReporter, ADeviceThatIsLostAndComesBackIsTwoEventsAtTheirTicks) {
-  Bench bench;
+  ReporterBench bench;
   for (std::uint64_t tick = 0; tick < 300; ++tick) {
     HapticSample sample = Sample(tick, 0);
     sample.tools[1].device_valid = tick < 100 || tick >= 250;
@@ -73,7 +73,7 @@ TEST(EventReporter, ADeviceThatIsLostAndComesBackIsTwoEventsAtTheirTicks) {
 }
 
 TEST(EventReporter, TheUserIsToldOfAMissingDriverOfALossAndOfAReturn) {
-  Bench bench;
+  ReporterBench bench;
   for (std::uint64_t tick = 0; tick < 6000; ++tick) {
     HapticSample sample = Sample(tick, 0);
     sample.tools[1].device_valid = tick >= 1500 && (tick < 3000 || tick >= 4500);
@@ -89,7 +89,7 @@ TEST(EventReporter, TheUserIsToldOfAMissingDriverOfALossAndOfAReturn) {
 }
 
 TEST(EventReporter, OfAStutteringDriverTheUserIsToldOnceASecondAndItsLastState) {
-  Bench bench;
+  ReporterBench bench;
   for (std::uint64_t tick = 0; tick < 6000; ++tick) {
     HapticSample sample = Sample(tick, 0);
     sample.tools[0].device_valid = tick >= 3000 || tick % 100 < 50;
@@ -102,7 +102,7 @@ TEST(EventReporter, OfAStutteringDriverTheUserIsToldOnceASecondAndItsLastState) 
 }
 
 TEST(EventReporter, APauseAndAnExchangeAreEventsWhenTheyBegin) {
-  Bench bench;
+  ReporterBench bench;
   for (std::uint64_t tick = 0; tick < 60; ++tick) {
     HapticSample sample = Sample(tick, 0);
     sample.paused = tick >= 10 && tick < 20;
@@ -116,7 +116,7 @@ TEST(EventReporter, APauseAndAnExchangeAreEventsWhenTheyBegin) {
 }
 
 TEST(EventReporter, AnInvertedOrganIsTwoEventsHoweverOftenItInverts) {
-  Bench bench;
+  ReporterBench bench;
   for (std::uint64_t number = 1; number <= 60; ++number) {
     StepSample sample = Step(number);
     sample.organs[0].inverted = number >= 10 && number < 20 && number % 2 == 0;
@@ -137,7 +137,7 @@ TEST(EventReporter, AnInvertedOrganIsTwoEventsHoweverOftenItInverts) {
 }
 
 TEST(EventReporter, EachLevelOfReducedQualityIsAnEvent) {
-  Bench bench;
+  ReporterBench bench;
   for (std::uint64_t number = 1; number <= 60; ++number) {
     StepSample sample = Step(number);
     sample.step.shed_level = number < 10 || number >= 50 ? 0 : number < 20 || number >= 40 ? 1 : 2;
@@ -147,7 +147,7 @@ TEST(EventReporter, EachLevelOfReducedQualityIsAnEvent) {
 }
 
 TEST(EventReporter, TheUserIsToldOfALoopsWarningsOnly) {
-  Bench bench;
+  ReporterBench bench;
   bench.reporter.Add(MakeLoopEvent(EventSeverity::kInfo, "render.started", "a"));
   bench.reporter.Add(MakeLoopEvent(EventSeverity::kError, "render.ended", "b"));
   EXPECT_EQ(bench.Names(), (Names{"render.started", "render.ended"}));
@@ -155,7 +155,7 @@ TEST(EventReporter, TheUserIsToldOfALoopsWarningsOnly) {
 }
 
 TEST(EventReporter, LossesAreReportedPerInterval) {
-  Bench bench;
+  ReporterBench bench;
   bench.reporter.AddLosses(0, 0);
   bench.reporter.AddLosses(4, 0);
   bench.reporter.AddLosses(4, 0);
@@ -167,7 +167,7 @@ TEST(EventReporter, LossesAreReportedPerInterval) {
 }
 
 TEST(EventReporter, EachKindOfFailureIsReportedAndToldOnce) {
-  Bench bench;
+  ReporterBench bench;
   LogState log;
   bench.reporter.AddFailures(log, "", 0);
   EXPECT_TRUE(bench.events.empty());

@@ -17,8 +17,8 @@ SessionInfo Info() {
 }
 
 /// A telemetry loop of one instrument without organs, drained by hand.
-struct Bench {
-  Bench() : telemetry(&samples, &steps, &scenes, folder / "session.lcmlog", Options(), Info()) {}
+struct HealthBench {
+  HealthBench() : telemetry(&samples, &steps, &scenes, folder / "session.lcmlog", Options(), Info()) {}
   TelemetryOptions Options() {
     TelemetryOptions options;
     options.haptic_period = kTickPeriod;
@@ -47,7 +47,7 @@ struct Bench {
 };
 
 TEST(HealthPublisher, PublishesTheNewestForceTenTimesASecond) {
-  Bench bench;
+  HealthBench bench;
   int published = 0;
   for (std::uint64_t tick = 0; tick < 1000; ++tick) {
     bench.samples.Push(bench.Sample(tick, tick == 500 ? 3.0 : 0.001 * static_cast<double>(tick)));
@@ -66,7 +66,7 @@ TEST(HealthPublisher, PublishesTheNewestForceTenTimesASecond) {
 }
 
 TEST(HealthPublisher, RatesAreThoseOfTheLastWholeSecond) {
-  Bench bench;
+  HealthBench bench;
   for (std::uint64_t tick = 0; tick < 2200; ++tick) {
     if (tick >= 1000 && tick < 1100) continue;  // a tenth of the second second is skipped
     HapticSample sample = bench.Sample(tick, 0);
@@ -101,7 +101,7 @@ TEST(HealthPublisher, RatesAreThoseOfTheLastWholeSecond) {
 }
 
 TEST(HealthPublisher, LostTicksAreCounted) {
-  Bench bench;
+  HealthBench bench;
   for (std::uint64_t tick = 0; tick < 200; ++tick) bench.samples.Push(bench.Sample(tick, 0));
   bench.telemetry.Drain();  // the queue holds 64
   bench.samples.Push(bench.Sample(200, 0));

@@ -9,7 +9,7 @@ namespace hpdm {
 namespace {
 
 /// A matcher with the steps that it wrote: number and visible tick.
-struct Bench {
+struct MatcherBench {
   void AddStep(std::int64_t number) {
     contact_t step{};
     step.step = number;
@@ -23,7 +23,7 @@ struct Bench {
 using Written = std::vector<std::pair<std::int64_t, std::int64_t>>;
 
 TEST(StepMatcher, AStepIsVisibleFromTheFirstTickThatUsedIt) {
-  Bench bench;
+  MatcherBench bench;
   bench.AddStep(1);
   EXPECT_TRUE(bench.written.empty()) << "its use is not known yet";
   bench.matcher.AddFirstUse(1, 41);
@@ -32,7 +32,7 @@ TEST(StepMatcher, AStepIsVisibleFromTheFirstTickThatUsedIt) {
 }
 
 TEST(StepMatcher, AUseMayComeBeforeItsStep) {
-  Bench bench;
+  MatcherBench bench;
   bench.matcher.AddFirstUse(3, 41);
   bench.matcher.AddFirstUse(5, 70);
   for (std::int64_t number = 1; number <= 5; ++number) bench.AddStep(number);
@@ -42,7 +42,7 @@ TEST(StepMatcher, AUseMayComeBeforeItsStep) {
 }
 
 TEST(StepMatcher, AStepThatWasReplacedBeforeATickUsedItIsNeverVisible) {
-  Bench bench;
+  MatcherBench bench;
   for (std::int64_t number = 1; number <= 3; ++number) bench.AddStep(number);
   bench.matcher.AddFirstUse(3, 41);
   bench.matcher.AddFirstUse(4, 43);  // overtakes its step
@@ -55,7 +55,7 @@ TEST(StepMatcher, AStepThatWasReplacedBeforeATickUsedItIsNeverVisible) {
 }
 
 TEST(StepMatcher, ALostStepDoesNotDelayTheOthers) {
-  Bench bench;
+  MatcherBench bench;
   bench.AddStep(1);
   bench.matcher.AddFirstUse(2, 50);  // step 2 was lost
   bench.AddStep(3);
@@ -64,7 +64,7 @@ TEST(StepMatcher, ALostStepDoesNotDelayTheOthers) {
 }
 
 TEST(StepMatcher, OnlyABoundedNumberOfStepsWaits) {
-  Bench bench;
+  MatcherBench bench;
   const auto max = static_cast<std::int64_t>(StepMatcher::kMaxWaiting);
   for (std::int64_t number = 1; number <= max; ++number) bench.AddStep(number);
   EXPECT_TRUE(bench.written.empty());

@@ -13,13 +13,13 @@
 namespace hpdm {
 namespace {
 
-std::filesystem::path Committed(const std::string& name) {
+std::filesystem::path CommittedPicture(const std::string& name) {
   return std::filesystem::path(HPDM_SOURCE_DIR) / "scenes/textures" / name;
 }
 
 TEST(PictureAssets, ATextureIsReproducedPixelForPixel) {
   const Image made = MakePictureAsset("gallbladder.png"),
-              kept = ReadPng(Committed("gallbladder.png"));
+              kept = ReadPng(CommittedPicture("gallbladder.png"));
   EXPECT_EQ(made.width, kept.width);
   EXPECT_EQ(made.height, kept.height);
   EXPECT_TRUE(made.rgb == kept.rgb)
@@ -27,7 +27,7 @@ TEST(PictureAssets, ATextureIsReproducedPixelForPixel) {
 }
 
 TEST(PictureAssets, TheAbdomenIsTheSameViewAtAnySize) {
-  const Image small = AbdomenPicture(64, 48), kept = ReadPng(Committed("abdomen.png"));
+  const Image small = AbdomenPicture(64, 48), kept = ReadPng(CommittedPicture("abdomen.png"));
   const int factor = kept.width / small.width;
   double sum = 0;
   for (int y = 0; y < small.height; ++y) {
@@ -50,8 +50,8 @@ TEST(PictureAssets, FilesStaySmall) {
   double all = 0;
   for (const PictureAsset& asset : PictureAssets()) {
     if (!asset.committed) continue;
-    ASSERT_TRUE(std::filesystem::exists(Committed(asset.name))) << asset.name;
-    const auto bytes = static_cast<double>(std::filesystem::file_size(Committed(asset.name)));
+    ASSERT_TRUE(std::filesystem::exists(CommittedPicture(asset.name))) << asset.name;
+    const auto bytes = static_cast<double>(std::filesystem::file_size(CommittedPicture(asset.name)));
     EXPECT_LT(bytes, 400e3) << asset.name;
     all += bytes;
   }

@@ -50,7 +50,7 @@ constexpr std::size_t kMaxAllocation = std::size_t{3} << 20;
 const SessionLimits kLimits = {.tools = {{8.9, 2}, {8.9, 2}}, .settles = {0.0}};
 
 // A session of two instruments with every channel that a session writes.
-constexpr char kScene[] = R"(
+constexpr char kDamagedScene[] = R"(
 [timing]
 deformation_hz = 200
 [[organ]]
@@ -106,7 +106,7 @@ class DamagedLog : public testing::Test {
     setenv("HPDM_CACHE", (*folder_ / "cache").c_str(), 1);
     fs::copy_file(fs::path(HPDM_SOURCE_DIR) / "scenes/meshes/liver_274.obj",
                   *folder_ / "liver.obj");
-    std::ofstream(*folder_ / "scene.toml") << kScene;
+    std::ofstream(*folder_ / "scene.toml") << kDamagedScene;
     // The hands are at the tissue when the record begins.
     Record({.scene = *folder_ / "scene.toml",
             .log = *folder_ / "whole.lcmlog",

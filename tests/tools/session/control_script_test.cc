@@ -16,7 +16,7 @@ std::vector<InstrumentOptions> TwoHands() {
   return instruments;
 }
 
-std::string ErrorOf(const std::string& argument) {
+std::string ScriptError(const std::string& argument) {
   try {
     ParseExchanges({argument}, TwoHands());
   } catch (const InputError& error) {
@@ -42,9 +42,9 @@ TEST(ControlScript, ExchangesAreAskedForInTheOrderOfTheirTimes) {
 
 TEST(ControlScript, AnInvalidExchangeIsNamedWithTheRemedy) {
   for (const char* text : {"left=hook", "left=hook@", "left=hook@x", "left=hook@-1", "@"}) {
-    EXPECT_NE(ErrorOf(text).find("give NAME=OTHER@SECONDS"), std::string::npos) << text;
+    EXPECT_NE(ScriptError(text).find("give NAME=OTHER@SECONDS"), std::string::npos) << text;
   }
-  EXPECT_NE(ErrorOf("right=hook@1").find("the scene has left=left, left=hook, right=right"),
+  EXPECT_NE(ScriptError("right=hook@1").find("the scene has left=left, left=hook, right=right"),
             std::string::npos);
 }
 

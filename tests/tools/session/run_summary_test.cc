@@ -7,9 +7,9 @@
 namespace hpdm {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json TenSeconds() {
+OrderedJson TenSeconds() {
   return {{"scene", "liver"},
           {"seconds", 10.0},
           {"ended_by", "length"},
@@ -37,7 +37,7 @@ TEST(BriefSummary, NamesTimePeaksFolderAndTheNextCommand) {
 }
 
 TEST(BriefSummary, NamesMissedTicksAndTheirCausesIfThereAreAny) {
-  Json summary = TenSeconds();
+  OrderedJson summary = TenSeconds();
   summary["haptic"]["ticks"] = 9988;
   summary["haptic"]["skipped"] = {
       {"total", 12}, {"late_wake_up", 10}, {"long_compute", 2}, {"stalled", 0}};
@@ -50,7 +50,7 @@ TEST(BriefSummary, NamesMissedTicksAndTheirCausesIfThereAreAny) {
 }
 
 TEST(BriefSummary, ASessionThatTheUserEndedIsNotCalledInterrupted) {
-  Json summary = TenSeconds();
+  OrderedJson summary = TenSeconds();
   summary["ended_by"] = "user";
   const std::string text = BriefSummary(summary, "s", "hpdm");
   EXPECT_TRUE(text.starts_with("liver: 10.0 s, ended by you\n")) << text;
@@ -58,7 +58,7 @@ TEST(BriefSummary, ASessionThatTheUserEndedIsNotCalledInterrupted) {
 }
 
 TEST(BriefSummary, ReportsLossesOfTheLogAndOfThePicture) {
-  Json summary = TenSeconds();
+  OrderedJson summary = TenSeconds();
   summary["log"]["ticks_lost"] = 1234;
   summary["render"]["failure"] = "the context was lost";
   const std::string text = BriefSummary(summary, "s", "hpdm");

@@ -8,7 +8,7 @@
 namespace hpdm {
 namespace {
 
-const Vector3d kRadii(0.1, 0.08, 0.06);  // m
+const Vector3d kBodyRadii(0.1, 0.08, 0.06);  // m
 
 Scene WithTrocars(const std::vector<Vector3d>& trocars) {
   Scene scene;
@@ -20,7 +20,7 @@ Scene WithTrocars(const std::vector<Vector3d>& trocars) {
 Box Held(const Scene& scene) {
   OrganOptions organ;
   organ.name = "liver";
-  const SurfaceMesh rest = Ellipsoid(kRadii, 2);
+  const SurfaceMesh rest = Ellipsoid(kBodyRadii, 2);
   EXPECT_NE(HoldRear(scene, rest, &organ), "");
   if (organ.supports.size() != 1) throw std::runtime_error("not one support");
   EXPECT_FALSE(organ.supports[0].stiffness) << "fixed";
@@ -42,7 +42,7 @@ TEST(HoldRear, TwoHandsFromLeftAndRightCountByTheirMean) {
 }
 
 TEST(HoldRear, LeavesSupportsRigidOrgansAndLoadCasesAlone) {
-  const SurfaceMesh rest = Ellipsoid(kRadii, 2);
+  const SurfaceMesh rest = Ellipsoid(kBodyRadii, 2);
   const Scene scene = WithTrocars({{0, -0.1, 0.2}});
   OrganOptions supported, rigid, load_case;
   supported.supports = {{Sphere{Vector3d::Zero(), 0.05}, 1e6}};

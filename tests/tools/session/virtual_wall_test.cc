@@ -18,7 +18,7 @@ namespace hpdm {
 namespace {
 
 constexpr double kPeriod = 1e-3;  // s
-const Vector3d kTrocar(0, 0, 0.2);
+const Vector3d kWallTrocar(0, 0, 0.2);
 
 std::vector<OrganModel> Organ(const Vector3d& radii, std::optional<double> wall_stiffness = {}) {
   OrganOptions options;
@@ -32,7 +32,7 @@ VirtualWall Find(const std::vector<OrganModel>& organs, const DeviceProfile& dev
   InstrumentOptions instrument;
   instrument.name = "probe";
   instrument.device = device;
-  return FindVirtualWall(organs, instrument, {kTrocar, -Vector3d::UnitZ(), device}, kPeriod);
+  return FindVirtualWall(organs, instrument, {kWallTrocar, -Vector3d::UnitZ(), device}, kPeriod);
 }
 
 TEST(VirtualWall, IsHalfOfTheExactLimitWhereTheLeverIsLongest) {
