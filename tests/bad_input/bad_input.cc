@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 
@@ -170,6 +171,13 @@ void BadInputs::Compare() {
     ADD_FAILURE() << table_ << ".csv has no row for the input " << name;
   }
   std::printf("%s: %zu inputs, %.1f s of processor time\n", table_.c_str(), inputs_.size(), cpu_s_);
+}
+
+std::string Garbage(std::size_t bytes) {
+  std::mt19937 random(7);
+  std::string text(bytes, '\0');
+  for (char& c : text) c = static_cast<char>(random());
+  return text;
 }
 
 BadInputs::Make WithFile(std::string name, std::string bytes) {

@@ -58,6 +58,8 @@ class BadInputs {
   double cpu_s_ = 0;
 };
 
+/// Random bytes, the same at every call.
+std::string Garbage(std::size_t bytes);
 /// Returns a function that writes a file into the folder.
 BadInputs::Make WithFile(std::string name, std::string bytes);
 /// Returns a function that does both.

@@ -6,7 +6,6 @@
 #include <sys/un.h>
 
 #include <fstream>
-#include <random>
 
 #include "tests/bad_input/bad_input.h"
 #include "tests/bad_input/sound_scene.h"
@@ -23,13 +22,6 @@ std::string Repeated(const std::string& text, std::size_t count) {
   all.reserve(text.size() * count);
   for (std::size_t i = 0; i < count; ++i) all += text;
   return all;
-}
-
-std::string Garbage(std::size_t bytes) {
-  std::mt19937 random(7);
-  std::string text(bytes, '\0');
-  for (char& c : text) c = static_cast<char>(random());
-  return text;
 }
 
 /// Returns the parts of a text between "; ".

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <random>
 
 #include "tests/bad_input/bad_input.h"
 #include "tests/bad_input/sound_scene.h"
@@ -16,13 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kHeader[] = "t,px,py,pz\n";
-
-std::string Garbage(std::size_t bytes) {
-  std::mt19937 random(11);
-  std::string text(bytes, '\0');
-  for (char& c : text) c = static_cast<char>(random());
-  return text;
-}
 
 std::string Number(double value) {
   char text[32];

@@ -12,7 +12,6 @@
 
 namespace hpdm {
 
-inline const std::filesystem::path kSource = HPDM_SOURCE_DIR;
 inline const std::filesystem::path kSharedData = kSource.parent_path() / "shared" / "data";
 inline const std::string kScene = (kScenes / "liver_palpation.toml").string();
 

@@ -19,6 +19,7 @@
 /// Programs as a user starts them, for tests.
 namespace hpdm {
 
+inline const std::filesystem::path kSource = HPDM_SOURCE_DIR;
 inline const std::string kHpdmProgram = std::string(HPDM_BINARY_DIR) + "/tools/hpdm";
 inline const std::filesystem::path kScenes = std::filesystem::path(HPDM_SOURCE_DIR) / "scenes";
 
