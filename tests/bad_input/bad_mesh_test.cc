@@ -164,7 +164,7 @@ class BadMeshes : public testing::Test {
 };
 
 TEST_F(BadMeshes, EveryNastyFileHasTheOutcomeOfItsRow) {
-  const fs::path folder = kSharedData + "nasty";
+  const fs::path folder = kDataFolder + "nasty";
   if (!fs::exists(folder)) GTEST_SKIP() << "no shared data: " << folder;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const ScratchFolder scratch;

@@ -15,11 +15,6 @@ namespace hpdm {
 inline const std::filesystem::path kSharedData = kSource.parent_path() / "shared" / "data";
 inline const std::string kScene = (kScenes / "liver_palpation.toml").string();
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out, err;
-};
-
 /// The program run on real scenes, as a user does, in a folder of the test's own.
 class Flow : public testing::Test {
  protected:

@@ -19,11 +19,11 @@
 
 namespace hpdm {
 
-inline void WriteAll(const std::filesystem::path& path, const std::string& bytes) {
+inline void WriteBytes(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-inline const std::string kScene = std::string("[[organ]]\nname = \"liver\"\nmesh = \"") +
+inline const std::string kMcapScene = std::string("[[organ]]\nname = \"liver\"\nmesh = \"") +
                                   HPDM_SOURCE_DIR +
                                   R"(/scenes/meshes/liver_274.obj"
 energy.type = "metric"
@@ -50,7 +50,7 @@ class McapExportTest : public testing::Test {
   }
   McapFile File() const { return McapFile(ReadFile(file_)); }
   void RecordSession(int ticks) {
-    WriteAll(folder_ / "scene.toml", kScene);
+    WriteBytes(folder_ / "scene.toml", kMcapScene);
     Record({.scene = folder_ / "scene.toml", .log = log_, .ticks = ticks});
   }
   void WriteEvents(int count) {

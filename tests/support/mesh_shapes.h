@@ -15,7 +15,7 @@
 namespace hpdm {
 
 /// Absent outside the development tree: tests that need it skip.
-inline const std::string kSharedData = std::string(HPDM_SOURCE_DIR) + "/../shared/data/";
+inline const std::string kDataFolder = std::string(HPDM_SOURCE_DIR) + "/../shared/data/";
 
 inline SurfaceMesh MakeMesh(const std::vector<Vector3d>& vertices,
                             const std::vector<std::array<int, 3>>& triangles) {

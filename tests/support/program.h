@@ -23,6 +23,12 @@ inline const std::filesystem::path kSource = HPDM_SOURCE_DIR;
 inline const std::string kHpdmProgram = std::string(HPDM_BINARY_DIR) + "/tools/hpdm";
 inline const std::filesystem::path kScenes = std::filesystem::path(HPDM_SOURCE_DIR) / "scenes";
 
+/// How a program ended and what it wrote.
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
 inline bool Becomes(const std::function<bool()>& condition,
                     std::chrono::seconds patience = std::chrono::seconds(20)) {
   const auto end = std::chrono::steady_clock::now() + patience;

@@ -15,11 +15,6 @@
 
 namespace hpdm {
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out, err;
-};
-
 /// A session of two simulated hands, recorded once for all tests.
 class ReportTest : public testing::Test {
  protected:

@@ -73,8 +73,8 @@ Points TwentyFiveConjugateGradients(const BlockMatrix& K, const std::vector<int>
 class SofaLiver : public testing::Test {
  protected:
   void SetUp() override {
-    const std::string mesh = kSharedData + "tetra/sofa_liver.msh";
-    const std::string record = kSharedData + "reference/sofa_liver_scene_ref_dofs.txt.gz";
+    const std::string mesh = kDataFolder + "tetra/sofa_liver.msh";
+    const std::string record = kDataFolder + "reference/sofa_liver_scene_ref_dofs.txt.gz";
     if (!std::filesystem::exists(mesh) || !std::filesystem::exists(record)) {
       GTEST_SKIP() << "the shared data with SOFA's liver is absent";
     }

@@ -226,7 +226,7 @@ TEST(Interior, AHoleCostsAboutItsOwnSize) {
 }
 
 TEST(Interior, ADirtyLiverHasTheVolumeOfTheRepairedOne) {
-  const std::string path = kSharedData + "organs/sofaenv_liver_collision.stl";
+  const std::string path = kDataFolder + "organs/sofaenv_liver_collision.stl";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data: " << path;
   const ImportedMesh mended = ImportMesh(path, 1e-3);
   // The raw soup: binary STL, no vertex shared, misoriented and degenerate triangles in it.
@@ -248,7 +248,7 @@ TEST(Interior, ADirtyLiverHasTheVolumeOfTheRepairedOne) {
 }
 
 TEST(Interior, ASelfCrossingLiverHasItsVolume) {
-  const std::string path = kSharedData + "organs/sofa_liver-smooth.obj";
+  const std::string path = kDataFolder + "organs/sofa_liver-smooth.obj";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data: " << path;
   const SurfaceMesh liver = ImportMesh(path, 0.031).mesh;
   const double volume = EnclosedVolume(liver.vertices, liver.triangles);

@@ -194,7 +194,7 @@ TEST(TraceDevice, EveryPokeAtAMetreASecondIsFeltAndLeftAgain) {
   EXPECT_GT(fastest, 0.9);
 }
 
-std::string SharedTrace(const std::string& name) { return kSharedData + "traces/" + name; }
+std::string SharedTrace(const std::string& name) { return kDataFolder + "traces/" + name; }
 
 TEST(TraceDevice, RecordedTwoArmMotionIsBridgedSmoothAndNoStaircase) {
   for (const char* name : {"desk_taurus_S10_T1_left.csv", "desk_taurus_S10_T1_right.csv"}) {

@@ -25,7 +25,8 @@ std::string Inspect(std::vector<std::string> arguments) {
 }
 
 std::string Tetrahedron() {
-  const std::string path = testing::TempDir() + "inspect_test.obj";
+  const std::string path = testing::TempDir() + "inspect_" +
+                           testing::UnitTest::GetInstance()->current_test_info()->name() + ".obj";
   std::ofstream(path) << "v 0 0 0\nv 30 0 0\nv 0 20 0\nv 0 0 10\nv 9 9 9\n"
                          "f 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
   return path;

@@ -97,14 +97,14 @@ TEST_F(McapExportTest, EveryMessageOfASessionIsItsLcmMessage) {
   const McapFile::Fields session = file.metadata.at("hpdm.session");
   EXPECT_EQ(session.at("session.start"), "instruments: probe");
   EXPECT_EQ(session.at("organs"), "liver");
-  EXPECT_EQ(session.at("scene.toml"), kScene);
+  EXPECT_EQ(session.at("scene.toml"), kMcapScene);
 }
 
 TEST_F(McapExportTest, ASceneThatIsALinkOutOfTheFolderIsLeftOut) {
   RecordSession(10);
   const ScratchFolder elsewhere;
   const fs::path secret = elsewhere / "secret.toml";
-  WriteAll(secret, "secret");
+  WriteBytes(secret, "secret");
   fs::remove(folder_ / "scene.toml");
   fs::create_symlink(secret, folder_ / "scene.toml");
   Export();
@@ -193,7 +193,7 @@ TEST_F(McapExportTest, DamagedLogsGiveSoundFilesOfWhatIsIntact) {
   WriteEvents(12);
   const std::string whole = ReadFile(log_);
   const auto check = [&](const std::string& bytes) {
-    WriteAll(log_, bytes);
+    WriteBytes(log_, bytes);
     std::uint64_t events = 0, reported = 0;
     LogReader reader(log_);
     for (LogEvent event; reader.Next(&event);) ++events;

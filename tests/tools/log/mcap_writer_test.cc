@@ -36,7 +36,7 @@ TEST_F(McapExportTest, ChunksEndBehindTheMessageThatFillsThem) {
 }
 
 TEST_F(McapExportTest, AnEmptyLogIsAnEmptyFile) {
-  WriteAll(log_, "");
+  WriteBytes(log_, "");
   EXPECT_TRUE(Export().empty());
   const McapFile file = File();
   EXPECT_EQ(file.messages.size() + file.chunks + file.metadata.size(), 0u);
@@ -59,7 +59,7 @@ TEST_F(McapExportTest, AFailedExportLeavesTheOlderFile) {
   rlimit before;
   getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small = {10'000, before.rlim_max};
-  WriteAll(file_, "an older export");
+  WriteBytes(file_, "an older export");
   fs::create_directory(folder_.path() / "csv");
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
   std::string reported;
@@ -83,7 +83,7 @@ TEST_F(McapExportTest, LinksAndPipesKeepTheirPlace) {
   WriteEvents(50);
   Export();
   const std::string expected = ReadFile(file_);
-  WriteAll(folder_ / "elsewhere.mcap", "old");
+  WriteBytes(folder_ / "elsewhere.mcap", "old");
   fs::create_symlink("elsewhere.mcap", folder_ / "link.mcap");
   ExportMcap(log_, folder_ / "link.mcap", {}, MessageSchemas::Hpdm());
   EXPECT_TRUE(fs::is_symlink(folder_ / "link.mcap"));

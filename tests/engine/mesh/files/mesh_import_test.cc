@@ -283,7 +283,7 @@ TEST(MeshImport, EveryFaultIsRefusedInOneLineOrMadeSound) {
 }
 
 TEST(MeshImport, TheOrgansBecomeClosedSurfaces) {
-  const std::string folder = kSharedData + "organs/";
+  const std::string folder = kDataFolder + "organs/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no shared data: " << folder;
   for (const auto& [name, unit] :
        std::map<std::string, double>{{"sofa_liver.obj", 0.031},
@@ -304,7 +304,7 @@ TEST(MeshImport, TheOrgansBecomeClosedSurfaces) {
 }
 
 TEST(MeshImport, ADirtyLiverIsReportedAndRepaired) {
-  const std::string path = kSharedData + "organs/sofaenv_liver_collision.stl";
+  const std::string path = kDataFolder + "organs/sofaenv_liver_collision.stl";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data: " << path;
   const ImportedMesh liver = ImportMesh(path, 1e-3);
   EXPECT_EQ(liver.as_read.triangles, 479);
