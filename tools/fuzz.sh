@@ -3,7 +3,7 @@
 # from the seeds, earlier findings, and the inputs that earlier runs kept in build-fuzz/corpus.
 # Usage: tools/fuzz.sh [SECONDS [TARGET...]]      (20 seconds; no target: all)
 # Exit 1 if an input breaks a reader; its name and base64 bytes are printed. After the fix, add it to
-# tests/fuzz/findings/TARGET, where fuzz_test replays it in every build.
+# tests/fuzz/findings/TARGET, where fuzz_memory_tests replays it in every build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${1:-20}

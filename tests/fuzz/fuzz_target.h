@@ -6,7 +6,7 @@
 #include <string>
 
 /// Functions for every reader of foreign bytes. libFuzzer calls them with millions of inputs
-/// (entry.cc, tools/fuzz.sh), and fuzz_test with the kept ones. For any bytes the reader must throw
+/// (entry.cc, tools/fuzz.sh), and fuzz_memory_tests with the kept ones. For any bytes the reader must throw
 /// an InputError of one line or keep its promises. Each returns true if the bytes were accepted.
 namespace hpdm::fuzz {
 
