@@ -156,6 +156,8 @@ std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& opt
   if (group && !HasRoute(*group)) FailToConnect(url, option);
   auto connection = std::make_unique<lcm::LCM>(url);
   if (!connection->good()) FailToConnect(url, option);
+  // Without its server liblcm would wait on no socket and abort the program.
+  if (url.starts_with("tcpq://") && connection->getFileno() < 0) FailToConnect(url, option);
   return connection;
 }
 

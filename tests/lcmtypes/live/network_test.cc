@@ -168,5 +168,9 @@ TEST(Network, WithoutARouteOnlyOurOwnErrorSpeaks) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "liblcm's own lines";
 }
 
+TEST(Network, AServerThatDoesNotRunIsReported) {
+  EXPECT_THROW(Connect("tcpq://127.0.0.1:1", "--live"), MachineError);
+}
+
 }  // namespace
 }  // namespace hpdm
