@@ -82,6 +82,16 @@ std::string UnknownWord(const std::vector<const CLI::App*>& commands) {
   return other;
 }
 
+/// Says in plain words what CLI11 says of an option with too many or too few values.
+std::string WrongCount(const std::string& fault) {
+  const std::string name = fault.substr(0, fault.find(": "));
+  if (fault.ends_with(" missing")) return name + ": has no value; give one";
+  if (fault.find(": At Most 1 ") != std::string::npos) {
+    return name + ": is given more than once; give it once";
+  }
+  return fault;
+}
+
 /// Returns one line for a command line that CLI11 refuses, with the help of the command in it.
 std::string Fault(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<const CLI::App*> commands = NamedCommands(app);
@@ -97,7 +107,18 @@ std::string Fault(const CLI::App& app, const CLI::ParseError& error) {
   }
   const CLI::App& last = *commands.back();
   if (incomplete && last.get_require_subcommand_min() > 0) return "a command is missing" + help;
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    return WrongCount(error.what()) + help;
+  }
   return error.what() + help;
+}
+
+/// Makes "COMMAND --help" out of "help COMMAND", and "--help" out of "help". Returns true if it did.
+bool TranslateHelp(std::vector<std::string>* arguments) {
+  if (arguments->empty() || arguments->front() != "help") return false;
+  arguments->erase(arguments->begin());
+  arguments->emplace_back("--help");
+  return true;
 }
 
 }  // namespace
@@ -192,10 +213,15 @@ int RunCommandLine(const std::string& program, const std::string& about, const s
   app.require_subcommand(1);
   app.set_version_flag("--version", version);
   add(Command(&app));
+  const bool help = TranslateHelp(&arguments);
   std::reverse(arguments.begin(), arguments.end());  // CLI11 takes the last one first
   try {
     app.parse(std::move(arguments));
   } catch (const CLI::Success& asked) {  // --help, --version
+    const std::string unknown = help ? UnknownWord(NamedCommands(app)) : std::string();
+    if (!unknown.empty()) {
+      throw InputError(unknown + (unknown.ends_with('?') ? "" : "; see " + program + " --help"));
+    }
     return app.exit(asked);
   } catch (const CheckFailed& failed) {
     return failed.exit_code;

@@ -6,6 +6,7 @@
 #include <linux/if_packet.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -15,6 +16,7 @@
 #include <filesystem>
 #include <iterator>
 #include <lcm/lcm-cpp.hpp>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -92,27 +94,46 @@ void ForgetEarlierPackets(int socket) {
   }
 }
 
-/// True if liblcm accepts the multicast address: empty, which means its default, or A.B.C.D:PORT.
-/// For others liblcm prints a message of its own on stderr.
-bool IsMulticast(std::string_view address) {
-  if (address.empty()) return true;
-  int numbers[5] = {};  // the port is last
+/// Returns the group of a multicast address that liblcm accepts: empty, which means its default, or
+/// A.B.C.D:PORT. For others liblcm prints a message of its own on stderr.
+std::optional<sockaddr_in> GroupOf(std::string_view address) {
+  int numbers[5] = {239, 255, 76, 67, kDefaultPort};  // the port is last
   const char* at = address.data();
   const char* const end = at + address.size();
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 5 && !address.empty(); ++i) {
     const auto [next, error] = std::from_chars(at, end, numbers[i]);
     const char after = i < 3 ? '.' : ':';
-    if (error != std::errc() || (i < 4 ? next == end || *next != after : next != end)) return false;
-    if (numbers[i] < 0 || numbers[i] > (i < 4 ? 255 : 65535)) return false;
+    if (error != std::errc() || (i < 4 ? next == end || *next != after : next != end)) return {};
+    if (numbers[i] < 0 || numbers[i] > (i < 4 ? 255 : 65535)) return {};
     at = next + 1;
   }
-  return numbers[0] >= 224 && numbers[0] <= 239;
+  if (numbers[0] < 224 || numbers[0] > 239) return {};
+  sockaddr_in group{};
+  group.sin_family = AF_INET;
+  group.sin_port = htons(static_cast<std::uint16_t>(numbers[4]));
+  std::uint32_t host = 0;
+  for (int i = 0; i < 4; ++i) host = 256 * host + static_cast<std::uint32_t>(numbers[i]);
+  group.sin_addr.s_addr = htonl(host);
+  return group;
+}
+
+/// Returns the multicast group of a URL, or nothing.
+std::optional<sockaddr_in> GroupOfUrl(std::string_view url) {
+  if (!url.starts_with(kMulticast)) return {};
+  return GroupOf(url.substr(kMulticast.size(), url.find('?') - kMulticast.size()));
+}
+
+/// True if this machine has a route to the group. Without one liblcm prints a page on stderr.
+bool HasRoute(const sockaddr_in& group) {
+  const int trial = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (trial < 0) return true;  // liblcm reports it
+  const bool has = connect(trial, reinterpret_cast<const sockaddr*>(&group), sizeof group) == 0;
+  close(trial);
+  return has;
 }
 
 bool IsUrl(std::string_view url) {
-  if (url.starts_with(kMulticast)) {
-    return IsMulticast(url.substr(kMulticast.size(), url.find('?') - kMulticast.size()));
-  }
+  if (url.starts_with(kMulticast)) return GroupOfUrl(url).has_value();
   for (const char* other : {"mpudpm://", "tcpq://", "file://", "memq://"}) {
     if (url.starts_with(other)) return true;
   }
@@ -131,8 +152,12 @@ std::string NetworkUrl() {
 }
 
 std::unique_ptr<lcm::LCM> Connect(const std::string& url, const std::string& option) {
+  const std::optional<sockaddr_in> group = GroupOfUrl(url);
+  if (group && !HasRoute(*group)) FailToConnect(url, option);
   auto connection = std::make_unique<lcm::LCM>(url);
   if (!connection->good()) FailToConnect(url, option);
+  // Without its server liblcm would wait on no socket and abort the program.
+  if (url.starts_with("tcpq://") && connection->getFileno() < 0) FailToConnect(url, option);
   return connection;
 }
 

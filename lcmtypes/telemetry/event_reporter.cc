@@ -10,6 +10,11 @@ namespace {
 // An organ near the limit of its tissue gives one event, not one a step.
 constexpr Nanoseconds kSoundAgain = kNanosecondsPerSecond / 4;
 
+constexpr char kAwaited[] = ": waiting for a driver on HPDM_DEVICE";
+constexpr char kConnected[] = ": device connected: force fading in";
+constexpr char kLost[] = ": device lost: pose held, force fading out";
+constexpr char kBack[] = ": device back: force fading in";
+
 }  // namespace
 
 EventReporter::EventReporter(const SessionInfo& info, Sink sink, Tell tell)
@@ -45,13 +50,15 @@ void EventReporter::AddDevices(const HapticSample& sample) {
     const bool changed = lost != device_lost_[i];
     device_lost_[i] = lost;
     TellOfDevice(i, sample.time_ns);
-    if (!changed) continue;
+    const bool first = !device_seen_[i];
+    device_seen_[i] |= !lost;
+    if (!changed || (lost && first)) continue;
     if (lost) {
-      sink_(EventSeverity::kWarning, "device.lost",
-            instruments_[i] + ": device lost: pose held, force fading out");
+      sink_(EventSeverity::kWarning, "device.lost", instruments_[i] + kLost);
+    } else if (first) {
+      sink_(EventSeverity::kInfo, "device.connected", instruments_[i] + kConnected);
     } else {
-      sink_(EventSeverity::kInfo, "device.back",
-            instruments_[i] + ": device back: force fading in");
+      sink_(EventSeverity::kInfo, "device.back", instruments_[i] + kBack);
     }
   }
 }
@@ -62,14 +69,13 @@ void EventReporter::TellOfDevice(std::size_t instrument, Nanoseconds now) {
   ToldDevice& told = told_devices_[instrument];
   const bool lost = device_lost_[instrument];
   if (lost != told.lost && now - told.at >= kNanosecondsPerSecond) {
-    const char* text = told.seen && lost ? ": device lost: pose held, force fading out"
-                       : lost            ? ": waiting for a driver on HPDM_DEVICE"
-                                         : ": device back: force fading in";
+    const bool seen = device_seen_[instrument];
+    const char* text = lost ? (seen ? kLost : kAwaited) : told.awaited ? kConnected : kBack;
     if (tell_) tell_(instruments_[instrument] + text);
+    told.awaited = lost && !seen;
     told.lost = lost;
     told.at = now;
   }
-  told.seen |= !lost;
 }
 
 void EventReporter::AddControl(const HapticSample& sample) {

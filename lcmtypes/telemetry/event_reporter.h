@@ -31,8 +31,9 @@ class EventReporter {
   void ReportStart(const Histogram& baseline);
   void ReportEnd();
 
-  /// Reports devices that were lost or are back, pauses, and instruments that a hand took. Of
-  /// devices the user is told too, at most once a second each.
+  /// Reports devices that connected, were lost or are back, pauses, and instruments that a hand took.
+  /// Of devices the user is told too, at most once a second each. A device that has not yet given a
+  /// pose is not lost.
   void Add(const HapticSample& sample);
   /// Reports organs that invert or recover, and steps that change their quality.
   void Add(const StepSample& sample);
@@ -56,7 +57,7 @@ class EventReporter {
 
   /// State of a device that was last printed for the user.
   struct ToldDevice {
-    bool seen = false;  ///< It has given a pose.
+    bool awaited = false;  ///< The last line said that it is awaited.
     bool lost = false;
     Nanoseconds at = -kNanosecondsPerSecond;  ///< Session time when the user was told.
   };
@@ -69,6 +70,7 @@ class EventReporter {
 
   SessionControl control_;  // as the last sample had it
   std::array<bool, kMaxInstruments> device_lost_{};
+  std::array<bool, kMaxInstruments> device_seen_{};  // it has given a pose
   std::array<ToldDevice, kMaxInstruments> told_devices_{};
   std::array<bool, kMaxOrgans> organ_unsound_{};
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step

@@ -63,6 +63,10 @@ void AddSubcommands(CommandLines* c) {
   }
   c->Add("--version");
   c->Add("--help");
+  for (const char* help :
+       {"help", "help run", "help log export", "help runn", "help --frobnicate"}) {
+    c->Add(help);
+  }
   for (const std::string command :
        {"run", "replay", "report", "spy", "log", "log check", "log export", "check", "inspect",
         "solve", "chart", "plan", "generate"}) {
@@ -135,6 +139,7 @@ void AddRun(CommandLines* c) {
   }
   c->AsNobodyElse(short_run + "read_only");
   c->AsNobodyElse(short_run + "read_only/o");
+  c->Add(short_run + "p --out q");
   c->Add("run no.toml --clock lockstep --seconds 0.01");
 }
 
@@ -179,6 +184,7 @@ void AddReplaysAndReports(CommandLines* c) {
 void AddSpies(CommandLines* c) {
   for (const char* line : {"spy --once s.toml",
                            "spy --once no.lcmlog",
+                           "spy no.lcmlog",
                            "spy --once folder",
                            "spy --once pipe",
                            "spy --once --seconds 0",

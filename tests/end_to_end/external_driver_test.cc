@@ -84,7 +84,7 @@ TEST_F(Flow, TheDriverInPythonMovesTheProbeAndTheReaderFindsItsForce) {
   std::ofstream(folder_ / "session.sh")
       << "cd " HPDM_SOURCE_DIR "; export PYTHONDONTWRITEBYTECODE=1\n"
       << "ip link set lo up; ip link set lo multicast on; ip route add 239.255.76.67 dev lo\n"
-      << "unset LCM_DEFAULT_URL; mkdir " << types << "\n"
+      << "export LCM_DEFAULT_URL='udpm://239.255.76.67:7668?ttl=0'; mkdir " << types << "\n"
       << ShellLine("lcm-gen --python", types) << "\n"
       << ShellLine("example_driver.py", types) << " & driver=$!\n"
       << kHpdmProgram << " run " << kScene << " --device lcm --seconds 4 --fps 0 --json --out "
@@ -114,6 +114,30 @@ TEST_F(Flow, TheDriverInPythonMovesTheProbeAndTheReaderFindsItsForce) {
   char line[64];
   std::snprintf(line, sizeof line, "instrument 0: peak force %.3f N\n", peak);
   EXPECT_NE(ReadFile(folder_ / "out").find(line), std::string::npos) << ReadFile(folder_ / "out");
+}
+
+TEST_F(Flow, TheProgramsInPythonRefuseBadInputInOneLine) {
+  const std::string types = Folder("types");
+  ASSERT_EQ(
+      Shell("cd " HPDM_SOURCE_DIR "; mkdir " + types + "; " + ShellLine("lcm-gen --python", types)),
+      0);
+  const std::string python = "PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=" + types + " ";
+  const std::string folder = "timeout 20 python3 " HPDM_SOURCE_DIR "/tools/driver/";
+  std::vector<std::string> commands = {
+      folder + "read_log.py",
+      folder + "read_log.py " + types,
+      folder + "read_log.py " + Folder("no"),
+      folder + "read_log.py " HPDM_SOURCE_DIR "/README.md",
+      "LCM_DEFAULT_URL=garbage:// " + folder + "example_driver.py",
+      "LCM_DEFAULT_URL=udpm://10.1.2.3:7667 " + folder + "example_driver.py"};
+  const std::string enter = NetworkNamespaceCommand();  // without a route
+  if (!enter.empty()) {
+    commands.push_back("LCM_DEFAULT_URL= " + enter + " " + folder + "example_driver.py");
+  }
+  for (const std::string& command : commands) {
+    EXPECT_EQ(Shell(python + command + " 2>" + Folder("err")), 2) << command;
+    EXPECT_EQ(Count(ReadFile(folder_ / "err"), "\n"), 1) << ReadFile(folder_ / "err");
+  }
 }
 
 // The example driver as a user starts it, against the real clock, in a network of its own.

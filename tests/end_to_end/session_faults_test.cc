@@ -197,6 +197,8 @@ TEST_F(SessionFaults, AFullDiskIsReportedBeforeTheSession) {
   EXPECT_EQ(run.Wait(), 2);
   EXPECT_EQ(run.out(), "") << "no session began";
   EXPECT_NE(run.err().find(out()), std::string::npos) << run.err();
+  EXPECT_NE(run.err().find("no space left; free space"), std::string::npos) << run.err();
+  EXPECT_FALSE(fs::exists(out())) << "the next try needs the name";
 }
 
 TEST_F(SessionFaults, AReadOnlyFolderIsReportedBeforeTheSession) {

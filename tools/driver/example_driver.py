@@ -4,23 +4,62 @@ Debian has no LCM module for Python, so this speaks LCM's UDP protocol itself. h
 says how to generate the module hpdm.
 """
 
+import ipaddress
 import math
+import os
 import socket
 import struct
+import sys
 import time
+from urllib.parse import parse_qs, urlsplit
 
 import hpdm
 
-GROUP = ("239.255.76.67", 7667)  # LCM's default
+LOCAL_URL = "udpm://239.255.76.67:7667?ttl=0"  # LCM's default, which stays on this machine
 SHORT_MESSAGE = 0x4C433032  # "LC02"
 
-link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-link.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-link.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)  # stays on this machine
-member = socket.inet_aton(GROUP[0]) + socket.inet_aton("0.0.0.0")
-link.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
-link.bind(GROUP)
-link.setblocking(False)
+
+def fail(message):
+    """Ends the program with one line."""
+    print(f"example_driver.py: {message}", file=sys.stderr)
+    sys.exit(2)
+
+
+def network():
+    """Returns the group with its port, and the time to live, of LCM_DEFAULT_URL."""
+    text = os.environ.get("LCM_DEFAULT_URL") or LOCAL_URL
+    try:
+        url = urlsplit(text)
+        group = url.hostname or "239.255.76.67"
+        ttl = int(parse_qs(url.query).get("ttl", ["0"])[0])
+        usable = url.scheme == "udpm" and ipaddress.IPv4Address(group).is_multicast and 0 <= ttl <= 255
+        if usable:
+            return (group, url.port or 7667), ttl
+    except ValueError:
+        pass  # a port or a time to live that is no number
+    fail(f"LCM_DEFAULT_URL={text}: not a multicast address; give one such as {LOCAL_URL}, or unset it")
+
+
+def connected(group, ttl):
+    """Returns a socket that sends to the group and hears it."""
+    link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    link.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, ttl)
+    member = socket.inet_aton(group[0]) + socket.inet_aton("0.0.0.0")
+    link.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
+    link.bind(group)
+    link.setblocking(False)
+    return link
+
+
+group, ttl = network()
+try:
+    link = connected(group, ttl)
+except OSError as error:
+    fail(
+        f"{group[0]}:{group[1]} cannot be opened ({error.strerror}); give the machine a multicast route "
+        f"(ip route add {group[0]} dev lo), or set LCM_DEFAULT_URL"
+    )
 
 
 def received(channel):
@@ -51,4 +90,7 @@ while True:
     reading.time_ns = time.monotonic_ns()
     reading.joints = [0, 0, insertion, 0, 1]  # pitch, yaw, insertion, roll, jaw
     header = struct.pack(">II", SHORT_MESSAGE, reading.sequence % 2**32) + b"HPDM_DEVICE\0"
-    link.sendto(header + reading.encode(), GROUP)
+    try:
+        link.sendto(header + reading.encode(), group)
+    except OSError as error:
+        fail(f"a reading cannot be sent ({error.strerror}); check the interface and its multicast route")

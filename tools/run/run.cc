@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <functional>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -174,6 +175,18 @@ Prepared Prepare(RunOptions* options) {
   return prepared;
 }
 
+// Returns the link to the external drivers; null without one.
+std::unique_ptr<DeviceLink> OpenLink(const SessionClock& clock, Session* session) {
+  if (!session->HasExternalDevice()) return nullptr;
+  return std::make_unique<DeviceLink>(NetworkUrl(), clock, session->LinkEdges());
+}
+
+// Returns the clock of the loops' measurements; none in lockstep.
+std::function<Nanoseconds()> StopwatchOf(bool measured, const SessionClock& clock) {
+  if (!measured) return {};
+  return [&clock] { return clock.Now(); };
+}
+
 RenderLoop::Edges RenderEdges(const RunOptions& options, Session* session) {
   const bool measured = !options.Lockstep();
   return {*session->render_scenes, measured ? &session->frames : nullptr,
@@ -185,6 +198,22 @@ RenderLoop::Edges RenderEdges(const RunOptions& options, Session* session) {
 void IgnoreFailedWrites() {
   for (const int failed_write : {SIGXFSZ, SIGPIPE}) std::signal(failed_write, SIG_IGN);
 }
+
+// Deletes the session's folder unless the session begins: a set-up that fails leaves nothing that
+// would refuse the next one.
+class FolderUntilBegun {
+ public:
+  explicit FolderUntilBegun(SessionFolder* folder) : folder_(folder) {}
+  ~FolderUntilBegun() {
+    if (folder_ != nullptr) folder_->Discard();
+  }
+  FolderUntilBegun(const FolderUntilBegun&) = delete;
+  FolderUntilBegun& operator=(const FolderUntilBegun&) = delete;
+  void Begin() { folder_ = nullptr; }
+
+ private:
+  SessionFolder* folder_;
+};
 
 // Ends the program as SetUpInterrupt does if the user ended the session before its first tick.
 void DiscardUnlessBegun(const RunRecord& record, SessionFolder* folder) {
@@ -212,16 +241,15 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
   const MachineState machine =
       ProbeRealtime(options.Lockstep(), options.require_realtime, session.haptic_period_ns());
   const SessionClock clock;
-  std::optional<DeviceLink> link;
-  if (session.HasExternalDevice()) link.emplace(NetworkUrl(), clock, session.LinkEdges());
+  const std::unique_ptr<DeviceLink> link = OpenLink(clock, &session);
   progress.Clear();
   interrupt.reset();  // a later signal ends the loops
   SessionFolder folder = MakeFolder(options, session);
+  FolderUntilBegun unbegun(&folder);
   NoteRemarks(options, session, folder);
   SetPictureFolders(options, folder, &render_options);
   const bool measured = !options.Lockstep();
-  std::function<Nanoseconds()> stopwatch;
-  if (measured) stopwatch = [&clock] { return clock.Now(); };
+  const std::function<Nanoseconds()> stopwatch = StopwatchOf(measured, clock);
 
   HapticLoop haptics(
       session.HapticInstruments(), session.haptic_period_ns(),
@@ -240,10 +268,11 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
                           TelemetryOptionsOf(options, machine, folder, &session), session.Info());
   const Loops loops{session,          haptics,
                     deformation,      render,
-                    telemetry,        link ? &*link : nullptr,
+                    telemetry,        link.get(),
                     signals,          EndTick(options, session),
                     options.pictures, window ? &*window : nullptr,
                     &exchanges};
+  unbegun.Begin();
   SayRunning(options, session, folder);
   const RunRecord record = measured ? RunOnRealClock(loops, machine, clock) : RunInLockstep(loops);
   window.reset();  // gives the pointer back before the results are written, which takes a while

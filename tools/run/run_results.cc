@@ -74,7 +74,7 @@ void FinishRun(const RunOptions& options, const std::string& program,
     std::cout << JsonText(summary) << "\n";
   } else {
     if (options.verbose) std::cout << VerboseSummary(summary) << "\n";
-    std::cout << BriefSummary(summary, folder->path().string(), program);
+    std::cout << BriefSummary(summary, folder->path().string(), program, options.limits);
   }
   if (write_error.empty()) return;
   throw InputError(folder->path().string() + ": incomplete: " + write_error);

@@ -170,6 +170,19 @@ std::string MachineLines(const Json& summary) {
   return text;
 }
 
+// Peak force and depth of one instrument, and which of them is above its limit.
+std::string PeakOf(const Json& tool, const HandlingLimits& limits) {
+  const std::string name = tool["name"];
+  if (tool["contact_time_s"].get<double>() <= 0) return name + " touched nothing";
+  const double force = tool["peak_force_N"].get<double>();
+  const double depth = tool["deepest_press_m"].get<double>();
+  std::string text = name + Format(" %.2f N", force);
+  if (force > limits.force) text += Format(" (above the limit of %.3g N)", limits.force);
+  text += Format(", %.1f mm deep", 1000 * depth);
+  if (depth > limits.depth) text += Format(" (above the limit of %.3g mm)", 1000 * limits.depth);
+  return text;
+}
+
 }  // namespace
 
 Json RunSummary(const Session& session, const RunRecord& record, const TelemetrySummary& telemetry,
@@ -207,21 +220,13 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
   return summary;
 }
 
-std::string BriefSummary(const Json& summary, const std::string& folder,
-                         const std::string& program) {
+std::string BriefSummary(const Json& summary, const std::string& folder, const std::string& program,
+                         const HandlingLimits& limits) {
   std::string text = Format("%s: %.1f s%s\n", summary["scene"].get<std::string>().c_str(),
                             summary["seconds"].get<double>(),
                             summary["ended_by"] == "user" ? ", ended by you" : "");
   std::string peaks;
-  for (const Json& tool : summary["tools"]) {
-    const std::string name = tool["name"];
-    AppendToList(
-        tool["contact_time_s"].get<double>() > 0
-            ? Format("%s %.2f N, %.1f mm deep", name.c_str(), tool["peak_force_N"].get<double>(),
-                     1000 * tool["deepest_press_m"].get<double>())
-            : name + " touched nothing",
-        &peaks, "; ");
-  }
+  for (const Json& tool : summary["tools"]) AppendToList(PeakOf(tool, limits), &peaks, "; ");
   if (!peaks.empty()) text += "peak: " + peaks + "\n";
   const Json& skipped = summary["haptic"]["skipped"];
   if (const long missed = skipped["total"].get<long>(); missed > 0) {

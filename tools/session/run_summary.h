@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/handling_limits.h"
 #include "engine/threads/loop_schedule.h"
 #include "engine/threads/realtime.h"
 #include "engine/threads/wake_up_baseline.h"
@@ -40,10 +41,11 @@ nlohmann::ordered_json RunSummary(const Session& session, const RunRecord& recor
                                   const SessionFolder& folder);
 
 /// Returns what a person wants to know first, in four or five lines: time, peak force and depth of
-/// each instrument, ticks missed if any, the folder, and the command that reports on it. Losses of
-/// the log and of the picture have a line each. `program`: how hpdm was called.
+/// each instrument with the limit that is below it, ticks missed if any, the folder, and the command
+/// that reports on it. Losses of the log and of the picture have a line each. `program`: how hpdm
+/// was called.
 std::string BriefSummary(const nlohmann::ordered_json& summary, const std::string& folder,
-                         const std::string& program);
+                         const std::string& program, const HandlingLimits& limits = {});
 
 /// Returns rates, latencies, forces, the log and the real-time state in lines for people.
 std::string VerboseSummary(const nlohmann::ordered_json& summary);

@@ -48,23 +48,53 @@ std::string TomlString(const std::string& text) {
   return quoted + '"';
 }
 
+// Copies a file's bytes and permissions to a new file. Returns 0, or the errno of the failure, which
+// std::filesystem reports as an I/O error even when the disk is full.
+int CopyFile(const fs::path& from, const fs::path& to) {
+  const int in = open(from.c_str(), O_RDONLY | O_CLOEXEC);
+  if (in < 0) return errno;
+  struct stat status {};
+  fstat(in, &status);
+  const int out = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  int error = out < 0 ? errno : 0;
+  char block[1 << 16];
+  for (ssize_t size = 1; error == 0 && size > 0;) {
+    size = read(in, block, sizeof block);
+    if (size < 0) error = errno;
+    for (ssize_t done = 0, part = 0; error == 0 && done < size; done += part) {
+      part = write(out, block + done, static_cast<std::size_t>(size - done));
+      if (part < 0) error = errno;
+    }
+  }
+  if (error == 0) fchmod(out, status.st_mode & 0777);
+  close(in);
+  if (out >= 0 && close(out) != 0 && error == 0) error = errno;  // some systems report it only now
+  return error;
+}
+
 [[noreturn]] void FailToWrite(const fs::path& path, int error) {
   throw InputError(path.string() + WriteFault(error) + "choose another folder with --out");
 }
 
+[[noreturn]] void FailToCreate(const fs::path& path, const std::string& reason) {
+  throw InputError(path.string() + ": cannot be created (" + reason +
+                   "); choose another folder with --out");
+}
+
 }  // namespace
 
-SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
-                             const std::vector<std::string>& traces)
-    : path_(path) {
+SessionFolder::SessionFolder(const fs::path& path) : path_(path) {
   std::error_code error;
   created_ = fs::create_directories(path_, error);
-  if (error) {
-    throw InputError(path_.string() + ": cannot be created (" + error.message() +
-                     "); choose another folder with --out");
-  }
+  if (error) FailToCreate(path_, error.message());
   RefuseExisting(path_);
   folder_descriptor_ = open(path_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+}
+
+// The destructor runs also if this body throws.
+SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
+                             const std::vector<std::string>& traces)
+    : SessionFolder(path) {
   for (const SceneFile& file : scene.files) {
     std::string copy = file.copy;
     if (scene.recorded) {
@@ -85,9 +115,11 @@ SessionFolder::SessionFolder(const fs::path& path, const Scene& scene,
     if (std::none_of(scene.files.begin(), scene.files.end(), of_scene)) Keep(trace, trace, "");
   }
   Reserve();
+  complete_ = true;
 }
 
 SessionFolder::~SessionFolder() {
+  if (!complete_) RemoveMade();
   for (const int descriptor : {folder_descriptor_, reserve_descriptor_}) {
     if (descriptor >= 0) close(descriptor);
   }
@@ -105,6 +137,10 @@ void SessionFolder::Reserve() {
 
 void SessionFolder::RefuseExisting(const fs::path& path) {
   std::error_code ignored;
+  fs::path there = path;  // the part of the path that exists
+  while (!there.empty() && !fs::exists(there, ignored)) there = there.parent_path();
+  if (!there.empty() && !fs::is_directory(there, ignored))
+    FailToCreate(path, std::strerror(ENOTDIR));
   const std::string remedy = "; leave --out out to get a new folder, or name another";
   if (fs::exists(path / kSessionLogName, ignored)) {
     throw InputError(path.string() + ": already has a session" + remedy);
@@ -118,13 +154,20 @@ void SessionFolder::RefuseExisting(const fs::path& path) {
 }
 
 void SessionFolder::Discard() {
-  std::error_code ignored;
   if (!Finish()) return;
+  RemoveMade();
+  std::error_code ignored;
+  for (const char* name : {kSessionLogName, "timeline.csv"}) fs::remove(File(name), ignored);
+}
+
+void SessionFolder::RemoveMade() {
+  std::error_code ignored;
   if (created_) {
     fs::remove_all(path_, ignored);
-  } else {  // others' files stay
-    for (const char* name : {kSessionLogName, "timeline.csv"}) fs::remove(File(name), ignored);
+    return;
   }
+  // Others' files stay, and a folder that contains one.
+  for (auto name = made_.rbegin(); name != made_.rend(); ++name) fs::remove(path_ / *name, ignored);
 }
 
 bool SessionFolder::Finish() {
@@ -149,10 +192,14 @@ void SessionFolder::Keep(const std::string& name, const fs::path& from, std::str
   if (copy.empty()) copy = FreeCopyName(from);
   const fs::path to = File(copy).lexically_normal();
   std::error_code error;
-  fs::create_directories(to.parent_path(), error);
-  // The target may exist already: a file has two names, or --out is the scene's own folder.
-  if (!error && !fs::exists(to, error)) fs::copy_file(from, to, error);
+  if (fs::create_directories(to.parent_path(), error))
+    made_.push_back(fs::path(copy).parent_path());
   if (error) FailToWrite(to, error.value());
+  // The target may exist already: a file has two names, or --out is the scene's own folder.
+  if (!fs::exists(to, error)) {
+    made_.emplace_back(copy);
+    if (const int fault = CopyFile(from, to); fault != 0) FailToWrite(to, fault);
+  }
   KeptFile& kept = files_.emplace_back(KeptFile{name, copy, Sha256OfFile(to)});
   if (kept.sha256 != Sha256OfFile(from)) {
     throw InputError(to.string() + ": already exists and differs from " + from.string() +
@@ -174,7 +221,7 @@ std::string SessionFolder::FreeCopyName(const fs::path& file) const {
   }
 }
 
-void SessionFolder::WriteScene(const Scene& scene) const {
+void SessionFolder::WriteScene(const Scene& scene) {
   std::string text = scene.source_text;
   if (!scene.recorded && !files_.empty()) {
     if (!text.ends_with('\n')) text += '\n';
@@ -193,6 +240,7 @@ void SessionFolder::WriteScene(const Scene& scene) const {
     throw InputError(path.string() +
                      ": already exists and is another scene; choose another folder with --out");
   }
+  made_.emplace_back("scene.toml");
   WriteTextFile(path, text);
 }
 

@@ -36,7 +36,7 @@ class SessionFolder {
  public:
   /// Creates the folder with the scene and copies of its files and of `traces`. Throws InputError
   /// if the folder cannot be written, already has a session, or has another file of one of the
-  /// names.
+  /// names; what it had made until then is removed again.
   SessionFolder(const std::filesystem::path& path, const Scene& scene,
                 const std::vector<std::string>& traces = {});
 
@@ -48,11 +48,12 @@ class SessionFolder {
   /// Returns false if the folder was deleted.
   bool Finish();
 
-  /// Deletes the folder; if others made it, only its log and timeline. For a session that ended
-  /// before its first tick.
+  /// Deletes the folder; if others made it, only the copies, the log and the timeline. For a session
+  /// that ended before its first tick.
   void Discard();
 
-  /// Throws InputError if the folder already has a session, or a file that a session would replace.
+  /// Throws InputError if the path leads through a file, or if the folder already has a session or a
+  /// file that a session would replace.
   /// Reads only, so that it can be asked before a long set-up.
   static void RefuseExisting(const std::filesystem::path& path);
 
@@ -64,13 +65,17 @@ class SessionFolder {
   const std::vector<KeptFile>& files() const { return files_; }
 
  private:
+  explicit SessionFolder(const std::filesystem::path& path);
+  void RemoveMade();
   void Keep(const std::string& name, const std::filesystem::path& from, std::string copy);
   std::string FreeCopyName(const std::filesystem::path& file) const;
-  void WriteScene(const Scene& scene) const;
+  void WriteScene(const Scene& scene);
   void Reserve();
 
   std::filesystem::path path_;
-  bool created_ = false;  // the folder did not exist before
+  bool created_ = false;                     // the folder did not exist before
+  bool complete_ = false;                    // it has its scene and all copies
+  std::vector<std::filesystem::path> made_;  // files and folders in it, as they were made
   std::vector<KeptFile> files_;
   int folder_descriptor_ = -1;
   int reserve_descriptor_ = -1;

@@ -101,6 +101,10 @@ void Spy(const SpyOptions& options) {
   if (options.once && options.web) {
     throw InputError("spy: --web cannot be combined with --once; leave one out");
   }
+  std::error_code error;
+  if (!options.log.empty() && !std::filesystem::exists(options.log, error)) {
+    throw InputError(options.log + ": no such file; give the path of a session.lcmlog");
+  }
   if (!options.once && !options.web && (isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0)) {
     throw InputError(
         "spy: standard output is not a terminal; give --once for a table, --once --json for a "

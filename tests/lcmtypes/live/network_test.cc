@@ -18,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "lcmtypes/live/device_link.h"
 #include "lcmtypes/live/live_source.h"
 #include "lcmtypes/wire/codec.h"
@@ -150,6 +151,25 @@ TEST(Network, ALocalReaderHearsNoOtherMachine) {
   receive.request_stop();
   receive.join();
   EXPECT_EQ(link.Summary().refused, 1u) << "this machine's own alone";
+}
+
+TEST(Network, WithoutARouteOnlyOurOwnErrorSpeaks) {
+  if (!InsideNetworkNamespace()) {
+    const std::string enter = NetworkNamespaceCommand();
+    if (enter.empty()) GTEST_SKIP() << "network namespaces are refused here";
+    EXPECT_EQ(RunInNetworkNamespace(enter, "Network.WithoutARouteOnlyOurOwnErrorSpeaks"), 0);
+    return;
+  }
+  EXPECT_NE(Connect(kLocalUrl, "--live"), nullptr);
+  ASSERT_EQ(std::system("ip route del 239.255.76.67 dev lo"), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_THROW(Connect(kLocalUrl, "--live"), MachineError);
+  EXPECT_THROW(ConnectToReceive("udpm://", "--device lcm"), MachineError);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "liblcm's own lines";
+}
+
+TEST(Network, AServerThatDoesNotRunIsReported) {
+  EXPECT_THROW(Connect("tcpq://127.0.0.1:1", "--live"), MachineError);
 }
 
 }  // namespace

@@ -82,10 +82,12 @@ TEST(EventReporter, TheUserIsToldOfAMissingDriverOfALossAndOfAReturn) {
   }
   EXPECT_EQ(bench.told, (std::vector<std::string>{
                             "right: waiting for a driver on HPDM_DEVICE",
-                            "right: device back: force fading in",
+                            "right: device connected: force fading in",
                             "right: device lost: pose held, force fading out",
                             "right: device back: force fading in",
                         }));
+  EXPECT_EQ(bench.Names(), (Names{"device.connected", "device.lost", "device.back"}))
+      << "a device that was never there is not lost";
 }
 
 TEST(EventReporter, OfAStutteringDriverTheUserIsToldOnceASecondAndItsLastState) {

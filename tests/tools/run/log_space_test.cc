@@ -26,5 +26,16 @@ TEST(LogSpace, ADiskThatIsTooSmallIsNamedWithTheTimeItLasts) {
   EXPECT_NE(LogSpaceRemark(1e6, 0, 1'799'999'999), "");
 }
 
+TEST(LogSpace, ALengthIsRoundedToSecondsOrMinutes) {
+  const std::string brief = LogSpaceRemark(1e6, 5, 541'000);
+  EXPECT_NE(brief.find("about 0.54 s of"), std::string::npos) << brief;
+  EXPECT_NE(brief.find("not for 5 s;"), std::string::npos) << brief;
+  const std::string middle = LogSpaceRemark(1e6, 90, 45'678'000);
+  EXPECT_NE(middle.find("about 46 s of"), std::string::npos) << middle;
+  EXPECT_NE(middle.find("not for 90 s;"), std::string::npos) << middle;
+  const std::string open = LogSpaceRemark(1e6, 0, 555'555'000);
+  EXPECT_NE(open.find("about 9 min of"), std::string::npos) << open;
+}
+
 }  // namespace
 }  // namespace hpdm

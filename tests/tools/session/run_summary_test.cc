@@ -36,6 +36,20 @@ TEST(BriefSummary, NamesTimePeaksFolderAndTheNextCommand) {
             "next: build/tools/hpdm report out/session_1\n");
 }
 
+TEST(BriefSummary, NamesTheLimitThatAPeakIsAbove) {
+  const auto with = [](double force, double depth) {
+    return BriefSummary(TenSeconds(), "s", "hpdm", {.force = force, .depth = depth});
+  };
+  EXPECT_EQ(with(0.861, 0.0083).find("limit"), std::string::npos) << "at the limit is not above it";
+  EXPECT_NE(
+      with(3, 0.005).find("\npeak: probe 0.86 N, 8.3 mm deep (above the limit of 5 mm); hook"),
+      std::string::npos)
+      << with(3, 0.005);
+  EXPECT_NE(with(0.5, 0.02).find("\npeak: probe 0.86 N (above the limit of 0.5 N), 8.3 mm deep;"),
+            std::string::npos)
+      << with(0.5, 0.02);
+}
+
 TEST(BriefSummary, NamesMissedTicksAndTheirCausesIfThereAreAny) {
   OrderedJson summary = TenSeconds();
   summary["haptic"]["ticks"] = 9988;
