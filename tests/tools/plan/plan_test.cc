@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -21,7 +22,6 @@ namespace hpdm {
 namespace {
 
 namespace fs = std::filesystem;
-const fs::path kSource = HPDM_SOURCE_DIR;
 
 struct ReferenceDemand {
   const char* name;
