@@ -61,8 +61,8 @@ Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
       ++held;
     }
     if (held > 0) continue;
-    throw InputError("organ \"" + name + "\": support " + std::to_string(s + 1) +
-                     " holds no vertex; move or enlarge its region");
+    throw InputError("organ \"" + name + "\": support[" + std::to_string(s) +
+                     "] holds no vertex; move or enlarge its region");
   }
   return springs;
 }

@@ -138,8 +138,9 @@ std::vector<Quadrature> LatticeOrgan::SampleSupports() const {
   for (const SupportOptions& support : options().supports) {
     held.push_back(SampleSupport(rest(), support, surface_.bounds, ControlPointSpacing(lattice_)));
     if (held.back().weights.size() == 0) {
-      throw InputError("organ \"" + options().name + "\": support " + std::to_string(held.size()) +
-                       " holds no tissue; move or enlarge its region");
+      throw InputError("organ \"" + options().name + "\": support[" +
+                       std::to_string(held.size() - 1) +
+                       "] holds no tissue; move or enlarge its region");
     }
     if (support.stiffness) continue;
     held.back().weights =

@@ -39,7 +39,7 @@ const char* ModelName(OrganModelType model) {
 
 Json Coordinates(const Vector3d& p_W) { return {p_W.x(), p_W.y(), p_W.z()}; }
 
-// The tissue that each support of an organ holds.
+// The tissue that each support of an organ holds, in the order of the scene.
 Json SupportFacts(const OrganModel& organ) {
   constexpr int kSamples = 8;  // across the longest side of an organ without a lattice
   const Box bounds = AxisAlignedBounds(organ.rest().vertices);
@@ -113,7 +113,7 @@ void PrintSupports(const Json& organ) {
         support.contains("stiffness_Pa_per_m2")
             ? Format("%.3g Pa/m^2", support["stiffness_Pa_per_m2"].get<double>())
             : "fixed";
-    std::printf("  support %d (%s) holds %.3f l, %.0f %% of the tissue\n", ++number, how.c_str(),
+    std::printf("  support[%d] (%s) holds %.3f l, %.0f %% of the tissue\n", number++, how.c_str(),
                 1000 * support["tissue_volume_m3"].get<double>(),
                 100 * support["share"].get<double>());
   }
