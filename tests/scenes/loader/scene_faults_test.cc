@@ -185,7 +185,7 @@ TEST_F(SceneFaults, FaultyInstrumentsAreNamed) {
        "instrument[1].name", "is already used", "its own name"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[[instrument]]\nname='q'\ntrocar=[0,0,0]\n"
        "[[instrument]]\nname='r'\ntrocar=[0,0,0]",
-       "10:1", "instrument[2]", "too many instruments", "at most 2"},
+       "10:1", "instrument[2]", "is one too many", "at most 2"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ntip_radius=0", "7:12", "instrument[0].tip_radius",
        "out of range (0)", "above 0"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[instrument.device]\nmin_insertion=0.5", "8:15",
@@ -223,7 +223,7 @@ TEST_F(SceneFaults, FaultyJawsAndExchangesAreNamed) {
        "instrument[0].exchange[0].name", "is missing", "name the instrument"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\nexchange=[{name='1'},{name='2'},{name='3'},"
        "{name='4'},{name='5'},{name='6'},{name='7'},{name='8'}]",
-       "7:88", "instrument[0].exchange[7]", "too many exchanges", "at most 7"},
+       "7:88", "instrument[0].exchange[7]", "is one too many", "at most 7"},
   };
   ExpectFaults(cases);
 }
