@@ -38,6 +38,13 @@ std::string IntervalText(const Interval& range) {
   return text;
 }
 
+/// Returns a value of the wrong type. A number of type float keeps its decimal point: 4.0.
+std::string WrongValueText(const toml::node& value) {
+  const std::string text = ValueText(value);
+  const bool looks_whole = text.find_first_not_of("-0123456789") == std::string::npos;
+  return value.is_floating_point() && looks_whole ? text + ".0" : text;
+}
+
 std::string_view KindOf(const toml::node& value) {
   // In the order of toml::node_type.
   static constexpr std::string_view kKinds[] = {"empty",      "a table",  "an array",  "a string",
@@ -104,7 +111,7 @@ void TableReader::FailType(std::string_view key, const toml::node& value,
                            std::string_view wanted) const {
   std::string message = "is " + std::string(KindOf(value));
   const bool date_or_time = value.is_date() || value.is_time() || value.is_date_time();
-  if (!value.is_table() && !date_or_time) message += " (" + ValueText(value) + ")";
+  if (!value.is_table() && !date_or_time) message += " (" + WrongValueText(value) + ")";
   message.append("; give ").append(wanted);
   FailAt(*document_, value.source().begin, PathOf(key), message);
 }
