@@ -329,6 +329,21 @@ TEST_F(SceneFaults, RigidOrgansTakeNoLatticeEnergyMaterialOrSupport) {
   EXPECT_FALSE(Load(organ).organs[0].wall_stiffness);
 }
 
+TEST_F(SceneFaults, AMissingFilesPlaceIsNamedOnce) {
+  const auto error = [](const std::string& mesh, const std::string& scene) {
+    return ErrorOf([&] { ParseScene("[[organ]]\nname='a'\nmesh='" + mesh + "'\n", scene); });
+  };
+  EXPECT_EQ(error("no.obj", "s.toml"),
+            "s.toml:3:6: organ[0].mesh: there is no such file (\"no.obj\"); paths are relative to "
+            "the scene's folder");
+  EXPECT_EQ(
+      error("no.obj", "a/s.toml"),
+      "a/s.toml:3:6: organ[0].mesh: there is no such file (\"no.obj\"); paths are relative to "
+      "the scene's folder, this one leads to \"a/no.obj\"");
+  EXPECT_EQ(error("/no.obj", "a/s.toml"),
+            "a/s.toml:3:6: organ[0].mesh: there is no such file (\"/no.obj\"); check the path");
+}
+
 TEST_F(SceneFaults, UnsupportedFeaturesAreRefusedNotIgnored) {
   EXPECT_EQ(
       LoadError(kOrgan + "[scene]\ngravity=[0,0,-9.81]\n"),
