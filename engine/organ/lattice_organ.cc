@@ -133,7 +133,7 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   }
 }
 
-std::vector<Quadrature> LatticeOrgan::SampleSupports() const {
+std::vector<Quadrature> LatticeOrgan::SampleSupports() {
   std::vector<Quadrature> held;
   for (const SupportOptions& support : options().supports) {
     held.push_back(SampleSupport(rest(), support, surface_.bounds, ControlPointSpacing(lattice_)));
@@ -142,6 +142,7 @@ std::vector<Quadrature> LatticeOrgan::SampleSupports() const {
                        std::to_string(held.size() - 1) +
                        "] holds no tissue; move or enlarge its region");
     }
+    support_volumes_.push_back(held.back().weights.sum());
     if (support.stiffness) continue;
     held.back().weights =
         ElasticWeights(options(), surface_.bounds, held.back().points, held.back().weights);
