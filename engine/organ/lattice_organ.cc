@@ -138,9 +138,10 @@ std::vector<Quadrature> LatticeOrgan::SampleSupports() {
   for (const SupportOptions& support : options().supports) {
     held.push_back(SampleSupport(rest(), support, surface_.bounds, ControlPointSpacing(lattice_)));
     if (held.back().weights.size() == 0) {
-      throw InputError("organ \"" + options().name + "\": support[" +
-                       std::to_string(held.size() - 1) +
-                       "] holds no tissue; move or enlarge its region");
+      const std::string key = "support[" + std::to_string(held.size() - 1) + "]";
+      throw InputError("organ \"" + options().name + "\": " + key +
+                           " holds no tissue; move or enlarge its region",
+                       {"organ", options().name, key});
     }
     support_volumes_.push_back(held.back().weights.sum());
     if (support.stiffness) continue;
