@@ -71,20 +71,20 @@ KeyTexts ReadmeTexts() {
 }
 
 /// Returns whole numbers as integers, so that they read 1000 and not 1000.0.
-Json Number(double x) {
+Json NumberValue(double x) {
   return x == std::floor(x) && std::abs(x) < 1e15 ? Json(static_cast<long long>(x)) : Json(x);
 }
 
 Json NumberSchema(const char* type, const KeyForm& form) {
   Json schema = {{"type", type}};
-  for (const double x : form.only) schema["enum"].push_back(Number(x));
+  for (const double x : form.only) schema["enum"].push_back(NumberValue(x));
   if (!form.only.empty()) return schema;
   const Interval& range = form.range;
   if (std::isfinite(range.min)) {
-    schema[range.above_min ? "exclusiveMinimum" : "minimum"] = Number(range.min);
+    schema[range.above_min ? "exclusiveMinimum" : "minimum"] = NumberValue(range.min);
   }
   if (std::isfinite(range.max)) {
-    schema[range.below_max ? "exclusiveMaximum" : "maximum"] = Number(range.max);
+    schema[range.below_max ? "exclusiveMaximum" : "maximum"] = NumberValue(range.max);
   }
   return schema;
 }

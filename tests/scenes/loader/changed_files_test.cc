@@ -6,7 +6,7 @@
 namespace hpdm {
 namespace {
 
-using Names = std::vector<std::string>;
+using FileNames = std::vector<std::string>;
 
 class ChangedFilesTest : public SceneTest {
  protected:
@@ -20,24 +20,24 @@ class ChangedFilesTest : public SceneTest {
 
 TEST_F(ChangedFilesTest, AreThoseWithOtherContents) {
   const std::string sum = Sha256OfFile(folder_.Write("m.obj", "abc"));
-  EXPECT_EQ(ChangedFiles(Record("m.obj", sum)), Names{});
-  EXPECT_EQ(ChangedFiles(Record("/far/away.obj", sum, "m.obj")), Names{});
+  EXPECT_EQ(ChangedFiles(Record("m.obj", sum)), FileNames{});
+  EXPECT_EQ(ChangedFiles(Record("/far/away.obj", sum, "m.obj")), FileNames{});
   folder_.Write("m.obj", "abd");
-  EXPECT_EQ(ChangedFiles(Record("m.obj", sum)), Names{"m.obj"});
-  EXPECT_EQ(ChangedFiles(Record("/far/away.obj", sum, "m.obj")), Names{"m.obj"});
+  EXPECT_EQ(ChangedFiles(Record("m.obj", sum)), FileNames{"m.obj"});
+  EXPECT_EQ(ChangedFiles(Record("/far/away.obj", sum, "m.obj")), FileNames{"m.obj"});
 }
 
 TEST_F(ChangedFilesTest, AreNoneWithoutARecordAndNoneOutside) {
   const std::string none(64, '0');
-  EXPECT_EQ(ChangedFiles(""), Names{});
-  EXPECT_EQ(ChangedFiles(folder_.path() / "missing.toml"), Names{});
-  EXPECT_EQ(ChangedFiles(folder_.Write("s.toml", "file = [7]")), Names{});
-  EXPECT_EQ(ChangedFiles(folder_.Write("s.toml", "file = 7")), Names{});
-  EXPECT_EQ(ChangedFiles(Record("m.obj", "short")), Names{});
-  EXPECT_EQ(ChangedFiles(Record("missing.obj", none)), Names{});
-  EXPECT_EQ(ChangedFiles(Record("meshes", none)), Names{});
-  EXPECT_EQ(ChangedFiles(Record("/etc/hostname", none)), Names{});
-  EXPECT_EQ(ChangedFiles(Record("../m.obj", none)), Names{});
+  EXPECT_EQ(ChangedFiles(""), FileNames{});
+  EXPECT_EQ(ChangedFiles(folder_.path() / "missing.toml"), FileNames{});
+  EXPECT_EQ(ChangedFiles(folder_.Write("s.toml", "file = [7]")), FileNames{});
+  EXPECT_EQ(ChangedFiles(folder_.Write("s.toml", "file = 7")), FileNames{});
+  EXPECT_EQ(ChangedFiles(Record("m.obj", "short")), FileNames{});
+  EXPECT_EQ(ChangedFiles(Record("missing.obj", none)), FileNames{});
+  EXPECT_EQ(ChangedFiles(Record("meshes", none)), FileNames{});
+  EXPECT_EQ(ChangedFiles(Record("/etc/hostname", none)), FileNames{});
+  EXPECT_EQ(ChangedFiles(Record("../m.obj", none)), FileNames{});
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ std::string Listed(const std::vector<std::string>& names) {
   return list.empty() ? "none" : list;
 }
 
-std::uint64_t Contacts(const SessionReport& report) {
+std::uint64_t ContactCount(const SessionReport& report) {
   std::uint64_t count = 0;
   for (const HandReport& hand : report.hands) count += hand.contact.count;
   return count;
@@ -95,8 +95,8 @@ TaskComparison CompareTasks(const SessionReport& report, const SessionReport& ag
     task.same_instruments = false;
     task.warnings.push_back("other instruments: " + Listed(now) + "; before: " + Listed(before));
   }
-  const bool touches = Contacts(report) > 0;
-  if (touches != (Contacts(against) > 0)) {
+  const bool touches = ContactCount(report) > 0;
+  if (touches != (ContactCount(against) > 0)) {
     task.both_touch = false;
     task.warnings.push_back(
         touches ? "contact with tissue; before: none, so no figure is called better or worse"
