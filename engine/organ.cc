@@ -85,7 +85,8 @@ SurfaceMesh LoadPosedMesh(const OrganOptions& options, std::vector<std::string>*
     const bool named = size.likely_unit.find('m') != std::string::npos;
     const std::string unit = named ? '"' + size.likely_unit + '"' : size.likely_unit;
     throw InputError(options.mesh + ": organ \"" + options.name + "\": " + size.Text() +
-                     "; set organ.unit = " + unit);
+                         "; set organ.unit = " + unit,
+                     {"organ", options.name, "unit"});
   }
   SurfaceMesh mesh = Subdivided(imported.mesh, options.subdivisions, options.mesh.c_str());
   Points& vertices = mesh.vertices;

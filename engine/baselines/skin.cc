@@ -61,8 +61,10 @@ Eigen::VectorXd GroundSprings(const SurfaceMesh& rest, const Skin& skin,
       ++held;
     }
     if (held > 0) continue;
-    throw InputError("organ \"" + name + "\": support " + std::to_string(s + 1) +
-                     " holds no vertex; move or enlarge its region");
+    const std::string key = "support[" + std::to_string(s) + "]";
+    throw InputError(
+        "organ \"" + name + "\": " + key + " holds no vertex; move or enlarge its region",
+        {"organ", name, key});
   }
   return springs;
 }

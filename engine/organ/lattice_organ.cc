@@ -133,14 +133,17 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   }
 }
 
-std::vector<Quadrature> LatticeOrgan::SampleSupports() const {
+std::vector<Quadrature> LatticeOrgan::SampleSupports() {
   std::vector<Quadrature> held;
   for (const SupportOptions& support : options().supports) {
     held.push_back(SampleSupport(rest(), support, surface_.bounds, ControlPointSpacing(lattice_)));
     if (held.back().weights.size() == 0) {
-      throw InputError("organ \"" + options().name + "\": support " + std::to_string(held.size()) +
-                       " holds no tissue; move or enlarge its region");
+      const std::string key = "support[" + std::to_string(held.size() - 1) + "]";
+      throw InputError("organ \"" + options().name + "\": " + key +
+                           " holds no tissue; move or enlarge its region",
+                       {"organ", options().name, key});
     }
+    support_volumes_.push_back(held.back().weights.sum());
     if (support.stiffness) continue;
     held.back().weights =
         ElasticWeights(options(), surface_.bounds, held.back().points, held.back().weights);

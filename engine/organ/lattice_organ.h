@@ -21,6 +21,8 @@ class LatticeOrgan final : public OrganMechanics {
   LatticeOrgan(const OrganSurface& surface, std::vector<std::string>* warnings);
 
   const Lattice& lattice() const { return lattice_; }
+  /// Returns the volume of the tissue that each support holds, m^3.
+  const std::vector<double>& support_volumes() const { return support_volumes_; }
   const InversionDetector& inversion_detector() const { return *inversion_detector_; }
   const ElasticEnergy* finite_energy() const override { return finite_energy_.get(); }
   const RefinementBasis* refinement_basis() const override {
@@ -36,12 +38,13 @@ class LatticeOrgan final : public OrganMechanics {
   double ResolvedRadius(const SurfacePoint& at, double radius) const override;
 
  private:
-  std::vector<Quadrature> SampleSupports() const;
+  std::vector<Quadrature> SampleSupports();
   void BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
                          const std::vector<Quadrature>& held);
   void BuildStrainEnergy(const Quadrature& tissue, const std::vector<Quadrature>& held);
 
   Lattice lattice_;
+  std::vector<double> support_volumes_;
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   std::unique_ptr<const ElasticEnergy> finite_energy_;
   std::optional<RefinementBasis> refinement_basis_;

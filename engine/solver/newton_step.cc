@@ -10,7 +10,8 @@ bool NewtonFactor::Factorise(const Points& U, ElasticEnergy* energy) {
     // Semi-definite parts may leave a direction without any stiffness.
     if (semi_definite) K_.diagonal() *= 1 + 1e-9;
     factor_.compute(K_);
-    if (factor_.info() == Eigen::Success) return true;
+    // A NaN is not below zero, so the factorisation takes it for positive. It reaches the diagonal.
+    if (factor_.info() == Eigen::Success && factor_.matrixLLT().diagonal().allFinite()) return true;
   }
   return false;
 }

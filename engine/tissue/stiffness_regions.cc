@@ -86,8 +86,10 @@ class StiffnessSampler {
     }
     for (std::size_t r = 0; r < held_.size(); ++r) {
       if (held_[r]) continue;
-      throw InputError("organ \"" + organ_.name + "\": region " + std::to_string(r + 1) +
-                       " holds no tissue; move or enlarge it");
+      const std::string key = "region[" + std::to_string(r) + "]";
+      throw InputError(
+          "organ \"" + organ_.name + "\": " + key + " holds no tissue; move or enlarge it",
+          {"organ", organ_.name, key});
     }
     Collect();
     return std::move(all_);

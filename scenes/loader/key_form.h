@@ -50,7 +50,8 @@ struct KeyForm {
   Type type = Type::kString;
   Interval range = {};                         ///< Of each number or integer.
   std::vector<std::string_view> choices = {};  ///< Of kChoice.
-  std::size_t max_size = 0;
+  std::size_t max_size = 0;                    ///< Of kTables: 0 is any number.
+  std::vector<double> only = {};  ///< If any: the only numbers that are accepted; 1 is true.
 };
 
 /// Is informed of what a TableReader asks of its table, whether or not the table has the key.
@@ -60,6 +61,9 @@ class KeyObserver {
   virtual ~KeyObserver() = default;
   virtual void OnTable(std::string_view table) = 0;
   virtual void OnKey(std::string_view table, std::string_view key, const KeyForm& form) = 0;
+  /// Of the key's numbers only `values` are accepted; 1 stands for true.
+  virtual void OnValues(std::string_view table, std::string_view key,
+                        const std::vector<double>& values) = 0;
   /// The table must have the key.
   virtual void OnRequired(std::string_view table, std::string_view key) = 0;
   /// The table must not have both keys.

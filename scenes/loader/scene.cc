@@ -42,9 +42,8 @@ LaparoscopeOptions ReadLaparoscope(const TableReader& table) {
   }
   int angle_deg = 0;
   table.ReadInteger("angle_deg", 0, 45, &angle_deg);
-  if (angle_deg != 0 && angle_deg != 30 && angle_deg != 45) {
-    table.Fail("angle_deg", "is not a laparoscope's angle", "give 0, 30 or 45 degrees");
-  }
+  table.RefuseOthers("angle_deg", {0, 30, 45}, "is not a laparoscope's angle",
+                     "give 0, 30 or 45 degrees");
   scope.angle = Radians(angle_deg);
 
   table.RefuseBoth("field_of_view_deg", "focal_length");
@@ -104,29 +103,21 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     table->ReadName("name", &scene.name);
     Vector3d gravity = Vector3d::Zero();
     table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &gravity);
-    if (!gravity.isZero(0)) {
-      table->Fail("gravity", "is not supported yet", "remove the key or give [0, 0, 0]");
-    }
+    table->RefuseOthers("gravity", {0}, "is not supported yet", "remove the key or give [0, 0, 0]");
     table->ReadFile("background", &scene.background);
   }
   if (const auto table = root.Table("timing", kTimingKeys)) scene.timing = ReadTiming(*table);
 
   constexpr std::string_view kAddOrgan = "add at least one [[organ]] table";
   root.Require("organ", kAddOrgan);
-  for (const TableReader& table : root.Tables("organ", kOrganKeys)) {
-    if (scene.organs.size() == static_cast<std::size_t>(kMaxOrgans)) {
-      table.Fail("too many organs", "a scene has at most " + std::to_string(kMaxOrgans));
-    }
+  for (const TableReader& table : root.Tables("organ", kOrganKeys, kMaxOrgans)) {
     OrganOptions organ = ReadOrgan(table);
     organ.time_step = 1.0 / scene.timing.deformation_hz;
     RefuseTakenName(table, organ, scene.organs);
     scene.organs.push_back(std::move(organ));
   }
   if (scene.organs.empty()) root.Fail("organ", "is empty", kAddOrgan);
-  for (const TableReader& table : root.Tables("instrument", kInstrumentKeys)) {
-    if (scene.instruments.size() == static_cast<std::size_t>(kMaxInstruments)) {
-      table.Fail("too many instruments", "a scene has at most " + std::to_string(kMaxInstruments));
-    }
+  for (const TableReader& table : root.Tables("instrument", kInstrumentKeys, kMaxInstruments)) {
     InstrumentOptions instrument = ReadInstrument(table, scene.organs);
     RefuseTakenName(table, instrument, scene.instruments);
     scene.instruments.push_back(std::move(instrument));

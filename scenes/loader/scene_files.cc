@@ -16,6 +16,13 @@ const SceneFile* Named(const std::vector<SceneFile>& files, const std::string& n
   return at == files.end() ? nullptr : &*at;
 }
 
+/// Returns the remedy for a name that leads to no file. It names the place unless that is the name.
+std::string PathRule(const std::string& name, const fs::path& place) {
+  if (fs::path(name).is_absolute()) return "check the path";
+  const std::string rule = "paths are relative to the scene's folder";
+  return place == name ? rule : rule + ", this one leads to \"" + place.string() + '"';
+}
+
 constexpr char kOrDropRecord[] = "or remove the [[file]] tables to use the present files";
 
 }  // namespace
@@ -73,7 +80,7 @@ std::optional<SceneFiles::Fault> SceneFiles::Find(const std::string& name, std::
   if (name.empty() || !fs::is_regular_file(status)) {
     return Fault{
         !name.empty() && fs::exists(status) ? "is not a regular file" : "there is no such file",
-        "paths are relative to the scene's folder, this one leads to \"" + place.string() + '"'};
+        PathRule(name, place)};
   }
   file.path = place.string();
   if (recorded()) {

@@ -126,11 +126,7 @@ void ReadHeld(const TableReader& table, InstrumentDescription* held) {
 }
 
 void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {
-  for (const TableReader& exchange : table.Tables("exchange", kExchangeKeys)) {
-    if (instrument->exchanges.size() == static_cast<std::size_t>(kMaxHeld - 1)) {
-      exchange.Fail("too many exchanges", "a hand has at most " + std::to_string(kMaxHeld - 1) +
-                                              " besides its first instrument");
-    }
+  for (const TableReader& exchange : table.Tables("exchange", kExchangeKeys, kMaxHeld - 1)) {
     InstrumentDescription held;
     ReadHeld(exchange, &held);
     for (int i = 0; i < instrument->HeldCount(); ++i) {

@@ -121,6 +121,13 @@ class FormCollector : public KeyObserver {
     }
   }
 
+  void OnValues(std::string_view table, std::string_view key,
+                const std::vector<double>& values) override {
+    for (KeyForm& form : seen_[WithoutNumbers(table)].form.keys[std::string(key)]) {
+      form.only = values;
+    }
+  }
+
   void OnRequired(std::string_view table, std::string_view key) override {
     ++seen_[WithoutNumbers(table)].requests[std::string(key)];
   }

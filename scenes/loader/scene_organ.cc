@@ -194,10 +194,9 @@ SupportOptions ReadSupport(const TableReader& table) {
 
   table.RefuseBoth("fixed", "stiffness");
   bool fixed = false;
-  if (table.ReadBoolean("fixed", &fixed) && !fixed) {
-    table.Fail("fixed", "gives a support without effect",
-               "give fixed = true, or stiffness instead of it");
-  }
+  table.ReadBoolean("fixed", &fixed);
+  table.RefuseOthers("fixed", {1}, "gives a support without effect",
+                     "give fixed = true, or stiffness instead of it");
   double stiffness = 0;
   if (table.ReadNumber("stiffness", Interval::Positive(1e15, "Pa/m^2"), &stiffness)) {
     support.stiffness = stiffness;
@@ -263,11 +262,9 @@ OrganOptions ReadOrgan(const TableReader& table) {
                      "remove it: the model has a damping of its own");
     }
     // A lattice supports it, but its force would reach the tick only with the step's patch.
-    if (organ.material.relaxation_time > 0) {
-      material->Fail(
-          "relaxation_time", "is not supported yet",
-          "remove the key or set it to 0: the viscous force would reach the hand 34 to 67 ms late");
-    }
+    material->RefuseOthers(
+        "relaxation_time", {0}, "is not supported yet",
+        "remove the key or set it to 0: the viscous force would reach the hand 34 to 67 ms late");
   }
   for (const TableReader& region : table.Tables("region", kRegionKeys)) {
     organ.regions.push_back(ReadStiffnessRegion(region));

@@ -38,6 +38,13 @@ std::string IntervalText(const Interval& range) {
   return text;
 }
 
+/// Returns a value of the wrong type. A number of type float keeps its decimal point: 4.0.
+std::string WrongValueText(const toml::node& value) {
+  const std::string text = ValueText(value);
+  const bool looks_whole = text.find_first_not_of("-0123456789") == std::string::npos;
+  return value.is_floating_point() && looks_whole ? text + ".0" : text;
+}
+
 std::string_view KindOf(const toml::node& value) {
   // In the order of toml::node_type.
   static constexpr std::string_view kKinds[] = {"empty",      "a table",  "an array",  "a string",
@@ -104,7 +111,7 @@ void TableReader::FailType(std::string_view key, const toml::node& value,
                            std::string_view wanted) const {
   std::string message = "is " + std::string(KindOf(value));
   const bool date_or_time = value.is_date() || value.is_time() || value.is_date_time();
-  if (!value.is_table() && !date_or_time) message += " (" + ValueText(value) + ")";
+  if (!value.is_table() && !date_or_time) message += " (" + WrongValueText(value) + ")";
   message.append("; give ").append(wanted);
   FailAt(*document_, value.source().begin, PathOf(key), message);
 }
@@ -134,6 +141,21 @@ void TableReader::RefuseBoth(std::string_view a, std::string_view b) const {
   if (observer_ != nullptr) observer_->OnExclusive(path_, a, b);
   if (!Has(a) || !Has(b)) return;
   Fail(b, "cannot be combined with " + std::string(a), "keep one of the two");
+}
+
+void TableReader::RefuseOthers(std::string_view key, const std::vector<double>& values,
+                               std::string_view what, std::string_view remedy) const {
+  if (observer_ != nullptr) observer_->OnValues(path_, key, values);
+  const auto accepted = [&values](const toml::node& value) {
+    const double number =
+        value.is_boolean() ? (*value.value<bool>() ? 1 : 0) : value.value<double>().value_or(0);
+    return std::ranges::find(values, number) != values.end();
+  };
+  const toml::node* value = Find(key);
+  if (value == nullptr) return;
+  const auto* elements = value->as_array();
+  if (elements != nullptr ? std::ranges::all_of(*elements, accepted) : accepted(*value)) return;
+  Fail(key, what, remedy);
 }
 
 double TableReader::CheckedNumber(std::string_view key, const toml::node& value,
@@ -307,8 +329,9 @@ std::optional<TableReader> TableReader::Table(std::string_view key, Keys known) 
   return TableReader(*document_, *table, PathOf(key), known, files_, observer_);
 }
 
-std::vector<TableReader> TableReader::Tables(std::string_view key, Keys known) const {
-  Note(key, {.type = KeyForm::Type::kTables});
+std::vector<TableReader> TableReader::Tables(std::string_view key, Keys known,
+                                             std::size_t most) const {
+  Note(key, {.type = KeyForm::Type::kTables, .max_size = most});
   std::vector<TableReader> tables;
   const toml::node* value = Find(key);
   if (value == nullptr) return tables;
@@ -317,9 +340,12 @@ std::vector<TableReader> TableReader::Tables(std::string_view key, Keys known) c
   for (const toml::node& element : *elements) {
     const auto* table = element.as_table();
     if (table == nullptr) FailType(key, element, "tables in double brackets, [[...]]");
-    tables.push_back(TableReader(*document_, *table,
-                                 PathOf(key) + "[" + std::to_string(tables.size()) + "]", known,
-                                 files_, observer_));
+    const std::string path = PathOf(key) + "[" + std::to_string(tables.size()) + "]";
+    if (most > 0 && tables.size() == most) {
+      FailAt(*document_, table->source().begin, path,
+             "is one too many; give at most " + std::to_string(most));
+    }
+    tables.push_back(TableReader(*document_, *table, path, known, files_, observer_));
   }
   return tables;
 }

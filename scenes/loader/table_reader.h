@@ -43,6 +43,11 @@ class TableReader {
   /// Fails when both keys are given.
   void RefuseBoth(std::string_view a, std::string_view b) const;
 
+  /// Fails with the message when the key is given and its number, a number of its vector, or its
+  /// boolean (true: 1) is none of `values`. To be called after the key's Read function.
+  void RefuseOthers(std::string_view key, const std::vector<double>& values, std::string_view what,
+                    std::string_view remedy) const;
+
   bool ReadNumber(std::string_view key, const Interval& range, double* out) const;
   /// Reads an array of three numbers.
   bool ReadVector(std::string_view key, const Interval& range, Vector3d* out) const;
@@ -81,8 +86,9 @@ class TableReader {
 
   /// Returns a table inside this one, [key] or key = {...}.
   std::optional<TableReader> Table(std::string_view key, Keys known) const;
-  /// Returns the array of tables [[key]]; empty when absent.
-  std::vector<TableReader> Tables(std::string_view key, Keys known) const;
+  /// Returns the array of tables [[key]]; empty when absent. Fails if there are more than `most`,
+  /// unless that is 0.
+  std::vector<TableReader> Tables(std::string_view key, Keys known, std::size_t most = 0) const;
 
   /// Fails at the key's value, or at the table when the key is absent.
   [[noreturn]] void Fail(std::string_view key, std::string_view what,

@@ -289,9 +289,9 @@ void AddScenesAndMeshes(Logs* logs) {
                {"replay"});
   logs->Folder(
       "no mesh", [](const fs::path& x) { fs::remove(x / "box.obj"); }, scenes);
-  logs->Folder(
-      "another mesh",
-      [](const fs::path& x) { std::ofstream(x / "box.obj", std::ios::app) << "# more\n"; }, scenes);
+  logs->Folder("another mesh",
+               [](const fs::path& x) { std::ofstream(x / "box.obj", std::ios::app) << "# more\n"; },
+               {"replay", "report", "run"});
   logs->Folder(
       "a mesh that is a link out",
       [](const fs::path& x) {

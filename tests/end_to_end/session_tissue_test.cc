@@ -52,7 +52,7 @@ TEST_F(Flow, TheCompleteSceneOfTheReadmeIsFeltAndCheckSaysWhatHoldsIt) {
   const Outcome check = Hpdm("check " + Folder("s.toml"));
   ASSERT_EQ(check.exit_code, 0) << check.err;
   for (const char* said :
-       {"box from [-0.080, -0.102, -0.077] to [0.133, 0.068, 0.057] m", "support 1 (fixed) holds ",
+       {"box from [-0.080, -0.102, -0.077] to [0.133, 0.068, 0.057] m", "support[0] (fixed) holds ",
         "the hand's target is [", " mm from the trocar",
         "organ \"liver\": no [[organ.support]]: its rear 30 %, y above 0.017 m, is held"}) {
     EXPECT_NE(check.out.find(said), std::string::npos) << said << "\n" << check.out;

@@ -1,10 +1,11 @@
-#include "engine/base/check.h"
-
-#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/text_list.h"
@@ -13,7 +14,6 @@
 #include "tools/check/scene_schema.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
-#include "tools/session/hand_site.h"
 #include "tools/session/session.h"
 #include "tools/shared/json_text.h"
 #include "tools/shared/report_text.h"
@@ -39,18 +39,26 @@ const char* ModelName(OrganModelType model) {
 
 Json Coordinates(const Vector3d& p_W) { return {p_W.x(), p_W.y(), p_W.z()}; }
 
-// The tissue that each support of an organ holds.
-Json SupportFacts(const OrganModel& organ) {
-  constexpr int kSamples = 8;  // across the longest side of an organ without a lattice
-  const Box bounds = AxisAlignedBounds(organ.rest().vertices);
-  const double spacing = organ.lattice_organ() != nullptr
-                             ? ControlPointSpacing(organ.lattice_organ()->lattice())
-                             : (bounds.max - bounds.min).maxCoeff() / kSamples;
-  Json held = Json::array();
+// The volume of the tissue that each support of an organ holds, m^3.
+std::vector<double> SupportVolumes(const OrganModel& organ, const Box& bounds) {
+  if (organ.lattice_organ() != nullptr) return organ.lattice_organ()->support_volumes();
+  constexpr int kSamples = 8;  // across the longest side
+  const double spacing = (bounds.max - bounds.min).maxCoeff() / kSamples;
+  std::vector<double> volumes;
   for (const SupportOptions& support : organ.options().supports) {
-    const double volume = SampleSupport(organ.rest(), support, bounds, spacing).weights.sum();
-    Json facts = {{"tissue_volume_m3", volume}, {"share", volume / organ.tissue_volume()}};
-    if (support.stiffness) facts["stiffness_Pa_per_m2"] = *support.stiffness;
+    volumes.push_back(SampleSupport(organ.rest(), support, bounds, spacing).weights.sum());
+  }
+  return volumes;
+}
+
+// The tissue that each support of an organ holds, in the order of the scene.
+Json SupportFacts(const OrganModel& organ, const Box& bounds) {
+  const std::vector<double> volumes = SupportVolumes(organ, bounds);
+  Json held = Json::array();
+  for (std::size_t s = 0; s < volumes.size(); ++s) {
+    Json facts = {{"tissue_volume_m3", volumes[s]}, {"share", volumes[s] / organ.tissue_volume()}};
+    const std::optional<double>& stiffness = organ.options().supports[s].stiffness;
+    if (stiffness) facts["stiffness_Pa_per_m2"] = *stiffness;
     held.push_back(facts);
   }
   return held;
@@ -69,7 +77,7 @@ Json OrganFacts(const OrganModel& organ) {
                 {"supports", organ.options().supports.size()},
                 {"box_min_m", Coordinates(bounds.min)},
                 {"box_max_m", Coordinates(bounds.max)},
-                {"held", SupportFacts(organ)}};
+                {"held", SupportFacts(organ, bounds)}};
   if (organ.rigid()) return facts;
   // Number of coupled unknowns: one axis at a time (metric, continuum) or all three.
   double unknowns = organ.control_points();
@@ -113,7 +121,7 @@ void PrintSupports(const Json& organ) {
         support.contains("stiffness_Pa_per_m2")
             ? Format("%.3g Pa/m^2", support["stiffness_Pa_per_m2"].get<double>())
             : "fixed";
-    std::printf("  support %d (%s) holds %.3f l, %.0f %% of the tissue\n", ++number, how.c_str(),
+    std::printf("  support[%d] (%s) holds %.3f l, %.0f %% of the tissue\n", number++, how.c_str(),
                 1000 * support["tissue_volume_m3"].get<double>(),
                 100 * support["share"].get<double>());
   }
@@ -179,15 +187,6 @@ Json InstrumentFacts(const InstrumentOptions& instrument, const DeviceChoice& de
     facts["exchanges"].push_back({{"name", held.name}, {"type", TypeName(held.type)}});
   }
   return facts;
-}
-
-// The session has found the organ and the place on it.
-HandSite SiteOf(const Session& session, const InstrumentOptions& instrument) {
-  const auto organ = std::find_if(
-      session.organs().begin(), session.organs().end(),
-      [&](const OrganModel& each) { return each.options().name == instrument.hand.organ; });
-  HPDM_CHECK(organ != session.organs().end());
-  return SiteOnOrgan(instrument, organ->rest(), organ->centre_of_volume_W());
 }
 
 void PrintInstrument(const Json& instrument) {
@@ -259,7 +258,7 @@ void Check(const std::string& scene, bool as_json) {
   for (std::size_t i = 0; i < session.scene().instruments.size(); ++i) {
     const InstrumentOptions& instrument = session.scene().instruments[i];
     facts["instruments"].push_back(
-        InstrumentFacts(instrument, session.device_choices()[i], SiteOf(session, instrument)));
+        InstrumentFacts(instrument, session.device_choices()[i], session.SiteOf(instrument)));
   }
   facts["contacts"] = Json::array();
   for (const Session::ContactFact& contact : session.contacts()) {

@@ -70,18 +70,28 @@ KeyTexts ReadmeTexts() {
   return texts;
 }
 
-Json NumberSchema(const char* type, const Interval& range) {
-  // Whole limits as integers, so that they read 1000 and not 1000.0.
-  const auto limit = [](double x) {
-    return x == std::floor(x) && std::abs(x) < 1e15 ? Json(static_cast<long long>(x)) : Json(x);
-  };
+/// Returns whole numbers as integers, so that they read 1000 and not 1000.0.
+Json NumberValue(double x) {
+  return x == std::floor(x) && std::abs(x) < 1e15 ? Json(static_cast<long long>(x)) : Json(x);
+}
+
+Json NumberSchema(const char* type, const KeyForm& form) {
   Json schema = {{"type", type}};
+  for (const double x : form.only) schema["enum"].push_back(NumberValue(x));
+  if (!form.only.empty()) return schema;
+  const Interval& range = form.range;
   if (std::isfinite(range.min)) {
-    schema[range.above_min ? "exclusiveMinimum" : "minimum"] = limit(range.min);
+    schema[range.above_min ? "exclusiveMinimum" : "minimum"] = NumberValue(range.min);
   }
   if (std::isfinite(range.max)) {
-    schema[range.below_max ? "exclusiveMaximum" : "maximum"] = limit(range.max);
+    schema[range.below_max ? "exclusiveMaximum" : "maximum"] = NumberValue(range.max);
   }
+  return schema;
+}
+
+Json BooleanSchema(const KeyForm& form) {
+  Json schema = {{"type", "boolean"}};
+  for (const double x : form.only) schema["enum"].push_back(x != 0);
   return schema;
 }
 
@@ -127,17 +137,17 @@ class SchemaWriter {
     using Type = KeyForm::Type;
     switch (form.type) {
       case Type::kNumber:
-        return NumberSchema("number", form.range);
+        return NumberSchema("number", form);
       case Type::kVector:
-        return ArrayOf(NumberSchema("number", form.range), 3, 3);
+        return ArrayOf(NumberSchema("number", form), 3, 3);
       case Type::kInteger:
-        return NumberSchema("integer", form.range);
+        return NumberSchema("integer", form);
       case Type::kIntegers: {
-        const Json integer = NumberSchema("integer", form.range);
+        const Json integer = NumberSchema("integer", form);
         return {{"anyOf", {integer, ArrayOf(integer, 3, 3)}}};
       }
       case Type::kBoolean:
-        return {{"type", "boolean"}};
+        return BooleanSchema(form);
       case Type::kString:
         return {{"type", "string"}};
       case Type::kName:  // its bytes are at least as many as its characters
@@ -148,8 +158,11 @@ class SchemaWriter {
         return {{"enum", form.choices}};
       case Type::kTable:
         return TableSchema(path);
-      case Type::kTables:
-        return {{"type", "array"}, {"items", TableSchema(path)}};
+      case Type::kTables: {
+        Json schema = {{"type", "array"}, {"items", TableSchema(path)}};
+        if (form.max_size > 0) schema["maxItems"] = form.max_size;
+        return schema;
+      }
     }
     return {};
   }

@@ -230,10 +230,11 @@ void ExportSurfaces(const LogOptions& options) {
     return;
   }
   const auto number = [](std::uint64_t n) { return WithCommas(static_cast<long long>(n)); };
-  std::printf("%s: %s steps; open it in ParaView\n", OneLine(exported.index.string()).c_str(),
-              number(exported.steps).c_str());
+  std::printf("%s: the surfaces after %s deformation steps; open it in ParaView\n",
+              OneLine(exported.index.string()).c_str(), number(exported.steps).c_str());
   for (const ExportedOrgan& organ : exported.organs) {
-    std::printf("%s: %s surfaces", Printable(organ.name).c_str(), number(organ.surfaces).c_str());
+    std::printf("%s: %s files, for its rest and for each step that changed it",
+                Printable(organ.name).c_str(), number(organ.surfaces).c_str());
     if (organ.skipped > 0) std::printf(", %s unusable messages", number(organ.skipped).c_str());
     std::printf("\n");
   }

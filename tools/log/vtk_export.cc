@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cstddef>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -142,7 +143,10 @@ class VtkExport {
         "<?xml version=\"1.0\"?>\n"
         "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
         "<Collection>\n";
-    for (const Step& step : steps_) {
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      const Step& step = steps_[i];
+      // A time has one data set: the first step replaces the rest shapes, which have time 0 too.
+      if (i + 1 < steps_.size() && steps_[i + 1].time_ns == step.time_ns) continue;
       for (const auto& [number, organ] : organs_) {
         const auto next = organ.files.upper_bound(step.number);
         if (next == organ.files.begin()) continue;

@@ -28,7 +28,8 @@ struct ExportedSurfaces {
 ///                        and the vertices' `displacement` from rest (m). Step 0 is the rest shape.
 ///                        A step that did not change the organ, or whose shape did not reach the
 ///                        log, has no file.
-///     surfaces.pvd       for each step its session time (s) and the files of all organs
+///     surfaces.pvd       for each step its session time (s) and the files of all organs. Every time
+///                        is there once: step 0 is left out if step 1 has time 0 as well.
 ///
 /// File names are those of FileNames. Either all files appear, complete, or none. Memory: one
 /// surface of each organ. Throws InputError if a file cannot be used or the log has no organ.

@@ -93,7 +93,7 @@ ScenePlan MakePlan(Scene scene, const PlanDemand& demand, double seconds,
   std::vector<SurfaceMesh> rests;
   for (OrganOptions& organ : scene.organs) {
     std::vector<std::string> repairs;
-    rests.push_back(LoadPosedMesh(organ, &repairs));
+    rests.push_back(WithScenePlace(scene, [&] { return LoadPosedMesh(organ, &repairs); }));
     HoldRear(scene, rests.back(), &organ);  // as in the session that will run
   }
   std::vector<OrganTouches> touches = FindTouches(scene, rests);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "engine/base/error.h"
+#include "scenes/loader/changed_files.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/report/fleet/fleet_command.h"
@@ -13,6 +14,7 @@
 #include "tools/report/metrics/session_files.h"
 #include "tools/report/metrics/session_metrics.h"
 #include "tools/report/page/report_page.h"
+#include "tools/session/session_path.h"
 #include "tools/shared/json_text.h"
 #include "tools/shared/staged_file.h"
 
@@ -78,6 +80,13 @@ void Report(const ReportOptions& options) {
     for (const std::string& warning : CompareTasks(reading.report, *against).warnings) {
       std::fprintf(stderr, "hpdm: note: --against: %s\n", OneLine(warning).c_str());
     }
+  }
+  const fs::path scene = FileInside(files.log.parent_path(), "scene.toml");
+  for (const std::string& name : ChangedFiles(scene)) {
+    std::fprintf(stderr,
+                 "hpdm: note: %s: %s differs from the file that the session read; a replay needs "
+                 "that one, the report does not\n",
+                 OneLine(scene.string()).c_str(), OneLine(name).c_str());
   }
   for (const std::string& fault : reading.report.health.Faults()) {
     std::fprintf(stderr, "hpdm: %s: %s\n", OneLine(files.log.string()).c_str(), fault.c_str());

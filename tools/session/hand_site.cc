@@ -19,9 +19,11 @@ HandSite SiteOnOrgan(const InstrumentOptions& instrument, const SurfaceMesh& res
     at = tree.FirstEntry(instrument.p_trocar_W, centre_of_volume_W).at;
   }
   if (at.triangle < 0) {
-    throw InputError("instrument \"" + instrument.name +
-                     "\": the hand finds no surface of organ \"" + instrument.hand.organ +
-                     "\"; set instrument.hand.target near it, or the trocar outside it");
+    throw InputError(
+        "instrument \"" + instrument.name + "\": the hand finds no surface of organ \"" +
+            instrument.hand.organ +
+            "\"; set instrument.hand.target near it, or the trocar outside it",
+        {"instrument", instrument.name, instrument.hand.target ? "hand.target" : "trocar"});
   }
   HandSite site;
   site.p_target_W = at.Position(rest.vertices, rest.triangles);

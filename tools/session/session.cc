@@ -87,7 +87,7 @@ void Session::BuildOrgans(const Progress& progress) {
       progress(Format("organ %s (%zu of %zu)", options.name.c_str(), organs_.size() + 1,
                       scene_.organs.size()));
     }
-    SurfaceMesh rest = LoadPosedMesh(options, &remarks_);
+    SurfaceMesh rest = WithScenePlace(scene_, [&] { return LoadPosedMesh(options, &remarks_); });
     const std::string held = HoldRear(scene_, rest, &options);
     if (!held.empty()) remarks_.push_back(held);
     WithScenePath(scene_, [&] { organs_.emplace_back(options, std::move(rest)); });

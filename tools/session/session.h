@@ -61,6 +61,8 @@ class Session {
     StiffestContact stiffest;
   };
   const std::vector<ContactFact>& contacts() const { return contacts_; }
+  /// Returns the place that an instrument's hand goes to. Throws InputError if there is none.
+  HandSite SiteOf(const InstrumentOptions& instrument) const;
   /// Returns the virtual wall of each instrument; empty if the scene has no rigid organ.
   const std::vector<VirtualWall>& walls() const { return walls_; }
 
@@ -112,7 +114,6 @@ class Session {
   void BuildWalls();
   std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
   std::unique_ptr<Device> BuildTraceDevice(std::size_t instrument, const HandSite& site);
-  HandSite SiteOf(const InstrumentOptions& instrument) const;
 
   Scene scene_;
   Image background_;             // empty if the scene names none

@@ -9,6 +9,7 @@
 #include "engine/organ.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/surface_table.h"
+#include "tools/shared/with_scene_path.h"
 
 namespace hpdm {
 namespace {
@@ -43,7 +44,8 @@ StaticCase LoadStaticCase(const std::string& path) {
   load_case.scene = LoadScene(path);
   load_case.organ = LoadedOrgan(load_case.scene);
   std::vector<std::string> repairs;
-  load_case.rest = LoadPosedMesh(load_case.organ, &repairs);
+  load_case.rest =
+      WithScenePlace(load_case.scene, [&] { return LoadPosedMesh(load_case.organ, &repairs); });
   return load_case;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <memory>
 
 namespace hpdm {
@@ -82,6 +83,19 @@ TEST(NewtonStep, AnIndefiniteHessianIsReplacedByItsPositivePart) {
   factor.SolveInPlace(column);
   EXPECT_NEAR(column(0), 0.01, 1e-10);
   EXPECT_GT(column(1), 0) << "along the load";
+}
+
+TEST(NewtonStep, AHessianThatIsNotFiniteIsNotFactorised) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Vector3d stiffness(100, 200, 400);
+      stiffness[axis] = bad;
+      Springs springs(stiffness);
+      NewtonFactor factor(1);
+      EXPECT_FALSE(factor.Factorise(Row(0, 0, 0), &springs)) << bad << " along " << axis;
+    }
+  }
 }
 
 }  // namespace

@@ -138,7 +138,7 @@ TEST(StiffnessRegions, RegionWithoutTissueIsRefused) {
     const OrganModel model(options, BarMesh());
     FAIL() << "was accepted";
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(), "organ \"bar\": region 1 holds no tissue; move or enlarge it");
+    EXPECT_STREQ(error.what(), "organ \"bar\": region[0] holds no tissue; move or enlarge it");
   }
 }
 

@@ -63,7 +63,10 @@ TEST_F(SceneFaults, WrongTypesAndLengthsNameTheRightOnes) {
       {"unit=true", "4:6", "organ[0].unit", "is a boolean (true)", "give a number"},
       {"unit=1979-05-27", "4:6", "organ[0].unit", "is a date", "give a number"},
       {"lattice.margin='2'", "4:16", "organ[0].lattice.margin", "is a string (\"2\")", "in m"},
-      {"lattice.degree=2.0", "4:16", "organ[0].lattice.degree", "is a number (2)", "integer"},
+      {"lattice.degree=2.0", "4:16", "organ[0].lattice.degree", "is a number (2.0)", "integer"},
+      {"lattice.cells=[4,-4.0,4]", "4:18", "organ[0].lattice.cells", "is a number (-4.0)",
+       "an integer from 1 to 64"},
+      {"lattice.degree=4e10", "4:16", "organ[0].lattice.degree", "is a number (4e+10)", "integer"},
       {"lattice=4", "4:9", "organ[0].lattice", "is an integer (4)", "one table"},
       {"[organ.support]\nfixed=true", "4:1", "organ[0].support", "is a table", "[[...]]"},
       {"support=[1]", "4:10", "organ[0].support", "is an integer (1)", "[[...]]"},
@@ -185,7 +188,7 @@ TEST_F(SceneFaults, FaultyInstrumentsAreNamed) {
        "instrument[1].name", "is already used", "its own name"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[[instrument]]\nname='q'\ntrocar=[0,0,0]\n"
        "[[instrument]]\nname='r'\ntrocar=[0,0,0]",
-       "10:1", "instrument[2]", "too many instruments", "at most 2"},
+       "10:1", "instrument[2]", "is one too many", "at most 2"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ntip_radius=0", "7:12", "instrument[0].tip_radius",
        "out of range (0)", "above 0"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[instrument.device]\nmin_insertion=0.5", "8:15",
@@ -223,7 +226,7 @@ TEST_F(SceneFaults, FaultyJawsAndExchangesAreNamed) {
        "instrument[0].exchange[0].name", "is missing", "name the instrument"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\nexchange=[{name='1'},{name='2'},{name='3'},"
        "{name='4'},{name='5'},{name='6'},{name='7'},{name='8'}]",
-       "7:88", "instrument[0].exchange[7]", "too many exchanges", "at most 7"},
+       "7:88", "instrument[0].exchange[7]", "is one too many", "at most 7"},
   };
   ExpectFaults(cases);
 }
@@ -324,6 +327,21 @@ TEST_F(SceneFaults, RigidOrgansTakeNoLatticeEnergyMaterialOrSupport) {
   EXPECT_TRUE(Contains(ReadError(organ + "wall_stiffness=0\n"), "is out of range"));
   EXPECT_EQ(Load(organ + "wall_stiffness=200\n").organs[0].wall_stiffness, 200);
   EXPECT_FALSE(Load(organ).organs[0].wall_stiffness);
+}
+
+TEST_F(SceneFaults, AMissingFilesPlaceIsNamedOnce) {
+  const auto error = [](const std::string& mesh, const std::string& scene) {
+    return ErrorOf([&] { ParseScene("[[organ]]\nname='a'\nmesh='" + mesh + "'\n", scene); });
+  };
+  EXPECT_EQ(error("no.obj", "s.toml"),
+            "s.toml:3:6: organ[0].mesh: there is no such file (\"no.obj\"); paths are relative to "
+            "the scene's folder");
+  EXPECT_EQ(
+      error("no.obj", "a/s.toml"),
+      "a/s.toml:3:6: organ[0].mesh: there is no such file (\"no.obj\"); paths are relative to "
+      "the scene's folder, this one leads to \"a/no.obj\"");
+  EXPECT_EQ(error("/no.obj", "a/s.toml"),
+            "a/s.toml:3:6: organ[0].mesh: there is no such file (\"/no.obj\"); check the path");
 }
 
 TEST_F(SceneFaults, UnsupportedFeaturesAreRefusedNotIgnored) {

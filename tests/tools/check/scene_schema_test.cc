@@ -85,6 +85,13 @@ TEST_F(SceneSchemaTest, ItRefusesWhatTheLoaderRefuses) {
       {kOrgan + "[laparoscope]\nfocal_length=0.004\nfield_of_view_deg=60\n", "laparoscope: "},
       {kOrgan + "[[scene]]\nname='a'\n", "scene: [{'name': 'a'}] is not of type 'object'"},
       {"[organ]\nname='a'\nmesh='m.obj'\n", "organ: "},
+      {kOrgan + "[laparoscope]\nangle_deg=15\n", "laparoscope.angle_deg: 15 is not one of"},
+      {kOrgan + "[scene]\ngravity=[0, 0, -9.81]\n", "scene.gravity.2: -9.81 is not one of"},
+      {kOrgan + "[organ.material]\nrelaxation_time=0.1\n",
+       "organ.0.material.relaxation_time: 0.1 is not one of"},
+      {kOrgan + "[[organ.support]]\nbox={min=[0, 0, 0], max=[1, 1, 1]}\nfixed=false\n",
+       "organ.0.support.0.fixed: False is not one of"},
+      {kOrgan + kInstrument + kInstrument + kInstrument, "instrument: "},
   };
   std::vector<fs::path> files;
   for (std::size_t i = 0; i < mistakes.size(); ++i) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <sstream>
 
 #include "engine/base/error.h"
@@ -40,9 +41,12 @@ speed = 0.3
 
 class VtkExportTest : public testing::Test {
  protected:
-  void RecordSession() {
+  void RecordSession(int ticks = 500, int hand_lead_ms = 300) {
     std::ofstream(folder_ / "scene.toml") << kTwoOrgans;
-    Record({.scene = folder_ / "scene.toml", .log = log_, .ticks = 500, .hand_lead_ms = 300});
+    Record({.scene = folder_ / "scene.toml",
+            .log = log_,
+            .ticks = ticks,
+            .hand_lead_ms = hand_lead_ms});
   }
   /// Returns read_vtk.py's text about the index.
   std::string ReadBack(const fs::path& index) const {
@@ -113,6 +117,20 @@ TEST_F(VtkExportTest, TheLastSurfaceIsTheOneThatAReplayComputes) {
     }
   }
   EXPECT_TRUE(surface.good());
+}
+
+TEST_F(VtkExportTest, ATimeHasOneSurfaceOfAnOrganAlthoughStepOneBeginsAtZero) {
+  RecordSession(100, 0);
+  std::istringstream read(ReadBack(ExportVtk(log_, folder_ / "vtk").index));
+  std::set<std::string> seen;
+  std::string line, time, file;
+  while (std::getline(read, line) && !line.empty()) {
+    std::istringstream(line) >> time >> file;
+    const std::string organ = file.substr(0, file.rfind('_'));
+    EXPECT_TRUE(seen.insert(organ + " at " + time).second) << organ << " at " << time;
+  }
+  EXPECT_TRUE(seen.contains("liver at 0"));
+  EXPECT_EQ(seen.size() % 2, 0u) << "both organs";
 }
 
 TEST_F(VtkExportTest, AnExportThatIsEndedLeavesNoFile) {

@@ -41,6 +41,24 @@ TEST_F(ReportTest, WritesItsPageBesideTheLog) {
   EXPECT_GT(fs::file_size(folder / "report.html"), 100'000u);
 }
 
+TEST_F(ReportTest, NamesAFileThatHasChangedSinceTheSession) {
+  const fs::path folder = folder_ / "session";
+  fs::copy(Recorded(), folder, fs::copy_options::recursive);
+  std::string mesh;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() == ".obj") mesh = entry.path();
+  }
+  ASSERT_NE(mesh, "");
+  std::ofstream(mesh, std::ios::app) << "# more\n";
+  const Outcome report = Hpdm("report " + folder.string());
+  EXPECT_EQ(report.exit_code, 0);
+  EXPECT_NE(report.err.find(fs::path(mesh).filename().string() +
+                            " differs from the file that the session read"),
+            std::string::npos)
+      << report.err;
+  EXPECT_EQ(std::count(report.err.begin(), report.err.end(), '\n'), 1) << report.err;
+}
+
 TEST_F(ReportTest, ItsOwnPageNeverLeadsOutOfTheFolder) {
   const fs::path folder = folder_ / "session", page = folder / "report.html";
   fs::create_directory(folder);

@@ -166,16 +166,19 @@ class Fleet {
 
   void Finish(const Json& line) {
     if (table_) table_->Add({&line, 1});
-    const std::string text = LineText(line) + "\n";
-    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() ||
-        std::fflush(stdout) != 0) {
-      throw InputError("stdout: cannot be written; the table has all sessions so far");
-    }
+    if (options_.print_lines) Print(LineText(line) + "\n");
     if (line.at("exit_code") == 0) {
       ++summary_.reported;
     } else {
       ++summary_.failed;
       NameFailure(line.at("session"), line.at("error"));
+    }
+  }
+
+  static void Print(const std::string& text) {
+    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() ||
+        std::fflush(stdout) != 0) {
+      throw InputError("stdout: cannot be written; the table has all sessions so far");
     }
   }
 

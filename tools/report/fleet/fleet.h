@@ -16,7 +16,8 @@ struct FleetOptions {
   int jobs = 1;                       ///< Processes at once.
   double patience = 600;              ///< Longest time for one session, s.
   HandlingLimits limits = {};
-  bool again = false;  ///< Also read unchanged sessions that the table has.
+  bool again = false;       ///< Also read unchanged sessions that the table has.
+  bool print_lines = true;  ///< Print each finished session's line on stdout.
   /// The program that reads one session with `report FOLDER --json-line`.
   std::string program = "/proc/self/exe";
 };
@@ -32,7 +33,8 @@ struct FleetSummary {
 /// costs only that session.
 ///   1. Sessions that the table has and that are unchanged are skipped, so that a run continues
 ///      where an earlier one ended.
-///   2. Each finished session's line (session_line.h) is printed on stdout and added to the table.
+///   2. Each finished session's line (session_line.h) is added to the table, and printed on stdout
+///      if `print_lines`.
 ///   3. Each failure is named in one line on stderr.
 /// Memory: one line per process and about 300 bytes per session. Throws InputError if the folder,
 /// the table or stdout cannot be used, MachineError if no process can be started. Main thread.

@@ -33,7 +33,7 @@ void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArg
   Option all =
       report.AddFlag("--all", arguments->all,
                      "SESSION is a folder of session folders, at any depth. Each gets a process "
-                     "and a line of JSON; --out: a table of all, SQLite or .jsonl");
+                     "and a line of JSON; --out: a table of all instead, SQLite or .jsonl");
   Option collect =
       report.AddOption("--collect", arguments->collect,
                        "Put lines of --json-line from these files (-: standard input) into the "
@@ -73,7 +73,8 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
                          .table = out,
                          .patience = arguments.patience,
                          .limits = limits,
-                         .again = arguments.again};
+                         .again = arguments.again,
+                         .print_lines = out.empty()};
     options.jobs = arguments.jobs > 0
                        ? arguments.jobs
                        : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -81,6 +82,10 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
     std::fprintf(stderr, "%s sessions: %s reported, %s unchanged, %s failed\n",
                  Count(summary.sessions).c_str(), Count(summary.reported).c_str(),
                  Count(summary.unchanged).c_str(), Count(summary.failed).c_str());
+    if (!out.empty()) {
+      std::printf("%s: added %s report%s\n", OneLine(out).c_str(), Count(summary.reported).c_str(),
+                  summary.reported == 1 ? "" : "s");
+    }
   } else {
     if (!session.empty()) throw InputError(session + ": --collect takes lines, not a session");
     if (out.empty()) throw InputError("--collect: no table; give --out TABLE.sqlite");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -48,6 +49,12 @@ std::string Listed(const std::vector<std::string>& names) {
   return list.empty() ? "none" : list;
 }
 
+std::uint64_t ContactCount(const SessionReport& report) {
+  std::uint64_t count = 0;
+  for (const HandReport& hand : report.hands) count += hand.contact.count;
+  return count;
+}
+
 const char* VerdictName(MetricDifference::Verdict verdict) {
   switch (verdict) {
     case MetricDifference::kSame:
@@ -87,6 +94,13 @@ TaskComparison CompareTasks(const SessionReport& report, const SessionReport& ag
   if (now != before) {
     task.same_instruments = false;
     task.warnings.push_back("other instruments: " + Listed(now) + "; before: " + Listed(before));
+  }
+  const bool touches = ContactCount(report) > 0;
+  if (touches != (ContactCount(against) > 0)) {
+    task.both_touch = false;
+    task.warnings.push_back(
+        touches ? "contact with tissue; before: none, so no figure is called better or worse"
+                : "no contact with tissue, so no figure is called better or worse; before: some");
   }
   const double longer = std::max(report.active, against.active);
   if (std::abs(report.active - against.active) > kSameLength * longer) {

@@ -22,11 +22,12 @@ std::pair<std::string, std::string> SessionNames(const SessionReport& a, const S
 struct TaskComparison {
   bool same_scene = true;             ///< Neither the scene's name nor the organs differ.
   bool same_instruments = true;       ///< Each hand began with the same instrument.
+  bool both_touch = true;             ///< Either both had contact with tissue, or none had.
   bool same_length = true;            ///< Within kSameLength, without pauses and gaps.
   std::vector<std::string> warnings;  ///< One line for each difference; plain, not HTML.
 
   /// True if a lower or higher figure may be called better.
-  bool MayJudge() const { return same_scene && same_instruments; }
+  bool MayJudge() const { return same_scene && same_instruments && both_touch; }
 };
 TaskComparison CompareTasks(const SessionReport& report, const SessionReport& against);
 

@@ -114,7 +114,7 @@ std::string ComparedFigures(const SessionReport& report, const SessionReport& ag
     html += "</ul>\n";
   }
   if (!task.MayJudge()) {
-    html += "<p>Not the same task: no difference is called better or worse.</p>\n";
+    html += "<p>Not comparable: no difference is called better or worse.</p>\n";
   }
   html += "<div class=\"hands\">\n";
   for (std::size_t h = 0; h < report.hands.size(); ++h) {

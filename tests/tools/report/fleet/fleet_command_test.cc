@@ -31,6 +31,8 @@ TEST_F(FleetTest, TheCommandPrintsOneLineAndItsExitCodeSaysTheResult) {
   EXPECT_EQ(lines(ReadFile(out)), 2);
   EXPECT_EQ(run("--all " + a), 0);
   EXPECT_EQ(Json::parse(ReadFile(out))["session"], ".");
+  EXPECT_EQ(run("--all " + a + " --out " + table_), 0);
+  EXPECT_EQ(ReadFile(out), table_ + ": added 1 report\n") << "the table has the line";
   for (const std::string& words :
        {"--all " + all + "/none", std::string("--all"), "--all --json-line " + all, "--jobs 2 " + a,
         "--all --jobs 0 " + all, "--collect " + out, "--all --out /proc/t.sqlite " + all,

@@ -170,9 +170,8 @@ TEST_F(FleetTest, AKilledRunLeavesAUsableTableAndTheNextContinues) {
   for (int i = 0; i < 16; ++i) AddSession(std::to_string(i) + "th");
   {
     ChildProcess run({kHpdmProgram, "report", "--all", root_, "--jobs", "1", "--out", table_});
-    while (std::count(run.out().begin(), run.out().end(), '\n') < 3 && !run.silent()) {
-      ChildProcess::Poll({&run}, 1000);
-    }
+    const auto table = OpenSessionTable(table_);
+    while (table->Known().size() < 3 && !run.silent()) ChildProcess::Poll({&run}, 1);
     run.Kill();
   }
   EXPECT_EQ(Rows(table_, "PRAGMA integrity_check")[0]["integrity_check"], "ok");

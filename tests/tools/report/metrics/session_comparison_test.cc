@@ -87,6 +87,22 @@ TEST(CompareTasks, WarnsOfAnotherSceneInstrumentOrLength) {
   EXPECT_TRUE(CompareTasks(now, before).same_scene);
 }
 
+TEST(CompareTasks, JudgesNothingIfOneSessionAloneTouchedTissue) {
+  const SessionReport idle = SessionOf("a/session.lcmlog", {"probe"});
+  SessionReport press = SessionOf("b/session.lcmlog", {"probe"});
+  press.hands[0].contact = {.time = 10, .count = 4, .peak_force = 2};
+  for (const auto& [now, before] : {std::pair(idle, press), std::pair(press, idle)}) {
+    const TaskComparison task = CompareTasks(now, before);
+    ASSERT_EQ(task.warnings.size(), 1u);
+    EXPECT_NE(task.warnings[0].find("no figure is called better or worse"), std::string::npos);
+    EXPECT_FALSE(task.MayJudge());
+    const Json differences = ComparisonToJson(now, before)["hands"][0]["differences"];
+    EXPECT_EQ(differences["peak_force_N"]["verdict"], nullptr);
+  }
+  EXPECT_TRUE(CompareTasks(idle, idle).MayJudge());
+  EXPECT_TRUE(CompareTasks(press, press).MayJudge());
+}
+
 TEST(SessionNames, AreAsShortAsTheyMayBe) {
   const auto names = [](const std::string& a, const std::string& b) {
     return SessionNames(SessionOf(a, {}), SessionOf(b, {}));
