@@ -29,7 +29,7 @@ struct ReferenceDemand {
 };
 
 class PlanOnReferences : public testing::TestWithParam<ReferenceDemand> {};
-// The short form has half of the cases; HPDM_LONG_TESTS, set when the tests are listed, adds the rest.
+// The short form has half of the cases. HPDM_LONG_TESTS, set for the build and for ctest, adds the rest.
 std::vector<ReferenceDemand> ReferenceDemands() {
   std::vector<ReferenceDemand> demands = {
       {"beam", 0.08}, {"liver_lift", 0.08}, {"liver_press", 0.12}, {"gallbladder_press", 0.4}};
