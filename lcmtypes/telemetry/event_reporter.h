@@ -32,8 +32,8 @@ class EventReporter {
   void ReportEnd();
 
   /// Reports devices that connected, were lost or are back, pauses, and instruments that a hand took.
-  /// Of devices the user is told too, at most once a second each. A device that has not yet given a
-  /// pose is not lost.
+  /// The user is told about each device at most once a second. A device that has not given a pose
+  /// yet is not lost.
   void Add(const HapticSample& sample);
   /// Reports organs that invert or recover, and steps that change their quality.
   void Add(const StepSample& sample);

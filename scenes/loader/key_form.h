@@ -61,7 +61,7 @@ class KeyObserver {
   virtual ~KeyObserver() = default;
   virtual void OnTable(std::string_view table) = 0;
   virtual void OnKey(std::string_view table, std::string_view key, const KeyForm& form) = 0;
-  /// Of the key's numbers only `values` are accepted; 1 stands for true.
+  /// The key accepts the numbers in `values` and no others; 1 stands for true.
   virtual void OnValues(std::string_view table, std::string_view key,
                         const std::vector<double>& values) = 0;
   /// The table must have the key.

@@ -27,7 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-
 bool Runs(const std::string& command) {
   return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
 }

@@ -24,8 +24,8 @@ inline void WriteBytes(const std::filesystem::path& path, const std::string& byt
 }
 
 inline const std::string kMcapScene = std::string("[[organ]]\nname = \"liver\"\nmesh = \"") +
-                                  HPDM_SOURCE_DIR +
-                                  R"(/scenes/meshes/liver_274.obj"
+                                      HPDM_SOURCE_DIR +
+                                      R"(/scenes/meshes/liver_274.obj"
 energy.type = "metric"
   [[organ.support]]
   box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }

@@ -79,7 +79,7 @@ std::vector<TipAccuracy> MeasureTips(const fs::path& scenes) {
 }
 
 std::vector<HandAccuracy> MeasureHands(const std::vector<AccuracyCase>& cases, const fs::path& out,
-                                     bool quiet) {
+                                       bool quiet) {
   std::vector<HandAccuracy> hands;
   if (!quiet) std::cout << AccuracyHead() << std::flush;
   for (const AccuracyCase& each : cases) {

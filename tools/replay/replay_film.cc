@@ -11,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "tools/run/film.h"
+#include "tools/session/picture_options.h"
 #include "tools/shared/child_process.h"
 #include "tools/shared/staged_file.h"
 
@@ -52,8 +53,9 @@ FilmFolder::~FilmFolder() {
 ReplayFilm::ReplayFilm(const ReplayViewOptions& options, const FilmFolder& folder, double fps,
                        Nanoseconds end, const StopSignals& signals, Session* session)
     : PictureViewer(ParseView(options.view, *session),
-                    WithFrames(RenderOptionsOf(options, *session), folder.frames(), fps), nullptr,
-                    HeadlessContext, session),
+                    WithFrames(RenderOptionsOf(options.size, options.overlays, *session),
+                               folder.frames(), fps),
+                    nullptr, HeadlessContext, session),
       folder_(folder),
       fps_(fps),
       end_(end),

@@ -11,7 +11,6 @@
 
 #include "engine/base/error.h"
 #include "render/camera/laparoscope.h"
-#include "tools/session/picture_options.h"
 #include "tools/shared/number_text.h"
 
 namespace hpdm {
@@ -76,18 +75,6 @@ LaparoscopeOptions ParseView(const std::string& view, const Session& session) {
     throw InputError("--view " + view + ": " + error.what());
   }
   return camera;
-}
-
-RenderOptions RenderOptionsOf(const ReplayViewOptions& options, const Session& session) {
-  RenderOptions render;
-  const PictureSize size = ParsePictureSize(options.size);
-  render.width = size.width;
-  render.height = size.height;
-  render.max_hz = session.scene().timing.render_hz;
-  render.names = session.Names();
-  render.background = session.Background();
-  render.overlays = OverlaysOf(options.overlays);
-  return render;
 }
 
 PictureViewer::PictureViewer(const LaparoscopeOptions& camera, const RenderOptions& options,

@@ -29,9 +29,6 @@ struct ReplayViewOptions {
 ///                            of the scene's laparoscope
 LaparoscopeOptions ParseView(const std::string& view, const Session& session);
 
-/// Returns the options of the pictures. Throws InputError as ParsePictureSize does.
-RenderOptions RenderOptionsOf(const ReplayViewOptions& options, const Session& session);
-
 /// Draws the steps of a replay. One thread.
 class PictureViewer : public ReplayViewer {
  public:

@@ -41,8 +41,9 @@ RenderOptions WithScreenshots(RenderOptions options, const fs::path& folder) {
 
 ReplayWindow::ReplayWindow(const ReplayViewOptions& options, const StopSignals& signals,
                            Session* session)
-    : ReplayWindow(ParseView(options.view, *session), RenderOptionsOf(options, *session),
-                   FreeFolder(), signals, session) {}
+    : ReplayWindow(ParseView(options.view, *session),
+                   RenderOptionsOf(options.size, options.overlays, *session), FreeFolder(), signals,
+                   session) {}
 
 ReplayWindow::ReplayWindow(const LaparoscopeOptions& camera, const RenderOptions& options,
                            const fs::path& screenshots, const StopSignals& signals,

@@ -39,19 +39,6 @@ std::vector<OrganVisual> OrganVisualsOf(const RunOptions& options, const Session
   return visuals;
 }
 
-RenderOptions RenderOptionsOf(const RunOptions& options, const Session& session) {
-  RenderOptions render;
-  const PictureSize size = ParsePictureSize(options.size);
-  render.width = size.width;
-  render.height = size.height;
-  render.max_hz = session.scene().timing.render_hz;
-  render.names = session.Names();
-  render.limits = options.limits;
-  render.background = session.Background();
-  render.overlays = OverlaysOf(options.overlays);
-  return render;
-}
-
 void LoadReferences(const RunOptions& options, Session* session) {
   for (const std::string& reference : options.references) session->LoadReference(reference);
 }
@@ -234,7 +221,8 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
                   [&progress](const std::string& what) { progress.Say(what); });
   LoadReferences(options, &session);
 
-  RenderOptions render_options = RenderOptionsOf(options, session);
+  RenderOptions render_options = RenderOptionsOf(options.size, options.overlays, session);
+  render_options.limits = options.limits;
   std::optional<TrainerWindow> window;
   const auto make_context = OpenDisplay(options, render_options, &session, &window);
   if (!options.Lockstep()) progress.Say("the clock: an empty loop runs for a second");

@@ -7,6 +7,8 @@
 #include "engine/base/error.h"
 #include "render/camera/laparoscope.h"
 #include "render/overlay/view_settings.h"
+#include "render/render_loop.h"
+#include "tools/session/session.h"
 #include "tools/shared/number_text.h"
 
 namespace hpdm {
@@ -42,6 +44,19 @@ std::uint32_t OverlaysOf(const std::vector<std::string>& names) {
   std::uint32_t overlays = kOverlayNone;
   for (const std::string& name : names) overlays |= kOverlays.at(name);
   return overlays;
+}
+
+RenderOptions RenderOptionsOf(const std::string& size, const std::vector<std::string>& overlays,
+                              const Session& session) {
+  const PictureSize sides = ParsePictureSize(size);
+  RenderOptions render;
+  render.width = sides.width;
+  render.height = sides.height;
+  render.max_hz = session.scene().timing.render_hz;
+  render.names = session.Names();
+  render.background = session.Background();
+  render.overlays = OverlaysOf(overlays);
+  return render;
 }
 
 }  // namespace hpdm

@@ -124,7 +124,8 @@ StressTrial FastSlide(StressModel model, double speed, bool quick, const KeptTim
     closely.timing.deformation_hz = 60;
     closely.timing.patch_delay_ticks = 17;
     closely.organ.time_step = 1. / 60;
-    return Feel(closely, way.Tool(kSlideSpeed), SlideAlong::kBegins + 2 * SlideAlong::kReach / kSlideSpeed)
+    return Feel(closely, way.Tool(kSlideSpeed),
+                SlideAlong::kBegins + 2 * SlideAlong::kReach / kSlideSpeed)
         .series;
   });
   const double seconds = std::max(0.5, 4 * SlideAlong::kReach / speed);

@@ -224,7 +224,8 @@ TEST(MassSpring, StepAllocatesNothing) {
   Points U = Points::Zero(rest.vertices.rows(), 3);
   ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
   for (int i = 0; i < kMaxContacts; ++i) {
-    AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002), Vector3d::UnitX());
+    AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002),
+              Vector3d::UnitX());
   }
   const long before = AllocationsOfThisThread();
   for (int step = 0; step < 3; ++step) model.Relax(&contacts, &U);

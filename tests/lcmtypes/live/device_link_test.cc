@@ -223,7 +223,8 @@ bool Within(std::chrono::seconds patience, const Done& done) {
   return true;
 }
 
-constexpr auto kLinkPatience = std::chrono::seconds(20);  // a machine under load; usual are a few ms
+constexpr auto kLinkPatience =
+    std::chrono::seconds(20);  // a machine under load; usual are a few ms
 
 // Runs the link's two threads and the haptic loop in virtual time: a driver appears, vanishes and
 // returns.

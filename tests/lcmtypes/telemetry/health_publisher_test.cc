@@ -18,7 +18,8 @@ SessionInfo Info() {
 
 /// A telemetry loop of one instrument without organs, drained by hand.
 struct HealthBench {
-  HealthBench() : telemetry(&samples, &steps, &scenes, folder / "session.lcmlog", Options(), Info()) {}
+  HealthBench()
+      : telemetry(&samples, &steps, &scenes, folder / "session.lcmlog", Options(), Info()) {}
   TelemetryOptions Options() {
     TelemetryOptions options;
     options.haptic_period = kTickPeriod;

@@ -51,7 +51,8 @@ TEST(PictureAssets, FilesStaySmall) {
   for (const PictureAsset& asset : PictureAssets()) {
     if (!asset.committed) continue;
     ASSERT_TRUE(std::filesystem::exists(CommittedPicture(asset.name))) << asset.name;
-    const auto bytes = static_cast<double>(std::filesystem::file_size(CommittedPicture(asset.name)));
+    const auto bytes =
+        static_cast<double>(std::filesystem::file_size(CommittedPicture(asset.name)));
     EXPECT_LT(bytes, 400e3) << asset.name;
     all += bytes;
   }

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "tests/support/flow_fixture.h"
+#include "tools/session/picture_options.h"
 #include "tools/session/session_scene.h"
 
 namespace hpdm {
@@ -19,8 +20,9 @@ namespace fs = std::filesystem;
 class LastPicture : public PictureViewer {
  public:
   LastPicture(const ReplayViewOptions& options, Session* session)
-      : PictureViewer(ParseView(options.view, *session), RenderOptionsOf(options, *session),
-                      nullptr, HeadlessContext, session) {}
+      : PictureViewer(ParseView(options.view, *session),
+                      RenderOptionsOf(options.size, options.overlays, *session), nullptr,
+                      HeadlessContext, session) {}
   bool OnStep(Nanoseconds /*time_ns*/) override {
     Draw();
     return true;

@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "engine/mesh/surface_mesh.h"
+#include "tests/support/kept_tissue.h"
 #include "tools/stress/point_proxy.h"
 #include "tools/stress/stress_cases.h"
 #include "tools/stress/stress_touch_fixture.h"
-#include "tests/support/kept_tissue.h"
 
 namespace hpdm {
 namespace {

@@ -8,8 +8,8 @@
 #include <limits>
 #include <numbers>
 
-#include "tests/support/shapes.h"
 #include "tests/support/kept_tissue.h"
+#include "tests/support/shapes.h"
 
 namespace hpdm {
 namespace {
