@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -38,8 +39,13 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     organs_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
   }
   for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
+  Eigen::Index columns = 0;
+  for (const OrganStep& organ : organs_) {
+    columns = std::max(columns, organ.state().control_displacements.rows());
+  }
+  trackers_.reserve(tools.size());
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    trackers_.emplace_back(static_cast<int>(t), tools[t]);
+    trackers_.emplace_back(static_cast<int>(t), tools[t]).Reserve(columns);
   }
 }
 
@@ -126,9 +132,9 @@ void DeformationLoop::Refine(int tool_count) {
     std::array<Vector3d, kMaxInstruments> points;
     std::size_t count = 0;
     for (int t = 0; t < tool_count; ++t) {
-      if (trackers_[t].organ() == static_cast<int>(o)) {
-        points[count++] = trackers_[t].RestPoint(organs_);
-      }
+      const std::optional<Vector3d> point =
+          trackers_[t].RestPointOn(static_cast<int>(o), organs_[o].model());
+      if (point) points[count++] = *point;
     }
     organs_[o].Refine(std::span(points.data(), count), record_.number);
   }
@@ -149,7 +155,7 @@ void DeformationLoop::Deform(double dt) {
 // Stage D: builds the surface patches for the haptic loop until the next step.
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganStep& organ : organs_) organ.state().tips.Clear();
-  for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTip(&organs_);
+  for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTips(&organs_);
   for (OrganStep& organ : organs_) {
     OrganState& state = organ.state();
     if (state.tips.size() > 0) state.tips.Condense(*state.relaxation->compliance());
@@ -157,7 +163,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   ContactPatch& patch = edges_.patch.Back();
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
-    trackers_[t].FillPatch(tools.tools[t], &organs_, &patch.tools[t]);
+    trackers_[t].FillPatches(tools.tools[t], &organs_, &patch.tools[t]);
   }
 }
 
@@ -168,15 +174,25 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;
   for (int t = 0; t < tools.tool_count; ++t) {
-    SolvedContact& contact = sample_.contacts[t];
-    contact = edges_.patch.Back().tools[t];
-    if (contact.organ < 0) continue;
-    const Vector3d& offset_W = organs_[contact.organ].state().offset_W;
-    contact.contact_W += offset_W;
-    const bool has_original =
-        contact.reaction == ReactionType::kLattice || contact.kind == ContactKind::kGrasp;
-    if (has_original) contact.p_original_W += offset_W;
+    const ToolPatches& patches = edges_.patch.Back().tools[t];
+    sample_.contacts[t] = InWorld(patches.main());
+    std::size_t beside = 0;
+    for (std::size_t p = 0; p < patches.places.size(); ++p) {
+      if (static_cast<int>(p) == patches.main_place) continue;
+      sample_.beside[t][beside++] = InWorld(patches.places[p]);
+    }
   }
+}
+
+// Adds the organ's offset to a contact.
+SolvedContact DeformationLoop::InWorld(SolvedContact contact) const {
+  if (contact.organ < 0) return contact;
+  const Vector3d& offset_W = organs_[contact.organ].state().offset_W;
+  contact.contact_W += offset_W;
+  const bool has_original =
+      contact.reaction == ReactionType::kLattice || contact.kind == ContactKind::kGrasp;
+  if (has_original) contact.p_original_W += offset_W;
+  return contact;
 }
 
 // Publishes the haptic loop's patch first, so the copies for display do not delay it.
@@ -196,6 +212,7 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->tool_count = tools.tool_count;
   scene->tools = tools.tools;
   scene->contacts = sample_.contacts;
+  scene->beside = sample_.beside;
   for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].FillSnapshot(&scene->organs[o]);
 }
 

@@ -63,6 +63,7 @@ class DeformationLoop {
   void BuildContactPatch(const ToolState& tools);
   void ObserveLoad();
   void FillSample(const ToolState& tools);
+  SolvedContact InWorld(SolvedContact contact) const;
   void Publish(const ToolState& tools);
   void FillScene(const ToolState& tools, SceneSnapshot* scene) const;
 

@@ -57,12 +57,17 @@ IndentationSnapshot AppliedIndentation(const LocalIndentation& indentation,
           .amplitude_W = indentation.factor_W() * force_W};
 }
 
-LocalIndentation OrganModel::Indentation(const SurfacePoint& at, double radius) const {
+MaterialOptions OrganModel::MaterialAt(const SurfacePoint& at) const {
   MaterialOptions material = options().material;
   material.young =
       YoungAt(options(), surface_->bounds, at.Position(rest().vertices, rest().triangles));
-  return {material, InterpolatedNormal(rest().vertices, rest().triangles, topology(), at), radius,
-          ResolvedRadius(at, radius)};
+  return material;
+}
+
+LocalIndentation OrganModel::Indentation(const SurfacePoint& at, double radius) const {
+  if (!mechanics_->HasModulus()) return LocalIndentation(radius);
+  return {MaterialAt(at), InterpolatedNormal(rest().vertices, rest().triangles, topology(), at),
+          radius, ResolvedRadius(at, radius)};
 }
 
 LocalIndentation OrganModel::AddLoadToRow(const Vector3d& p_centre_W, double radius,

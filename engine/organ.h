@@ -28,6 +28,10 @@ class OrganModel {
   const SurfaceMesh& rest() const { return surface_->rest; }
   const Points& rest_normals() const { return surface_->rest_normals; }  ///< V x 3, unit.
   const SurfaceTopology& topology() const { return surface_->topology; }
+  /// The rest surface by large triangles; nullptr if its own are large.
+  const CoarseSurface* coarse_surface() const {
+    return surface_->coarse ? &*surface_->coarse : nullptr;
+  }
   /// True if the organ does not deform (rigid_organ.h). The hand feels a virtual wall with the
   /// tool's stiffness (ToolOptions) unless the options give one.
   bool rigid() const { return options().model == OrganModelType::kRigid; }
@@ -94,7 +98,14 @@ class OrganModel {
   double ResolvedRadius(const SurfacePoint& at, double radius) const {
     return mechanics_->ResolvedRadius(at, radius);
   }
-  /// Returns the local indentation that the lattice does not resolve. No allocation.
+  /// Returns the kernel radius that the finest functions resolve, m; 0 if contact rows have no
+  /// local compliance to each other: other mechanics than a lattice with a strain energy, and the
+  /// Gauss-Seidel solver.
+  double FinestRadius() const { return mechanics_->FinestRadius(); }
+  /// Returns the material at a surface point: Young's modulus is that of its region.
+  MaterialOptions MaterialAt(const SurfacePoint& at) const;
+  /// Returns the local indentation that the lattice does not resolve; none for an organ without a
+  /// Young's modulus. No allocation.
   LocalIndentation Indentation(const SurfacePoint& at, double radius) const;
   /// Adds the resolved kernel of a load's patch of `radius` (m) around the rest point `p_centre_W`
   /// (m) to `row` and returns the unresolved indentation. Set-up only; throws InputError if no

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/types.h"
+#include "engine/contact/half_space.h"
 #include "engine/organ_motion.h"
 
 /// Values that the threads exchange. The types of this file cross exactly these edges:
@@ -29,6 +30,8 @@ namespace hpdm {
 inline constexpr int kMaxInstruments = 2;
 inline constexpr int kMaxOrgans = 64;
 inline constexpr int kMaxHeld = 8;  ///< Instruments that one hand can take in turn.
+/// Places where one tip can press at once, each on another organ.
+inline constexpr int kMaxPlaces = 3;
 
 /// The five tracked axes of a laparoscopic device about its trocar:
 /// pitch (rad), yaw (rad), insertion (m), roll (rad), jaw (0 closed .. 1 open).
@@ -63,15 +66,17 @@ struct SessionControl {
                                                         ///< free.
 };
 
-/// The material point that a tip presses in a haptic tick. The step places its own contact there,
-/// so the two loops never disagree about the place.
+/// The material point that a tip presses at one of its places in a haptic tick. The step puts its
+/// own contact there, so the two loops never disagree about it.
 struct TickContactPoint {
-  int known_organ = -1;  ///< Organ whose surface patch the tick had around the tip; -1: none.
+  int known_organ = -1;  ///< Organ whose surface patch the tick had for this place; -1: none.
   int organ = -1;        ///< Organ that the tip touches; -1: none.
-  int triangle = -1;     ///< In the organ's mesh.
+  int triangle = -1;     ///< In the organ's mesh; -1: on the coarse surface, so the step searches.
   Vector3d weights = Vector3d::Zero();     ///< Barycentric in the triangle.
   Vector3d normal_W = Vector3d::Zero();    ///< Outward, unit.
   Vector3d friction_W = Vector3d::Zero();  ///< Tangential force on the tissue over the normal one.
+  /// Grasp: way of the held tissue along the jaws' faces since they closed, tool frame, m.
+  Vector3d slip_T = Vector3d::Zero();
 };
 
 /// Haptic loop -> deformation loop, latest value, every tick.
@@ -81,7 +86,7 @@ struct ToolState {
   Nanoseconds device_time_ns = 0;  ///< Time of the newest device sample in it.
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;
-  std::array<TickContactPoint, kMaxInstruments> contact_points;
+  std::array<std::array<TickContactPoint, kMaxPlaces>, kMaxInstruments> contact_points;
 };
 
 /// A mass-spring node (Eq. 29): a spring k1 to the released position p_original, and N springs
@@ -101,15 +106,29 @@ struct ReactionNode {
 /// Source of a tool's reaction force: the lattice's own compliance, or springs set by hand.
 enum class ReactionType : std::uint8_t { kLattice = 0, kPaper = 1 };
 
+/// Stiffness of a rigid organ's virtual wall, N/m.
+struct WallStiffness {
+  double normal = 0;      ///< Along the contact's normal.
+  double tangential = 0;  ///< Across it, against a tip that friction holds.
+
+  /// Returns n n^T / normal + (I - n n^T) / tangential, m/N, for the unit normal n.
+  Matrix3d Compliance(const Vector3d& normal_W) const {
+    if (normal == tangential) return Matrix3d::Identity() / normal;
+    const Matrix3d along = normal_W * normal_W.transpose();
+    return along / normal + (Matrix3d::Identity() - along) / tangential;
+  }
+};
+
 /// A surface vertex near a tool, prefetched for the haptic loop.
 struct PatchPoint {
   Vector3d p_original_W = Vector3d::Zero();  ///< Released position: without the tools' forces, m.
   Vector3d normal_W = Vector3d::Zero();      ///< Outward unit normal there.
-  /// kLattice: compliance C of a contact at this vertex, m/N, symmetric positive definite. The mean
-  /// over the corners of the contact's triangle is SolvedContact::compliance_W.
+  /// kLattice: compliance C of a contact at this vertex without ToolPatch::indentation, m/N,
+  /// symmetric positive definite.
   Matrix3d compliance_W = Matrix3d::Zero();
   Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: compliance to the other tool's tip, m/N.
   ReactionNode node;                       ///< kPaper.
+  WallStiffness wall;                      ///< Rigid organ.
 };
 
 /// A jaw opened beyond this lets go, both in the tick and in the step.
@@ -117,11 +136,12 @@ inline constexpr double kJawLetsGo = 0.5;
 
 enum class ContactKind : std::uint8_t { kNone = 0, kPress = 1, kGrasp = 2 };
 
-/// The contact of one tool's tip as the step solved it.
+/// The contact of one tool's tip with one organ as the step solved it.
 struct SolvedContact {
   int organ = -1;  ///< Index of the organ, -1 when none is near.
   ContactKind kind = ContactKind::kNone;
   ReactionType reaction = ReactionType::kPaper;
+  bool rigid = false;                             ///< The organ is rigid.
   bool shaft_contact = false;                     ///< The shaft touches tissue too.
   Vector3d contact_W = Vector3d::Zero();          ///< Deformed contact point x_c, m.
   Vector3d force_on_tissue_W = Vector3d::Zero();  ///< f_c, from the lattice's energy, N.
@@ -129,38 +149,56 @@ struct SolvedContact {
   // kLattice: with x the contact point, the force on the tissue is C^-1 (x - p_original).
   Vector3d p_original_W = Vector3d::Zero();  ///< Released position of x_c: without tools, m.
   Vector3d normal_W = Vector3d::Zero();      ///< Press: the outward unit normal of the contact.
-  Matrix3d compliance_W = Matrix3d::Zero();  ///< C, m/N.
+  Matrix3d compliance_W = Matrix3d::Zero();  ///< C, m/N; of a press at its force.
   Matrix3d coupling_W = Matrix3d::Zero();    ///< C_ac, m/N: displacement of x per force on the
                                              ///< other tip; zero if that is not on the organ.
   double kernel_radius = 0;                  ///< R, m; press.
 };
 
-/// The surface around one tool, for the haptic loop between two deformation steps.
-///
-/// 1. It is a bounded set of triangles around the predicted tip position, with the parameters of
-///    Eq. 29 at their corners.
-/// 2. Until the next patch, a contact that slides to the set's border stays on the border, and no
-///    new contact is made beyond it.
-/// 3. The caps bound the set, so its radius is about 5 mesh edges: 12 mm for edges of 2.5 mm.
-/// 4. Positions exclude the organ's breathing offset; `motion` adds it.
-struct ToolPatch : SolvedContact {
+/// A bounded set of connected triangles of an organ's surface, with the parameters of Eq. 29 at
+/// their corners. Positions exclude the organ's breathing offset.
+struct SurfacePatch {
   static constexpr int kMaxPoints = 64;
   static constexpr int kMaxTriangles = 96;
-  int instrument_index = 0;  ///< The instrument it was made for (ToolPose::instrument_index).
-  OrganMotion motion;
   int point_count = 0;
   int triangle_count = 0;
   std::array<PatchPoint, kMaxPoints> points;
   std::array<std::array<std::uint8_t, 3>, kMaxTriangles> triangles;
-  std::array<int, kMaxTriangles> mesh_triangles{};  ///< Triangle numbers in the organ's mesh.
+  std::array<int, kMaxTriangles> mesh_triangles{};  ///< Triangle numbers in the organ's mesh; -1:
+                                                    ///< a triangle of the coarse surface.
+};
 
-  // kLattice, press: pressed normal minus released normal.
+/// The surface of one organ around a tool, for the haptic loop between two deformation steps.
+///
+/// 1. The patch itself has the mesh's triangles around the predicted tip position. Its caps give it
+///    a radius of about 5 mesh edges: 6 mm for edges of 1.25 mm.
+/// 2. `far` has large triangles (coarse_surface.h) within about 50 mm. Contacts beyond the patch
+///    begin and slide there until the next patch brings the mesh's own triangles.
+/// 3. Until the next patch, a contact that slides to the border of `far` stays on the border, and
+///    no new contact is made beyond it.
+/// 4. `motion` gives the organ's breathing offset.
+struct ToolPatch : SolvedContact, SurfacePatch {
+  OrganMotion motion;
+  SurfacePatch far;  ///< No triangles if the mesh's own are large.
+
+  /// kLattice, press: local indentation under the tip. Its compliance, which depends on the force,
+  /// is that of the contact less the mean of the points' over its triangle.
+  LocalIndentation indentation;
+
+  // kLattice, press: pressed normal minus released normal, both means over the kernel of the
+  // radius that the lattice resolves.
   Vector3d tilt_W = Vector3d::Zero();             ///< Under the step's forces.
   Matrix3d tilt_compliance_W = Matrix3d::Zero();  ///< 1/N: change per further force at this tip.
 
   // Grasp: place of the grasped tissue in the jaws; it moves rigidly with them.
   Vector3d p_grasp_T = Vector3d::Zero();  ///< m, tool frame.
-  ReactionNode grasp_node;                ///< kPaper; p_original_W is its released position.
+  Matrix3d R_WT = Matrix3d::Identity();   ///< kLattice: the jaws' orientation in the step.
+  /// kLattice: displacement of the held point that acts like a rotation of the jaws since the step,
+  /// m/rad. The force on the tissue is C^-1 (p_grasp + turn rotation - p_original).
+  Matrix3d turn_W = Matrix3d::Zero();
+  Vector3d slip_T = Vector3d::Zero();  ///< TickContactPoint::slip_T that the step used, m.
+  double hold = 0;          ///< N, largest pull along the jaws' faces; beyond it the tissue slips.
+  ReactionNode grasp_node;  ///< kPaper; p_original_W is its released position.
 };
 
 /// Record of one deformation step; logged in both clocks so that a replay can apply it.
@@ -192,11 +230,21 @@ enum StepFlag : std::uint32_t {
                         ///< fewer newton_iterations, a faster machine or a lower deformation_hz.
 };
 
+/// The surfaces around one tool: one for each organ that its tip touches or may touch next.
+struct ToolPatches {
+  int instrument_index = 0;  ///< The instrument they are made for (ToolPose::instrument_index).
+  int main_place = 0;        ///< The place that holds or presses most, or else the nearest.
+  /// An organ keeps its place as long as the tip stays near. Places in use have different organs.
+  std::array<ToolPatch, kMaxPlaces> places;
+
+  const ToolPatch& main() const { return places[static_cast<std::size_t>(main_place)]; }
+};
+
 /// Deformation loop -> haptic loop, latest value, every step.
 struct ContactPatch {
   StepRecord step;
   int tool_count = 0;
-  std::array<ToolPatch, kMaxInstruments> tools;
+  std::array<ToolPatches, kMaxInstruments> tools;
 };
 
 /// An indentation below the lattice's resolution (half_space.h). A vertex at the distance d from
@@ -225,6 +273,9 @@ struct OrganSnapshot {
       vertices;  ///< V x 3, m, world; 0 x 3 on the telemetry edge, whose readers rebuild them.
 };
 
+/// The contacts of one tip besides its main one (ToolPatches::main_place); organ -1: none.
+using ContactsBeside = std::array<SolvedContact, kMaxPlaces - 1>;
+
 /// Deformation loop -> render loop and -> telemetry loop, latest value, every step.
 struct SceneSnapshot {
   StepRecord step;
@@ -232,6 +283,7 @@ struct SceneSnapshot {
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
+  std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
 };
 
 /// Outcome of one organ's relaxation.
@@ -253,6 +305,7 @@ struct StepSample {
   int tool_count = 0;                                   ///< 0 before the first tick.
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
+  std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
 };
 
 /// Skipped ticks by cause, as counted by RunOnSchedule (loop_schedule.h).
@@ -275,6 +328,7 @@ enum GuardFlag : std::uint32_t {
   kGuardDisabled = 1u << 6,       ///< Forces are off, or the emergency stop was pressed.
   kGuardPassivity = 1u << 7,      ///< The passivity controller damps.
   kGuardPaused = 1u << 8,         ///< The session is paused: the force decays.
+  kGuardTrocar = 1u << 9,         ///< No action: the force includes friction in the trocar.
 };
 
 /// One instrument in one haptic tick.
@@ -289,7 +343,8 @@ struct ToolSample {
   int organ = -1;                          ///< Organ in contact, -1 for none.
   ContactKind kind = ContactKind::kNone;
   std::uint32_t guard_flags = 0;  ///< GuardFlag.
-  double energy = 0;              ///< Work done by the hand, from the passivity observer, J.
+  double slip = 0;     ///< Way that held tissue has slipped through the jaws since they closed, m.
+  double energy = 0;   ///< Work done by the hand, from the passivity observer, J.
   double damping = 0;  ///< Damping added by the passivity controller in this tick, N s/m.
   Nanoseconds device_time_ns = 0;  ///< Time of this device's sample.
   bool device_valid = false;
@@ -318,7 +373,7 @@ struct HapticSample {
 /// second.
 struct SessionHealth {
   struct Tool {
-    Vector3d force_W = Vector3d::Zero();  ///< On the hand, N.
+    Vector3d force_W = Vector3d::Zero();  ///< On the hand, without friction in the trocar, N.
     double depth = 0;                     ///< m.
     int organ = -1;
     std::uint32_t guard_flags = 0;  ///< GuardFlag of the last tick.

@@ -40,6 +40,7 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
     HPDM_CHECK(instrument.device != nullptr);
     instrument.guard.period = ToSeconds(period_ns);
     instrument.passivity.period = ToSeconds(period_ns);
+    instrument.passivity.max_force_rate = instrument.guard.max_force_rate;
     Tool& tool = tools_.emplace_back(instrument, ToSeconds(period_ns));
     // Until the device answers, the tool stays at the least insertion with its jaw open.
     tool.sample.joints[kInsertion] = instrument.kinematics.limits().min_joints[kInsertion];
@@ -127,9 +128,9 @@ void HapticLoop::ApplyControl() {
     const int instrument_index = asked.instrument_index[i];
     const bool has = instrument_index >= 0 &&
                      static_cast<std::size_t>(instrument_index) < tool.instrument.geometries.size();
-    if (!has || instrument_index == tool.pose.instrument_index || !tool.contact.IsFree()) continue;
+    if (!has || instrument_index == tool.pose.instrument_index || !tool.contacts.IsFree()) continue;
     tool.pose.instrument_index = instrument_index;
-    tool.contact.ClearPatch();
+    tool.contacts.ClearPatches();
     tool.guard.RampIn();
   }
 }
@@ -181,9 +182,9 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
     for (std::size_t i = 0; i < tools_.size(); ++i) {
       if (static_cast<int>(i) < patch.tool_count &&
           patch.tools[i].instrument_index == tools_[i].pose.instrument_index) {
-        tools_[i].contact.SetPatch(patch.tools[i]);
+        tools_[i].contacts.SetPatches(patch.tools[i]);
       } else {
-        tools_[i].contact.ClearPatch();
+        tools_[i].contacts.ClearPatches();
       }
     }
   }
@@ -192,24 +193,36 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
 
 void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
   for (Tool& tool : tools_) {
-    tool.contact.Locate({.time_ns = scheduled,
-                         .X_WT = tool.pose.X_WT,
-                         .jaw = tool.pose.jaw,
-                         .tip_radius = tool.Geometry().tip_radius,
-                         .friction = tool.Geometry().friction});
+    tool.contacts.Locate({.time_ns = scheduled,
+                          .X_WT = tool.pose.X_WT,
+                          .jaw = tool.pose.jaw,
+                          .tip_radius = tool.Geometry().tip_radius,
+                          .friction = tool.Geometry().friction});
   }
   static_assert(kMaxInstruments == 2);
   if (tools_.size() == 2) {
-    HapticContact::Solve(&tools_[0].contact, &tools_[1].contact);
+    TipContacts::Solve(&tools_[0].contacts, &tools_[1].contacts);
   } else {
-    for (Tool& tool : tools_) HapticContact::Solve(&tool.contact);
+    for (Tool& tool : tools_) TipContacts::Solve(&tool.contacts);
   }
+}
+
+// Returns the friction in the trocar as a force at the tip. The columns of J are orthogonal, so a
+// force along one of them has an effort on that axis only.
+Vector3d HapticLoop::TrocarForce(Tool* tool) const {
+  Vector3d force_W = Vector3d::Zero();
+  if (!tool->trocar_friction.IsOn() || !tool->has_pose) return force_W;
+  const AxisEffort effort = tool->trocar_friction.Effort(tool->sample.joints.head<3>());
+  for (int i = 0; i < 3; ++i) force_W += effort[i] / tool->J.col(i).squaredNorm() * tool->J.col(i);
+  return force_W;
 }
 
 void HapticLoop::DampContacts(Nanoseconds now) {
   for (Tool& tool : tools_) {
-    tool.damping_force_W = tool.passivity.Damp(now, tool.sample, tool.pose.X_WT.translation(),
-                                               tool.J, tool.contact.result().reaction_W);
+    const HapticForce& contact = tool.contacts.result();
+    tool.damping_force_W = tool.passivity.Damp(
+        now, tool.sample, tool.pose.X_WT.translation(), tool.J, contact.reaction_W,
+        {contact.stored, contact.p_tip_organ_W}, TrocarForce(&tool));
   }
 }
 
@@ -218,7 +231,7 @@ void HapticLoop::GuardForces(Nanoseconds scheduled) {
   for (Tool& tool : tools_) {
     tool.force_on = tool.instrument.device->ForceOn();
     tool.safe =
-        tool.guard.Filter({.reaction_W = tool.contact.result().reaction_W + tool.damping_force_W,
+        tool.guard.Filter({.reaction_W = tool.contacts.result().reaction_W + tool.damping_force_W,
                            .J = tool.J,
                            .elapsed = ToSeconds(elapsed),
                            .has_patch = patch_number_ > 0,
@@ -243,6 +256,7 @@ void HapticLoop::ObserveEnergy() {
     tool.passivity.Observe(tool.safe.force_W, tool.safe.authority,
                            (tool.safe.flags & kGuardDisabled) == 0);
     if (tool.passivity.damping() > 0) tool.safe.flags |= kGuardPassivity;
+    if (tool.trocar_friction.IsOn()) tool.safe.flags |= kGuardTrocar;
   }
 }
 
@@ -254,7 +268,7 @@ void HapticLoop::PublishToolState(std::uint64_t tick, Nanoseconds scheduled) {
   state.tool_count = static_cast<int>(tools_.size());
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     state.tools[i] = tools_[i].pose;
-    state.contact_points[i] = tools_[i].contact.contact_point();
+    state.contact_points[i] = tools_[i].contacts.contact_points();
   }
   edges_.tool_states.Publish();
 }
@@ -275,13 +289,14 @@ void HapticLoop::FillSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
     sample_.tools[i] = {.joints = tool.sample.joints,
                         .p_tip_W = tool.pose.X_WT.translation(),
                         .v_tip_W = tool.pose.v_tip_W,
-                        .reaction_W = tool.contact.result().reaction_W,
+                        .reaction_W = tool.contacts.result().reaction_W,
                         .force_W = tool.safe.force_W,
                         .effort = tool.effort,
-                        .depth = tool.contact.result().depth,
-                        .organ = tool.contact.result().organ,
-                        .kind = tool.contact.result().kind,
+                        .depth = tool.contacts.result().depth,
+                        .organ = tool.contacts.result().organ,
+                        .kind = tool.contacts.result().kind,
                         .guard_flags = tool.safe.flags,
+                        .slip = tool.contacts.result().slip,
                         .energy = tool.passivity.energy(),
                         .damping = tool.passivity.damping(),
                         .device_time_ns = tool.sample.time_ns,

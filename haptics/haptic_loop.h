@@ -11,7 +11,8 @@
 #include "engine/threads/loop_schedule.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
-#include "haptics/contact/haptic_contact.h"
+#include "haptics/contact/tip_contacts.h"
+#include "haptics/contact/trocar_friction.h"
 #include "haptics/device/device.h"
 #include "haptics/device/impulse_engine.h"
 #include "haptics/safety/force_guard.h"
@@ -26,6 +27,7 @@ struct HapticInstrument {
   std::vector<ToolGeometry> geometries = {ToolGeometry()};  ///< [ToolPose::instrument_index]
   ForceGuardOptions guard = {};
   PassivityOptions passivity = {};
+  TrocarFrictionOptions trocar_friction = {};
 };
 
 /// The 1 kHz loop between hand and tissue; Tick lists its stages.
@@ -96,13 +98,18 @@ class HapticLoop {
   // One instrument's state in the stages of a tick.
   struct Tool {
     Tool(const HapticInstrument& given, double period)
-        : instrument(given), contact(period), passivity(given.passivity), guard(given.guard) {}
+        : instrument(given),
+          contacts(period),
+          trocar_friction(given.trocar_friction, given.passivity),
+          passivity(given.passivity),
+          guard(given.guard) {}
     const ToolGeometry& Geometry() const {
       return instrument.geometries[static_cast<std::size_t>(pose.instrument_index)];
     }
 
     HapticInstrument instrument;
-    HapticContact contact;
+    TipContacts contacts;
+    TrocarFriction trocar_friction;
     PassivityControl passivity;
     ForceGuard guard;
     DeviceSample sample;       // newest valid joints, valid as of this tick
@@ -121,6 +128,7 @@ class HapticLoop {
   void MoveTools(Nanoseconds now);
   void TakePatch(Nanoseconds scheduled);
   void EvaluateContacts(Nanoseconds scheduled);
+  Vector3d TrocarForce(Tool* tool) const;
   void DampContacts(Nanoseconds now);
   void GuardForces(Nanoseconds scheduled);
   void WriteEfforts();

@@ -7,7 +7,7 @@ namespace hpdm {
 SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
                              const std::vector<InstrumentVisual>& instruments,
                              const Image* background, const SceneRendererOptions& options)
-    : organs_(organs, options.levels),
+    : organs_(organs, options.levels, options.shadows),
       instruments_(instruments),
       cavity_(background),
       overlays_(organs) {

@@ -19,6 +19,7 @@ namespace hpdm {
 /// Parts of the picture that a slow machine may omit.
 struct SceneRendererOptions {
   bool occlusion = true;  ///< Shade in crevices.
+  bool shadows = true;    ///< Shadow of the instruments.
   bool levels = true;     ///< Fewer triangles for organs that are small (mesh_levels.h).
 };
 

@@ -218,7 +218,10 @@ int RunCommandLine(const std::string& program, const std::string& about, const s
   try {
     app.parse(std::move(arguments));
   } catch (const CLI::Success& asked) {  // --help, --version
-    const std::string unknown = help ? UnknownWord(NamedCommands(app)) : std::string();
+    // Words that should have named a command are a mistake, also before --help.
+    const std::vector<const CLI::App*> commands = NamedCommands(app);
+    const bool lacks_command = commands.back()->get_require_subcommand_min() > 0;
+    const std::string unknown = help || lacks_command ? UnknownWord(commands) : std::string();
     if (!unknown.empty()) {
       throw InputError(unknown + (unknown.ends_with('?') ? "" : "; see " + program + " --help"));
     }

@@ -24,7 +24,7 @@ Prints one line for each check; exit status 1 if one fails:
     memory     after a quarter of a session, its resident memory grows by less than 1 MiB: over an hour
                less than 0.4 bytes a tick. Compares the medians of the first and the last fifth of the
                rest. Mesa's renderer grows in steps of 64 kB when the picture becomes busier
-    finite, ticks, steps, force, slew, stored, work, rest, repeats
+    finite, ticks, steps, force, slew, energy, work, rest, repeats
                defined by `hpdm log check` (lcmtypes/analysis/session_invariants.h)
 """
 

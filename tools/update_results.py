@@ -3,11 +3,11 @@
 
 Usage, from the repository's root after a build, on an otherwise idle machine:
 
-    tools/update_results.py [--quick] [--keep] [chart] [bench] [stress] [plan]
+    tools/update_results.py [--quick] [--keep] [chart] [bench] [stress] [plan] [haptics]
 
-Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene). Puts
-NAME.md between the lines `<!-- NAME begin -->` and `<!-- NAME end -->` of tools/NAME/RESULTS.md, and
-NAME.png, if the command made one, into scenes/pictures. --keep uses the measurements of an earlier run.
+Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene, of `haptics` the
+contacts). Puts NAME.md (contacts.md) between the lines `<!-- NAME begin -->` and `<!-- NAME end -->`
+of tools/NAME/RESULTS.md, and NAME.png, if the command made one, into scenes/pictures. --keep uses the measurements of an earlier run.
 """
 
 import pathlib
@@ -17,7 +17,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
-NAMES = ("chart", "bench", "stress", "plan")
+NAMES = ("chart", "bench", "stress", "plan", "haptics")
+TABLES = {"haptics": "contacts"}  # where the table has another name
 PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 
 
@@ -34,6 +35,8 @@ def command(name, quick):
     if name == "bench":  # RESULTS.md describes the other parts in words
         only = ["models", "meshes", "sleep", "costs"]
         return [name, "--out", OUT / name, "--only", *only, *quick]
+    if name == "haptics":  # the other parts' pictures and words are edited by hand
+        return [name, "--out", OUT / name, "--only", "contacts", *quick]
     if name == "plan":
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
     return [name, "--out", OUT / name, *quick]
@@ -50,7 +53,7 @@ def main(arguments):
         if "--keep" not in options:
             subprocess.run([ROOT / "build/tools/hpdm", *command(name, quick)], cwd=ROOT, check=True)
         path = ROOT / "tools" / name / "RESULTS.md"
-        table = (OUT / name / f"{name}.md").read_text(encoding="utf-8")
+        table = (OUT / name / f"{TABLES.get(name, name)}.md").read_text(encoding="utf-8")
         text = replaced(path.read_text(encoding="utf-8"), path, name, table)
         path.write_text(text, encoding="utf-8")
         picture = OUT / name / f"{name}.png"

@@ -5,6 +5,7 @@
 
 #include "engine/base/types.h"
 #include "engine/contact/half_space.h"
+#include "engine/contact/local_coupling.h"
 #include "engine/lattice/active_refinement.h"
 #include "engine/lattice/direct_manipulation.h"
 
@@ -27,11 +28,19 @@ class ContactConstraints {
     Vector3d target_W = Vector3d::Zero();    ///< m.
     Vector3d normal_W = Vector3d::UnitZ();   ///< Outward unit normal; press only.
     Vector3d friction_W = Vector3d::Zero();  ///< Press: tangential force on the tissue over f_n.
-    LocalIndentation indentation;            ///< Unresolved local indentation.
-    /// C_loc of the indentation, m/N, symmetric: added to the point's own block of the compliance.
+    LocalIndentation indentation;  ///< Press: unresolved local indentation by the tip, a ball.
+    /// Further local compliance, m/N, symmetric.
     Matrix3d local_compliance_W = Matrix3d::Zero();
+    CoupledRow coupled;  ///< Local compliance to other rows (footprint.h), beside its own.
     Vector3d force_W = Vector3d::Zero();  ///< Result: force on the tissue, N.
     double slip = 0;  ///< Result: lag of the tissue behind `target` for a unit force, m/N.
+
+    double f_n() const { return -normal_W.dot(force_W); }  ///< Press: pressing force, N.
+    /// Returns C_loc, m/N, at the row's force: a part of the point's own block of the compliance.
+    Matrix3d LocalCompliance() const {
+      if (kind != RowKind::kPress || !indentation.indents()) return local_compliance_W;
+      return local_compliance_W + indentation.UnderBall(f_n()).Compliance();
+    }
   };
 
   /// `n`: control points of the organ; `functions`, `slots`: numbers of its local functions and

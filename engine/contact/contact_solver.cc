@@ -11,10 +11,16 @@ namespace {
 // Relative round-off of positions, from the tools' poses.
 constexpr double kRoundOff = 1e-12;
 
+// Rounds of Newton's method for the tips' local laws, and the last change of a force over the
+// largest. From no force it takes four to seven.
+constexpr int kMaxTipRounds = 16;
+constexpr double kTipTolerance = 1e-8;
+
 }  // namespace
 
 void ContactSolver::Build(const ContactConstraints& contacts) {
   size_ = 0;
+  has_tip_law_ = false;
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactConstraints::Row& row = contacts[i];
     if (row.kind == ContactConstraints::RowKind::kPress) {
@@ -34,6 +40,12 @@ void ContactSolver::Build(const ContactConstraints& contacts) {
     const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
     if (std::abs(change_[e]) <= kRoundOff * size) change_[e] = 0;
     local_[e] = row.local_compliance_W * equations_[e].force_W;
+    const bool is_tip = equations_[e].unilateral && row.indentation.indents();
+    tip_laws_[e].indentation = is_tip ? &row.indentation : nullptr;
+    tip_laws_[e].along =
+        equations_[e].axis_W.dot(row.indentation.factor_W() * equations_[e].force_W);
+    has_tip_law_ = has_tip_law_ || is_tip;
+    coupled_[e] = row.coupled;
   }
 }
 
@@ -42,26 +54,59 @@ void ContactSolver::AddLocalCompliance() {
     for (int g = 0; g < size_; ++g) {
       if (equations_[e].row == equations_[g].row) {
         compliance_(e, g) += equations_[e].axis_W.dot(local_[g]);
+      } else if (coupled_[e].coupling != nullptr) {
+        compliance_(e, g) +=
+            equations_[e].axis_W.dot(coupled_[e].To(coupled_[g]) * equations_[g].force_W);
       }
     }
+  }
+}
+
+void ContactSolver::LineariseTipLaws() {
+  for (int e = 0; e < size_; ++e) {
+    const TipLaw& law = tip_laws_[e];
+    if (law.indentation == nullptr) continue;
+    const double f = std::max(forces_[e], 0.0);
+    const double rate = law.indentation->BallYieldRate(f);
+    compliance_(e, e) = law.compliance + law.along * rate;
+    change_[e] = law.change - law.along * f * (law.indentation->BallYield(f) - rate);
   }
 }
 
 RelaxationResult ContactSolver::Solve() {
   RelaxationResult result;
   AddLocalCompliance();
+  if (!has_tip_law_) {
+    SolveLinear(&result);
+    return result;
+  }
+  for (int e = 0; e < size_; ++e) {
+    tip_laws_[e].compliance = compliance_(e, e);
+    tip_laws_[e].change = change_[e];
+  }
+  Vector last = forces_;
+  for (int round = 0; round < kMaxTipRounds; ++round) {
+    LineariseTipLaws();
+    SolveLinear(&result);
+    if ((forces_ - last).cwiseAbs().maxCoeff() <= kTipTolerance * forces_.cwiseAbs().maxCoeff())
+      break;
+    last = forces_;
+  }
+  return result;
+}
+
+void ContactSolver::SolveLinear(RelaxationResult* result) {
   // Presses that have a gap without force start inactive.
   for (int e = 0; e < size_; ++e) active_[e] = !equations_[e].unilateral || change_[e] > 0;
   // Each round releases the presses that would pull and adds those that would penetrate.
   constexpr int kMaxRounds = 2 * kMaxContacts;
   bool changed = true;
-  while (changed && result.iterations < kMaxRounds) {
-    ++result.iterations;
-    result.regularised = SolveActive();
+  for (int round = 0; changed && round < kMaxRounds; ++round) {
+    ++result->iterations;
+    result->regularised = SolveActive();
     changed = UpdateActiveSet();
   }
-  result.converged = !changed;
-  return result;
+  result->converged = !changed;
 }
 
 // Computes the forces that satisfy the active equations; the others are zero. True if the equations

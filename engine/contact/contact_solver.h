@@ -29,7 +29,9 @@ struct RelaxationResult {
 ///    depth of the tool below the point. With friction its force is not along its axis, and A is
 ///    not symmetric.
 /// 3. The local compliance of a row (ContactConstraints::Row) is added to its point's own block of
-///    A.
+///    A, that between coupled rows to their common blocks. Under a tip it depends on the pressing
+///    force (LocalIndentation): Newton's method starts without force, from where it increases, and
+///    each of its rounds solves the equations above.
 /// 4. (Nearly) coincident contacts with different targets would pull against each other with up to
 ///    1e9 times the force of one alone. If forces exceed kContradicting times the single-contact
 ///    force, slip compliance is added until they are below kSlipping times it
@@ -67,21 +69,34 @@ class ContactSolver {
   const Vector& forces() const { return forces_; }  ///< E, N; result of Solve().
 
   /// Adds the local compliance and computes the forces. The rounds are bounded; a cycle ends with
-  /// the last forces and converged = false.
+  /// the last forces and converged = false. The contacts of Build() must not have changed.
   RelaxationResult Solve();
 
   /// Sets the rows' forces on the tissue and their slip.
   void WriteForces(ContactConstraints* contacts) const;
 
  private:
+  // A tip's local law, f (along q(f)), about the last round's forces.
+  struct TipLaw {
+    const LocalIndentation* indentation = nullptr;  // nullptr: none
+    double along = 0;                               // m^2/N
+    double compliance = 0;                          // m/N, without the law
+    double change = 0;                              // m, without the law
+  };
+
   void AddLocalCompliance();
+  void LineariseTipLaws();
+  void SolveLinear(RelaxationResult* result);
   bool SolveActive();
   bool HasFriction() const;
   bool UpdateActiveSet();
 
   int size_ = 0;
   std::array<Equation, kMaxEquations> equations_;
-  std::array<Vector3d, kMaxEquations> local_;  // C_loc force
+  std::array<Vector3d, kMaxEquations> local_;  // local compliance times force
+  std::array<TipLaw, kMaxEquations> tip_laws_;
+  bool has_tip_law_ = false;
+  std::array<CoupledRow, kMaxEquations> coupled_;
   std::array<bool, kMaxEquations> active_{};
   std::array<int, kMaxEquations> active_list_{};
   Matrix compliance_;

@@ -74,7 +74,173 @@ const SinkingTable& Table() {
   return table;
 }
 
+// Sneddon's ball in units of R and E*, at the contact radius b.
+struct BallContact {
+  double force = 0;     // over E* R^2
+  double approach = 0;  // over R
+  double rate = 0;      // d approach / d b; d force / d b is 2 b times as large
+};
+
+BallContact BallAt(double b) {
+  const double half_log = std::atanh(b);
+  return {(b * b + 1) * half_log - b, b * half_log, half_log + b / (1 - b * b)};
+}
+
+// The approach is proportional to the force below `first`, and grows as under the kernel above
+// `last`.
+struct BallRange {
+  double b_first = 0.01;
+  double b_last = 1 / (2 * MeanKernelSinking());
+  BallContact first = BallAt(b_first);
+  BallContact last = BallAt(b_last);
+};
+
+const BallRange& Range() {
+  static const BallRange range;
+  return range;
+}
+
+// Returns the contact radius for a force within the range by Newton's method, from the first two
+// terms of the force's series, 4/3 b^3 + 8/15 b^5.
+double BallRadius(double force) {
+  constexpr int kMaxSteps = 12;
+  const double hertz = std::cbrt(0.75 * force);
+  double b = hertz / std::cbrt(1 + 0.4 * hertz * hertz);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const BallContact at = BallAt(b);
+    const double change = (at.force - force) / (2 * b * at.rate);
+    b -= change;
+    if (std::abs(change) <= 1e-8 * b) break;  // the next change is about its square
+  }
+  return b;
+}
+
+// Solves  k force(b) + approach(b) = depth  within the range, k > -1 / (2 b_last). The left side
+// increases, so Newton's method stays between known bounds or bisects.
+double BallRadiusAtDepth(double depth, double k) {
+  constexpr int kMaxSteps = 40;
+  double low = Range().b_first, high = Range().b_last;
+  double b = std::clamp(std::sqrt(depth), low, high);  // Hertz without k
+  if (k > 0) b = std::clamp(std::cbrt(0.75 * depth / k), low, b);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const BallContact at = BallAt(b);
+    const double off = k * at.force + at.approach - depth;
+    (off > 0 ? high : low) = b;
+    const double next = b - off / (at.rate * (2 * b * k + 1));
+    const double last = b;
+    b = next >= low && next <= high ? next : (low + high) / 2;
+    if (std::abs(b - last) <= 1e-13 * b) break;
+  }
+  return b;
+}
+
+// Second moment of the kernel over its integral, for R = 1.
+constexpr double kVariance = kSecondMoment / kIntegral;
+
+// Mean sinking of a kernel under another one at the distance s R, and the mean of that over the
+// disc of radius s, times s^2 / 2.
+class PairTable {
+ public:
+  PairTable() {
+    for (int i = 0; i <= kIntervals; ++i) mean_[i] = Mean(i * kStep);
+    disc_[0] = 0;
+    for (int i = 0; i < kIntervals; ++i) {  // int t (a + b (t - t_i)) dt over an interval
+      const double t = i * kStep;
+      const double slope = (mean_[i + 1] - mean_[i]) / kStep;
+      disc_[i + 1] = disc_[i] + mean_[i] * (t + kStep / 2) * kStep +
+                     slope * (t * kStep * kStep / 2 + kStep * kStep * kStep / 3);
+    }
+  }
+
+  // {mean, radial} in 1/R.
+  std::array<double, 2> At(double s) const {
+    if (s >= kEnd) {
+      const double far = kVariance / (2 * s * s);
+      return {(1 + far) / (pi * s), (1 - far) / (pi * s)};
+    }
+    const double at = s / kStep;
+    const int i = std::min(static_cast<int>(at), kIntervals - 1);
+    const double mean = mean_[i] + (at - i) * (mean_[i + 1] - mean_[i]);
+    if (i == 0) return {mean, mean / 2};
+    const double disc = disc_[i] + (at - i) * (disc_[i + 1] - disc_[i]);
+    return {mean, disc / (s * s)};
+  }
+
+ private:
+  static constexpr int kIntervals = 128;
+  static constexpr double kEnd = 4;
+  static constexpr double kStep = kEnd / kIntervals;
+
+  static double Mean(double s) {
+    constexpr int kRings = 32, kAngles = 32;
+    double sum = 0, weight = 0;
+    for (int i = 0; i < kRings; ++i) {
+      const double r = (i + 0.5) / kRings;
+      const double k = r * std::cos(pi * r / 2);
+      for (int j = 0; j < kAngles; ++j) {
+        const double angle = (j + 0.5) / kAngles * pi;
+        sum += k * Table().At(std::sqrt(s * s + r * r + 2 * s * r * std::cos(angle)));
+        weight += k;
+      }
+    }
+    return sum / weight;
+  }
+
+  std::array<double, kIntervals + 1> mean_;
+  std::array<double, kIntervals + 1> disc_;
+};
+
+const PairTable& Pairs() {
+  static const PairTable table;
+  return table;
+}
+
+// Returns the mean of 1/r over all pairs of points of a rectangle, 1/m.
+double MeanInverseDistance(const Eigen::Vector2d& sides) {
+  const double a = sides[0], b = sides[1], diagonal = sides.norm();
+  const double sum = a * a * b * std::asinh(b / a) + a * b * b * std::asinh(a / b) +
+                     (a * a * a + b * b * b - diagonal * diagonal * diagonal) / 3;
+  return 2 * sum / (a * a * b * b);
+}
+
 }  // namespace
+
+PairSinking KernelPairSinking(double d, double radius) {
+  const auto [mean, radial] = Pairs().At(d / radius);
+  PairSinking sinking{mean / radius, radial / radius, 0};
+  // The share of one load within the distance d of the other, as if both were Gaussian.
+  const double within = -std::expm1(-d * d / (2 * kVariance * radius * radius));
+  if (d > 0) sinking.inward = within / (2 * pi * d);
+  return sinking;
+}
+
+PairSinking UniformPairSinking(double d, const Eigen::Vector2d& sides,
+                               const Eigen::Vector2d& other_sides) {
+  if (!(d > 0)) {
+    const double mean = MeanInverseDistance(sides) / pi;
+    return {mean, mean / 2, 0};
+  }
+  const double further = (sides.squaredNorm() + other_sides.squaredNorm()) / (48 * d * d);
+  return {(1 + further) / (pi * d), (1 - further) / (pi * d), 1 / (2 * pi * d)};
+}
+
+Matrix3d SurfaceGreen(const MaterialOptions& material, const Vector3d& normal_W,
+                      const Vector3d& offset_W, const PairSinking& sinking) {
+  const double nu = material.poisson;
+  const Matrix3d along_normal = normal_W * normal_W.transpose();
+  const Matrix3d tangential = Matrix3d::Identity() - along_normal;
+  const Vector3d e_W = (tangential * offset_W).stableNormalized();
+  const Matrix3d radial = e_W * e_W.transpose();
+  const double across = sinking.mean - sinking.radial;
+  Matrix3d C = (1 - nu) * sinking.mean * (along_normal + tangential);
+  if (e_W.squaredNorm() > 0) {
+    C += nu * (sinking.radial * radial + across * (tangential - radial));
+    C += (1 - 2 * nu) * sinking.inward * (e_W * normal_W.transpose() - normal_W * e_W.transpose());
+  } else {
+    C += nu * sinking.mean / 2 * tangential;
+  }
+  return (1 + nu) / material.young * C;
+}
 
 double KernelSinking(double d_over_R) { return Table().At(d_over_R); }
 
@@ -90,6 +256,7 @@ LocalIndentation::LocalIndentation(const MaterialOptions& material, const Vector
     : normal_W_(normal_W), radius_(radius), resolved_radius_(resolved_radius) {
   HPDM_CHECK(radius > 0 && resolved_radius >= radius);
   const double nu = material.poisson;
+  E_star_ = material.young / (1 - nu * nu);
   const Matrix3d along_normal = normal_W * normal_W.transpose();
   factor_W_ = ((1 - nu * nu) * along_normal +
                (1 + nu) * (1 - nu / 2) * (Matrix3d::Identity() - along_normal)) /
@@ -98,6 +265,66 @@ LocalIndentation::LocalIndentation(const MaterialOptions& material, const Vector
 
 Matrix3d LocalIndentation::Compliance() const {
   return MeanKernelSinking() * (1 / radius_ - 1 / resolved_radius_) * factor_W_;
+}
+
+double LocalIndentation::BallYield(double f_n) const {
+  if (!indents()) return 0;
+  const auto& [b_first, b_last, first, last] = Range();
+  const double force = f_n / (E_star_ * radius_ * radius_), mean = MeanKernelSinking();
+  double yield = first.approach / first.force;
+  if (force > last.force) {
+    yield = (last.approach + mean * (force - last.force)) / force;
+  } else if (force > first.force) {
+    yield = BallAt(BallRadius(force)).approach / force;
+  }
+  return yield / radius_ - mean / resolved_radius_;
+}
+
+double LocalIndentation::BallYieldRate(double f_n) const {
+  if (!indents()) return 0;
+  const auto& [b_first, b_last, first, last] = Range();
+  const double force = f_n / (E_star_ * radius_ * radius_), mean = MeanKernelSinking();
+  double rate = first.approach / first.force;
+  if (force > last.force) {
+    rate = mean;
+  } else if (force > first.force) {
+    rate = 1 / (2 * BallRadius(force));
+  }
+  return rate / radius_ - mean / resolved_radius_;
+}
+
+LocalIndentation LocalIndentation::UnderBall(double f_n) const {
+  LocalIndentation indentation = *this;
+  if (!indents()) return indentation;
+  const double mean = MeanKernelSinking();
+  indentation.radius_ = mean / (BallYield(f_n) + mean / resolved_radius_);
+  return indentation;
+}
+
+double LocalIndentation::PressingForce(double depth, double compliance, double along) const {
+  if (!indents() || !(along > 0)) return depth / compliance;
+  const auto& [b_first, b_last, first, last] = Range();
+  const double mean = MeanKernelSinking();
+  // In units of R and E*, with the share of the resolved kernel in k.
+  const double k = (compliance / along - mean / resolved_radius_) * radius_;
+  const double scaled = depth / (along * E_star_ * radius_);
+  const double first_depth = k * first.force + first.approach;
+  const double last_depth = k * last.force + last.approach;
+  double force = 0;
+  if (scaled <= first_depth) {
+    force = scaled / first_depth * first.force;
+  } else if (scaled >= last_depth) {
+    force = last.force + (scaled - last_depth) / (k + mean);
+  } else {
+    force = BallAt(BallRadiusAtDepth(scaled, k)).force;
+  }
+  return force * E_star_ * radius_ * radius_;
+}
+
+LocalIndentation LocalIndentation::Scaled(double factor) const {
+  LocalIndentation indentation = *this;
+  indentation.factor_W_ *= factor;
+  return indentation;
 }
 
 }  // namespace hpdm

@@ -16,6 +16,32 @@ double KernelSinking(double d_over_R);
 /// Returns the mean of KernelSinking over the load, weighted by the kernel: 0.6729.
 double MeanKernelSinking();
 
+/// The half-space's response to a load at the distance d, over all directions (half_space.cc):
+///     u = H(direction) f,   see SurfaceGreen.
+/// Unit of both: 1/m. For a point load both are 1 / (pi d).
+struct PairSinking {
+  double mean = 0;    ///< Normal sinking; for tangential forces also the sum of both directions.
+  double radial = 0;  ///< The part of a tangential force along the line between both loads.
+  double inward = 0;  ///< Exchange between normal and tangential: 1/2 e/d for a point load.
+};
+
+/// Returns the mean response of one patch to the other at the distance `d` (m). Both patches have
+/// the kernel of `radius` (m). The error is within 1e-3 of the value at d = 0.
+PairSinking KernelPairSinking(double d, double radius);
+
+/// Returns the mean response of one rectangle under uniform traction to another one at the
+/// distance `d` > 0 (m), or to itself at d = 0. The sides are in m. Two terms of the multipole
+/// series: the rectangles are no longer than their distance.
+PairSinking UniformPairSinking(double d, const Eigen::Vector2d& sides,
+                               const Eigen::Vector2d& other_sides);
+
+/// Returns the displacement at one place of the surface of a half-space for a unit force at
+/// another one, m/N (Boussinesq and Cerruti). `offset_W` points from the force to the place (m);
+/// its part along the outward `normal_W` is dropped. Symmetric under exchange:
+/// SurfaceGreen(-offset) = SurfaceGreen(offset)^T.
+Matrix3d SurfaceGreen(const MaterialOptions& material, const Vector3d& normal_W,
+                      const Vector3d& offset_W, const PairSinking& sinking);
+
 /// Returns the shape of LocalIndentation, 1/m, with g = KernelSinking:
 ///     g(d / radius) / radius - g(d / resolved_radius) / resolved_radius.
 /// Zero beyond IndentationReach().
@@ -27,7 +53,8 @@ inline double IndentationReach(double radius, double resolved_radius) {
   return radius < resolved_radius ? 4 * resolved_radius : 0;
 }
 
-/// The indentation by a load on a small patch that a lattice does not resolve.
+/// The indentation by a load on a small patch that a lattice does not resolve: the kernel of a
+/// constant radius, or the contact of a rigid ball, whose radius grows with the force.
 ///
 /// A force f with the kernel of `radius` acts on the lattice with the kernel of the larger
 /// `resolved_radius`. Away from the patch both act alike; near it the difference is that of an
@@ -35,11 +62,23 @@ inline double IndentationReach(double radius, double resolved_radius) {
 ///     u(d) = H f IndentationProfile(d, radius, resolved_radius)
 ///     H = ((1 - nu^2) n n^T + (1 + nu)(1 - nu/2)(I - n n^T)) / E.
 /// The tangential part of H is the mean over directions (Cerruti). Small strain. Zero for equal
-/// radii. Any thread, no allocation.
+/// radii.
+///
+/// A frictionless rigid ball of the same radius R obeys Sneddon (1965), with a the radius of its
+/// contact and E* = E / (1 - nu^2):
+///     approach  delta = (a/2) ln((R+a)/(R-a)),   f_n = E* ((a^2+R^2)/2 ln((R+a)/(R-a)) - a R).
+/// For small a this is Hertz's contact. It acts like the kernel of the smaller radius
+///     R_ball(f_n) = g_mean f_n / (E* delta),   g_mean = MeanKernelSinking().
+/// From a = R / (2 g_mean) on, where ball and kernel are equally stiff, delta grows as under the
+/// kernel: at delta = R f_n is 3 % below Sneddon's. Below a = R / 100 delta is proportional to f_n.
+///
+/// Any thread, no allocation.
 class LocalIndentation {
  public:
   /// Makes no indentation.
   LocalIndentation() = default;
+  /// The surface carries a load of `radius` (m) as it is and does not indent.
+  explicit LocalIndentation(double radius) : radius_(radius), resolved_radius_(radius) {}
   /// `normal_W`: unit normal of the surface. Requires 0 < radius <= resolved_radius (m).
   LocalIndentation(const MaterialOptions& material, const Vector3d& normal_W, double radius,
                    double resolved_radius);
@@ -53,6 +92,20 @@ class LocalIndentation {
     return IndentationProfile(d, radius_, resolved_radius_) * factor_W_;
   }
 
+  /// True if a ball indents the surface.
+  bool indents() const { return E_star_ > 0; }
+  /// Returns the indentation by the kernel with which a rigid ball presses with `f_n` (N).
+  LocalIndentation UnderBall(double f_n) const;
+  /// Returns q(f_n), 1/m: UnderBall(f_n) has the compliance q H.
+  double BallYield(double f_n) const;
+  /// Returns d(f_n q) / d f_n, 1/m.
+  double BallYieldRate(double f_n) const;
+  /// Returns the f_n >= 0 (N) with  f_n (compliance + along q(f_n)) = depth  for a depth (m) and
+  /// compliance (m/N) above zero. `along`: n^T H n or its like, m^2/N.
+  double PressingForce(double depth, double compliance, double along) const;
+  /// Returns the same with H, but not R_ball, times `factor`.
+  LocalIndentation Scaled(double factor) const;
+
   const Vector3d& normal_W() const { return normal_W_; }
   double radius() const { return radius_; }
   double resolved_radius() const { return resolved_radius_; }
@@ -64,6 +117,7 @@ class LocalIndentation {
   Matrix3d factor_W_ = Matrix3d::Zero();  // H, m^2/N
   double radius_ = 1;
   double resolved_radius_ = 1;
+  double E_star_ = 0;  // Pa
 };
 
 }  // namespace hpdm

@@ -193,10 +193,15 @@ void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const Su
                   const Vector3d& facing, double radius, KernelPatch* kernel) noexcept {
   GatherKernel(mesh, around, at, facing, radius, static_cast<KernelSamples*>(kernel));
   kernel->vertex_count = 0;
-  for (int s = 0; s < kernel->sample_count; ++s) {
-    const SurfaceSample& sample = kernel->samples[s];
+  // The samples of a triangle follow each other.
+  for (int s = 0; s < kernel->sample_count;) {
+    const int triangle = kernel->samples[s].triangle;
+    Vector3d weights = Vector3d::Zero();
+    for (; s < kernel->sample_count && kernel->samples[s].triangle == triangle; ++s) {
+      weights += kernel->samples[s].weight * kernel->samples[s].barycentric;
+    }
     for (int k = 0; k < 3; ++k) {
-      const int vertex = mesh.triangles(sample.triangle, k);
+      const int vertex = mesh.triangles(triangle, k);
       int i = 0;
       while (i < kernel->vertex_count && kernel->vertices[i] != vertex) ++i;
       if (i == KernelPatch::kMaxVertices) continue;
@@ -205,8 +210,30 @@ void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const Su
         kernel->weights[i] = 0;
         ++kernel->vertex_count;
       }
-      kernel->weights[i] += sample.weight * sample.barycentric[k];
+      kernel->weights[i] += weights[k];
     }
+  }
+}
+
+void GatherSurface(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
+                   const Vector3d& facing, double reach, double longest_side,
+                   KernelSamples* samples) noexcept {
+  samples->sample_count = 0;
+  const Vector3d point = at.Position(mesh.vertices, mesh.triangles);
+  int budget = KernelSamples::kMaxSamples - kDepth - Neighbourhood::kMaxTriangles;
+  for (int i = 0; i < around.count; ++i) {
+    const int t = around.triangles[i];
+    const Corners c = CornersOf(mesh, t);
+    if (!FacesAs(facing, c)) continue;
+    Integrate(
+        c, longest_side, &budget,
+        [&](const Vector3d& centroid, double side) {
+          return (centroid - point).norm() >= reach + side * 2 / 3;
+        },
+        [&](const Vector3d& centroid) { return (centroid - point).norm() < reach ? 1.0 : 0.0; },
+        [&](const Vector3d& barycentric, double area) {
+          samples->samples[samples->sample_count++] = {t, barycentric, area};
+        });
   }
 }
 

@@ -43,7 +43,7 @@ struct KernelSamples {
 /// The same, also gathered at the surface's vertices, for means of quantities at vertices. The
 /// vertices' weights sum to one too.
 struct KernelPatch : KernelSamples {
-  static constexpr int kMaxVertices = 64;
+  static constexpr int kMaxVertices = 160;
   int vertex_count = 0;
   std::array<int, kMaxVertices> vertices;
   std::array<double, kMaxVertices> weights;
@@ -58,6 +58,14 @@ void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const Su
                   const Vector3d& facing, double radius, KernelSamples* kernel) noexcept;
 void GatherKernel(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
                   const Vector3d& facing, double radius, KernelPatch* kernel) noexcept;
+
+/// Samples the surface of `around` within `reach` (m) of the point `at`, for a step. The weights
+/// are areas, m^2, of parts with sides of at most `longest_side` (m). Takes the triangles that face
+/// less than 90 degrees from `facing`. If the samples run out, parts count unsplit. Deformation
+/// thread; bounded, allocates nothing.
+void GatherSurface(const SurfaceMesh& mesh, const Neighbourhood& around, const SurfacePoint& at,
+                   const Vector3d& facing, double reach, double longest_side,
+                   KernelSamples* samples) noexcept;
 
 /// Samples the surface inside a region (support.h; `bounds` for fractions), or all of it. The
 /// weights are areas, m^2. Triangles are split until their sides are at most `longest_side` (m);

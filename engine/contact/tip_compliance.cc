@@ -55,7 +55,8 @@ void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
     const SparseRow b = Compress(weights_.row(i));
     lattice.RespondTo(b, response_.middleCols<3>(3 * i));
     for (int j = 0; j <= i; ++j) {
-      const Matrix3d C = Product(b, response_.middleCols<3>(3 * j));
+      Matrix3d C = Product(b, response_.middleCols<3>(3 * j));
+      if (j < i) C += rows_[i].coupled.To(rows_[j].coupled);
       row_compliance_.block<3, 3>(3 * i, 3 * j) = C;
       row_compliance_.block<3, 3>(3 * j, 3 * i) = C.transpose();
     }
@@ -99,6 +100,13 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
     displacement_.noalias() += response_.middleCols<3>(3 * i) * row.force_W;
     tips_[row.tip].force_W += row.force_W;
     tips_[row.tip].x_W += share_.block<3, 3>(3 * i, 3 * row.tip).transpose() * row.x_W;
+  }
+  for (int i = 0; i < row_count_; ++i) {
+    Tip& tip = tips_[rows_[i].tip];
+    const Vector3d r_W = rows_[i].x_W - tip.x_W;
+    Matrix3d cross;
+    cross << 0, -r_W.z(), r_W.y(), r_W.z(), 0, -r_W.x(), -r_W.y(), r_W.x(), 0;
+    tip.turn_W -= share_.block<3, 3>(3 * i, 3 * rows_[i].tip).transpose() * cross;
   }
   for (int a = 0; a < tip_count_; ++a) {
     tips_[a].p_original_W = tips_[a].x_W;

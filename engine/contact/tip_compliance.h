@@ -21,6 +21,8 @@ namespace hpdm {
 /// 2. The point x of a press is its row's point. The point x of a grasp is the mean of its points
 ///    with the weights C_rows^-1 T C. About this point f has the least torque.
 /// 3. With presses only, C = C_rows.
+/// 4. Rotating the jaws by theta about x moves the rows by theta x r_i, r_i = x_i - x. It needs the
+///    force C^-1 turn theta with turn = sum_i (C_rows^-1 T C)_i^T [-r_i x].
 ///
 /// Sized once for the organ; a step fills it in place. Deformation thread; allocates nothing.
 class TipCompliance {
@@ -34,10 +36,12 @@ class TipCompliance {
   int AddTip();
   /// Adds a row to the last tip and returns its weights, all zero, to be filled in. `C_loc`: local
   /// compliance, m/N; `x_W`: present position of the point, m; `force_W`: force on the tissue
-  /// there, N. At most as many rows as ContactConstraints has, and one more for each tip.
-  auto AddRow(const Matrix3d& C_loc, const Vector3d& x_W, const Vector3d& force_W) {
+  /// there, N; `coupled`: local compliance to other rows. At most as many rows as
+  /// ContactConstraints has, and one more for each tip.
+  auto AddRow(const Matrix3d& C_loc, const Vector3d& x_W, const Vector3d& force_W,
+              const CoupledRow& coupled = {}) {
     HPDM_CHECK(row_count_ < kMaxRows && tip_count_ > 0);
-    rows_[row_count_] = {tip_count_ - 1, C_loc, x_W, force_W};
+    rows_[row_count_] = {tip_count_ - 1, C_loc, x_W, force_W, coupled};
     weights_.row(row_count_).setZero();
     return weights_.row(row_count_++);
   }
@@ -58,6 +62,8 @@ class TipCompliance {
     Vector3d x_W = Vector3d::Zero();           ///< m.
     Vector3d force_W = Vector3d::Zero();       ///< N, on the tissue.
     Vector3d p_original_W = Vector3d::Zero();  ///< m.
+    /// Displacement of x that needs the same force as a rotation of all rows about x, m/rad.
+    Matrix3d turn_W = Matrix3d::Zero();
   };
   const Tip& operator[](int tip) const { return tips_[tip]; }
   /// Returns C_ac (m/N): the displacement of tip a for a unit force on tip c.
@@ -81,6 +87,7 @@ class TipCompliance {
     Matrix3d C_loc = Matrix3d::Zero();
     Vector3d x_W = Vector3d::Zero();
     Vector3d force_W = Vector3d::Zero();
+    CoupledRow coupled;
   };
 
   void FillRowCompliance(const LatticeCompliance& lattice);

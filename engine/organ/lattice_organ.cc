@@ -109,10 +109,9 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
   CheckMatrices(options(), lattice_.size());
   weights_ = lattice_.Weights(rest().vertices);
-  const double resolution =  // m: kernel radius that the finest functions resolve
-      kResolvedCells *
-      lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
-  thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution);
+  resolution_ = kResolvedCells *
+                lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
+  thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution_);
 
   const std::vector<Quadrature> held = SampleSupports();
   const Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
@@ -243,8 +242,14 @@ void LatticeOrgan::AddLocalDisplacements(const ActiveRefinement& active, const P
   }
 }
 
+double LatticeOrgan::FinestRadius() const {
+  const bool coupled = options().energy.type == EnergyType::kStrain &&
+                       options().energy.solver == SolverType::kCholesky;
+  return coupled ? resolution_ : 0;
+}
+
 double LatticeOrgan::ResolvedRadius(const SurfacePoint& at, double radius) const {
-  if (options().energy.type != EnergyType::kStrain) return radius;
+  if (!HasModulus()) return radius;
   double thickness = 0;
   for (int k = 0; k < 3; ++k) {
     thickness += at.barycentric[k] * thickness_[rest().triangles(at.triangle, k)];

@@ -35,7 +35,9 @@ class LatticeOrgan final : public OrganMechanics {
                 Eigen::Ref<Eigen::RowVectorXd> row) const override;
   void AddLocalDisplacements(const ActiveRefinement& active, const Points& U,
                              Points* vertices) const override;
+  bool HasModulus() const override { return options().energy.type == EnergyType::kStrain; }
   double ResolvedRadius(const SurfacePoint& at, double radius) const override;
+  double FinestRadius() const override;
 
  private:
   std::vector<Quadrature> SampleSupports();
@@ -45,6 +47,7 @@ class LatticeOrgan final : public OrganMechanics {
 
   Lattice lattice_;
   std::vector<double> support_volumes_;
+  double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   std::unique_ptr<const ElasticEnergy> finite_energy_;
   std::optional<RefinementBasis> refinement_basis_;

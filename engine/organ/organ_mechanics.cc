@@ -10,7 +10,8 @@ OrganSurface::OrganSurface(const OrganOptions& organ_options, SurfaceMesh posed)
     : options(organ_options),
       rest(std::move(posed)),
       bounds(AxisAlignedBounds(rest.vertices)),
-      topology(rest.vertices.rows(), rest.triangles) {
+      topology(rest.vertices.rows(), rest.triangles),
+      coarse(CoarseSurface::Of(rest)) {
   VertexNormals(rest.vertices, rest.triangles, &rest_normals);
 }
 

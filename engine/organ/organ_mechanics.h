@@ -2,11 +2,13 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <variant>
 
 #include "engine/energy/elastic_energy.h"
 #include "engine/lattice/active_refinement.h"
 #include "engine/lattice/lattice.h"
+#include "engine/mesh/coarse_surface.h"
 #include "engine/mesh/mesh_facts.h"
 #include "engine/mesh/surface_mesh.h"
 #include "engine/mesh/surface_topology.h"
@@ -28,6 +30,7 @@ struct OrganSurface {
   Box bounds;
   Points rest_normals;  ///< V x 3, unit.
   SurfaceTopology topology;
+  std::optional<CoarseSurface> coarse;  ///< Of `rest`.
 };
 
 /// How the tissue under an organ's surface deforms: n control points move V vertices. A lattice
@@ -55,7 +58,10 @@ class OrganMechanics {
                         Eigen::Ref<Eigen::RowVectorXd> row) const = 0;
   virtual void AddLocalDisplacements(const ActiveRefinement& /*active*/, const Points& /*U*/,
                                      Points* /*vertices*/) const {}
+  /// True if the material's Young's modulus is that of the organ.
+  virtual bool HasModulus() const { return false; }
   virtual double ResolvedRadius(const SurfacePoint& /*at*/, double radius) const { return radius; }
+  virtual double FinestRadius() const { return 0; }
 
  protected:
   /// `surface` must outlive it.

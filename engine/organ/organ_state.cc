@@ -16,6 +16,9 @@ OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanosec
       recovery(model.options().material.relaxation_time,
                static_cast<int>(control_displacements.rows())),
       tips(static_cast<int>(control_displacements.rows())) {
+  if (const CoarseSurface* coarse = model.coarse_surface(); coarse != nullptr) {
+    coarse_neighbourhoods.emplace(coarse->triangles(), coarse->topology());
+  }
   if (relaxation->compliance() == nullptr) return;
   vertex_compliances.reserve(static_cast<std::size_t>(vertices.rows()));
   for (int v = 0; v < vertices.rows(); ++v) {

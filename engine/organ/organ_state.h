@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/contact/contact_constraints.h"
@@ -28,6 +29,7 @@ struct OrganState {
   SurfaceTree tree;              ///< Over `vertices`. Refitted by collide after they moved.
   ContactConstraints contacts;   ///< Filled by collide, forces set by relax.
   NeighbourhoodSearch neighbourhoods;
+  std::optional<NeighbourhoodSearch> coarse_neighbourhoods;  ///< On OrganModel::coarse_surface().
   std::unique_ptr<Relaxation> relaxation;
   ViscousRecovery recovery;  ///< Wraps `relaxation`.
   RelaxationResult relaxed;  ///< Outcome of the last relaxation.

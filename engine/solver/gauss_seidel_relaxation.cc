@@ -103,7 +103,7 @@ class GaussSeidelRelaxation final : public Relaxation {
 
   // Returns (P / kappa + P C_loc P)^+, which is kappa P without local compliance.
   static Matrix3d PenaltyStiffness(const ContactConstraints::Row& row, double penalty) {
-    const Matrix3d& C = row.local_compliance_W;
+    const Matrix3d C = row.LocalCompliance();
     if (row.kind == ContactConstraints::RowKind::kGrasp) {
       return (Matrix3d::Identity() / penalty + C).inverse();
     }
@@ -146,6 +146,7 @@ class GaussSeidelRelaxation final : public Relaxation {
       const Vector3d force = AugmentedForce(row, i);
       violation = std::max(violation, (force - row.force_W).norm() / penalty_[i]);
       row.force_W = force;
+      if (row.indentation.indents()) stiffness_[i] = PenaltyStiffness(row, penalty_[i]);
     }
     return largest_change_ > 0 ? violation / largest_change_ : 0;
   }

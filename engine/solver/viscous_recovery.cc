@@ -27,11 +27,15 @@ RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation,
   const double done = -std::expm1(-elapsed);  // 1 - e, also where e is almost 1
   std::array<Vector3d, kMaxContacts> targets;
   std::array<Matrix3d, kMaxContacts> local_compliances;
+  std::array<LocalIndentation, kMaxContacts> indentations;
   for (int i = 0; i < contacts->size(); ++i) {
     ContactConstraints::Row& row = (*contacts)[i];
     targets[i] = row.target_W;
     local_compliances[i] = row.local_compliance_W;
     row.local_compliance_W /= done;
+    indentations[i] = row.indentation;
+    row.indentation = row.indentation.Scaled(1 / done);
+    row.coupled.factor = 1 / done;
     const Vector3d kept = e * (contacts->Weights().row(i) * U_).transpose();
     row.target_W = row.p_rest_W + (row.target_W - row.p_rest_W - kept) / done;
   }
@@ -39,6 +43,8 @@ RelaxationResult ViscousRecovery::Relax(double dt, Relaxation* relaxation,
   for (int i = 0; i < contacts->size(); ++i) {
     (*contacts)[i].target_W = targets[i];
     (*contacts)[i].local_compliance_W = local_compliances[i];
+    (*contacts)[i].indentation = indentations[i];
+    (*contacts)[i].coupled.factor = 1;
     (*contacts)[i].slip *= done;
   }
   U_ = e * U_ + done * V_;

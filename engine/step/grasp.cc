@@ -1,62 +1,214 @@
 #include "engine/step/grasp.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
 
 namespace hpdm {
 namespace {
 
-// Returns the point of the jaws' axis where the contact's organ touches them; none if it does not.
-// Moves the contact there. `X_WT` is in the organ's frame.
+// Quadrature points of a face across (y) and along the jaw (z), and of a pinched strip.
+constexpr int kAcross = 4, kAlong = 8;
+static_assert(kAcross * kAlong <= Footprint::kMaxPoints);
+
+// Fewest points of a face between which tissue counts as held.
+constexpr int kMinHeld = 4;
+
+// Smallest sine of the angle between the direction in which the jaws open and the normal. Below it
+// one jaw lies flat on the surface.
+constexpr double kMinOpening = 0.3;
+
+// Point i of n on [low, high], where the density 1 / sqrt(1 - x^2) gives each an equal share.
+struct Node {
+  double at, size;  // m
+};
+Node NodeOf(int i, int n, double low, double high) {
+  const auto edge = [&](int k) { return std::cos(std::numbers::pi * k / n); };
+  const double half = (high - low) / 2;
+  return {(low + high) / 2 - half * std::cos(std::numbers::pi * (i + 0.5) / n),
+          half * (edge(i) - edge(i + 1))};
+}
+
+// Returns the place where the jaws' capsule touches the contact's organ, and moves the contact
+// there; none if it does not.
 std::optional<Vector3d> TouchOnJaws(const Isometry3d& X_WT, const ToolGeometry& geometry,
                                     const OrganModel& model, OrganState* state,
                                     TipContact* contact) {
-  if (contact->from_tick || contact->gap <= Grasp::kTouch) return X_WT.translation();
-  const Vector3d end = X_WT * JawsEnd(geometry);
-  const SurfaceHit hit =
-      state->tree.ClosestToSegment(X_WT.translation(), end, geometry.tip_radius + Grasp::kTouch);
-  if (hit.at.triangle < 0) return std::nullopt;
-  contact->at = hit.at;
-  contact->UpdateNeighbourhood(model, state);
-  return X_WT.translation() + hit.along * (end - X_WT.translation());
+  const Triangles& triangles = model.rest().triangles;
+  if (!contact->from_tick && contact->gap > Grasp::kTouch) {
+    const SurfaceHit hit = state->tree.ClosestToSegment(
+        X_WT.translation(), X_WT * JawsEnd(geometry), geometry.tip_radius + Grasp::kTouch);
+    if (hit.at.triangle < 0) return std::nullopt;
+    contact->at = hit.at;
+    contact->UpdateNeighbourhood(model, state);
+  }
+  return contact->at.Position(state->vertices, triangles);
 }
 
 }  // namespace
 
 void Grasp::Take(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
                  OrganState* state, TipContact* contact) {
-  const std::optional<Vector3d> middle = TouchOnJaws(tool.X_WT, geometry, model, state, contact);
-  if (!middle) return;
-  const Triangles& triangles = model.rest().triangles;
+  for (Footprint& footprint : footprints_) footprint.Clear();
+  slip_T_.setZero();
+  has_lattice_rows_ = false;
+  between_ = TakeBetween(tool, geometry, model, state, contact);
+  if (between_ || TakeTouched(tool, geometry, model, state, contact)) {
+    Tie(tool, model, state, *contact);
+  }
+}
+
+bool Grasp::TakeBetween(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
+                        OrganState* state, TipContact* contact) {
+  const double opening = kHalfOpening * geometry.tip_radius;
+  const double length = JawsEnd(geometry).z();
+  Vector3d sum = Vector3d::Zero();
+  for (int i = 0; i < kAcross; ++i) {
+    const Node y = NodeOf(i, kAcross, -geometry.tip_radius, geometry.tip_radius);
+    for (int j = 0; j < kAlong; ++j) {
+      const Node z = NodeOf(j, kAlong, 0, length);
+      const Vector3d plus = tool.X_WT * Vector3d(opening, y.at, z.at);
+      const Vector3d minus = tool.X_WT * Vector3d(-opening, y.at, z.at);
+      const SurfaceHit at_plus = state->tree.FirstEntry(plus, minus);
+      const SurfaceHit at_minus = state->tree.FirstEntry(minus, plus);
+      if (at_plus.at.triangle < 0 || at_minus.at.triangle < 0) continue;
+      if (at_plus.along + at_minus.along >= 1) continue;  // a gap, not tissue
+      footprints_[0].Add({at_plus.at, {y.at, z.at}, {y.size, z.size}});
+      footprints_[1].Add({at_minus.at, {y.at, z.at}, {y.size, z.size}});
+      sum += Vector3d(0, y.at, z.at);
+    }
+  }
+  const int held = footprints_[0].size();
+  if (held < kMinHeld) {
+    for (Footprint& footprint : footprints_) footprint.Clear();
+    return false;
+  }
+  middle_T_ = sum / held;
+  contact->at = footprints_[0][held / 2].at;
+  contact->UpdateNeighbourhood(model, state);
+  return true;
+}
+
+bool Grasp::TakeTouched(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
+                        OrganState* state, TipContact* contact) {
+  const std::optional<Vector3d> touch = TouchOnJaws(tool.X_WT, geometry, model, state, contact);
+  if (!touch) return false;
+  const Vector3d normal =
+      InterpolatedNormal(state->vertices, model.rest().triangles, model.topology(), contact->at);
+  const auto along_surface = [&](int axis) {
+    const Vector3d direction = tool.X_WT.linear().col(axis);
+    return Vector3d(direction - normal.dot(direction) * normal);
+  };
+  Vector3d apart = along_surface(0);
+  if (apart.norm() < kMinOpening) apart = along_surface(2);
+  apart = apart.stableNormalized();
+  const Vector3d across = normal.cross(apart);
+  const double r = geometry.tip_radius, size = kHalfOpening * r;
+  for (int i = 0; i < kAlong; ++i) {
+    const Node u = NodeOf(i, kAlong, -size, size);
+    for (int j = 0; j < kAcross; ++j) {
+      const Node v = NodeOf(j, kAcross, -r, r);
+      const Vector3d p = *touch + u.at * apart + v.at * across;
+      const SurfaceHit hit = state->tree.FirstEntry(p + size * normal, p - size * normal);
+      if (hit.at.triangle < 0) continue;
+      footprints_[0].Add({hit.at, {u.at, v.at}, {u.size, v.size}});
+    }
+  }
+  if (footprints_[0].size() == 0) footprints_[0].Add({contact->at, {0, 0}, {size, size}});
+  middle_T_ = JawsEnd(geometry) / 2;
+  return true;
+}
+
+// Fixes the ties of what the footprints cover.
+void Grasp::Tie(const ToolPose& tool, const OrganModel& model, OrganState* state,
+                const TipContact& contact) {
+  const std::size_t jaws = footprints_[1].size() > 0 ? 2 : 1;
+  const SurfaceMesh& rest = model.rest();
   const Isometry3d X_TW = tool.X_WT.inverse();
-  points_[count_++] = {contact->at, X_TW * contact->at.Position(state->vertices, triangles)};
-  // Each vertex belongs to several triangles: it is taken with the first that lists it.
-  std::array<int, kMaxRows> taken;
-  int taken_count = 0;
-  for (int i = 0; i < contact->around.count; ++i) {
-    const int t = contact->around.triangles[i];
-    for (int k = 0; k < 3 && count_ < kMaxRows; ++k) {
-      const int v = triangles(t, k);
-      const auto end = taken.begin() + taken_count;
-      const Vector3d p_W = state->vertices.row(v);
-      if ((p_W - *middle).norm() > kRadius) continue;
-      if (std::find(taken.begin(), end, v) != end) continue;
-      taken[taken_count++] = v;
-      points_[count_++] = {{t, Vector3d::Unit(k)}, X_TW * p_W};
+  const double thickness = between_ ? Thickness(model) : 0;
+  rows_ = 0;
+  p_middle_rest_W_.setZero();
+  for (std::size_t jaw = 0; jaw < jaws; ++jaw) {
+    Footprint& footprint = footprints_[jaw];
+    footprint.Resolve(model, thickness, &state->neighbourhoods);
+    for (int row = 0; row < footprint.rows(); ++row) {
+      p_T_[ToSize(rows_++)] = X_TW * footprint.Mean(row, state->vertices, rest.triangles);
+      p_middle_rest_W_ += footprint.Mean(row, rest.vertices, rest.triangles);
+    }
+  }
+  FillLocalCoupling({footprints_.data(), jaws}, &coupling_);
+  p_middle_rest_W_ /= rows_;
+  reach_ = 0;
+  for (std::size_t jaw = 0; jaw < jaws; ++jaw) {
+    for (int i = 0; i < footprints_[jaw].size(); ++i) {
+      const Vector3d p = footprints_[jaw][i].at.Position(rest.vertices, rest.triangles);
+      reach_ = std::max(reach_, 2 * (p - p_middle_rest_W_).norm());
+    }
+  }
+  p_contact_T_ = X_TW * contact.at.Position(state->vertices, rest.triangles);
+}
+
+// Returns the mean distance of the two faces' points at rest, m.
+double Grasp::Thickness(const OrganModel& model) const {
+  const SurfaceMesh& rest = model.rest();
+  const int count = footprints_[0].size();
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    sum += (footprints_[0][i].at.Position(rest.vertices, rest.triangles) -
+            footprints_[1][i].at.Position(rest.vertices, rest.triangles))
+               .norm();
+  }
+  return sum / count;
+}
+
+void Grasp::Slip(const Vector3d& slip_T, const ToolGeometry& geometry) {
+  if (!holds() || !slip_T.allFinite()) return;
+  slip_T_ = slip_T;
+  const Vector3d middle_T = middle_T_ + slip_T_;
+  const bool on_faces = std::abs(middle_T.y()) <= geometry.tip_radius && middle_T.z() >= 0 &&
+                        middle_T.z() <= JawsEnd(geometry).z();
+  if (!on_faces) Release();
+}
+
+// The rows stay the same while the grasp holds, unless the local functions change.
+void Grasp::UpdateLatticeRows(const OrganModel& model, const ActiveRefinement& active) {
+  bool same = has_lattice_rows_;
+  for (int s = 0; s < active.slots(); ++s) {
+    same = same && slots_[ToSize(s)] == active.Function(s);
+    slots_[ToSize(s)] = active.Function(s);
+  }
+  if (same) return;
+  has_lattice_rows_ = true;
+  lattice_rows_.setZero();
+  const int columns = model.control_points() + active.slots();
+  int place = 0;
+  for (const Footprint& footprint : footprints_) {
+    if (footprint.size() == 0) continue;
+    for (int k = 0; k < footprint.rows(); ++k, ++place) {
+      footprint.AddToRow(k, model, active, lattice_rows_.row(place).head(columns));
     }
   }
 }
 
-bool Grasp::AddRows(const ToolPose& tool, const OrganModel& model, OrganState* state) const {
+bool Grasp::AddRows(const ToolPose& tool, const OrganModel& model, OrganState* state) {
   const SurfaceMesh& rest = model.rest();
-  for (int i = 0; i < count_; ++i) {
-    ContactConstraints::Row* row = state->contacts.Add();
-    if (row == nullptr) return false;
-    row->kind = ContactConstraints::RowKind::kGrasp;
-    row->tool = tool_;
-    row->p_rest_W = points_[i].at.Position(rest.vertices, rest.triangles);
-    row->target_W = tool.X_WT * points_[i].p_T;
-    model.AddToRow(points_[i].at, 1, state->contacts.refinement,
-                   state->contacts.WeightRow(state->contacts.size() - 1));
+  UpdateLatticeRows(model, state->contacts.refinement);
+  int place = 0;
+  for (const Footprint& footprint : footprints_) {
+    if (footprint.size() == 0) continue;
+    for (int k = 0; k < footprint.rows(); ++k, ++place) {
+      ContactConstraints::Row* row = state->contacts.Add();
+      if (row == nullptr) return false;
+      row->kind = ContactConstraints::RowKind::kGrasp;
+      row->tool = tool_;
+      row->p_rest_W = footprint.Mean(k, rest.vertices, rest.triangles);
+      row->target_W = tool.X_WT * (p_T_[ToSize(place)] + slip_T_);
+      row->local_compliance_W = coupling_.block<3, 3>(3 * place, 3 * place);
+      row->coupled = {&coupling_, place};
+      auto weights = state->contacts.WeightRow(state->contacts.size() - 1);
+      weights = lattice_rows_.row(place).head(weights.size());
+    }
   }
   return true;
 }

@@ -79,6 +79,16 @@ void OrganStep::RepositionControlPoints() {
     }
     change.row(i) = move;
   }
+  // The lattice hardly tells the rows of a footprint apart: their local compliance does. Moved one
+  // by one they would throw the control points far away.
+  for (int i = 0; i < state_.contacts.size(); ++i) {
+    const LocalCoupling* coupling = state_.contacts[i].coupled.coupling;
+    if (coupling == nullptr || state_.contacts[i].coupled.place != 0) continue;
+    const int count = static_cast<int>(coupling->rows()) / 3;
+    const int last = std::min(i + count, state_.contacts.size());
+    const Eigen::RowVector3d mean = change.middleRows(i, last - i).colwise().mean();
+    for (int j = i; j < last; ++j) change.row(j) = mean;
+  }
   MoveDirectly(state_.contacts.Weights(), change, state_.control_displacements);
 }
 
@@ -138,10 +148,10 @@ void OrganStep::FillSnapshot(OrganSnapshot* shape) const {
   shape->indentation_count = 0;
   for (int i = 0; i < state_.contacts.size(); ++i) {
     const ContactConstraints::Row& row = state_.contacts[i];
-    const bool indents = row.indentation.radius() < row.indentation.resolved_radius();
-    if (!indents || shape->indentation_count == kMaxInstruments) continue;
+    if (!row.indentation.indents() || !(row.f_n() > 0)) continue;
+    if (shape->indentation_count == kMaxInstruments) break;
     shape->indentations[shape->indentation_count++] =
-        AppliedIndentation(row.indentation, row.p_rest_W, row.force_W);
+        AppliedIndentation(row.indentation.UnderBall(row.f_n()), row.p_rest_W, row.force_W);
   }
   if (shape->vertices.rows() == 0) return;
   shape->vertices = state_.vertices.cast<float>();

@@ -10,6 +10,9 @@
 namespace hpdm {
 namespace {
 
+// m. The point on the coarse surface may lie this far from a tip's predicted place.
+constexpr double kFarReach = 0.2;
+
 // Eq. 29 with the rest neighbours of a vertex and hand-set stiffness (reaction = "paper").
 void FillPaperNode(const OrganModel& model, int vertex, const PaperReaction& reaction,
                    ReactionNode* node) {
@@ -45,47 +48,14 @@ Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
   return Matrix3d(root_to.matrixL()) * inverse;
 }
 
-// Returns the lattice's row at a vertex, valid until the next call.
-SparseRow VertexRow(const OrganModel& model, int vertex, OrganState* state) {
-  const ActiveRefinement& refinement = state->contacts.refinement;
-  if (refinement.slots() == 0) return model.LatticeRow(vertex);
-  auto row = state->tips.ScratchRow();
-  model.AddToRow(model.topology().AtVertex(model.rest().triangles, vertex), 1, refinement, row);
-  return state->tips.Compress(row);
-}
-
-// Computes the tilt from the contact's triangle, over which the lattice is smooth.
-void FillTilt(const TipContact& contact, const OrganModel& model, OrganState* state,
-              ToolPatch* patch) {
-  const Points& rest = model.rest().vertices;
-  const Eigen::RowVector3i corners = model.rest().triangles.row(contact.at.triangle);
-  std::array<Vector3d, 3> p_rest, p;
-  std::array<Matrix3d, 3> moved;  // corners' displacements, one column per unit force
-  for (int k = 0; k < 3; ++k) {
-    p_rest[k] = rest.row(corners[k]);
-    p[k] = state->vertices.row(corners[k]);
-    moved[k] = state->tips.Coupling(VertexRow(model, corners[k], state), contact.tip);
-  }
-  const Vector3d face_rest = (p_rest[1] - p_rest[0]).cross(p_rest[2] - p_rest[0]);
-  const Vector3d a = p[1] - p[0], b = p[2] - p[0];
-  const Vector3d face = a.cross(b);
-  const double size = face.norm();
-  if (!(size > 0) || !(face_rest.squaredNorm() > 0)) return;
-  const Vector3d n = face / size;
-  patch->tilt_W = n - face_rest.normalized();
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d da = moved[1].col(axis) - moved[0].col(axis);
-    const Vector3d db = moved[2].col(axis) - moved[0].col(axis);
-    const Vector3d rate = (da.cross(b) + a.cross(db)) / size;
-    patch->tilt_compliance_W.col(axis) = rate - n.dot(rate) * n;
-  }
-}
+}  // namespace
 
 // Fills in the solved contact, and the points' values such that their interpolation at the contact
 // gives the contact's own. The compliances vary over the surface as at rest, times a factor for the
-// kernel and the tangent stiffness, plus the local part.
-void FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
-                        const OrganModel& model, OrganState* state, ToolPatch* patch) {
+// kernel and the tangent stiffness.
+void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
+                                      const OrganModel& model, OrganState* state,
+                                      ToolPatch* patch) {
   const TipCompliance::Tip& tip = state->tips[contact.tip];
   patch->reaction = ReactionType::kLattice;
   patch->contact_W = tip.x_W;
@@ -95,14 +65,17 @@ void FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
   if (has_other) patch->coupling_W = state->tips.Between(contact.tip, 1 - contact.tip);
   if (patch->kind == ContactKind::kGrasp) {
     // For the press that remains if the jaws open.
-    const Matrix3d C_loc =
-        model.Indentation(contact.at, TipPress::KernelRadius(geometry)).Compliance();
-    for (int i = 0; i < patch->point_count; ++i) patch->points[i].compliance_W += C_loc;
+    patch->indentation = model.Indentation(contact.at, TipPress::KernelRadius(geometry));
     return;
   }
+  patch->indentation = contact.indentation;
   patch->normal_W = contact.normal_W;
   patch->kernel_radius = TipPress::KernelRadius(geometry);
-  FillTilt(contact, model, state, patch);
+  if (!model.rigid()) {  // the lattice turns as a whole over the radius that it resolves
+    normal_.Gather(model, contact.at, contact.indentation.resolved_radius(), state);
+    patch->tilt_W = normal_.Pressed(model, *state) - normal_.Mean(model.rest_normals());
+    patch->tilt_compliance_W = normal_.Compliance(model, contact.tip, state);
+  }
 
   Vector3d p_original = Vector3d::Zero();
   Matrix3d compliance = Matrix3d::Zero(), coupling = Matrix3d::Zero();
@@ -117,52 +90,61 @@ void FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
   const Vector3d further = tip.p_original_W - p_original;
   const Matrix3d G = Congruence(compliance, patch->compliance_W - contact.C_loc_W);
   const Matrix3d more_coupling = patch->coupling_W - coupling;
-  for (int i = 0; i < patch->point_count; ++i) {
-    PatchPoint& point = patch->points[i];
-    point.p_original_W += further;
-    point.compliance_W = (G * point.compliance_W * G.transpose() + contact.C_loc_W).eval();
-    point.coupling_W += more_coupling;
+  for (SurfacePatch* surface : {static_cast<SurfacePatch*>(patch), &patch->far}) {
+    for (int i = 0; i < surface->point_count; ++i) {
+      PatchPoint& point = surface->points[i];
+      point.p_original_W += further;
+      point.compliance_W = (G * point.compliance_W * G.transpose() + contact.C_wall_W).eval();
+      point.coupling_W += more_coupling;
+    }
   }
 }
 
-}  // namespace
-
 void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
   static_cast<SolvedContact&>(*patch) = {};
-  patch->instrument_index = tool_W.instrument_index;
   patch->organ = -1;
-  patch->point_count = 0;
-  patch->triangle_count = 0;
+  patch->point_count = patch->triangle_count = 0;
+  patch->far.point_count = patch->far.triangle_count = 0;
   patch->tilt_W.setZero();
   patch->tilt_compliance_W.setZero();
+  patch->indentation = {};
   patch->contact_W = tool_W.X_WT.translation();
   patch->motion = {};
 }
 
 void PatchBuilder::Fill(const ToolPose& tool, const ToolGeometry& geometry,
-                        const TipContact& contact, const Grasp& grasp, const OrganModel& model,
-                        OrganState* state, ToolPatch* patch) {
+                        const TipContact& contact, const TipPress& press, const Grasp* grasp,
+                        const OrganModel& model, OrganState* state, ToolPatch* patch) {
   const Triangles& triangles = model.rest().triangles;
   patch->organ = contact.organ;
+  patch->rigid = model.rigid();
   patch->motion = model.options().motion;
-  patch->kind = grasp.holds() ? ContactKind::kGrasp : ContactKind::kPress;
+  patch->kind = grasp != nullptr ? ContactKind::kGrasp : ContactKind::kPress;
   patch->force_on_tissue_W = contact.force_W;
   Prefetch(tool, contact, model, state);
-  FillPoints(contact.tip, model, state, patch);
+  FillSurface(model.rest().triangles, contact, press, model, state, patch);
+  std::copy_n(prefetched_.triangles.begin(), prefetched_.count, patch->mesh_triangles.begin());
+  if (PrefetchFar(tool, contact, model, state)) {
+    FillSurface(model.coarse_surface()->triangles(), contact, press, model, state, &patch->far);
+    patch->far.mesh_triangles.fill(-1);
+  }
+  patch->hold = geometry.Hold();
+  patch->slip_T = grasp != nullptr ? grasp->slip_T() : Vector3d::Zero();
   if (contact.tip >= 0) {
     FillLatticeContact(geometry, contact, model, state, patch);
+    patch->R_WT = tool.X_WT.linear();
     patch->p_grasp_T = tool.X_WT.inverse() * patch->contact_W;
+    patch->turn_W = state->tips[contact.tip].turn_W;
     return;
   }
   patch->reaction = ReactionType::kPaper;
   patch->contact_W = contact.at.Position(state->vertices, triangles);
-  if (!grasp.holds()) return;
-  const Grasp::Point& first = grasp.first();
+  if (grasp == nullptr) return;
   int corner = 0;
-  first.at.barycentric.maxCoeff(&corner);
-  FillPaperNode(model, triangles(first.at.triangle, corner), reaction_, &patch->grasp_node);
-  patch->p_original_W = first.at.Position(model.rest().vertices, triangles);
-  patch->p_grasp_T = first.p_T;
+  contact.at.barycentric.maxCoeff(&corner);
+  FillPaperNode(model, triangles(contact.at.triangle, corner), reaction_, &patch->grasp_node);
+  patch->p_original_W = contact.at.Position(model.rest().vertices, triangles);
+  patch->p_grasp_T = grasp->ContactInTool();
 }
 
 // Gathers the surface around the predicted tip position, with the contact well inside.
@@ -189,13 +171,33 @@ void PatchBuilder::Prefetch(const ToolPose& tool, const TipContact& contact,
     prefetched_ = contact.around;
 }
 
-// Fills in the triangles and, at their corners, the data that depend on the vertex alone.
-void PatchBuilder::FillPoints(int tip, const OrganModel& model, OrganState* state,
-                              ToolPatch* patch) const {
-  const Triangles& triangles = model.rest().triangles;
-  std::array<int, ToolPatch::kMaxPoints> vertex;
+// Gathers the coarse surface around the point where a tip that slides on arrives. False if the
+// organ has none.
+bool PatchBuilder::PrefetchFar(const ToolPose& tool, const TipContact& contact,
+                               const OrganModel& model, OrganState* state) {
+  const CoarseSurface* coarse = model.coarse_surface();
+  if (coarse == nullptr) return false;
+  const SurfaceMesh& rest = model.rest();
+  const Vector3d normal = contact.at.Position(model.rest_normals(), rest.triangles);
+  const Vector3d along = tool.v_tip_W - normal.dot(tool.v_tip_W) * normal;
+  const Vector3d p = contact.at.Position(rest.vertices, rest.triangles);
+  const SurfacePoint centre = coarse->Closest(p + prefetch_ * along, kFarReach);
+  if (centre.triangle < 0) return false;
+  state->coarse_neighbourhoods->Collect(
+      rest.vertices, centre,
+      {.triangles = SurfacePatch::kMaxTriangles, .vertices = SurfacePatch::kMaxPoints},
+      &prefetched_);
+  return true;
+}
+
+// Fills in the prefetched triangles and, at their corners, the data that depend on the vertex
+// alone. `triangles`: those that the prefetched numbers refer to.
+void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& contact,
+                               const TipPress& press, const OrganModel& model, OrganState* state,
+                               SurfacePatch* patch) const {
+  const int tip = contact.tip;
+  std::array<int, SurfacePatch::kMaxPoints> vertex;
   for (int i = 0; i < prefetched_.count; ++i) {
-    patch->mesh_triangles[i] = prefetched_.triangles[i];
     for (int k = 0; k < 3; ++k) {
       const int v = triangles(prefetched_.triangles[i], k);
       const auto end = vertex.begin() + patch->point_count;
@@ -211,6 +213,7 @@ void PatchBuilder::FillPoints(int tip, const OrganModel& model, OrganState* stat
     const int v = vertex[i];
     PatchPoint& point = patch->points[i];
     point.normal_W = model.rest_normals().row(v);
+    if (model.rigid()) point.wall = press.WallAt(model, contact.organ, v);
     if (tip < 0) {
       point.p_original_W = model.rest().vertices.row(v);
       FillPaperNode(model, v, reaction_, &point.node);

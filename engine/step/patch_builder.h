@@ -1,7 +1,9 @@
 #pragma once
 
 #include "engine/step/grasp.h"
+#include "engine/step/press_normal.h"
 #include "engine/step/tip_contact.h"
+#include "engine/step/tip_press.h"
 #include "engine/step/tool_geometry.h"
 
 namespace hpdm {
@@ -23,18 +25,26 @@ class PatchBuilder {
   /// Fills in the patch of a tool without a contact: no organ.
   static void Clear(const ToolPose& tool_W, ToolPatch* patch);
   /// Fills in the rest of a cleared patch for the contact's organ, from its condensed tips. `tool`
-  /// is in the organ's frame.
+  /// is in the organ's frame. `grasp`: what the jaws hold of this organ; nullptr: nothing.
   void Fill(const ToolPose& tool, const ToolGeometry& geometry, const TipContact& contact,
-            const Grasp& grasp, const OrganModel& model, OrganState* state, ToolPatch* patch);
+            const TipPress& press, const Grasp* grasp, const OrganModel& model, OrganState* state,
+            ToolPatch* patch);
 
  private:
   void Prefetch(const ToolPose& tool, const TipContact& contact, const OrganModel& model,
                 OrganState* state);
-  void FillPoints(int tip, const OrganModel& model, OrganState* state, ToolPatch* patch) const;
+  bool PrefetchFar(const ToolPose& tool, const TipContact& contact, const OrganModel& model,
+                   OrganState* state);
+  void FillSurface(const Triangles& triangles, const TipContact& contact, const TipPress& press,
+                   const OrganModel& model, OrganState* state, SurfacePatch* patch) const;
+  void FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
+                          const OrganModel& model, OrganState* state, ToolPatch* patch);
 
   double prefetch_;
   PaperReaction reaction_;
-  Neighbourhood prefetched_;  // around the contact's place in the middle of the patch's use
+  PressNormal normal_;        // around the contact
+  Neighbourhood prefetched_;  // of the mesh, around the contact's place in the middle of the
+                              // patch's use; then of the coarse surface
 };
 
 }  // namespace hpdm

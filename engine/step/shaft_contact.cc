@@ -1,7 +1,5 @@
 #include "engine/step/shaft_contact.h"
 
-#include "engine/step/grasp.h"
-
 namespace hpdm {
 namespace {
 
@@ -9,21 +7,11 @@ namespace {
 // surface end on only follows its own tip's indentation.
 constexpr double kMaxEndOn = 0.7;
 
-// Tissue next to the grasp moves with the jaws. A shaft that pushed it away would lever the grasped
-// tissue out of the jaws, with forces far beyond both.
-bool GraspsNearby(int tool, const Vector3d& p_rest_W, const ContactConstraints& contacts) {
-  for (int i = 0; i < contacts.size(); ++i) {
-    const ContactConstraints::Row& row = contacts[i];
-    const bool held = row.tool == tool && row.kind == ContactConstraints::RowKind::kGrasp;
-    if (held && (row.p_rest_W - p_rest_W).norm() < Grasp::kRadius) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 ShaftContact AddShaftContact(int tool, const ToolPose& pose_W, const ToolGeometry& geometry,
-                             double below, const OrganModel& model, OrganState* state) {
+                             double below, const Grasp* grasp, const OrganModel& model,
+                             OrganState* state) {
   const ToolPose pose = InOrganFrame(*state, pose_W);
   const SurfaceMesh& rest = model.rest();
   const Vector3d start = pose.X_WT * (JawsEnd(geometry) + Vector3d(0, 0, below));
@@ -31,7 +19,7 @@ ShaftContact AddShaftContact(int tool, const ToolPose& pose_W, const ToolGeometr
       state->tree.ClosestToSegment(start, pose.p_trocar_W, geometry.shaft_radius);
   if (hit.at.triangle < 0) return {};
   const Vector3d p_rest_W = hit.at.Position(rest.vertices, rest.triangles);
-  if (GraspsNearby(tool, p_rest_W, state->contacts)) return {};
+  if (grasp != nullptr && grasp->Holds(p_rest_W)) return {};
   const Vector3d facing =
       InterpolatedNormal(state->vertices, rest.triangles, model.topology(), hit.at);
   const Vector3d axis = pose.X_WT.linear().col(2);

@@ -12,6 +12,14 @@ ToolPose InOrganFrame(const OrganState& state, ToolPose tool) {
   return tool;
 }
 
+SparseRow VertexRow(const OrganModel& model, int vertex, OrganState* state) {
+  const ActiveRefinement& refinement = state->contacts.refinement;
+  if (refinement.slots() == 0) return model.LatticeRow(vertex);
+  auto row = state->tips.ScratchRow();
+  model.AddToRow(model.topology().AtVertex(model.rest().triangles, vertex), 1, refinement, row);
+  return state->tips.Compress(row);
+}
+
 void TipContact::UpdateNeighbourhood(const OrganModel& model, OrganState* state) {
   state->neighbourhoods.Collect(model.rest().vertices, at,
                                 {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints}, &around);

@@ -28,7 +28,8 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
                  &resolved_);
   }
   if (contact->normal_W.squaredNorm() == 0) {
-    contact->normal_W = KernelNormal(model, *state, *contact, facing, radius);
+    normal_.Gather(model, contact->at, radius, state);
+    contact->normal_W = normal_.Pressed(model, *state);
   }
   const bool too_far = contact->gap > kNear && !contact->from_tick;
   if (too_far || contact->normal_W.squaredNorm() == 0) return true;
@@ -40,14 +41,36 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   row->friction_W = contact->friction_W;
   row->target_W = tool.X_WT.translation() - geometry.tip_radius * contact->normal_W;
   row->indentation = indentation_;
-  row->local_compliance_W = LocalCompliance(model);
+  row->local_compliance_W = WallCompliance(model, *contact);
   AddKernelToRow(model, *state, state->contacts.WeightRow(state->contacts.size() - 1));
   return true;
 }
 
-Matrix3d TipPress::LocalCompliance(const OrganModel& model) const {
-  if (!model.rigid()) return indentation_.Compliance();
-  return Matrix3d::Identity() / model.options().wall_stiffness.value_or(wall_stiffness_);
+const WallField* TipPress::Field(const OrganModel& model, int organ) const {
+  const auto index = static_cast<std::size_t>(organ);
+  if (model.options().wall_stiffness || index >= walls_.size()) return nullptr;
+  return walls_[index].rows() > 0 ? &walls_[index] : nullptr;
+}
+
+WallStiffness TipPress::UniformWall(const OrganModel& model) const {
+  const double stiffness = model.options().wall_stiffness.value_or(wall_stiffness_);
+  return {stiffness, stiffness};
+}
+
+Matrix3d TipPress::WallCompliance(const OrganModel& model, const TipContact& contact) const {
+  if (!model.rigid()) return Matrix3d::Zero();
+  const WallField* field = Field(model, contact.organ);
+  if (field == nullptr) return UniformWall(model).Compliance(contact.normal_W);
+  const Eigen::RowVector3i corners = model.rest().triangles.row(contact.at.triangle);
+  Eigen::RowVector2d wall = Eigen::RowVector2d::Zero();
+  for (int k = 0; k < 3; ++k) wall += contact.at.barycentric[k] * field->row(corners[k]);
+  return WallStiffness{wall[0], wall[1]}.Compliance(contact.normal_W);
+}
+
+WallStiffness TipPress::WallAt(const OrganModel& model, int organ, int vertex) const {
+  const WallField* field = Field(model, organ);
+  if (field == nullptr) return UniformWall(model);
+  return {(*field)(vertex, 0), (*field)(vertex, 1)};
 }
 
 void TipPress::AddKernelToRow(const OrganModel& model, const OrganState& state,
@@ -57,18 +80,6 @@ void TipPress::AddKernelToRow(const OrganModel& model, const OrganState& state,
     model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, state.contacts.refinement,
                    row);
   }
-}
-
-// Returns the kernel-weighted normal of the surface after the last step.
-Vector3d TipPress::KernelNormal(const OrganModel& model, const OrganState& state,
-                                const TipContact& contact, const Vector3d& facing, double radius) {
-  GatherKernel(model.rest(), contact.around, contact.at, facing, radius, &kernel_);
-  Vector3d normal = Vector3d::Zero();
-  for (int i = 0; i < kernel_.vertex_count; ++i) {
-    normal += kernel_.weights[i] * VertexNormal(state.vertices, model.rest().triangles,
-                                                model.topology(), kernel_.vertices[i]);
-  }
-  return normal.stableNormalized();
 }
 
 }  // namespace hpdm

@@ -1,19 +1,45 @@
 #include "engine/step/tool_tracker.h"
 
-#include <limits>
+#include <algorithm>
+#include <span>
 
 #include "engine/base/check.h"
 #include "engine/step/shaft_contact.h"
 
 namespace hpdm {
+namespace {
+
+// Returns the distance (m) within which a tip can touch an organ before the next patch is in use.
+// A patch is used up to 0.1 s after its step began. Tissue that is pushed aside by another press
+// can also come nearer.
+double BesideReach(const ToolPose& tool) {
+  constexpr double kStandingReach = 0.02;  // m
+  constexpr double kPatchEnds = 0.1;       // s
+  return kStandingReach + kPatchEnds * tool.v_tip_W.norm();
+}
+
+}  // namespace
+
+ToolTracker::Place::Place(int tool, const ToolOptions& options)
+    : press(tool, options.wall_stiffness, options.walls),
+      patch_builder(options.prefetch, {.k1 = options.k1, .k2 = options.k2}) {}
+
+void ToolTracker::Place::Take(int organ, const SurfacePoint& at) {
+  if (contact.organ != organ) {
+    contact.touching = false;
+    contact.force_W.setZero();
+  }
+  contact.organ = organ;
+  contact.at = at;
+  taken = true;
+}
 
 ToolTracker::ToolTracker(int tool, const ToolOptions& options)
     : tool_(tool),
       reaction_(options.reaction),
       geometries_(options.geometries),
-      press_(tool, options.wall_stiffness),
-      grasp_(tool),
-      patch_builder_(options.prefetch, {.k1 = options.k1, .k2 = options.k2}) {
+      places_(kMaxPlaces, Place(tool, options)),
+      grasp_(tool) {
   HPDM_CHECK(!geometries_.empty());
 }
 
@@ -24,153 +50,263 @@ void ToolTracker::TakeInstrument(const ToolPose& tool) {
   HPDM_CHECK(instrument_index < geometries_.size());
   instrument_index_ = instrument_index;
   grasp_.Release();
-  contact_.touching = false;
+  for (Place& place : places_) place.contact.touching = false;
   jaw_last_ = tool.jaw;
 }
 
-void ToolTracker::Track(const ToolPose& tool, const TickContactPoint& contact_point,
+void ToolTracker::Track(const ToolPose& tool,
+                        const std::array<TickContactPoint, kMaxPlaces>& contact_points,
                         std::vector<OrganStep>* organs) {
   TakeInstrument(tool);
   if (tool.jaw > kJawLetsGo) grasp_.Release();
-  TrackTip(tool, contact_point, organs);
+  grasp_.Slip(contact_points[holding_place_].slip_T, geometry());
+  for (std::size_t p = 0; p < places_.size(); ++p) {
+    KeepPlace(tool, contact_points[p], *organs, &places_[p]);
+  }
+  DropDoubles();
+  FindCandidates(tool, *organs);
+  GivePlaces();
+  for (Place& place : places_) UpdateContact(tool, organs, &place.contact);
   UpdateGrasp(tool, organs);
   p_tip_last_W_ = tool.X_WT.translation();
   jaw_last_ = tool.jaw;
   started_ = true;
 }
 
-Vector3d ToolTracker::RestPoint(const std::vector<OrganStep>& organs) const {
-  const SurfaceMesh& rest = organs[contact_.organ].model().rest();
-  return contact_.at.Position(rest.vertices, rest.triangles);
+std::optional<Vector3d> ToolTracker::RestPointOn(int organ, const OrganModel& model) const {
+  for (const Place& place : places_) {
+    if (place.contact.organ != organ) continue;
+    return place.contact.at.Position(model.rest().vertices, model.rest().triangles);
+  }
+  return std::nullopt;
 }
 
-void ToolTracker::TrackTip(const ToolPose& tool, const TickContactPoint& contact_point,
-                           std::vector<OrganStep>* organs) {
+// Keeps the place if its contact continues: in the tick, in the jaws, or from the last step.
+void ToolTracker::KeepPlace(const ToolPose& tool, const TickContactPoint& contact_point,
+                            const std::vector<OrganStep>& organs, Place* place) {
+  TipContact& contact = place->contact;
+  const bool holds = Holds(*place);
+  contact.normal_W.setZero();
+  contact.friction_W.setZero();
+  contact.from_tick = !holds && contact_point.organ >= 0 && contact_point.triangle >= 0;
+  // The tick has lost the contact or holds it on the coarse surface.
+  const bool lost = contact_point.known_organ != contact.organ ||
+                    (contact_point.organ >= 0 && contact_point.triangle < 0);
+  const bool pressed = contact.touching && lost;
+  place->taken = holds || contact.from_tick || pressed;
+  if (contact.from_tick) {
+    place->Take(contact_point.organ, {contact_point.triangle, contact_point.weights});
+    contact.normal_W = contact_point.normal_W;
+    contact.friction_W = contact_point.friction_W;
+  } else if (!holds && pressed) {
+    const OrganStep& organ = organs[contact.organ];
+    contact.at = ClosestIn(contact.around, organ.state().vertices, organ.model().rest().triangles,
+                           tool.X_WT.translation() - organ.state().offset_W);
+  }  // else the contact is the grasp, or the search finds it
+}
+
+// The tick may hold an organ in the place that it had in an older patch.
+void ToolTracker::DropDoubles() {
+  for (Place& place : places_) {
+    if (!place.contact.from_tick) continue;
+    for (Place& other : places_) {
+      if (&other == &place || other.contact.organ != place.contact.organ) continue;
+      other.contact.organ = -1;
+      other.taken = false;
+    }
+  }
+}
+
+// Lists the organs that have no place yet and that the tip may touch next, the first ones first.
+void ToolTracker::FindCandidates(const ToolPose& tool, const std::vector<OrganStep>& organs) {
   const Vector3d p_tip_W = tool.X_WT.translation();
-  contact_.normal_W.setZero();
-  contact_.friction_W.setZero();
-  contact_.from_tick = !grasp_.holds() && contact_point.organ >= 0;
-  if (contact_.from_tick) {
-    contact_.organ = contact_point.organ;
-    contact_.at = {contact_point.triangle, contact_point.weights};
-    contact_.normal_W = contact_point.normal_W;
-    contact_.friction_W = contact_point.friction_W;
-  } else if (!grasp_.holds() &&
-             (!contact_.touching || contact_point.known_organ == contact_.organ)) {
-    if (!FindEntry(p_tip_W, *organs) && !FindNearest(p_tip_W, *organs)) return;
-  } else if (!grasp_.holds()) {
-    const OrganStep& organ = (*organs)[contact_.organ];
-    contact_.at = ClosestIn(contact_.around, organ.state().vertices, organ.model().rest().triangles,
-                            p_tip_W - organ.state().offset_W);
-  }  // else the contact is the grasp
-  const OrganModel& model = (*organs)[contact_.organ].model();
-  OrganState& state = (*organs)[contact_.organ].state();
-  contact_.UpdateNeighbourhood(model, &state);
-  const Vector3d offset =
-      p_tip_W - state.offset_W - contact_.at.Position(state.vertices, model.rest().triangles);
-  const Vector3d normal =
-      InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), contact_.at);
-  contact_.gap = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - geometry().tip_radius;
-}
-
-bool ToolTracker::FindEntry(const Vector3d& p_tip_W, const std::vector<OrganStep>& organs) {
-  contact_.organ = -1;
-  double earliest = std::numeric_limits<double>::infinity();
-  for (std::size_t o = 0; started_ && o < organs.size(); ++o) {
-    const OrganState& state = organs[o].state();
-    const SurfaceHit entry =
-        state.tree.FirstEntry(p_tip_last_W_ - state.offset_last_W, p_tip_W - state.offset_W);
-    if (entry.at.triangle < 0 || entry.along >= earliest) continue;
-    earliest = entry.along;
-    contact_.organ = static_cast<int>(o);
-    contact_.at = entry.at;
-  }
-  return contact_.organ >= 0;
-}
-
-bool ToolTracker::FindNearest(const Vector3d& p_tip_W, const std::vector<OrganStep>& organs) {
-  contact_.organ = -1;
-  double nearest = kReach;
+  candidates_.count = 0;
   for (std::size_t o = 0; o < organs.size(); ++o) {
+    const Place* place = PlaceOn(static_cast<int>(o));
+    if (place != nullptr && place->taken) continue;
     const OrganState& state = organs[o].state();
-    const SurfaceHit hit = state.tree.Closest(p_tip_W - state.offset_W, nearest);
-    if (hit.at.triangle < 0) continue;
-    nearest = hit.distance;
-    contact_.organ = static_cast<int>(o);
-    contact_.at = hit.at;
+    Candidate& candidate = candidates_.list[candidates_.count];
+    candidate.organ = static_cast<int>(o);
+    if (started_) {
+      const SurfaceHit entry =
+          state.tree.FirstEntry(p_tip_last_W_ - state.offset_last_W, p_tip_W - state.offset_W);
+      candidate.entered = entry.at.triangle >= 0;
+      candidate.at = entry.at;
+      candidate.order = entry.along;
+    }
+    if (!candidate.entered) {
+      const SurfaceHit hit = state.tree.Closest(p_tip_W - state.offset_W, kReach);
+      if (hit.at.triangle < 0) continue;
+      candidate.at = hit.at;
+      candidate.order = hit.distance;
+    }
+    ++candidates_.count;
   }
-  return contact_.organ >= 0;
+  const auto first = candidates_.list.begin();
+  std::sort(first, first + candidates_.count, [](const Candidate& a, const Candidate& c) {
+    if (a.entered != c.entered) return a.entered;
+    return a.order != c.order ? a.order < c.order : a.organ < c.organ;
+  });
+  const double beside = BesideReach(tool);
+  while (candidates_.count > 1 && !candidates_.list[candidates_.count - 1].entered &&
+         candidates_.list[candidates_.count - 1].order > beside) {
+    --candidates_.count;
+  }
 }
 
+// Gives the places that are not taken to the first candidates. One that had a place keeps it.
+void ToolTracker::GivePlaces() {
+  const auto is_free = [](const Place& place) { return !place.taken; };
+  const auto free = std::count_if(places_.begin(), places_.end(), is_free);
+  const int count = std::min(static_cast<int>(free), candidates_.count);
+  const std::span given(candidates_.list.data(), static_cast<std::size_t>(count));
+  for (const Candidate& candidate : given) {
+    Place* const place = PlaceOn(candidate.organ);
+    if (place != nullptr) place->Take(candidate.organ, candidate.at);
+  }
+  for (Place& place : places_) {
+    if (!place.taken) place.contact.organ = -1;
+  }
+  for (const Candidate& candidate : given) {
+    if (PlaceOn(candidate.organ) != nullptr) continue;
+    std::find_if(places_.begin(), places_.end(), is_free)->Take(candidate.organ, candidate.at);
+  }
+}
+
+void ToolTracker::UpdateContact(const ToolPose& tool, std::vector<OrganStep>* organs,
+                                TipContact* contact) {
+  if (contact->organ < 0) return;
+  const OrganModel& model = (*organs)[contact->organ].model();
+  OrganState& state = (*organs)[contact->organ].state();
+  contact->UpdateNeighbourhood(model, &state);
+  const Vector3d offset = tool.X_WT.translation() - state.offset_W -
+                          contact->at.Position(state.vertices, model.rest().triangles);
+  const Vector3d normal =
+      InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), contact->at);
+  contact->gap = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - geometry().tip_radius;
+}
+
+ToolTracker::Place* ToolTracker::PlaceOn(int organ) {
+  for (Place& place : places_) {
+    if (place.contact.organ == organ) return &place;
+  }
+  return nullptr;
+}
+
+// The place that holds, or else presses most, or else is nearest.
+ToolTracker::Place& ToolTracker::MainPlace() {
+  if (grasp_.holds()) return places_[holding_place_];
+  Place* main = &places_.front();
+  for (Place& place : places_) {
+    const TipContact &one = place.contact, &best = main->contact;
+    if (one.organ < 0) continue;
+    const double force = one.force_W.norm(), most = best.force_W.norm();
+    if (best.organ < 0 || force > most || (force == most && one.gap < best.gap)) main = &place;
+  }
+  return *main;
+}
+
+// The jaws take the tissue that the tip presses, or else the nearest.
 void ToolTracker::UpdateGrasp(const ToolPose& tool, std::vector<OrganStep>* organs) {
   const bool closes = started_ && tool.jaw < Grasp::kJawClosed && jaw_last_ >= Grasp::kJawClosed;
-  if (!geometry().can_grasp || !closes || grasp_.holds() || contact_.organ < 0) return;
-  OrganStep& organ = (*organs)[contact_.organ];
+  if (!geometry().can_grasp || !closes || grasp_.holds()) return;
+  Place& place = MainPlace();
+  if (place.contact.organ < 0) return;
+  OrganStep& organ = (*organs)[place.contact.organ];
   if (organ.model().rigid()) return;
   grasp_.Take(InOrganFrame(organ.state(), tool), geometry(), organ.model(), &organ.state(),
-              &contact_);
+              &place.contact);
+  holding_place_ = static_cast<std::size_t>(&place - places_.data());
 }
 
 bool ToolTracker::AddContacts(const ToolPose& tool, std::vector<OrganStep>* organs) {
-  bool complete = contact_.organ < 0 || AddTipRows(tool, &(*organs)[contact_.organ]);
+  bool complete = true;
+  double below = 0;
+  for (Place& place : places_) {
+    if (place.contact.organ < 0) continue;
+    complete = AddTipRows(tool, &(*organs)[place.contact.organ], &place) && complete;
+    below = std::max(below, -place.contact.gap);
+  }
   shaft_touches_ = false;
-  const double below = contact_.organ >= 0 ? std::max(-contact_.gap, 0.0) : 0;
   for (OrganStep& organ : *organs) {
-    const ShaftContact shaft =
-        AddShaftContact(tool_, tool, geometry(), below, organ.model(), &organ.state());
+    const bool held = grasp_.holds() && &organ == &(*organs)[places_[holding_place_].contact.organ];
+    const ShaftContact shaft = AddShaftContact(
+        tool_, tool, geometry(), below, held ? &grasp_ : nullptr, organ.model(), &organ.state());
     shaft_touches_ = shaft_touches_ || shaft.touches;
     complete = complete && shaft.complete;
   }
   return complete;
 }
 
-bool ToolTracker::AddTipRows(const ToolPose& tool_W, OrganStep* organ) {
+bool ToolTracker::AddTipRows(const ToolPose& tool_W, OrganStep* organ, Place* place) {
   const ToolPose tool = InOrganFrame(organ->state(), tool_W);
-  if (grasp_.holds()) return grasp_.AddRows(tool, organ->model(), &organ->state());
-  return press_.AddRow(tool, geometry(), organ->model(), &organ->state(), &contact_);
+  if (Holds(*place)) return grasp_.AddRows(tool, organ->model(), &organ->state());
+  return place->press.AddRow(tool, geometry(), organ->model(), &organ->state(), &place->contact);
 }
 
-void ToolTracker::AddTip(std::vector<OrganStep>* organs) {
-  contact_.touching = false;
-  contact_.force_W.setZero();
-  contact_.C_loc_W.setZero();
-  contact_.tip = -1;
-  if (contact_.organ < 0) return;
-  const OrganModel& model = (*organs)[contact_.organ].model();
-  OrganState& state = (*organs)[contact_.organ].state();
-  ContactConstraints& contacts = state.contacts;
+void ToolTracker::AddTips(std::vector<OrganStep>* organs) {
+  for (Place& place : places_) {
+    TipContact& contact = place.contact;
+    contact.touching = false;
+    contact.force_W.setZero();
+    contact.C_loc_W.setZero();
+    contact.tip = -1;
+    if (contact.organ >= 0) AddTip(&(*organs)[contact.organ], &place);
+  }
+}
+
+void ToolTracker::AddTip(OrganStep* organ, Place* place) {
+  const OrganModel& model = organ->model();
+  OrganState& state = organ->state();
+  TipContact& contact = place->contact;
+  const ContactConstraints& contacts = state.contacts;
   const bool has_lattice = model.rigid() || (reaction_ == ReactionType::kLattice &&
                                              state.relaxation->compliance() != nullptr);
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactConstraints::Row& row = contacts[i];
     if (row.tool != tool_ || row.shaft) continue;
-    contact_.force_W += row.force_W;
+    contact.force_W += row.force_W;
     // A slipping contact stands off the tissue by its slip compliance; the tick starts there.
-    contact_.C_loc_W = row.local_compliance_W + row.slip * Matrix3d::Identity();
+    contact.C_wall_W = row.local_compliance_W + row.slip * Matrix3d::Identity();
+    contact.C_loc_W = row.LocalCompliance() + row.slip * Matrix3d::Identity();
+    contact.indentation = row.indentation;
     if (!has_lattice) continue;
-    if (contact_.tip < 0) contact_.tip = state.tips.AddTip();
-    const Vector3d x_W = row.p_rest_W +
-                         (contacts.Weights().row(i) * state.control_displacements).transpose() +
-                         contact_.C_loc_W * row.force_W;
-    state.tips.AddRow(contact_.C_loc_W, x_W, row.force_W) = contacts.Weights().row(i);
+    if (contact.tip < 0) contact.tip = state.tips.AddTip();
+    Vector3d x_W = row.p_rest_W +
+                   (contacts.Weights().row(i) * state.control_displacements).transpose() +
+                   contact.C_loc_W * row.force_W;
+    for (int j = 0; j < contacts.size(); ++j) {
+      if (j != i) x_W += row.coupled.To(contacts[j].coupled) * contacts[j].force_W;
+    }
+    state.tips.AddRow(contact.C_loc_W, x_W, row.force_W, row.coupled) = contacts.Weights().row(i);
   }
-  contact_.touching = contact_.force_W.squaredNorm() > 0;
-  if (!has_lattice || contact_.tip >= 0 || grasp_.holds()) return;
+  contact.touching = contact.force_W.squaredNorm() > 0;
+  if (!has_lattice || contact.tip >= 0 || Holds(*place)) return;
   // Without a row: the tip is too far away in this step, but it may touch before the next one.
-  contact_.tip = state.tips.AddTip();
-  contact_.C_loc_W = press_.LocalCompliance(model);
-  const Vector3d x_W = contact_.at.Position(state.vertices, model.rest().triangles);
-  press_.AddKernelToRow(model, state, state.tips.AddRow(contact_.C_loc_W, x_W, Vector3d::Zero()));
+  contact.tip = state.tips.AddTip();
+  contact.C_wall_W = place->press.WallCompliance(model, contact);
+  contact.indentation = place->press.indentation();
+  contact.C_loc_W = contact.C_wall_W + contact.indentation.Compliance();
+  const Vector3d x_W = contact.at.Position(state.vertices, model.rest().triangles);
+  place->press.AddKernelToRow(model, state,
+                              state.tips.AddRow(contact.C_loc_W, x_W, Vector3d::Zero()));
 }
 
-void ToolTracker::FillPatch(const ToolPose& tool, std::vector<OrganStep>* organs,
-                            ToolPatch* patch) {
-  PatchBuilder::Clear(tool, patch);
-  patch->shaft_contact = shaft_touches_;
-  if (contact_.organ < 0) return;
-  OrganStep& organ = (*organs)[contact_.organ];
-  patch_builder_.Fill(InOrganFrame(organ.state(), tool), geometry(), contact_, grasp_,
-                      organ.model(), &organ.state(), patch);
+void ToolTracker::FillPatches(const ToolPose& tool, std::vector<OrganStep>* organs,
+                              ToolPatches* patches) {
+  patches->instrument_index = tool.instrument_index;
+  patches->main_place = static_cast<int>(&MainPlace() - places_.data());
+  for (std::size_t p = 0; p < places_.size(); ++p) {
+    Place& place = places_[p];
+    ToolPatch* const patch = &patches->places[p];
+    PatchBuilder::Clear(tool, patch);
+    patch->shaft_contact = shaft_touches_;
+    if (place.contact.organ < 0) continue;
+    OrganStep& organ = (*organs)[place.contact.organ];
+    place.patch_builder.Fill(InOrganFrame(organ.state(), tool), geometry(), place.contact,
+                             place.press, Holds(place) ? &grasp_ : nullptr, organ.model(),
+                             &organ.state(), patch);
+  }
 }
 
 }  // namespace hpdm

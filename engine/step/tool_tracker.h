@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "engine/step/grasp.h"
@@ -20,52 +22,89 @@ struct ToolOptions {
   double k1 = 120;              ///< N/m, Eq. 29 with rest neighbours (kPaper).
   double k2 = 10;               ///< N/m.
   double wall_stiffness = 200;  ///< N/m: virtual wall of a rigid organ, for either reaction.
+  /// [organ]: the walls of rigid organs, instead of wall_stiffness; none, or empty ones, where that
+  /// holds.
+  std::vector<WallField> walls = {};
 };
 
-/// Follows one tool's contact with the organs from step to step: the organ and the material point
-/// under the tip. The parts of the contact are TipPress, Grasp, AddShaftContact and PatchBuilder,
-/// each for one organ. Deformation thread; allocates nothing.
+/// Follows one tool's contacts with the organs from step to step. The tip has up to kMaxPlaces
+/// places, each with another organ and the material point under the tip there. The parts of a
+/// contact are TipPress, Grasp, AddShaftContact and PatchBuilder, each for one organ. Deformation
+/// thread; allocates nothing.
 ///
-/// 1. The tip's contact belongs to the haptic loop (TickContactPoint), which follows it at its own
+/// 1. A place's contact belongs to the haptic loop (TickContactPoint), which follows it at its own
 ///    rate. The step searches for it only if the tick had no patch.
 /// 2. In that search a tip that pressed in the last step stays in its neighbourhood. So a deep
-///    press or a thin part is not mistaken for contact from the other side. A free tip that crossed
-///    the surface since the last step starts at its point of entry, at any distance.
+///    press or a thin part is not mistaken for contact from the other side.
+/// 3. The places that are left go to the organs whose surface a free tip crossed since the last
+///    step, at any distance, and then to the nearest. The nearest organ gets a place within kReach,
+///    the others only if the tip can be there before the next patch (BesideReach).
+/// 4. An organ keeps its place as long as it has one, so that the tick does not lose its contact.
 class ToolTracker {
  public:
   static constexpr double kReach = 0.06;  ///< m: no patch beyond this distance.
 
   ToolTracker(int tool, const ToolOptions& options);
 
-  /// Finds the surface point under the tip and the tissue in the jaws. A new instrument holds
+  /// Makes room for a grasp of organs with up to `columns` control points and slots. Set-up only.
+  void Reserve(Eigen::Index columns) { grasp_.Reserve(columns); }
+
+  /// Finds the surface points under the tip and the tissue in the jaws. A new instrument holds
   /// nothing.
-  void Track(const ToolPose& tool, const TickContactPoint& contact_point,
+  void Track(const ToolPose& tool, const std::array<TickContactPoint, kMaxPlaces>& contact_points,
              std::vector<OrganStep>* organs);
 
-  /// The organ near the tip, -1 for none.
-  int organ() const { return contact_.organ; }
-  /// The point under the tip on that organ's rest surface, m.
-  Vector3d RestPoint(const std::vector<OrganStep>& organs) const;
+  /// Returns the point under the tip on that organ's rest surface, m; none if the organ has no
+  /// place.
+  std::optional<Vector3d> RestPointOn(int organ, const OrganModel& model) const;
 
   /// Adds this tool's rows to the organs' contact constraints. False if an organ's were full.
   bool AddContacts(const ToolPose& tool, std::vector<OrganStep>* organs);
 
-  /// Determines after the relaxation whether the tip still presses, and adds it to its organ's
-  /// tips.
-  void AddTip(std::vector<OrganStep>* organs);
+  /// Determines after the relaxation where the tip still presses, and adds it to the organs' tips.
+  void AddTips(std::vector<OrganStep>* organs);
 
-  /// Fills in the patch for the haptic loop, from the condensed tips.
-  void FillPatch(const ToolPose& tool, std::vector<OrganStep>* organs, ToolPatch* patch);
+  /// Fills in the patches for the haptic loop, from the condensed tips.
+  void FillPatches(const ToolPose& tool, std::vector<OrganStep>* organs, ToolPatches* patches);
 
  private:
+  struct Place {
+    Place(int tool, const ToolOptions& options);
+    // Puts the contact on an organ; nothing is known of a new organ's force.
+    void Take(int organ, const SurfacePoint& at);
+    TipContact contact;
+    TipPress press;
+    PatchBuilder patch_builder;
+    bool taken = false;  // the search leaves it alone in this step
+  };
+  // An organ that may get a place.
+  struct Candidate {
+    int organ = -1;
+    SurfacePoint at;
+    bool entered = false;  // the tip crossed its surface since the last step
+    double order = 0;      // share of the tip's way to the entry, or distance, m
+  };
+  struct Candidates {
+    int count = 0;
+    std::array<Candidate, kMaxOrgans> list;
+  };
+
   const ToolGeometry& geometry() const { return geometries_[instrument_index_]; }
+  bool Holds(const Place& place) const {
+    return grasp_.holds() && &place == &places_[holding_place_];
+  }
   void TakeInstrument(const ToolPose& tool);
-  void TrackTip(const ToolPose& tool, const TickContactPoint& contact_point,
-                std::vector<OrganStep>* organs);
-  bool FindEntry(const Vector3d& p_tip_W, const std::vector<OrganStep>& organs);
-  bool FindNearest(const Vector3d& p_tip_W, const std::vector<OrganStep>& organs);
+  void KeepPlace(const ToolPose& tool, const TickContactPoint& contact_point,
+                 const std::vector<OrganStep>& organs, Place* place);
+  void FindCandidates(const ToolPose& tool, const std::vector<OrganStep>& organs);
+  void GivePlaces();
+  void DropDoubles();
+  void UpdateContact(const ToolPose& tool, std::vector<OrganStep>* organs, TipContact* contact);
+  Place* PlaceOn(int organ);
+  Place& MainPlace();
   void UpdateGrasp(const ToolPose& tool, std::vector<OrganStep>* organs);
-  bool AddTipRows(const ToolPose& tool, OrganStep* organ);
+  bool AddTipRows(const ToolPose& tool, OrganStep* organ, Place* place);
+  void AddTip(OrganStep* organ, Place* place);
 
   int tool_;
   ReactionType reaction_;
@@ -75,11 +114,11 @@ class ToolTracker {
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;
 
-  TipContact contact_;
-  TipPress press_;
+  std::vector<Place> places_;  // kMaxPlaces
+  Candidates candidates_;
   Grasp grasp_;
+  std::size_t holding_place_ = 0;  // whose organ the grasp holds
   bool shaft_touches_ = false;
-  PatchBuilder patch_builder_;
 };
 
 }  // namespace hpdm

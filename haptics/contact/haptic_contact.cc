@@ -1,6 +1,5 @@
 #include "haptics/contact/haptic_contact.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -24,14 +23,23 @@ constexpr double kMaxTilt = 0.5;
 // Ticks of one patch that are needed to extrapolate the force.
 constexpr int kTicksToExtrapolate = 3;
 
-template <class Value>
-Value AtFoot(const ToolPatch& patch, const SurfaceFoot& foot, Value PatchPoint::*member) {
-  return foot.weights[0] * (patch.points[foot.corners[0]].*member) +
-         foot.weights[1] * (patch.points[foot.corners[1]].*member) +
-         foot.weights[2] * (patch.points[foot.corners[2]].*member);
-}
+// m. A contact that lags this far behind its tip has ended: the tip has left sideways. So has one
+// this deep: tissue is nowhere as thick above a support.
+constexpr double kLost = 0.05;
+constexpr double kDeepest = 0.12;
+
+// m. A contact that must slide this far beyond the mesh's triangles of the patch leaves them.
+constexpr double kBeyondPatch = 0.001;
 
 }  // namespace
+
+template <class Value>
+Value HapticContact::AtFoot(Value PatchPoint::*member) const {
+  const auto& points = on_far_ ? patch_->far.points : patch_->points;
+  return foot_.weights[0] * (points[foot_.corners[0]].*member) +
+         foot_.weights[1] * (points[foot_.corners[1]].*member) +
+         foot_.weights[2] * (points[foot_.corners[2]].*member);
+}
 
 HapticContact::HapticContact(double period) : fade_(std::exp(-period / kFade)) {}
 
@@ -41,12 +49,20 @@ void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   patch_ = &patch;
   organ_ = patch.organ;
   surface_.Build(patch);
+  far_surface_.Build(patch.far);
   is_new_ = true;
   if (!touching_) return;
-  if (!same_organ || !surface_.Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_)) {
+  if (!same_organ || !FindAgain()) {
     LoseContact();
     fades_out_ = true;
   }
+}
+
+// Finds the place of the contact on a new patch.
+bool HapticContact::FindAgain() {
+  on_far_ = !surface_.Has(foot_.mesh_triangle) && !far_surface_.empty() &&
+            !surface_.Covers(p_foot_W_) && far_surface_.Find(-1, foot_.weights, p_foot_W_, &foot_);
+  return on_far_ || surface_.Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_);
 }
 
 void HapticContact::ClearPatch() noexcept {
@@ -66,15 +82,21 @@ void HapticContact::Locate(TipPose tip) noexcept {
   result_ = {};
   in_lattice_ = false;
   if (patch_ != nullptr) tip.X_WT.translation() -= patch_->motion.Offset(tip.time_ns);
+  const bool holds = organ_ >= 0 && patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo;
+  if (!holds) {
+    slip_T_.setZero();
+    slip_length_ = 0;
+  }
   if (organ_ < 0) {
     LoseContact();
-  } else if (patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo) {
+  } else if (holds) {
     LoseContact();
     LocateGrasp(tip);
   } else {
     LocatePress(tip);
   }
   p_tip_last_W_ = tip.X_WT.translation();
+  result_.p_tip_organ_W = p_tip_last_W_;
   started_ = true;
 }
 
@@ -85,13 +107,16 @@ HapticForce HapticContact::Evaluate(const TipPose& tip) noexcept {
 }
 
 void HapticContact::LocateGrasp(const TipPose& tip) {
-  const Vector3d p_W = tip.X_WT * patch_->p_grasp_T;
+  R_WT_ = tip.X_WT.linear();
+  Vector3d p_W = tip.X_WT * (patch_->p_grasp_T + slip_T_ - patch_->slip_T);
   result_.organ = organ_;
   result_.kind = ContactKind::kGrasp;
   if (patch_->reaction == ReactionType::kPaper) {
     result_.reaction_W = ForceOnHand(patch_->grasp_node, p_W - patch_->p_original_W);
     return;
   }
+  const Eigen::AngleAxisd turned(Matrix3d(R_WT_ * patch_->R_WT.transpose()));
+  p_W += patch_->turn_W * (turned.angle() * turned.axis());
   in_lattice_ = true;
   tip_ = {.holds = true,
           .p_original_W = patch_->p_original_W,
@@ -105,8 +130,11 @@ void HapticContact::LocatePress(const TipPose& tip) {
   if (!was_touching && !FindContact(tip)) return;
   touching_ = true;
   EvaluateAtFoot(tip);
-  if (was_touching) Slide(tip);
-  p_foot_W_ = surface_.Position(foot_);
+  if (was_touching && !Slide(tip)) {
+    LoseContact();
+    return;
+  }
+  p_foot_W_ = surface().Position(foot_);
   if (patch_->reaction == ReactionType::kPaper) {
     if (tip_.depth > 0) {
       PressPaper();
@@ -123,23 +151,45 @@ void HapticContact::LocatePress(const TipPose& tip) {
 
 bool HapticContact::FindContact(const TipPose& tip) {
   const Vector3d& p_tip_W = tip.X_WT.translation();
-  if (started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick &&
-      surface_.FindEntry(p_tip_last_W_, p_tip_W, &foot_)) {
-    return true;
-  }
-  return surface_.FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius;
+  const bool moved_far = started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick;
+  on_far_ = false;
+  if (moved_far && surface_.FindEntry(p_tip_last_W_, p_tip_W, &foot_)) return true;
+  if (surface_.FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius) return true;
+  return !far_surface_.empty() && FindFarContact(tip, moved_far);
+}
+
+// The coarse surface counts only where the patch has no triangles of the mesh.
+bool HapticContact::FindFarContact(const TipPose& tip, bool moved_far) {
+  const Vector3d& p_tip_W = tip.X_WT.translation();
+  on_far_ = (moved_far && far_surface_.FindEntry(p_tip_last_W_, p_tip_W, &foot_)) ||
+            (far_surface_.FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius);
+  on_far_ = on_far_ && !surface_.Covers(far_surface_.Position(foot_));
+  return on_far_;
 }
 
 void HapticContact::EvaluateAtFoot(const TipPose& tip) {
   tip_ = {};
-  tip_.p_original_W = AtFoot(*patch_, foot_, &PatchPoint::p_original_W);
+  tip_.p_original_W = AtFoot(&PatchPoint::p_original_W);
   tip_.normal_W = foot_.normal_W;
   if (patch_->reaction == ReactionType::kLattice) {
     tip_.normal_W = PressedNormal();
-    tip_.compliance_W = AtFoot(*patch_, foot_, &PatchPoint::compliance_W);
-    coupling_W_ = AtFoot(*patch_, foot_, &PatchPoint::coupling_W);
+    tip_.compliance_W = AtFoot(&PatchPoint::compliance_W);
+    tip_.indentation = patch_->indentation;
+    coupling_W_ = AtFoot(&PatchPoint::coupling_W);
   }
+  if (patch_->rigid) tip_.compliance_W = WallAtFoot().Compliance(tip_.normal_W);
   tip_.depth = tip_.normal_W.dot(tip_.p_original_W - tip.X_WT.translation()) + tip.tip_radius;
+}
+
+WallStiffness HapticContact::WallAtFoot() const {
+  const auto& points = on_far_ ? patch_->far.points : patch_->points;
+  WallStiffness wall;
+  for (int k = 0; k < 3; ++k) {
+    const WallStiffness& corner = points[foot_.corners[k]].wall;
+    wall.normal += foot_.weights[k] * corner.normal;
+    wall.tangential += foot_.weights[k] * corner.tangential;
+  }
+  return wall;
 }
 
 // Uses the f_n of the last tick but the direction of the normal to be found. With both from the
@@ -163,7 +213,7 @@ bool HapticContact::Sticks(const TipPose& tip) {
   if (!(tip.friction > 0) || patch_->reaction == ReactionType::kPaper) return false;
   const Vector3d& n = tip_.normal_W;
   const Vector3d target_W = tip.X_WT.translation() - tip.tip_radius * n;
-  const Vector3d hold_W = tip_.compliance_W.ldlt().solve(target_W - tip_.p_original_W - moved_W_);
+  const Vector3d hold_W = HoldingForce(tip_, target_W - tip_.p_original_W - moved_W_);
   const double pressing = -n.dot(hold_W);
   if (!(pressing > 0)) return false;
   const Vector3d share_W = (hold_W + pressing * n) / pressing;
@@ -181,24 +231,39 @@ Vector3d HapticContact::TangentialOffset(const TipPose& tip) const {
     CondensedTip moved = tip_;
     moved.friction_W = friction_W_;
     moved.depth += n.dot(moved_W_);
-    offset_W -= tip_.compliance_W * TipForce(moved);
+    const Vector3d force_W = TipForce(moved);
+    offset_W -= ComplianceAt(moved, force_W) * force_W;
   }
   return offset_W - n.dot(offset_W) * n;
 }
 
-void HapticContact::Slide(const TipPose& tip) {
-  if (Sticks(tip)) return;
+// Moves the contact along the surface. False if the tip has left it behind.
+bool HapticContact::Slide(const TipPose& tip) {
+  if (Sticks(tip)) return true;
   const Vector3d tangential_W = TangentialOffset(tip);
   const Vector3d way_W = tip.X_WT.translation() - p_tip_last_W_;
   const double against = tip_.normal_W.dot(way_W);
   const double longest =
       kSlipAlong * (way_W - against * tip_.normal_W).norm() + kSlipAgainst * std::abs(against);
   const SurfaceFoot before = foot_;
-  surface_.Walk(std::min(1.0, longest / std::max(tangential_W.norm(), 1e-300)) * tangential_W,
-                &foot_);
+  surface().Walk(std::min(1.0, longest / std::max(tangential_W.norm(), 1e-300)) * tangential_W,
+                 &foot_);
   EvaluateAtFoot(tip);
-  if (TangentialOffset(tip).squaredNorm() <= tangential_W.squaredNorm()) return;
-  foot_ = before;
+  const double offset2 = TangentialOffset(tip).squaredNorm();
+  if (offset2 > tangential_W.squaredNorm()) {
+    foot_ = before;
+    EvaluateAtFoot(tip);
+  } else if (!on_far_ && offset2 > kBeyondPatch * kBeyondPatch && surface_.IsOnBorder(foot_)) {
+    LeavePatch(tip);
+  }
+  return TangentialOffset(tip).squaredNorm() < kLost * kLost && tip_.depth < kDeepest;
+}
+
+// Goes on from the border on the coarse surface, if there is one.
+void HapticContact::LeavePatch(const TipPose& tip) {
+  on_far_ = far_surface_.Find(-1, foot_.weights, surface_.Position(foot_), &foot_);
+  if (!on_far_) return;
+  left_patch_ = true;
   EvaluateAtFoot(tip);
 }
 
@@ -208,11 +273,44 @@ void HapticContact::PressPaper() {
   result_.organ = organ_;
   result_.kind = ContactKind::kPress;
   const Vector3d delta_W = -tip_.depth * tip_.normal_W;
+  const auto& points = on_far_ ? patch_->far.points : patch_->points;
   for (int i = 0; i < 3; ++i) {
-    result_.reaction_W +=
-        foot_.weights[i] * ForceOnHand(patch_->points[foot_.corners[i]].node, delta_W);
+    result_.reaction_W += foot_.weights[i] * ForceOnHand(points[foot_.corners[i]].node, delta_W);
   }
   result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
+}
+
+// Returns the part of a force along the jaws' faces, tool frame.
+Vector3d HapticContact::AlongFaces(const Vector3d& force_W) const {
+  return (R_WT_.transpose() * force_W).cwiseProduct(Vector3d(0, 1, 1));
+}
+
+// Returns the way of the held point along the faces (tool frame, m) after which friction can hold
+// the rest of this tip's force, if the other tip does nothing.
+Vector3d HapticContact::WayInJaws(const Vector3d& force_on_tissue_W) const {
+  const Vector3d along_T = AlongFaces(force_on_tissue_W);
+  const double pull = along_T.norm();
+  if (!tip_.holds || !(pull > patch_->hold)) return Vector3d::Zero();
+  const Matrix3d S_T = R_WT_.transpose() * tip_.compliance_W.inverse() * R_WT_;
+  const Vector3d excess_T = (1 - patch_->hold / pull) * along_T;
+  Vector3d way_T = Vector3d::Zero();
+  way_T.tail<2>() = -S_T.bottomRightCorner<2, 2>().inverse() * excess_T.tail<2>();
+  return way_T.allFinite() ? way_T : Vector3d::Zero();
+}
+
+// Returns the share of a way after which the pull has fallen to what friction holds. The law is
+// linear: `before` and `after` are the forces without the way and after all of it.
+double HapticContact::ShareOfWay(const Vector3d& before_W, const Vector3d& after_W) const {
+  const Vector3d along_T = AlongFaces(before_W);
+  const double pull = along_T.norm();
+  const double fallen = pull - along_T.dot(AlongFaces(after_W)) / std::max(pull, 1e-300);
+  return fallen > 0 ? std::clamp((pull - patch_->hold) / fallen, 0.0, 1.0) : 0;
+}
+
+void HapticContact::SlipInJaws(const Vector3d& way_T) {
+  slip_T_ += way_T;
+  slip_length_ += way_T.norm();
+  tip_.p_current_W += R_WT_ * way_T;
 }
 
 void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
@@ -227,15 +325,26 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
     result_.normal_W = tip_.normal_W;
     result_.depth = std::max(tip_.depth, 0.0);
   }
+  result_.slip = tip_.holds ? slip_length_ : 0;
   // Eq. 29 with delta = p_current - p_original, the latter displaced by the other tip's force. With
   // the springs C^-1 it returns -F up to rounding (engine/README.md, section 7, has the reason).
-  const Vector3d delta_W = tip_.compliance_W * force_on_tissue_W;
-  result_.reaction_W = ForceOnHand(NodeOfCompliance(tip_.compliance_W), delta_W);
+  const Matrix3d C_W = ComplianceAt(tip_, force_on_tissue_W);
+  const Vector3d delta_W = C_W * force_on_tissue_W;
+  result_.reaction_W = ForceOnHand(NodeOfCompliance(C_W), delta_W);
+  result_.rigid = patch_->rigid;
+  if (result_.rigid) result_.stored = 0.5 * force_on_tissue_W.dot(delta_W);
 }
 
 // A patch that lasted for less than three ticks gives no extrapolation of the force, so there is
 // nothing to fade in from. A contact without a place on the new patch fades out.
 void HapticContact::FadeIn() {
+  if (patch_ != nullptr && patch_->rigid) {
+    offset_W_.setZero();
+    fades_out_ = false;
+    is_new_ = false;
+    ticks_of_patch_ = 0;
+    return;
+  }
   const Vector3d raw_W = result_.reaction_W;
   const bool arrives = is_new_ && ticks_of_patch_ >= kTicksToExtrapolate;
   if (is_new_) ticks_of_patch_ = 0;
@@ -250,8 +359,14 @@ void HapticContact::FadeIn() {
   if (in_contact) fades_out_ = false;
   offset_W_ *= fade_;
   if (arrives && (in_contact || fades_out_)) {
-    offset_W_ += 2 * raw_last_W_ - raw_before_W_ - raw_W;
+    // Extrapolates by the lesser of the last two changes, so a single jump is not extrapolated.
+    const Vector3d last_W = raw_last_W_ - raw_before_W_, before_W = raw_before_W_ - raw_first_W_;
+    offset_W_ += raw_last_W_ - raw_W;
+    offset_W_ += before_W.squaredNorm() < last_W.squaredNorm() ? before_W : last_W;
   }
+  if (left_patch_ && in_contact) offset_W_ += raw_last_W_ - raw_W;
+  left_patch_ = false;
+  raw_first_W_ = raw_before_W_;
   raw_before_W_ = raw_last_W_;
   raw_last_W_ = raw_W;
   if (!in_contact) {
@@ -268,7 +383,10 @@ void HapticContact::FadeIn() {
 
 void HapticContact::Solve(HapticContact* tip) noexcept {
   tip->moved_W_.setZero();
-  if (tip->in_lattice_) tip->SetReaction(TipForce(tip->tip_));
+  if (tip->in_lattice_) {
+    tip->SlipInJaws(tip->WayInJaws(TipForce(tip->tip_)));
+    tip->SetReaction(TipForce(tip->tip_));
+  }
   tip->FadeIn();
 }
 
@@ -282,6 +400,18 @@ void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
   const Matrix3d coupling_W = a->coupling_W_ + c->coupling_W_.transpose() - a->patch_->coupling_W;
   Vector3d force_a_W, force_c_W;
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
+  const Vector3d way_a_T = a->WayInJaws(force_a_W), way_c_T = c->WayInJaws(force_c_W);
+  if (!way_a_T.isZero(0) || !way_c_T.isZero(0)) {
+    // Held by both, the tissue is stiffer: a part of the way may be enough.
+    CondensedTip moved_a = a->tip_, moved_c = c->tip_;
+    moved_a.p_current_W += a->R_WT_ * way_a_T;
+    moved_c.p_current_W += c->R_WT_ * way_c_T;
+    Vector3d after_a_W, after_c_W;
+    TipForces(moved_a, moved_c, coupling_W, &after_a_W, &after_c_W);
+    a->SlipInJaws(a->ShareOfWay(force_a_W, after_a_W) * way_a_T);
+    c->SlipInJaws(c->ShareOfWay(force_c_W, after_c_W) * way_c_T);
+    TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
+  }
   a->moved_W_ = coupling_W * force_c_W;
   c->moved_W_ = coupling_W.transpose() * force_a_W;
   a->SetReaction(force_a_W);
@@ -293,6 +423,7 @@ void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
 TickContactPoint HapticContact::contact_point() const noexcept {
   TickContactPoint contact_point;
   contact_point.known_organ = organ_;
+  contact_point.slip_T = slip_T_;
   if (!touching_) return contact_point;
   contact_point.organ = organ_;
   contact_point.triangle = foot_.mesh_triangle;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "engine/contact/contact_solver.h"
@@ -20,26 +21,64 @@ constexpr double kMaxApart = 1;
 // Direction a of the force on the tissue: F = f_n a.
 Vector3d Direction(const CondensedTip& tip) { return tip.friction_W - tip.normal_W; }
 
+// Newton's method for the tips' local laws takes two to seven rounds.
+constexpr int kMaxRounds = 12;
+constexpr double kSettledForce = 1e-9;  // last change of a force over the force
+
+// The equation of one press: depth = f (compliance + along q(f)), q = LocalIndentation::BallYield.
+struct PressEquation {
+  explicit PressEquation(const CondensedTip& tip)
+      : indentation(tip.indentation),
+        depth(tip.depth),
+        compliance(-tip.normal_W.dot(tip.compliance_W * Direction(tip))),
+        along(-tip.normal_W.dot(tip.indentation.factor_W() * Direction(tip))) {}
+
+  double ForceAlone() const {
+    return compliance > 0 && depth > 0 ? indentation.PressingForce(depth, compliance, along) : 0;
+  }
+  double Slope(double f) const { return compliance + along * indentation.BallYieldRate(f); }
+  // Depth of the linear law with the slope at f.
+  double LinearDepth(double f) const {
+    return depth - along * f * (indentation.BallYield(f) - indentation.BallYieldRate(f));
+  }
+
+  const LocalIndentation& indentation;
+  double depth, compliance, along;
+};
+
+// Two presses that both act: A f = depth. Starts at f_a and f_c.
+void SolveBoth(const PressEquation& a, const PressEquation& c, double A_ac, double A_ca,
+               double* f_a, double* f_c) {
+  double next_a = *f_a, next_c = *f_c;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const double at_a = next_a, at_c = next_c;
+    const double A_aa = a.Slope(at_a), A_cc = c.Slope(at_c);
+    const double depth_a = a.LinearDepth(at_a), depth_c = c.LinearDepth(at_c);
+    const double determinant = A_aa * A_cc - A_ac * A_ca;
+    if (!(determinant > 0)) return;  // interpolation made A indefinite: solve each tip alone
+    next_a = std::max(0.0, (A_cc * depth_a - A_ac * depth_c) / determinant);
+    next_c = std::max(0.0, (A_aa * depth_c - A_ca * depth_a) / determinant);
+    if (std::abs(next_a - at_a) + std::abs(next_c - at_c) <= kSettledForce * (next_a + next_c))
+      break;
+  }
+  *f_a = next_a;
+  *f_c = next_c;
+}
+
 // Two presses: f >= 0, A f >= depth, f . (A f - depth) = 0.
 void SolvePresses(const CondensedTip& a, const CondensedTip& c, const Matrix3d& C_ac, double* f_a,
                   double* f_c) {
-  const double A_aa = -a.normal_W.dot(a.compliance_W * Direction(a));
-  const double A_cc = -c.normal_W.dot(c.compliance_W * Direction(c));
+  const PressEquation of_a(a), of_c(c);
   const double A_ac = -a.normal_W.dot(C_ac * Direction(c));
   const double A_ca = -c.normal_W.dot(C_ac.transpose() * Direction(a));
-  const double determinant = A_aa * A_cc - A_ac * A_ca;
-  *f_a = A_aa > 0 ? std::max(0.0, a.depth / A_aa) : 0;
-  *f_c = A_cc > 0 ? std::max(0.0, c.depth / A_cc) : 0;
-  if (!(determinant > 0)) return;  // interpolation made A indefinite: solve each tip alone
-  const double both_a = (A_cc * a.depth - A_ac * c.depth) / determinant;
-  const double both_c = (A_aa * c.depth - A_ca * a.depth) / determinant;
-  if (both_a >= 0 && both_c >= 0) {
-    *f_a = both_a;
-    *f_c = both_c;
-  } else if (A_ca * *f_a >= c.depth) {
+  *f_a = of_a.ForceAlone();
+  *f_c = of_c.ForceAlone();
+  if (A_ca * *f_a >= c.depth) {
     *f_c = 0;  // a alone keeps the tissue away from c
-  } else {
+  } else if (A_ac * *f_c >= a.depth) {
     *f_a = 0;
+  } else {
+    SolveBoth(of_a, of_c, A_ac, A_ca, f_a, f_c);
   }
 }
 
@@ -76,11 +115,35 @@ void Couple(const CondensedTip& a, const CondensedTip& c, const Matrix3d& coupli
 
 }  // namespace
 
+Matrix3d ComplianceAt(const CondensedTip& tip, const Vector3d& force_W) noexcept {
+  if (tip.holds || !tip.indentation.indents()) return tip.compliance_W;
+  const double f_n = std::max(0.0, -tip.normal_W.dot(force_W));
+  return tip.compliance_W + tip.indentation.BallYield(f_n) * tip.indentation.factor_W();
+}
+
 Vector3d TipForce(const CondensedTip& tip) noexcept {
   if (tip.holds) return tip.compliance_W.ldlt().solve(tip.p_current_W - tip.p_original_W);
-  const double compliance = -tip.normal_W.dot(tip.compliance_W * Direction(tip));
-  if (!(compliance > 0) || !(tip.depth > 0)) return Vector3d::Zero();
-  return tip.depth / compliance * Direction(tip);
+  return PressEquation(tip).ForceAlone() * Direction(tip);
+}
+
+Vector3d HoldingForce(const CondensedTip& tip, const Vector3d& moved_W) noexcept {
+  const LocalIndentation& indentation = tip.indentation;
+  if (!indentation.indents()) return tip.compliance_W.ldlt().solve(moved_W);
+  Vector3d force_W = Vector3d::Zero();
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const double f_n = std::max(0.0, -tip.normal_W.dot(force_W));
+    const double yield = indentation.BallYield(f_n);
+    const Matrix3d C = tip.compliance_W + yield * indentation.factor_W();
+    Matrix3d slope = C;
+    if (f_n > 0) {
+      const Vector3d along = indentation.factor_W() * force_W / f_n;
+      slope -= (indentation.BallYieldRate(f_n) - yield) * along * tip.normal_W.transpose();
+    }
+    const Vector3d change = slope.inverse() * (moved_W - C * force_W);
+    force_W += change;
+    if (change.norm() <= kSettledForce * force_W.norm()) break;
+  }
+  return force_W;
 }
 
 void TipForces(const CondensedTip& a, const CondensedTip& c, const Matrix3d& coupling_W,

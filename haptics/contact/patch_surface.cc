@@ -29,8 +29,9 @@ bool InRange(const std::array<std::uint8_t, 3>& corners, int point_count) {
 
 }  // namespace
 
-void PatchSurface::Build(const ToolPatch& patch) noexcept {
+void PatchSurface::Build(const SurfacePatch& patch) noexcept {
   triangle_count_ = 0;
+  if (patch.triangle_count == 0) return;  // nothing reads the rest
   const int point_count = std::clamp(patch.point_count, 0, kMaxPoints);
   const int given = std::clamp(patch.triangle_count, 0, kMaxTriangles);
   for (int i = 0; i < point_count; ++i) {
@@ -82,7 +83,7 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
 
   if (FollowNormals(c_W, closest, foot)) return foot->gap <= reach;
 
-  if (IsOnBorder(closest)) {
+  if (IsOnBorder(triangles_[closest.triangle], closest.weights)) {
     const Vector3d sideways = closest.offset_W - closest.offset_W.dot(face_normal) * face_normal;
     if (sideways.norm() > kBorderTolerance) return false;
   }
@@ -114,11 +115,21 @@ bool PatchSurface::FindEntry(const Vector3d& a_W, const Vector3d& b_W,
   return earliest <= 1;
 }
 
+bool PatchSurface::Has(int mesh_triangle) const noexcept { return Slot(mesh_triangle) >= 0; }
+
+// Returns the index of a triangle of the organ's mesh; -1 if the patch does not have it.
+int PatchSurface::Slot(int mesh_triangle) const {
+  for (int t = 0; t < triangle_count_ && mesh_triangle >= 0; ++t) {
+    if (mesh_triangles_[t] == mesh_triangle) return t;
+  }
+  return -1;
+}
+
 bool PatchSurface::Find(int mesh_triangle, const Vector3d& weights, const Vector3d& p_W,
                         SurfaceFoot* foot) const noexcept {
-  for (int t = 0; t < triangle_count_ && mesh_triangle >= 0; ++t) {
-    if (mesh_triangles_[t] != mesh_triangle) continue;
-    SetFoot(t, weights, foot);
+  const int slot = Slot(mesh_triangle);
+  if (slot >= 0) {
+    SetFoot(slot, weights, foot);
     return true;
   }
   const Closest closest = FindClosest(p_W);
@@ -280,11 +291,20 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
   return false;
 }
 
-bool PatchSurface::IsOnBorder(const Closest& closest) const {
-  const Corners& corners = triangles_[closest.triangle];
+bool PatchSurface::Covers(const Vector3d& p_W) const noexcept {
+  const Closest closest = FindClosest(p_W);
+  return closest.triangle >= 0 && !IsOnBorder(triangles_[closest.triangle], closest.weights);
+}
+
+// A walk along an edge leaves its weight at about 1e-17.
+bool PatchSurface::IsOnBorder(const SurfaceFoot& foot) const noexcept {
+  return IsOnBorder(foot.corners, (foot.weights.array() < -kInside).select(0, foot.weights));
+}
+
+bool PatchSurface::IsOnBorder(const Corners& corners, const Vector3d& weights) const {
   int zeros = 0, zero = 0, one = 0;
   for (int i = 0; i < 3; ++i) {
-    if (closest.weights[i] == 0) {
+    if (weights[i] == 0) {
       ++zeros;
       zero = i;
     } else {

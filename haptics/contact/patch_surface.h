@@ -11,15 +11,15 @@ namespace hpdm {
 struct SurfaceFoot {
   int triangle = -1;                         ///< Index among the surface's packed triangles.
   int mesh_triangle = -1;                    ///< Triangle number in the organ's mesh.
-  std::array<std::uint8_t, 3> corners = {};  ///< The triangle's corners among ToolPatch::points.
+  std::array<std::uint8_t, 3> corners = {};  ///< The triangle's corners among SurfacePatch::points.
   Vector3d weights = Vector3d::Zero();       ///< Barycentric; they sum to 1.
   Vector3d normal_W = Vector3d::Zero();      ///< Outward, unit, interpolated.
   double gap = 0;                            ///< m, along the normal; negative inside.
 };
 
-/// The released surface of one ToolPatch, packed for two queries of every tick. They find the foot
+/// The released surface of one SurfacePatch, packed for two queries of every tick. They find the foot
 /// of a free tip's centre, and the place of a contact that slides along the surface. The surface
-/// has at most ToolPatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
+/// has at most SurfacePatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
 ///
 /// 1. The foot of a free tip is the point q whose interpolated vertex normal passes through the
 ///    centre c: c = q + t n(q). This is the Phong projection (Panozzo, Baran, Diamanti,
@@ -39,7 +39,15 @@ struct SurfaceFoot {
 class PatchSurface {
  public:
   /// Packs a new patch: O(triangles).
-  void Build(const ToolPatch& patch) noexcept;
+  void Build(const SurfacePatch& patch) noexcept;
+
+  bool empty() const noexcept { return triangle_count_ == 0; }
+  /// True if the patch has a triangle of the organ's mesh.
+  bool Has(int mesh_triangle) const noexcept;
+  /// True if the point of the surface that is nearest to p_W (m) does not lie on its border.
+  bool Covers(const Vector3d& p_W) const noexcept;
+  /// True if a foot has reached the border.
+  bool IsOnBorder(const SurfaceFoot& foot) const noexcept;
 
   /// Finds the foot of c_W (m) if its gap is at most `reach` (m). False if there is none.
   bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
@@ -64,8 +72,8 @@ class PatchSurface {
   }
 
  private:
-  static constexpr int kMaxPoints = ToolPatch::kMaxPoints;
-  static constexpr int kMaxTriangles = ToolPatch::kMaxTriangles;
+  static constexpr int kMaxPoints = SurfacePatch::kMaxPoints;
+  static constexpr int kMaxTriangles = SurfacePatch::kMaxTriangles;
   static constexpr std::uint8_t kNone = 0xff;
   using Corners = std::array<std::uint8_t, 3>;
 
@@ -75,6 +83,7 @@ class PatchSurface {
     Vector3d offset_W = Vector3d::Zero();  // c - q
     double distance = 0;
   };
+  int Slot(int mesh_triangle) const;
   Closest FindClosest(const Vector3d& c_W) const;
   bool FollowNormals(const Vector3d& c_W, const Closest& start, SurfaceFoot* foot) const;
   // Newton's method for p(w) + t n(w) = c on one triangle's plane, from `weights` and `t`. Sets `n`
@@ -83,7 +92,7 @@ class PatchSurface {
                        Vector3d* n) const;
   void SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const;
   Vector3d NormalAt(int triangle, const Vector3d& weights) const;
-  bool IsOnBorder(const Closest& closest) const;
+  bool IsOnBorder(const Corners& corners, const Vector3d& weights) const;
   Vector3d Interpolated(const std::array<Vector3d, kMaxPoints>& values, const Corners& corners,
                         const Vector3d& weights) const {
     return weights[0] * values[corners[0]] + weights[1] * values[corners[1]] +

@@ -87,8 +87,10 @@ struct InstrumentOptions : InstrumentDescription {
                                                  ///< ToolPose::instrument_index 1 and up.
   Vector3d p_trocar_W = Vector3d::Zero();        ///< m.
   ReactionType reaction = ReactionType::kLattice;
-  double k1 = 120;  ///< N/m, Eq. 29 ("paper").
-  double k2 = 10;   ///< N/m, Eq. 29 ("paper").
+  double k1 = 120;             ///< N/m, Eq. 29 ("paper").
+  double k2 = 10;              ///< N/m, Eq. 29 ("paper").
+  double trocar_friction = 0;  ///< N, Coulomb friction along the shaft in the trocar; 0: none.
+  double trocar_torque = 0;    ///< N m, the same about the pivot.
   DeviceProfile device;
   HandOptions hand;
   TraceOptions trace;

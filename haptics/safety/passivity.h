@@ -24,6 +24,20 @@ struct PassivityOptions {
   double window = 3e-3;   ///< s, over which the damped velocity is measured.
   double ripple = 0.1;    ///< N: largest change of the full damping's force by one encoder count,
                           ///< about the least that a hand feels.
+  double max_force_rate = 2000;  ///< N/s: the guard's slew limit.
+};
+
+/// Returns the controller's full damping of one axis, in the axis' own unit: the lesser of
+/// 1. half of inertia / lag. The lag is half the velocity's `span` (s) plus half a period plus the
+///    `age` of the samples (s); a damper with that lag alone is stable up to pi/2 inertia / lag;
+/// 2. the damping at which one encoder count changes the force by `ripple`.
+/// `arm`: length of the axis' column of J.
+double FullDamping(const PassivityOptions& options, int axis, double arm, double span, double age);
+
+/// A press on a rigid organ's virtual wall in one tick.
+struct WallPress {
+  double stored = 0;                          ///< Energy of the wall's springs, J; 0: no press.
+  Vector3d p_tip_organ_W = Vector3d::Zero();  ///< The tip relative to the organ's motion, m.
 };
 
 /// Keeps the force that is displayed through one tool passive: a passivity observer and controller
@@ -62,11 +76,22 @@ struct PassivityOptions {
 ///    there is no chatter.
 /// 4. The damping dissipates at most the debt over `pay`; in Hannaford and Ryu's rule it is over
 ///    one period. So a fast motion in soft tissue is not braked for a small debt.
-/// 5. The full damping of an axis is the lesser of
-///    - half of inertia / lag. The lag is half the velocity's window plus half a period plus the
-///      age of the samples; a damper with that lag alone is stable up to pi/2 inertia / lag;
-///    - the damping at which one encoder count changes the force by `ripple`.
+/// 5. The full damping of an axis is FullDamping().
 /// 6. There is no damping in free motion. The account is reset while the forces are off.
+///
+/// Virtual walls. A fast blow on a stiff wall generates more than any damping can dissipate before
+/// the tip has left it: 11 mJ at 8 kN/m and 0.5 m/s, by the hold and the guard's slew limit. The
+/// wall therefore returns at most the energy E that the hand has put into it:
+/// 1. E is the hand's work on the displayed force since the contact began, relative to the organ's
+///    own motion, plus the device's dissipation (as above) and `reserve`. It is at most the energy
+///    U that the wall's springs store, plus `reserve`.
+/// 2. The reaction F is scaled down to F sqrt(E / U), if that is less: springs that store E.
+/// 3. While the tip moves out with the speed v, two bounds take the delay of the display into
+///    account. With the wall's stiffness K, the lesser of F^2 / 2U and max_force_rate / v,
+///        |F| <= sqrt(2 E K) - K v (period + age).
+///    The first term lets the guard end the force before E is spent.
+/// A wall whose stiffness differs from place to place is passive for the same reason. Soft tissue
+/// is not limited.
 ///
 /// The guard (force_guard.h) follows: it clamps, ramps and slews the damping with the rest of the
 /// force. The observer then takes the guard's result.
@@ -77,10 +102,13 @@ class PassivityControl {
   explicit PassivityControl(const PassivityOptions& options);
 
   /// Call before the guard. Takes the device's sample, read at session time `now`. Returns the
-  /// damping force on the hand (N), which is zero unless an axis has generated energy. `J`: d
-  /// p_tip_W / d (pitch, yaw, insertion); `reaction_W`: the tissue's force on the hand.
+  /// force (N) to add to the reaction: the damping, which is zero unless an axis has generated
+  /// energy, and the part of a wall's reaction that exceeds its energy, taken away. `J`: d p_tip_W
+  /// / d (pitch, yaw, insertion); `reaction_W`: the tissue's force on the hand; `friction_W`: that
+  /// of the trocar, which the result includes and which is never damped in free motion.
   Vector3d Damp(Nanoseconds now, const DeviceSample& sample, const Vector3d& p_tip_W,
-                const Matrix3d& J, const Vector3d& reaction_W) noexcept;
+                const Matrix3d& J, const Vector3d& reaction_W, const WallPress& wall = {},
+                const Vector3d& friction_W = Vector3d::Zero()) noexcept;
 
   /// Call after the guard. `force_W` is displayed from the `now` of Damp(). `authority` is the
   /// fraction of the reaction that the guard passes (ForceGuard::Output). `force_on`: the device
@@ -124,6 +152,10 @@ class PassivityControl {
   Held HeldBetween(Nanoseconds from_ns, Nanoseconds to_ns) const;
   void MeasureVelocity();
   void Settle(const Judged& before);
+  double WallShare(const WallPress& wall, const Vector3d& reaction_W) const;
+  double Age() const;
+  double Consumed(int axis, double dq, double dt) const;
+  void SettleWall(const WallPress& wall);
 
   PassivityOptions options_;
   Nanoseconds window_ns_;
@@ -141,6 +173,17 @@ class PassivityControl {
   double span_ = 0;                       // s
 
   Judged judged_;  // the newest
+
+  // The present press on a wall.
+  struct Wall {
+    bool presses = false;
+    Nanoseconds sample_ns = 0;  // of the newest sample in `energy`
+    Vector3d q = Vector3d::Zero();
+    Vector3d p_tip_organ_W = Vector3d::Zero();
+    Vector3d v_W = Vector3d::Zero();  // of the tip between the last two samples
+    double energy = 0;                // E, J
+  };
+  Wall wall_;
 
   Vector3d account_;  // J, one per axis
   double energy_ = 0;

@@ -67,7 +67,8 @@ double PassivityBound(double damping, double friction, double encoder_step, doub
   return encoder_step > 0 ? std::min(of_damping, 2 * friction / encoder_step) : of_damping;
 }
 
-double SpectralRadius(const AxisDynamics& axis, double stiffness, double period, double delay) {
+double SpectralRadius(const AxisDynamics& axis, double stiffness, double period, double delay,
+                      const SampledDamper& damper) {
   // Within a period, the command of d + 1 periods ago acts first, then the one of d periods ago.
   const int d = static_cast<int>(delay / period + 1e-9);
   const double first = std::max(0.0, delay - d * period);
@@ -75,31 +76,44 @@ double SpectralRadius(const AxisDynamics& axis, double stiffness, double period,
   const HeldForceStep early = ExactStep(axis, first);
   const HeldForceStep late = ExactStep(axis, period - first);
 
-  // State: x, v, and the commands of 1, 2, .. d + 1 periods ago.
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(3 + d, 3 + d);
+  // State: x, v, the commands of 1, 2, .. d + 1 periods ago, and with a damper the positions of 1,
+  // 2, .. w periods ago.
+  const int w = damper.damping > 0 ? damper.window : 0;
+  const int size = 3 + d + w;
+  Eigen::RowVectorXd command = Eigen::RowVectorXd::Zero(size);
+  command[0] = -stiffness;
+  if (w > 0) {
+    const double rate = damper.damping / (w * period);
+    command[0] -= rate;
+    command[size - 1] += rate;
+  }
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(size, size);
   A.topLeftCorner<2, 2>() = whole.transition;
   A.block<2, 1>(0, 2 + d) = late.transition * early.input;
   if (d == 0) {
-    A.block<2, 1>(0, 0) -= stiffness * late.input;
+    A.topRows<2>() += late.input * command;
   } else {
     A.block<2, 1>(0, 1 + d) += late.input;
   }
-  A(2, 0) = -stiffness;
+  A.row(2) = command;
   for (int i = 0; i < d; ++i) A(3 + i, 2 + i) = 1;
+  for (int i = 0; i < w; ++i) A(3 + d + i, i == 0 ? 0 : 2 + d + i) = 1;
   return A.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-double StabilityLimit(const AxisDynamics& axis, double period, double delay) {
-  HPDM_CHECK(axis.mass > 0 && period > 0 && delay >= 0);
-  if (!(axis.damping > 0)) return 0;
-  double low = 0, high = 1e-3 * axis.damping / period;
-  while (high < kStiffest && SpectralRadius(axis, high, period, delay) < 1) {
+double StabilityLimit(const AxisDynamics& axis, double period, double delay,
+                      const SampledDamper& damper) {
+  HPDM_CHECK(axis.mass > 0 && period > 0 && delay >= 0 && damper.window > 0);
+  const double damping = axis.damping + damper.damping;
+  if (!(damping > 0)) return 0;
+  double low = 0, high = 1e-3 * damping / period;
+  while (high < kStiffest && SpectralRadius(axis, high, period, delay, damper) < 1) {
     low = high;
     high *= 2;
   }
   while (high - low > 1e-6 * high) {
     const double middle = 0.5 * (low + high);
-    (SpectralRadius(axis, middle, period, delay) < 1 ? low : high) = middle;
+    (SpectralRadius(axis, middle, period, delay, damper) < 1 ? low : high) = middle;
   }
   return low;
 }

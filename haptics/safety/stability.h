@@ -40,21 +40,23 @@ HeldForceStep ExactStep(const AxisDynamics& axis, double t);
 double PassivityBound(double damping, double friction, double encoder_step, double period,
                       double delay = 0);
 
+/// A damper in the loop that takes its velocity from two samples, `window` periods apart.
+struct SampledDamper {
+  double damping = 0;  ///< D, N s/m.
+  int window = 1;      ///< w, periods; at least 1.
+};
+
 /// Returns the spectral radius of the closed loop of an axis and a sampled spring; stable below 1.
-/// At t = j T the force F = -K x(j T) is commanded. It acts `delay` (s, >= 0) later and is held for
-/// T. Set-up: allocates.
-double SpectralRadius(const AxisDynamics& axis, double stiffness, double period, double delay);
+/// At t = j T the force F = -K x(j T) - D (x(j T) - x((j - w) T)) / (w T) is commanded. It acts
+/// `delay` (s, >= 0) later and is held for T. Set-up: allocates.
+double SpectralRadius(const AxisDynamics& axis, double stiffness, double period, double delay,
+                      const SampledDamper& damper = {});
 
 /// Returns the stiffness K (N/m) at which that loop becomes unstable, to a relative 1e-6, by
-/// bisection on SpectralRadius. The loop's phase falls monotonically with the frequency, so it is
-/// stable for every lower stiffness. 0 without damping. Set-up: allocates.
-double StabilityLimit(const AxisDynamics& axis, double period, double delay);
-
-/// Returns the stiffness (N/m) with which rigid surfaces are displayed: half of StabilityLimit()
-/// for the device's delay, a gain margin of two.
-inline double VirtualWallStiffness(const AxisDynamics& axis, double period, double delay) {
-  return 0.5 * StabilityLimit(axis, period, delay);
-}
+/// bisection on SpectralRadius. Without a damper the loop's phase falls monotonically with the
+/// frequency, so it is stable for every lower stiffness. 0 without any damping. Set-up: allocates.
+double StabilityLimit(const AxisDynamics& axis, double period, double delay,
+                      const SampledDamper& damper = {});
 
 /// Greatest stiffness that an axis can display, in the axis' own unit (N m/rad or N/m). For its
 /// value at the tip, divide it by the squared length of the axis' column of J = d p_tip / d q.

@@ -38,7 +38,9 @@ bool SamePart(const mesh_t& a, const mesh_t& b) {
 bool TickReader::Next(LoggedTick* tick) {
   while (reader_.Next(&event_)) {
     if (visit_) visit_(event_);
-    if (event_.channel == kToolChannel) {
+    if (event_.channel == kEventChannel) {
+      ReadInterval();
+    } else if (event_.channel == kToolChannel) {
       HapticSample sample;
       if (!DecodeMessage(event_.data, &tool_) || !FromMessage(tool_, &sample) ||
           sample.tick < next_tick_) {
@@ -76,6 +78,13 @@ bool TickReader::Next(LoggedTick* tick) {
   return false;
 }
 
+void TickReader::ReadInterval() {
+  event_t message;
+  if (!DecodeMessage(event_.data, &message) || message.name != kLogThinned) return;
+  output_interval_ = ThinnedInterval(message.text);
+  intervals_ = TickIntervals(output_interval_);
+}
+
 bool TickReader::Expected(const HapticSample& sample) const {
   return sample.tick == next_tick_ + sample.skipped.Total();
 }
@@ -83,6 +92,7 @@ bool TickReader::Expected(const HapticSample& sample) const {
 bool TickReader::Finish(const HapticSample& sample, bool has_output, LoggedTick* tick) {
   tick->sample = sample;
   tick->has_output = has_output;
+  tick->output_lost = intervals_.Begins(sample.tick) && !has_output;
   const std::uint64_t accounted = next_tick_ + tick->sample.skipped.Total();
   tick->lost_before = tick->sample.tick > accounted ? tick->sample.tick - accounted : 0;
   next_tick_ = tick->sample.tick + 1;

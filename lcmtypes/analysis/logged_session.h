@@ -9,6 +9,7 @@
 
 #include "engine/snapshots.h"
 #include "lcmtypes/log/log.h"
+#include "lcmtypes/telemetry/output_thinning.h"
 #include "lcmtypes/telemetry/session_info.h"
 #include "lcmtypes/wire/codec.h"
 
@@ -17,7 +18,10 @@ namespace hpdm {
 /// One haptic tick of a log.
 struct LoggedTick {
   HapticSample sample;
-  bool has_output = false;  ///< False if HPDM_FORCE, the tick's output, is missing.
+  bool has_output = false;  ///< False if HPDM_FORCE, the tick's output, is not in the log.
+  /// The output is missing although the log should hold it: a thinned one (output_thinning.h) holds
+  /// that of the first tick of each interval.
+  bool output_lost = false;
   /// Ticks between the previous one and this that ran but are not in the log (full queue, damage).
   std::uint64_t lost_before = 0;
 };
@@ -41,6 +45,8 @@ class TickReader {
   /// Returns the number of tick messages so far that were unreadable or belonged to an earlier
   /// tick.
   std::uint64_t unreadable() const { return unreadable_; }
+  /// Returns the interval of a thinned log, ticks; 1 if every tick has its output.
+  int output_interval() const { return output_interval_; }
   /// The file: its size and its damage so far.
   const LogReader& log() const { return reader_; }
 
@@ -48,6 +54,7 @@ class TickReader {
   /// True if the number is the next one: nothing was lost before it.
   bool Expected(const HapticSample& sample) const;
   bool Finish(const HapticSample& sample, bool has_output, LoggedTick* tick);
+  void ReadInterval();
 
   LogReader reader_;
   std::function<void(const LogEvent&)> visit_;
@@ -57,6 +64,8 @@ class TickReader {
   std::optional<HapticSample> waiting_;  // an input whose output may follow
   std::uint64_t next_tick_ = 0;          // after the last one returned
   std::uint64_t unreadable_ = 0;
+  int output_interval_ = 1;
+  TickIntervals intervals_{1};
 };
 
 /// One deformation step of a log.

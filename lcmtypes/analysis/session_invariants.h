@@ -40,15 +40,19 @@ struct Invariant {
 /// Reads a session's log and judges every tick, step and shape in it:
 ///
 ///   finite   numbers of any message that are not finite
-///   ticks    periods that are neither a tick in the log, with input and output, nor skipped
-///            with a cause
+///   ticks    periods that are neither a tick in the log, with its input and, where the log is not
+///            thinned (output_thinning.h), its output, nor skipped with a cause
 ///   steps    steps that are missing, or whose input or first use goes backwards in time
 ///   force    length of a force on the hand over the device's limit
-///   slew     its change from tick to tick over the device's limit. A switched-off force is
-///            exempt (force_guard.h), and so is a change across a lost tick
-///   stored   J that the lattice has given out: -1/2 of the sum over the tips of force on the
-///            tissue times displacement of the contact. This is the energy of a small strain,
-///            which must not be negative
+///   slew     its change from tick to tick over the device's limit; in a thinned log the mean
+///            change since the last output. A switched-off force is exempt (force_guard.h), and so
+///            is a change across a lost tick
+///   energy   share of the work put into a contact that the hands got back beyond it: of the force
+///            before the guard, from the first touch of any tool until all are free. The organs are
+///            then at rest, so friction can only make it negative. Judged under the condition of
+///            `work`, from 0.1 mJ put in. A contact in which jaws hold is exempt: they do work
+///            themselves, and tissue that they let go keeps what it had stored. So is one with a
+///            lost or skipped tick, a pause, or a tick whose output a thinned log leaves out
 ///   work     W given to all hands together, the mean between two contact-free moments at least
 ///            a second apart. It would be energy from nothing; judged only if the hands alone do
 ///            work (SessionLimits::still). A late patch gives tenths of a milliwatt. Jaws that
@@ -61,7 +65,8 @@ struct Invariant {
 ///
 ///   repeats  N, difference of a force from that of the second period, from the third period
 ///            (start-up is in the first); 0 if it is the same bit for bit. Motions that differ
-///            are not repetitions and count as broken
+///            are not repetitions and count as broken. In a thinned log only forces at the same
+///            time of the period are compared
 ///
 /// Messages that cannot be read are skipped; CheckLog counts them. Throws InputError if the file
 /// cannot be read.

@@ -19,6 +19,7 @@ namespace {
 // An event in the file: sync word, event number (8), time stamp (8), channel length (4), data
 // length (4), channel, data; big-endian.
 constexpr std::array<std::uint8_t, 4> kSync = {0xED, 0xA1, 0xDA, 0x01};
+constexpr std::array<std::uint8_t, 4> kZstd = {0x28, 0xB5, 0x2F, 0xFD};  // of zstd's files
 constexpr std::uint64_t kHeaderBytes = 28;
 constexpr std::uint32_t kMaxChannelBytes = 999;  // as liblcm accepts them
 
@@ -144,6 +145,10 @@ LogReader::LogReader(const std::string& path) : file_(path) {
     throw InputError(path + ": not a regular file; give the path of a session.lcmlog");
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
+  std::array<std::uint8_t, 4> begin = {};
+  if (pread(file_.descriptor(), begin.data(), begin.size(), 0) == 4 && begin == kZstd) {
+    throw InputError(path + ": is compressed; unpack it with zstd -d and give the session.lcmlog");
+  }
 }
 
 /// Returns the file's bytes [at, at + bytes), valid until the next call, or null if the file ends

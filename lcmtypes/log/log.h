@@ -90,8 +90,8 @@ struct LogEvent {
 /// thread.
 class LogReader {
  public:
-  /// Throws InputError if the file cannot be read. The file's size is taken now: bytes that are
-  /// appended later are not read.
+  /// Throws InputError if the file cannot be read or is compressed. The file's size
+  /// is taken now: bytes that are appended later are not read.
   explicit LogReader(const std::string& path);
 
   /// Reads the next intact event and skips damage. False at the end. Reuses the event's memory.

@@ -42,6 +42,7 @@ void EventReporter::ReportEnd() {
 void EventReporter::Add(const HapticSample& sample) {
   AddDevices(sample);
   AddControl(sample);
+  AddSlips(sample);
 }
 
 void EventReporter::AddDevices(const HapticSample& sample) {
@@ -96,6 +97,13 @@ void EventReporter::AddControl(const HapticSample& sample) {
     sink_(EventSeverity::kInfo, "instrument.exchanged",
           instruments_[i] + ": the hand holds " +
               (at < held_[i].size() ? held_[i][at] : std::to_string(instrument_index)) + " now");
+  }
+}
+
+void EventReporter::AddSlips(const HapticSample& sample) {
+  for (std::size_t i = 0; i < instruments_.size() && static_cast<int>(i) < sample.tool_count; ++i) {
+    if (!slips_[i].Add(ToSeconds(sample.time_ns), sample.tools[i].slip)) continue;
+    sink_(EventSeverity::kInfo, "grasp.slipped", instruments_[i] + ": tissue slips in the jaws");
   }
 }
 

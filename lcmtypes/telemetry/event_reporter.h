@@ -9,6 +9,7 @@
 #include "engine/snapshots.h"
 #include "engine/threads/histogram.h"
 #include "engine/threads/loop_event.h"
+#include "lcmtypes/analysis/slip_counter.h"
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/telemetry/session_info.h"
 
@@ -31,7 +32,8 @@ class EventReporter {
   void ReportStart(const Histogram& baseline);
   void ReportEnd();
 
-  /// Reports devices that connected, were lost or are back, pauses, and instruments that a hand took.
+  /// Reports devices that connected, were lost or are back, pauses, instruments that a hand took,
+  /// and tissue that begins to slip through jaws.
   /// The user is told about each device at most once a second. A device that has not given a pose
   /// yet is not lost.
   void Add(const HapticSample& sample);
@@ -51,6 +53,7 @@ class EventReporter {
   void AddDevices(const HapticSample& sample);
   void TellOfDevice(std::size_t instrument, Nanoseconds now);
   void AddControl(const HapticSample& sample);
+  void AddSlips(const HapticSample& sample);
   void AddOrgans(const StepSample& sample);
   void AddShedding(int level);
   void AddOnce(bool* reported, EventSeverity severity, const char* name, const std::string& text);
@@ -72,6 +75,7 @@ class EventReporter {
   std::array<bool, kMaxInstruments> device_lost_{};
   std::array<bool, kMaxInstruments> device_seen_{};  // it has given a pose
   std::array<ToldDevice, kMaxInstruments> told_devices_{};
+  std::array<SlipCounter, kMaxInstruments> slips_{};
   std::array<bool, kMaxOrgans> organ_unsound_{};
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   int shed_level_ = 0;                                        // of the last step

@@ -1,5 +1,7 @@
 #include "lcmtypes/telemetry/health_publisher.h"
 
+#include "lcmtypes/analysis/tissue_force.h"
+
 namespace hpdm {
 namespace {
 
@@ -11,7 +13,7 @@ void HealthPublisher::Add(const HapticSample& sample) {
   health_.tool_count = sample.tool_count;
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolSample& tool = sample.tools[i];
-    health_.tools[i].force_W = tool.force_W;
+    health_.tools[i].force_W = TissueForce(tool);
     health_.tools[i].depth = tool.depth;
     health_.tools[i].organ = tool.organ;
     health_.tools[i].guard_flags = tool.guard_flags;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/threads/loop_schedule.h"
+#include "lcmtypes/analysis/tissue_force.h"
 
 namespace hpdm {
 namespace {
@@ -100,11 +101,13 @@ void SessionStatistics::Add(const HapticSample& sample) {
   total_.tool_count = sample.tool_count;
   for (int i = 0; i < sample.tool_count; ++i) {
     const ToolSample& tool = sample.tools[i];
-    holds_[i].force = tool.force_W.norm();
+    holds_[i].force = TissueForce(tool).norm();
     holds_[i].contact = tool.kind != ContactKind::kNone;
     ToolSummary& summary = total_.tools[i];
     summary.peak_force = std::max(summary.peak_force, holds_[i].force);
     summary.deepest_press = std::max(summary.deepest_press, tool.depth);
+    holds_[i].slips.Add(ToSeconds(sample.time_ns), tool.slip);
+    summary.slips = holds_[i].slips.count();
   }
 }
 

@@ -6,16 +6,18 @@
 #include "engine/snapshots.h"
 #include "engine/threads/latency.h"
 #include "hpdm/stats_t.hpp"
+#include "lcmtypes/analysis/slip_counter.h"
 
 namespace hpdm {
 
 /// Sums of one instrument. A tick is in contact if its ToolSample::kind is not kNone. It lasts
 /// until the next tick: periods skipped after it count with it, since the device holds its force.
 struct ToolSummary {
-  double peak_force = 0;     ///< N, largest |force on the hand| sent.
-  double mean_force = 0;     ///< N, mean |force on the hand| over the contact time.
+  double peak_force = 0;     ///< N, largest |TissueForce()|.
+  double mean_force = 0;     ///< N, mean |TissueForce()| over the contact time.
   double contact_time = 0;   ///< s.
   double deepest_press = 0;  ///< m, largest depth of the tip below the released surface.
+  int slips = 0;             ///< Times that tissue slipped through the jaws (SlipCounter).
 };
 
 /// Results of a session.
@@ -80,6 +82,7 @@ class SessionStatistics {
   struct ToolHold {  // what the last tick left standing, and the sums up to it
     double force = 0;
     bool contact = false;
+    SlipCounter slips;
     std::uint64_t contact_periods = 0;
     double force_periods = 0;
   };

@@ -43,8 +43,16 @@ TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSam
       }),
       statistics_(options.haptic_period, options.baseline),
       health_(options.health),
-      stolen_(options.stolen_time ? options.stolen_time() : 0) {
+      stolen_(options.stolen_time ? options.stolen_time() : 0),
+      thinning_(options.output_interval),
+      logged_shapes_(kMaxOrgans, SentShape(options.output_interval > 1
+                                               ? options.output_interval * options.haptic_period
+                                               : 0)),
+      published_shapes_(kMaxOrgans, SentShape(0)) {
   events_.ReportStart(options.baseline);
+  if (options.output_interval > 1) {
+    AddEvent(EventSeverity::kInfo, std::string(kLogThinned), ThinnedText(options.output_interval));
+  }
   WriteMeshes(info.organs);
 }
 
@@ -128,8 +136,8 @@ void TelemetryLoop::Handle(const HapticSample& sample) {
   ++tool_.sequence;
   Send(kToolChannel, sample.time_ns, tool_);
   ToMessage(sample, &force_);
-  ++force_.sequence;
-  Send(kForceChannel, sample.time_ns, force_, !options_.forces_linked);
+  SendOutput(kForceChannel, sample.time_ns, thinning_.Selects(sample), !options_.forces_linked,
+             &forces_, &force_);
   events_.Add(sample);
   health_.Add(sample);
   log_.Add(sample);
@@ -150,16 +158,22 @@ void TelemetryLoop::Handle(const SceneSnapshot& scene) {
   const StepRecord& step = scene.step;
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganSnapshot& organ = scene.organs[i];
-    std::optional<SentShape>& sent = sent_[i];
-    if (sent && sent->version == organ.version && sent->offset_W == organ.offset_W &&
-        step.time_ns < sent->time + kShapeRepeat) {
-      continue;
-    }
-    sent = {organ.version, organ.offset_W, step.time_ns};
+    const bool log = logged_shapes_[i].Update(organ, step);
+    const bool publish = options_.live && published_shapes_[i].Update(organ, step);
+    if (!log && !publish) continue;
     ToMessage(step, static_cast<int>(i), organ, &organ_);
-    ++organ_.sequence;
-    Send(kOrganChannel, step.time_ns, organ_);
+    SendOutput(kOrganChannel, step.time_ns, log, publish, &shapes_, &organ_);
   }
+}
+
+bool TelemetryLoop::SentShape::Update(const OrganSnapshot& organ, const StepRecord& step) {
+  if (last_ && last_->version == organ.version && last_->offset_W == organ.offset_W &&
+      step.time_ns < last_->time + kShapeRepeat) {
+    return false;
+  }
+  if (last_ && interval_ > 0 && step.time_ns / interval_ == last_->time / interval_) return false;
+  last_ = {organ.version, organ.offset_W, step.time_ns};
+  return true;
 }
 
 /// Closes the interval of whole seconds that ends at or before `time`, once `time` is `patience`
@@ -204,10 +218,23 @@ void TelemetryLoop::ReportFailures() {
 }
 
 template <typename Message>
-void TelemetryLoop::Send(const char* channel, Nanoseconds time, const Message& message,
-                         bool publish) {
-  const std::span<const std::uint8_t> bytes = log_.Write(channel, time, message);
-  if (publish) live_.Publish(channel, bytes);
+void TelemetryLoop::Send(const char* channel, Nanoseconds time, const Message& message) {
+  live_.Publish(channel, log_.Write(channel, time, message));
+}
+
+/// Log and network number their messages separately, so that neither seems to lack what it was not
+/// sent.
+template <typename Message>
+void TelemetryLoop::SendOutput(const char* channel, Nanoseconds time, bool log, bool publish,
+                               OutputCounts* counts, Message* message) {
+  if (log) {
+    message->sequence = ++counts->logged;
+    log_.Write(channel, time, *message);
+  }
+  if (publish && options_.live) {
+    message->sequence = ++counts->published;
+    live_.Publish(channel, EncodeMessage(*message, &live_buffer_));
+  }
 }
 
 }  // namespace hpdm

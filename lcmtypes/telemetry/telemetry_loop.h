@@ -18,6 +18,7 @@
 #include "lcmtypes/telemetry/health_publisher.h"
 #include "lcmtypes/telemetry/live_publisher.h"
 #include "lcmtypes/telemetry/log_writer.h"
+#include "lcmtypes/telemetry/output_thinning.h"
 #include "lcmtypes/telemetry/session_info.h"
 #include "lcmtypes/telemetry/session_statistics.h"
 #include "lcmtypes/telemetry/step_matcher.h"
@@ -31,8 +32,11 @@ struct TelemetryOptions {
   std::int64_t epoch_us = 0;   ///< Wall time of the session's start, microseconds since 1970, for
                                ///< the log's time stamps; 0 in the lockstep clock.
   std::string timeline_path;   ///< Of timeline.csv; empty: none.
-  Nanoseconds timeline_interval = 10'000'000;           ///< 100 Hz.
-  Nanoseconds haptic_period = 1'000'000;                ///< 1 / haptic_hz.
+  Nanoseconds timeline_interval = 10'000'000;  ///< 100 Hz.
+  Nanoseconds haptic_period = 1'000'000;       ///< 1 / haptic_hz.
+  /// Ticks, at least 1. Above 1 the log holds the outputs (HPDM_FORCE, HPDM_ORGAN) of one tick in so
+  /// many and those that OutputThinning adds. The network and the statistics still get every one.
+  int output_interval = 1;
   Nanoseconds mesh_repeat = 3 * kNanosecondsPerSecond;  ///< Between two live repeats.
   SpscQueue<FrameRecord>* frames = nullptr;  ///< Of the render loop; null in the lockstep clock.
   /// Of the render loop and of the device link, each the queue's producer.
@@ -72,7 +76,8 @@ struct TelemetrySummary {
 ///    that runs everything (Drain, Finish; lockstep clock).
 /// 2. The haptic and the deformation loop never wait for it. If a disk or a network delays it, the
 ///    queues overflow, which is counted.
-/// 3. It logs nothing that it measures itself: the same samples, drained in the same portions, give
+/// 3. The log always holds every input (HPDM_TOOL, HPDM_CONTACT), so that it can be replayed.
+/// 4. It logs nothing that it measures itself: the same samples, drained in the same portions, give
 ///    the same bytes.
 class TelemetryLoop {
  public:
@@ -103,10 +108,26 @@ class TelemetryLoop {
   TelemetrySummary Summary() const;
 
  private:
-  struct SentShape {
-    std::uint64_t version;  // OrganSnapshot's
-    Vector3d offset_W;      // m
-    Nanoseconds time;       // of the session
+  /// Messages of a channel whose outputs the log may leave out.
+  struct OutputCounts {
+    std::int64_t logged = 0, published = 0;
+  };
+  /// The shape of one organ that the log or the network got last.
+  class SentShape {
+   public:
+    /// `interval`: ns of session time that have one shape at most; 0: any number.
+    explicit SentShape(Nanoseconds interval) : interval_(interval) {}
+    /// True if the shape is to be sent: it is new or a second old, and the first of its interval.
+    bool Update(const OrganSnapshot& organ, const StepRecord& step);
+
+   private:
+    struct Shape {
+      std::uint64_t version;  // OrganSnapshot's
+      Vector3d offset_W;      // m
+      Nanoseconds time;       // of the session
+    };
+    Nanoseconds interval_;
+    std::optional<Shape> last_;
   };
 
   void WriteMeshes(const std::vector<OrganDescription>& organs);
@@ -118,7 +139,10 @@ class TelemetryLoop {
   void CountStolenTime();
   void ReportFailures();
   template <typename Message>
-  void Send(const char* channel, Nanoseconds time, const Message& message, bool publish = true);
+  void Send(const char* channel, Nanoseconds time, const Message& message);
+  template <typename Message>
+  void SendOutput(const char* channel, Nanoseconds time, bool log, bool publish,
+                  OutputCounts* counts, Message* message);
 
   SpscQueue<HapticSample>* samples_;
   SpscQueue<StepSample>* steps_;
@@ -135,9 +159,13 @@ class TelemetryLoop {
   Nanoseconds now_ = 0;              // newest session time seen
   Nanoseconds stolen_ = 0;           // total when last asked
   std::uint64_t frames_missed_ = 0;  // total when last asked
-  std::array<std::optional<SentShape>, kMaxOrgans> sent_;
+  OutputThinning thinning_;
+  OutputCounts forces_, shapes_;
+  std::vector<SentShape> logged_shapes_, published_shapes_;  // by organ
 
-  // Reused, so that a steady session allocates nothing here. Sequence numbers count in them.
+  // Reused, so that a steady session allocates nothing here. Sequence numbers count in them, but
+  // for forces_ and shapes_.
+  std::vector<std::uint8_t> live_buffer_;
   tool_t tool_{};
   force_t force_{};
   organ_t organ_{};

@@ -155,6 +155,9 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
     ToMessage(sample.tools[i].X_WT, tool);
     ToMessage(logged::kPose, sample.tools[i], tool);
     ToMessage(logged::kContact, sample.contacts[i], tool);
+    for (std::size_t b = 0; b < sample.beside[i].size(); ++b) {
+      ToMessage(logged::kBeside, sample.beside[i][b], &tool->beside[b]);
+    }
   }
 }
 
@@ -177,6 +180,12 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     valid = valid && FromMessage(tool, &sample->tools[i].X_WT) &&
             FromMessage(logged::kPose, tool, &sample->tools[i]) &&
             FromMessage(logged::kContact, tool, &sample->contacts[i]);
+    for (std::size_t b = 0; b < sample->beside[i].size(); ++b) {
+      sample->beside[i][b] = {};
+      sample->beside[i][b].kind =
+          tool.beside[b].organ < 0 ? ContactKind::kNone : ContactKind::kPress;
+      valid = valid && FromMessage(logged::kBeside, tool.beside[b], &sample->beside[i][b]);
+    }
   }
   return valid;
 }

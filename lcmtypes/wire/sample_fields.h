@@ -86,6 +86,7 @@ inline constexpr std::tuple kToolOutput{
     Field({"organ"}, &tool_force_t::organ, &ToolSample::organ),
     Field({.name = "kind", .range = kKind}, &tool_force_t::kind, &ToolSample::kind),
     Field({"depth"}, &tool_force_t::depth, &ToolSample::depth),
+    Field({"slip"}, &tool_force_t::slip, &ToolSample::slip),
     Field({"reaction_W"}, &tool_force_t::reaction, &ToolSample::reaction_W),
     Field({"guard_flags"}, &tool_force_t::guard_flags, &ToolSample::guard_flags),
     Field({"energy"}, &tool_force_t::energy, &ToolSample::energy),
@@ -136,6 +137,12 @@ inline constexpr std::tuple kContact{
     Field({"compliance_W"}, &tool_contact_t::compliance, &SolvedContact::compliance_W),
     Field({"coupling_W"}, &tool_contact_t::coupling, &SolvedContact::coupling_W),
     Field({"kernel_radius"}, &tool_contact_t::kernel_radius, &SolvedContact::kernel_radius)};
+inline constexpr std::tuple kBeside{
+    Field({"beside.organ"}, &beside_contact_t::organ, &SolvedContact::organ),
+    Field({"beside.contact_W"}, &beside_contact_t::p_contact, &SolvedContact::contact_W),
+    Field({"beside.force_on_tissue_W"}, &beside_contact_t::force_on_tissue,
+          &SolvedContact::force_on_tissue_W),
+    Field({"beside.normal_W"}, &beside_contact_t::normal, &SolvedContact::normal_W)};
 
 }  // namespace logged
 
@@ -182,6 +189,9 @@ void VisitStep(Visit&& visit, Sample& first, Samples&... others) {
     visit(t, FieldInfo{"X_WT"}, first.tools[t].X_WT, others.tools[t].X_WT...);
     VisitValues(logged::kPose, t, visit, first.tools[t], others.tools[t]...);
     VisitValues(logged::kContact, t, visit, first.contacts[t], others.contacts[t]...);
+    for (std::size_t b = 0; b < first.beside[t].size(); ++b) {
+      VisitValues(logged::kBeside, t, visit, first.beside[t][b], others.beside[t][b]...);
+    }
   }
   VisitValues(logged::kResidual, -1, visit, first.step, others.step...);
 }

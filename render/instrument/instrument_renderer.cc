@@ -8,6 +8,7 @@
 
 #include "engine/base/check.h"
 #include "render/instrument/capsule_mesh.h"
+#include "render/instrument/drawn_pose.h"
 #include "render/shader_sources.h"
 
 namespace hpdm {
@@ -69,9 +70,14 @@ const InstrumentRenderer::Instrument& InstrumentRenderer::Held(int tool,
   return held[instrument_index < held.size() ? instrument_index : 0];
 }
 
+Isometry3d InstrumentRenderer::PoseOf(const SceneSnapshot& snapshot, int tool) const {
+  const ToolPose& pose = snapshot.tools[tool];
+  return DrawnPose(pose, snapshot.contacts[tool], Held(tool, pose).geometry.tip_radius);
+}
+
 void InstrumentRenderer::AddTo(const SceneSnapshot& snapshot, FrameUniforms* frame) const {
   for (int t = 0; t < DrawnCount(snapshot); ++t) {
-    const Isometry3d& X_WT = snapshot.tools[t].X_WT;
+    const Isometry3d X_WT = PoseOf(snapshot, t);
     const Instrument& instrument = Held(t, snapshot.tools[t]);
     frame->tool_tip_W[t] = WithW(X_WT.translation(), instrument.geometry.tip_radius);
     frame->tool_axis_W[t] = WithW(X_WT.linear().col(2), instrument.geometry.shaft_radius);
@@ -82,12 +88,13 @@ void InstrumentRenderer::Draw(const SceneSnapshot& snapshot) const {
   program_.Use();
   for (int t = 0; t < DrawnCount(snapshot); ++t) {
     const ToolPose& pose = snapshot.tools[t];
+    const Isometry3d X_WT = PoseOf(snapshot, t);
     const Instrument& instrument = Held(t, pose);
     glUniform3fv(base_colour_, 1, instrument.colour.data());
     glUniform3fv(insulation_, 1, instrument.insulation.data());
     glUniform1f(insulated_from_, static_cast<float>(std::min(instrument.insulated_from, kBeyond)));
     for (const Part& part : instrument.parts) {
-      const Isometry3d X_WP = pose.X_WT * PoseInTool(part.placed, pose.jaw);
+      const Isometry3d X_WP = X_WT * PoseInTool(part.placed, pose.jaw);
       const Eigen::Matrix4f world_from_mesh = X_WP.matrix().cast<float>();
       glUniformMatrix4fv(world_from_mesh_, 1, GL_FALSE, world_from_mesh.data());
       part.mesh.Draw();

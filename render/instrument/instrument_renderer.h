@@ -65,6 +65,7 @@ class InstrumentRenderer {
 
   static Instrument Upload(const InstrumentVisual& visual);
   int DrawnCount(const SceneSnapshot& snapshot) const;
+  Isometry3d PoseOf(const SceneSnapshot& snapshot, int tool) const;
   const Instrument& Held(int tool, const ToolPose& pose) const;
 
   ShaderProgram program_;

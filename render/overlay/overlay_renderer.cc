@@ -50,13 +50,17 @@ void OverlayRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& sco
   if (overlays & kOverlayContacts) {
     marks_.clear();
     for (int t = 0; t < ContactCount(snapshot); ++t) {
-      const SolvedContact& contact = snapshot.contacts[t];
-      if (contact.organ < 0 || contact.organ >= static_cast<int>(organs_.size())) continue;
-      const auto organ = static_cast<std::size_t>(contact.organ);
-      AddContactMarks(contact, snapshot.organs[organ], organs_[organ].rest->triangles, &marks_);
+      AddContact(snapshot.contacts[t], snapshot);
+      for (const SolvedContact& contact : snapshot.beside[t]) AddContact(contact, snapshot);
     }
     mark_renderer_.Draw(marks_, 0.6f, Laparoscope::kFar);
   }
+}
+
+void OverlayRenderer::AddContact(const SolvedContact& contact, const SceneSnapshot& snapshot) {
+  if (contact.organ < 0 || contact.organ >= static_cast<int>(organs_.size())) return;
+  const auto organ = static_cast<std::size_t>(contact.organ);
+  AddContactMarks(contact, snapshot.organs[organ], organs_[organ].rest->triangles, &marks_);
 }
 
 void OverlayRenderer::DrawScales(std::uint32_t overlays) {
@@ -73,11 +77,16 @@ void OverlayRenderer::DrawForces(const SceneSnapshot& snapshot, const OrganRende
     std::array<ForceSpot, kMaxInstruments> spots;
     int count = 0;
     for (int t = 0; t < ContactCount(snapshot); ++t) {
-      const SolvedContact& contact = snapshot.contacts[t];
-      const double force = contact.force_on_tissue_W.norm();
-      if (contact.organ != static_cast<int>(o) || !(force > 0)) continue;
-      spots[count++] = {contact.contact_W,
-                        std::max(kForceSpotRadii * contact.kernel_radius, kMinSpot), force};
+      // An instrument presses an organ at one place at most.
+      const auto add = [&](const SolvedContact& contact) {
+        const double force = contact.force_on_tissue_W.norm();
+        if (contact.organ != static_cast<int>(o) || !(force > 0) || count == kMaxInstruments)
+          return;
+        spots[count++] = {contact.contact_W,
+                          std::max(kForceSpotRadii * contact.kernel_radius, kMinSpot), force};
+      };
+      add(snapshot.contacts[t]);
+      for (const SolvedContact& contact : snapshot.beside[t]) add(contact);
     }
     heat_.DrawForce(organs.mesh(o), spots, count, kForceScale);
   }

@@ -37,6 +37,7 @@ class OverlayRenderer {
   void DrawScales(std::uint32_t overlays);
 
  private:
+  void AddContact(const SolvedContact& contact, const SceneSnapshot& snapshot);
   void DrawForces(const SceneSnapshot& snapshot, const OrganRenderer& organs);
   void DrawErrors(const SceneSnapshot& snapshot, OrganRenderer* organs);
 

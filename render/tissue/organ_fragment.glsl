@@ -14,7 +14,7 @@ void main() {
   Detail detail = DetailAt(m);
   vec3 rough = Raised(p_W, n, m, detail.slope);
   vec3 albedo = base_colour * texture(base_texture, uv).rgb * (0.86 + 0.28 * detail.height);
-  float open = Openness(p_W, n) * Unshadowed(p_W, n) *
+  float open = Openness(p_W, n) * (kShadows ? Unshadowed(p_W, n) : 1.0) *
                texture(openness, 0.5 * gl_FragCoord.xy / circle_px.xy).r;
   colour = Encode(ShadeTissue(p_W, to_lens, n, rough, detail.spread, albedo) * open);
 }

@@ -14,6 +14,8 @@ namespace hpdm {
 namespace {
 
 constexpr const char* kOrganDepthFragment = "void main() {}\n";
+constexpr const char* kWithShadows = "const bool kShadows = true;\n";
+constexpr const char* kWithoutShadows = "const bool kShadows = false;\n";
 
 constexpr int kBaseTextureUnit = 0;
 constexpr int kDetailUnit = 1;
@@ -39,10 +41,10 @@ std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
 
 }  // namespace
 
-OrganRenderer::OrganRenderer(const std::vector<OrganVisual>& organs, bool levels)
-    : program_(
-          "organ", {glsl::kFrame, glsl::kOrganVertex},
-          {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail, glsl::kOrganFragment}),
+OrganRenderer::OrganRenderer(const std::vector<OrganVisual>& organs, bool levels, bool shadows)
+    : program_("organ", {glsl::kFrame, glsl::kOrganVertex},
+               {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail,
+                shadows ? kWithShadows : kWithoutShadows, glsl::kOrganFragment}),
       depth_program_("organ depth", {glsl::kFrame, glsl::kOrganVertex}, {kOrganDepthFragment}),
       base_colour_(program_.Uniform("base_colour")),
       metres_per_uv_(program_.Uniform("metres_per_uv")),

@@ -38,7 +38,8 @@ class OrganRenderer {
   /// Compiles the program and uploads meshes, textures and, if `levels`, the meshes' levels. Throws
   /// MachineError if the driver refuses the shader. A texture for a mesh without texture
   /// coordinates is a bug.
-  explicit OrganRenderer(const std::vector<OrganVisual>& organs, bool levels = true);
+  explicit OrganRenderer(const std::vector<OrganVisual>& organs, bool levels = true,
+                         bool shadows = true);
 
   /// Moves the organs to the snapshot's shapes. Chooses the organs that `scope` may see and their
   /// levels. A shape is uploaded only if its version changed since the last call. Fewer organs or

@@ -9,7 +9,8 @@
 namespace hpdm {
 namespace {
 
-constexpr double kMaxRadius = 0.05;  // m; instruments are 5 to 12 mm thick
+constexpr double kMaxRadius = 0.05;       // m; instruments are 5 to 12 mm thick
+constexpr double kMaxClosingForce = 100;  // N; laparoscopic graspers close with 5 to 20 N
 
 DeviceProfile ReadDevice(const TableReader& table) {
   enum class Profile { kImpulseEngine };
@@ -104,6 +105,8 @@ JawOptions ReadJaws(const TableReader& table) {
   return jaws;
 }
 
+constexpr std::string_view kJawForces[] = {"closing_force", "jaw_friction"};
+
 /// Reads the keys that an instrument and its exchanges share.
 void ReadHeld(const TableReader& table, InstrumentDescription* held) {
   table.Require("name", "name the instrument");
@@ -123,12 +126,30 @@ void ReadHeld(const TableReader& table, InstrumentDescription* held) {
   table.ReadNumber("shaft_radius", Interval::Positive(kMaxRadius, "m"),
                    &held->geometry.shaft_radius);
   table.ReadNumber("friction", Interval::NotNegative(2, ""), &held->geometry.friction);
+  for (const std::string_view key : kJawForces) {
+    if (held->type != InstrumentType::kGrasper && table.Has(key)) {
+      table.Fail(key, "needs jaws that hold tissue", "remove it or give type = \"grasper\"");
+    }
+  }
+  table.ReadNumber("closing_force", Interval::Positive(kMaxClosingForce, "N"),
+                   &held->geometry.closing_force);
+  table.ReadNumber("jaw_friction", Interval::Positive(2, ""), &held->geometry.jaw_friction);
+}
+
+/// Refuses the keys of jaws that hold tissue by friction, which reaction = "paper" does not know.
+void RefuseJawForces(const TableReader& table, const InstrumentOptions& instrument) {
+  for (const std::string_view key : kJawForces) {
+    if (instrument.reaction == ReactionType::kPaper && table.Has(key)) {
+      table.Fail(key, "needs reaction = \"lattice\"", "remove it or change the reaction");
+    }
+  }
 }
 
 void ReadExchanges(const TableReader& table, InstrumentOptions* instrument) {
   for (const TableReader& exchange : table.Tables("exchange", kExchangeKeys, kMaxHeld - 1)) {
     InstrumentDescription held;
     ReadHeld(exchange, &held);
+    RefuseJawForces(exchange, *instrument);
     for (int i = 0; i < instrument->HeldCount(); ++i) {
       if (instrument->Held(i).name != held.name) continue;
       exchange.Fail("name", "is already used", "give each instrument of a hand its own name");
@@ -148,6 +169,7 @@ InstrumentOptions ReadInstrument(const TableReader& table,
   table.ReadChoice("reaction",
                    {{"paper", ReactionType::kPaper}, {"lattice", ReactionType::kLattice}},
                    &instrument.reaction);
+  RefuseJawForces(table, instrument);
   for (const std::string_view key : {"k1", "k2"}) {
     if (instrument.reaction != ReactionType::kPaper && table.Has(key)) {
       table.Fail(key, "needs reaction = \"paper\"", "remove it or change the reaction");
@@ -155,6 +177,9 @@ InstrumentOptions ReadInstrument(const TableReader& table,
   }
   table.ReadNumber("k1", Interval::NotNegative(1e5, "N/m"), &instrument.k1);
   table.ReadNumber("k2", Interval::NotNegative(1e5, "N/m"), &instrument.k2);
+
+  table.ReadNumber("trocar_friction", Interval::NotNegative(20, "N"), &instrument.trocar_friction);
+  table.ReadNumber("trocar_torque", Interval::NotNegative(1, "N m"), &instrument.trocar_torque);
 
   if (const auto device = table.Table("device", kDeviceKeys)) {
     instrument.device = ReadDevice(*device);

@@ -31,13 +31,30 @@ inline constexpr std::string_view kSupportKeys[] = {"box", "box_fraction", "sphe
 inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
 inline constexpr std::string_view kSphereKeys[] = {"centre", "radius"};
 
-inline constexpr std::string_view kInstrumentKeys[] = {
-    "name",       "type",         "trocar",   "mesh",     "jaws", "insulated_from",
-    "tip_radius", "shaft_radius", "friction", "reaction", "k1",   "k2",
-    "device",     "hand",         "trace",    "exchange"};
+inline constexpr std::string_view kInstrumentKeys[] = {"name",
+                                                       "type",
+                                                       "trocar",
+                                                       "mesh",
+                                                       "jaws",
+                                                       "insulated_from",
+                                                       "tip_radius",
+                                                       "shaft_radius",
+                                                       "friction",
+                                                       "trocar_friction",
+                                                       "trocar_torque",
+                                                       "reaction",
+                                                       "k1",
+                                                       "k2",
+                                                       "device",
+                                                       "hand",
+                                                       "trace",
+                                                       "exchange",
+                                                       "closing_force",
+                                                       "jaw_friction"};
 inline constexpr std::string_view kJawKeys[] = {"meshes", "pivot", "opening_deg"};
 inline constexpr std::string_view kExchangeKeys[] = {
-    "name", "type", "mesh", "jaws", "insulated_from", "tip_radius", "shaft_radius", "friction"};
+    "name",       "type",         "mesh",     "jaws",          "insulated_from",
+    "tip_radius", "shaft_radius", "friction", "closing_force", "jaw_friction"};
 inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "mass",
                                                    "rotational_inertia",

@@ -54,6 +54,9 @@ class CommandLines : public BadInputs {
 void AddSubcommands(CommandLines* c) {
   c->Named("nothing", {});
   c->Add("fly");
+  c->Add("fly --help");
+  c->Add("log fly --help");
+  c->Add("runn --help");
   c->Add("--frobnicate");
   c->Add("--headless run s.toml");
   for (const char* misspelled :
@@ -100,6 +103,12 @@ void AddRun(CommandLines* c) {
   for (const char* option : {"--fps nan",
                              "--fps -1",
                              "--fps 241",
+                             "--log-rate nan",
+                             "--log-rate 0",
+                             "--log-rate 0.5",
+                             "--log-rate 1001",
+                             "--log-rate 1e7",
+                             "--log-rate often",
                              "--size wide",
                              "--size 0x0",
                              "--size -5x5",

@@ -293,13 +293,30 @@ void AddTimings(Scenes* s) {
 void AddInstruments(Scenes* s) {
   for (const std::string& line : Separate(
            "tip_radius=0; tip_radius=-1; tip_radius=nan; tip_radius=1e-300; tip_radius=10; "
-           "friction=-1; friction=inf; type='spoon'; hand.seed=-1; hand.script='dance'; "
+           "friction=-1; friction=inf; trocar_friction=-1; trocar_friction=1e300; "
+           "trocar_torque=-1e-9; trocar_torque=2; type='spoon'; hand.seed=-1; hand.script='dance'; "
            "hand.organ='lung'; hand.depth=nan; hand.depth=-1; hand.speed=0; hand.speed=1e9; "
            "device.mass=0; device.mass=-1; device.damping=nan; device.max_force=-1; "
            "device.max_force=1e300; device.encoder_step=-1; trace.file='no.csv'; trace.speed=0; "
            "trace.speed=nan; trace.scale=-1; exchange=[{name='probe'}]; jaws={}; mesh='no.obj'")) {
     s->Instrument(line);
   }
+  for (const char* jaws : {"closing_force=-1", "closing_force=1e300", "closing_force=nan",
+                           "jaw_friction=-1", "jaw_friction=0", "jaw_friction=3"}) {
+    s->Text(std::string("a grasper: ") + jaws,
+            SoundScene({.instrument = std::string("type='grasper'\n") + jaws + "\n"}));
+  }
+  s->Text("jaws wider than the organ",
+          SoundScene({.organ = "unit=0.3\n", .instrument = "type='grasper'\ntip_radius=0.02\n"}));
+  s->Text("a probe with jaws: closing_force=5", SoundScene({.instrument = "closing_force=5\n"}));
+  for (const char* jaws : {"closing_force=5", "jaw_friction=0.5"}) {
+    const std::string line = jaws + std::string("\n");
+    s->Text(std::string("a grasper of springs: ") + jaws,
+            SoundScene({.instrument = "type='grasper'\nreaction='paper'\n" + line}));
+  }
+  s->Text("an exchange of springs: closing_force=5",
+          SoundScene({.instrument = "reaction='paper'\nexchange=[{name='g',type='grasper',"
+                                    "closing_force=5}]\n"}));
   s->Text("instrument: trocar=[0,0,50]", SoundScene({.trocar = "[0,0,50]"}));
 }
 

@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     tools.Publish();
     loop.Step(loop.NewestTools(), 0);
     patch.Update();
-    const hpdm::ToolPatch& contact = patch.Front().tools[0];
+    const hpdm::ToolPatch& contact = patch.Front().tools[0].main();
     std::printf("tip %6.1f mm below the top: force on the tissue %6.3f N\n", 1000 * depth,
                 contact.force_on_tissue_W.norm());
   }

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/support/flow_fixture.h"
+#include "tests/support/liver_scene.h"
 
 namespace hpdm {
 namespace {
@@ -59,10 +60,8 @@ TEST_F(Commands, SolveIsNoWorseThanThousandsOfLinearTetrahedra) {
 }
 
 TEST_F(Commands, CheckReportsTheMetricEnergysErrorAndNoneForStrain) {
-  const std::string organ = "[[organ]]\nname = \"liver\"\nmesh = \"" +
-                            (kSource / "scenes/meshes/liver_274.obj").string() + "\"\n";
   for (const bool metric : {true, false}) {
-    std::ofstream(folder_ / "s.toml") << organ << (metric ? "energy.type = \"metric\"\n" : "");
+    std::ofstream(folder_ / "s.toml") << (metric ? kMetricLiver : kLiver);
     const Outcome outcome = Hpdm("check " + Folder("s.toml"));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     int lines = 0;

@@ -18,6 +18,7 @@
 #include "lcmtypes/analysis/channel_table.h"
 #include "lcmtypes/live/network.h"
 #include "lcmtypes/wire/codec.h"
+#include "tests/support/liver_scene.h"
 #include "tests/support/network_namespace.h"
 #include "tests/support/program.h"
 #include "tests/support/scratch_folder.h"
@@ -89,18 +90,9 @@ class DriverWatchdog : public testing::Test {
 
   // Starts session and driver, and returns in the middle of a press.
   void StartAndPress() {
-    std::ofstream(folder_ / "scene.toml") << "[[organ]]\nname = \"liver\"\nmesh = \""
-                                          << HPDM_SOURCE_DIR
-        "/scenes/meshes/liver_274.obj\"\n"
-        "energy.type = \"metric\"\n"
-                                          << R"(
-  [[organ.support]]
-  box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
-  fixed = true
-[[instrument]]
-name = "probe"
-trocar = [0.08, -0.05, 0.20]
-)";
+    std::ofstream(folder_ / "scene.toml")
+        << kMetricLiver + kRearSupport +
+               "[[instrument]]\nname = \"probe\"\ntrocar = [0.08, -0.05, 0.20]\n";
     ears_ = std::make_unique<lcm::LCM>(kLocalUrl);
     ASSERT_TRUE(ears_->good());
     ears_->subscribeFunction(kDeviceChannel, HearReading, &heard_)->setQueueCapacity(0);

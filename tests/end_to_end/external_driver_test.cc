@@ -130,6 +130,9 @@ TEST_F(Flow, TheProgramsInPythonRefuseBadInputInOneLine) {
       folder + "read_log.py " HPDM_SOURCE_DIR "/README.md",
       "LCM_DEFAULT_URL=garbage:// " + folder + "example_driver.py",
       "LCM_DEFAULT_URL=udpm://10.1.2.3:7667 " + folder + "example_driver.py"};
+  for (const char* name : {"read_log.py no.lcmlog", "example_driver.py"}) {
+    commands.push_back("PYTHONPATH= " + folder + name);  // without the generated module
+  }
   const std::string enter = NetworkNamespaceCommand();  // without a route
   if (!enter.empty()) {
     commands.push_back("LCM_DEFAULT_URL= " + enter + " " + folder + "example_driver.py");

@@ -211,6 +211,7 @@ TEST_F(SessionFaults, AReadOnlyFolderIsReportedBeforeTheSession) {
   const std::string expected =
       out() + ": cannot be created (Read-only file system); choose another folder with --out";
   EXPECT_NE(run.err().find(expected), std::string::npos) << run.err();
+  EXPECT_EQ(run.err().find("preparing"), std::string::npos) << run.err();
 }
 
 TEST_F(SessionFaults, ARenamedFolderTakesTheSessionAlong) {

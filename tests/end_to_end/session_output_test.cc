@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "tests/support/flow_fixture.h"
+#include "tests/support/liver_scene.h"
 #include "tests/support/logged_ticks.h"
 
 namespace hpdm {
@@ -40,10 +41,8 @@ TEST_F(Flow, LockstepRunGivesTheSameLogAndPictureTwice) {
 TEST_F(Flow, LockstepLosesNoTickHoweverRareTheStepsAre) {
   SKIP_WITHOUT_EGL();
   std::ofstream(folder_ / "rare.toml")
-      << "[timing]\nhaptic_hz = 5000\ndeformation_hz = 1\n[[organ]]\nname = \"liver\"\nmesh = \""
-      << (kSource / "scenes" / "meshes" / "liver_274.obj").string()
-      << "\"\nenergy.type = \"metric\"\n"
-         "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
+      << "[timing]\nhaptic_hz = 5000\ndeformation_hz = 1\n" + kMetricLiver +
+             "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
   const Outcome outcome = Hpdm("run " + Folder("rare.toml") +
                                " --clock lockstep --seconds 3 --fps 0 --json --out " + Folder("s"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -11,9 +11,9 @@ TEST_F(DeformationLoopTest, FreeToolLeavesTheOrganAtRest) {
   Start();
   Step(ToolAt(Vector3d(0, 0, 0.08)));
   EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
-  EXPECT_EQ(patch_.Front().tools[0].force_on_tissue_W.norm(), 0);
-  EXPECT_EQ(patch_.Front().tools[0].organ, 0);   // prefetched although not touching
-  EXPECT_EQ(patch_.Front().tools[1].organ, -1);  // out of reach
+  EXPECT_EQ(patch_.Front().tools[0].main().force_on_tissue_W.norm(), 0);
+  EXPECT_EQ(patch_.Front().tools[0].main().organ, 0);   // prefetched although not touching
+  EXPECT_EQ(patch_.Front().tools[1].main().organ, -1);  // out of reach
 }
 
 TEST_F(DeformationLoopTest, StepBeforeTheFirstTickTouchesNothing) {
@@ -30,7 +30,7 @@ TEST_F(DeformationLoopTest, PressedSurfaceFollowsTheTip) {
   for (int i = 0; i < 10; ++i) Step(ToolAt(Vector3d(0.02, 0.01, 0.035)));
   // The contact is a point of a facet, so the sphere's sides may cut into it a little.
   EXPECT_NEAR(Gap(Vector3d(0.02, 0.01, 0.035)), 0, 5e-4);
-  const ToolPatch& patch = patch_.Front().tools[0];
+  const ToolPatch& patch = patch_.Front().tools[0].main();
   EXPECT_LT(patch.force_on_tissue_W.z(), -0.1);
   EXPECT_NEAR((patch.contact_W - Vector3d(0.02, 0.01, 0.0325)).norm(), 0, 1e-3);
 }
@@ -42,7 +42,7 @@ TEST_F(DeformationLoopTest, ReleasedOrganReturnsToRest) {
   EXPECT_GT((loop_->organ(0).vertices - models_[0].rest().vertices).norm(), 0.01);
   Step(ToolAt(Vector3d(0, 0, 0.07)));
   EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
-  EXPECT_EQ(patch_.Front().tools[0].force_on_tissue_W.norm(), 0);
+  EXPECT_EQ(patch_.Front().tools[0].main().force_on_tissue_W.norm(), 0);
 }
 
 TEST_F(DeformationLoopTest, SnapshotsCarryTheStepTheyBelongTo) {

@@ -123,7 +123,8 @@ TEST(SleepingOrgan, LeavesTheStepsOfATouchedOneAsTheyAre) {
       ASSERT_EQ(among.record().flags, alone.record().flags);
       ASSERT_EQ(among.record().iterations, alone.record().iterations);
       ASSERT_EQ(among.record().residual, alone.record().residual);
-      const ToolPatch &a = among.patches.Front().tools[0], &b = alone.patches.Front().tools[0];
+      const ToolPatch &a = among.patches.Front().tools[0].main(),
+                      &b = alone.patches.Front().tools[0].main();
       ASSERT_EQ(a.force_on_tissue_W, b.force_on_tissue_W);
       ASSERT_EQ(a.p_original_W, b.p_original_W);
       ASSERT_EQ(a.compliance_W, b.compliance_W);
@@ -143,7 +144,7 @@ TEST(SleepingOrgan, WakesInTheStepThatTouchesItAndSleepsInTheOneThatLetsGo) {
     row.Step(0.006, organ);
     EXPECT_TRUE(row.state(organ).awake);
     EXPECT_EQ(row.state(organ).version, row.number());
-    EXPECT_GT(row.patches.Front().tools[0].force_on_tissue_W.norm(), 0.05);
+    EXPECT_GT(row.patches.Front().tools[0].main().force_on_tissue_W.norm(), 0.05);
     EXPECT_GT((row.state(organ).vertices - row.rest(organ)).cwiseAbs().maxCoeff(), 1e-4);
     EXPECT_FALSE(row.state(1 - organ).awake);
     row.Step(-0.02, organ);
@@ -162,7 +163,7 @@ TEST(SleepingOrgan, WakesUnderAShaft) {
   EXPECT_FALSE(row.state(0).awake);
   row.StepAt(tip, trocar);
   EXPECT_TRUE(row.state(0).awake);
-  EXPECT_TRUE(row.patches.Front().tools[0].shaft_contact);
+  EXPECT_TRUE(row.patches.Front().tools[0].main().shaft_contact);
   EXPECT_FALSE(row.state(1).awake);
 }
 

@@ -102,6 +102,12 @@ bool LogFile(Bytes bytes) {
   static const InputFile file("session.lcmlog");
   static const std::string repaired = file / "repaired.lcmlog";
   file.Write(bytes);
+  try {
+    const LogReader opened(file.path());
+  } catch (const InputError& error) {  // It begins as a compressed log.
+    EnsureOneLine(error, file.path());
+    return false;
+  }
   EnsureRepairs(file.path(), repaired, ReadAll(file.path()));
   EnsureTicksRise(file.path());
   try {

@@ -104,6 +104,8 @@ void EnsureInstrument(const InstrumentOptions& instrument, std::set<std::string>
   HPDM_ENSURE(instrument.p_trocar_W.allFinite());
   EnsureWithin(instrument.k1, 0, 1e9);
   EnsureWithin(instrument.k2, 0, 1e9);
+  EnsureWithin(instrument.trocar_friction, 0, 20);
+  EnsureWithin(instrument.trocar_torque, 0, 1);
   EnsureDevice(instrument.device);
   const HandOptions& hand = instrument.hand;
   HPDM_ENSURE(hand.target.value_or(Vector3d::Zero()).allFinite());

@@ -240,7 +240,7 @@ TEST(HapticLoop, APublisherThatNeverPausesSharesNoPatchWithATick) {
       next.step.number = step;
       next.tool_count = 1;
       patch.organ = static_cast<int>(step % 2);
-      next.tools[0] = patch;
+      next.tools[0].places[0] = patch;
       bench.patches.Publish();
       published = true;
     }

@@ -11,8 +11,8 @@
 #include "engine/deformation_loop.h"
 #include "engine/threads/realtime.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 
 /// Tests the forces on the hand if a thread or the clock fails.
 namespace hpdm {

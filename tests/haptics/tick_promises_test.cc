@@ -111,15 +111,19 @@ class Session : public SimulatedSession {
   static ContactPatch Patch(ReactionType reaction) {
     ContactPatch patch;
     patch.tool_count = kMaxInstruments;
-    for (ToolPatch& tool : patch.tools) {
-      tool = SpherePatch(8, 0.04, 0.1, kStiffness);
-      tool.reaction = reaction;
-      tool.compliance_W = Matrix3d::Identity() / kStiffness;
-      tool.coupling_W = 0.2 * tool.compliance_W;
-      tool.kernel_radius = kTipRadius;
-      for (PatchPoint& point : tool.points) {
-        point.compliance_W = tool.compliance_W;
-        point.coupling_W = tool.coupling_W;
+    for (ToolPatches& tool : patch.tools) {
+      for (int p = 0; p < kMaxPlaces; ++p) {
+        ToolPatch& place = tool.places[static_cast<std::size_t>(p)];
+        place = SpherePatch(8, 0.04, 0.1, kStiffness);
+        place.organ = p;
+        place.reaction = reaction;
+        place.compliance_W = Matrix3d::Identity() / kStiffness;
+        place.coupling_W = 0.2 * place.compliance_W;
+        place.kernel_radius = kTipRadius;
+        for (PatchPoint& point : place.points) {
+          point.compliance_W = place.compliance_W;
+          point.coupling_W = place.coupling_W;
+        }
       }
     }
     return patch;

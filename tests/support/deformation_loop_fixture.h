@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/deformation_loop.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 
 namespace hpdm {
 

@@ -43,7 +43,7 @@ class FaultBench {
       patch.step.number = tick / 33 + 1;
       patch.step.device_time_ns = Now();
       patch.tool_count = 1;
-      patch.tools[0] = PlanePatch(7, 0.03, 120);
+      patch.tools[0].places[0] = PlanePatch(7, 0.03, 120);
       patches.Publish();
     }
     loop.Tick(tick, Now(), {});

@@ -1,14 +1,10 @@
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
-#include "engine/deformation_loop.h"
-#include "haptics/contact/haptic_contact.h"
-#include "tests/support/one_organ.h"
+#include "tools/shared/felt_bench.h"
 
-/// Deformation loop and tip contacts without threads or devices, for tests of the felt force.
 namespace hpdm {
 
 inline const std::string kMeshes = std::string(HPDM_SOURCE_DIR) + "/scenes/meshes/";
@@ -30,109 +26,5 @@ inline SurfaceMesh Load(const OrganOptions& options) {
   std::vector<std::string> repairs;
   return LoadPosedMesh(options, &repairs);
 }
-
-// One organ, two tools, no threads.
-class FeltBench {
- public:
-  FeltBench(const OrganOptions& options, const SurfaceMesh& rest, const ToolOptions& tool = {})
-      : models_(OneOrgan(options, rest)),
-        tool_(tool),
-        loop_(models_, {tool, tool}, {tools_, patch_, render_, telemetry_}) {}
-
-  double friction = 0;
-
-  static ToolPose At(const Vector3d& p, double jaw = 1) {
-    ToolPose tool;
-    tool.X_WT.translation() = p;
-    tool.p_trocar_W = p + Vector3d(0, 0, 0.3);
-    tool.jaw = jaw;
-    return tool;
-  }
-  static ToolPose Away() { return At(Vector3d(1, 1, 1)); }
-
-  // A step, and its patch in the hand's contacts.
-  void Step(const ToolPose& a, const ToolPose& c = Away()) {
-    time_ns_ += 33'000'000;
-    Step(State(a, c));
-  }
-  // One tick's forces on the hands.
-  void Tick(const ToolPose& a, const ToolPose& c = Away()) {
-    const auto motion = [this](const ToolPose& tool) {
-      return TipPose{.time_ns = time_ns_,
-                     .X_WT = tool.X_WT,
-                     .jaw = tool.jaw,
-                     .tip_radius = tool_.geometries[0].tip_radius,
-                     .friction = friction};
-    };
-    contacts_[0].Locate(motion(a));
-    contacts_[1].Locate(motion(c));
-    HapticContact::Solve(&contacts_[0], &contacts_[1]);
-  }
-  // The next tick of a session in lockstep: a step begins every 33 ticks and is seen 33 later.
-  void SessionTick(const ToolPose& a, const ToolPose& c = Away()) {
-    time_ns_ += 1'000'000;
-    const bool begins = tick_++ % 33 == 0;
-    if (begins && tick_ > 1) Step(begun_);
-    Tick(a, c);
-    if (begins) begun_ = State(a, c);
-  }
-  // Runs ticks until the last patch's force has faded in and the contacts are stationary.
-  void Settle(const ToolPose& a, const ToolPose& c = Away()) {
-    for (int i = 0; i < 250; ++i) Tick(a, c);
-  }
-  Vector3d Hand(int t = 0) const { return contacts_[t].result().reaction_W; }
-  const HapticForce& Felt(int t = 0) const { return contacts_[t].result(); }
-  TickContactPoint ContactPoint(int t = 0) const { return contacts_[t].contact_point(); }
-  const ToolPatch& Patch(int t = 0) { return patch_.Front().tools[t]; }
-  const OrganModel& model() const { return models_[0]; }
-  const DeformationLoop& loop() const { return loop_; }
-
-  // Returns the point where the vertical line through (x, y) meets the rest surface from above, m.
-  Vector3d Top(double x, double y) const {
-    const SurfaceTree tree(models_[0].rest().vertices, models_[0].rest().triangles);
-    const SurfaceHit hit = tree.FirstEntry(Vector3d(x, y, 1), Vector3d(x, y, -1));
-    return hit.at.Position(models_[0].rest().vertices, models_[0].rest().triangles);
-  }
-  // Presses against `normal` down to `depth` in steps of a millimetre; the tool's last pose.
-  ToolPose PressTo(const Vector3d& top, double depth, const Vector3d& normal = Vector3d::UnitZ()) {
-    ToolPose tool;
-    for (double z = -0.004; z < depth + 1e-9; z += 0.001) {
-      tool = At(top - (z - kDefaultToolRadius) * normal);
-      Step(tool);
-      Tick(tool);
-    }
-    Settle(tool);
-    Step(tool);
-    Settle(tool);
-    return tool;
-  }
-
- private:
-  ToolState State(const ToolPose& a, const ToolPose& c) const {
-    ToolState state;
-    state.time_ns = time_ns_;
-    state.tool_count = 2;
-    state.tools = {a, c};
-    for (int t = 0; t < 2; ++t) state.contact_points[t] = contacts_[t].contact_point();
-    return state;
-  }
-  void Step(const ToolState& state) {
-    loop_.Step(state, state.time_ns);
-    patch_.Update();
-    for (int t = 0; t < 2; ++t) contacts_[t].SetPatch(patch_.Front().tools[t]);
-  }
-
-  std::vector<OrganModel> models_;
-  ToolOptions tool_;
-  TripleBuffer<ToolState> tools_;
-  TripleBuffer<ContactPatch> patch_;
-  TripleBuffer<SceneSnapshot> render_{SizedSnapshot(models_, 2, true)};
-  TripleBuffer<SceneSnapshot> telemetry_{SizedSnapshot(models_, 2, false)};
-  DeformationLoop loop_;
-  std::array<HapticContact, 2> contacts_;
-  Nanoseconds time_ns_ = 0;
-  std::uint64_t tick_ = 0;
-  ToolState begun_;
-};
 
 }  // namespace hpdm

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/liver_scene.h"
 #include "tests/support/program.h"
 #include "tests/support/recorded_session.h"
 #include "tests/support/scratch_folder.h"
@@ -38,14 +39,11 @@ inline const std::string& SessionBytes() {
   static const std::string bytes = [] {
     const ScratchFolder folder;
     WriteAll(folder / "scene.toml",
-             "[[organ]]\nname = \"liver\"\nmesh = \"" HPDM_SOURCE_DIR
-             "/scenes/meshes/liver_274.obj\"\nenergy.type = \"metric\"\n"
-             "  [[organ.support]]\n  box_fraction = { min = [0.0, 0.7, 0.0], max = [1, 1, 1] }\n"
-             "  fixed = true\n"
-             "[[instrument]]\nname = \"left\"\ntrocar = [0.05, -0.12, 0.16]\n"
-             "  [instrument.hand]\n  script = \"palpate\"\n  speed = 0.3\n"
-             "[[instrument]]\nname = \"right\"\ntrocar = [-0.06, -0.12, 0.15]\n"
-             "  [instrument.hand]\n  script = \"palpate\"\n  speed = 0.3\n");
+             kMetricLiver + kRearSupport +
+                 "[[instrument]]\nname = \"left\"\ntrocar = [0.05, -0.12, 0.16]\n"
+                 "  [instrument.hand]\n  script = \"palpate\"\n  speed = 0.3\n"
+                 "[[instrument]]\nname = \"right\"\ntrocar = [-0.06, -0.12, 0.15]\n"
+                 "  [instrument.hand]\n  script = \"palpate\"\n  speed = 0.3\n");
     Record({.scene = folder / "scene.toml",
             .log = folder / "session.lcmlog",
             .ticks = 300,

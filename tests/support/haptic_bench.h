@@ -69,7 +69,7 @@ class Bench {
     patch.step.number = ++step;
     patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
     patch.tool_count = 1;
-    patch.tools[0] = PlanePatch(7, 0.03, stiffness);
+    patch.tools[0].places[0] = PlanePatch(7, 0.03, stiffness);
     patch.tools[0].instrument_index = instrument_index;
     patches.Publish();
   }
@@ -132,8 +132,8 @@ struct SimulatedSession {
     patch.step.number = ++step;
     patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
     patch.tool_count = kMaxInstruments;
-    for (ToolPatch& tool : patch.tools) {
-      tool = SpherePatch(8, 0.04, 0.1, kStiffness);
+    for (ToolPatches& tool : patch.tools) {
+      tool.places[0] = SpherePatch(8, 0.04, 0.1, kStiffness);
       tool.instrument_index = instrument_index;
     }
     patches.Publish();

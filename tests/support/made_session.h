@@ -14,9 +14,10 @@ namespace hpdm {
 /// A synthetic log of ticks.
 class MadeSession {
  public:
-  explicit MadeSession(const std::vector<std::string>& instruments = {"probe"})
+  explicit MadeSession(const std::vector<std::string>& instruments = {"probe"},
+                       const TelemetryOptions& options = {})
       : info_(Info(instruments)),
-        telemetry_(&samples_, &steps_, &scenes_, log(), {}, info_),
+        telemetry_(&samples_, &steps_, &scenes_, log(), options, info_),
         tools_(static_cast<int>(instruments.size())) {}
 
   std::string log() const { return folder_ / "session.lcmlog"; }

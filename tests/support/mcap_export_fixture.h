@@ -11,6 +11,7 @@
 
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/wire/codec.h"
+#include "tests/support/liver_scene.h"
 #include "tests/support/mcap_reader.h"
 #include "tests/support/read_file.h"
 #include "tests/support/recorded_session.h"
@@ -23,20 +24,7 @@ inline void WriteBytes(const std::filesystem::path& path, const std::string& byt
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-inline const std::string kMcapScene = std::string("[[organ]]\nname = \"liver\"\nmesh = \"") +
-                                      HPDM_SOURCE_DIR +
-                                      R"(/scenes/meshes/liver_274.obj"
-energy.type = "metric"
-  [[organ.support]]
-  box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
-  fixed = true
-[[instrument]]
-name = "probe"
-trocar = [0.05, -0.12, 0.16]
-  [instrument.hand]
-  script = "palpate"
-  speed = 0.3
-)";
+inline const std::string kMcapScene = kMetricLiver + kRearSupport + kPalpatingProbe;
 
 /// Exports logs that the tests write in a folder of their own.
 class McapExportTest : public testing::Test {

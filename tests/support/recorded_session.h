@@ -27,6 +27,7 @@ struct Recording {
   /// steps of 5 to 80 ms, patches replaced before a tick sees them, devices without valid samples
   /// for a while, relaxations cut short by their clock.
   std::uint32_t busy_seed = 0;
+  int output_interval = 1;                         ///< TelemetryOptions::output_interval.
   std::vector<TimedControl> wishes = {};           ///< Scripted session control by time.
   std::function<void(int)> before_tick = nullptr;  ///< Called every period, skipped ones included.
 };
@@ -87,8 +88,10 @@ class SessionRecorder {
         DeformationEdges{session_.tool_states, session_.patches, *session_.render_scenes,
                          *session_.telemetry_scenes, &session_.steps},
         stopwatch);
+    TelemetryOptions options;
+    options.output_interval = recording.output_interval;
     telemetry_.emplace(&session_.samples, &session_.steps, session_.telemetry_scenes.get(),
-                       recording.log, TelemetryOptions{}, session_.Info());
+                       recording.log, options, session_.Info());
   }
 
   void Run() {

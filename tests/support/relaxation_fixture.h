@@ -12,24 +12,21 @@ namespace hpdm {
 inline constexpr auto kGrasp = ContactConstraints::RowKind::kGrasp;
 inline constexpr auto kPress = ContactConstraints::RowKind::kPress;
 
-/// A 0.2 x 0.15 x 0.1 m block held at its bottom, with a few contacts on its top.
-class RelaxationTest : public testing::Test {
+/// The lattice of a 0.2 x 0.15 x 0.1 m block, with a few contacts.
+class ContactBlockTest : public testing::Test {
  protected:
-  RelaxationTest() : contacts_(lattice_.size()), U_(Points::Zero(lattice_.size(), 3)) {}
+  ContactBlockTest() : contacts_(lattice_.size()), U_(Points::Zero(lattice_.size(), 3)) {}
 
   static OrientedBox Block() {
     return {Vector3d::Zero(), Matrix3d::Identity(), Vector3d(0.2, 0.15, 0.1)};
   }
-  static Quadrature Tissue() { return BoxQuadrature(Block(), {12, 12, 12}); }
-  // The bottom fifth is held.
-  static ScalarStiffness Supports(const Lattice& lattice, double modulus) {
+  /// Supports that hold the bottom fifth of `tissue`.
+  static ScalarStiffness Supports(const Lattice& lattice, const Quadrature& tissue,
+                                  double modulus) {
     OrientedBox bottom = Block();
     bottom.lengths.z() *= 0.2;
-    return SupportStiffness(lattice, Tissue(), {SupportOptions()},
+    return SupportStiffness(lattice, tissue, {SupportOptions()},
                             {BoxQuadrature(bottom, {12, 12, 6})}, modulus);
-  }
-  static ScalarStiffness Stiffness(const Lattice& lattice) {
-    return MetricStiffness(lattice, Tissue(), 2000, 0.05) + Supports(lattice, 2000);
   }
 
   void AddContact(ContactConstraints::RowKind kind, const Vector3d& p, const Vector3d& move) {
@@ -45,9 +42,19 @@ class RelaxationTest : public testing::Test {
   }
 
   Lattice lattice_{Block(), LatticeOptions()};
-  ScalarStiffness K_ = Stiffness(lattice_);
   ContactConstraints contacts_;
   Points U_;
+};
+
+/// The block held at its bottom, with the metric energy.
+class RelaxationTest : public ContactBlockTest {
+ protected:
+  static Quadrature Tissue() { return BoxQuadrature(Block(), {12, 12, 12}); }
+  static ScalarStiffness Stiffness(const Lattice& lattice) {
+    return MetricStiffness(lattice, Tissue(), 2000, 0.05) + Supports(lattice, Tissue(), 2000);
+  }
+
+  ScalarStiffness K_ = Stiffness(lattice_);
   std::unique_ptr<Relaxation> cholesky_ = MakeCholeskyRelaxation(K_);
   std::unique_ptr<Relaxation> gauss_seidel_ = MakeGaussSeidelRelaxation(K_, {.tolerance = 1e-9});
 };
@@ -57,7 +64,7 @@ class StrainRelaxationTest : public RelaxationTest {
  protected:
   static FullStiffness StrainWithSupports(const Lattice& lattice) {
     FullStiffness K = StrainStiffness(lattice, Tissue(), {}, Dilatation::kProjected);
-    AddAlongEachAxis(Supports(lattice, MaterialOptions().young), &K);
+    AddAlongEachAxis(Supports(lattice, Tissue(), MaterialOptions().young), &K);
     return K;
   }
   Eigen::VectorXd Load() const {

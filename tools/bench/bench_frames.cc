@@ -71,6 +71,7 @@ struct Way {
 std::vector<Way> Ways() {
   return {{.name = "as in a session", .view = {}},
           {.name = "without occlusion", .view = {.occlusion = false}},
+          {.name = "without the instruments' shadow", .view = {.shadows = false}},
           {.name = "every triangle", .view = {.levels = false}},
           {.name = "four samples a pixel", .samples = 4, .view = {}},
           {.name = "with distortion -0.15", .view = {}, .distortion = -0.15}};

@@ -224,24 +224,36 @@ void PrintContact(const Json& contact) {
 
 // Facts of an instrument at a rigid organ.
 Json WallFacts(const std::string& instrument, const OrganOptions& organ, const VirtualWall& wall) {
+  const std::optional<double>& given = organ.wall_stiffness;
   return {{"instrument", instrument},
           {"organ", organ.name},
-          {"stiffness_N_per_m", organ.wall_stiffness.value_or(wall.stiffness)},
-          {"given", organ.wall_stiffness.has_value()},
-          {"stable_to_N_per_m", wall.limit},
-          {"axis", AxisName(wall.axis)},
+          {"given", given.has_value()},
+          {"least_N_per_m", given.value_or(wall.least)},
+          {"median_N_per_m", given.value_or(wall.median)},
+          {"greatest_N_per_m", given.value_or(wall.greatest)},
+          {"every_direction_to_N_per_m", wall.limit},
+          {"least_at_m", Coordinates(wall.p_least_W)},
           {"lever_m", wall.lever},
           {"reachable", wall.reachable}};
 }
 
 void PrintWall(const Json& wall) {
-  std::printf(
-      "  on organ %s: a wall of %.0f N/m, %s the %.0f N/m that its device displays stably "
-      "(%s, %.0f mm from the trocar%s)\n",
-      wall["organ"].get<std::string>().c_str(), wall["stiffness_N_per_m"].get<double>(),
-      wall["given"].get<bool>() ? "given, of" : "half of", wall["stable_to_N_per_m"].get<double>(),
-      wall["axis"].get<std::string>().c_str(), 1000 * wall["lever_m"].get<double>(),
-      wall["reachable"].get<bool>() ? "" : ", its longest: it reaches no rigid organ");
+  const std::string organ = wall["organ"].get<std::string>();
+  const double least = wall["least_N_per_m"].get<double>();
+  const double lever = 1000 * wall["lever_m"].get<double>();
+  if (wall["given"].get<bool>()) {
+    std::printf("  on organ %s: a wall of %.0f N/m, given; its device displays %.0f N/m stably\n",
+                organ.c_str(), least, wall["every_direction_to_N_per_m"].get<double>());
+  } else if (!wall["reachable"].get<bool>()) {
+    std::printf("  on organ %s: out of reach; a wall of %.0f N/m along the shaft at %.0f mm\n",
+                organ.c_str(), least, lever);
+  } else {
+    std::printf(
+        "  on organ %s: a wall of %.0f to %.0f N/m along the normal, median %.0f; least %.0f mm "
+        "from the trocar at %s\n",
+        organ.c_str(), least, wall["greatest_N_per_m"].get<double>(),
+        wall["median_N_per_m"].get<double>(), lever, Text(wall["least_at_m"]).c_str());
+  }
 }
 
 std::string AccuracyOfMetric(const std::string& organ) {

@@ -13,8 +13,6 @@ import sys
 import time
 from urllib.parse import parse_qs, urlsplit
 
-import hpdm
-
 LOCAL_URL = "udpm://239.255.76.67:7667?ttl=0"  # LCM's default, which stays on this machine
 SHORT_MESSAGE = 0x4C433032  # "LC02"
 
@@ -23,6 +21,12 @@ def fail(message):
     """Ends the program with one line."""
     print(f"example_driver.py: {message}", file=sys.stderr)
     sys.exit(2)
+
+
+try:
+    import hpdm
+except ImportError:
+    fail("no module hpdm; run lcm-gen --python --ppath build/driver lcmtypes/*.lcm, set PYTHONPATH=build/driver")
 
 
 def network():

@@ -1,11 +1,8 @@
-"""Prints the peak force of each instrument in a session's log: read_log.py SESSION.lcmlog"""
+"""Prints the peak displayed force of each instrument in a log: read_log.py SESSION.lcmlog"""
 
 import math
 import struct
 import sys
-
-import hpdm
-
 
 SYNC = 0xEDA1DA01  # before each event
 
@@ -14,6 +11,12 @@ def fail(message):
     """Ends the program with one line."""
     print(f"read_log.py: {message}", file=sys.stderr)
     sys.exit(2)
+
+
+try:
+    import hpdm
+except ImportError:
+    fail("no module hpdm; run lcm-gen --python --ppath build/driver lcmtypes/*.lcm, set PYTHONPATH=build/driver")
 
 
 def events(path):
@@ -31,15 +34,20 @@ def events(path):
                 yield time_us, channel.decode(), message
 
 
-if len(sys.argv) != 2:
-    fail("give one log: read_log.py SESSION.lcmlog")
-peaks = {}
-try:
-    for _, channel, message in events(sys.argv[1]):
-        if channel == "HPDM_FORCE":
-            for instrument, tool in enumerate(hpdm.force_t.decode(message).tools):
-                peaks[instrument] = max(peaks.get(instrument, 0), math.hypot(*tool.force))
-except OSError as error:
-    fail(f"{sys.argv[1]}: cannot be read ({error.strerror}); give a session.lcmlog")
-for instrument, peak in peaks.items():
-    print(f"instrument {instrument}: peak force {peak:.3f} N")
+def main():
+    if len(sys.argv) != 2:
+        fail("give one log: read_log.py SESSION.lcmlog")
+    peaks = {}
+    try:
+        for _, channel, message in events(sys.argv[1]):
+            if channel == "HPDM_FORCE":
+                for instrument, tool in enumerate(hpdm.force_t.decode(message).tools):
+                    peaks[instrument] = max(peaks.get(instrument, 0), math.hypot(*tool.force))
+    except OSError as error:
+        fail(f"{sys.argv[1]}: cannot be read ({error.strerror}); give a session.lcmlog")
+    for instrument, peak in peaks.items():
+        print(f"instrument {instrument}: peak force {peak:.3f} N")
+
+
+if __name__ == "__main__":
+    main()

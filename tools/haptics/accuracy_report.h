@@ -10,19 +10,23 @@
 
 namespace hpdm {
 
-inline constexpr double kErrorTarget = 0.05;  ///< Largest allowed ContactError.
-inline constexpr double kErrorAim = 0.02;
-inline constexpr double kCombTarget = 0.01;  ///< Largest allowed Comb.
+inline constexpr double kPressTarget = 0.02;  ///< Largest allowed independent_error without jaws.
+inline constexpr double kGraspTarget = 0.05;  ///< The same of a hand that grasps.
+inline constexpr double kCombTarget = 0.01;   ///< Largest allowed Comb.
 
 /// Results of one instrument in one case.
 struct HandAccuracy {
   std::string case_name;
   ForceResults results;
   std::string series;  ///< File name of TimeSeriesTable.
+
+  /// Largest allowed independent_error.
+  double Target() const;
 };
 
 /// Returns the CSV of one instrument: `t` (s), |force| in N (`production_N`, `reference_N`,
-/// `reference_tick_N`, `paper_N`, `paper_fitted_N`), the components of the two compared forces
+/// `reference_tick_N`, `paper_N`, `paper_fitted_N`, `independent_N`, which is empty in ticks that are
+/// not judged), the components of the two compared forces
 /// (`production_x` ... `_z`, `reference_x` ... `_z`) and `depth` (m).
 std::string TimeSeriesTable(const ForceTimeSeries& series, double rate_hz);
 

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "haptics/device/replay_device.h"
+#include "tools/haptics/contact_reference.h"
 #include "tools/session/lockstep.h"
 #include "tools/session/session.h"
 
@@ -91,6 +92,27 @@ class Trial {
       accuracy->residual = std::max(accuracy->residual, step.step.residual);
       if ((step.step.flags & kStepBudgetSpent) != 0) ++accuracy->unfinished_steps;
     }
+  }
+
+  // Searches the contacts on the solved organs.
+  void SearchReference(ForceAccuracy* accuracy) const {
+    // A solution takes fifty times as long in finite strain.
+    constexpr double kSpacing = 0.004, kFiniteSpacing = 0.008;    // m
+    constexpr std::size_t kJudgedEvery = 20, kFiniteEvery = 100;  // ticks
+    const bool finite =
+        std::any_of(session_.organs().begin(), session_.organs().end(),
+                    [](const OrganModel& organ) { return organ.finite_energy() != nullptr; });
+    ContactReference reference(session_.organs(), session_.DeformationTools(),
+                               finite ? kFiniteSpacing : kSpacing);
+    const std::size_t every = finite ? kFiniteEvery : kJudgedEvery;
+    for (ForceTimeSeries& series : accuracy->time_series) series.judged_every = every;
+    for (std::size_t tick = 0; tick < ticks_; tick += every) {
+      const auto& contacts = reference.Solve(motion_[tick].tools);
+      for (std::size_t i = 0; i < accuracy->time_series.size(); ++i) {
+        accuracy->time_series[i].independent.push_back(-contacts[i].force_on_tissue_W);
+      }
+    }
+    accuracy->unsolved = reference.unsolved();
   }
 
   // Runs production with the springs of `options`, one entry per instrument.
@@ -204,6 +226,20 @@ ForceSignal Magnitude(const ForceSignal& force) {
   return magnitude;
 }
 
+// Compares production with the independent reference at the judged ticks.
+void AddIndependent(const ForceTimeSeries& series, ForceResults* results) {
+  ForceSignal production;
+  for (std::size_t i = 0; i < series.independent.size(); ++i) {
+    production.push_back(series.production[i * series.judged_every]);
+    const bool acts = series.independent[i].squaredNorm() > 0;
+    const bool felt = production.back().squaredNorm() > 0;
+    results->independent_ticks += acts;
+    results->independent_missed += acts && !felt;
+    results->independent_false += felt && !acts;
+  }
+  results->independent_error = ContactError(production, series.independent);
+}
+
 ForceResults ResultsOf(const ForceTimeSeries& series, const TimingOptions& timing) {
   ForceResults results;
   results.peak = PeakForce(series.reference);
@@ -218,6 +254,7 @@ ForceResults ResultsOf(const ForceTimeSeries& series, const TimingOptions& timin
                                           (series.reference_tick[t] - series.reference[t]).norm());
   }
   if (results.peak > 0) results.largest_tick_error /= results.peak;
+  AddIndependent(series, &results);
   results.error = ContactError(series.production, series.reference);
   results.magnitude_error = ContactError(Magnitude(series.production), Magnitude(series.reference));
   results.comb = Comb(series.production, series.reference, timing.haptic_hz, timing.deformation_hz);
@@ -241,6 +278,7 @@ ForceAccuracy MeasureForceAccuracy(const Scene& scene, double seconds) {
   accuracy.time_series.resize(scene.instruments.size());
   trial.RecordProduction(&accuracy.time_series);
   trial.PlayReference(&accuracy);
+  trial.SearchReference(&accuracy);
   std::vector<Springs> fitted;
   PlayPapers(&trial, &accuracy.time_series, &fitted);
   for (std::size_t i = 0; i < accuracy.time_series.size(); ++i) {

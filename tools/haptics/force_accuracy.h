@@ -16,23 +16,33 @@ struct ForceTimeSeries {
   ForceSignal reference_tick;  ///< Eq. 29 in the tick, with the reference step's patch.
   ForceSignal paper;           ///< As production, with neighbours at rest (reaction = "paper").
   ForceSignal paper_fitted;    ///< The same with k1 and k2 fitted to the reference.
-  std::vector<double> depth;   ///< m, of production.
-  int shaft_ticks = 0;         ///< Ticks in which the shaft touched tissue, in the reference.
+  ForceSignal independent;  ///< One every `judged_every` ticks: the reaction of the contact that a
+                            ///< dense search finds (contact_reference.h).
+  std::vector<double> depth;  ///< m, of production.
+  int shaft_ticks = 0;        ///< Ticks in which the shaft touched tissue, in the reference.
+
+  std::size_t judged_every = 1;  ///< Ticks.
 };
 
 /// Measures of a time series (force_signal.h). Errors are relative to the reference's peak.
 struct ForceResults {
   std::string instrument;
   HandScript script = HandScript::kPalpate;
-  double peak = 0;             ///< N, of the reference.
-  int contact_ticks = 0;       ///< Ticks in which the reference acts.
-  int missed_ticks = 0;        ///< Contact ticks in which production does not act.
-  int false_ticks = 0;         ///< Ticks in which only production acts.
-  int shaft_ticks = 0;         ///< Ticks in which the shaft touches tissue.
-  double error = 0;            ///< ContactError of production.
-  double magnitude_error = 0;  ///< ContactError of |F| alone.
-  double comb = 0;             ///< Comb of production at deformation_hz; NaN: no long contact.
-  double largest_step = 0;     ///< N, of production.
+  double independent_error = 0;  ///< ContactError of production against `independent`: the judged
+                                 ///< error. It does not share the place of the contact.
+  int independent_ticks = 0;     ///< Judged ticks in which `independent` acts.
+  int independent_missed = 0;    ///< Those in which production does not act.
+  int independent_false = 0;     ///< Judged ticks in which only production acts.
+  double peak = 0;               ///< N, of the reference.
+  int contact_ticks = 0;         ///< Ticks in which the reference acts.
+  int missed_ticks = 0;          ///< Contact ticks in which production does not act.
+  int false_ticks = 0;           ///< Ticks in which only production acts.
+  int shaft_ticks = 0;           ///< Ticks in which the shaft touches tissue.
+  double error = 0;              ///< ContactError of production against the reference, whose places
+                                 ///< come from its own ticks.
+  double magnitude_error = 0;    ///< ContactError of |F| alone.
+  double comb = 0;               ///< Comb of production at deformation_hz; NaN: no long contact.
+  double largest_step = 0;       ///< N, of production.
   double reference_largest_step = 0;  ///< N.
   double tick_error = 0;              ///< ContactError of reference_tick against reference.
   double largest_tick_error = 0;      ///< Largest difference of the two, relative to the peak.
@@ -47,6 +57,7 @@ struct ForceAccuracy {
   std::vector<ForceTimeSeries> time_series;  ///< One per instrument.
   std::vector<ForceResults> results;         ///< One per instrument.
   double residual = 0;       ///< Largest relative residual of the reference's steps.
+  int unsolved = 0;          ///< Searches of the independent reference without a sound place.
   int unfinished_steps = 0;  ///< Reference steps that used all their iterations.
 };
 
@@ -55,7 +66,9 @@ struct ForceAccuracy {
 ///    their joints.
 /// 2. Plays the joints to the reference: the same loops with a whole deformation step before every
 ///    tick, which uses its patch at once.
-/// 3. Plays them to production with reaction = "paper". Its k1 and k2 >= 0 are fitted by least
+/// 3. Solves the organs every 20 ms (finite strain: 100 ms) and searches the contacts densely
+///    (contact_reference.h). Neither place nor normal comes from a tick.
+/// 4. Plays them to production with reaction = "paper". Its k1 and k2 >= 0 are fitted by least
 ///    squares on all ticks; the force is linear in them except where a press cannot pull.
 ///
 /// Throws InputError as a session does, and if the scene has no instrument.

@@ -13,6 +13,7 @@
 #include "tools/commands.h"
 #include "tools/haptics/accuracy_cases.h"
 #include "tools/haptics/accuracy_report.h"
+#include "tools/haptics/contact_tables.h"
 #include "tools/haptics/force_accuracy.h"
 #include "tools/haptics/stability_map.h"
 #include "tools/haptics/tip_accuracy.h"
@@ -28,6 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kContacts = "contacts";
+
 struct HapticsOptions {
   std::string scene = "scenes/two_hands.toml";
   std::string out = "out/haptics";
@@ -35,8 +38,11 @@ struct HapticsOptions {
   bool quick = false;
   bool json = false;
 
-  // Named cases are for tuning: only they are measured.
+  // Named parts are for tuning: only they are measured.
   bool Whole() const { return only.empty(); }
+  bool MeasuresContacts() const {
+    return Whole() || std::find(only.begin(), only.end(), kContacts) != only.end();
+  }
 };
 
 constexpr const char* kTipCases[] = {"liver_press_tip_5mm", "liver_press_tip_2_5mm"};
@@ -48,11 +54,13 @@ std::vector<AccuracyCase> ChosenCases(const HapticsOptions& options) {
   if (options.Whole()) return cases;
   std::vector<AccuracyCase> chosen;
   for (const std::string& name : options.only) {
+    if (name == kContacts) continue;
     const auto at = std::find_if(cases.begin(), cases.end(),
                                  [&](const AccuracyCase& each) { return each.name == name; });
     if (at == cases.end()) {
       std::string names;
       for (const AccuracyCase& each : cases) AppendToList(each.name, &names);
+      AppendToList(kContacts, &names);
       throw InputError("--only: unknown case \"" + name + "\"; choose from " + names);
     }
     chosen.push_back(*at);
@@ -90,6 +98,10 @@ std::vector<HandAccuracy> MeasureHands(const std::vector<AccuracyCase>& cases, c
                    "residual %.1e\n",
                    each.name.c_str(), accuracy.unfinished_steps, accuracy.residual);
     }
+    if (accuracy.unsolved > 0) {
+      std::fprintf(stderr, "hpdm: note: %s: %d searches of the reference found no sound place\n",
+                   each.name.c_str(), accuracy.unsolved);
+    }
     for (std::size_t i = 0; i < accuracy.results.size(); ++i) {
       const ForceResults& results = accuracy.results[i];
       hands.push_back(
@@ -119,6 +131,18 @@ Json MeasureForces(const HapticsOptions& options, const std::vector<AccuracyCase
                      (out / "force_errors.png").string()});
   if (!no_plot.empty()) std::fprintf(stderr, "hpdm: note: %s\n", no_plot.c_str());
   return report;
+}
+
+// Measures contacts with known answers. Writes contacts.md.
+Json MeasureKnownContacts(const HapticsOptions& options) {
+  std::string markdown;
+  const auto done = [&](const ContactTable& table) {
+    markdown += (markdown.empty() ? "" : "\n") + TableMarkdown(table);
+    if (!options.json) std::cout << TableText(table) << "\n" << std::flush;
+  };
+  const std::vector<ContactTable> tables = MeasureContacts(options.quick, done);
+  WriteTextFile(fs::path(options.out) / "contacts.md", markdown);
+  return TablesJson(tables);
 }
 
 // Measures the latency in a session on the real clock. It runs in a process of its own, as a user
@@ -165,15 +189,19 @@ void Haptics(const HapticsOptions& options) {
     throw InputError(session.string() + ": already holds a session; choose another --out");
   }
   MakeOutFolder(options.out);
-  Json report = {{"force_accuracy", MeasureForces(options, cases)}};
+  Json report = Json::object();
+  if (!cases.empty()) report["force_accuracy"] = MeasureForces(options, cases);
+  if (options.MeasuresContacts()) report["contacts"] = MeasureKnownContacts(options);
   if (options.Whole()) report["stability"] = MeasureBoundary(options);
   if (options.Whole()) report["latency"] = MeasureLatency(options, session);
   WriteTextFile(out / "haptics.json", JsonText(report) + "\n");
   if (options.json) {
     std::cout << JsonText(report) << "\n";
   } else {
-    std::cout << out.string() << ": haptics.json, force_accuracy.md, force_courses.png, "
-              << "force_errors.png" << (options.Whole() ? ", stability.png, latency/\n" : "\n");
+    std::cout << out.string() << ": haptics.json"
+              << (cases.empty() ? "" : ", force_accuracy.md, force_courses.png, force_errors.png")
+              << (options.MeasuresContacts() ? ", contacts.md" : "")
+              << (options.Whole() ? ", stability.png, latency/\n" : "\n");
   }
 }
 
@@ -182,15 +210,16 @@ void Haptics(const HapticsOptions& options) {
 void AddHapticsCommand(Command app) {
   const auto options = std::make_shared<HapticsOptions>();
   Command haptics = app.AddCommand(
-      "haptics", "Measure and plot the force on the hand: accuracy, stability, latency");
+      "haptics", "Measure and plot the force on the hand: accuracy, contacts, stability, latency");
   haptics
       .AddOption("scene", options->scene,
                  "Scene with two instruments; uses the load cases beside it")
       .ShowDefault();
   haptics.AddOption("--out", options->out, "Folder to write to; created if missing").ShowDefault();
   haptics.AddOption("--only", options->only,
-                    "Measure only the accuracy of these cases, such as press");
-  haptics.AddFlag("--quick", options->quick, "Small strain only, shorter motions and session");
+                    "Measure only the accuracy of these cases, such as press, or contacts");
+  haptics.AddFlag("--quick", options->quick,
+                  "Small strain only, fewer contacts, shorter motions and session");
   haptics.AddFlag("--json", options->json, "Print JSON");
   haptics.OnRun([options] { Haptics(*options); });
 }

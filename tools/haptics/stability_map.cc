@@ -77,7 +77,7 @@ bool IsStable(const LoopCase& loop, double stiffness) {
   ContactPatch& patch = patches.Back();
   patch.step.number = 1;
   patch.tool_count = 1;
-  patch.tools[0] = Plane(stiffness);
+  patch.tools[0].places[0] = Plane(stiffness);
   patches.Publish();
 
   std::uint64_t tick = 0;

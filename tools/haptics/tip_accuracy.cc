@@ -46,12 +46,15 @@ TipAccuracy MeasureTipAccuracy(const StaticCase& load_case, const CaseReference&
   state.tools[0].p_trocar_W = state.tools[0].X_WT.translation() + 0.1 * normal;
   deformation.Step(state, 0);
   patch.Update();
-  const ToolPatch& tip = patch.Front().tools[0];
+  const ToolPatch& tip = patch.Front().tools[0].main();
 
+  // The reference's load is a kernel; the tip's own contact is a ball's, here without force.
+  const Matrix3d compliance_W =
+      tip.compliance_W - tip.indentation.UnderBall(0).Compliance() + tip.indentation.Compliance();
   const Vector3d force =
       TipForce({.holds = true,
                 .p_original_W = tip.p_original_W,
-                .compliance_W = tip.compliance_W,
+                .compliance_W = compliance_W,
                 .p_current_W = tip.p_original_W + reference.load_displacements[0]});
   const double given = load.force_W->norm();
   return {CaseName(load_case), local_functions, given, force.dot(*load.force_W) / given};

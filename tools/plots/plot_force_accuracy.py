@@ -25,7 +25,7 @@ LINES = (
 ERRORS = (
     ("paper_error", "the paper's Eq. 29, rest neighbours", "#bbbbbb"),
     ("paper_fitted_error", "the same, k1 and k2 fitted", "#e08214"),
-    ("error", "the haptic loop", "#1f77b4"),
+    ("independent_error", "the haptic loop", "#1f77b4"),
 )
 
 
@@ -51,7 +51,8 @@ def draw_time_series(trials, folder, picture):
         acting = [t for t, row in zip(seconds, table) if float(row["reference_N"]) > 0]
         if acting:
             axes.set_xlim(max(0, acting[0] - 0.1), acting[-1] + 0.1)
-        axes.set_title(f"{title(trial)}, {100 * trial['error']:.1f} % of peak", fontsize=9)
+        axes.set_title(f"{title(trial)}, {100 * trial['independent_error']:.1f} % of peak",
+                       fontsize=9)
         axes.tick_params(labelsize=8)
         axes.grid(alpha=0.3)
     for axes in grid[:, 0]:
@@ -75,11 +76,11 @@ def draw_errors(trials, targets, picture):
                    label=label, color=colour)
     comb.barh(places, [100 * (t["comb"] or 0) for t in trials], 0.4, color="#1f77b4")
     for p, trial in zip(places, trials):
-        error.annotate(f" {100 * trial['error']:.1f}", (100 * trial["error"], p - height),
-                       va="center", fontsize=7)
+        judged = 100 * trial["independent_error"]
+        error.annotate(f" {judged:.1f}", (judged, p - height), va="center", fontsize=7)
         text = " contact too short" if trial["comb"] is None else f" {100 * trial['comb']:.2f}"
         comb.annotate(text, (100 * (trial["comb"] or 0), p), va="center", fontsize=7)
-    for limit, style in ((targets["error_aim"], ":"), (targets["error"], "--")):
+    for limit, style in ((targets["press_error"], ":"), (targets["grasp_error"], "--")):
         error.axvline(100 * limit, color="black", lw=1, ls=style)
     comb.axvline(100 * targets["comb"], color="black", lw=1, ls="--")
     error.set_xscale("log")
@@ -87,7 +88,7 @@ def draw_errors(trials, targets, picture):
     error.set_yticks(places, [title(t) for t in trials], fontsize=8)
     error.invert_yaxis()
     error.set_xlabel("RMS error of the force in contact (% of its peak)\n"
-                     "dashed: at most, dotted: aim", fontsize=9)
+                     "at most: dotted for a press, dashed for a grasp", fontsize=9)
     comb.set_xlabel("comb at the deformation rate (% of the force)\ndashed: at most", fontsize=9)
     for axes in (error, comb):
         axes.grid(axis="x", alpha=0.3)

@@ -120,7 +120,7 @@ std::string ReplayText(const LoggedSession& log, const LogReplay& replay, const 
                    static_cast<unsigned long long>(replay.ticks_lost));
   }
   if (replay.ticks_without_output > 0) {
-    text += Format("%llu ticks were not compared: their output is missing in the log\n",
+    text += Format("%llu ticks were not compared: their output is not in the log\n",
                    static_cast<unsigned long long>(replay.ticks_without_output));
   }
   if (log.damaged_stretches() > 0) {
@@ -143,7 +143,8 @@ Json FeltToJson(const Session& session, const SessionSummary& summary) {
                      {"peak_force_N", tool.peak_force},
                      {"mean_force_N", tool.mean_force},
                      {"contact_time_s", tool.contact_time},
-                     {"deepest_press_m", tool.deepest_press}});
+                     {"deepest_press_m", tool.deepest_press},
+                     {"slips", tool.slips}});
   }
   return tools;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "lcmtypes/analysis/tissue_force.h"
 #include "render/camera/laparoscope.h"
 #include "tools/shared/number_text.h"
 
@@ -92,11 +93,11 @@ void PictureViewer::OnTick(const HapticSample& replayed) {
   for (int t = 0; t < replayed.tool_count; ++t) {
     const ToolSample& from = replayed.tools[t];
     SessionHealth::Tool& tool = health_.tools[t];
-    tool.force_W = from.force_W;
+    tool.force_W = TissueForce(from);
     tool.depth = from.depth;
     tool.organ = from.organ;
     tool.guard_flags = from.guard_flags;
-    tool.peak_force = std::max(tool.peak_force, from.force_W.norm());
+    tool.peak_force = std::max(tool.peak_force, tool.force_W.norm());
   }
   session_.health.Back() = health_;
   session_.health.Publish();

@@ -1,13 +1,19 @@
 #include "tools/run/log_space.h"
 
+#include <algorithm>
+
 #include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {
 
-// Measured on the shipped scenes with one and with two instruments, rounded up.
-constexpr double kBytesPerTick = 350;
-constexpr double kBytesPerTickAndInstrument = 210;
+// Sizes of the messages with their headers, bytes.
+constexpr double kInput = 103, kInputOfInstrument = 102;
+constexpr double kOutput = 106, kOutputOfInstrument = 105;
+// Bytes a second of the steps and of their shapes, of which a thinned log has fewer. Measured on the
+// shipped scenes and rounded up.
+constexpr double kSteps = 35e3, kShapes = 110e3;
+constexpr double kShapeRate = 30;     // Hz
 constexpr double kOpenLength = 1800;  // s
 
 std::string Megabytes(double bytes) {
@@ -22,9 +28,12 @@ std::string Length(double seconds) {
 
 }  // namespace
 
-double LogBytesPerSecond(std::size_t instruments, int haptic_hz) {
-  return haptic_hz *
-         (kBytesPerTick + kBytesPerTickAndInstrument * static_cast<double>(instruments));
+double LogBytesPerSecond(std::size_t instruments, int haptic_hz, int output_interval) {
+  const auto n = static_cast<double>(instruments);
+  const double output_hz = static_cast<double>(haptic_hz) / output_interval;
+  return haptic_hz * (kInput + n * kInputOfInstrument) +
+         output_hz * (kOutput + n * kOutputOfInstrument) + kSteps +
+         kShapes * std::min(1.0, output_hz / kShapeRate);
 }
 
 std::string LogSpaceRemark(double bytes_per_second, double seconds, std::uintmax_t available) {
@@ -35,7 +44,7 @@ std::string LogSpaceRemark(double bytes_per_second, double seconds, std::uintmax
          Length(room / bytes_per_second) + " of the log, which grows by " +
          Megabytes(60 * bytes_per_second) + " a minute" +
          (seconds > 0 ? ", and not for " + Length(seconds) : "") +
-         "; free space, or choose a folder on another disk with --out";
+         "; free space, choose a folder on another disk with --out, or log less with --log-rate";
 }
 
 }  // namespace hpdm

@@ -83,7 +83,8 @@ void NoteRemarks(const RunOptions& options, const Session& session, const Sessio
   const std::uintmax_t available = std::filesystem::space(folder.path(), error).available;
   const std::string remark =
       error ? ""
-            : LogSpaceRemark(LogBytesPerSecond(scene.instruments.size(), scene.timing.haptic_hz),
+            : LogSpaceRemark(LogBytesPerSecond(scene.instruments.size(), scene.timing.haptic_hz,
+                                               OutputInterval(options, scene.timing.haptic_hz)),
                              SecondsOf(options, session), available);
   if (!remark.empty()) Note(remark);
 }
@@ -100,10 +101,12 @@ void SayRunning(const RunOptions& options, const Session& session, const Session
   std::cerr << line + "ends\n";
 }
 
+std::filesystem::path OutOf(const RunOptions& options) {
+  return options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out);
+}
+
 SessionFolder MakeFolder(const RunOptions& options, const Session& session) {
-  return SessionFolder(
-      options.out.empty() ? SessionFolder::FreeName() : std::filesystem::path(options.out),
-      session.scene(), TracesOf(session.device_choices()));
+  return SessionFolder(OutOf(options), session.scene(), TracesOf(session.device_choices()));
 }
 
 void SetPictureFolders(const RunOptions& options, const SessionFolder& folder,
@@ -122,6 +125,7 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
   telemetry.forces_linked = session->HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
   telemetry.haptic_period = session->haptic_period_ns();
+  telemetry.output_interval = OutputInterval(options, session->scene().timing.haptic_hz);
   telemetry.health = &session->health;
   // Prints immediately, since the session may continue for long after a failure.
   telemetry.tell = [](const std::string& failure) { std::cerr << "hpdm: note: " + failure + "\n"; };
@@ -150,9 +154,10 @@ struct Prepared {
 
 Prepared Prepare(RunOptions* options) {
   CheckOptions(*options);
-  if (!options->out.empty()) SessionFolder::RefuseExisting(options->out);
+  SessionFolder::RefuseExisting(OutOf(*options));
   Prepared prepared;
   prepared.scene = LoadScene(options->scene);
+  OutputInterval(*options, prepared.scene.timing.haptic_hz);
   const std::string no_window = ChooseWindow(options);
   prepared.devices = ChooseDevices(options->devices, prepared.scene.instruments, options->window);
   if (options->Lockstep()) CheckLockstep(*options, prepared.devices);
@@ -266,6 +271,9 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
   window.reset();  // gives the pointer back before the results are written, which takes a while
 
   DiscardUnlessBegun(record, &folder);
+  for (const std::string& exchange : exchanges.Left()) {
+    Note(exchange + " did not happen: the session ended before");
+  }
   const TelemetrySummary results = telemetry.Summary();
   FinishRun(options, command_line.front(),
             RunSummary(session, record, results, options.pictures ? &render : nullptr, command_line,

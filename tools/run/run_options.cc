@@ -1,11 +1,13 @@
 #include "tools/run/run_options.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/error.h"
 #include "lcmtypes/live/network.h"
 #include "render/window/window.h"
 #include "tools/session/picture_options.h"
+#include "tools/shared/report_text.h"
 
 namespace hpdm {
 namespace {
@@ -70,6 +72,16 @@ void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& d
   if (!ends) throw InputError("--clock lockstep needs a length; add --seconds N");
 }
 
+int OutputInterval(const RunOptions& options, int haptic_hz) {
+  if (!options.log_rate) return 1;
+  if (*options.log_rate > haptic_hz) {
+    const std::string most = std::to_string(haptic_hz);
+    throw InputError(Format("--log-rate %g: the haptic loop runs at %s Hz; give 1 to %s",
+                            *options.log_rate, most.c_str(), most.c_str()));
+  }
+  return static_cast<int>(std::lround(haptic_hz / *options.log_rate));
+}
+
 std::string ChooseWindow(RunOptions* options) {
   if (options->window) Window::RequireDisplay();
   if (options->window || options->Unattended()) return {};
@@ -116,6 +128,10 @@ void AddRunOptions(Command run, RunOptions* options) {
                 "Depth of a press with an alarm on the screen, m")
       .From(1e-6, 10)
       .ShowDefault();
+  run.AddOption("--log-rate", options->log_rate,
+                "Forces and shapes in the log, Hz; besides each change of contact and new peak. "
+                "Inputs are always complete, so that the log can be replayed [every tick]")
+      .From(1.0, 1e6);
   run.AddFlag("--live", options->live,
               "Also publish over LCM (LCM_DEFAULT_URL, or this machine's multicast)");
   run.AddFlag("--require-rt", options->require_realtime,

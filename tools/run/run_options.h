@@ -24,6 +24,7 @@ struct RunOptions {
   std::vector<std::string> devices;
   std::vector<std::string> exchanges;
   HandlingLimits limits;
+  std::optional<double> log_rate;  ///< Outputs in the log, Hz; empty: every tick's
   bool film = false;
   bool pictures = true;
   bool headless = false;
@@ -49,6 +50,10 @@ void AddRunOptions(Command run, RunOptions* options);
 void CheckOptions(const RunOptions& options);
 /// The same for the lockstep clock and the devices. Throws InputError.
 void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& devices);
+
+/// Returns TelemetryOptions::output_interval. Throws InputError if the haptic loop is slower than
+/// --log-rate.
+int OutputInterval(const RunOptions& options, int haptic_hz);
 
 /// Decides whether the session has a window: with --window, or with a display unless
 /// options.Unattended(). Returns one line for the user if only the lack of a display decided, else

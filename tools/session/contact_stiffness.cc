@@ -1,7 +1,9 @@
 #include "tools/session/contact_stiffness.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "engine/base/text_list.h"
 #include "engine/step/tip_press.h"
 #include "tools/shared/report_text.h"
 
@@ -43,11 +45,13 @@ std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
   const std::array<StiffnessLimit, 3> limits =
       StiffnessLimits(AxesOf(instrument.device), period, delay);
   std::optional<StiffestContact> worst;
+  double greatest = 0;
   for (Eigen::Index v = 0; v < stiffness.size(); ++v) {
     const Vector3d p_W = organ.rest().vertices.row(v), n_W = organ.rest_normals().row(v);
     if (n_W.dot(kinematics.p_trocar_W() - p_W) <= 0) continue;
     const auto pose = kinematics.Inverse(p_W + instrument.geometry.tip_radius * n_W, 0, 1);
     if (!pose.reachable) continue;
+    greatest = std::max(greatest, stiffness[v]);
     const Matrix3d J = kinematics.Jacobian(pose.joints);
     for (int axis = 0; axis < 3; ++axis) {
       const double g = J.col(axis).squaredNorm(), along = J.col(axis).dot(n_W);
@@ -56,9 +60,13 @@ std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
                                     .limit = {limit.passivity / g, limit.stability / g},
                                     .axis = axis,
                                     .p_W = p_W};
-      if (!worst || contact.Ratio() > worst->Ratio()) worst = contact;
+      if (!worst || std::pair(contact.Ratio(), contact.stiffness) >
+                        std::pair(worst->Ratio(), worst->stiffness)) {
+        worst = contact;
+      }
     }
   }
+  if (worst) worst->greatest = greatest;
   return worst;
 }
 
@@ -81,11 +89,29 @@ std::string StiffnessRemark(const std::string& instrument, const std::string& or
 std::string FaintRemark(const std::string& instrument, const std::string& organ,
                         const StiffestContact& contact) {
   constexpr double kFelt = 0.05 / 0.01;  // N/m
-  if (contact.stiffness >= kFelt) return "";
+  if (contact.greatest >= kFelt) return "";
   return Format(
       "instrument \"%s\": organ \"%s\" resists with at most %.1f N/m: nothing will be felt; add an "
       "[[organ.support]] or raise material.young",
-      instrument.c_str(), organ.c_str(), contact.stiffness);
+      instrument.c_str(), organ.c_str(), contact.greatest);
+}
+
+std::string TrocarRemark(const InstrumentOptions& instrument, double period) {
+  const DeviceAxes axes = AxesOf(instrument.device);
+  const auto displays = [&](int axis) {
+    return PassivityBound(axes.damping[axis], axes.friction[axis], axes.encoder_step[axis], period,
+                          instrument.device.delay) > 0;
+  };
+  std::string keys;
+  if (instrument.trocar_friction > 0 && !displays(kInsertion)) {
+    AppendToList("trocar_friction", &keys, " and no ");
+  }
+  if (instrument.trocar_torque > 0 && !(displays(kPitch) && displays(kYaw))) {
+    AppendToList("trocar_torque", &keys, " and no ");
+  }
+  if (keys.empty()) return "";
+  return "instrument \"" + instrument.name + "\": the device displays no " + keys +
+         "; give instrument.device damping and friction on the same axes";
 }
 
 const char* AxisName(int axis) {

@@ -16,7 +16,9 @@ struct StiffestContact {
   StiffnessLimit limit;  ///< N/m, in the same direction.
   int axis = 0;          ///< kPitch, kYaw or kInsertion.
   Vector3d p_W = Vector3d::Zero();  ///< Place on the rest surface, m.
-  double Ratio() const { return stiffness / limit.Least(); }
+  double greatest = 0;  ///< Greatest stiffness along the normal of all contacts in reach, N/m.
+  /// 0 without a stiffness; infinite if the axis displays none, as without damping.
+  double Ratio() const { return stiffness > 0 ? stiffness / limit.Least() : 0; }
 };
 
 /// Returns the stiffness of each vertex to a tip that presses along its normal, N/m (V values).
@@ -30,11 +32,11 @@ struct StiffestContact {
 /// functions.
 Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOptions& instrument);
 
-/// Finds the contact with the largest ratio of stiffness to limit, over the vertices that the tip
-/// can reach: those in the device's workspace, on the side that faces the trocar. A contact of
-/// stiffness k and normal n resists axis i with the stiffness k (c_i . n)^2, where c_i is the axis'
-/// direction at the tip. Returns nothing if the tip reaches no vertex. `delay`: s, in addition to
-/// the hold.
+/// Finds the contact with the largest ratio of stiffness to limit, and of equal ones the stiffest,
+/// over the vertices that the tip can reach: those in the device's workspace, on the side that
+/// faces the trocar. A contact of stiffness k and normal n resists axis i with the stiffness
+/// k (c_i . n)^2, where c_i is the axis' direction at the tip. Returns nothing if the tip reaches no
+/// vertex. `delay`: s, in addition to the hold.
 std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
                                                    const InstrumentOptions& instrument,
                                                    const ImpulseEngineKinematics& kinematics,
@@ -44,10 +46,15 @@ std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
 std::string StiffnessRemark(const std::string& instrument, const std::string& organ,
                             const StiffestContact& contact);
 
-/// Returns one line for the user if even this contact gives less than 0.05 N at a depth of 10 mm,
-/// which a hand hardly feels, else an empty string.
+/// Returns one line for the user if even the stiffest contact in reach gives less than 0.05 N at a
+/// depth of 10 mm, which a hand hardly feels, else an empty string.
 std::string FaintRemark(const std::string& instrument, const std::string& organ,
                         const StiffestContact& contact);
+
+/// Returns one line for the user for friction in the trocar that the device cannot display
+/// (TrocarFriction), since it has no damping or no friction of its own, else an empty string.
+/// `period`: of the haptic loop, s.
+std::string TrocarRemark(const InstrumentOptions& instrument, double period);
 
 const char* AxisName(int axis);
 

@@ -16,6 +16,7 @@ struct Exchange {
   Nanoseconds time_ns;
   std::size_t instrument;
   int instrument_index;
+  std::string name;
 };
 
 [[noreturn]] void Fail(const std::string& argument, const std::string& why) {
@@ -40,7 +41,12 @@ Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>
          ++instrument_index) {
       const std::string held =
           instruments[i].name + "=" + instruments[i].Held(instrument_index).name;
-      if (held == names) return {std::llround(seconds * 1e9), i, instrument_index};
+      if (held == names) {
+        return {std::llround(seconds * 1e9), i, instrument_index,
+                "exchange of " + instruments[i].name + " to " +
+                    instruments[i].Held(instrument_index).name + " at " + argument.substr(at + 1) +
+                    " s"};
+      }
       AppendToList(held, &known);
     }
   }
@@ -57,6 +63,12 @@ void ControlScript::Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* ed
   edge->Publish();
 }
 
+std::vector<std::string> ControlScript::Left() const {
+  std::vector<std::string> names;
+  for (std::size_t i = next_; i < controls_.size(); ++i) names.push_back(controls_[i].name);
+  return names;
+}
+
 ControlScript ParseExchanges(const std::vector<std::string>& arguments,
                              const std::vector<InstrumentOptions>& instruments) {
   std::vector<Exchange> exchanges;
@@ -67,7 +79,7 @@ ControlScript ParseExchanges(const std::vector<std::string>& arguments,
   SessionControl control;
   for (const Exchange& exchange : exchanges) {
     control.instrument_index[exchange.instrument] = exchange.instrument_index;
-    controls.push_back({exchange.time_ns, control});
+    controls.push_back({exchange.time_ns, control, exchange.name});
   }
   return ControlScript(std::move(controls));
 }

@@ -15,6 +15,7 @@ namespace hpdm {
 struct TimedControl {
   Nanoseconds time_ns = 0;
   SessionControl control;
+  std::string name = {};  ///< For people: "exchange of probe to hook at 9 s".
 };
 
 /// Scripted SessionControl changes for unattended runs. One thread, which writes the edge.
@@ -27,6 +28,9 @@ class ControlScript {
   /// Publishes the controls of session time `now_ns` to the edge if they have changed since the
   /// last call. `now_ns` does not decrease from call to call.
   void Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge);
+
+  /// Returns the names of the controls whose time no call has reached, in their order.
+  std::vector<std::string> Left() const;
 
  private:
   std::vector<TimedControl> controls_;

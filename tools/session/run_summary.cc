@@ -78,7 +78,8 @@ Json ToolsToJson(const Session& session, const SessionSummary& summary) {
                      {"peak_force_N", tool.peak_force},
                      {"mean_force_N", tool.mean_force},
                      {"contact_time_s", tool.contact_time},
-                     {"deepest_press_m", tool.deepest_press}});
+                     {"deepest_press_m", tool.deepest_press},
+                     {"slips", tool.slips}});
   }
   return tools;
 }
@@ -279,6 +280,10 @@ std::string VerboseSummary(const Json& summary) {
                tool["name"].get<std::string>().c_str(), tool["peak_force_N"].get<double>(),
                tool["mean_force_N"].get<double>(), tool["contact_time_s"].get<double>(),
                1000 * tool["deepest_press_m"].get<double>());
+    if (const int slips = tool["slips"].get<int>(); slips > 0) {
+      text += Format("%s: tissue slipped in the jaws %d times\n",
+                     tool["name"].get<std::string>().c_str(), slips);
+    }
   }
   const Json& log = summary["log"];
   text +=

@@ -105,6 +105,26 @@ void Session::BuildOrgans(const Progress& progress) {
   LookAtOrgans({around.min(), around.max()}, &scene_.laparoscope);
 }
 
+// Refuses jaws that no organ of the scene fits between or under.
+void Session::CheckJaws(const InstrumentDescription& held) const {
+  if (held.type != InstrumentType::kGrasper) return;
+  double widest = 0;
+  std::string name;
+  for (const OrganModel& organ : organs_) {
+    const Points& p = organ.rest().vertices;
+    const Vector3d size = p.colwise().maxCoeff() - p.colwise().minCoeff();
+    if (organ.rigid() || size.minCoeff() <= widest) continue;
+    widest = size.minCoeff();
+    name = organ.options().name;
+  }
+  const double width = 2 * held.geometry.tip_radius;
+  if (name.empty() || width <= widest) return;
+  throw InputError(Format("instrument \"%s\": its jaws are %.3g mm wide, wider than organ \"%s\" "
+                          "(%.3g mm); give a smaller tip_radius",
+                          held.name.c_str(), 1000 * width, name.c_str(), 1000 * widest),
+                   {"instrument", held.name, "tip_radius"});
+}
+
 void Session::BuildInstruments() {
   for (const InstrumentOptions& instrument : scene_.instruments) {
     for (const OrganModel& organ : organs_) {
@@ -118,6 +138,7 @@ void Session::BuildInstruments() {
     }
     std::vector<InstrumentMeshes>& meshes = instrument_meshes_.emplace_back();
     for (int held = 0; held < instrument.HeldCount(); ++held) {
+      WithScenePath(scene_, [&] { CheckJaws(instrument.Held(held)); });
       meshes.push_back(LoadInstrumentMeshes(instrument.Held(held)));
     }
     const HandSite site = WithScenePath(scene_, [&] { return SiteOf(instrument); });
@@ -199,6 +220,9 @@ void Session::CompareStiffness(const Progress& progress) {
   for (std::size_t i = 0; i < kinematics_.size(); ++i) {
     const InstrumentOptions& instrument = scene_.instruments[i];
     if (progress) progress("instrument " + instrument.name);
+    if (const std::string remark = TrocarRemark(instrument, period); !remark.empty()) {
+      remarks_.push_back(remark);
+    }
     for (const OrganModel& organ : organs_) {
       if (organ.rigid()) continue;
       const auto stiffest =
@@ -259,11 +283,12 @@ std::vector<HapticInstrument> Session::HapticInstruments() const {
     guard.max_torque = options.device.max_torque;
     guard.max_force_rate = options.device.max_force_rate;
     guard.stale_age_ns = 4 * kNanosecondsPerSecond / scene_.timing.deformation_hz;
-    PassivityOptions passivity;
-    passivity.control = options.device.passivity_control;
-    passivity.device = AxesOf(options.device);
-    instruments.push_back(
-        {devices_[i].get(), kinematics_[i], GeometriesOf(options), guard, passivity});
+    instruments.push_back({devices_[i].get(),
+                           kinematics_[i],
+                           GeometriesOf(options),
+                           guard,
+                           PassivityOf(options.device, ToSeconds(haptic_period_ns())),
+                           {options.trocar_friction, options.trocar_torque, options.device.delay}});
   }
   return instruments;
 }
@@ -277,7 +302,7 @@ std::vector<ToolOptions> Session::DeformationTools() const {
                      .reaction = options.reaction,
                      .k1 = options.k1,
                      .k2 = options.k2});
-    if (!walls_.empty()) tools.back().wall_stiffness = walls_[i].stiffness;
+    if (!walls_.empty()) tools.back().walls = walls_[i].fields;
   }
   return tools;
 }

@@ -141,6 +141,9 @@ void SessionFolder::RefuseExisting(const fs::path& path) {
   while (!there.empty() && !fs::exists(there, ignored)) there = there.parent_path();
   if (!there.empty() && !fs::is_directory(there, ignored))
     FailToCreate(path, std::strerror(ENOTDIR));
+  if (access(there.empty() ? "." : there.c_str(), W_OK | X_OK) != 0) {
+    FailToCreate(path, std::strerror(errno));
+  }
   const std::string remedy = "; leave --out out to get a new folder, or name another";
   if (fs::exists(path / kSessionLogName, ignored)) {
     throw InputError(path.string() + ": already has a session" + remedy);

@@ -190,7 +190,7 @@ StressTrial NotANumber(StressModel model, double burst_ms, bool quick) {
   const Vector3d before = MeanForce(felt.series, kFirst - 0.05, kFirst);
   double most = 0;
   for (auto i = std::lround(1e3 * kFirst); i < std::lround(1e3 * leaves); ++i) {
-    most = std::max(most, felt.series[i].force_W.norm());
+    most = std::max(most, felt.series[i].reaction_W.norm());
   }
   const double error = RelativeError(MeanForce(felt.series, leaves - 0.05, leaves), before);
   StressTrial trial = JudgeTouch(model, error, 0.1, 0.5, felt.outcome, leaves + 0.1);

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "engine/baselines/surface_error.h"
+#include "engine/reference_fem/tetra_fem.h"
 #include "engine/reference_fem/tetra_mesh.h"
 #include "tools/shared/report_text.h"
 
@@ -43,6 +44,28 @@ SurfaceMesh SurfaceOf(const TetraMesh& mesh) {
   surface.vertices.resize(static_cast<Eigen::Index>(vertices.size()), 3);
   for (const auto& [node, vertex] : vertices) surface.vertices.row(vertex) = mesh.nodes.row(node);
   return surface;
+}
+
+// Returns the rows that the others do not nearly determine: few nodes lie under many points.
+std::vector<std::size_t> Independent(const std::vector<TetraRow>& rows) {
+  constexpr double kApart = 0.2;
+  std::map<int, Eigen::Index> columns;
+  for (const TetraRow& row : rows) {
+    for (const auto& [node, weight] : row) columns.try_emplace(node, std::ssize(columns));
+  }
+  Eigen::MatrixXd kept(std::ssize(columns), 0);  // orthonormal
+  std::vector<std::size_t> independent;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    Eigen::VectorXd v = Eigen::VectorXd::Zero(kept.rows());
+    for (const auto& [node, weight] : rows[i]) v[columns.at(node)] += weight;
+    const double size = v.norm();
+    v -= kept * (kept.transpose() * v).eval();
+    if (v.norm() < kApart * size) continue;
+    kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
+    kept.col(kept.cols() - 1) = v.normalized();
+    independent.push_back(i);
+  }
+  return independent;
 }
 
 }  // namespace
@@ -114,6 +137,19 @@ const char* const kVolumeTruth =
     "volume at rest: deviation while held; degraded from 10 %, if inverted or left behind; "
     "failed from 50 %, or if 0.1 mm stay a second after release";
 
+Points HeldBlock(const OrganOptions& organ, bool quick, const Points& held, const Points& ways) {
+  const SurfaceMesh rest = BlockSurface(quick);
+  const TetraBody body(Quadratic(BoxTetraMesh(kLow, kHigh, {7, 7, 7})), organ.material,
+                       TetraLaw::kSmallStrain);
+  TetraProblem problem = MakeTetraProblem(body, rest, organ.supports, {});
+  const std::vector<TetraRow> rows = PointRows(body.mesh(), held);
+  for (const std::size_t i : Independent(rows)) {
+    problem.loads.push_back(
+        {.patch = rows[i], .force = {}, .displacement = ways.row(static_cast<Eigen::Index>(i))});
+  }
+  return ApplyRows(PointRows(body.mesh(), rest.vertices), SolveTetra(body, problem).u);
+}
+
 Points Displacements(const StressSessionFixture& body) {
   return body.state().vertices - body.organ().rest().vertices;
 }
@@ -130,7 +166,7 @@ StressTrial JudgeMotion(StressSessionFixture* body, double released) {
 void AddReturn(StressSessionFixture* body, double released, StressTrial* trial) {
   body->RunUntil(released + 1);
   const StressOutcome& outcome = body->outcome();
-  trial->harm = Harm(outcome, released);
+  AddFaults(outcome, released, trial);
   if (!outcome.finite) {
     trial->fate = StressFate::kFailed;
     trial->how = "not finite";

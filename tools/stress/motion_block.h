@@ -50,6 +50,10 @@ extern const char* const kVolumeTruth;
 /// another error. Raises its fate and sets how and harm.
 void AddReturn(StressSessionFixture* body, double released, StressTrial* trial);
 
+/// Returns the displacements of the block's surface (V x 3, m) by quadratic tetrahedra in small
+/// strain, if the points `held` (H x 3, m, at rest) are moved by `ways` (H x 3, m).
+Points HeldBlock(const OrganOptions& organ, bool quick, const Points& held, const Points& ways);
+
 /// Returns the displacements of the organ's vertices from rest, V x 3, m.
 Points Displacements(const StressSessionFixture& body);
 

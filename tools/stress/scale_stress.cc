@@ -42,7 +42,6 @@ Points Pressed(const StressBlockFixture& block, StressModel model, SolverType so
     row->target_W = row->p_rest_W - Vector3d(0, 0, block.max.z() / 10);
     row->indentation = organ.AddLoadToRow(row->p_rest_W, block.loads[0].radius,
                                           state.contacts.refinement, state.contacts.WeightRow(0));
-    row->local_compliance_W = row->indentation.Compliance();
     state.relaxation->Relax(&state.contacts, &state.control_displacements);
   }
   Points moved(organ.rest().vertices.rows(), 3);

@@ -40,7 +40,8 @@ struct StressOptions {
 std::vector<StressCase> AllCases(bool quick) {
   std::vector<StressCase> all;
   for (std::vector<StressCase> group :
-       {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick)}) {
+       {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick),
+        TouchStress(quick)}) {
     std::move(group.begin(), group.end(), std::back_inserter(all));
   }
   return all;

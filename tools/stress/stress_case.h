@@ -45,8 +45,8 @@ struct StressTrial {
   std::optional<double>
       error;        ///< Relative (0..1), against the case's truth; absent if not measured.
   std::string how;  ///< A few words for a table: "18 mm dent stays"; may be empty.
-  /// A fault that no input may cause (NaN, a force or its change beyond the guard's limits, lasting
-  /// damage), in a few words. Empty if there is none.
+  /// A fault that no input may cause (Harm() in stress_session_fixture.h: NaN, a force that the
+  /// organ does not have, lasting damage), in a few words. Empty if there is none.
   std::string harm;
 };
 
@@ -67,7 +67,7 @@ struct StressParameter {
 
 struct StressCase {
   std::string name;   ///< Stable: "grasp_through_itself".
-  std::string group;  ///< "material", "contact", "motion" or "haptics".
+  std::string group;  ///< "material", "contact", "motion", "haptics" or "touch".
   std::string title;  ///< One line: the body and its treatment.
   std::string
       truth;  ///< Reference of the error, and the limits from which it counts as degraded and

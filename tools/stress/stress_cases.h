@@ -12,5 +12,6 @@ std::vector<StressCase> MaterialStress(bool quick);  ///< Tissue, lattice and so
 std::vector<StressCase> ContactStress(bool quick);   ///< Rows of contacts, coincident and many.
 std::vector<StressCase> MotionStress(bool quick);    ///< Tissue moved until it inverts.
 std::vector<StressCase> HapticStress(bool quick);    ///< Tip, tick and device.
+std::vector<StressCase> TouchStress(bool quick);     ///< Energy and stillness of a touch.
 
 }  // namespace hpdm

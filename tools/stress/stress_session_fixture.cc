@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "engine/base/check.h"
+#include "tools/shared/one_organ.h"
 #include "tools/shared/report_text.h"
 
 namespace hpdm {
@@ -21,12 +23,6 @@ DeviceProfile FarReaching() {
 
 ImpulseEngineKinematics Kinematics(const StressTool& tool) {
   return {tool.p_trocar_W, tool.motion(0).p_tip_W - tool.p_trocar_W, FarReaching()};
-}
-
-std::vector<OrganModel> OneOrgan(const OrganOptions& options, SurfaceMesh rest) {
-  std::vector<OrganModel> organs;
-  organs.emplace_back(options, std::move(rest));
-  return organs;
 }
 
 }  // namespace
@@ -49,18 +45,52 @@ std::function<StressPose(double)> Through(std::vector<std::pair<double, StressPo
 
 std::string Harm(const StressOutcome& outcome, double released) {
   constexpr double kToRest = 1. / 30 + 0.1;  // s: a step, its delay and the rest of a decay
+  const double limit = ForceGuardOptions().max_force * (1 + 1e-12);
   if (!outcome.finite || (outcome.flags & kStepNotFinite) != 0) return "not finite";
-  if (outcome.force > ForceGuardOptions().max_force * (1 + 1e-12)) {
-    return Format("%.3g N on the hand", outcome.force);
-  }
+  if (outcome.force > limit) return Format("%.3g N on the hand", outcome.force);
   if (outcome.force_change > 1 + 1e-9) {
     return Format("force step of %.3g slew limits", outcome.force_change);
   }
   if (outcome.last_off_rest >= released + kToRest) {
-    if (outcome.displacement < StressSessionFixture::kAtRest) return "slow to come to rest";
+    // Inverted tissue has no outside: a tip in it may press until it is far away.
+    const bool ends = outcome.displacement < StressSessionFixture::kAtRest;
+    if (ends && outcome.inverted_share > 0) return "";
+    if (ends) return "slow to come to rest";
     return Format("%.2g mm stay", 1e3 * outcome.displacement);
   }
   return "";
+}
+
+std::string FaultBeforeGuard(const StressOutcome& outcome) {
+  constexpr double kOverTissue = 1.5;  // a tick may come between two steps
+  const double limit = ForceGuardOptions().max_force * (1 + 1e-12);
+  if (outcome.reaction > std::max(limit, kOverTissue * outcome.tissue_force)) {
+    return Format("%.3g N before the guard, %.3g N in the organ", outcome.reaction,
+                  outcome.tissue_force);
+  }
+  if (outcome.reaction_change > 1 + 1e-9) {
+    return Format("force step of %.3g slew limits before the guard", outcome.reaction_change);
+  }
+  return "";
+}
+
+void AddFaults(const StressOutcome& outcome, double released, StressTrial* trial) {
+  trial->harm = Harm(outcome, released);
+  const std::string fault = FaultBeforeGuard(outcome);
+  if (fault.empty()) return;
+  trial->fate = StressFate::kFailed;
+  if (trial->how.empty()) trial->how = fault;
+}
+
+// The device's roll stays within a turn of zero.
+static JointVector JointsOf(const ImpulseEngineKinematics& kinematics, const StressPose& pose) {
+  const double roll = std::remainder(pose.roll, 2 * std::numbers::pi);
+  return kinematics.Inverse(pose.p_tip_W, roll, pose.jaw).joints;
+}
+
+Isometry3d ToolFrame(const StressTool& tool, double t) {
+  const ImpulseEngineKinematics kinematics = Kinematics(tool);
+  return kinematics.Forward(JointsOf(kinematics, tool.motion(t)));
 }
 
 // A device that is always at the motion's pose.
@@ -72,7 +102,7 @@ class StressSessionFixture::Scripted final : public Device {
     const StressPose pose = motion_(ToSeconds(now));
     return {.sequence = ++sequence_,
             .time_ns = now,
-            .joints = kinematics_.Inverse(pose.p_tip_W, pose.roll, pose.jaw).joints,
+            .joints = JointsOf(kinematics_, pose),
             .valid = true};
   }
   void Write(const AxisEffort& /*effort*/) noexcept override {}
@@ -123,14 +153,43 @@ StressSessionFixture::StressSessionFixture(const OrganOptions& organ, SurfaceMes
 
 StressSessionFixture::~StressSessionFixture() = default;
 
-void StressSessionFixture::RunUntil(double seconds, std::vector<ToolSample>* series) {
+void StressSessionFixture::RunUntil(double seconds, std::vector<ToolSample>* series,
+                                    ContactRecord* record) {
   const auto end = static_cast<std::uint64_t>(seconds * timing_.haptic_hz);
   while (clock_->tick() < end) {
-    if (clock_->StepIfDue()) MeasureStep();
+    if (clock_->StepIfDue()) {
+      MeasureStep();
+      if (record != nullptr) {
+        record->stored.push_back({step_.step.input_tick, EnergyInOrgan(organ(), state())});
+      }
+    }
     clock_->Tick();
     MeasureTick();
     if (series != nullptr) series->push_back(tick_.tools[0]);
+    if (record != nullptr) RecordContact(record);
   }
+}
+
+// A place's way over the tissue is measured on the deformed surface of the newest step.
+void StressSessionFixture::RecordContact(ContactRecord* record) {
+  const ToolSample& tool = tick_.tools[0];
+  ContactTick& tick = record->ticks.emplace_back();
+  tick = {.kind = tool.kind,
+          .p_tip_W = tool.p_tip_W,
+          .reaction_W = tool.reaction_W,
+          .force_W = tool.force_W};
+  const TickContactPoint last = place_;
+  place_ = deformation_->NewestTools().contact_points[0][0];  // there is one organ
+  if (place_.triangle < 0) place_ = {};  // on the coarse surface
+  if (place_.organ < 0) return;
+  tick.normal_W = place_.normal_W;
+  tick.friction_W = place_.friction_W;
+  if (last.organ < 0) return;
+  const auto on_surface = [&](const TickContactPoint& place) {
+    return SurfacePoint{place.triangle, place.weights}.Position(state().vertices,
+                                                                organ().rest().triangles);
+  };
+  tick.slip_W = on_surface(place_) - on_surface(last);
 }
 
 void StressSessionFixture::Ask(const SessionControl& asked) {
@@ -167,9 +226,15 @@ void StressSessionFixture::MeasureTick() {
   HPDM_CHECK(ticks_.Pop(&tick_));
   for (int t = 0; t < tick_.tool_count; ++t) {
     const ToolSample& tool = tick_.tools[t];
-    outcome_.finite = outcome_.finite && tool.force_W.allFinite() && tool.effort.allFinite();
-    if (tool.reaction_W.allFinite()) {
-      outcome_.reaction = std::max(outcome_.reaction, tool.reaction_W.norm());
+    outcome_.finite = outcome_.finite && tool.force_W.allFinite() && tool.effort.allFinite() &&
+                      tool.reaction_W.allFinite();
+    outcome_.reaction = std::max(outcome_.reaction, tool.reaction_W.norm());
+    const bool jumps = (tool.p_tip_W - last.tools[t].p_tip_W).norm() > StressOutcome::kMostWay;
+    const bool lets_go =
+        last.tools[t].kind == ContactKind::kGrasp && tool.kind != ContactKind::kGrasp;
+    if (!jumps && !lets_go) {
+      outcome_.reaction_change = std::max(
+          outcome_.reaction_change, (tool.reaction_W - last.tools[t].reaction_W).norm() / slew_);
     }
     outcome_.force = std::max(outcome_.force, tool.force_W.norm());
     outcome_.force_change =

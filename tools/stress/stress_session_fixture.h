@@ -11,6 +11,8 @@
 #include "haptics/haptic_loop.h"
 #include "scenes/loader/scene.h"
 #include "tools/session/lockstep.h"
+#include "tools/stress/contact_energy.h"
+#include "tools/stress/stress_case.h"
 
 namespace hpdm {
 
@@ -38,6 +40,9 @@ struct StressTool {
   std::function<std::unique_ptr<Device>(const ImpulseEngineKinematics&)> device;
 };
 
+/// Returns the frame X_WT of a tool at session time `t` (s), by the device's kinematics.
+Isometry3d ToolFrame(const StressTool& tool, double t);
+
 /// Outcome of a motion, over everything that was run.
 struct StressOutcome {
   // Tissue, after each step, with every quadrature point evaluated.
@@ -54,21 +59,40 @@ struct StressOutcome {
   double largest_residual = 0;
   double tissue_force = 0;  ///< N: largest force of a step on the tissue at a tip.
 
-  // Forces on the hands, in every tick.
-  double reaction = 0;  ///< N: largest before the guard.
-  double force = 0;     ///< N: largest displayed.
-  double force_change =
-      0;               ///< Largest change of the displayed force in a tick over the slew limit.
-  bool finite = true;  ///< True if vertices, patches' forces and displayed forces were always
-                       ///< finite.
+  // Forces on the hands, in every tick. The reaction is the force before the guard.
+  double reaction = 0;         ///< N: largest.
+  double reaction_change = 0;  ///< Largest change in a tick over the slew limit. A tick in which
+                               ///< the tool moves by more than kMostWay or the jaws let go does
+                               ///< not count.
+  double force = 0;            ///< N: largest displayed.
+  double force_change = 0;     ///< Largest change of the displayed force in a tick over the limit.
+  bool finite = true;  ///< True if vertices, patches' forces, reactions and displayed forces
+                       ///< were always finite.
+
+  static constexpr double kMostWay = 0.002;  ///< m in a tick: 2 m/s, faster than a hand.
+};
+
+/// What the judgements of a contact's energy need of a run with one tool.
+struct ContactRecord {
+  std::vector<ContactTick> ticks;    ///< One a tick, from the first.
+  std::vector<StoredEnergy> stored;  ///< One a step; of an organ with a stiffness.
 };
 
 /// Returns the harm to tissue or hand in a few words; empty if there is none. Harm is one of:
 /// 1. A value that is not finite.
 /// 2. A displayed force, or its change, beyond the guard's limits.
 /// 3. Tissue not at rest a step and a tenth of a second after the tools left it at `released` (s;
-///    infinite if they did not leave).
+///    infinite if they did not leave). Tissue that was inverted must only come to rest.
 std::string Harm(const StressOutcome& outcome, double released);
+
+/// Returns a fault that the guard hides, in a few words that have "before the guard"; empty if there
+/// is none. It is a reaction beyond the guard's limit and above 1.5 times the largest force of the
+/// organ in any step, or a change of the reaction beyond the limit, unless the tool jumped or its
+/// jaws let go.
+std::string FaultBeforeGuard(const StressOutcome& outcome);
+
+/// Sets the trial's harm, and fails it for a fault before the guard.
+void AddFaults(const StressOutcome& outcome, double released, StressTrial* trial);
 
 /// One organ and tools that nothing stops, for cases at the limits of methods. Runs both production
 /// loops in lockstep, as in a session, and records the tissue and the forces.
@@ -83,8 +107,9 @@ class StressSessionFixture {
   ~StressSessionFixture();
 
   /// Runs until `seconds` of session time. `series`, if given, receives every tick of the first
-  /// tool.
-  void RunUntil(double seconds, std::vector<ToolSample>* series = nullptr);
+  /// tool; so does `record`, which needs every tick from the start.
+  void RunUntil(double seconds, std::vector<ToolSample>* series = nullptr,
+                ContactRecord* record = nullptr);
 
   /// Sets the trainee's request from the next tick.
   void Ask(const SessionControl& asked);
@@ -101,6 +126,7 @@ class StressSessionFixture {
 
   void MeasureStep();
   void MeasureTick();
+  void RecordContact(ContactRecord* record);
 
   TimingOptions timing_;
   std::vector<OrganModel> organs_;
@@ -118,6 +144,7 @@ class StressSessionFixture {
   double slew_ = 0;  // N per tick
   StepSample step_;
   HapticSample tick_;
+  TickContactPoint place_;  // of the first tool in the last tick
   StressOutcome outcome_;
 };
 

@@ -211,7 +211,7 @@ Vector3d MeanForce(const FeltTimeSeries& series, double from, double to) {
   const auto last = std::min(static_cast<std::size_t>(std::lround(1e3 * to)), series.size());
   HPDM_CHECK(first < last);
   Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = first; i < last; ++i) sum += series[i].force_W;
+  for (std::size_t i = first; i < last; ++i) sum += series[i].reaction_W;
   return sum / static_cast<double>(last - first);
 }
 
@@ -227,8 +227,8 @@ Vector3d ForceGoneToSlowly(const StressTouchFixture& fixture, StressTool tool,
 double FeltError(const FeltTimeSeries& series, const FeltTimeSeries& truth, double from) {
   ForceSignal felt, meant;
   for (std::size_t i = static_cast<std::size_t>(1e3 * from); i < series.size(); ++i) {
-    felt.push_back(series[i].force_W);
-    meant.push_back(truth[i].force_W);
+    felt.push_back(series[i].reaction_W);
+    meant.push_back(truth[i].reaction_W);
   }
   return ContactError(felt, meant);
 }
@@ -251,8 +251,8 @@ StressTrial JudgeTouch(StressModel model, double error, double degraded_from, do
                        const StressOutcome& outcome, double released) {
   StressTrial trial = Judge(error, degraded_from, failed_from);
   const bool at_rest = outcome.displacement <= StressSessionFixture::kAtRest;
-  trial.harm =
-      Harm(outcome, IsOurs(model) || !at_rest ? released : std::numeric_limits<double>::infinity());
+  AddFaults(outcome, IsOurs(model) || !at_rest ? released : std::numeric_limits<double>::infinity(),
+            &trial);
   if (!trial.harm.empty()) Fail(trial.harm, &trial);
   if (!std::isfinite(error)) {
     trial.error.reset();

@@ -82,14 +82,15 @@ inline KeptTimeSeries Keep() { return std::make_shared<KeptTimeSeries::element_t
 const FeltTimeSeries& Kept(const KeptTimeSeries& kept, StressModel model,
                            const std::function<FeltTimeSeries()>& make);
 
-/// Returns the mean displayed force, N, over the ticks of [from, to) s, at 1 kHz.
+/// Returns the mean reaction (the force before the guard), N, over the ticks of [from, to) s, at 1
+/// kHz.
 Vector3d MeanForce(const FeltTimeSeries& series, double from, double to);
 
-/// Returns the settled force on the hand, N, after a slow motion (0.1 m/s) from `from` to `to`.
+/// Returns the settled reaction, N, after a slow motion (0.1 m/s) from `from` to `to`.
 Vector3d ForceGoneToSlowly(const StressTouchFixture& fixture, StressTool tool,
                            const StressPose& from, const StressPose& to);
 
-/// Returns ContactError (force_signal.h) of the displayed forces from `from` s. Both series must
+/// Returns ContactError (force_signal.h) of the reactions from `from` s. Both series must
 /// have the same length.
 double FeltError(const FeltTimeSeries& series, const FeltTimeSeries& truth, double from);
 

@@ -15,13 +15,13 @@ constexpr double kFelt = 0.02;
 bool PullsIn(const FeltTimeSeries& series, const Vector3d& truth) {
   const double least = -std::max(kFelt, 0.05 * truth.norm());
   return std::any_of(series.begin(), series.end(),
-                     [&](const ToolSample& tick) { return tick.force_W.z() < least; });
+                     [&](const ToolSample& tick) { return tick.reaction_W.z() < least; });
 }
 
 // True if no force is felt from `from` s.
 bool FeelsNothing(const FeltTimeSeries& series, double from) {
   return std::all_of(series.begin() + std::lround(1e3 * from), series.end(),
-                     [](const ToolSample& tick) { return tick.force_W.norm() < kFelt; });
+                     [](const ToolSample& tick) { return tick.reaction_W.norm() < kFelt; });
 }
 
 StressTrial InsideAtStart(StressModel model, double depth_mm, bool quick) {
@@ -81,8 +81,8 @@ StressTrial FastTouch(StressModel model, double speed, bool quick) {
   double error = 0;
   int blind = 0;
   for (std::size_t i = first; i < first + 200; ++i) {
-    error += RelativeError(felt.series[i].force_W, truth) / 200;
-    blind += felt.series[i].force_W.norm() < kFelt;
+    error += RelativeError(felt.series[i].reaction_W, truth) / 200;
+    blind += felt.series[i].reaction_W.norm() < kFelt;
   }
   StressTrial trial = JudgeTouch(model, error, 0.1, 0.5, felt.outcome, leaves + kDepth / speed);
   if (blind > 0 && trial.how.empty()) trial.how = Format("%d ms without force", blind);

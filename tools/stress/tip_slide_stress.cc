@@ -17,7 +17,7 @@ constexpr double kClearly = 2e-4;  // m: deeper than this there must be force
 double SlidingForce(const FeltTimeSeries& series, const PressAndSlide& way) {
   double sum = 0;
   const auto first = std::lround(1e3 * way.slides), last = std::lround(1e3 * way.ends);
-  for (auto i = first; i < last; ++i) sum += series[i].force_W.norm();
+  for (auto i = first; i < last; ++i) sum += series[i].reaction_W.norm();
   return sum / static_cast<double>(last - first);
 }
 
@@ -40,7 +40,7 @@ StressTrial PointTool(StressModel model, double thousands, bool quick, const Kep
   const FeltTimeSeries& coarse = Kept(kept, model, [&] { return on(1e3).series; });
   int lost = 0;
   for (auto i = std::lround(1e3 * (way.slides - 0.1)); i < std::lround(1e3 * way.ends); ++i) {
-    lost += felt.series[i].force_W.norm() < kNoForce;
+    lost += felt.series[i].reaction_W.norm() < kNoForce;
   }
   const double meant = SlidingForce(coarse, way), force = SlidingForce(felt.series, way);
   StressTrial trial =

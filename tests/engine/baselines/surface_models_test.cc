@@ -61,7 +61,7 @@ TEST_P(SurfaceModelsTest, PressDentsTheOrganPushesBackAndRecovers) {
   for (int i = 0; i < 30; ++i) step(0.04);
   const double dent = (loop.organ(0).vertices - Rest().vertices).rowwise().norm().maxCoeff();
   EXPECT_GT(dent, 0.005);  // the tip's lowest point is about 12 mm below the surface
-  EXPECT_LT(patch.Front().tools[0].force_on_tissue_W.z(), -0.01);
+  EXPECT_LT(patch.Front().tools[0].main().force_on_tissue_W.z(), -0.01);
   EXPECT_EQ(loop.record().flags, static_cast<std::uint32_t>(kStepOk));
   EXPECT_EQ(render.Front().organs[0].vertices, loop.organ(0).vertices.cast<float>());
   for (int i = 0; i < 300; ++i) step(0.2);

@@ -112,6 +112,36 @@ TEST_F(ContactSolverTest, LocalComplianceSoftensItsOwnRowAlone) {
   EXPECT_NEAR(contacts_[1].force_W.z(), -1.6, kPad);
 }
 
+// Two balls of different size on coupled half-spaces. Forces and depths follow from the radii of
+// their contacts (Sneddon).
+TEST_F(ContactSolverTest, BallsFollowTheirOwnLawsTogether) {
+  const MaterialOptions tissue{.young = 5000, .poisson = 0.45};
+  const double E_star = tissue.young / (1 - tissue.poisson * tissue.poisson);
+  const double radii[] = {0.0025, 0.01}, resolved = 0.03;
+  const double coupling = 0.4 * MeanKernelSinking() / (E_star * resolved);
+  for (const auto& [b_0, b_1] : {std::pair(0.05, 0.7), {0.3, 0.02}, {0.6, 0.6}, {0.0, 0.4}}) {
+    contacts_.Clear();
+    double force[2], depth[2];
+    for (int i = 0; i < 2; ++i) {
+      const double b = i == 0 ? b_0 : b_1, R = radii[i];
+      force[i] = E_star * R * R * ((b * b + 1) * std::atanh(b) - b);
+      depth[i] = R * b * std::atanh(b);
+    }
+    if (b_0 == 0) depth[0] = -0.1 * coupling * force[1];  // between both surfaces: no contact
+    for (int i = 0; i < 2; ++i) {
+      Add(kPress, Vector3d(0, 0, -depth[i] - coupling * force[1 - i])).indentation =
+          LocalIndentation(tissue, Vector3d::UnitZ(), radii[i], resolved);
+    }
+    const double own = MeanKernelSinking() / (E_star * resolved);
+    const RelaxationResult result =
+        Solve((Eigen::Matrix2d() << own, coupling, coupling, own).finished());
+    EXPECT_TRUE(result.converged);
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_NEAR(contacts_[i].f_n(), force[i], 1e-6 * force[1]) << b_0 << ' ' << i;
+    }
+  }
+}
+
 TEST_F(ContactSolverTest, CoincidentGraspsShareTheForceOfOne) {
   std::srand(3);
   const Matrix3d C = RandomCompliance(3);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <array>
 #include <cstdlib>
@@ -169,6 +170,26 @@ TEST_F(TipComplianceTest, ReleasedTipsAndPointsGoBackToRest) {
   }
   const Vector3d x = rest[0] + Displacement(kPoint, answer.rows);
   EXPECT_LT((tips_.Released(Sparse(kPoint), x) - rest[0]).norm(), kRowPad * answer.tips.norm());
+}
+
+// The jaws move the rows by theta x r_i; C_rows is built here from dense matrices.
+TEST_F(TipComplianceTest, ARotationOfTheJawsNeedsTheForceOfItsTurn) {
+  for (int i = 0; i < 3; ++i) Add(0, 1e-3);
+  Condense();
+  Eigen::MatrixXd B(9, 3 * kControlPoints);
+  for (int i = 0; i < 3; ++i) B.middleRows<3>(3 * i) = Expand(rows_[ToSize(i)].weights);
+  const Eigen::MatrixXd C_rows =
+      B * lattice_->inverse() * B.transpose() + 1e-3 * Eigen::MatrixXd::Identity(9, 9);
+  const Vector3d theta(0.3, -0.2, 0.5);
+  Eigen::VectorXd way(9);
+  for (int i = 0; i < 3; ++i) {
+    way.segment<3>(3 * i) = theta.cross(rows_[ToSize(i)].x_W - tips_[0].x_W);
+  }
+  const Eigen::VectorXd forces = C_rows.ldlt().solve(way);
+  const Vector3d force = forces.segment<3>(0) + forces.segment<3>(3) + forces.segment<3>(6);
+  const Vector3d by_turn = tips_.Between(0, 0).inverse() * (tips_[0].turn_W * theta);
+  ASSERT_GT(force.norm(), 0.01 * forces.norm());
+  EXPECT_LT((by_turn - force).norm(), 1e-6 * forces.norm());
 }
 
 }  // namespace

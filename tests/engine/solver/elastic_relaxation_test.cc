@@ -10,7 +10,7 @@
 #include "engine/energy/finite_metric_energy.h"
 #include "engine/energy/finite_strain_energy.h"
 #include "engine/organ/organ_state.h"
-#include "engine/tissue/support.h"
+#include "tests/support/relaxation_fixture.h"
 #include "tests/support/shapes.h"
 
 namespace hpdm {
@@ -25,18 +25,10 @@ constexpr StrainCase kStrainCases[] = {{MaterialLaw::kNeoHookean, Dilatation::kP
                                        {MaterialLaw::kStVenantKirchhoff, Dilatation::kProjected},
                                        {MaterialLaw::kStVenantKirchhoff, Dilatation::kPointwise}};
 constexpr StrainCase kNeoHookean = kStrainCases[0];
-using enum ContactConstraints::RowKind;
 
-// A 0.2 x 0.15 x 0.1 m block of 4 x 4 x 4 quadratic cells, its bottom fifth held.
-class ElasticRelaxationTest : public testing::Test {
+// The block of 4 x 4 x 4 quadratic cells, its bottom fifth held.
+class ElasticRelaxationTest : public ContactBlockTest {
  protected:
-  ElasticRelaxationTest() : contacts_(lattice_.size()), U_(Points::Zero(lattice_.size(), 3)) {
-    OrientedBox bottom = lattice_.box();
-    bottom.lengths.z() *= 0.2;
-    supports_ = SupportStiffness(lattice_, tissue_, {SupportOptions()},
-                                 {BoxQuadrature(bottom, {12, 12, 6})}, MaterialOptions().young);
-  }
-
   ScalarStiffness SupportsOrNone(bool supported) const {
     return supported ? supports_ : ScalarStiffness(lattice_.size(), lattice_.size());
   }
@@ -60,24 +52,10 @@ class ElasticRelaxationTest : public testing::Test {
     srand(1);
     return size * Points::Random(lattice_.size(), 3);
   }
-  void AddContact(ContactConstraints::RowKind kind, const Vector3d& p, const Vector3d& move) {
-    ContactConstraints::Row* row = contacts_.Add();
-    ASSERT_NE(row, nullptr);
-    row->kind = kind;
-    row->p_rest_W = p;
-    row->target_W = p + move;
-    contacts_.WeightRow(contacts_.size() - 1) = lattice_.Weights(p.transpose()).toDense().row(0);
-  }
-  Vector3d PositionOf(int i) const {
-    return contacts_[i].p_rest_W + (contacts_.Weights().row(i) * U_).transpose();
-  }
 
-  Lattice lattice_{{Vector3d::Zero(), Matrix3d::Identity(), Vector3d(0.2, 0.15, 0.1)}, {}};
   // Cell by cell, as SampleTissue gives it.
   Quadrature tissue_ = CellByCell(lattice_.box());
-  ScalarStiffness supports_;
-  ContactConstraints contacts_;
-  Points U_;
+  ScalarStiffness supports_ = Supports(lattice_, tissue_, MaterialOptions().young);
 
  private:
   static Quadrature CellByCell(const OrientedBox& box) {

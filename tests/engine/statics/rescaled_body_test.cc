@@ -53,7 +53,7 @@ std::vector<Points> Shapes(const OrganOptions& options, const Unit& unit) {
       row->target_W = row->p_rest_W + unit.length * Vector3d(0.003, 0, grasps ? 0.006 : -0.006);
       row->indentation = organ.AddLoadToRow(row->p_rest_W, load.radius, state.contacts.refinement,
                                             state.contacts.WeightRow(state.contacts.size() - 1));
-      row->local_compliance_W = row->indentation.Compliance();
+      if (grasps) row->local_compliance_W = row->indentation.Compliance();
     }
     state.relaxation->Relax(&state.contacts, &state.control_displacements);
   }

@@ -8,8 +8,8 @@
 #include <functional>
 
 #include "engine/deformation_loop.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 
 namespace hpdm {
 namespace {
@@ -51,7 +51,7 @@ struct Bench {
     loop.Step(state, static_cast<Nanoseconds>(count) * kPeriod);
     EXPECT_TRUE(steps.Pop(&sample));
     patch.Update();
-    return patch.Front().tools[0];
+    return patch.Front().tools[0].main();
   }
   double share() const { return sample.organs[0].finite_strain_blend; }
 

@@ -12,7 +12,7 @@ TEST_F(ContactPatchTest, PatchIsBoundedAndConsistent) {
   paper.reaction = ReactionType::kPaper;
   Start(paper);
   Step(ToolAt(Vector3d(0.02, 0.01, 0.05)));
-  const ToolPatch& patch = patch_.Front().tools[0];
+  const ToolPatch& patch = patch_.Front().tools[0].main();
   EXPECT_GT(patch.triangle_count, 10);
   EXPECT_LE(patch.triangle_count, ToolPatch::kMaxTriangles);
   EXPECT_LE(patch.point_count, ToolPatch::kMaxPoints);
@@ -32,7 +32,7 @@ TEST_F(ContactPatchTest, PatchIsBoundedAndConsistent) {
 TEST_F(ContactPatchTest, TheReleasedPatchIsTheRestSurface) {
   Start();
   for (double z = 0.055; z > 0.04; z -= 0.002) Step(ToolAt(Vector3d(0.02, 0.01, z)));
-  const ToolPatch& patch = patch_.Front().tools[0];
+  const ToolPatch& patch = patch_.Front().tools[0].main();
   ASSERT_LT(patch.force_on_tissue_W.z(), -0.1);
   const SurfaceMesh& rest = models_[0].rest();
   EXPECT_LT(SurfaceTree(rest.vertices, rest.triangles).Closest(patch.p_original_W, 1).distance,
@@ -49,7 +49,7 @@ TEST_F(ContactPatchTest, TheReleasedPatchIsTheRestSurface) {
 TEST_F(ContactPatchTest, TheComplianceTakesTheReleasedPointToTheContact) {
   Start();
   for (double z = 0.055; z > 0.04; z -= 0.002) Step(ToolAt(Vector3d(0.02, 0.01, z)));
-  const ToolPatch& patch = patch_.Front().tools[0];
+  const ToolPatch& patch = patch_.Front().tools[0].main();
   const Vector3d moved = patch.compliance_W * patch.force_on_tissue_W;
   EXPECT_LT((patch.p_original_W + moved - patch.contact_W).norm(), 1e-9);
   EXPECT_GT(moved.norm(), 0.005);

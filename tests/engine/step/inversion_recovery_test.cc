@@ -9,8 +9,8 @@
 
 #include "engine/deformation_loop.h"
 #include "tests/support/counted_allocations.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 
 namespace hpdm {
 namespace {
@@ -139,7 +139,7 @@ TEST(InversionRecovery, AReplayRejectsTheSameSteps) {
     LoopAndEdges(const std::vector<OrganModel>& organs, std::function<Nanoseconds()> stopwatch)
         : render(SizedSnapshot(organs, 1, false)),
           telemetry(SizedSnapshot(organs, 1, false)),
-          loop(organs, {ToolOptions{.geometries = {{.can_grasp = true}}}},
+          loop(organs, {ToolOptions{.geometries = {{.tip_radius = 0.02, .can_grasp = true}}}},
                {tools, patch, render, telemetry, &steps}, std::move(stopwatch)) {}
     TripleBuffer<ToolState> tools;
     TripleBuffer<ContactPatch> patch;
@@ -154,7 +154,7 @@ TEST(InversionRecovery, AReplayRejectsTheSameSteps) {
     state.tool_count = 1;
     ToolPose& tool = state.tools[0];
     tool.jaw = step > 1 ? 0 : 1;
-    tool.X_WT.translation() = Vector3d(0, 0, step < 4 ? 0.0525 : -0.07);
+    tool.X_WT.translation() = Vector3d(0, 0, step < 4 ? 0.07 : -0.07);
     tool.p_trocar_W = Vector3d(0, 0, 0.3);
     const Nanoseconds at = step * kNanosecondsPerSecond / 30;
     live.loop.Step(state, at);

@@ -24,7 +24,7 @@ TEST_F(ToolTrackerTest, AnExchangedToolActsLikeOneThatWasThereFromTheStart) {
   Start({.geometries = {{}, {}, thick}});
   EXPECT_EQ(press(2), expected);
   EXPECT_EQ(patch_.Front().tools[0].instrument_index, 2);
-  EXPECT_EQ(patch_.Front().tools[0].kernel_radius, thick.tip_radius);
+  EXPECT_EQ(patch_.Front().tools[0].main().kernel_radius, thick.tip_radius);
 }
 
 TEST_F(ToolTrackerTest, AnExchangeLetsGoOfWhatTheJawsHold) {
@@ -32,20 +32,20 @@ TEST_F(ToolTrackerTest, AnExchangeLetsGoOfWhatTheJawsHold) {
   const Vector3d p(0, 0, 0.051);
   Step(ToolAt(p, 1));
   Step(ToolAt(p, 0));
-  EXPECT_EQ(patch_.Front().tools[0].kind, ContactKind::kGrasp);
+  EXPECT_EQ(patch_.Front().tools[0].main().kind, ContactKind::kGrasp);
   ToolPose other = ToolAt(p, 0);
   other.instrument_index = 1;
   Step(other);
-  EXPECT_NE(patch_.Front().tools[0].kind, ContactKind::kGrasp);
+  EXPECT_NE(patch_.Front().tools[0].main().kind, ContactKind::kGrasp);
   Step(other);
-  EXPECT_NE(patch_.Front().tools[0].kind, ContactKind::kGrasp) << "they were closed before";
+  EXPECT_NE(patch_.Front().tools[0].main().kind, ContactKind::kGrasp) << "they were closed before";
 }
 
 TEST_F(ToolTrackerTest, PokeThatSkipsTheSurfaceInOneStepIsCaughtAtItsEntry) {
   Start();
   Step(ToolAt(Vector3d(0, 0, 0.07)));
   Step(ToolAt(Vector3d(0, 0, -0.03)));  // 20 mm from the far side, 80 mm from the near one
-  const ToolPatch& patch = patch_.Front().tools[0];
+  const ToolPatch& patch = patch_.Front().tools[0].main();
   EXPECT_LT(patch.force_on_tissue_W.z(), 0);  // pushed on down, not out of the far side
   EXPECT_TRUE(loop_->organ(0).vertices.allFinite());
 }
@@ -58,7 +58,7 @@ TEST_F(ToolTrackerTest, ShaftPushesTissueAside) {
   tool.X_WT.translation() = Vector3d(0.15, 0, 0.045);
   tool.p_trocar_W = Vector3d(-0.15, 0, 0.045);
   for (int i = 0; i < 5; ++i) Step(tool);
-  EXPECT_TRUE(patch_.Front().tools[0].shaft_contact);
+  EXPECT_TRUE(patch_.Front().tools[0].main().shaft_contact);
   const SurfaceTree tree(loop_->organ(0).vertices, models_[0].rest().triangles);
   const SurfaceTree rest(models_[0].rest().vertices, models_[0].rest().triangles);
   const Vector3d below(0, 0, 0.03);
@@ -73,12 +73,12 @@ TEST_F(ToolTrackerTest, JawsCarryTheTissueAndLetItGo) {
   Step(ToolAt(Vector3d(0, 0, top), 1));
   Step(ToolAt(Vector3d(0, 0, top), 0));
   Step(ToolAt(Vector3d(0.005, 0, top + 0.02), 0));
-  const ToolPatch& held = patch_.Front().tools[0];
+  const ToolPatch& held = patch_.Front().tools[0].main();
   EXPECT_EQ(held.kind, ContactKind::kGrasp);
   EXPECT_NEAR((held.contact_W - Vector3d(0.005, 0, 0.07)).norm(), 0, 1e-3);
   EXPECT_GT(held.force_on_tissue_W.z(), 0.1);
   Step(ToolAt(Vector3d(0.005, 0, top + 0.02), 1));
-  EXPECT_EQ(patch_.Front().tools[0].kind, ContactKind::kPress);
+  EXPECT_EQ(patch_.Front().tools[0].main().kind, ContactKind::kPress);
   EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
 }
 
@@ -89,8 +89,8 @@ TEST_F(ToolTrackerTest, JawsThatCloseAboveTheSurfaceHoldAndLiftNothing) {
     Step(ToolAt(Vector3d(0, 0, top + gap), 1));
     for (const double lift : {0.0, 0.01, 0.02}) {
       Step(ToolAt(Vector3d(0, 0, top + gap + lift), 0));
-      EXPECT_EQ(patch_.Front().tools[0].kind, ContactKind::kPress) << gap;
-      EXPECT_EQ(patch_.Front().tools[0].force_on_tissue_W, Vector3d::Zero()) << gap;
+      EXPECT_EQ(patch_.Front().tools[0].main().kind, ContactKind::kPress) << gap;
+      EXPECT_EQ(patch_.Front().tools[0].main().force_on_tissue_W, Vector3d::Zero()) << gap;
       EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices) << gap;
     }
   }
@@ -103,7 +103,7 @@ TEST_F(ToolTrackerTest, JawsThatCameDownClosedHoldNothing) {
   Step(ToolAt(Vector3d(0, 0, top + 0.004), 1));
   Step(ToolAt(Vector3d(0, 0, top + 0.004), 0));
   Step(ToolAt(Vector3d(0, 0, top - 0.005), 0));
-  EXPECT_LT(patch_.Front().tools[0].force_on_tissue_W.z(), -0.1);
+  EXPECT_LT(patch_.Front().tools[0].main().force_on_tissue_W.z(), -0.1);
   Step(ToolAt(Vector3d(0, 0, top + 0.02), 0));
   EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);
 }
@@ -127,9 +127,9 @@ TEST_F(ToolTrackerTest, JawsHoldTissueThatTheirTipIsPast) {
     Start({.geometries = {{.can_grasp = true}}});
     Step(ToolAt(p, 1));
     Step(ToolAt(p, 0));
-    const Vector3d held = patch_.Front().tools[0].contact_W;
+    const Vector3d held = patch_.Front().tools[0].main().contact_W;
     Step(ToolAt(p + Vector3d(0.01, 0, 0), 0));
-    const ToolPatch& patch = patch_.Front().tools[0];
+    const ToolPatch& patch = patch_.Front().tools[0].main();
     if (gap > 0) {
       EXPECT_EQ(patch.kind, ContactKind::kPress);
       EXPECT_EQ(loop_->organ(0).vertices, models_[0].rest().vertices);

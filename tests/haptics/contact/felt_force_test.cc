@@ -268,7 +268,12 @@ TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
     const ContactConstraints& contacts = bench.loop().organ(0).contacts;
     double sum = 0.5 * u.dot(std::get<FullStiffness>(bench.model().stiffness()) * u);
     for (int i = 0; i < contacts.size(); ++i) {  // and the indentation below its resolution
-      sum += 0.5 * contacts[i].force_W.dot(contacts[i].local_compliance_W * contacts[i].force_W);
+      const ContactConstraints::Row& row = contacts[i];
+      const double H = row.normal_W.dot(row.indentation.factor_W() * row.normal_W);
+      const double df = row.f_n() / 1000;
+      for (double f = df / 2; f < row.f_n(); f += df) {
+        sum += f * H * row.indentation.BallYieldRate(f) * df;
+      }
     }
     return sum;
   };

@@ -128,7 +128,7 @@ TEST(GraspEnergy, ElasticTissueGivesTheHandNoEnergy) {
   const Course course = GraspAndLift(0);
   SCOPED_TRACE(Results(course));
   EXPECT_GE(Grasps(course), 3);
-  EXPECT_GT(LargestForce(course), 1);
+  EXPECT_GT(LargestForce(course), 0.5);
   // Springs give back no more than was put in, 9 mJ a lift. The delay of a step adds 0.6 mJ in all.
   EXPECT_LT(MostGiven(course), 0.010);
   // A grasp presses, lifts, puts back and opens: two reversals each.
@@ -152,7 +152,7 @@ TEST(GraspEnergy, IsTheDisplayedForceTimesThePathOfTheTip) {
     ASSERT_NEAR(course.work[k], work, tolerance + error * now.force_W.norm()) << k;
   }
   EXPECT_LT(tolerance, 0.001);
-  EXPECT_LT(*std::min_element(course.work.begin(), course.work.end()), -0.005)
+  EXPECT_LT(*std::min_element(course.work.begin(), course.work.end()), -0.003)
       << "what a lift puts in";
 }
 

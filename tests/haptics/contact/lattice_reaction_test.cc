@@ -66,6 +66,49 @@ TEST(LatticeReaction, TwoPressesSolveTheirComplementarityProblem) {
   EXPECT_GT(one, 100);
 }
 
+// Two balls with friction on tissue whose half-space's normal is not the presses' own.
+TEST(LatticeReaction, TwoBallsKeepTheirConditionsUnderTheirOwnLaws) {
+  HandRandom random(5);
+  int both = 0, one = 0;
+  for (int i = 0; i < 500; ++i) {
+    const auto C = RandomCompliance(&random);
+    const Matrix3d C_ac = C.topRightCorner<3, 3>();
+    CondensedTip tips[2];
+    for (int t = 0; t < 2; ++t) {
+      CondensedTip& tip = tips[t];
+      tip.compliance_W = C.block<3, 3>(3 * t, 3 * t);
+      tip.normal_W = RandomVector(&random).normalized();
+      tip.friction_W = 0.2 * tip.normal_W.cross(RandomVector(&random).normalized());
+      const Vector3d rest_normal = (tip.normal_W + 0.2 * RandomVector(&random)).normalized();
+      tip.indentation = {{.young = 5000, .poisson = 0.45}, rest_normal, 0.005, 0.02};
+      tip.depth = std::pow(10, random.Uniform(-6, -2)) * (random.Uniform(0, 1) < 0.2 ? -1 : 1);
+    }
+    Vector3d f[2];
+    TipForces(tips[0], tips[1], C_ac, &f[0], &f[1]);
+    int pressing = 0;
+    for (int t = 0; t < 2; ++t) {
+      const CondensedTip& tip = tips[t];
+      const double f_n = -tip.normal_W.dot(f[t]);
+      // The law's own statement of the local compliance.
+      const Matrix3d own = tip.compliance_W + tip.indentation.UnderBall(f_n).Compliance();
+      const Matrix3d cross = t == 0 ? C_ac : Matrix3d(C_ac.transpose());
+      const double gap = -tip.depth - tip.normal_W.dot(own * f[t] + cross * f[1 - t]);
+      EXPECT_GE(f_n, 0);
+      EXPECT_GT(gap, -1e-9);
+      EXPECT_LE(std::abs(gap * f_n), 1e-8 * f_n);
+      EXPECT_LT((ComplianceAt(tip, f[t]) - own).norm(), 1e-9 * own.norm());
+      pressing += f_n > 0;
+      // The force that moves the pressed point there is the force itself.
+      if (!(f_n > 0)) continue;
+      EXPECT_LT((HoldingForce(tip, own * f[t]) - f[t]).norm(), 1e-6 * f[t].norm());
+    }
+    both += pressing == 2;
+    one += pressing == 1;
+  }
+  EXPECT_GT(both, 50);
+  EXPECT_GT(one, 50);
+}
+
 TEST(LatticeReaction, HeldTipsMoveAsTheirJawsDo) {
   HandRandom random(3);
   for (int i = 0; i < 200; ++i) {

@@ -91,7 +91,7 @@ TEST(RigidOrgan, StepMovesNothing) {
   for (int i = 0; i < 3; ++i) loop.Step(state, i * 33'000'000);
   patches.Update();
   render.Update();
-  EXPECT_GT(patches.Front().tools[0].force_on_tissue_W.norm(), 1);
+  EXPECT_GT(patches.Front().tools[0].main().force_on_tissue_W.norm(), 1);
   EXPECT_EQ(loop.record().flags, kStepOk);
   EXPECT_EQ(loop.record().residual, 0);
   EXPECT_EQ(loop.organ(0).vertices, rest.vertices);
@@ -228,11 +228,11 @@ TEST(RigidOrgan, SoftOrganBesideItIsAsItWouldBeAlone) {
   };
   ContactPatch of_one, of_both;
   EXPECT_EQ(run(alone, &of_one), run(both, &of_both));
-  EXPECT_EQ(of_both.tools[0].organ, 1);
-  EXPECT_EQ(of_both.tools[1].organ, 0);
-  EXPECT_EQ(of_both.tools[0].force_on_tissue_W, of_one.tools[0].force_on_tissue_W);
+  EXPECT_EQ(of_both.tools[0].main().organ, 1);
+  EXPECT_EQ(of_both.tools[1].main().organ, 0);
+  EXPECT_EQ(of_both.tools[0].main().force_on_tissue_W, of_one.tools[0].main().force_on_tissue_W);
   // As deep as the tip's centre and its radius; the nearest point lies on a facet, 1 % less deep.
-  EXPECT_NEAR(of_both.tools[1].force_on_tissue_W.z(), -kWall * (0.0025 + 0.004), 0.02);
+  EXPECT_NEAR(of_both.tools[1].main().force_on_tissue_W.z(), -kWall * (0.0025 + 0.004), 0.02);
 }
 
 }  // namespace

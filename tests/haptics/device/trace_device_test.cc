@@ -158,7 +158,7 @@ std::vector<HapticSample> Play(TraceDevice* device, int ticks) {
       patch.step.number = static_cast<std::uint64_t>(tick / 33 + 1);
       patch.step.device_time_ns = tick * kMs;
       patch.tool_count = 1;
-      patch.tools[0] = PlanePatch(7, 0.03, 120);
+      patch.tools[0].places[0] = PlanePatch(7, 0.03, 120);
       patches.Publish();
     }
     loop.Tick(static_cast<std::uint64_t>(tick), tick * kMs, {});

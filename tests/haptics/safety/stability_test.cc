@@ -144,11 +144,16 @@ TEST(Stability, AxesLimitsAtTheTipAreThoseOfTheAxisOverItsSquaredArm) {
   EXPECT_EQ(limits[kInsertion].Least(), 1000);
 }
 
-TEST(Stability, VirtualWallHasAGainMarginOfTwo) {
+TEST(Stability, DamperThatIsZeroChangesNothingAndAnotherRaisesTheLimit) {
   const AxisDynamics device{0.1, 0.5};
-  const double wall = VirtualWallStiffness(device, 1e-3, 0.4e-3);
-  EXPECT_LT(SpectralRadius(device, 1.99 * wall, 1e-3, 0.4e-3), 1);
-  EXPECT_GT(SpectralRadius(device, 2.01 * wall, 1e-3, 0.4e-3), 1);
+  EXPECT_EQ(StabilityLimit(device, 1e-3, 0.4e-3), StabilityLimit(device, 1e-3, 0.4e-3, {0, 3}));
+  // The controller's damper of half of m / lag, over three periods; 10 % below its limit the roots
+  // are inside of the unit circle, 10 % above it outside.
+  const SampledDamper damper{0.5 * 0.1 / 2e-3, 3};
+  const double limit = StabilityLimit(device, 1e-3, 0, damper);
+  EXPECT_GT(limit, 10 * StabilityLimit(device, 1e-3, 0));
+  EXPECT_LT(SpectralRadius(device, 0.9 * limit, 1e-3, 0, damper), 1);
+  EXPECT_GT(SpectralRadius(device, 1.1 * limit, 1e-3, 0, damper), 1);
 }
 
 }  // namespace

@@ -190,6 +190,13 @@ TEST(Log, AFileThatIsNotALogIsAnInputError) {
   const ScratchFolder folder;
   EXPECT_THROW(LogReader(folder / "missing"), InputError);
   EXPECT_THROW(LogReader(folder.path().string()), InputError);
+  std::ofstream(folder / "a.lcmlog.zst", std::ios::binary) << "\x28\xB5\x2F\xFD and more";
+  try {
+    LogReader reader(folder / "a.lcmlog.zst");
+    ADD_FAILURE() << "a compressed log";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("unpack it with zstd -d"), std::string::npos);
+  }
   EXPECT_THROW(SessionLog(folder / "no/such/folder/a.lcmlog", 0), InputError);
 }
 

@@ -138,6 +138,35 @@ TEST(LivePublisher, SendsEveryMessageOfASessionAndRepeatsTheMesh) {
   EXPECT_EQ(log.ticks.size(), kTicks);
 }
 
+TEST(LivePublisher, SendsEveryOutputOfAThinnedLog) {
+  if (!CanEnterNetworkNamespace()) GTEST_SKIP() << "network namespaces are refused here";
+  if (RanInNetworkNamespace("SendsEveryOutputOfAThinnedLog")) return;
+  Network network;
+  ASSERT_TRUE(network.lcm.good());
+  const ScratchFolder folder;
+  SpscQueue<HapticSample> samples(64);
+  StepEdges edges;
+  TelemetryOptions options;
+  options.live = true;
+  options.output_interval = 100;
+  TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", options,
+                          TwoProbesAndALiver());
+  // Forces fall from tick 2000 on, so none is a new peak. One contact ends at tick 2142.
+  for (std::uint64_t tick = 2000; tick < 2400; ++tick) {
+    if (tick % 40 == 0) edges.Publish(tick / 40 - 49, tick);
+    samples.Push(Sample(tick, 1, 2000));
+    telemetry.Drain();
+    network.Receive(0);
+  }
+  telemetry.Finish();
+  network.Receive(200);
+  EXPECT_EQ(network.receiver.last_sequence[kForceChannel], 400);
+  EXPECT_EQ(network.receiver.last_sequence[kOrganChannel], 10);
+  LogContents log = ReadLog(folder / "session.lcmlog");
+  EXPECT_EQ(log.last_sequence[kForceChannel], 5);
+  EXPECT_EQ(log.last_sequence[kOrganChannel], 4);
+}
+
 TEST(LivePublisher, LeavesTheForcesToTheLinkOfAnExternalDriver) {
   if (!CanEnterNetworkNamespace()) GTEST_SKIP() << "network namespaces are refused here";
   if (RanInNetworkNamespace("LeavesTheForcesToTheLinkOfAnExternalDriver")) return;

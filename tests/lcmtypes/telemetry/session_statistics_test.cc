@@ -56,6 +56,24 @@ TEST(SessionStatistics, AgreesWithASeriesComputedByHand) {
   EXPECT_NEAR(summary.haptic_hz, 800, 1e-9) << "four ticks more in 5 ms";
 }
 
+TEST(SessionStatistics, FrictionInTheTrocarIsNoForceOfTheTissue) {
+  SessionStatistics statistics(kPeriod);
+  const auto add = [&](std::uint64_t tick, double tissue, double displayed) {
+    HapticSample sample = Tick(tick, displayed, 0);
+    ToolSample& tool = sample.tools[0];
+    tool.reaction_W = Vector3d(tissue, 0, 0);
+    tool.guard_flags = kGuardTrocar;
+    tool.kind = tissue > 0 ? ContactKind::kPress : ContactKind::kNone;
+    statistics.Add(sample);
+  };
+  add(1, 0, 5);    // free, with 5 N of friction
+  add(2, 2, 4.5);  // the friction adds to the tissue's force
+  add(3, 9, 3);    // the device displays 3 N of 9 N
+  const ToolSummary tool = statistics.Summary().tools[0];
+  EXPECT_NEAR(tool.peak_force, 3, 1e-12);
+  EXPECT_NEAR(tool.mean_force, (2 + 3) / 2.0, 1e-12);
+}
+
 TEST(SessionStatistics, RatesOfTheFirstIntervalBeginWithTheFirstTick) {
   SessionStatistics statistics(kPeriod);
   for (std::uint64_t tick = 400; tick < 1000; ++tick) statistics.Add(Tick(tick, 0, 0));

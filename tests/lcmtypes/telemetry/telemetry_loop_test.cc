@@ -122,6 +122,27 @@ TEST(TelemetryLoop, ALostTickDoesNotMoveAPatchsFirstUse) {
   EXPECT_EQ(log.contacts[0].visible_tick, 2);
 }
 
+TEST(TelemetryLoop, AThinnedLogHasEveryInputAndStepAndNumbersItsOutputs) {
+  const ScratchFolder folder;
+  TelemetryOptions options;
+  options.output_interval = 100;
+  const TelemetrySummary summary = RunLockstep(folder / "session.lcmlog", options, 6000);
+  const LogContents log = ReadLog(folder / "session.lcmlog");  // expects no gaps
+  ASSERT_EQ(log.ticks.size(), 6000u);
+  EXPECT_EQ(log.contacts.size(), 180u);
+  EXPECT_EQ(log.organs.size(), 60u) << "one shape in 100 ms";
+  ASSERT_EQ(log.events[1].name, kLogThinned);
+  EXPECT_EQ(ThinnedInterval(log.events[1].text), 100);
+  // The forces rise from tick 0 until sin(t) is 1 at tick 1571: each is a peak. Later ones are not.
+  EXPECT_EQ(log.ticks[1500].tools[1].force_W, Sample(1500, 0).tools[1].force_W);
+  EXPECT_EQ(log.ticks[1650].tools[1].force_W, Vector3d::Zero()) << "not in the log";
+  EXPECT_EQ(log.ticks[1700].tools[1].force_W, Sample(1700, 0).tools[1].force_W);
+  // The running session's own figures count every tick.
+  EXPECT_EQ(summary.session.tools[1].peak_force,
+            RunLockstep(folder / "whole.lcmlog", {}, 6000).session.tools[1].peak_force);
+  EXPECT_EQ(summary.session.ticks, 6000u);
+}
+
 TEST(TelemetryLoop, TheLogsMeshIsTheOrgan) {
   const ScratchFolder folder;
   RunLockstep(folder / "session.lcmlog", {}, 1);

@@ -52,16 +52,6 @@ TEST(MessageHash, MessagesOfVersion01AreRead) {
   ToMessage(sample, &tool);
   ExpectReadWithFormerHash(tool, 0x8347b939b5770597);
 
-  StepSample step;
-  step.tool_count = 1;
-  step.tools[0].instrument_index = 2;
-  step.organ_count = 1;
-  step.organs[0].finite_strain_blend = 0.25;
-  step.organs[0].refinement_weight = 0.75;
-  contact_t contact{};
-  ToMessage(step, 7, &contact);
-  ExpectReadWithFormerHash(contact, 0x552593ad56d352f2);
-
   OrganSnapshot shape;
   shape.control_displacements = Points::Random(4, 3);
   shape.indentation_count = 1;

@@ -78,11 +78,11 @@ TEST(MessageSchema, MessagesOfVersion01AreReadUnderTodaysNames) {
     const std::map<std::string, Value> by_name(values.begin(), values.end());
     EXPECT_EQ(by_name.at("tools[0].instrument_index"), Value(std::int64_t{3}));
   }
-  const std::pair<std::uint64_t, std::string> others[] = {{0x552593ad56d352f2, "hpdm.contact_t"},
-                                                          {0xb5e787d510edf669, "hpdm.organ_t"}};
+  const std::pair<std::uint64_t, std::string> others[] = {
+      {0xb5e787d510edf669, "hpdm.organ_t"}, {0x552593ad56d352f2, "0x552593ad56d352f2"}};
   for (const auto& [hash, type] : others) {
     for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::uint8_t>(hash >> (56 - 8 * i));
-    EXPECT_EQ(MessageSchemas::Hpdm().TypeOf(bytes), type);
+    EXPECT_EQ(MessageSchemas::Hpdm().TypeOf(bytes), type) << "0.1's contact_t has other bytes";
   }
   // Types from files alone are not this package's.
   const std::string_view texts[] = {text};

@@ -6,8 +6,8 @@
 #include "lcmtypes/wire/codec.h"
 #include "lcmtypes/wire/logged_surface.h"
 #include "lcmtypes/wire/mesh_codec.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 
 /// The logged messages of an organ are enough to draw it.
 

@@ -14,8 +14,8 @@
 #include "engine/deformation_loop.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 
 namespace hpdm {
 namespace {

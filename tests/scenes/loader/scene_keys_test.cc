@@ -46,6 +46,8 @@ mesh = "m.obj"
 tip_radius = 0.003
 shaft_radius = 0.004
 friction = 0.2
+trocar_friction = 0.7
+trocar_torque = 0.03
 reaction = "paper"
 k1 = 99
 k2 = 9
@@ -202,6 +204,8 @@ TEST_F(SceneKeys, InstrumentKeysReachTheirOptions) {
   EXPECT_EQ(i.geometry.tip_radius, 0.003);
   EXPECT_EQ(i.geometry.shaft_radius, 0.004);
   EXPECT_EQ(i.geometry.friction, 0.2);
+  EXPECT_EQ(i.trocar_friction, 0.7);
+  EXPECT_EQ(i.trocar_torque, 0.03);
   EXPECT_EQ(i.reaction, ReactionType::kPaper);
   EXPECT_EQ(i.k1, 99);
   EXPECT_EQ(i.k2, 9);

@@ -42,6 +42,7 @@ std::string Dump(const Scene& scene) {
           << held.geometry.tip_radius << ' ' << held.geometry.shaft_radius << ' '
           << held.geometry.friction << '\n';
     }
+    out << i.trocar_friction << ' ' << i.trocar_torque << ' ';
     out << i.p_trocar_W.transpose() << ' ' << static_cast<int>(i.reaction) << ' ' << i.k1 << ' '
         << i.k2 << '\n';
     const DeviceProfile& d = i.device;

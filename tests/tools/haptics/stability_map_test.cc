@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "haptics/safety/passivity.h"
 #include "tests/support/scratch_folder.h"
 #include "tools/haptics/stability_plant.h"
 
@@ -53,6 +54,25 @@ TEST(StabilityMap, TheControllerNeverLowersTheBoundaryAndRaisesTheBareOneTenfold
       }
     }
   }
+}
+
+TEST(StabilityMap, WithTheControllerTheBareBoundaryIsThatOfItsFullDamping) {
+  // The stiffness of rigid organs is half of these roots (WallLimits). The measured loop judges a
+  // force of a quarter newton and a controller that is not always at its full damping.
+  const StabilityOptions& options = QuickMap().options;
+  int compared = 0;
+  for (const StabilityRow& row : QuickMap().rows) {
+    if (row.of != StabilityCase::kBare || !row.control || row.period != 1e-3) continue;
+    PassivityOptions passivity;
+    passivity.period = row.period;
+    passivity.device.inertia[kInsertion] = options.device.mass;
+    passivity.device.encoder_step.setZero();
+    const double full = FullDamping(passivity, kInsertion, 1, passivity.window, row.delay);
+    const double exact = StabilityLimit(options.device, row.period, row.delay, {full, 3});
+    EXPECT_NEAR(row.measured, exact, 0.2 * exact) << row.delay;
+    ++compared;
+  }
+  EXPECT_GE(compared, 3);
 }
 
 TEST(StabilityMap, RowsInAHandStateTheDampingOfBoth) {

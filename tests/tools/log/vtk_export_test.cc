@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "lcmtypes/analysis/logged_session.h"
+#include "tests/support/liver_scene.h"
 #include "tests/support/program.h"
 #include "tests/support/recorded_session.h"
 #include "tests/support/scratch_folder.h"
@@ -20,24 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kTwoOrgans = "[[organ]]\nname = \"liver\"\nmesh = \"" HPDM_SOURCE_DIR
-                               "/scenes/meshes/liver_274.obj\"\n"
-                               R"([[organ.support]]
-box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
-fixed = true
-[[organ]]
-name = "a stone / far away"
-model = "rigid"
-mesh = ")" HPDM_SOURCE_DIR
-                               R"(/scenes/meshes/gallbladder.obj"
-pose.position = [0.5, 0.0, 0.0]
-[[instrument]]
-name = "probe"
-trocar = [0.05, -0.12, 0.16]
-[instrument.hand]
-script = "palpate"
-speed = 0.3
-)";
+const std::string kStone =
+    "[[organ]]\nname = \"a stone / far away\"\nmodel = \"rigid\"\n"
+    "mesh = \"" HPDM_SOURCE_DIR
+    "/scenes/meshes/gallbladder.obj\"\n"
+    "pose.position = [0.5, 0.0, 0.0]\n";
+const std::string kTwoOrgans = kLiver + kRearSupport + kStone + kPalpatingProbe;
 
 class VtkExportTest : public testing::Test {
  protected:

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "tests/support/liver_scene.h"
 #include "tests/support/recorded_session.h"
 #include "tests/support/scratch_folder.h"
 
@@ -12,10 +13,8 @@ namespace {
 
 // A coarse liver and one probe.
 void WriteScene(const std::string& path) {
-  std::ofstream(path) << "[[organ]]\nname = \"liver\"\nmesh = \"" << HPDM_SOURCE_DIR
-                      << "/scenes/meshes/liver_274.obj\"\n"
-                         "energy.type = \"metric\"\n"
-                         "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
+  std::ofstream(path) << kMetricLiver +
+                             "[[instrument]]\nname = \"probe\"\ntrocar = [0.05, -0.12, 0.16]\n";
 }
 
 // Runs on the machine's own clock and checks only the counts, not timing or force. Two threads run

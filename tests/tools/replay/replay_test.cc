@@ -1,45 +1,21 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 
 #include "engine/base/error.h"
+#include "lcmtypes/analysis/log_health.h"
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/wire/codec.h"
+#include "tests/support/liver_scene.h"
 #include "tests/support/recorded_session.h"
 #include "tests/support/scratch_folder.h"
 #include "tools/replay/log_replay.h"
 
 namespace hpdm {
 namespace {
-
-const std::string kMesh =
-    std::string("mesh = \"") + HPDM_SOURCE_DIR + "/scenes/meshes/liver_274.obj\"\n";
-const std::string kLiver = "[[organ]]\nname = \"liver\"\n" + kMesh;
-const std::string kMetricLiver = kLiver + "energy.type = \"metric\"\n";
-const std::string kSupport = R"(
-  [[organ.support]]
-  box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
-  fixed = true
-)";
-const std::string kProbe = R"(
-[[instrument]]
-name = "probe"
-trocar = [0.05, -0.12, 0.16]
-  [instrument.hand]
-  script = "palpate"
-  speed = 0.3
-)";
-const std::string kGrasper = R"(
-[[instrument]]
-name = "grasper"
-type = "grasper"
-trocar = [-0.06, -0.12, 0.15]
-  [instrument.hand]
-  script = "grasp_pull"
-  speed = 0.3
-)";
 
 class Replay : public testing::Test {
  protected:
@@ -89,7 +65,7 @@ void ExpectContact(const LogReplay& replay) {
 }
 
 TEST_F(Replay, ALockstepLogIsTheSameBitForBit) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 900);
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 900);
   const LogReplay replay = Play();
   EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
   EXPECT_EQ(replay.ended_early, "");
@@ -104,7 +80,7 @@ TEST_F(Replay, ARigidOrganIsTheSameBitForBit) {
   const std::string stomach = std::string("[[organ]]\nname = \"stomach\"\nmodel = \"rigid\"\n") +
                               "mesh = \"" + HPDM_SOURCE_DIR + "/scenes/meshes/stomach_2132.obj\"\n";
   for (const std::uint32_t seed : {0, 1}) {
-    RecordOf(stomach + kProbe + kGrasper, 1200, seed);
+    RecordOf(stomach + kPalpatingProbe + kPullingGrasper, 1200, seed);
     const LogReplay replay = Play();
     EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
     EXPECT_EQ(replay.ended_early, "");
@@ -116,7 +92,7 @@ TEST_F(Replay, ARigidOrganIsTheSameBitForBit) {
 
 TEST_F(Replay, SkippedTicksLatePatchesAndLostDevicesAreTheSameBitForBit) {
   for (const std::uint32_t seed : {1, 2, 3}) {
-    RecordOf(kMetricLiver + kSupport + kProbe + kGrasper, 1200, seed);
+    RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe + kPullingGrasper, 1200, seed);
     const LoggedSession logged(log());
     std::size_t unused = 0, late = 0;
     for (const LoggedStep& step : logged.steps()) {
@@ -162,7 +138,8 @@ TEST_F(Replay, PausesAndExchangesAreTheSameBitForBit) {
   name = "forceps"
   type = "grasper"
 )";
-  scene_ = Scene(kMetricLiver + kSupport + kProbe + exchanges + kGrasper + exchanges);
+  scene_ = Scene(kMetricLiver + kRearSupport + kPalpatingProbe + exchanges + kPullingGrasper +
+                 exchanges);
   constexpr Nanoseconds kMs = 1'000'000;
   const std::vector<TimedControl> wishes = {
       {0, {.paused = false, .instrument_index = {1, 0}}},
@@ -206,7 +183,8 @@ TEST_F(Replay, StopsARelaxationWhereItsClockStoppedIt) {
   type = "strain"
   strain = "finite"
   newton_iterations = 5
-)" + kSupport + kProbe,
+)" + kRearSupport +
+               kPalpatingProbe,
            1000, 4);
   std::size_t stopped = 0, converged = 0;
   const LoggedSession logged(log());
@@ -223,7 +201,7 @@ TEST_F(Replay, StopsARelaxationWhereItsClockStoppedIt) {
 }
 
 TEST_F(Replay, FindsAChangedForceAtItsTickAndField) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 600);
   Rewrite([](LogEvent* event) {
     force_t force;
     if (event->channel != kForceChannel || TickOf(*event) != 421) return true;
@@ -249,7 +227,7 @@ TEST_F(Replay, FindsAChangedForceAtItsTickAndField) {
 }
 
 TEST_F(Replay, FindsAChangedContactAtItsStep) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 600);
   Rewrite([](LogEvent* event) {
     contact_t contact;
     if (event->channel != kContactChannel || !DecodeMessage(event->data, &contact)) return true;
@@ -265,7 +243,7 @@ TEST_F(Replay, FindsAChangedContactAtItsStep) {
 }
 
 TEST_F(Replay, ATornLogIsComparedAsFarAsItIsIntact) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 600);
   const auto size = std::filesystem::file_size(log());
   for (const double share : {0.9, 0.601, 0.35}) {
     std::filesystem::resize_file(log(),
@@ -282,7 +260,7 @@ TEST_F(Replay, ATornLogIsComparedAsFarAsItIsIntact) {
 }
 
 TEST_F(Replay, EndsWhereATickIsMissing) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 600);
   Rewrite([](LogEvent* event) { return TickOf(*event) != 300; });
   const LogReplay replay = Play();
   EXPECT_EQ(replay.ticks_lost, 1u);
@@ -293,7 +271,7 @@ TEST_F(Replay, EndsWhereATickIsMissing) {
 }
 
 TEST_F(Replay, EndsWhereAStepIsMissing) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 600);
   std::int64_t visible_tick = 0;
   Rewrite([&](LogEvent* event) {
     contact_t contact;
@@ -309,8 +287,54 @@ TEST_F(Replay, EndsWhereAStepIsMissing) {
   EXPECT_FALSE(replay.comparison.first().has_value());
 }
 
+TEST_F(Replay, AThinnedLogIsTheSameBitForBit) {
+  for (const std::uint32_t seed : {0, 1}) {
+    scene_ = Scene(kMetricLiver + kRearSupport + kPalpatingProbe + kPullingGrasper);
+    Recording recording = {.scene = scene_, .log = log(), .ticks = 1200, .busy_seed = seed};
+    Record(recording);
+    const LogReplay whole = Play();
+    recording.output_interval = 50;
+    Record(recording);
+    const LogReplay replay = Play();
+    EXPECT_FALSE(replay.comparison.first().has_value()) << replay.comparison.first()->field;
+    EXPECT_EQ(replay.ended_early, "");
+    EXPECT_EQ(replay.ticks_logged, whole.ticks_logged);
+    EXPECT_EQ(replay.ticks_compared + replay.ticks_without_output, whole.ticks_compared);
+    EXPECT_GE(replay.ticks_compared, 24u);
+    EXPECT_LT(replay.ticks_compared, whole.ticks_compared / 2);
+    EXPECT_EQ(replay.steps_compared, whole.steps_compared);
+    for (int t = 0; t < replay.tool_count; ++t) {
+      EXPECT_EQ(replay.forces[t].logged_peak, whole.forces[t].logged_peak) << "the peak is logged";
+    }
+    ExpectContact(replay);
+    std::uint64_t lost = 0;
+    LoggedTick tick;
+    for (TickReader ticks(log()); ticks.Next(&tick);) lost += tick.output_lost;
+    EXPECT_EQ(lost, 0u);
+    EXPECT_TRUE(CheckLog(log(), MessageSchemas::Hpdm()).Sound());
+  }
+}
+
+TEST_F(Replay, NamesAnAlteredOutputOfAThinnedLog) {
+  scene_ = Scene(kMetricLiver + kRearSupport + kPalpatingProbe);
+  Record({.scene = scene_, .log = log(), .ticks = 900, .output_interval = 50});
+  std::int64_t altered = -1;
+  Rewrite([&](LogEvent* event) {
+    force_t force;
+    if (event->channel != kForceChannel || !DecodeMessage(event->data, &force)) return true;
+    if (force.tick < 700 || altered >= 0) return true;
+    altered = force.tick;
+    force.tools[0].force[2] = std::nextafter(force.tools[0].force[2], 1);
+    EncodeMessage(force, &event->data);
+    return true;
+  });
+  const LogReplay replay = Play();
+  ASSERT_TRUE(replay.comparison.first().has_value());
+  EXPECT_EQ(replay.comparison.first()->number, static_cast<std::uint64_t>(altered));
+}
+
 TEST_F(Replay, NeedsNoOutputToContinue) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 600);
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 600);
   Rewrite(
       [](LogEvent* event) { return event->channel != kForceChannel || TickOf(*event) % 10 == 0; });
   const LogReplay replay = Play();
@@ -322,11 +346,13 @@ TEST_F(Replay, NeedsNoOutputToContinue) {
 }
 
 TEST_F(Replay, ALogOfAnotherSceneIsRefusedWithOneLine) {
-  RecordOf(kMetricLiver + kSupport + kProbe, 50);
-  std::string other = kMetricLiver + kSupport + kProbe;
+  RecordOf(kMetricLiver + kRearSupport + kPalpatingProbe, 50);
+  std::string other = kMetricLiver + kRearSupport + kPalpatingProbe;
   other.replace(other.find("liver_274"), 9, "liver_1332");
-  const std::string finer = kMetricLiver + "  [organ.lattice]\n  cells = 5\n" + kSupport + kProbe;
-  for (const std::string& scene : {kMetricLiver + kSupport + kProbe + kGrasper, other, finer}) {
+  const std::string finer =
+      kMetricLiver + "  [organ.lattice]\n  cells = 5\n" + kRearSupport + kPalpatingProbe;
+  for (const std::string& scene :
+       {kMetricLiver + kRearSupport + kPalpatingProbe + kPullingGrasper, other, finer}) {
     scene_ = Scene(scene, "other.toml");
     try {
       Play();

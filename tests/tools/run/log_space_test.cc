@@ -6,9 +6,17 @@ namespace hpdm {
 namespace {
 
 TEST(LogSpace, TwoInstrumentsAtAKilohertzFill46MegabytesAMinute) {
-  EXPECT_NEAR(60 * LogBytesPerSecond(2, 1000), 46e6, 1e6);
-  EXPECT_GT(LogBytesPerSecond(2, 1000), LogBytesPerSecond(1, 1000));
-  EXPECT_EQ(LogBytesPerSecond(1, 2000), 2 * LogBytesPerSecond(1, 1000));
+  EXPECT_NEAR(60 * LogBytesPerSecond(2, 1000, 1), 46e6, 1e6);
+  EXPECT_NEAR(60 * LogBytesPerSecond(1, 1000, 1), 34e6, 1e6);
+  const double ticks = LogBytesPerSecond(1, 1000, 1) - LogBytesPerSecond(1, 500, 1);
+  EXPECT_NEAR(LogBytesPerSecond(1, 2000, 1) - LogBytesPerSecond(1, 1000, 1), 2 * ticks, 1e-6);
+}
+
+// The outputs of a tick are half of its bytes.
+TEST(LogSpace, AThinnedLogKeepsItsInputs) {
+  EXPECT_NEAR(60 * LogBytesPerSecond(2, 1000, 10), 29e6, 1e6);
+  EXPECT_NEAR(60 * LogBytesPerSecond(2, 1000, 100), 23e6, 1e6);
+  EXPECT_GT(LogBytesPerSecond(2, 1000, 1000), 1000 * (103 + 2 * 102));
 }
 
 TEST(LogSpace, ADiskThatHoldsTheWholeLogIsNotMentioned) {
@@ -23,6 +31,7 @@ TEST(LogSpace, ADiskThatIsTooSmallIsNamedWithTheTimeItLasts) {
   EXPECT_NE(remark.find("60 MB a minute"), std::string::npos) << remark;
   EXPECT_NE(remark.find("not for 20 min"), std::string::npos) << remark;
   EXPECT_NE(remark.find("--out"), std::string::npos) << remark;
+  EXPECT_NE(remark.find("--log-rate"), std::string::npos) << remark;
   EXPECT_NE(LogSpaceRemark(1e6, 0, 1'799'999'999), "");
 }
 

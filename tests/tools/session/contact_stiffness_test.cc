@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/deformation_loop.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 
 namespace hpdm {
 namespace {
@@ -49,9 +49,13 @@ TEST(ContactStiffness, IsWhatATipFeelsThere) {
   state.tools[0].p_trocar_W = kTrocar;
   loop.Step(state, 0);
   patches.Update();
-  const ToolPatch& patch = patches.Front().tools[0];
+  const ToolPatch& patch = patches.Front().tools[0].main();
   ASSERT_GT(patch.force_on_tissue_W.norm(), 0);
-  const double felt = 1 / patch.normal_W.dot(patch.compliance_W * patch.normal_W);
+  // Pressed deep a ball is as stiff as the kernel.
+  const double f_n = -patch.normal_W.dot(patch.force_on_tissue_W);
+  const Matrix3d compliance_W = patch.compliance_W - patch.indentation.UnderBall(f_n).Compliance() +
+                                patch.indentation.Compliance();
+  const double felt = 1 / patch.normal_W.dot(compliance_W * patch.normal_W);
   // The lattice gets the step's force through a kernel, here at the vertex: 5 %.
   EXPECT_NEAR(stiffness[top], felt, 0.05 * felt);
 }
@@ -104,12 +108,48 @@ TEST(ContactStiffness, SurfacesThatFaceAwayOrLieOutOfReachAreNotFelt) {
 
 TEST(ContactStiffness, ARemarkSaysThatNothingWillBeFelt) {
   StiffestContact faint, felt;
-  faint.stiffness = 0.2;
-  felt.stiffness = 50;
+  faint.greatest = 0.2;
+  felt.greatest = 50;
   EXPECT_EQ(FaintRemark("probe", "liver", felt), "");
   EXPECT_EQ(FaintRemark("probe", "liver", faint),
             "instrument \"probe\": organ \"liver\" resists with at most 0.2 N/m: nothing will be "
             "felt; add an [[organ.support]] or raise material.young");
+}
+
+TEST(ContactStiffness, ADeviceWithoutDampingIsComparedWithTheStiffestContactOnThatAxis) {
+  const std::vector<OrganModel> organs = Organ(5000);
+  InstrumentOptions damped, bare;
+  bare.device.damping = 0;
+  const auto contact = Find(organs[0], bare);
+  ASSERT_TRUE(contact);
+  EXPECT_EQ(contact->axis, kInsertion);
+  EXPECT_EQ(contact->limit.Least(), 0);
+  Eigen::Index top = 0;
+  organs[0].rest().vertices.col(2).maxCoeff(&top);
+  EXPECT_GT(contact->stiffness, 0.9 * ContactStiffness(organs[0], bare)[top])
+      << "the shaft presses the top along its normal";
+  EXPECT_EQ(contact->greatest, Find(organs[0], damped)->greatest)
+      << "the organ's, not the device's";
+  EXPECT_EQ(FaintRemark("probe", "liver", *contact), "");
+  EXPECT_NE(StiffnessRemark("probe", "liver", *contact).find("at most 0 N/m stably"),
+            std::string::npos);
+}
+
+TEST(ContactStiffness, ARemarkSaysThatTheDeviceDisplaysNoFrictionInTheTrocar) {
+  InstrumentOptions instrument;
+  instrument.name = "probe";
+  instrument.device.damping = 0;
+  EXPECT_EQ(TrocarRemark(instrument, 1e-3), "") << "there is none to display";
+  instrument.trocar_torque = 0.02;
+  EXPECT_EQ(TrocarRemark(instrument, 1e-3), "") << "pitch and yaw have damping";
+  instrument.trocar_friction = 0.5;
+  EXPECT_EQ(TrocarRemark(instrument, 1e-3),
+            "instrument \"probe\": the device displays no trocar_friction; give instrument.device "
+            "damping and friction on the same axes");
+  instrument.device.damping = 0.5;
+  EXPECT_EQ(TrocarRemark(instrument, 1e-3), "");
+  instrument.device.friction = 0;
+  EXPECT_NE(TrocarRemark(instrument, 1e-3), "") << "nothing dissipates what the encoder generates";
 }
 
 }  // namespace

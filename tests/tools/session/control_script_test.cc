@@ -33,11 +33,13 @@ TEST(ControlScript, ExchangesAreAskedForInTheOrderOfTheirTimes) {
   script.Advance(1'000'000'000, &edge);
   EXPECT_TRUE(edge.Update());
   EXPECT_EQ(edge.Front().instrument_index[0], 1);
+  EXPECT_EQ(script.Left(), std::vector<std::string>{"exchange of left to left at 2.5 s"});
   script.Advance(2'000'000'000, &edge);
   EXPECT_FALSE(edge.Update());
   script.Advance(9'000'000'000, &edge);
   EXPECT_TRUE(edge.Update());
   EXPECT_EQ(edge.Front().instrument_index[0], 0);
+  EXPECT_TRUE(script.Left().empty());
 }
 
 TEST(ControlScript, AnInvalidExchangeIsNamedWithTheRemedy) {

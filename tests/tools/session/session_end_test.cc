@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/liver_scene.h"
 #include "tests/support/scratch_folder.h"
 #include "tools/session/crash_stop.h"
 #include "tools/session/session_threads.h"
@@ -57,21 +58,7 @@ class WatchedDevice : public Device {
 /// Writes a scene whose hand presses a coarse liver for six tenths of every second, and loads it.
 Scene PressingScene(const ScratchFolder& folder) {
   const std::string path = folder / "scene.toml";
-  std::ofstream(path) << "[[organ]]\nname = \"liver\"\nmesh = \"" << HPDM_SOURCE_DIR
-                      << "/scenes/meshes/liver_274.obj\"\n"
-                         "energy.type = \"metric\"\n"
-                      << R"(
-  [[organ.support]]
-  box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
-  fixed = true
-[[instrument]]
-name = "probe"
-trocar = [0.05, -0.12, 0.16]
-  [instrument.hand]
-  script = "palpate"
-  speed = 0.3
-  depth = 0.025
-)";
+  std::ofstream(path) << kMetricLiver + kRearSupport + kPalpatingProbe + "  depth = 0.025\n";
   return LoadScene(path);
 }
 

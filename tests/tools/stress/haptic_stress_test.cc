@@ -75,7 +75,8 @@ TEST(HapticStress, OurModelsStaySafeAtTheExtremes) {
   KeepTissue();
   for (const StressCase& each : HapticStress(true)) {
     for (const StressModel model : {StressModel::kStrainSmall, StressModel::kMetricFinite}) {
-      EXPECT_EQ(each.run(model, each.parameter.utmost).harm, "") << each.name;
+      const std::string harm = each.run(model, each.parameter.utmost).harm;
+      EXPECT_EQ(harm, "") << each.name;
     }
   }
 }

@@ -124,7 +124,8 @@ TEST(StressCases, HaveNamesOfTheirOwnAndAParameterThatGrowsHarder) {
   std::set<std::string> names;
   for (const bool quick : {true, false}) {
     for (const std::vector<StressCase>& group :
-         {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick)}) {
+         {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick),
+          TouchStress(quick)}) {
       for (const StressCase& each : group) {
         EXPECT_EQ(names.insert(each.name + (quick ? " quick" : "")).second, true) << each.name;
         EXPECT_FALSE(each.models.empty()) << each.name;

@@ -226,16 +226,20 @@ TEST(StressSessionFixture, AReadingThatIsNotFiniteHoldsTheTool) {
 // it ends in the state of an organ that only got the lower demand.
 TEST(StressSessionFixture, ASmallPressIsFollowedAfterAnImpossibleOne) {
   KeepTissue();
-  const double at = kTop + kDefaultToolRadius;
+  constexpr double kJaws = 0.02;  // m: wide enough to invert what they pull through itself
+  const double at = kTop + kJaws;
   const StressPose little = At(0, at + 0.004, 0);
   const auto grasp_then = [&](const StressPose& much) {
-    return Hand({{0, At(0, at)},
-                 {0.45, At(0, at)},
-                 {0.5, At(0, at, 0)},
-                 {0.6, At(0, at, 0)},
-                 {0.6, much},
-                 {1, much},
-                 {1.1, little}});
+    StressTool tool = Hand({{0, At(0, at)},
+                            {0.45, At(0, at)},
+                            {0.5, At(0, at, 0)},
+                            {0.6, At(0, at, 0)},
+                            {0.6, much},
+                            {1, much},
+                            {1.1, little}});
+    tool.tool.geometries[0].tip_radius = kJaws;
+    tool.tool.geometries[0].closing_force = 1e6;  // nothing slips
+    return tool;
   };
   for (const MaterialLaw law : {MaterialLaw::kNeoHookean, MaterialLaw::kStVenantKirchhoff}) {
     OrganOptions options = Organ(StrainMeasure::kFinite);

@@ -64,7 +64,8 @@ constexpr TableColumn kForceColumns[] = {{"contact_time_s", "REAL", "/contact_ti
                                          {"over_limit_count", "INTEGER", "/over_limit_count"},
                                          {"deepest_press_m", "REAL", "/deepest_press_m"},
                                          {"over_depth_s", "REAL", "/over_depth_s"},
-                                         {"over_depth_count", "INTEGER", "/over_depth_count"}};
+                                         {"over_depth_count", "INTEGER", "/over_depth_count"},
+                                         {"slips", "INTEGER", "/slips"}};
 
 constexpr TableColumn kMotionColumns[] = {{"name", "TEXT", "/name"},
                                           {"instruments", "TEXT", "/instruments"},

@@ -35,6 +35,7 @@ void AddSession(const SessionReport& report, Json* json) {
   (*json)["paused_s"] = report.paused;
   (*json)["force_limit_N"] = report.force_limit;
   (*json)["depth_limit_m"] = report.depth_limit;
+  (*json)["ticks_per_output"] = report.output_interval;
   (*json)["both_moving_s"] = OrNull(report.both_moving);
 }
 
@@ -51,6 +52,7 @@ void AddContact(const ContactMetrics& contact, Json* json) {
   (*json)["deepest_press_m"] = contact.deepest_press;
   (*json)["over_depth_s"] = contact.over_depth;
   (*json)["over_depth_count"] = contact.over_depth_count;
+  (*json)["slips"] = contact.slips;
 }
 
 void AddHand(const HandReport& hand, Json* json) {

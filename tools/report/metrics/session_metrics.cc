@@ -236,11 +236,12 @@ SessionReading ReadSession(const std::string& log, double force_limit,
     }
     any = true;
     report.health.ticks_lost += tick.lost_before;
-    report.health.outputs_lost += tick.has_output ? 0 : 1;
+    report.health.outputs_lost += tick.output_lost ? 1 : 0;
   }
   if (!any) {
     throw InputError(log + ": contains no session data; give the session.lcmlog of a session");
   }
+  report.output_interval = reader.output_interval();
   report.health.unreadable += reader.unreadable();
   report.health.bytes = reader.log().size();
   report.health.torn_bytes = reader.log().size() - reader.log().intact_end();

@@ -26,7 +26,7 @@ inline constexpr double kContactPause = 0.05;
 struct ContactMetrics {
   double time = 0;                     ///< s in contact.
   std::uint64_t count = 0;             ///< Number of contacts.
-  double peak_force = 0;               ///< N, largest |force on the hand|.
+  double peak_force = 0;               ///< N, largest |TissueForce()|.
   double forces_off = 0;               ///< s of `time` with forces switched off.
   double clamped = 0;                  ///< s of `time` with more force than the device can display.
   double mean_force = 0;               ///< N, over `time` without `forces_off`.
@@ -36,6 +36,7 @@ struct ContactMetrics {
   double deepest_press = 0;            ///< m, depth of the tip below the released surface.
   double over_depth = 0;               ///< s with the tip deeper than the depth limit.
   std::uint64_t over_depth_count = 0;  ///< Number of times that it went deeper than the limit.
+  std::uint64_t slips = 0;  ///< Number of times that tissue slipped in the jaws (SlipCounter).
 };
 
 /// An instrument that a hand held.
@@ -79,8 +80,8 @@ struct LogReport {
   std::uint64_t unreadable = 0;     ///< Unusable messages on a session's channels.
   std::uint64_t lost = 0;           ///< Messages of those channels missing by sequence number.
   std::uint64_t ticks_lost = 0;     ///< Ticks that ran but are not in the log.
-  std::uint64_t outputs_lost = 0;   ///< Ticks whose HPDM_FORCE is missing.
-  bool closed = false;              ///< True if the session ended normally.
+  std::uint64_t outputs_lost = 0;  ///< Ticks whose HPDM_FORCE is missing (LoggedTick::output_lost).
+  bool closed = false;             ///< True if the session ended normally.
 
   bool Sound() const {
     return closed &&
@@ -105,6 +106,7 @@ struct SessionReport {
   std::vector<HandReport> hands;
   std::optional<double> both_moving;  ///< s in which both tips move; only with two hands.
   std::uint64_t ticks = 0;
+  int output_interval = 1;      ///< Ticks that share an output in a thinned log (--log-rate).
   std::uint64_t exchanges = 0;  ///< Number of times that a hand took another instrument.
   SkippedTicks skipped;
   std::array<LatencyReport, kLatencyCount> latencies;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "lcmtypes/analysis/tissue_force.h"
 #include "tools/report/metrics/motion_metrics.h"
 
 namespace hpdm {
@@ -29,7 +30,7 @@ bool IsUsable(const HapticSample& sample) {
 
 MotionVector MotionOf(const ToolSample& tool) {
   MotionVector series;
-  series << tool.p_tip_W, tool.joints.head<4>(), tool.force_W;
+  series << tool.p_tip_W, tool.joints.head<4>(), TissueForce(tool);
   return series;
 }
 
@@ -37,7 +38,7 @@ MotionVector MotionOf(const ToolSample& tool) {
 
 void ContactSums::Add(double time, double duration, const ToolSample& tool, bool counts,
                       bool touches) {
-  const double force = counts ? tool.force_W.norm() : 0;
+  const double force = counts ? TissueForce(tool).norm() : 0;
   const bool over = force > limits_.force;
   metrics_.peak_force = std::max(metrics_.peak_force, force);
   metrics_.impulse += force * duration;
@@ -50,6 +51,7 @@ void ContactSums::Add(double time, double duration, const ToolSample& tool, bool
   if (too_deep) metrics_.over_depth += duration;
   if (too_deep && !over_depth_) ++metrics_.over_depth_count;
   over_depth_ = too_deep;
+  metrics_.slips += slips_.Add(time, counts ? tool.slip : 0);
   if (!touches) return;
   const bool shown = (tool.guard_flags & kGuardDisabled) == 0;
   if (!shown) metrics_.forces_off += duration;
@@ -176,6 +178,7 @@ void SessionTicks::HoldOutput(HapticSample* sample) const {
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const ToolSample& before = last_.tools[h];
     ToolSample& tool = sample->tools[h];
+    tool.reaction_W = before.reaction_W;
     tool.force_W = before.force_W;
     tool.depth = before.depth;
     tool.organ = before.organ;
@@ -226,7 +229,7 @@ void SessionTicks::AddPeaks(const ToolSample& tool, double time, double until,
   if (peaks->size() < end) peaks->resize(end);
   for (std::size_t b = bin(time); b < end; ++b) {
     SessionTimeSeries::Peaks& peak = (*peaks)[b];
-    peak.force = std::max(peak.force, static_cast<float>(tool.force_W.norm()));
+    peak.force = std::max(peak.force, static_cast<float>(TissueForce(tool).norm()));
     peak.depth = std::max(peak.depth, static_cast<float>(tool.depth));
     if (tool.kind != ContactKind::kNone && tool.organ >= 0 && tool.organ < kMaxOrgans) {
       peak.organ = static_cast<std::int8_t>(tool.organ);

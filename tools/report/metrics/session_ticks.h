@@ -8,6 +8,7 @@
 #include "engine/base/handling_limits.h"
 #include "engine/snapshots.h"
 #include "lcmtypes/analysis/logged_session.h"
+#include "lcmtypes/analysis/slip_counter.h"
 #include "tools/report/metrics/session_metrics.h"
 #include "tools/report/metrics/uniform_time_series.h"
 
@@ -31,6 +32,7 @@ class ContactSums {
   double contact_impulse_ = 0;                             // N s, while the device shows forces
   double end_ = -std::numeric_limits<double>::infinity();  // of the last contact
   bool over_force_ = false, over_depth_ = false;
+  SlipCounter slips_;
 };
 
 /// Computes the hands' part of a session's report from a log's ticks. A tick holds until the next

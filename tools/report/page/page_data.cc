@@ -135,6 +135,7 @@ Json PageData(const SessionReading& reading) {
   const SessionReport& report = reading.report;
   const double start = reading.series.start;
   Json data = {{"start", start}, {"duration", report.duration}, {"limit", report.force_limit}};
+  data["depth_limit_mm"] = Thousandths(1000 * report.depth_limit);
   data["pauses"] = Json::array();
   for (const auto& [from, to] : reading.series.pauses) {
     if (data["pauses"].size() == kMaxBands) break;

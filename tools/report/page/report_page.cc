@@ -39,7 +39,8 @@ std::string OrganTable(const SessionReport& report) {
       "<div class=\"wide\"><table class=\"stacked\"><thead><tr><th>Organ</th><th>Hand</th>"
       "<th>Contact</th><th class=\"number\">s</th><th class=\"number\">contacts</th>"
       "<th class=\"number\">peak N</th><th class=\"number\">mean N</th>"
-      "<th class=\"number\">s above limit</th><th class=\"number\">deepest mm</th></tr></thead>"
+      "<th class=\"number\">s above limit</th><th class=\"number\">deepest mm</th>"
+      "<th class=\"number\">s too deep</th></tr></thead>"
       "<tbody>\n";
   for (std::size_t o = 0; o < report.organs.size(); ++o) {
     for (std::size_t h = 0; h < report.hands.size(); ++h) {
@@ -58,8 +59,9 @@ std::string OrganTable(const SessionReport& report) {
       cell("contacts", std::to_string(contact.count));
       cell("peak force, N", Format("%.2f", contact.peak_force));
       cell("mean force, N", Format("%.2f", contact.mean_force));
-      cell("above the limit, s", Format("%.2f", contact.over_limit));
+      cell("above the force limit, s", Format("%.2f", contact.over_limit));
       cell("deepest press, mm", Format("%.1f", 1000 * contact.deepest_press));
+      cell("deeper than the limit, s", Format("%.2f", contact.over_depth));
       html += "</tr>\n";
     }
   }
@@ -179,7 +181,8 @@ std::string Definitions(const SessionReport& report) {
       DepthLimitText(kDefaultDepthLimit) +
       " is our own. "
       "Movements and force rates are measured on 5\u00a0ms means smoothed at 10\u00a0Hz without "
-      "delay; forces, contacts and depths on every haptic tick. None of these figures alone "
+      "delay; forces, contacts and depths on every haptic tick that has them in the log. None of "
+      "these figures alone "
       "measures skill: compare sessions of the same task.</p>\n<ul>\n";
   for (const MetricSource& source : MetricSources()) {
     html += std::string("<li><b>") + source.key + "</b>: " + EscapeHtml(source.text) + "</li>\n";
@@ -222,6 +225,12 @@ std::string Gaps(const SessionReading& reading, const SessionFiles& files) {
   if (report.organs.empty()) gaps.emplace_back("the organs' meshes");
   gaps.insert(gaps.end(), reading.series.organs_missing.begin(),
               reading.series.organs_missing.end());
+  if (report.output_interval > 1) {
+    gaps.push_back(
+        Format("most forces: the log has one in %d ticks (--log-rate). Contacts and peaks are "
+               "exact; means, impulses, rates, and times above a limit are not",
+               report.output_interval));
+  }
   if (report.duration - report.active - report.paused > 1e-6) {
     gaps.push_back(Format("%.2f s of ticks that ran but are not in the log; they do not count here",
                           report.duration - report.active - report.paused));

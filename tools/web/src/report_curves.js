@@ -43,8 +43,8 @@ function backdrop(data, tool) {
       for (const [from, to] of data.hands[tool].contacts) fill(u, from, to, toolColour(tool));
       u.ctx.restore();
     },
-    drawLimit: (u) => {
-      const y = u.valToPos(data.limit, 'y', true);
+    drawLimit: (u, limit) => {
+      const y = u.valToPos(limit, 'y', true);
       line(u, u.bbox.left, y, u.bbox.left + u.bbox.width, y, colour('bad'), [6, 4]);
     },
     drawEvents: (u) => {
@@ -67,7 +67,7 @@ export function drawCurves(into, data) {
     entry.append(sample, text);
     legend.append(entry);
   };
-  key(`limit ${data.limit} N`, 'height:0;border-top:2px dashed var(--bad)');
+  key(`limit ${data.limit} N, ${data.depth_limit_mm} mm`, 'height:0;border-top:2px dashed var(--bad)');
   key('contact', 'background:color-mix(in srgb, var(--hand-0) 22%, transparent)');
   if (data.pauses.length > 0) key('pause', 'background:var(--muted);opacity:0.4');
   key('event', 'width:0;height:1rem;border-left:2px dotted var(--muted)');
@@ -89,7 +89,7 @@ export function drawCurves(into, data) {
   const number = (u, value) => value == null ? '\u2013' : value.toFixed(2);
   data.hands.forEach((hand, tool) => {
     const hooks = backdrop(data, tool);
-    const add = (title, unit, height, top, curve, draw) => {
+    const add = (title, unit, height, most, limit, curve) => {
       const place = element('div');
       into.append(place);
       const shown = {stroke: () => toolColour(tool), dash: toolDash(tool), width: 1.5,
@@ -100,20 +100,20 @@ export function drawCurves(into, data) {
             options: {
               scales: {
                 x: {time: false, range: (u, min, max) => [min ?? data.start, max ?? data.start + data.duration]},
-                y: {range: [0, top * 1.08 || 1]},
+                y: {range: [0, Math.max(most, limit) * 1.08]},
               },
               series: [{label: 's', value: number}, {...shown, label: `${hand.name}, ${unit}`,
                                                      value: number}],
               cursor: {sync: {key: 'report'}},
-              hooks: {drawAxes: [hooks.drawAxes], draw: [draw],
+              hooks: {drawAxes: [hooks.drawAxes],
+                      draw: [(u) => { hooks.drawEvents(u); hooks.drawLimit(u, limit); }],
                       setScale: [(u, scale) => scale === 'x' && follow(u)]},
             },
           },
           [curve.times, curve.values]));
     };
-    add(`${hand.name}: force`, 'N', 190, Math.max(highest, data.limit), hand.force,
-        (u) => { hooks.drawEvents(u); hooks.drawLimit(u); });
-    add(`${hand.name}: depth`, 'mm', 130, deepest, hand.depth_mm, hooks.drawEvents);
+    add(`${hand.name}: force`, 'N', 190, highest, data.limit, hand.force);
+    add(`${hand.name}: depth`, 'mm', 130, deepest, data.depth_limit_mm, hand.depth_mm);
   });
   into.append(element('p', 'Drag to zoom in, double-click to show all. Peaks are kept at every zoom.',
                       'note help'));

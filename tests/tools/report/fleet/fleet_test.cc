@@ -66,7 +66,8 @@ TEST_F(FleetTest, EverySessionHasALineAndRowsEqualToItsOwnReport) {
       continue;
     }
     const Json& report = alone["report"];
-    ExpectRow(row, report, {"hands", "latencies", "events", "log_health", "skipped"});
+    ExpectRow(row, report,
+              {"hands", "latencies", "events", "log_health", "skipped", "ticks_per_output"});
     EXPECT_EQ(row["ticks_skipped"], report["skipped"]["total"]);
     EXPECT_EQ(row["log_sound"], report["log_health"]["sound"].get<bool>() ? 1 : 0);
     EXPECT_EQ(row["torn_bytes"], report["log_health"]["torn_bytes"]);

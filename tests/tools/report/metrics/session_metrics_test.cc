@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -200,6 +201,53 @@ TEST(SessionMetrics, ALogWithoutForcesGivesNoVerdict) {
   EXPECT_EQ(Verdicts(report)[0].kind, Verdict::kOpen);
 }
 
+// Half a sine of 5 N from tick 107 to 506, then a shorter and weaker one.
+TEST(SessionMetrics, AThinnedLogHasExactContactsAndPeaks) {
+  for (const int interval : {1, 10, 100}) {
+    TelemetryOptions options;
+    options.output_interval = interval;
+    MadeSession session({"probe"}, options);
+    session.Press(107, 0, -1);
+    for (int i = 0; i < 400; ++i) session.Press(1, 5 * std::sin(M_PI * i / 400), 0);
+    session.Press(101, 0, -1);
+    for (int i = 0; i < 33; ++i) session.Press(1, 3 * std::sin(M_PI * i / 32), 1);
+    session.Press(59, 0, -1);
+    const SessionReport report = session.Finish().report;
+    EXPECT_EQ(report.output_interval, interval);
+    EXPECT_TRUE(report.health.Sound()) << interval;
+    EXPECT_EQ(report.ticks, 700u);
+    const HandReport& hand = report.hands[0];
+    EXPECT_NEAR(hand.contact.time, 0.433, 1e-9) << interval;
+    EXPECT_EQ(hand.contact.count, 2u) << interval;
+    EXPECT_EQ(hand.contact.peak_force, 5) << interval;
+    EXPECT_EQ(hand.contact.deepest_press, 0.005) << interval;
+    EXPECT_EQ(hand.by_organ[0].peak_force, 5) << interval;
+    EXPECT_EQ(hand.by_organ[1].peak_force, 3) << interval;
+    EXPECT_NEAR(hand.by_organ[1].time, 0.033, 1e-9) << interval;
+    // Forces that rise are all new peaks. Those that fall, by 8 N, are at most an interval late.
+    const double impulse = (5 * 0.4 + 3 * 0.032) * 2 / M_PI;
+    EXPECT_NEAR(hand.contact.impulse, impulse, 8 * 0.001 * interval) << interval;
+    EXPECT_EQ(Verdicts(report)[0].kind, Verdict::kBad) << "5 N";
+  }
+}
+
+TEST(SessionMetrics, AThinnedLogThatLacksAnOutputIsNotSound) {
+  TelemetryOptions options;
+  options.output_interval = 10;
+  MadeSession session({"probe"}, options);
+  session.Press(100, 1, 0);
+  EXPECT_TRUE(session.Finish().report.health.Sound());
+  const SessionReport report = session
+                                   .Read([](LogEvent* event) {
+                                     force_t force;
+                                     return event->channel != kForceChannel ||
+                                            !DecodeMessage(event->data, &force) || force.tick != 50;
+                                   })
+                                   .report;
+  EXPECT_EQ(report.health.outputs_lost, 1u);
+  EXPECT_FALSE(report.health.Sound());
+}
+
 TEST(SessionMetrics, ForcesThatWereNotShownGiveNoVerdictAndDiluteNothing) {
   for (const std::uint32_t flag : {kGuardDisabled, kGuardClamped}) {
     MadeSession session;
@@ -220,6 +268,35 @@ TEST(SessionMetrics, ForcesThatWereNotShownGiveNoVerdictAndDiluteNothing) {
     EXPECT_EQ(flag == kGuardDisabled ? contact.clamped : contact.forces_off, 0);
     EXPECT_EQ(Verdicts(report)[0].kind, Verdict::kOpen) << Verdicts(report)[0].text;
   }
+}
+
+TEST(SessionMetrics, FrictionInTheTrocarIsNoForceOfTheTissue) {
+  MadeSession session;
+  const auto ticks = [&](int count, double tissue, double displayed) {
+    for (int i = 0; i < count; ++i) {
+      session.Tick([&](HapticSample* sample) {
+        ToolSample& tool = sample->tools[0];
+        tool.guard_flags = kGuardTrocar;
+        tool.reaction_W = {tissue, 0, 0};
+        tool.force_W = {0, 0, displayed};
+        tool.organ = tissue > 0 ? 0 : -1;
+        tool.kind = tissue > 0 ? ContactKind::kPress : ContactKind::kNone;
+      });
+    }
+  };
+  ticks(200, 0, 5);  // free
+  ticks(100, 2, 5);
+  ticks(100, 9, 2.5);  // the device displays 2.5 N of 9 N
+  const SessionReading reading = session.Finish();
+  const HandReport& hand = reading.report.hands[0];
+  for (const ContactMetrics& contact : {hand.contact, hand.by_organ[0]}) {
+    EXPECT_NEAR(contact.peak_force, 2.5, 1e-12);
+    EXPECT_NEAR(contact.mean_force, 2.25, 1e-9);
+    EXPECT_NEAR(contact.impulse, 0.45, 1e-9);
+    EXPECT_EQ(contact.over_limit_count, 0u);
+  }
+  for (const auto& peak : reading.series.hands[0].peaks) EXPECT_LE(peak.force, 2.5F);
+  EXPECT_EQ(Verdicts(reading.report)[0].kind, Verdict::kGood);
 }
 
 TEST(SessionMetrics, ALostDeviceNeitherMovesNorRests) {

@@ -11,8 +11,8 @@
 #include "tests/support/browser.h"
 #include "tests/support/dashboard_spy.h"
 #include "tests/support/network_namespace.h"
-#include "tests/support/one_organ.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/one_organ.h"
 #include "tools/spy/dashboard/dashboard_server.h"
 
 /// `hpdm spy --web` in a real browser.

@@ -1,0 +1,93 @@
+#include "engine/step/grasp.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "engine/deformation_loop.h"
+#include "tools/shared/edge_wedge.h"
+#include "tools/shared/one_organ.h"
+
+namespace hpdm {
+namespace {
+
+// Jaws of 5 mm that close on the edge of the wedge. Their tips lie EdgeWedge::kHeld behind it.
+class EdgeGrasp {
+ public:
+  EdgeGrasp(double edge, int cells, int functions)
+      : models_(OneOrgan(EdgeWedge::Options(cells, functions), EdgeWedge::Surface(edge))),
+        loop_(models_, {Grasper()}, {tools_, patch_, render_, telemetry_}) {
+    Step(Vector3d(1, 1, 1), 1);
+    Step(Vector3d::Zero(), 0);
+  }
+
+  // Returns the force on the tissue, N.
+  Vector3d Step(const Vector3d& p_W, double jaw) {
+    ToolState state;
+    state.tool_count = 1;
+    state.tools[0].X_WT.translation() = p_W;
+    state.tools[0].p_trocar_W = p_W + Vector3d(0, 0, 0.3);
+    state.tools[0].jaw = jaw;
+    state.contact_points[0][0].slip_T = slip_T;
+    loop_.Step(state, 0);
+    patch_.Update();
+    return Patch().force_on_tissue_W;
+  }
+  const ToolPatch& Patch() const { return patch_.Front().tools[0].main(); }
+  // Force along `axis` per way along it, the jaws' orientation held, N/m.
+  double Stiffness(int axis) { return Step(1e-3 * Vector3d::Unit(axis), 0)[axis] / 1e-3; }
+
+  Vector3d slip_T = Vector3d::Zero();
+
+ private:
+  static ToolOptions Grasper() {
+    ToolOptions tool;
+    tool.geometries[0].can_grasp = true;
+    return tool;
+  }
+
+  std::vector<OrganModel> models_;
+  TripleBuffer<ToolState> tools_;
+  TripleBuffer<ContactPatch> patch_;
+  TripleBuffer<SceneSnapshot> render_{SizedSnapshot(models_, 1, true)};
+  TripleBuffer<SceneSnapshot> telemetry_{SizedSnapshot(models_, 1, false)};
+  DeformationLoop loop_;
+};
+
+// The stiffness of four models: two lattices by two meshes.
+TEST(Grasp, OfAnEdgeHasTheStiffnessOfTetrahedra) {
+  std::vector<double> along, off;
+  for (const auto& [cells, functions] : {std::pair(4, 27), std::pair(6, 64)}) {
+    for (const double edge : {0.008, 0.003}) {
+      EdgeGrasp grasp(edge, cells, functions);
+      ASSERT_EQ(grasp.Patch().kind, ContactKind::kGrasp);
+      along.push_back(grasp.Stiffness(1));
+      off.push_back(grasp.Stiffness(2));
+      EXPECT_NEAR(along.back() / EdgeWedge::kAlongEdge, 1, 0.1) << cells << ' ' << edge;
+      EXPECT_NEAR(off.back() / EdgeWedge::kOffEdge, 1, 0.1) << cells << ' ' << edge;
+    }
+  }
+  for (const auto& stiffness : {along, off}) {
+    const auto [least, most] = std::minmax_element(stiffness.begin(), stiffness.end());
+    EXPECT_LT(*most / *least, 1.05);
+  }
+}
+
+TEST(Grasp, FollowsTheSlipAndEndsWhenTheTissueLeavesTheFaces) {
+  EdgeGrasp grasp(0.008, 4, 27);
+  const Vector3d pull(0, 0, 0.003);
+  const double held = grasp.Step(pull, 0).z();
+  grasp.slip_T = Vector3d(0, 0, -0.001);
+  EXPECT_NEAR(grasp.Step(pull, 0).z(), held * 2 / 3, 1e-6 * held);
+  EXPECT_EQ(grasp.Patch().slip_T, grasp.slip_T);
+  grasp.slip_T = Vector3d(0, 0, -0.003);
+  EXPECT_EQ(grasp.Patch().kind, ContactKind::kGrasp);
+  grasp.slip_T = Vector3d(0, 0, -0.005);  // the middle of 8 mm
+  grasp.Step(pull, 0);
+  EXPECT_NE(grasp.Patch().kind, ContactKind::kGrasp);
+}
+
+}  // namespace
+}  // namespace hpdm
