@@ -31,8 +31,13 @@ Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
 DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const std::vector<ToolOptions>& tools,
                                  const DeformationEdges& edges,
-                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget)
-    : edges_(edges), stopwatch_(std::move(stopwatch)), shedding_(SheddableIn(organs), budget) {
+                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget,
+                                 const std::vector<OrganPairOptions>& pairs)
+    : edges_(edges),
+      stopwatch_(std::move(stopwatch)),
+      organ_contacts_(organs, pairs),
+      joint_relaxation_(pairs.size()),
+      shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   organs_.reserve(organs.size());
   for (const OrganModel& model : organs) {
@@ -124,6 +129,7 @@ void DeformationLoop::Collide(const ToolState& tools) {
       record_.flags |= kStepContactsDropped;
     }
   }
+  if (!organ_contacts_.AddRows(&organs_)) record_.flags |= kStepContactsDropped;
 }
 
 // Places the local functions where the tips are, or are about to be.
@@ -147,18 +153,27 @@ void DeformationLoop::Deform(double dt) {
   for (OrganStep& organ : organs_) {
     organ.Wake();
     organ.RepositionControlPoints();
-    organ.Relax(dt, &record_);
-    organ.RelocateVertices(record_.number);
   }
+  joint_relaxation_.Relax(dt, organ_contacts_.contacts(), &organs_, &record_);
+  organ_contacts_.Remember();
+  for (OrganStep& organ : organs_) organ.RelocateVertices(record_.number);
 }
 
 // Stage D: builds the surface patches for the haptic loop until the next step.
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganStep& organ : organs_) organ.state().tips.Clear();
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTips(&organs_);
-  for (OrganStep& organ : organs_) {
-    OrganState& state = organ.state();
-    if (state.tips.size() > 0) state.tips.Condense(*state.relaxation->compliance());
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    OrganState& state = organs_[o].state();
+    if (state.tips.size() == 0) continue;
+    const LatticeCompliance& free = *state.relaxation->compliance();
+    const JointRelaxation::Hold& held = joint_relaxation_.HoldOn(o);
+    if (held.hold == nullptr || held.hold->size() == 0) {
+      state.tips.Condense(free);
+    } else {
+      loads_.resize(3 * state.control_displacements.rows(), 3);
+      state.tips.Condense(HeldCompliance(free, state.contacts, *held.hold, held.body, &loads_));
+    }
   }
   ContactPatch& patch = edges_.patch.Back();
   patch.tool_count = tools.tool_count;

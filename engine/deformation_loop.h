@@ -5,7 +5,9 @@
 
 #include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
+#include "engine/step/joint_relaxation.h"
 #include "engine/step/load_shedding.h"
+#include "engine/step/organ_contacts.h"
 #include "engine/step/organ_step.h"
 #include "engine/step/tool_tracker.h"
 #include "engine/threads/spsc_queue.h"
@@ -33,10 +35,10 @@ class DeformationLoop {
   /// the organs at rest (SizedSnapshot); a step writes only shapes newer than the slot's.
   /// `stopwatch` gives the session time for StepRecord::compute_ns; nullptr (lockstep): nothing is
   /// measured. Steps longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: no
-  /// limit.
+  /// limit. The organs of `pairs` touch each other; the others pass through each other.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
-                  Nanoseconds budget = 0);
+                  Nanoseconds budget = 0, const std::vector<OrganPairOptions>& pairs = {});
 
   /// Runs one step at session time `now_ns` from the given tool state and publishes it on all
   /// edges. A tool whose pose is not finite keeps its last pose. `wake_late_ns` is the wake-up
@@ -71,6 +73,9 @@ class DeformationLoop {
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganStep> organs_;
   std::vector<ToolTracker> trackers_;  // one per tool
+  OrganContacts organ_contacts_;
+  JointRelaxation joint_relaxation_;
+  Eigen::MatrixXd loads_;  // 3 (n + slots) x 3, of the largest organ
   LoadShedding shedding_;
   ToolState tools_;  // last step's tools, all finite
   StepRecord record_;

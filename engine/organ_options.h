@@ -133,6 +133,12 @@ inline int LocalFunctionsOf(const OrganOptions& organ) {
   return organ.lattice.local.functions.value_or(taken ? kDefaultLocalFunctions : 0);
 }
 
+/// Two organs that touch each other.
+struct OrganPairOptions {
+  std::array<int, 2> organs{};  ///< Indices of two different organs, not both rigid.
+  double friction = 0;          ///< Coulomb coefficient.
+};
+
 /// A static load: exactly one of force, displacement and pressure is given.
 ///
 /// A force or a displacement acts on a round patch of an organ's surface. Its weight is the kernel

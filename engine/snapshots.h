@@ -220,7 +220,7 @@ enum StepFlag : std::uint32_t {
   kStepOk = 0,
   kStepBudgetSpent = 1u << 0,      ///< The relaxation stopped early: fewer cells, or "cholesky".
   kStepNotFinite = 1u << 1,        ///< A NaN was caught, tool or organ held back: report the scene.
-  kStepContactsDropped = 1u << 2,  ///< More than kMaxContacts contacts on one organ. Those of
+  kStepContactsDropped = 1u << 2,  ///< More than kMaxToolRows contacts on one organ. Those of
                                    ///< the first tool were kept, its jaws before its shaft.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
   kStepInverted = 1u << 4,    ///< Tissue is inverted: pull back, or use more and finer cells.

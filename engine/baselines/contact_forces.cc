@@ -30,12 +30,11 @@ RelaxationResult SolveContactForces(const ContactCompliance& compliance,
                                     const ContactPoints& p_free_W, const ContactPoints& targets_W,
                                     ContactSolver* contact_solver, ContactConstraints* contacts) {
   contact_solver->Build(*contacts);
-  for (int e = 0; e < contact_solver->size(); ++e) {
-    const ContactSolver::Equation& a = (*contact_solver)[e];
-    contact_solver->change()[e] = a.axis_W.dot(targets_W[a.row] - p_free_W[a.row]);
-    for (int g = 0; g < contact_solver->size(); ++g) {
-      const ContactSolver::Equation& b = (*contact_solver)[g];
-      contact_solver->compliance()(e, g) = compliance(a.row, b.row) * a.axis_W.dot(b.axis_W);
+  for (const ContactSolver::Side& a : contact_solver->sides()) {
+    contact_solver->change()[a.equation] = a.axis_W.dot(targets_W[a.row] - p_free_W[a.row]);
+    for (const ContactSolver::Side& b : contact_solver->sides()) {
+      contact_solver->compliance()(a.equation, b.equation) =
+          compliance(a.row, b.row) * a.axis_W.dot(b.axis_W);
     }
   }
   const RelaxationResult result = contact_solver->Solve();

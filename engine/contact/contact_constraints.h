@@ -16,13 +16,15 @@ namespace hpdm {
 ///     grasp (bilateral):    x = target
 ///     press (unilateral):   n . (x - target) <= 0, force on the tissue f_n (friction - n), f_n >=
 ///     0
-/// A press keeps the point on or below the plane through `target` with the outward normal n.
+///     pair:                 one side of a contact with another organ (OrganContact)
+/// A press keeps the point on or below the plane through `target` with the outward normal n. The
+/// rows of pairs come last.
 class ContactConstraints {
  public:
-  enum class RowKind : std::uint8_t { kPress, kGrasp };
+  enum class RowKind : std::uint8_t { kPress, kGrasp, kPair };
   struct Row {
     RowKind kind = RowKind::kPress;
-    int tool = 0;
+    int tool = 0;                            ///< -1: none, a pair's row.
     bool shaft = false;                      ///< Contact of the shaft, not of the tip or the jaws.
     Vector3d p_rest_W = Vector3d::Zero();    ///< Rest position of the material point, m.
     Vector3d target_W = Vector3d::Zero();    ///< m.
@@ -53,14 +55,26 @@ class ContactConstraints {
 
   void Clear() { size_ = 0; }
   int size() const { return size_; }
-
-  /// Adds a row with zero weights, to be filled in; returns nullptr if there are kMaxContacts.
-  Row* Add() {
-    if (size_ == kMaxContacts) return nullptr;
-    weights_.row(size_).setZero();
-    rows_[size_] = Row();
-    return &rows_[size_++];
+  /// Returns the number of rows before the first of a pair: those of the tools.
+  int tool_rows() const {
+    int count = 0;
+    while (count < size_ && rows_[count].kind != RowKind::kPair) ++count;
+    return count;
   }
+
+  /// Adds a tool's row with zero weights, to be filled in; returns nullptr if there are
+  /// kMaxToolRows.
+  Row* Add() { return size_ < kMaxToolRows ? AddRow() : nullptr; }
+  /// Adds a pair's row with zero weights, to be filled in; returns nullptr if there are
+  /// kMaxContacts rows.
+  Row* AddPair() {
+    Row* const row = size_ < kMaxContacts ? AddRow() : nullptr;
+    if (row == nullptr) return nullptr;
+    row->kind = RowKind::kPair;
+    row->tool = -1;
+    return row;
+  }
+  void DropLast() { --size_; }
   Row& operator[](int i) { return rows_[i]; }
   const Row& operator[](int i) const { return rows_[i]; }
 
@@ -69,9 +83,33 @@ class ContactConstraints {
   auto WeightRow(int i) { return weights_.row(i); }
 
  private:
+  Row* AddRow() {
+    weights_.row(size_).setZero();
+    rows_[size_] = Row();
+    return &rows_[size_++];
+  }
+
   int size_ = 0;
   std::array<Row, kMaxContacts> rows_;
   ContactWeights weights_;
+};
+
+/// A contact between two organs: a row in each one's constraints. The first organ is pressed like
+/// tissue under a tip, the second moves against it:
+///     g = gap + n . (u_second - u_first) >= 0,   f_n >= 0,   f_n g = 0
+/// with the rows' displacements u. The force is f_n (t - n) on the first and minus that on the
+/// second. It sticks, with the tangential part of u_second - u_first at `tie`, while |t| stays below
+/// `friction`; otherwise it slides with |t| = friction against the slip.
+struct OrganContact {
+  std::uint64_t key = 0;      ///< The same from step to step.
+  std::array<int, 2> body{};  ///< Indices of the two organs among the bodies of the problem.
+  std::array<int, 2> row{};   ///< Their rows.
+  Vector3d normal_W = Vector3d::UnitZ();  ///< Unit, from the first organ to the second.
+  double gap = 0;                         ///< m, with both organs at rest.
+  double friction = 0;                    ///< Coulomb coefficient.
+  Vector3d tie_W = Vector3d::Zero();      ///< m; only its tangential part counts.
+  bool pressed = false;                   ///< Guess at the start of the solve.
+  double f_n = 0;                         ///< Result: pressing force, N.
 };
 
 }  // namespace hpdm

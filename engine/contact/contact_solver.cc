@@ -4,6 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "engine/base/check.h"
 
 namespace hpdm {
 namespace {
@@ -16,55 +19,141 @@ constexpr double kRoundOff = 1e-12;
 constexpr int kMaxTipRounds = 16;
 constexpr double kTipTolerance = 1e-8;
 
+// Rounds of the active set: in all, without progress before contacts change one at a time, and
+// with changes between sticking and sliding.
+constexpr int kMaxRounds = 4 * kMaxContacts;
+constexpr int kPatience = 8;
+constexpr int kMaxSlidingRounds = 16;
+
+// Returns two unit vectors across n.
+std::array<Vector3d, 2> Across(const Vector3d& n) {
+  const Vector3d first = n.unitOrthogonal();
+  return {first, n.cross(first)};
+}
+
 }  // namespace
 
-void ContactSolver::Build(const ContactConstraints& contacts) {
+ContactSolver::ContactSolver()
+    : equations_(kMaxEquations),
+      sides_(2 * kMaxEquations),
+      sliding_(kMaxEquations),
+      compliance_(kMaxEquations, kMaxEquations),
+      active_compliance_(kMaxEquations, kMaxEquations) {}
+
+void ContactSolver::Build(std::span<const ContactConstraints* const> bodies,
+                          std::span<const OrganContact> pairs) {
+  HPDM_CHECK(bodies.size() <= kMaxBodies);
   size_ = 0;
+  bodies_ = static_cast<int>(bodies.size());
   has_tip_law_ = false;
+  change_.resize(kMaxEquations);
+  for (const ContactConstraints* contacts : bodies) AddOwnEquations(*contacts);
+  first_pair_equation_ = size_;
+  AddPairEquations(pairs);
+  change_.conservativeResize(size_);
+  forces_.setZero(size_);
+  compliance().setZero();
+  ListSides(bodies, pairs);
+  StartActiveSet();
+}
+
+void ContactSolver::AddOwnEquations(const ContactConstraints& contacts) {
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactConstraints::Row& row = contacts[i];
-    if (row.kind == ContactConstraints::RowKind::kPress) {
-      equations_[size_++] = {i, -row.normal_W, row.friction_W - row.normal_W, true};
-    } else {
-      for (int d = 0; d < 3; ++d)
-        equations_[size_++] = {i, Vector3d::Unit(d), Vector3d::Unit(d), false};
+    if (row.kind == ContactConstraints::RowKind::kPair) continue;
+    const bool is_press = row.kind == ContactConstraints::RowKind::kPress;
+    for (int d = 0; d < (is_press ? 1 : 3); ++d) {
+      HPDM_CHECK(size_ < kMaxEquations);
+      Equation& equation = equations_[static_cast<std::size_t>(size_)];
+      equation = {.row = &row, .unilateral = is_press};
+      equation.axis_W = is_press ? Vector3d(-row.normal_W) : Vector3d(Vector3d::Unit(d));
+      equation.force_W = is_press ? Vector3d(row.friction_W - row.normal_W) : equation.axis_W;
+      equation.local_W = row.local_compliance_W * equation.force_W;
+      double& change = change_[size_++];
+      change = equation.axis_W.dot(row.target_W - row.p_rest_W);
+      // Round-off must not make coincident contacts at rest contradict each other and slip.
+      const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
+      if (std::abs(change) <= kRoundOff * size) change = 0;
+      if (!is_press || !row.indentation.indents()) continue;
+      equation.tip_law.indentation = &row.indentation;
+      equation.tip_law.along = equation.axis_W.dot(row.indentation.factor_W() * equation.force_W);
+      has_tip_law_ = true;
     }
-  }
-  change_.resize(size_);
-  forces_.setZero(size_);
-  compliance_.resize(size_, size_);
-  for (int e = 0; e < size_; ++e) {
-    const ContactConstraints::Row& row = contacts[equations_[e].row];
-    change_[e] = equations_[e].axis_W.dot(row.target_W - row.p_rest_W);
-    // Round-off must not make coincident contacts at rest contradict each other and slip.
-    const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
-    if (std::abs(change_[e]) <= kRoundOff * size) change_[e] = 0;
-    local_[e] = row.local_compliance_W * equations_[e].force_W;
-    const bool is_tip = equations_[e].unilateral && row.indentation.indents();
-    tip_laws_[e].indentation = is_tip ? &row.indentation : nullptr;
-    tip_laws_[e].along =
-        equations_[e].axis_W.dot(row.indentation.factor_W() * equations_[e].force_W);
-    has_tip_law_ = has_tip_law_ || is_tip;
-    coupled_[e] = row.coupled;
   }
 }
 
+void ContactSolver::AddPairEquations(std::span<const OrganContact> pairs) {
+  pair_count_ = 0;
+  for (const OrganContact& pair : pairs) {
+    const int count = pair.friction > 0 ? 3 : 1;
+    if (size_ + count > kMaxEquations || pair_count_ == kMaxContacts) break;
+    pair_equation_[static_cast<std::size_t>(pair_count_++)] = size_;
+    const int normal = size_;
+    equations_[static_cast<std::size_t>(size_)] = {.axis_W = -pair.normal_W,
+                                                   .force_W = -pair.normal_W,
+                                                   .unilateral = true,
+                                                   .friction = pair.friction,
+                                                   .pressed = pair.pressed};
+    sliding_[static_cast<std::size_t>(size_)] = {};
+    change_[size_++] = -pair.gap;
+    if (count == 1) continue;
+    for (const Vector3d& axis : Across(pair.normal_W)) {
+      equations_[static_cast<std::size_t>(size_)] = {
+          .axis_W = axis, .force_W = axis, .normal = normal};
+      change_[size_++] = -axis.dot(pair.tie_W);
+    }
+  }
+}
+
+// A pair's axes and forces are those on its first organ.
+void ContactSolver::ListSides(std::span<const ContactConstraints* const> bodies,
+                              std::span<const OrganContact> pairs) {
+  std::size_t count = 0;
+  int own = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    first_side_[b] = count;
+    const ContactConstraints& contacts = *bodies[b];
+    for (int i = 0; i < contacts.size(); ++i) {
+      for (; own < first_pair_equation_; ++own) {
+        const Equation& equation = equations_[static_cast<std::size_t>(own)];
+        if (equation.row != &contacts[i]) break;
+        sides_[count++] = {own, i, equation.axis_W, equation.force_W};
+      }
+    }
+    for (int p = 0; p < pair_count_; ++p) {
+      const OrganContact& pair = pairs[static_cast<std::size_t>(p)];
+      const int e = pair_equation_[static_cast<std::size_t>(p)];
+      for (std::size_t k = 0; k < 2; ++k) {
+        if (static_cast<std::size_t>(pair.body[k]) != b) continue;
+        const double sign = k == 0 ? 1 : -1;
+        for (int g = e; g < e + (pair.friction > 0 ? 3 : 1); ++g) {
+          const Equation& equation = equations_[static_cast<std::size_t>(g)];
+          sides_[count++] = {g, pair.row[k], sign * equation.axis_W, sign * equation.force_W};
+        }
+      }
+    }
+  }
+  first_side_[bodies.size()] = count;
+}
+
 void ContactSolver::AddLocalCompliance() {
-  for (int e = 0; e < size_; ++e) {
-    for (int g = 0; g < size_; ++g) {
-      if (equations_[e].row == equations_[g].row) {
-        compliance_(e, g) += equations_[e].axis_W.dot(local_[g]);
-      } else if (coupled_[e].coupling != nullptr) {
+  for (int e = 0; e < first_pair_equation_; ++e) {
+    const Equation& equation = equations_[static_cast<std::size_t>(e)];
+    for (int g = 0; g < first_pair_equation_; ++g) {
+      const Equation& other = equations_[static_cast<std::size_t>(g)];
+      if (equation.row == other.row) {
+        compliance_(e, g) += equation.axis_W.dot(other.local_W);
+      } else if (equation.row->coupled.coupling != nullptr) {
         compliance_(e, g) +=
-            equations_[e].axis_W.dot(coupled_[e].To(coupled_[g]) * equations_[g].force_W);
+            equation.axis_W.dot(equation.row->coupled.To(other.row->coupled) * other.force_W);
       }
     }
   }
 }
 
 void ContactSolver::LineariseTipLaws() {
-  for (int e = 0; e < size_; ++e) {
-    const TipLaw& law = tip_laws_[e];
+  for (int e = 0; e < first_pair_equation_; ++e) {
+    const TipLaw& law = equations_[static_cast<std::size_t>(e)].tip_law;
     if (law.indentation == nullptr) continue;
     const double f = std::max(forces_[e], 0.0);
     const double rate = law.indentation->BallYieldRate(f);
@@ -75,14 +164,16 @@ void ContactSolver::LineariseTipLaws() {
 
 RelaxationResult ContactSolver::Solve() {
   RelaxationResult result;
+  if (size_ == 0) return result;
   AddLocalCompliance();
   if (!has_tip_law_) {
     SolveLinear(&result);
     return result;
   }
-  for (int e = 0; e < size_; ++e) {
-    tip_laws_[e].compliance = compliance_(e, e);
-    tip_laws_[e].change = change_[e];
+  for (int e = 0; e < first_pair_equation_; ++e) {
+    TipLaw& law = equations_[static_cast<std::size_t>(e)].tip_law;
+    law.compliance = compliance_(e, e);
+    law.change = change_[e];
   }
   Vector last = forces_;
   for (int round = 0; round < kMaxTipRounds; ++round) {
@@ -95,18 +186,57 @@ RelaxationResult ContactSolver::Solve() {
   return result;
 }
 
+// Presses that have a gap without force start inactive, and pairs as in the last step.
+void ContactSolver::StartActiveSet() {
+  for (int e = 0; e < size_; ++e) {
+    const auto i = static_cast<std::size_t>(e);
+    const Equation& equation = equations_[i];
+    active_[i] = !equation.unilateral || equation.pressed;
+    if (equation.normal != kNone) active_[i] = active_[static_cast<std::size_t>(equation.normal)];
+  }
+}
+
 void ContactSolver::SolveLinear(RelaxationResult* result) {
-  // Presses that have a gap without force start inactive.
-  for (int e = 0; e < size_; ++e) active_[e] = !equations_[e].unilateral || change_[e] > 0;
-  // Each round releases the presses that would pull and adds those that would penetrate.
-  constexpr int kMaxRounds = 2 * kMaxContacts;
-  bool changed = true;
-  for (int round = 0; changed && round < kMaxRounds; ++round) {
+  for (int e = 0; e < first_pair_equation_; ++e) {
+    const auto i = static_cast<std::size_t>(e);
+    active_[i] = !equations_[i].unilateral || change_[e] > 0;
+  }
+  // Each round releases the contacts that would pull and adds those that would penetrate.
+  int wrong = std::numeric_limits<int>::max(), waited = 0, sliding_rounds = 0;
+  bool done = false;
+  for (int round = 0; !done && round < kMaxRounds; ++round) {
     ++result->iterations;
     result->regularised = SolveActive();
-    changed = UpdateActiveSet();
+    const int now = UpdateActiveSet(waited >= kPatience);
+    if (now == 0) {
+      done = sliding_rounds == kMaxSlidingRounds || !UpdateSliding();
+      ++sliding_rounds;
+      wrong = std::numeric_limits<int>::max();
+      waited = 0;
+      continue;
+    }
+    waited = now < wrong ? 0 : waited + 1;
+    wrong = std::min(wrong, now);
   }
-  result->converged = !changed;
+  result->converged = done;
+}
+
+double ContactSolver::WithFriction(int e, int g) const {
+  const auto i = static_cast<std::size_t>(g);
+  double entry = compliance_(e, g);
+  if (equations_[i].friction > 0 && sliding_[i].slides) {
+    entry += sliding_[i].first * compliance_(e, g + 1) + sliding_[i].second * compliance_(e, g + 2);
+  }
+  return entry;
+}
+
+Vector3d ContactSolver::ForceWithFriction(const Side& side) const {
+  const auto e = static_cast<std::size_t>(side.equation);
+  const Sliding& sliding = sliding_[e];
+  if (!(equations_[e].friction > 0) || !sliding.slides) return side.force_W;
+  const double sign = side.force_W.dot(equations_[e].force_W) > 0 ? 1 : -1;  // on the second body
+  return side.force_W + sign * (sliding.first * equations_[e + 1].force_W +
+                                sliding.second * equations_[e + 2].force_W);
 }
 
 // Computes the forces that satisfy the active equations; the others are zero. True if the equations
@@ -116,33 +246,35 @@ bool ContactSolver::SolveActive() {
   slip_ = 0;
   int count = 0;
   for (int e = 0; e < size_; ++e) {
-    if (active_[e]) active_list_[count++] = e;
+    if (active_[static_cast<std::size_t>(e)]) active_list_[static_cast<std::size_t>(count++)] = e;
   }
   if (count == 0) return false;
   double way = 0, stiffest = compliance_(active_list_[0], active_list_[0]), softest = 0;
   for (int i = 0; i < count; ++i) {
-    const int e = active_list_[i];
+    const int e = active_list_[static_cast<std::size_t>(i)];
     way = std::max(way, std::abs(change_[e]));
     stiffest = std::min(stiffest, compliance_(e, e));
     softest = std::max(softest, compliance_(e, e));
   }
   const bool friction = HasFriction();
   const auto solve = [&](double pad) {
-    active_compliance_.resize(count, count);
+    auto A = active_compliance_.topLeftCorner(count, count);
     active_forces_.resize(count);
     for (int i = 0; i < count; ++i) {
-      active_forces_[i] = change_[active_list_[i]];
+      const int e = active_list_[static_cast<std::size_t>(i)];
+      active_forces_[i] = change_[e];
       for (int j = 0; j < count; ++j) {
-        active_compliance_(i, j) = compliance_(active_list_[i], active_list_[j]);
+        A(i, j) = WithFriction(e, active_list_[static_cast<std::size_t>(j)]);
       }
     }
-    active_compliance_.diagonal().array() += pad;
+    A.diagonal().array() += pad;
+    Eigen::Ref<Matrix> active_compliance(A);
     if (friction) {
-      const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(active_compliance_);
+      const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(active_compliance);
       active_forces_ = factor.solve(active_forces_).eval();
       return factor.matrixLU().diagonal().cwiseAbs().minCoeff() < 10 * pad;
     }
-    const Eigen::LDLT<Eigen::Ref<Matrix>> factor(active_compliance_);
+    const Eigen::LDLT<Eigen::Ref<Matrix>> factor(active_compliance);
     factor.solveInPlace(active_forces_);
     return factor.vectorD().minCoeff() < 10 * pad;
   };
@@ -159,37 +291,100 @@ bool ContactSolver::SolveActive() {
     dependent = true;
     slip_ = pad;
   }
-  for (int i = 0; i < count; ++i) forces_[active_list_[i]] = active_forces_[i];
+  for (int i = 0; i < count; ++i) {
+    const int e = active_list_[static_cast<std::size_t>(i)];
+    forces_[e] = active_forces_[i];
+    const Sliding& sliding = sliding_[static_cast<std::size_t>(e)];
+    if (!(equations_[static_cast<std::size_t>(e)].friction > 0) || !sliding.slides) continue;
+    forces_[e + 1] = sliding.first * forces_[e];
+    forces_[e + 2] = sliding.second * forces_[e];
+  }
   return dependent;
 }
 
 bool ContactSolver::HasFriction() const {
   for (int e = 0; e < size_; ++e) {
-    if (equations_[e].force_W != equations_[e].axis_W) return true;
+    const Equation& equation = equations_[static_cast<std::size_t>(e)];
+    if (equation.force_W != equation.axis_W) return true;
+    if (equation.friction > 0 && sliding_[static_cast<std::size_t>(e)].slides) return true;
   }
   return false;
 }
 
-bool ContactSolver::UpdateActiveSet() {
-  bool changed = false;
+bool ContactSolver::IsWrong(int e, double slack) const {
+  if (active_[static_cast<std::size_t>(e)]) return forces_[e] < 0;
+  return change_[e] - compliance_.row(e).head(size_).dot(forces_) > slack;
+}
+
+// Returns the number of contacts that were wrong.
+int ContactSolver::UpdateActiveSet(bool one_at_a_time) {
+  int wrong = 0;
   const double slack = 1e-9 * change_.cwiseAbs().maxCoeff();  // round-off of the solve, in any unit
   for (int e = 0; e < size_; ++e) {
-    if (!equations_[e].unilateral) continue;
-    if (active_[e] ? forces_[e] < 0 : change_[e] - compliance_.row(e).dot(forces_) > slack) {
-      active_[e] = !active_[e];
-      changed = true;
+    const auto i = static_cast<std::size_t>(e);
+    const Equation& equation = equations_[i];
+    if (equation.unilateral) {
+      if ((one_at_a_time && wrong > 0) || !IsWrong(e, slack)) continue;
+      active_[i] = !active_[i];
+      ++wrong;
+    } else if (equation.normal != kNone) {
+      const auto normal = static_cast<std::size_t>(equation.normal);
+      active_[i] = active_[normal] && !sliding_[normal].slides;
     }
+  }
+  return wrong;
+}
+
+// Lets pairs slide whose friction is too large, and lets those stick that would slide backwards.
+// True if any changed.
+bool ContactSolver::UpdateSliding() {
+  bool changed = false;
+  for (int e = first_pair_equation_; e < size_; ++e) {
+    const auto i = static_cast<std::size_t>(e);
+    const double friction = equations_[i].friction;
+    if (!(friction > 0) || !active_[i]) continue;
+    Sliding& sliding = sliding_[i];
+    const Eigen::Vector2d across(forces_[e + 1], forces_[e + 2]);
+    if (sliding.slides) {
+      const Eigen::Vector2d slip(compliance_.row(e + 1).head(size_).dot(forces_) - change_[e + 1],
+                                 compliance_.row(e + 2).head(size_).dot(forces_) - change_[e + 2]);
+      if (slip.dot(across) <= 0) continue;
+      sliding = {};
+    } else {
+      if (across.norm() <= friction * forces_[e] * (1 + 1e-9)) continue;
+      sliding.slides = true;
+      sliding.first = friction * across[0] / across.norm();
+      sliding.second = friction * across[1] / across.norm();
+    }
+    active_[i + 1] = active_[i + 2] = !sliding.slides;
+    changed = true;
   }
   return changed;
 }
 
-void ContactSolver::WriteForces(ContactConstraints* contacts) const {
+ContactSolver::Vector ContactSolver::ForcesOn(int body) const {
+  const std::span<const Side> own = sides(body);
+  Vector forces(static_cast<Eigen::Index>(own.size()));
+  for (Eigen::Index i = 0; i < forces.size(); ++i) {
+    forces[i] = forces_[own[static_cast<std::size_t>(i)].equation];
+  }
+  return forces;
+}
+
+void ContactSolver::WriteForces(int body, ContactConstraints* contacts) const {
   for (int i = 0; i < contacts->size(); ++i) {
     (*contacts)[i].force_W.setZero();
     (*contacts)[i].slip = slip_;
   }
-  for (int e = 0; e < size_; ++e) {
-    (*contacts)[equations_[e].row].force_W += forces_[e] * equations_[e].force_W;
+  for (const Side& side : sides(body)) {
+    (*contacts)[side.row].force_W += forces_[side.equation] * side.force_W;
+  }
+}
+
+void ContactSolver::WriteForces(std::span<OrganContact> pairs) const {
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const bool solved = static_cast<int>(p) < pair_count_;
+    pairs[p].f_n = solved ? forces_[pair_equation_[p]] : 0;
   }
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <span>
+#include <vector>
 
 #include "engine/contact/contact_constraints.h"
 
@@ -19,25 +21,31 @@ struct RelaxationResult {
   double share_slope = 0;
 };
 
-/// Solves the contacts of one step in their compliance space. Each of the E scalar equations is for
-/// one contact point along one axis. The compliance A (E x E, m/N) couples them:
+/// Solves the contacts of one step in their compliance space, those of one organ or of several that
+/// touch each other: the bodies. Each of the E scalar equations is for one contact along one axis.
+/// The compliance A (E x E, m/N) couples them:
 ///     grasp:   A f = change
-///     press:   f >= 0,   A f >= change,   f (A f - change) = 0.
+///     press:   f >= 0,   A f >= change,   f (A f - change) = 0
+///     pair:    as a press, and Coulomb friction across it.
 ///
 /// 1. A grasp row gives three equations along the world axes.
 /// 2. A press row gives one along minus its normal, with f the pressing force f_n and `change` the
 ///    depth of the tool below the point. With friction its force is not along its axis, and A is
 ///    not symmetric.
-/// 3. The local compliance of a row (ContactConstraints::Row) is added to its point's own block of
+/// 3. A pair (OrganContact) gives one along its normal. With friction two follow across it: they
+///    hold as equations while it sticks, and are f_n times the direction of sliding while it slides.
+/// 4. The local compliance of a row (ContactConstraints::Row) is added to its point's own block of
 ///    A, that between coupled rows to their common blocks. Under a tip it depends on the pressing
 ///    force (LocalIndentation): Newton's method starts without force, from where it increases, and
 ///    each of its rounds solves the equations above.
-/// 4. (Nearly) coincident contacts with different targets would pull against each other with up to
+/// 5. (Nearly) coincident contacts with different targets would pull against each other with up to
 ///    1e9 times the force of one alone. If forces exceed kContradicting times the single-contact
 ///    force, slip compliance is added until they are below kSlipping times it
 ///    (ContactConstraints::Row::slip).
 ///
-/// The method is an active set. Sized once; deformation thread; allocates nothing.
+/// The method is an active set that changes all wrong contacts at once. If that does not lead to
+/// fewer of them, it changes one at a time, which ends for every positive definite A (Murty 1974).
+/// Sized once; deformation thread; allocates nothing.
 class ContactSolver {
  public:
   /// Forces above this multiple of the single-contact force count as contradicting. That force is
@@ -46,25 +54,37 @@ class ContactSolver {
   static constexpr double kContradicting = 1000;
   static constexpr double kSlipping = 10;
   static constexpr int kMaxEquations = 3 * kMaxContacts;
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
-                               kMaxEquations, kMaxEquations>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEquations, 1>;
-  struct Equation {
-    int row = 0;                          ///< Index of the contact constraint.
+  /// One body's part in an equation. A pair's equations have a part in both bodies.
+  struct Side {
+    int equation = 0;
+    int row = 0;                          ///< Of the body's constraints.
     Vector3d axis_W = Vector3d::Zero();   ///< Axis along which the point moves.
-    Vector3d force_W = Vector3d::Zero();  ///< Force on the tissue for f = 1.
-    bool unilateral = false;
+    Vector3d force_W = Vector3d::Zero();  ///< Force on the body for f = 1.
   };
 
-  /// Lists the equations of `contacts`. change() is the distance of each target from the point's
-  /// rest position along the axis.
-  void Build(const ContactConstraints& contacts);
+  ContactSolver();
+
+  /// Lists the equations of the bodies' rows, then those of `pairs` until kMaxEquations. change()
+  /// is the distance of each target from the point's rest position along the axis. At most
+  /// kMaxBodies bodies.
+  void Build(std::span<const ContactConstraints* const> bodies,
+             std::span<const OrganContact> pairs);
+  void Build(const ContactConstraints& contacts) {
+    const std::array<const ContactConstraints*, 1> alone{&contacts};
+    Build(alone, {});
+  }
 
   int size() const { return size_; }
-  const Equation& operator[](int e) const { return equations_[e]; }
-  /// The contact compliance A (E x E) of the lattice alone. The caller fills it before each
-  /// Solve().
-  Matrix& compliance() { return compliance_; }
+  /// The parts of one body, those of one row next to each other. With a body alone and no pairs,
+  /// part e is of equation e.
+  std::span<const Side> sides(int body = 0) const {
+    const auto b = static_cast<std::size_t>(body);
+    return {sides_.data() + first_side_[b], first_side_[b + 1] - first_side_[b]};
+  }
+  /// The contact compliance A (E x E) of the organs alone. Build() clears it; the caller adds each
+  /// body's part before Solve().
+  auto compliance() { return compliance_.topLeftCorner(size_, size_); }
   Vector& change() { return change_; }              ///< E, m.
   const Vector& forces() const { return forces_; }  ///< E, N; result of Solve().
 
@@ -72,10 +92,32 @@ class ContactSolver {
   /// the last forces and converged = false. The contacts of Build() must not have changed.
   RelaxationResult Solve();
 
-  /// Sets the rows' forces on the tissue and their slip.
-  void WriteForces(ContactConstraints* contacts) const;
+  /// Returns the forces of sides(body), N.
+  Vector ForcesOn(int body) const;
+  /// Sets the forces on a body's rows and their slip.
+  void WriteForces(int body, ContactConstraints* contacts) const;
+  void WriteForces(ContactConstraints* contacts) const { WriteForces(0, contacts); }
+  /// Sets the pairs' pressing forces; `pairs`: those of Build().
+  void WriteForces(std::span<OrganContact> pairs) const;
+
+  // After Solve(), for the pairs' equations, which follow the first_pair_equation() others:
+  int bodies() const { return bodies_; }
+  int first_pair_equation() const { return first_pair_equation_; }
+  /// True if the equation holds.
+  bool IsActive(int equation) const { return active_[static_cast<std::size_t>(equation)]; }
+  /// Returns the displacement (m/N) of equation e for a unit force of g, with the friction of a
+  /// pair that slides.
+  double WithFriction(int e, int g) const;
+  /// Returns the force on the side's body for f = 1, with that friction.
+  Vector3d ForceWithFriction(const Side& side) const;
 
  private:
+  // A part of one of the matrices; temporaries have a fixed largest size.
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                               kMaxEquations, kMaxEquations>;
+  static constexpr int kMaxBodies = 64;
+  static constexpr int kNone = -1;
+
   // A tip's local law, f (along q(f)), about the last round's forces.
   struct TipLaw {
     const LocalIndentation* indentation = nullptr;  // nullptr: none
@@ -83,24 +125,51 @@ class ContactSolver {
     double compliance = 0;                          // m/N, without the law
     double change = 0;                              // m, without the law
   };
+  struct Equation {
+    const ContactConstraints::Row* row = nullptr;  // nullptr: a pair's
+    Vector3d axis_W = Vector3d::Zero();
+    Vector3d force_W = Vector3d::Zero();
+    Vector3d local_W = Vector3d::Zero();  // local compliance times force, m/N
+    bool unilateral = false;
+    int normal = kNone;   // across a pair: equation along its normal
+    double friction = 0;  // along a pair's normal: coefficient, 0 without equations across
+    bool pressed = false;
+    TipLaw tip_law = {};
+  };
+  // State of the friction of the pair with this normal equation.
+  struct Sliding {
+    bool slides = false;
+    double first = 0, second = 0;  // forces across over the one along the normal
+  };
 
+  void AddOwnEquations(const ContactConstraints& contacts);
+  void AddPairEquations(std::span<const OrganContact> pairs);
+  void ListSides(std::span<const ContactConstraints* const> bodies,
+                 std::span<const OrganContact> pairs);
   void AddLocalCompliance();
   void LineariseTipLaws();
+  void StartActiveSet();
   void SolveLinear(RelaxationResult* result);
   bool SolveActive();
   bool HasFriction() const;
-  bool UpdateActiveSet();
+  int UpdateActiveSet(bool one_at_a_time);
+  bool IsWrong(int e, double slack) const;
+  bool UpdateSliding();
 
   int size_ = 0;
-  std::array<Equation, kMaxEquations> equations_;
-  std::array<Vector3d, kMaxEquations> local_;  // local compliance times force
-  std::array<TipLaw, kMaxEquations> tip_laws_;
+  int bodies_ = 0;
+  int first_pair_equation_ = 0;
+  std::vector<Equation> equations_;  // kMaxEquations
+  std::vector<Side> sides_;          // 2 kMaxEquations
+  std::array<std::size_t, kMaxBodies + 1> first_side_{};
+  std::array<int, kMaxContacts> pair_equation_{};  // of each pair
+  int pair_count_ = 0;
   bool has_tip_law_ = false;
-  std::array<CoupledRow, kMaxEquations> coupled_;
+  std::vector<Sliding> sliding_;  // kMaxEquations
   std::array<bool, kMaxEquations> active_{};
   std::array<int, kMaxEquations> active_list_{};
-  Matrix compliance_;
-  Matrix active_compliance_;
+  Eigen::MatrixXd compliance_;         // kMaxEquations x kMaxEquations
+  Eigen::MatrixXd active_compliance_;  // the same
   Vector change_;
   Vector active_forces_;
   Vector forces_;

@@ -321,10 +321,4 @@ double LocalIndentation::PressingForce(double depth, double compliance, double a
   return force * E_star_ * radius_ * radius_;
 }
 
-LocalIndentation LocalIndentation::Scaled(double factor) const {
-  LocalIndentation indentation = *this;
-  indentation.factor_W_ *= factor;
-  return indentation;
-}
-
 }  // namespace hpdm

@@ -103,8 +103,6 @@ class LocalIndentation {
   /// Returns the f_n >= 0 (N) with  f_n (compliance + along q(f_n)) = depth  for a depth (m) and
   /// compliance (m/N) above zero. `along`: n^T H n or its like, m^2/N.
   double PressingForce(double depth, double compliance, double along) const;
-  /// Returns the same with H, but not R_ball, times `factor`.
-  LocalIndentation Scaled(double factor) const;
 
   const Vector3d& normal_W() const { return normal_W_; }
   double radius() const { return radius_; }

@@ -35,6 +35,10 @@ class LatticeCompliance {
   /// Deformation thread; allocates nothing.
   virtual void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const = 0;
 
+  /// Replaces R by K^-1 R about the last solution: columns of 3n loads (N); row 3 a + d is control
+  /// point a along d.
+  virtual void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const = 0;
+
   /// Returns b K^-1 b^T (m/N) at rest and without local functions; used for many rows at set-up.
   virtual Matrix3d PointCompliance(const SparseRow& b) const = 0;
 };

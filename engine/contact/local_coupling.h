@@ -17,12 +17,11 @@ using LocalCoupling = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eige
 struct CoupledRow {
   const LocalCoupling* coupling = nullptr;  ///< nullptr: the row is alone. Outlives the row.
   int place = 0;                            ///< Number of the row's block.
-  double factor = 1;                        ///< Factor on the blocks.
 
   /// Returns the displacement of this row for a unit force on another one, m/N.
   Matrix3d To(const CoupledRow& other) const {
     if (coupling == nullptr || coupling != other.coupling) return Matrix3d::Zero();
-    return factor * coupling->block<3, 3>(3 * place, 3 * other.place);
+    return coupling->block<3, 3>(3 * place, 3 * other.place);
   }
 };
 

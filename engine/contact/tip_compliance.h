@@ -36,8 +36,8 @@ class TipCompliance {
   int AddTip();
   /// Adds a row to the last tip and returns its weights, all zero, to be filled in. `C_loc`: local
   /// compliance, m/N; `x_W`: present position of the point, m; `force_W`: force on the tissue
-  /// there, N; `coupled`: local compliance to other rows. At most as many rows as
-  /// ContactConstraints has, and one more for each tip.
+  /// there, N; `coupled`: local compliance to other rows. At most kMaxToolRows rows, and one more
+  /// for each tip.
   auto AddRow(const Matrix3d& C_loc, const Vector3d& x_W, const Vector3d& force_W,
               const CoupledRow& coupled = {}) {
     HPDM_CHECK(row_count_ < kMaxRows && tip_count_ > 0);
@@ -74,7 +74,7 @@ class TipCompliance {
   Vector3d Released(const SparseRow& b, const Vector3d& x_W) const;
 
  private:
-  static constexpr int kMaxRows = kMaxContacts + kMaxInstruments;
+  static constexpr int kMaxRows = kMaxToolRows + kMaxInstruments;
   static constexpr int kMaxTips = kMaxInstruments;
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                3 * kMaxRows, 3 * kMaxRows>;

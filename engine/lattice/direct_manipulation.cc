@@ -9,11 +9,11 @@ namespace hpdm {
 int MoveDirectly(const Eigen::Ref<const ContactWeights>& weights,
                  const Eigen::Ref<const Points>& contact_change,
                  Eigen::Ref<Points> control_displacements) {
-  using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxContacts,
-                             kMaxContacts>;
-  using Change = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxContacts, 3>;
+  using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxToolRows,
+                             kMaxToolRows>;
+  using Change = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxToolRows, 3>;
   const Eigen::Index m = weights.rows();
-  HPDM_CHECK(m <= kMaxContacts && contact_change.rows() == m);
+  HPDM_CHECK(m <= kMaxToolRows && contact_change.rows() == m);
   if (m == 0) return 0;
 
   Gram gram(m, m);

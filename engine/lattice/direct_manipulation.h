@@ -4,8 +4,10 @@
 
 namespace hpdm {
 
-/// Most contact rows of one organ in one step: 16 for each tool.
-inline constexpr int kMaxContacts = 32;
+/// Most contact rows of one organ in one step.
+inline constexpr int kMaxContacts = 128;
+/// Most rows of tools among them: 16 for each tool.
+inline constexpr int kMaxToolRows = 32;
 
 /// Rows are contacts, columns control points: m x n, m <= kMaxContacts.
 using ContactWeights = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -13,7 +15,7 @@ using ContactWeights = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eig
 /// Moves the control points so that the contacts move by `contact_change` (m x 3, m) (Eq. 26-28).
 /// Adds to `control_displacements` (n x 3, m) the change of least Euclidean norm
 ///     dU = B^T (B B^T)^+ dx
-/// with B = `weights` (m x n), the contacts' basis rows, and dx = `contact_change`.
+/// with B = `weights` (m x n, m <= kMaxToolRows), the contacts' basis rows, and dx = `contact_change`.
 ///
 /// 1. The pseudo-inverse drops eigenvalues below 1e-10 of the largest. Returns the rank.
 /// 2. Contacts that coincide and contradict each other move by their mean.

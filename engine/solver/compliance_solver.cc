@@ -1,5 +1,6 @@
 #include "engine/solver/compliance_solver.h"
 
+#include <algorithm>
 #include <string>
 
 #include "engine/base/error.h"
@@ -18,7 +19,8 @@ class ScalarComplianceSolver final : public ComplianceSolver {
       : inverse_(InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
         response_(K.rows(), kMaxContacts) {}
 
-  void Respond(const ContactConstraints& contacts, ContactSolver* contact_solver) override {
+  void Respond(int body, const ContactConstraints& contacts, double yield,
+               ContactSolver* contact_solver) override {
     for (int i = 0; i < contacts.size(); ++i) {
       auto response = response_.col(i);
       response.setZero();
@@ -28,25 +30,23 @@ class ScalarComplianceSolver final : public ComplianceSolver {
       }
     }
     row_compliance_.noalias() = contacts.Weights() * response_.leftCols(contacts.size());
-    for (int e = 0; e < contact_solver->size(); ++e) {
-      const ContactSolver::Equation& first = (*contact_solver)[e];
-      for (int g = 0; g < contact_solver->size(); ++g) {
-        const ContactSolver::Equation& second = (*contact_solver)[g];
-        contact_solver->compliance()(e, g) =
-            row_compliance_(first.row, second.row) * first.axis_W.dot(second.force_W);
+    for (const ContactSolver::Side& first : contact_solver->sides(body)) {
+      for (const ContactSolver::Side& second : contact_solver->sides(body)) {
+        contact_solver->compliance()(first.equation, second.equation) +=
+            yield * (row_compliance_(first.row, second.row) * first.axis_W.dot(second.force_W));
       }
     }
   }
 
-  void Deform(const ContactSolver& contact_solver, Points* U) const override {
+  void Deform(int body, const ContactSolver& contact_solver, Points* U) const override {
     U->setZero();
-    for (int e = 0; e < contact_solver.size(); ++e) {
-      const Vector3d force = contact_solver.forces()[e] * contact_solver[e].force_W;
-      for (int d = 0; d < 3; ++d) U->col(d) += force[d] * response_.col(contact_solver[e].row);
+    for (const ContactSolver::Side& side : contact_solver.sides(body)) {
+      const Vector3d force = contact_solver.forces()[side.equation] * side.force_W;
+      for (int d = 0; d < 3; ++d) U->col(d) += force[d] * response_.col(side.row);
     }
   }
 
-  void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override {
+  void SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const override {
     for (Eigen::Index c = 0; c < columns.cols(); ++c) {
       Eigen::Map<Points> loads(columns.col(c).data(), inverse_.rows(), 3);
       loads = (inverse_ * loads).eval();
@@ -92,45 +92,49 @@ class FullComplianceSolver final : public ComplianceSolver {
             K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
         touched_(static_cast<std::size_t>(n_)),
         weights_(kMaxContacts, n_),
-        moved_(3, n_) {}
+        moved_(3, n_),
+        solved_(3 * n_, 3) {}
 
-  void Respond(const ContactConstraints& contacts, ContactSolver* contact_solver) override {
+  void Respond(int body, const ContactConstraints& contacts, double yield,
+               ContactSolver* contact_solver) override {
     Gather(contacts);
-    for (int g = 0; g < contact_solver->size(); ++g) {
-      Move((*contact_solver)[g]);
+    for (const ContactSolver::Side& loaded : contact_solver->sides(body)) {
+      Move(loaded);
       Vector3d moved = Vector3d::Zero();
-      int at = -1;  // the equations of one contact follow each other
-      for (int e = 0; e < contact_solver->size(); ++e) {
-        const ContactSolver::Equation& equation = (*contact_solver)[e];
-        if (equation.row != at) {
-          at = equation.row;
+      int at = -1;  // the sides of one row follow each other
+      for (const ContactSolver::Side& side : contact_solver->sides(body)) {
+        if (side.row != at) {
+          at = side.row;
           moved.setZero();
           for (int t = 0; t < count_; ++t) moved += weights_(at, t) * moved_.col(t);
         }
-        contact_solver->compliance()(e, g) = equation.axis_W.dot(moved);
+        contact_solver->compliance()(side.equation, loaded.equation) +=
+            yield * side.axis_W.dot(moved);
       }
     }
   }
 
-  void Deform(const ContactSolver& contact_solver, Points* U) const override {
+  void Deform(int body, const ContactSolver& contact_solver, Points* U) const override {
     auto u = AsVector(U);
     u.setZero();
     for (int t = 0; t < count_; ++t) {
       Vector3d force = Vector3d::Zero();
-      for (int e = 0; e < contact_solver.size(); ++e) {
-        force += contact_solver.forces()[e] * weights_(contact_solver[e].row, t) *
-                 contact_solver[e].force_W;
+      for (const ContactSolver::Side& side : contact_solver.sides(body)) {
+        force += contact_solver.forces()[side.equation] * weights_(side.row, t) * side.force_W;
       }
       AddColumns(touched_[static_cast<std::size_t>(t)], force, &u);
     }
   }
 
-  void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override {
-    Eigen::VectorXd u(columns.rows());
-    for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+  void SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const override {
+    for (Eigen::Index first = 0; first < columns.cols(); first += 3) {
+      auto loads = columns.middleCols(first, std::min<Eigen::Index>(3, columns.cols() - first));
+      auto u = solved_.leftCols(loads.cols());
       u.setZero();
-      for (int a = 0; a < n_; ++a) AddColumns(a, columns.col(c).segment<3>(3 * a), &u);
-      columns.col(c) = u;
+      for (Eigen::Index i = 0; i < loads.rows(); ++i) {  // each column of K^-1 is read once
+        if (!loads.row(i).isZero(0)) u += inverse_.col(i) * loads.row(i);
+      }
+      loads = u;
     }
   }
 
@@ -155,17 +159,17 @@ class FullComplianceSolver final : public ComplianceSolver {
     }
   }
 
-  // Computes the displacements of the touched control points for the equation's unit force.
-  void Move(const ContactSolver::Equation& equation) {
+  // Computes the displacements of the touched control points for the side's unit force.
+  void Move(const ContactSolver::Side& side) {
     auto moved = moved_.leftCols(count_);
     moved.setZero();
     for (int t = 0; t < count_; ++t) {
-      const double weight = weights_(equation.row, t);
+      const double weight = weights_(side.row, t);
       if (weight == 0) continue;
       for (int d = 0; d < 3; ++d) {
-        if (equation.force_W[d] == 0) continue;
+        if (side.force_W[d] == 0) continue;
         const auto column = inverse_.col(3 * touched_[static_cast<std::size_t>(t)] + d);
-        const double force = weight * equation.force_W[d];
+        const double force = weight * side.force_W[d];
         for (int s = 0; s < count_; ++s) {
           moved.col(s) += force * column.segment<3>(3 * touched_[static_cast<std::size_t>(s)]);
         }
@@ -187,6 +191,7 @@ class FullComplianceSolver final : public ComplianceSolver {
   std::vector<int> touched_;  // n; the first count_ are these control points
   Eigen::MatrixXd weights_;   // kMaxContacts x n: their weights in each contact's row
   Eigen::Matrix3Xd moved_;    // 3 x n: their displacements for the present unit force
+  mutable Eigen::MatrixXd solved_;  // 3n x 3
 };
 
 }  // namespace
@@ -219,30 +224,43 @@ Eigen::MatrixXd InverseStiffness(const Eigen::Ref<const Eigen::MatrixXd>& K, con
   return inverse;
 }
 
-void FillCompliance(const ContactConstraints& contacts,
-                    const Eigen::Ref<const Eigen::MatrixXd>& response,
-                    ContactSolver* contact_solver) {
-  for (int g = 0; g < contact_solver->size(); ++g) {
-    const Eigen::Map<const Points> U(response.col(g).data(), response.rows() / 3, 3);
+void AddCompliance(int body, const ContactConstraints& contacts,
+                   const Eigen::Ref<const Eigen::MatrixXd>& response, double yield,
+                   ContactSolver* contact_solver) {
+  Eigen::Index column = 0;
+  for (const ContactSolver::Side& loaded : contact_solver->sides(body)) {
+    const Eigen::Map<const Points> U(response.col(column++).data(), response.rows() / 3, 3);
     Vector3d moved = Vector3d::Zero();
-    int at = -1;  // the equations of one contact follow each other
-    for (int e = 0; e < contact_solver->size(); ++e) {
-      const auto& [row, axis, force, unilateral] = (*contact_solver)[e];
-      if (row != at) moved.noalias() = (contacts.Weights().row(row) * U).transpose();
-      at = row;
-      contact_solver->compliance()(e, g) = axis.dot(moved);
+    int at = -1;  // the sides of one row follow each other
+    for (const ContactSolver::Side& side : contact_solver->sides(body)) {
+      if (side.row != at) moved.noalias() = (contacts.Weights().row(side.row) * U).transpose();
+      at = side.row;
+      contact_solver->compliance()(side.equation, loaded.equation) +=
+          yield * side.axis_W.dot(moved);
     }
   }
 }
 
-RelaxationResult SolveContacts(ComplianceSolver* compliance_solver, ContactSolver* contact_solver,
-                               ContactConstraints* contacts, Points* U) {
-  contact_solver->Build(*contacts);
-  compliance_solver->Respond(*contacts, contact_solver);
-  const RelaxationResult result = contact_solver->Solve();
-  contact_solver->WriteForces(contacts);
-  compliance_solver->Deform(*contact_solver, U);
-  return result;
+void TakeOffChanges(int body, const ContactConstraints& contacts, const Points& U,
+                    ContactSolver* contact_solver) {
+  for (const ContactSolver::Side& side : contact_solver->sides(body)) {
+    contact_solver->change()[side.equation] -=
+        side.axis_W.dot((contacts.Weights().row(side.row) * U).transpose());
+  }
+}
+
+void LineariseQuadratic(int body, const ContactConstraints& contacts, const RelaxationInput& input,
+                        ComplianceSolver* compliance_solver, ContactSolver* contact_solver) {
+  compliance_solver->Respond(body, contacts, input.yield, contact_solver);
+  if (input.free != nullptr) TakeOffChanges(body, contacts, *input.free, contact_solver);
+}
+
+void AdvanceQuadratic(int body, const RelaxationInput& input,
+                      const ComplianceSolver& compliance_solver,
+                      const ContactSolver& contact_solver, Points* U) {
+  compliance_solver.Deform(body, contact_solver, U);
+  if (input.yield != 1) *U *= input.yield;
+  if (input.free != nullptr) *U += *input.free;
 }
 
 std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const ScalarStiffness& K) {

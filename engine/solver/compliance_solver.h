@@ -7,15 +7,9 @@
 #include "engine/energy/metric_energy.h"
 #include "engine/energy/strain_energy.h"
 #include "engine/solver/refinement_basis.h"
+#include "engine/solver/relaxation.h"
 
 namespace hpdm {
-
-/// Computes the compliance between the equations of `contact_solver` (built from `contacts`),
-///     A_eg = axis_e . (b_e U_g)
-/// with column g of `response` (3n x >= E) the displacements U_g for a unit force of equation g.
-void FillCompliance(const ContactConstraints& contacts,
-                    const Eigen::Ref<const Eigen::MatrixXd>& response,
-                    ContactSolver* contact_solver);
 
 /// The response U = K^-1 R of a lattice of constant stiffness K to loads R, with K inverted once.
 /// Owned by one thread; Respond() and Deform() allocate nothing.
@@ -25,22 +19,37 @@ class ComplianceSolver : public LatticeCompliance {
   /// nothing if the solver has no local functions.
   virtual void SetActiveFunctions(const ActiveRefinement& active) { static_cast<void>(active); }
 
-  /// Computes the compliance A = B_c K^-1 B_c^T of `contact_solver` (built from `contacts`). Keeps
-  /// the data of the contacts that Deform() needs.
-  virtual void Respond(const ContactConstraints& contacts, ContactSolver* contact_solver) = 0;
+  /// Adds yield B_c K^-1 B_c^T to the compliance of `contact_solver`, in which `contacts` are those
+  /// of number `body`. Keeps the data of the contacts that Deform() needs.
+  virtual void Respond(int body, const ContactConstraints& contacts, double yield,
+                       ContactSolver* contact_solver) = 0;
 
-  /// Computes U (n x 3, m; with local functions their slots follow) under the forces of
-  /// `contact_solver`, which the last Respond() saw.
-  virtual void Deform(const ContactSolver& contact_solver, Points* U) const = 0;
+  /// Computes U = K^-1 B^T f (n x 3, m; with local functions their slots follow) under the forces
+  /// of `contact_solver`, which the last Respond() saw.
+  virtual void Deform(int body, const ContactSolver& contact_solver, Points* U) const = 0;
 
-  /// Replaces R by K^-1 R: columns of 3n loads (N); row 3 a + d is control point a along d.
-  virtual void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
 };
 
-/// Solves a lattice of constant stiffness under `contacts`: computes their forces and U (n x 3, m).
-/// `contact_solver` is scratch space.
-RelaxationResult SolveContacts(ComplianceSolver* compliance_solver, ContactSolver* contact_solver,
-                               ContactConstraints* contacts, Points* U);
+/// Adds the compliance between the equations of `contact_solver`, in which `contacts` are those of
+/// number `body`,
+///     A_eg = yield axis_e . (b_e U_g)
+/// with column i of `response` (3n x >= sides) the displacements U_g for a unit force of the body's
+/// side i, in equation g.
+void AddCompliance(int body, const ContactConstraints& contacts,
+                   const Eigen::Ref<const Eigen::MatrixXd>& response, double yield,
+                   ContactSolver* contact_solver);
+
+/// Takes the displacements U ((n + slots) x 3, m) off the changes of the body's equations.
+void TakeOffChanges(int body, const ContactConstraints& contacts, const Points& U,
+                    ContactSolver* contact_solver);
+
+/// A quadratic energy as a ContactBody: Linearise() and Advance() for
+///     U = input.free + input.yield K^-1 B^T f.
+void LineariseQuadratic(int body, const ContactConstraints& contacts, const RelaxationInput& input,
+                        ComplianceSolver* compliance_solver, ContactSolver* contact_solver);
+void AdvanceQuadratic(int body, const RelaxationInput& input,
+                      const ComplianceSolver& compliance_solver,
+                      const ContactSolver& contact_solver, Points* U);
 
 /// Returns K^-1. A contact's row b has few entries, one for each non-zero function (27 of quadratic
 /// splines). So a product with those columns of K^-1 is several times cheaper than two triangular

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/energy/blended_energy.h"
+#include "engine/solver/contact_body.h"
 #include "engine/solver/enriched_compliance_solver.h"
 #include "engine/solver/newton_step.h"
 
@@ -76,7 +77,7 @@ class StepPotential final : public Potential {
 // as d = -K^-1 g + K^-1 B^T f in the contacts' compliance space, to which V adds its own. The first
 // step is taken whole, so the contacts hold after it. The points that satisfy them are a convex
 // set, in which the later steps descend as far as the energy falls.
-class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
+class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options,
                    const RefinementBasis* functions, int slots)
@@ -96,31 +97,71 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     least_load_ = kResolved * energy_.stiffness_at_rest().diagonal().maxCoeff();
   }
 
-  RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
-                           Points* U) override {
-    SetActiveFunctions(contacts->refinement);
+  void Begin(const RelaxationInput& input, const ContactConstraints& contacts) override {
+    SetActiveFunctions(contacts.refinement);
     energy_.SetShare(input.quality.finite_strain_blend);
     if (input.start != nullptr) Enter(*input.start);
-    has_tangent_ = contacts->size() > 0 && energy_.share() > 0;
-    if (contacts->size() == 0) {
-      at_.setZero();
-      energy_.Damp(0, U_bar_);
-      U->setZero();
-      return {};
+    input_ = input;
+    has_tangent_ = iterates_ = contacts.size() > 0 && energy_.share() > 0;
+    if (contacts.size() == 0) energy_.Damp(0, U_bar_);
+    if (!iterates_) return;
+    StartDamping();
+    StartWatch();
+    result_ = {};
+    result_.converged = false;
+    value_ = potential_.Gradient(at_, &gradient_);
+  }
+
+  bool Linearise(int body, const ContactConstraints& contacts, ContactSolver* solver) override {
+    if (!iterates_) {
+      LineariseQuadratic(body, contacts, input_, at_rest_.get(), solver);
+      return true;
     }
-    if (!has_tangent_) {
-      const RelaxationResult result = SolveContacts(at_rest_.get(), &contact_solver_, contacts, U);
+    if (!BeginsIteration()) return false;
+    U_bar_ = at_.topRows(n_);
+    if (!factor_.Factorise(U_bar_, &energy_)) {
+      has_tangent_ = false;
+      return false;
+    }
+    RespondAtTangent(body, contacts, solver);
+    return true;
+  }
+
+  bool Advance(int body, const ContactConstraints& contacts, const ContactSolver& solver) override {
+    if (!iterates_) {
+      AdvanceQuadratic(body, input_, *at_rest_, solver, &at_);
+      return true;
+    }
+    const Eigen::Index slots = at_.size() - 3 * n_;
+    VectorMap step = Unknowns(&step_);
+    step << columns_.col(0).head(3 * n_), Eigen::VectorXd::Zero(slots);
+    step.noalias() += Responses(solver.sides(body).size()) * solver.ForcesOn(body);
+    if (schur_complement_ != nullptr)
+      schur_complement_->AddCoupling(1, step.tail(slots), step.head(3 * n_));
+    step.tail(slots) += columns_.col(0).tail(slots) - Slots(at_);
+    const double length = result_.iterations == 0 ? 1 : Search(value_);
+    at_ += length * step_;
+    ++result_.iterations;
+    value_ = potential_.Gradient(at_, &gradient_);
+    result_.residual = Residual(contacts);
+    result_.converged = length == 1 && result_.residual <= options_.tolerance;
+    return result_.converged;
+  }
+
+  RelaxationResult End(const RelaxationResult& solved, Points* U) override {
+    if (!iterates_) {
+      *U = at_;
       Enter(*U);
-      return result;
+      return solved;
     }
-    StartDamping(input);
-    const RelaxationResult result = Iterate(input, contacts);
+    result_.regularised = solved.regularised;
+    result_.share_slope = potential_.ShareSlope();
     StopDamping();
     *U = at_;
     if (schur_complement_ != nullptr)
       schur_complement_->AddCoupling(-1, Slots(at_), Unknowns(U).head(3 * n_));
     if (!U->allFinite()) at_.setZero();  // the caller reports it; the next step starts at rest
-    return result;
+    return result_;
   }
 
   void SetActiveFunctions(const ActiveRefinement& active) override {
@@ -141,6 +182,14 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     }
     FillUnitLoads(b, response);
     Respond(1, response);
+  }
+
+  void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override {
+    if (has_tangent_) {
+      Respond(1, loads);
+    } else {
+      at_rest_->SolveLoads(loads);
+    }
   }
 
   Matrix3d PointCompliance(const SparseRow& b) const override {
@@ -168,39 +217,20 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
       schur_complement_->AddCoupling(1, Slots(U), Unknowns(&at_).head(3 * n_));
   }
 
-  RelaxationResult Iterate(const RelaxationInput& input, ContactConstraints* contacts) {
-    const int max_iterations = std::min(options_.max_iterations, input.quality.newton_iterations);
-    RelaxationResult result;
-    result.converged = false;
-    StartWatch();
-    double energy = potential_.Gradient(at_, &gradient_);
-    while (!result.converged && result.iterations < max_iterations) {
-      result.out_of_time = input.stop_after > 0 ? result.iterations == input.stop_after
-                                                : !TimeForAnother(result.iterations);
-      if (result.out_of_time) break;
-      U_bar_ = at_.topRows(n_);
-      if (!factor_.Factorise(U_bar_, &energy_)) {
-        has_tangent_ = false;
-        break;
-      }
-      result.regularised = SolveStep(*contacts).regularised;
-      const double length = result.iterations == 0 ? 1 : Search(energy);
-      at_ += length * step_;
-      ++result.iterations;
-      energy = potential_.Gradient(at_, &gradient_);
-      contact_solver_.WriteForces(contacts);
-      result.residual = Residual(*contacts);
-      result.converged = length == 1 && result.residual <= options_.tolerance;
-    }
-    result.share_slope = potential_.ShareSlope();
-    return result;
+  // False if the iterations or the time are used up.
+  bool BeginsIteration() {
+    if (result_.iterations >= std::min(options_.max_iterations, input_.quality.newton_iterations))
+      return false;
+    result_.out_of_time = input_.stop_after > 0 ? result_.iterations == input_.stop_after
+                                                : !TimeForAnother(result_.iterations);
+    return !result_.out_of_time;
   }
 
-  void StartDamping(const RelaxationInput& input) {
-    if (!(input.damping > 0)) return;
-    Enter(*input.damped_from);
+  void StartDamping() {
+    if (!(input_.damping > 0)) return;
+    Enter(*input_.damped_from);
     U_bar_ = at_.topRows(n_);
-    energy_.Damp(input.damping, U_bar_);
+    energy_.Damp(input_.damping, U_bar_);
     potential_.Damp(Slots(at_));
   }
 
@@ -247,19 +277,21 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     }
   }
 
-  // Computes the step from (U_bar, V) and the contact forces.
-  RelaxationResult SolveStep(const ContactConstraints& contacts) {
-    contact_solver_.Build(contacts);
-    const int equations = contact_solver_.size();
+  Eigen::Ref<Eigen::MatrixXd> Responses(std::size_t sides) {
+    return columns_.middleCols(1, static_cast<Eigen::Index>(sides));
+  }
+
+  // Computes the step from (U_bar, V) without contact forces and the responses to them.
+  void RespondAtTangent(int body, const ContactConstraints& contacts, ContactSolver* solver) {
     const Eigen::Index slots = at_.size() - 3 * n_;
     auto free = columns_.col(0);
     free.head(3 * n_) = -Unknowns(&gradient_).head(3 * n_);
-    for (int e = 0; e < equations; ++e) {
-      Eigen::Map<Points>(columns_.col(1 + e).data(), at_.rows(), 3).noalias() =
-          contacts.Weights().row(contact_solver_[e].row).transpose() *
-          contact_solver_[e].force_W.transpose();
+    Eigen::Index column = 1;
+    for (const ContactSolver::Side& side : solver->sides(body)) {
+      Eigen::Map<Points>(columns_.col(column++).data(), at_.rows(), 3).noalias() =
+          contacts.Weights().row(side.row).transpose() * side.force_W.transpose();
     }
-    auto response = columns_.middleCols(1, equations);
+    Eigen::Ref<Eigen::MatrixXd> response = Responses(solver->sides(body).size());
     // A damper on V makes it yield less, starting at its position without load.
     const double kept = energy_.damping() / (1 + energy_.damping());
     factor_.SolveInPlace(free.head(3 * n_));
@@ -271,19 +303,8 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
     if (schur_complement_ != nullptr) {
       schur_complement_->AddCoupling(-1, free.tail(slots), Unknowns(&trial_).head(3 * n_));
     }
-    for (int e = 0; e < equations; ++e) {
-      contact_solver_.change()[e] -= contact_solver_[e].axis_W.dot(
-          (contacts.Weights().row(contact_solver_[e].row) * trial_).transpose());
-    }
-    FillCompliance(contacts, response, &contact_solver_);
-    const RelaxationResult result = contact_solver_.Solve();
-    VectorMap step = Unknowns(&step_);
-    step << free.head(3 * n_), Eigen::VectorXd::Zero(slots);
-    step.noalias() += response * contact_solver_.forces();
-    if (schur_complement_ != nullptr)
-      schur_complement_->AddCoupling(1, step.tail(slots), step.head(3 * n_));
-    step.tail(slots) += free.tail(slots) - Slots(at_);
-    return result;
+    TakeOffChanges(body, contacts, trial_, solver);
+    AddCompliance(body, contacts, response, 1, solver);
   }
 
   double Search(double energy) {
@@ -318,8 +339,11 @@ class NewtonRelaxation final : public Relaxation, public LatticeCompliance {
   Points U_bar_;              // n x 3
   Eigen::MatrixXd columns_;   // 3(n + slots) x (1 + equations): the free step, then the responses
   bool has_tangent_ = false;  // factor_ holds the last step's tangent
-  ContactSolver contact_solver_;
-  double least_load_ = 0;  // N: least divisor of the residual
+  double least_load_ = 0;     // N: least divisor of the residual
+  RelaxationInput input_;     // of the present step
+  bool iterates_ = false;     // the present step is not quadratic
+  double value_ = 0;          // energy at at_, J
+  RelaxationResult result_;   // of the present step
   Nanoseconds started_ = 0, iteration_began_ = 0, longest_ = 0;
 };
 

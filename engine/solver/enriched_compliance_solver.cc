@@ -8,34 +8,35 @@ EnrichedComplianceSolver::EnrichedComplianceSolver(const RefinementBasis& functi
       response_(unknowns_ + 3 * slots, ContactSolver::kMaxEquations),
       scratch_(unknowns_) {}
 
-void EnrichedComplianceSolver::Respond(const ContactConstraints& contacts,
+void EnrichedComplianceSolver::Respond(int body, const ContactConstraints& contacts, double yield,
                                        ContactSolver* contact_solver) {
   SetActiveFunctions(contacts.refinement);
-  const int equations = contact_solver->size();
-  for (int e = 0; e < equations; ++e) {
-    const auto& [row, axis, force, unilateral] = (*contact_solver)[e];
-    auto load = response_.col(e);
+  Eigen::Index columns = 0;
+  for (const ContactSolver::Side& side : contact_solver->sides(body)) {
+    auto load = response_.col(columns++);
     for (Eigen::Index a = 0; 3 * a < load.size(); ++a) {
-      load.segment<3>(3 * a) = contacts.Weights()(row, a) * force;
+      load.segment<3>(3 * a) = contacts.Weights()(side.row, a) * side.force_W;
     }
   }
-  Solve(response_.leftCols(equations));
-  FillCompliance(contacts, response_, contact_solver);
+  SolveLoads(response_.leftCols(columns));
+  AddCompliance(body, contacts, response_, yield, contact_solver);
 }
 
-void EnrichedComplianceSolver::Deform(const ContactSolver& contact_solver, Points* U) const {
+void EnrichedComplianceSolver::Deform(int body, const ContactSolver& contact_solver,
+                                      Points* U) const {
   Eigen::Map<Eigen::VectorXd>(U->data(), U->size()).noalias() =
-      response_.leftCols(contact_solver.size()) * contact_solver.forces();
+      response_.leftCols(static_cast<Eigen::Index>(contact_solver.sides(body).size())) *
+      contact_solver.ForcesOn(body);
 }
 
-void EnrichedComplianceSolver::Solve(Eigen::Ref<Eigen::MatrixXd> columns) const {
+void EnrichedComplianceSolver::SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const {
   for (Eigen::Index c = 0; c < columns.cols(); ++c) SolveColumn(columns.col(c));
 }
 
 void EnrichedComplianceSolver::RespondTo(const SparseRow& b,
                                          Eigen::Ref<Eigen::MatrixXd> response) const {
   FillUnitLoads(b, response);
-  Solve(response);
+  SolveLoads(response);
 }
 
 // Skips the zeros of the load: a contact's row has one entry for each non-zero function.

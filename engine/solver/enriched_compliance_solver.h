@@ -17,9 +17,10 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
   }
   const SchurComplement& schur_complement() const { return schur_complement_; }
 
-  void Respond(const ContactConstraints& contacts, ContactSolver* contact_solver) override;
-  void Deform(const ContactSolver& contact_solver, Points* U) const override;
-  void Solve(Eigen::Ref<Eigen::MatrixXd> columns) const override;
+  void Respond(int body, const ContactConstraints& contacts, double yield,
+               ContactSolver* contact_solver) override;
+  void Deform(int body, const ContactSolver& contact_solver, Points* U) const override;
+  void SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const override;
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
   Matrix3d PointCompliance(const SparseRow& b) const override {
     return PointBlock(schur_complement_.functions().inverse(), b);

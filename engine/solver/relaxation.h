@@ -26,7 +26,13 @@ struct RelaxationInput {
   ///     dE/dU + damping K (U - damped_from) = B^T f,   K: stiffness at rest.
   double damping = 0;
   const Points* damped_from = nullptr;
+  /// A quadratic energy: the displacements are U_free + yield K^-1 B^T f, with U_free = `free`
+  /// ((n + slots) x 3, m), or zero.
+  const Points* free = nullptr;
+  double yield = 1;
 };
+
+class ContactBody;
 
 /// Stage B of a step: finds the control displacements of least energy E(U) that satisfy the
 /// contacts (engine/README.md, section 4),
@@ -34,12 +40,14 @@ struct RelaxationInput {
 ///     grasp:   x = target
 ///     press:   f = f_n (friction - n),   f_n >= 0,   g = n . (target - x) >= 0,   f_n g = 0.
 /// The implementations below have a constant K, E = 1/2 U^T K U. elastic_relaxation.h has the one
-/// for strain of any size.
+/// for strain of any size. Organs that touch each other are solved together as their body()
+/// (contact_body.h).
 class Relaxation {
  public:
   virtual ~Relaxation() = default;
-  /// Solves for `U` (n x 3, m) and fills the rows' forces. On entry `U` is the start, stage A's
-  /// moved control points, which only iterative solvers use. Deformation thread.
+  /// Solves an organ without neighbours: `U` (n x 3, m) and the rows' forces. On entry `U` is the
+  /// start, stage A's moved control points, which only Gauss-Seidel uses. The first call may
+  /// allocate.
   RelaxationResult Relax(ContactConstraints* contacts, Points* U,
                          const RelaxationInput& input = {}) {
     return DoRelax(input, contacts, U);
@@ -59,6 +67,9 @@ class Relaxation {
   /// Returns the lattice's response to small changes of the loads, for the contact patch. It lives
   /// as long as the relaxation. nullptr if there is none; the hand then feels reaction "paper".
   virtual const LatticeCompliance* compliance() const { return nullptr; }
+
+  /// The organ as a body of a problem with others; nullptr: it takes no contacts with organs.
+  virtual ContactBody* body() { return nullptr; }
 
  private:
   virtual RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,

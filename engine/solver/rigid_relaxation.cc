@@ -1,5 +1,4 @@
-#include "engine/contact/contact_solver.h"
-#include "engine/solver/relaxation.h"
+#include "engine/solver/contact_body.h"
 
 namespace hpdm {
 namespace {
@@ -8,25 +7,20 @@ namespace {
 class NoCompliance final : public LatticeCompliance {
  public:
   void RespondTo(const SparseRow&, Eigen::Ref<Eigen::MatrixXd>) const override {}
+  void SolveLoads(Eigen::Ref<Eigen::MatrixXd>) const override {}
   Matrix3d PointCompliance(const SparseRow&) const override { return Matrix3d::Zero(); }
 };
 
-class RigidRelaxation final : public Relaxation {
+class RigidRelaxation final : public BodyRelaxation {
  public:
-  RelaxationResult DoRelax(const RelaxationInput& /*input*/, ContactConstraints* contacts,
-                           Points* /*U*/) override {
-    if (contacts->size() == 0) return {};
-    contact_solver_.Build(*contacts);
-    contact_solver_.compliance().setZero();
-    const RelaxationResult result = contact_solver_.Solve();
-    contact_solver_.WriteForces(contacts);
-    return result;
-  }
+  void Begin(const RelaxationInput&, const ContactConstraints&) override {}
+  bool Linearise(int, const ContactConstraints&, ContactSolver*) override { return true; }
+  bool Advance(int, const ContactConstraints&, const ContactSolver&) override { return true; }
+  RelaxationResult End(const RelaxationResult& solved, Points*) override { return solved; }
   const LatticeCompliance* compliance() const override { return &nothing_; }
 
  private:
   NoCompliance nothing_;
-  ContactSolver contact_solver_;
 };
 
 }  // namespace

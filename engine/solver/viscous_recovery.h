@@ -12,9 +12,8 @@ namespace hpdm {
 /// 2. Over a step of length dt with constant forces the exact solution is
 ///        U(dt) = e U(0) + (1 - e) V,   K V = B^T f,   e = exp(-dt / tau)
 ///    with V the rest state of the same forces.
-/// 3. So V is the relaxation under contacts with the changed target t and local compliance
-///        t' = e U(0) + (t - e U(0)) / (1 - e),   C_loc' = C_loc / (1 - e)
-///    with t and U(0) as displacements of the contact point.
+/// 3. With a quadratic energy the relaxation's displacements are that sum (RelaxationInput::free,
+///    yield).
 /// 4. With a nonlinear energy V would need forces 1 / (1 - e) times those that the tissue feels.
 ///    The step then damps the energy itself, with K the stiffness at rest:
 ///        dE/dU + e / (1 - e) K (U - U(0)) = B^T f.
@@ -28,25 +27,28 @@ class ViscousRecovery {
   /// rows of U.
   ViscousRecovery(double relaxation_time, int n);
 
-  /// Does Relaxation::Relax() of `relaxation`, `dt` (s) after the last call; at least 0.1 ms
-  /// counts.
+  /// Begins a step `dt` (s) after the last one; at least 0.1 ms counts. Adds what `relaxation` must
+  /// know to `input`, which is valid until End().
+  void Begin(double dt, const Relaxation& relaxation, const ContactConstraints& contacts,
+             RelaxationInput* input);
+  /// Ends it with the displacements of the relaxation.
+  void End(const ContactConstraints& contacts, Points* U);
+
+  /// Does Relaxation::Relax() of `relaxation` between both.
   RelaxationResult Relax(double dt, Relaxation* relaxation, ContactConstraints* contacts, Points* U,
                          RelaxationInput input = {});
 
   /// True if no recovery remains.
-  bool AtRest() const { return U_.isZero(0) && V_.isZero(0); }
+  bool AtRest() const { return U_.isZero(0); }
 
   /// Multiplies the state of row `row` by `share` (0..1). 0 starts a row with a new meaning at
   /// rest.
-  void ScaleRow(int row, double share) {
-    U_.row(row) *= share;
-    V_.row(row) *= share;
-  }
+  void ScaleRow(int row, double share) { U_.row(row) *= share; }
 
  private:
   double relaxation_time_;
-  Points U_;  // n x 3: where the last step ended
-  Points V_;  // n x 3: the rest state of the last step's forces
+  Points U_;     // n x 3: where the last step ended
+  Points free_;  // n x 3: U_free of the present step
 };
 
 }  // namespace hpdm

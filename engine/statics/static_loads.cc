@@ -152,7 +152,7 @@ void StaticLoads::AddPressure(std::size_t load) {
 
 // Solves columns of loads for displacements, in place.
 void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
-  if (!surface_) return solver_->Solve(*columns);
+  if (!surface_) return solver_->SolveLoads(*columns);
   for (Eigen::Index c = 0; c < columns->cols(); ++c) {
     surface_->Solve(Eigen::Map<Points>(columns->col(c).data(), columns->rows() / 3, 3));
   }

@@ -1,7 +1,6 @@
 #include "engine/step/inversion_recovery.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -24,17 +23,89 @@ InversionRecovery::InversionRecovery(const OrganModel& model, const OrganState& 
       lattice_organ_(model.lattice_organ()),
       at_rest_(state.recovery),
       size_(lattice_organ_ != nullptr ? lattice_organ_->lattice().box().lengths.norm() : 0),
-      sound_(Points::Zero(state.control_displacements.rows(), 3)),
-      recovery_(state.recovery) {
+      sound_(Points::Zero(state.control_displacements.rows(), 3)) {
   if (lattice_organ_ != nullptr) scan_.emplace(lattice_organ_->inversion_detector());
 }
 
-RelaxationResult InversionRecovery::Relax(double dt, OrganState* state) {
-  const RelaxationResult result = RelaxSoundly(dt, state);
-  if (model_.options().energy.strain == StrainMeasure::kAdaptive && scan_) {
-    WatchGradient(*state);
+void InversionRecovery::Begin(double dt, OrganState* state) {
+  inverted_ = not_finite_ = false;
+  dt_ = dt;
+  demand_ = Demand(state->contacts);
+  for (int i = 0; i < state->contacts.size(); ++i) targets_[i] = state->contacts[i].target_W;
+  const bool is_free = state->contacts.size() == 0;
+  input_ = TakeInput(*state);
+  double reach = demand_;
+  if (IsLinear(*state) || is_free) {
+    attempt_ = Attempt::kOnly;
+    if (is_free || recovering_) Reset();
+  } else {
+    attempt_ = Attempt::kFirst;
+    recovering_ = recovering_ && demand_ > reach_;
+    if (recovering_) reach = reach_ = std::min(demand_, sound_reach_ + stride_);
   }
-  return result;
+  ReachFor(reach, state);
+  state->recovery.Begin(dt, *state->relaxation, state->contacts, &input_);
+}
+
+bool InversionRecovery::Rejects(const RelaxationResult& result, OrganState* state) {
+  if (attempt_ != Attempt::kFirst || Sound(demand_, *state)) return false;
+  first_ = result;
+  attempt_ = Attempt::kSecond;
+  stride_ =
+      recovering_ ? stride_ / 2 : std::clamp(dt_ / kWholeWay, kMinFirstLoadStep, 1.0) * demand_;
+  if (stride_ < kMinLoadStep * demand_) stride_ = 0;
+  recovering_ = true;
+  reach_ = sound_reach_ = kBack * std::min(sound_reach_, demand_);
+  ReachFor(reach_, state);
+  input_ = {.quality = state->quality, .stop_after = 1, .start = &sound_};
+  state->recovery.Begin(dt_, *state->relaxation, state->contacts, &input_);
+  return true;
+}
+
+void InversionRecovery::End(const RelaxationResult& result, OrganState* state) {
+  SetTargetsBack(state);
+  state->recovery.End(state->contacts, &state->control_displacements);
+  state->relaxed = result;
+  if (attempt_ == Attempt::kSecond) {
+    EndSecond(state);
+  } else {
+    Judge(state);
+  }
+  if (model_.options().energy.strain == StrainMeasure::kAdaptive && scan_) WatchGradient(*state);
+}
+
+// Takes over the state of an attempt that was not rejected.
+void InversionRecovery::Judge(OrganState* state) {
+  if (attempt_ == Attempt::kFirst) {
+    sound_ = state->control_displacements;
+    sound_reach_ = recovering_ ? reach_ : demand_;
+    recovering_ = recovering_ && reach_ < demand_;
+    return;
+  }
+  not_finite_ = !state->control_displacements.allFinite();
+  inverted_ = !not_finite_ && IsInverted(*state);
+  const bool is_free = state->contacts.size() == 0;
+  if (model_.finite_energy() == nullptr || is_free || not_finite_) return;
+  sound_ = state->control_displacements;
+  sound_reach_ = demand_;
+}
+
+// A replay applies the first attempt's iterations.
+void InversionRecovery::EndSecond(OrganState* state) {
+  state->relaxed.iterations = first_.iterations;
+  state->relaxed.out_of_time = first_.out_of_time;
+  state->relaxed.converged = false;
+  if (Sound(demand_, *state)) {
+    sound_ = state->control_displacements;
+    return;
+  }
+  sound_.setZero();
+  sound_reach_ = reach_ = 0;
+  stride_ = kMinFirstLoadStep * demand_;
+  state->recovery = at_rest_;
+  starts_at_rest_ = true;
+  state->control_displacements.setZero();
+  state->contacts.Clear();
 }
 
 // The gradient under contacts that have ended does not apply to the next contacts.
@@ -47,43 +118,6 @@ void InversionRecovery::WatchGradient(const OrganState& state) {
   }
   gradient_ = lattice_organ_->inversion_detector().LargestGradient(
       state.contacts.refinement, state.control_displacements, &*scan_);
-}
-
-RelaxationResult InversionRecovery::RelaxSoundly(double dt, OrganState* state) {
-  inverted_ = not_finite_ = false;
-  const double demand = Demand(state->contacts);
-  const bool is_free = state->contacts.size() == 0;
-  const RelaxationInput input = TakeInput(*state);
-  if (IsLinear(*state) || is_free) {
-    if (is_free || recovering_) Reset();
-    const RelaxationResult result = RelaxWithin(demand, dt, input, state);
-    not_finite_ = !state->control_displacements.allFinite();
-    inverted_ = !not_finite_ && IsInverted(*state);
-    if (model_.finite_energy() != nullptr && !is_free && !not_finite_) {
-      sound_ = state->control_displacements;
-      sound_reach_ = demand;
-    }
-    return result;
-  }
-  recovering_ = recovering_ && demand > reach_;
-  if (recovering_) reach_ = std::min(demand, sound_reach_ + stride_);
-  const double reach = recovering_ ? reach_ : demand;
-  recovery_ = state->recovery;
-  const RelaxationResult result = RelaxWithin(reach, dt, input, state);
-  if (!Sound(demand, *state)) {
-    const RelaxationResult second = RejectStep(demand, dt, state);
-    // A replay applies the first solve's iterations.
-    return {.iterations = result.iterations,
-            .residual = second.residual,
-            .converged = false,
-            .regularised = second.regularised,
-            .out_of_time = result.out_of_time,
-            .share_slope = second.share_slope};
-  }
-  sound_ = state->control_displacements;
-  sound_reach_ = reach;
-  recovering_ = recovering_ && reach < demand;
-  return result;
 }
 
 // Returns the largest distance of a contact's target from rest, m.
@@ -100,22 +134,19 @@ double InversionRecovery::Demand(const ContactConstraints& contacts) const {
   return demand;
 }
 
-// Relaxes with every target scaled from rest by `reach` over the demand.
-RelaxationResult InversionRecovery::RelaxWithin(double reach, double dt,
-                                                const RelaxationInput& input, OrganState* state) {
-  ContactConstraints& contacts = state->contacts;
-  const double demand = Demand(contacts);
-  const double share = demand > reach ? reach / demand : 1;
-  std::array<Vector3d, kMaxContacts> targets;
-  for (int i = 0; i < contacts.size(); ++i) {
-    ContactConstraints::Row& row = contacts[i];
-    targets[i] = row.target_W;
-    if (share < 1) row.target_W = row.p_rest_W + share * (row.target_W - row.p_rest_W);
+// Scales every target from rest by `reach` over the demand.
+void InversionRecovery::ReachFor(double reach, OrganState* state) {
+  SetTargetsBack(state);
+  if (!(demand_ > reach)) return;
+  const double share = reach / demand_;
+  for (int i = 0; i < state->contacts.size(); ++i) {
+    ContactConstraints::Row& row = state->contacts[i];
+    row.target_W = row.p_rest_W + share * (row.target_W - row.p_rest_W);
   }
-  const RelaxationResult result = state->recovery.Relax(dt, state->relaxation.get(), &contacts,
-                                                        &state->control_displacements, input);
-  for (int i = 0; i < contacts.size(); ++i) contacts[i].target_W = targets[i];
-  return result;
+}
+
+void InversionRecovery::SetTargetsBack(OrganState* state) const {
+  for (int i = 0; i < state->contacts.size(); ++i) state->contacts[i].target_W = targets_[i];
 }
 
 // Returns the input of this step's relaxation. `sound_` is at rest where the last step reset it.
@@ -146,28 +177,6 @@ bool InversionRecovery::Sound(double demand, const OrganState& state) {
   inverted_ = inverted_ || inverted;
   const bool blends = state.quality.finite_strain_blend < 1;
   return (blends || !inverted) && U.cwiseAbs().maxCoeff() <= kMaxExcursion * (demand + size_);
-}
-
-RelaxationResult InversionRecovery::RejectStep(double demand, double dt, OrganState* state) {
-  stride_ = recovering_ ? stride_ / 2 : std::clamp(dt / kWholeWay, kMinFirstLoadStep, 1.0) * demand;
-  if (stride_ < kMinLoadStep * demand) stride_ = 0;
-  recovering_ = true;
-  reach_ = sound_reach_ = kBack * std::min(sound_reach_, demand);
-  state->recovery = recovery_;
-  const RelaxationResult result = RelaxWithin(
-      reach_, dt, {.quality = state->quality, .stop_after = 1, .start = &sound_}, state);
-  if (Sound(demand, *state)) {
-    sound_ = state->control_displacements;
-    return result;
-  }
-  sound_.setZero();
-  sound_reach_ = reach_ = 0;
-  stride_ = kMinFirstLoadStep * demand;
-  state->recovery = at_rest_;
-  starts_at_rest_ = true;
-  state->control_displacements.setZero();
-  state->contacts.Clear();
-  return result;
 }
 
 void InversionRecovery::Reset() {

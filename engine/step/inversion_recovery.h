@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 
 #include "engine/organ/organ_state.h"
@@ -36,9 +38,17 @@ class InversionRecovery {
   /// `model` must outlive it; `state` gives the sizes.
   InversionRecovery(const OrganModel& model, const OrganState& state);
 
-  /// Stage B of a step `dt` (s) after the last one: relaxes the state's control displacements under
-  /// its contacts, through its viscous recovery. The result is for the demand that was met.
-  RelaxationResult Relax(double dt, OrganState* state);
+  /// Begins stage B of a step `dt` (s) after the last one: sets the targets of the state's contacts
+  /// that the organ follows.
+  void Begin(double dt, OrganState* state);
+  /// The input of the relaxation, after Begin() or Rejects(). Valid until End().
+  const RelaxationInput& input() const { return input_; }
+  /// True if the relaxation with `result` left the organ unsound. It must then be relaxed once more,
+  /// with the new targets and input.
+  bool Rejects(const RelaxationResult& result, OrganState* state);
+  /// Ends stage B; `result`: of the last relaxation. Sets the state's contacts back to their demand
+  /// and its result, which is for the demand that was met.
+  void End(const RelaxationResult& result, OrganState* state);
 
   /// Stops the next Relax after `iterations` (> 0): a replay's (RelaxationInput::stop_after).
   void StopNextAfter(int iterations) { stop_after_ = iterations; }
@@ -61,16 +71,19 @@ class InversionRecovery {
   // by metres in a lift of millimetres.
   static constexpr double kMaxExcursion = 1e6;
 
-  RelaxationResult RelaxSoundly(double dt, OrganState* state);
+  // The relaxations of one step.
+  enum class Attempt : std::uint8_t { kOnly, kFirst, kSecond };
+
   void WatchGradient(const OrganState& state);
   double Demand(const ContactConstraints& contacts) const;
-  RelaxationResult RelaxWithin(double reach, double dt, const RelaxationInput& input,
-                               OrganState* state);
+  void ReachFor(double reach, OrganState* state);
+  void SetTargetsBack(OrganState* state) const;
+  void Judge(OrganState* state);
+  void EndSecond(OrganState* state);
   RelaxationInput TakeInput(const OrganState& state);
   bool IsLinear(const OrganState& state) const;
   bool IsInverted(const OrganState& state);
   bool Sound(double demand, const OrganState& state);
-  RelaxationResult RejectStep(double demand, double dt, OrganState* state);
   void Reset();
 
   const OrganModel& model_;
@@ -85,11 +98,18 @@ class InversionRecovery {
   bool not_finite_ = false;
   bool recovering_ = false;
   double gradient_ = 0;
-  double reach_ = 0;          // m: part of the demand that is followed while recovering
-  double stride_ = 0;         // m: increase of reach_ in the next step
-  double sound_reach_ = 0;    // m: demand at the last sound state
-  Points sound_;              // n x 3, m: displacements of the last sound state
-  ViscousRecovery recovery_;  // state after the last step
+  double reach_ = 0;        // m: part of the demand that is followed while recovering
+  double stride_ = 0;       // m: increase of reach_ in the next step
+  double sound_reach_ = 0;  // m: demand at the last sound state
+  Points sound_;            // n x 3, m: displacements of the last sound state
+
+  // The present step.
+  Attempt attempt_ = Attempt::kOnly;
+  double dt_ = 0;      // s
+  double demand_ = 0;  // m
+  RelaxationInput input_;
+  RelaxationResult first_;                      // of an attempt that was rejected
+  std::array<Vector3d, kMaxContacts> targets_;  // m: of the demand
 };
 
 }  // namespace hpdm

@@ -66,9 +66,9 @@ void OrganStep::Refine(std::span<const Vector3d> p_rest_W, std::uint64_t step) {
 
 void OrganStep::RepositionControlPoints() {
   if (!state_.awake) return;
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxContacts, 3> change(
-      state_.contacts.size(), 3);
-  for (int i = 0; i < state_.contacts.size(); ++i) {
+  const int rows = state_.contacts.tool_rows();
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxToolRows, 3> change(rows, 3);
+  for (int i = 0; i < rows; ++i) {
     const ContactConstraints::Row& row = state_.contacts[i];
     const Vector3d p =
         row.p_rest_W +
@@ -81,20 +81,30 @@ void OrganStep::RepositionControlPoints() {
   }
   // The lattice hardly tells the rows of a footprint apart: their local compliance does. Moved one
   // by one they would throw the control points far away.
-  for (int i = 0; i < state_.contacts.size(); ++i) {
+  for (int i = 0; i < rows; ++i) {
     const LocalCoupling* coupling = state_.contacts[i].coupled.coupling;
     if (coupling == nullptr || state_.contacts[i].coupled.place != 0) continue;
     const int count = static_cast<int>(coupling->rows()) / 3;
-    const int last = std::min(i + count, state_.contacts.size());
+    const int last = std::min(i + count, rows);
     const Eigen::RowVector3d mean = change.middleRows(i, last - i).colwise().mean();
     for (int j = i; j < last; ++j) change.row(j) = mean;
   }
-  MoveDirectly(state_.contacts.Weights(), change, state_.control_displacements);
+  MoveDirectly(state_.contacts.Weights().topRows(rows), change, state_.control_displacements);
 }
 
-void OrganStep::Relax(double dt, StepRecord* record) {
-  if (!state_.awake) return;
-  state_.relaxed = inversion_recovery_.Relax(dt, &state_);
+BodyInStep OrganStep::Body() {
+  return {state_.relaxation->body(), &state_.contacts, &state_.control_displacements,
+          inversion_recovery_.input()};
+}
+
+RelaxationResult OrganStep::RelaxAlone() {
+  return state_.relaxation->Relax(&state_.contacts, &state_.control_displacements,
+                                  inversion_recovery_.input());
+}
+
+void OrganStep::EndRelax(const RelaxationResult& result, StepRecord* record) {
+  state_.awake = state_.awake || IsPressedByOrgans();
+  inversion_recovery_.End(result, &state_);
   if (!state_.control_displacements.allFinite()) {
     state_.control_displacements.setZero();
     state_.contacts.Clear();
@@ -108,11 +118,19 @@ void OrganStep::Relax(double dt, StepRecord* record) {
   record->residual = std::max(record->residual, state_.relaxed.residual);
 }
 
+bool OrganStep::IsPressedByOrgans() const {
+  for (int i = state_.contacts.tool_rows(); i < state_.contacts.size(); ++i) {
+    if (!state_.contacts[i].force_W.isZero(0)) return true;
+  }
+  return false;
+}
+
 // True if an untouched next step would leave the organ unchanged. A scan of the inversion detector
 // in progress must end first.
 bool OrganStep::AtRest() const {
-  return state_.contacts.size() == 0 && state_.control_displacements.isZero(0) &&
-         state_.recovery.AtRest() && state_.relaxation->AtRest() && !inversion_recovery_.inverted();
+  return state_.contacts.tool_rows() == 0 && !IsPressedByOrgans() &&
+         state_.control_displacements.isZero(0) && state_.recovery.AtRest() &&
+         state_.relaxation->AtRest() && !inversion_recovery_.inverted();
 }
 
 void OrganStep::RelocateVertices(std::uint64_t step) {

@@ -6,6 +6,7 @@
 
 #include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
+#include "engine/solver/contact_body.h"
 #include "engine/step/inversion_recovery.h"
 #include "engine/step/strain_blend_controller.h"
 
@@ -32,14 +33,24 @@ class OrganStep {
   void Begin(Nanoseconds time_ns);
   /// Places the local functions at the tips' rest points `p_rest_W` (m). `step`: its number.
   void Refine(std::span<const Vector3d> p_rest_W, std::uint64_t step);
-  /// Wakes a touched organ.
-  void Wake() { state_.awake = state_.awake || state_.contacts.size() > 0; }
+  /// Wakes an organ that a tool touches.
+  void Wake() { state_.awake = state_.awake || state_.contacts.tool_rows() > 0; }
 
   /// Stage A (Eq. 26-28): moves the contacts to their targets by the least change of the lattice.
   void RepositionControlPoints();
-  /// Stage B: minimises the energy under the contacts, `dt` (s) after the last step. Adds its
-  /// iterations, residual and flags to `record`.
-  void Relax(double dt, StepRecord* record);
+  /// Stage B minimises the energy under the contacts, `dt` (s) after the last step: BeginRelax(),
+  /// the solve (Body() with others, or RelaxAlone()), once more if Rejects(), EndRelax().
+  void BeginRelax(double dt) { inversion_recovery_.Begin(dt, &state_); }
+  /// The organ as a body of the contact problem; without a body if its solver takes none.
+  BodyInStep Body();
+  /// For an organ without a body.
+  RelaxationResult RelaxAlone();
+  /// True if the organ must be relaxed once more.
+  bool Rejects(const RelaxationResult& result) {
+    return inversion_recovery_.Rejects(result, &state_);
+  }
+  /// Adds the iterations, residual and flags to `record`.
+  void EndRelax(const RelaxationResult& result, StepRecord* record);
   /// Stage C (Eq. 4): x = X + B U. An organ at rest then falls asleep. `step`: its number.
   void RelocateVertices(std::uint64_t step);
 
@@ -52,6 +63,7 @@ class OrganStep {
 
  private:
   bool AtRest() const;
+  bool IsPressedByOrgans() const;
 
   const OrganModel* model_;
   OrganState state_;

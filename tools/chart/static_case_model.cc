@@ -69,9 +69,9 @@ void StaticCaseModel::Reload(const std::vector<LoadOptions>& loads) {
 }
 
 void StaticCaseModel::AddPatches() {
-  if (loads_.size() > kMaxContacts) {
+  if (loads_.size() > kMaxToolRows) {
     throw InputError("organ \"" + options_.name + "\": has more than " +
-                     std::to_string(kMaxContacts) + " loads; leave some out");
+                     std::to_string(kMaxToolRows) + " loads; leave some out");
   }
   contacts_ =
       ContactConstraints(unknowns(), slots_ > 0 ? organ_->refinement_basis()->size() : 0, slots_);
@@ -136,7 +136,7 @@ RelaxationResult StaticCaseModel::Step(const Eigen::VectorXd& displacements) {
     contacts_[i].target_W = contacts_[i].p_rest_W + displacements.segment<3>(3 * i);
   }
   if (organ_) {  // stage A; the surface models move in other ways
-    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxContacts, 3> change(
+    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxToolRows, 3> change(
         contacts_.size(), 3);
     for (int i = 0; i < contacts_.size(); ++i) {
       change.row(i) = displacements.segment<3>(3 * i).transpose() - contacts_.Weights().row(i) * U_;

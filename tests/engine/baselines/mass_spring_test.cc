@@ -223,7 +223,7 @@ TEST(MassSpring, StepAllocatesNothing) {
   MassSpring model = Model(rest);
   Points U = Points::Zero(rest.vertices.rows(), 3);
   ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
-  for (int i = 0; i < kMaxContacts; ++i) {
+  for (int i = 0; i < kMaxToolRows; ++i) {
     AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002),
               Vector3d::UnitX());
   }

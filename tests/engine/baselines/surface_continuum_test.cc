@@ -288,7 +288,7 @@ TEST(SurfaceContinuum, StepAllocatesNothing) {
   SurfaceContinuum model = Model(rest, 1. / 30);
   Points U = Points::Zero(rest.vertices.rows(), 3);
   ContactConstraints contacts(static_cast<int>(rest.vertices.rows()));
-  for (int i = 0; i < kMaxContacts; ++i) {
+  for (int i = 0; i < kMaxToolRows; ++i) {
     AddVertex(&contacts, rest, i % 2 ? kPress : kGrasp, 5 * i, Vector3d(0, 0, -0.002));
   }
   const long before = AllocationsOfThisThread();

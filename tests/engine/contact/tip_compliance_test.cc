@@ -23,6 +23,9 @@ class DenseCompliance final : public LatticeCompliance {
     FillUnitLoads(b, response);
     response = (inverse_ * response).eval();
   }
+  void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override {
+    loads = (inverse_ * loads).eval();
+  }
   Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
   const Eigen::MatrixXd& inverse() const { return inverse_; }
 

@@ -66,9 +66,9 @@ TEST(DirectManipulation, CoincidentContactsAreSafeAndShareTheirMean) {
 
 TEST(DirectManipulation, MoreContactsThanControlPointsAreSafe) {
   std::mt19937 random(7);
-  const ContactWeights rows = RandomRows(kMaxContacts, 8, &random);
+  const ContactWeights rows = RandomRows(kMaxToolRows, 8, &random);
   Points U = Points::Zero(8, 3);
-  EXPECT_EQ(MoveDirectly(rows, Points::Constant(kMaxContacts, 3, 0.01), U), 8);
+  EXPECT_EQ(MoveDirectly(rows, Points::Constant(kMaxToolRows, 3, 0.01), U), 8);
   // A common translation is reachable: rows sum to one. Least squares finds it.
   EXPECT_LT((U - Points::Constant(8, 3, 0.01)).cwiseAbs().maxCoeff(), 1e-10);
 }

@@ -42,7 +42,7 @@ class ComplianceSolverTest : public testing::Test {
   }
   // The loads (3n) of equation e's unit force.
   Eigen::VectorXd Load(int e) const {
-    const ContactSolver::Equation& equation = contact_solver_[e];
+    const ContactSolver::Side& equation = contact_solver_.sides()[e];
     Eigen::VectorXd load(3 * kControlPoints);
     for (int a = 0; a < kControlPoints; ++a) {
       load.segment<3>(3 * a) = contacts_.Weights()(equation.row, a) * equation.force_W;
@@ -51,7 +51,7 @@ class ComplianceSolverTest : public testing::Test {
   }
   // The displacement of equation e's point along its axis.
   double Along(int e, const Eigen::VectorXd& u) const {
-    const ContactSolver::Equation& equation = contact_solver_[e];
+    const ContactSolver::Side& equation = contact_solver_.sides()[e];
     Vector3d moved = Vector3d::Zero();
     for (int a = 0; a < kControlPoints; ++a) {
       moved += contacts_.Weights()(equation.row, a) * u.segment<3>(3 * a);
@@ -61,7 +61,7 @@ class ComplianceSolverTest : public testing::Test {
 
   void ExpectDenseAnswers(ComplianceSolver* solver, const Eigen::MatrixXd& K) {
     const Eigen::LLT<Eigen::MatrixXd> dense(K);
-    solver->Respond(contacts_, &contact_solver_);
+    solver->Respond(0, contacts_, 1, &contact_solver_);
     for (int g = 0; g < contact_solver_.size(); ++g) {
       const Eigen::VectorXd u = dense.solve(Load(g));
       for (int e = 0; e < contact_solver_.size(); ++e) {
@@ -75,7 +75,7 @@ class ComplianceSolverTest : public testing::Test {
     const Eigen::VectorXd u = dense.solve(load);
     ASSERT_GT(u.norm(), 1e-3);
     Points U(kControlPoints, 3);
-    solver->Deform(contact_solver_, &U);
+    solver->Deform(0, contact_solver_, &U);
     EXPECT_LT((Eigen::Map<const Eigen::VectorXd>(U.data(), U.size()) - u).norm(),
               kRoundOff * u.norm());
 

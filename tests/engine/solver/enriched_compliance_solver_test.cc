@@ -29,7 +29,7 @@ class RefinedPress {
       if (slot >= 0) weights[body_.lattice.size() + slot] = value;
     });
     contact_solver_.Build(contacts_);
-    solver->Respond(contacts_, &contact_solver_);
+    solver->Respond(0, contacts_, 1, &contact_solver_);
     return contact_solver_.compliance()(0, 0);
   }
   const ActiveRefinement& active() const { return contacts_.refinement; }
@@ -100,7 +100,7 @@ TEST_P(EnrichedComplianceTest, FunctionsSoftenAPressAndNeverStiffenIt) {
     body.lattice.ForEachFunction(p, [&](int column, double value) { weights[column] = value; });
     ContactSolver contact_solver;
     contact_solver.Build(contacts);
-    plain->Respond(contacts, &contact_solver);
+    plain->Respond(0, contacts, 1, &contact_solver);
     // A larger space has a smaller least energy; a point load gains well over a tenth.
     EXPECT_GT(RefinedPress(body, local).Compliance(refined.get(), p),
               1.1 * contact_solver.compliance()(0, 0));

@@ -93,7 +93,7 @@ TEST_F(RelaxationTest, CoincidentContactsThatArePulledApartSlip) {
 
 TEST_F(RelaxationTest, ThirtyTwoGraspedPointsInACentimetreStayFinite) {
   srand(1);
-  for (int i = 0; i < kMaxContacts; ++i) {
+  for (int i = 0; i < kMaxToolRows; ++i) {
     const Vector3d offset = 0.005 * Vector3d::Random();
     AddContact(kGrasp, Vector3d(0.1, 0.07, 0.09) + offset, Vector3d(0, 0, 0.02));
   }
@@ -101,7 +101,7 @@ TEST_F(RelaxationTest, ThirtyTwoGraspedPointsInACentimetreStayFinite) {
   cholesky_->Relax(&contacts_, &U_);
   EXPECT_TRUE(U_.allFinite());
   // All points ask for the same lift, so it is reachable.
-  for (int i = 0; i < kMaxContacts; ++i) {
+  for (int i = 0; i < kMaxToolRows; ++i) {
     EXPECT_LT((PositionOf(i) - contacts_[i].target_W).norm(), 1e-4);
   }
   EXPECT_LT(U_.rowwise().norm().maxCoeff(), 0.1);

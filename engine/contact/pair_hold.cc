@@ -1,0 +1,89 @@
+#include "engine/contact/pair_hold.h"
+
+#include <Eigen/LU>
+
+namespace hpdm {
+namespace {
+
+constexpr int kMost = ContactSolver::kMaxEquations;
+using HeldMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMost>;
+using HeldColumns = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMost, 3>;
+
+}  // namespace
+
+PairHold::PairHold()
+    : sides_(2 * kMost), first_side_(kMaxOrgans + 1), compliance_(kMost, kMost), stiffness_(kMost, kMost) {}
+
+void PairHold::Take(const ContactSolver& solver) {
+  size_ = 0;
+  std::array<int, kMost> place;
+  std::array<int, kMost> held;
+  for (int e = solver.first_pair_equation(); e < solver.size(); ++e) {
+    place[static_cast<std::size_t>(e)] = solver.IsActive(e) ? size_ : -1;
+    if (solver.IsActive(e)) held[static_cast<std::size_t>(size_++)] = e;
+  }
+  if (size_ == 0) return;
+  for (int i = 0; i < size_; ++i) {
+    for (int j = 0; j < size_; ++j) {
+      compliance_(i, j) =
+          solver.WithFriction(held[static_cast<std::size_t>(i)], held[static_cast<std::size_t>(j)]);
+    }
+  }
+  auto A = compliance_.topLeftCorner(size_, size_);
+  A.diagonal().array() += 1e-9 * A.diagonal().maxCoeff();  // as in ContactSolver
+  Eigen::Ref<HeldMatrix> matrix(A);
+  const Eigen::PartialPivLU<Eigen::Ref<HeldMatrix>> factor(matrix);
+  auto inverse = stiffness_.topLeftCorner(size_, size_);
+  inverse.setIdentity();
+  inverse = factor.permutationP() * inverse;
+  factor.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(inverse);
+  factor.matrixLU().triangularView<Eigen::Upper>().solveInPlace(inverse);
+
+  std::size_t count = 0;
+  for (int body = 0; body < solver.bodies(); ++body) {
+    first_side_[static_cast<std::size_t>(body)] = count;
+    for (const ContactSolver::Side& side : solver.sides(body)) {
+      if (side.equation < solver.first_pair_equation()) continue;
+      const int at = place[static_cast<std::size_t>(side.equation)];
+      if (at < 0) continue;
+      sides_[count++] = {at, side.row, side.axis_W, solver.ForceWithFriction(side)};
+    }
+  }
+  first_side_[static_cast<std::size_t>(solver.bodies())] = count;
+}
+
+std::span<const PairHold::Side> PairHold::sides(int body) const {
+  if (size_ == 0) return {};
+  const auto b = static_cast<std::size_t>(body);
+  return {sides_.data() + first_side_[b], first_side_[b + 1] - first_side_[b]};
+}
+
+void HeldCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
+  free_.RespondTo(b, response);
+  const std::span<const PairHold::Side> sides = hold_.sides(body_);
+  if (sides.empty()) return;
+  HeldColumns moved = HeldColumns::Zero(hold_.size(), 3);
+  const auto weights = contacts_.Weights();
+  for (const PairHold::Side& side : sides) {
+    for (int a = 0; a < weights.cols(); ++a) {
+      if (weights(side.row, a) == 0) continue;
+      moved.row(side.place) +=
+          weights(side.row, a) * (side.axis_W.transpose() * response.middleRows<3>(3 * a));
+    }
+  }
+  const HeldColumns forces = hold_.stiffness() * moved;
+  Eigen::MatrixXd& loads = *scratch_;
+  loads.setZero();
+  for (const PairHold::Side& side : sides) {
+    for (int a = 0; a < weights.cols(); ++a) {
+      if (weights(side.row, a) == 0) continue;
+      loads.middleRows<3>(3 * a) +=
+          weights(side.row, a) * (side.force_W * forces.row(side.place));
+    }
+  }
+  free_.SolveLoads(loads);
+  response -= loads;
+}
+
+}  // namespace hpdm

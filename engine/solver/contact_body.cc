@@ -1,0 +1,47 @@
+#include "engine/solver/contact_body.h"
+
+#include <array>
+#include <cstddef>
+
+#include "engine/base/check.h"
+#include "engine/snapshots.h"
+
+namespace hpdm {
+
+void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
+                   ContactSolver* solver) {
+  HPDM_CHECK(bodies.size() <= kMaxOrgans);
+  std::array<const ContactConstraints*, kMaxOrgans> contacts;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    contacts[b] = bodies[b].contacts;
+    bodies[b].body->Begin(bodies[b].input, *contacts[b]);
+  }
+  RelaxationResult solved;
+  for (bool settled = false; !settled;) {
+    solver->Build(std::span(contacts.data(), bodies.size()), pairs);
+    bool goes_on = true;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      goes_on = bodies[b].body->Linearise(static_cast<int>(b), *contacts[b], solver) && goes_on;
+    }
+    if (!goes_on) break;
+    solved = solver->Solve();
+    settled = true;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      solver->WriteForces(static_cast<int>(b), bodies[b].contacts);
+      settled =
+          bodies[b].body->Advance(static_cast<int>(b), *bodies[b].contacts, *solver) && settled;
+    }
+    solver->WriteForces(pairs);
+  }
+  for (BodyInStep& body : bodies) body.result = body.body->End(solved, body.U);
+}
+
+RelaxationResult BodyRelaxation::DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
+                                         Points* U) {
+  if (alone_ == nullptr) alone_ = std::make_unique<ContactSolver>();
+  BodyInStep body{this, contacts, U, input};
+  RelaxTogether({&body, 1}, {}, alone_.get());
+  return body.result;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "engine/contact/contact_solver.h"
+#include "engine/solver/relaxation.h"
+
+namespace hpdm {
+
+/// One organ in the contact problem of one step, which may hold several (ContactSolver). Near its
+/// present state its displacements follow the forces f on its rows,
+///     U = U_free + R f,
+/// exactly if its energy is quadratic; otherwise in rounds. Deformation thread; allocates nothing.
+class ContactBody {
+ public:
+  virtual ~ContactBody() = default;
+
+  /// Starts a step. `contacts`: its rows, complete.
+  virtual void Begin(const RelaxationInput& input, const ContactConstraints& contacts) = 0;
+
+  /// Adds its part of the compliance to the problem, in which it is number `body`, and takes its
+  /// free displacements off the changes. False if its rounds have ended: none of them follows.
+  virtual bool Linearise(int body, const ContactConstraints& contacts, ContactSolver* solver) = 0;
+
+  /// Moves under the forces that `solver` found. `contacts`: with these forces. True if it is in
+  /// equilibrium with them.
+  virtual bool Advance(int body, const ContactConstraints& contacts,
+                       const ContactSolver& solver) = 0;
+
+  /// Ends the step: fills U and returns its own result. `solved`: that of the last problem.
+  virtual RelaxationResult End(const RelaxationResult& solved, Points* U) = 0;
+};
+
+/// A body with its data in one step.
+struct BodyInStep {
+  ContactBody* body = nullptr;
+  ContactConstraints* contacts = nullptr;
+  Points* U = nullptr;  ///< (n + slots) x 3, m.
+  RelaxationInput input = {};
+  RelaxationResult result = {};
+};
+
+/// Solves the contacts of all `bodies` and of the `pairs` between them as one problem, in rounds
+/// until all are in equilibrium. Fills U, the results and the forces of rows and pairs.
+/// `solver` is working memory. Deformation thread; allocates nothing.
+void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
+                   ContactSolver* solver);
+
+/// A relaxation whose organ can be a body of a problem with others.
+class BodyRelaxation : public Relaxation, public ContactBody {
+ public:
+  ContactBody* body() final { return this; }
+
+ private:
+  RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
+                           Points* U) final;
+  std::unique_ptr<ContactSolver> alone_;  // of Relax()
+};
+
+}  // namespace hpdm

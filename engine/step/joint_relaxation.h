@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/contact/contact_solver.h"
+#include "engine/contact/pair_hold.h"
+#include "engine/step/organ_step.h"
+
+namespace hpdm {
+
+/// Stage B of a step for all organs. Organs that pairs connect are solved together, each such group
+/// as one contact problem. An organ that sleeps takes part in its group and wakes if a pair presses
+/// it. Deformation thread; never throws or allocates.
+class JointRelaxation {
+ public:
+  /// `pairs`: pairs of organs in the scene.
+  explicit JointRelaxation(std::size_t pairs);
+
+  /// The contacts with other organs that hold organ number `organ` since the last Relax(), and its
+  /// number among their bodies; nullptr: none.
+  struct Hold {
+    const PairHold* hold = nullptr;
+    int body = 0;
+  };
+  const Hold& HoldOn(std::size_t organ) const { return hold_on_[organ]; }
+
+  /// Relaxes the organs that are awake and their groups, `dt` (s) after the last step. Their tools'
+  /// and pairs' rows are complete. `pairs`: OrganContact::body holds the organs' indices; their
+  /// forces are filled in. Adds the iterations, residual and flags to `record`.
+  void Relax(double dt, std::span<OrganContact> pairs, std::vector<OrganStep>* organs,
+             StepRecord* record);
+
+ private:
+  void FindGroups(std::span<const OrganContact> pairs, std::size_t organs);
+  int GroupOf(std::size_t organ) const;
+  void RelaxGroup(double dt, std::span<OrganContact> pairs, std::vector<OrganStep>* organs,
+                  StepRecord* record);
+
+  std::unique_ptr<ContactSolver> solver_;
+  std::array<int, kMaxOrgans> parent_{};  // of each organ, in a forest with one tree for a group
+  std::size_t count_ = 0;                 // organs of the present group
+  std::array<int, kMaxOrgans> group_{};   // their indices
+  std::array<BodyInStep, kMaxOrgans> bodies_;
+  std::vector<OrganContact> group_pairs_;
+  std::vector<std::size_t> pair_of_;  // index of each of them among all pairs
+  std::vector<PairHold> holds_;       // of the groups with more than one organ
+  std::size_t hold_count_ = 0;
+  std::array<Hold, kMaxOrgans> hold_on_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,112 @@
+#include "engine/step/organ_contacts.h"
+
+#include <algorithm>
+
+namespace hpdm {
+namespace {
+
+// Fills a pair's row with the weighted mean of its samples on one organ.
+template <class PointOf>
+void FillRow(const PairContact& contact, PointOf point_of, OrganStep* organ,
+             ContactConstraints::Row* row) {
+  const OrganModel& model = organ->model();
+  OrganState& state = organ->state();
+  row->p_rest_W.setZero();
+  auto weights = state.contacts.WeightRow(state.contacts.size() - 1);
+  for (const PairSample& sample : contact.samples) {
+    const SurfacePoint& at = point_of(sample);
+    row->p_rest_W += sample.weight * at.Position(model.rest().vertices, model.rest().triangles);
+    model.AddToRow(at, sample.weight, state.contacts.refinement, weights);
+  }
+  row->target_W = row->p_rest_W;
+}
+
+Vector3d Displacement(int row, const OrganState& state) {
+  return (state.contacts.Weights().row(row) * state.control_displacements).transpose();
+}
+
+}  // namespace
+
+OrganContacts::Pair::Pair(const std::vector<OrganModel>& models,
+                          const OrganPairOptions& pair_options)
+    : options(pair_options),
+      search(models[static_cast<std::size_t>(pair_options.organs[0])],
+             models[static_cast<std::size_t>(pair_options.organs[1])]) {
+  pressed.reserve(OrganPair::kMaxPatches);
+}
+
+OrganContacts::OrganContacts(const std::vector<OrganModel>& organs,
+                             const std::vector<OrganPairOptions>& pairs) {
+  pairs_.reserve(pairs.size());
+  for (const OrganPairOptions& pair : pairs) pairs_.emplace_back(organs, pair);
+  contacts_.reserve(pairs.size() * OrganPair::kMaxPatches);
+  pair_of_.reserve(contacts_.capacity());
+}
+
+bool OrganContacts::AddRows(std::vector<OrganStep>* organs) {
+  contacts_.clear();
+  pair_of_.clear();
+  bool complete = true;
+  for (std::size_t p = 0; p < pairs_.size(); ++p) complete = AddPair(p, organs) && complete;
+  return complete;
+}
+
+bool OrganContacts::AddPair(std::size_t p, std::vector<OrganStep>* organs) {
+  Pair& pair = pairs_[p];
+  const OrganState& first = (*organs)[static_cast<std::size_t>(pair.options.organs[0])].state();
+  const OrganState& second = (*organs)[static_cast<std::size_t>(pair.options.organs[1])].state();
+  const Vector3d between_W = second.offset_W - first.offset_W;
+  if (!first.awake && !second.awake && between_W == pair.between_W) return true;
+  pair.between_W = between_W;
+  bool complete = true;
+  for (const PairContact& found : pair.search.Update(first, second)) {
+    complete = complete && AddContact(found, pair, organs);
+    if (!complete) break;
+    pair_of_.push_back(p);
+  }
+  return complete && pair.search.complete();
+}
+
+bool OrganContacts::AddContact(const PairContact& found, const Pair& pair,
+                               std::vector<OrganStep>* organs) {
+  OrganStep& first = (*organs)[static_cast<std::size_t>(pair.options.organs[0])];
+  OrganStep& second = (*organs)[static_cast<std::size_t>(pair.options.organs[1])];
+  ContactConstraints::Row* const on_first = first.state().contacts.AddPair();
+  if (on_first == nullptr) return false;
+  ContactConstraints::Row* const on_second = second.state().contacts.AddPair();
+  if (on_second == nullptr) {
+    first.state().contacts.DropLast();
+    return false;
+  }
+  FillRow(found, [](const PairSample& s) -> const SurfacePoint& { return s.on_a; }, &first,
+          on_first);
+  FillRow(found, [](const PairSample& s) -> const SurfacePoint& { return s.on_b; }, &second,
+          on_second);
+  on_first->normal_W = found.normal_W;
+  on_second->normal_W = -found.normal_W;
+  OrganContact contact;
+  contact.key = found.key;
+  contact.body = pair.options.organs;
+  contact.row = {first.state().contacts.size() - 1, second.state().contacts.size() - 1};
+  contact.normal_W = found.normal_W;
+  contact.friction = pair.options.friction;
+  const Vector3d apart_W = Displacement(contact.row[1], second.state()) -
+                           Displacement(contact.row[0], first.state());
+  contact.gap = found.gap - found.normal_W.dot(apart_W);
+  // It sticks where the last step left it, while the organs' places move on.
+  const Vector3d moved_W = (second.state().offset_W - second.state().offset_last_W) -
+                           (first.state().offset_W - first.state().offset_last_W);
+  contact.tie_W = apart_W - moved_W;
+  contact.pressed = std::binary_search(pair.pressed.begin(), pair.pressed.end(), found.key);
+  contacts_.push_back(contact);
+  return true;
+}
+
+void OrganContacts::Remember() {
+  for (Pair& pair : pairs_) pair.pressed.clear();
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (contacts_[c].f_n > 0) pairs_[pair_of_[c]].pressed.push_back(contacts_[c].key);
+  }
+}
+
+}  // namespace hpdm
