@@ -89,6 +89,52 @@ void Walk(const Model& model, const Query& query, const double* bound2, const Vi
   WalkFrom(model, 0, query, bound2, visit);
 }
 
+// Boxes of one tree against those of another, grown by `reach` and moved.
+struct BoxPairs {
+  const Model& model;
+  const Model& other;
+  Vector3d offset;
+  double reach;
+
+  bool Meet(int id, int other_id) const {
+    const Aabb& a = model.getBV(id).bv;
+    const Aabb& b = other.getBV(other_id).bv;
+    return ((a.min_ - b.max_ - offset).array() <= reach).all() &&
+           ((b.min_ + offset - a.max_).array() <= reach).all();
+  }
+
+  // True if a leaf below `other_id`, whose box meets that of `id`, does so too.
+  bool MeetsLeaf(int id, int other_id) const {
+    const auto& node = other.getBV(other_id);
+    if (node.isLeaf()) return true;
+    for (const int child : {node.leftChild(), node.rightChild()}) {
+      if (Meet(id, child) && MeetsLeaf(id, child)) return true;
+    }
+    return false;
+  }
+
+  // `other_id` holds all of the other tree that meets the box of `id`.
+  template <typename Visit>
+  void Walk(int id, int other_id, const Visit& visit) const {
+    for (;;) {  // to the smallest node that holds them
+      const auto& node = other.getBV(other_id);
+      if (node.isLeaf()) break;
+      const bool left = Meet(id, node.leftChild()), right = Meet(id, node.rightChild());
+      if (!left && !right) return;
+      if (left && right) break;
+      other_id = left ? node.leftChild() : node.rightChild();
+    }
+    const auto& node = model.getBV(id);
+    if (node.isLeaf()) {
+      if (MeetsLeaf(id, other_id)) visit(node.primitiveId());
+      return;
+    }
+    for (const int child : {node.leftChild(), node.rightChild()}) {
+      if (Meet(child, other_id)) Walk(child, other_id, visit);
+    }
+  }
+};
+
 struct Corners {
   const Vector3d &a, &b, &c;
 };
@@ -192,6 +238,22 @@ SurfaceHit SurfaceTree::FirstEntry(const Vector3d& start, const Vector3d& end) c
     first.at = {triangle, barycentric};
   });
   return first;
+}
+
+void SurfaceTree::Visit(const Vector3d& p, double reach, double (*visit)(void*, int),
+                        void* visitor) const {
+  double reach2 = reach * reach;
+  Walk(tree_->model, Query(p), &reach2, [&](int triangle) {
+    const double next = visit(visitor, triangle);
+    reach2 = next * next;
+  });
+}
+
+void SurfaceTree::Visit(const SurfaceTree& other, const Vector3d& offset, double reach,
+                        void (*visit)(void*, int), void* visitor) const {
+  const BoxPairs pairs{tree_->model, other.tree_->model, offset, reach};
+  if (!pairs.Meet(0, 0)) return;
+  pairs.Walk(0, 0, [&](int triangle) { visit(visitor, triangle); });
 }
 
 }  // namespace hpdm

@@ -53,7 +53,31 @@ class SurfaceTree {
   /// outside.
   SurfaceHit FirstEntry(const Vector3d& start, const Vector3d& end) const;
 
+  /// Visits the triangles whose boxes come within `reach` (m) of `p`, near ones first. visit(int
+  /// triangle) returns the reach from then on.
+  template <typename Visitor>
+  void VisitNear(const Vector3d& p, double reach, Visitor visit) const {
+    Visit(
+        p, reach, [](void* v, int triangle) { return (*static_cast<Visitor*>(v))(triangle); },
+        &visit);
+  }
+
+  /// Visits the triangles of this tree whose box comes within `reach` (m) along every axis of the
+  /// box of some triangle of `other`, moved by `offset` (m). Each one once, in the tree's order.
+  /// The two trees are descended together: one box test if they are apart.
+  template <typename Visitor>
+  void VisitNear(const SurfaceTree& other, const Vector3d& offset, double reach,
+                 Visitor visit) const {
+    Visit(
+        other, offset, reach, [](void* v, int triangle) { (*static_cast<Visitor*>(v))(triangle); },
+        &visit);
+  }
+
  private:
+  void Visit(const Vector3d& p, double reach, double (*visit)(void*, int), void* visitor) const;
+  void Visit(const SurfaceTree& other, const Vector3d& offset, double reach,
+             void (*visit)(void*, int), void* visitor) const;
+
   struct Tree;
   std::unique_ptr<Tree> tree_;
 };

@@ -1,0 +1,294 @@
+#include "engine/pairs/organ_pair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/mesh/closest_point.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kLeastFacing = 0.1;   // cosine between a sample's normal and minus its partner's
+constexpr double kFullFacing = 0.5;    // from here on the weight is full
+constexpr double kBeside = 0.0005;     // m, beside the partner's normal: full weight up to here
+constexpr double kMostBeside = 0.002;  // m, no weight from here on
+constexpr double kBesidePerGap = 0.5;  // both grow by this share of the gap's size
+constexpr double kKeptBonus = 1.5;
+constexpr double kLeastWeight = 1e-12;  // m^2
+
+double SmoothStep(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
+double MeanTriangle(const SurfaceMesh& mesh) {
+  double sum = 0;
+  for (int t = 0; t < mesh.triangles.rows(); ++t) {
+    sum += TwiceAreaNormal(mesh.vertices, mesh.triangles, t).norm() / 2;
+  }
+  return sum / static_cast<double>(mesh.triangles.rows());
+}
+
+// Equal meshes in different poses have equal triangles to round-off.
+bool Coarser(const SurfaceMesh& mesh, const SurfaceMesh& other) {
+  return MeanTriangle(mesh) > MeanTriangle(other) * (1 + 1e-9);
+}
+
+double CellSize(const OrganModel& a, const OrganModel& b) {
+  double finest = 0;
+  for (const OrganModel* organ : {&a, &b}) {
+    const double radius = organ->FinestRadius();
+    if (radius > 0 && (finest == 0 || radius < finest)) finest = radius;
+  }
+  return finest > 0 ? std::clamp(finest / 2, 0.005, 0.010) : OrganPair::kDefaultCell;
+}
+
+double LargestMotion(const Points& from, const Points& to) {
+  double motion2 = 0;
+  for (Eigen::Index v = 0; v < to.rows(); ++v) {
+    motion2 = std::max(motion2, (to.row(v) - from.row(v)).squaredNorm());
+  }
+  return std::sqrt(motion2);
+}
+
+}  // namespace
+
+OrganPair::OrganPair(const OrganModel& a, const OrganModel& b)
+    : OrganPair({a.rest(), a.topology()}, {b.rest(), b.topology()}, CellSize(a, b)) {}
+
+OrganPair::OrganPair(const PairSurface& a, const PairSurface& b, double cell_size)
+    : a_is_source_(!Coarser(a.rest, b.rest)),
+      source_(a_is_source_ ? a : b),
+      target_(a_is_source_ ? b : a),
+      cells_(source_.surface.rest, cell_size),
+      memory_(ToSize(cells_.samples())),
+      searched_(ToSize(cells_.samples()), 0),
+      triangle_stamps_(ToSize(source_.surface.rest.triangles.rows()), 0),
+      cell_(ToSize(cells_.cells())),
+      pool_(ToSize(kMaxPatches) * ToSize(cells_.most_samples())),
+      contacts_(kMaxPatches) {
+  partnered_.reserve(kMaxFound);
+  last_partnered_.reserve(kMaxFound);
+  triangles_.reserve(triangle_stamps_.size());
+  found_.reserve(kMaxFound);
+  touched_cells_.reserve(cell_.size());
+  kept_cells_.reserve(kMaxPatches);
+}
+
+std::span<const PairContact> OrganPair::Update(const PairShape& a, const PairShape& b) {
+  const PairShape& source = a_is_source_ ? a : b;
+  const PairShape& target = a_is_source_ ? b : a;
+  SetMargin(source, target);
+  source_.normals.Begin(source.vertices);
+  target_.normals.Begin(target.vertices);
+  ++stamp_;
+  found_.clear();
+  touched_cells_.clear();
+  std::swap(partnered_, last_partnered_);
+  partnered_.clear();
+  complete_ = true;
+  deeper_ = false;
+  Search(source, target, margin_);
+  if (deeper_) Search(source, target, kMostDepth);
+  for (const int sample : last_partnered_) {
+    if (searched_[sample] != stamp_) memory_[sample].has_partner = false;
+  }
+  for (const Found& found : found_) AddToCells(found);
+  ChooseCells();
+  WriteContacts();
+  return contacts();
+}
+
+void OrganPair::SetMargin(const PairShape& source, const PairShape& target) {
+  const Vector3d slid =
+      (source.offset_W - source_.last_offset_W) - (target.offset_W - target_.last_offset_W);
+  const double motion = LargestMotion(source_.last_vertices, source.vertices) +
+                        LargestMotion(target_.last_vertices, target.vertices) + slid.norm();
+  margin_ = kMargin + std::min(motion, kMostMotion);
+  source_.last_vertices = source.vertices;
+  target_.last_vertices = target.vertices;
+  source_.last_offset_W = source.offset_W;
+  target_.last_offset_W = target.offset_W;
+}
+
+// Seeks partners for all samples near the target, and for those that had one.
+void OrganPair::Search(const PairShape& source, const PairShape& target, double reach) {
+  ++search_stamp_;
+  triangles_.clear();
+  const auto add = [&](int triangle) {
+    if (triangle_stamps_[triangle] == search_stamp_) return;
+    triangle_stamps_[triangle] = search_stamp_;
+    triangles_.push_back(triangle);
+  };
+  for (const int sample : last_partnered_) add(cells_.sample(sample).triangle);
+  source.tree.VisitNear(target.tree, target.offset_W - source.offset_W, reach, add);
+  const Triangles& triangles = source_.surface.rest.triangles;
+  for (const int t : triangles_) {
+    const double area = TwiceAreaNormal(source.vertices, triangles, t).norm() / 2;
+    const auto [first, last] = cells_.OfTriangle(t);
+    for (int sample = first; sample < last; ++sample) {
+      if (searched_[sample] == stamp_) continue;
+      SeekPartner(sample, area, source, target, reach);
+    }
+  }
+}
+
+void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& source,
+                            const PairShape& target, double reach) {
+  const SurfaceSample& at = cells_.sample(sample);
+  const SurfacePoint on_source{at.triangle, at.barycentric};
+  const Triangles& target_triangles = target_.surface.rest.triangles;
+  Memory& memory = memory_[sample];
+  Found found;
+  found.sample = sample;
+  found.p_sample = on_source.Position(source.vertices, source_.surface.rest.triangles) +
+                   source.offset_W - target.offset_W;
+  const Vector3d normal = source_.normals.At(on_source);
+  if (memory.has_partner) {
+    found.partner =
+        ClosestFacing(found.p_sample, normal, target, margin_ + std::max(0.0, -memory.gap),
+                      Behind::kEither, &memory.p_partner_rest);
+  }
+  if (found.partner.triangle < 0) {
+    const SurfaceHit closest = target.tree.Closest(found.p_sample, reach);
+    if (closest.at.triangle < 0) return;
+    const Vector3d offset = found.p_sample - closest.at.Position(target.vertices, target_triangles);
+    const bool inside =
+        IsBehind(offset, closest.at, target.vertices, target_triangles, target_.surface.topology);
+    deeper_ = deeper_ || inside;
+    found.partner = ClosestFacing(found.p_sample, normal, target, reach,
+                                  inside ? Behind::kBack : Behind::kFront, nullptr);
+    if (found.partner.triangle < 0) return;
+  }
+  found.p_partner = found.partner.Position(target.vertices, target_triangles);
+  const Vector3d partner_normal = target_.normals.At(found.partner);
+  const Vector3d offset = found.p_sample - found.p_partner;
+  found.gap = offset.dot(partner_normal);
+  if (found.gap >= margin_) return;
+  const double beside =
+      (offset - found.gap * partner_normal).norm() - kBesidePerGap * std::abs(found.gap);
+  const double facing = -normal.dot(partner_normal);
+  const double fade = SmoothStep((facing - kLeastFacing) / (kFullFacing - kLeastFacing)) *
+                      SmoothStep((kMostBeside - beside) / (kMostBeside - kBeside)) *
+                      SmoothStep((margin_ - found.gap) / (margin_ / 2));
+  found.area = fade * at.weight * triangle_area;
+  if (!(found.area > 0)) return;
+  if (found_.size() == kMaxFound) {
+    complete_ = false;
+    return;
+  }
+  found.weight = found.area * std::exp(-found.gap / kSharpness);
+  found.normal_difference = normal - partner_normal;
+  memory.has_partner = true;
+  memory.gap = found.gap;
+  memory.p_partner_rest = found.partner.Position(target_.surface.rest.vertices, target_triangles);
+  searched_[sample] = stamp_;
+  partnered_.push_back(sample);
+  found_.push_back(found);
+}
+
+// Returns the closest point within `reach` on triangles that face `normal` and have `p` on the
+// given side. `p_near_rest`: the rest place that it is near, if any. Triangle -1: none.
+SurfacePoint OrganPair::ClosestFacing(const Vector3d& p, const Vector3d& normal,
+                                      const PairShape& target, double reach, Behind behind,
+                                      const Vector3d* p_near_rest) const {
+  const SurfaceMesh& rest = target_.surface.rest;
+  SurfacePoint best;
+  double best2 = reach * reach;
+  target.tree.VisitNear(p, reach, [&](int t) {
+    const Vector3d a = target.vertices.row(rest.triangles(t, 0)),
+                   b = target.vertices.row(rest.triangles(t, 1)),
+                   c = target.vertices.row(rest.triangles(t, 2));
+    const Vector3d face = (b - a).cross(c - a);
+    if (-face.dot(normal) > kLeastFacing * face.norm()) {
+      const TrianglePoint closest = ClosestOnTriangle(p, a, b, c);
+      const double distance2 = (p - closest.point).squaredNorm();
+      const double side = face.dot(p - closest.point);
+      const bool on_side =
+          behind == Behind::kEither || (behind == Behind::kBack ? side <= 0 : side >= 0);
+      if (distance2 < best2 && on_side) {
+        const SurfacePoint at{t, closest.barycentric};
+        if (p_near_rest == nullptr ||
+            (at.Position(rest.vertices, rest.triangles) - *p_near_rest).norm() < kMostSlide) {
+          best2 = distance2;
+          best = at;
+        }
+      }
+    }
+    return std::sqrt(best2);
+  });
+  return best;
+}
+
+void OrganPair::AddToCells(const Found& found) {
+  for (const auto& [index, share] : cells_.CellsOf(found.sample)) {
+    Cell& cell = cell_[index];
+    if (cell.stamp != stamp_) {
+      cell.stamp = stamp_;
+      cell.slot = -1;
+      cell.weight = cell.score = cell.area = 0;
+      cell.least_gap = std::numeric_limits<double>::infinity();
+      cell.p_sample = cell.p_partner = cell.normal_difference = Vector3d::Zero();
+      touched_cells_.push_back(index);
+    }
+    const double weight = share * found.weight;
+    cell.weight += weight;
+    cell.score += share * found.area * (margin_ - found.gap);
+    cell.area += share * found.area * std::clamp(1 - found.gap / kTouching, 0.0, 1.0);
+    cell.least_gap = std::min(cell.least_gap, found.gap);
+    cell.p_sample += weight * found.p_sample;
+    cell.p_partner += weight * found.p_partner;
+    cell.normal_difference += weight * found.normal_difference;
+  }
+}
+
+void OrganPair::ChooseCells() {
+  std::erase_if(touched_cells_, [&](int i) {
+    return !(cell_[i].weight > kLeastWeight) || cell_[i].normal_difference.isZero(0);
+  });
+  const auto score = [&](int i) { return cell_[i].score * (cell_[i].kept ? kKeptBonus : 1.0); };
+  std::sort(touched_cells_.begin(), touched_cells_.end(), [&](int i, int j) {
+    const double a = score(i), b = score(j);
+    return a != b ? a > b : i < j;
+  });
+  complete_ = complete_ && touched_cells_.size() <= kMaxPatches;
+  touched_cells_.resize(std::min(touched_cells_.size(), ToSize(kMaxPatches)));
+  std::sort(touched_cells_.begin(), touched_cells_.end());
+  for (const int i : kept_cells_) cell_[i].kept = false;
+  for (const int i : touched_cells_) cell_[i].kept = true;
+  kept_cells_ = touched_cells_;
+}
+
+void OrganPair::WriteContacts() {
+  count_ = touched_cells_.size();
+  for (std::size_t c = 0; c < count_; ++c) {
+    Cell& cell = cell_[touched_cells_[c]];
+    cell.slot = static_cast<int>(c);
+    PairContact& contact = contacts_[c];
+    const Vector3d normal = cell.normal_difference.normalized();  // from the source
+    contact.key = 2 * static_cast<std::uint64_t>(touched_cells_[c]) + (a_is_source_ ? 0 : 1);
+    contact.normal_W = a_is_source_ ? normal : Vector3d(-normal);
+    contact.gap = normal.dot(cell.p_partner - cell.p_sample) / cell.weight;
+    contact.least_gap = cell.least_gap;
+    contact.area = cell.area;
+    contact.samples = {pool_.data() + c * ToSize(cells_.most_samples()), 0};
+  }
+  for (const Found& found : found_) {
+    const SurfaceSample& at = cells_.sample(found.sample);
+    const SurfacePoint on_source{at.triangle, at.barycentric};
+    for (const auto& [index, share] : cells_.CellsOf(found.sample)) {
+      const Cell& cell = cell_[index];
+      if (cell.slot < 0) continue;
+      PairContact& contact = contacts_[ToSize(cell.slot)];
+      PairSample& sample =
+          pool_[ToSize(cell.slot) * ToSize(cells_.most_samples()) + contact.samples.size()];
+      contact.samples = {contact.samples.data(), contact.samples.size() + 1};
+      sample.on_a = a_is_source_ ? on_source : found.partner;
+      sample.on_b = a_is_source_ ? found.partner : on_source;
+      sample.weight = share * found.weight / cell.weight;
+    }
+  }
+}
+
+}  // namespace hpdm

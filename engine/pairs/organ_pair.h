@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/organ/organ_state.h"
+#include "engine/pairs/contact_cells.h"
+#include "engine/pairs/creased_normals.h"
+
+namespace hpdm {
+
+/// A pair of facing points of organs A and B, with its share of the contact.
+struct PairSample {
+  SurfacePoint on_a;
+  SurfacePoint on_b;
+  double weight = 0;
+};
+
+/// A place where two organs touch or are about to: one row of the contact problem,
+///     b_A = sum weight b(on_a),   b_B = sum weight b(on_b),   gap + n . (u_B - u_A) >= 0.
+struct PairContact {
+  std::uint64_t key = 0;                  ///< The same for the same material place in every step.
+  Vector3d normal_W = Vector3d::UnitZ();  ///< Unit, from A to B: B must stay on this side of A.
+  double gap = 0;  ///< m, sum weight n . (x_B - x_A); negative where they overlap.
+  /// m, of the sample with the least gap along its own normal. It has a weight above zero.
+  double least_gap = 0;
+  double area = 0;  ///< m^2, of samples with gap <= 0; those up to kTouching count in part.
+  std::span<const PairSample> samples;  ///< The weights sum to one.
+};
+
+/// A surface at rest. Both outlive the pair.
+struct PairSurface {
+  const SurfaceMesh& rest;
+  const SurfaceTopology& topology;
+};
+
+/// A surface in a step: its world position is `vertices` (V x 3, m) moved by `offset_W` (m).
+struct PairShape {
+  const Points& vertices;
+  const SurfaceTree& tree;  ///< Fits the vertices.
+  Vector3d offset_W = Vector3d::Zero();
+};
+
+/// Finds where two organs touch, both deforming.
+///
+/// 1. The finer surface (smaller mean triangle; A if equal) carries samples and cells
+///    (contact_cells.h). Both trees are descended together to its triangles near the other surface.
+/// 2. Each sample there seeks the closest point of the other surface among the triangles that face
+///    it. The far side of a thin wall does not. Its gap is the distance along the normal there.
+/// 3. A sample found for the first time counts as inside if it is behind the closest of all
+///    triangles (IsBehind). From then on it keeps its side: its partner moves at most kMostSlide
+///    at rest from step to step, and the gap's sign is that of the partner's normal. So a sample
+///    that a press drove through a wall comes back through it.
+/// 4. Weights are smooth: area x exp(-gap / kSharpness), faded out towards the margin, towards
+///    normals that do not face each other, and beside the partner's edge. So forces do not jump
+///    when samples come and go, and a cell that touches in a part has its row in that part.
+/// 5. Contacts within a margin count before they touch. It is kMargin and the motion of both
+///    surfaces in the last step, at most kMostMotion.
+/// 6. At most kMaxPatches contacts, those with the largest integral of (margin - gap) over their
+///    area. A contact of the last step counts half as much again, so that rows do not flicker.
+///
+/// Does not find a surface that was nowhere nearer than the margin before it jumped through a wall
+/// within one step, nor an organ inside another without any of its samples within kMostDepth.
+///
+/// Sized once; deformation thread; a step allocates nothing.
+class OrganPair {
+ public:
+  static constexpr int kMaxPatches = 48;
+  static constexpr double kMargin = 0.002;       ///< m.
+  static constexpr double kMostMotion = 0.010;   ///< m.
+  static constexpr double kMostDepth = 0.015;    ///< m, of a sample found for the first time.
+  static constexpr double kMostSlide = 0.010;    ///< m.
+  static constexpr double kSharpness = 0.0003;   ///< m.
+  static constexpr double kTouching = 0.0002;    ///< m.
+  static constexpr double kDefaultCell = 0.008;  ///< m.
+
+  /// `cell_size`: m, of the cells (ContactCells).
+  OrganPair(const PairSurface& a, const PairSurface& b, double cell_size = kDefaultCell);
+  /// With cells of half the radius that the organs' lattices resolve, 5 to 10 mm.
+  OrganPair(const OrganModel& a, const OrganModel& b);
+
+  /// Finds the contacts of a step, in the order of their keys. They hold until the next Update().
+  std::span<const PairContact> Update(const PairShape& a, const PairShape& b);
+  std::span<const PairContact> Update(const OrganState& a, const OrganState& b) {
+    return Update({a.vertices, a.tree, a.offset_W}, {b.vertices, b.tree, b.offset_W});
+  }
+  std::span<const PairContact> contacts() const { return {contacts_.data(), count_}; }
+
+  /// False if there were more contacts or samples than there is room for.
+  bool complete() const { return complete_; }
+  double margin() const { return margin_; }  ///< m, of the last Update().
+
+ private:
+  static constexpr std::size_t kMaxFound = 8192;
+
+  // One of the surfaces.
+  struct Side {
+    explicit Side(const PairSurface& surface)
+        : surface(surface),
+          normals(surface.rest, surface.topology),
+          last_vertices(surface.rest.vertices) {}
+    PairSurface surface;
+    CreasedNormals normals;
+    Points last_vertices;  // m, of the last step
+    Vector3d last_offset_W = Vector3d::Zero();
+  };
+  // What a sample keeps from step to step.
+  struct Memory {
+    bool has_partner = false;
+    Vector3d p_partner_rest = Vector3d::Zero();  // m
+    double gap = 0;                              // m
+  };
+  struct Found {
+    int sample = 0;
+    SurfacePoint partner;
+    Vector3d p_sample, p_partner;  // m, in the target's frame
+    Vector3d normal_difference;    // the sample's less the partner's
+    double gap = 0;
+    double area = 0;    // m^2, faded
+    double weight = 0;  // m^2
+  };
+  struct Cell {
+    std::uint32_t stamp = 0;
+    bool kept = false;  // had a contact in the last step
+    int slot = -1;
+    double weight = 0;
+    double score = 0;
+    double area = 0;
+    double least_gap = 0;
+    Vector3d p_sample, p_partner, normal_difference;
+  };
+  enum class Behind { kFront, kBack, kEither };
+
+  void SetMargin(const PairShape& source, const PairShape& target);
+  void Search(const PairShape& source, const PairShape& target, double reach);
+  void SeekPartner(int sample, double triangle_area, const PairShape& source,
+                   const PairShape& target, double reach);
+  SurfacePoint ClosestFacing(const Vector3d& p, const Vector3d& normal, const PairShape& target,
+                             double reach, Behind behind, const Vector3d* p_near_rest) const;
+  void AddToCells(const Found& found);
+  void ChooseCells();
+  void WriteContacts();
+
+  bool a_is_source_;
+  Side source_, target_;
+  ContactCells cells_;
+  std::vector<Memory> memory_;           // of each sample
+  std::vector<std::uint32_t> searched_;  // step in which a sample found its partner
+  std::vector<int> partnered_, last_partnered_;
+  std::vector<int> triangles_;  // of the source, to be searched
+  std::vector<std::uint32_t> triangle_stamps_;
+  std::vector<Found> found_;
+  std::vector<Cell> cell_;
+  std::vector<int> touched_cells_, kept_cells_;
+  std::vector<PairSample> pool_;
+  std::vector<PairContact> contacts_;
+  std::size_t count_ = 0;
+  std::uint32_t stamp_ = 0;
+  std::uint32_t search_stamp_ = 0;
+  double margin_ = kMargin;
+  bool deeper_ = false;  // a sample was found inside for the first time
+  bool complete_ = true;
+};
+
+}  // namespace hpdm
