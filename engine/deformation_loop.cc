@@ -49,6 +49,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     columns = std::max(columns, organ.state().control_displacements.rows());
   }
   trackers_.reserve(tools.size());
+  loads_.resize(3 * columns, 3);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     trackers_.emplace_back(static_cast<int>(t), tools[t]).Reserve(columns);
   }
@@ -171,7 +172,6 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
     if (held.hold == nullptr || held.hold->size() == 0) {
       state.tips.Condense(free);
     } else {
-      loads_.resize(3 * state.control_displacements.rows(), 3);
       state.tips.Condense(HeldCompliance(free, state.contacts, *held.hold, held.body, &loads_));
     }
   }

@@ -99,7 +99,7 @@ class ContactConstraints {
 ///     g = gap + n . (u_second - u_first) >= 0,   f_n >= 0,   f_n g = 0
 /// with the rows' displacements u. The force is f_n (t - n) on the first and minus that on the
 /// second. It sticks, with the tangential part of u_second - u_first at `tie`, while |t| stays below
-/// `friction`; otherwise it slides with |t| = friction against the slip.
+/// `friction`; otherwise it slides with |t| = friction against the slip (Coulomb).
 struct OrganContact {
   std::uint64_t key = 0;      ///< The same from step to step.
   std::array<int, 2> body{};  ///< Indices of the two organs among the bodies of the problem.
@@ -108,8 +108,8 @@ struct OrganContact {
   double gap = 0;                         ///< m, with both organs at rest.
   double friction = 0;                    ///< Coulomb coefficient.
   Vector3d tie_W = Vector3d::Zero();      ///< m; only its tangential part counts.
-  bool pressed = false;                   ///< Guess at the start of the solve.
-  double f_n = 0;                         ///< Result: pressing force, N.
+  double f_n = 0;                         ///< Pressing force, N: a guess at first, then the result.
+  Vector3d f_t_W = Vector3d::Zero();      ///< N, f_n t on the first: the same.
 };
 
 }  // namespace hpdm

@@ -19,11 +19,17 @@ constexpr double kRoundOff = 1e-12;
 constexpr int kMaxTipRounds = 16;
 constexpr double kTipTolerance = 1e-8;
 
-// Rounds of the active set: in all, without progress before contacts change one at a time, and
-// with changes between sticking and sliding.
+// Rounds of the active set: in all, and without progress before contacts change one at a time.
 constexpr int kMaxRounds = 4 * kMaxContacts;
 constexpr int kPatience = 8;
-constexpr int kMaxSlidingRounds = 16;
+
+// Rounds of the forces across pairs, sweeps in each, and the last change of a force over the
+// largest.
+constexpr int kMaxFrictionRounds = 50;
+constexpr int kSweeps = 10;
+constexpr double kFrictionTolerance = 1e-5;
+// Forces across this close to the limit slide.
+constexpr double kNearLimit = 1 - 1e-3;
 
 // Returns two unit vectors across n.
 std::array<Vector3d, 2> Across(const Vector3d& n) {
@@ -36,7 +42,6 @@ std::array<Vector3d, 2> Across(const Vector3d& n) {
 ContactSolver::ContactSolver()
     : equations_(kMaxEquations),
       sides_(2 * kMaxEquations),
-      sliding_(kMaxEquations),
       compliance_(kMaxEquations, kMaxEquations),
       active_compliance_(kMaxEquations, kMaxEquations) {}
 
@@ -51,7 +56,7 @@ void ContactSolver::Build(std::span<const ContactConstraints* const> bodies,
   first_pair_equation_ = size_;
   AddPairEquations(pairs);
   change_.conservativeResize(size_);
-  forces_.setZero(size_);
+  forces_.conservativeResize(size_);
   compliance().setZero();
   ListSides(bodies, pairs);
   StartActiveSet();
@@ -84,22 +89,24 @@ void ContactSolver::AddOwnEquations(const ContactConstraints& contacts) {
 
 void ContactSolver::AddPairEquations(std::span<const OrganContact> pairs) {
   pair_count_ = 0;
+  has_pair_friction_ = false;
+  forces_.setZero(kMaxEquations);
   for (const OrganContact& pair : pairs) {
     const int count = pair.friction > 0 ? 3 : 1;
     if (size_ + count > kMaxEquations || pair_count_ == kMaxContacts) break;
     pair_equation_[static_cast<std::size_t>(pair_count_++)] = size_;
-    const int normal = size_;
     equations_[static_cast<std::size_t>(size_)] = {.axis_W = -pair.normal_W,
                                                    .force_W = -pair.normal_W,
                                                    .unilateral = true,
                                                    .friction = pair.friction,
-                                                   .pressed = pair.pressed};
-    sliding_[static_cast<std::size_t>(size_)] = {};
+                                                   .pressed = pair.f_n > 0};
     change_[size_++] = -pair.gap;
     if (count == 1) continue;
+    has_pair_friction_ = true;
     for (const Vector3d& axis : Across(pair.normal_W)) {
       equations_[static_cast<std::size_t>(size_)] = {
-          .axis_W = axis, .force_W = axis, .normal = normal};
+          .axis_W = axis, .force_W = axis, .across = true};
+      forces_[size_] = pair.f_n > 0 ? axis.dot(pair.f_t_W) : 0;
       change_[size_++] = -axis.dot(pair.tie_W);
     }
   }
@@ -191,8 +198,7 @@ void ContactSolver::StartActiveSet() {
   for (int e = 0; e < size_; ++e) {
     const auto i = static_cast<std::size_t>(e);
     const Equation& equation = equations_[i];
-    active_[i] = !equation.unilateral || equation.pressed;
-    if (equation.normal != kNone) active_[i] = active_[static_cast<std::size_t>(equation.normal)];
+    active_[i] = equation.unilateral ? equation.pressed : !equation.across;
   }
 }
 
@@ -201,52 +207,74 @@ void ContactSolver::SolveLinear(RelaxationResult* result) {
     const auto i = static_cast<std::size_t>(e);
     active_[i] = !equations_[i].unilateral || change_[e] > 0;
   }
-  // Each round releases the contacts that would pull and adds those that would penetrate.
-  int wrong = std::numeric_limits<int>::max(), waited = 0, sliding_rounds = 0;
-  bool done = false;
-  for (int round = 0; !done && round < kMaxRounds; ++round) {
+  result->converged = SolveNormals(result);
+  if (!has_pair_friction_) return;
+  double change = 1;
+  for (int round = 0; round < kMaxFrictionRounds && change > kFrictionTolerance; ++round) {
+    change = UpdateFriction();
+    if (change > 0) result->converged = SolveNormals(result);
+  }
+}
+
+// Solves for the forces of all equations but those across pairs. Each round releases the contacts
+// that would pull and adds those that would penetrate. False if the rounds were used up.
+bool ContactSolver::SolveNormals(RelaxationResult* result) {
+  loads_.setZero(size_);
+  for (int e = first_pair_equation_; e < size_; ++e) {
+    if (equations_[static_cast<std::size_t>(e)].across && forces_[e] != 0)
+      loads_ += forces_[e] * compliance_.col(e).head(size_);
+  }
+  int fewest = std::numeric_limits<int>::max(), waited = 0;
+  for (int round = 0; round < kMaxRounds; ++round) {
     ++result->iterations;
     result->regularised = SolveActive();
-    const int now = UpdateActiveSet(waited >= kPatience);
-    if (now == 0) {
-      done = sliding_rounds == kMaxSlidingRounds || !UpdateSliding();
-      ++sliding_rounds;
-      wrong = std::numeric_limits<int>::max();
-      waited = 0;
-      continue;
-    }
-    waited = now < wrong ? 0 : waited + 1;
-    wrong = std::min(wrong, now);
+    const int wrong = UpdateActiveSet(waited >= kPatience);
+    if (wrong == 0) return true;
+    waited = wrong < fewest ? 0 : waited + 1;
+    fewest = std::min(fewest, wrong);
   }
-  result->converged = done;
+  return false;
+}
+
+bool ContactSolver::Slides(int e) const {
+  const double limit = equations_[static_cast<std::size_t>(e)].friction * forces_[e];
+  return Eigen::Vector2d(forces_[e + 1], forces_[e + 2]).norm() >= kNearLimit * limit;
+}
+
+bool ContactSolver::IsActive(int equation) const {
+  auto e = static_cast<std::size_t>(equation);
+  if (!equations_[e].across) return active_[e];
+  while (equations_[e].across) --e;
+  return active_[e] && !Slides(static_cast<int>(e));
 }
 
 double ContactSolver::WithFriction(int e, int g) const {
-  const auto i = static_cast<std::size_t>(g);
-  double entry = compliance_(e, g);
-  if (equations_[i].friction > 0 && sliding_[i].slides) {
-    entry += sliding_[i].first * compliance_(e, g + 1) + sliding_[i].second * compliance_(e, g + 2);
-  }
-  return entry;
+  const double entry = compliance_(e, g);
+  if (!(equations_[static_cast<std::size_t>(g)].friction > 0) || !(forces_[g] > 0) || !Slides(g))
+    return entry;
+  return entry + (forces_[g + 1] * compliance_(e, g + 1) + forces_[g + 2] * compliance_(e, g + 2)) /
+                     forces_[g];
 }
 
 Vector3d ContactSolver::ForceWithFriction(const Side& side) const {
-  const auto e = static_cast<std::size_t>(side.equation);
-  const Sliding& sliding = sliding_[e];
-  if (!(equations_[e].friction > 0) || !sliding.slides) return side.force_W;
-  const double sign = side.force_W.dot(equations_[e].force_W) > 0 ? 1 : -1;  // on the second body
-  return side.force_W + sign * (sliding.first * equations_[e + 1].force_W +
-                                sliding.second * equations_[e + 2].force_W);
+  const int e = side.equation;
+  const Equation& normal = equations_[static_cast<std::size_t>(e)];
+  if (!(normal.friction > 0) || !(forces_[e] > 0) || !Slides(e)) return side.force_W;
+  const double sign = side.force_W.dot(normal.force_W) > 0 ? 1 : -1;  // -1: on the second body
+  return side.force_W + sign / forces_[e] *
+                            (forces_[e + 1] * equations_[static_cast<std::size_t>(e + 1)].force_W +
+                             forces_[e + 2] * equations_[static_cast<std::size_t>(e + 2)].force_W);
 }
 
 // Computes the forces that satisfy the active equations; the others are zero. True if the equations
 // are (nearly) dependent.
 bool ContactSolver::SolveActive() {
-  forces_.setZero();
   slip_ = 0;
   int count = 0;
   for (int e = 0; e < size_; ++e) {
-    if (active_[static_cast<std::size_t>(e)]) active_list_[static_cast<std::size_t>(count++)] = e;
+    const auto i = static_cast<std::size_t>(e);
+    if (!equations_[i].across) forces_[e] = 0;
+    if (active_[i]) active_list_[static_cast<std::size_t>(count++)] = e;
   }
   if (count == 0) return false;
   double way = 0, stiffest = compliance_(active_list_[0], active_list_[0]), softest = 0;
@@ -262,9 +290,9 @@ bool ContactSolver::SolveActive() {
     active_forces_.resize(count);
     for (int i = 0; i < count; ++i) {
       const int e = active_list_[static_cast<std::size_t>(i)];
-      active_forces_[i] = change_[e];
+      active_forces_[i] = change_[e] - loads_[e];
       for (int j = 0; j < count; ++j) {
-        A(i, j) = WithFriction(e, active_list_[static_cast<std::size_t>(j)]);
+        A(i, j) = compliance_(e, active_list_[static_cast<std::size_t>(j)]);
       }
     }
     A.diagonal().array() += pad;
@@ -292,12 +320,7 @@ bool ContactSolver::SolveActive() {
     slip_ = pad;
   }
   for (int i = 0; i < count; ++i) {
-    const int e = active_list_[static_cast<std::size_t>(i)];
-    forces_[e] = active_forces_[i];
-    const Sliding& sliding = sliding_[static_cast<std::size_t>(e)];
-    if (!(equations_[static_cast<std::size_t>(e)].friction > 0) || !sliding.slides) continue;
-    forces_[e + 1] = sliding.first * forces_[e];
-    forces_[e + 2] = sliding.second * forces_[e];
+    forces_[active_list_[static_cast<std::size_t>(i)]] = active_forces_[i];
   }
   return dependent;
 }
@@ -306,7 +329,6 @@ bool ContactSolver::HasFriction() const {
   for (int e = 0; e < size_; ++e) {
     const Equation& equation = equations_[static_cast<std::size_t>(e)];
     if (equation.force_W != equation.axis_W) return true;
-    if (equation.friction > 0 && sliding_[static_cast<std::size_t>(e)].slides) return true;
   }
   return false;
 }
@@ -322,44 +344,41 @@ int ContactSolver::UpdateActiveSet(bool one_at_a_time) {
   const double slack = 1e-9 * change_.cwiseAbs().maxCoeff();  // round-off of the solve, in any unit
   for (int e = 0; e < size_; ++e) {
     const auto i = static_cast<std::size_t>(e);
-    const Equation& equation = equations_[i];
-    if (equation.unilateral) {
-      if ((one_at_a_time && wrong > 0) || !IsWrong(e, slack)) continue;
-      active_[i] = !active_[i];
-      ++wrong;
-    } else if (equation.normal != kNone) {
-      const auto normal = static_cast<std::size_t>(equation.normal);
-      active_[i] = active_[normal] && !sliding_[normal].slides;
-    }
+    if (!equations_[i].unilateral || !IsWrong(e, slack)) continue;
+    active_[i] = !active_[i];
+    ++wrong;
+    if (one_at_a_time) break;
   }
   return wrong;
 }
 
-// Lets pairs slide whose friction is too large, and lets those stick that would slide backwards.
-// True if any changed.
-bool ContactSolver::UpdateSliding() {
-  bool changed = false;
-  for (int e = first_pair_equation_; e < size_; ++e) {
-    const auto i = static_cast<std::size_t>(e);
-    const double friction = equations_[i].friction;
-    if (!(friction > 0) || !active_[i]) continue;
-    Sliding& sliding = sliding_[i];
-    const Eigen::Vector2d across(forces_[e + 1], forces_[e + 2]);
-    if (sliding.slides) {
-      const Eigen::Vector2d slip(compliance_.row(e + 1).head(size_).dot(forces_) - change_[e + 1],
-                                 compliance_.row(e + 2).head(size_).dot(forces_) - change_[e + 2]);
-      if (slip.dot(across) <= 0) continue;
-      sliding = {};
-    } else {
-      if (across.norm() <= friction * forces_[e] * (1 + 1e-9)) continue;
-      sliding.slides = true;
-      sliding.first = friction * across[0] / across.norm();
-      sliding.second = friction * across[1] / across.norm();
+// Moves the forces across the pairs against their slip, within the limits by the present forces along
+// the normals. Returns the largest change over the largest force.
+double ContactSolver::UpdateFriction() {
+  double largest = 0;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (int e = first_pair_equation_; e < size_; ++e) {
+      const Equation& normal = equations_[static_cast<std::size_t>(e)];
+      if (!(normal.friction > 0)) continue;
+      Eigen::Vector2d across(forces_[e + 1], forces_[e + 2]);
+      const Eigen::Vector2d before = across;
+      const double limit = normal.friction * std::max(0.0, forces_[e]);
+      if (limit > 0) {
+        const Eigen::Vector2d slip(
+            compliance_.row(e + 1).head(size_).dot(forces_) - change_[e + 1],
+            compliance_.row(e + 2).head(size_).dot(forces_) - change_[e + 2]);
+        across -= slip / std::max(compliance_(e + 1, e + 1), compliance_(e + 2, e + 2));
+        if (across.norm() > limit) across *= limit / across.norm();
+      } else {
+        across.setZero();
+      }
+      forces_[e + 1] = across[0];
+      forces_[e + 2] = across[1];
+      largest = std::max(largest, (across - before).norm());
     }
-    active_[i + 1] = active_[i + 2] = !sliding.slides;
-    changed = true;
   }
-  return changed;
+  const double size = forces_.cwiseAbs().maxCoeff();
+  return size > 0 ? largest / size : 0;
 }
 
 ContactSolver::Vector ContactSolver::ForcesOn(int body) const {
@@ -383,8 +402,15 @@ void ContactSolver::WriteForces(int body, ContactConstraints* contacts) const {
 
 void ContactSolver::WriteForces(std::span<OrganContact> pairs) const {
   for (std::size_t p = 0; p < pairs.size(); ++p) {
+    OrganContact& pair = pairs[p];
     const bool solved = static_cast<int>(p) < pair_count_;
-    pairs[p].f_n = solved ? forces_[pair_equation_[p]] : 0;
+    const int e = pair_equation_[p];
+    pair.f_n = solved ? forces_[e] : 0;
+    pair.f_t_W.setZero();
+    if (!solved || !(pair.friction > 0)) continue;
+    for (int g = e + 1; g <= e + 2; ++g) {
+      pair.f_t_W += forces_[g] * equations_[static_cast<std::size_t>(g)].force_W;
+    }
   }
 }
 

@@ -32,8 +32,9 @@ struct RelaxationResult {
 /// 2. A press row gives one along minus its normal, with f the pressing force f_n and `change` the
 ///    depth of the tool below the point. With friction its force is not along its axis, and A is
 ///    not symmetric.
-/// 3. A pair (OrganContact) gives one along its normal. With friction two follow across it: they
-///    hold as equations while it sticks, and are f_n times the direction of sliding while it slides.
+/// 3. A pair (OrganContact) gives one along its normal. With friction two follow across it. Their
+///    forces are found in turn with all others: Gauss-Seidel sweeps move them against the slip and
+///    bound them by the friction, the rest is solved again, until the forces change no more.
 /// 4. The local compliance of a row (ContactConstraints::Row) is added to its point's own block of
 ///    A, that between coupled rows to their common blocks. Under a tip it depends on the pressing
 ///    force (LocalIndentation): Newton's method starts without force, from where it increases, and
@@ -103,8 +104,8 @@ class ContactSolver {
   // After Solve(), for the pairs' equations, which follow the first_pair_equation() others:
   int bodies() const { return bodies_; }
   int first_pair_equation() const { return first_pair_equation_; }
-  /// True if the equation holds.
-  bool IsActive(int equation) const { return active_[static_cast<std::size_t>(equation)]; }
+  /// True if the equation holds: the contact presses or, across it, sticks.
+  bool IsActive(int equation) const;
   /// Returns the displacement (m/N) of equation e for a unit force of g, with the friction of a
   /// pair that slides.
   double WithFriction(int e, int g) const;
@@ -116,7 +117,6 @@ class ContactSolver {
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                kMaxEquations, kMaxEquations>;
   static constexpr int kMaxBodies = 64;
-  static constexpr int kNone = -1;
 
   // A tip's local law, f (along q(f)), about the last round's forces.
   struct TipLaw {
@@ -131,15 +131,10 @@ class ContactSolver {
     Vector3d force_W = Vector3d::Zero();
     Vector3d local_W = Vector3d::Zero();  // local compliance times force, m/N
     bool unilateral = false;
-    int normal = kNone;   // across a pair: equation along its normal
+    bool across = false;  // across a pair: the equation along its normal stands before
     double friction = 0;  // along a pair's normal: coefficient, 0 without equations across
     bool pressed = false;
     TipLaw tip_law = {};
-  };
-  // State of the friction of the pair with this normal equation.
-  struct Sliding {
-    bool slides = false;
-    double first = 0, second = 0;  // forces across over the one along the normal
   };
 
   void AddOwnEquations(const ContactConstraints& contacts);
@@ -152,9 +147,11 @@ class ContactSolver {
   void SolveLinear(RelaxationResult* result);
   bool SolveActive();
   bool HasFriction() const;
+  bool SolveNormals(RelaxationResult* result);
   int UpdateActiveSet(bool one_at_a_time);
   bool IsWrong(int e, double slack) const;
-  bool UpdateSliding();
+  double UpdateFriction();
+  bool Slides(int e) const;
 
   int size_ = 0;
   int bodies_ = 0;
@@ -165,13 +162,14 @@ class ContactSolver {
   std::array<int, kMaxContacts> pair_equation_{};  // of each pair
   int pair_count_ = 0;
   bool has_tip_law_ = false;
-  std::vector<Sliding> sliding_;  // kMaxEquations
+  bool has_pair_friction_ = false;
   std::array<bool, kMaxEquations> active_{};
   std::array<int, kMaxEquations> active_list_{};
   Eigen::MatrixXd compliance_;         // kMaxEquations x kMaxEquations
   Eigen::MatrixXd active_compliance_;  // the same
   Vector change_;
   Vector active_forces_;
+  Vector loads_;  // E, m: displacements by the forces across the pairs
   Vector forces_;
   double slip_ = 0;  // m/N
 };

@@ -13,7 +13,10 @@ using HeldColumns = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kM
 }  // namespace
 
 PairHold::PairHold()
-    : sides_(2 * kMost), first_side_(kMaxOrgans + 1), compliance_(kMost, kMost), stiffness_(kMost, kMost) {}
+    : sides_(2 * kMost),
+      first_side_(kMaxOrgans + 1),
+      compliance_(kMost, kMost),
+      stiffness_(kMost, kMost) {}
 
 void PairHold::Take(const ContactSolver& solver) {
   size_ = 0;
@@ -66,20 +69,22 @@ void HeldCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> r
   HeldColumns moved = HeldColumns::Zero(hold_.size(), 3);
   const auto weights = contacts_.Weights();
   for (const PairHold::Side& side : sides) {
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
     for (int a = 0; a < weights.cols(); ++a) {
       if (weights(side.row, a) == 0) continue;
-      moved.row(side.place) +=
-          weights(side.row, a) * (side.axis_W.transpose() * response.middleRows<3>(3 * a));
+      const Matrix3d point = response.block<3, 3>(3 * a, 0);
+      sum += weights(side.row, a) * (side.axis_W.transpose() * point);
     }
+    moved.row(side.place) += sum;
   }
-  const HeldColumns forces = hold_.stiffness() * moved;
-  Eigen::MatrixXd& loads = *scratch_;
+  HeldColumns forces(hold_.size(), 3);
+  forces.noalias() = hold_.stiffness() * moved;
+  auto loads = scratch_->topRows(3 * weights.cols());
   loads.setZero();
   for (const PairHold::Side& side : sides) {
+    const Matrix3d force = side.force_W * forces.row(side.place);
     for (int a = 0; a < weights.cols(); ++a) {
-      if (weights(side.row, a) == 0) continue;
-      loads.middleRows<3>(3 * a) +=
-          weights(side.row, a) * (side.force_W * forces.row(side.place));
+      if (weights(side.row, a) != 0) loads.block<3, 3>(3 * a, 0) += weights(side.row, a) * force;
     }
   }
   free_.SolveLoads(loads);

@@ -16,9 +16,9 @@ class PairHold {
  public:
   /// One body's part in an equation that holds.
   struct Side {
-    int place = 0;                       ///< Number of the equation among those that hold.
-    int row = 0;                         ///< Of the body's constraints.
-    Vector3d axis_W = Vector3d::Zero();  ///< Axis of the equation.
+    int place = 0;                        ///< Number of the equation among those that hold.
+    int row = 0;                          ///< Of the body's constraints.
+    Vector3d axis_W = Vector3d::Zero();   ///< Axis of the equation.
     Vector3d force_W = Vector3d::Zero();  ///< Force on the body for f = 1, with its friction.
   };
 
@@ -46,7 +46,7 @@ class PairHold {
 /// move too. Deformation thread; allocates nothing.
 class HeldCompliance final : public LatticeCompliance {
  public:
-  /// `free`: K^-1; `contacts`: of the organ, which was number `body`; `scratch`: 3 (n + slots) x 3.
+  /// `free`: K^-1; `contacts`: of the organ, which was number `body`; `scratch`: at least 3 (n + slots) x 3.
   /// All must outlive it.
   HeldCompliance(const LatticeCompliance& free, const ContactConstraints& contacts,
                  const PairHold& hold, int body, Eigen::MatrixXd* scratch)

@@ -132,7 +132,9 @@ class FullComplianceSolver final : public ComplianceSolver {
       auto u = solved_.leftCols(loads.cols());
       u.setZero();
       for (Eigen::Index i = 0; i < loads.rows(); ++i) {  // each column of K^-1 is read once
-        if (!loads.row(i).isZero(0)) u += inverse_.col(i) * loads.row(i);
+        for (Eigen::Index c = 0; c < loads.cols(); ++c) {
+          if (loads(i, c) != 0) u.col(c) += loads(i, c) * inverse_.col(i);
+        }
       }
       loads = u;
     }

@@ -27,7 +27,6 @@ class ComplianceSolver : public LatticeCompliance {
   /// Computes U = K^-1 B^T f (n x 3, m; with local functions their slots follow) under the forces
   /// of `contact_solver`, which the last Respond() saw.
   virtual void Deform(int body, const ContactSolver& contact_solver, Points* U) const = 0;
-
 };
 
 /// Adds the compliance between the equations of `contact_solver`, in which `contacts` are those of

@@ -7,7 +7,8 @@
 namespace hpdm {
 
 JointRelaxation::JointRelaxation(std::size_t pairs)
-    : solver_(std::make_unique<ContactSolver>()), holds_(std::min(pairs, std::size_t{kMaxOrgans / 2})) {
+    : solver_(std::make_unique<ContactSolver>()),
+      holds_(std::min(pairs, std::size_t{kMaxOrgans / 2})) {
   group_pairs_.reserve(kMaxContacts);
   pair_of_.reserve(kMaxContacts);
 }
@@ -27,7 +28,8 @@ void JointRelaxation::Relax(double dt, std::span<OrganContact> pairs,
       awake = awake || (*organs)[o].state().awake;
     }
     const auto overlaps = [&](const OrganContact& pair) {
-      return pair.gap < 0 && GroupOf(static_cast<std::size_t>(pair.body[0])) == static_cast<int>(first);
+      return pair.gap < 0 &&
+             GroupOf(static_cast<std::size_t>(pair.body[0])) == static_cast<int>(first);
     };
     awake = awake || std::any_of(pairs.begin(), pairs.end(), overlaps);
     if (awake) RelaxGroup(dt, pairs, organs, record);
@@ -89,8 +91,10 @@ void JointRelaxation::RelaxGroup(double dt, std::span<OrganContact> pairs,
     }
   }
   for (std::size_t b = 0; b < count_; ++b) organ(b).EndRelax(bodies[b].result, record);
-  for (std::size_t p = 0; p < group_pairs_.size(); ++p)
+  for (std::size_t p = 0; p < group_pairs_.size(); ++p) {
     pairs[pair_of_[p]].f_n = group_pairs_[p].f_n;
+    pairs[pair_of_[p]].f_t_W = group_pairs_[p].f_t_W;
+  }
 }
 
 }  // namespace hpdm

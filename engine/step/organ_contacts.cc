@@ -78,10 +78,10 @@ bool OrganContacts::AddContact(const PairContact& found, const Pair& pair,
     first.state().contacts.DropLast();
     return false;
   }
-  FillRow(found, [](const PairSample& s) -> const SurfacePoint& { return s.on_a; }, &first,
-          on_first);
-  FillRow(found, [](const PairSample& s) -> const SurfacePoint& { return s.on_b; }, &second,
-          on_second);
+  FillRow(
+      found, [](const PairSample& s) -> const SurfacePoint& { return s.on_a; }, &first, on_first);
+  FillRow(
+      found, [](const PairSample& s) -> const SurfacePoint& { return s.on_b; }, &second, on_second);
   on_first->normal_W = found.normal_W;
   on_second->normal_W = -found.normal_W;
   OrganContact contact;
@@ -90,14 +90,20 @@ bool OrganContacts::AddContact(const PairContact& found, const Pair& pair,
   contact.row = {first.state().contacts.size() - 1, second.state().contacts.size() - 1};
   contact.normal_W = found.normal_W;
   contact.friction = pair.options.friction;
-  const Vector3d apart_W = Displacement(contact.row[1], second.state()) -
-                           Displacement(contact.row[0], first.state());
+  const Vector3d apart_W =
+      Displacement(contact.row[1], second.state()) - Displacement(contact.row[0], first.state());
   contact.gap = found.gap - found.normal_W.dot(apart_W);
   // It sticks where the last step left it, while the organs' places move on.
   const Vector3d moved_W = (second.state().offset_W - second.state().offset_last_W) -
                            (first.state().offset_W - first.state().offset_last_W);
   contact.tie_W = apart_W - moved_W;
-  contact.pressed = std::binary_search(pair.pressed.begin(), pair.pressed.end(), found.key);
+  const auto last = std::lower_bound(
+      pair.pressed.begin(), pair.pressed.end(), found.key,
+      [](const Pair::Pressed& pressed, std::uint64_t key) { return pressed.key < key; });
+  if (last != pair.pressed.end() && last->key == found.key) {
+    contact.f_n = last->f_n;
+    contact.f_t_W = last->f_t_W;
+  }
   contacts_.push_back(contact);
   return true;
 }
@@ -105,7 +111,9 @@ bool OrganContacts::AddContact(const PairContact& found, const Pair& pair,
 void OrganContacts::Remember() {
   for (Pair& pair : pairs_) pair.pressed.clear();
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
-    if (contacts_[c].f_n > 0) pairs_[pair_of_[c]].pressed.push_back(contacts_[c].key);
+    const OrganContact& contact = contacts_[c];
+    if (!(contact.f_n > 0)) continue;
+    pairs_[pair_of_[c]].pressed.push_back({contact.key, contact.f_n, contact.f_t_W});
   }
 }
 

@@ -31,7 +31,12 @@ class OrganContacts {
     Pair(const std::vector<OrganModel>& models, const OrganPairOptions& pair_options);
     OrganPairOptions options;
     OrganPair search;
-    std::vector<std::uint64_t> pressed;  // keys of the last step's contacts with force, ascending
+    struct Pressed {
+      std::uint64_t key = 0;
+      double f_n = 0;  // N
+      Vector3d f_t_W;  // N
+    };
+    std::vector<Pressed> pressed;  // the last step's contacts with force, their keys ascending
     Vector3d between_W = Vector3d::Constant(1e9);  // m: second organ's offset less the first's
   };
 

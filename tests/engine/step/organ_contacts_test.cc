@@ -1,0 +1,311 @@
+#include "engine/step/organ_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/deformation_loop.h"
+#include "tests/support/counted_allocations.h"
+#include "tests/support/shapes.h"
+
+namespace hpdm {
+namespace {
+
+constexpr Nanoseconds kOrgansPeriod = kNanosecondsPerSecond / 30;
+constexpr double kHalfPeriod = 1;  // s: then an organ's offset is its whole displacement
+const Vector3d kFarTip(5, 5, 5);
+
+// Organs, a tool and the pairs between the organs, stepped without threads.
+class Bodies {
+ public:
+  void Add(const OrganOptions& options, SurfaceMesh rest) {
+    organs_.emplace_back(options, std::move(rest));
+  }
+  void Start(const std::vector<OrganPairOptions>& pairs, Nanoseconds now = 0) {
+    now_ = now;
+    render = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, true));
+    telemetry_ = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, false));
+    loop_ = std::make_unique<DeformationLoop>(organs_, std::vector<ToolOptions>{ToolOptions()},
+                                              DeformationEdges{tools_, patch, *render, *telemetry_},
+                                              nullptr, 0, pairs);
+  }
+  // The shaft lies along z, the tip's centre at p.
+  void Step(const Vector3d& p = kFarTip) {
+    ToolState state;
+    state.tick = ++tick_;
+    state.time_ns = now_;
+    state.tool_count = 1;
+    state.tools[0].X_WT.translation() = p;
+    state.tools[0].p_trocar_W = p + Vector3d(0, 0, 0.3);
+    loop_->Step(state, now_);
+    patch.Update();
+    now_ += kOrgansPeriod;
+  }
+  void StayAt(double seconds) { now_ = static_cast<Nanoseconds>(seconds * kNanosecondsPerSecond); }
+
+  // Sum of the forces on organ o by other organs, N.
+  Vector3d PairForce(int o) const {
+    Vector3d sum = Vector3d::Zero();
+    const ContactConstraints& contacts = loop_->organ(o).contacts;
+    for (int i = contacts.tool_rows(); i < contacts.size(); ++i) sum += contacts[i].force_W;
+    return sum;
+  }
+  Vector3d ToolForce(int o) const {
+    Vector3d sum = Vector3d::Zero();
+    const ContactConstraints& contacts = loop_->organ(o).contacts;
+    for (int i = 0; i < contacts.tool_rows(); ++i) sum += contacts[i].force_W;
+    return sum;
+  }
+  const OrganModel& model(int o) const { return organs_[static_cast<std::size_t>(o)]; }
+  const OrganState& organ(int o) const { return loop_->organ(o); }
+  const StepRecord& record() const { return loop_->record(); }
+
+  TripleBuffer<ContactPatch> patch;
+  std::unique_ptr<TripleBuffer<SceneSnapshot>> render;
+
+ private:
+  std::vector<OrganModel> organs_;
+  TripleBuffer<ToolState> tools_;
+  std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_;
+  std::unique_ptr<DeformationLoop> loop_;
+  std::uint64_t tick_ = 0;
+  Nanoseconds now_ = 0;
+};
+
+// A bar along z from `from` to `to`, held at its end z = `held`.
+struct Bar {
+  double from = 0, to = 0.05, held = 0;  // m
+  double young = 5000;                   // Pa
+  double poisson = 0;
+  double width = 0.02;  // m
+  Vector3d displacement_W = Vector3d::Zero();
+  int squares = 8;
+};
+
+void AddBar(const Bar& bar, Bodies* bodies) {
+  OrganOptions options;
+  options.name = "bar at " + std::to_string(bar.from);
+  options.energy.type = EnergyType::kStrain;
+  options.material.young = bar.young;
+  options.material.poisson = bar.poisson;
+  options.lattice.cells = {2, 2, 4};
+  options.lattice.margin = 0.001;
+  options.lattice.local.functions = 0;
+  const double thin = 0.02 * (bar.to - bar.from);
+  const double low = bar.held > bar.from ? bar.held - thin : bar.from - thin;
+  options.supports.push_back(
+      {hpdm::Box{Vector3d(-1, -1, low), Vector3d(1, 1, low + 2 * thin)}, {}});
+  options.motion = {bar.displacement_W, 0.5 / kHalfPeriod};
+  bodies->Add(options, GridBox(Vector3d(-bar.width / 2, -bar.width / 2, bar.from),
+                               Vector3d(bar.width / 2, bar.width / 2, bar.to),
+                               {bar.squares, bar.squares, bar.squares}));
+}
+
+// The upper bar's support moves down by `press` (m).
+void PressBars(const Bar& lower, Bar upper, double press, double friction, Bodies* bodies) {
+  upper.displacement_W = Vector3d(0, 0, -press);
+  AddBar(lower, bodies);
+  AddBar(upper, bodies);
+  bodies->Start({{{0, 1}, friction}});
+  for (int step = 0; step <= 60; ++step) {
+    bodies->StayAt(std::min(kHalfPeriod, step * kHalfPeriod / 40));
+    bodies->Step();
+  }
+}
+
+struct BarCase {
+  std::string name;
+  double young_below, young_above;  // Pa
+  int squares_below, squares_above;
+  double press;  // m
+};
+
+class BarsInSeries : public testing::TestWithParam<BarCase> {};
+
+INSTANTIATE_TEST_SUITE_P(Cases, BarsInSeries,
+                         testing::Values(BarCase{"equal", 5000, 5000, 8, 8, 0.002},
+                                         BarCase{"softer_above", 9000, 3000, 8, 8, 0.004},
+                                         BarCase{"other_meshes", 5000, 8000, 5, 11, 0.001}),
+                         [](const auto& param_info) { return param_info.param.name; });
+
+TEST_P(BarsInSeries, ForceIsThatOfTheirStiffnessesInSeries) {
+  const BarCase& given = GetParam();
+  Bodies bodies;
+  const Bar lower{
+      .from = 0, .to = 0.05, .held = 0, .young = given.young_below, .squares = given.squares_below};
+  const Bar upper{.from = 0.05,
+                  .to = 0.08,
+                  .held = 0.08,
+                  .young = given.young_above,
+                  .squares = given.squares_above};
+  PressBars(lower, upper, given.press, 0, &bodies);
+  const double area = lower.width * lower.width;
+  // The supports hold the lowest and the highest 2 % of the length.
+  const double compliance = (0.98 * 0.05 / lower.young + 0.98 * 0.03 / upper.young) / area;
+  const double force = given.press / compliance;
+  EXPECT_NEAR(bodies.PairForce(1).z(), force, 0.01 * force);
+  EXPECT_LT((bodies.PairForce(0) + bodies.PairForce(1)).norm(), 1e-12 * force) << "third law";
+  EXPECT_EQ(bodies.record().flags & kStepContactsDropped, 0u);
+}
+
+TEST(OrganContacts, FacesOfPressedBlocksStayFlatAndTogether) {
+  Bodies bodies;
+  PressBars({}, {.from = 0.05, .to = 0.1, .held = 0.1}, 0.003, 0, &bodies);
+  for (int o = 0; o < 2; ++o) {
+    const Points& rest = bodies.model(o).rest().vertices;
+    for (Eigen::Index v = 0; v < rest.rows(); ++v) {
+      if (std::abs(rest(v, 2) - 0.05) > 1e-9) continue;
+      const double z = bodies.organ(o).vertices(v, 2) + bodies.organ(o).offset_W.z();
+      EXPECT_NEAR(z, 0.05 - 0.0015, 0.01 * 0.003);
+    }
+  }
+}
+
+// One bar is stiff: the other one rests on it as on a wall.
+TEST(OrganContacts, FrictionHoldsUpToItsCoefficient) {
+  for (const double friction : {0.0, 0.1, 0.3}) {
+    Bodies bodies;
+    AddBar({.young = 20000, .poisson = 0.3, .width = 0.05, .squares = 14}, &bodies);
+    AddBar({.from = 0.05,
+            .to = 0.07,
+            .held = 0.07,
+            .young = 20000,
+            .poisson = 0.3,
+            .displacement_W = Vector3d(0.006, 0, -0.001)},
+           &bodies);
+    bodies.Start({{{0, 1}, friction}});
+    for (int step = 0; step <= 40; ++step) {
+      bodies.StayAt(step * kHalfPeriod / 40);
+      bodies.Step();
+    }
+    const Vector3d force = bodies.PairForce(0);
+    EXPECT_LT(force.z(), -0.01);
+    EXPECT_NEAR(force.x(), friction * -force.z(), 0.02 * -force.z()) << friction;
+    EXPECT_LT(std::abs(force.y()), 0.02 * -force.z());
+  }
+}
+
+TEST(OrganContacts, StickingFacesMoveTogether) {
+  Bodies bodies;
+  AddBar({.poisson = 0.3}, &bodies);
+  AddBar({.from = 0.05,
+          .to = 0.1,
+          .held = 0.1,
+          .poisson = 0.3,
+          .displacement_W = Vector3d(0.0005, 0, -0.004)},
+         &bodies);
+  bodies.Start({{{0, 1}, 5.0}});
+  for (int step = 0; step <= 40; ++step) {
+    bodies.StayAt(step * kHalfPeriod / 40);
+    bodies.Step();
+  }
+  // By symmetry both faces move by half of the shift.
+  Vector3d means[2];
+  for (int o = 0; o < 2; ++o) {
+    means[o].setZero();
+    int count = 0;
+    const Points& rest = bodies.model(o).rest().vertices;
+    for (Eigen::Index v = 0; v < rest.rows(); ++v) {
+      if (std::abs(rest(v, 2) - 0.05) > 1e-9) continue;
+      const Vector3d p = bodies.organ(o).vertices.row(v).transpose() + bodies.organ(o).offset_W;
+      means[o] += p - rest.row(v).transpose();
+      ++count;
+    }
+    means[o] /= count;
+  }
+  EXPECT_NEAR(means[0].x(), 0.00025, 0.00002);
+  EXPECT_LT((means[0] - means[1]).norm(), 0.00002);
+}
+
+TEST(OrganContacts, PartedOrgansSleepAtRest) {
+  Bodies bodies;
+  AddBar({}, &bodies);
+  AddBar({.from = 0.0505, .to = 0.1, .held = 0.1, .displacement_W = Vector3d(0, 0, -0.002)},
+         &bodies);
+  bodies.Start({{{0, 1}, 0.2}});
+  bodies.Step();
+  EXPECT_FALSE(bodies.organ(0).awake);
+  for (int step = 0; step <= 80; ++step) {  // down and up again
+    bodies.StayAt(step * kHalfPeriod / 40);
+    bodies.Step();
+    if (step == 40) {
+      EXPECT_TRUE(bodies.organ(0).awake);
+      EXPECT_GT(bodies.PairForce(1).z(), 0);
+    }
+  }
+  for (int o = 0; o < 2; ++o) {
+    EXPECT_FALSE(bodies.organ(o).awake) << o;
+    EXPECT_TRUE(bodies.organ(o).control_displacements.isZero(0)) << o;
+  }
+}
+
+// A tip presses a bar down that rests on another one. The patch's compliance is that of both: the
+// force changes as two solved steps say.
+TEST(OrganContacts, TipFeelsTheOrganBeneath) {
+  const auto press = [](double depth, bool pair, Matrix3d* compliance, Vector3d* point) {
+    Bodies bodies;
+    AddBar({.poisson = 0.3, .width = 0.04}, &bodies);
+    // Held softly, so that most of the press goes through it.
+    OrganOptions plate;
+    plate.name = "plate";
+    plate.energy.type = EnergyType::kStrain;
+    plate.material.young = 20000;
+    plate.material.poisson = 0.3;
+    plate.lattice.cells = {3, 3, 2};
+    plate.lattice.local.functions = 0;
+    plate.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0), Vector3d(1, 1, 1)}, 1e4});
+    bodies.Add(plate,
+               GridBox(Vector3d(-0.03, -0.03, 0.0501), Vector3d(0.03, 0.03, 0.07), {16, 16, 6}));
+    bodies.Start(pair ? std::vector<OrganPairOptions>{{{0, 1}, 0}}
+                      : std::vector<OrganPairOptions>{});
+    for (int step = 0; step < 20; ++step) {
+      bodies.Step(Vector3d(0, 0, 0.07 + kDefaultToolRadius - depth * std::min(1.0, step / 10.0)));
+    }
+    const ToolPatch& patch = bodies.patch.Front().tools[0].main();
+    *compliance = patch.compliance_W;
+    *point = patch.contact_W;
+    return bodies.ToolForce(1);
+  };
+  Matrix3d joint, alone;
+  Vector3d before, after;
+  constexpr double kDepth = 0.004, kMore = 0.0001;
+  const auto stiffness = [&](bool pair, Matrix3d* compliance) {
+    const Vector3d less = press(kDepth, pair, compliance, &before);
+    const Vector3d more = press(kDepth + kMore, pair, compliance, &after);
+    return (more.z() - less.z()) / -kMore;
+  };
+  const double stiffness_of_both = stiffness(true, &joint),
+               stiffness_of_one = stiffness(false, &alone);
+  EXPECT_GT(stiffness_of_both, 1.5 * stiffness_of_one) << "the organ beneath is felt";
+  // The patch's compliance under a ball is a secant: the same share of the tangent for both.
+  EXPECT_NEAR(joint.inverse()(2, 2) / stiffness_of_both, alone.inverse()(2, 2) / stiffness_of_one,
+              0.05);
+}
+
+TEST(OrganContacts, StepAllocatesNothing) {
+  if (!kCountsAllocations) GTEST_SKIP() << "the sanitizer's allocator";
+  Bodies bodies;
+  AddBar({.squares = 16}, &bodies);
+  AddBar({.from = 0.05,
+          .to = 0.1,
+          .held = 0.1,
+          .poisson = 0.3,
+          .displacement_W = Vector3d(0.004, 0, -0.003),
+          .squares = 16},
+         &bodies);
+  bodies.Start({{{0, 1}, 0.2}});
+  const long before = AllocationsOfThisThread();
+  for (int step = 0; step <= 40; ++step) {
+    bodies.StayAt(step * kHalfPeriod / 40);
+    bodies.Step(Vector3d(0, 0, step < 20 ? 5 : 0.1));
+  }
+  EXPECT_EQ(AllocationsOfThisThread(), before);
+  EXPECT_GT(bodies.organ(0).contacts.size(), 8);
+}
+
+}  // namespace
+}  // namespace hpdm
