@@ -35,6 +35,10 @@ bool Coarser(const SurfaceMesh& mesh, const SurfaceMesh& other) {
   return MeanTriangle(mesh) > MeanTriangle(other) * (1 + 1e-9);
 }
 
+bool Faces(const Vector3d& face, const Vector3d& normal) {
+  return -face.dot(normal) > kLeastFacing * face.norm();
+}
+
 double CellSize(const OrganModel& a, const OrganModel& b) {
   double finest = 0;
   for (const OrganModel* organ : {&a, &b}) {
@@ -92,7 +96,7 @@ std::span<const PairContact> OrganPair::Update(const PairShape& a, const PairSha
   Search(source, target, margin_);
   if (deeper_) Search(source, target, kMostDepth);
   for (const int sample : last_partnered_) {
-    if (searched_[sample] != stamp_) memory_[sample].has_partner = false;
+    if (searched_[sample] != stamp_) memory_[sample].partner = -1;
   }
   for (const Found& found : found_) AddToCells(found);
   ChooseCells();
@@ -125,13 +129,29 @@ void OrganPair::Search(const PairShape& source, const PairShape& target, double 
   source.tree.VisitNear(target.tree, target.offset_W - source.offset_W, reach, add);
   const Triangles& triangles = source_.surface.rest.triangles;
   for (const int t : triangles_) {
-    const double area = TwiceAreaNormal(source.vertices, triangles, t).norm() / 2;
     const auto [first, last] = cells_.OfTriangle(t);
+    const double area = TwiceAreaNormal(source.vertices, triangles, t).norm() / 2;
+    const bool near = last - first == 1 || IsNear(t, source, target, reach);
     for (int sample = first; sample < last; ++sample) {
-      if (searched_[sample] == stamp_) continue;
+      if (searched_[sample] == stamp_ || (!near && memory_[sample].partner < 0)) continue;
       SeekPartner(sample, area, source, target, reach);
     }
   }
+}
+
+// False if no point of the source's triangle is within `reach` of the target.
+bool OrganPair::IsNear(int triangle, const PairShape& source, const PairShape& target,
+                       double reach) const {
+  const Triangles& triangles = source_.surface.rest.triangles;
+  const Vector3d centre =
+      SurfacePoint{triangle, Vector3d::Constant(1.0 / 3)}.Position(source.vertices, triangles);
+  double radius = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d corner = source.vertices.row(triangles(triangle, k));
+    radius = std::max(radius, (corner - centre).norm());
+  }
+  return target.tree.Closest(centre + source.offset_W - target.offset_W, reach + radius)
+             .at.triangle >= 0;
 }
 
 void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& source,
@@ -145,10 +165,9 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
   found.p_sample = on_source.Position(source.vertices, source_.surface.rest.triangles) +
                    source.offset_W - target.offset_W;
   const Vector3d normal = source_.normals.At(on_source);
-  if (memory.has_partner) {
-    found.partner =
-        ClosestFacing(found.p_sample, normal, target, margin_ + std::max(0.0, -memory.gap),
-                      Behind::kEither, &memory.p_partner_rest);
+  if (memory.partner >= 0) {
+    found.partner = ClosestFacing(found.p_sample, normal, target,
+                                  margin_ + std::max(0.0, -memory.gap), Behind::kEither, &memory);
   }
   if (found.partner.triangle < 0) {
     const SurfaceHit closest = target.tree.Closest(found.p_sample, reach);
@@ -157,8 +176,13 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
     const bool inside =
         IsBehind(offset, closest.at, target.vertices, target_triangles, target_.surface.topology);
     deeper_ = deeper_ || inside;
-    found.partner = ClosestFacing(found.p_sample, normal, target, reach,
-                                  inside ? Behind::kBack : Behind::kFront, nullptr);
+    const Vector3d face = TwiceAreaNormal(target.vertices, target_triangles, closest.at.triangle);
+    if (Faces(face, normal) && (offset.dot(face) < 0) == inside) {
+      found.partner = closest.at;
+    } else {
+      found.partner = ClosestFacing(found.p_sample, normal, target, reach,
+                                    inside ? Behind::kBack : Behind::kFront, nullptr);
+    }
     if (found.partner.triangle < 0) return;
   }
   found.p_partner = found.partner.Position(target.vertices, target_triangles);
@@ -180,7 +204,7 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
   }
   found.weight = found.area * std::exp(-found.gap / kSharpness);
   found.normal_difference = normal - partner_normal;
-  memory.has_partner = true;
+  memory.partner = found.partner.triangle;
   memory.gap = found.gap;
   memory.p_partner_rest = found.partner.Position(target_.surface.rest.vertices, target_triangles);
   searched_[sample] = stamp_;
@@ -189,35 +213,36 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
 }
 
 // Returns the closest point within `reach` on triangles that face `normal` and have `p` on the
-// given side. `p_near_rest`: the rest place that it is near, if any. Triangle -1: none.
+// given side. `near`: a partner in whose neighbourhood at rest it is, if any. Triangle -1: none.
 SurfacePoint OrganPair::ClosestFacing(const Vector3d& p, const Vector3d& normal,
                                       const PairShape& target, double reach, Behind behind,
-                                      const Vector3d* p_near_rest) const {
+                                      const Memory* near) const {
   const SurfaceMesh& rest = target_.surface.rest;
   SurfacePoint best;
   double best2 = reach * reach;
-  target.tree.VisitNear(p, reach, [&](int t) {
+  const auto visit = [&](int t) {
     const Vector3d a = target.vertices.row(rest.triangles(t, 0)),
                    b = target.vertices.row(rest.triangles(t, 1)),
                    c = target.vertices.row(rest.triangles(t, 2));
     const Vector3d face = (b - a).cross(c - a);
-    if (-face.dot(normal) > kLeastFacing * face.norm()) {
-      const TrianglePoint closest = ClosestOnTriangle(p, a, b, c);
-      const double distance2 = (p - closest.point).squaredNorm();
-      const double side = face.dot(p - closest.point);
-      const bool on_side =
-          behind == Behind::kEither || (behind == Behind::kBack ? side <= 0 : side >= 0);
-      if (distance2 < best2 && on_side) {
-        const SurfacePoint at{t, closest.barycentric};
-        if (p_near_rest == nullptr ||
-            (at.Position(rest.vertices, rest.triangles) - *p_near_rest).norm() < kMostSlide) {
-          best2 = distance2;
-          best = at;
-        }
-      }
+    if (!Faces(face, normal)) return std::sqrt(best2);
+    const TrianglePoint closest = ClosestOnTriangle(p, a, b, c);
+    const double distance2 = (p - closest.point).squaredNorm();
+    const double side = face.dot(p - closest.point);
+    if (distance2 >= best2 || (behind == Behind::kBack && side > 0) ||
+        (behind == Behind::kFront && side < 0)) {
+      return std::sqrt(best2);
+    }
+    const SurfacePoint at{t, closest.barycentric};
+    if (near == nullptr ||
+        (at.Position(rest.vertices, rest.triangles) - near->p_partner_rest).norm() < kMostSlide) {
+      best2 = distance2;
+      best = at;
     }
     return std::sqrt(best2);
-  });
+  };
+  if (near != nullptr) reach = visit(near->partner);
+  target.tree.VisitNear(p, reach, visit);
   return best;
 }
 

@@ -96,10 +96,10 @@ class OrganPair {
 
   // One of the surfaces.
   struct Side {
-    explicit Side(const PairSurface& surface)
-        : surface(surface),
-          normals(surface.rest, surface.topology),
-          last_vertices(surface.rest.vertices) {}
+    explicit Side(const PairSurface& pair_surface)
+        : surface(pair_surface),
+          normals(pair_surface.rest, pair_surface.topology),
+          last_vertices(pair_surface.rest.vertices) {}
     PairSurface surface;
     CreasedNormals normals;
     Points last_vertices;  // m, of the last step
@@ -107,7 +107,7 @@ class OrganPair {
   };
   // What a sample keeps from step to step.
   struct Memory {
-    bool has_partner = false;
+    int partner = -1;                            // triangle
     Vector3d p_partner_rest = Vector3d::Zero();  // m
     double gap = 0;                              // m
   };
@@ -134,10 +134,11 @@ class OrganPair {
 
   void SetMargin(const PairShape& source, const PairShape& target);
   void Search(const PairShape& source, const PairShape& target, double reach);
+  bool IsNear(int triangle, const PairShape& source, const PairShape& target, double reach) const;
   void SeekPartner(int sample, double triangle_area, const PairShape& source,
                    const PairShape& target, double reach);
   SurfacePoint ClosestFacing(const Vector3d& p, const Vector3d& normal, const PairShape& target,
-                             double reach, Behind behind, const Vector3d* p_near_rest) const;
+                             double reach, Behind behind, const Memory* near) const;
   void AddToCells(const Found& found);
   void ChooseCells();
   void WriteContacts();
