@@ -110,6 +110,7 @@ struct OrganContact {
   Vector3d tie_W = Vector3d::Zero();      ///< m; only its tangential part counts.
   double f_n = 0;                         ///< Pressing force, N: a guess at first, then the result.
   Vector3d f_t_W = Vector3d::Zero();      ///< N, f_n t on the first: the same.
+  double indentation = 0;                 ///< Result: how far f_n alone moves the two apart, m.
 };
 
 }  // namespace hpdm

@@ -406,6 +406,7 @@ void ContactSolver::WriteForces(std::span<OrganContact> pairs) const {
     const bool solved = static_cast<int>(p) < pair_count_;
     const int e = pair_equation_[p];
     pair.f_n = solved ? forces_[e] : 0;
+    pair.indentation = solved ? compliance_(e, e) * forces_[e] : 0;
     pair.f_t_W.setZero();
     if (!solved || !(pair.friction > 0)) continue;
     for (int g = e + 1; g <= e + 2; ++g) {

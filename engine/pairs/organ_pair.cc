@@ -202,7 +202,6 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
     complete_ = false;
     return;
   }
-  found.weight = found.area * std::exp(-found.gap / kSharpness);
   found.normal_difference = normal - partner_normal;
   memory.partner = found.partner.triangle;
   memory.gap = found.gap;
@@ -246,6 +245,15 @@ SurfacePoint OrganPair::ClosestFacing(const Vector3d& p, const Vector3d& normal,
   return best;
 }
 
+double OrganPair::Weight(const Found& found, int cell) const {
+  const double sharpness = std::max(kSharpness, cell_[cell].indentation / 2);
+  return found.area * std::exp(-found.gap / sharpness);
+}
+
+void OrganPair::SetIndentation(std::uint64_t key, double indentation) {
+  cell_[static_cast<int>(key / 2)].indentation = indentation;
+}
+
 void OrganPair::AddToCells(const Found& found) {
   for (const auto& [index, share] : cells_.CellsOf(found.sample)) {
     Cell& cell = cell_[index];
@@ -257,7 +265,7 @@ void OrganPair::AddToCells(const Found& found) {
       cell.p_sample = cell.p_partner = cell.normal_difference = Vector3d::Zero();
       touched_cells_.push_back(index);
     }
-    const double weight = share * found.weight;
+    const double weight = share * Weight(found, index);
     cell.weight += weight;
     cell.score += share * found.area * (margin_ - found.gap);
     cell.area += share * found.area * std::clamp(1 - found.gap / kTouching, 0.0, 1.0);
@@ -280,7 +288,10 @@ void OrganPair::ChooseCells() {
   complete_ = complete_ && touched_cells_.size() <= kMaxPatches;
   touched_cells_.resize(std::min(touched_cells_.size(), ToSize(kMaxPatches)));
   std::sort(touched_cells_.begin(), touched_cells_.end());
-  for (const int i : kept_cells_) cell_[i].kept = false;
+  for (const int i : kept_cells_) {
+    cell_[i].kept = false;
+    if (cell_[i].stamp != stamp_) cell_[i].indentation = 0;
+  }
   for (const int i : touched_cells_) cell_[i].kept = true;
   kept_cells_ = touched_cells_;
 }
@@ -311,7 +322,7 @@ void OrganPair::WriteContacts() {
       contact.samples = {contact.samples.data(), contact.samples.size() + 1};
       sample.on_a = a_is_source_ ? on_source : found.partner;
       sample.on_b = a_is_source_ ? found.partner : on_source;
-      sample.weight = share * found.weight / cell.weight;
+      sample.weight = share * Weight(found, index) / cell.weight;
     }
   }
 }

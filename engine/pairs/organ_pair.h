@@ -52,9 +52,12 @@ struct PairShape {
 ///    triangles (IsBehind). From then on it keeps its side: its partner moves at most kMostSlide
 ///    at rest from step to step, and the gap's sign is that of the partner's normal. So a sample
 ///    that a press drove through a wall comes back through it.
-/// 4. Weights are smooth: area x exp(-gap / kSharpness), faded out towards the margin, towards
+/// 4. Weights are smooth: area x exp(-gap / sharpness), faded out towards the margin, towards
 ///    normals that do not face each other, and beside the partner's edge. So forces do not jump
-///    when samples come and go, and a cell that touches in a part has its row in that part.
+///    when samples come and go, and a cell that touches in a part has its row in that part. The
+///    sharpness is half of how far the cell's own force indents the organs, at least
+///    kSharpness. With less, a deeper sample would get so much more force that it were the less deep
+///    one in the next step.
 /// 5. Contacts within a margin count before they touch. It is kMargin and the motion of both
 ///    surfaces in the last step, at most kMostMotion.
 /// 6. At most kMaxPatches contacts, those with the largest integral of (margin - gap) over their
@@ -71,7 +74,7 @@ class OrganPair {
   static constexpr double kMostMotion = 0.010;   ///< m.
   static constexpr double kMostDepth = 0.015;    ///< m, of a sample found for the first time.
   static constexpr double kMostSlide = 0.010;    ///< m.
-  static constexpr double kSharpness = 0.0003;   ///< m.
+  static constexpr double kSharpness = 0.0003;   ///< m, without force.
   static constexpr double kTouching = 0.0002;    ///< m.
   static constexpr double kDefaultCell = 0.008;  ///< m.
 
@@ -86,6 +89,10 @@ class OrganPair {
     return Update({a.vertices, a.tree, a.offset_W}, {b.vertices, b.tree, b.offset_W});
   }
   std::span<const PairContact> contacts() const { return {contacts_.data(), count_}; }
+
+  /// Sets how far (m) the contact with a key of the last Update() is indented by its own force.
+  /// Zero, as for all others: it does not press.
+  void SetIndentation(std::uint64_t key, double indentation);
 
   /// False if there were more contacts or samples than there is room for.
   bool complete() const { return complete_; }
@@ -117,12 +124,12 @@ class OrganPair {
     Vector3d p_sample, p_partner;  // m, in the target's frame
     Vector3d normal_difference;    // the sample's less the partner's
     double gap = 0;
-    double area = 0;    // m^2, faded
-    double weight = 0;  // m^2
+    double area = 0;  // m^2, faded
   };
   struct Cell {
     std::uint32_t stamp = 0;
-    bool kept = false;  // had a contact in the last step
+    bool kept = false;       // had a contact in the last step
+    double indentation = 0;  // m, SetIndentation()
     int slot = -1;
     double weight = 0;
     double score = 0;
@@ -139,6 +146,7 @@ class OrganPair {
                    const PairShape& target, double reach);
   SurfacePoint ClosestFacing(const Vector3d& p, const Vector3d& normal, const PairShape& target,
                              double reach, Behind behind, const Memory* near) const;
+  double Weight(const Found& found, int cell) const;
   void AddToCells(const Found& found);
   void ChooseCells();
   void WriteContacts();

@@ -112,6 +112,7 @@ void OrganContacts::Remember() {
   for (Pair& pair : pairs_) pair.pressed.clear();
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const OrganContact& contact = contacts_[c];
+    pairs_[pair_of_[c]].search.SetIndentation(contact.key, contact.indentation);
     if (!(contact.f_n > 0)) continue;
     pairs_[pair_of_[c]].pressed.push_back({contact.key, contact.f_n, contact.f_t_W});
   }
