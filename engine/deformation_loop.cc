@@ -31,12 +31,11 @@ Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
 DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const std::vector<ToolOptions>& tools,
                                  const DeformationEdges& edges,
-                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget,
-                                 const std::vector<OrganPairOptions>& pairs)
+                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget)
     : edges_(edges),
       stopwatch_(std::move(stopwatch)),
-      organ_contacts_(organs, pairs),
-      joint_relaxation_(pairs.size()),
+      organ_contacts_(organs),
+      joint_relaxation_(organ_contacts_.pairs()),
       shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   organs_.reserve(organs.size());

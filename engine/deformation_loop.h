@@ -35,10 +35,10 @@ class DeformationLoop {
   /// the organs at rest (SizedSnapshot); a step writes only shapes newer than the slot's.
   /// `stopwatch` gives the session time for StepRecord::compute_ns; nullptr (lockstep): nothing is
   /// measured. Steps longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: no
-  /// limit. The organs of `pairs` touch each other; the others pass through each other.
+  /// limit.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
-                  Nanoseconds budget = 0, const std::vector<OrganPairOptions>& pairs = {});
+                  Nanoseconds budget = 0);
 
   /// Runs one step at session time `now_ns` from the given tool state and publishes it on all
   /// edges. A tool whose pose is not finite keeps its last pose. `wake_late_ns` is the wake-up

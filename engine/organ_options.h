@@ -89,6 +89,12 @@ struct StiffnessRegion {
 
 enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
 
+/// Another organ that an organ touches. All others pass through it.
+struct OrganContactOptions {
+  std::string with;     ///< Name of the other organ.
+  double friction = 0;  ///< Coulomb coefficient.
+};
+
 struct OrganOptions {
   std::string name;
   std::string mesh;      ///< Path of the mesh file, absolute or relative to the working folder.
@@ -107,10 +113,17 @@ struct OrganOptions {
   MaterialOptions material;
   std::vector<StiffnessRegion> regions;  ///< kHpdm only.
   std::vector<SupportOptions> supports;
+  std::vector<OrganContactOptions> contacts;  ///< Each pair stands in one of its two organs.
 };
 
 inline constexpr int kDefaultLocalFunctions = 27;
 inline constexpr double kMaxFineCells = 1e6;  ///< Limit of FineCells(): 100 along each axis.
+
+/// True if the contact problem can hold the organ together with others (Relaxation::body()).
+inline bool TakesOrganContacts(const OrganOptions& organ) {
+  return organ.model == OrganModelType::kRigid ||
+         (organ.model == OrganModelType::kHpdm && organ.energy.solver == SolverType::kCholesky);
+}
 
 /// Returns the number of cells of the finer splines (LocalFunctionOptions).
 inline double FineCells(const OrganOptions& organ) {
@@ -132,12 +145,6 @@ inline int LocalFunctionsOf(const OrganOptions& organ) {
   const bool taken = TakesLocalFunctions(organ) && FineCells(organ) <= kMaxFineCells;
   return organ.lattice.local.functions.value_or(taken ? kDefaultLocalFunctions : 0);
 }
-
-/// Two organs that touch each other.
-struct OrganPairOptions {
-  std::array<int, 2> organs{};  ///< Indices of two different organs, not both rigid.
-  double friction = 0;          ///< Coulomb coefficient.
-};
 
 /// A static load: exactly one of force, displacement and pressure is given.
 ///

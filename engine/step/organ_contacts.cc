@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/base/check.h"
+
 namespace hpdm {
 namespace {
 
@@ -27,19 +29,25 @@ Vector3d Displacement(int row, const OrganState& state) {
 
 }  // namespace
 
-OrganContacts::Pair::Pair(const std::vector<OrganModel>& models,
-                          const OrganPairOptions& pair_options)
-    : options(pair_options),
-      search(models[static_cast<std::size_t>(pair_options.organs[0])],
-             models[static_cast<std::size_t>(pair_options.organs[1])]) {
+OrganContacts::Pair::Pair(const OrganModel& first, const OrganModel& second,
+                          std::array<int, 2> indices, double coefficient)
+    : organs(indices), friction(coefficient), search(first, second) {
   pressed.reserve(OrganPair::kMaxPatches);
 }
 
-OrganContacts::OrganContacts(const std::vector<OrganModel>& organs,
-                             const std::vector<OrganPairOptions>& pairs) {
-  pairs_.reserve(pairs.size());
-  for (const OrganPairOptions& pair : pairs) pairs_.emplace_back(organs, pair);
-  contacts_.reserve(pairs.size() * OrganPair::kMaxPatches);
+OrganContacts::OrganContacts(const std::vector<OrganModel>& organs) {
+  for (std::size_t a = 0; a < organs.size(); ++a) {
+    for (const OrganContactOptions& contact : organs[a].options().contacts) {
+      for (std::size_t b = 0; b < organs.size(); ++b) {
+        if (organs[b].options().name != contact.with) continue;
+        HPDM_CHECK(a != b && TakesOrganContacts(organs[a].options()) &&
+                   TakesOrganContacts(organs[b].options()));
+        pairs_.emplace_back(organs[a], organs[b],
+                            std::array{static_cast<int>(a), static_cast<int>(b)}, contact.friction);
+      }
+    }
+  }
+  contacts_.reserve(pairs_.size() * OrganPair::kMaxPatches);
   pair_of_.reserve(contacts_.capacity());
 }
 
@@ -53,8 +61,8 @@ bool OrganContacts::AddRows(std::vector<OrganStep>* organs) {
 
 bool OrganContacts::AddPair(std::size_t p, std::vector<OrganStep>* organs) {
   Pair& pair = pairs_[p];
-  const OrganState& first = (*organs)[static_cast<std::size_t>(pair.options.organs[0])].state();
-  const OrganState& second = (*organs)[static_cast<std::size_t>(pair.options.organs[1])].state();
+  const OrganState& first = (*organs)[static_cast<std::size_t>(pair.organs[0])].state();
+  const OrganState& second = (*organs)[static_cast<std::size_t>(pair.organs[1])].state();
   const Vector3d between_W = second.offset_W - first.offset_W;
   if (!first.awake && !second.awake && between_W == pair.between_W) return true;
   pair.between_W = between_W;
@@ -69,8 +77,8 @@ bool OrganContacts::AddPair(std::size_t p, std::vector<OrganStep>* organs) {
 
 bool OrganContacts::AddContact(const PairContact& found, const Pair& pair,
                                std::vector<OrganStep>* organs) {
-  OrganStep& first = (*organs)[static_cast<std::size_t>(pair.options.organs[0])];
-  OrganStep& second = (*organs)[static_cast<std::size_t>(pair.options.organs[1])];
+  OrganStep& first = (*organs)[static_cast<std::size_t>(pair.organs[0])];
+  OrganStep& second = (*organs)[static_cast<std::size_t>(pair.organs[1])];
   ContactConstraints::Row* const on_first = first.state().contacts.AddPair();
   if (on_first == nullptr) return false;
   ContactConstraints::Row* const on_second = second.state().contacts.AddPair();
@@ -86,10 +94,10 @@ bool OrganContacts::AddContact(const PairContact& found, const Pair& pair,
   on_second->normal_W = -found.normal_W;
   OrganContact contact;
   contact.key = found.key;
-  contact.body = pair.options.organs;
+  contact.body = pair.organs;
   contact.row = {first.state().contacts.size() - 1, second.state().contacts.size() - 1};
   contact.normal_W = found.normal_W;
-  contact.friction = pair.options.friction;
+  contact.friction = pair.friction;
   const Vector3d apart_W =
       Displacement(contact.row[1], second.state()) - Displacement(contact.row[0], first.state());
   contact.gap = found.gap - found.normal_W.dot(apart_W);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,7 +16,8 @@ namespace hpdm {
 /// nothing.
 class OrganContacts {
  public:
-  OrganContacts(const std::vector<OrganModel>& organs, const std::vector<OrganPairOptions>& pairs);
+  /// The pairs are those of OrganOptions::contacts whose organs are both there.
+  explicit OrganContacts(const std::vector<OrganModel>& organs);
 
   /// Finds the contacts at the organs' present shapes and places, and adds their rows after those
   /// of the tools. A pair that slept in its last step and has not moved is left out. False if there
@@ -23,13 +25,16 @@ class OrganContacts {
   bool AddRows(std::vector<OrganStep>* organs);
   /// The contacts of the step; OrganContact::body holds the organs' indices.
   std::span<OrganContact> contacts() { return contacts_; }
+  std::size_t pairs() const { return pairs_.size(); }
   /// After the relaxation: keeps the contacts that press, for the next step.
   void Remember();
 
  private:
   struct Pair {
-    Pair(const std::vector<OrganModel>& models, const OrganPairOptions& pair_options);
-    OrganPairOptions options;
+    Pair(const OrganModel& first, const OrganModel& second, std::array<int, 2> indices,
+         double coefficient);
+    std::array<int, 2> organs;  // indices
+    double friction;
     OrganPair search;
     struct Pressed {
       std::uint64_t key = 0;

@@ -117,6 +117,9 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     scene.organs.push_back(std::move(organ));
   }
   if (scene.organs.empty()) root.Fail("organ", "is empty", kAddOrgan);
+  for (const TableReader& table : root.Tables("contact", kContactKeys, kMaxContactPairs)) {
+    ReadContact(table, &scene.organs);
+  }
   for (const TableReader& table : root.Tables("instrument", kInstrumentKeys, kMaxInstruments)) {
     InstrumentOptions instrument = ReadInstrument(table, scene.organs);
     RefuseTakenName(table, instrument, scene.instruments);

@@ -52,6 +52,10 @@ mesh = "b.obj"
 unit = "mm"
 lattice = { basis = "bernstein" }
 
+[[contact]]
+a = "a"
+b = "b"
+
 [[instrument]]
 name = "a"
 trocar = [0, 0, 0]

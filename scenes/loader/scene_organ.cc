@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <string_view>
+
 #include "scenes/loader/scene_keys.h"
 #include "scenes/loader/scene_parts.h"
 
@@ -273,6 +276,39 @@ OrganOptions ReadOrgan(const TableReader& table) {
     organ.supports.push_back(ReadSupport(support));
   }
   return organ;
+}
+
+void ReadContact(const TableReader& table, std::vector<OrganOptions>* organs) {
+  OrganOptions* pair[2] = {};
+  for (const int k : {0, 1}) {
+    const std::string_view key = k == 0 ? "a" : "b";
+    std::string name;
+    table.Require(key, "name the two organs that touch as a and b");
+    table.ReadString(key, &name);
+    RequireOrgan(table, key, name, *organs);
+    const auto named = std::find_if(organs->begin(), organs->end(),
+                                    [&](const OrganOptions& organ) { return organ.name == name; });
+    pair[k] = &*named;
+    if (TakesOrganContacts(*named)) continue;
+    table.Fail(key, "touches no other organ with its model or solver",
+               "use model = \"hpdm\" with solver = \"cholesky\", or model = \"rigid\"");
+  }
+  if (pair[0] == pair[1]) table.Fail("b", "is the same organ as a", "name another organ");
+  const auto is_rigid = [](const OrganOptions* organ) {
+    return organ->model == OrganModelType::kRigid;
+  };
+  if (is_rigid(pair[0]) && is_rigid(pair[1])) {
+    table.Fail("b", "is rigid, as a is", "name at least one organ that deforms");
+  }
+  for (const int k : {0, 1}) {
+    for (const OrganContactOptions& other : pair[k]->contacts) {
+      if (other.with == pair[1 - k]->name)
+        table.Fail("b", "is in a contact with a already", "give each pair one [[contact]]");
+    }
+  }
+  OrganContactOptions contact{pair[1]->name, 0};
+  table.ReadNumber("friction", {.min = 0, .max = 2}, &contact.friction);
+  pair[0]->contacts.push_back(contact);
 }
 
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs) {

@@ -22,8 +22,13 @@ void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rota
 Scene ReadScene(const TomlDocument& document, KeyObserver* observer = nullptr);
 
 OrganOptions ReadOrgan(const TableReader& table);
+/// Adds the contact to its first organ's options.
+void ReadContact(const TableReader& table, std::vector<OrganOptions>* organs);
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs);
 InstrumentOptions ReadInstrument(const TableReader& table, const std::vector<OrganOptions>& organs);
+
+/// Most pairs of organs that touch each other.
+inline constexpr std::size_t kMaxContactPairs = 8;
 
 /// Fails at `key` unless its value `name` is the name of an organ.
 void RequireOrgan(const TableReader& table, std::string_view key, const std::string& name,

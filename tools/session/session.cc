@@ -6,6 +6,7 @@
 
 #include "engine/base/check.h"
 #include "engine/base/error.h"
+#include "engine/pairs/organ_overlap.h"
 #include "engine/tissue/support.h"
 #include "haptics/device/external_device.h"
 #include "haptics/device/sim_device.h"
@@ -37,6 +38,26 @@ std::vector<ToolGeometry> GeometriesOf(const InstrumentOptions& instrument) {
 // A quarter of the reference's largest displacement, so that errors of a few per cent are visible.
 double ErrorScale(const Points& reference) {
   return RoundedUp(reference.rowwise().norm().maxCoeff() / 4);
+}
+
+// Refuses organs in contact that overlap at rest by more than the first step may push them apart.
+void RefuseOverlaps(const std::vector<OrganModel>& organs) {
+  constexpr double kMostOverlap = 1e-4;  // m
+  for (const OrganModel& first : organs) {
+    for (const OrganContactOptions& contact : first.options().contacts) {
+      for (const OrganModel& second : organs) {
+        if (second.options().name != contact.with) continue;
+        const OrganOverlap overlap = MeasureOverlap(first.rest(), second.rest());
+        if (overlap.depth <= kMostOverlap) continue;
+        throw InputError(
+            Format("[[contact]] of organs \"%s\" and \"%s\": they overlap at the start "
+                   "by %.2g mm at [%.3f, %.3f, %.3f]; move one of them apart, or remove "
+                   "this contact",
+                   first.options().name.c_str(), contact.with.c_str(), 1000 * overlap.depth,
+                   overlap.place_W.x(), overlap.place_W.y(), overlap.place_W.z()));
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -102,6 +123,7 @@ void Session::BuildOrgans(const Progress& progress) {
     around.extend(bounds.min);
     around.extend(bounds.max);
   }
+  WithScenePath(scene_, [&] { RefuseOverlaps(organs_); });
   LookAtOrgans({around.min(), around.max()}, &scene_.laparoscope);
 }
 

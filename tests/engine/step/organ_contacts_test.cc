@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,12 @@ const Vector3d kFarTip(5, 5, 5);
 // Organs, a tool and the pairs between the organs, stepped without threads.
 class Bodies {
  public:
-  void Add(const OrganOptions& options, SurfaceMesh rest) {
+  // `friction`: of the contact with the organ that is added before; none: no contact.
+  void Add(OrganOptions options, SurfaceMesh rest, std::optional<double> friction) {
+    if (friction) options.contacts.push_back({organs_.back().options().name, *friction});
     organs_.emplace_back(options, std::move(rest));
   }
-  void Start(const std::vector<OrganPairOptions>& pairs, Nanoseconds now = 0) {
-    now_ = now;
+  void Start() {
     render = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, true));
     telemetry_ = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, false));
     loop_ = std::make_unique<DeformationLoop>(organs_, std::vector<ToolOptions>{ToolOptions()},
@@ -87,7 +89,7 @@ struct Bar {
   int squares = 14;
 };
 
-void AddBar(const Bar& bar, Bodies* bodies) {
+void AddBar(const Bar& bar, Bodies* bodies, std::optional<double> friction = std::nullopt) {
   OrganOptions options;
   options.name = "bar at " + std::to_string(bar.from);
   options.energy.type = EnergyType::kStrain;
@@ -101,17 +103,19 @@ void AddBar(const Bar& bar, Bodies* bodies) {
   options.supports.push_back(
       {hpdm::Box{Vector3d(-1, -1, low), Vector3d(1, 1, low + 2 * thin)}, {}});
   options.motion = {bar.displacement_W, 0.5 / kHalfPeriod};
-  bodies->Add(options, GridBox(Vector3d(-bar.width / 2, -bar.width / 2, bar.from),
-                               Vector3d(bar.width / 2, bar.width / 2, bar.to),
-                               {bar.squares, bar.squares, bar.squares}));
+  bodies->Add(options,
+              GridBox(Vector3d(-bar.width / 2, -bar.width / 2, bar.from),
+                      Vector3d(bar.width / 2, bar.width / 2, bar.to),
+                      {bar.squares, bar.squares, bar.squares}),
+              friction);
 }
 
 // The upper bar's support moves down by `press` (m).
 void PressBars(const Bar& lower, Bar upper, double press, double friction, Bodies* bodies) {
   upper.displacement_W = Vector3d(0, 0, -press);
   AddBar(lower, bodies);
-  AddBar(upper, bodies);
-  bodies->Start({{{0, 1}, friction}});
+  AddBar(upper, bodies, friction);
+  bodies->Start();
   for (int step = 0; step <= 60; ++step) {
     bodies->StayAt(std::min(kHalfPeriod, step * kHalfPeriod / 40));
     bodies->Step();
@@ -197,8 +201,8 @@ TEST(OrganContacts, FrictionHoldsUpToItsCoefficient) {
             .young = 20000,
             .poisson = 0.3,
             .displacement_W = Vector3d(0.006, 0, -0.001)},
-           &bodies);
-    bodies.Start({{{0, 1}, friction}});
+           &bodies, friction);
+    bodies.Start();
     for (int step = 0; step <= 40; ++step) {
       bodies.StayAt(step * kHalfPeriod / 40);
       bodies.Step();
@@ -218,8 +222,8 @@ TEST(OrganContacts, StickingFacesMoveTogether) {
           .held = 0.1,
           .poisson = 0.3,
           .displacement_W = Vector3d(0.0005, 0, -0.004)},
-         &bodies);
-  bodies.Start({{{0, 1}, 5.0}});
+         &bodies, 5.0);
+  bodies.Start();
   for (int step = 0; step <= 40; ++step) {
     bodies.StayAt(step * kHalfPeriod / 40);
     bodies.Step();
@@ -246,8 +250,8 @@ TEST(OrganContacts, PartedOrgansSleepAtRest) {
   Bodies bodies;
   AddBar({}, &bodies);
   AddBar({.from = 0.0505, .to = 0.1, .held = 0.1, .displacement_W = Vector3d(0, 0, -0.002)},
-         &bodies);
-  bodies.Start({{{0, 1}, 0.2}});
+         &bodies, 0.2);
+  bodies.Start();
   bodies.Step();
   EXPECT_FALSE(bodies.organ(0).awake);
   for (int step = 0; step <= 80; ++step) {  // down and up again
@@ -280,9 +284,9 @@ TEST(OrganContacts, TipFeelsTheOrganBeneath) {
     plate.lattice.local.functions = 0;
     plate.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0), Vector3d(1, 1, 1)}, 1e4});
     bodies.Add(plate,
-               GridBox(Vector3d(-0.04, -0.04, 0.0501), Vector3d(0.04, 0.04, 0.07), {20, 20, 6}));
-    bodies.Start(pair ? std::vector<OrganPairOptions>{{{0, 1}, 0}}
-                      : std::vector<OrganPairOptions>{});
+               GridBox(Vector3d(-0.04, -0.04, 0.0501), Vector3d(0.04, 0.04, 0.07), {20, 20, 6}),
+               pair ? std::optional(0.0) : std::nullopt);
+    bodies.Start();
     for (int step = 0; step < 20; ++step) {
       bodies.Step(Vector3d(0, 0, 0.07 + kDefaultToolRadius - depth * std::min(1.0, step / 10.0)));
     }
@@ -317,8 +321,8 @@ TEST(OrganContacts, StepAllocatesNothing) {
           .poisson = 0.3,
           .displacement_W = Vector3d(0.004, 0, -0.003),
           .squares = 18},
-         &bodies);
-  bodies.Start({{{0, 1}, 0.2}});
+         &bodies, 0.2);
+  bodies.Start();
   const long before = AllocationsOfThisThread();
   for (int step = 0; step <= 40; ++step) {
     bodies.StayAt(step * kHalfPeriod / 40);
