@@ -6,8 +6,10 @@ Usage, from the repository's root after a build, on an otherwise idle machine:
     tools/update_results.py [--quick] [--keep] [chart] [bench] [stress] [plan] [haptics]
 
 Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene, of `haptics` the
-contacts). Puts NAME.md (contacts.md) between the lines `<!-- NAME begin -->` and `<!-- NAME end -->`
-of tools/NAME/RESULTS.md, and NAME.png, if the command made one, into scenes/pictures. --keep uses the measurements of an earlier run.
+contacts, z-width and transparency). Puts NAME.md between the lines `<!-- NAME begin -->` and
+`<!-- NAME end -->` of tools/NAME/RESULTS.md, and NAME.png, if the command made one, into
+scenes/pictures. Of `haptics`, contacts.md comes between those lines, and z_width.md and
+transparency.md between lines of their own. --keep uses the measurements of an earlier run.
 """
 
 import pathlib
@@ -18,7 +20,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
 NAMES = ("chart", "bench", "stress", "plan", "haptics")
-TABLES = {"haptics": "contacts"}  # where the table has another name
+# Tables by the name of their lines, where they are not one table of the command's name.
+TABLES = {"haptics": {"haptics": "contacts", "z_width": "z_width", "transparency": "transparency"}}
 PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 
 
@@ -36,7 +39,8 @@ def command(name, quick):
         only = ["models", "meshes", "sleep", "costs"]
         return [name, "--out", OUT / name, "--only", *only, *quick]
     if name == "haptics":  # the other parts' pictures and words are edited by hand
-        return [name, "--out", OUT / name, "--only", "contacts", *quick]
+        only = ["contacts", "z-width", "transparency"]
+        return [name, "--out", OUT / name, "--only", *only, *quick]
     if name == "plan":
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
     return [name, "--out", OUT / name, *quick]
@@ -53,12 +57,15 @@ def main(arguments):
         if "--keep" not in options:
             subprocess.run([ROOT / "build/tools/hpdm", *command(name, quick)], cwd=ROOT, check=True)
         path = ROOT / "tools" / name / "RESULTS.md"
-        table = (OUT / name / f"{TABLES.get(name, name)}.md").read_text(encoding="utf-8")
-        text = replaced(path.read_text(encoding="utf-8"), path, name, table)
+        tables = TABLES.get(name, {name: name})
+        text = path.read_text(encoding="utf-8")
+        for lines, table in tables.items():
+            table_text = (OUT / name / f"{table}.md").read_text(encoding="utf-8")
+            text = replaced(text, path, lines, table_text)
         path.write_text(text, encoding="utf-8")
-        picture = OUT / name / f"{name}.png"
-        if picture.exists():
-            shutil.copy(picture, ROOT / "scenes/pictures")
+        for picture in tables:
+            if (OUT / name / f"{picture}.png").exists():
+                shutil.copy(OUT / name / f"{picture}.png", ROOT / "scenes/pictures")
 
 
 if __name__ == "__main__":

@@ -273,6 +273,8 @@ void AddWriters(CommandLines* c) {
                            "generate --out",
                            "bench --only nothing",
                            "bench --only hand-over --quick --out s.toml",
+                           "haptics --delay-ms -1 --out o",
+                           "haptics --haptic-hz 50 --out o",
                            "haptics --only nothing --out o",
                            "stress --only nothing",
                            "stress --list --out",

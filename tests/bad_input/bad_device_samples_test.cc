@@ -75,6 +75,16 @@ void AddPoses(Inputs* to) {
       .raw = [](int tick, Nanoseconds,
                 RawDevice* d) { d->sample.joints = tick % 2 == 0 ? At(0.3, -0.4) : Sound(); },
       .external = {}};
+  inputs["a pose that jumps by 0.2 m and stays"] = {
+      .raw = [](int tick, Nanoseconds,
+                RawDevice* d) { d->sample.joints = tick < 50 ? Sound() : At(0.2, -0.005); },
+      .external = {}};
+  inputs["a pose that jumps by 0.2 m into the tissue"] = {
+      .raw = [](int, Nanoseconds, RawDevice* d) { d->sample.joints = At(0, -0.205); },
+      .external = {}};
+  inputs["a reading that jumps by 0.2 m and back"] = Reading([](int tick, DeviceSample* r) {
+    if (tick % 3 == 0) r->joints = At(0.2, -0.005);
+  });
   inputs["noise over the whole workspace"] = {
       .raw =
           [random = std::mt19937(3)](int, Nanoseconds, RawDevice* d) mutable {

@@ -308,6 +308,8 @@ void AddInstruments(Scenes* s) {
   }
   s->Text("jaws wider than the organ",
           SoundScene({.organ = "unit=0.3\n", .instrument = "type='grasper'\ntip_radius=0.02\n"}));
+  s->Text("a tip wider than the organ",
+          SoundScene({.organ = "unit=0.3\n", .instrument = "tip_radius=0.02\n"}));
   s->Text("a probe with jaws: closing_force=5", SoundScene({.instrument = "closing_force=5\n"}));
   for (const char* jaws : {"closing_force=5", "jaw_friction=0.5"}) {
     const std::string line = jaws + std::string("\n");

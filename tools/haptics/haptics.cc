@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <system_error>
 
@@ -15,9 +16,14 @@
 #include "tools/haptics/accuracy_report.h"
 #include "tools/haptics/contact_tables.h"
 #include "tools/haptics/force_accuracy.h"
+#include "tools/haptics/shipped_contacts.h"
 #include "tools/haptics/stability_map.h"
 #include "tools/haptics/tip_accuracy.h"
+#include "tools/haptics/transparency.h"
+#include "tools/haptics/z_width.h"
 #include "tools/plots/plot_force_accuracy.h"
+#include "tools/plots/plot_transparency.h"
+#include "tools/plots/plot_z_width.h"
 #include "tools/plots/python_plot.h"
 #include "tools/shared/child_process.h"
 #include "tools/shared/json_text.h"
@@ -29,19 +35,25 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+// Parts of --only besides the cases of the accuracy.
 constexpr const char* kContacts = "contacts";
+constexpr const char* kZWidth = "z-width";
+constexpr const char* kTransparency = "transparency";
+constexpr const char* kParts[] = {kContacts, kZWidth, kTransparency};
 
 struct HapticsOptions {
   std::string scene = "scenes/two_hands.toml";
   std::string out = "out/haptics";
   std::vector<std::string> only;
+  int haptic_hz = 0;     // 0: the scenes'
+  double delay_ms = -1;  // below 0: the scenes'
   bool quick = false;
   bool json = false;
 
   // Named parts are for tuning: only they are measured.
   bool Whole() const { return only.empty(); }
-  bool MeasuresContacts() const {
-    return Whole() || std::find(only.begin(), only.end(), kContacts) != only.end();
+  bool Measures(const char* part) const {
+    return Whole() || std::find(only.begin(), only.end(), part) != only.end();
   }
 };
 
@@ -54,13 +66,13 @@ std::vector<AccuracyCase> ChosenCases(const HapticsOptions& options) {
   if (options.Whole()) return cases;
   std::vector<AccuracyCase> chosen;
   for (const std::string& name : options.only) {
-    if (name == kContacts) continue;
+    if (std::find(std::begin(kParts), std::end(kParts), name) != std::end(kParts)) continue;
     const auto at = std::find_if(cases.begin(), cases.end(),
                                  [&](const AccuracyCase& each) { return each.name == name; });
     if (at == cases.end()) {
       std::string names;
       for (const AccuracyCase& each : cases) AppendToList(each.name, &names);
-      AppendToList(kContacts, &names);
+      for (const char* part : kParts) AppendToList(part, &names);
       throw InputError("--only: unknown case \"" + name + "\"; choose from " + names);
     }
     chosen.push_back(*at);
@@ -145,6 +157,66 @@ Json MeasureKnownContacts(const HapticsOptions& options) {
   return TablesJson(tables);
 }
 
+// Prints tables and returns them as Markdown.
+std::string ShowTables(const std::vector<ContactTable>& tables, bool quiet) {
+  std::string markdown;
+  for (const ContactTable& table : tables) {
+    markdown += (markdown.empty() ? "" : "\n") + TableMarkdown(table);
+    if (!quiet) std::cout << TableText(table) << "\n" << std::flush;
+  }
+  return markdown;
+}
+
+void DrawDisplay(const char* script, const fs::path& table) {
+  fs::path picture = table;
+  const std::string no_plot =
+      RunPlotScript(script, {table.string(), picture.replace_extension(".png").string()});
+  if (!no_plot.empty()) std::fprintf(stderr, "hpdm: note: %s\n", no_plot.c_str());
+}
+
+// Measures how the device displays the contacts of the shipped scenes beside the scene: the largest
+// stable stiffness (z_width.csv, .md, .png) and the transparency (transparency.csv, .md, .png).
+void MeasureDisplay(const HapticsOptions& options, Json* report) {
+  const fs::path out(options.out), scenes = fs::path(options.scene).parent_path();
+  std::vector<ZWidthPoint> widths;
+  std::vector<Transparency> transparencies;
+  for (const char* name : {"liver_palpation.toml", "two_hands.toml", "abdomen.toml"}) {
+    if (options.quick && name != std::string("liver_palpation.toml")) break;
+    std::shared_ptr<const Session> session;
+    try {
+      session = ContactSession(scenes / name, options.haptic_hz, 1e-3 * options.delay_ms);
+    } catch (const InputError& error) {
+      std::fprintf(stderr, "hpdm: note: left out: %s\n", error.what());
+      continue;
+    }
+    for (const ShippedContact& contact : FindContacts(session)) {
+      if (options.Measures(kZWidth)) {
+        const std::vector<ZWidthPoint> points = MeasureZWidth(contact, options.quick);
+        widths.insert(widths.end(), points.begin(), points.end());
+      }
+      if (!options.Measures(kTransparency)) continue;
+      for (const DisplayConditions& display : TransparencyConditions(contact)) {
+        transparencies.push_back(
+            MeasureTransparency(contact, display, TransparencyFrequencies(options.quick)));
+      }
+    }
+  }
+  if (options.Measures(kZWidth)) {
+    const std::vector<ContactTable> tables = ZWidthTables(widths);
+    WriteTextFile(out / "z_width.md", ShowTables(tables, options.json));
+    WriteZWidthCsv(widths, out / "z_width.csv");
+    DrawDisplay(kPlotZWidthScript, out / "z_width.csv");
+    (*report)["z_width"] = TablesJson(tables);
+  }
+  if (options.Measures(kTransparency)) {
+    const std::vector<ContactTable> tables = TransparencyTables(transparencies);
+    WriteTextFile(out / "transparency.md", ShowTables(tables, options.json));
+    WriteTransparencyCsv(transparencies, out / "transparency.csv");
+    DrawDisplay(kPlotTransparencyScript, out / "transparency.csv");
+    (*report)["transparency"] = TablesJson(tables);
+  }
+}
+
 // Measures the latency in a session on the real clock. It runs in a process of its own, as a user
 // runs it, unaffected by this process's memory. Its folder holds latency.png.
 Json MeasureLatency(const HapticsOptions& options, const fs::path& folder) {
@@ -191,7 +263,10 @@ void Haptics(const HapticsOptions& options) {
   MakeOutFolder(options.out);
   Json report = Json::object();
   if (!cases.empty()) report["force_accuracy"] = MeasureForces(options, cases);
-  if (options.MeasuresContacts()) report["contacts"] = MeasureKnownContacts(options);
+  if (options.Measures(kContacts)) report["contacts"] = MeasureKnownContacts(options);
+  if (options.Measures(kZWidth) || options.Measures(kTransparency)) {
+    MeasureDisplay(options, &report);
+  }
   if (options.Whole()) report["stability"] = MeasureBoundary(options);
   if (options.Whole()) report["latency"] = MeasureLatency(options, session);
   WriteTextFile(out / "haptics.json", JsonText(report) + "\n");
@@ -200,7 +275,9 @@ void Haptics(const HapticsOptions& options) {
   } else {
     std::cout << out.string() << ": haptics.json"
               << (cases.empty() ? "" : ", force_accuracy.md, force_courses.png, force_errors.png")
-              << (options.MeasuresContacts() ? ", contacts.md" : "")
+              << (options.Measures(kContacts) ? ", contacts.md" : "")
+              << (options.Measures(kZWidth) ? ", z_width.png" : "")
+              << (options.Measures(kTransparency) ? ", transparency.png" : "")
               << (options.Whole() ? ", stability.png, latency/\n" : "\n");
   }
 }
@@ -216,8 +293,18 @@ void AddHapticsCommand(Command app) {
                  "Scene with two instruments; uses the load cases beside it")
       .ShowDefault();
   haptics.AddOption("--out", options->out, "Folder to write to; created if missing").ShowDefault();
-  haptics.AddOption("--only", options->only,
-                    "Measure only the accuracy of these cases, such as press, or contacts");
+  haptics.AddOption(
+      "--only", options->only,
+      "Measure only the accuracy of these cases, such as press, or contacts, z-width, "
+      "transparency");
+  haptics
+      .AddOption("--haptic-hz", options->haptic_hz,
+                 "Ticks a second for z-width and transparency (default: the scenes')")
+      .From(100, 10000);
+  haptics
+      .AddOption("--delay-ms", options->delay_ms,
+                 "Delay of their devices beyond the hold (default: the scenes')")
+      .From(0, 10);
   haptics.AddFlag("--quick", options->quick,
                   "Small strain only, fewer contacts, shorter motions and session");
   haptics.AddFlag("--json", options->json, "Print JSON");

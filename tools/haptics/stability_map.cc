@@ -8,7 +8,7 @@
 
 #include "engine/base/error.h"
 #include "haptics/haptic_loop.h"
-#include "tools/haptics/stability_plant.h"
+#include "tools/haptics/stability_trial.h"
 #include "tools/plots/plot_stability.h"
 #include "tools/plots/python_plot.h"
 
@@ -17,13 +17,10 @@ namespace {
 
 constexpr double kInsertion0 = 0.1;  // m, start of the insertion axis
 constexpr double kTipRadius = kDefaultToolRadius;
-constexpr double kPush = 1;          // N
-constexpr double kSeconds = 4;       // duration of a run
-constexpr double kSmallKick = 1e-6;  // m/s: stays linear
-constexpr double kKick = 0.02;       // m/s
-constexpr double kQuiet = 0.25;      // N
-constexpr double kStiffest = 3e5;    // N/m: the largest stiffness tried
-const Vector3d kTrocar(0, 0, 0.1);   // the shaft points down, the tip starts at the origin
+constexpr double kPush = 1;         // N
+constexpr double kSeconds = 4;      // duration of a run
+constexpr double kStiffest = 3e5;   // N/m: the largest stiffness tried
+const Vector3d kTrocar(0, 0, 0.1);  // the shaft points down, the tip starts at the origin
 
 struct LoopCase {
   StabilityPlantOptions plant;
@@ -60,14 +57,14 @@ HapticInstrument InstrumentOf(const LoopCase& loop, Device* device) {
   axes.inertia[kInsertion] = plant.axis.mass;
   axes.damping[kInsertion] = loop.device_damping;
   axes.friction[kInsertion] = plant.friction;
-  axes.encoder_step[kInsertion] = plant.encoder_step;
+  axes.encoder_step[kInsertion] = plant.encoder_step[kInsertion];
   instrument.passivity.control = loop.control;
   return instrument;
 }
 
-bool IsStable(const LoopCase& loop, double stiffness) {
+bool DisplaysStably(const LoopCase& loop, double stiffness) {
   const Nanoseconds period = loop.plant.period_ns;
-  StabilityPlant plant(loop.plant, kInsertion0);
+  StabilityPlant plant(loop.plant, (JointVector() << 0, 0, kInsertion0, 0, 1).finished());
   plant.Home();
   plant.EnableForce(true);
   TripleBuffer<ToolState> tool_states;
@@ -86,48 +83,11 @@ bool IsStable(const LoopCase& loop, double stiffness) {
     ++tick;
   };
   for (int i = 0; i < 20; ++i) run();  // device held: the force builds up within the slew limit
-  plant.Release(loop.linear ? kSmallKick : kKick);
-
-  const int ticks = static_cast<int>(kSeconds / ToSeconds(period));
-  const double kick_energy = 0.5 * loop.plant.axis.mass * kSmallKick * kSmallKick;
-  double energy[4] = {};  // largest in each quarter
-  double lowest = 1, highest = -1;
-  for (int i = 0; i < ticks; ++i) {
-    run();
-    const double e = plant.axis_energy(stiffness);
-    const int quarter = 4 * i / ticks;
-    energy[quarter] = std::max(energy[quarter], e);
-    if (!std::isfinite(e) || std::abs(plant.x()) > 0.05) return false;
-    // The motion has grown too far to be linear, so it is unstable.
-    if (loop.linear && e > 100 * kick_energy) return false;
-    if (quarter == 3) {
-      lowest = std::min(lowest, plant.x());
-      highest = std::max(highest, plant.x());
-    }
-  }
-  // Energy below round-off counts as decayed.
-  const bool decays = energy[3] < std::max(energy[2], 1e-8 * kick_energy);
-  return loop.linear ? decays : stiffness * (highest - lowest) < 2 * kQuiet;
-}
-
-// Sets `measured` and `beyond`.
-void FindBoundary(const LoopCase& loop, StabilityRow* row) {
-  double low = 0.2 * loop.plant.axis.damping / (row->period + row->delay), high = low;
-  while (IsStable(loop, high)) {
-    low = high;
-    if (high >= kStiffest) {
-      row->measured = high;
-      row->beyond = true;
-      return;
-    }
-    high = std::min(1.3 * high, kStiffest);
-  }
-  if (high == low) low = 0;
-  while (high - low > 2e-3 * high) {
-    const double middle = 0.5 * (low + high);
-    (IsStable(loop, middle) ? low : high) = middle;
-  }
-  row->measured = 0.5 * (low + high);
+  return IsStable({.stiffness = stiffness,
+                   .mass = loop.plant.axis.mass,
+                   .linear = loop.linear,
+                   .ticks = static_cast<int>(kSeconds / ToSeconds(period))},
+                  &plant, run);
 }
 
 const char* CaseName(StabilityCase of) {
@@ -153,7 +113,7 @@ StabilityRow Measure(const StabilityOptions& options, StabilityCase of, bool con
   }
   if (of == StabilityCase::kHandDevice) {
     loop.plant.friction = options.friction;
-    loop.plant.encoder_step = options.encoder_step;
+    loop.plant.encoder_step[kInsertion] = options.encoder_step;
   }
   loop.plant.push = kPush;
   loop.plant.period_ns = std::llround(1e9 * period);
@@ -174,7 +134,12 @@ StabilityRow Measure(const StabilityOptions& options, StabilityCase of, bool con
   };
   row.passivity = bound(0);
   row.delayed_passivity = bound(delay);
-  FindBoundary(loop, &row);
+  const double least = 0.2 * row.damping / (period + delay);
+  const StabilityBoundary boundary =
+      FindBoundary(least, kStiffest, 1.3, 2e-3,
+                   [&](double stiffness) { return DisplaysStably(loop, stiffness); });
+  row.measured = boundary.value;
+  row.beyond = boundary.beyond;
   return row;
 }
 

@@ -52,12 +52,9 @@ struct StabilityMap {
 ///
 /// The loop is the production one (HapticLoop: reaction, controller, guard and device limits), in
 /// virtual time, against a plane with a spring of Eq. 29. The device is a StabilityPlant pushed
-/// with 1 N, so that the tip stays in contact. At equilibrium it is disturbed:
-/// 1. Linear case without controller: by a velocity kick that moves it about a nanometre. Unstable
-///    if the energy about the equilibrium is not smaller in the run's fourth quarter than in its
-///    third.
-/// 2. Other cases: by 20 mm/s, as by a hand. Stable if in the run's last quarter the tissue's force
-///    stays within 0.25 N, a quarter of the push, of its middle.
+/// with 1 N, so that the tip stays in contact. At equilibrium it is disturbed (stability_trial.h):
+/// the linear case without controller by a small kick, other cases by 20 mm/s, as by a hand. Then the
+/// force must stay within 0.25 N, a quarter of the push.
 ///
 /// The search multiplies a low stiffness by 1.3 until the first unstable one, then bisects to 0.2
 /// %.

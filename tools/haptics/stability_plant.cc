@@ -15,8 +15,8 @@ void Apply(const HeldForceStep& step, double force, double* x, double* v) {
 
 }  // namespace
 
-StabilityPlant::StabilityPlant(const StabilityPlantOptions& options, double insertion)
-    : options_(options), insertion_(insertion) {
+StabilityPlant::StabilityPlant(const StabilityPlantOptions& options, const JointVector& start)
+    : options_(options), start_(start) {
   delay_ = static_cast<int>((options.delay_ns + options.period_ns - 1) / options.period_ns);
   HPDM_CHECK(delay_ < kMaxDelay);
   late_ = ToSeconds(options.delay_ns - (delay_ - 1) * options.period_ns);
@@ -42,14 +42,16 @@ DeviceSample StabilityPlant::Read(Nanoseconds now) noexcept {
   const double x = reads_ >= back ? slot(reads_ - back) : 0;
   ++reads_;
   DeviceSample sample{.sequence = reads_, .time_ns = now - options_.delay_ns, .valid = true};
-  const double q = insertion_ + x, step = options_.encoder_step;
-  sample.joints[kInsertion] = step > 0 ? std::round(q / step) * step : q;
-  sample.joints[kJaw] = 1;
+  sample.joints = start_;
+  for (int i = 0; i < 3; ++i) {
+    const double q = start_[i] + options_.guide[i] * x, step = options_.encoder_step[i];
+    sample.joints[i] = step > 0 ? std::round(q / step) * step : q;
+  }
   return sample;
 }
 
 void StabilityPlant::Advance(double t) noexcept {
-  const double force = (force_.On() ? effort_ : 0) + options_.push;
+  const double force = this->force() + options_.push;
   const double friction = options_.friction, k = options_.axis.stiffness;
   const auto step_of = [this](double time) {
     return time == early_  ? early_step_

@@ -127,24 +127,28 @@ void Session::BuildOrgans(const Progress& progress) {
   LookAtOrgans({around.min(), around.max()}, &scene_.laparoscope);
 }
 
-// Refuses jaws that no organ of the scene fits between or under.
-void Session::CheckJaws(const InstrumentDescription& held) const {
-  if (held.type != InstrumentType::kGrasper) return;
+// Refuses a tip that is wider than every organ is long, and jaws that no organ fits between or
+// under.
+void Session::CheckTip(const InstrumentDescription& held) const {
+  const bool jaws = held.type == InstrumentType::kGrasper;
   double widest = 0;
   std::string name;
   for (const OrganModel& organ : organs_) {
     const Points& p = organ.rest().vertices;
     const Vector3d size = p.colwise().maxCoeff() - p.colwise().minCoeff();
-    if (organ.rigid() || size.minCoeff() <= widest) continue;
-    widest = size.minCoeff();
+    const double across = jaws ? size.minCoeff() : size.maxCoeff();
+    if ((jaws && organ.rigid()) || across <= widest) continue;
+    widest = across;
     name = organ.options().name;
   }
   const double width = 2 * held.geometry.tip_radius;
   if (name.empty() || width <= widest) return;
-  throw InputError(Format("instrument \"%s\": its jaws are %.3g mm wide, wider than organ \"%s\" "
-                          "(%.3g mm); give a smaller tip_radius",
-                          held.name.c_str(), 1000 * width, name.c_str(), 1000 * widest),
-                   {"instrument", held.name, "tip_radius"});
+  throw InputError(
+      Format("instrument \"%s\": its %s %.3g mm wide, wider than organ \"%s\" (%.3g mm); give a "
+             "smaller tip_radius",
+             held.name.c_str(), jaws ? "jaws are" : "tip is", 1000 * width, name.c_str(),
+             1000 * widest),
+      {"instrument", held.name, "tip_radius"});
 }
 
 void Session::BuildInstruments() {
@@ -160,7 +164,7 @@ void Session::BuildInstruments() {
     }
     std::vector<InstrumentMeshes>& meshes = instrument_meshes_.emplace_back();
     for (int held = 0; held < instrument.HeldCount(); ++held) {
-      WithScenePath(scene_, [&] { CheckJaws(instrument.Held(held)); });
+      WithScenePath(scene_, [&] { CheckTip(instrument.Held(held)); });
       meshes.push_back(LoadInstrumentMeshes(instrument.Held(held)));
     }
     const HandSite site = WithScenePath(scene_, [&] { return SiteOf(instrument); });

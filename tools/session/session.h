@@ -109,7 +109,7 @@ class Session {
   void ReadTraces();
   void ReadPictures();
   void BuildOrgans(const Progress& progress);
-  void CheckJaws(const InstrumentDescription& held) const;
+  void CheckTip(const InstrumentDescription& held) const;
   void BuildInstruments();
   void CompareStiffness(const Progress& progress);
   void BuildWalls();

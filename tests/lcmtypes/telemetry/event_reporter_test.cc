@@ -72,6 +72,28 @@ TEST(EventReporter, ADeviceThatIsLostAndComesBackIsTwoEventsAtTheirTicks) {
   EXPECT_TRUE(bench.events[0].text.starts_with("right: "));
 }
 
+TEST(EventReporter, EachSlipInAHandsJawsIsOneEventAtItsFirstTick) {
+  ReporterBench bench;
+  std::vector<std::uint64_t> reported;
+  for (std::uint64_t tick = 0; tick < 1500; ++tick) {
+    HapticSample sample = Sample(tick, 0);
+    const auto slipped = [tick](std::uint64_t from, std::uint64_t to) {
+      return 1e-6 * static_cast<double>(std::clamp(tick, from, to) - from);
+    };
+    sample.tools[0].slip = slipped(200, 300);
+    sample.tools[1].slip = slipped(200, 500) + slipped(900, 1000);
+    const std::size_t before = bench.events.size();
+    bench.reporter.Add(sample);
+    for (std::size_t i = before; i < bench.events.size(); ++i) reported.push_back(tick);
+  }
+  ASSERT_EQ(bench.Names(), (Names{"grasp.slipped", "grasp.slipped", "grasp.slipped"}));
+  EXPECT_EQ(reported, (std::vector<std::uint64_t>{201, 201, 901}));
+  EXPECT_TRUE(bench.events[0].text.starts_with("left: "));
+  EXPECT_TRUE(bench.events[1].text.starts_with("right: "));
+  EXPECT_TRUE(bench.events[2].text.starts_with("right: "));
+  EXPECT_EQ(bench.events[0].severity, EventSeverity::kInfo);
+}
+
 TEST(EventReporter, TheUserIsToldOfAMissingDriverOfALossAndOfAReturn) {
   ReporterBench bench;
   for (std::uint64_t tick = 0; tick < 6000; ++tick) {

@@ -56,6 +56,16 @@ TEST(SessionStatistics, AgreesWithASeriesComputedByHand) {
   EXPECT_NEAR(summary.haptic_hz, 800, 1e-9) << "four ticks more in 5 ms";
 }
 
+TEST(SessionStatistics, SlipsInTheJawsAreCounted) {
+  SessionStatistics statistics(kPeriod);
+  for (std::uint64_t tick = 0; tick < 1000; ++tick) {
+    HapticSample sample = Tick(tick, 1, 0);
+    sample.tools[0].slip = tick < 100 ? 0 : tick < 600 ? 1e-4 : 2e-4;
+    statistics.Add(sample);
+  }
+  EXPECT_EQ(statistics.Summary().tools[0].slips, 2);
+}
+
 TEST(SessionStatistics, FrictionInTheTrocarIsNoForceOfTheTissue) {
   SessionStatistics statistics(kPeriod);
   const auto add = [&](std::uint64_t tick, double tissue, double displayed) {

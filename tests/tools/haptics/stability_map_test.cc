@@ -93,10 +93,12 @@ TEST(StabilityMap, TableHasALineForEachRow) {
   EXPECT_EQ(lines, 1 + QuickMap().rows.size());
 }
 
+JointVector PlantStart() { return (JointVector() << 0, 0, 0.1, 0, 1).finished(); }
+
 // A device with its force off follows its own dynamics alone.
 StabilityPlant Plant(StabilityPlantOptions options) {
   options.push = 0;
-  return {options, 0.1};
+  return {options, PlantStart()};
 }
 
 TEST(StabilityPlant, SamplesAreAsOldAsTheyClaim) {
@@ -124,9 +126,9 @@ TEST(StabilityPlant, FrictionStopsItWhereItsWorkIsTheKineticEnergy) {
 
 TEST(StabilityPlant, FrictionHoldsWhatPushesLess) {
   StabilityPlantOptions options{.axis = {0.1, 0.5}, .friction = 0.4, .push = 0.39};
-  StabilityPlant held(options, 0.1);
+  StabilityPlant held(options, PlantStart());
   options.push = 0.41;
-  StabilityPlant pushed(options, 0.1);
+  StabilityPlant pushed(options, PlantStart());
   held.Advance(1);
   pushed.Advance(1);
   EXPECT_EQ(held.x(), 0);

@@ -58,6 +58,44 @@ TEST(SessionMetrics, SumForcesByOrgan) {
   EXPECT_NEAR(report.duration, 0.92, kRounding);
 }
 
+// The same slips are counted by the log's events, by the session's own statistics and by the report.
+TEST(SessionMetrics, SlipsAreCountedByHandAndOrganAsOftenAsTheyAreEvents) {
+  MadeSession session({"grasper", "probe"});
+  const auto slip = [&](int ticks, double from, double step, int organ) {
+    for (int i = 0; i < ticks; ++i) {
+      session.Tick([&](HapticSample* sample) {
+        ToolSample& tool = sample->tools[0];
+        tool.kind = organ < 0 ? ContactKind::kNone : ContactKind::kGrasp;
+        tool.organ = organ;
+        tool.force_W = {0, 0, organ < 0 ? 0.0 : 1.0};
+        tool.slip = from + step * i;
+      });
+    }
+  };
+  slip(100, 0, 0, 0);
+  slip(100, 1e-6, 1e-6, 0);
+  slip(400, 1e-4, 0, 0);  // held again
+  slip(50, 1.1e-4, 1e-6, 0);
+  slip(400, 0, 0, -1);  // let go
+  slip(100, 1e-6, 1e-6, 1);
+  int events = 0;
+  const SessionReport report = session.Finish().report;
+  session.Read([&events](LogEvent* event) {
+    event_t message;
+    if (event->channel == kEventChannel && DecodeMessage(event->data, &message)) {
+      events += message.name == "grasp.slipped";
+    }
+    return true;
+  });
+  EXPECT_EQ(events, 3);
+  ASSERT_EQ(report.hands.size(), 2u);
+  EXPECT_EQ(report.hands[0].contact.slips, 3u);
+  EXPECT_EQ(report.hands[0].by_organ[0].slips, 2u);
+  EXPECT_EQ(report.hands[0].by_organ[1].slips, 1u);
+  EXPECT_EQ(report.hands[1].contact.slips, 0u);
+  EXPECT_EQ(ToJson(report)["hands"][0]["slips"], 3);
+}
+
 TEST(SessionMetrics, TheForceLimitIsTheSessions) {
   MadeSession session;
   session.Press(100, 2, 0);
