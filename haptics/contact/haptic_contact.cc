@@ -35,10 +35,9 @@ constexpr double kBeyondPatch = 0.001;
 
 template <class Value>
 Value HapticContact::AtFoot(Value PatchPoint::*member) const {
-  const auto& points = on_far_ ? patch_->far.points : patch_->points;
-  return foot_.weights[0] * (points[foot_.corners[0]].*member) +
-         foot_.weights[1] * (points[foot_.corners[1]].*member) +
-         foot_.weights[2] * (points[foot_.corners[2]].*member);
+  return foot_.weights[0] * (points()[foot_.corners[0]].*member) +
+         foot_.weights[1] * (points()[foot_.corners[1]].*member) +
+         foot_.weights[2] * (points()[foot_.corners[2]].*member);
 }
 
 HapticContact::HapticContact(double period) : fade_(std::exp(-period / kFade)) {}
@@ -182,10 +181,9 @@ void HapticContact::EvaluateAtFoot(const TipPose& tip) {
 }
 
 WallStiffness HapticContact::WallAtFoot() const {
-  const auto& points = on_far_ ? patch_->far.points : patch_->points;
   WallStiffness wall;
   for (int k = 0; k < 3; ++k) {
-    const WallStiffness& corner = points[foot_.corners[k]].wall;
+    const WallStiffness& corner = points()[foot_.corners[k]].wall;
     wall.normal += foot_.weights[k] * corner.normal;
     wall.tangential += foot_.weights[k] * corner.tangential;
   }
@@ -259,7 +257,7 @@ bool HapticContact::Slide(const TipPose& tip) {
   return TangentialOffset(tip).squaredNorm() < kLost * kLost && tip_.depth < kDeepest;
 }
 
-// Goes on from the border on the coarse surface, if there is one.
+// Moves a contact at the border to the coarse surface, if there is one.
 void HapticContact::LeavePatch(const TipPose& tip) {
   on_far_ = far_surface_.Find(-1, foot_.weights, surface_.Position(foot_), &foot_);
   if (!on_far_) return;
@@ -273,9 +271,8 @@ void HapticContact::PressPaper() {
   result_.organ = organ_;
   result_.kind = ContactKind::kPress;
   const Vector3d delta_W = -tip_.depth * tip_.normal_W;
-  const auto& points = on_far_ ? patch_->far.points : patch_->points;
   for (int i = 0; i < 3; ++i) {
-    result_.reaction_W += foot_.weights[i] * ForceOnHand(points[foot_.corners[i]].node, delta_W);
+    result_.reaction_W += foot_.weights[i] * ForceOnHand(points()[foot_.corners[i]].node, delta_W);
   }
   result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
 }
@@ -332,7 +329,9 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
   const Vector3d delta_W = C_W * force_on_tissue_W;
   result_.reaction_W = ForceOnHand(NodeOfCompliance(C_W), delta_W);
   result_.rigid = patch_->rigid;
-  if (result_.rigid) result_.stored = 0.5 * force_on_tissue_W.dot(delta_W);
+  if (!result_.rigid) return;
+  result_.stored = 0.5 * force_on_tissue_W.dot(delta_W);
+  result_.wall_W = result_.reaction_W;
 }
 
 // A patch that lasted for less than three ticks gives no extrapolation of the force, so there is
