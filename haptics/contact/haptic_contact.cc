@@ -168,7 +168,7 @@ bool HapticContact::FindFarContact(const TipPose& tip, bool moved_far) {
 
 void HapticContact::EvaluateAtFoot(const TipPose& tip) {
   tip_ = {};
-  tip_.p_original_W = AtFoot(&PatchPoint::p_original_W);
+  tip_.p_original_W = AtFoot(&PatchPoint::p_original_W) + surface().Offset(foot_);
   tip_.normal_W = foot_.normal_W;
   if (patch_->reaction == ReactionType::kLattice) {
     tip_.normal_W = PressedNormal();
