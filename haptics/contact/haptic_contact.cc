@@ -190,10 +190,24 @@ WallStiffness HapticContact::WallAtFoot() const {
   return wall;
 }
 
+// Returns the lean of the normal that gives the work of friction on the indentation back. Its
+// compliance q H is larger across the normal than along it, so F turns H as the place moves by ds
+// over a curved surface, and does the work 1/2 q F . dH F = -f_n lean . ds besides what H stores.
+Vector3d HapticContact::Lean() const {
+  const LocalIndentation& indentation = patch_->indentation;
+  if (friction_W_.isZero(0) || !indentation.indents() || patch_->rigid) return Vector3d::Zero();
+  const Vector3d& n = foot_.normal_W;
+  const double pressing = std::max(0.0, -force_W_.dot(n));
+  const Vector3d across_W = pressing * friction_W_;
+  const Matrix3d& H = indentation.factor_W();
+  return indentation.BallYield(pressing) *
+         surface().Turn(foot_, H * across_W - n.dot(H * n) * across_W);
+}
+
 // Uses the f_n of the last tick but the direction of the normal to be found. With both from the
 // last tick they would oscillate.
 Vector3d HapticContact::PressedNormal() const {
-  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W;
+  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W + Lean();
   const double pressing = -force_W_.dot(foot_.normal_W);
   const Matrix3d turn = pressing * patch_->tilt_compliance_W;
   const Vector3d n =

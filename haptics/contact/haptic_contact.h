@@ -121,6 +121,7 @@ class HapticContact {
   Vector3d TangentialOffset(const TipPose& tip) const;
   void EvaluateAtFoot(const TipPose& tip);
   WallStiffness WallAtFoot() const;
+  Vector3d Lean() const;
   Vector3d PressedNormal() const;
   bool Sticks(const TipPose& tip);
   void PressPaper();

@@ -94,6 +94,15 @@ Vector3d PatchSurface::Offset(const SurfaceFoot& foot) const noexcept {
                       {bends_W_[a], bends_W_[b], bends_W_[c]}, foot.weights);
 }
 
+Vector3d PatchSurface::Turn(const SurfaceFoot& foot, const Vector3d& d_W) const noexcept {
+  const auto& [a, b, c] = foot.corners;
+  const Vector3d &p = points_W_[a], &n = face_normals_W_[foot.triangle];
+  const Vector3d e1 = points_W_[b] - p, e2 = points_W_[c] - p;
+  const double area = e1.cross(e2).dot(n);
+  return d_W.cross(e2).dot(n) / area * (normals_W_[b] - normals_W_[a]) +
+         e1.cross(d_W).dot(n) / area * (normals_W_[c] - normals_W_[a]);
+}
+
 bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept {
   const Closest closest = FindClosest(c_W);
   if (closest.triangle < 0) return false;

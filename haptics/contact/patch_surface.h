@@ -71,6 +71,10 @@ class PatchSurface {
   /// Returns the offset (m) of the curved surface at a foot from its point of the flat triangle.
   Vector3d Offset(const SurfaceFoot& foot) const noexcept;
 
+  /// Returns the change of the interpolated normal along the tangential part of d_W, per unit of
+  /// d_W x 1 m.
+  Vector3d Turn(const SurfaceFoot& foot, const Vector3d& d_W) const noexcept;
+
   /// The foot's point on the flat triangle, m.
   Vector3d Position(const SurfaceFoot& foot) const noexcept {
     return Interpolated(points_W_, foot.corners, foot.weights);
