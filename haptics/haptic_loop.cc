@@ -222,7 +222,7 @@ void HapticLoop::DampContacts(Nanoseconds now) {
     const HapticForce& contact = tool.contacts.result();
     tool.damping_force_W = tool.passivity.Damp(
         now, tool.sample, tool.pose.X_WT.translation(), tool.J, contact.reaction_W,
-        {contact.stored, contact.p_tip_organ_W}, TrocarForce(&tool));
+        {contact.stored, contact.wall_W, contact.p_tip_organ_W}, TrocarForce(&tool));
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "engine/mesh/curved_surface.h"
 #include "engine/tissue/support.h"
 
 namespace hpdm {
@@ -13,6 +14,7 @@ OrganSurface::OrganSurface(const OrganOptions& organ_options, SurfaceMesh posed)
       topology(rest.vertices.rows(), rest.triangles),
       coarse(CoarseSurface::Of(rest)) {
   VertexNormals(rest.vertices, rest.triangles, &rest_normals);
+  FitNormals(rest, topology, &rest_normals);
 }
 
 }  // namespace hpdm

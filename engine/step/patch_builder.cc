@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/mesh/curved_surface.h"
 #include "engine/step/tip_press.h"
 
 namespace hpdm {
@@ -73,11 +74,12 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   patch->kernel_radius = TipPress::KernelRadius(geometry);
   if (!model.rigid()) {  // the lattice turns as a whole over the radius that it resolves
     normal_.Gather(model, contact.at, contact.indentation.resolved_radius(), state);
-    patch->tilt_W = normal_.Pressed(model, *state) - normal_.Mean(model.rest_normals());
+    patch->tilt_W = normal_.Tilt(model, *state);
     patch->tilt_compliance_W = normal_.Compliance(model, contact.tip, state);
   }
 
-  Vector3d p_original = Vector3d::Zero();
+  Vector3d p_original =
+      CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
   Matrix3d compliance = Matrix3d::Zero(), coupling = Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) {
     const int v = model.rest().triangles(contact.at.triangle, k);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/mesh/curved_surface.h"
+
 namespace hpdm {
 namespace {
 
@@ -29,14 +31,16 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   }
   if (contact->normal_W.squaredNorm() == 0) {
     normal_.Gather(model, contact->at, radius, state);
-    contact->normal_W = normal_.Pressed(model, *state);
+    contact->normal_W =
+        (facing.stableNormalized() + normal_.Tilt(model, *state)).stableNormalized();
   }
   const bool too_far = contact->gap > kNear && !contact->from_tick;
   if (too_far || contact->normal_W.squaredNorm() == 0) return true;
   ContactConstraints::Row* row = state->contacts.Add();
   if (row == nullptr) return false;
   row->tool = tool_;
-  row->p_rest_W = contact->at.Position(rest.vertices, rest.triangles);
+  row->p_rest_W = contact->at.Position(rest.vertices, rest.triangles) +
+                  CurvedOffset(rest, model.topology(), model.rest_normals(), contact->at);
   row->normal_W = contact->normal_W;
   row->friction_W = contact->friction_W;
   row->target_W = tool.X_WT.translation() - geometry.tip_radius * contact->normal_W;

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "engine/base/check.h"
+#include "engine/mesh/curved_surface.h"
 #include "engine/step/shaft_contact.h"
 
 namespace hpdm {
@@ -287,7 +288,9 @@ void ToolTracker::AddTip(OrganStep* organ, Place* place) {
   contact.C_wall_W = place->press.WallCompliance(model, contact);
   contact.indentation = place->press.indentation();
   contact.C_loc_W = contact.C_wall_W + contact.indentation.Compliance();
-  const Vector3d x_W = contact.at.Position(state.vertices, model.rest().triangles);
+  const Vector3d x_W =
+      contact.at.Position(state.vertices, model.rest().triangles) +
+      CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
   place->press.AddKernelToRow(model, state,
                               state.tips.AddRow(contact.C_loc_W, x_W, Vector3d::Zero()));
 }

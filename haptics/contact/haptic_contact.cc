@@ -35,10 +35,9 @@ constexpr double kBeyondPatch = 0.001;
 
 template <class Value>
 Value HapticContact::AtFoot(Value PatchPoint::*member) const {
-  const auto& points = on_far_ ? patch_->far.points : patch_->points;
-  return foot_.weights[0] * (points[foot_.corners[0]].*member) +
-         foot_.weights[1] * (points[foot_.corners[1]].*member) +
-         foot_.weights[2] * (points[foot_.corners[2]].*member);
+  return foot_.weights[0] * (points()[foot_.corners[0]].*member) +
+         foot_.weights[1] * (points()[foot_.corners[1]].*member) +
+         foot_.weights[2] * (points()[foot_.corners[2]].*member);
 }
 
 HapticContact::HapticContact(double period) : fade_(std::exp(-period / kFade)) {}
@@ -169,7 +168,7 @@ bool HapticContact::FindFarContact(const TipPose& tip, bool moved_far) {
 
 void HapticContact::EvaluateAtFoot(const TipPose& tip) {
   tip_ = {};
-  tip_.p_original_W = AtFoot(&PatchPoint::p_original_W);
+  tip_.p_original_W = AtFoot(&PatchPoint::p_original_W) + surface().Offset(foot_);
   tip_.normal_W = foot_.normal_W;
   if (patch_->reaction == ReactionType::kLattice) {
     tip_.normal_W = PressedNormal();
@@ -182,20 +181,33 @@ void HapticContact::EvaluateAtFoot(const TipPose& tip) {
 }
 
 WallStiffness HapticContact::WallAtFoot() const {
-  const auto& points = on_far_ ? patch_->far.points : patch_->points;
   WallStiffness wall;
   for (int k = 0; k < 3; ++k) {
-    const WallStiffness& corner = points[foot_.corners[k]].wall;
+    const WallStiffness& corner = points()[foot_.corners[k]].wall;
     wall.normal += foot_.weights[k] * corner.normal;
     wall.tangential += foot_.weights[k] * corner.tangential;
   }
   return wall;
 }
 
+// Returns the lean of the normal that gives the work of friction on the indentation back. Its
+// compliance q H is larger across the normal than along it, so F turns H as the place moves by ds
+// over a curved surface, and does the work 1/2 q F . dH F = -f_n lean . ds besides what H stores.
+Vector3d HapticContact::Lean() const {
+  const LocalIndentation& indentation = patch_->indentation;
+  if (friction_W_.isZero(0) || !indentation.indents() || patch_->rigid) return Vector3d::Zero();
+  const Vector3d& n = foot_.normal_W;
+  const double pressing = std::max(0.0, -force_W_.dot(n));
+  const Vector3d across_W = pressing * friction_W_;
+  const Matrix3d& H = indentation.factor_W();
+  return indentation.BallYield(pressing) *
+         surface().Turn(foot_, H * across_W - n.dot(H * n) * across_W);
+}
+
 // Uses the f_n of the last tick but the direction of the normal to be found. With both from the
 // last tick they would oscillate.
 Vector3d HapticContact::PressedNormal() const {
-  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W;
+  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W + Lean();
   const double pressing = -force_W_.dot(foot_.normal_W);
   const Matrix3d turn = pressing * patch_->tilt_compliance_W;
   const Vector3d n =
@@ -259,7 +271,7 @@ bool HapticContact::Slide(const TipPose& tip) {
   return TangentialOffset(tip).squaredNorm() < kLost * kLost && tip_.depth < kDeepest;
 }
 
-// Goes on from the border on the coarse surface, if there is one.
+// Moves a contact at the border to the coarse surface, if there is one.
 void HapticContact::LeavePatch(const TipPose& tip) {
   on_far_ = far_surface_.Find(-1, foot_.weights, surface_.Position(foot_), &foot_);
   if (!on_far_) return;
@@ -273,9 +285,8 @@ void HapticContact::PressPaper() {
   result_.organ = organ_;
   result_.kind = ContactKind::kPress;
   const Vector3d delta_W = -tip_.depth * tip_.normal_W;
-  const auto& points = on_far_ ? patch_->far.points : patch_->points;
   for (int i = 0; i < 3; ++i) {
-    result_.reaction_W += foot_.weights[i] * ForceOnHand(points[foot_.corners[i]].node, delta_W);
+    result_.reaction_W += foot_.weights[i] * ForceOnHand(points()[foot_.corners[i]].node, delta_W);
   }
   result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
 }
@@ -332,7 +343,9 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
   const Vector3d delta_W = C_W * force_on_tissue_W;
   result_.reaction_W = ForceOnHand(NodeOfCompliance(C_W), delta_W);
   result_.rigid = patch_->rigid;
-  if (result_.rigid) result_.stored = 0.5 * force_on_tissue_W.dot(delta_W);
+  if (!result_.rigid) return;
+  result_.stored = 0.5 * force_on_tissue_W.dot(delta_W);
+  result_.wall_W = result_.reaction_W;
 }
 
 // A patch that lasted for less than three ticks gives no extrapolation of the force, so there is

@@ -24,6 +24,7 @@ struct HapticForce {
   ContactKind kind = ContactKind::kNone;
   bool rigid = false;                         ///< Press on a rigid organ's virtual wall.
   double stored = 0;                          ///< Then: energy of the wall's springs, J.
+  Vector3d wall_W = Vector3d::Zero();         ///< Then: the wall's part of the reaction, N.
   Vector3d p_tip_organ_W = Vector3d::Zero();  ///< The tip relative to the organ's motion, m.
   double slip = 0;  ///< Grasp: length of the way that the tissue has slipped through the jaws, m.
 };
@@ -65,9 +66,9 @@ struct HapticForce {
 ///
 /// Hand-over: The jump that a new patch makes in the force is faded out with the time constant
 /// kFade. So the arrival of a patch is not felt as a step. If the new patch has no place for the
-/// contact, its force fades out in the same way, and the jump of a contact that goes on to the
-/// coarse surface fades too. A rigid organ's surface does not change with a patch, so nothing fades
-/// there.
+/// contact, its force fades out in the same way. The jump of a contact that moves from the mesh's
+/// triangles to the coarse surface fades too. A rigid organ's surface does not change with a patch,
+/// so nothing fades there.
 ///
 /// Haptic thread; wait-free, no allocation, never throws. The cost is bounded by the patch's caps,
 /// not by the mesh.
@@ -113,12 +114,14 @@ class HapticContact {
   bool FindAgain();
   void LeavePatch(const TipPose& tip);
   const PatchSurface& surface() const { return on_far_ ? far_surface_ : surface_; }
+  const auto& points() const { return on_far_ ? patch_->far.points : patch_->points; }
   template <class Value>
   Value AtFoot(Value PatchPoint::*member) const;
   bool Slide(const TipPose& tip);
   Vector3d TangentialOffset(const TipPose& tip) const;
   void EvaluateAtFoot(const TipPose& tip);
   WallStiffness WallAtFoot() const;
+  Vector3d Lean() const;
   Vector3d PressedNormal() const;
   bool Sticks(const TipPose& tip);
   void PressPaper();
@@ -160,7 +163,7 @@ class HapticContact {
 
   // Hand-over between patches.
   bool is_new_ = false;      // the patch is new
-  bool left_patch_ = false;  // the contact has gone on to the coarse surface
+  bool left_patch_ = false;  // the contact has just moved to the coarse surface
   bool fades_out_ = false;   // the last patch had no place for the contact
   int ticks_of_patch_ = 0;
   Vector3d raw_last_W_ = Vector3d::Zero();    // reaction without the offset in the last tick, N

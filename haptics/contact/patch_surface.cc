@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/mesh/closest_point.h"
+#include "engine/mesh/curved_surface.h"
 
 namespace hpdm {
 namespace {
@@ -39,6 +40,7 @@ void PatchSurface::Build(const SurfacePatch& patch) noexcept {
     const Vector3d& n = patch.points[i].normal_W;
     const double length = n.norm();
     normals_W_[i] = length > 0.5 && length < 2 ? Vector3d(n / length) : Vector3d::Zero();
+    bends_W_[i] = normals_W_[i];
   }
   for (auto& row : left_of_) row.fill(kNone);
   for (int t = 0; t < given; ++t) {
@@ -67,8 +69,38 @@ void PatchSurface::Build(const SurfacePatch& patch) noexcept {
     centre_z_[slot] = centre.z();
     radius_[slot] = std::sqrt(std::max(
         {(a - centre).squaredNorm(), (b - centre).squaredNorm(), (c - centre).squaredNorm()}));
+    for (const std::uint8_t corner : corners) {
+      if (normals_W_[corner].dot(face_normals_W_[slot]) < kSmoothCosine) bends_W_[corner].setZero();
+    }
     ++triangle_count_;
   }
+  BoundOffset();
+}
+
+// |n . (v - p)| is at most sin(turn) times the longest way within the triangle.
+void PatchSurface::BoundOffset() {
+  largest_offset_ = 0;
+  for (int t = 0; t < triangle_count_; ++t) {
+    for (const std::uint8_t corner : triangles_[t]) {
+      const double sine = bends_W_[corner].cross(face_normals_W_[t]).norm();
+      largest_offset_ = std::max(largest_offset_, sine * radius_[t]);
+    }
+  }
+}
+
+Vector3d PatchSurface::Offset(const SurfaceFoot& foot) const noexcept {
+  const auto& [a, b, c] = foot.corners;
+  return CurvedOffset({points_W_[a], points_W_[b], points_W_[c]},
+                      {bends_W_[a], bends_W_[b], bends_W_[c]}, foot.weights);
+}
+
+Vector3d PatchSurface::Turn(const SurfaceFoot& foot, const Vector3d& d_W) const noexcept {
+  const auto& [a, b, c] = foot.corners;
+  const Vector3d &p = points_W_[a], &n = face_normals_W_[foot.triangle];
+  const Vector3d e1 = points_W_[b] - p, e2 = points_W_[c] - p;
+  const double area = e1.cross(e2).dot(n);
+  return d_W.cross(e2).dot(n) / area * (normals_W_[b] - normals_W_[a]) +
+         e1.cross(d_W).dot(n) / area * (normals_W_[c] - normals_W_[a]);
 }
 
 bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept {
@@ -79,7 +111,7 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
   const Vector3d normal = NormalAt(closest.triangle, closest.weights);
   const bool inside_face = closest.weights.minCoeff() > 0;
   const bool outside = closest.offset_W.dot(inside_face ? face_normal : normal) >= 0;
-  if (outside && closest.distance > reach) return false;
+  if (outside && closest.distance > reach + largest_offset_) return false;
 
   if (FollowNormals(c_W, closest, foot)) return foot->gap <= reach;
 
@@ -90,7 +122,8 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
   SetFoot(closest.triangle, closest.weights, foot);
   foot->gap = outside ? closest.distance : -closest.distance;
   foot->normal_W = closest.distance > kSettled ? Vector3d(closest.offset_W / foot->gap) : normal;
-  return true;
+  foot->gap -= foot->normal_W.dot(Offset(*foot));
+  return foot->gap <= reach;
 }
 
 bool PatchSurface::FindEntry(const Vector3d& a_W, const Vector3d& b_W,
@@ -271,7 +304,7 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
       if (std::abs(t) * length > kMaxDistanceRatio * start.distance + kSettled) return false;
       SetFoot(triangle, weights, foot);
       foot->normal_W = n / length;
-      foot->gap = t * length;
+      foot->gap = t * length - foot->normal_W.dot(Offset(*foot));
       return true;
     }
     // Crosses the edge opposite the lowest weight, at the point where the foot leaves the triangle.

@@ -32,7 +32,9 @@ struct SurfaceFoot {
 ///    um sideways of it. Border edges belong to one triangle only.
 /// 4. A contact walks along the surface. The closest point would jump from side to side under a
 ///    convex edge, and in a thin part it may lie on the other side.
-/// 5. Triangles without area, with corners out of range or not finite are left out of the search,
+/// 5. A tip meets the curved surface over the flat triangles (curved_surface.h): the gap is counted
+///    from it. A vertex counts as smooth by the faces that the patch has of it.
+/// 6. Triangles without area, with corners out of range or not finite are left out of the search,
 ///    but their edges do not count as border.
 ///
 /// Haptic thread; wait-free, no allocation, never throws.
@@ -66,7 +68,14 @@ class PatchSurface {
   /// At the border it slides along the border.
   void Walk(const Vector3d& d_W, SurfaceFoot* foot) const noexcept;
 
-  /// The foot's point, m.
+  /// Returns the offset (m) of the curved surface at a foot from its point of the flat triangle.
+  Vector3d Offset(const SurfaceFoot& foot) const noexcept;
+
+  /// Returns the change of the interpolated normal along the tangential part of d_W, per unit of
+  /// d_W x 1 m.
+  Vector3d Turn(const SurfaceFoot& foot, const Vector3d& d_W) const noexcept;
+
+  /// The foot's point on the flat triangle, m.
   Vector3d Position(const SurfaceFoot& foot) const noexcept {
     return Interpolated(points_W_, foot.corners, foot.weights);
   }
@@ -88,6 +97,7 @@ class PatchSurface {
   bool FollowNormals(const Vector3d& c_W, const Closest& start, SurfaceFoot* foot) const;
   // Newton's method for p(w) + t n(w) = c on one triangle's plane, from `weights` and `t`. Sets `n`
   // to n(w). False if c lies beyond the centre of curvature or the iteration does not converge.
+  void BoundOffset();
   bool SolveOnTriangle(const Vector3d& c_W, int triangle, Vector3d* weights, double* t,
                        Vector3d* n) const;
   void SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const;
@@ -102,6 +112,8 @@ class PatchSurface {
   int triangle_count_ = 0;
   std::array<Vector3d, kMaxPoints> points_W_;
   std::array<Vector3d, kMaxPoints> normals_W_;  // zero where the patch gives none
+  std::array<Vector3d, kMaxPoints> bends_W_;    // the same, zero at edges of the organ
+  double largest_offset_ = 0;                   // bound of Offset()'s length, m
   std::array<Corners, kMaxTriangles> triangles_;
   std::array<int, kMaxTriangles> mesh_triangles_;
   std::array<Vector3d, kMaxTriangles> face_normals_W_;  // unit

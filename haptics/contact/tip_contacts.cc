@@ -56,12 +56,16 @@ void TipContacts::SumUp() {
       std::max_element(places_.begin(), places_.end(),
                        [&](const auto& a, const auto& c) { return weight(a) < weight(c); });
   result_ = main->result();
+  double most_stored = result_.stored;
   for (const HapticContact& place : places_) {
-    const Vector3d& reaction_W = place.result().reaction_W;
-    if (&place != &*main && reaction_W.squaredNorm() != 0) result_.reaction_W += reaction_W;
-    if (place.result().stored <= result_.stored) continue;
-    result_.stored = place.result().stored;
-    result_.p_tip_organ_W = place.result().p_tip_organ_W;
+    if (&place == &*main) continue;
+    const HapticForce& force = place.result();
+    if (force.reaction_W.squaredNorm() != 0) result_.reaction_W += force.reaction_W;
+    result_.wall_W += force.wall_W;
+    result_.stored += force.stored;
+    if (force.stored <= most_stored) continue;
+    most_stored = force.stored;
+    result_.p_tip_organ_W = force.p_tip_organ_W;
   }
 }
 

@@ -27,8 +27,9 @@ class TipContacts {
   static void Solve(TipContacts* tip) noexcept;
   static void Solve(TipContacts* a, TipContacts* c) noexcept;
 
-  /// The sum of the reactions, and the energy of the virtual wall that stores most. The other fields
-  /// are those of the contact with the largest reaction, or of the grasp.
+  /// The sums of the reactions, of the walls' parts of them and of their energies. `p_tip_organ_W` is
+  /// relative to the organ of the wall that stores most. The other fields are those of the contact
+  /// with the largest reaction, or of the grasp.
   const HapticForce& result() const noexcept { return result_; }
   /// The force of one place.
   const HapticForce& result(int place) const noexcept {

@@ -38,7 +38,7 @@ Vector3d PassivityControl::Damp(Nanoseconds now, const DeviceSample& sample,
 
   if (wall.stored > 0) {
     SettleWall(wall);
-    const Vector3d less_W = (WallShare(wall, reaction_W) - 1) * reaction_W;
+    const Vector3d less_W = (WallShare(wall) - 1) * wall.reaction_W;
     reaction_W_ += less_W;
     force_W += less_W;
   }
@@ -61,6 +61,7 @@ Vector3d PassivityControl::Damp(Nanoseconds now, const DeviceSample& sample,
 
 void PassivityControl::Observe(const Vector3d& force_W, double authority, bool force_on) noexcept {
   const AxisEffort effort = J_.transpose() * force_W;
+  authority_ = authority;
   if (!force_on) {
     account_.setConstant(options_.reserve);
     energy_ = 0;
@@ -97,27 +98,31 @@ void PassivityControl::Settle(const Judged& before) {
   }
 }
 
-// Adds the hand's work from the wall's last sample to the newest one.
+// Adds the hand's work on the wall from the wall's last sample to the newest one.
 void PassivityControl::SettleWall(const WallPress& wall) {
   const Vector3d q = sample_.joints.head<3>();
+  const Vector3d soft_W = reaction_W_ - wall.reaction_W;
   const Wall before = wall_;
   if (!before.presses) {
-    wall_ = {true, sample_.time_ns, q, wall.p_tip_organ_W, Vector3d::Zero(), options_.reserve};
+    wall_ = {true,   sample_.time_ns, q, wall.p_tip_organ_W, Vector3d::Zero(),
+             soft_W, options_.reserve};
   } else if (sample_.time_ns > before.sample_ns) {
     const double dt = ToSeconds(sample_.time_ns - before.sample_ns);
     const Vector3d moved_W = wall.p_tip_organ_W - before.p_tip_organ_W;
     const Held held = HeldBetween(before.sample_ns, sample_.time_ns);
-    double energy = before.energy - held.force_W.dot(moved_W);
+    const Vector3d soft_held_W = authority_ / 2 * (before.soft_W + soft_W);
+    double energy = before.energy - (held.force_W - soft_held_W).dot(moved_W);
     for (int i = 0; i < 3; ++i) energy += Consumed(i, q[i] - before.q[i], dt);
-    wall_ = {true, sample_.time_ns, q, wall.p_tip_organ_W, moved_W / dt, energy};
+    wall_ = {true, sample_.time_ns, q, wall.p_tip_organ_W, moved_W / dt, soft_W, energy};
   }
   wall_.energy = std::clamp(wall_.energy, -options_.debt, wall.stored + options_.reserve);
 }
 
-// Returns the fraction of the reaction that the wall's energy covers.
-double PassivityControl::WallShare(const WallPress& wall, const Vector3d& reaction_W) const {
-  const double force = reaction_W.norm();
-  const Vector3d out_W = reaction_W / force;
+// Returns the fraction of the wall's reaction that its energy covers.
+double PassivityControl::WallShare(const WallPress& wall) const {
+  const double force = wall.reaction_W.norm();
+  if (!(force > 0)) return 1;  // two walls in balance
+  const Vector3d out_W = wall.reaction_W / force;
   // A single count is not taken for a motion.
   const Vector3d turn = (J_.transpose() * out_W).cwiseAbs();
   const double count = turn.dot(options_.device.encoder_step) / options_.period;

@@ -37,6 +37,7 @@ double FullDamping(const PassivityOptions& options, int axis, double arm, double
 /// A press on a rigid organ's virtual wall in one tick.
 struct WallPress {
   double stored = 0;                          ///< Energy of the wall's springs, J; 0: no press.
+  Vector3d reaction_W = Vector3d::Zero();     ///< The wall's part of the tissue's force, N.
   Vector3d p_tip_organ_W = Vector3d::Zero();  ///< The tip relative to the organ's motion, m.
 };
 
@@ -83,9 +84,10 @@ struct WallPress {
 /// the tip has left it: 11 mJ at 8 kN/m and 0.5 m/s, by the hold and the guard's slew limit. The
 /// wall therefore returns at most the energy E that the hand has put into it:
 /// 1. E is the hand's work on the displayed force since the contact began, relative to the organ's
-///    own motion, plus the device's dissipation (as above) and `reserve`. It is at most the energy
-///    U that the wall's springs store, plus `reserve`.
-/// 2. The reaction F is scaled down to F sqrt(E / U), if that is less: springs that store E.
+///    own motion, plus the device's dissipation (as above) and `reserve`. Its work on soft tissue
+///    that the same tip touches, and on the trocar, is subtracted. E is at most the energy U that the wall's springs
+///    store, plus `reserve`.
+/// 2. The wall's reaction F is scaled down to F sqrt(E / U), if that is less: springs that store E.
 /// 3. While the tip moves out with the speed v, two bounds take the delay of the display into
 ///    account. With the wall's stiffness K, the lesser of F^2 / 2U and max_force_rate / v,
 ///        |F| <= sqrt(2 E K) - K v (period + age).
@@ -152,7 +154,7 @@ class PassivityControl {
   Held HeldBetween(Nanoseconds from_ns, Nanoseconds to_ns) const;
   void MeasureVelocity();
   void Settle(const Judged& before);
-  double WallShare(const WallPress& wall, const Vector3d& reaction_W) const;
+  double WallShare(const WallPress& wall) const;
   double Age() const;
   double Consumed(int axis, double dq, double dt) const;
   void SettleWall(const WallPress& wall);
@@ -180,12 +182,14 @@ class PassivityControl {
     Nanoseconds sample_ns = 0;  // of the newest sample in `energy`
     Vector3d q = Vector3d::Zero();
     Vector3d p_tip_organ_W = Vector3d::Zero();
-    Vector3d v_W = Vector3d::Zero();  // of the tip between the last two samples
-    double energy = 0;                // E, J
+    Vector3d v_W = Vector3d::Zero();     // of the tip between the last two samples
+    Vector3d soft_W = Vector3d::Zero();  // the rest of the reaction at the newest sample
+    double energy = 0;                   // E, J
   };
   Wall wall_;
 
-  Vector3d account_;  // J, one per axis
+  Vector3d account_;      // J, one per axis
+  double authority_ = 1;  // of the guard in the last tick
   double energy_ = 0;
   double damping_ = 0;
 };

@@ -97,15 +97,7 @@ TEST_F(Flow, TwoInstrumentsShareTheLiver) {
       text.insert(at, scenes);
     }
   }
-  text += R"(
-[[instrument]]
-name = "grasper"
-type = "grasper"
-trocar = [-0.06, -0.12, 0.15]
-  [instrument.hand]
-  script = "grasp_lift"
-  seed = 3
-)";
+  text += Grasper("script = \"grasp_lift\"\nseed = 3\n");
   std::ofstream(folder_ / "two.toml") << text;
   const Outcome outcome = Hpdm("run " + Folder("two.toml") +
                                " --clock lockstep --seconds 6 --json --out " + Folder("s"));

@@ -14,6 +14,7 @@
 #include "lcmtypes/log/log.h"
 #include "lcmtypes/wire/codec.h"
 #include "tests/support/counted_allocations.h"
+#include "tests/support/liver_scene.h"
 #include "tests/support/program.h"
 #include "tests/support/recorded_session.h"
 #include "tests/support/scratch_folder.h"
@@ -31,36 +32,11 @@ mesh = "liver.obj"
   local_functions = 8
   [organ.energy]
   type = "strain"
-  [[organ.support]]
-  box_fraction = { min = [0.0, 0.7, 0.0], max = [1.0, 1.0, 1.0] }
-  fixed = true
-)";
-const std::string kRandomHands = R"(
-[[instrument]]
-name = "probe"
-trocar = [0.05, -0.12, 0.16]
-friction = 0.2
-  [instrument.hand]
-  script = "random"
-  speed = 0.2
-[[instrument]]
-name = "grasper"
-type = "grasper"
-trocar = [-0.06, -0.12, 0.15]
-  [instrument.hand]
-  script = "random"
-  seed = 2
-  speed = 0.2
-)";
+)" + kRearSupport;
+const std::string kRandomHands = Probe("script = \"random\"\nspeed = 0.2\n", "friction = 0.2\n") +
+                                 Grasper("script = \"random\"\nseed = 2\nspeed = 0.2\n");
 // More than a second away between two presses.
-const std::string kPalpation = R"(
-[[instrument]]
-name = "probe"
-trocar = [0.05, -0.12, 0.16]
-  [instrument.hand]
-  script = "palpate"
-  speed = 0.05
-)";
+const std::string kPalpation = Probe("script = \"palpate\"\nspeed = 0.05\n");
 
 class Soak : public testing::Test {
  protected:

@@ -3,6 +3,7 @@
 #include "engine/base/error.h"
 #include "engine/deformation_loop.h"
 #include "haptics/contact/lattice_reaction.h"
+#include "tools/session/contact_stiffness.h"
 
 namespace hpdm {
 namespace {
@@ -48,13 +49,11 @@ TipAccuracy MeasureTipAccuracy(const StaticCase& load_case, const CaseReference&
   patch.Update();
   const ToolPatch& tip = patch.Front().tools[0].main();
 
-  // The reference's load is a kernel; the tip's own contact is a ball's, here without force.
-  const Matrix3d compliance_W =
-      tip.compliance_W - tip.indentation.UnderBall(0).Compliance() + tip.indentation.Compliance();
+  // The reference's load is a kernel.
   const Vector3d force =
       TipForce({.holds = true,
                 .p_original_W = tip.p_original_W,
-                .compliance_W = compliance_W,
+                .compliance_W = DeepCompliance(tip),
                 .p_current_W = tip.p_original_W + reference.load_displacements[0]});
   const double given = load.force_W->norm();
   return {CaseName(load_case), local_functions, given, force.dot(*load.force_W) / given};

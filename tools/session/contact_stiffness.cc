@@ -37,6 +37,12 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
   return stiffness;
 }
 
+Matrix3d DeepCompliance(const ToolPatch& patch) {
+  const double f_n = std::max(0.0, -patch.normal_W.dot(patch.force_on_tissue_W));
+  return patch.compliance_W - patch.indentation.UnderBall(f_n).Compliance() +
+         patch.indentation.Compliance();
+}
+
 std::optional<StiffestContact> FindStiffestContact(const OrganModel& organ,
                                                    const InstrumentOptions& instrument,
                                                    const ImpulseEngineKinematics& kinematics,

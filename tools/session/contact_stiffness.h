@@ -32,6 +32,10 @@ struct StiffestContact {
 /// functions.
 Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOptions& instrument);
 
+/// Returns the compliance (m/N) of a press on an elastic organ when it is deep: as under a load with
+/// the kernel of the tip's radius. The patch's own compliance is that of a ball at the step's force.
+Matrix3d DeepCompliance(const ToolPatch& patch);
+
 /// Finds the contact with the largest ratio of stiffness to limit, and of equal ones the stiffest,
 /// over the vertices that the tip can reach: those in the device's workspace, on the side that
 /// faces the trocar. A contact of stiffness k and normal n resists axis i with the stiffness

@@ -72,7 +72,7 @@ struct StressOutcome {
   static constexpr double kMostWay = 0.002;  ///< m in a tick: 2 m/s, faster than a hand.
 };
 
-/// What the judgements of a contact's energy need of a run with one tool.
+/// Record of a run with one tool: the input of BalancesOf().
 struct ContactRecord {
   std::vector<ContactTick> ticks;    ///< One a tick, from the first.
   std::vector<StoredEnergy> stored;  ///< One a step; of an organ with a stiffness.

@@ -31,11 +31,11 @@ class Bench {
 
   // The tip (m) at the time of the sample; the tissue's force on the hand (N). Returns the damping.
   Vector3d Tick(const Vector3d& p_W, const Vector3d& reaction_W, bool force_on = true,
-                Nanoseconds age = 0) {
+                Nanoseconds age = 0, const WallPress& wall = {}) {
     const Nanoseconds now = tick++ * kPeriod;
     DeviceSample sample{.time_ns = now - age, .valid = true};
     sample.joints.head<3>() = Jacobian().inverse() * p_W;
-    const Vector3d damping_W = control.Damp(now, sample, p_W, Jacobian(), reaction_W);
+    const Vector3d damping_W = control.Damp(now, sample, p_W, Jacobian(), reaction_W, wall);
     displayed_W = force_on ? Vector3d(reaction_W + damping_W) : Vector3d::Zero();
     control.Observe(displayed_W, 1, force_on);
     return damping_W;
@@ -242,6 +242,28 @@ TEST(Passivity, AFastMotionIsNotBrakedForMoreThanItOwes) {
     }
     EXPECT_LE(paid, owed);
   }
+}
+
+// A tip that starts inside a wall is pushed out by no more than the reserve, but soft tissue at the
+// same tip pushes it out with all of its force.
+TEST(Passivity, LimitsTheWallsPartOfTheReactionOnly) {
+  constexpr double kWall = 2000, kSoft = 100, kDepth = 0.005;  // N/m, N/m, m
+  Bench bench(Bare(0.1));
+  double work_of_wall = 0;  // on the hand
+  Vector3d last_W = Vector3d::Zero();
+  for (int k = 0; k < 100; ++k) {
+    const double depth = kDepth * (1 - 0.01 * k);
+    const WallPress wall{.stored = 0.5 * kWall * depth * depth,
+                         .reaction_W = Vector3d(0, 0, kWall * depth),
+                         .p_tip_organ_W = Vector3d(0, 0, -depth)};
+    const Vector3d soft_W(kSoft * depth, 0, kSoft * depth);
+    bench.Tick(wall.p_tip_organ_W, wall.reaction_W + soft_W, true, 0, wall);
+    EXPECT_NEAR(bench.displayed_W.x(), soft_W.x(), 1e-12);
+    EXPECT_GE(bench.displayed_W.z(), soft_W.z() - 1e-12);
+    work_of_wall += last_W.z() * 0.01 * kDepth;
+    last_W = bench.displayed_W - soft_W;
+  }
+  EXPECT_LE(work_of_wall, 2 * PassivityOptions().reserve);
 }
 
 TEST(Passivity, ForcesOffSettlesTheAccount) {

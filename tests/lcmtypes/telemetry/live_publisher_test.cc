@@ -80,6 +80,22 @@ struct Network {
   Receiver receiver;
 };
 
+/// Edges and log of a telemetry loop that publishes, and a receiver of its messages.
+struct LiveSession {
+  LiveSession() { options.live = true; }
+  /// Makes the loop, with a log of the given name.
+  TelemetryLoop Telemetry(const std::string& name = "session.lcmlog") {
+    return {&samples, &edges.steps, &edges.scenes, folder / name, options, TwoProbesAndALiver()};
+  }
+  std::int64_t LastSequence(const char* channel) { return network.receiver.last_sequence[channel]; }
+
+  Network network;
+  ScratchFolder folder;
+  SpscQueue<HapticSample> samples{64};
+  StepEdges edges;
+  TelemetryOptions options;
+};
+
 bool CanEnterNetworkNamespace() {
   return InsideNetworkNamespace() || !NetworkNamespaceCommand().empty();
 }
@@ -104,65 +120,52 @@ void ExpectTheMeshThreeTimes(const std::vector<mesh_t>& parts) {
 TEST(LivePublisher, SendsEveryMessageOfASessionAndRepeatsTheMesh) {
   if (!CanEnterNetworkNamespace()) GTEST_SKIP() << "network namespaces are refused here";
   if (RanInNetworkNamespace("SendsEveryMessageOfASessionAndRepeatsTheMesh")) return;
-  Network network;
-  ASSERT_TRUE(network.lcm.good());
+  LiveSession live;
+  ASSERT_TRUE(live.network.lcm.good());
   constexpr std::uint64_t kTicks = 1100;
-  const ScratchFolder folder;
-  SpscQueue<HapticSample> samples(64);
-  StepEdges edges;
-  TelemetryOptions options;
-  options.live = true;
-  options.mesh_repeat = kNanosecondsPerSecond / 2;
-  TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", options,
-                          TwoProbesAndALiver());
+  live.options.mesh_repeat = kNanosecondsPerSecond / 2;
+  TelemetryLoop telemetry = live.Telemetry();
   for (std::uint64_t tick = 0; tick < kTicks; ++tick) {
-    if (tick % 40 == 0) edges.Publish(tick / 40 + 1, tick);
-    samples.Push(Sample(tick, tick / 40 + 1, tick / 40 * 40));
+    if (tick % 40 == 0) live.edges.Publish(tick / 40 + 1, tick);
+    live.samples.Push(Sample(tick, tick / 40 + 1, tick / 40 * 40));
     telemetry.Drain();
-    network.Receive(0);
+    live.network.Receive(0);
   }
   telemetry.Finish();
-  network.Receive(200);
+  live.network.Receive(200);
   EXPECT_EQ(telemetry.Summary().live_errors, 0u);
-  auto& last = network.receiver.last_sequence;
-  EXPECT_EQ(last[kToolChannel], static_cast<std::int64_t>(kTicks));
-  EXPECT_EQ(last[kForceChannel], static_cast<std::int64_t>(kTicks));
-  EXPECT_EQ(last[kContactChannel], 28);
-  EXPECT_EQ(last[kOrganChannel], 28);
-  EXPECT_EQ(last[kStatsChannel], 2);
-  ExpectTheMeshThreeTimes(network.receiver.meshes);
+  EXPECT_EQ(live.LastSequence(kToolChannel), static_cast<std::int64_t>(kTicks));
+  EXPECT_EQ(live.LastSequence(kForceChannel), static_cast<std::int64_t>(kTicks));
+  EXPECT_EQ(live.LastSequence(kContactChannel), 28);
+  EXPECT_EQ(live.LastSequence(kOrganChannel), 28);
+  EXPECT_EQ(live.LastSequence(kStatsChannel), 2);
+  ExpectTheMeshThreeTimes(live.network.receiver.meshes);
 
   // The log holds the mesh once and everything else as it was published.
-  const LogContents log = ReadLog(folder / "session.lcmlog");
-  EXPECT_EQ(3 * log.meshes.size(), network.receiver.meshes.size());
+  const LogContents log = ReadLog(live.folder / "session.lcmlog");
+  EXPECT_EQ(3 * log.meshes.size(), live.network.receiver.meshes.size());
   EXPECT_EQ(log.ticks.size(), kTicks);
 }
 
 TEST(LivePublisher, SendsEveryOutputOfAThinnedLog) {
   if (!CanEnterNetworkNamespace()) GTEST_SKIP() << "network namespaces are refused here";
   if (RanInNetworkNamespace("SendsEveryOutputOfAThinnedLog")) return;
-  Network network;
-  ASSERT_TRUE(network.lcm.good());
-  const ScratchFolder folder;
-  SpscQueue<HapticSample> samples(64);
-  StepEdges edges;
-  TelemetryOptions options;
-  options.live = true;
-  options.output_interval = 100;
-  TelemetryLoop telemetry(&samples, &edges.steps, &edges.scenes, folder / "session.lcmlog", options,
-                          TwoProbesAndALiver());
+  LiveSession live;
+  ASSERT_TRUE(live.network.lcm.good());
+  live.options.output_interval = 100;
+  TelemetryLoop telemetry = live.Telemetry();
   // Forces fall from tick 2000 on, so none is a new peak. One contact ends at tick 2142.
   for (std::uint64_t tick = 2000; tick < 2400; ++tick) {
-    if (tick % 40 == 0) edges.Publish(tick / 40 - 49, tick);
-    samples.Push(Sample(tick, 1, 2000));
+    if (tick % 40 == 0) live.edges.Publish(tick / 40 - 49, tick);
+    live.samples.Push(Sample(tick, 1, 2000));
     telemetry.Drain();
-    network.Receive(0);
+    live.network.Receive(0);
   }
   telemetry.Finish();
-  network.Receive(200);
-  EXPECT_EQ(network.receiver.last_sequence[kForceChannel], 400);
-  EXPECT_EQ(network.receiver.last_sequence[kOrganChannel], 10);
-  LogContents log = ReadLog(folder / "session.lcmlog");
+  live.network.Receive(200);
+  EXPECT_EQ(live.LastSequence(kForceChannel), 400);
+  EXPECT_EQ(live.LastSequence(kOrganChannel), 10);
+  LogContents log = ReadLog(live.folder / "session.lcmlog");
   EXPECT_EQ(log.last_sequence[kForceChannel], 5);
   EXPECT_EQ(log.last_sequence[kOrganChannel], 4);
 }
@@ -170,23 +173,17 @@ TEST(LivePublisher, SendsEveryOutputOfAThinnedLog) {
 TEST(LivePublisher, LeavesTheForcesToTheLinkOfAnExternalDriver) {
   if (!CanEnterNetworkNamespace()) GTEST_SKIP() << "network namespaces are refused here";
   if (RanInNetworkNamespace("LeavesTheForcesToTheLinkOfAnExternalDriver")) return;
-  Network network;
-  ASSERT_TRUE(network.lcm.good());
-  const ScratchFolder folder;
-  SpscQueue<HapticSample> samples(64);
-  StepEdges edges;
-  TelemetryOptions options;
-  options.live = true;
-  options.forces_linked = true;
+  LiveSession live;
+  ASSERT_TRUE(live.network.lcm.good());
+  live.options.forces_linked = true;
   {
-    TelemetryLoop linked(&samples, &edges.steps, &edges.scenes, folder / "linked.lcmlog", options,
-                         TwoProbesAndALiver());
-    for (std::uint64_t tick = 0; tick < 50; ++tick) samples.Push(Sample(tick, 0));
+    const TelemetryLoop linked = live.Telemetry("linked.lcmlog");
+    for (std::uint64_t tick = 0; tick < 50; ++tick) live.samples.Push(Sample(tick, 0));
   }
-  network.Receive(200);
-  EXPECT_EQ(network.receiver.last_sequence[kToolChannel], 50);
-  EXPECT_EQ(network.receiver.last_sequence.count(kForceChannel), 0u);
-  EXPECT_EQ(ReadLog(folder / "linked.lcmlog").ticks.size(), 50u);
+  live.network.Receive(200);
+  EXPECT_EQ(live.LastSequence(kToolChannel), 50);
+  EXPECT_EQ(live.network.receiver.last_sequence.count(kForceChannel), 0u);
+  EXPECT_EQ(ReadLog(live.folder / "linked.lcmlog").ticks.size(), 50u);
 }
 
 }  // namespace
