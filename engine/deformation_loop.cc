@@ -124,6 +124,11 @@ void DeformationLoop::Collide(const ToolState& tools) {
       record_.flags |= kStepContactsDropped;
     }
   }
+  for (int t = 0; t < tools.tool_count; ++t) {
+    if (!trackers_[t].AddShaftContacts(tools.tools[t], &organs_)) {
+      record_.flags |= kStepContactsDropped;
+    }
+  }
 }
 
 // Places the local functions where the tips are, or are about to be.
@@ -156,6 +161,7 @@ void DeformationLoop::Deform(double dt) {
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganStep& organ : organs_) organ.state().tips.Clear();
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTips(&organs_);
+  for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddShaftTips(&organs_);
   for (OrganStep& organ : organs_) {
     OrganState& state = organ.state();
     if (state.tips.size() > 0) state.tips.Condense(*state.relaxation->compliance());
@@ -177,7 +183,7 @@ void DeformationLoop::FillSample(const ToolState& tools) {
     const ToolPatches& patches = edges_.patch.Back().tools[t];
     sample_.contacts[t] = InWorld(patches.main());
     std::size_t beside = 0;
-    for (std::size_t p = 0; p < patches.places.size(); ++p) {
+    for (std::size_t p = 0; p < kMaxPlaces; ++p) {
       if (static_cast<int>(p) == patches.main_place) continue;
       sample_.beside[t][beside++] = InWorld(patches.places[p]);
     }
