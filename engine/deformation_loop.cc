@@ -129,6 +129,11 @@ void DeformationLoop::Collide(const ToolState& tools) {
       record_.flags |= kStepContactsDropped;
     }
   }
+  for (int t = 0; t < tools.tool_count; ++t) {
+    if (!trackers_[t].AddShaftContacts(tools.tools[t], &organs_)) {
+      record_.flags |= kStepContactsDropped;
+    }
+  }
   if (!organ_contacts_.AddRows(&organs_)) record_.flags |= kStepContactsDropped;
 }
 
@@ -163,6 +168,7 @@ void DeformationLoop::Deform(double dt) {
 void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganStep& organ : organs_) organ.state().tips.Clear();
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTips(&organs_);
+  for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddShaftTips(&organs_);
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     OrganState& state = organs_[o].state();
     if (state.tips.size() == 0) continue;
@@ -191,7 +197,7 @@ void DeformationLoop::FillSample(const ToolState& tools) {
     const ToolPatches& patches = edges_.patch.Back().tools[t];
     sample_.contacts[t] = InWorld(patches.main());
     std::size_t beside = 0;
-    for (std::size_t p = 0; p < patches.places.size(); ++p) {
+    for (std::size_t p = 0; p < kMaxPlaces; ++p) {
       if (static_cast<int>(p) == patches.main_place) continue;
       sample_.beside[t][beside++] = InWorld(patches.places[p]);
     }

@@ -32,6 +32,10 @@ inline constexpr int kMaxOrgans = 64;
 inline constexpr int kMaxHeld = 8;  ///< Instruments that one hand can take in turn.
 /// Places where one tip can press at once, each on another organ.
 inline constexpr int kMaxPlaces = 3;
+/// Places where one shaft can press at once, on different organs or apart on one.
+inline constexpr int kShaftPlaces = 2;
+/// All places of a tool: first those of the tip, then those of the shaft.
+inline constexpr int kToolPlaces = kMaxPlaces + kShaftPlaces;
 
 /// The five tracked axes of a laparoscopic device about its trocar:
 /// pitch (rad), yaw (rad), insertion (m), roll (rad), jaw (0 closed .. 1 open).
@@ -66,8 +70,8 @@ struct SessionControl {
                                                         ///< free.
 };
 
-/// The material point that a tip presses at one of its places in a haptic tick. The step puts its
-/// own contact there, so the two loops never disagree about it.
+/// The material point that a tip or shaft presses at one of its places in a haptic tick. The step
+/// puts its own contact there, so the two loops never disagree about it.
 struct TickContactPoint {
   int known_organ = -1;  ///< Organ whose surface patch the tick had for this place; -1: none.
   int organ = -1;        ///< Organ that the tip touches; -1: none.
@@ -77,6 +81,7 @@ struct TickContactPoint {
   Vector3d friction_W = Vector3d::Zero();  ///< Tangential force on the tissue over the normal one.
   /// Grasp: way of the held tissue along the jaws' faces since they closed, tool frame, m.
   Vector3d slip_T = Vector3d::Zero();
+  double from_trocar = 0;  ///< Shaft: distance of the pressing part from the trocar, m.
 };
 
 /// Haptic loop -> deformation loop, latest value, every tick.
@@ -86,7 +91,7 @@ struct ToolState {
   Nanoseconds device_time_ns = 0;  ///< Time of the newest device sample in it.
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;
-  std::array<std::array<TickContactPoint, kMaxPlaces>, kMaxInstruments> contact_points;
+  std::array<std::array<TickContactPoint, kToolPlaces>, kMaxInstruments> contact_points;
 };
 
 /// A mass-spring node (Eq. 29): a spring k1 to the released position p_original, and N springs
@@ -168,6 +173,22 @@ struct SurfacePatch {
                                                     ///< a triangle of the coarse surface.
 };
 
+/// The part of a shaft where a contact can begin, by its distance from the trocar, m. The contact
+/// keeps this distance while the instrument slides through the trocar.
+struct ShaftPart {
+  double from = 0;
+  double to = 0;
+  double near = 0;  ///< Where the step expects or has the contact.
+};
+
+/// The coupling of a shaft's place to another place of a tool on the same organ.
+struct PlaceCoupling {
+  int tool = 0;
+  int place = 0;  ///< Index in ToolPatches::places.
+  /// Displacement of the shaft's contact by a unit force at the other place, m/N.
+  Matrix3d compliance_W = Matrix3d::Zero();
+};
+
 /// The surface of one organ around a tool, for the haptic loop between two deformation steps.
 ///
 /// 1. The patch itself has the mesh's triangles around the predicted tip position. Its caps give it
@@ -199,6 +220,11 @@ struct ToolPatch : SolvedContact, SurfacePatch {
   Vector3d slip_T = Vector3d::Zero();  ///< TickContactPoint::slip_T that the step used, m.
   double hold = 0;          ///< N, largest pull along the jaws' faces; beyond it the tissue slips.
   ReactionNode grasp_node;  ///< kPaper; p_original_W is its released position.
+
+  // Shaft, kLattice:
+  ShaftPart shaft;
+  int coupling_count = 0;
+  std::array<PlaceCoupling, kMaxInstruments * kToolPlaces - 1> couplings;
 };
 
 /// Record of one deformation step; logged in both clocks so that a replay can apply it.
@@ -220,8 +246,8 @@ enum StepFlag : std::uint32_t {
   kStepOk = 0,
   kStepBudgetSpent = 1u << 0,      ///< The relaxation stopped early: fewer cells, or "cholesky".
   kStepNotFinite = 1u << 1,        ///< A NaN was caught, tool or organ held back: report the scene.
-  kStepContactsDropped = 1u << 2,  ///< More than kMaxToolRows contacts on one organ. Those of
-                                   ///< the first tool were kept, its jaws before its shaft.
+  kStepContactsDropped = 1u << 2,  ///< More than kMaxToolRows contacts on one organ. Tips
+                                   ///< and jaws were kept before shafts, the first tool's first.
   kStepContactsRegularised = 1u << 3,  ///< Contacts (nearly) coincide: they share one force.
   kStepInverted = 1u << 4,    ///< Tissue is inverted: pull back, or use more and finer cells.
   kStepRecovering = 1u << 5,  ///< A finite-strain organ follows its tools only part of the way, to
@@ -230,12 +256,14 @@ enum StepFlag : std::uint32_t {
                         ///< fewer newton_iterations, a faster machine or a lower deformation_hz.
 };
 
-/// The surfaces around one tool: one for each organ that its tip touches or may touch next.
+/// The surfaces around one tool: one for each organ that its tip touches or may touch next, and
+/// those where its shaft does.
 struct ToolPatches {
   int instrument_index = 0;  ///< The instrument they are made for (ToolPose::instrument_index).
-  int main_place = 0;        ///< The place that holds or presses most, or else the nearest.
-  /// An organ keeps its place as long as the tip stays near. Places in use have different organs.
-  std::array<ToolPatch, kMaxPlaces> places;
+  int main_place = 0;        ///< The tip's place that holds or presses most, or else the nearest.
+  /// [0, kMaxPlaces): the tip's. An organ keeps its place as long as the tip stays near. Places in
+  /// use have different organs. The others are the shaft's.
+  std::array<ToolPatch, kToolPlaces> places;
 
   const ToolPatch& main() const { return places[static_cast<std::size_t>(main_place)]; }
 };
@@ -334,9 +362,11 @@ enum GuardFlag : std::uint32_t {
 /// One instrument in one haptic tick.
 struct ToolSample {
   JointVector joints = JointVector::Zero();
-  Vector3d p_tip_W = Vector3d::Zero();     ///< m.
-  Vector3d v_tip_W = Vector3d::Zero();     ///< m/s.
-  Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand before the guard, N.
+  Vector3d p_tip_W = Vector3d::Zero();  ///< m.
+  Vector3d v_tip_W = Vector3d::Zero();  ///< m/s.
+  /// Eq. 29's force on the hand before the guard, N. A force on the shaft counts as the force at
+  /// the tip that acts alike on the device's axes (OnTip in haptic_contact.h).
+  Vector3d reaction_W = Vector3d::Zero();
   Vector3d force_W = Vector3d::Zero();     ///< Force on the hand sent to the device, N.
   AxisEffort effort = AxisEffort::Zero();  ///< J^T force.
   double depth = 0;                        ///< Tip below the released surface, m; 0 if above it.

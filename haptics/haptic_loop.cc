@@ -197,7 +197,10 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
                           .X_WT = tool.pose.X_WT,
                           .jaw = tool.pose.jaw,
                           .tip_radius = tool.Geometry().tip_radius,
-                          .friction = tool.Geometry().friction});
+                          .friction = tool.Geometry().friction,
+                          .shaft_radius = tool.Geometry().shaft_radius,
+                          .from_trocar = tool.sample.joints[kInsertion],
+                          .tip_part = tool.Geometry().JawsLength()});
   }
   static_assert(kMaxInstruments == 2);
   if (tools_.size() == 2) {

@@ -10,6 +10,13 @@ namespace hpdm {
 struct SparseRow {
   std::span<const int> control_points;
   std::span<const double> weights;
+
+  /// Returns the entries of control points below `n`; they ascend.
+  SparseRow Head(int n) const {
+    std::size_t count = 0;
+    while (count < control_points.size() && control_points[count] < n) ++count;
+    return {control_points.first(count), weights.first(count)};
+  }
 };
 
 /// Fills `loads` (3n x 3) with a unit force along each axis on the point of row b. Row 3 a + d is

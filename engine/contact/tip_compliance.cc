@@ -17,6 +17,18 @@ auto Product(const SparseRow& b, const Columns& response) {
   return sum;
 }
 
+// Returns the inverse of a matrix of up to two tips with the size known at compile time: it is faster
+// so. Of more, in any size.
+template <class Square>
+Square Inverse(const Square& stiffness) {
+  using TwoTips = Eigen::Matrix<double, 6, 6>;
+  if (stiffness.rows() > TwoTips::RowsAtCompileTime) return stiffness.inverse();
+  TwoTips padded = TwoTips::Identity();  // 1 for absent tips
+  padded.topLeftCorner(stiffness.rows(), stiffness.cols()) = stiffness;
+  const TwoTips inverse = padded.inverse();
+  return inverse.topLeftCorner(stiffness.rows(), stiffness.cols());
+}
+
 }  // namespace
 
 TipCompliance::TipCompliance(int n)
@@ -34,9 +46,18 @@ void TipCompliance::Clear() {
   row_count_ = 0;
 }
 
-int TipCompliance::AddTip() {
+int TipCompliance::AddTip(int owner) {
   HPDM_CHECK(tip_count_ < kMaxTips);
+  owners_[tip_count_] = owner;
   return tip_count_++;
+}
+
+int TipCompliance::OtherTip(int tip) const {
+  for (int t = 0; t < tip_count_; ++t) {
+    const bool is_tip = owners_[t] % kToolPlaces < kMaxPlaces;
+    if (t != tip && is_tip && owners_[t] / kToolPlaces != owners_[tip] / kToolPlaces) return t;
+  }
+  return -1;
 }
 
 SparseRow TipCompliance::Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
@@ -82,19 +103,18 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
     }
     const Eigen::LDLT<Eigen::Ref<Square>> factor(row_compliance_);
     factor.solveInPlace(share_);
-    Small stiffness = Small::Identity();  // S, and 1 for absent tips
-    stiffness.topLeftCorner(tips, tips).setZero();
+    SmallSquare stiffness = SmallSquare::Zero(tips, tips);  // S
     for (int i = 0; i < row_count_; ++i) {
       stiffness.middleRows<3>(3 * rows_[i].tip).leftCols(tips) += share_.middleRows<3>(3 * i);
     }
-    compliance_ = stiffness.inverse();
-    compliance_ = ((compliance_ + compliance_.transpose()) / 2).eval();
+    const SmallSquare compliance = Inverse(stiffness);
+    compliance_.topLeftCorner(tips, tips) = (compliance + compliance.transpose()) / 2;
     share_ = (share_ * compliance_.topLeftCorner(tips, tips)).eval();
   }
 
   tip_response_.leftCols(tips).noalias() = response_.leftCols(3 * row_count_) * share_;
   displacement_.setZero();
-  for (int t = 0; t < tip_count_; ++t) tips_[t] = Tip();
+  for (int t = 0; t < tip_count_; ++t) tips_[t] = {.owner = owners_[t]};
   for (int i = 0; i < row_count_; ++i) {
     const Row& row = rows_[i];
     displacement_.noalias() += response_.middleCols<3>(3 * i) * row.force_W;
@@ -119,7 +139,7 @@ Matrix3d TipCompliance::Coupling(const SparseRow& b, int c) const {
 }
 
 Vector3d TipCompliance::Released(const SparseRow& b, const Vector3d& x_W) const {
-  return x_W - Product(b, displacement_);
+  return tip_count_ == 0 ? x_W : Vector3d(x_W - Product(b, displacement_));
 }
 
 }  // namespace hpdm

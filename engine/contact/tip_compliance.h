@@ -11,7 +11,7 @@
 namespace hpdm {
 
 /// Condenses the tips that touch one organ, or are about to, to one point each (engine/README.md,
-/// section 4). A press has one row b, a grasp one row for each grasped point, which the jaws move
+/// section 4). A place where a shaft presses counts as a tip. A press has one row b, a grasp one row for each grasped point, which the jaws move
 /// together. Over the rows of all tips,
 ///     C_rows = B K^-1 B^T + C_loc
 ///     S = T^T C_rows^-1 T,   C = S^-1          T: identities stacked per tip
@@ -31,9 +31,9 @@ class TipCompliance {
   explicit TipCompliance(int n);
 
   void Clear();
-  /// Begins the next tip, which must get at least one row. Returns its index, below
-  /// kMaxInstruments.
-  int AddTip();
+  /// Begins the next tip, which must get at least one row. Returns its index. `owner`: the place
+  /// that it belongs to, tool * kToolPlaces + index in ToolPatches::places.
+  int AddTip(int owner = 0);
   /// Adds a row to the last tip and returns its weights, all zero, to be filled in. `C_loc`: local
   /// compliance, m/N; `x_W`: present position of the point, m; `force_W`: force on the tissue
   /// there, N; `coupled`: local compliance to other rows. At most kMaxToolRows rows, and one more
@@ -59,6 +59,7 @@ class TipCompliance {
   void Condense(const LatticeCompliance& lattice);
 
   struct Tip {
+    int owner = 0;                             ///< See AddTip.
     Vector3d x_W = Vector3d::Zero();           ///< m.
     Vector3d force_W = Vector3d::Zero();       ///< N, on the tissue.
     Vector3d p_original_W = Vector3d::Zero();  ///< m.
@@ -66,6 +67,8 @@ class TipCompliance {
     Matrix3d turn_W = Matrix3d::Zero();
   };
   const Tip& operator[](int tip) const { return tips_[tip]; }
+  /// Returns the index of the other tool's tip, no shaft; -1 if that is not on the organ.
+  int OtherTip(int tip) const;
   /// Returns C_ac (m/N): the displacement of tip a for a unit force on tip c.
   Matrix3d Between(int a, int c) const { return compliance_.block<3, 3>(3 * a, 3 * c); }
   /// Returns b K^-1 b_c^T (m/N): the same for a surface point with row b.
@@ -74,13 +77,15 @@ class TipCompliance {
   Vector3d Released(const SparseRow& b, const Vector3d& x_W) const;
 
  private:
-  static constexpr int kMaxRows = kMaxToolRows + kMaxInstruments;
-  static constexpr int kMaxTips = kMaxInstruments;
+  static constexpr int kMaxTips = kMaxInstruments * (1 + kShaftPlaces);
+  static constexpr int kMaxRows = kMaxToolRows + kMaxTips;
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                3 * kMaxRows, 3 * kMaxRows>;
   using Stack = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxRows,
                               3 * kMaxTips>;
   using Small = Eigen::Matrix<double, 3 * kMaxTips, 3 * kMaxTips>;
+  using SmallSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                                    3 * kMaxTips, 3 * kMaxTips>;
 
   struct Row {
     int tip = 0;
@@ -97,6 +102,7 @@ class TipCompliance {
   int row_count_ = 0;
   std::array<Row, kMaxRows> rows_;
   std::array<Tip, kMaxTips> tips_;
+  std::array<int, kMaxTips> owners_{};
   ContactWeights weights_;        // (kMaxRows + 1) x n: the rows and a scratch row
   std::vector<int> columns_;      // n: non-zero columns of the compressed row
   std::vector<double> values_;    // n

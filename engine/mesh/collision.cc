@@ -223,6 +223,26 @@ SurfaceHit SurfaceTree::ClosestToSegment(const Vector3d& start, const Vector3d& 
   return best;
 }
 
+SurfaceHit SurfaceTree::FirstTouch(const Vector3d& start, const Vector3d& end,
+                                   const Vector3d& start_to, const Vector3d& end_to, double radius,
+                                   double* share) const {
+  constexpr int kMaxAdvances = 64;
+  constexpr double kTouching = 1e-5;  // m
+  const Vector3d start_way = start_to - start, end_way = end_to - end;
+  const double way = std::max(start_way.norm(), end_way.norm());
+  SurfaceHit hit;
+  *share = 0;
+  for (int i = 0; i < kMaxAdvances; ++i) {
+    const double left = (1 - *share) * way;
+    hit = ClosestToSegment(start + *share * start_way, end + *share * end_way,
+                           radius + left + kTouching);
+    if (hit.at.triangle < 0 || hit.distance <= radius + kTouching) return hit;
+    if (*share == 1) return {};
+    *share = std::min(1.0, *share + (hit.distance - radius) / way);
+  }
+  return hit;
+}
+
 SurfaceHit SurfaceTree::FirstEntry(const Vector3d& start, const Vector3d& end) const {
   const Model& model = tree_->model;
   SurfaceHit first;

@@ -49,6 +49,14 @@ class SurfaceTree {
   SurfaceHit ClosestToSegment(const Vector3d& start, const Vector3d& end,
                               double max_distance) const;
 
+  /// Finds where a capsule first comes as near as `radius` (m) to the surface while the ends of its
+  /// axis move straight from `start` and `end` to `start_to` and `end_to`. No motion passes through:
+  /// each advance is at most the present distance (conservative advancement: Mirtich 1996). `share`
+  /// gets the part of the motion before it; `distance` and `along` are those of that time. A grazing
+  /// motion of more than 64 advances counts as a touch.
+  SurfaceHit FirstTouch(const Vector3d& start, const Vector3d& end, const Vector3d& start_to,
+                        const Vector3d& end_to, double radius, double* share) const;
+
   /// Finds the first place where a point that moves from `start` to `end` enters the surface from
   /// outside.
   SurfaceHit FirstEntry(const Vector3d& start, const Vector3d& end) const;

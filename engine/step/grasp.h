@@ -59,6 +59,8 @@ class Grasp {
 
   /// Returns the place of the contact in the tool frame, m.
   Vector3d ContactInTool() const { return p_contact_T_ + slip_T_; }
+  /// Returns the distance (m) from the middle of the held tissue within which tissue belongs to it.
+  double reach() const { return reach_; }
   /// True if the point (m, at rest) belongs to the held tissue or touches it.
   bool Holds(const Vector3d& p_rest_W) const {
     return holds() && (p_rest_W - p_middle_rest_W_).norm() < reach_;
@@ -92,7 +94,7 @@ class Grasp {
 
 /// Returns the end of the jaws, where the shaft begins, in the tool frame, m.
 inline Vector3d JawsEnd(const ToolGeometry& geometry) {
-  return Vector3d(0, 0, 4 * geometry.tip_radius);
+  return Vector3d(0, 0, geometry.JawsLength());
 }
 
 }  // namespace hpdm

@@ -49,21 +49,48 @@ Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
   return Matrix3d(root_to.matrixL()) * inverse;
 }
 
+// Returns the other tool's tip on the organ, to which a tip's ticks are coupled; -1: none. A
+// shaft's are coupled by ToolPatch::couplings.
+int OtherTip(const TipContact& contact, const TipCompliance& tips) {
+  return contact.tip < 0 || contact.is_shaft() ? -1 : tips.OtherTip(contact.tip);
+}
+
+struct CondensedPlace {
+  Vector3d x_W, p_original_W;
+  Matrix3d compliance_W;
+};
+
+// Returns the contact's condensed tip. A shaft that does not touch has none: then its press alone,
+// at rest.
+CondensedPlace Condensed(const TipContact& contact, const TipPress& press, const OrganModel& model,
+                         OrganState* state) {
+  if (contact.tip >= 0) {
+    const TipCompliance::Tip& tip = state->tips[contact.tip];
+    return {tip.x_W, tip.p_original_W, state->tips.Between(contact.tip, contact.tip)};
+  }
+  const Vector3d x_W = contact.at.Position(state->vertices, model.rest().triangles);
+  const SparseRow b = press.KernelRow(model, state);
+  return {x_W, state->tips.Released(b, x_W),
+          state->relaxation->compliance()->PointCompliance(b.Head(model.control_points())) +
+              contact.C_loc_W};
+}
+
 }  // namespace
 
 // Fills in the solved contact, and the points' values such that their interpolation at the contact
 // gives the contact's own. The compliances vary over the surface as at rest, times a factor for the
 // kernel and the tangent stiffness.
 void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
-                                      const OrganModel& model, OrganState* state,
-                                      ToolPatch* patch) {
-  const TipCompliance::Tip& tip = state->tips[contact.tip];
+                                      const TipPress& press, const OrganModel& model,
+                                      OrganState* state, ToolPatch* patch) {
+  const CondensedPlace place = Condensed(contact, press, model, state);
   patch->reaction = ReactionType::kLattice;
-  patch->contact_W = tip.x_W;
-  patch->p_original_W = tip.p_original_W;
-  patch->compliance_W = state->tips.Between(contact.tip, contact.tip);
-  const bool has_other = state->tips.size() > 1;
-  if (has_other) patch->coupling_W = state->tips.Between(contact.tip, 1 - contact.tip);
+  patch->contact_W = place.x_W;
+  patch->p_original_W = place.p_original_W;
+  patch->compliance_W = place.compliance_W;
+  const int other = OtherTip(contact, state->tips);
+  const bool has_other = other >= 0;
+  if (has_other) patch->coupling_W = state->tips.Between(contact.tip, other);
   if (patch->kind == ContactKind::kGrasp) {
     // For the press that remains if the jaws open.
     patch->indentation = model.Indentation(contact.at, TipPress::KernelRadius(geometry));
@@ -75,7 +102,9 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   if (!model.rigid()) {  // the lattice turns as a whole over the radius that it resolves
     normal_.Gather(model, contact.at, contact.indentation.resolved_radius(), state);
     patch->tilt_W = normal_.Tilt(model, *state);
-    patch->tilt_compliance_W = normal_.Compliance(model, contact.tip, state);
+    if (contact.tip >= 0) {
+      patch->tilt_compliance_W = normal_.Compliance(model, contact.tip, state);
+    }
   }
 
   Vector3d p_original =
@@ -87,9 +116,9 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     const SparseRow b = VertexRow(model, v, state);
     p_original += weight * state->tips.Released(b, state->vertices.row(v));
     compliance += weight * state->vertex_compliances[v];
-    if (has_other) coupling += weight * state->tips.Coupling(b, 1 - contact.tip);
+    if (has_other) coupling += weight * state->tips.Coupling(b, other);
   }
-  const Vector3d further = tip.p_original_W - p_original;
+  const Vector3d further = place.p_original_W - p_original;
   const Matrix3d G = Congruence(compliance, patch->compliance_W - contact.C_loc_W);
   const Matrix3d more_coupling = patch->coupling_W - coupling;
   for (SurfacePatch* surface : {static_cast<SurfacePatch*>(patch), &patch->far}) {
@@ -107,6 +136,7 @@ void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
   patch->organ = -1;
   patch->point_count = patch->triangle_count = 0;
   patch->far.point_count = patch->far.triangle_count = 0;
+  patch->coupling_count = 0;
   patch->tilt_W.setZero();
   patch->tilt_compliance_W.setZero();
   patch->indentation = {};
@@ -132,11 +162,11 @@ void PatchBuilder::Fill(const ToolPose& tool, const ToolGeometry& geometry,
   }
   patch->hold = geometry.Hold();
   patch->slip_T = grasp != nullptr ? grasp->slip_T() : Vector3d::Zero();
-  if (contact.tip >= 0) {
-    FillLatticeContact(geometry, contact, model, state, patch);
+  if (contact.tip >= 0 || contact.alone) {
+    FillLatticeContact(geometry, contact, press, model, state, patch);
     patch->R_WT = tool.X_WT.linear();
     patch->p_grasp_T = tool.X_WT.inverse() * patch->contact_W;
-    patch->turn_W = state->tips[contact.tip].turn_W;
+    if (contact.tip >= 0) patch->turn_W = state->tips[contact.tip].turn_W;
     return;
   }
   patch->reaction = ReactionType::kPaper;
@@ -197,7 +227,7 @@ bool PatchBuilder::PrefetchFar(const ToolPose& tool, const TipContact& contact,
 void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& contact,
                                const TipPress& press, const OrganModel& model, OrganState* state,
                                SurfacePatch* patch) const {
-  const int tip = contact.tip;
+  const bool in_lattice = contact.tip >= 0 || contact.alone;
   std::array<int, SurfacePatch::kMaxPoints> vertex;
   for (int i = 0; i < prefetched_.count; ++i) {
     for (int k = 0; k < 3; ++k) {
@@ -210,13 +240,13 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
     }
   }
   patch->triangle_count = prefetched_.count;
-  const bool has_other = tip >= 0 && state->tips.size() > 1;
+  const int other = OtherTip(contact, state->tips);
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];
     PatchPoint& point = patch->points[i];
     point.normal_W = model.rest_normals().row(v);
     if (model.rigid()) point.wall = press.WallAt(model, contact.organ, v);
-    if (tip < 0) {
+    if (!in_lattice) {
       point.p_original_W = model.rest().vertices.row(v);
       FillPaperNode(model, v, reaction_, &point.node);
       continue;
@@ -224,7 +254,7 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
     const SparseRow b = VertexRow(model, v, state);
     point.p_original_W = state->tips.Released(b, state->vertices.row(v));
     point.compliance_W = state->vertex_compliances[v];
-    point.coupling_W = has_other ? state->tips.Coupling(b, 1 - tip) : Matrix3d::Zero();
+    point.coupling_W = other >= 0 ? state->tips.Coupling(b, other) : Matrix3d::Zero();
   }
 }
 

@@ -38,7 +38,8 @@ class PatchBuilder {
   void FillSurface(const Triangles& triangles, const TipContact& contact, const TipPress& press,
                    const OrganModel& model, OrganState* state, SurfacePatch* patch) const;
   void FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
-                          const OrganModel& model, OrganState* state, ToolPatch* patch);
+                          const TipPress& press, const OrganModel& model, OrganState* state,
+                          ToolPatch* patch);
 
   double prefetch_;
   PaperReaction reaction_;

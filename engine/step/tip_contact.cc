@@ -25,6 +25,25 @@ void TipContact::UpdateNeighbourhood(const OrganModel& model, OrganState* state)
                                 {ToolPatch::kMaxTriangles, ToolPatch::kMaxPoints}, &around);
 }
 
+void AddRowToTip(int i, int owner, bool has_lattice, OrganState* state, TipContact* contact) {
+  const ContactConstraints& contacts = state->contacts;
+  const ContactConstraints::Row& row = contacts[i];
+  contact->force_W += row.force_W;
+  // A slipping contact stands off the tissue by its slip compliance; the tick starts there.
+  contact->C_wall_W = row.local_compliance_W + row.slip * Matrix3d::Identity();
+  contact->C_loc_W = row.LocalCompliance() + row.slip * Matrix3d::Identity();
+  contact->indentation = row.indentation;
+  if (!has_lattice) return;
+  if (contact->tip < 0) contact->tip = state->tips.AddTip(owner);
+  Vector3d x_W = row.p_rest_W +
+                 (contacts.Weights().row(i) * state->control_displacements).transpose() +
+                 contact->C_loc_W * row.force_W;
+  for (int j = 0; j < contacts.size(); ++j) {
+    if (j != i) x_W += row.coupled.To(contacts[j].coupled) * contacts[j].force_W;
+  }
+  state->tips.AddRow(contact->C_loc_W, x_W, row.force_W, row.coupled) = contacts.Weights().row(i);
+}
+
 SurfacePoint ClosestIn(const Neighbourhood& neighbourhood, const Points& vertices,
                        const Triangles& triangles, const Vector3d& p) {
   SurfacePoint best;

@@ -7,7 +7,8 @@
 namespace hpdm {
 namespace {
 
-// m. Largest gap at which a press found by the step gets a row; farther away it does not act.
+// m. Largest gap at which a tip's press found by the step gets a row; farther away it does not act.
+// A shaft gets one where it reaches into the tissue.
 constexpr double kNear = 0.005;
 
 }  // namespace
@@ -33,12 +34,17 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
     normal_.Gather(model, contact->at, radius, state);
     contact->normal_W =
         (facing.stableNormalized() + normal_.Tilt(model, *state)).stableNormalized();
+    if (contact->is_shaft()) contact->normal_W = Across(contact->axis_W, contact->normal_W);
   }
-  const bool too_far = contact->gap > kNear && !contact->from_tick;
+  contact->row = -1;
+  const double near = contact->is_shaft() ? 0 : kNear;
+  const bool too_far = contact->gap > near && !contact->from_tick;
   if (too_far || contact->normal_W.squaredNorm() == 0) return true;
   ContactConstraints::Row* row = state->contacts.Add();
   if (row == nullptr) return false;
+  contact->row = state->contacts.size() - 1;
   row->tool = tool_;
+  row->shaft = contact->is_shaft();
   row->p_rest_W = contact->at.Position(rest.vertices, rest.triangles) +
                   CurvedOffset(rest, model.topology(), model.rest_normals(), contact->at);
   row->normal_W = contact->normal_W;
@@ -46,7 +52,7 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   row->target_W = tool.X_WT.translation() - geometry.tip_radius * contact->normal_W;
   row->indentation = indentation_;
   row->local_compliance_W = WallCompliance(model, *contact);
-  AddKernelToRow(model, *state, state->contacts.WeightRow(state->contacts.size() - 1));
+  AddKernelToRow(model, *state, state->contacts.WeightRow(contact->row));
   return true;
 }
 
@@ -84,6 +90,12 @@ void TipPress::AddKernelToRow(const OrganModel& model, const OrganState& state,
     model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, state.contacts.refinement,
                    row);
   }
+}
+
+SparseRow TipPress::KernelRow(const OrganModel& model, OrganState* state) const {
+  auto row = state->tips.ScratchRow();
+  AddKernelToRow(model, *state, row);
+  return state->tips.Compress(row);
 }
 
 }  // namespace hpdm

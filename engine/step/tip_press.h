@@ -14,7 +14,7 @@ namespace hpdm {
 /// and across it.
 using WallField = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
-/// The press of one tool's tip: the kernel samples and the indentation under it (half_space.h). It
+/// The press of one tool's tip, or of a part of its shaft: the kernel samples and the indentation under it (half_space.h). It
 /// acts on the patch of GatherKernel() around the point under the tip, with the radius that the
 /// lattice resolves. A rigid organ has the compliance of the virtual wall instead of an
 /// indentation's compliance. Deformation thread; allocates nothing.
@@ -31,7 +31,8 @@ class TipPress {
   static double KernelRadius(const ToolGeometry& geometry);
 
   /// Adds the press row of a tip that is near enough; sets the contact's normal where it has none.
-  /// `tool` is in the organ's frame. False if the organ's rows were full.
+  /// `tool` is in the organ's frame; for a shaft its origin is the part that presses. False if the
+  /// organ's rows were full.
   bool AddRow(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
               OrganState* state, TipContact* contact);
 
@@ -43,6 +44,8 @@ class TipPress {
   /// Adds the lattice row of the press's kernel.
   void AddKernelToRow(const OrganModel& model, const OrganState& state,
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// Returns that row, valid until the organ's next scratch row (TipCompliance).
+  SparseRow KernelRow(const OrganModel& model, OrganState* state) const;
 
  private:
   // Returns the organ's wall at its vertices; null if it is the same everywhere.

@@ -5,7 +5,6 @@
 
 #include "engine/base/check.h"
 #include "engine/mesh/curved_surface.h"
-#include "engine/step/shaft_contact.h"
 
 namespace hpdm {
 namespace {
@@ -40,7 +39,8 @@ ToolTracker::ToolTracker(int tool, const ToolOptions& options)
       reaction_(options.reaction),
       geometries_(options.geometries),
       places_(kMaxPlaces, Place(tool, options)),
-      grasp_(tool) {
+      grasp_(tool),
+      shaft_(tool, options) {
   HPDM_CHECK(!geometries_.empty());
 }
 
@@ -51,12 +51,13 @@ void ToolTracker::TakeInstrument(const ToolPose& tool) {
   HPDM_CHECK(instrument_index < geometries_.size());
   instrument_index_ = instrument_index;
   grasp_.Release();
+  shaft_.Release();
   for (Place& place : places_) place.contact.touching = false;
   jaw_last_ = tool.jaw;
 }
 
 void ToolTracker::Track(const ToolPose& tool,
-                        const std::array<TickContactPoint, kMaxPlaces>& contact_points,
+                        const std::array<TickContactPoint, kToolPlaces>& contact_points,
                         std::vector<OrganStep>* organs) {
   TakeInstrument(tool);
   if (tool.jaw > kJawLetsGo) grasp_.Release();
@@ -69,6 +70,13 @@ void ToolTracker::Track(const ToolPose& tool,
   GivePlaces();
   for (Place& place : places_) UpdateContact(tool, organs, &place.contact);
   UpdateGrasp(tool, organs);
+  double below = 0;
+  for (const Place& place : places_) {
+    if (place.contact.organ >= 0) below = std::max(below, -place.contact.gap);
+  }
+  const int held = grasp_.holds() ? places_[holding_place_].contact.organ : -1;
+  shaft_.Track({tool, geometry(), below, held, &grasp_},
+               std::span(contact_points).last<kShaftPlaces>(), organs);
   p_tip_last_W_ = tool.X_WT.translation();
   jaw_last_ = tool.jaw;
   started_ = true;
@@ -222,21 +230,15 @@ void ToolTracker::UpdateGrasp(const ToolPose& tool, std::vector<OrganStep>* orga
 
 bool ToolTracker::AddContacts(const ToolPose& tool, std::vector<OrganStep>* organs) {
   bool complete = true;
-  double below = 0;
   for (Place& place : places_) {
     if (place.contact.organ < 0) continue;
     complete = AddTipRows(tool, &(*organs)[place.contact.organ], &place) && complete;
-    below = std::max(below, -place.contact.gap);
-  }
-  shaft_touches_ = false;
-  for (OrganStep& organ : *organs) {
-    const bool held = grasp_.holds() && &organ == &(*organs)[places_[holding_place_].contact.organ];
-    const ShaftContact shaft = AddShaftContact(
-        tool_, tool, geometry(), below, held ? &grasp_ : nullptr, organ.model(), &organ.state());
-    shaft_touches_ = shaft_touches_ || shaft.touches;
-    complete = complete && shaft.complete;
   }
   return complete;
+}
+
+bool ToolTracker::AddShaftContacts(const ToolPose& tool, std::vector<OrganStep>* organs) {
+  return shaft_.AddContacts(tool, geometry(), organs);
 }
 
 bool ToolTracker::AddTipRows(const ToolPose& tool_W, OrganStep* organ, Place* place) {
@@ -256,35 +258,23 @@ void ToolTracker::AddTips(std::vector<OrganStep>* organs) {
   }
 }
 
+void ToolTracker::AddShaftTips(std::vector<OrganStep>* organs) { shaft_.AddTips(organs); }
+
 void ToolTracker::AddTip(OrganStep* organ, Place* place) {
   const OrganModel& model = organ->model();
   OrganState& state = organ->state();
   TipContact& contact = place->contact;
   const ContactConstraints& contacts = state.contacts;
-  const bool has_lattice = model.rigid() || (reaction_ == ReactionType::kLattice &&
-                                             state.relaxation->compliance() != nullptr);
+  const int owner = tool_ * kToolPlaces + static_cast<int>(place - places_.data());
+  const bool has_lattice = HasLattice(reaction_, model, state);
   for (int i = 0; i < contacts.size(); ++i) {
     const ContactConstraints::Row& row = contacts[i];
-    if (row.tool != tool_ || row.shaft) continue;
-    contact.force_W += row.force_W;
-    // A slipping contact stands off the tissue by its slip compliance; the tick starts there.
-    contact.C_wall_W = row.local_compliance_W + row.slip * Matrix3d::Identity();
-    contact.C_loc_W = row.LocalCompliance() + row.slip * Matrix3d::Identity();
-    contact.indentation = row.indentation;
-    if (!has_lattice) continue;
-    if (contact.tip < 0) contact.tip = state.tips.AddTip();
-    Vector3d x_W = row.p_rest_W +
-                   (contacts.Weights().row(i) * state.control_displacements).transpose() +
-                   contact.C_loc_W * row.force_W;
-    for (int j = 0; j < contacts.size(); ++j) {
-      if (j != i) x_W += row.coupled.To(contacts[j].coupled) * contacts[j].force_W;
-    }
-    state.tips.AddRow(contact.C_loc_W, x_W, row.force_W, row.coupled) = contacts.Weights().row(i);
+    if (row.tool == tool_ && !row.shaft) AddRowToTip(i, owner, has_lattice, &state, &contact);
   }
   contact.touching = contact.force_W.squaredNorm() > 0;
   if (!has_lattice || contact.tip >= 0 || Holds(*place)) return;
   // Without a row: the tip is too far away in this step, but it may touch before the next one.
-  contact.tip = state.tips.AddTip();
+  contact.tip = state.tips.AddTip(owner);
   contact.C_wall_W = place->press.WallCompliance(model, contact);
   contact.indentation = place->press.indentation();
   contact.C_loc_W = contact.C_wall_W + contact.indentation.Compliance();
@@ -299,11 +289,12 @@ void ToolTracker::FillPatches(const ToolPose& tool, std::vector<OrganStep>* orga
                               ToolPatches* patches) {
   patches->instrument_index = tool.instrument_index;
   patches->main_place = static_cast<int>(&MainPlace() - places_.data());
+  shaft_.FillPatches(tool, geometry(), organs, std::span(patches->places).last<kShaftPlaces>());
   for (std::size_t p = 0; p < places_.size(); ++p) {
     Place& place = places_[p];
     ToolPatch* const patch = &patches->places[p];
     PatchBuilder::Clear(tool, patch);
-    patch->shaft_contact = shaft_touches_;
+    patch->shaft_contact = shaft_.touches();
     if (place.contact.organ < 0) continue;
     OrganStep& organ = (*organs)[place.contact.organ];
     place.patch_builder.Fill(InOrganFrame(organ.state(), tool), geometry(), place.contact,

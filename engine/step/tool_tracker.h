@@ -7,30 +7,17 @@
 #include "engine/step/grasp.h"
 #include "engine/step/organ_step.h"
 #include "engine/step/patch_builder.h"
+#include "engine/step/shaft_tracker.h"
 #include "engine/step/tip_contact.h"
 #include "engine/step/tip_press.h"
-#include "engine/step/tool_geometry.h"
+#include "engine/step/tool_options.h"
 
 namespace hpdm {
 
-/// One instrument's data for the deformation loop.
-struct ToolOptions {
-  std::vector<ToolGeometry> geometries = {ToolGeometry()};  ///< [ToolPose::instrument_index]
-  double prefetch = 0.05;  ///< s from a step's input to the middle of its patch's use. The use
-                           ///< begins one period later and lasts one period.
-  ReactionType reaction = ReactionType::kLattice;
-  double k1 = 120;              ///< N/m, Eq. 29 with rest neighbours (kPaper).
-  double k2 = 10;               ///< N/m.
-  double wall_stiffness = 200;  ///< N/m: virtual wall of a rigid organ, for either reaction.
-  /// [organ]: the walls of rigid organs, instead of wall_stiffness; none, or empty ones, where that
-  /// holds.
-  std::vector<WallField> walls = {};
-};
-
 /// Follows one tool's contacts with the organs from step to step. The tip has up to kMaxPlaces
 /// places, each with another organ and the material point under the tip there. The parts of a
-/// contact are TipPress, Grasp, AddShaftContact and PatchBuilder, each for one organ. Deformation
-/// thread; allocates nothing.
+/// contact are TipPress, Grasp and PatchBuilder, each for one organ. ShaftTracker follows the
+/// shaft. Deformation thread; allocates nothing.
 ///
 /// 1. A place's contact belongs to the haptic loop (TickContactPoint), which follows it at its own
 ///    rate. The step searches for it only if the tick had no patch.
@@ -51,18 +38,22 @@ class ToolTracker {
 
   /// Finds the surface points under the tip and the tissue in the jaws. A new instrument holds
   /// nothing.
-  void Track(const ToolPose& tool, const std::array<TickContactPoint, kMaxPlaces>& contact_points,
+  void Track(const ToolPose& tool, const std::array<TickContactPoint, kToolPlaces>& contact_points,
              std::vector<OrganStep>* organs);
 
   /// Returns the point under the tip on that organ's rest surface, m; none if the organ has no
   /// place.
   std::optional<Vector3d> RestPointOn(int organ, const OrganModel& model) const;
 
-  /// Adds this tool's rows to the organs' contact constraints. False if an organ's were full.
+  /// Adds the rows of this tool's tip, or of its shaft, to the organs' contact constraints. False
+  /// if an organ's were full. The tips of all tools come before the shafts.
   bool AddContacts(const ToolPose& tool, std::vector<OrganStep>* organs);
+  bool AddShaftContacts(const ToolPose& tool, std::vector<OrganStep>* organs);
 
-  /// Determines after the relaxation where the tip still presses, and adds it to the organs' tips.
+  /// Determines after the relaxation where the tip, or the shaft, still presses, and adds it to the
+  /// organs' tips. The tips of all tools come before the shafts.
   void AddTips(std::vector<OrganStep>* organs);
+  void AddShaftTips(std::vector<OrganStep>* organs);
 
   /// Fills in the patches for the haptic loop, from the condensed tips.
   void FillPatches(const ToolPose& tool, std::vector<OrganStep>* organs, ToolPatches* patches);
@@ -118,7 +109,7 @@ class ToolTracker {
   Candidates candidates_;
   Grasp grasp_;
   std::size_t holding_place_ = 0;  // whose organ the grasp holds
-  bool shaft_touches_ = false;
+  ShaftTracker shaft_;
 };
 
 }  // namespace hpdm

@@ -3,7 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "engine/step/tool_geometry.h"
 #include "haptics/contact/reaction_force.h"
 
 namespace hpdm {
@@ -28,6 +30,17 @@ constexpr int kTicksToExtrapolate = 3;
 constexpr double kLost = 0.05;
 constexpr double kDeepest = 0.12;
 
+// Largest cosine between a shaft's axis and the normal of a contact that lasts.
+constexpr double kMaxEndOnLast = 0.95;
+
+// m. Way along the surface over which its curvature is measured, and a radius that counts as flat.
+constexpr double kRollProbe = 5e-4;
+constexpr double kFlat = 1;
+
+// Searches along one tick's motion of a shaft.
+constexpr int kMaxAdvances = 8;
+constexpr double kShaftTouches = 1e-4;  // m, while it still moves
+
 // m. A contact that must slide this far beyond the mesh's triangles of the patch leaves them.
 constexpr double kBeyondPatch = 0.001;
 
@@ -40,7 +53,8 @@ Value HapticContact::AtFoot(Value PatchPoint::*member) const {
          foot_.weights[2] * (points()[foot_.corners[2]].*member);
 }
 
-HapticContact::HapticContact(double period) : fade_(std::exp(-period / kFade)) {}
+HapticContact::HapticContact(double period, Part part)
+    : fade_(std::exp(-period / kFade)), part_(part) {}
 
 void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   const bool same_organ = patch_ != nullptr && organ_ == patch.organ;
@@ -50,6 +64,7 @@ void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   surface_.Build(patch);
   far_surface_.Build(patch.far);
   is_new_ = true;
+  is_patch_new_ = true;
   if (!touching_) return;
   if (!same_organ || !FindAgain()) {
     LoseContact();
@@ -80,7 +95,11 @@ void HapticContact::LoseContact() {
 void HapticContact::Locate(TipPose tip) noexcept {
   result_ = {};
   in_lattice_ = false;
-  if (patch_ != nullptr) tip.X_WT.translation() -= patch_->motion.Offset(tip.time_ns);
+  pushed_W_.setZero();
+  organ_offset_W_.setZero();
+  if (patch_ != nullptr) organ_offset_W_ = patch_->motion.Offset(tip.time_ns);
+  if (patch_ != nullptr) tip.X_WT.translation() -= organ_offset_W_;
+  if (part_ == Part::kShaft) MoveToShaft(&tip);
   const bool holds = organ_ >= 0 && patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo;
   if (!holds) {
     slip_T_.setZero();
@@ -92,7 +111,7 @@ void HapticContact::Locate(TipPose tip) noexcept {
     LoseContact();
     LocateGrasp(tip);
   } else {
-    LocatePress(tip);
+    LocatePress(&tip);
   }
   p_tip_last_W_ = tip.X_WT.translation();
   result_.p_tip_organ_W = p_tip_last_W_;
@@ -124,15 +143,57 @@ void HapticContact::LocateGrasp(const TipPose& tip) {
   coupling_W_ = patch_->coupling_W;
 }
 
-void HapticContact::LocatePress(const TipPose& tip) {
+double HapticContact::DistanceTo(const ToolPatch& patch) const noexcept {
+  constexpr double kOtherOrgan = 10;
+  if (!touching_) return 0;
+  return patch.organ == organ_ ? std::abs(patch.shaft.near - from_trocar_) : kOtherOrgan;
+}
+
+void HapticContact::KeepApartFrom(const HapticContact& other) noexcept {
+  apart_ = {-1e300, 1e300};
+  if (organ_ < 0 || organ_ != other.organ_ || !other.touching_) return;
+  const double near = touching_ ? from_trocar_ : patch_->shaft.near;
+  if (near < other.from_trocar_) {
+    apart_.to = other.from_trocar_ - kShaftApart;
+  } else {
+    apart_.from = other.from_trocar_ + kShaftApart;
+  }
+}
+
+// Puts the origin of the tool frame where the shaft presses, or did last.
+void HapticContact::MoveToShaft(TipPose* tip) {
+  const Vector3d p_tool_W = tip->X_WT.translation();
+  axis_W_ = tip->X_WT.linear().col(2);
+  p_trocar_W_ = p_tool_W + tip->from_trocar * axis_W_;
+  end_ = tip->from_trocar - tip->tip_part;
+  if (touching_) from_trocar_ = std::min(from_trocar_ + tip->from_trocar - tip_from_trocar_, end_);
+  tip->X_WT.translation() = OnAxis(from_trocar_);
+  longest_roll_ = std::max((p_tool_W - p_tool_last_W_).norm(),
+                           (tip->X_WT.translation() - p_tip_last_W_).norm());
+  tip_from_trocar_ = tip->from_trocar;
+  p_tool_last_W_ = p_tool_W;
+  tip->tip_radius = tip->shaft_radius;
+}
+
+void HapticContact::LocatePress(TipPose* given) {
   const bool was_touching = touching_;
-  if (!was_touching && !FindContact(tip)) return;
+  const bool is_shaft = part_ == Part::kShaft;
+  if (!was_touching && !(is_shaft ? FindOnShaft(given) : FindContact(*given))) return;
   touching_ = true;
-  EvaluateAtFoot(tip);
-  if (was_touching && !Slide(tip)) {
+  EvaluateAtFoot(*given);
+  if (was_touching && !Slide(*given)) {
     LoseContact();
     return;
   }
+  if (is_shaft) {
+    axis_known_ = false;
+    if (was_touching) Roll(given);
+    if (!(end_ > 0) || std::abs(end_on_) > kMaxEndOnLast) {
+      LoseContact();
+      return;
+    }
+  }
+  const TipPose& tip = *given;
   p_foot_W_ = surface().Position(foot_);
   if (patch_->reaction == ReactionType::kPaper) {
     if (tip_.depth > 0) {
@@ -166,6 +227,101 @@ bool HapticContact::FindFarContact(const TipPose& tip, bool moved_far) {
   return on_far_;
 }
 
+// Finds where the shaft touches the patch, or did on its way from the last tick.
+bool HapticContact::FindOnShaft(TipPose* tip) {
+  const bool is_new = std::exchange(is_patch_new_, false);
+  const bool has_last = std::exchange(axis_known_, true) && !is_new;
+  const ShaftPart& part = patch_->shaft;
+  const double from = std::max(part.from, apart_.from), radius = tip->tip_radius;
+  const double to = std::min({part.to, apart_.to, end_});
+  if (!(to > from) || !(radius > 0)) {
+    axis_known_ = false;
+    return false;
+  }
+  const std::array<Vector3d, 2> now_W{OnAxis(to), OnAxis(from)}, last_W = axis_last_W_;
+  axis_last_W_ = now_W;
+  const auto faces = [&] { return std::abs(foot_.normal_W.dot(axis_W_)) <= kMaxEndOn; };
+  if (is_new) {
+    from_trocar_ = std::clamp(part.near, from, to);
+    tip->X_WT.translation() = OnAxis(from_trocar_);
+    if (FindInside(*tip)) return faces();
+  }
+  double way = 0, share = 1;
+  if (has_last) {
+    way = std::max((now_W[0] - last_W[0]).norm(), (now_W[1] - last_W[1]).norm());
+    clearance_ -= way;
+    if (clearance_ > 0) return false;
+    if (way > 0) share = 0;
+  }
+  SegmentFoot near;
+  clearance_ = 0;
+  bool touches = false, inside = false;
+  for (int i = 0; i < kMaxAdvances && !touches && !inside; ++i) {
+    const auto at = [&](int end) {
+      return Vector3d(share == 1 ? now_W[end] : last_W[end] + share * (now_W[end] - last_W[end]));
+    };
+    if (!FindNearest(at(0), at(1), &near)) return false;
+    touches = near.outside && near.distance <= radius + (share < 1 ? kShaftTouches : 0);
+    inside = !near.outside;
+    if (touches || inside) break;
+    if (share == 1) {
+      clearance_ = near.distance - radius;
+      return false;
+    }
+    share = std::min(1.0, share + (near.distance - radius) / way);
+  }
+  if (touches) {
+    foot_ = near.foot;
+    from_trocar_ = to + near.along * (from - to);
+  } else {
+    from_trocar_ = std::clamp(from_trocar_, from, to);
+  }
+  tip->X_WT.translation() = OnAxis(from_trocar_);
+  return (touches || FindInside(*tip)) && faces();
+}
+
+// Finds the place of the patch that is nearest to a segment. The coarse surface counts only where
+// the patch has no triangles of the mesh.
+bool HapticContact::FindNearest(const Vector3d& start_W, const Vector3d& end_W, SegmentFoot* near) {
+  SegmentFoot far;
+  const bool on_mesh = surface_.FindNearest(start_W, end_W, near);
+  const bool on_far = !far_surface_.empty() && far_surface_.FindNearest(start_W, end_W, &far) &&
+                      !surface_.Covers(far_surface_.Position(far.foot));
+  on_far_ = on_far && (!on_mesh || far.distance < near->distance);
+  if (on_far_) *near = far;
+  return on_mesh || on_far;
+}
+
+// Finds the foot of a shaft that has got into the surface unseen.
+bool HapticContact::FindInside(const TipPose& tip) {
+  on_far_ = false;
+  return (surface_.FindFoot(tip.X_WT.translation(), tip.tip_radius, &foot_) &&
+          foot_.gap < tip.tip_radius) ||
+         (!far_surface_.empty() && FindFarContact(tip, false));
+}
+
+// Moves the contact along the axis, on the shaft and on the surface, towards where the surface is
+// parallel to the axis.
+void HapticContact::Roll(TipPose* tip) {
+  SurfaceFoot ahead = foot_;
+  surface().Walk(kRollProbe * axis_W_, &ahead);
+  const double way = (surface().Position(ahead) - surface().Position(foot_)).norm();
+  const double turn = (ahead.normal_W - foot_.normal_W).dot(axis_W_);
+  double roll = std::copysign(longest_roll_, -end_on_);
+  if (way > 0 && turn > way / kFlat) {
+    roll = std::clamp(-end_on_ * way / turn, -longest_roll_, longest_roll_);
+  }
+  const double last = std::min(std::max(apart_.to, from_trocar_), end_);
+  const double first = std::min({std::max(apart_.from, 0.0), from_trocar_, last});
+  const double next = std::clamp(from_trocar_ - roll, first, last);
+  roll = from_trocar_ - next;
+  if (roll == 0) return;
+  from_trocar_ = next;
+  tip->X_WT.translation() = OnAxis(from_trocar_);
+  surface().Walk(roll * axis_W_, &foot_);
+  EvaluateAtFoot(*tip);
+}
+
 void HapticContact::EvaluateAtFoot(const TipPose& tip) {
   tip_ = {};
   tip_.p_original_W = AtFoot(&PatchPoint::p_original_W) + surface().Offset(foot_);
@@ -175,6 +331,10 @@ void HapticContact::EvaluateAtFoot(const TipPose& tip) {
     tip_.compliance_W = AtFoot(&PatchPoint::compliance_W);
     tip_.indentation = patch_->indentation;
     coupling_W_ = AtFoot(&PatchPoint::coupling_W);
+  }
+  if (part_ == Part::kShaft) {
+    end_on_ = axis_W_.dot(tip_.normal_W);
+    tip_.normal_W = (tip_.normal_W - end_on_ * axis_W_).stableNormalized();
   }
   if (patch_->rigid) tip_.compliance_W = WallAtFoot().Compliance(tip_.normal_W);
   tip_.depth = tip_.normal_W.dot(tip_.p_original_W - tip.X_WT.translation()) + tip.tip_radius;
@@ -395,23 +555,67 @@ void HapticContact::FadeIn() {
 }
 
 void HapticContact::Solve(HapticContact* tip) noexcept {
-  tip->moved_W_.setZero();
-  if (tip->in_lattice_) {
-    tip->SlipInJaws(tip->WayInJaws(TipForce(tip->tip_)));
-    tip->SetReaction(TipForce(tip->tip_));
-  }
-  tip->FadeIn();
+  tip->FindForce();
+  tip->Apply();
 }
 
 void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
+  FindForces(a, c);
+  a->Apply();
+  c->Apply();
+}
+
+// Makes the found force the tick's result.
+void HapticContact::Apply() noexcept {
+  if (in_lattice_) {
+    SetReaction(found_W_);
+  } else {
+    found_W_.setZero();
+  }
+  FadeIn();
+  if (part_ == Part::kShaft) CountAtTip();
+}
+
+// Expresses the result of a shaft by the force and the way of the tip.
+void HapticContact::CountAtTip() {
+  const double lever = from_trocar_ / std::max(tip_from_trocar_, 1e-300);
+  result_.reaction_W = OnTip(result_.reaction_W, axis_W_, lever);
+  if (!(lever > 0)) return;
+  const Vector3d p_tip_W = p_trocar_W_ + organ_offset_W_ - tip_from_trocar_ * axis_W_;
+  result_.p_tip_organ_W = p_tip_W - OnTip(organ_offset_W_, axis_W_, 1 / lever);
+}
+
+void HapticContact::PushTo(const Vector3d& moved_W) noexcept {
+  const Vector3d further_W = moved_W - pushed_W_;
+  pushed_W_ = moved_W;
+  tip_.p_original_W += further_W;
+  tip_.depth += tip_.normal_W.dot(further_W);
+}
+
+Matrix3d HapticContact::CouplingTo(int tool, int place) const noexcept {
+  for (int i = 0; part_ == Part::kShaft && i < patch_->coupling_count; ++i) {
+    const PlaceCoupling& coupling = patch_->couplings[i];
+    if (coupling.tool == tool && coupling.place == place) return coupling.compliance_W;
+  }
+  return Matrix3d::Zero();
+}
+
+void HapticContact::FindForce() noexcept {
+  moved_W_ = pushed_W_;
+  if (!in_lattice_) return;
+  SlipInJaws(WayInJaws(TipForce(tip_)));
+  found_W_ = TipForce(tip_);
+}
+
+void HapticContact::FindForces(HapticContact* a, HapticContact* c) noexcept {
   if (!a->in_lattice_ || !c->in_lattice_ || a->organ_ != c->organ_) {
-    Solve(a);
-    Solve(c);
+    a->FindForce();
+    c->FindForce();
     return;
   }
   // Each foot's coupling assumes the other tip at its place in the step.
   const Matrix3d coupling_W = a->coupling_W_ + c->coupling_W_.transpose() - a->patch_->coupling_W;
-  Vector3d force_a_W, force_c_W;
+  Vector3d &force_a_W = a->found_W_, &force_c_W = c->found_W_;
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
   const Vector3d way_a_T = a->WayInJaws(force_a_W), way_c_T = c->WayInJaws(force_c_W);
   if (!way_a_T.isZero(0) || !way_c_T.isZero(0)) {
@@ -425,18 +629,15 @@ void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
     c->SlipInJaws(c->ShareOfWay(force_c_W, after_c_W) * way_c_T);
     TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
   }
-  a->moved_W_ = coupling_W * force_c_W;
-  c->moved_W_ = coupling_W.transpose() * force_a_W;
-  a->SetReaction(force_a_W);
-  c->SetReaction(force_c_W);
-  a->FadeIn();
-  c->FadeIn();
+  a->moved_W_ = coupling_W * force_c_W + a->pushed_W_;
+  c->moved_W_ = coupling_W.transpose() * force_a_W + c->pushed_W_;
 }
 
 TickContactPoint HapticContact::contact_point() const noexcept {
   TickContactPoint contact_point;
   contact_point.known_organ = organ_;
   contact_point.slip_T = slip_T_;
+  contact_point.from_trocar = from_trocar_;
   if (!touching_) return contact_point;
   contact_point.organ = organ_;
   contact_point.triangle = foot_.mesh_triangle;

@@ -13,19 +13,31 @@ struct TipPose {
   double jaw = 1;                            ///< 0 closed .. 1 open.
   double tip_radius = 0;                     ///< m.
   double friction = 0;                       ///< Coulomb coefficient; reaction "lattice".
+  // The shaft, along z of the tool frame:
+  double shaft_radius = 0;  ///< m; 0: it is not felt.
+  double from_trocar = 0;   ///< Distance of the tip from the trocar, m.
+  double tip_part = 0;      ///< Length from the tip that belongs to it, not to the shaft, m.
 };
+
+/// Returns the force at the tip that has the same effort on the device's axes as `force_W` on the
+/// shaft: J_tip^T OnTip(F) = J_shaft^T F. `axis_W`: along the shaft, unit; `lever`: distance of the
+/// place from the trocar over that of the tip.
+inline Vector3d OnTip(const Vector3d& force_W, const Vector3d& axis_W, double lever) {
+  return lever * force_W + (1 - lever) * axis_W.dot(force_W) * axis_W;
+}
 
 /// Contact force of one tool in one tick.
 struct HapticForce {
-  Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand, N.
+  Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand, N; of a shaft: OnTip.
   Vector3d normal_W = Vector3d::Zero();    ///< Press: the outward unit normal; else zero.
   double depth = 0;                        ///< Press: tip below the released surface, m.
   int organ = -1;
   ContactKind kind = ContactKind::kNone;
-  bool rigid = false;                         ///< Press on a rigid organ's virtual wall.
-  double stored = 0;                          ///< Then: energy of the wall's springs, J.
-  Vector3d wall_W = Vector3d::Zero();         ///< Then: the wall's part of the reaction, N.
-  Vector3d p_tip_organ_W = Vector3d::Zero();  ///< The tip relative to the organ's motion, m.
+  bool rigid = false;                  ///< Press on a rigid organ's virtual wall.
+  double stored = 0;                   ///< Then: energy of the wall's springs, J.
+  Vector3d wall_W = Vector3d::Zero();  ///< Then: the wall's part of the reaction, N.
+  /// The tip relative to the organ's motion, m: reaction_W does the work of the contact along it.
+  Vector3d p_tip_organ_W = Vector3d::Zero();
   double slip = 0;  ///< Grasp: length of the way that the tissue has slipped through the jaws, m.
 };
 
@@ -64,6 +76,19 @@ struct HapticForce {
 /// tissue slips along them until the force is on that limit (return mapping): the slip takes
 /// energy and never gives any.
 ///
+/// Shaft: it presses like a tip, a ball of the shaft's radius whose centre lies on the axis, at a
+/// distance from the trocar that follows the contact:
+/// 1. The contact begins where the axis first comes as near as the radius to the released surface.
+///    Between two ticks the axis advances by no more than its distance, so that no motion is too fast.
+/// 2. The force is across the axis, but for friction: a smooth cylinder pushes nowhere else. The
+///    normal is the pressed surface's, made perpendicular to the axis.
+/// 3. The ball belongs to the shaft's material. While it slides along the axis or sticks, the
+///    tissue under it is dragged as under a tip.
+/// 4. The contact rolls: ball and foot move together to where the surface is parallel to the axis,
+///    the deepest place of a lobe, but no farther than the shaft itself moves.
+/// 5. A patch that covers one part of the shaft keeps its contact there (ShaftPart).
+/// The rotation of the shaft about its axis does not rub.
+///
 /// Hand-over: The jump that a new patch makes in the force is faded out with the time constant
 /// kFade. So the arrival of a patch is not felt as a step. If the new patch has no place for the
 /// contact, its force fades out in the same way. The jump of a contact that moves from the mesh's
@@ -76,8 +101,10 @@ class HapticContact {
  public:
   static constexpr double kFade = 0.02;  ///< s.
 
+  enum class Part : std::uint8_t { kTip, kShaft };
+
   /// `period`: haptic period, s.
-  explicit HapticContact(double period = 0.001);
+  explicit HapticContact(double period = 0.001, Part part = Part::kTip);
 
   /// Takes a new patch, which must stay unchanged until the next call of SetPatch or ClearPatch.
   /// That call does not read it: the writer may use its slot again by then (TripleBuffer::Front).
@@ -89,11 +116,34 @@ class HapticContact {
   /// Finds the contact.
   void Locate(TipPose tip) noexcept;
 
+  /// Call before Locate: the shaft's contact with the same organ keeps kShaftApart from `other`,
+  /// another place of the shaft.
+  void KeepApartFrom(const HapticContact& other) noexcept;
+
   /// Computes the force of one located tip, or of two. Two tips are coupled if both touch one organ;
   /// both must have been located.
   static void Solve(HapticContact* tip) noexcept;
   static void Solve(HapticContact* a, HapticContact* c) noexcept;
+
+  /// The same in parts, for more than two contacts: the forces of one or two located contacts while
+  /// the others displace the tissue (PushTo), as often as needed, and then the results.
+  void FindForce() noexcept;
+  static void FindForces(HapticContact* a, HapticContact* c) noexcept;
+  void Apply() noexcept;
+  /// Sets the displacement of the tissue by contacts that are not in FindForces, m.
+  void PushTo(const Vector3d& moved_W) noexcept;
+  /// True if there is a contact with a lattice or a wall to solve for in this tick.
+  bool InLattice() const noexcept { return in_lattice_; }
+  /// Its force on the tissue, N, from FindForce or FindForces; before them that of the last tick.
+  const Vector3d& found_W() const noexcept { return found_W_; }
+  /// Returns the compliance of a shaft's contact to another place on its organ, m/N; zero if the
+  /// step did not know both.
+  Matrix3d CouplingTo(int tool, int place) const noexcept;
+
   const HapticForce& result() const noexcept { return result_; }
+  /// Returns how far (m) a new patch of the shaft is from its contact; 0 without a contact, and
+  /// more than any shaft's length on another organ.
+  double DistanceTo(const ToolPatch& patch) const noexcept;
   /// The organ of the patch; -1: none.
   int organ() const noexcept { return organ_; }
 
@@ -107,10 +157,16 @@ class HapticContact {
   HapticForce Evaluate(const TipPose& tip) noexcept;
 
  private:
-  void LocatePress(const TipPose& tip);
+  void MoveToShaft(TipPose* tip);
+  void LocatePress(TipPose* tip);
   void LocateGrasp(const TipPose& tip);
   bool FindContact(const TipPose& tip);
   bool FindFarContact(const TipPose& tip, bool moved_far);
+  bool FindOnShaft(TipPose* tip);
+  bool FindNearest(const Vector3d& start_W, const Vector3d& end_W, SegmentFoot* near);
+  bool FindInside(const TipPose& tip);
+  void Roll(TipPose* tip);
+  Vector3d OnAxis(double from_trocar) const { return p_trocar_W_ - from_trocar * axis_W_; }
   bool FindAgain();
   void LeavePatch(const TipPose& tip);
   const PatchSurface& surface() const { return on_far_ ? far_surface_ : surface_; }
@@ -126,6 +182,7 @@ class HapticContact {
   bool Sticks(const TipPose& tip);
   void PressPaper();
   void SetReaction(const Vector3d& force_on_tissue_W);
+  void CountAtTip();
   void FadeIn();
   Vector3d AlongFaces(const Vector3d& force_W) const;
   Vector3d WayInJaws(const Vector3d& force_on_tissue_W) const;
@@ -134,6 +191,7 @@ class HapticContact {
   void LoseContact();
 
   double fade_;  // factor on offset_W_ per tick
+  Part part_;
   const ToolPatch* patch_ = nullptr;
   int organ_ = -1;            // of the patch, -1 for none: SetPatch must not read the patch before
   PatchSurface surface_;      // of the mesh's triangles
@@ -151,6 +209,24 @@ class HapticContact {
   Vector3d moved_W_ = Vector3d::Zero();   // C_ac f_c: displacement by the other tip, m
   Vector3d friction_W_ = Vector3d::Zero();
 
+  // State of a shaft between ticks.
+  double from_trocar_ = 0;                     // of the pressing part, m
+  double tip_from_trocar_ = 0;                 // m
+  Vector3d p_tool_last_W_ = Vector3d::Zero();  // the tool's tip
+  bool is_patch_new_ = true;                   // the axis has not been searched on it
+  bool axis_known_ = false;                    // of the last tick, between these ends, m
+  std::array<Vector3d, 2> axis_last_W_;
+  double clearance_ = 0;  // m: the shaft was this far from the surface then, or farther
+
+  // State of a shaft within a tick.
+  Vector3d axis_W_ = Vector3d::UnitZ();  // from the tip to the trocar
+  Vector3d p_trocar_W_ = Vector3d::Zero();
+  double end_ = 0;                              // m from the trocar: the tip's part begins
+  ShaftPart apart_;                             // of the shaft, from another contact
+  double longest_roll_ = 0;                     // m
+  double end_on_ = 0;                           // cosine between axis and pressed normal
+  Vector3d organ_offset_W_ = Vector3d::Zero();  // by the organ's motion
+
   // State of the grasp between ticks.
   Vector3d slip_T_ = Vector3d::Zero();  // way of the tissue along the faces, m
   double slip_length_ = 0;              // length of that way, m
@@ -160,6 +236,8 @@ class HapticContact {
   bool in_lattice_ = false;  // there is a contact to solve for
   CondensedTip tip_;
   Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the foot, to the other tip's step place
+  Vector3d pushed_W_ = Vector3d::Zero();    // displacement by PushTo, in tip_
+  Vector3d found_W_ = Vector3d::Zero();     // force on the tissue, N
 
   // Hand-over between patches.
   bool is_new_ = false;      // the patch is new

@@ -126,6 +126,45 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
   return foot->gap <= reach;
 }
 
+bool PatchSurface::FindNearest(const Vector3d& a_W, const Vector3d& b_W,
+                               SegmentFoot* near) const noexcept {
+  std::array<double, kMaxTriangles> bound;  // no part of the triangle is nearer
+  int first = -1;
+  for (int t = 0; t < triangle_count_; ++t) {
+    const Vector3d centre_W(centre_x_[t], centre_y_[t], centre_z_[t]);
+    const double along = ClosestOnSegment(centre_W, a_W, b_W);
+    bound[t] = (centre_W - a_W - along * (b_W - a_W)).norm() - radius_[t];
+    if (first < 0 || bound[t] < bound[first]) first = t;
+  }
+  if (first < 0) return false;
+  near->distance = std::numeric_limits<double>::infinity();
+  const auto try_triangle = [&](int t) {
+    const Corners& corners = triangles_[t];
+    const SegmentTrianglePair pair = ClosestSegmentTriangle(
+        a_W, b_W, points_W_[corners[0]], points_W_[corners[1]], points_W_[corners[2]]);
+    const double distance = std::sqrt(pair.squared_distance);
+    if (distance >= near->distance) return;
+    near->distance = distance;
+    near->along = pair.along;
+    near->foot.triangle = t;
+    near->foot.weights = pair.on_triangle.barycentric;
+  };
+  try_triangle(first);
+  for (int t = 0; t < triangle_count_; ++t) {
+    if (t != first && bound[t] < near->distance) try_triangle(t);
+  }
+  const int triangle = near->foot.triangle;
+  SetFoot(triangle, near->foot.weights, &near->foot);
+  const Vector3d offset_W = a_W + near->along * (b_W - a_W) - Position(near->foot);
+  const double height = offset_W.dot(near->foot.normal_W);
+  near->outside = near->distance > 0 && height > 0;
+  near->foot.gap = near->outside ? near->distance : -near->distance;
+  if (!IsOnBorder(near->foot)) return true;
+  const Vector3d sideways_W =
+      offset_W - offset_W.dot(face_normals_W_[triangle]) * face_normals_W_[triangle];
+  return sideways_W.norm() <= kBorderTolerance;
+}
+
 bool PatchSurface::FindEntry(const Vector3d& a_W, const Vector3d& b_W,
                              SurfaceFoot* foot) const noexcept {
   const Vector3d way = b_W - a_W;

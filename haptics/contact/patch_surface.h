@@ -17,9 +17,17 @@ struct SurfaceFoot {
   double gap = 0;                            ///< m, along the normal; negative inside.
 };
 
-/// The released surface of one SurfacePatch, packed for two queries of every tick. They find the foot
-/// of a free tip's centre, and the place of a contact that slides along the surface. The surface
-/// has at most SurfacePatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
+/// The place of a surface that is nearest to a segment.
+struct SegmentFoot {
+  SurfaceFoot foot;
+  double along = 0;      ///< Parameter (0..1) of the nearest point of the segment.
+  double distance = 0;   ///< m; 0 where they cross.
+  bool outside = false;  ///< The segment lies on the side to which the normal points.
+};
+
+/// The released surface of one SurfacePatch, packed for the queries of every tick. They find the foot
+/// of a free tip's centre or of a free shaft's axis, and the place of a contact that slides along
+/// the surface. The surface has at most SurfacePatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
 ///
 /// 1. The foot of a free tip is the point q whose interpolated vertex normal passes through the
 ///    centre c: c = q + t n(q). This is the Phong projection (Panozzo, Baran, Diamanti,
@@ -53,6 +61,10 @@ class PatchSurface {
 
   /// Finds the foot of c_W (m) if its gap is at most `reach` (m). False if there is none.
   bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
+
+  /// Finds the place nearest to the segment from a_W to b_W (m). False if the surface is empty or
+  /// the place lies on its border with the segment sideways of it: then nearer surface may follow.
+  bool FindNearest(const Vector3d& a_W, const Vector3d& b_W, SegmentFoot* near) const noexcept;
 
   /// Finds where the segment from a_W to b_W (m) first crosses the surface from outside. False if
   /// it does not. Leaves the gap unchanged, as the following functions do.

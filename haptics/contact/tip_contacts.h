@@ -1,15 +1,18 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "haptics/contact/haptic_contact.h"
 
 namespace hpdm {
 
-/// The contacts of one tool's tip in a tick: one HapticContact for each place of its patches
-/// (ToolPatches), all at the same pose. The pose is given, so contacts on different organs do not
-/// change each other; the hand feels the sum of their forces. Tips of two tools on one organ are
-/// solved together. Haptic thread; wait-free, no allocation, never throws.
+/// The contacts of one tool in a tick: one HapticContact for each place of its patches
+/// (ToolPatches), the tip's and the shaft's, all at the same pose. The pose is given, so contacts on
+/// different organs do not change each other. Those on one organ do: the tips of two tools are
+/// solved together, and with a shaft's contacts in rounds. The hand feels the sum of the forces, those
+/// of the shaft as they act on the device's axes (OnTip). Its torque about the shaft and across the
+/// axes has no actuator. Haptic thread; wait-free, no allocation, never throws.
 class TipContacts {
  public:
   /// `period`: haptic period, s.
@@ -20,10 +23,10 @@ class TipContacts {
   /// Removes the patches, and with them the contacts.
   void ClearPatches() noexcept;
 
-  /// Finds the contacts.
+  /// Finds the contacts. The shaft's part ends above what the tip pressed in the last tick.
   void Locate(const TipPose& tip) noexcept;
 
-  /// Computes the force of one located tip, or of the two tips of a session.
+  /// Computes the forces of one located tool, or of the two tools of a session.
   static void Solve(TipContacts* tip) noexcept;
   static void Solve(TipContacts* a, TipContacts* c) noexcept;
 
@@ -36,17 +39,26 @@ class TipContacts {
     return places_[static_cast<std::size_t>(place)].result();
   }
 
-  /// True if, at the last Solve, the tip touched nothing and its jaws held nothing.
+  /// True if, at the last Solve, tip and shaft touched nothing and the jaws held nothing.
   bool IsFree() const noexcept;
 
   /// The contacts of this tick, for the deformation loop.
-  std::array<TickContactPoint, kMaxPlaces> contact_points() const noexcept;
+  std::array<TickContactPoint, kToolPlaces> contact_points() const noexcept;
 
  private:
+  static void FindTipForces(TipContacts* a, TipContacts* c);
+  static void Rounds(TipContacts* a, TipContacts* c);
+  bool ShaftPresses() const;
+  std::span<HapticContact> Tips();
   HapticContact* OnOrgan(int organ);
-  void SumUp();
+  void Finish();
 
-  std::array<HapticContact, kMaxPlaces> places_;
+  std::size_t Slot(std::size_t place) const;
+
+  std::array<HapticContact, kToolPlaces> places_;
+  /// The shaft's contacts go on in each other's patches: the step may exchange its two places
+  /// before it knows of a contact.
+  bool shafts_crossed_ = false;
   HapticForce result_;
 };
 

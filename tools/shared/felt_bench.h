@@ -22,6 +22,7 @@ class FeltBench {
       : FeltBench(OneOrgan(options, rest), tool) {}
 
   double friction = 0;
+  bool feels_shaft = false;
 
   static ToolPose At(const Vector3d& p, double jaw = 1) {
     ToolPose tool;
@@ -40,11 +41,15 @@ class FeltBench {
   // One tick's forces on the hands.
   void Tick(const ToolPose& a, const ToolPose& c = Away()) {
     const auto motion = [this](const ToolPose& tool) {
+      const ToolGeometry& geometry = tool_.geometries[0];
       return TipPose{.time_ns = time_ns_,
                      .X_WT = tool.X_WT,
                      .jaw = tool.jaw,
-                     .tip_radius = tool_.geometries[0].tip_radius,
-                     .friction = friction};
+                     .tip_radius = geometry.tip_radius,
+                     .friction = friction,
+                     .shaft_radius = feels_shaft ? geometry.shaft_radius : 0,
+                     .from_trocar = (tool.p_trocar_W - tool.X_WT.translation()).norm(),
+                     .tip_part = geometry.JawsLength()};
     };
     contacts_[0].Locate(motion(a));
     contacts_[1].Locate(motion(c));
@@ -64,8 +69,10 @@ class FeltBench {
   }
   Vector3d Hand(int t = 0) const { return contacts_[t].result().reaction_W; }
   const HapticForce& Felt(int t = 0) const { return contacts_[t].result(); }
+  const TipContacts& Contacts(int t = 0) const { return contacts_[t]; }
   TickContactPoint ContactPoint(int t = 0) const { return contacts_[t].contact_points()[0]; }
   const ToolPatch& Patch(int t = 0) { return patch_.Front().tools[t].main(); }
+  const ToolPatches& Patches(int t = 0) { return patch_.Front().tools[t]; }
   const OrganModel& model() const { return models_[0]; }
   const DeformationLoop& loop() const { return loop_; }
 
