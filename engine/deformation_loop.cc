@@ -184,6 +184,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
     trackers_[t].FillPatches(tools.tools[t], &organs_, &patch.tools[t]);
+    for (ToolPatch& place : patch.tools[t].places) place.time_ns = tools.time_ns;
   }
 }
 

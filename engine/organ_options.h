@@ -49,11 +49,33 @@ struct EnergyOptions {
                                 ///< returns to small strain below 0.8 times that.
 };
 
+/// Relaxation of a viscoelastic material by a generalised Maxwell law (maxwell_law.h). Each term is
+/// a share g_k of the instantaneous modulus and the time tau_k in which it relaxes.
+struct PronySeries {
+  static constexpr int kMaxTerms = 3;
+  static constexpr double kMaxShare = 0.9;  ///< Largest sum of the shares.
+  struct Term {
+    double share = 0;  ///< g, above 0.
+    double time = 0;   ///< tau, s, 0.001 to 1000.
+  };
+  int count = 0;  ///< 0: elastic.
+  std::array<Term, kMaxTerms> terms{};
+
+  /// Returns the sum of the shares.
+  double Share() const {
+    double sum = 0;
+    for (int k = 0; k < count; ++k) sum += terms[static_cast<std::size_t>(k)].share;
+    return sum;
+  }
+  /// Returns the instantaneous modulus over the long-term one.
+  double InstantaneousFactor() const { return 1 / (1 - Share()); }
+};
+
 struct MaterialOptions {
-  double young = 5000;         ///< Pa.
-  double poisson = 0.45;       ///< 0 <= nu < 0.5.
-  double density = 1060;       ///< kg/m^3.
-  double relaxation_time = 0;  ///< s.
+  double young = 5000;    ///< Pa, long-term modulus.
+  double poisson = 0.45;  ///< 0 <= nu < 0.5.
+  double density = 1060;  ///< kg/m^3.
+  PronySeries prony = {};
 };
 
 struct Box {

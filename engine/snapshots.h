@@ -124,14 +124,26 @@ struct WallStiffness {
   }
 };
 
+/// The memory of viscoelastic tissue at a point, one vector for each term.
+using BranchStrains = std::array<Vector3d, PronySeries::kMaxTerms>;
+
+/// Tissue without memory.
+inline BranchStrains NoBranchStrains() {
+  return {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+}
+
 /// A surface vertex near a tool, prefetched for the haptic loop.
 struct PatchPoint {
-  Vector3d p_original_W = Vector3d::Zero();  ///< Released position: without the tools' forces, m.
-  Vector3d normal_W = Vector3d::Zero();      ///< Outward unit normal there.
+  /// Released position: without the tools' forces, after the tissue's memory has faded, m.
+  Vector3d p_original_W = Vector3d::Zero();
+  Vector3d normal_W = Vector3d::Zero();  ///< Outward unit normal there.
   /// kLattice: compliance C of a contact at this vertex without ToolPatch::indentation, m/N,
   /// symmetric positive definite.
   Matrix3d compliance_W = Matrix3d::Zero();
   Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: compliance to the other tool's tip, m/N.
+  Vector3d tissue_W = Vector3d::Zero();    ///< Viscoelastic organ: present position, m.
+  /// Viscoelastic organ: w_k there (maxwell_law.h), m.
+  BranchStrains branches_W = NoBranchStrains();
   ReactionNode node;                       ///< kPaper.
   WallStiffness wall;                      ///< Rigid organ.
 };
@@ -202,6 +214,14 @@ struct ToolPatch : SolvedContact, SurfacePatch {
   OrganMotion motion;
   SurfacePatch far;  ///< No triangles if the mesh's own are large.
 
+  // kLattice, viscoelastic organ: its law, the time of the tool pose that the step used, and the
+  // contact's memory there. `compliance_W` and `p_original_W` are those after relaxation.
+  PronySeries prony;  ///< No terms: elastic.
+  Nanoseconds time_ns = 0;
+  BranchStrains branches_W = NoBranchStrains();  ///< Grasp: w_k of contact_W, m.
+  /// Press: force on the tissue that would remain after relaxation in this position, N.
+  Vector3d equilibrium_force_W = Vector3d::Zero();
+
   /// kLattice, press: local indentation under the tip. Its compliance, which depends on the force,
   /// is that of the contact less the mean of the points' over its triangle.
   LocalIndentation indentation;
@@ -209,7 +229,8 @@ struct ToolPatch : SolvedContact, SurfacePatch {
   // kLattice, press: pressed normal minus released normal, both means over the kernel of the
   // radius that the lattice resolves.
   Vector3d tilt_W = Vector3d::Zero();             ///< Under the step's forces.
-  Matrix3d tilt_compliance_W = Matrix3d::Zero();  ///< 1/N: change per further force at this tip.
+  /// 1/N: change per further equilibrium force at this tip.
+  Matrix3d tilt_compliance_W = Matrix3d::Zero();
 
   // Grasp: place of the grasped tissue in the jaws; it moves rigidly with them.
   Vector3d p_grasp_T = Vector3d::Zero();  ///< m, tool frame.

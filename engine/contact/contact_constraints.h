@@ -33,6 +33,8 @@ class ContactConstraints {
     LocalIndentation indentation;  ///< Press: unresolved local indentation by the tip, a ball.
     /// Further local compliance, m/N, symmetric.
     Matrix3d local_compliance_W = Matrix3d::Zero();
+    /// Displacement of the point beside the lattice's without any force, m (maxwell_memory.h).
+    Vector3d free_W = Vector3d::Zero();
     CoupledRow coupled;  ///< Local compliance to other rows (footprint.h), beside its own.
     Vector3d force_W = Vector3d::Zero();  ///< Result: force on the tissue, N.
     double slip = 0;  ///< Result: lag of the tissue behind `target` for a unit force, m/N.

@@ -75,7 +75,7 @@ void ContactSolver::AddOwnEquations(const ContactConstraints& contacts) {
       equation.force_W = is_press ? Vector3d(row.friction_W - row.normal_W) : equation.axis_W;
       equation.local_W = row.local_compliance_W * equation.force_W;
       double& change = change_[size_++];
-      change = equation.axis_W.dot(row.target_W - row.p_rest_W);
+      change = equation.axis_W.dot(row.target_W - row.p_rest_W - row.free_W);
       // Round-off must not make coincident contacts at rest contradict each other and slip.
       const double size = std::max(row.target_W.norm(), row.p_rest_W.norm());
       if (std::abs(change) <= kRoundOff * size) change = 0;

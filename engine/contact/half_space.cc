@@ -267,8 +267,7 @@ Matrix3d LocalIndentation::Compliance() const {
   return MeanKernelSinking() * (1 / radius_ - 1 / resolved_radius_) * factor_W_;
 }
 
-double LocalIndentation::BallYield(double f_n) const {
-  if (!indents()) return 0;
+double LocalIndentation::Yield(double f_n) const {
   const auto& [b_first, b_last, first, last] = Range();
   const double force = f_n / (E_star_ * radius_ * radius_), mean = MeanKernelSinking();
   double yield = first.approach / first.force;
@@ -280,8 +279,7 @@ double LocalIndentation::BallYield(double f_n) const {
   return yield / radius_ - mean / resolved_radius_;
 }
 
-double LocalIndentation::BallYieldRate(double f_n) const {
-  if (!indents()) return 0;
+double LocalIndentation::YieldRate(double f_n) const {
   const auto& [b_first, b_last, first, last] = Range();
   const double force = f_n / (E_star_ * radius_ * radius_), mean = MeanKernelSinking();
   double rate = first.approach / first.force;
@@ -293,8 +291,30 @@ double LocalIndentation::BallYieldRate(double f_n) const {
   return rate / radius_ - mean / resolved_radius_;
 }
 
-LocalIndentation LocalIndentation::UnderBall(double f_n) const {
+double LocalIndentation::BallYield(double f_n) const {
+  if (!indents()) return 0;
+  if (stiffening_ == 1 && dent_force_ == 0) return Yield(f_n);
+  const double further = f_n / stiffening_, force = dent_force_ + further;
+  // The difference below would be round-off.
+  if (further <= 1e-6 * dent_force_) return YieldRate(dent_force_) / stiffening_;
+  if (dent_force_ == 0) return Yield(force) / stiffening_;
+  return (force * Yield(force) - dent_force_ * Yield(dent_force_)) / f_n;
+}
+
+double LocalIndentation::BallYieldRate(double f_n) const {
+  if (!indents()) return 0;
+  return YieldRate(dent_force_ + f_n / stiffening_) / stiffening_;
+}
+
+LocalIndentation LocalIndentation::WithMemory(double stiffening, double dent_force) const {
   LocalIndentation indentation = *this;
+  indentation.stiffening_ = stiffening;
+  indentation.dent_force_ = dent_force;
+  return indentation;
+}
+
+LocalIndentation LocalIndentation::UnderBall(double f_n) const {
+  LocalIndentation indentation = WithMemory(1, 0);
   if (!indents()) return indentation;
   const double mean = MeanKernelSinking();
   indentation.radius_ = mean / (BallYield(f_n) + mean / resolved_radius_);
@@ -303,6 +323,16 @@ LocalIndentation LocalIndentation::UnderBall(double f_n) const {
 
 double LocalIndentation::PressingForce(double depth, double compliance, double along) const {
   if (!indents() || !(along > 0)) return depth / compliance;
+  if (stiffening_ == 1 && dent_force_ == 0) return Balance(depth, compliance, along);
+  const double of_equilibrium = stiffening_ * compliance;
+  const double dent = dent_force_ > 0 ? dent_force_ * Yield(dent_force_) : 0;
+  const double force =
+      Balance(depth + of_equilibrium * dent_force_ + along * dent, of_equilibrium, along);
+  return std::max(0.0, stiffening_ * (force - dent_force_));
+}
+
+// PressingForce without memory.
+double LocalIndentation::Balance(double depth, double compliance, double along) const {
   const auto& [b_first, b_last, first, last] = Range();
   const double mean = MeanKernelSinking();
   // In units of R and E*, with the share of the resolved kernel in k.

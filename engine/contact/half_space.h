@@ -72,6 +72,11 @@ inline double IndentationReach(double radius, double resolved_radius) {
 /// From a = R / (2 g_mean) on, where ball and kernel are equally stiff, delta grows as under the
 /// kernel: at delta = R f_n is 3 % below Sneddon's. Below a = R / 100 delta is proportional to f_n.
 ///
+/// In viscoelastic tissue a contact with known memory obeys the same law with the equilibrium force
+///     phi = dent_force + f_n / stiffening
+/// in place of f_n (IndentationMemory): the surface then sinks by phi q(phi) - dent_force
+/// q(dent_force) from its place without force.
+///
 /// Any thread, no allocation.
 class LocalIndentation {
  public:
@@ -96,6 +101,9 @@ class LocalIndentation {
   bool indents() const { return E_star_ > 0; }
   /// Returns the indentation by the kernel with which a rigid ball presses with `f_n` (N).
   LocalIndentation UnderBall(double f_n) const;
+  /// Returns the law of a contact with memory. `stiffening` >= 1; `dent_force` >= 0, N: the
+  /// equilibrium force without f_n.
+  LocalIndentation WithMemory(double stiffening, double dent_force) const;
   /// Returns q(f_n), 1/m: UnderBall(f_n) has the compliance q H.
   double BallYield(double f_n) const;
   /// Returns d(f_n q) / d f_n, 1/m.
@@ -111,11 +119,17 @@ class LocalIndentation {
   const Matrix3d& factor_W() const { return factor_W_; }
 
  private:
+  double Yield(double force) const;      // q of the law without memory, 1/m
+  double YieldRate(double force) const;  // d(f q)/df of the law without memory, 1/m
+  double Balance(double depth, double compliance, double along) const;
+
   Vector3d normal_W_ = Vector3d::UnitZ();
   Matrix3d factor_W_ = Matrix3d::Zero();  // H, m^2/N
   double radius_ = 1;
   double resolved_radius_ = 1;
-  double E_star_ = 0;  // Pa
+  double E_star_ = 0;      // Pa
+  double stiffening_ = 1;  // of a contact with memory
+  double dent_force_ = 0;  // N
 };
 
 }  // namespace hpdm

@@ -130,6 +130,18 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
   }
   for (int a = 0; a < tip_count_; ++a) {
     tips_[a].p_original_W = tips_[a].x_W;
+  }
+  for (int i = 0; i < row_count_; ++i) {
+    const Row& row = rows_[i];
+    if (row.memory.excess_W.isZero(0)) continue;
+    const Matrix3d share = share_.block<3, 3>(3 * i, 3 * row.tip).transpose();
+    Tip& tip = tips_[row.tip];
+    tip.p_original_W += share * row.memory.excess_W;
+    for (std::size_t k = 0; k < tip.branches_W.size(); ++k) {
+      tip.branches_W[k] += share * row.memory.branches_W[k];
+    }
+  }
+  for (int a = 0; a < tip_count_; ++a) {
     for (int c = 0; c < tip_count_; ++c) tips_[a].p_original_W -= Between(a, c) * tips_[c].force_W;
   }
 }

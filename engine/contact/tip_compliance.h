@@ -10,14 +10,21 @@
 
 namespace hpdm {
 
+/// The memory of viscoelastic tissue at a contact row's point (maxwell_memory.h), m.
+struct RowMemory {
+  Vector3d excess_W = Vector3d::Zero();          ///< MaxwellMemory::Excess, with the local part.
+  BranchStrains branches_W = NoBranchStrains();  ///< Of the point.
+};
+
 /// Condenses the tips that touch one organ, or are about to, to one point each (engine/README.md,
 /// section 4). A place where a shaft presses counts as a tip. A press has one row b, a grasp one row for each grasped point, which the jaws move
 /// together. Over the rows of all tips,
 ///     C_rows = B K^-1 B^T + C_loc
 ///     S = T^T C_rows^-1 T,   C = S^-1          T: identities stacked per tip
-///     f = T^T (row forces),   p_original = x - C f
+///     f = T^T (row forces),   p_original = x + excess - C f
 ///
-/// 1. p_original is the position of each tip's point x after all tips let go.
+/// 1. p_original is the position of each tip's point x after all tips let go and the tissue's memory
+///    has faded. `excess` is zero for elastic tissue (MaxwellMemory::Excess).
 /// 2. The point x of a press is its row's point. The point x of a grasp is the mean of its points
 ///    with the weights C_rows^-1 T C. About this point f has the least torque.
 /// 3. With presses only, C = C_rows.
@@ -36,12 +43,12 @@ class TipCompliance {
   int AddTip(int owner = 0);
   /// Adds a row to the last tip and returns its weights, all zero, to be filled in. `C_loc`: local
   /// compliance, m/N; `x_W`: present position of the point, m; `force_W`: force on the tissue
-  /// there, N; `coupled`: local compliance to other rows. At most kMaxToolRows rows, and one more
-  /// for each tip.
+  /// there, N; `coupled`: local compliance to other rows; `memory`: of viscoelastic tissue. At most
+  /// kMaxToolRows rows, and one more for each tip.
   auto AddRow(const Matrix3d& C_loc, const Vector3d& x_W, const Vector3d& force_W,
-              const CoupledRow& coupled = {}) {
+              const CoupledRow& coupled = {}, const RowMemory& memory = {}) {
     HPDM_CHECK(row_count_ < kMaxRows && tip_count_ > 0);
-    rows_[row_count_] = {tip_count_ - 1, C_loc, x_W, force_W, coupled};
+    rows_[row_count_] = {tip_count_ - 1, C_loc, x_W, force_W, coupled, memory};
     weights_.row(row_count_).setZero();
     return weights_.row(row_count_++);
   }
@@ -65,6 +72,7 @@ class TipCompliance {
     Vector3d p_original_W = Vector3d::Zero();  ///< m.
     /// Displacement of x that needs the same force as a rotation of all rows about x, m/rad.
     Matrix3d turn_W = Matrix3d::Zero();
+    BranchStrains branches_W = NoBranchStrains();  ///< m, of x.
   };
   const Tip& operator[](int tip) const { return tips_[tip]; }
   /// Returns the index of the other tool's tip, no shaft; -1 if that is not on the organ.
@@ -93,6 +101,7 @@ class TipCompliance {
     Vector3d x_W = Vector3d::Zero();
     Vector3d force_W = Vector3d::Zero();
     CoupledRow coupled;
+    RowMemory memory;
   };
 
   void FillRowCompliance(const LatticeCompliance& lattice);

@@ -7,7 +7,7 @@
 namespace hpdm {
 
 /// The energy that a deformation step minimises: finite strain with the share s, small strain with
-/// the share 1 - s, and a damper (viscous_recovery.h),
+/// the share 1 - s, and the branches of viscoelastic tissue (maxwell_memory.h),
 ///     E(U) = s E_finite(U) + (1 - s)/2 U^T K U + damping/2 (U - from)^T K (U - from),
 ///     K = d^2 E_finite / dU^2 at rest.
 /// The two strains agree to second order in U, so E is smooth in s.

@@ -92,6 +92,11 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
           BoundingLatticeBox(rest().vertices, options().X_WO.linear(), options().lattice.margin),
           options().lattice) {
   RequireLocalFunctions(options());
+  if (options().material.prony.count > 0 &&
+      options().energy.solver == SolverType::kGaussSeidel) {
+    throw InputError("organ \"" + options().name +
+                     "\": Prony terms need the solver Cholesky; change that or give none");
+  }
   const std::array<int, 3> cells = SamplingCells(options());
   if (options().lattice.basis == BasisType::kBSpline) {
     CheckMatrices(options(), LeastControlPoints(lattice_, rest(), options().lattice.cells));

@@ -13,8 +13,7 @@ OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanosec
                model.RefinementSlots(tools)),
       neighbourhoods(model.rest().triangles, model.topology()),
       relaxation(model.MakeRelaxation(model.RefinementSlots(tools), std::move(clock))),
-      recovery(model.options().material.relaxation_time,
-               static_cast<int>(control_displacements.rows())),
+      memory(model.options().material.prony, static_cast<int>(control_displacements.rows())),
       tips(static_cast<int>(control_displacements.rows())) {
   if (const CoarseSurface* coarse = model.coarse_surface(); coarse != nullptr) {
     coarse_neighbourhoods.emplace(coarse->triangles(), coarse->topology());

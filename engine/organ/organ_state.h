@@ -10,8 +10,8 @@
 #include "engine/contact/tip_compliance.h"
 #include "engine/mesh/collision.h"
 #include "engine/organ.h"
+#include "engine/solver/maxwell_memory.h"
 #include "engine/solver/relaxation.h"
-#include "engine/solver/viscous_recovery.h"
 
 namespace hpdm {
 
@@ -31,7 +31,7 @@ struct OrganState {
   NeighbourhoodSearch neighbourhoods;
   std::optional<NeighbourhoodSearch> coarse_neighbourhoods;  ///< On OrganModel::coarse_surface().
   std::unique_ptr<Relaxation> relaxation;
-  ViscousRecovery recovery;  ///< Wraps `relaxation`.
+  MaxwellMemory memory;      ///< Around `relaxation`.
   RelaxationResult relaxed;  ///< Outcome of the last relaxation.
   StepQuality quality;       ///< Set before each step.
 

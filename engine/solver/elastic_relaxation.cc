@@ -168,10 +168,6 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     at_rest_->SetActiveFunctions(active);
   }
 
-  bool IsQuadratic(const StepQuality& quality) const override {
-    return quality.finite_strain_blend == 0;
-  }
-
   const LatticeCompliance* compliance() const override { return this; }
 
   // Uses the last Newton step's tangent.
@@ -228,10 +224,12 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
 
   void StartDamping() {
     if (!(input_.damping > 0)) return;
+    trial_ = at_;
     Enter(*input_.damped_from);
     U_bar_ = at_.topRows(n_);
     energy_.Damp(input_.damping, U_bar_);
     potential_.Damp(Slots(at_));
+    at_ = trial_;
   }
 
   // The hand feels the elastic tangent without the damper, as with a quadratic energy.

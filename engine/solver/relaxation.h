@@ -14,7 +14,8 @@ namespace hpdm {
 /// m: an organ whose displacements are all smaller counts as still.
 inline constexpr double kStill = 1e-9;
 
-/// Inputs of a relaxation besides the contacts. A quadratic energy needs none of them.
+/// Inputs of a relaxation besides the contacts. A quadratic energy needs only `free` and `yield`.
+/// Viscoelastic tissue (maxwell_memory.h) gives both `damping` and these.
 struct RelaxationInput {
   StepQuality quality = {};
   /// > 0: the number of iterations after which to stop, in place of the time budget. A replay gives
@@ -59,10 +60,6 @@ class Relaxation {
 
   /// Sets the local functions in use, for compliance(); Relax does the same.
   virtual void SetActiveFunctions(const ActiveRefinement& /*active*/) {}
-
-  /// True if the energy is quadratic in this quality: a Relax then ignores its input, and viscous
-  /// tissue needs no damper in the energy (viscous_recovery.h).
-  virtual bool IsQuadratic(const StepQuality& /*quality*/) const { return true; }
 
   /// Returns the lattice's response to small changes of the loads, for the contact patch. It lives
   /// as long as the relaxation. nullptr if there is none; the hand then feels reaction "paper".

@@ -21,7 +21,7 @@ constexpr double kBack = 0.9;
 InversionRecovery::InversionRecovery(const OrganModel& model, const OrganState& state)
     : model_(model),
       lattice_organ_(model.lattice_organ()),
-      at_rest_(state.recovery),
+      at_rest_(state.memory),
       size_(lattice_organ_ != nullptr ? lattice_organ_->lattice().box().lengths.norm() : 0),
       sound_(Points::Zero(state.control_displacements.rows(), 3)) {
   if (lattice_organ_ != nullptr) scan_.emplace(lattice_organ_->inversion_detector());
@@ -44,7 +44,7 @@ void InversionRecovery::Begin(double dt, OrganState* state) {
     if (recovering_) reach = reach_ = std::min(demand_, sound_reach_ + stride_);
   }
   ReachFor(reach, state);
-  state->recovery.Begin(dt, *state->relaxation, state->contacts, &input_);
+  state->memory.Begin(dt, &state->contacts, &input_);
 }
 
 bool InversionRecovery::Rejects(const RelaxationResult& result, OrganState* state) {
@@ -57,14 +57,15 @@ bool InversionRecovery::Rejects(const RelaxationResult& result, OrganState* stat
   recovering_ = true;
   reach_ = sound_reach_ = kBack * std::min(sound_reach_, demand_);
   ReachFor(reach_, state);
+  state->memory.Cancel(&state->contacts);
   input_ = {.quality = state->quality, .stop_after = 1, .start = &sound_};
-  state->recovery.Begin(dt_, *state->relaxation, state->contacts, &input_);
+  state->memory.Begin(dt_, &state->contacts, &input_);
   return true;
 }
 
 void InversionRecovery::End(const RelaxationResult& result, OrganState* state) {
   SetTargetsBack(state);
-  state->recovery.End(state->contacts, &state->control_displacements);
+  state->memory.End(&state->contacts, &state->control_displacements);
   state->relaxed = result;
   if (attempt_ == Attempt::kSecond) {
     EndSecond(state);
@@ -102,7 +103,7 @@ void InversionRecovery::EndSecond(OrganState* state) {
   sound_.setZero();
   sound_reach_ = reach_ = 0;
   stride_ = kMinFirstLoadStep * demand_;
-  state->recovery = at_rest_;
+  state->memory = at_rest_;
   starts_at_rest_ = true;
   state->control_displacements.setZero();
   state->contacts.Clear();

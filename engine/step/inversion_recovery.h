@@ -28,7 +28,7 @@ namespace hpdm {
 /// - in small strain, which is linear: the inversion disappears with its demand. A scan of tissue
 ///   that cannot be cleared at once takes up to a second of steps;
 /// - while adaptive strain blends both measures (blended_energy.h);
-/// - in viscous tissue after its release, which is a damped return already.
+/// - in viscoelastic tissue after its release, which is a damped return already.
 ///
 /// The tools are not held back: the haptic force grows with depth on the stiffness of the sound
 /// state, and the guard bounds it (force_guard.h). All decisions follow from tools, step times and
@@ -89,7 +89,7 @@ class InversionRecovery {
   const OrganModel& model_;
   const LatticeOrgan* lattice_organ_;                 // nullptr for other models
   std::optional<InversionDetector::ScanState> scan_;  // lattice organs only
-  const ViscousRecovery at_rest_;
+  const MaxwellMemory at_rest_;
   double size_;                  // m: the lattice's box
   int stop_after_ = 0;           // iterations of the next Relax; 0: no limit
   bool starts_at_rest_ = false;  // the next Relax starts at rest

@@ -54,7 +54,7 @@ void OrganStep::Refine(std::span<const Vector3d> p_rest_W, std::uint64_t step) {
   bool changed = false;
   for (int s = 0; s < active.slots(); ++s) {
     const int row = model_->control_points() + s;
-    state_.recovery.ScaleRow(row, active.Kept(s));
+    state_.memory.ScaleRow(row, active.Kept(s));
     if (!active.Changed(s)) continue;
     state_.control_displacements.row(row).setZero();
     inversion_recovery_.ResetRow(row);
@@ -129,7 +129,7 @@ bool OrganStep::IsPressedByOrgans() const {
 // in progress must end first.
 bool OrganStep::AtRest() const {
   return state_.contacts.tool_rows() == 0 && !IsPressedByOrgans() &&
-         state_.control_displacements.isZero(0) && state_.recovery.AtRest() &&
+         state_.control_displacements.isZero(0) && state_.memory.AtRest() &&
          state_.relaxation->AtRest() && !inversion_recovery_.inverted();
 }
 
@@ -164,7 +164,14 @@ void OrganStep::FillSnapshot(OrganSnapshot* shape) const {
         function < 0 ? -1 : model_->refinement_basis()->finer().kept()[function];
   }
   shape->indentation_count = 0;
-  for (int i = 0; i < state_.contacts.size(); ++i) {
+  for (const MaxwellMemory::Dent& dent : state_.memory.dents()) {
+    const Vector3d& force_W = dent.memory.equilibrium_force_W();
+    const double pressing = -dent.indentation.normal_W().dot(force_W);
+    if (!dent.used || !dent.indentation.indents() || !(pressing > 0)) continue;
+    shape->indentations[shape->indentation_count++] =
+        AppliedIndentation(dent.indentation.UnderBall(pressing), dent.p_rest_W, force_W);
+  }
+  for (int i = 0; i < state_.contacts.size() && state_.memory.IsElastic(); ++i) {
     const ContactConstraints::Row& row = state_.contacts[i];
     if (!row.indentation.indents() || !(row.f_n() > 0)) continue;
     if (shape->indentation_count == kMaxInstruments) break;

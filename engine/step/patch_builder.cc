@@ -39,6 +39,13 @@ void FillPaperNode(const OrganModel& model, int vertex, const PaperReaction& rea
   }
 }
 
+// Returns the position of a vertex with row b after all tips let go and its memory has faded.
+Vector3d ReleasedVertex(const SparseRow& b, int vertex, const OrganState& state) {
+  Vector3d x_W = state.vertices.row(vertex);
+  if (!state.memory.IsElastic()) x_W += state.memory.Excess(state.memory.BranchesAt(b));
+  return state.tips.Released(b, x_W);
+}
+
 // Returns G with G `from` G^T = `to`; the identity if one of them is not positive definite.
 Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
   const Eigen::LLT<Matrix3d> root_from(from), root_to(to);
@@ -58,6 +65,7 @@ int OtherTip(const TipContact& contact, const TipCompliance& tips) {
 struct CondensedPlace {
   Vector3d x_W, p_original_W;
   Matrix3d compliance_W;
+  BranchStrains branches_W;
 };
 
 // Returns the contact's condensed tip. A shaft that does not touch has none: then its press alone,
@@ -66,13 +74,21 @@ CondensedPlace Condensed(const TipContact& contact, const TipPress& press, const
                          OrganState* state) {
   if (contact.tip >= 0) {
     const TipCompliance::Tip& tip = state->tips[contact.tip];
-    return {tip.x_W, tip.p_original_W, state->tips.Between(contact.tip, contact.tip)};
+    return {tip.x_W, tip.p_original_W, state->tips.Between(contact.tip, contact.tip),
+            tip.branches_W};
   }
   const Vector3d x_W = contact.at.Position(state->vertices, model.rest().triangles);
   const SparseRow b = press.KernelRow(model, state);
-  return {x_W, state->tips.Released(b, x_W),
+  BranchStrains branches_W = NoBranchStrains();
+  Vector3d relaxed_W = x_W;
+  if (!state->memory.IsElastic()) {
+    branches_W = state->memory.BranchesAt(b);
+    relaxed_W += state->memory.Excess(branches_W);
+  }
+  return {x_W, state->tips.Released(b, relaxed_W),
           state->relaxation->compliance()->PointCompliance(b.Head(model.control_points())) +
-              contact.C_loc_W};
+              contact.C_loc_W,
+          branches_W};
 }
 
 }  // namespace
@@ -85,6 +101,9 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
                                       OrganState* state, ToolPatch* patch) {
   const CondensedPlace place = Condensed(contact, press, model, state);
   patch->reaction = ReactionType::kLattice;
+  patch->prony = state->memory.prony();
+  patch->branches_W = place.branches_W;
+  patch->equilibrium_force_W = contact.equilibrium_force_W;
   patch->contact_W = place.x_W;
   patch->p_original_W = place.p_original_W;
   patch->compliance_W = place.compliance_W;
@@ -114,7 +133,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     const int v = model.rest().triangles(contact.at.triangle, k);
     const double weight = contact.at.barycentric[k];
     const SparseRow b = VertexRow(model, v, state);
-    p_original += weight * state->tips.Released(b, state->vertices.row(v));
+    p_original += weight * ReleasedVertex(b, v, *state);
     compliance += weight * state->vertex_compliances[v];
     if (has_other) coupling += weight * state->tips.Coupling(b, other);
   }
@@ -125,6 +144,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     for (int i = 0; i < surface->point_count; ++i) {
       PatchPoint& point = surface->points[i];
       point.p_original_W += further;
+      point.tissue_W += further;
       point.compliance_W = (G * point.compliance_W * G.transpose() + contact.C_wall_W).eval();
       point.coupling_W += more_coupling;
     }
@@ -139,6 +159,9 @@ void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
   patch->coupling_count = 0;
   patch->tilt_W.setZero();
   patch->tilt_compliance_W.setZero();
+  patch->prony = {};
+  patch->branches_W = NoBranchStrains();
+  patch->equilibrium_force_W.setZero();
   patch->indentation = {};
   patch->contact_W = tool_W.X_WT.translation();
   patch->motion = {};
@@ -252,7 +275,11 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
       continue;
     }
     const SparseRow b = VertexRow(model, v, state);
-    point.p_original_W = state->tips.Released(b, state->vertices.row(v));
+    point.p_original_W = ReleasedVertex(b, v, *state);
+    if (!state->memory.IsElastic()) {
+      point.tissue_W = state->vertices.row(v);
+      point.branches_W = state->memory.BranchesAt(b);
+    }
     point.compliance_W = state->vertex_compliances[v];
     point.coupling_W = other >= 0 ? state->tips.Coupling(b, other) : Matrix3d::Zero();
   }

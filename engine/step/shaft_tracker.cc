@@ -299,6 +299,7 @@ void ShaftTracker::AddTips(std::vector<OrganStep>* organs) {
     TipContact& contact = place.contact;
     contact.touching = contact.alone = false;
     contact.force_W.setZero();
+    contact.equilibrium_force_W.setZero();
     contact.tip = -1;
     if (contact.organ < 0) continue;
     const OrganModel& model = (*organs)[contact.organ].model();

@@ -27,9 +27,11 @@ struct TipContact {
 
   bool is_shaft() const { return !axis_W.isZero(0); }
   // Set after the relaxation:
-  int row = -1;                         ///< Press: its contact row; -1: none.
-  bool touching = false;                ///< The tip carried a force.
-  Vector3d force_W = Vector3d::Zero();  ///< On the tissue, by tip or jaws, N.
+  int row = -1;                                     ///< Press: its contact row; -1: none.
+  bool touching = false;                            ///< The tip carried a force.
+  Vector3d force_W = Vector3d::Zero();              ///< On the tissue, by tip or jaws, N.
+  Vector3d equilibrium_force_W = Vector3d::Zero();  ///< Press on viscoelastic tissue: the force
+                                                    ///< that would remain after relaxation, N.
   int tip = -1;        ///< Index among the organ's tips; -1: reaction "paper", or `alone`.
   bool alone = false;  ///< A shaft near the organ that does not touch it: felt, but no tip.
   Matrix3d C_loc_W = Matrix3d::Zero();   ///< Local compliance of the press row, m/N.

@@ -252,6 +252,7 @@ void ToolTracker::AddTips(std::vector<OrganStep>* organs) {
     TipContact& contact = place.contact;
     contact.touching = false;
     contact.force_W.setZero();
+    contact.equilibrium_force_W.setZero();
     contact.C_loc_W.setZero();
     contact.tip = -1;
     if (contact.organ >= 0) AddTip(&(*organs)[contact.organ], &place);
@@ -281,8 +282,14 @@ void ToolTracker::AddTip(OrganStep* organ, Place* place) {
   const Vector3d x_W =
       contact.at.Position(state.vertices, model.rest().triangles) +
       CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
-  place->press.AddKernelToRow(model, state,
-                              state.tips.AddRow(contact.C_loc_W, x_W, Vector3d::Zero()));
+  auto kernel = state.tips.ScratchRow();
+  place->press.AddKernelToRow(model, state, kernel);
+  RowMemory memory;
+  if (!state.memory.IsElastic()) {
+    memory.branches_W = state.memory.BranchesAt(state.tips.Compress(kernel));
+    memory.excess_W = state.memory.Excess(memory.branches_W);
+  }
+  state.tips.AddRow(contact.C_loc_W, x_W, Vector3d::Zero(), {}, memory) = kernel;
 }
 
 void ToolTracker::FillPatches(const ToolPose& tool, std::vector<OrganStep>* organs,

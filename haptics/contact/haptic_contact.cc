@@ -41,20 +41,29 @@ constexpr double kFlat = 1;
 constexpr int kMaxAdvances = 8;
 constexpr double kShaftTouches = 1e-4;  // m, while it still moves
 
+// s. A contact that has carried no force for so long takes up the memory of the newest patch, which
+// knows of its end: two steps at 30 Hz, and the delay of a patch.
+constexpr double kForgets = 0.15;
+
 // m. A contact that must slide this far beyond the mesh's triangles of the patch leaves them.
 constexpr double kBeyondPatch = 0.001;
 
 }  // namespace
 
 template <class Value>
-Value HapticContact::AtFoot(Value PatchPoint::*member) const {
-  return foot_.weights[0] * (points()[foot_.corners[0]].*member) +
-         foot_.weights[1] * (points()[foot_.corners[1]].*member) +
-         foot_.weights[2] * (points()[foot_.corners[2]].*member);
+Value HapticContact::At(const Place& place, Value PatchPoint::*member) const {
+  const auto& points = place.on_far ? patch_->far.points : patch_->points;
+  const SurfaceFoot& foot = place.foot;
+  return foot.weights[0] * (points[foot.corners[0]].*member) +
+         foot.weights[1] * (points[foot.corners[1]].*member) +
+         foot.weights[2] * (points[foot.corners[2]].*member);
 }
 
 HapticContact::HapticContact(double period, Part part)
-    : fade_(std::exp(-period / kFade)), part_(part) {}
+    : period_(period),
+      fade_(std::exp(-period / kFade)),
+      part_(part),
+      patch_tissue_{Vector3d::Zero(), NoBranchStrains()} {}
 
 void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   const bool same_organ = patch_ != nullptr && organ_ == patch.organ;
@@ -65,6 +74,8 @@ void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   far_surface_.Build(patch.far);
   is_new_ = true;
   is_patch_new_ = true;
+  if (!same_organ || !IsViscous()) memory_.known = false;
+  if (memory_.known && !memory_of_grasp_) FindMemoryAgain();
   if (!touching_) return;
   if (!same_organ || !FindAgain()) {
     LoseContact();
@@ -82,6 +93,7 @@ bool HapticContact::FindAgain() {
 void HapticContact::ClearPatch() noexcept {
   patch_ = nullptr;
   organ_ = -1;
+  memory_.known = false;
   LoseContact();
 }
 
@@ -100,11 +112,17 @@ void HapticContact::Locate(TipPose tip) noexcept {
   if (patch_ != nullptr) organ_offset_W_ = patch_->motion.Offset(tip.time_ns);
   if (patch_ != nullptr) tip.X_WT.translation() -= organ_offset_W_;
   if (part_ == Part::kShaft) MoveToShaft(&tip);
+  step_ = {};
+  if (IsViscous()) {
+    const double elapsed = started_ ? ToSeconds(tip.time_ns - time_ns_) : 0;
+    step_ = MaxwellStep(patch_->prony, elapsed > 0 ? elapsed : period_);
+  }
   const bool holds = organ_ >= 0 && patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo;
   if (!holds) {
     slip_T_.setZero();
     slip_length_ = 0;
   }
+  if (memory_of_grasp_ && !holds) memory_.known = memory_of_grasp_ = false;
   if (organ_ < 0) {
     LoseContact();
   } else if (holds) {
@@ -113,6 +131,8 @@ void HapticContact::Locate(TipPose tip) noexcept {
   } else {
     LocatePress(&tip);
   }
+  time_ns_ = tip.time_ns;
+  X_WT_last_ = tip.X_WT;
   p_tip_last_W_ = tip.X_WT.translation();
   result_.p_tip_organ_W = p_tip_last_W_;
   started_ = true;
@@ -126,21 +146,40 @@ HapticForce HapticContact::Evaluate(const TipPose& tip) noexcept {
 
 void HapticContact::LocateGrasp(const TipPose& tip) {
   R_WT_ = tip.X_WT.linear();
-  Vector3d p_W = tip.X_WT * (patch_->p_grasp_T + slip_T_ - patch_->slip_T);
   result_.organ = organ_;
   result_.kind = ContactKind::kGrasp;
   if (patch_->reaction == ReactionType::kPaper) {
+    const Vector3d p_W = tip.X_WT * (patch_->p_grasp_T + slip_T_ - patch_->slip_T);
     result_.reaction_W = ForceOnHand(patch_->grasp_node, p_W - patch_->p_original_W);
     return;
   }
-  const Eigen::AngleAxisd turned(Matrix3d(R_WT_ * patch_->R_WT.transpose()));
-  p_W += patch_->turn_W * (turned.angle() * turned.axis());
   in_lattice_ = true;
   tip_ = {.holds = true,
           .p_original_W = patch_->p_original_W,
           .compliance_W = patch_->compliance_W,
-          .p_current_W = p_W};
+          .p_current_W = HeldPoint(tip.X_WT)};
   coupling_W_ = patch_->coupling_W;
+  if (!IsViscous()) return;
+  if (!memory_.known || !memory_of_grasp_) {
+    memory_ = {};
+    memory_.known = memory_of_grasp_ = true;
+    memory_.tissue = {patch_->contact_W, patch_->branches_W};
+    step_ = MaxwellStep(patch_->prony, std::max(period_, ToSeconds(tip.time_ns - patch_->time_ns)));
+  } else if (is_new_) {  // the same tissue, as the new patch describes it
+    memory_.tissue.at = HeldPoint(X_WT_last_);
+  }
+  Vector3d memory_W;
+  memory_.tissue.Memory(step_, tip_.p_original_W, &memory_W);
+  tip_.p_original_W -= memory_W / step_.stiffening;
+  tip_.compliance_W /= step_.stiffening;
+  coupling_W_ /= step_.stiffening;
+}
+
+// Returns the point that jaws at this pose hold, moved as their turn since the step acts.
+Vector3d HapticContact::HeldPoint(const Isometry3d& X_WT) const {
+  const Eigen::AngleAxisd turned(Matrix3d(X_WT.linear() * patch_->R_WT.transpose()));
+  return X_WT * (patch_->p_grasp_T + slip_T_ - patch_->slip_T) +
+         patch_->turn_W * (turned.angle() * turned.axis());
 }
 
 double HapticContact::DistanceTo(const ToolPatch& patch) const noexcept {
@@ -331,6 +370,7 @@ void HapticContact::EvaluateAtFoot(const TipPose& tip) {
     tip_.compliance_W = AtFoot(&PatchPoint::compliance_W);
     tip_.indentation = patch_->indentation;
     coupling_W_ = AtFoot(&PatchPoint::coupling_W);
+    if (IsViscous()) ApplyMemory();
   }
   if (part_ == Part::kShaft) {
     end_on_ = axis_W_.dot(tip_.normal_W);
@@ -338,6 +378,110 @@ void HapticContact::EvaluateAtFoot(const TipPose& tip) {
   }
   if (patch_->rigid) tip_.compliance_W = WallAtFoot().Compliance(tip_.normal_W);
   tip_.depth = tip_.normal_W.dot(tip_.p_original_W - tip.X_WT.translation()) + tip.tip_radius;
+}
+
+bool HapticContact::IsViscous() const {
+  return patch_ != nullptr && patch_->organ >= 0 && patch_->prony.count > 0 &&
+         patch_->reaction == ReactionType::kLattice;
+}
+
+Vector3d HapticContact::PositionOf(const Place& place) const {
+  return (place.on_far ? far_surface_ : surface_).Position(place.foot);
+}
+
+// Returns how far the curved surface lies outside of its flat triangle, m.
+Vector3d HapticContact::OffsetOf(const Place& place) const {
+  return (place.on_far ? far_surface_ : surface_).Offset(place.foot);
+}
+
+// Returns the tissue as the patch's step left it, held in place since then.
+MaxwellState<Vector3d> HapticContact::TissueOfPatch(const Place& place) const {
+  MaxwellState<Vector3d> tissue{At(place, &PatchPoint::tissue_W) + OffsetOf(place),
+                                NoBranchStrains()};
+  const auto& points = place.on_far ? patch_->far.points : patch_->points;
+  const double age = std::max(0.0, ToSeconds(time_ns_ - patch_->time_ns));
+  for (int i = 0; i < patch_->prony.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    for (int j = 0; j < 3; ++j) {
+      tissue.branches[k] += place.foot.weights[j] *
+                            points[place.foot.corners[static_cast<std::size_t>(j)]].branches_W[k];
+    }
+    tissue.branches[k] *= std::exp(-age / patch_->prony.terms[k].time);
+  }
+  return tissue;
+}
+
+HapticContact::Memory HapticContact::MemoryAtFoot() const {
+  const Place here{on_far_, foot_};
+  if (!memory_.known || memory_of_grasp_) return {true, TissueOfPatch(here), {}};
+  const double way = (PositionOf(here) - p_memory_W_).norm();
+  if (way == 0) return memory_;
+  Memory memory{true, TissueOfPatch(here), memory_.dent};
+  const double kept = std::exp(-way / patch_->indentation.resolved_radius());
+  memory.tissue.at += kept * (memory_.tissue.at - patch_tissue_.at);
+  for (std::size_t k = 0; k < memory.tissue.branches.size(); ++k) {
+    memory.tissue.branches[k] += kept * (memory_.tissue.branches[k] - patch_tissue_.branches[k]);
+  }
+  memory.dent.Slide(way, patch_->indentation.radius());
+  return memory;
+}
+
+// Finds the remembered tissue on a new patch.
+void HapticContact::FindMemoryAgain() {
+  SurfaceFoot& foot = memory_place_.foot;
+  const Vector3d weights = foot.weights;
+  memory_place_.on_far = !surface_.Has(foot.mesh_triangle) && !far_surface_.empty() &&
+                         !surface_.Covers(p_memory_W_) &&
+                         far_surface_.Find(-1, weights, p_memory_W_, &foot);
+  memory_.known =
+      memory_place_.on_far || surface_.Find(foot.mesh_triangle, weights, p_memory_W_, &foot);
+  if (!memory_.known) return;
+  p_memory_W_ = PositionOf(memory_place_);
+  patch_tissue_ = TissueOfPatch(memory_place_);
+}
+
+// Sets what the tissue at the foot shows to a force of this tick.
+void HapticContact::ApplyMemory() {
+  present_ = MemoryAtFoot();
+  Vector3d memory_W, dent_W;
+  present_.tissue.Memory(step_, tip_.p_original_W, &memory_W);
+  p_free_W_ = tip_.p_original_W - memory_W / step_.stiffening;
+  tip_.indentation = present_.dent.Law(patch_->indentation, step_, &dent_W);
+  tip_.p_original_W = p_free_W_ + dent_W;
+  tip_.compliance_W /= step_.stiffening;
+  coupling_W_ /= step_.stiffening;
+}
+
+// Ends the tick of viscoelastic tissue. `moved_W`: displacement by the other tip, m.
+void HapticContact::Remember(const Vector3d& force_on_tissue_W, const Vector3d& moved_W) {
+  if (!IsViscous()) return;
+  if (!in_lattice_) {
+    if (memory_.known) Recover();
+    return;
+  }
+  if (tip_.holds) {
+    memory_.tissue.Advance(step_, tip_.p_current_W);
+    return;
+  }
+  unpressed_ = force_on_tissue_W.squaredNorm() > 0 || !memory_.known ? 0 : unpressed_ + period_;
+  memory_ = present_;
+  memory_.tissue.Advance(step_, p_free_W_ + tip_.compliance_W * force_on_tissue_W + moved_W);
+  memory_.dent.Advance(step_, force_on_tissue_W);
+  memory_.known = unpressed_ < kForgets;
+  memory_place_ = {on_far_, foot_};
+  p_memory_W_ = PositionOf(memory_place_);
+  patch_tissue_ = TissueOfPatch(memory_place_);
+}
+
+// The tissue where the tip has been returns by itself.
+void HapticContact::Recover() {
+  unpressed_ += period_;
+  memory_.known = unpressed_ < kForgets;
+  const Vector3d p_inf_W = At(memory_place_, &PatchPoint::p_original_W) + OffsetOf(memory_place_);
+  Vector3d memory_W;
+  memory_.tissue.Memory(step_, p_inf_W, &memory_W);
+  memory_.tissue.Advance(step_, p_inf_W - memory_W / step_.stiffening);
+  memory_.dent.Advance(step_, Vector3d::Zero());
 }
 
 WallStiffness HapticContact::WallAtFoot() const {
@@ -367,12 +511,14 @@ Vector3d HapticContact::Lean() const {
 // Uses the f_n of the last tick but the direction of the normal to be found. With both from the
 // last tick they would oscillate.
 Vector3d HapticContact::PressedNormal() const {
+  const bool viscous = IsViscous();
   const Vector3d stands_W = foot_.normal_W + patch_->tilt_W + Lean();
-  const double pressing = -force_W_.dot(foot_.normal_W);
+  const Vector3d& force_W = viscous ? memory_.dent.equilibrium_force_W() : force_W_;
+  const Vector3d& step_force_W = viscous ? patch_->equilibrium_force_W : patch_->force_on_tissue_W;
+  const double pressing = -force_W.dot(foot_.normal_W);
   const Matrix3d turn = pressing * patch_->tilt_compliance_W;
-  const Vector3d n =
-      (Matrix3d::Identity() + turn).inverse() *
-      (stands_W - patch_->tilt_compliance_W * patch_->force_on_tissue_W + turn * friction_W_);
+  const Vector3d n = (Matrix3d::Identity() + turn).inverse() *
+                     (stands_W - patch_->tilt_compliance_W * step_force_W + turn * friction_W_);
   const Vector3d further_W = n - stands_W;
   const double share = std::min(1.0, kMaxTilt / std::max(further_W.norm(), 1e-300));
   if (!further_W.allFinite()) return stands_W.stableNormalized();
@@ -572,6 +718,7 @@ void HapticContact::Apply() noexcept {
   } else {
     found_W_.setZero();
   }
+  Remember(found_W_, moved_W_);
   FadeIn();
   if (part_ == Part::kShaft) CountAtTip();
 }
@@ -614,7 +761,10 @@ void HapticContact::FindForces(HapticContact* a, HapticContact* c) noexcept {
     return;
   }
   // Each foot's coupling assumes the other tip at its place in the step.
-  const Matrix3d coupling_W = a->coupling_W_ + c->coupling_W_.transpose() - a->patch_->coupling_W;
+  // The first tick of a grasp may have another stiffening than the other tip's.
+  const Matrix3d coupling_W =
+      a->coupling_W_ + c->coupling_W_.transpose() -
+      a->patch_->coupling_W / std::sqrt(a->step_.stiffening * c->step_.stiffening);
   Vector3d &force_a_W = a->found_W_, &force_c_W = c->found_W_;
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
   const Vector3d way_a_T = a->WayInJaws(force_a_W), way_c_T = c->WayInJaws(force_c_W);

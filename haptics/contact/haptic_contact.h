@@ -1,5 +1,7 @@
 #pragma once
 
+#include "engine/contact/indentation_memory.h"
+#include "engine/energy/maxwell_law.h"
 #include "engine/snapshots.h"
 #include "haptics/contact/lattice_reaction.h"
 #include "haptics/contact/patch_surface.h"
@@ -89,6 +91,17 @@ struct HapticForce {
 /// 5. A patch that covers one part of the shaft keeps its contact there (ShaftPart).
 /// The rotation of the shaft about its axis does not rub.
 ///
+/// Viscoelastic organ (ToolPatch::prony): p_original and C above are those that tissue with its
+/// present memory shows to a force of this tick (maxwell_law.h),
+///     p_original = p_inf - memory / stiffening,   C = C_inf / stiffening.
+/// 1. The memory under a tip follows the tick's own motion. A patch does not change it, so a held
+///    contact relaxes by the law, whatever the steps do.
+/// 2. It belongs to the tissue. A contact that moves from s to s' has the patch's tissue at s' plus
+///    what the tick's own motion added at s; that part fades over the radius that the lattice
+///    resolves. The dent under the tip has its own memory (indentation_memory.h).
+/// 3. After a contact the tissue recovers in the tick too, until patches know of the release.
+/// 4. A grasp begins with the step's memory of the held tissue.
+///
 /// Hand-over: The jump that a new patch makes in the force is faded out with the time constant
 /// kFade. So the arrival of a patch is not felt as a step. If the new patch has no place for the
 /// contact, its force fades out in the same way. The jump of a contact that moves from the mesh's
@@ -171,8 +184,34 @@ class HapticContact {
   void LeavePatch(const TipPose& tip);
   const PatchSurface& surface() const { return on_far_ ? far_surface_ : surface_; }
   const auto& points() const { return on_far_ ? patch_->far.points : patch_->points; }
+  // Place of a contact on one of the patch's surfaces.
+  struct Place {
+    bool on_far = false;
+    SurfaceFoot foot;
+  };
+  // Viscoelastic tissue under the tip.
+  struct Memory {
+    bool known = false;
+    MaxwellState<Vector3d> tissue{Vector3d::Zero(), NoBranchStrains()};  // position without dent, m
+    IndentationMemory dent;
+  };
+
   template <class Value>
-  Value AtFoot(Value PatchPoint::*member) const;
+  Value At(const Place& place, Value PatchPoint::*member) const;
+  template <class Value>
+  Value AtFoot(Value PatchPoint::*member) const {
+    return At({on_far_, foot_}, member);
+  }
+  bool IsViscous() const;
+  Vector3d PositionOf(const Place& place) const;
+  Vector3d OffsetOf(const Place& place) const;
+  MaxwellState<Vector3d> TissueOfPatch(const Place& place) const;
+  Memory MemoryAtFoot() const;
+  void FindMemoryAgain();
+  void ApplyMemory();
+  void Remember(const Vector3d& force_on_tissue_W, const Vector3d& moved_W);
+  void Recover();
+  Vector3d HeldPoint(const Isometry3d& X_WT) const;
   bool Slide(const TipPose& tip);
   Vector3d TangentialOffset(const TipPose& tip) const;
   void EvaluateAtFoot(const TipPose& tip);
@@ -190,7 +229,8 @@ class HapticContact {
   void SlipInJaws(const Vector3d& way_T);
   void LoseContact();
 
-  double fade_;  // factor on offset_W_ per tick
+  double period_;  // s
+  double fade_;    // factor on offset_W_ per tick
   Part part_;
   const ToolPatch* patch_ = nullptr;
   int organ_ = -1;            // of the patch, -1 for none: SetPatch must not read the patch before
@@ -238,6 +278,19 @@ class HapticContact {
   Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the foot, to the other tip's step place
   Vector3d pushed_W_ = Vector3d::Zero();    // displacement by PushTo, in tip_
   Vector3d found_W_ = Vector3d::Zero();     // force on the tissue, N
+
+  // Viscoelastic organ.
+  MaxwellStep step_;                        // since the last tick
+  Nanoseconds time_ns_ = 0;                 // of the last tick
+  Memory memory_;                           // after the last tick
+  bool memory_of_grasp_ = false;            // memory_.tissue is that of the held point
+  double unpressed_ = 0;                    // s, since memory_ carried a force
+  Place memory_place_;                      // press: where memory_ is
+  Vector3d p_memory_W_ = Vector3d::Zero();  // the same, m
+  MaxwellState<Vector3d> patch_tissue_;     // the patch's tissue there
+  Memory present_;                          // at the foot of this tick, before its force
+  Vector3d p_free_W_ = Vector3d::Zero();    // tissue there without this tick's force or dent, m
+  Isometry3d X_WT_last_ = Isometry3d::Identity();  // relative to the organ's breathing offset
 
   // Hand-over between patches.
   bool is_new_ = false;      // the patch is new

@@ -24,8 +24,9 @@ inline constexpr std::string_view kMotionKeys[] = {"displacement", "frequency"};
 inline constexpr std::string_view kEnergyKeys[] = {
     "type",          "strain",     "law", "solver", "domain", "alpha", "beta", "newton_iterations",
     "newton_budget", "finite_from"};
-inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density",
+inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "density", "prony",
                                                      "relaxation_time"};
+inline constexpr std::string_view kPronyKeys[] = {"share", "time"};
 inline constexpr std::string_view kRegionKeys[] = {"box", "box_fraction", "sphere", "young"};
 inline constexpr std::string_view kSupportKeys[] = {"box", "box_fraction", "sphere", "fixed",
                                                     "stiffness"};
@@ -103,6 +104,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.lattice", kLatticeKeys},
     {"organ.energy", kEnergyKeys},
     {"organ.material", kMaterialKeys},
+    {"organ.material.prony", kPronyKeys},
     {"organ.region", kRegionKeys},
     {"organ.region.box", kBoxKeys},
     {"organ.region.box_fraction", kBoxKeys},

@@ -126,12 +126,33 @@ EnergyOptions ReadEnergy(const TableReader& table) {
   return energy;
 }
 
+void ReadProny(const TableReader& table, PronySeries* prony) {
+  for (const TableReader& read : table.Tables("prony", kPronyKeys, PronySeries::kMaxTerms)) {
+    PronySeries::Term& term = prony->terms[static_cast<std::size_t>(prony->count++)];
+    read.Require("share", "give the share of the instantaneous modulus that relaxes");
+    read.Require("time", "give the time in which it relaxes, in s");
+    read.ReadNumber("share", {.min = 0.001, .max = PronySeries::kMaxShare}, &term.share);
+    read.ReadNumber("time", {.min = 0.001, .max = 1000, .unit = "s"}, &term.time);
+    constexpr double kRoundOff = 1e-9;
+    if (prony->Share() > PronySeries::kMaxShare + kRoundOff) {
+      read.Fail("share", "makes the sum of the shares exceed 0.9",
+                "give smaller shares: young, the modulus that remains, is at least a tenth of the "
+                "instantaneous one");
+    }
+  }
+}
+
 MaterialOptions ReadMaterial(const TableReader& table) {
   MaterialOptions material;
   table.ReadNumber("young", Interval::Positive(1e12, "Pa"), &material.young);
   table.ReadNumber("poisson", {.min = 0, .max = 0.5, .below_max = true}, &material.poisson);
   table.ReadNumber("density", Interval::Positive(30000, "kg/m^3"), &material.density);
-  table.ReadNumber("relaxation_time", Interval::NotNegative(1000, "s"), &material.relaxation_time);
+  ReadProny(table, &material.prony);
+  double relaxation_time = 0;
+  table.ReadNumber("relaxation_time", Interval::NotNegative(1000, "s"), &relaxation_time);
+  table.RefuseOthers("relaxation_time", {0}, "was replaced by Prony terms",
+                     "remove the key; [[organ.material.prony]] share = 0.5, time = 0.3 relaxes half "
+                     "of the force in 0.3 s");
   return material;
 }
 
@@ -260,14 +281,14 @@ OrganOptions ReadOrgan(const TableReader& table) {
   }
   if (const auto material = table.Table("material", kMaterialKeys)) {
     organ.material = ReadMaterial(*material);
-    if (organ.model != OrganModelType::kHpdm && material->Has("relaxation_time")) {
-      material->Fail("relaxation_time", "needs model = \"hpdm\"",
+    if (organ.model != OrganModelType::kHpdm && material->Has("prony")) {
+      material->Fail("prony", "needs model = \"hpdm\"",
                      "remove it: the model has a damping of its own");
     }
-    // A lattice supports it, but its force would reach the tick only with the step's patch.
-    material->RefuseOthers(
-        "relaxation_time", {0}, "is not supported yet",
-        "remove the key or set it to 0: the viscous force would reach the hand 34 to 67 ms late");
+    if (organ.energy.solver == SolverType::kGaussSeidel && material->Has("prony")) {
+      material->Fail("prony", "needs energy.solver = \"cholesky\"",
+                     "remove it or change the solver");
+    }
   }
   for (const TableReader& region : table.Tables("region", kRegionKeys)) {
     organ.regions.push_back(ReadStiffnessRegion(region));

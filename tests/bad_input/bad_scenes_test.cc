@@ -240,9 +240,22 @@ void AddMaterials(Scenes* s) {
                 "young=1e13; young='soft'; poisson=0.5; poisson=0.4999999999999999; poisson=-0.1; "
                 "poisson=1; poisson=nan; density=0; density=-1; density=inf; density=1e-300; "
                 "relaxation_time=-1; relaxation_time=nan; relaxation_time=1001; relaxation_time=0; "
-                "relaxation_time=0.1; relaxation_time=1e-300; colour='red'")) {
+                "relaxation_time=0.1; relaxation_time=1e-300; colour='red'; "
+                "prony=[{share=0.5}]; prony=[{time=1}]; prony=[{share=0, time=1}]; "
+                "prony=[{share=-0.5, time=1}]; prony=[{share=0.95, time=1}]; "
+                "prony=[{share=0.9, time=1}]; prony=[{share=0.5, time=0}]; "
+                "prony=[{share=0.5, time=-1}]; prony=[{share=0.5, time=1e-4}]; "
+                "prony=[{share=0.5, time=2000}]; prony=[{share=0.5, time=nan}]; "
+                "prony=[{share=0.1, time=1, modulus=3}]; prony=0.5; prony=[]; "
+                "prony=[{share=0.5, time=1}, {share=0.5, time=10}]; "
+                "prony=[{share=0.1, time=1}, {share=0.2, time=10}, {share=0.6, time=100}]; "
+                "prony=[{share=0.1, time=1}, {share=0.1, time=2}, {share=0.1, time=3}, "
+                "{share=0.1, time=4}]")) {
     s->Material(line);
   }
+  s->Text("Prony terms with Gauss-Seidel",
+          SoundScene({.energy = "solver='gauss_seidel'",
+                      .material = "prony=[{share=0.5, time=1}]"}));
   s->Text("a metric energy", SoundScene({.energy = "type='metric'"}));
   s->Text("a metric energy with local functions",
           SoundScene({.lattice = "local_functions=8", .energy = "type='metric'"}));

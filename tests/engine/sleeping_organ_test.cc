@@ -35,7 +35,7 @@ OrganOptions WithLocalFunctions() {
 OrganOptions Viscous(StrainMeasure strain) {
   OrganOptions options = Tissue("viscous");
   options.energy.strain = strain;
-  options.material.relaxation_time = 0.1;
+  options.material.prony = {.count = 1, .terms = {{{.share = 0.5, .time = 0.05}}}};
   return options;
 }
 

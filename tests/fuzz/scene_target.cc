@@ -63,7 +63,9 @@ void EnsureOrgan(const OrganOptions& organ) {
   EnsureWithin(organ.material.young, 1e-323, 1e12);
   EnsureWithin(organ.material.poisson, 0, std::nextafter(0.5, 0));
   EnsureWithin(organ.material.density, 1e-323, 30000);
-  HPDM_ENSURE(organ.material.relaxation_time == 0);
+  const PronySeries& prony = organ.material.prony;
+  HPDM_ENSURE(prony.count >= 0 && prony.count <= PronySeries::kMaxTerms);
+  HPDM_ENSURE(prony.Share() <= PronySeries::kMaxShare + 1e-9);
   for (const SupportOptions& support : organ.supports) {
     EnsureRegion(support.region);
     EnsureWithin(support.stiffness.value_or(1), 1e-323, 1e15);

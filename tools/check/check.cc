@@ -78,6 +78,14 @@ Json OrganFacts(const OrganModel& organ) {
                 {"box_min_m", Coordinates(bounds.min)},
                 {"box_max_m", Coordinates(bounds.max)},
                 {"held", SupportFacts(organ, bounds)}};
+  if (const MaterialOptions& material = organ.options().material; material.prony.count > 0) {
+    facts["young_Pa"] = material.young;
+    facts["instantaneous_young_Pa"] = material.young * material.prony.InstantaneousFactor();
+    for (int k = 0; k < material.prony.count; ++k) {
+      const auto& [share, time] = material.prony.terms[static_cast<std::size_t>(k)];
+      facts["prony"].push_back({{"share", share}, {"time_s", time}});
+    }
+  }
   if (organ.rigid()) return facts;
   // Number of coupled unknowns: one axis at a time (metric, continuum) or all three.
   double unknowns = organ.control_points();
@@ -153,6 +161,11 @@ void PrintOrgan(const Json& organ) {
   }
   if (const long regions = organ["stiffness_regions"].get<long>(); regions > 0) {
     std::printf("  %ld region%s of other stiffness\n", regions, regions == 1 ? "" : "s");
+  }
+  if (organ.contains("prony")) {
+    std::printf("  viscoelastic: %.3g Pa at once, %.3g Pa in the end; %zu Prony term%s\n",
+                organ["instantaneous_young_Pa"].get<double>(), organ["young_Pa"].get<double>(),
+                organ["prony"].size(), organ["prony"].size() == 1 ? "" : "s");
   }
   PrintSupports(organ);
   const Json& cost = organ["cost"];

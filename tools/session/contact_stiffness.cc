@@ -26,13 +26,14 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
     }
     return stiffness;
   }
+  const double instantaneous = organ.options().material.prony.InstantaneousFactor();
   const double radius = std::max(instrument.geometry.tip_radius, TipPress::kMinKernelRadius);
   for (int v = 0; v < count; ++v) {
     const SurfacePoint at = organ.topology().AtVertex(rest.triangles, v);
     const Matrix3d C = relaxation->compliance()->PointCompliance(organ.LatticeRow(v)) +
                        organ.Indentation(at, radius).Compliance();
     const Vector3d n = organ.rest_normals().row(v);
-    stiffness[v] = 1 / n.dot(C * n);
+    stiffness[v] = instantaneous / n.dot(C * n);
   }
   return stiffness;
 }

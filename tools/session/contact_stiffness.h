@@ -23,7 +23,7 @@ struct StiffestContact {
 
 /// Returns the stiffness of each vertex to a tip that presses along its normal, N/m (V values).
 ///
-///     reaction "lattice":           1 / (n^T C n)
+///     reaction "lattice":           1 / (n^T C n); of viscoelastic tissue the instantaneous one
 ///     otherwise, or without a C:    k1 + sum of k2 over the vertex's neighbours
 ///
 /// C is the compliance at rest of lattice and indentation (half_space.h) under a tip of the given

@@ -1,5 +1,6 @@
 #include "tools/session/session_scene.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "engine/base/error.h"
@@ -22,7 +23,12 @@ std::optional<double> SettlesIn(const OrganOptions& organ) {
   if (organ.model != OrganModelType::kHpdm) return std::nullopt;
   if (organ.energy.solver == SolverType::kGaussSeidel) return std::nullopt;
   const double settled = organ.energy.strain != StrainMeasure::kSmall ? kSettled : 0;
-  return settled + kCreeps * organ.material.relaxation_time;
+  const PronySeries& prony = organ.material.prony;
+  double slowest = 0;  // s: a branch without force returns in tau / (1 - sum g) or less
+  for (int k = 0; k < prony.count; ++k) {
+    slowest = std::max(slowest, prony.terms[static_cast<std::size_t>(k)].time);
+  }
+  return settled + kCreeps * slowest * prony.InstantaneousFactor();
 }
 
 }  // namespace

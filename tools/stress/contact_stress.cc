@@ -75,7 +75,7 @@ class BlockHeldAtPoints {
   Points Relaxed() {
     constexpr int kSteps = 40;
     for (int step = 0; step < kSteps; ++step) {
-      state_.recovery.Relax(1. / 30, state_.relaxation.get(), &state_.contacts,
+      state_.memory.Relax(1. / 30, state_.relaxation.get(), &state_.contacts,
                             &state_.control_displacements);
     }
     return Relocated();

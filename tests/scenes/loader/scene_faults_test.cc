@@ -297,15 +297,16 @@ TEST_F(SceneFaults, FaultyLoadsAreNamed) {
                        "load[0].pressure: is out of range (2e+09)"));
 }
 
-TEST_F(SceneFaults, SurfaceModelsTakeNoLatticeEnergyOrRelaxationTime) {
+TEST_F(SceneFaults, SurfaceModelsTakeNoLatticeEnergyOrPronyTerms) {
   for (const std::string model : {"continuum", "mass_spring"}) {
     const std::string organ = kOrgan + "model='" + model + "'\n";
     for (const std::string table : {"lattice", "energy"}) {
       EXPECT_TRUE(Contains(ReadError(organ + "[organ." + table + "]\n"),
                            "organ[0]." + table + ": needs model = \"hpdm\""));
     }
-    EXPECT_TRUE(Contains(ReadError(organ + "[organ.material]\nrelaxation_time=1\n"),
-                         "organ[0].material.relaxation_time: needs model = \"hpdm\""));
+    EXPECT_TRUE(
+        Contains(ReadError(organ + "[[organ.material.prony]]\nshare=0.5\ntime=1\n"),
+                 "organ[0].material.prony: needs model = \"hpdm\""));
     const Scene scene = Load("[timing]\ndeformation_hz=50\n" + organ);
     EXPECT_NE(scene.organs[0].model, OrganModelType::kHpdm);
     EXPECT_EQ(scene.organs[0].time_step, 1.0 / 50);
@@ -350,8 +351,9 @@ TEST_F(SceneFaults, UnsupportedFeaturesAreRefusedNotIgnored) {
       "s.toml:5:9: scene.gravity: is not supported yet ([0, 0, -9.81]); remove the key or give "
       "[0, 0, 0]");
   EXPECT_EQ(LoadError(kOrgan + "[organ.material]\nrelaxation_time=0.1\n"),
-            "s.toml:5:17: organ[0].material.relaxation_time: is not supported yet (0.1); remove "
-            "the key or set it to 0: the viscous force would reach the hand 34 to 67 ms late");
+            "s.toml:5:17: organ[0].material.relaxation_time: was replaced by Prony terms (0.1); "
+            "remove the key; [[organ.material.prony]] share = 0.5, time = 0.3 relaxes half of the "
+            "force in 0.3 s");
   Load("[scene]\ngravity=[0,0,0]\n" + kOrgan + "material.relaxation_time=0\n");
 }
 

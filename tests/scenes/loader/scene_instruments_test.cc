@@ -26,7 +26,7 @@ TEST(SceneInstruments, AreInTheOrderOfTheirIndices) {
 name = "liver"
 mesh = "missing.obj"
 [organ.material]
-relaxation_time = 1
+relaxation_time = 1  # refused
 
 [[instrument]]
 name = "probe"

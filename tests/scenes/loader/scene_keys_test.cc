@@ -25,8 +25,8 @@ texture = "t.png"
 pose = { position = [1, 2, 3], rotation_deg = [90, 0, 90] }
 motion = { displacement = [0.001, 0.002, 0.003], frequency = 0.3 }
 lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01 }
-energy = { type = "strain", strain = "finite", law = "stvk", solver = "gauss_seidel", newton_iterations = 5, newton_budget = 0.01 }
-material = { young = 1000, poisson = 0.3, density = 900, relaxation_time = 0 }
+energy = { type = "strain", strain = "finite", law = "stvk", solver = "cholesky", newton_iterations = 5, newton_budget = 0.01 }
+material = { young = 1000, poisson = 0.3, density = 900, prony = [ { share = 0.25, time = 0.5 }, { share = 0.125, time = 10 } ], relaxation_time = 0 }
 region = [ { sphere = { centre = [1, 2, 3], radius = 0.25 }, young = 1e5 },
            { box_fraction = { min = [0, 0, 0], max = [1, 1, 0.5] }, young = 10 } ]
 support = [ { box = { min = [0, 0, 0], max = [1, 2, 3] }, fixed = true },
@@ -37,7 +37,7 @@ name = "b"
 mesh = "m.obj"
 unit = "mm"
 lattice = { basis = "bernstein", degree = 4 }
-energy = { type = "metric", strain = "finite", domain = "box", alpha = 11, beta = 0.5 }
+energy = { type = "metric", strain = "finite", solver = "gauss_seidel", domain = "box", alpha = 11, beta = 0.5 }
 [[instrument]]
 name = "left"
 type = "grasper"
@@ -160,7 +160,6 @@ TEST_F(SceneKeys, LatticeAndEnergyKeysReachTheirOptions) {
   EXPECT_EQ(a.energy.type, EnergyType::kStrain);
   EXPECT_EQ(a.energy.strain, StrainMeasure::kFinite);
   EXPECT_EQ(a.energy.law, MaterialLaw::kStVenantKirchhoff);
-  EXPECT_EQ(a.energy.solver, SolverType::kGaussSeidel);
   EXPECT_EQ(a.energy.newton_iterations, 5);
   EXPECT_EQ(a.energy.newton_budget, 0.01);
   const OrganOptions& b = scene_.organs.at(1);
@@ -169,6 +168,7 @@ TEST_F(SceneKeys, LatticeAndEnergyKeysReachTheirOptions) {
   EXPECT_EQ(b.lattice.degree, (std::array{4, 4, 4}));
   EXPECT_EQ(b.lattice.cells, (std::array{1, 1, 1}));
   EXPECT_EQ(b.energy.domain, EnergyDomain::kBox);
+  EXPECT_EQ(b.energy.solver, SolverType::kGaussSeidel);
   EXPECT_EQ(b.energy.strain, StrainMeasure::kFinite);
   EXPECT_EQ(b.energy.alpha, 11);
   EXPECT_EQ(b.energy.beta, 0.5);
@@ -179,7 +179,11 @@ TEST_F(SceneKeys, MaterialRegionAndSupportKeysReachTheirOptions) {
   EXPECT_EQ(a.material.young, 1000);
   EXPECT_EQ(a.material.poisson, 0.3);
   EXPECT_EQ(a.material.density, 900);
-  EXPECT_EQ(a.material.relaxation_time, 0);
+  ASSERT_EQ(a.material.prony.count, 2);
+  EXPECT_EQ(a.material.prony.terms[0].share, 0.25);
+  EXPECT_EQ(a.material.prony.terms[0].time, 0.5);
+  EXPECT_EQ(a.material.prony.terms[1].share, 0.125);
+  EXPECT_EQ(a.material.prony.terms[1].time, 10);
   ASSERT_EQ(a.regions.size(), 2u);
   EXPECT_EQ(std::get<Sphere>(a.regions[0].region).radius, 0.25);
   EXPECT_EQ(a.regions[0].young, 1e5);

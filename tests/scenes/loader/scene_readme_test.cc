@@ -30,7 +30,10 @@ std::string Dump(const Scene& scene) {
     out << ' ' << static_cast<int>(o.energy.domain) << ' ' << o.energy.alpha << ' ' << o.energy.beta
         << '\n';
     out << o.material.young << ' ' << o.material.poisson << ' ' << o.material.density << ' '
-        << o.material.relaxation_time << '\n';
+        << o.material.prony.count << '\n';
+    for (const PronySeries::Term& term : o.material.prony.terms) {
+      out << term.share << ' ' << term.time << '\n';
+    }
     out << o.regions.size() << " regions " << o.supports.size() << " supports\n"
         << o.wall_stiffness.value_or(-1) << '\n';
   }

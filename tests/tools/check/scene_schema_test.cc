@@ -89,6 +89,8 @@ TEST_F(SceneSchemaTest, ItRefusesWhatTheLoaderRefuses) {
       {kOrgan + "[scene]\ngravity=[0, 0, -9.81]\n", "scene.gravity.2: -9.81 is not one of"},
       {kOrgan + "[organ.material]\nrelaxation_time=0.1\n",
        "organ.0.material.relaxation_time: 0.1 is not one of"},
+      {kOrgan + "[[organ.material.prony]]\nshare=0.95\ntime=1\n",
+       "organ.0.material.prony.0.share: 0.95 is greater than"},
       {kOrgan + "[[organ.support]]\nbox={min=[0, 0, 0], max=[1, 1, 1]}\nfixed=false\n",
        "organ.0.support.0.fixed: False is not one of"},
       {kOrgan + kInstrument + kInstrument + kInstrument, "instrument: "},
