@@ -725,7 +725,7 @@ void HapticContact::Apply() noexcept {
 
 // Expresses the result of a shaft by the force and the way of the tip.
 void HapticContact::CountAtTip() {
-  const double lever = from_trocar_ / std::max(tip_from_trocar_, 1e-300);
+  const double lever = std::clamp(from_trocar_ / std::max(tip_from_trocar_, 1e-300), 0.0, 1.0);
   result_.reaction_W = OnTip(result_.reaction_W, axis_W_, lever);
   if (!(lever > 0)) return;
   const Vector3d p_tip_W = p_trocar_W_ + organ_offset_W_ - tip_from_trocar_ * axis_W_;
