@@ -27,6 +27,9 @@ frequency = 0
 [organ.lattice]
 [organ.energy]
 [organ.material]
+[[organ.material.prony]]
+share = 0.5
+time = 1
 [[organ.region]]
 box = { min = [0, 0, 0], max = [1, 1, 1] }
 young = 1

@@ -32,9 +32,9 @@ class Bodies {
   void Start() {
     render = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, true));
     telemetry_ = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, false));
-    loop_ = std::make_unique<DeformationLoop>(organs_, std::vector<ToolOptions>{ToolOptions()},
-                                              DeformationEdges{tools_, patch, *render, *telemetry_},
-                                              nullptr, 0, pairs);
+    loop_ =
+        std::make_unique<DeformationLoop>(organs_, std::vector<ToolOptions>{ToolOptions()},
+                                          DeformationEdges{tools_, patch, *render, *telemetry_});
   }
   // The shaft lies along z, the tip's centre at p.
   void Step(const Vector3d& p = kFarTip) {

@@ -50,10 +50,10 @@ ToolPatch TissuePatch(const PronySeries& prony, double radius, ContactKind kind)
 
 // A hand on one patch that is renewed again and again, each time as the step would have left it
 // without any contact: a held contact must not care.
-class Hand {
+class HeldTip {
  public:
-  Hand(const PronySeries& prony, double radius, ContactKind kind = ContactKind::kPress,
-       double friction = 0)
+  HeldTip(const PronySeries& prony, double radius, ContactKind kind = ContactKind::kPress,
+          double friction = 0)
       : patch_(TissuePatch(prony, radius, kind)), radius_(radius), friction_(friction) {}
 
   // Returns the force on the hand (N) one tick later, with the tip's lowest point at `p_W`.
@@ -86,7 +86,7 @@ class Hand {
 const PronySeries kThreeTerms = Prony({{0.3, 0.02}, {0.2, 0.5}, {0.25, 20}});
 constexpr double kLongTerm = 0.25;  // 1 - sum g
 
-double Elastic(double radius, double depth) { return Hand({}, radius).Press(depth); }
+double Elastic(double radius, double depth) { return HeldTip({}, radius).Press(depth); }
 
 // sum_k g_k (1 - exp(-t / tau_k))
 double Relaxed(const PronySeries& prony, double t) {
@@ -101,12 +101,12 @@ double Relaxed(const PronySeries& prony, double t) {
 TEST(ViscoelasticContact, AHeldPressRelaxesByTheLawUnderEveryTip) {
   for (const double radius : {0.001, 0.0025, 0.015}) {
     for (const double depth : {0.0004, kDepth}) {
-      Hand hand(kThreeTerms, radius);
+      HeldTip hand(kThreeTerms, radius);
       // The first tick moves the tissue within a period, so it begins half a period earlier.
       for (int tick = 0; tick < 5000; ++tick) {
         const double force = hand.Press(depth);
-        const double law = Elastic(radius, depth) / kLongTerm *
-                           (1 - Relaxed(kThreeTerms, (tick + 0.5) * kPeriod));
+        const double law =
+            Elastic(radius, depth) / kLongTerm * (1 - Relaxed(kThreeTerms, (tick + 0.5) * kPeriod));
         ASSERT_NEAR(force, law, 2e-3 * law) << radius << ' ' << depth << ' ' << tick;
       }
     }
@@ -115,7 +115,7 @@ TEST(ViscoelasticContact, AHeldPressRelaxesByTheLawUnderEveryTip) {
 
 TEST(ViscoelasticContact, ARampFollowsTheLawsIntegral) {
   constexpr double kSpeed = 0.01;  // m/s
-  Hand hand(kThreeTerms, 0.0025, ContactKind::kGrasp);
+  HeldTip hand(kThreeTerms, 0.0025, ContactKind::kGrasp);
   hand.MoveTo(Vector3d::Zero());
   const double stiffness = 1 / 1.5e-3;
   for (int tick = 1; tick < 2000; ++tick) {
@@ -124,8 +124,8 @@ TEST(ViscoelasticContact, ARampFollowsTheLawsIntegral) {
     double law = stiffness * kSpeed * ramp;
     for (int k = 0; k < 3; ++k) {
       const auto& [share, time] = kThreeTerms.terms[static_cast<std::size_t>(k)];
-      law += stiffness * kSpeed * share / kLongTerm * time * (std::exp(-(t - ramp) / time) -
-                                                              std::exp(-t / time));
+      law += stiffness * kSpeed * share / kLongTerm * time *
+             (std::exp(-(t - ramp) / time) - std::exp(-t / time));
     }
     // The fade at a patch's arrival takes curvature for a jump.
     ASSERT_NEAR(force, law, 3e-4 * law) << tick;
@@ -134,12 +134,13 @@ TEST(ViscoelasticContact, ARampFollowsTheLawsIntegral) {
 
 // Returns the force's amplitude over that of elastic tissue and its phase ahead of the motion, as
 // a complex number: the last two periods of `amplitude` (m) about `depth`.
-std::complex<double> Response(Hand* hand, double frequency, double depth, double amplitude) {
+std::complex<double> Response(HeldTip* hand, double frequency, double depth, double amplitude) {
   const double omega = 2 * std::numbers::pi * frequency;
   const int period = static_cast<int>(std::lround(1 / (frequency * kPeriod)));
   // The slow terms have relaxed to their mean after this.
   const int before = (static_cast<int>(20 / kPeriod) / period + 1) * period;
-  for (int tick = 0; tick < before; ++tick) hand->Press(depth + amplitude * std::sin(omega * tick * kPeriod));
+  for (int tick = 0; tick < before; ++tick)
+    hand->Press(depth + amplitude * std::sin(omega * tick * kPeriod));
   std::complex<double> sum = 0;
   for (int tick = before; tick < before + 2 * period; ++tick) {
     const double t = tick * kPeriod;
@@ -154,7 +155,7 @@ TEST(ViscoelasticContact, ASineHasTheComplexModulusOfTheLaw) {
     for (const double frequency : {0.1, 1.0, 10.0}) {
       constexpr double kAmplitude = 2e-5;
       const PronySeries prony = Prony({{0.3, 0.02}, {0.2, 0.3}, {0.25, 2}});
-      Hand hand(prony, radius);
+      HeldTip hand(prony, radius);
       const std::complex<double> felt = Response(&hand, frequency, kDepth, kAmplitude);
       const double slope =
           (Elastic(radius, kDepth + kAmplitude) - Elastic(radius, kDepth - kAmplitude)) /
@@ -174,7 +175,7 @@ TEST(ViscoelasticContact, ASineHasTheComplexModulusOfTheLaw) {
 
 TEST(ViscoelasticContact, TissueThatWasPressedForLongLagsBehindTheTip) {
   const PronySeries prony = Prony({{0.5, 0.2}});
-  Hand hand(prony, kResolved);
+  HeldTip hand(prony, kResolved);
   for (int tick = 0; tick < 2000; ++tick) hand.Press(kDepth);
   // Half of the depth returns at once; above that the tip is free.
   EXPECT_EQ(hand.Press(0.3 * kDepth), 0);
@@ -189,7 +190,7 @@ TEST(ViscoelasticContact, TissueThatWasPressedForLongLagsBehindTheTip) {
 TEST(ViscoelasticContact, ATipThatSlidesOnMeetsFreshTissue) {
   const PronySeries prony = Prony({{0.6, 2}});
   for (const double radius : {0.0025, 0.008}) {
-    Hand hand(prony, radius);
+    HeldTip hand(prony, radius);
     const double elastic = Elastic(radius, kDepth);
     Vector3d p(-0.03, 0.002, -kDepth);
     double force = 0;
@@ -206,7 +207,7 @@ TEST(ViscoelasticContact, ATipThatSlidesOnMeetsFreshTissue) {
 
 TEST(ViscoelasticContact, ATipTakesTheMemoryOfThePatchWhereItBegins) {
   const PronySeries prony = Prony({{0.5, 1e3}});
-  Hand hand(prony, kResolved);
+  HeldTip hand(prony, kResolved);
   for (int i = 0; i < hand.patch().point_count; ++i) {
     PatchPoint& point = hand.patch().points[static_cast<std::size_t>(i)];
     // Relaxed tissue that has just been let go: half of 2 mm is left.
@@ -219,7 +220,7 @@ TEST(ViscoelasticContact, ATipTakesTheMemoryOfThePatchWhereItBegins) {
 }
 
 TEST(ViscoelasticContact, AGraspBeginsWithTheStepsMemoryAndRelaxes) {
-  Hand hand(kThreeTerms, 0.0025, ContactKind::kGrasp);
+  HeldTip hand(kThreeTerms, 0.0025, ContactKind::kGrasp);
   ToolPatch& patch = hand.patch();
   // Lifted by 5 mm long ago: the fast terms have relaxed, half of the slowest is left.
   patch.contact_W = Vector3d(0, 0, 0.005);
@@ -228,8 +229,8 @@ TEST(ViscoelasticContact, AGraspBeginsWithTheStepsMemoryAndRelaxes) {
   const double relaxed = 0.005 / 1.5e-3;
   for (int tick = 0; tick < 3000; ++tick) {
     const double force = -hand.MoveTo({0, 0, 0.005}).z();
-    const double law = relaxed + 0.25 / kLongTerm * 0.0025 / 1.5e-3 *
-                                     std::exp(-(tick + 1) * kPeriod / 20);
+    const double law =
+        relaxed + 0.25 / kLongTerm * 0.0025 / 1.5e-3 * std::exp(-(tick + 1) * kPeriod / 20);
     ASSERT_NEAR(force, law, 1e-6 * law);
   }
 }
@@ -239,7 +240,7 @@ TEST(ViscoelasticContact, AGraspBeginsWithTheStepsMemoryAndRelaxes) {
 TEST(ViscoelasticContact, AContactThatIsHeldNeverGivesMoreThanItStores) {
   for (const double time : {0.003, 0.1, 10.0}) {
     for (const ContactKind kind : {ContactKind::kPress, ContactKind::kGrasp}) {
-      Hand hand(Prony({{0.45, time}, {0.45, 3 * time}}), 0.0025, kind);
+      HeldTip hand(Prony({{0.45, time}, {0.45, 3 * time}}), 0.0025, kind);
       std::mt19937 random(7);
       std::uniform_real_distribution<double> toss(-1, 1);
       Vector3d target(0.001, 0.002, 0), p = target, last_W = Vector3d::Zero();
