@@ -144,8 +144,8 @@ struct PatchPoint {
   Vector3d tissue_W = Vector3d::Zero();    ///< Viscoelastic organ: present position, m.
   /// Viscoelastic organ: w_k there (maxwell_law.h), m.
   BranchStrains branches_W = NoBranchStrains();
-  ReactionNode node;                       ///< kPaper.
-  WallStiffness wall;                      ///< Rigid organ.
+  ReactionNode node;   ///< kPaper.
+  WallStiffness wall;  ///< Rigid organ.
 };
 
 /// A jaw opened beyond this lets go, both in the tick and in the step.
@@ -228,7 +228,7 @@ struct ToolPatch : SolvedContact, SurfacePatch {
 
   // kLattice, press: pressed normal minus released normal, both means over the kernel of the
   // radius that the lattice resolves.
-  Vector3d tilt_W = Vector3d::Zero();             ///< Under the step's forces.
+  Vector3d tilt_W = Vector3d::Zero();  ///< Under the step's forces.
   /// 1/N: change per further equilibrium force at this tip.
   Matrix3d tilt_compliance_W = Matrix3d::Zero();
 

@@ -41,7 +41,7 @@ struct MaxwellStep {
 /// The state of such a law: of a point's displacement, a force, or all displacements of an organ.
 template <class Value>
 struct MaxwellState {
-  Value at{};                                           ///< u at the end of the last step.
+  Value at{};                                            ///< u at the end of the last step.
   std::array<Value, PronySeries::kMaxTerms> branches{};  ///< w_k.
 
   /// Sets `memory` to that of the next step, with u counted from `origin`.

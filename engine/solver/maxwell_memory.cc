@@ -131,7 +131,8 @@ void MaxwellMemory::EndLocalParts(ContactConstraints* contacts) {
     if (!dent.used || dent.pressed) continue;
     dent.memory.Advance(step_, Vector3d::Zero());
     const double force = dent.memory.equilibrium_force_W().norm();
-    const double sunk = dent.indentation.BallYield(force) * dent.indentation.factor_W().norm() * force;
+    const double sunk =
+        dent.indentation.BallYield(force) * dent.indentation.factor_W().norm() * force;
     if (!(sunk > kStill)) dent = {};
   }
 }

@@ -150,9 +150,10 @@ MaterialOptions ReadMaterial(const TableReader& table) {
   ReadProny(table, &material.prony);
   double relaxation_time = 0;
   table.ReadNumber("relaxation_time", Interval::NotNegative(1000, "s"), &relaxation_time);
-  table.RefuseOthers("relaxation_time", {0}, "was replaced by Prony terms",
-                     "remove the key; [[organ.material.prony]] share = 0.5, time = 0.3 relaxes half "
-                     "of the force in 0.3 s");
+  table.RefuseOthers(
+      "relaxation_time", {0}, "was replaced by Prony terms",
+      "remove the key; [[organ.material.prony]] share = 0.5, time = 0.3 relaxes half "
+      "of the force in 0.3 s");
   return material;
 }
 

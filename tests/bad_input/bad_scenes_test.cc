@@ -253,9 +253,8 @@ void AddMaterials(Scenes* s) {
                 "{share=0.1, time=4}]")) {
     s->Material(line);
   }
-  s->Text("Prony terms with Gauss-Seidel",
-          SoundScene({.energy = "solver='gauss_seidel'",
-                      .material = "prony=[{share=0.5, time=1}]"}));
+  s->Text("Prony terms with Gauss-Seidel", SoundScene({.energy = "solver='gauss_seidel'",
+                                                       .material = "prony=[{share=0.5, time=1}]"}));
   s->Text("a metric energy", SoundScene({.energy = "type='metric'"}));
   s->Text("a metric energy with local functions",
           SoundScene({.lattice = "local_functions=8", .energy = "type='metric'"}));

@@ -223,9 +223,9 @@ StressCase NewtonHeld(bool quick) {
 
 // Measures the position of viscoelastic tissue half a second after its release.
 StressCase Viscous(bool quick) {
-  StressCase stress_case =
-      MotionCase("viscous", "Viscoelastic tissue grasped, pulled down by 10 mm within a step and let go",
-                 {"relaxation time", "s", 0.01, 1, 100, true});
+  StressCase stress_case = MotionCase(
+      "viscous", "Viscoelastic tissue grasped, pulled down by 10 mm within a step and let go",
+      {"relaxation time", "s", 0.01, 1, 100, true});
   stress_case.truth =
       "exp(-0.25 s / relaxation time) of the displacement 0.5 s after release, half of the "
       "modulus relaxes: relative error; "
@@ -236,8 +236,7 @@ StressCase Viscous(bool quick) {
     constexpr double kWay = 0.01;  // m
     OrganOptions options = BlockOrgan(model, quick);
     constexpr double kShare = 0.5;
-    options.material.prony = {.count = 1,
-                              .terms = {{{.share = kShare, .time = relaxation_time}}}};
+    options.material.prony = {.count = 1, .terms = {{{.share = kShare, .time = relaxation_time}}}};
     StressSessionFixture body(options, BlockSurface(quick),
                               {BlockGrasp(0, AtBlock(0, kAtTop - kWay, 0), 0, kReleased)});
     body.RunUntil(kReleased + 0.1);

@@ -142,7 +142,8 @@ TEST_F(MaxwellMemoryTest, ADentAndAFootprintRelaxByTheSameLaw) {
     add();
     memory.Relax(kStep, elastic_.get(), &contacts_, &U_);
     for (int i = 0; i < 3; ++i) {
-      const Vector3d law = Law(kThreeTerms, step * kStep, kStep) * relaxed[static_cast<std::size_t>(i)];
+      const Vector3d law =
+          Law(kThreeTerms, step * kStep, kStep) * relaxed[static_cast<std::size_t>(i)];
       ASSERT_LT((contacts_[i].force_W - law).norm(), 1e-5 * law.norm()) << step << ' ' << i;
     }
     // The rows are given back as they were.

@@ -304,9 +304,8 @@ TEST_F(SceneFaults, SurfaceModelsTakeNoLatticeEnergyOrPronyTerms) {
       EXPECT_TRUE(Contains(ReadError(organ + "[organ." + table + "]\n"),
                            "organ[0]." + table + ": needs model = \"hpdm\""));
     }
-    EXPECT_TRUE(
-        Contains(ReadError(organ + "[[organ.material.prony]]\nshare=0.5\ntime=1\n"),
-                 "organ[0].material.prony: needs model = \"hpdm\""));
+    EXPECT_TRUE(Contains(ReadError(organ + "[[organ.material.prony]]\nshare=0.5\ntime=1\n"),
+                         "organ[0].material.prony: needs model = \"hpdm\""));
     const Scene scene = Load("[timing]\ndeformation_hz=50\n" + organ);
     EXPECT_NE(scene.organs[0].model, OrganModelType::kHpdm);
     EXPECT_EQ(scene.organs[0].time_step, 1.0 / 50);

@@ -12,14 +12,14 @@
 namespace hpdm {
 namespace {
 
-std::filesystem::path TwoHands() {
+std::filesystem::path TwoHandsScene() {
   return std::filesystem::path(HPDM_SOURCE_DIR) / "scenes" / "two_hands.toml";
 }
 
 // A probe and a grasper on the liver.
 const std::vector<ShippedContact>& Contacts() {
   static const std::vector<ShippedContact> contacts =
-      FindContacts(ContactSession(TwoHands(), 0, -1));
+      FindContacts(ContactSession(TwoHandsScene(), 0, -1));
   return contacts;
 }
 
@@ -34,7 +34,7 @@ TEST(ShippedContacts, AProbePressesAndAGrasperHoldsTheLiver) {
 // Material and supports scale the whole stiffness; the patches of the stiffer scene are solved anew.
 TEST(ShippedContacts, StiffenedPatchesHaveTheForcesOfStifferTissue) {
   constexpr double kStiffer = 3;
-  Scene scene = LoadScene(TwoHands());
+  Scene scene = LoadScene(TwoHandsScene());
   for (OrganOptions& organ : scene.organs) organ.material.young *= kStiffer;
   for (const ShippedContact& stiff : FindContacts(std::make_shared<const Session>(scene))) {
     const ShippedContact& soft = Contacts()[stiff.grasps ? 1 : 0];
