@@ -10,6 +10,7 @@
 #include "engine/contact/surface_kernel.h"
 #include "engine/energy/mixed_dilatation.h"
 #include "engine/energy/strain_energy.h"
+#include "engine/mesh/curved_surface.h"
 #include "engine/mesh/thickness.h"
 #include "engine/tissue/stiffness_regions.h"
 #include "engine/tissue/support.h"
@@ -61,6 +62,8 @@ FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int
       topology_(rest.vertices.rows(), rest.triangles),
       lattice_(CubicCells(organ, rest, cells)) {
   VertexNormals(rest_.vertices, rest_.triangles, &normals_);
+  FitNormals(rest_, SurfaceTopology(rest_.vertices.rows(), rest_.triangles),
+             &normals_);  // as an organ's
   const TensorBasis& basis = lattice_.basis();
   const auto [sampled, stiffness] =
       SampleStiffness(rest, lattice_.box(),

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
+#include <vector>
 
 namespace hpdm {
 
@@ -22,7 +22,7 @@ template <typename T>
 class TripleBuffer {
  public:
   /// All three slots start as copies of `initial`, so arrays inside T keep their sizes.
-  explicit TripleBuffer(const T& initial = T()) : slots_{{{initial}, {initial}, {initial}}} {}
+  explicit TripleBuffer(const T& initial = T()) : slots_(3, Slot{initial}) {}
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
@@ -52,8 +52,8 @@ class TripleBuffer {
     T value;
   };
 
-  std::array<Slot, 3> slots_;
-  alignas(64) std::uint32_t back_ = 0;                 // writer's
+  std::vector<Slot> slots_;             // 3; a slot of a megabyte is too large for the stack
+  alignas(64) std::uint32_t back_ = 0;  // writer's
   alignas(64) std::atomic<std::uint32_t> middle_ = 1;  // shared
   alignas(64) std::uint32_t front_ = 2;                // reader's
 };

@@ -122,10 +122,12 @@ TEST(HapticContact, TipOnAFaceEdgeOrVertexHasADefinedDirection) {
   const ToolPatch patch = SpherePatch(7, 0.03, 0.05, kStiffness);
   const Vector3d a = patch.points[24].p_original_W, b = patch.points[25].p_original_W,
                  c = patch.points[32].p_original_W;
-  for (const Vector3d& p : {a, Vector3d((a + b) / 2), Vector3d((a + b + c) / 3)}) {
+  const Vector3d centre(0, 0, -0.05);  // of the sphere, on which the curved surface lies
+  for (const Vector3d& on_mesh : {a, Vector3d((a + b) / 2), Vector3d((a + b + c) / 3)}) {
+    const Vector3d p = centre + 0.05 * (on_mesh - centre).normalized();
     const HapticForce result = Press(patch, p);
     EXPECT_EQ(result.kind, ContactKind::kPress);
-    EXPECT_NEAR(result.depth, kRadius, 1e-12);
+    EXPECT_NEAR(result.depth, kRadius, 2e-5);
     EXPECT_NEAR(result.normal_W.norm(), 1, 1e-12);
     // The outward direction of the sphere there, within the interpolation's 1e-3.
     EXPECT_GT(result.normal_W.dot((p + Vector3d(0, 0, 0.05)).normalized()), 1 - 1e-3);

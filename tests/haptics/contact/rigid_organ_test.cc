@@ -46,16 +46,16 @@ TEST(RigidOrgan, ForceIsTheWallsStiffnessTimesTheDepth) {
       FeltBench bench(Rigid(), Ellipsoid(kRadii, 3), tool);
       for (const double depth : {0.001, 0.01}) {
         Press(&bench, radius, depth);
-        // At the top the normal is vertical by symmetry: only round-off is left, of the mesh's
-        // normals (1e-15) and of depths around 0.05 m.
-        EXPECT_NEAR(bench.Hand().z(), kWall * depth, 1e-9) << radius << ' ' << depth;
-        EXPECT_LT(bench.Hand().head<2>().norm(), 1e-9);
-        EXPECT_NEAR(bench.Felt().depth, depth, 1e-12);
+        // At the top the normal is vertical by symmetry, but for the fit of the normals (1e-4 rad).
+        EXPECT_NEAR(bench.Hand().z(), kWall * depth, 1e-7 * kWall * depth)
+            << radius << ' ' << depth;
+        EXPECT_LT(bench.Hand().head<2>().norm(), 2e-4 * kWall * depth);
+        EXPECT_NEAR(bench.Felt().depth, depth, 1e-7 * depth);
         // The last step's state is that of a tip up to 66 ticks ago: 3.3 mm higher.
         const ToolPatch& patch = bench.Patch();
         EXPECT_EQ(patch.reaction, ReactionType::kLattice);
         EXPECT_EQ(patch.compliance_W, Matrix3d(Matrix3d::Identity() / kWall));
-        EXPECT_NEAR((patch.p_original_W - Vector3d(0, 0, kRadii.z())).norm(), 0, 1e-12);
+        EXPECT_NEAR((patch.p_original_W - Vector3d(0, 0, kRadii.z())).norm(), 0, 2e-6);
       }
     }
   }
@@ -72,7 +72,7 @@ TEST(RigidOrgan, OwnWallStiffnessGoesBeforeTheTools) {
   options.wall_stiffness = 150;
   FeltBench bench(options, Ellipsoid(kRadii, 3), Tool());
   Press(&bench, 0.0025, 0.01);
-  EXPECT_NEAR(bench.Hand().z(), 1.5, 1e-9);  // round-off, as above
+  EXPECT_NEAR(bench.Hand().z(), 1.5, 1e-7);  // the fit of the normals, as above
 }
 
 TEST(RigidOrgan, StepMovesNothing) {
