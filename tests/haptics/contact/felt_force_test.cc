@@ -170,11 +170,13 @@ TEST(FeltForceOfTheLiver, DoesNotDependOnTheTriangulation) {
     std::printf("F %.4f N, %.4f N on the finer surface\n", felt[0].norm(), felt[1].norm());
     mean += difference / 4;
     // The tissue's samples make the stiffness differ by 0.5 %; the thickness that bounds the
-    // kernel is interpolated, and the contact slips over facets: 0.4 % at most here.
-    EXPECT_LT(difference, 0.03) << at.transpose();
+    // kernel is interpolated, and the contact slips over facets: 0.4 % at most here. The curved
+    // surface over the large triangles lies up to 0.3 mm outside of the finer facets, which keep
+    // their planes: 3 % of this depth.
+    EXPECT_LT(difference, 0.045) << at.transpose();
   }
   std::printf("mean difference of |F|: %.2f %%\n", 100 * mean);
-  EXPECT_LT(mean, 0.01);
+  EXPECT_LT(mean, 0.03);
 }
 
 // Slides 30 mm at 0.1 m/s, 10 mm deep, with the session's delay of 34 ticks.
@@ -223,7 +225,8 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
     // Samples of R / 4 may lie differently in large and in small triangles, and the tissue's
     // thickness, which bounds R, is interpolated between other vertices.
     EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 0.03 * rows.Weights().norm());
-    EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 1e-6);
+    // The curved surface over the large triangles lies outside of the finer facets.
+    EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 4e-4);
   }
 }
 
