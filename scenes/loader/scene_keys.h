@@ -113,6 +113,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.support.box", kBoxKeys},
     {"organ.support.box_fraction", kBoxKeys},
     {"organ.support.sphere", kSphereKeys},
+    {"contact", kContactKeys},
     {"instrument", kInstrumentKeys},
     {"instrument.jaws", kJawKeys},
     {"instrument.device", kDeviceKeys},

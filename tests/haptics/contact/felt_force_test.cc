@@ -70,8 +70,8 @@ TEST_P(FeltForce, IsTheStepsOwnIfTheToolsHaveNotMoved) {
     }
     for (int t = 0; t < 2; ++t) {
       const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
-      // The relaxations leave 1e-6 of the deepest contact's depth.
-      EXPECT_LT((bench_.Hand(t) + force).norm(), 1e-6 * force.norm() + 1e-7) << z << ' ' << t;
+      // The relaxations leave 1e-6 of the deepest contact's depth, Newton's rounds 1e-5.
+      EXPECT_LT((bench_.Hand(t) + force).norm(), 1e-5 * force.norm() + 1e-7) << z << ' ' << t;
     }
   }
   EXPECT_GT(bench_.Hand().z(), 0.2);
@@ -93,7 +93,7 @@ TEST_P(FeltForce, AGraspBesideAPressFeelsTheStepsOwnForce) {
       const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
       // Gauss-Seidel leaves 1e-6 of the jaws' motion between the grasped points, which are far
       // stiffer against each other than together.
-      const double tolerance = GetParam().first == SolverType::kGaussSeidel ? 1e-3 : 1e-6;
+      const double tolerance = GetParam().first == SolverType::kGaussSeidel ? 1e-3 : 1e-4;
       EXPECT_LT((bench_.Hand(t) + force).norm(), tolerance * force.norm() + 1e-7)
           << lift << ' ' << t;
     }

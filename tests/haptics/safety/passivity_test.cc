@@ -259,7 +259,8 @@ TEST(Passivity, LimitsTheWallsPartOfTheReactionOnly) {
     const Vector3d soft_W(kSoft * depth, 0, kSoft * depth);
     bench.Tick(wall.p_tip_organ_W, wall.reaction_W + soft_W, true, 0, wall);
     EXPECT_NEAR(bench.displayed_W.x(), soft_W.x(), 1e-12);
-    EXPECT_GE(bench.displayed_W.z(), 0.98 * soft_W.z()) << "less what damping takes";
+    // The controller's damping may take a part: 0.1 N s/m at 0.05 m/s.
+    EXPECT_GE(bench.displayed_W.z(), soft_W.z() - 0.005);
     work_of_wall += last_W.z() * 0.01 * kDepth;
     last_W = bench.displayed_W - soft_W;
   }

@@ -55,12 +55,12 @@ TEST(DrawnPose, TipThatPressesARigidOrganStandsOnItsSurfaceWithTheShaftInTheTroc
   const SolvedContact contact = Press(OrganModelType::kRigid, tool);
   ASSERT_TRUE(contact.rigid);
   const Isometry3d X_WT = DrawnPose(tool, contact, kRadius);
-  // Independent of the contact: the distance of the centre from the mesh is the tip's radius. The
-  // facets lie up to 0.3 mm below the smooth surface on which the contact slides.
+  // Independent of the contact: the distance of the centre from the mesh is the tip's radius, but
+  // for the facets, which lie up to 0.3 mm below the smooth surface on which the contact slides.
   const SurfaceMesh mesh = Ellipsoid(kRadii, 3);
   const SurfaceTree tree(mesh.vertices, mesh.triangles);
   const auto gap = [&](const Vector3d& p_W) { return tree.Closest(p_W, 0.1).distance; };
-  EXPECT_NEAR(gap(X_WT.translation()), kRadius, 5e-5);
+  EXPECT_NEAR(gap(X_WT.translation()), kRadius, 3e-4);
   EXPECT_LT(tool.X_WT.translation().z(), kRadii.z()) << "the tip itself is inside";
   EXPECT_GT(X_WT.translation().z(), kRadii.z() + 0.5 * kRadius);
   const Vector3d to_trocar = (kHole - X_WT.translation()).normalized();

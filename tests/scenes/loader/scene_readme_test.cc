@@ -140,6 +140,9 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   for (const char* part : {"pose", "lattice", "energy", "material"}) {
     written += std::string("[organ.") + part + "]\n" + defaults(std::string("organ.") + part);
   }
+  const std::string contact =
+      "[[organ]]\nname='second'\nmesh='m.obj'\n[[contact]]\na='liver'\nb='second'\n";
+  written += contact + defaults("contact");
   written += kInstrument + defaults("instrument");
   written += "[instrument.device]\n" + defaults("instrument.device");
   written += "[instrument.hand]\n" + defaults("instrument.hand");
@@ -147,7 +150,7 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   const std::string exchange = "[[instrument.exchange]]\nname='other'\n";
   written += exchange + defaults("instrument.exchange");
   written += "[laparoscope]\n" + defaults("laparoscope");
-  EXPECT_EQ(Dump(Load(written)), Dump(Load(kOrgan + kInstrument + exchange))) << written;
+  EXPECT_EQ(Dump(Load(written)), Dump(Load(kOrgan + contact + kInstrument + exchange))) << written;
   while (!readme.empty()) {
     const std::string table = readme.begin()->first;
     EXPECT_EQ(defaults(table), "") << "the defaults of [" << table << "] were not checked";
