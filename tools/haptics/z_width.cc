@@ -19,11 +19,12 @@ constexpr double kContactPush = 1;      // N
 constexpr double kStiffestShown = 2e5;  // N/m: the largest stiffness tried
 constexpr double kWidthGrowth = 1.4;
 constexpr double kWidthTolerance = 0.01;
-constexpr double kFarthestPress = 0.02;  // m along the guide, to press with kContactPush
-constexpr double kComesFrom = 5e-4;      // m
-constexpr double kComesWith = 0.02;      // m/s
-constexpr double kSmallMove = 1e-7;      // m, of the difference that gives a stiffness
-constexpr double kStableMargin = 2;      // of the boundary over the shipped stiffness
+constexpr double kFarthestPress = 0.02;     // m along the guide, to press with kContactPush
+constexpr double kComesFrom = 5e-4;         // m
+constexpr double kComesWith = 0.02;         // m/s
+constexpr double kSmallMove = 1e-7;         // m, of the difference that gives a stiffness
+constexpr double kFarthestOutside = 0.002;  // m
+constexpr double kStableMargin = 2;         // of the boundary over the shipped stiffness
 constexpr double kRootError = 0.05;
 
 // The pose at which a contact presses with kContactPush, and its stiffness there.
@@ -34,7 +35,8 @@ struct PressedPose {
 
 PressedPose PressWith(const ShippedContact& contact, const ToolPatches& patches) {
   const auto force = [&](double x) { return StaticForce(contact, patches, x); };
-  double low = contact.grasps ? -kFarthestPress : 0, high = 1e-6;
+  // The curved surface may lie outside of the vertices' plane, where x is 0.
+  double low = contact.grasps ? -kFarthestPress : -kFarthestOutside, high = 1e-6;
   if (contact.grasps) {
     high = kFarthestPress;
   } else {
@@ -44,7 +46,7 @@ PressedPose PressWith(const ShippedContact& contact, const ToolPatches& patches)
     const double middle = 0.5 * (low + high);
     (force(middle) < kContactPush ? low : high) = middle;
   }
-  const double move = std::min(kSmallMove, 0.1 * std::abs(high));
+  const double move = std::clamp(0.1 * std::abs(high), 1e-9, kSmallMove);
   return {high, (force(high + move) - force(high - move)) / (2 * move)};
 }
 

@@ -47,8 +47,8 @@ TEST(VirtualWall, IsStiffAlongTheShaftAndSoftestWhereALongLeverMeetsItAcross) {
   Eigen::Index top = 0;
   rest.vertices.col(2).maxCoeff(&top);
   const double shaft = 2 * device.friction / device.encoder_step;
-  EXPECT_NEAR(wall.fields[0](top, 0), shaft, 1e-6 * shaft);
-  EXPECT_NEAR(wall.greatest, shaft, 1e-6 * shaft);
+  EXPECT_NEAR(wall.fields[0](top, 0), shaft, 1e-4 * shaft);
+  EXPECT_NEAR(wall.greatest, shaft, 1e-4 * shaft);
   EXPECT_GT(wall.median, 3000);
   // The rim, 0.2 m away, is met at a grazing angle: near the figures of pitch and yaw at its lever.
   EXPECT_GT(wall.lever, 0.19);

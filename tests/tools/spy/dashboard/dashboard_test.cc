@@ -276,8 +276,9 @@ TEST_F(DashboardTest, RebuildsSurfacesAsTheEngineHasThem) {
     Points engine = pressed.render.Front().organs[0].vertices.cast<double>();
     EXPECT_GT((engine - pressed.models[0].rest().vertices).rowwise().norm().maxCoeff(), 1e-3);
     engine.rowwise() += moved.offset_W.transpose();
-    // Positions of 0.1 m cross in float and are kept in float: 1e-5 of the size is 2 um.
-    EXPECT_LT((Vertices(&browser, 0) - engine).cwiseAbs().maxCoeff(), 1e-7);
+    // Positions of 0.1 m cross in float and are kept in float. The indentation's frame is fitted to the
+    // smooth surface, of which the browser knows the vertices alone: 2 um.
+    EXPECT_LT((Vertices(&browser, 0) - engine).cwiseAbs().maxCoeff(), 3e-6);
     EXPECT_EQ(browser.Errors(), std::vector<std::string>());
     browser.Open("about:blank");  // before its server ends
     browser.Errors();
