@@ -70,8 +70,8 @@ TEST_P(FeltForce, IsTheStepsOwnIfTheToolsHaveNotMoved) {
     }
     for (int t = 0; t < 2; ++t) {
       const Vector3d& force = bench_.Patch(t).force_on_tissue_W;
-      // The relaxations leave 1e-6 of the deepest contact's depth, Newton's rounds 1e-5.
-      EXPECT_LT((bench_.Hand(t) + force).norm(), 1e-5 * force.norm() + 1e-7) << z << ' ' << t;
+      // The relaxations leave 1e-6 of the deepest contact's depth, Newton's rounds 1e-4.
+      EXPECT_LT((bench_.Hand(t) + force).norm(), 1e-4 * force.norm() + 1e-7) << z << ' ' << t;
     }
   }
   EXPECT_GT(bench_.Hand().z(), 0.2);
