@@ -1,6 +1,9 @@
 #include "engine/contact/pair_hold.h"
 
 #include <Eigen/LU>
+#include <array>
+
+#include "engine/snapshots.h"
 
 namespace hpdm {
 namespace {
