@@ -26,6 +26,8 @@ GROUPS = {"material": "tissue, lattice, solver", "contact": "contacts", "motion"
 def error(row):
     if not row["error"]:
         return ""
+    if row["error"] == "null":
+        return "not finite"
     value = 100 * float(row["error"])
     if 0 < value < 0.005:
         return "< 0.01 %"
