@@ -92,8 +92,7 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
           BoundingLatticeBox(rest().vertices, options().X_WO.linear(), options().lattice.margin),
           options().lattice) {
   RequireLocalFunctions(options());
-  if (options().material.prony.count > 0 &&
-      options().energy.solver == SolverType::kGaussSeidel) {
+  if (options().material.prony.count > 0 && options().energy.solver == SolverType::kGaussSeidel) {
     throw InputError("organ \"" + options().name +
                      "\": Prony terms need the solver Cholesky; change that or give none");
   }

@@ -76,7 +76,7 @@ class BlockHeldAtPoints {
     constexpr int kSteps = 40;
     for (int step = 0; step < kSteps; ++step) {
       state_.memory.Relax(1. / 30, state_.relaxation.get(), &state_.contacts,
-                            &state_.control_displacements);
+                          &state_.control_displacements);
     }
     return Relocated();
   }

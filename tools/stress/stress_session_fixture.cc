@@ -180,7 +180,7 @@ void StressSessionFixture::RecordContact(ContactRecord* record) {
           .force_W = tool.force_W};
   const TickContactPoint last = place_;
   place_ = deformation_->NewestTools().contact_points[0][0];  // there is one organ
-  if (place_.triangle < 0) place_ = {};  // on the coarse surface
+  if (place_.triangle < 0) place_ = {};                       // on the coarse surface
   if (place_.organ < 0) return;
   tick.normal_W = place_.normal_W;
   tick.friction_W = place_.friction_W;
