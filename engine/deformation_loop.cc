@@ -174,7 +174,9 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
     if (state.tips.size() == 0) continue;
     const LatticeCompliance& free = *state.relaxation->compliance();
     const JointRelaxation::Hold& held = joint_relaxation_.HoldOn(o);
-    if (held.hold == nullptr || held.hold->size() == 0) {
+    // A rejected step has removed its rows.
+    const bool has_rows = state.contacts.size() > 0;
+    if (!has_rows || held.hold == nullptr || held.hold->size() == 0) {
       state.tips.Condense(free);
     } else {
       state.tips.Condense(HeldCompliance(free, state.contacts, *held.hold, held.body, &loads_));

@@ -59,7 +59,6 @@ void ContactSolver::Build(std::span<const ContactConstraints* const> bodies,
   forces_.conservativeResize(size_);
   compliance().setZero();
   ListSides(bodies, pairs);
-  StartActiveSet();
 }
 
 void ContactSolver::AddOwnEquations(const ContactConstraints& contacts) {
@@ -98,14 +97,15 @@ void ContactSolver::AddPairEquations(std::span<const OrganContact> pairs) {
     equations_[static_cast<std::size_t>(size_)] = {.axis_W = -pair.normal_W,
                                                    .force_W = -pair.normal_W,
                                                    .unilateral = true,
-                                                   .friction = pair.friction,
-                                                   .pressed = pair.f_n > 0};
+                                                   .friction = pair.friction};
+    active_[static_cast<std::size_t>(size_)] = pair.f_n > 0;
     change_[size_++] = -pair.gap;
     if (count == 1) continue;
     has_pair_friction_ = true;
     for (const Vector3d& axis : Across(pair.normal_W)) {
       equations_[static_cast<std::size_t>(size_)] = {
           .axis_W = axis, .force_W = axis, .across = true};
+      active_[static_cast<std::size_t>(size_)] = false;
       forces_[size_] = pair.f_n > 0 ? axis.dot(pair.f_t_W) : 0;
       change_[size_++] = -axis.dot(pair.tie_W);
     }
@@ -191,15 +191,6 @@ RelaxationResult ContactSolver::Solve() {
     last = forces_;
   }
   return result;
-}
-
-// Presses that have a gap without force start inactive, and pairs as in the last step.
-void ContactSolver::StartActiveSet() {
-  for (int e = 0; e < size_; ++e) {
-    const auto i = static_cast<std::size_t>(e);
-    const Equation& equation = equations_[i];
-    active_[i] = equation.unilateral ? equation.pressed : !equation.across;
-  }
 }
 
 void ContactSolver::SolveLinear(RelaxationResult* result) {

@@ -55,6 +55,7 @@ class ContactSolver {
   static constexpr double kContradicting = 1000;
   static constexpr double kSlipping = 10;
   static constexpr int kMaxEquations = 3 * kMaxContacts;
+  static constexpr int kMaxBodies = 64;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEquations, 1>;
   /// One body's part in an equation. A pair's equations have a part in both bodies.
   struct Side {
@@ -116,7 +117,6 @@ class ContactSolver {
   // A part of one of the matrices; temporaries have a fixed largest size.
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                kMaxEquations, kMaxEquations>;
-  static constexpr int kMaxBodies = 64;
 
   // A tip's local law, f (along q(f)), about the last round's forces.
   struct TipLaw {
@@ -133,7 +133,6 @@ class ContactSolver {
     bool unilateral = false;
     bool across = false;  // across a pair: the equation along its normal stands before
     double friction = 0;  // along a pair's normal: coefficient, 0 without equations across
-    bool pressed = false;
     TipLaw tip_law = {};
   };
 
@@ -143,7 +142,6 @@ class ContactSolver {
                  std::span<const OrganContact> pairs);
   void AddLocalCompliance();
   void LineariseTipLaws();
-  void StartActiveSet();
   void SolveLinear(RelaxationResult* result);
   bool SolveActive();
   bool HasFriction() const;

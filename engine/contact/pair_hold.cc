@@ -17,7 +17,7 @@ using HeldColumns = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kM
 
 PairHold::PairHold()
     : sides_(2 * kMost),
-      first_side_(kMaxOrgans + 1),
+      first_side_(ContactSolver::kMaxBodies + 1),
       compliance_(kMost, kMost),
       stiffness_(kMost, kMost) {}
 

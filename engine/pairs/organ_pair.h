@@ -112,7 +112,7 @@ class OrganPair {
     Points last_vertices;  // m, of the last step
     Vector3d last_offset_W = Vector3d::Zero();
   };
-  // What a sample keeps from step to step.
+  // State of a sample after the last step.
   struct Memory {
     int partner = -1;                            // triangle
     Vector3d p_partner_rest = Vector3d::Zero();  // m

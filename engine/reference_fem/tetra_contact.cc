@@ -275,7 +275,7 @@ CondensedTetraBody::CondensedTetraBody(const TetraBody& body, const TetraProblem
   const Eigen::Index size = 3 * static_cast<Eigen::Index>(nodes_.size());
   u_0_.resize(size);
   for (Eigen::Index i = 0; i < size; ++i) u_0_[i] = u[3 * nodes_[ToSize(i / 3)] + i % 3];
-  // What is eliminated last is the Schur complement.
+  // The unknowns that are eliminated last leave the Schur complement.
   const SparseMatrix L = factor_->llt.matrixL();
   const Eigen::MatrixXd L_zone = Eigen::MatrixXd(L.bottomRightCorner(size, size));
   stiffness_ = L_zone * L_zone.transpose();

@@ -4,14 +4,13 @@
 #include <cstddef>
 
 #include "engine/base/check.h"
-#include "engine/snapshots.h"
 
 namespace hpdm {
 
 void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
                    ContactSolver* solver) {
-  HPDM_CHECK(bodies.size() <= kMaxOrgans);
-  std::array<const ContactConstraints*, kMaxOrgans> contacts;
+  HPDM_CHECK(bodies.size() <= ContactSolver::kMaxBodies);
+  std::array<const ContactConstraints*, ContactSolver::kMaxBodies> contacts;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     contacts[b] = bodies[b].contacts;
     bodies[b].body->Begin(bodies[b].input, *contacts[b]);

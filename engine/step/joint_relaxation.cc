@@ -92,9 +92,9 @@ void JointRelaxation::RelaxGroup(double dt, std::span<OrganContact> pairs,
   }
   for (std::size_t b = 0; b < count_; ++b) organ(b).EndRelax(bodies[b].result, record);
   for (std::size_t p = 0; p < group_pairs_.size(); ++p) {
-    pairs[pair_of_[p]].f_n = group_pairs_[p].f_n;
-    pairs[pair_of_[p]].f_t_W = group_pairs_[p].f_t_W;
-    pairs[pair_of_[p]].indentation = group_pairs_[p].indentation;
+    OrganContact& pair = pairs[pair_of_[p]];
+    group_pairs_[p].body = pair.body;
+    pair = group_pairs_[p];
   }
 }
 

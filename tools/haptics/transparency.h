@@ -8,7 +8,7 @@
 
 namespace hpdm {
 
-/// What a hand feels of one contact at one frequency, over what the model has.
+/// Force that a hand feels from one contact at one frequency, over the force of the model.
 struct TransparencyPoint {
   double hertz = 0;
   double amplitude = 0;  ///< m, of the tip.

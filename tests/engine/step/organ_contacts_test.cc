@@ -228,7 +228,7 @@ TEST(OrganContacts, StickingFacesMoveTogether) {
     bodies.StayAt(step * kHalfPeriod / 40);
     bodies.Step();
   }
-  // By symmetry both faces move by half of the shift.
+  // The two bars are equal, so each face moves by half of the shift.
   Vector3d means[2];
   for (int o = 0; o < 2; ++o) {
     means[o].setZero();

@@ -309,7 +309,7 @@ TEST(ShaftContact, AClosedPathGivesTheHandNoEnergy) {
   }
 }
 
-// Where the shaft touches nothing, it changes nothing, to the last bit.
+// A shaft that touches nothing leaves the force of its tip the same to the last bit.
 TEST(ShaftContact, AShaftThatTouchesNothingIsNotFelt) {
   const auto press = [](bool feels_shaft) {
     FeltBench bench(SoftLobe(), Ellipsoid(Vector3d(0.03, 0.03, 0.03), 3));

@@ -31,7 +31,7 @@ TEST(ShippedContacts, AProbePressesAndAGrasperHoldsTheLiver) {
   EXPECT_TRUE(Contacts()[1].grasps);
 }
 
-// Material and supports scale the whole stiffness; the patches of the stiffer scene are solved anew.
+// The stiffer scene has a higher modulus and stiffer supports. Its patches are solved anew.
 TEST(ShippedContacts, StiffenedPatchesHaveTheForcesOfStifferTissue) {
   constexpr double kStiffer = 3;
   Scene scene = LoadScene(TwoHandsScene());
