@@ -3,8 +3,6 @@
 #include <Eigen/LU>
 #include <array>
 
-#include "engine/snapshots.h"
-
 namespace hpdm {
 namespace {
 

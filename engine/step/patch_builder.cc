@@ -156,6 +156,8 @@ void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
   patch->organ = -1;
   patch->point_count = patch->triangle_count = 0;
   patch->far.point_count = patch->far.triangle_count = 0;
+  patch->Pack();
+  patch->far.Pack();
   patch->coupling_count = 0;
   patch->tilt_W.setZero();
   patch->tilt_compliance_W.setZero();
@@ -170,7 +172,6 @@ void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
 void PatchBuilder::Fill(const ToolPose& tool, const ToolGeometry& geometry,
                         const TipContact& contact, const TipPress& press, const Grasp* grasp,
                         const OrganModel& model, OrganState* state, ToolPatch* patch) {
-  const Triangles& triangles = model.rest().triangles;
   patch->organ = contact.organ;
   patch->rigid = model.rigid();
   patch->motion = model.options().motion;
@@ -190,10 +191,20 @@ void PatchBuilder::Fill(const ToolPose& tool, const ToolGeometry& geometry,
     patch->R_WT = tool.X_WT.linear();
     patch->p_grasp_T = tool.X_WT.inverse() * patch->contact_W;
     if (contact.tip >= 0) patch->turn_W = state->tips[contact.tip].turn_W;
-    return;
+  } else {
+    FillPaperContact(contact, grasp, model, *state, patch);
   }
+  patch->Pack();
+  patch->far.Pack();
+}
+
+// Fills in a contact of an organ without lattice forces.
+void PatchBuilder::FillPaperContact(const TipContact& contact, const Grasp* grasp,
+                                    const OrganModel& model, const OrganState& state,
+                                    ToolPatch* patch) const {
+  const Triangles& triangles = model.rest().triangles;
   patch->reaction = ReactionType::kPaper;
-  patch->contact_W = contact.at.Position(state->vertices, triangles);
+  patch->contact_W = contact.at.Position(state.vertices, triangles);
   if (grasp == nullptr) return;
   int corner = 0;
   contact.at.barycentric.maxCoeff(&corner);
@@ -271,7 +282,7 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
     if (model.rigid()) point.wall = press.WallAt(model, contact.organ, v);
     if (!in_lattice) {
       point.p_original_W = model.rest().vertices.row(v);
-      FillPaperNode(model, v, reaction_, &point.node);
+      FillPaperNode(model, v, reaction_, &patch->nodes[i]);
       continue;
     }
     const SparseRow b = VertexRow(model, v, state);

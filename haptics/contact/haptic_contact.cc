@@ -70,8 +70,6 @@ void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   started_ = started_ && same_organ;
   patch_ = &patch;
   organ_ = patch.organ;
-  surface_.Build(patch);
-  far_surface_.Build(patch.far);
   is_new_ = true;
   is_patch_new_ = true;
   if (!same_organ || !IsViscous()) memory_.known = false;
@@ -85,9 +83,10 @@ void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
 
 // Finds the place of the contact on a new patch.
 bool HapticContact::FindAgain() {
-  on_far_ = !surface_.Has(foot_.mesh_triangle) && !far_surface_.empty() &&
-            !surface_.Covers(p_foot_W_) && far_surface_.Find(-1, foot_.weights, p_foot_W_, &foot_);
-  return on_far_ || surface_.Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_);
+  on_far_ = !mesh_surface().Has(foot_.mesh_triangle) && !far_surface().empty() &&
+            !mesh_surface().Covers(p_foot_W_) &&
+            far_surface().Find(-1, foot_.weights, p_foot_W_, &foot_);
+  return on_far_ || mesh_surface().Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_);
 }
 
 void HapticContact::ClearPatch() noexcept {
@@ -252,17 +251,18 @@ bool HapticContact::FindContact(const TipPose& tip) {
   const Vector3d& p_tip_W = tip.X_WT.translation();
   const bool moved_far = started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick;
   on_far_ = false;
-  if (moved_far && surface_.FindEntry(p_tip_last_W_, p_tip_W, &foot_)) return true;
-  if (surface_.FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius) return true;
-  return !far_surface_.empty() && FindFarContact(tip, moved_far);
+  if (moved_far && mesh_surface().FindEntry(p_tip_last_W_, p_tip_W, &foot_)) return true;
+  if (mesh_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius)
+    return true;
+  return !far_surface().empty() && FindFarContact(tip, moved_far);
 }
 
 // The coarse surface counts only where the patch has no triangles of the mesh.
 bool HapticContact::FindFarContact(const TipPose& tip, bool moved_far) {
   const Vector3d& p_tip_W = tip.X_WT.translation();
-  on_far_ = (moved_far && far_surface_.FindEntry(p_tip_last_W_, p_tip_W, &foot_)) ||
-            (far_surface_.FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius);
-  on_far_ = on_far_ && !surface_.Covers(far_surface_.Position(foot_));
+  on_far_ = (moved_far && far_surface().FindEntry(p_tip_last_W_, p_tip_W, &foot_)) ||
+            (far_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius);
+  on_far_ = on_far_ && !mesh_surface().Covers(far_surface().Position(foot_));
   return on_far_;
 }
 
@@ -323,9 +323,9 @@ bool HapticContact::FindOnShaft(TipPose* tip) {
 // the patch has no triangles of the mesh.
 bool HapticContact::FindNearest(const Vector3d& start_W, const Vector3d& end_W, SegmentFoot* near) {
   SegmentFoot far;
-  const bool on_mesh = surface_.FindNearest(start_W, end_W, near);
-  const bool on_far = !far_surface_.empty() && far_surface_.FindNearest(start_W, end_W, &far) &&
-                      !surface_.Covers(far_surface_.Position(far.foot));
+  const bool on_mesh = mesh_surface().FindNearest(start_W, end_W, near);
+  const bool on_far = !far_surface().empty() && far_surface().FindNearest(start_W, end_W, &far) &&
+                      !mesh_surface().Covers(far_surface().Position(far.foot));
   on_far_ = on_far && (!on_mesh || far.distance < near->distance);
   if (on_far_) *near = far;
   return on_mesh || on_far;
@@ -334,9 +334,9 @@ bool HapticContact::FindNearest(const Vector3d& start_W, const Vector3d& end_W, 
 // Finds the foot of a shaft that has got into the surface unseen.
 bool HapticContact::FindInside(const TipPose& tip) {
   on_far_ = false;
-  return (surface_.FindFoot(tip.X_WT.translation(), tip.tip_radius, &foot_) &&
+  return (mesh_surface().FindFoot(tip.X_WT.translation(), tip.tip_radius, &foot_) &&
           foot_.gap < tip.tip_radius) ||
-         (!far_surface_.empty() && FindFarContact(tip, false));
+         (!far_surface().empty() && FindFarContact(tip, false));
 }
 
 // Moves the contact along the axis, on the shaft and on the surface, towards where the surface is
@@ -386,12 +386,12 @@ bool HapticContact::IsViscous() const {
 }
 
 Vector3d HapticContact::PositionOf(const Place& place) const {
-  return (place.on_far ? far_surface_ : surface_).Position(place.foot);
+  return (place.on_far ? far_surface() : mesh_surface()).Position(place.foot);
 }
 
 // Returns how far the curved surface lies outside of its flat triangle, m.
 Vector3d HapticContact::OffsetOf(const Place& place) const {
-  return (place.on_far ? far_surface_ : surface_).Offset(place.foot);
+  return (place.on_far ? far_surface() : mesh_surface()).Offset(place.foot);
 }
 
 // Returns the tissue as the patch's step left it, held in place since then.
@@ -430,11 +430,11 @@ HapticContact::Memory HapticContact::MemoryAtFoot() const {
 void HapticContact::FindMemoryAgain() {
   SurfaceFoot& foot = memory_place_.foot;
   const Vector3d weights = foot.weights;
-  memory_place_.on_far = !surface_.Has(foot.mesh_triangle) && !far_surface_.empty() &&
-                         !surface_.Covers(p_memory_W_) &&
-                         far_surface_.Find(-1, weights, p_memory_W_, &foot);
+  memory_place_.on_far = !mesh_surface().Has(foot.mesh_triangle) && !far_surface().empty() &&
+                         !mesh_surface().Covers(p_memory_W_) &&
+                         far_surface().Find(-1, weights, p_memory_W_, &foot);
   memory_.known =
-      memory_place_.on_far || surface_.Find(foot.mesh_triangle, weights, p_memory_W_, &foot);
+      memory_place_.on_far || mesh_surface().Find(foot.mesh_triangle, weights, p_memory_W_, &foot);
   if (!memory_.known) return;
   p_memory_W_ = PositionOf(memory_place_);
   patch_tissue_ = TissueOfPatch(memory_place_);
@@ -487,7 +487,7 @@ void HapticContact::Recover() {
 WallStiffness HapticContact::WallAtFoot() const {
   WallStiffness wall;
   for (int k = 0; k < 3; ++k) {
-    const WallStiffness& corner = points()[foot_.corners[k]].wall;
+    const WallStiffness& corner = surface_patch().points[foot_.corners[k]].wall;
     wall.normal += foot_.weights[k] * corner.normal;
     wall.tangential += foot_.weights[k] * corner.tangential;
   }
@@ -571,7 +571,8 @@ bool HapticContact::Slide(const TipPose& tip) {
   if (offset2 > tangential_W.squaredNorm()) {
     foot_ = before;
     EvaluateAtFoot(tip);
-  } else if (!on_far_ && offset2 > kBeyondPatch * kBeyondPatch && surface_.IsOnBorder(foot_)) {
+  } else if (!on_far_ && offset2 > kBeyondPatch * kBeyondPatch &&
+             mesh_surface().IsOnBorder(foot_)) {
     LeavePatch(tip);
   }
   return TangentialOffset(tip).squaredNorm() < kLost * kLost && tip_.depth < kDeepest;
@@ -579,7 +580,7 @@ bool HapticContact::Slide(const TipPose& tip) {
 
 // Moves a contact at the border to the coarse surface, if there is one.
 void HapticContact::LeavePatch(const TipPose& tip) {
-  on_far_ = far_surface_.Find(-1, foot_.weights, surface_.Position(foot_), &foot_);
+  on_far_ = far_surface().Find(-1, foot_.weights, mesh_surface().Position(foot_), &foot_);
   if (!on_far_) return;
   left_patch_ = true;
   EvaluateAtFoot(tip);
@@ -592,7 +593,8 @@ void HapticContact::PressPaper() {
   result_.kind = ContactKind::kPress;
   const Vector3d delta_W = -tip_.depth * tip_.normal_W;
   for (int i = 0; i < 3; ++i) {
-    result_.reaction_W += foot_.weights[i] * ForceOnHand(points()[foot_.corners[i]].node, delta_W);
+    result_.reaction_W +=
+        foot_.weights[i] * ForceOnHand(surface_patch().nodes[foot_.corners[i]], delta_W);
   }
   result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
 }

@@ -4,7 +4,6 @@
 #include "engine/energy/maxwell_law.h"
 #include "engine/snapshots.h"
 #include "haptics/contact/lattice_reaction.h"
-#include "haptics/contact/patch_surface.h"
 
 namespace hpdm {
 
@@ -48,7 +47,7 @@ struct HapticForce {
 /// rate. The step puts its own contact at the same point (contact_point()).
 ///
 /// Press, at a point s of the released surface:
-/// 1. It begins at the foot of the tip's centre (patch_surface.h), or where the tip crossed the
+/// 1. It begins at the foot of the tip's centre (engine/contact/patch_surface.h), or where the tip crossed the
 ///    surface since the last tick. It ends in the tick in which its force ends. Beyond the mesh's
 ///    triangles of the patch it begins on the coarse surface, and stays there until the next patch.
 /// 2. s follows the tip so that the pressed point
@@ -182,8 +181,10 @@ class HapticContact {
   Vector3d OnAxis(double from_trocar) const { return p_trocar_W_ - from_trocar * axis_W_; }
   bool FindAgain();
   void LeavePatch(const TipPose& tip);
-  const PatchSurface& surface() const { return on_far_ ? far_surface_ : surface_; }
-  const auto& points() const { return on_far_ ? patch_->far.points : patch_->points; }
+  const PatchSurface& mesh_surface() const { return patch_->packed; }
+  const PatchSurface& far_surface() const { return patch_->far.packed; }
+  const SurfacePatch& surface_patch() const { return on_far_ ? patch_->far : *patch_; }
+  const PatchSurface& surface() const { return surface_patch().packed; }
   // Place of a contact on one of the patch's surfaces.
   struct Place {
     bool on_far = false;
@@ -233,9 +234,7 @@ class HapticContact {
   double fade_;    // factor on offset_W_ per tick
   Part part_;
   const ToolPatch* patch_ = nullptr;
-  int organ_ = -1;            // of the patch, -1 for none: SetPatch must not read the patch before
-  PatchSurface surface_;      // of the mesh's triangles
-  PatchSurface far_surface_;  // of the coarse ones
+  int organ_ = -1;  // of the patch, -1 for none: SetPatch must not read the patch before
   HapticForce result_;
   bool started_ = false;                      // p_tip_last_W_ is known
   Vector3d p_tip_last_W_ = Vector3d::Zero();  // relative to the organ's breathing offset

@@ -16,11 +16,11 @@ inline ToolPatch PlanePatch(int size, double half_width, double k1) {
   patch.kind = ContactKind::kPress;
   for (int j = 0; j < size; ++j) {
     for (int i = 0; i < size; ++i) {
+      patch.nodes[patch.point_count].k1 = k1;
       PatchPoint& point = patch.points[patch.point_count++];
       const double step = 2 * half_width / (size - 1);
       point.p_original_W = Vector3d(-half_width + i * step, -half_width + j * step, 0);
       point.normal_W = Vector3d::UnitZ();
-      point.node.k1 = k1;
     }
   }
   const auto add = [&](int a, int b, int c) {
@@ -36,6 +36,7 @@ inline ToolPatch PlanePatch(int size, double half_width, double k1) {
       add(a, a + size + 1, a + size);
     }
   }
+  patch.Pack();
   return patch;
 }
 
@@ -49,6 +50,7 @@ inline ToolPatch SpherePatch(int size, double half_width, double radius, double 
     point.normal_W = (point.p_original_W - centre).normalized();
     point.p_original_W = centre + radius * point.normal_W;
   }
+  patch.Pack();
   return patch;
 }
 

@@ -30,7 +30,7 @@ void Stiffen(const OrganModel& organ, double stiffer, ToolPatch* patch) {
       point.coupling_W /= stiffer;
       point.wall.normal *= stiffer;
       point.wall.tangential *= stiffer;
-      stiffen_node(&point.node);
+      stiffen_node(&surface->nodes[static_cast<std::size_t>(i)]);
     }
   };
   stiffen_points(patch);

@@ -21,9 +21,10 @@ TEST_F(ContactPatchTest, PatchIsBoundedAndConsistent) {
   }
   for (int p = 0; p < patch.point_count; ++p) {
     const PatchPoint& point = patch.points[p];
-    EXPECT_GE(point.node.neighbour_count, 5);
-    for (int i = 0; i < point.node.neighbour_count; ++i) {
-      EXPECT_DOUBLE_EQ(point.node.neighbours[i].edge.norm(), point.node.neighbours[i].rest_length);
+    const ReactionNode& node = patch.nodes[p];
+    EXPECT_GE(node.neighbour_count, 5);
+    for (int i = 0; i < node.neighbour_count; ++i) {
+      EXPECT_DOUBLE_EQ(node.neighbours[i].edge.norm(), node.neighbours[i].rest_length);
     }
   }
 }

@@ -20,7 +20,8 @@ TipPose At(const Vector3d& p_tip_W, double radius = kRadius) {
   return {.X_WT = Isometry3d(Eigen::Translation3d(p_tip_W)), .tip_radius = radius};
 }
 
-HapticForce Press(const ToolPatch& patch, const Vector3d& p_tip_W, double radius = kRadius) {
+HapticForce Press(ToolPatch patch, const Vector3d& p_tip_W, double radius = kRadius) {
+  patch.Pack();
   HapticContact contact;
   contact.SetPatch(patch);
   return contact.Evaluate(At(p_tip_W, radius));
@@ -52,7 +53,7 @@ TEST(HapticContact, ForceIsContinuousWhileSliding) {
     HandRandom random(5);
     const double kHigh = 1.5 * kStiffness;
     for (int i = 0; i < patch.point_count; ++i) {
-      patch.points[i].node.k1 = random.Uniform(kStiffness, kHigh);
+      patch.nodes[i].k1 = random.Uniform(kStiffness, kHigh);
     }
     HapticContact contact;
     contact.SetPatch(patch);
@@ -239,16 +240,14 @@ TEST(HapticContact, APatchMayChangeOnceTheNextHasArrived) {
 
 TEST(HapticContact, APressNeverPullsTheHandIntoTheTissue) {
   ToolPatch patch = PlanePatch(7, 0.03, kStiffness);
-  for (auto& point : patch.points) {
-    point.node.k1 = 1;
-    point.node.neighbour_count = 1;  // a taut spring that lifts the tissue, and so sucks the tip in
-    point.node.neighbours[0] = {.edge = {0.001, 0, -0.01}, .rest_length = 0.001, .k2 = 100};
+  for (ReactionNode& node : patch.nodes) {
+    node.k1 = 1;
+    node.neighbour_count = 1;  // a taut spring that lifts the tissue, and so sucks the tip in
+    node.neighbours[0] = {.edge = {0.001, 0, -0.01}, .rest_length = 0.001, .k2 = 100};
   }
   const HapticForce result = Press(patch, {0.001, 0.002, 0});
-  ReactionNode node = patch.points[0].node;
-  for (auto& point : patch.points) point.node.neighbours[0].edge.z() = 0.02;
-  node = patch.points[0].node;
-  ASSERT_LT(ForceOnHand(node, {0, 0, -kRadius}).z(), 0);
+  for (ReactionNode& node : patch.nodes) node.neighbours[0].edge.z() = 0.02;
+  ASSERT_LT(ForceOnHand(patch.nodes[0], {0, 0, -kRadius}).z(), 0);
   const HapticForce sucked = Press(patch, {0.001, 0.002, 0});
   EXPECT_NEAR(sucked.reaction_W.z(), 0, 1e-15);
   EXPECT_EQ(sucked.kind, ContactKind::kPress);

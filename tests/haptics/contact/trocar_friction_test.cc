@@ -43,8 +43,10 @@ class TrocarBench {
       patch.step.number = tick_ + 1;
       patch.step.device_time_ns = now;
       patch.tool_count = 1;
-      patch.tools[0].places[0] = PlanePatch(7, 0.03, 100);
-      for (PatchPoint& point : patch.tools[0].places[0].points) point.p_original_W.z() -= 0.04;
+      ToolPatch& place = patch.tools[0].places[0];
+      place = PlanePatch(7, 0.03, 100);
+      for (PatchPoint& point : place.points) point.p_original_W.z() -= 0.04;
+      place.Pack();
       patches_.Publish();
     }
     loop_->Tick(tick_++, now, {});

@@ -69,6 +69,7 @@ ToolPatch WallPatch(const Vector3d& n_W, const WallStiffness& wall) {
     point.wall = wall;
     point.compliance_W = wall.Compliance(n_W);
   }
+  patch.Pack();
   return patch;
 }
 

@@ -1,9 +1,10 @@
-#include "haptics/contact/patch_surface.h"
+#include "engine/contact/patch_surface.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "engine/contact_patch.h"
 #include "engine/mesh/closest_point.h"
 #include "engine/mesh/curved_surface.h"
 

@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 
-#include "engine/snapshots.h"
+#include "engine/base/types.h"
 
 namespace hpdm {
+
+struct SurfacePatch;
 
 /// The foot of a point on the surface of a patch.
 struct SurfaceFoot {
@@ -27,7 +29,8 @@ struct SegmentFoot {
 
 /// The released surface of one SurfacePatch, packed for the queries of every tick. They find the foot
 /// of a free tip's centre or of a free shaft's axis, and the place of a contact that slides along
-/// the surface. The surface has at most SurfacePatch::kMaxTriangles triangles, so the cost does not depend on the mesh.
+/// the surface. The surface has at most kMaxTriangles triangles, so the cost does not depend on the
+/// mesh.
 ///
 /// 1. The foot of a free tip is the point q whose interpolated vertex normal passes through the
 ///    centre c: c = q + t n(q). This is the Phong projection (Panozzo, Baran, Diamanti,
@@ -45,10 +48,14 @@ struct SegmentFoot {
 /// 6. Triangles without area, with corners out of range or not finite are left out of the search,
 ///    but their edges do not count as border.
 ///
-/// Haptic thread; wait-free, no allocation, never throws.
+/// The deformation thread packs it, the haptic thread queries it; wait-free, no allocation, never
+/// throws.
 class PatchSurface {
  public:
-  /// Packs a new patch: O(triangles).
+  static constexpr int kMaxPoints = 64;
+  static constexpr int kMaxTriangles = 96;
+
+  /// Packs a patch: O(triangles).
   void Build(const SurfacePatch& patch) noexcept;
 
   bool empty() const noexcept { return triangle_count_ == 0; }
@@ -93,8 +100,6 @@ class PatchSurface {
   }
 
  private:
-  static constexpr int kMaxPoints = SurfacePatch::kMaxPoints;
-  static constexpr int kMaxTriangles = SurfacePatch::kMaxTriangles;
   static constexpr std::uint8_t kNone = 0xff;
   using Corners = std::array<std::uint8_t, 3>;
 

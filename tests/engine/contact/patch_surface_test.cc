@@ -1,4 +1,4 @@
-#include "haptics/contact/patch_surface.h"
+#include "engine/contact/patch_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,6 @@ ToolPatch Solid(bool cube, double h) {
     PatchPoint& p = patch.points[patch.point_count++];
     p.p_original_W = h * Vector3d(x, y, z);
     p.normal_W = p.p_original_W.normalized();
-    p.node.k1 = kStiffness;
   };
   const auto triangle = [&](int a, int b, int c) {
     const Vector3d pa = patch.points[a].p_original_W, pb = patch.points[b].p_original_W,

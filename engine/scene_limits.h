@@ -1,0 +1,16 @@
+#pragma once
+
+/// Largest numbers of what a scene has. Values that the threads exchange have room for them.
+namespace hpdm {
+
+inline constexpr int kMaxInstruments = 2;
+inline constexpr int kMaxOrgans = 64;
+inline constexpr int kMaxHeld = 8;  ///< Instruments that one hand can take in turn.
+/// Places where one tip can press at once, each on another organ.
+inline constexpr int kMaxPlaces = 3;
+/// Places where one shaft can press at once, on different organs or apart on one.
+inline constexpr int kShaftPlaces = 2;
+/// All places of a tool: first those of the tip, then those of the shaft.
+inline constexpr int kToolPlaces = kMaxPlaces + kShaftPlaces;
+
+}  // namespace hpdm
