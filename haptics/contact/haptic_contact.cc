@@ -108,8 +108,8 @@ void HapticContact::Locate(TipPose tip) noexcept {
   in_lattice_ = false;
   pushed_W_.setZero();
   organ_offset_W_.setZero();
-  if (patch_ != nullptr) organ_offset_W_ = patch_->motion.Offset(tip.time_ns);
-  if (patch_ != nullptr) tip.X_WT.translation() -= organ_offset_W_;
+  if (organ_ >= 0) organ_offset_W_ = patch_->motion.Offset(tip.time_ns);
+  tip.X_WT.translation() -= organ_offset_W_;
   if (part_ == Part::kShaft) MoveToShaft(&tip);
   step_ = {};
   if (IsViscous()) {
@@ -381,8 +381,7 @@ void HapticContact::EvaluateAtFoot(const TipPose& tip) {
 }
 
 bool HapticContact::IsViscous() const {
-  return patch_ != nullptr && patch_->organ >= 0 && patch_->prony.count > 0 &&
-         patch_->reaction == ReactionType::kLattice;
+  return organ_ >= 0 && patch_->prony.count > 0 && patch_->reaction == ReactionType::kLattice;
 }
 
 Vector3d HapticContact::PositionOf(const Place& place) const {
@@ -659,7 +658,7 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
 // A patch that lasted for less than three ticks gives no extrapolation of the force, so there is
 // nothing to fade in from. A contact without a place on the new patch fades out.
 void HapticContact::FadeIn() {
-  if (patch_ != nullptr && patch_->rigid) {
+  if (organ_ >= 0 && patch_->rigid) {
     offset_W_.setZero();
     fades_out_ = false;
     is_new_ = false;
