@@ -66,7 +66,8 @@ struct PatchPoint {
   WallStiffness wall;  ///< Rigid organ.
 };
 
-/// A jaw opened beyond this lets go, both in the tick and in the step.
+/// A jaw that closes past this grasps. Opened beyond the other it lets go. Both hold in tick and step.
+inline constexpr double kJawGrasps = 0.3;
 inline constexpr double kJawLetsGo = 0.5;
 
 enum class ContactKind : std::uint8_t { kNone = 0, kPress = 1, kGrasp = 2 };

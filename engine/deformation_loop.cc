@@ -16,8 +16,8 @@ namespace {
 constexpr double kFarAway = 1e3;
 
 bool IsFinite(const ToolPose& tool) {
-  return tool.X_WT.matrix().allFinite() && tool.p_trocar_W.allFinite() &&
-         tool.v_tip_W.allFinite() && std::isfinite(tool.jaw);
+  return tool.X_WT.matrix().allFinite() && tool.X_TC.matrix().allFinite() &&
+         tool.p_trocar_W.allFinite() && tool.v_tip_W.allFinite() && std::isfinite(tool.jaw);
 }
 
 Sheddable SheddableIn(const std::vector<OrganModel>& organs) {

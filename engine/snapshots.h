@@ -50,6 +50,9 @@ struct ToolPose {
   Vector3d p_trocar_W = Vector3d::Zero();    ///< m; fixed.
   Vector3d v_tip_W = Vector3d::Zero();       ///< m/s, filtered.
   double jaw = 1;                            ///< 0 closed .. 1 open.
+  /// Pose of the tool in the tick in which its jaws closed (kJawGrasps), in its present frame; the
+  /// identity while they are open.
+  Isometry3d X_TC = Isometry3d::Identity();
   int instrument_index = 0;  ///< Instrument in the hand: 0 the first, then its exchanges in order.
 };
 

@@ -169,6 +169,9 @@ void HapticLoop::MoveTools(Nanoseconds now) {
     tool.has_pose = !paused_ && (tool.has_pose || tool.sample.valid);
     tool.moved_ns = tool.sample.time_ns;
     tool.pose.X_WT = X_WT;
+    const bool closed = joints[kJaw] < kJawGrasps;
+    if (!closed || tool.pose.jaw >= kJawGrasps) tool.X_WC = X_WT;
+    tool.pose.X_TC = closed ? X_WT.inverse() * tool.X_WC : Isometry3d::Identity();
     tool.pose.jaw = joints[kJaw];
     tool.J = kinematics.Jacobian(joints);
   }

@@ -116,6 +116,7 @@ class HapticLoop {
     bool has_pose = false;     // false before the first valid sample
     Nanoseconds moved_ns = 0;  // device time of `pose`
     ToolPose pose;
+    Isometry3d X_WC = Isometry3d::Identity();  // pose in which the jaws closed, or the present one
     Matrix3d J = Matrix3d::Zero();
     Vector3d damping_force_W = Vector3d::Zero();
     bool force_on = false;  // read once a tick: a stop may come between two readings

@@ -14,11 +14,11 @@ namespace hpdm {
 /// 1. Each jaw has a face, tip_radius x 2 wide (y) and tip_radius x 4 long (z, from the tip). The
 ///    faces open towards +x and -x of the tool frame, each by half the opening.
 /// 2. Closing jaws take the tissue between their faces: the places where the organ's surface looks
-///    at the one jaw and, behind it, at the other one.
+///    at the one jaw and, behind it, at the other one. They may have moved on since they closed.
 /// 3. Where no tissue lies between the faces, the jaws pinch the surface that they touch (kTouch):
 ///    a strip about the place of the touch, as long as the opening and as wide as the faces.
-/// 4. What the jaws take is a Footprint for each face, or one for the strip: it is tied to the jaws and moves rigidly with them. The
-///    unresolved local compliance couples all rows of both jaws.
+/// 4. What the jaws take is a Footprint for each face, or one for the strip: it is tied to the jaws
+///    and moves rigidly with them. The unresolved local compliance couples all rows of both jaws.
 /// 5. If the pull exceeds what friction holds, the haptic tick lets the tissue slip along the faces
 ///    (TickContactPoint::slip_T), and the ties follow. When the middle of the held tissue has left
 ///    the faces, the jaws hold nothing.
@@ -29,7 +29,6 @@ class Grasp {
   /// m: tissue this near touches the jaws. The step knows the surface as the last step left it, and
   /// in 33 ms a hand at 15 mm/s moves 0.5 mm. The jaws' teeth are 0.3 mm high.
   static constexpr double kTouch = 0.0005;
-  static constexpr double kJawClosed = 0.3;  ///< Closing past this grasps.
   /// Half the opening of the jaws, in tip radii.
   static constexpr double kHalfOpening = 2;
 
@@ -44,8 +43,8 @@ class Grasp {
   bool holds() const { return rows_ > 0; }
   void Release() { rows_ = 0; }
 
-  /// Takes the tissue in the jaws, which have just closed, and moves the contact there. `tool` is
-  /// in the organ's frame.
+  /// Takes the tissue in jaws that closed in the pose `tool` (organ's frame), and moves the contact
+  /// there.
   void Take(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
             OrganState* state, TipContact* contact);
   /// Moves the ties by what has slipped since the jaws closed (tool frame, m). Lets go of tissue

@@ -217,14 +217,15 @@ ToolTracker::Place& ToolTracker::MainPlace() {
 
 // The jaws take the tissue that the tip presses, or else the nearest.
 void ToolTracker::UpdateGrasp(const ToolPose& tool, std::vector<OrganStep>* organs) {
-  const bool closes = started_ && tool.jaw < Grasp::kJawClosed && jaw_last_ >= Grasp::kJawClosed;
+  const bool closes = started_ && tool.jaw < kJawGrasps && jaw_last_ >= kJawGrasps;
   if (!geometry().can_grasp || !closes || grasp_.holds()) return;
   Place& place = MainPlace();
   if (place.contact.organ < 0) return;
   OrganStep& organ = (*organs)[place.contact.organ];
   if (organ.model().rigid()) return;
-  grasp_.Take(InOrganFrame(organ.state(), tool), geometry(), organ.model(), &organ.state(),
-              &place.contact);
+  ToolPose closed = InOrganFrame(organ.state(), tool);
+  closed.X_WT = closed.X_WT * closed.X_TC;
+  grasp_.Take(closed, geometry(), organ.model(), &organ.state(), &place.contact);
   holding_place_ = static_cast<std::size_t>(&place - places_.data());
 }
 

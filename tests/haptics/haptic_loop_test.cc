@@ -70,6 +70,24 @@ TEST(HapticLoop, EveryTickPublishesItsToolStateAndOneSample) {
   }
 }
 
+TEST(HapticLoop, ToolStatesTellWhereTheJawsClosed) {
+  Bench bench;
+  const auto closed_at = [&bench](const Vector3d& p_W, double jaw) {
+    bench.device.MoveTip(p_W);
+    bench.device.joints[kJaw] = jaw;
+    bench.Tick();
+    bench.tool_states.Update();
+    const ToolPose& tool = bench.tool_states.Front().tools[0];
+    return Vector3d((tool.X_WT * tool.X_TC).translation());
+  };
+  const Vector3d first(0.001, 0.002, 0.02), second(0.004, 0.002, 0.022), third(-0.003, 0.001, 0.02);
+  closed_at(Vector3d(0, 0, 0.02), 1);
+  EXPECT_LT((closed_at(first, 0.2) - first).norm(), 1e-12);
+  EXPECT_LT((closed_at(second, 0.1) - first).norm(), 1e-12);
+  EXPECT_LT((closed_at(third, 0.4) - third).norm(), 1e-12) << "open";
+  EXPECT_LT((closed_at(second, 0.2) - second).norm(), 1e-12) << "closed again";
+}
+
 TEST(HapticLoop, SamplesNameTheirPatchAndItsAge) {
   Bench bench;
   HapticSample sample = bench.Tick();

@@ -20,7 +20,6 @@ TEST_F(ContactPatchTest, PatchIsBoundedAndConsistent) {
     for (int corner : patch.triangles[t]) ASSERT_LT(corner, patch.point_count);
   }
   for (int p = 0; p < patch.point_count; ++p) {
-    const PatchPoint& point = patch.points[p];
     const ReactionNode& node = patch.nodes[p];
     EXPECT_GE(node.neighbour_count, 5);
     for (int i = 0; i < node.neighbour_count; ++i) {

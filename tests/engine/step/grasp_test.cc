@@ -13,23 +13,25 @@
 namespace hpdm {
 namespace {
 
-// Jaws of 5 mm that close on the edge of the wedge. Their tips lie EdgeWedge::kHeld behind it.
+// Jaws of 5 mm that close on the edge of the wedge. Their tips lie EdgeWedge::kHeld behind it. They
+// move on by `further` before the step (m).
 class EdgeGrasp {
  public:
-  EdgeGrasp(double edge, int cells, int functions)
+  EdgeGrasp(double edge, int cells, int functions, const Vector3d& further = Vector3d::Zero())
       : models_(OneOrgan(EdgeWedge::Options(cells, functions), EdgeWedge::Surface(edge))),
         loop_(models_, {Grasper()}, {tools_, patch_, render_, telemetry_}) {
     Step(Vector3d(1, 1, 1), 1);
-    Step(Vector3d::Zero(), 0);
+    Step(further, 0, -further);
   }
 
-  // Returns the force on the tissue, N.
-  Vector3d Step(const Vector3d& p_W, double jaw) {
+  // Returns the force on the tissue, N. The jaws closed at `p_TC`.
+  Vector3d Step(const Vector3d& p_W, double jaw, const Vector3d& p_TC = Vector3d::Zero()) {
     ToolState state;
     state.tool_count = 1;
     state.tools[0].X_WT.translation() = p_W;
     state.tools[0].p_trocar_W = p_W + Vector3d(0, 0, 0.3);
     state.tools[0].jaw = jaw;
+    state.tools[0].X_TC.translation() = p_TC;
     state.contact_points[0][0].slip_T = slip_T;
     loop_.Step(state, 0);
     patch_.Update();
@@ -73,6 +75,15 @@ TEST(Grasp, OfAnEdgeHasTheStiffnessOfTetrahedra) {
     const auto [least, most] = std::minmax_element(stiffness.begin(), stiffness.end());
     EXPECT_LT(*most / *least, 1.05);
   }
+}
+
+// The step comes when the jaws have moved on by 3 mm.
+TEST(Grasp, HoldsTheTissueThatWasBetweenTheJawsAsTheyClosed) {
+  const Vector3d further(0.001, 0.002, 0.002);
+  EdgeGrasp late(0.005, 4, 27, further), at_once(0.005, 4, 27);
+  const Vector3d pulled = at_once.Step(further, 0);
+  EXPECT_LT((late.Patch().force_on_tissue_W - pulled).norm(), 1e-9 * pulled.norm());
+  EXPECT_GT(pulled.norm(), 0.01);
 }
 
 TEST(Grasp, FollowsTheSlipAndEndsWhenTheTissueLeavesTheFaces) {
