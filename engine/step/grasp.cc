@@ -48,14 +48,17 @@ std::optional<Vector3d> TouchOnJaws(const Isometry3d& X_WT, const ToolGeometry& 
 
 }  // namespace
 
-void Grasp::Take(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
-                 OrganState* state, TipContact* contact) {
+void Grasp::Take(const ToolPose& tool, const ToolGeometry& geometry, const TipPress& press,
+                 const OrganModel& model, OrganState* state, TipContact* contact) {
+  const Vector3d force_W =
+      state->memory.IsElastic() ? contact->force_W : contact->equilibrium_force_W;
   for (Footprint& footprint : footprints_) footprint.Clear();
   slip_T_.setZero();
   has_lattice_rows_ = false;
   between_ = TakeBetween(tool, geometry, model, state, contact);
   if (between_ || TakeTouched(tool, geometry, model, state, contact)) {
     Tie(tool, model, state, *contact);
+    PlaceTargets(tool, press, force_W, model, state);
   }
 }
 
@@ -125,7 +128,6 @@ void Grasp::Tie(const ToolPose& tool, const OrganModel& model, OrganState* state
                 const TipContact& contact) {
   const std::size_t jaws = footprints_[1].size() > 0 ? 2 : 1;
   const SurfaceMesh& rest = model.rest();
-  const Isometry3d X_TW = tool.X_WT.inverse();
   const double thickness = between_ ? Thickness(model) : 0;
   rows_ = 0;
   p_middle_rest_W_.setZero();
@@ -133,8 +135,9 @@ void Grasp::Tie(const ToolPose& tool, const OrganModel& model, OrganState* state
     Footprint& footprint = footprints_[jaw];
     footprint.Resolve(model, thickness, &state->neighbourhoods);
     for (int row = 0; row < footprint.rows(); ++row) {
-      p_T_[ToSize(rows_++)] = X_TW * footprint.Mean(row, state->vertices, rest.triangles);
-      p_middle_rest_W_ += footprint.Mean(row, rest.vertices, rest.triangles);
+      Vector3d& p_rest_W = p_rest_W_[ToSize(rows_++)];
+      p_rest_W = footprint.Mean(row, rest.vertices, rest.triangles);
+      p_middle_rest_W_ += p_rest_W;
     }
   }
   FillLocalCoupling({footprints_.data(), jaws}, &coupling_);
@@ -146,7 +149,38 @@ void Grasp::Tie(const ToolPose& tool, const OrganModel& model, OrganState* state
       reach_ = std::max(reach_, 2 * (p - p_middle_rest_W_).norm());
     }
   }
-  p_contact_T_ = X_TW * contact.at.Position(state->vertices, rest.triangles);
+  p_contact_T_ = tool.X_WT.inverse() * contact.at.Position(state->vertices, rest.triangles);
+}
+
+// Places the targets where the rows are now, but under equal shares of the force of the press that
+// ends, instead of under the press itself. Then the ties begin with this force.
+void Grasp::PlaceTargets(const ToolPose& tool, const TipPress& press, const Vector3d& force_W,
+                         const OrganModel& model, OrganState* state) {
+  UpdateLatticeRows(model, state->contacts.refinement);
+  const Points& U = state->control_displacements;
+  const Eigen::Index columns = U.rows();
+  const auto rows = lattice_rows_.topLeftCorner(rows_, columns);
+  auto moved = moved_.head(3 * columns);
+  moved.setZero();
+  if (!force_W.isZero(0)) {
+    auto change = state->tips.ScratchRow();
+    press.AddKernelToRow(model, *state, change);
+    change = rows.colwise().mean() - change;
+    auto response = response_.topRows(3 * columns);
+    state->relaxation->compliance()->RespondTo(state->tips.Compress(change), response);
+    moved.noalias() = response * force_W;
+  }
+  const Isometry3d X_TW = tool.X_WT.inverse();
+  for (int row = 0; row < rows_; ++row) {
+    Vector3d p_W = p_rest_W_[ToSize(row)];
+    for (Eigen::Index i = 0; i < columns; ++i) {
+      p_W += rows(row, i) * (U.row(i).transpose() + moved.segment<3>(3 * i));
+    }
+    for (int other = 0; other < rows_; ++other) {
+      p_W += coupling_.block<3, 3>(3 * row, 3 * other) * force_W / rows_;
+    }
+    p_T_[ToSize(row)] = X_TW * p_W;
+  }
 }
 
 // Returns the mean distance of the two faces' points at rest, m.
@@ -192,7 +226,6 @@ void Grasp::UpdateLatticeRows(const OrganModel& model, const ActiveRefinement& a
 }
 
 bool Grasp::AddRows(const ToolPose& tool, const OrganModel& model, OrganState* state) {
-  const SurfaceMesh& rest = model.rest();
   UpdateLatticeRows(model, state->contacts.refinement);
   int place = 0;
   for (const Footprint& footprint : footprints_) {
@@ -202,7 +235,7 @@ bool Grasp::AddRows(const ToolPose& tool, const OrganModel& model, OrganState* s
       if (row == nullptr) return false;
       row->kind = ContactConstraints::RowKind::kGrasp;
       row->tool = tool_;
-      row->p_rest_W = footprint.Mean(k, rest.vertices, rest.triangles);
+      row->p_rest_W = p_rest_W_[ToSize(place)];
       row->target_W = tool.X_WT * (p_T_[ToSize(place)] + slip_T_);
       row->local_compliance_W = coupling_.block<3, 3>(3 * place, 3 * place);
       row->coupled = {&coupling_, place};

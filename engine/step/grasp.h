@@ -5,6 +5,7 @@
 
 #include "engine/contact/footprint.h"
 #include "engine/step/tip_contact.h"
+#include "engine/step/tip_press.h"
 #include "engine/step/tool_geometry.h"
 
 namespace hpdm {
@@ -19,6 +20,7 @@ namespace hpdm {
 ///    a strip about the place of the touch, as long as the opening and as wide as the faces.
 /// 4. What the jaws take is a Footprint for each face, or one for the strip: it is tied to the jaws
 ///    and moves rigidly with them. The unresolved local compliance couples all rows of both jaws.
+///    Closing jaws leave the force as it is: they hold tissue that the tip has pressed.
 /// 5. If the pull exceeds what friction holds, the haptic tick lets the tissue slip along the faces
 ///    (TickContactPoint::slip_T), and the ties follow. When the middle of the held tissue has left
 ///    the faces, the jaws hold nothing.
@@ -37,6 +39,8 @@ class Grasp {
   /// Makes room for the rows of organs with up to `columns` control points and slots. Set-up only.
   void Reserve(Eigen::Index columns) {
     lattice_rows_.setZero(kGraspRows, columns);
+    response_.setZero(3 * columns, 3);
+    moved_.setZero(3 * columns);
     slots_.assign(ToSize(columns), -1);
   }
 
@@ -44,9 +48,9 @@ class Grasp {
   void Release() { rows_ = 0; }
 
   /// Takes the tissue in jaws that closed in the pose `tool` (organ's frame), and moves the contact
-  /// there.
-  void Take(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
-            OrganState* state, TipContact* contact);
+  /// there. `press`: of the tip in the last step, with the contact's force.
+  void Take(const ToolPose& tool, const ToolGeometry& geometry, const TipPress& press,
+            const OrganModel& model, OrganState* state, TipContact* contact);
   /// Moves the ties by what has slipped since the jaws closed (tool frame, m). Lets go of tissue
   /// that has left the faces.
   void Slip(const Vector3d& slip_T, const ToolGeometry& geometry);
@@ -72,6 +76,8 @@ class Grasp {
                    OrganState* state, TipContact* contact);
   void Tie(const ToolPose& tool, const OrganModel& model, OrganState* state,
            const TipContact& contact);
+  void PlaceTargets(const ToolPose& tool, const TipPress& press, const Vector3d& force_W,
+                    const OrganModel& model, OrganState* state);
   double Thickness(const OrganModel& model) const;
   void UpdateLatticeRows(const OrganModel& model, const ActiveRefinement& active);
 
@@ -83,9 +89,12 @@ class Grasp {
   ContactWeights lattice_rows_;  // kGraspRows x columns: the rows for the functions in `slots_`
   std::vector<int> slots_;       // function of each slot of local functions
   bool has_lattice_rows_ = false;
-  std::array<Vector3d, kGraspRows> p_T_;     // the rows' targets as the jaws closed, m
-  Vector3d p_contact_T_ = Vector3d::Zero();  // the contact as the jaws closed, m
-  Vector3d middle_T_ = Vector3d::Zero();     // of the held tissue on the faces (y, z), m
+  Eigen::MatrixXd response_;                   // room for three loads' displacements of the lattice
+  Eigen::VectorXd moved_;                      // room for one
+  std::array<Vector3d, kGraspRows> p_rest_W_;  // the rows' places at rest, m
+  std::array<Vector3d, kGraspRows> p_T_;       // the rows' targets as the jaws closed, m
+  Vector3d p_contact_T_ = Vector3d::Zero();    // the contact as the jaws closed, m
+  Vector3d middle_T_ = Vector3d::Zero();       // of the held tissue on the faces (y, z), m
   Vector3d p_middle_rest_W_ = Vector3d::Zero();
   double reach_ = 0;  // m, from the middle at rest
   Vector3d slip_T_ = Vector3d::Zero();

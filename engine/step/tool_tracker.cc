@@ -225,7 +225,7 @@ void ToolTracker::UpdateGrasp(const ToolPose& tool, std::vector<OrganStep>* orga
   if (organ.model().rigid()) return;
   ToolPose closed = InOrganFrame(organ.state(), tool);
   closed.X_WT = closed.X_WT * closed.X_TC;
-  grasp_.Take(closed, geometry(), organ.model(), &organ.state(), &place.contact);
+  grasp_.Take(closed, geometry(), place.press, organ.model(), &organ.state(), &place.contact);
   holding_place_ = static_cast<std::size_t>(&place - places_.data());
 }
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "engine/deformation_loop.h"
+#include "tests/support/deformation_loop_fixture.h"
 #include "tools/shared/edge_wedge.h"
 #include "tools/shared/one_organ.h"
 
@@ -84,6 +86,48 @@ TEST(Grasp, HoldsTheTissueThatWasBetweenTheJawsAsTheyClosed) {
   const Vector3d pulled = at_once.Step(further, 0);
   EXPECT_LT((late.Patch().force_on_tissue_W - pulled).norm(), 1e-9 * pulled.norm());
   EXPECT_GT(pulled.norm(), 0.01);
+}
+
+// Returns the force on an ellipsoid pressed `depth` (m) at its top, before the jaws close there and
+// after, N.
+std::pair<Vector3d, Vector3d> BeforeAndAfterClosing(double depth, double radius, int cells) {
+  OrganOptions options = PressedEllipsoidOptions();
+  options.energy.type = EnergyType::kStrain;
+  options.lattice.cells = {cells, cells, cells};
+  const std::vector<OrganModel> models = OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 4));
+  ToolOptions grasper;
+  grasper.geometries[0].can_grasp = true;
+  grasper.geometries[0].tip_radius = radius;
+  TripleBuffer<ToolState> tools;
+  TripleBuffer<ContactPatch> patch;
+  TripleBuffer<SceneSnapshot> render{SizedSnapshot(models, 1, true)};
+  TripleBuffer<SceneSnapshot> telemetry{SizedSnapshot(models, 1, false)};
+  DeformationLoop loop(models, {grasper}, {tools, patch, render, telemetry});
+  std::vector<Vector3d> forces;
+  for (const double jaw : {1.0, 1.0, 0.1}) {
+    ToolState state;
+    state.tool_count = 1;
+    state.tools[0].X_WT.translation() = Vector3d(0.003, -0.002, 0.05 + radius - depth);
+    state.tools[0].p_trocar_W = Vector3d(0, 0, 0.3);
+    state.tools[0].jaw = jaw;
+    loop.Step(state, 0);
+    patch.Update();
+    forces.push_back(patch.Front().tools[0].main().force_on_tissue_W);
+  }
+  EXPECT_EQ(patch.Front().tools[0].main().kind, ContactKind::kGrasp);
+  return {forces[1], forces[2]};
+}
+
+// Jaws that close on pressed tissue hold it as it is.
+TEST(Grasp, ClosingTheJawsDoesNotChangeTheForce) {
+  for (const auto& [depth, radius, cells] :
+       {std::tuple(0.003, 0.0025, 6), std::tuple(0.008, 0.005, 6), std::tuple(0.003, 0.005, 4)}) {
+    const auto [before, after] = BeforeAndAfterClosing(depth, radius, cells);
+    EXPECT_GT(before.norm(), 0.005);
+    EXPECT_LT((after - before).norm(), 0.01 * before.norm())
+        << cells << " cells, radius " << radius << ", depth " << depth << ": " << before.transpose()
+        << " N, then " << after.transpose();
+  }
 }
 
 TEST(Grasp, FollowsTheSlipAndEndsWhenTheTissueLeavesTheFaces) {
