@@ -6,10 +6,10 @@ Usage, from the repository's root after a build, on an otherwise idle machine:
     tools/update_results.py [--quick] [--keep] [chart] [bench] [stress] [plan] [haptics]
 
 Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene, of `haptics` the
-contacts, z-width and transparency). Puts NAME.md between the lines `<!-- NAME begin -->` and
+contacts, tissue, z-width and transparency). Puts NAME.md between the lines `<!-- NAME begin -->` and
 `<!-- NAME end -->` of tools/NAME/RESULTS.md, and NAME.png, if the command made one, into
-scenes/pictures. Of `haptics`, contacts.md comes between those lines, and z_width.md and
-transparency.md between lines of their own. --keep uses the measurements of an earlier run.
+scenes/pictures. Of `haptics`, contacts.md comes between those lines, and tissue.md,
+z_width.md and transparency.md between lines of their own. --keep uses the measurements of an earlier run.
 """
 
 import pathlib
@@ -21,7 +21,14 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
 NAMES = ("chart", "bench", "stress", "plan", "haptics")
 # Tables by the name of their lines, where they are not one table of the command's name.
-TABLES = {"haptics": {"haptics": "contacts", "z_width": "z_width", "transparency": "transparency"}}
+TABLES = {
+    "haptics": {
+        "haptics": "contacts",
+        "tissue": "tissue",
+        "z_width": "z_width",
+        "transparency": "transparency",
+    }
+}
 PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 
 
@@ -39,7 +46,7 @@ def command(name, quick):
         only = ["models", "meshes", "sleep", "costs"]
         return [name, "--out", OUT / name, "--only", *only, *quick]
     if name == "haptics":  # the other parts' pictures and words are edited by hand
-        only = ["contacts", "z-width", "transparency"]
+        only = ["contacts", "tissue", "z-width", "transparency"]
         return [name, "--out", OUT / name, "--only", *only, *quick]
     if name == "plan":
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]

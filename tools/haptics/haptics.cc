@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -19,6 +20,7 @@
 #include "tools/haptics/shipped_contacts.h"
 #include "tools/haptics/stability_map.h"
 #include "tools/haptics/tip_accuracy.h"
+#include "tools/haptics/tissue_tables.h"
 #include "tools/haptics/transparency.h"
 #include "tools/haptics/z_width.h"
 #include "tools/plots/plot_force_accuracy.h"
@@ -37,9 +39,10 @@ using Json = nlohmann::ordered_json;
 
 // Parts of --only besides the cases of the accuracy.
 constexpr const char* kContacts = "contacts";
+constexpr const char* kTissue = "tissue";
 constexpr const char* kZWidth = "z-width";
 constexpr const char* kTransparency = "transparency";
-constexpr const char* kParts[] = {kContacts, kZWidth, kTransparency};
+constexpr const char* kParts[] = {kContacts, kTissue, kZWidth, kTransparency};
 
 struct HapticsOptions {
   std::string scene = "scenes/two_hands.toml";
@@ -145,15 +148,17 @@ Json MeasureForces(const HapticsOptions& options, const std::vector<AccuracyCase
   return report;
 }
 
-// Measures contacts with known answers. Writes contacts.md.
-Json MeasureKnownContacts(const HapticsOptions& options) {
+// Measures tables by `measure`. Writes them to `file` in Markdown.
+Json MeasureTables(const HapticsOptions& options, const char* file,
+                   std::vector<ContactTable> (*measure)(
+                       bool quick, const std::function<void(const ContactTable&)>& done)) {
   std::string markdown;
   const auto done = [&](const ContactTable& table) {
     markdown += (markdown.empty() ? "" : "\n") + TableMarkdown(table);
     if (!options.json) std::cout << TableText(table) << "\n" << std::flush;
   };
-  const std::vector<ContactTable> tables = MeasureContacts(options.quick, done);
-  WriteTextFile(fs::path(options.out) / "contacts.md", markdown);
+  const std::vector<ContactTable> tables = measure(options.quick, done);
+  WriteTextFile(fs::path(options.out) / file, markdown);
   return TablesJson(tables);
 }
 
@@ -263,7 +268,12 @@ void Haptics(const HapticsOptions& options) {
   MakeOutFolder(options.out);
   Json report = Json::object();
   if (!cases.empty()) report["force_accuracy"] = MeasureForces(options, cases);
-  if (options.Measures(kContacts)) report["contacts"] = MeasureKnownContacts(options);
+  if (options.Measures(kContacts)) {
+    report["contacts"] = MeasureTables(options, "contacts.md", MeasureContacts);
+  }
+  if (options.Measures(kTissue)) {
+    report["tissue"] = MeasureTables(options, "tissue.md", MeasureTissue);
+  }
   if (options.Measures(kZWidth) || options.Measures(kTransparency)) {
     MeasureDisplay(options, &report);
   }
@@ -276,6 +286,7 @@ void Haptics(const HapticsOptions& options) {
     std::cout << out.string() << ": haptics.json"
               << (cases.empty() ? "" : ", force_accuracy.md, force_courses.png, force_errors.png")
               << (options.Measures(kContacts) ? ", contacts.md" : "")
+              << (options.Measures(kTissue) ? ", tissue.md" : "")
               << (options.Measures(kZWidth) ? ", z_width.png" : "")
               << (options.Measures(kTransparency) ? ", transparency.png" : "")
               << (options.Whole() ? ", stability.png, latency/\n" : "\n");
@@ -293,10 +304,9 @@ void AddHapticsCommand(Command app) {
                  "Scene with two instruments; uses the load cases beside it")
       .ShowDefault();
   haptics.AddOption("--out", options->out, "Folder to write to; created if missing").ShowDefault();
-  haptics.AddOption(
-      "--only", options->only,
-      "Measure only the accuracy of these cases, such as press, or contacts, z-width, "
-      "transparency");
+  haptics.AddOption("--only", options->only,
+                    "Measure only the accuracy of these cases, such as press, or contacts, tissue, "
+                    "z-width, transparency");
   haptics
       .AddOption("--haptic-hz", options->haptic_hz,
                  "Ticks a second for z-width and transparency (default: the scenes')")

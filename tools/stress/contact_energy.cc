@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <variant>
 
 #include "engine/base/check.h"
@@ -34,6 +36,19 @@ void AddTickEnergy(const ContactTick& last, const ContactTick& tick, double tip_
   sums->friction += 0.5 * (RubbingForce(last) + RubbingForce(tick)).dot(slip);
 }
 
+double AllEnergy(const StoredEnergy& instant) { return instant.energy + instant.dissipated; }
+
+// Returns the energy, stored and dissipated, of an instant between the ticks `from` and `to` when
+// nothing touches the organ. Elastic tissue is then at rest.
+std::optional<double> FreeEnergy(const std::vector<StoredEnergy>& stored, std::size_t from,
+                                 std::size_t to) {
+  if (stored.empty() || stored.back().dissipated == 0) return 0;
+  const auto at = std::find_if(stored.begin(), stored.end(), [&](const StoredEnergy& each) {
+    return each.tick >= from && each.tick < to;
+  });
+  return at == stored.end() ? std::nullopt : std::optional(AllEnergy(*at));
+}
+
 }  // namespace
 
 double ContactBalance::Error() const { return put_in > 0 ? std::abs(unexplained) / put_in : 0; }
@@ -42,40 +57,50 @@ std::vector<ContactBalance> BalancesOf(const std::vector<ContactTick>& ticks,
                                        const std::vector<StoredEnergy>& stored, double tip_radius) {
   std::vector<ContactBalance> balances;
   auto instant = stored.begin();
-  for (std::size_t first = 1; first < ticks.size();) {
+  std::size_t last_end = 0;
+  const auto next_contact = [&](std::size_t tick) {
+    while (tick < ticks.size() && ticks[tick].kind == ContactKind::kNone) ++tick;
+    return tick;
+  };
+  for (std::size_t first = next_contact(1); first < ticks.size();) {
     const ContactKind kind = ticks[first].kind;
-    if (kind == ContactKind::kNone) {
-      ++first;
-      continue;
-    }
     ContactBalance balance{.first = first, .kind = kind};
-    const bool from_rest = ticks[first - 1].kind == ContactKind::kNone;
-    double at_start = 0;  // energy that is already in the organ, less the work until then
+    const bool from_free = ticks[first - 1].kind == ContactKind::kNone;
+    // Energy that is already in the organ, less the work until then.
+    std::optional<double> before = from_free ? FreeEnergy(stored, last_end, first) : std::nullopt;
     EnergySums sums;
-    const auto judge = [&](double energy) {
-      const double left = sums.work - sums.friction - energy;
-      if (balance.judged++ == 0 && !from_rest) at_start = left;
-      balance.most_stored = std::max(balance.most_stored, energy);
-      if (std::abs(left - at_start) > std::abs(balance.unexplained)) {
-        balance.unexplained = left - at_start;
-      }
+    const auto judge = [&](double all_energy) {
+      const double left = sums.work - sums.friction - all_energy;
+      if (!before) before = -left;
+      ++balance.judged;
+      const double unexplained = left + *before;
+      if (std::abs(unexplained) > std::abs(balance.unexplained)) balance.unexplained = unexplained;
     };
+    const double dissipated_before =
+        instant == stored.begin() || stored.empty() ? 0 : std::prev(instant)->dissipated;
     std::size_t at = first;
     for (; at < ticks.size() && ticks[at].kind == kind; ++at) {
       AddTickEnergy(ticks[at - 1], ticks[at], tip_radius, &sums);
       while (instant != stored.end() && instant->tick < at) ++instant;
-      if (instant != stored.end() && instant->tick == at) judge(instant->energy);
+      if (instant == stored.end() || instant->tick != at) continue;
+      judge(AllEnergy(*instant));
+      balance.most_stored = std::max(balance.most_stored, instant->energy);
+      balance.dissipated = instant->dissipated - dissipated_before;
     }
-    balance.end = at;
-    const bool ends_free = at < ticks.size() && ticks[at].kind == ContactKind::kNone;
-    if (ends_free) AddTickEnergy(ticks[at - 1], ticks[at], tip_radius, &sums);
-    if (ends_free && kind == ContactKind::kPress && (from_rest || balance.judged > 0)) judge(0);
+    balance.end = last_end = at;
+    const std::size_t next = next_contact(at);
+    const bool ends_free = at < ticks.size() && next > at;
+    if (ends_free) {
+      AddTickEnergy(ticks[at - 1], ticks[at], tip_radius, &sums);
+      const std::optional<double> after = FreeEnergy(stored, at, next);
+      if (after && before && kind == ContactKind::kPress) judge(*after);
+    }
     balance.put_in = sums.put_in;
     balance.work = sums.work;
     balance.friction = sums.friction;
     balance.guard = sums.guard;
     balances.push_back(balance);
-    first = at;
+    first = next;
   }
   return balances;
 }

@@ -24,6 +24,7 @@ struct ContactTick {
 struct StoredEnergy {
   std::size_t tick = 0;
   double energy = 0;
+  double dissipated = 0;  ///< By the material, since the start.
 };
 
 /// Energy of one contact in J: a run of ticks of one kind, and the tick after it.
@@ -37,7 +38,8 @@ struct ContactBalance {
   double friction = 0;     ///< Dissipated by the slip under the tip.
   double guard = 0;        ///< Taken by the guard and the damping: work against displayed - raw.
   double most_stored = 0;  ///< Largest energy in the organ.
-  double unexplained = 0;  ///< Of largest size, at any judged instant: work - stored - friction.
+  double dissipated = 0;   ///< By the material, until the last judged instant.
+  double unexplained = 0;  ///< Of largest size, at any judged instant: work - stored - dissipated.
 
   /// Unexplained energy over the work put in; 0 for a contact without work.
   double Error() const;
@@ -50,12 +52,16 @@ struct ContactBalance {
 ///    passivity observer's matter.
 /// 2. Friction is the sum of the tangential force on the tissue, f_n friction, times the slip. The
 ///    slip is the way of the place over the tissue plus that over the ball, tip_radius d normal.
-/// 3. The tissue is elastic, so the material dissipates nothing.
+/// 3. What the material dissipates is given with the stored energy; elastic tissue dissipates
+///    nothing.
 /// 4. Instants are the ticks whose poses the steps solved (`stored`, ascending). Stored energy and
 ///    work then belong to the same pose, although the tick's force came from an older patch: what
 ///    the lag of the patches makes is part of the unexplained energy.
-/// 5. A contact that begins free starts at no energy. Any other starts at its first instant. The
-///    organ of a press that ends free is at rest, which is the last instant.
+/// 5. A contact with elastic tissue that begins free starts at no energy. Any other starts at its
+///    first instant. The organ of a press that ends free is at rest, which is the last instant.
+/// 6. Viscoelastic tissue keeps its energy, stored and dissipated, while it is free. So a contact
+///    that begins free starts at the energy of an instant since the last contact, and a press that
+///    ends free ends at that of an instant before the next one, if there is one.
 ///
 /// `tip_radius`: m.
 std::vector<ContactBalance> BalancesOf(const std::vector<ContactTick>& ticks,

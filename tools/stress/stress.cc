@@ -35,13 +35,15 @@ struct StressOptions {
   bool json = false;
   bool quick = false;
   bool list = false;
+  double random_seconds = 20;
 };
 
-std::vector<StressCase> AllCases(bool quick) {
+std::vector<StressCase> AllCases(const StressOptions& options) {
+  const bool quick = options.quick;
   std::vector<StressCase> all;
   for (std::vector<StressCase> group :
        {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick),
-        TouchStress(quick)}) {
+        TouchStress(quick, options.random_seconds)}) {
     std::move(group.begin(), group.end(), std::back_inserter(all));
   }
   return all;
@@ -111,7 +113,7 @@ std::string Write(const fs::path& out, const std::vector<StressRow>& rows, const
 }
 
 void Stress(const StressOptions& options) {
-  const std::vector<StressCase> cases = Chosen(AllCases(options.quick), options.only);
+  const std::vector<StressCase> cases = Chosen(AllCases(options), options.only);
   if (options.list) {
     for (const StressCase& each : cases) {
       std::cout << each.name << " (" << each.group << "): " << each.title << "\n";
@@ -141,6 +143,11 @@ void AddStressCommand(Command app) {
   stress.AddOption("--only", options->only, "Run only these cases or groups");
   stress.AddOption("--out", options->out,
                    "Folder for the table and the picture; created if missing");
+  stress
+      .AddOption("--random-seconds", options->random_seconds,
+                 "Length of random motions, in virtual time; 3600 takes minutes for each trial")
+      .ShowDefault()
+      .From(5, 36000);
   stress.AddFlag("--json", options->json, "Print JSON");
   stress.AddFlag("--quick", options->quick, "Smaller bodies, coarser boundaries");
   stress.AddFlag("--list", options->list, "List the cases and exit");

@@ -12,6 +12,7 @@ std::vector<StressCase> MaterialStress(bool quick);  ///< Tissue, lattice and so
 std::vector<StressCase> ContactStress(bool quick);   ///< Rows of contacts, coincident and many.
 std::vector<StressCase> MotionStress(bool quick);    ///< Tissue moved until it inverts.
 std::vector<StressCase> HapticStress(bool quick);    ///< Tip, tick and device.
-std::vector<StressCase> TouchStress(bool quick);     ///< Energy and stillness of a touch.
+/// Energy and stillness of a touch. `random_seconds`: of the random motion.
+std::vector<StressCase> TouchStress(bool quick, double random_seconds = 20);
 
 }  // namespace hpdm

@@ -159,15 +159,22 @@ void StressSessionFixture::RunUntil(double seconds, std::vector<ToolSample>* ser
   while (clock_->tick() < end) {
     if (clock_->StepIfDue()) {
       MeasureStep();
-      if (record != nullptr) {
-        record->stored.push_back({step_.step.input_tick, EnergyInOrgan(organ(), state())});
-      }
+      if (record != nullptr) record->stored.push_back(EnergyAfterStep());
     }
     clock_->Tick();
     MeasureTick();
     if (series != nullptr) series->push_back(tick_.tools[0]);
     if (record != nullptr) RecordContact(record);
   }
+}
+
+StoredEnergy StressSessionFixture::EnergyAfterStep() {
+  if (organ().options().material.prony.count == 0) {
+    return {step_.step.input_tick, EnergyInOrgan(organ(), state())};
+  }
+  if (viscous_ == nullptr) viscous_ = std::make_unique<ViscousEnergy>(organ());
+  viscous_->Add(state(), 1.0 / timing_.deformation_hz);
+  return {step_.step.input_tick, viscous_->stored(), viscous_->dissipated()};
 }
 
 // A place's way over the tissue is measured on the deformed surface of the newest step.

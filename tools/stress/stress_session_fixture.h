@@ -13,6 +13,7 @@
 #include "tools/session/lockstep.h"
 #include "tools/stress/contact_energy.h"
 #include "tools/stress/stress_case.h"
+#include "tools/stress/viscous_energy.h"
 
 namespace hpdm {
 
@@ -127,6 +128,7 @@ class StressSessionFixture {
   void MeasureStep();
   void MeasureTick();
   void RecordContact(ContactRecord* record);
+  StoredEnergy EnergyAfterStep();
 
   TimingOptions timing_;
   std::vector<OrganModel> organs_;
@@ -141,7 +143,8 @@ class StressSessionFixture {
   std::unique_ptr<DeformationLoop> deformation_;
   std::unique_ptr<HapticLoop> haptics_;
   std::unique_ptr<Lockstep> clock_;
-  double slew_ = 0;  // N per tick
+  std::unique_ptr<ViscousEnergy> viscous_;  // of a recorded viscoelastic organ
+  double slew_ = 0;                         // N per tick
   StepSample step_;
   HapticSample tick_;
   TickContactPoint place_;  // of the first tool in the last tick

@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <random>
 #include <utility>
 
 #include "haptics/device/sim_device.h"
@@ -22,6 +23,8 @@ constexpr double kHoldDepth = 0.015;              // m
 const std::vector<StressModel> kEnergyModels = {  // those with a stiffness
     StressModel::kStrainSmall, StressModel::kStrainFinite, StressModel::kMetricSmall,
     StressModel::kMetricFinite, StressModel::kContinuum};
+const std::vector<StressModel> kViscousModels = {StressModel::kStrainSmall,
+                                                 StressModel::kMetricSmall};
 
 StressCase TouchCase(std::string name, std::string title, std::string truth,
                      StressParameter parameter) {
@@ -43,6 +46,11 @@ std::string EnergyTruth() {
       50 * kEnergyShare, 100 * kEnergyShare);
 }
 
+std::string ViscousTruth() {
+  return EnergyTruth() +
+         "; dissipated also by the dashpots of three terms of equal shares, 20 ms, 0.5 s and 5 s";
+}
+
 StressTrial JudgeEnergy(const ContactRecord& record, double tip_radius, ContactKind kind) {
   const ContactBalance* worst = nullptr;
   const std::vector<ContactBalance> balances = BalancesOf(record.ticks, record.stored, tip_radius);
@@ -57,6 +65,7 @@ StressTrial JudgeEnergy(const ContactRecord& record, double tip_radius, ContactK
   }
   StressTrial trial = Judge(worst->Error(), 0.5 * kEnergyShare, kEnergyShare);
   trial.how = Format("%.2g of %.2g mJ", 1e3 * worst->unexplained, 1e3 * worst->put_in);
+  if (worst->dissipated != 0) trial.how += Format(", %.2g relaxed", 1e3 * worst->dissipated);
   if (worst->friction != 0) trial.how += Format(", %.2g rubbed", 1e3 * worst->friction);
   return trial;
 }
@@ -75,10 +84,16 @@ StressTool WithTip(double radius_mm, double friction = 0) {
   return tool;
 }
 
+// Terms with these shares in all: fast, about as fast as a motion, and slow.
+PronySeries Relaxing(double share) {
+  return {.count = 3, .terms = {{{share / 3, 0.02}, {share / 3, 0.5}, {share / 3, 5}}}};
+}
+
 // Presses, slides forth and back and withdraws.
 StressTrial SlideEnergy(StressModel model, const StressTool& held, double length, double speed,
-                        bool quick) {
-  const StressTouchFixture fixture = SoftOrgan(model, quick);
+                        bool quick, const PronySeries& prony = {}) {
+  StressTouchFixture fixture = SoftOrgan(model, quick);
+  fixture.organ.material.prony = prony;
   PressAndSlide way{.depth = kTouchDepth, .length = length, .speed = speed};
   const StressTool tool = way.Tool(fixture.Top(0, 0.004), held);
   StressSessionFixture body(fixture.organ, fixture.rest, {tool}, fixture.timing);
@@ -88,15 +103,51 @@ StressTrial SlideEnergy(StressModel model, const StressTool& held, double length
                   body.outcome());
 }
 
-StressTrial GraspEnergy(StressModel model, double lift_mm, bool quick) {
+StressTrial GraspEnergy(StressModel model, double lift_mm, bool quick,
+                        const PronySeries& prony = {}) {
   constexpr double kLiftTime = 0.5;  // s
   const double released = kBlockStart + kLiftTime + 0.2;
   const StressPose far = AtBlock(0, kDefaultToolRadius + 1e-3 * lift_mm, 0);
-  StressSessionFixture body(BlockOrgan(model, quick), BlockSurface(quick),
-                            {BlockGrasp(0, far, kLiftTime, released)});
+  OrganOptions organ = BlockOrgan(model, quick);
+  organ.material.prony = prony;
+  StressSessionFixture body(organ, BlockSurface(quick), {BlockGrasp(0, far, kLiftTime, released)});
   ContactRecord record;
   body.RunUntil(released, nullptr, &record);
   return WithHarm(JudgeEnergy(record, kDefaultToolRadius, ContactKind::kGrasp), body.outcome());
+}
+
+// Straight ways at 5 to 50 mm/s between places over the organ and up to 6 mm deep in it, with pauses.
+StressTool WanderingTool(const StressTouchFixture& fixture, const StressTool& held,
+                         double seconds) {
+  constexpr double kWide = 0.02, kHigh = 0.004, kDeep = 0.006;  // m
+  std::mt19937 random(20);
+  std::uniform_real_distribution<double> share(0, 1);
+  const SurfaceTree surface(fixture.rest.vertices, fixture.rest.triangles);
+  std::vector<std::pair<double, StressPose>> way = {
+      {kRampedIn, Below(fixture.Top(surface, 0, 0.004), -kHigh, held)}};
+  while (way.back().first < seconds) {
+    const double x = kWide * (2 * share(random) - 1), y = kWide * (2 * share(random) - 1);
+    const double depth = kDeep - (kDeep + kHigh) * share(random);
+    const StressPose next = Below(fixture.Top(surface, x, y), depth, held);
+    const double length = (next.p_tip_W - way.back().second.p_tip_W).norm();
+    way.emplace_back(way.back().first + length / (0.005 + 0.045 * share(random)), next);
+    if (share(random) < 0.3) way.emplace_back(way.back().first + share(random), next);
+  }
+  StressTool tool = OverOrgan(way);
+  tool.tool = held.tool;
+  return tool;
+}
+
+StressTrial WanderEnergy(StressModel model, const PronySeries& prony, double seconds, bool quick) {
+  StressTouchFixture fixture = SoftOrgan(model, quick);
+  fixture.organ.material.prony = prony;
+  const StressTool held = WithTip(2.5, 0.3);
+  StressSessionFixture body(fixture.organ, fixture.rest, {WanderingTool(fixture, held, seconds)},
+                            fixture.timing);
+  ContactRecord record;
+  body.RunUntil(seconds, nullptr, &record);
+  return WithHarm(JudgeEnergy(record, held.tool.geometries[0].tip_radius, ContactKind::kPress),
+                  body.outcome());
 }
 
 // A ball of 40 mm radius: each edge of its mesh turns the surface by about 11 degrees, as on the
@@ -246,9 +297,47 @@ StressTrial StillPose(StressModel model, double radius_mm, bool quick) {
   return WithHarm(trial, felt.outcome);
 }
 
+// The cases of energy on viscoelastic tissue.
+void AddViscousCases(bool quick, double random_seconds, std::vector<StressCase>* cases) {
+  const StressParameter share = {"share", "of E_0", 0.3, 0.75, 0.9};
+  const auto add = [&](const char* name, const std::string& title,
+                       const std::function<StressTrial(StressModel, const PronySeries&)>& run) {
+    cases->push_back(TouchCase(name, title, ViscousTruth(), share));
+    cases->back().models = kViscousModels;
+    cases->back().run = [run](StressModel model, double all) { return run(model, Relaxing(all)); };
+  };
+  for (const double radius_mm : {2.5, 15.0}) {
+    add(radius_mm > 10 ? "viscous_press_wide" : "viscous_press",
+        Format("Viscoelastic: tip of %.1f mm pressed 5 mm deep at 20 mm/s and withdrawn",
+               radius_mm),
+        [=](StressModel model, const PronySeries& prony) {
+          return SlideEnergy(model, WithTip(radius_mm), 0, 0.02, quick, prony);
+        });
+    add(radius_mm > 10 ? "viscous_slide_wide" : "viscous_slide",
+        Format("Viscoelastic: tip of %.1f mm slides 30 mm forth and back at 20 mm/s", radius_mm),
+        [=](StressModel model, const PronySeries& prony) {
+          return SlideEnergy(model, WithTip(radius_mm), 0.03, 0.02, quick, prony);
+        });
+  }
+  add("viscous_rub",
+      "Viscoelastic: the same with a tip of 2.5 mm and a friction coefficient of 0.3",
+      [=](StressModel model, const PronySeries& prony) {
+        return SlideEnergy(model, WithTip(2.5, 0.3), 0.03, 0.02, quick, prony);
+      });
+  add("viscous_grasp", "Viscoelastic: grasped at the top and lifted by 15 mm in 0.5 s",
+      [=](StressModel model, const PronySeries& prony) {
+        return GraspEnergy(model, 15, quick, prony);
+      });
+  add("viscous_random",
+      Format("Viscoelastic: random ways with friction, %.0f s; every contact", random_seconds),
+      [=](StressModel model, const PronySeries& prony) {
+        return WanderEnergy(model, prony, random_seconds, quick);
+      });
+}
+
 }  // namespace
 
-std::vector<StressCase> TouchStress(bool quick) {
+std::vector<StressCase> TouchStress(bool quick, double random_seconds) {
   const StressParameter radius = {"tip radius", "mm", 2.5, 10, 15};
   std::vector<StressCase> cases;
   cases.push_back(TouchCase("press_energy", "Tip pressed 5 mm deep at 20 mm/s and withdrawn",
@@ -273,6 +362,7 @@ std::vector<StressCase> TouchStress(bool quick) {
   cases.back().run = [quick](StressModel model, double lift_mm) {
     return GraspEnergy(model, lift_mm, quick);
   };
+  AddViscousCases(quick, random_seconds, &cases);
   cases.push_back(TouchCase(
       "still_hand",
       "A hand without tremor, a device without friction: tip held still, 15 mm deep, 2 mm apart",

@@ -1,129 +1,27 @@
-// The energy that a grasp gives to the hand that makes it: a simulated hand on a simulated device,
+// What a grasp of tissue gives the hand that makes it: a simulated hand on a simulated device,
 // both production loops in lockstep.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <sstream>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include "haptics/device/sim_device.h"
-#include "haptics/device/simulated_hand.h"
-#include "tests/support/shapes.h"
-#include "tools/stress/stress_session_fixture.h"
+#include "tools/haptics/tissue_hand.h"
 
 namespace hpdm {
 namespace {
-
-constexpr double kSeconds = 10;
-constexpr double kTop = 0.05;  // m, of the ellipsoid
-
-// A simulated device that measures the work of its motors on the hand: they hold an effort from
-// Write to Write, so it is the effort times the way of the true joints.
-class WorkMeter : public SimDevice {
- public:
-  // `work`: gets the work done since the start, J, with every Read.
-  WorkMeter(const ImpulseEngineKinematics& kinematics, std::unique_ptr<Hand> hand,
-            std::vector<double>* work)
-      : SimDevice(DeviceProfile{}, kinematics, std::move(hand)), work_(*work) {}
-
-  DeviceSample Read(Nanoseconds now) noexcept override {
-    const Vector3d before = joints().head<3>();
-    const DeviceSample sample = SimDevice::Read(now);
-    const double done = effort_.dot(joints().head<3>() - before);
-    work_.push_back(work_.empty() ? done : work_.back() + done);
-    return sample;
-  }
-  void Write(const AxisEffort& effort) noexcept override {
-    effort_ = effort;
-    SimDevice::Write(effort);
-  }
-
- private:
-  std::vector<double>& work_;
-  AxisEffort effort_ = AxisEffort::Zero();
-};
-
-struct Course {
-  std::vector<ToolSample> ticks;
-  std::vector<double> work;  // J, given to the hand before each tick
-};
 
 PronySeries Prony(double share, double time) {
   return {.count = 1, .terms = {{{.share = share, .time = time}}}};
 }
 
-// Ten seconds of a hand at the top of an ellipsoid of half-axes 0.1 x 0.07 x 0.05 m: grasping it,
-// lifting it by 15 mm, holding it, putting it back and letting go; or pressing it.
-Course Handle(const PronySeries& prony, HandScript script) {
-  OrganOptions organ;
-  organ.name = "ellipsoid";
-  organ.energy.type = EnergyType::kStrain;
-  organ.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}}};
-  organ.material.prony = prony;
-
-  Course course;
-  StressTool tool;
-  tool.p_trocar_W = Vector3d(0.02, -0.1, 0.25);
-  tool.tool.geometries[0].can_grasp = true;
-  tool.motion = [](double) { return StressPose{.p_tip_W = Vector3d(0, 0, kTop + 0.02)}; };
-  tool.device = [&](const ImpulseEngineKinematics& kinematics) {
-    HandOptions options;
-    options.script = script;
-    const HandSite site{.p_target_W = Vector3d(0, 0, kTop),
-                        .normal_W = Vector3d::UnitZ(),
-                        .p_trocar_W = tool.p_trocar_W};
-    return std::make_unique<WorkMeter>(kinematics, std::make_unique<SimulatedHand>(options, site),
-                                       &course.work);
-  };
-  StressSessionFixture body(organ, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 3), {tool});
-  body.RunUntil(kSeconds, &course.ticks);
-  return course;
+HandCourse GraspAndLift(const PronySeries& prony) {
+  return HandleTissue(prony, HandScript::kGraspLift);
 }
 
-Course GraspAndLift(const PronySeries& prony) { return Handle(prony, HandScript::kGraspLift); }
-
-// J, that the hand had been given at any time.
-double MostGiven(const Course& course) {
-  return *std::max_element(course.work.begin(), course.work.end());
-}
-
-// N, on the hand.
-double LargestForce(const Course& course) {
-  double largest = 0;
-  for (const ToolSample& tick : course.ticks) largest = std::max(largest, tick.force_W.norm());
-  return largest;
-}
-
-// How often the jaws took tissue.
-int Grasps(const Course& course) {
-  int grasps = 0;
-  ContactKind last = ContactKind::kNone;
-  for (const ToolSample& tick : course.ticks) {
-    grasps += tick.kind == ContactKind::kGrasp && last != ContactKind::kGrasp;
-    last = tick.kind;
-  }
-  return grasps;
-}
-
-// Counts the reversals of the force on the hand along z; forces below 0.1 N do not count.
-int Reversals(const Course& course) {
-  int reversals = 0;
-  double direction = 0;
-  for (const ToolSample& tick : course.ticks) {
-    if (std::abs(tick.force_W.z()) < 0.1) continue;
-    const double sign = std::copysign(1, tick.force_W.z());
-    reversals += sign == -direction;
-    direction = sign;
-  }
-  return reversals;
-}
-
-std::string Results(const Course& course) {
+std::string Results(const HandCourse& course) {
   std::ostringstream text;
   text << Grasps(course) << " grasps, " << Reversals(course) << " reversals, at most "
        << LargestForce(course) << " N and " << MostGiven(course) << " J given to the hand";
@@ -131,7 +29,7 @@ std::string Results(const Course& course) {
 }
 
 TEST(GraspEnergy, ElasticTissueGivesTheHandNoEnergy) {
-  const Course course = GraspAndLift({});
+  const HandCourse course = GraspAndLift({});
   SCOPED_TRACE(Results(course));
   EXPECT_GE(Grasps(course), 3);
   EXPECT_GT(LargestForce(course), 0.5);
@@ -142,7 +40,7 @@ TEST(GraspEnergy, ElasticTissueGivesTheHandNoEnergy) {
 }
 
 TEST(GraspEnergy, IsTheDisplayedForceTimesThePathOfTheTip) {
-  const Course course = GraspAndLift({});
+  const HandCourse course = GraspAndLift({});
   ASSERT_EQ(course.work.size(), course.ticks.size());
   // The encoders read each axis to half a step: insertion, and two angles at 0.22 m. Each change of
   // the force counts that error once more, summed by parts.
@@ -167,7 +65,7 @@ TEST(GraspEnergy, IsTheDisplayedForceTimesThePathOfTheTip) {
 TEST(GraspEnergy, ViscoelasticTissueGivesTheHandNoEnergy) {
   for (const double share : {0.5, 0.9}) {
     for (const double time : {0.01, 0.3, 100.0}) {
-      const Course course = GraspAndLift(Prony(share, time));
+      const HandCourse course = GraspAndLift(Prony(share, time));
       SCOPED_TRACE(Results(course) + ", share " + std::to_string(share) + ", " +
                    std::to_string(time) + " s");
       EXPECT_GE(Grasps(course), 3);
@@ -181,9 +79,9 @@ TEST(GraspEnergy, ViscoelasticTissueGivesTheHandNoEnergy) {
 
 TEST(GraspEnergy, APressOfViscoelasticTissueGivesTheHandNoEnergy) {
   for (const HandScript script : {HandScript::kPalpate, HandScript::kSlide, HandScript::kTap}) {
-    const Course elastic = Handle({}, script);
+    const HandCourse elastic = HandleTissue({}, script);
     for (const double time : {0.01, 0.3, 100.0}) {
-      const Course course = Handle(Prony(0.9, time), script);
+      const HandCourse course = HandleTissue(Prony(0.9, time), script);
       SCOPED_TRACE(Results(course) + ", script " + std::to_string(static_cast<int>(script)) + ", " +
                    std::to_string(time) + " s; elastic " + Results(elastic));
       EXPECT_GT(LargestForce(course), LargestForce(elastic));
