@@ -4,12 +4,13 @@
 Usage, from the repository's root after a build, on an otherwise idle machine:
 
     tools/update_results.py [--quick] [--keep] [chart] [bench] [stress] [plan] [haptics]
+    tools/update_results.py haptics:organs,shaft stress:organs
 
-Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene, of `haptics` the
-contacts, tissue, z-width and transparency). Puts NAME.md between the lines `<!-- NAME begin -->` and
-`<!-- NAME end -->` of tools/NAME/RESULTS.md, and NAME.png, if the command made one, into
-scenes/pictures. Of `haptics`, contacts.md comes between those lines, and tissue.md,
-z_width.md and transparency.md between lines of their own. --keep uses the measurements of an earlier run.
+Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene). Puts NAME.md
+between the lines `<!-- NAME begin -->` and `<!-- NAME end -->` of tools/NAME/RESULTS.md, and
+NAME.png, if the command made one, into scenes/pictures. `haptics`, `stress` and `bench` have further
+tables, each between lines of its own (TABLES). NAME:TABLE,TABLE measures and replaces only these.
+--keep uses the measurements of an earlier run.
 """
 
 import pathlib
@@ -20,14 +21,18 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
 NAMES = ("chart", "bench", "stress", "plan", "haptics")
-# Tables by the name of their lines, where they are not one table of the command's name.
+HANDS = ["press", "slide", "tap", "grasp_pull", "press_grasp_pull", "slide_press", "slide_friction",
+         "slide_press_friction"]
+# The tables of a command by the name of their lines: the parts to measure (--only; none: all) and the
+# file without ".md". Other commands have one table of their name.
 TABLES = {
-    "haptics": {
-        "haptics": "contacts",
-        "tissue": "tissue",
-        "z_width": "z_width",
-        "transparency": "transparency",
-    }
+    "bench": {"bench": (["models", "meshes", "sleep", "costs"], "bench"),
+              "organs": (["organs"], "organs")},
+    "haptics": {"haptics": (["contacts"], "contacts"), "organs": (["organs"], "organs"),
+                "shaft": (["shaft"], "shaft"), "tissue": (["tissue"], "tissue"),
+                "force_accuracy": (HANDS, "force_accuracy"), "z_width": (["z-width"], "z_width"),
+                "transparency": (["transparency"], "transparency")},
+    "stress": {"stress": ([], "stress"), "organs": (["organs"], "organs")},
 }
 PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 
@@ -41,32 +46,42 @@ def replaced(text, path, name, table):
     return f"{head}{begin}\n{table}{end}{tail}"
 
 
-def command(name, quick):
-    if name == "bench":  # RESULTS.md describes the other parts in words
-        only = ["models", "meshes", "sleep", "costs"]
-        return [name, "--out", OUT / name, "--only", *only, *quick]
-    if name == "haptics":  # the other parts' pictures and words are edited by hand
-        only = ["contacts", "tissue", "z-width", "transparency"]
-        return [name, "--out", OUT / name, "--only", *only, *quick]
+def command(name, tables, quick):
     if name == "plan":
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
-    return [name, "--out", OUT / name, *quick]
+    parts = [only for only, _ in tables.values()]
+    only = ["--only", *sum(parts, [])] if all(parts) else []
+    return [name, "--out", OUT / name, *only, *quick]
+
+
+def chosen(argument):
+    """The command's name and its tables to replace."""
+    name, _, wanted = argument.partition(":")
+    if name not in NAMES:
+        raise SystemExit(f"update_results.py: unknown name {name}\n{__doc__}")
+    tables = TABLES.get(name, {name: ([], name)})
+    if not wanted:
+        return name, tables
+    unknown = set(wanted.split(",")) - set(tables)
+    if unknown:
+        raise SystemExit(f"update_results.py: {name} has no table {unknown.pop()}\n{__doc__}")
+    return name, {lines: tables[lines] for lines in wanted.split(",")}
 
 
 def main(arguments):
     options = {each for each in arguments if each.startswith("-")}
-    names = [each for each in arguments if each not in options] or NAMES
-    unknown = (options - {"--quick", "--keep"}) | (set(names) - set(NAMES))
+    unknown = options - {"--quick", "--keep"}
     if unknown:
-        raise SystemExit(f"update_results.py: unknown option or name {unknown.pop()}\n{__doc__}")
+        raise SystemExit(f"update_results.py: unknown option {unknown.pop()}\n{__doc__}")
     quick = ["--quick"] if "--quick" in options else []
-    for name in names:
+    for argument in [each for each in arguments if each not in options] or NAMES:
+        name, tables = chosen(argument)
         if "--keep" not in options:
-            subprocess.run([ROOT / "build/tools/hpdm", *command(name, quick)], cwd=ROOT, check=True)
+            hpdm = ROOT / "build/tools/hpdm"
+            subprocess.run([hpdm, *command(name, tables, quick)], cwd=ROOT, check=True)
         path = ROOT / "tools" / name / "RESULTS.md"
-        tables = TABLES.get(name, {name: name})
         text = path.read_text(encoding="utf-8")
-        for lines, table in tables.items():
+        for lines, (_, table) in tables.items():
             table_text = (OUT / name / f"{table}.md").read_text(encoding="utf-8")
             text = replaced(text, path, lines, table_text)
         path.write_text(text, encoding="utf-8")

@@ -29,6 +29,9 @@ class CondensedTetraBody {
   ~CondensedTetraBody();
   CondensedTetraBody(CondensedTetraBody&&) noexcept;
 
+  /// Moves the body with its supports before the contact, m. Displacements stay relative to them.
+  void Move(const Vector3d& way) { rest_.rowwise() += way.transpose(); }
+
   const TetraBody& body() const { return *body_; }
   const std::vector<int>& nodes() const { return nodes_; }         ///< Of the zone, ascending.
   const std::vector<TetraFace>& faces() const { return faces_; }   ///< By numbers in nodes().

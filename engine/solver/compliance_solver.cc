@@ -1,7 +1,11 @@
 #include "engine/solver/compliance_solver.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/solver/symmetric_inverse.h"
@@ -82,31 +86,34 @@ class ScalarComplianceSolver final : public ComplianceSolver {
 };
 
 // Solver for coupled axes: K is 3n x 3n. A step reads only two parts of K^-1. The entries between
-// the control points of its contact rows give the compliance. The columns of those points, read
-// once, give the displacements under all forces.
+// the control points of its contact rows give the compliance between the rows. The columns of those
+// points, read once, give the displacements under all forces.
 class FullComplianceSolver final : public ComplianceSolver {
  public:
   explicit FullComplianceSolver(const FullStiffness& K)
       : n_(K.rows() / 3),
         inverse_(InverseStiffness(
             K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
+        place_(static_cast<std::size_t>(n_)),
         touched_(static_cast<std::size_t>(n_)),
-        weights_(kMaxContacts, n_),
-        moved_(3, n_),
-        solved_(3 * n_, 3) {}
+        runs_(static_cast<std::size_t>(n_)),
+        entries_(kMaxContacts * static_cast<std::size_t>(n_)),
+        moved_(3 * n_, 3),
+        row_compliance_(3 * kMaxContacts, 3 * kMaxContacts),
+        forces_(3, n_),
+        solved_(3 * n_, kBatch) {}
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
     Gather(contacts);
+    for (int i = 0; i < contacts.size(); ++i) FillRowCompliance(i);
     for (const ContactSolver::Side& loaded : contact_solver->sides(body)) {
-      Move(loaded);
       Vector3d moved = Vector3d::Zero();
       int at = -1;  // the sides of one row follow each other
       for (const ContactSolver::Side& side : contact_solver->sides(body)) {
         if (side.row != at) {
           at = side.row;
-          moved.setZero();
-          for (int t = 0; t < count_; ++t) moved += weights_(at, t) * moved_.col(t);
+          moved.noalias() = row_compliance_.block<3, 3>(3 * at, 3 * loaded.row) * loaded.force_W;
         }
         contact_solver->compliance()(side.equation, loaded.equation) +=
             yield * side.axis_W.dot(moved);
@@ -115,23 +122,30 @@ class FullComplianceSolver final : public ComplianceSolver {
   }
 
   void Deform(int body, const ContactSolver& contact_solver, Points* U) const override {
+    forces_.leftCols(count_).setZero();
+    for (const ContactSolver::Side& side : contact_solver.sides(body)) {
+      const Vector3d force = contact_solver.forces()[side.equation] * side.force_W;
+      for (const Entry& entry : EntriesOf(side.row)) {
+        forces_.col(entry.place) += entry.weight * force;
+      }
+    }
     auto u = AsVector(U);
     u.setZero();
     for (int t = 0; t < count_; ++t) {
-      Vector3d force = Vector3d::Zero();
-      for (const ContactSolver::Side& side : contact_solver.sides(body)) {
-        force += contact_solver.forces()[side.equation] * weights_(side.row, t) * side.force_W;
+      const int a = touched_[static_cast<std::size_t>(t)];
+      for (int d = 0; d < 3; ++d) {
+        if (forces_(d, t) != 0) u += forces_(d, t) * inverse_.col(3 * a + d);
       }
-      AddColumns(touched_[static_cast<std::size_t>(t)], force, &u);
     }
   }
 
+  // Each column of K^-1 is read once for a batch of loads.
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const override {
-    for (Eigen::Index first = 0; first < columns.cols(); first += 3) {
-      auto loads = columns.middleCols(first, std::min<Eigen::Index>(3, columns.cols() - first));
+    for (Eigen::Index first = 0; first < columns.cols(); first += kBatch) {
+      auto loads = columns.middleCols(first, std::min(kBatch, columns.cols() - first));
       auto u = solved_.leftCols(loads.cols());
       u.setZero();
-      for (Eigen::Index i = 0; i < loads.rows(); ++i) {  // each column of K^-1 is read once
+      for (Eigen::Index i = 0; i < loads.rows(); ++i) {
         for (Eigen::Index c = 0; c < loads.cols(); ++c) {
           if (loads(i, c) != 0) u.col(c) += loads(i, c) * inverse_.col(i);
         }
@@ -150,50 +164,94 @@ class FullComplianceSolver final : public ComplianceSolver {
   Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
 
  private:
-  // Collects the control points with a weight in any row, and their weights.
-  void Gather(const ContactConstraints& contacts) {
-    count_ = 0;
-    for (int a = 0; a < n_; ++a) {
-      const auto weights = contacts.Weights().col(a);
-      if ((weights.array() == 0).all()) continue;
-      weights_.col(count_).head(contacts.size()) = weights;
-      touched_[static_cast<std::size_t>(count_++)] = a;
-    }
+  static constexpr Eigen::Index kBatch = 24;
+
+  // A non-zero weight of a row: the place of its control point in touched_.
+  struct Entry {
+    int place = 0;
+    double weight = 0;
+  };
+  // Touched control points with successive numbers.
+  struct Run {
+    int first = 0;  // control point
+    int place = 0;
+    int length = 0;
+  };
+
+  std::span<Entry> EntriesOf(int row) {
+    const auto i = static_cast<std::size_t>(row);
+    return {entries_.data() + i * static_cast<std::size_t>(n_), entry_count_[i]};
+  }
+  std::span<const Entry> EntriesOf(int row) const {
+    const auto i = static_cast<std::size_t>(row);
+    return {entries_.data() + i * static_cast<std::size_t>(n_), entry_count_[i]};
   }
 
-  // Computes the displacements of the touched control points for the side's unit force.
-  void Move(const ContactSolver::Side& side) {
-    auto moved = moved_.leftCols(count_);
-    moved.setZero();
-    for (int t = 0; t < count_; ++t) {
-      const double weight = weights_(side.row, t);
-      if (weight == 0) continue;
-      for (int d = 0; d < 3; ++d) {
-        if (side.force_W[d] == 0) continue;
-        const auto column = inverse_.col(3 * touched_[static_cast<std::size_t>(t)] + d);
-        const double force = weight * side.force_W[d];
-        for (int s = 0; s < count_; ++s) {
-          moved.col(s) += force * column.segment<3>(3 * touched_[static_cast<std::size_t>(s)]);
-        }
+  // Collects the control points with a weight in any row, and the rows' weights.
+  void Gather(const ContactConstraints& contacts) {
+    constexpr int kUntouched = -1;
+    std::fill(place_.begin(), place_.end(), kUntouched);
+    for (int i = 0; i < contacts.size(); ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      entry_count_[row] = 0;
+      for (int a = 0; a < n_; ++a) {
+        const double weight = contacts.Weights()(i, a);
+        if (weight == 0) continue;
+        entries_[row * static_cast<std::size_t>(n_) + entry_count_[row]++] = {a, weight};
+        place_[static_cast<std::size_t>(a)] = 0;
       }
     }
+    count_ = 0;
+    run_count_ = 0;
+    for (int a = 0; a < n_; ++a) {
+      int& place = place_[static_cast<std::size_t>(a)];
+      if (place == kUntouched) continue;
+      const bool follows = a > 0 && place_[static_cast<std::size_t>(a - 1)] != kUntouched;
+      if (!follows) runs_[run_count_++] = {a, count_, 0};
+      ++runs_[run_count_ - 1].length;
+      touched_[static_cast<std::size_t>(count_)] = a;
+      place = count_++;
+    }
+    for (int i = 0; i < contacts.size(); ++i) {
+      for (Entry& entry : EntriesOf(i)) entry.place = place_[static_cast<std::size_t>(entry.place)];
+    }
   }
 
-  // Adds the displacements for a force (N) on control point a.
-  template <typename Displacements>
-  void AddColumns(int a, const Vector3d& force, Displacements* u) const {
-    for (int d = 0; d < 3; ++d) {
-      if (force[d] != 0) *u += force[d] * inverse_.col(3 * a + d);
+  // Computes B K^-1 B^T between row i and the rows up to it.
+  void FillRowCompliance(int i) {
+    moved_.topRows(3 * count_).setZero();  // the touched control points, for unit forces on the row
+    for (const Entry& entry : EntriesOf(i)) {
+      const int a = touched_[static_cast<std::size_t>(entry.place)];
+      for (std::size_t r = 0; r < run_count_; ++r) {
+        const Run& run = runs_[r];
+        moved_.middleRows(3 * run.place, 3 * run.length) +=
+            entry.weight * inverse_.middleCols<3>(3 * a).middleRows(3 * run.first, 3 * run.length);
+      }
+    }
+    for (int j = 0; j <= i; ++j) {
+      Matrix3d sum = Matrix3d::Zero();
+      for (const Entry& entry : EntriesOf(j)) {
+        sum += entry.weight * moved_.middleRows<3>(3 * entry.place);
+      }
+      if (j == i) sum = ((sum + sum.transpose()) / 2).eval();
+      row_compliance_.block<3, 3>(3 * j, 3 * i) = sum;
+      row_compliance_.block<3, 3>(3 * i, 3 * j) = sum.transpose();
     }
   }
 
   int n_;
-  Eigen::MatrixXd inverse_;   // 3n x 3n
-  int count_ = 0;             // number of control points touched by the last Respond()'s contacts
-  std::vector<int> touched_;  // n; the first count_ are these control points
-  Eigen::MatrixXd weights_;   // kMaxContacts x n: their weights in each contact's row
-  Eigen::Matrix3Xd moved_;    // 3 x n: their displacements for the present unit force
-  mutable Eigen::MatrixXd solved_;  // 3n x 3
+  Eigen::MatrixXd inverse_;    // 3n x 3n
+  int count_ = 0;              // number of control points touched by the last Respond()'s contacts
+  std::vector<int> place_;     // n: of the control points in touched_, or -1
+  std::vector<int> touched_;   // n; the first count_ are these control points
+  std::size_t run_count_ = 0;  // of them
+  std::vector<Run> runs_;      // n
+  std::array<std::size_t, kMaxContacts> entry_count_{};
+  std::vector<Entry> entries_;                      // kMaxContacts x n
+  Eigen::Matrix<double, Eigen::Dynamic, 3> moved_;  // 3n x 3
+  Eigen::MatrixXd row_compliance_;                  // B K^-1 B^T of the last Respond()
+  mutable Eigen::Matrix3Xd forces_;                 // on the touched control points, N
+  mutable Eigen::MatrixXd solved_;                  // 3n x kBatch
 };
 
 }  // namespace

@@ -116,6 +116,26 @@ Json ToJson(const FfdTable& table) {
   return {{"renderer", table.renderer}, {"rows", rows}};
 }
 
+Json ToJson(const OrganResults& organs) {
+  Json searches;
+  for (const PairSearchResults& row : organs.searches) {
+    searches.push_back({{"pair", row.pair},
+                        {"first_triangles", row.first_triangles},
+                        {"second_triangles", row.second_triangles},
+                        {"found", row.found},
+                        {"own", ToJson(row.own)},
+                        {"fcl_found", row.fcl_found},
+                        {"fcl_collide", ToJson(row.fcl_collide)},
+                        {"fcl_distance", ToJson(row.fcl_distance)},
+                        {"own_refit", ToJson(row.own_refit)},
+                        {"fcl_refit", ToJson(row.fcl_refit)}});
+  }
+  return {{"searches", searches},
+          {"steps", ToJson(organs.steps.all)},
+          {"touching_steps", ToJson(organs.steps.touching)},
+          {"most_contacts", organs.steps.most_contacts}};
+}
+
 Json ToJson(const BenchResults& results, const MachineFacts& machine) {
   Json json = {{"machine", ToJson(machine)}};
   for (const ModelComparison& row : results.models) json["models"].push_back(ToJson(row));
@@ -127,6 +147,7 @@ Json ToJson(const BenchResults& results, const MachineFacts& machine) {
   for (const HandOverResults& row : results.hand_overs) json["hand_overs"].push_back(ToJson(row));
   for (const FrameResults& row : results.frames) json["frames"].push_back(ToJson(row));
   if (results.ffd.has_value()) json["ffd"] = ToJson(*results.ffd);
+  if (results.organs.has_value()) json["organs"] = ToJson(*results.organs);
   return json;
 }
 
@@ -169,16 +190,20 @@ void Bench(const BenchOptions& options) {
   if (wanted("ffd", "deformation on the CPU and in the shader")) {
     results.ffd = TimeFfd(options.quick);
   }
+  if (wanted("organs", "organs on each other")) results.organs = TimeOrgans(options.quick);
   progress("done");
 
   const std::string markdown = BenchMarkdown(results, ToText(machine));
+  const std::string organs =
+      results.organs ? OrganMarkdown(*results.organs, ToText(machine)) : std::string();
   const std::string json = JsonText(ToJson(results, machine)) + "\n";
   if (!options.json.empty()) WriteTextFile(options.json, json);
   if (!options.out.empty()) {
     WriteTextFile(fs::path(options.out) / "bench.json", json);
     WriteTextFile(fs::path(options.out) / "bench.md", markdown);
+    if (!organs.empty()) WriteTextFile(fs::path(options.out) / "organs.md", organs);
   }
-  std::cout << markdown;
+  std::cout << markdown << organs;
 }
 
 }  // namespace
@@ -188,9 +213,11 @@ void AddBenchCommand(Command app) {
   Command bench =
       app.AddCommand("bench", "Time the paper's tables and how the cost grows with size");
   bench.AddOption("--json", options->json, "File to write all figures to");
-  bench.AddOption("--out", options->out, "Folder for bench.json and bench.md; created if missing");
+  bench.AddOption("--out", options->out,
+                  "Folder for bench.json, bench.md and organs.md; created if missing");
   bench.AddOption("--only", options->only, "Measure only these")
-      .OneOf({"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs"});
+      .OneOf(
+          {"ticks", "hand-over", "frames", "ffd", "models", "meshes", "sleep", "costs", "organs"});
   bench.AddFlag("--quick", options->quick, "Fewer repeats and smaller sizes");
   bench.OnRun([options] { Bench(*options); });
 }

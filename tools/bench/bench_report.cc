@@ -211,4 +211,34 @@ std::string BenchMarkdown(const BenchResults& results, const std::string& machin
   return text + "Times: " + machine + ".\n";
 }
 
+std::string OrganMarkdown(const OrganResults& organs, const std::string& machine) {
+  std::string text =
+      "Search of two organs of abdomen.toml for each other, us: minimum and median. The own "
+      "descent finds the triangles within 2 mm of the other organ. FCL finds crossing triangles, "
+      "or the least distance.\n\n| organs | triangles | found | own | FCL: collide | its pairs | "
+      "FCL: distance | own refit | FCL: refit |\n|---|---|---|---|---|---|---|---|---|\n";
+  const auto time = [](const Timing& timing) {
+    return Format("%.1f, %.1f", timing.minimum_us, timing.median_us);
+  };
+  for (const PairSearchResults& row : organs.searches) {
+    text += Format("| %s | %s, %s | %d | %s | %s | %d | %s | %s | %s |\n", row.pair.c_str(),
+                   WithCommas(row.first_triangles).c_str(),
+                   WithCommas(row.second_triangles).c_str(), row.found, time(row.own).c_str(),
+                   time(row.fcl_collide).c_str(), row.fcl_found, time(row.fcl_distance).c_str(),
+                   time(row.own_refit).c_str(), time(row.fcl_refit).c_str());
+  }
+  text += Format(
+      "\nDeformation steps of abdomen.toml in lockstep, CPU time, ms; at most %d contacts of one "
+      "organ with others. Target: p99 at most 10 ms.\n\n"
+      "| steps | number | median | p99 | largest |\n|---|---|---|---|---|\n",
+      organs.steps.most_contacts);
+  for (const auto& [name, steps] :
+       {std::pair("all", &organs.steps.all), std::pair("organs touch", &organs.steps.touching)}) {
+    const auto ms = [](std::int64_t ns) { return 1e-6 * static_cast<double>(ns); };
+    text += Format("| %s | %d | %.2f | %.2f | %.2f |\n", name, static_cast<int>(steps->count()),
+                   ms(steps->Percentile(0.5)), ms(steps->Percentile(0.99)), ms(steps->max()));
+  }
+  return text + "\nTimes: " + machine + ".\n";
+}
+
 }  // namespace hpdm

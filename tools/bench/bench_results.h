@@ -125,6 +125,30 @@ struct FfdTable {
 /// has no OpenGL context.
 FfdTable TimeFfd(bool quick);
 
+/// The search for what two organs have near each other: the own descent of both trees
+/// (SurfaceTree::VisitNear) beside FCL's queries on trees of the same kind.
+struct PairSearchResults {
+  std::string pair;  ///< The organs, and how they lie.
+  int first_triangles = 0, second_triangles = 0;
+  int found = 0;                ///< Triangles of the first within the margin of contact, by boxes.
+  int fcl_found = 0;            ///< Pairs of triangles that cross each other.
+  Timing own;                   ///< Finds `found`.
+  Timing fcl_collide;           ///< Finds `fcl_found`; two organs that are apart cross nowhere.
+  Timing fcl_distance;          ///< Finds the least distance only.
+  Timing own_refit, fcl_refit;  ///< Of the first organ's tree.
+};
+/// CPU times of whole deformation steps in a session of the scene's own hands.
+struct StepTimes {
+  Histogram all, touching;  ///< ns; touching: with contacts between organs.
+  int most_contacts = 0;    ///< Of one organ with others, in one step.
+};
+struct OrganResults {
+  std::vector<PairSearchResults> searches;
+  StepTimes steps;
+};
+/// Times the organs of the working folder's scenes/abdomen.toml, if it exists.
+std::optional<OrganResults> TimeOrgans(bool quick);
+
 /// The selected measurements of `hpdm bench`; all by default.
 struct BenchResults {
   std::vector<ModelComparison> models;
@@ -136,9 +160,12 @@ struct BenchResults {
   std::vector<HandOverResults> hand_overs;
   std::vector<FrameResults> frames;
   std::optional<FfdTable> ffd;
+  std::optional<OrganResults> organs;
 };
 
-/// Returns one section for each measurement.
+/// Returns one section for each measurement but the organs'.
 std::string BenchMarkdown(const BenchResults& results, const std::string& machine);
+/// Returns the section of the organs.
+std::string OrganMarkdown(const OrganResults& organs, const std::string& machine);
 
 }  // namespace hpdm

@@ -17,6 +17,7 @@
 #include "tools/haptics/accuracy_report.h"
 #include "tools/haptics/contact_tables.h"
 #include "tools/haptics/force_accuracy.h"
+#include "tools/haptics/organ_tables.h"
 #include "tools/haptics/shipped_contacts.h"
 #include "tools/haptics/stability_map.h"
 #include "tools/haptics/tip_accuracy.h"
@@ -39,10 +40,12 @@ using Json = nlohmann::ordered_json;
 
 // Parts of --only besides the cases of the accuracy.
 constexpr const char* kContacts = "contacts";
+constexpr const char* kOrgans = "organs";
+constexpr const char* kShaft = "shaft";
 constexpr const char* kTissue = "tissue";
 constexpr const char* kZWidth = "z-width";
 constexpr const char* kTransparency = "transparency";
-constexpr const char* kParts[] = {kContacts, kTissue, kZWidth, kTransparency};
+constexpr const char* kParts[] = {kContacts, kOrgans, kShaft, kTissue, kZWidth, kTransparency};
 
 struct HapticsOptions {
   std::string scene = "scenes/two_hands.toml";
@@ -148,17 +151,16 @@ Json MeasureForces(const HapticsOptions& options, const std::vector<AccuracyCase
   return report;
 }
 
-// Measures tables by `measure`. Writes them to `file` in Markdown.
-Json MeasureTables(const HapticsOptions& options, const char* file,
-                   std::vector<ContactTable> (*measure)(
-                       bool quick, const std::function<void(const ContactTable&)>& done)) {
+// Measures the tables of a part of contacts. Writes PART.md.
+template <class Measure>
+Json MeasureTables(const HapticsOptions& options, const std::string& part, const Measure& measure) {
   std::string markdown;
   const auto done = [&](const ContactTable& table) {
     markdown += (markdown.empty() ? "" : "\n") + TableMarkdown(table);
     if (!options.json) std::cout << TableText(table) << "\n" << std::flush;
   };
-  const std::vector<ContactTable> tables = measure(options.quick, done);
-  WriteTextFile(fs::path(options.out) / file, markdown);
+  const std::vector<ContactTable> tables = measure(done);
+  WriteTextFile(fs::path(options.out) / (part + ".md"), markdown);
   return TablesJson(tables);
 }
 
@@ -269,10 +271,21 @@ void Haptics(const HapticsOptions& options) {
   Json report = Json::object();
   if (!cases.empty()) report["force_accuracy"] = MeasureForces(options, cases);
   if (options.Measures(kContacts)) {
-    report["contacts"] = MeasureTables(options, "contacts.md", MeasureContacts);
+    report["contacts"] = MeasureTables(
+        options, kContacts, [&](const auto& done) { return MeasureContacts(options.quick, done); });
+  }
+  if (options.Measures(kOrgans)) {
+    report["organs"] = MeasureTables(options, kOrgans, [&](const auto& done) {
+      return MeasureOrganContacts(fs::path(options.scene).parent_path(), options.quick, done);
+    });
+  }
+  if (options.Measures(kShaft)) {
+    report["shaft"] = MeasureTables(
+        options, kShaft, [&](const auto& done) { return MeasureShaft(options.quick, done); });
   }
   if (options.Measures(kTissue)) {
-    report["tissue"] = MeasureTables(options, "tissue.md", MeasureTissue);
+    report["tissue"] = MeasureTables(
+        options, kTissue, [&](const auto& done) { return MeasureTissue(options.quick, done); });
   }
   if (options.Measures(kZWidth) || options.Measures(kTransparency)) {
     MeasureDisplay(options, &report);
@@ -286,6 +299,8 @@ void Haptics(const HapticsOptions& options) {
     std::cout << out.string() << ": haptics.json"
               << (cases.empty() ? "" : ", force_accuracy.md, force_courses.png, force_errors.png")
               << (options.Measures(kContacts) ? ", contacts.md" : "")
+              << (options.Measures(kOrgans) ? ", organs.md" : "")
+              << (options.Measures(kShaft) ? ", shaft.md" : "")
               << (options.Measures(kTissue) ? ", tissue.md" : "")
               << (options.Measures(kZWidth) ? ", z_width.png" : "")
               << (options.Measures(kTransparency) ? ", transparency.png" : "")
@@ -304,9 +319,10 @@ void AddHapticsCommand(Command app) {
                  "Scene with two instruments; uses the load cases beside it")
       .ShowDefault();
   haptics.AddOption("--out", options->out, "Folder to write to; created if missing").ShowDefault();
-  haptics.AddOption("--only", options->only,
-                    "Measure only the accuracy of these cases, such as press, or contacts, tissue, "
-                    "z-width, transparency");
+  haptics.AddOption(
+      "--only", options->only,
+      "Measure only the accuracy of these cases, such as press, or contacts, organs, shaft, "
+      "tissue, z-width, transparency");
   haptics
       .AddOption("--haptic-hz", options->haptic_hz,
                  "Ticks a second for z-width and transparency (default: the scenes')")

@@ -20,7 +20,8 @@ MODELS = (("strain_small", "strain,\nsmall"), ("strain_finite", "strain,\nfinite
           ("linear_tetrahedra", "linear\ntetrahedra"), ("point_proxy", "point\nproxy"))
 FATES = {"survived": "#b7dfb9", "degraded": "#fbe3a2", "failed": "#f2a9a0"}
 GROUPS = {"material": "tissue, lattice, solver", "contact": "contacts", "motion": "large motions",
-          "haptics": "tip, tick and device", "touch": "energy and stillness of a touch"}
+          "haptics": "tip, tick and device", "touch": "energy and stillness of a touch",
+          "organs": "organs on each other, shaft"}
 
 
 def error(row):

@@ -4,6 +4,7 @@
 #include <future>
 #include <iostream>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -43,7 +44,7 @@ std::vector<StressCase> AllCases(const StressOptions& options) {
   std::vector<StressCase> all;
   for (std::vector<StressCase> group :
        {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick),
-        TouchStress(quick, options.random_seconds)}) {
+        TouchStress(quick, options.random_seconds), OrganStress(quick)}) {
     std::move(group.begin(), group.end(), std::back_inserter(all));
   }
   return all;
@@ -105,10 +106,15 @@ std::string Write(const fs::path& out, const std::vector<StressRow>& rows, const
                   std::string* remark) {
   WriteTextFile(out / "stress.csv", StressCsv(rows));
   WriteTextFile(out / "stress.md", StressMarkdown(rows));
+  std::map<std::string, std::vector<StressRow>> groups;
+  for (const StressRow& row : rows) groups[row.stress_case.group].push_back(row);
+  for (const auto& [group, of_group] : groups) {
+    WriteTextFile(out / (group + ".md"), StressMarkdown(of_group));
+  }
   WriteTextFile(out / "stress.json", JsonText(report) + "\n");
   *remark = RunPlotScript(kPlotStressScript,
                           {(out / "stress.csv").string(), (out / "stress.png").string()});
-  return out.string() + ": stress.csv, stress.json, stress.md" +
+  return out.string() + ": stress.csv, stress.json, stress.md, GROUP.md" +
          (remark->empty() ? ", stress.png\n" : "\n");
 }
 

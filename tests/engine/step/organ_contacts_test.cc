@@ -4,80 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "engine/deformation_loop.h"
 #include "engine/statics/static_loads.h"
 #include "tests/support/counted_allocations.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/organ_bench.h"
 
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kOrgansPeriod = kNanosecondsPerSecond / 30;
 constexpr double kHalfPeriod = 1;  // s: then an organ's offset is its whole displacement
-const Vector3d kFarTip(5, 5, 5);
-
-// Organs, a tool and the pairs between the organs, stepped without threads.
-class Bodies {
- public:
-  // `friction`: of the contact with the organ that is added before; none: no contact.
-  void Add(OrganOptions options, SurfaceMesh rest, std::optional<double> friction) {
-    if (friction) options.contacts.push_back({organs_.back().options().name, *friction});
-    organs_.emplace_back(options, std::move(rest));
-  }
-  void Start() {
-    render = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, true));
-    telemetry_ = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, 1, false));
-    loop_ =
-        std::make_unique<DeformationLoop>(organs_, std::vector<ToolOptions>{ToolOptions()},
-                                          DeformationEdges{tools_, patch, *render, *telemetry_});
-  }
-  // The shaft lies along z, the tip's centre at p.
-  void Step(const Vector3d& p = kFarTip) {
-    ToolState state;
-    state.tick = ++tick_;
-    state.time_ns = now_;
-    state.tool_count = 1;
-    state.tools[0].X_WT.translation() = p;
-    state.tools[0].p_trocar_W = p + Vector3d(0, 0, 0.3);
-    loop_->Step(state, now_);
-    patch.Update();
-    now_ += kOrgansPeriod;
-  }
-  void StayAt(double seconds) { now_ = static_cast<Nanoseconds>(seconds * kNanosecondsPerSecond); }
-
-  // Sum of the forces on organ o by other organs, N.
-  Vector3d PairForce(int o) const {
-    Vector3d sum = Vector3d::Zero();
-    const ContactConstraints& contacts = loop_->organ(o).contacts;
-    for (int i = contacts.tool_rows(); i < contacts.size(); ++i) sum += contacts[i].force_W;
-    return sum;
-  }
-  Vector3d ToolForce(int o) const {
-    Vector3d sum = Vector3d::Zero();
-    const ContactConstraints& contacts = loop_->organ(o).contacts;
-    for (int i = 0; i < contacts.tool_rows(); ++i) sum += contacts[i].force_W;
-    return sum;
-  }
-  const OrganModel& model(int o) const { return organs_[static_cast<std::size_t>(o)]; }
-  const OrganState& organ(int o) const { return loop_->organ(o); }
-  const StepRecord& record() const { return loop_->record(); }
-
-  TripleBuffer<ContactPatch> patch;
-  std::unique_ptr<TripleBuffer<SceneSnapshot>> render;
-
- private:
-  std::vector<OrganModel> organs_;
-  TripleBuffer<ToolState> tools_;
-  std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_;
-  std::unique_ptr<DeformationLoop> loop_;
-  std::uint64_t tick_ = 0;
-  Nanoseconds now_ = 0;
-};
 
 // A bar along z from `from` to `to`, held at its end z = `held`.
 struct Bar {
@@ -89,7 +28,7 @@ struct Bar {
   int squares = 14;
 };
 
-void AddBar(const Bar& bar, Bodies* bodies, std::optional<double> friction = std::nullopt) {
+void AddBar(const Bar& bar, OrganBench* bodies, std::optional<double> friction = std::nullopt) {
   OrganOptions options;
   options.name = "bar at " + std::to_string(bar.from);
   options.energy.type = EnergyType::kStrain;
@@ -111,7 +50,7 @@ void AddBar(const Bar& bar, Bodies* bodies, std::optional<double> friction = std
 }
 
 // The upper bar's support moves down by `press` (m).
-void PressBars(const Bar& lower, Bar upper, double press, double friction, Bodies* bodies) {
+void PressBars(const Bar& lower, Bar upper, double press, double friction, OrganBench* bodies) {
   upper.displacement_W = Vector3d(0, 0, -press);
   AddBar(lower, bodies);
   AddBar(upper, bodies, friction);
@@ -157,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, BarsInSeries,
 
 TEST_P(BarsInSeries, ForceIsThatOfTheirStiffnessesInSeries) {
   const BarCase& given = GetParam();
-  Bodies bodies;
+  OrganBench bodies;
   const Bar lower{
       .from = 0, .to = 0.05, .held = 0, .young = given.young_below, .squares = given.squares_below};
   const Bar upper{.from = 0.05,
@@ -178,7 +117,7 @@ TEST_P(BarsInSeries, ForceIsThatOfTheirStiffnessesInSeries) {
 }
 
 TEST(OrganContacts, FacesOfPressedBlocksStayFlatAndTogether) {
-  Bodies bodies;
+  OrganBench bodies;
   PressBars({}, {.from = 0.05, .to = 0.1, .held = 0.1}, 0.003, 0, &bodies);
   for (int o = 0; o < 2; ++o) {
     const Points& rest = bodies.model(o).rest().vertices;
@@ -193,7 +132,7 @@ TEST(OrganContacts, FacesOfPressedBlocksStayFlatAndTogether) {
 // One bar is stiff: the other one rests on it as on a wall.
 TEST(OrganContacts, FrictionHoldsUpToItsCoefficient) {
   for (const double friction : {0.0, 0.1, 0.3}) {
-    Bodies bodies;
+    OrganBench bodies;
     AddBar({.young = 20000, .poisson = 0.3, .width = 0.08, .squares = 20}, &bodies);
     AddBar({.from = 0.05,
             .to = 0.07,
@@ -215,7 +154,7 @@ TEST(OrganContacts, FrictionHoldsUpToItsCoefficient) {
 }
 
 TEST(OrganContacts, StickingFacesMoveTogether) {
-  Bodies bodies;
+  OrganBench bodies;
   AddBar({.poisson = 0.3}, &bodies);
   AddBar({.from = 0.05,
           .to = 0.1,
@@ -247,7 +186,7 @@ TEST(OrganContacts, StickingFacesMoveTogether) {
 }
 
 TEST(OrganContacts, PartedOrgansSleepAtRest) {
-  Bodies bodies;
+  OrganBench bodies;
   AddBar({}, &bodies);
   AddBar({.from = 0.0505, .to = 0.1, .held = 0.1, .displacement_W = Vector3d(0, 0, -0.002)},
          &bodies, 0.2);
@@ -272,7 +211,7 @@ TEST(OrganContacts, PartedOrgansSleepAtRest) {
 // force changes as two solved steps say.
 TEST(OrganContacts, TipFeelsTheOrganBeneath) {
   const auto press = [](double depth, bool pair, Matrix3d* compliance, Vector3d* point) {
-    Bodies bodies;
+    OrganBench bodies;
     AddBar({.poisson = 0.3, .width = 0.05}, &bodies);
     // Held softly, so that most of the press goes through it.
     OrganOptions plate;
@@ -288,7 +227,8 @@ TEST(OrganContacts, TipFeelsTheOrganBeneath) {
                pair ? std::optional(0.0) : std::nullopt);
     bodies.Start();
     for (int step = 0; step < 20; ++step) {
-      bodies.Step(Vector3d(0, 0, 0.07 + kDefaultToolRadius - depth * std::min(1.0, step / 10.0)));
+      bodies.Step(OrganBench::Above(
+          Vector3d(0, 0, 0.07 + kDefaultToolRadius - depth * std::min(1.0, step / 10.0))));
     }
     const ToolPatch& patch = bodies.patch.Front().tools[0].main();
     *compliance = patch.compliance_W;
@@ -314,7 +254,7 @@ TEST(OrganContacts, TipFeelsTheOrganBeneath) {
 
 TEST(OrganContacts, StepAllocatesNothing) {
   if (!kCountsAllocations) GTEST_SKIP() << "the sanitizer's allocator";
-  Bodies bodies;
+  OrganBench bodies;
   AddBar({.squares = 18}, &bodies);
   AddBar({.from = 0.05,
           .to = 0.1,
@@ -327,7 +267,7 @@ TEST(OrganContacts, StepAllocatesNothing) {
   const long before = AllocationsOfThisThread();
   for (int step = 0; step <= 40; ++step) {
     bodies.StayAt(step * kHalfPeriod / 40);
-    bodies.Step(Vector3d(0, 0, step < 20 ? 5 : 0.1));
+    bodies.Step(OrganBench::Above(Vector3d(0, 0, step < 20 ? 5 : 0.1)));
   }
   EXPECT_EQ(AllocationsOfThisThread(), before);
   EXPECT_GT(bodies.organ(0).contacts.size(), 8);

@@ -7,84 +7,10 @@
 #include "haptics/device/impulse_engine.h"
 #include "tests/support/felt_bench.h"
 #include "tests/support/shapes.h"
+#include "tools/haptics/shaft_trials.h"
 
 namespace hpdm {
 namespace {
-
-constexpr double kWallOfLobe = 300;  // N/m
-constexpr double kToLobe = 0.15;     // m, from the trocar to the lobe's middle, sideways
-constexpr double kInserted = 0.25;   // m
-const Vector3d kTrocarOfShaft(-kToLobe, 0, 0.02);
-
-// The tool whose axis passes the height z above the origin, moving down there at `speed` (m/s).
-ToolPose Across(double z, double speed = 0) {
-  ToolPose tool;
-  tool.p_trocar_W = kTrocarOfShaft;
-  const auto direction = [](double height) {
-    return Vector3d(kToLobe, 0, height - kTrocarOfShaft.z()).normalized();
-  };
-  const Vector3d out = -direction(z);
-  tool.X_WT.linear().col(1) = Vector3d::UnitY();
-  tool.X_WT.linear().col(2) = out;
-  tool.X_WT.linear().col(0) = Vector3d::UnitY().cross(out);
-  tool.X_WT.translation() = kTrocarOfShaft - kInserted * out;
-  tool.v_tip_W = kInserted * (direction(z - speed * 1e-3) - direction(z)) / 1e-3;
-  return tool;
-}
-
-OrganOptions RigidLobe() {
-  OrganOptions options;
-  options.name = "lobe";
-  options.model = OrganModelType::kRigid;
-  options.wall_stiffness = kWallOfLobe;
-  return options;
-}
-
-// A lobe that stands on its support.
-OrganOptions SoftLobe() {
-  OrganOptions options;
-  options.name = "lobe";
-  options.energy.type = EnergyType::kStrain;
-  options.lattice.cells = {4, 4, 6};
-  options.lattice.margin = 0.004;
-  options.lattice.local.functions = 0;
-  options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.4)}, {}});
-  return options;
-}
-
-double DistanceFromOrigin(const ToolPose& tool) {
-  const Vector3d axis = tool.X_WT.linear().col(2);
-  return axis.cross(tool.p_trocar_W).norm();
-}
-
-struct Sweep {
-  double worst = 0;         // N, difference from the wall's force
-  double largest_step = 0;  // N, between two ticks
-  double last = 0;          // N, at the end
-  int late = 0;             // ticks from the touch to the first force
-};
-
-Sweep SweepDown(FeltBench* bench, double lobe_top, double depth, double speed) {
-  Sweep sweep;
-  const double touch = lobe_top + kDefaultToolRadius, start = touch + 0.01 + 0.1 * speed;
-  for (int i = 0; i < 40; ++i) bench->SessionTick(Across(start));
-  Vector3d last = Vector3d::Zero();
-  const auto judge = [&](const ToolPose& tool) {
-    bench->SessionTick(tool);
-    const Vector3d hand = bench->Hand();
-    sweep.largest_step = std::max(sweep.largest_step, (hand - last).norm());
-    last = hand;
-    const double meant = std::max(0.0, touch - DistanceFromOrigin(tool)) * kWallOfLobe;
-    const double lever = bench->Felt().organ < 0 ? 1 : kInserted / kToLobe;  // nearly
-    sweep.worst = std::max(sweep.worst, std::abs(lever * hand.norm() - meant));
-    sweep.late += meant > 0 && hand.isZero(0);
-  };
-  double z = start;
-  for (; z > touch - depth; z -= 1e-3 * speed) judge(Across(z, speed));
-  for (int i = 0; i < 200; ++i) judge(Across(touch - depth));
-  sweep.last = last.norm();
-  return sweep;
-}
 
 // The wall's force is its stiffness times the depth of the shaft in the lobe, at every moment. The
 // facets lie below the sphere, and a fast shaft first meets the coarse surface: 0.03 N are 0.1 mm.
@@ -92,14 +18,15 @@ TEST(ShaftContact, SweepIntoARigidLobeIsStoppedAtEverySpeedOnEveryMesh) {
   for (const double radius : {0.01, 0.02}) {
     for (const int level : {2, 3, 4}) {  // edges of 5, 2.5 and 1.25 mm on the larger lobe
       const SurfaceMesh lobe = Ellipsoid(Vector3d::Constant(radius), level);
-      const double facets = kWallOfLobe * radius * (level == 2 ? 0.02 : 0.005);
+      const double facets = kLobeWall * radius * (level == 2 ? 0.02 : 0.005);
       for (const double speed : {0.1, 0.3, 1.0, 3.0}) {
         FeltBench bench(RigidLobe(), lobe);
         bench.feels_shaft = true;
-        const Sweep sweep = SweepDown(&bench, radius, 0.006, speed);
+        const ShaftSweep sweep = SweepShaftDown(&bench, radius, 0.006, speed);
         EXPECT_EQ(sweep.late, 0) << radius << ' ' << level << ' ' << speed;
         EXPECT_LT(sweep.worst, facets + 0.03) << radius << ' ' << level << ' ' << speed;
-        EXPECT_LT(sweep.largest_step, 1.1 * kToLobe / kInserted * kWallOfLobe * 1e-3 * speed);
+        EXPECT_LT(sweep.largest_step,
+                  1.1 * kShaftToLobe / kShaftInserted * kLobeWall * 1e-3 * speed);
       }
     }
   }
@@ -110,8 +37,9 @@ TEST(ShaftContact, SweepPastALobesMiddleIsStillPushedBack) {
     FeltBench bench(RigidLobe(), Ellipsoid(Vector3d::Constant(0.01), 3));
     bench.feels_shaft = true;
     const double depth = 0.02;
-    const Sweep sweep = SweepDown(&bench, 0.01, depth, speed);
-    EXPECT_NEAR(sweep.last * kInserted / kToLobe, kWallOfLobe * depth, 0.1 * kWallOfLobe * depth)
+    const ShaftSweep sweep = SweepShaftDown(&bench, 0.01, depth, speed);
+    EXPECT_NEAR(sweep.last * kShaftInserted / kShaftToLobe, kLobeWall * depth,
+                0.1 * kLobeWall * depth)
         << speed;
     EXPECT_GT(bench.Hand().z(), 0) << speed;
   }
@@ -122,11 +50,11 @@ TEST(ShaftContact, SweepIntoASoftLobeHasTheForceOfASlowPressWithoutSteps) {
   for (const double radius : {0.01, 0.02}) {
     for (const int level : {2, 3}) {
       const SurfaceMesh lobe = Ellipsoid(Vector3d(radius, radius, 0.03), level);
-      Sweep slow;
+      ShaftSweep slow;
       for (const double speed : {0.1, 0.3, 1.0, 3.0}) {
         FeltBench bench(SoftLobe(), lobe);
         bench.feels_shaft = true;
-        const Sweep sweep = SweepDown(&bench, 0.03, 0.006, speed);
+        const ShaftSweep sweep = SweepShaftDown(&bench, 0.03, 0.006, speed);
         if (speed == 0.1) slow = sweep;
         EXPECT_LE(sweep.late, 1) << "the facets lie below the ellipsoid";
         EXPECT_NEAR(sweep.last, slow.last, 0.03 * slow.last)
@@ -176,24 +104,24 @@ TEST(ShaftContact, FrictionHoldsTheShaftUntilItsConeEnds) {
     FeltBench bench(RigidLobe(), Ellipsoid(Vector3d::Constant(0.02), 3));
     bench.feels_shaft = true;
     bench.friction = friction;
-    SweepDown(&bench, 0.02, 0.004, 0.1);
-    const ToolPose start = Across(0.02 + kDefaultToolRadius - 0.004);
+    SweepShaftDown(&bench, 0.02, 0.004, 0.1);
+    const ToolPose start = ShaftAcross(0.02 + kDefaultToolRadius - 0.004);
     const Vector3d axis = start.X_WT.linear().col(2);
     const auto across = [&](double way) {  // without the lever
-      const double lever = kToLobe / (kInserted + way);
+      const double lever = kShaftToLobe / (kShaftInserted + way);
       return (bench.Hand() - axis.dot(bench.Hand()) * axis).norm() / lever;
     };
     double way = 0;
     const double before = axis.dot(bench.Hand());  // left by the sweep
     for (int i = 0; i < 10; ++i) bench.SessionTick(Inserted(start, way += 2e-5));
-    EXPECT_NEAR(axis.dot(bench.Hand()) - before, friction > 0 ? kWallOfLobe * way : 0, 2e-3);
+    EXPECT_NEAR(axis.dot(bench.Hand()) - before, friction > 0 ? kLobeWall * way : 0, 2e-3);
     for (int i = 0; i < 400; ++i) {
       bench.SessionTick(Inserted(start, way += 5e-5));
       EXPECT_LT(axis.dot(bench.Hand()), 1.02 * friction * across(way) + 1e-9);
     }
     EXPECT_NEAR(axis.dot(bench.Hand()), friction * across(way),
                 0.02 * friction * across(way) + 1e-9);
-    EXPECT_NEAR(across(way), kWallOfLobe * 0.004, 0.02 * kWallOfLobe * 0.004);
+    EXPECT_NEAR(across(way), kLobeWall * 0.004, 0.02 * kLobeWall * 0.004);
   }
 }
 
@@ -218,7 +146,7 @@ TEST(ShaftContact, TwoLobesAddUpOnOneOrganAndOnTwo) {
   const auto press = [](std::vector<OrganModel> organs) {
     FeltBench bench(std::move(organs));
     bench.feels_shaft = true;
-    SweepDown(&bench, 0.01, 0.005, 0.1);
+    SweepShaftDown(&bench, 0.01, 0.005, 0.1);
     return bench.Hand();
   };
   const auto organs = [](const std::vector<SurfaceMesh>& meshes) {
@@ -277,7 +205,7 @@ TEST(ShaftContact, AClosedPathGivesTheHandNoEnergy) {
       bench.friction = friction;
       const double touch = 0.03 + kDefaultToolRadius;
       double work = 0, most = 0;
-      ToolPose last = Across(touch + 0.002);
+      ToolPose last = ShaftAcross(touch + 0.002);
       const auto move = [&](const ToolPose& tool) {
         const Vector3d before = bench.Hand();
         bench.SessionTick(tool);
@@ -289,7 +217,8 @@ TEST(ShaftContact, AClosedPathGivesTheHandNoEnergy) {
       const auto path = [&](double share) {  // down, to and fro twice, up
         const double down = 0.008 * std::min(1.0, 5 * std::min(share, 1 - share));
         const double swing = std::clamp((share - 0.2) / 0.6, 0.0, 1.0);
-        ToolPose tool = Inserted(Across(touch + 0.002 - down), 0.01 * std::sin(4 * M_PI * swing));
+        ToolPose tool =
+            Inserted(ShaftAcross(touch + 0.002 - down), 0.01 * std::sin(4 * M_PI * swing));
         const Eigen::AngleAxisd turn(0.03 * std::sin(6 * M_PI * swing), Vector3d::UnitZ());
         tool.X_WT.linear() = turn * tool.X_WT.linear();
         tool.X_WT.translation() =

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/deformation_loop.h"
+
+namespace hpdm {
+
+/// Organs, tools and the contacts between the organs, stepped 30 times a second without threads and
+/// devices: Add() the organs, Start(), then Step().
+class OrganBench {
+ public:
+  static constexpr Nanoseconds kPeriod = kNanosecondsPerSecond / 30;
+
+  /// Adds an organ. `friction`: of a contact with the organ that was added before; none: no contact
+  /// but those of `options`.
+  void Add(OrganOptions options, SurfaceMesh rest, std::optional<double> friction = std::nullopt) {
+    if (friction) options.contacts.push_back({organs_.back().options().name, *friction});
+    organs_.emplace_back(options, std::move(rest));
+  }
+  /// `tools`: empty: one of the default kind.
+  void Start(std::vector<ToolOptions> tools = {}) {
+    if (tools.empty()) tools.resize(1);
+    const int count = static_cast<int>(tools.size());
+    render = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, true));
+    telemetry_ =
+        std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, false));
+    loop_ = std::make_unique<DeformationLoop>(
+        organs_, tools, DeformationEdges{tools_, patch, *render, *telemetry_});
+  }
+
+  /// The tool whose shaft lies along z above the tip's centre `p`, m.
+  static ToolPose Above(const Vector3d& p) {
+    ToolPose tool;
+    tool.X_WT.translation() = p;
+    tool.p_trocar_W = p + Vector3d(0, 0, 0.3);
+    return tool;
+  }
+  static ToolPose Away() { return Above(Vector3d(5, 5, 5)); }
+
+  void Step(std::span<const ToolPose> tools) {
+    ToolState state;
+    state.tick = ++tick_;
+    state.time_ns = now_;
+    state.tool_count = static_cast<int>(tools.size());
+    std::copy(tools.begin(), tools.end(), state.tools.begin());
+    loop_->Step(state, now_);
+    patch.Update();
+    now_ += kPeriod;
+  }
+  void Step(const ToolPose& tool = Away()) { Step(std::span(&tool, 1)); }
+  /// Sets the time of the next step, at which the organs' supports are where their motion has them.
+  void StayAt(double seconds) { now_ = static_cast<Nanoseconds>(seconds * kNanosecondsPerSecond); }
+  double seconds() const { return ToSeconds(now_); }
+
+  /// Returns the sum of the forces on organ `o` by other organs, N.
+  Vector3d PairForce(int o) const {
+    Vector3d sum = Vector3d::Zero();
+    const ContactConstraints& contacts = loop_->organ(o).contacts;
+    for (int i = contacts.tool_rows(); i < contacts.size(); ++i) sum += contacts[i].force_W;
+    return sum;
+  }
+  /// Returns the sum of the tools' forces on it, N.
+  Vector3d ToolForce(int o) const {
+    Vector3d sum = Vector3d::Zero();
+    const ContactConstraints& contacts = loop_->organ(o).contacts;
+    for (int i = 0; i < contacts.tool_rows(); ++i) sum += contacts[i].force_W;
+    return sum;
+  }
+  /// Returns the surface as it is drawn, in the world, m.
+  SurfaceMesh Drawn(int o) {
+    render->Update();
+    const OrganSnapshot& shape = render->Front().organs[static_cast<std::size_t>(o)];
+    SurfaceMesh mesh = model(o).rest();
+    mesh.vertices = shape.vertices.cast<double>();
+    mesh.vertices.rowwise() += shape.offset_W.transpose();
+    return mesh;
+  }
+  int organs() const { return static_cast<int>(organs_.size()); }
+  const OrganModel& model(int o) const { return organs_[static_cast<std::size_t>(o)]; }
+  const OrganState& organ(int o) const { return loop_->organ(o); }
+  const StepRecord& record() const { return loop_->record(); }
+
+  TripleBuffer<ContactPatch> patch;
+  std::unique_ptr<TripleBuffer<SceneSnapshot>> render;
+
+ private:
+  std::vector<OrganModel> organs_;
+  TripleBuffer<ToolState> tools_;
+  std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_;
+  std::unique_ptr<DeformationLoop> loop_;
+  std::uint64_t tick_ = 0;
+  Nanoseconds now_ = 0;
+};
+
+}  // namespace hpdm
