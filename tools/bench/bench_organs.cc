@@ -75,17 +75,19 @@ std::vector<TwoOrgans> PairsOfScene() {
       if (at_rest) rest_count = pairs.size();
     }
   };
-  const ScenePress press{.organ = "liver",
-                         .place_W = Vector3d(0.085, -0.05, 0.04),
-                         .direction_W = Vector3d(0.6, 0, -0.8)};
+  const ScenePress press{.name = {},
+                         .organ = "liver",
+                         .place_W = Vector3d(0.115, 0.01, 0.028),
+                         .direction_W = Vector3d(0.2, 0, -1)};
   PressInScene(kAbdomen, press, 0.02, seen);
   return pairs;
 }
 
 PairSearchResults TimeSearch(const TwoOrgans& pair, const RepeatOptions& repeats) {
-  PairSearchResults row{.pair = pair.name,
-                        .first_triangles = static_cast<int>(pair.first.triangles.rows()),
-                        .second_triangles = static_cast<int>(pair.second.triangles.rows())};
+  PairSearchResults row;
+  row.pair = pair.name;
+  row.first_triangles = static_cast<int>(pair.first.triangles.rows());
+  row.second_triangles = static_cast<int>(pair.second.triangles.rows());
   SurfaceTree first(pair.first.vertices, pair.first.triangles),
       second(pair.second.vertices, pair.second.triangles);
   const auto fcl_first = FclModelOf(pair.first), fcl_second = FclModelOf(pair.second);

@@ -19,11 +19,7 @@ constexpr double kMaxTurn = 0.5;      // degrees
 constexpr double kMaxStillSpeed = 1;  // mm/s
 constexpr double kMaxLateTicks = 1;   // ticks
 constexpr double kTouching = 0.2;     // depth over the radius, up to which Hertz holds
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-
-JudgedValue AtMost(double value, double most) { return {value, 0, most}; }
-JudgedValue Near(double ratio, double error) { return {ratio, 1 - error, 1 + error}; }
-JudgedValue NotJudged(double value) { return {value, -kUnbounded, kUnbounded}; }
+constexpr double kUnbounded = JudgedValue::kUnbounded;
 
 std::string LatticeName(int cells, int functions) {
   return Format("%d^3", cells) + (functions > 0 ? Format(" + %d", functions) : "");

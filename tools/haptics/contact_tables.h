@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@ namespace hpdm {
 
 /// A measured number and the range that it must be in, ends included.
 struct JudgedValue {
+  static constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
   double value = 0;
   double least = 0;
   double most = 0;
@@ -20,6 +23,11 @@ struct JudgedValue {
   /// True outside the range and for NaN.
   bool Missed() const { return !(value >= least && value <= most); }
 };
+inline JudgedValue AtMost(double value, double most) { return {value, 0, most}; }
+inline JudgedValue Near(double ratio, double error) { return {ratio, 1 - error, 1 + error}; }
+inline JudgedValue NotJudged(double value) {
+  return {value, -JudgedValue::kUnbounded, JudgedValue::kUnbounded};
+}
 
 struct ContactTable {
   struct Column {

@@ -1,7 +1,6 @@
 #include "tools/haptics/organ_tables.h"
 
 #include <algorithm>
-#include <limits>
 #include <string>
 
 #include "tools/haptics/organ_trials.h"
@@ -12,14 +11,9 @@
 namespace hpdm {
 namespace {
 
-constexpr double kHertzForce = 0.05, kHertzRadius = 0.08, kBars = 0.01, kThirdLaw = 1e-12;
-constexpr double kPressDepth = 0.02;              // m
+constexpr double kHertzForce = 0.05, kHertzRadius = 0.08, kBarError = 0.01, kThirdLaw = 1e-12;
+constexpr double kScenePress = 0.02;              // m
 constexpr double kMeanDepth = 0.2, kDeepest = 1;  // mm
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-
-JudgedValue AtMost(double value, double most) { return {value, 0, most}; }
-JudgedValue Near(double ratio, double error) { return {ratio, 1 - error, 1 + error}; }
-JudgedValue NotJudged(double value) { return {value, -kUnbounded, kUnbounded}; }
 
 ContactTable MeasureSpheres(bool quick) {
   ContactTable table{
@@ -59,7 +53,7 @@ ContactTable MeasureBars(bool quick) {
       "bars",
       "Two bars pressed on each other: force over that of their stiffnesses in series, each solved "
       "alone; largest distance of a point of the two faces from their mean plane over the press.",
-      Format("Targets: %.0f %%, 1e-12 of the force.", 100 * kBars),
+      Format("Targets: %.0f %%, 1e-12 of the force.", 100 * kBarError),
       {{"force", "force"}, {"flatness", "flatness", 4}, {"third law, 1e-12", "third_law_1e12"}},
       {}};
   struct Named {
@@ -80,8 +74,8 @@ ContactTable MeasureBars(bool quick) {
   for (const auto& [name, bars, flat] : cases) {
     const BarsPress press = PressBars(bars);
     table.rows.push_back({name,
-                          {Near(press.force, kBars),
-                           flat ? AtMost(press.flatness, kBars) : NotJudged(press.flatness),
+                          {Near(press.force, kBarError),
+                           flat ? AtMost(press.flatness, kBarError) : NotJudged(press.flatness),
                            AtMost(press.third_law / 1e-12, kThirdLaw / 1e-12)}});
   }
   return table;
@@ -127,7 +121,7 @@ ContactTable MeasurePenetration(const std::filesystem::path& scene, bool quick) 
        {"dropped", "dropped", 0}},
       {}};
   for (const ScenePress& press : AbdomenPresses(quick)) {
-    const ScenePressResult result = PressInScene(scene, press, kPressDepth);
+    const ScenePressResult result = PressInScene(scene, press, kScenePress);
     table.rows.push_back(
         {press.name,
          {AtMost(1e3 * result.penetration.mean, kMeanDepth),
@@ -183,7 +177,7 @@ std::vector<ContactTable> MeasureShaft(bool quick,
       const double ratio = sweep.largest_step / slow.largest_step / (speed / speeds.front());
       table.rows.push_back({Format("%s, %.1f m/s", rigid ? "rigid" : "soft", speed),
                             {AtMost(sweep.late, 1),
-                             {sweep.least_held / sweep.last, 1e-6, kUnbounded},
+                             {sweep.least_held / sweep.last, 1e-6, JudgedValue::kUnbounded},
                              Near(sweep.last / slow.last, 0.03),
                              NotJudged(1e3 * sweep.largest_step),
                              AtMost(ratio, 1.15)}});

@@ -34,7 +34,7 @@ OrganOptions PressedOrgan(const std::string& name, const MaterialOptions& materi
 }
 
 // Moves the organs' supports by their whole displacement, then rests.
-void Approach(OrganBench* bench) {
+void MoveTogether(OrganBench* bench) {
   for (int step = 0; step <= kApproachSteps + kRestSteps; ++step) {
     bench->StayAt(std::min(kHalfPeriod, step * kHalfPeriod / kApproachSteps));
     bench->Step();
@@ -197,7 +197,7 @@ SpherePress PressSpheres(const SphereCase& given) {
   upper.motion = MovedBy(Vector3d(0, 0, -approach - kCapApart));
   bench.Add(upper, above, 0.0);
   bench.Start();
-  Approach(&bench);
+  MoveTogether(&bench);
 
   SpherePress press;
   const double force = bench.PairForce(1).z();
@@ -229,7 +229,7 @@ BarsPress PressBars(const BarsCase& given) {
   AddBar(kBarBelow, kBarBelow + kBarAbove, kBarBelow + kBarAbove, given.young_above, given,
          given.squares_above, given.press, given.friction, &bench);
   bench.Start();
-  Approach(&bench);
+  MoveTogether(&bench);
   BarsPress press;
   const double compliance =
       EndCompliance(kBarBelow, bench.model(0)) + EndCompliance(kBarBelow, bench.model(1));
