@@ -54,7 +54,7 @@ HandMotion MoveHand(double hertz, double amplitude, double push, int settle, int
 }
 
 // Fundamental of values at the beginning of each period, less their mean.
-Complex Fundamental(const std::vector<double>& values, double omega, double period) {
+Complex FourierFundamental(const std::vector<double>& values, double omega, double period) {
   Complex sum = 0;
   const double mean =
       std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -147,9 +147,9 @@ Transparency MeasureTransparency(const ShippedContact& contact, const DisplayCon
     for (const double x : motion.x) modelled.push_back(model.At(contact.depth + x));
     const double omega = 2 * std::numbers::pi * hertz;
     const Complex force =
-        HoldFactor(omega, loop.period()) * Fundamental(motion.force, omega, loop.period());
-    const Complex moved = Fundamental(motion.x, omega, loop.period());
-    const Complex ratio = force / Fundamental(modelled, omega, loop.period());
+        HoldFactor(omega, loop.period()) * FourierFundamental(motion.force, omega, loop.period());
+    const Complex moved = FourierFundamental(motion.x, omega, loop.period());
+    const Complex ratio = force / FourierFundamental(modelled, omega, loop.period());
     result.points.push_back({.hertz = hertz,
                              .amplitude = 2 * std::abs(moved),
                              .rendered = std::abs(force / moved),
