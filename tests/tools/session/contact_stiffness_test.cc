@@ -4,6 +4,7 @@
 
 #include "engine/deformation_loop.h"
 #include "tests/support/shapes.h"
+#include "tools/shared/felt_bench.h"
 #include "tools/shared/one_organ.h"
 
 namespace hpdm {
@@ -13,12 +14,13 @@ const Vector3d kRadii(0.1, 0.07, 0.05);  // m
 const Vector3d kTrocar(0, 0, 0.2);
 
 // An ellipsoid held in its lower part.
-std::vector<OrganModel> Organ(double young) {
+std::vector<OrganModel> Organ(double young, const PronySeries& prony = {}) {
   OrganOptions options;
   options.name = "ellipsoid";
   options.energy.type = EnergyType::kStrain;
   options.lattice.local.functions = 0;
   options.material.young = young;
+  options.material.prony = prony;
   options.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, {}});
   return OneOrgan(options, Ellipsoid(kRadii, 3));
 }
@@ -54,6 +56,45 @@ TEST(ContactStiffness, IsWhatATipFeelsThere) {
   const double felt = 1 / patch.normal_W.dot(DeepCompliance(patch) * patch.normal_W);
   // The lattice gets the step's force through a kernel, here at the vertex: 5 %.
   EXPECT_NEAR(stiffness[top], felt, 0.05 * felt);
+}
+
+// What the device must display is the force of the first tick, before anything relaxes.
+TEST(ContactStiffness, OfViscoelasticTissueIsTheInstantaneousOne) {
+  const PronySeries prony = {.count = 2, .terms = {{{0.5, 0.5}, {0.3, 10}}}};
+  Eigen::Index top = 0;
+  std::vector<double> stiffness, felt;
+  for (const PronySeries& law : {PronySeries{}, prony}) {
+    std::vector<OrganModel> organs = Organ(5000, law);
+    organs[0].rest().vertices.col(2).maxCoeff(&top);
+    const Vector3d p_W = organs[0].rest().vertices.row(top);
+    stiffness.push_back(ContactStiffness(organs[0], {})[top]);
+    FeltBench bench(std::move(organs));
+    const auto at = [&](double depth) {
+      return FeltBench::At(p_W + (kDefaultToolRadius - depth) * Vector3d::UnitZ());
+    };
+    bench.Step(at(-1e-4));
+    bench.SessionTick(at(-1e-4));
+    bench.SessionTick(at(0.002));
+    felt.push_back(bench.Hand().norm());
+  }
+  EXPECT_GT(felt[0], 0.01);
+  EXPECT_NEAR(felt[1] / felt[0], 1 / (1 - 0.8), 0.02 / (1 - 0.8));
+  EXPECT_NEAR(stiffness[1] / stiffness[0], felt[1] / felt[0], 0.02 * felt[1] / felt[0]);
+}
+
+TEST(ContactStiffness, TissueThatIsTooStiffOnlyAtOnceGetsARemark) {
+  const PronySeries prony = {.count = 1, .terms = {{{0.9, 1}}}};
+  const auto soft = Find(Organ(5000)[0], {});
+  ASSERT_TRUE(soft);
+  ASSERT_LT(soft->Ratio(), 1);
+  // Elastic tissue of this modulus stays below the limit by a factor of two.
+  const double young = 5000 * 0.5 / soft->Ratio();
+  const auto relaxed = Find(Organ(young)[0], {}), viscous = Find(Organ(young, prony)[0], {});
+  ASSERT_TRUE(relaxed && viscous);
+  EXPECT_NEAR(relaxed->Ratio(), 0.5, 0.01);
+  EXPECT_EQ(StiffnessRemark("probe", "liver", *relaxed), "");
+  EXPECT_NEAR(viscous->Ratio(), 5, 0.1);
+  EXPECT_NE(StiffnessRemark("probe", "liver", *viscous), "");
 }
 
 TEST(ContactStiffness, GrowsWithTheMaterialAndLeavesTheLimit) {
