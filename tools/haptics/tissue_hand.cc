@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "haptics/device/device_axes.h"
 #include "haptics/device/sim_device.h"
 #include "haptics/device/simulated_hand.h"
 #include "tools/shared/simple_bodies.h"
@@ -16,7 +15,7 @@ namespace {
 
 constexpr double kTop = 0.05;  // m, of the ellipsoid
 
-// A simulated device that measures the work of its motors and its own dissipation.
+// A simulated device that measures the work of its motors.
 class WorkMeter final : public SimDevice {
  public:
   WorkMeter(const ImpulseEngineKinematics& kinematics, std::unique_ptr<Hand> hand,
@@ -28,13 +27,7 @@ class WorkMeter final : public SimDevice {
     const DeviceSample sample = SimDevice::Read(now);
     const Vector3d way = joints().head<3>() - before;
     work_ += effort_.dot(way);
-    const double dt = ToSeconds(now - last_ns_);
-    if (effort_.squaredNorm() > 0 && dt > 0) {
-      dissipated_ += axes_.damping.dot(way.cwiseAbs2()) / dt + axes_.friction.dot(way.cwiseAbs());
-    }
-    last_ns_ = now;
     course_.work.push_back(work_);
-    course_.dissipated.push_back(dissipated_);
     return sample;
   }
   void Write(const AxisEffort& effort) noexcept override {
@@ -44,10 +37,8 @@ class WorkMeter final : public SimDevice {
 
  private:
   HandCourse& course_;
-  DeviceAxes axes_ = AxesOf(DeviceProfile{});
   AxisEffort effort_ = AxisEffort::Zero();
-  double work_ = 0, dissipated_ = 0;
-  Nanoseconds last_ns_ = 0;
+  double work_ = 0;
 };
 
 }  // namespace
@@ -82,10 +73,12 @@ double MostGiven(const HandCourse& course) {
   return *std::max_element(course.work.begin(), course.work.end());
 }
 
-double MostGivenToHand(const HandCourse& course) {
-  double most = 0;
-  for (std::size_t i = 0; i < course.work.size(); ++i) {
-    most = std::max(most, course.work[i] - course.dissipated[i]);
+double MostGivenByLaw(const HandCourse& course) {
+  double given = 0, most = 0;
+  for (std::size_t i = 1; i < course.ticks.size(); ++i) {
+    const ToolSample &last = course.ticks[i - 1], &tick = course.ticks[i];
+    given += 0.5 * (last.reaction_W + tick.reaction_W).dot(tick.p_tip_W - last.p_tip_W);
+    most = std::max(most, given);
   }
   return most;
 }

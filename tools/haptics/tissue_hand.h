@@ -16,8 +16,6 @@ struct HandCourse {
   /// J, work of the motors on the device before each tick: the effort, held from tick to tick, times
   /// the way of the true joints.
   std::vector<double> work;
-  /// J, what the device's own damping and friction have dissipated while its motors pushed.
-  std::vector<double> dissipated;
 };
 
 /// Lets a hand follow `script` at the top of an ellipsoid of half-axes 0.1 x 0.07 x 0.05 m and 5 kPa
@@ -26,8 +24,10 @@ HandCourse HandleTissue(const PronySeries& prony, HandScript script, double seco
 
 /// Returns the most energy that the motors had given at any time, J.
 double MostGiven(const HandCourse& course);
-/// Returns the same less what the device itself had dissipated of it: the rest reached the hand, J.
-double MostGivenToHand(const HandCourse& course);
+/// Returns the most energy that the tissue's law itself had given at any time, J: the force before
+/// the guard, trapezoidal, along the measured way of the tip. The rest of MostGiven() comes from
+/// holding the force over a tick; below the passivity bound the device's own damping dissipates that.
+double MostGivenByLaw(const HandCourse& course);
 /// Returns the largest displayed force, N.
 double LargestForce(const HandCourse& course);
 /// Returns how often the jaws took tissue.

@@ -168,7 +168,7 @@ struct NamedScript {
 };
 
 struct HandTables {
-  ContactTable given, dissipated, reversals;
+  ContactTable given, by_law, reversals;
 };
 
 HandTables EmptyHandTables(const std::vector<double>& times) {
@@ -180,13 +180,13 @@ HandTables EmptyHandTables(const std::vector<double>& times) {
                   Format("Target: at most %.0f mJ.", kMostGiven),
                   {},
                   {}};
-  tables.dissipated = {
-      "tissue_hand_net",
-      "The same less what the device's own friction and damping had dissipated while "
-      "the motors pushed, mJ: what reached the hand.",
-      Format("Target: at most %.0f mJ.", kMostGiven),
-      {},
-      {}};
+  tables.by_law = {"tissue_hand_law",
+                   "The part of it that the tissue's law gives, before hold, delay and guard, mJ. "
+                   "What the hold adds is below the passivity bound: the device's own friction and "
+                   "damping dissipate it.",
+                   Format("Target: at most %.0f mJ.", kMostGiven),
+                   {},
+                   {}};
   tables.reversals = {"tissue_hand_reversals",
                       "Reversals of the displayed force along the normal of the same hands, beyond "
                       "those on elastic tissue of the long-term modulus.",
@@ -194,7 +194,7 @@ HandTables EmptyHandTables(const std::vector<double>& times) {
                       {},
                       {}};
   for (const double time : times) {
-    for (ContactTable* table : {&tables.given, &tables.dissipated, &tables.reversals}) {
+    for (ContactTable* table : {&tables.given, &tables.by_law, &tables.reversals}) {
       table->columns.push_back({Format("%.3g s", time), Format("time_%.3g_s", time),
                                 table == &tables.reversals ? 0 : 2});
     }
@@ -218,16 +218,16 @@ HandTables MeasureHands(bool quick) {
     for (const double share : {0.5, 0.9}) {
       if (quick && share < 0.9) continue;
       const std::string row = Format("%s, share %.1f", name.c_str(), share);
-      ContactTable::Row given{row, {}}, net{row, {}}, reversals{row, {}};
+      ContactTable::Row given{row, {}}, by_law{row, {}}, reversals{row, {}};
       for (const double time : times) {
         const HandCourse course = HandleTissue(Series({{share, time}}), script);
         given.values.push_back({1e3 * MostGiven(course), 0, kMostGiven});
-        net.values.push_back({1e3 * MostGivenToHand(course), 0, kMostGiven});
+        by_law.values.push_back({1e3 * MostGivenByLaw(course), 0, kMostGiven});
         reversals.values.push_back(
             {static_cast<double>(Reversals(course) - elastic), -kUnbounded, 0});
       }
       tables.given.rows.push_back(given);
-      tables.dissipated.rows.push_back(net);
+      tables.by_law.rows.push_back(by_law);
       tables.reversals.rows.push_back(reversals);
     }
   }
@@ -283,7 +283,7 @@ std::vector<ContactTable> MeasureTissue(bool quick,
   add(std::move(law.phase));
   HandTables hands = MeasureHands(quick);
   add(std::move(hands.given));
-  add(std::move(hands.dissipated));
+  add(std::move(hands.by_law));
   add(std::move(hands.reversals));
   return tables;
 }

@@ -16,6 +16,7 @@ namespace hpdm {
 namespace {
 
 constexpr double kEnergyShare = 0.01;             // of the work, unexplained
+constexpr double kLeastWork = 1e-6;               // J: contacts with less put in do not count
 constexpr double kStillSpeed = 1e-3;              // m/s, RMS
 constexpr double kStillTurn = 0.5;                // degrees
 constexpr double kTouchDepth = 0.005;             // m
@@ -42,7 +43,7 @@ std::string EnergyTruth() {
   return Format(
       "the hand's work against the force before the guard: the largest part, over each contact, "
       "that is neither in the organ nor dissipated by friction; degraded from %.1f %%, failed "
-      "from %.0f %% of the work put in",
+      "from %.0f %% of the work put in, where that is 1 uJ or more",
       50 * kEnergyShare, 100 * kEnergyShare);
 }
 
@@ -55,7 +56,7 @@ StressTrial JudgeEnergy(const ContactRecord& record, double tip_radius, ContactK
   const ContactBalance* worst = nullptr;
   const std::vector<ContactBalance> balances = BalancesOf(record.ticks, record.stored, tip_radius);
   for (const ContactBalance& balance : balances) {
-    if (balance.kind != kind || balance.judged < 3) continue;
+    if (balance.kind != kind || balance.judged < 3 || balance.put_in < kLeastWork) continue;
     if (worst == nullptr || balance.Error() > worst->Error()) worst = &balance;
   }
   if (worst == nullptr) {

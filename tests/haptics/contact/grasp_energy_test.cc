@@ -85,9 +85,10 @@ TEST(GraspEnergy, APressOfViscoelasticTissueGivesTheHandNoEnergy) {
       SCOPED_TRACE(Results(course) + ", script " + std::to_string(static_cast<int>(script)) + ", " +
                    std::to_string(time) + " s; elastic " + Results(elastic));
       EXPECT_GT(LargestForce(course), LargestForce(elastic));
-      // On tissue ten times as hard at once (100 s) a slide gives 10.8 to 11.3 mJ, above the target
-      // of 10; elastic tissue of a sixth of that force gives 2.5 mJ.
+      // On tissue ten times as hard at once (100 s) the motors give 10.8 mJ in taps, above the target
+      // of 10. Nearly all of it comes from the hold, which the device's own damping dissipates.
       EXPECT_LT(MostGiven(course), 0.012);
+      EXPECT_LT(MostGivenByLaw(course), 0.003);
       EXPECT_LE(Reversals(course), Reversals(elastic));
     }
   }
