@@ -13,6 +13,7 @@
 #include "engine/contact/surface_kernel.h"
 #include "engine/mesh/collision.h"
 #include "engine/mesh/winding_number.h"
+#include "engine/pairs/organ_pair.h"
 #include "engine/statics/static_loads.h"
 #include "scenes/loader/scene.h"
 #include "tools/shared/simple_bodies.h"
@@ -174,6 +175,22 @@ SurfaceMesh Outer(const SurfaceMesh& mesh) {
   return kept;
 }
 
+// Lets the organ touch the soft ones before it.
+void AddPairs(const OrganBench& bench, OrganOptions* organ) {
+  const auto names = [](const OrganOptions& options, const std::string& other) {
+    return std::any_of(options.contacts.begin(), options.contacts.end(),
+                       [&](const OrganContactOptions& contact) { return contact.with == other; });
+  };
+  for (int o = 0; o < bench.organs(); ++o) {
+    const OrganOptions& other = bench.model(o).options();
+    if (other.model == OrganModelType::kRigid || names(other, organ->name) ||
+        names(*organ, other.name)) {
+      continue;
+    }
+    organ->contacts.push_back({other.name, 0.05});
+  }
+}
+
 // The tool whose shaft points along `out` from the tip's centre `p`, m.
 ToolPose Pointing(const Vector3d& p, const Vector3d& out) {
   ToolPose tool;
@@ -212,11 +229,18 @@ SpherePress PressSpheres(const SphereCase& given) {
   press.force = force / hertz(depth);
   // Hertz's pressure sqrt(1 - r^2 / a^2) has the mean r^2 = 2/5 a^2.
   double moment = 0, sum = 0;
+  OrganPair search(bench.model(0), bench.model(1));
+  const SurfaceMesh& rest = bench.model(0).rest();
   const ContactConstraints& rows = bench.organ(0).contacts;
-  for (int i = 0; i < rows.size(); ++i) {
-    const double f = -rows[i].force_W.z();
-    moment += f * rows[i].p_rest_W.head<2>().squaredNorm();
+  int i = 0;  // contacts and rows are in the order of the cells
+  for (const PairContact& contact : search.Update(bench.organ(0), bench.organ(1))) {
+    if (i == rows.size()) break;
+    const double f = -rows[i++].force_W.z();
     sum += f;
+    for (const PairSample& sample : contact.samples) {
+      const Vector3d p = sample.on_a.Position(rest.vertices, rest.triangles);
+      moment += f * sample.weight * p.head<2>().squaredNorm();
+    }
   }
   press.radius = std::sqrt(2.5 * moment / sum / (kEffective * depth));
   press.third_law = ThirdLaw(bench);
@@ -315,8 +339,9 @@ ScenePressResult PressInScene(const std::filesystem::path& path, const ScenePres
   const Scene scene = LoadScene(path);
   OrganBench bench;
   int pressed = -1;
-  for (const OrganOptions& organ : scene.organs) {
+  for (OrganOptions organ : scene.organs) {
     if (organ.name == press.organ) pressed = bench.organs();
+    if (press.all_pairs && organ.model != OrganModelType::kRigid) AddPairs(bench, &organ);
     std::vector<std::string> repairs;
     bench.Add(organ, LoadPosedMesh(organ, &repairs));
   }

@@ -81,6 +81,7 @@ struct ScenePress {
   Vector3d direction_W = Vector3d::Zero();  ///< Unit, into the organ.
   double tip_radius = 0.005;                ///< m.
   double speed = 0.1;                       ///< m/s.
+  bool all_pairs = false;  ///< Soft organs touch each other too where the scene lets them pass.
 };
 struct ScenePressResult {
   Penetration penetration;
