@@ -13,7 +13,6 @@
 #include "engine/contact/surface_kernel.h"
 #include "engine/mesh/collision.h"
 #include "engine/mesh/winding_number.h"
-#include "engine/pairs/organ_pair.h"
 #include "engine/statics/static_loads.h"
 #include "scenes/loader/scene.h"
 #include "tools/shared/simple_bodies.h"
@@ -229,18 +228,11 @@ SpherePress PressSpheres(const SphereCase& given) {
   press.force = force / hertz(depth);
   // Hertz's pressure sqrt(1 - r^2 / a^2) has the mean r^2 = 2/5 a^2.
   double moment = 0, sum = 0;
-  OrganPair search(bench.model(0), bench.model(1));
-  const SurfaceMesh& rest = bench.model(0).rest();
   const ContactConstraints& rows = bench.organ(0).contacts;
-  int i = 0;  // contacts and rows are in the order of the cells
-  for (const PairContact& contact : search.Update(bench.organ(0), bench.organ(1))) {
-    if (i == rows.size()) break;
-    const double f = -rows[i++].force_W.z();
+  for (int i = 0; i < rows.size(); ++i) {
+    const double f = -rows[i].force_W.z();
+    moment += f * rows[i].p_rest_W.head<2>().squaredNorm();
     sum += f;
-    for (const PairSample& sample : contact.samples) {
-      const Vector3d p = sample.on_a.Position(rest.vertices, rest.triangles);
-      moment += f * sample.weight * p.head<2>().squaredNorm();
-    }
   }
   press.radius = std::sqrt(2.5 * moment / sum / (kEffective * depth));
   press.third_law = ThirdLaw(bench);
