@@ -245,8 +245,10 @@ SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_coun
   scene.tool_count = tool_count;
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;
-    const int slots = model.RefinementSlots(tool_count);
-    organ.control_displacements = Points::Zero(model.control_points(), 3);
+    const bool of_vertices = !with_vertices && model.HasSplitFunctions();
+    const int slots = of_vertices ? 0 : model.RefinementSlots(tool_count);
+    organ.control_displacements =
+        Points::Zero(of_vertices ? model.rest().vertices.rows() : model.control_points(), 3);
     organ.local_functions.assign(slots, -1);
     organ.local_displacements = Points::Zero(slots, 3);
     if (with_vertices) organ.vertices = model.rest().vertices.cast<float>();

@@ -39,6 +39,12 @@ class OrganModel {
   const LatticeOrgan* lattice_organ() const {
     return dynamic_cast<const LatticeOrgan*>(mechanics_.get());
   }
+  /// True if the control points and their grid do not describe the surface, because functions are
+  /// split by tissue: outside the engine the vertices' displacements stand for them.
+  bool HasSplitFunctions() const {
+    const LatticeOrgan* organ = lattice_organ();
+    return organ != nullptr && organ->split();
+  }
   /// The springs of model "mass_spring" at rest, to copy; nullptr for the other models.
   const MassSpring* springs() const {
     const auto* surface = dynamic_cast<const SurfaceOrgan*>(mechanics_.get());

@@ -26,6 +26,8 @@ struct LatticeOptions {
   std::array<int, 3> degree = {2, 2, 2};  ///< B-spline: 1..3; Bernstein: 1 or more.
   std::array<int, 3> cells = {4, 4, 4};   ///< B-spline; Bernstein is one cell, {1, 1, 1}.
   double margin = 0.02;                   ///< m, added on every side of the organ's box.
+  bool split = true;  ///< Functions of their own for each connected piece of tissue in a function's
+                      ///< support (Lattice::SplitByTissue); see SplitsFunctions.
   LocalFunctionOptions local;
 };
 
@@ -152,6 +154,14 @@ inline double FineCells(const OrganOptions& organ) {
   double fine_cells = 1;
   for (const int cells : organ.lattice.cells) fine_cells *= cells * organ.lattice.local.refinement;
   return fine_cells;
+}
+
+/// True if the lattice's functions are split by connected tissue: B-splines with an energy over the
+/// organ. A Bernstein polynomial spans the whole organ, and the box has no gaps.
+inline bool SplitsFunctions(const OrganOptions& organ) {
+  return organ.lattice.split && organ.model == OrganModelType::kHpdm &&
+         organ.lattice.basis == BasisType::kBSpline &&
+         !(organ.energy.type == EnergyType::kMetric && organ.energy.domain == EnergyDomain::kBox);
 }
 
 /// True if the model can have local functions: they refine B-splines whose stiffness is constant

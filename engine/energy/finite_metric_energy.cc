@@ -32,29 +32,19 @@ FiniteMetricEnergy::FiniteMetricEnergy(const Lattice& lattice, const Quadrature&
   const auto spacing = [&](int axis) {
     return lattice.box().lengths[axis] * basis.axis(axis).spacing();
   };
-  const auto column = [&](const GridPoint& p) {
-    return lattice.Column(basis.Index(p[0], p[1], p[2]));
-  };
   for (int i = 0; i < 3; ++i) {
-    for (const auto& [p, weight] : DifferenceWeights(lattice, tissue, {i})) {
-      GridPoint next = p;
-      ++next[i];
-      const int a = column(p), b = column(next);
+    for (const DifferenceGroup& group : DifferenceWeights(lattice, tissue, {i})) {
+      const int a = group.columns[0], b = group.columns[1];
       if (a < 0 || b < 0) continue;
-      edges_.push_back({a, b, 1 / spacing(i), eta * weight});
+      edges_.push_back({a, b, 1 / spacing(i), eta * group.weight});
     }
     for (int j = i + 1; j < 3; ++j) {
-      for (const auto& [p, weight] : DifferenceWeights(lattice, tissue, {i, j})) {
-        Square square{{}, 0.5 / spacing(i), 0.5 / spacing(j), 2 * eta * weight};
-        bool complete = true;
-        for (int c = 0; c < 4; ++c) {
-          GridPoint corner = p;
-          corner[i] += kFirst[c] > 0;
-          corner[j] += kSecond[c] > 0;
-          square.corners[c] = column(corner);
-          complete = complete && square.corners[c] >= 0;
+      for (const DifferenceGroup& group : DifferenceWeights(lattice, tissue, {i, j})) {
+        Square square{{}, 0.5 / spacing(i), 0.5 / spacing(j), 2 * eta * group.weight};
+        std::copy(group.columns.begin(), group.columns.end(), square.corners);
+        if (*std::min_element(group.columns.begin(), group.columns.end()) >= 0) {
+          squares_.push_back(square);
         }
-        if (complete) squares_.push_back(square);
       }
     }
   }

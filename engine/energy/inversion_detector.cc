@@ -27,24 +27,28 @@ Grid GroupsOf(const Lattice& lattice) {
   return groups;
 }
 
-// Calls f(index, value) for the functions that weight the differences along `axis` at a point. The
-// index is that of a grid with one function less along the axis.
+// Calls f(index, a, b, value) for the functions that weight the differences along `axis` at a point.
+// The index is that of a grid with one function less along the axis; a and b are the columns of the
+// two control points.
 template <typename Function>
 void ForEachDifference(const Lattice& lattice, int axis, const Vector3d& p_W, Function&& f) {
-  const Vector3d c = lattice.box().ToUnit(p_W);
+  const Lattice::Site site = lattice.SiteOf(p_W);
   std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values;
   Grid first, support, count;
   for (int d = 0; d < 3; ++d) {
     const UnivariateBasis& whole = lattice.basis().axis(d);
     const UnivariateBasis basis = d == axis ? whole.DerivativeBasis() : whole;
-    first[d] = basis.Evaluate(c[d], values[d].data());
+    first[d] = basis.Evaluate(site.c[d], values[d].data());
     support[d] = basis.support();
     count[d] = basis.count();
   }
   for (int i = 0; i < support[0]; ++i) {
     for (int j = 0; j < support[1]; ++j) {
       for (int k = 0; k < support[2]; ++k) {
+        Grid next = {i, j, k};
+        ++next[axis];
         f(((first[0] + i) * count[1] + first[1] + j) * count[2] + first[2] + k,
+          lattice.ColumnAt(site, first, {i, j, k}), lattice.ColumnAt(site, first, next),
           values[0][i] * values[1][j] * values[2][k]);
       }
     }
@@ -58,7 +62,8 @@ void AddGradient(const Lattice& lattice, const Vector3d& p_W, RowOf&& row_of, co
                  Matrix3d* gradient) {
   const OrientedBox& box = lattice.box();
   const TensorBasis& basis = lattice.basis();
-  const Vector3d c = box.ToUnit(p_W);
+  const Lattice::Site site = lattice.SiteOf(p_W);
+  const Vector3d& c = site.c;
   std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values, derivatives;
   Grid first;
   for (int d = 0; d < 3; ++d) {
@@ -69,9 +74,8 @@ void AddGradient(const Lattice& lattice, const Vector3d& p_W, RowOf&& row_of, co
   for (int i = 0; i < basis.axis(0).support(); ++i) {
     for (int j = 0; j < basis.axis(1).support(); ++j) {
       Vector3d value = Vector3d::Zero(), derivative = Vector3d::Zero();
-      const int start = basis.Index(first[0] + i, first[1] + j, first[2]);
       for (int k = 0; k < basis.axis(2).support(); ++k) {
-        const int column = lattice.Column(start + k);
+        const int column = lattice.ColumnAt(site, first, {i, j, k});
         const int row = column < 0 ? -1 : row_of(column);
         if (row < 0) continue;
         value += values[2][k] * U.row(row).transpose();
@@ -114,42 +118,25 @@ InversionDetector::InversionDetector(const Lattice& lattice, const Lattice* fine
     cells_.push_back(std::move(cell));
   }
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<int> pair_at;
-    AddPairs(axis, &pair_at);
-    for (Cell& cell : cells_) AddCell(axis, pair_at, &cell);
+    PairsByIndex numbers;
+    for (Cell& cell : cells_) AddCell(axis, &numbers, &cell);
+    SortPairs(axis, numbers);
   }
   if (finer == nullptr) return;
   finer_.emplace(*finer);
   AddLocalSlopes();
 }
 
-// Sets `pair_at`: the number of the pair for each index of ForEachDifference, -1 for none.
-void InversionDetector::AddPairs(int axis, std::vector<int>* pair_at) {
-  const TensorBasis& basis = lattice_.basis();
-  Grid count, at;
-  for (int d = 0; d < 3; ++d) count[d] = basis.axis(d).count() - (d == axis ? 1 : 0);
-  for (at[0] = 0; at[0] < count[0]; ++at[0]) {
-    for (at[1] = 0; at[1] < count[1]; ++at[1]) {
-      for (at[2] = 0; at[2] < count[2]; ++at[2]) {
-        Grid next = at;
-        ++next[axis];
-        const int a = lattice_.Column(basis.Index(at[0], at[1], at[2]));
-        const int b = lattice_.Column(basis.Index(next[0], next[1], next[2]));
-        const bool moves = a >= 0 || b >= 0;
-        pair_at->push_back(moves ? static_cast<int>(pairs_[axis].size()) : -1);
-        if (moves) pairs_[axis].push_back({a, b});
-      }
-    }
-  }
-}
-
-void InversionDetector::AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const {
+// Appends the pairs that move points of the cell and are not among `numbers`, in no order.
+void InversionDetector::AddCell(int axis, PairsByIndex* numbers, Cell* cell) {
   std::map<int, double> weights;
   for (Eigen::Index q = cell->begin; q < cell->end; ++q) {
-    ForEachDifference(lattice_, axis, points_.row(q).transpose(), [&](int index, double value) {
-      const int pair = pair_at[index];
-      if (pair >= 0) weights[pair] = std::max(weights[pair], value);
-    });
+    ForEachDifference(lattice_, axis, points_.row(q).transpose(),
+                      [&](int index, int a, int b, double value) {
+                        if (a < 0 && b < 0) return;
+                        double& weight = weights[PairNumber(axis, index, {a, b}, numbers)];
+                        weight = std::max(weight, value);
+                      });
   }
   for (const auto& [pair, weight] : weights) {
     if (weight >= kFirm) {
@@ -157,6 +144,39 @@ void InversionDetector::AddCell(int axis, const std::vector<int>& pair_at, Cell*
     } else if (weight > 0) {
       cell->loose[axis].push_back({pair, weight});
     }
+  }
+}
+
+int InversionDetector::PairNumber(int axis, int index, const Pair& pair, PairsByIndex* numbers) {
+  const auto at = static_cast<std::size_t>(index);
+  if (numbers->size() <= at) numbers->resize(at + 1);
+  for (const int number : (*numbers)[at]) {
+    const Pair& known = pairs_[axis][static_cast<std::size_t>(number)];
+    if (known.a == pair.a && known.b == pair.b) return number;
+  }
+  (*numbers)[at].push_back(static_cast<int>(pairs_[axis].size()));
+  pairs_[axis].push_back(pair);
+  return (*numbers)[at].back();
+}
+
+// Numbers the pairs in the order of the grid.
+void InversionDetector::SortPairs(int axis, const PairsByIndex& numbers) {
+  std::vector<Pair> sorted;
+  std::vector<int> place(pairs_[axis].size());
+  for (const std::vector<int>& at : numbers) {
+    for (const int number : at) {
+      place[static_cast<std::size_t>(number)] = static_cast<int>(sorted.size());
+      sorted.push_back(pairs_[axis][static_cast<std::size_t>(number)]);
+    }
+  }
+  pairs_[axis] = std::move(sorted);
+  for (Cell& cell : cells_) {
+    for (int& pair : cell.firm[axis]) pair = place[static_cast<std::size_t>(pair)];
+    for (Weighed& loose : cell.loose[axis])
+      loose.pair = place[static_cast<std::size_t>(loose.pair)];
+    std::sort(cell.firm[axis].begin(), cell.firm[axis].end());
+    std::sort(cell.loose[axis].begin(), cell.loose[axis].end(),
+              [](const Weighed& a, const Weighed& b) { return a.pair < b.pair; });
   }
 }
 

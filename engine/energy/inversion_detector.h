@@ -85,8 +85,13 @@ class InversionDetector {
     double slope;
   };
 
-  void AddPairs(int axis, std::vector<int>* pair_at);
-  void AddCell(int axis, const std::vector<int>& pair_at, Cell* cell) const;
+  // The numbers of the pairs at each place of the grid of differences: several where functions are
+  // split.
+  using PairsByIndex = std::vector<std::vector<int>>;
+
+  void AddCell(int axis, PairsByIndex* numbers, Cell* cell);
+  int PairNumber(int axis, int index, const Pair& pair, PairsByIndex* numbers);
+  void SortPairs(int axis, const PairsByIndex& numbers);
   void AddLocalSlopes();
   void MeasureSlopes(const ActiveRefinement& active, const Points& U, ScanState* scan) const;
   bool Clear(std::size_t index, const ScanState& scan) const;

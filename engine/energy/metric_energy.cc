@@ -1,5 +1,6 @@
 #include "engine/energy/metric_energy.h"
 
+#include <algorithm>
 #include <map>
 
 #include "engine/base/check.h"
@@ -20,9 +21,9 @@ void AddSquare(const std::array<int, N>& columns, const std::array<double, N>& c
 
 }  // namespace
 
-std::vector<std::pair<GridPoint, double>> DifferenceWeights(const Lattice& lattice,
-                                                            const Quadrature& tissue,
-                                                            const std::vector<int>& axes) {
+std::vector<DifferenceGroup> DifferenceWeights(const Lattice& lattice, const Quadrature& tissue,
+                                               const std::vector<int>& axes) {
+  HPDM_CHECK(axes.size() == 1 || axes.size() == 2);
   std::array<UnivariateBasis, 3> bases = {lattice.basis().axis(0), lattice.basis().axis(1),
                                           lattice.basis().axis(2)};
   for (const int axis : axes) bases[axis] = bases[axis].DerivativeBasis();
@@ -30,28 +31,40 @@ std::vector<std::pair<GridPoint, double>> DifferenceWeights(const Lattice& latti
   for (int d = 0; d < 3; ++d) values[d].resize(bases[d].support());
   const int ny = bases[1].count();
   const int nz = bases[2].count();
-  std::vector<double> weights(static_cast<std::size_t>(bases[0].count()) * ny * nz, 0.0);
+  // The groups at each place of the grid: one, or several where functions are split.
+  std::vector<std::vector<DifferenceGroup>> groups_at(static_cast<std::size_t>(bases[0].count()) *
+                                                      ny * nz);
   for (Eigen::Index q = 0; q < tissue.points.rows(); ++q) {
-    const Vector3d c = lattice.box().ToUnit(tissue.points.row(q).transpose());
+    const Lattice::Site site = lattice.SiteOf(tissue.points.row(q).transpose());
     std::array<int, 3> first;
-    for (int d = 0; d < 3; ++d) first[d] = bases[d].Evaluate(c[d], values[d].data());
+    for (int d = 0; d < 3; ++d) first[d] = bases[d].Evaluate(site.c[d], values[d].data());
     for (int i = 0; i < bases[0].support(); ++i) {
       for (int j = 0; j < bases[1].support(); ++j) {
         for (int k = 0; k < bases[2].support(); ++k) {
-          weights[((first[0] + i) * ny + first[1] + j) * nz + first[2] + k] +=
-              tissue.weights[q] * values[0][i] * values[1][j] * values[2][k];
+          DifferenceGroup group{.at = {first[0] + i, first[1] + j, first[2] + k},
+                                .columns = {-1, -1, -1, -1}};
+          for (std::size_t corner = 0; corner < (std::size_t{1} << axes.size()); ++corner) {
+            std::array<int, 3> local = {i, j, k};
+            for (std::size_t a = 0; a < axes.size(); ++a) {
+              local[axes[a]] += static_cast<int>(corner >> (axes.size() - 1 - a) & 1);
+            }
+            group.columns[corner] = lattice.ColumnAt(site, first, local);
+          }
+          std::vector<DifferenceGroup>& known =
+              groups_at[(group.at[0] * ny + group.at[1]) * nz + group.at[2]];
+          const auto found = std::find_if(
+              known.begin(), known.end(),
+              [&group](const DifferenceGroup& other) { return other.columns == group.columns; });
+          DifferenceGroup& sum = found == known.end() ? known.emplace_back(group) : *found;
+          sum.weight += tissue.weights[q] * values[0][i] * values[1][j] * values[2][k];
         }
       }
     }
   }
-  std::vector<std::pair<GridPoint, double>> groups;
-  GridPoint p;
-  std::size_t at = 0;
-  for (p[0] = 0; p[0] < bases[0].count(); ++p[0]) {
-    for (p[1] = 0; p[1] < ny; ++p[1]) {
-      for (p[2] = 0; p[2] < nz; ++p[2], ++at) {
-        if (weights[at] > 0) groups.emplace_back(p, weights[at]);
-      }
+  std::vector<DifferenceGroup> groups;
+  for (const std::vector<DifferenceGroup>& known : groups_at) {
+    for (const DifferenceGroup& group : known) {
+      if (group.weight > 0) groups.push_back(group);
     }
   }
   return groups;
@@ -64,26 +77,23 @@ ScalarStiffness MetricStiffness(const Lattice& lattice, const Quadrature& tissue
   std::vector<Eigen::Triplet<double>> entries;
   for (int axis = 0; axis < 3; ++axis) {
     const double h = lattice.box().lengths[axis] * basis.axis(axis).spacing();
-    const auto column = [&](GridPoint p, int step) {
-      p[axis] += step;
-      return lattice.Column(basis.Index(p[0], p[1], p[2]));
-    };
-    std::map<GridPoint, double> weights;
-    for (const auto& [p, weight] : DifferenceWeights(lattice, tissue, {axis})) {
-      weights.emplace(p, weight);
-    }
-    for (const auto& [p, first] : weights) {
-      const int a = column(p, 0), b = column(p, 1);
+    const std::vector<DifferenceGroup> groups = DifferenceWeights(lattice, tissue, {axis});
+    std::multimap<GridPoint, const DifferenceGroup*> at;
+    for (const DifferenceGroup& group : groups) at.emplace(group.at, &group);
+    for (const DifferenceGroup& group : groups) {
+      const int a = group.columns[0], b = group.columns[1];
       if (a < 0 || b < 0) continue;
-      AddSquare<2>({a, b}, {-1, 1}, alpha * first / (h * h), &entries);
-      GridPoint next = p;
+      AddSquare<2>({a, b}, {-1, 1}, alpha * group.weight / (h * h), &entries);
+      if (beta == 0) continue;
+      GridPoint next = group.at;
       ++next[axis];
-      const auto second = weights.find(next);
-      if (beta == 0 || second == weights.end()) continue;
-      const int c = column(p, 2);
-      if (c < 0) continue;
-      AddSquare<3>({a, b, c}, {1, -2, 1}, beta * (first + second->second) / 2 / (h * h * h * h),
-                   &entries);
+      for (auto [it, end] = at.equal_range(next); it != end; ++it) {
+        const DifferenceGroup& second = *it->second;
+        const int c = second.columns[1];
+        if (second.columns[0] != b || c < 0) continue;
+        AddSquare<3>({a, b, c}, {1, -2, 1},
+                     beta * (group.weight + second.weight) / 2 / (h * h * h * h), &entries);
+      }
     }
   }
   ScalarStiffness stiffness(lattice.size(), lattice.size());

@@ -2,7 +2,6 @@
 
 #include <Eigen/SparseCore>
 #include <array>
-#include <utility>
 #include <vector>
 
 #include "engine/base/quadrature.h"
@@ -33,12 +32,21 @@ ScalarStiffness MetricStiffness(const Lattice& lattice, const Quadrature& tissue
 /// Grid indices (i, j, k) of a control point.
 using GridPoint = std::array<int, 3>;
 
+/// Neighbouring control points and the tissue that weights their difference.
+struct DifferenceGroup {
+  GridPoint at;  ///< The one of least indices.
+  std::array<int, 4>
+      columns;        ///< Columns (or -1) of the two along one axis, or of the corners 00, 01,
+                      ///< 10, 11 along two.
+  double weight = 0;  ///< m^3, > 0.
+};
+
 /// Integrates over the tissue the tensor functions with the degree reduced by one along each of
-/// `axes`, which multiply the lattice's differences along those axes. Returns for each group of
-/// neighbours with tissue the grid point of least indices and the integral, m^3, > 0.
-std::vector<std::pair<GridPoint, double>> DifferenceWeights(const Lattice& lattice,
-                                                            const Quadrature& tissue,
-                                                            const std::vector<int>& axes);
+/// `axes` (one or two), which multiply the lattice's differences along those axes. Returns each group
+/// of neighbours with tissue, in the order of the grid. Where functions are split, the groups of one
+/// place differ in their columns.
+std::vector<DifferenceGroup> DifferenceWeights(const Lattice& lattice, const Quadrature& tissue,
+                                               const std::vector<int>& axes);
 
 /// Returns the midpoints of per_axis[0] x per_axis[1] x per_axis[2] equal cells. World, m, m^3.
 Quadrature BoxQuadrature(const OrientedBox& box, const std::array<int, 3>& per_axis);

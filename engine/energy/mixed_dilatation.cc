@@ -15,7 +15,11 @@ Lattice LowerDegree(const Lattice& lattice) {
     options.degree[d] = lattice.basis().axis(d).degree() - 1;
     options.cells[d] = lattice.basis().axis(d).cells();
   }
-  return Lattice(lattice.box(), options);
+  Lattice lower(lattice.box(), options);
+  // Found in a cell more on each side, so where no function of the lattice can tell two sides apart,
+  // neither can these. With more freedom than the lattice has, the projection would lock.
+  if (lattice.split()) lower.SplitByTissue(lattice.pieces(), 1);
+  return lower;
 }
 
 CoarserSplines::CoarserSplines(const Lattice& lattice, const Quadrature& tissue) {

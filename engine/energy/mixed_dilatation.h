@@ -6,7 +6,7 @@
 namespace hpdm {
 
 /// Returns the splines one degree lower than the lattice's along every axis, over the same box and
-/// cells. All control points are kept.
+/// cells, split by tissue if the lattice's are. All control points are kept.
 Lattice LowerDegree(const Lattice& lattice);
 
 /// An orthonormal basis of the splines of LowerDegree() in the inner product (f, g) = int f g dV

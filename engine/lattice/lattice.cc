@@ -1,6 +1,9 @@
 #include "engine/lattice/lattice.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "engine/base/check.h"
 
@@ -24,13 +27,103 @@ void Lattice::DropControlPointsWithoutTissue(const Quadrature& tissue) {
 }
 
 void Lattice::DropControlPoints(const std::vector<bool>& drop) {
-  std::vector<int> kept;
+  std::vector<int> kept, number;
   for (int a = 0; a < size(); ++a) {
+    number.push_back(drop[a] ? -1 : static_cast<int>(kept.size()));
     if (!drop[a]) kept.push_back(kept_[a]);
   }
   kept_ = std::move(kept);
   column_.assign(basis_.count(), -1);
-  for (int a = 0; a < size(); ++a) column_[kept_[a]] = a;
+  for (int a = size() - 1; a >= 0; --a) column_[kept_[a]] = a;
+  for (int& column : piece_columns_) {
+    if (column >= 0) column = number[column];
+  }
+}
+
+void Lattice::SplitByTissue(std::shared_ptr<const TissuePieces> pieces, int beyond) {
+  HPDM_CHECK(size() == basis_.count() && pieces != nullptr && !pieces->empty());
+  pieces_ = std::move(pieces);
+  std::array<int, 3> finer;  // cells of the pieces in a cell of the lattice, along each axis
+  for (int d = 0; d < 3; ++d) {
+    HPDM_CHECK(basis_.axis(d).type() == BasisType::kBSpline);
+    finer[d] = pieces_->data().cells[d] / basis_.axis(d).cells();
+    HPDM_CHECK(finer[d] * basis_.axis(d).cells() == pieces_->data().cells[d]);
+  }
+  const double sliver = TissuePieces::kSliver * finer[0] * finer[1] * finer[2];
+  std::vector<int> columns(static_cast<std::size_t>(pieces_->size()) * basis_.support(), -1);
+  kept_.clear();
+  std::array<int, 3> at;
+  for (at[0] = 0; at[0] < basis_.axis(0).count(); ++at[0]) {
+    for (at[1] = 0; at[1] < basis_.axis(1).count(); ++at[1]) {
+      for (at[2] = 0; at[2] < basis_.axis(2).count(); ++at[2]) {
+        CellRange range;
+        for (int d = 0; d < 3; ++d) {
+          const int cells = basis_.axis(d).cells();
+          range.low[d] = finer[d] * std::max(at[d] - basis_.axis(d).degree() - beyond, 0);
+          range.high[d] = finer[d] * (std::min(at[d] + beyond, cells - 1) + 1) - 1;
+        }
+        AddCopies(at, pieces_->Connected(range, sliver), finer, &columns);
+      }
+    }
+  }
+  column_.assign(basis_.count(), -1);
+  for (int a = size() - 1; a >= 0; --a) column_[kept_[a]] = a;
+  if (size() == basis_.count()) return;
+  piece_columns_ = std::move(columns);
+  inset_ = 0.75 * pieces_->VoxelSize().cwiseProduct(box_.lengths).maxCoeff();
+}
+
+// Appends the control points of the function `at`, one for each component, and sets them in the
+// `columns` of the pieces in its support.
+void Lattice::AddCopies(const std::array<int, 3>& at, const TissuePieces::Components& components,
+                        const std::array<int, 3>& finer, std::vector<int>* columns) {
+  const int index = basis_.Index(at[0], at[1], at[2]), first = size();
+  const std::array<int, 3>& cells = pieces_->data().cells;
+  std::vector<int> copy(static_cast<std::size_t>(components.count), -1);
+  for (const auto& [piece, component] : components.of_piece) {
+    const int cell = pieces_->Cell(piece);
+    const std::array<int, 3> place = {cell % cells[0], cell / cells[0] % cells[1],
+                                      cell / (cells[0] * cells[1])};
+    std::array<int, 3> local;  // number of the function among those of the piece's cell
+    bool supports = true;
+    for (int d = 0; d < 3; ++d) {
+      local[d] = at[d] - place[d] / finer[d];
+      supports = supports && local[d] >= 0 && local[d] < basis_.axis(d).support();
+    }
+    if (!supports) continue;
+    int& column = copy[static_cast<std::size_t>(component)];
+    if (column < 0) {
+      column = size();
+      kept_.push_back(index);
+    }
+    const int function =
+        (local[0] * basis_.axis(1).support() + local[1]) * basis_.axis(2).support() + local[2];
+    (*columns)[static_cast<std::size_t>(piece) * basis_.support() + function] = column;
+  }
+  if (size() == first) kept_.push_back(index);  // no tissue
+}
+
+Lattice::Site Lattice::SiteOf(const Vector3d& p_W, const Vector3d& inside_W) const {
+  Site site{box_.ToUnit(p_W)};
+  if (!split()) return site;
+  const int piece = pieces_->At(box_.ToUnit(inside_W));
+  if (piece < 0) return site;
+  site.columns = &piece_columns_[static_cast<std::size_t>(piece) * basis_.support()];
+  // The functions are those of the piece's cell. A point outside of that, by less than a voxel, gets
+  // their values on the cell's face.
+  const std::array<int, 3>& cells = pieces_->data().cells;
+  const int cell = pieces_->Cell(piece);
+  const std::array<int, 3> place = {cell % cells[0], cell / cells[0] % cells[1],
+                                    cell / (cells[0] * cells[1])};
+  for (int d = 0; d < 3; ++d) {
+    const int count = basis_.axis(d).cells();
+    const int own = place[d] / (cells[d] / count);
+    const double scaled = std::clamp(site.c[d], 0.0, 1.0) * count;
+    if (std::min(static_cast<int>(scaled), count - 1) == own) continue;
+    constexpr double kInside = 1e-12;  // keeps rounding from the next cell
+    site.c[d] = std::clamp(scaled, own + kInside, own + 1 - kInside) / count;
+  }
+  return site;
 }
 
 Points Lattice::ControlPoints() const {
@@ -45,11 +138,12 @@ Points Lattice::ControlPoints() const {
   return points;
 }
 
-WeightMatrix Lattice::Weights(const Points& points) const {
+WeightMatrix Lattice::Weights(const Points& points, const Points& inside) const {
+  HPDM_CHECK(inside.rows() == points.rows());
   WeightMatrix weights(points.rows(), size());
   weights.reserve(Eigen::VectorXi::Constant(points.rows(), std::min(basis_.support(), size())));
   for (Eigen::Index v = 0; v < points.rows(); ++v) {
-    ForEachFunction(points.row(v).transpose(),
+    ForEachFunction(SiteOf(points.row(v).transpose(), inside.row(v).transpose()),
                     [&](int column, double value) { weights.insert(v, column) = value; });
   }
   weights.makeCompressed();

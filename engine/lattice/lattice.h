@@ -2,11 +2,13 @@
 
 #include <Eigen/SparseCore>
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "engine/base/oriented_box.h"
 #include "engine/base/quadrature.h"
 #include "engine/lattice/basis.h"
+#include "engine/lattice/tissue_pieces.h"
 
 namespace hpdm {
 
@@ -18,8 +20,19 @@ using WeightMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 ///     x = X + sum_a phi_a(X) U_a
 /// with control displacements U (n x 3, m, world axes). U = 0 gives the identity, whatever was
 /// dropped. Constant once built; read by any thread.
+///
+/// SplitByTissue() gives a function one control point for each connected component of the tissue in
+/// its support. Then the columns at a point depend on the tissue there, its Site.
 class Lattice {
  public:
+  /// Where a material point lies in the lattice.
+  struct Site {
+    Vector3d c;  ///< Lattice coordinates.
+    const int* columns =
+        nullptr;  ///< Columns (or -1) of the functions that can be non-zero there, in
+                  ///< their order of TensorBasis::Index; nullptr: Column() says.
+  };
+
   /// Keeps all control points.
   Lattice(const OrientedBox& box, const LatticeOptions& options);
 
@@ -31,28 +44,73 @@ class Lattice {
   /// renumbered.
   void DropControlPoints(const std::vector<bool>& drop);
 
+  /// Splits the functions by connected tissue: where the tissue in a function's support falls into
+  /// several components, each gets a copy of the function, with its own control point. So the sides
+  /// of a notch, near walls and the walls of a lumen move independently.
+  ///
+  /// 1. The copies are phi_a chi with chi = 1 on one component, 0 on the others. phi_a vanishes at the
+  ///    support's border, so u stays smooth in the tissue. The copies' sum is phi_a.
+  /// 2. A component with less than TissuePieces::kSliver cells of tissue joins the largest one.
+  /// 3. `beyond`: cells on each side of a support that count as part of it when components are found.
+  /// 4. The cells of `pieces` divide those of the lattice, whose basis is B-splines. All control
+  ///    points must be kept.
+  ///
+  /// Without a function to split, the lattice stays as it was. Set-up only.
+  void SplitByTissue(std::shared_ptr<const TissuePieces> pieces, int beyond = 0);
+  /// True if SplitByTissue() has split a function.
+  bool split() const { return !piece_columns_.empty(); }
+  /// Returns what SplitByTissue() was given, or nullptr.
+  const std::shared_ptr<const TissuePieces>& pieces() const { return pieces_; }
+
   const OrientedBox& box() const { return box_; }
   const TensorBasis& basis() const { return basis_; }
 
   /// Returns n, the number of kept control points.
   int size() const { return static_cast<int>(kept_.size()); }
-  /// Returns the grid index (TensorBasis::Index) of each kept control point, n.
+  /// Returns the grid index (TensorBasis::Index) of each kept control point, n, ascending. The copies
+  /// of a split function follow each other.
   const std::vector<int>& kept() const { return kept_; }
-  /// Returns the column of a grid index, or -1 if that control point was dropped.
+  /// Returns the column of a grid index, the first one of a split function, or -1 if all its control
+  /// points were dropped.
   int Column(int grid_index) const { return column_[grid_index]; }
 
   /// Returns the rest positions of the kept control points, n x 3, world, m. They are the Greville
   /// points, so Eq. 4 reproduces the rest shape if nothing is dropped.
   Points ControlPoints() const;
 
-  /// Returns the basis values at `points` (V x 3, world, m): V x n. A row sums to one if no
-  /// function that is non-zero at its point was dropped.
-  WeightMatrix Weights(const Points& points) const;
+  /// Returns the site of a tissue point (world, m). Coordinates outside the box are clamped to it.
+  Site SiteOf(const Vector3d& p_W) const { return SiteOf(p_W, p_W); }
+  /// Returns the site of a point on the tissue's surface. `inside_W` (m) is a point inset() deeper in
+  /// the tissue, which shows the side of a gap that the surface belongs to.
+  Site SiteOf(const Vector3d& p_W, const Vector3d& inside_W) const;
+  /// Returns the column (or -1) at a site of the function `local` places behind the function `first`
+  /// (TensorBasis::Index of both). `first` must be the first one that can be non-zero there.
+  int ColumnAt(const Site& site, const std::array<int, 3>& first,
+               const std::array<int, 3>& local) const {
+    if (site.columns == nullptr) {
+      return Column(basis_.Index(first[0] + local[0], first[1] + local[1], first[2] + local[2]));
+    }
+    return site
+        .columns[(local[0] * basis_.axis(1).support() + local[1]) * basis_.axis(2).support() +
+                 local[2]];
+  }
+  /// Returns the depth (m) of `inside_W` above; 0 if no function is split.
+  double inset() const { return inset_; }
+
+  /// Returns the basis values at `points` (V x 3, world, m) in the tissue: V x n. A row sums to one
+  /// if no function that is non-zero at its point was dropped.
+  WeightMatrix Weights(const Points& points) const { return Weights(points, points); }
+  /// Does the same at points of the surface, which lie inset() above `inside` (V x 3, m).
+  WeightMatrix Weights(const Points& points, const Points& inside) const;
 
   /// Calls f(column, phi_column(p)) for each kept function that can be non-zero at `p_W` (m).
-  /// Lattice coordinates outside the box are clamped to it. Any thread, no allocation.
+  /// Any thread, no allocation.
   template <typename Function>
-  void ForEachFunction(const Vector3d& p_W, Function&& f) const;
+  void ForEachFunction(const Vector3d& p_W, Function&& f) const {
+    ForEachFunction(SiteOf(p_W), f);
+  }
+  template <typename Function>
+  void ForEachFunction(const Site& site, Function&& f) const;
 
   /// Calls f(column, d phi_column / dx) (1/m, world axes) at `p_W` (m) for the same functions. Any
   /// thread, no allocation.
@@ -65,15 +123,22 @@ class Lattice {
   std::array<WeightMatrix, 3> GradientWeights(const Points& points) const;
 
  private:
+  void AddCopies(const std::array<int, 3>& at, const TissuePieces::Components& components,
+                 const std::array<int, 3>& finer, std::vector<int>* columns);
+
   OrientedBox box_;
   TensorBasis basis_;
   std::vector<int> kept_;
   std::vector<int> column_;
+  std::shared_ptr<const TissuePieces> pieces_;
+  std::vector<int> piece_columns_;  // pieces x basis_.support(), empty without a split function
+  double inset_ = 0;                // m
 };
 
 template <typename Function>
-void Lattice::ForEachFunction(const Vector3d& p_W, Function&& f) const {
-  const Vector3d c = box_.ToUnit(p_W);
+void Lattice::ForEachFunction(const Site& site, Function&& f) const {
+  const Vector3d& c = site.c;
+  const int* next = site.columns;
   std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values;
   std::array<int, 3> first;
   for (int d = 0; d < 3; ++d) first[d] = basis_.axis(d).Evaluate(c[d], values[d].data());
@@ -81,7 +146,9 @@ void Lattice::ForEachFunction(const Vector3d& p_W, Function&& f) const {
     for (int j = 0; j < basis_.axis(1).support(); ++j) {
       const double ij = values[0][i] * values[1][j];
       for (int k = 0; k < basis_.axis(2).support(); ++k) {
-        const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
+        const int column = next != nullptr
+                               ? *next++
+                               : Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
         if (column >= 0) f(column, ij * values[2][k]);
       }
     }
@@ -90,7 +157,9 @@ void Lattice::ForEachFunction(const Vector3d& p_W, Function&& f) const {
 
 template <typename Function>
 void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
-  const Vector3d c = box_.ToUnit(p_W);
+  const Site site = SiteOf(p_W);
+  const Vector3d& c = site.c;
+  const int* next = site.columns;
   // d/dx = axes diag(1 / lengths) d/dc, because c = diag(1 / lengths) axes^T (x - origin).
   const Matrix3d to_world = box_.axes * box_.lengths.cwiseInverse().asDiagonal();
   std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values, derivatives;
@@ -102,7 +171,9 @@ void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
   for (int i = 0; i < basis_.axis(0).support(); ++i) {
     for (int j = 0; j < basis_.axis(1).support(); ++j) {
       for (int k = 0; k < basis_.axis(2).support(); ++k) {
-        const int column = Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
+        const int column = next != nullptr
+                               ? *next++
+                               : Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
         if (column < 0) continue;
         const Vector3d by_c(derivatives[0][i] * values[1][j] * values[2][k],
                             values[0][i] * derivatives[1][j] * values[2][k],

@@ -110,9 +110,12 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   CheckAssembly(options(), lattice_,
                 over_box ? 27.0 * cells[0] * cells[1] * cells[2]
                          : static_cast<double>(tissue.weights.size()));
+  if (!sampled.pieces.empty()) {
+    lattice_.SplitByTissue(std::make_shared<const TissuePieces>(sampled.pieces));
+  }
   if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
   CheckMatrices(options(), lattice_.size());
-  weights_ = lattice_.Weights(rest().vertices);
+  weights_ = SurfaceWeights(lattice_);
   resolution_ = kResolvedCells *
                 lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
   thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution_);
@@ -134,6 +137,11 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
                         "\": finite strain is solved by Newton's method with Cholesky "
                         "factors, not by gauss_seidel");
   }
+}
+
+WeightMatrix LatticeOrgan::SurfaceWeights(const Lattice& lattice) const {
+  return lattice.Weights(rest().vertices,
+                         rest().vertices - lattice.inset() * surface_.rest_normals);
 }
 
 std::vector<Quadrature> LatticeOrgan::SampleSupports() {
@@ -187,7 +195,7 @@ void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
   if (LocalFunctionsOf(options()) > 0) {
     refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
                               Dilatation::kProjected, held, K);
-    refinement_weights_ = refinement_basis_->finer().Weights(rest().vertices);
+    refinement_weights_ = SurfaceWeights(refinement_basis_->finer());
   }
   stiffness_ = std::move(K);
   if (options().energy.strain == StrainMeasure::kSmall) return;
@@ -225,10 +233,15 @@ std::unique_ptr<Relaxation> LatticeOrgan::MakeRelaxation(int slots,
 void LatticeOrgan::AddToRow(const SurfacePoint& at, double weight, const ActiveRefinement& active,
                             Eigen::Ref<Eigen::RowVectorXd> row) const {
   const Vector3d p_rest_W = at.Position(rest().vertices, rest().triangles);
-  lattice_.ForEachFunction(p_rest_W,
+  const Vector3d normal_W = at.Position(surface_.rest_normals, rest().triangles);
+  const auto site = [&](const Lattice& lattice) {
+    return lattice.SiteOf(p_rest_W, p_rest_W - lattice.inset() * normal_W);
+  };
+  lattice_.ForEachFunction(site(lattice_),
                            [&](int column, double value) { row[column] += weight * value; });
   if (active.slots() == 0) return;
-  refinement_basis_->finer().ForEachFunction(p_rest_W, [&](int function, double value) {
+  const Lattice& finer = refinement_basis_->finer();
+  finer.ForEachFunction(site(finer), [&](int function, double value) {
     const int slot = active.Slot(function);
     if (slot >= 0) row[lattice_.size() + slot] += weight * value;
   });

@@ -21,6 +21,10 @@ class LatticeOrgan final : public OrganMechanics {
   LatticeOrgan(const OrganSurface& surface, std::vector<std::string>* warnings);
 
   const Lattice& lattice() const { return lattice_; }
+  /// True if functions of the lattice or local functions are split by tissue.
+  bool split() const {
+    return lattice_.split() || (refinement_basis_ && refinement_basis_->finer().split());
+  }
   /// Returns the volume of the tissue that each support holds, m^3.
   const std::vector<double>& support_volumes() const { return support_volumes_; }
   const InversionDetector& inversion_detector() const { return *inversion_detector_; }
@@ -40,6 +44,7 @@ class LatticeOrgan final : public OrganMechanics {
   double FinestRadius() const override;
 
  private:
+  WeightMatrix SurfaceWeights(const Lattice& lattice) const;  // at the vertices
   std::vector<Quadrature> SampleSupports();
   void BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
                          const std::vector<Quadrature>& held);

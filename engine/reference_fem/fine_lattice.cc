@@ -64,10 +64,11 @@ FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int
   VertexNormals(rest_.vertices, rest_.triangles, &normals_);
   FitNormals(rest_, SurfaceTopology(rest_.vertices.rows(), rest_.triangles),
              &normals_);  // as an organ's
+  organ_.lattice.split = false;
   const TensorBasis& basis = lattice_.basis();
-  const auto [sampled, stiffness] =
-      SampleStiffness(rest, lattice_.box(),
-                      {basis.axis(0).cells(), basis.axis(1).cells(), basis.axis(2).cells()}, organ);
+  const auto [sampled, stiffness] = SampleStiffness(
+      rest, lattice_.box(), {basis.axis(0).cells(), basis.axis(1).cells(), basis.axis(2).cells()},
+      organ_);
   const Quadrature elastic{sampled.points, sampled.weights.cwiseProduct(stiffness)};
   lattice_.DropControlPointsWithoutTissue({sampled.points, sampled.weights});
   thickness_ = LocalThickness(rest_, normals_, 3 * kFinestResolved * CellSize(lattice_).mean());

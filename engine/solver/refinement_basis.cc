@@ -24,6 +24,7 @@ Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& t
     options.cells[d] = refinement * lattice.basis().axis(d).cells();
   }
   Lattice finer(lattice.box(), options);
+  if (lattice.pieces() != nullptr) finer.SplitByTissue(lattice.pieces());
   finer.DropControlPointsWithoutTissue(tissue);
   std::vector<bool> held(finer.size());
   for (const Quadrature& region : regions) {

@@ -156,9 +156,13 @@ void OrganStep::FillSnapshot(OrganSnapshot* shape) const {
   shape->version = state_.version;
   const int n = model_->control_points();
   const ActiveRefinement& active = state_.contacts.refinement;
-  shape->control_displacements = state_.control_displacements.topRows(n);
-  shape->local_displacements = state_.control_displacements.bottomRows(active.slots());
-  for (int s = 0; s < active.slots(); ++s) {
+  if (shape->vertices.rows() == 0 && model_->HasSplitFunctions()) {
+    shape->control_displacements = state_.vertices - model_->rest().vertices;
+  } else {
+    shape->control_displacements = state_.control_displacements.topRows(n);
+    shape->local_displacements = state_.control_displacements.bottomRows(active.slots());
+  }
+  for (int s = 0; s < static_cast<int>(shape->local_functions.size()); ++s) {
     const int function = active.Function(s);
     shape->local_functions[s] =
         function < 0 ? -1 : model_->refinement_basis()->finer().kept()[function];

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/mesh/winding_number.h"
 #include "engine/tissue/moment_compression.h"
+#include "engine/tissue/piece_finder.h"
 
 namespace hpdm {
 namespace {
@@ -119,16 +120,25 @@ class TissueSampler {
     TissueQuadrature tissue;
     const int count = cells_[0] * cells_[1] * cells_[2];
     tissue.cell_volumes.setZero(count);
+    PieceFinder finder(cells_, Voxels(), options_.support_cells);
+    std::vector<CellSamples> samples;
+    for (int cell = 0; cell < count; ++cell) samples.push_back(SampleCell(cell, &finder));
+    tissue.pieces = finder.Finish();
     std::vector<double> points, weights;  // of all cells
     for (int cell = 0; cell < count; ++cell) {
-      SampleCell(cell);
-      for (Eigen::Index q = 0; q < cell_weights_.size(); ++q) {
-        const Vector3d p_W = box_.origin_W + box_.axes * (scale_ * cell_points_.row(q).transpose());
+      CellSamples& of_cell = samples[static_cast<std::size_t>(cell)];
+      if (of_cell.in_pieces) CompressPieces(cell, tissue.pieces, &of_cell);
+      const Block block = CellBlock(cell);
+      for (Eigen::Index q = 0; q < of_cell.weights.size(); ++q) {
+        const Vector3d p =
+            block.centre + of_cell.points.row(q).transpose().cwiseProduct(block.half);
+        const Vector3d p_W = box_.origin_W + box_.axes * (scale_ * p);
         points.insert(points.end(), {p_W.x(), p_W.y(), p_W.z()});
-        weights.push_back(cell_weights_[q] * scale_ * scale_ * scale_);
+        weights.push_back(of_cell.weights[q] * scale_ * scale_ * scale_);
         tissue.cells.push_back(cell);
         tissue.cell_volumes[cell] += weights.back();
       }
+      of_cell = {};
     }
     // Otherwise half of each sample that an open sheet cuts would count as tissue.
     if (!(largest_winding_ > kEnclosed)) return TissueQuadrature();
@@ -207,24 +217,81 @@ class TissueSampler {
                      "): they cross each other; export only the tissue's surface");
   }
 
-  /// Fills cell_points_ and cell_weights_ (box frame).
-  void SampleCell(int cell) {
+  /// Points and weights of a cell, in half cells from its centre and in volumes of the scaled box.
+  struct CellSamples {
+    Points points;
+    Eigen::VectorXd weights;
+    bool in_pieces = false;  ///< Not yet reduced: its pieces may have to be reduced apart.
+  };
+
+  /// Returns the number of voxels along each axis of a cell: one for each smallest part.
+  int Voxels() const { return 2 << depth_; }
+
+  CellSamples SampleCell(int cell, PieceFinder* finder) {
     samples_.clear();
     split_ = false;
+    finder->BeginCell();
+    finder_ = finder;
     const Block block = CellBlock(cell);
+    cell_low_ = block.centre - block.half;
     Visit(block, cell_triangles_[static_cast<std::size_t>(cell)], depth_);
     const auto count = static_cast<Eigen::Index>(samples_.size());
-    cell_points_.resize(count, 3);
-    cell_weights_.resize(count);
+    CellSamples taken{Points(count, 3), Eigen::VectorXd(count)};
     for (Eigen::Index q = 0; q < count; ++q) {
       const Eigen::Vector4d& sample = samples_[static_cast<std::size_t>(q)];
-      cell_points_.row(q) = (sample.head<3>() - block.centre).cwiseQuotient(block.half);
-      cell_weights_[q] = sample[3];
+      taken.points.row(q) = (sample.head<3>() - block.centre).cwiseQuotient(block.half);
+      taken.weights[q] = sample[3];
     }
-    if (split_) CompressMoments(options_.moment_degree, &cell_points_, &cell_weights_);
-    for (Eigen::Index q = 0; q < cell_weights_.size(); ++q) {
-      cell_points_.row(q) = block.centre + cell_points_.row(q).transpose().cwiseProduct(block.half);
+    taken.in_pieces = finder->EndCell(!split_, count > 0) > 1;
+    if (split_ && !taken.in_pieces) {
+      CompressMoments(options_.moment_degree, &taken.points, &taken.weights);
     }
+    return taken;
+  }
+
+  /// Reduces the samples of each piece of a cell apart.
+  void CompressPieces(int cell, const TissuePieces& pieces, CellSamples* of_cell) const {
+    const int first = pieces.data().first[static_cast<std::size_t>(cell)],
+              end = pieces.data().first[static_cast<std::size_t>(cell) + 1];
+    if (end - first < 2) {
+      CompressMoments(options_.moment_degree, &of_cell->points, &of_cell->weights);
+      return;
+    }
+    std::vector<std::vector<Eigen::Index>> sorted(static_cast<std::size_t>(end - first));
+    const Eigen::Array3d corner(cell % cells_[0], cell / cells_[0] % cells_[1],
+                                cell / (cells_[0] * cells_[1]));
+    const Eigen::Array3d counts(cells_[0], cells_[1], cells_[2]);
+    for (Eigen::Index q = 0; q < of_cell->weights.size(); ++q) {
+      const Eigen::Array3d place = (of_cell->points.row(q).transpose().array() + 1) / 2;
+      const int piece = pieces.At((corner + place) / counts);
+      // A point on the cell's face may round into the next cell.
+      sorted[static_cast<std::size_t>(std::clamp(piece, first, end - 1) - first)].push_back(q);
+    }
+    CellSamples all{Points(0, 3), Eigen::VectorXd(0)};
+    for (const std::vector<Eigen::Index>& members : sorted) {
+      Points points = of_cell->points(members, Eigen::all);
+      Eigen::VectorXd weights = of_cell->weights(members);
+      CompressMoments(options_.moment_degree, &points, &weights);
+      const Eigen::Index before = all.weights.size();
+      all.points.conservativeResize(before + weights.size(), 3);
+      all.weights.conservativeResize(before + weights.size());
+      all.points.bottomRows(weights.size()) = points;
+      all.weights.tail(weights.size()) = weights;
+    }
+    *of_cell = std::move(all);
+  }
+
+  /// Tells the finder of pieces that a block of the present cell is tissue.
+  void MarkTissue(const Block& block) {
+    const Vector3d voxel = cell_size_ / Voxels();
+    std::array<int, 3> low, high;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const auto axis = static_cast<Eigen::Index>(d);
+      const double begin = block.centre[axis] - block.half[axis] - cell_low_[axis];
+      low[d] = static_cast<int>(std::lround(begin / voxel[axis]));
+      high[d] = low[d] + static_cast<int>(std::lround(2 * block.half[axis] / voxel[axis]));
+    }
+    finder_->AddVoxels(low, high);
   }
 
   double Winding(const Vector3d& p) {
@@ -238,7 +305,10 @@ class TissueSampler {
     if (triangles.empty()) {
       const double centre = Winding(block.centre);
       if (std::abs(centre - 0.5) > kClear || CornersAgree(block, centre > 0.5)) {
-        if (centre > 0.5) AddGauss(block, split_ ? block_gauss_ : gauss_);
+        if (centre > 0.5) {
+          AddGauss(block, split_ ? block_gauss_ : gauss_);
+          if (split_) MarkTissue(block);
+        }
         return;
       }
     }
@@ -278,6 +348,7 @@ class TissueSampler {
     for (int octant = 0; octant < 8; ++octant) {
       const Block part = Octant(block, octant);
       const bool inside = Inside(part.centre);
+      if (inside) MarkTissue(part);
       const std::optional<Nearest> nearest = FindNearest(part.centre, triangles);
       if (nearest && nearest->distance < part.half.norm()) {
         AddCutPart(part, *nearest, inside);
@@ -370,8 +441,8 @@ class TissueSampler {
   // The current cell:
   std::vector<Eigen::Vector4d> samples_;  // point, weight
   bool split_ = false;
-  Points cell_points_;
-  Eigen::VectorXd cell_weights_;
+  PieceFinder* finder_ = nullptr;
+  Vector3d cell_low_ = Vector3d::Zero();  // its corner
 };
 
 }  // namespace

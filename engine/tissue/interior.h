@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/base/oriented_box.h"
+#include "engine/lattice/tissue_pieces.h"
 #include "engine/mesh/surface_mesh.h"
 
 namespace hpdm {
@@ -19,6 +20,10 @@ struct InteriorOptions {
   /// points for degree 3. They keep the integral of every polynomial of at most this degree along
   /// each axis and twice it in total (moment_compression.h).
   int moment_degree = 3;
+  /// Cells that the narrowest function of the lattice spans along each axis. With it the pieces of
+  /// tissue are found that such functions tell apart (tissue_pieces.h), and each piece of a cell gets
+  /// points of its own, so that it keeps its integrals. All 0: pieces are not sought.
+  std::array<int, 3> support_cells = {0, 0, 0};
 };
 
 /// Points and weights of an integral over the tissue: int f dV ~ sum_q weights_q f(points_q).
@@ -27,6 +32,7 @@ struct TissueQuadrature {
   Eigen::VectorXd weights;  ///< Q, m^3, > 0.
   std::vector<int> cells;  ///< Q: cell of each point, ascending; cell (i, j, k): i + nx (j + ny k).
   Eigen::VectorXd cell_volumes;  ///< nx ny nz: volume of the tissue in each cell, m^3.
+  TissuePieces pieces;           ///< Empty unless InteriorOptions::support_cells is given.
   double Volume() const { return weights.sum(); }
 };
 

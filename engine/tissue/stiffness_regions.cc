@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/tissue/moment_compression.h"
@@ -14,8 +16,12 @@ namespace {
 // Adds the names of the organ and of its mesh file to the error.
 TissueQuadrature SampledTissue(const SurfaceMesh& rest_W, const OrientedBox& box_W,
                                const std::array<int, 3>& cells, const OrganOptions& organ) {
+  InteriorOptions options;
+  if (SplitsFunctions(organ)) {
+    for (std::size_t d = 0; d < 3; ++d) options.support_cells[d] = organ.lattice.degree[d] + 1;
+  }
   try {
-    return CachedTissue(rest_W, box_W, cells);
+    return CachedTissue(rest_W, box_W, cells, options);
   } catch (const InputError& error) {
     throw InputError("organ \"" + organ.name + "\": " + organ.mesh + ": " + error.what());
   }
@@ -74,6 +80,7 @@ class StiffnessSampler {
   StiffnessTissue Sample() {
     const TissueQuadrature whole = SampledTissue(rest_, box_, cells_, organ_);
     all_.tissue.cell_volumes = whole.cell_volumes;
+    all_.tissue.pieces = whole.pieces;
     const auto count = static_cast<Eigen::Index>(whole.cells.size());
     for (Eigen::Index begin = 0, end = 0; begin < count; begin = end) {
       const int cell = whole.cells[static_cast<std::size_t>(begin)];
@@ -136,19 +143,22 @@ class StiffnessSampler {
     return true;
   }
 
-  // Adds the points of a cell, region by region, reduced to few if there are `many`.
+  // Adds the points of a cell, region by region and piece by piece, reduced to few if there are
+  // `many`.
   void AddSorted(int cell, const Points& points, const Eigen::VectorXd& weights, bool many) {
-    std::vector<std::vector<Eigen::Index>> sorted(organ_.regions.size() + 1);
+    std::map<std::pair<int, int>, std::vector<Eigen::Index>> sorted;  // region, piece -> points
+    const TissuePieces& pieces = all_.tissue.pieces;
     for (Eigen::Index q = 0; q < weights.size(); ++q) {
-      const int region = RegionAt(organ_, bounds_, points.row(q).transpose());
-      sorted[static_cast<std::size_t>(region + 1)].push_back(q);
+      const Vector3d p_W = points.row(q);
+      const int region = RegionAt(organ_, bounds_, p_W);
+      const int piece = pieces.empty() ? 0 : pieces.At(box_.ToUnit(p_W));
+      sorted[{region, piece}].push_back(q);
     }
-    for (std::size_t side = 0; side < sorted.size(); ++side) {
-      if (sorted[side].empty()) continue;
-      const int region = static_cast<int>(side) - 1;
+    for (const auto& [part, members] : sorted) {
+      const int region = part.first;
       if (region >= 0) held_[static_cast<std::size_t>(region)] = true;
-      Points kept = points(sorted[side], Eigen::all);
-      Eigen::VectorXd kept_weights = weights(sorted[side]);
+      Points kept = points(members, Eigen::all);
+      Eigen::VectorXd kept_weights = weights(members);
       if (many) Reduce(cell, &kept, &kept_weights);
       for (Eigen::Index q = 0; q < kept_weights.size(); ++q) {
         points_.insert(points_.end(), {kept(q, 0), kept(q, 1), kept(q, 2)});

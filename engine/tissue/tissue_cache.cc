@@ -84,43 +84,62 @@ Digest::Value KeyOf(const SurfaceMesh& mesh, const OrientedBox& box,
   key.Add(box.axes);
   key.Add(box.lengths);
   for (const int count : cells) key.Add(count);
-  const auto& [resolution, gauss_points, moment_degree] = options;  // all members
+  const auto& [resolution, gauss_points, moment_degree, support_cells] = options;  // all members
   for (const int option : {resolution, gauss_points, moment_degree}) key.Add(option);
+  for (const int option : support_cells) key.Add(option);
   return key.value();
 }
 
 /// Header before the arrays, in the machine's byte order, which the magic number shows.
 struct Header {
-  std::uint64_t magic = 0x3154'4d44'5048'4454;  // identifies this layout
+  std::uint64_t magic = 0x3254'4d44'5048'4454;  // identifies this layout
   Digest::Value key = {};
   Digest::Value contents = {};
   std::uint64_t points = 0;
   std::uint64_t cells = 0;
+  std::uint64_t voxels_per_side = 0;  // TissuePieces::Data::side; 0: no pieces
+  std::uint64_t pieces = 0;
+  std::uint64_t pair_values = 0;
+  std::uint64_t map_values = 0;
 
+  std::uint64_t FirstValues() const { return voxels_per_side > 0 ? cells + 1 : 0; }
   std::uint64_t FileSize() const {
-    return sizeof(Header) + points * (4 * sizeof(double) + sizeof(int)) + cells * sizeof(double);
+    return sizeof(Header) + points * (4 * sizeof(double) + sizeof(int)) + cells * sizeof(double) +
+           (FirstValues() + pair_values) * sizeof(int) + pieces * sizeof(double) +
+           map_values * sizeof(std::uint16_t);
+  }
+  /// True if no array is longer than the file, so that FileSize() does not overflow.
+  bool Within(std::uint64_t size) const {
+    return std::max({points, pieces, pair_values, map_values}) <= size && voxels_per_side <= 1024;
   }
 };
 static_assert(std::has_unique_object_representations_v<Header>);
 
-/// Calls visit(bytes, size) for each array of a tissue whose sizes are set.
-template <typename Tissue, typename Visit>
-void ForEachArray(Tissue& tissue, const Visit& visit) {
+/// Calls visit(bytes, size) for each array of a tissue and its pieces, whose sizes are set.
+template <typename Tissue, typename Pieces, typename Visit>
+void ForEachArray(Tissue& tissue, Pieces& pieces, const Visit& visit) {
   const auto size = [](auto count, auto bytes) { return static_cast<std::size_t>(count) * bytes; };
   visit(tissue.points.data(), size(tissue.points.size(), sizeof(double)));
   visit(tissue.weights.data(), size(tissue.weights.size(), sizeof(double)));
   visit(tissue.cells.data(), size(tissue.cells.size(), sizeof(int)));
   visit(tissue.cell_volumes.data(), size(tissue.cell_volumes.size(), sizeof(double)));
+  visit(pieces.first.data(), size(pieces.first.size(), sizeof(int)));
+  visit(pieces.volumes.data(), size(pieces.volumes.size(), sizeof(double)));
+  visit(pieces.pairs.data(), size(pieces.pairs.size(), sizeof(int)));
+  visit(pieces.map.data(), size(pieces.map.size(), sizeof(std::uint16_t)));
 }
 
-Digest::Value ContentsOf(const TissueQuadrature& tissue) {
+Digest::Value ContentsOf(const TissueQuadrature& tissue, const TissuePieces::Data& pieces) {
   Digest digest;
-  ForEachArray(tissue, [&](const void* data, std::size_t size) { digest.Add(data, size); });
+  digest.Add(pieces.side);
+  ForEachArray(tissue, pieces, [&](const void* data, std::size_t size) { digest.Add(data, size); });
   return digest.value();
 }
 
 std::optional<TissueQuadrature> Read(const fs::path& path, const Digest::Value& key,
-                                     std::uint64_t cells) {
+                                     const std::array<int, 3>& cells_along) {
+  const std::uint64_t cells =
+      static_cast<std::uint64_t>(cells_along[0]) * cells_along[1] * cells_along[2];
   std::ifstream file(path, std::ios::binary);
   Header header;
   const Header expected;
@@ -129,7 +148,7 @@ std::optional<TissueQuadrature> Read(const fs::path& path, const Digest::Value& 
   const std::uintmax_t size = fs::file_size(path, error);
   // The file's true size bounds the allocation, whatever its header claims.
   if (error || header.magic != expected.magic || header.key != key || header.cells != cells ||
-      header.points == 0 || header.points > size || header.FileSize() != size) {
+      header.points == 0 || !header.Within(size) || header.FileSize() != size) {
     return std::nullopt;
   }
   TissueQuadrature tissue;
@@ -138,10 +157,18 @@ std::optional<TissueQuadrature> Read(const fs::path& path, const Digest::Value& 
   tissue.weights.resize(points);
   tissue.cells.resize(header.points);
   tissue.cell_volumes.resize(static_cast<Eigen::Index>(cells));
-  ForEachArray(tissue, [&](void* data, std::size_t bytes) {
+  TissuePieces::Data pieces;
+  pieces.side = static_cast<int>(header.voxels_per_side);
+  if (pieces.side > 0) pieces.cells = cells_along;
+  pieces.first.resize(header.FirstValues());
+  pieces.volumes.resize(header.pieces);
+  pieces.pairs.resize(header.pair_values);
+  pieces.map.resize(header.map_values);
+  ForEachArray(tissue, pieces, [&](void* data, std::size_t bytes) {
     file.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes));
   });
-  if (!file || ContentsOf(tissue) != header.contents) return std::nullopt;
+  if (!file || ContentsOf(tissue, pieces) != header.contents) return std::nullopt;
+  tissue.pieces = TissuePieces(std::move(pieces));
   return tissue;
 }
 
@@ -175,11 +202,16 @@ void Trim(const fs::path& folder) {
 
 /// Writes a file; leaves none if anything fails.
 void Write(const fs::path& path, const Digest::Value& key, const TissueQuadrature& tissue) {
+  const TissuePieces::Data& pieces = tissue.pieces.data();
   Header header;
   header.key = key;
-  header.contents = ContentsOf(tissue);
+  header.contents = ContentsOf(tissue, pieces);
   header.points = static_cast<std::uint64_t>(tissue.weights.size());
   header.cells = static_cast<std::uint64_t>(tissue.cell_volumes.size());
+  header.voxels_per_side = static_cast<std::uint64_t>(pieces.side);
+  header.pieces = pieces.volumes.size();
+  header.pair_values = pieces.pairs.size();
+  header.map_values = pieces.map.size();
   if (header.FileSize() > kMaxFolderBytes / 4) return;
 
   std::error_code error;
@@ -191,7 +223,7 @@ void Write(const fs::path& path, const Digest::Value& key, const TissueQuadratur
   close(descriptor);
   std::ofstream file(temporary, std::ios::binary);
   file.write(reinterpret_cast<const char*>(&header), sizeof header);
-  ForEachArray(tissue, [&](const void* data, std::size_t size) {
+  ForEachArray(tissue, pieces, [&](const void* data, std::size_t size) {
     file.write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
   });
   file.close();
@@ -233,8 +265,7 @@ TissueQuadrature CachedTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_
   if (folder.empty()) return SampleTissue(mesh_W, box_W, cells, options);
   const Digest::Value key = KeyOf(mesh_W, box_W, cells, options);
   const fs::path path = folder / HexName(key);
-  const std::uint64_t count = static_cast<std::uint64_t>(cells[0]) * cells[1] * cells[2];
-  if (std::optional<TissueQuadrature> kept = Read(path, key, count)) {
+  if (std::optional<TissueQuadrature> kept = Read(path, key, cells)) {
     std::error_code error;  // a read-only folder keeps the old time
     fs::last_write_time(path, fs::file_time_type::clock::now(), error);
     return std::move(*kept);

@@ -69,7 +69,8 @@ void Attach(const GlObject& texture, GLenum format, const GlObject& buffer) {
 }  // namespace
 
 bool UsesShader(FfdPath path, std::string_view renderer, const OrganModel& model) {
-  if (model.lattice_organ() == nullptr || path == FfdPath::kCpu) return false;
+  if (model.lattice_organ() == nullptr || model.HasSplitFunctions()) return false;
+  if (path == FfdPath::kCpu) return false;
   if (path == FfdPath::kShader) return true;
   if (IsSoftwareRenderer(renderer)) return false;
   return model.control_points() <= kMaxControlPoints;

@@ -67,6 +67,11 @@ const std::vector<Recipe>& Recipes() {
        900,
        600,
        3e-3},
+      {{"bent_organ", "solid bent like a J, limbs 10 mm apart, 1,600 triangles", true},
+       BentOrganShape,
+       1600,
+       0,
+       0},
   };
   return recipes;
 }

@@ -87,6 +87,22 @@ TEST(Accuracy, ATipFarBelowTheLatticesCellsFeelsTheReferencesCompliance) {
   EXPECT_NEAR(Solve("liver_press_tip_2_5mm", 4, 64).compliance, 1, 0.02);  // 0.995
 }
 
+// Without split functions the sides move together, with cells of any size.
+TEST(Accuracy, ANotchDoesNotTieItsSidesTogether) {
+  struct Notched {
+    const char* name;
+    double error, tied;
+  };
+  for (const auto& [name, error, tied] :
+       {Notched{"notch", 0.361, 0.811}, Notched{"bent_organ_lift", 0.306, 0.641}}) {
+    const Scene scene = Case(name);
+    OrganOptions organ = scene.organs.at(0);
+    EXPECT_LT(Solve(name, scene, organ).error, 1.1 * error) << name;
+    organ.lattice.split = false;
+    EXPECT_GT(Solve(name, scene, organ).error, 0.9 * tied) << name;
+  }
+}
+
 // Local functions use small strain also in finite strain, for any rotation of the tissue.
 TEST(Accuracy, LocalFunctionsHelpALargeLiftToo) {
   const Accuracy plain = Solve("liver_lift_40mm", 4, 0), refined = Solve("liver_lift_40mm", 4, 27);

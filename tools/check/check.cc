@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -93,7 +94,10 @@ Json OrganFacts(const OrganModel& organ) {
     const Lattice& lattice = organ.lattice_organ()->lattice();
     const Vector3d size = 1000 * lattice.box().lengths;
     facts["lattice_mm"] = {size.x(), size.y(), size.z()};
-    facts["control_points_dropped"] = lattice.basis().count() - lattice.size();
+    const std::set<int> places(lattice.kept().begin(), lattice.kept().end());
+    const int used = static_cast<int>(places.size());
+    facts["control_points_dropped"] = lattice.basis().count() - used;
+    facts["control_points_split"] = lattice.size() - used;
     if (organ.options().energy.type == EnergyType::kStrain) unknowns *= 3;
     facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
     if (organ.refinement_basis() != nullptr) {
@@ -147,10 +151,11 @@ void PrintOrgan(const Json& organ) {
   }
   if (organ.contains("lattice_mm")) {
     std::printf(
-        "  lattice of %.0f x %.0f x %.0f mm, %ld control points (%ld without tissue dropped)\n",
+        "  lattice of %.0f x %.0f x %.0f mm, %ld control points (%ld without tissue dropped, "
+        "%ld added at gaps in the tissue)\n",
         organ["lattice_mm"][0].get<double>(), organ["lattice_mm"][1].get<double>(),
         organ["lattice_mm"][2].get<double>(), organ["control_points"].get<long>(),
-        organ["control_points_dropped"].get<long>());
+        organ["control_points_dropped"].get<long>(), organ["control_points_split"].get<long>());
     if (organ.contains("local_functions")) {
       std::printf("  at most %ld of %ld local functions a contact, %.1f MB for them\n",
                   organ["local_functions"].get<long>(), organ["refinement_functions"].get<long>(),

@@ -417,7 +417,7 @@ SessionInfo Session::Info() const {
   for (const OrganModel& organ : organs_) {
     info.organs.push_back(
         {organ.options().name, organ.rest().vertices, organ.rest().triangles, std::nullopt});
-    if (organ.lattice_organ() == nullptr) continue;
+    if (organ.lattice_organ() == nullptr || organ.HasSplitFunctions()) continue;
     const Lattice& lattice = organ.lattice_organ()->lattice();
     const TensorBasis& basis = lattice.basis();
     LatticeDescription description;

@@ -111,6 +111,10 @@ std::vector<Vector3d> StomachLesserCurvature();
 /// A pear-shaped gallbladder, 80 mm long and 30 mm wide, that ends in a bent neck.
 std::unique_ptr<ImplicitShape> GallbladderShape();
 
+/// A solid bent like a J, 44 to 32 mm thick, whose limbs are 10 mm apart. In the organs' frame but
+/// for its origin.
+std::unique_ptr<ImplicitShape> BentOrganShape();
+
 /// Middle of the gallbladder's neck, m, in its frame.
 Vector3d GallbladderNeck();
 

@@ -124,11 +124,27 @@ class Gallbladder : public ImplicitShape {
                          MillimetreNode(-6, 35, 4, 5)}};
 };
 
+/// A solid bent like a J. Its two limbs are 10 mm apart over half of the shorter one's length.
+class BentOrgan : public ImplicitShape {
+ public:
+  FieldSample Sample(const Vector3d& p_O) const override { return body_.Sample(p_O); }
+  Bounds bounds() const override {
+    return {Vector3d(-0.055, -0.11, -0.03), Vector3d(0.055, 0.12, 0.03)};
+  }
+
+ private:
+  const SweptBall body_{{MillimetreNode(22, 90, 0, 22), MillimetreNode(22, 30, 0, 22),
+                         MillimetreNode(22, -20, 0, 22), MillimetreNode(18, -58, 0, 21),
+                         MillimetreNode(-4, -78, 0, 20), MillimetreNode(-26, -58, 0, 18),
+                         MillimetreNode(-28, -24, 0, 17), MillimetreNode(-27, 10, 0, 16)}};
+};
+
 }  // namespace
 
 std::unique_ptr<ImplicitShape> LiverShape() { return std::make_unique<Liver>(); }
 std::unique_ptr<ImplicitShape> StomachShape() { return std::make_unique<Stomach>(); }
 std::unique_ptr<ImplicitShape> GallbladderShape() { return std::make_unique<Gallbladder>(); }
+std::unique_ptr<ImplicitShape> BentOrganShape() { return std::make_unique<BentOrgan>(); }
 
 std::vector<Vector3d> StomachGreaterCurvature() { return StomachCurvature(1); }
 std::vector<Vector3d> StomachLesserCurvature() { return StomachCurvature(-1); }

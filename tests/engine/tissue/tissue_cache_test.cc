@@ -11,6 +11,7 @@
 #include <string>
 
 #include "engine/base/error.h"
+#include "tests/support/mesh_shapes.h"
 #include "tests/support/read_file.h"
 #include "tests/support/shapes.h"
 
@@ -27,11 +28,23 @@ struct Body {
   InteriorOptions options{.resolution = 16};
 };
 
+/// Two blocks 30 mm apart in the same box, in a cell that both reach into.
+Body TwoPieces() {
+  Body body;
+  body.mesh = Joined(MakeBox({-0.1, -0.07, -0.05}, {-0.015, 0.07, 0.05}),
+                     MakeBox({0.015, -0.07, -0.05}, {0.1, 0.07, 0.05}));
+  body.options.support_cells = {1, 1, 1};
+  return body;
+}
+
 void ExpectSameBits(const TissueQuadrature& a, const TissueQuadrature& b) {
   EXPECT_TRUE(a.points == b.points);
   EXPECT_TRUE(a.weights == b.weights);
   EXPECT_TRUE(a.cells == b.cells);
   EXPECT_TRUE(a.cell_volumes == b.cell_volumes);
+  const TissuePieces::Data &p = a.pieces.data(), &q = b.pieces.data();
+  EXPECT_TRUE(p.cells == q.cells && p.side == q.side && p.first == q.first &&
+              p.volumes == q.volumes && p.pairs == q.pairs && p.map == q.map);
 }
 
 class TissueCache : public testing::Test {
@@ -80,7 +93,7 @@ TEST_F(TissueCache, GivesTheSamplersBitsAndReadsThemTheSecondTime) {
 }
 
 TEST_F(TissueCache, EveryInputThatDecidesTheResultHasItsOwnFile) {
-  std::vector<Body> bodies(7);
+  std::vector<Body> bodies(8);
   double& x = bodies[1].mesh.vertices(0, 0);
   x = std::nextafter(x, 1);
   bodies[2].mesh.triangles.row(0).swap(bodies[2].mesh.triangles.row(1));
@@ -88,12 +101,21 @@ TEST_F(TissueCache, EveryInputThatDecidesTheResultHasItsOwnFile) {
   bodies[4].cells = {2, 3, 2};
   bodies[5].options.resolution = 17;
   bodies[6].options.moment_degree = 2;
+  bodies[7].options.support_cells = {2, 2, 2};
   for (const Body& body : bodies) ExpectSameBits(Cached(body), Sampled(body));
   EXPECT_EQ(Files().size(), bodies.size());
 }
 
+TEST_F(TissueCache, KeepsThePiecesOfTissue) {
+  const Body body = TwoPieces();
+  const TissueQuadrature sampled = Sampled(body);
+  EXPECT_FALSE(sampled.pieces.data().map.empty());
+  ExpectSameBits(Cached(body), sampled);
+  ExpectSameBits(Cached(body), sampled);
+}
+
 TEST_F(TissueCache, DamagedFilesAreReplaced) {
-  const Body body;
+  const Body body = TwoPieces();
   const TissueQuadrature sampled = Cached(body);
   const fs::path file = Files().at(0);
   const std::string good = ReadFile(file);
@@ -103,8 +125,8 @@ TEST_F(TissueCache, DamagedFilesAreReplaced) {
                                                 {"one byte long", good + '\0'},
                                                 {"zeros", std::string(good.size(), '\0')},
                                                 {"text", "not found"}};
-  // Magic, key, contents, both sizes (their top byte: a petabyte), then the arrays.
-  for (const std::size_t at : {0, 8, 24, 40, 47, 48, 55, 60, 2000}) {
+  // Magic, key, contents, all sizes (their top byte: a petabyte), then the arrays.
+  for (const std::size_t at : {0, 8, 24, 40, 47, 48, 55, 56, 63, 64, 71, 72, 80, 87, 100, 2000}) {
     std::string flipped = good;
     flipped[at] = static_cast<char>(flipped[at] ^ 0x40);
     damaged["byte " + std::to_string(at)] = flipped;

@@ -24,7 +24,7 @@ model = "hpdm"
 texture = "t.png"
 pose = { position = [1, 2, 3], rotation_deg = [90, 0, 90] }
 motion = { displacement = [0.001, 0.002, 0.003], frequency = 0.3 }
-lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01 }
+lattice = { basis = "bspline", degree = [1, 2, 3], cells = [5, 6, 7], margin = 0.01, split = false }
 energy = { type = "strain", strain = "finite", law = "stvk", solver = "cholesky", newton_iterations = 5, newton_budget = 0.01 }
 material = { young = 1000, poisson = 0.3, density = 900, prony = [ { share = 0.25, time = 0.5 }, { share = 0.125, time = 10 } ], relaxation_time = 0 }
 region = [ { sphere = { centre = [1, 2, 3], radius = 0.25 }, young = 1e5 },
@@ -157,6 +157,7 @@ TEST_F(SceneKeys, LatticeAndEnergyKeysReachTheirOptions) {
   EXPECT_EQ(a.lattice.degree, (std::array{1, 2, 3}));
   EXPECT_EQ(a.lattice.cells, (std::array{5, 6, 7}));
   EXPECT_EQ(a.lattice.margin, 0.01);
+  EXPECT_FALSE(a.lattice.split);
   EXPECT_EQ(a.energy.type, EnergyType::kStrain);
   EXPECT_EQ(a.energy.strain, StrainMeasure::kFinite);
   EXPECT_EQ(a.energy.law, MaterialLaw::kStVenantKirchhoff);
