@@ -142,8 +142,8 @@ struct OrganSnapshot {
   Vector3d offset_W = Vector3d::Zero();  ///< Rigid offset to add to the shape, m.
   Points control_displacements;  ///< n x 3, m, world axes (U). On the telemetry edge, V x 3 of the
                                  ///< vertices if OrganModel::HasSplitFunctions().
-  std::vector<int> local_functions;      ///< Grid index of each slot's finer spline, or -1.
-  Points local_displacements;            ///< Slots x 3, m.
+  std::vector<int> local_functions;  ///< Grid index of each slot's finer spline, or -1.
+  Points local_displacements;        ///< Slots x 3, m.
   int indentation_count = 0;
   std::array<IndentationSnapshot, kMaxInstruments> indentations;
   Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>
