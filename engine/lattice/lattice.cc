@@ -8,6 +8,13 @@
 #include "engine/base/check.h"
 
 namespace hpdm {
+namespace {
+
+// Control points per function beyond which nothing is split: forty shells in each other would need
+// thirty, and a dense matrix of a thousand times the size.
+constexpr int kMostPerFunction = 3;
+
+}  // namespace
 
 Lattice::Lattice(const OrientedBox& box, const LatticeOptions& options)
     : box_(box), basis_(options), kept_(basis_.count()), column_(basis_.count()) {
@@ -65,6 +72,11 @@ void Lattice::SplitByTissue(std::shared_ptr<const TissuePieces> pieces, int beyo
         AddCopies(at, pieces_->Connected(range, sliver), finer, &columns);
       }
     }
+  }
+  if (size() > kMostPerFunction * basis_.count()) {
+    kept_.resize(static_cast<std::size_t>(basis_.count()));
+    std::iota(kept_.begin(), kept_.end(), 0);
+    pieces_.reset();
   }
   column_.assign(basis_.count(), -1);
   for (int a = size() - 1; a >= 0; --a) column_[kept_[a]] = a;

@@ -55,7 +55,7 @@ class Lattice {
   /// 4. The cells of `pieces` divide those of the lattice, whose basis is B-splines. All control
   ///    points must be kept.
   ///
-  /// Without a function to split, the lattice stays as it was. Set-up only.
+  /// With no copy to make, or more than two a function, the lattice stays as it was. Set-up only.
   void SplitByTissue(std::shared_ptr<const TissuePieces> pieces, int beyond = 0);
   /// True if SplitByTissue() has split a function.
   bool split() const { return !piece_columns_.empty(); }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tools/shared/simple_bodies.h"
 
 namespace hpdm {
@@ -22,11 +24,12 @@ Penetration Measured(const SurfaceMesh& first, const SurfaceMesh& second) {
 // Two spheres that overlap by d: the depth in the other one is about d (1 - r^2 / a^2), with
 // a^2 = R d: its mean is d / 2. Facets of 2 mm lie up to 0.03 mm below the sphere.
 TEST(PenetrationMeter, FindsTheDepthOfTwoSpheres) {
-  for (const double overlap : {0.0005, 0.001, 0.002}) {
+  for (const double overlap : {0.001, 0.002, 0.003}) {
     const Penetration found = Measured(SphereAt(0.02, 0), SphereAt(0.02, 0.04 - overlap));
     EXPECT_NEAR(found.largest, overlap, 8e-5);
     EXPECT_NEAR(found.mean, overlap / 2, 8e-5);
-    EXPECT_NEAR(found.touching, 2 * M_PI * 0.02 * overlap, 0.15 * 2 * M_PI * 0.02 * overlap);
+    EXPECT_NEAR(found.touching, 2 * std::numbers::pi * 0.02 * overlap,
+                0.15 * 2 * std::numbers::pi * 0.02 * overlap);
   }
 }
 
@@ -36,7 +39,8 @@ TEST(PenetrationMeter, FindsNothingBetweenOrgansThatAreApart) {
   EXPECT_EQ(found.touching, 0);
 }
 
-// A shell's cavity is not tissue, but what is in it went through the wall.
+// A shell's cavity is not tissue, but what is in it went through the wall. The ball's surface lies 15 mm
+// below the outer sphere.
 TEST(PenetrationMeter, CountsWhatWentThroughAWall) {
   SurfaceMesh shell = SphereAt(0.02, 0), inner = SphereAt(0.017, 0);
   inner.triangles.col(1).swap(inner.triangles.col(2));
@@ -46,7 +50,7 @@ TEST(PenetrationMeter, CountsWhatWentThroughAWall) {
   hollow.vertices << shell.vertices, inner.vertices;
   hollow.triangles.resize(2 * shell.triangles.rows(), 3);
   hollow.triangles << shell.triangles, inner.triangles;
-  EXPECT_NEAR(Measured(SphereAt(0.005, 0), hollow).largest, 0.02, 1e-3);
+  EXPECT_NEAR(Measured(SphereAt(0.005, 0), hollow).largest, 0.015, 1e-4);
 }
 
 TEST(OrganTrials, PressedBarsHaveTheForceOfTheirSeries) {
