@@ -32,7 +32,8 @@ TABLES = {
                 "shaft": (["shaft"], "shaft"), "tissue": (["tissue"], "tissue"),
                 "force_accuracy": (HANDS, "force_accuracy"), "z_width": (["z-width"], "z_width"),
                 "transparency": (["transparency"], "transparency")},
-    "stress": {"stress": ([], "stress"), "organs": (["organs"], "organs")},
+    "stress": {"stress": (["material", "contact", "motion", "haptics", "touch"], "stress"),
+               "organs": (["organs"], "organs")},
 }
 PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 
