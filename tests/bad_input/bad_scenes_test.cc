@@ -222,7 +222,8 @@ void AddLattices(Scenes* s) {
   for (const std::string& line :
        Separate("cells=0; cells=-1; cells=65; cells=1000000; cells=64; cells=[4,4]; cells=4.0; "
                 "cells=4.5; cells=nan; cells='4'; degree=0; degree=4; degree=[1,2,3]; "
-                "degree=9223372036854775807; basis='nurbs'; margin=-0.1; margin=nan; margin=1; split=false; split=1; "
+                "degree=9223372036854775807; basis='nurbs'; margin=-0.1; margin=nan; margin=1; "
+                "split=false; split=1; "
                 "local_functions=-1; local_functions=1000000; local_functions=250; "
                 "local_refinement=1; local_refinement=100")) {
     s->Lattice(line);

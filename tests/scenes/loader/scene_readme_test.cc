@@ -21,8 +21,7 @@ std::string Dump(const Scene& scene) {
   for (const OrganOptions& o : scene.organs) {
     out << o.name << ' ' << o.mesh << ' ' << o.unit_m << '\n' << o.X_WO.matrix() << '\n';
     out << static_cast<int>(o.model) << ' ' << o.texture << '\n';
-    out << static_cast<int>(o.lattice.basis) << ' ' << o.lattice.margin << ' '
-        << o.lattice.split;
+    out << static_cast<int>(o.lattice.basis) << ' ' << o.lattice.margin << ' ' << o.lattice.split;
     for (const int d : o.lattice.degree) out << ' ' << d;
     for (const int c : o.lattice.cells) out << ' ' << c;
     out << ' ' << LocalFunctionsOf(o) << ' ' << o.lattice.local.refinement;
