@@ -153,7 +153,8 @@ void Grasp::Tie(const ToolPose& tool, const OrganModel& model, OrganState* state
 }
 
 // Places the targets where the rows are now, but under equal shares of the force of the press that
-// ends, instead of under the press itself. Then the ties begin with this force.
+// ends, instead of under the press itself. Then the ties begin with this force. Models without a
+// compliance only stay where they are.
 void Grasp::PlaceTargets(const ToolPose& tool, const TipPress& press, const Vector3d& force_W,
                          const OrganModel& model, OrganState* state) {
   UpdateLatticeRows(model, state->contacts.refinement);
@@ -162,12 +163,14 @@ void Grasp::PlaceTargets(const ToolPose& tool, const TipPress& press, const Vect
   const auto rows = lattice_rows_.topLeftCorner(rows_, columns);
   auto moved = moved_.head(3 * columns);
   moved.setZero();
-  if (!force_W.isZero(0)) {
+  const LatticeCompliance* compliance = state->relaxation->compliance();
+  const bool keeps_force = compliance != nullptr && !force_W.isZero(0);
+  if (keeps_force) {
     auto change = state->tips.ScratchRow();
     press.AddKernelToRow(model, *state, change);
     change = rows.colwise().mean() - change;
     auto response = response_.topRows(3 * columns);
-    state->relaxation->compliance()->RespondTo(state->tips.Compress(change), response);
+    compliance->RespondTo(state->tips.Compress(change), response);
     moved.noalias() = response * force_W;
   }
   const Isometry3d X_TW = tool.X_WT.inverse();
@@ -176,7 +179,7 @@ void Grasp::PlaceTargets(const ToolPose& tool, const TipPress& press, const Vect
     for (Eigen::Index i = 0; i < columns; ++i) {
       p_W += rows(row, i) * (U.row(i).transpose() + moved.segment<3>(3 * i));
     }
-    for (int other = 0; other < rows_; ++other) {
+    for (int other = 0; keeps_force && other < rows_; ++other) {
       p_W += coupling_.block<3, 3>(3 * row, 3 * other) * force_W / rows_;
     }
     p_T_[ToSize(row)] = X_TW * p_W;

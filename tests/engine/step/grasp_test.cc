@@ -90,8 +90,10 @@ TEST(Grasp, HoldsTheTissueThatWasBetweenTheJawsAsTheyClosed) {
 
 // Returns the force on an ellipsoid pressed `depth` (m) at its top, before the jaws close there and
 // after, N.
-std::pair<Vector3d, Vector3d> BeforeAndAfterClosing(double depth, double radius, int cells) {
+std::pair<Vector3d, Vector3d> BeforeAndAfterClosing(double depth, double radius, int cells,
+                                                    OrganModelType type = OrganModelType::kHpdm) {
   OrganOptions options = PressedEllipsoidOptions();
+  options.model = type;
   options.energy.type = EnergyType::kStrain;
   options.lattice.cells = {cells, cells, cells};
   const std::vector<OrganModel> models = OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 4));
@@ -127,6 +129,13 @@ TEST(Grasp, ClosingTheJawsDoesNotChangeTheForce) {
     EXPECT_LT((after - before).norm(), 0.01 * before.norm())
         << cells << " cells, radius " << radius << ", depth " << depth << ": " << before.transpose()
         << " N, then " << after.transpose();
+  }
+}
+
+// They have no compliance to keep the force by.
+TEST(Grasp, HoldsPressedTissueOfSurfaceModels) {
+  for (const auto type : {OrganModelType::kMassSpring, OrganModelType::kContinuum}) {
+    EXPECT_TRUE(BeforeAndAfterClosing(0.003, 0.005, 4, type).second.allFinite());
   }
 }
 
