@@ -9,7 +9,7 @@
 #include "engine/organ_motion.h"
 #include "engine/scene_limits.h"
 
-/// What the haptic loop needs of the organs around a tool until the next deformation step
+/// Surface, compliance and memory of the organs around a tool until the next deformation step
 /// (ContactPatch in snapshots.h). All types have a fixed size.
 namespace hpdm {
 

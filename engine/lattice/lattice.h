@@ -25,7 +25,7 @@ using WeightMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 /// its support. Then the columns at a point depend on the tissue there, its Site.
 class Lattice {
  public:
-  /// Where a material point lies in the lattice.
+  /// Place of a material point in the lattice.
   struct Site {
     Vector3d c;  ///< Lattice coordinates.
     const int* columns =

@@ -26,7 +26,7 @@ class TissuePieces {
   /// Component below which tissue counts as a sliver, in volumes of a cell.
   static constexpr double kSliver = 1e-3;
 
-  /// What the sampler finds, and the tissue cache keeps. Cell (i, j, k) has the number
+  /// Pieces that the sampler finds and the tissue cache keeps. Cell (i, j, k) has the number
   /// i + nx (j + ny k), a voxel of it the same with side, side.
   struct Data {
     std::array<int, 3> cells = {0, 0, 0};

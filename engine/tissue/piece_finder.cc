@@ -211,7 +211,7 @@ TissuePieces PieceFinder::Finish() {
   if (!Seeks()) return {};
   TissuePieces::Data all = Found();
   const TissuePieces pieces(all);
-  // What each function makes of the pieces of a cell with several: the number of their component.
+  // For each function, the component of each piece, in the cells that have several pieces.
   std::vector<std::vector<int>> seen(static_cast<std::size_t>(pieces.size()));
   const auto several = [&](int cell) { return found_[static_cast<std::size_t>(cell)].pieces > 1; };
   std::array<int, 3> at;

@@ -1,4 +1,4 @@
-// What a grasp of tissue gives the hand that makes it: a simulated hand on a simulated device,
+// The energy that a grasp gives to the hand that makes it: a simulated hand on a simulated device,
 // both production loops in lockstep.
 
 #include <gtest/gtest.h>

@@ -58,7 +58,7 @@ TEST(ContactStiffness, IsWhatATipFeelsThere) {
   EXPECT_NEAR(stiffness[top], felt, 0.05 * felt);
 }
 
-// What the device must display is the force of the first tick, before anything relaxes.
+// The device must display the force of the first tick, before anything relaxes.
 TEST(ContactStiffness, OfViscoelasticTissueIsTheInstantaneousOne) {
   const PronySeries prony = {.count = 2, .terms = {{{0.5, 0.5}, {0.3, 10}}}};
   Eigen::Index top = 0;
