@@ -43,6 +43,7 @@ ContactSolver::ContactSolver()
     : equations_(kMaxEquations),
       sides_(2 * kMaxEquations),
       compliance_(kMaxEquations, kMaxEquations),
+      relaxed_(kMaxEquations, kMaxEquations),
       active_compliance_(kMaxEquations, kMaxEquations) {}
 
 void ContactSolver::Build(std::span<const ContactConstraints* const> bodies,
@@ -58,6 +59,7 @@ void ContactSolver::Build(std::span<const ContactConstraints* const> bodies,
   change_.conservativeResize(size_);
   forces_.conservativeResize(size_);
   compliance().setZero();
+  relaxed_.topLeftCorner(size_, size_).setZero();
   ListSides(bodies, pairs);
 }
 
@@ -240,11 +242,11 @@ bool ContactSolver::IsActive(int equation) const {
 }
 
 double ContactSolver::WithFriction(int e, int g) const {
-  const double entry = compliance_(e, g);
+  const double entry = relaxed_(e, g);
   if (!(equations_[static_cast<std::size_t>(g)].friction > 0) || !(forces_[g] > 0) || !Slides(g))
     return entry;
-  return entry + (forces_[g + 1] * compliance_(e, g + 1) + forces_[g + 2] * compliance_(e, g + 2)) /
-                     forces_[g];
+  return entry +
+         (forces_[g + 1] * relaxed_(e, g + 1) + forces_[g + 2] * relaxed_(e, g + 2)) / forces_[g];
 }
 
 Vector3d ContactSolver::ForceWithFriction(const Side& side) const {

@@ -87,6 +87,11 @@ class ContactSolver {
   /// The contact compliance A (E x E) of the organs alone. Build() clears it; the caller adds each
   /// body's part before Solve().
   auto compliance() { return compliance_.topLeftCorner(size_, size_); }
+  /// Adds yield `relaxed` to A_eg. `relaxed`, m/N: that of the organ after relaxation.
+  void AddCompliance(int e, int g, double relaxed, double yield) {
+    compliance_(e, g) += yield * relaxed;
+    relaxed_(e, g) += relaxed;
+  }
   Vector& change() { return change_; }              ///< E, m.
   const Vector& forces() const { return forces_; }  ///< E, N; result of Solve().
 
@@ -107,8 +112,8 @@ class ContactSolver {
   int first_pair_equation() const { return first_pair_equation_; }
   /// True if the equation holds: the contact presses or, across it, sticks.
   bool IsActive(int equation) const;
-  /// Returns the displacement (m/N) of equation e for a unit force of g, with the friction of a
-  /// pair that slides.
+  /// Returns the displacement (m/N) of equation e for a unit force of g after relaxation, with the
+  /// friction of a pair that slides.
   double WithFriction(int e, int g) const;
   /// Returns the force on the side's body for f = 1, with that friction.
   Vector3d ForceWithFriction(const Side& side) const;
@@ -164,6 +169,7 @@ class ContactSolver {
   std::array<bool, kMaxEquations> active_{};
   std::array<int, kMaxEquations> active_list_{};
   Eigen::MatrixXd compliance_;         // kMaxEquations x kMaxEquations
+  Eigen::MatrixXd relaxed_;            // the same after relaxation, without local compliance
   Eigen::MatrixXd active_compliance_;  // the same
   Vector change_;
   Vector active_forces_;

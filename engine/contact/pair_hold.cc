@@ -63,6 +63,23 @@ std::span<const PairHold::Side> PairHold::sides(int body) const {
   return {sides_.data() + first_side_[b], first_side_[b + 1] - first_side_[b]};
 }
 
+HeldCompliance::HeldCompliance(const LatticeCompliance& free, const ContactConstraints& contacts,
+                               const PairHold& hold, int body, Eigen::MatrixXd* scratch)
+    : free_(free), contacts_(contacts), hold_(hold), body_(body), scratch_(scratch) {
+  const auto weights = contacts.Weights();
+  const std::span<const PairHold::Side> sides = hold.sides(body);
+  auto loads = scratch_->topLeftCorner(3 * weights.cols(), static_cast<Eigen::Index>(sides.size()));
+  loads.setZero();
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    auto load = loads.col(static_cast<Eigen::Index>(s));
+    for (int a = 0; a < weights.cols(); ++a) {
+      const double weight = weights(sides[s].row, a);
+      if (weight != 0) load.segment<3>(3 * a) = weight * sides[s].force_W;
+    }
+  }
+  free.SolveLoads(loads);
+}
+
 void HeldCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
   free_.RespondTo(b, response);
   const std::span<const PairHold::Side> sides = hold_.sides(body_);
@@ -80,16 +97,10 @@ void HeldCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> r
   }
   HeldColumns forces(hold_.size(), 3);
   forces.noalias() = hold_.stiffness() * moved;
-  auto loads = scratch_->topRows(3 * weights.cols());
-  loads.setZero();
-  for (const PairHold::Side& side : sides) {
-    const Matrix3d force = side.force_W * forces.row(side.place);
-    for (int a = 0; a < weights.cols(); ++a) {
-      if (weights(side.row, a) != 0) loads.block<3, 3>(3 * a, 0) += weights(side.row, a) * force;
-    }
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    response -= scratch_->col(static_cast<Eigen::Index>(s)).head(3 * weights.cols()) *
+                forces.row(sides[s].place);
   }
-  free_.SolveLoads(loads);
-  response -= loads;
 }
 
 }  // namespace hpdm

@@ -46,11 +46,10 @@ class PairHold {
 /// move too. Deformation thread; allocates nothing.
 class HeldCompliance final : public LatticeCompliance {
  public:
-  /// `free`: K^-1; `contacts`: of the organ, which was number `body`; `scratch`: at least 3 (n + slots) x 3.
-  /// All must outlive it.
+  /// Computes K^-1 B^T. `free`: K^-1; `contacts`: of the organ, which was number `body`; `scratch`: at
+  /// least 3 (n + slots) x ContactSolver::kMaxEquations. All must outlive it.
   HeldCompliance(const LatticeCompliance& free, const ContactConstraints& contacts,
-                 const PairHold& hold, int body, Eigen::MatrixXd* scratch)
-      : free_(free), contacts_(contacts), hold_(hold), body_(body), scratch_(scratch) {}
+                 const PairHold& hold, int body, Eigen::MatrixXd* scratch);
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
   Matrix3d PointCompliance(const SparseRow& b) const override { return free_.PointCompliance(b); }
@@ -61,7 +60,7 @@ class HeldCompliance final : public LatticeCompliance {
   const ContactConstraints& contacts_;
   const PairHold& hold_;
   int body_;
-  Eigen::MatrixXd* scratch_;
+  Eigen::MatrixXd* scratch_;  // its first columns: the response to each side's force
 };
 
 }  // namespace hpdm

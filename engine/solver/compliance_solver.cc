@@ -1,13 +1,12 @@
 #include "engine/solver/compliance_solver.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/solver/row_responses.h"
 #include "engine/solver/symmetric_inverse.h"
 
 namespace hpdm {
@@ -36,8 +35,9 @@ class ScalarComplianceSolver final : public ComplianceSolver {
     row_compliance_.noalias() = contacts.Weights() * response_.leftCols(contacts.size());
     for (const ContactSolver::Side& first : contact_solver->sides(body)) {
       for (const ContactSolver::Side& second : contact_solver->sides(body)) {
-        contact_solver->compliance()(first.equation, second.equation) +=
-            yield * (row_compliance_(first.row, second.row) * first.axis_W.dot(second.force_W));
+        contact_solver->AddCompliance(
+            first.equation, second.equation,
+            row_compliance_(first.row, second.row) * first.axis_W.dot(second.force_W), yield);
       }
     }
   }
@@ -85,58 +85,24 @@ class ScalarComplianceSolver final : public ComplianceSolver {
       row_compliance_;  // m x m: B K^-1 B^T
 };
 
-// Solver for coupled axes: K is 3n x 3n. A step reads only two parts of K^-1. The entries between
-// the control points of its contact rows give the compliance between the rows. The columns of those
-// points, read once, give the displacements under all forces.
+// Solver for coupled axes: K is 3n x 3n.
 class FullComplianceSolver final : public ComplianceSolver {
  public:
   explicit FullComplianceSolver(const FullStiffness& K)
-      : n_(K.rows() / 3),
-        inverse_(InverseStiffness(
+      : inverse_(InverseStiffness(
             K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
-        place_(static_cast<std::size_t>(n_)),
-        touched_(static_cast<std::size_t>(n_)),
-        runs_(static_cast<std::size_t>(n_)),
-        entries_(kMaxContacts * static_cast<std::size_t>(n_)),
-        moved_(3 * n_, 3),
-        row_compliance_(3 * kMaxContacts, 3 * kMaxContacts),
-        forces_(3, n_),
-        solved_(3 * n_, kBatch) {}
+        rows_(inverse_),
+        solved_(inverse_.rows(), kBatch) {}
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
-    Gather(contacts);
-    for (int i = 0; i < contacts.size(); ++i) FillRowCompliance(i);
-    for (const ContactSolver::Side& loaded : contact_solver->sides(body)) {
-      Vector3d moved = Vector3d::Zero();
-      int at = -1;  // the sides of one row follow each other
-      for (const ContactSolver::Side& side : contact_solver->sides(body)) {
-        if (side.row != at) {
-          at = side.row;
-          moved.noalias() = row_compliance_.block<3, 3>(3 * at, 3 * loaded.row) * loaded.force_W;
-        }
-        contact_solver->compliance()(side.equation, loaded.equation) +=
-            yield * side.axis_W.dot(moved);
-      }
-    }
+    rows_.Gather(contacts);
+    rows_.AddCompliance(body, yield, contact_solver);
   }
 
   void Deform(int body, const ContactSolver& contact_solver, Points* U) const override {
-    forces_.leftCols(count_).setZero();
-    for (const ContactSolver::Side& side : contact_solver.sides(body)) {
-      const Vector3d force = contact_solver.forces()[side.equation] * side.force_W;
-      for (const Entry& entry : EntriesOf(side.row)) {
-        forces_.col(entry.place) += entry.weight * force;
-      }
-    }
-    auto u = AsVector(U);
-    u.setZero();
-    for (int t = 0; t < count_; ++t) {
-      const int a = touched_[static_cast<std::size_t>(t)];
-      for (int d = 0; d < 3; ++d) {
-        if (forces_(d, t) != 0) u += forces_(d, t) * inverse_.col(3 * a + d);
-      }
-    }
+    rows_.SetForces(body, contact_solver);
+    rows_.Deform(AsVector(U));
   }
 
   // Each column of K^-1 is read once for a batch of loads.
@@ -166,92 +132,9 @@ class FullComplianceSolver final : public ComplianceSolver {
  private:
   static constexpr Eigen::Index kBatch = 24;
 
-  // A non-zero weight of a row: the place of its control point in touched_.
-  struct Entry {
-    int place = 0;
-    double weight = 0;
-  };
-  // Touched control points with successive numbers.
-  struct Run {
-    int first = 0;  // control point
-    int place = 0;
-    int length = 0;
-  };
-
-  std::span<Entry> EntriesOf(int row) {
-    const auto i = static_cast<std::size_t>(row);
-    return {entries_.data() + i * static_cast<std::size_t>(n_), entry_count_[i]};
-  }
-  std::span<const Entry> EntriesOf(int row) const {
-    const auto i = static_cast<std::size_t>(row);
-    return {entries_.data() + i * static_cast<std::size_t>(n_), entry_count_[i]};
-  }
-
-  // Collects the control points with a weight in any row, and the rows' weights.
-  void Gather(const ContactConstraints& contacts) {
-    constexpr int kUntouched = -1;
-    std::fill(place_.begin(), place_.end(), kUntouched);
-    for (int i = 0; i < contacts.size(); ++i) {
-      const auto row = static_cast<std::size_t>(i);
-      entry_count_[row] = 0;
-      for (int a = 0; a < n_; ++a) {
-        const double weight = contacts.Weights()(i, a);
-        if (weight == 0) continue;
-        entries_[row * static_cast<std::size_t>(n_) + entry_count_[row]++] = {a, weight};
-        place_[static_cast<std::size_t>(a)] = 0;
-      }
-    }
-    count_ = 0;
-    run_count_ = 0;
-    for (int a = 0; a < n_; ++a) {
-      int& place = place_[static_cast<std::size_t>(a)];
-      if (place == kUntouched) continue;
-      const bool follows = a > 0 && place_[static_cast<std::size_t>(a - 1)] != kUntouched;
-      if (!follows) runs_[run_count_++] = {a, count_, 0};
-      ++runs_[run_count_ - 1].length;
-      touched_[static_cast<std::size_t>(count_)] = a;
-      place = count_++;
-    }
-    for (int i = 0; i < contacts.size(); ++i) {
-      for (Entry& entry : EntriesOf(i)) entry.place = place_[static_cast<std::size_t>(entry.place)];
-    }
-  }
-
-  // Computes B K^-1 B^T between row i and the rows up to it.
-  void FillRowCompliance(int i) {
-    moved_.topRows(3 * count_).setZero();  // the touched control points, for unit forces on the row
-    for (const Entry& entry : EntriesOf(i)) {
-      const int a = touched_[static_cast<std::size_t>(entry.place)];
-      for (std::size_t r = 0; r < run_count_; ++r) {
-        const Run& run = runs_[r];
-        moved_.middleRows(3 * run.place, 3 * run.length) +=
-            entry.weight * inverse_.middleCols<3>(3 * a).middleRows(3 * run.first, 3 * run.length);
-      }
-    }
-    for (int j = 0; j <= i; ++j) {
-      Matrix3d sum = Matrix3d::Zero();
-      for (const Entry& entry : EntriesOf(j)) {
-        sum += entry.weight * moved_.middleRows<3>(3 * entry.place);
-      }
-      if (j == i) sum = ((sum + sum.transpose()) / 2).eval();
-      row_compliance_.block<3, 3>(3 * j, 3 * i) = sum;
-      row_compliance_.block<3, 3>(3 * i, 3 * j) = sum.transpose();
-    }
-  }
-
-  int n_;
-  Eigen::MatrixXd inverse_;    // 3n x 3n
-  int count_ = 0;              // number of control points touched by the last Respond()'s contacts
-  std::vector<int> place_;     // n: of the control points in touched_, or -1
-  std::vector<int> touched_;   // n; the first count_ are these control points
-  std::size_t run_count_ = 0;  // of them
-  std::vector<Run> runs_;      // n
-  std::array<std::size_t, kMaxContacts> entry_count_{};
-  std::vector<Entry> entries_;                      // kMaxContacts x n
-  Eigen::Matrix<double, Eigen::Dynamic, 3> moved_;  // 3n x 3
-  Eigen::MatrixXd row_compliance_;                  // B K^-1 B^T of the last Respond()
-  mutable Eigen::Matrix3Xd forces_;                 // on the touched control points, N
-  mutable Eigen::MatrixXd solved_;                  // 3n x kBatch
+  Eigen::MatrixXd inverse_;  // 3n x 3n
+  mutable RowResponses rows_;
+  mutable Eigen::MatrixXd solved_;  // 3n x kBatch
 };
 
 }  // namespace
@@ -295,8 +178,8 @@ void AddCompliance(int body, const ContactConstraints& contacts,
     for (const ContactSolver::Side& side : contact_solver->sides(body)) {
       if (side.row != at) moved.noalias() = (contacts.Weights().row(side.row) * U).transpose();
       at = side.row;
-      contact_solver->compliance()(side.equation, loaded.equation) +=
-          yield * side.axis_W.dot(moved);
+      contact_solver->AddCompliance(side.equation, loaded.equation, side.axis_W.dot(moved) / yield,
+                                    yield);
     }
   }
 }

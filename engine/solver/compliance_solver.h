@@ -31,8 +31,8 @@ class ComplianceSolver : public LatticeCompliance {
 
 /// Adds the compliance between the equations of `contact_solver`, in which `contacts` are those of
 /// number `body`,
-///     A_eg = yield axis_e . (b_e U_g)
-/// with column i of `response` (3n x >= sides) the displacements U_g for a unit force of the body's
+///     A_eg = axis_e . (b_e U_g),
+/// which is `yield` times that after relaxation, with column i of `response` (3n x >= sides) the displacements U_g for a unit force of the body's
 /// side i, in equation g.
 void AddCompliance(int body, const ContactConstraints& contacts,
                    const Eigen::Ref<const Eigen::MatrixXd>& response, double yield,

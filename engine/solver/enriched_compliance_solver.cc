@@ -5,28 +5,57 @@ namespace hpdm {
 EnrichedComplianceSolver::EnrichedComplianceSolver(const RefinementBasis& functions, int slots)
     : schur_complement_(functions, slots),
       unknowns_(functions.inverse().rows()),
-      response_(unknowns_ + 3 * slots, ContactSolver::kMaxEquations),
+      rows_(functions.inverse()),
+      local_loads_(3 * slots, 3 * kMaxContacts),
+      local_response_(3 * slots, 3 * kMaxContacts),
+      V_(3 * slots),
       scratch_(unknowns_) {}
 
 void EnrichedComplianceSolver::Respond(int body, const ContactConstraints& contacts, double yield,
                                        ContactSolver* contact_solver) {
   SetActiveFunctions(contacts.refinement);
-  Eigen::Index columns = 0;
-  for (const ContactSolver::Side& side : contact_solver->sides(body)) {
-    auto load = response_.col(columns++);
-    for (Eigen::Index a = 0; 3 * a < load.size(); ++a) {
-      load.segment<3>(3 * a) = contacts.Weights()(side.row, a) * side.force_W;
+  rows_.Gather(contacts);
+  rows_.AddCompliance(body, yield, contact_solver);
+  const Eigen::Index slots = V_.size() / 3, n = unknowns_ / 3;
+  for (int i = 0; i < contacts.size(); ++i) {
+    auto loads = local_loads_.middleCols<3>(3 * i);
+    for (Eigen::Index s = 0; s < slots; ++s) {
+      loads.middleRows<3>(3 * s) = contacts.Weights()(i, n + s) * Matrix3d::Identity();
+    }
+    for (const RowResponses::Entry& entry : rows_.EntriesOf(i)) {
+      loads -= entry.weight * schur_complement_.CouplingOf(entry.point);
+    }
+    auto response = local_response_.middleCols<3>(3 * i);
+    response = loads;
+    for (int d = 0; d < 3; ++d) schur_complement_.Solve(response.col(d));
+  }
+  for (const ContactSolver::Side& loaded : contact_solver->sides(body)) {
+    V_.noalias() = local_response_.middleCols<3>(3 * loaded.row) * loaded.force_W;
+    Vector3d moved = Vector3d::Zero();
+    int at = -1;  // the sides of one row follow each other
+    for (const ContactSolver::Side& side : contact_solver->sides(body)) {
+      if (side.row != at) {
+        at = side.row;
+        moved.noalias() = local_loads_.middleCols<3>(3 * at).transpose() * V_;
+      }
+      contact_solver->AddCompliance(side.equation, loaded.equation, side.axis_W.dot(moved), yield);
     }
   }
-  SolveLoads(response_.leftCols(columns));
-  AddCompliance(body, contacts, response_, yield, contact_solver);
 }
 
 void EnrichedComplianceSolver::Deform(int body, const ContactSolver& contact_solver,
                                       Points* U) const {
-  Eigen::Map<Eigen::VectorXd>(U->data(), U->size()).noalias() =
-      response_.leftCols(static_cast<Eigen::Index>(contact_solver.sides(body).size())) *
-      contact_solver.ForcesOn(body);
+  rows_.SetForces(body, contact_solver);
+  Eigen::Map<Eigen::VectorXd> u(U->data(), U->size());
+  auto lattice = u.head(unknowns_);
+  rows_.Deform(lattice);
+  V_.setZero();
+  for (const ContactSolver::Side& side : contact_solver.sides(body)) {
+    const Vector3d force = contact_solver.forces()[side.equation] * side.force_W;
+    V_.noalias() += local_response_.middleCols<3>(3 * side.row) * force;
+  }
+  schur_complement_.AddCoupling(-1, V_, lattice);
+  u.tail(V_.size()) = V_;
 }
 
 void EnrichedComplianceSolver::SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const {

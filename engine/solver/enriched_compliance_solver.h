@@ -1,13 +1,16 @@
 #pragma once
 
 #include "engine/solver/compliance_solver.h"
+#include "engine/solver/row_responses.h"
 #include "engine/solver/schur_complement.h"
 
 namespace hpdm {
 
 /// A lattice of constant stiffness with local functions in use. With the loads f on the control
 /// points and g on the local functions (schur_complement.h),
-///     V = Sigma^-1 (g - Y^T f),   U = K^-1 f - Y V.
+///     V = Sigma^-1 (g - Y^T f),   U = K^-1 f - Y V,
+/// so with the rows B = [B_U B_V] the compliance of contacts is
+///     B_U K^-1 B_U^T + Z^T Sigma^-1 Z,   Z = B_V^T - Y^T B_U^T.
 class EnrichedComplianceSolver final : public ComplianceSolver {
  public:
   EnrichedComplianceSolver(const RefinementBasis& functions, int slots);
@@ -30,8 +33,11 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
   void SolveColumn(Eigen::Ref<Eigen::VectorXd> column) const;
 
   SchurComplement schur_complement_;
-  Eigen::Index unknowns_;            // 3n
-  Eigen::MatrixXd response_;         // (3n + 3 slots) x kMaxEquations
+  Eigen::Index unknowns_;  // 3n
+  mutable RowResponses rows_;
+  Eigen::MatrixXd local_loads_;      // 3 slots x 3 kMaxContacts: Z
+  Eigen::MatrixXd local_response_;   // the same: Sigma^-1 Z
+  mutable Eigen::VectorXd V_;        // 3 slots
   mutable Eigen::VectorXd scratch_;  // 3n
 };
 

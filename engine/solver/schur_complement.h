@@ -33,6 +33,8 @@ class SchurComplement {
   void Reduce(const Eigen::Ref<const Eigen::VectorXd>& f, Eigen::Ref<Eigen::VectorXd> g) const {
     g.noalias() -= coupling_.transpose() * f;
   }
+  /// Returns the columns of Y^T of one control point, 3 slots x 3.
+  auto CouplingOf(int point) const { return coupling_.middleRows<3>(3 * point).transpose(); }
   /// Replaces `g` (3 slots, N) by Sigma^-1 g.
   void Solve(Eigen::Ref<Eigen::VectorXd> g) const { factor_.solveInPlace(g); }
   /// Adds factor Y V to `U_bar` (3n, m).

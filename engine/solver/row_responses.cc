@@ -1,0 +1,109 @@
+#include "engine/solver/row_responses.h"
+
+#include <algorithm>
+
+namespace hpdm {
+
+RowResponses::RowResponses(const Eigen::MatrixXd& inverse)
+    : inverse_(inverse),
+      n_(static_cast<int>(inverse.rows() / 3)),
+      place_(static_cast<std::size_t>(n_)),
+      touched_(static_cast<std::size_t>(n_)),
+      runs_(static_cast<std::size_t>(n_)),
+      entries_(kMaxContacts * static_cast<std::size_t>(n_)),
+      moved_(3 * n_, 3),
+      row_compliance_(3 * kMaxContacts, 3 * kMaxContacts),
+      forces_(3, n_) {}
+
+void RowResponses::Gather(const ContactConstraints& contacts) {
+  constexpr int kUntouched = -1;
+  std::fill(place_.begin(), place_.end(), kUntouched);
+  row_count_ = contacts.size();
+  for (int i = 0; i < row_count_; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    entry_count_[row] = 0;
+    for (int a = 0; a < n_; ++a) {
+      const double weight = contacts.Weights()(i, a);
+      if (weight == 0) continue;
+      entries_[row * static_cast<std::size_t>(n_) + entry_count_[row]++] = {a, 0, weight};
+      place_[static_cast<std::size_t>(a)] = 0;
+    }
+  }
+  count_ = 0;
+  run_count_ = 0;
+  for (int a = 0; a < n_; ++a) {
+    int& place = place_[static_cast<std::size_t>(a)];
+    if (place == kUntouched) continue;
+    const bool follows = a > 0 && place_[static_cast<std::size_t>(a - 1)] != kUntouched;
+    if (!follows) runs_[run_count_++] = {a, count_, 0};
+    ++runs_[run_count_ - 1].length;
+    touched_[static_cast<std::size_t>(count_)] = a;
+    place = count_++;
+  }
+  for (int i = 0; i < row_count_; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    Entry* const first = entries_.data() + row * static_cast<std::size_t>(n_);
+    for (std::size_t e = 0; e < entry_count_[row]; ++e) {
+      first[e].place = place_[static_cast<std::size_t>(first[e].point)];
+    }
+  }
+}
+
+// Computes B K^-1 B^T between row i and the rows up to it.
+void RowResponses::FillRowCompliance(int i) {
+  moved_.topRows(3 * count_).setZero();  // the touched control points, for unit forces on the row
+  for (const Entry& entry : EntriesOf(i)) {
+    for (std::size_t r = 0; r < run_count_; ++r) {
+      const Run& run = runs_[r];
+      moved_.middleRows(3 * run.place, 3 * run.length) +=
+          entry.weight *
+          inverse_.middleCols<3>(3 * entry.point).middleRows(3 * run.first, 3 * run.length);
+    }
+  }
+  for (int j = 0; j <= i; ++j) {
+    Matrix3d sum = Matrix3d::Zero();
+    for (const Entry& entry : EntriesOf(j)) {
+      sum += entry.weight * moved_.middleRows<3>(3 * entry.place);
+    }
+    if (j == i) sum = ((sum + sum.transpose()) / 2).eval();
+    row_compliance_.block<3, 3>(3 * j, 3 * i) = sum;
+    row_compliance_.block<3, 3>(3 * i, 3 * j) = sum.transpose();
+  }
+}
+
+void RowResponses::AddCompliance(int body, double yield, ContactSolver* solver) {
+  for (int i = 0; i < row_count_; ++i) FillRowCompliance(i);
+  for (const ContactSolver::Side& loaded : solver->sides(body)) {
+    Vector3d moved = Vector3d::Zero();
+    int at = -1;  // the sides of one row follow each other
+    for (const ContactSolver::Side& side : solver->sides(body)) {
+      if (side.row != at) {
+        at = side.row;
+        moved.noalias() = row_compliance_.block<3, 3>(3 * at, 3 * loaded.row) * loaded.force_W;
+      }
+      solver->AddCompliance(side.equation, loaded.equation, side.axis_W.dot(moved), yield);
+    }
+  }
+}
+
+void RowResponses::SetForces(int body, const ContactSolver& solver) {
+  forces_.leftCols(count_).setZero();
+  for (const ContactSolver::Side& side : solver.sides(body)) {
+    const Vector3d force = solver.forces()[side.equation] * side.force_W;
+    for (const Entry& entry : EntriesOf(side.row)) {
+      forces_.col(entry.place) += entry.weight * force;
+    }
+  }
+}
+
+void RowResponses::Deform(Eigen::Ref<Eigen::VectorXd> u) const {
+  u.setZero();
+  for (int t = 0; t < count_; ++t) {
+    const int a = touched_[static_cast<std::size_t>(t)];
+    for (int d = 0; d < 3; ++d) {
+      if (forces_(d, t) != 0) u += forces_(d, t) * inverse_.col(3 * a + d);
+    }
+  }
+}
+
+}  // namespace hpdm
