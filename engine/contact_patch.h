@@ -60,7 +60,8 @@ struct PatchPoint {
   /// symmetric positive definite.
   Matrix3d compliance_W = Matrix3d::Zero();
   Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: compliance to the other tool's tip, m/N.
-  Vector3d tissue_W = Vector3d::Zero();    ///< Viscoelastic organ: present position, m.
+  /// Viscoelastic organ: present position without ToolPatch::series_W times the contact's force, m.
+  Vector3d tissue_W = Vector3d::Zero();
   /// Viscoelastic organ: w_k there (maxwell_law.h), m.
   BranchStrains branches_W = NoBranchStrains();
   WallStiffness wall;  ///< Rigid organ.
@@ -141,6 +142,8 @@ struct ToolPatch : SolvedContact, SurfacePatch {
   // kLattice, viscoelastic organ: its law, the time of the tool pose that the step used, and the
   // contact's memory there. `compliance_W` and `p_original_W` are those after relaxation.
   PronySeries prony;  ///< No terms: elastic.
+  /// Part of `compliance_W` that does not relax: of elastic supports, in series with the tissue.
+  Matrix3d series_W = Matrix3d::Zero();
   Nanoseconds time_ns = 0;
   BranchStrains branches_W = NoBranchStrains();  ///< Grasp: w_k of contact_W, m.
   /// Press: force on the tissue that would remain after relaxation in this position, N.

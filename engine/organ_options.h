@@ -102,6 +102,7 @@ using Region = std::variant<Box, BoxFraction, Sphere>;
 struct SupportOptions {
   Region region;
   std::optional<double> stiffness;  ///< Pa/m^2; absent: fixed.
+  bool viscoelastic = false;        ///< The spring relaxes as the organ's tissue does.
 };
 
 /// Stiffness of the tissue inside the region, at any depth: a tumour, a capsule. If regions

@@ -46,6 +46,11 @@ class LatticeCompliance {
   /// point a along d.
   virtual void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const = 0;
 
+  /// Adds Y V (schur_complement.h), the part of local functions with the displacements `V` (3 slots,
+  /// m), to `U_bar` (3n, m).
+  virtual void AddLocalPart(const Eigen::Ref<const Eigen::VectorXd>& /*V*/,
+                            Eigen::Ref<Eigen::VectorXd> /*U_bar*/) const {}
+
   /// Returns b K^-1 b^T (m/N) at rest and without local functions; used for many rows at set-up.
   virtual Matrix3d PointCompliance(const SparseRow& b) const = 0;
 };

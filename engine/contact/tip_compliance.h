@@ -81,6 +81,8 @@ class TipCompliance {
   Matrix3d Between(int a, int c) const { return compliance_.block<3, 3>(3 * a, 3 * c); }
   /// Returns b K^-1 b_c^T (m/N): the same for a surface point with row b.
   Matrix3d Coupling(const SparseRow& b, int c) const;
+  /// K^-1 b^T of the condensed tip, 3n x 3: the displacements for a unit force along each axis.
+  auto Response(int tip) const { return tip_response_.middleCols<3>(3 * tip); }
   /// Returns the position of a surface point with row b, now at `x_W` (m), after all tips let go.
   Vector3d Released(const SparseRow& b, const Vector3d& x_W) const;
 

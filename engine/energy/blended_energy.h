@@ -3,18 +3,22 @@
 #include <memory>
 
 #include "engine/energy/elastic_energy.h"
+#include "engine/energy/metric_energy.h"
 
 namespace hpdm {
 
 /// The energy that a deformation step minimises: finite strain with the share s, small strain with
 /// the share 1 - s, and the branches of viscoelastic tissue (maxwell_memory.h),
-///     E(U) = s E_finite(U) + (1 - s)/2 U^T K U + damping/2 (U - from)^T K (U - from),
-///     K = d^2 E_finite / dU^2 at rest.
+///     E(U) = s E_finite(U) + (1 - s)/2 U^T K U + damping/2 (U - from)^T K_t (U - from),
+///     K = d^2 E_finite / dU^2 at rest,   K_t: K without elastic supports.
 /// The two strains agree to second order in U, so E is smooth in s.
 class BlendedEnergy final : public ElasticEnergy {
  public:
   /// Starts with s = 1 and no damper.
-  explicit BlendedEnergy(std::unique_ptr<ElasticEnergy> finite);
+  /// `elastic_supports`: springs of the energy (n x n, N/m, the same along each axis) that the
+  /// damper does not have; nullptr: none.
+  explicit BlendedEnergy(std::unique_ptr<ElasticEnergy> finite,
+                         const ScalarStiffness* elastic_supports = nullptr);
   std::unique_ptr<ElasticEnergy> Clone() const override;
 
   /// Sets s, 0..1.
@@ -37,10 +41,12 @@ class BlendedEnergy final : public ElasticEnergy {
   double CollapsedShare(const Points& U) override { return finite_->CollapsedShare(U); }
 
  private:
-  double Pull(double stiffness, const Points& away);
+  double Pull(double stiffness, const FullStiffness& K, const Points& away);
+  const FullStiffness& damper() const { return K_t_.size() > 0 ? K_t_ : K_; }
 
   std::unique_ptr<ElasticEnergy> finite_;
   FullStiffness K_;
+  FullStiffness K_t_;  // empty: K
   double share_ = 1;
   double damping_ = 0;
   double finite_energy_ = 0;  // J, E_finite at the last Gradient()

@@ -121,6 +121,7 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution_);
 
   const std::vector<Quadrature> held = SampleSupports();
+  BuildElasticSupports(tissue, held);
   const Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
   switch (options().energy.type) {
     case EnergyType::kMetric:
@@ -160,6 +161,21 @@ std::vector<Quadrature> LatticeOrgan::SampleSupports() {
         ElasticWeights(options(), surface_.bounds, held.back().points, held.back().weights);
   }
   return held;
+}
+
+void LatticeOrgan::BuildElasticSupports(const Quadrature& tissue,
+                                        const std::vector<Quadrature>& held) {
+  std::vector<SupportOptions> supports;
+  std::vector<Quadrature> regions;
+  for (std::size_t s = 0; s < held.size(); ++s) {
+    const SupportOptions& support = options().supports[s];
+    if (!support.stiffness || support.viscoelastic) continue;
+    supports.push_back(support);
+    regions.push_back(held[s]);
+  }
+  if (supports.empty() || options().material.prony.count == 0) return;
+  elastic_supports_ =
+      SupportStiffness(lattice_, tissue, supports, regions, options().material.young);
 }
 
 void LatticeOrgan::BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
@@ -215,11 +231,13 @@ std::unique_ptr<Relaxation> LatticeOrgan::MakeRelaxation(int slots,
                                                          std::function<Nanoseconds()> clock) const {
   const EnergyOptions& energy = options().energy;
   if (finite_energy_ != nullptr) {
-    return MakeNewtonRelaxation(*finite_energy_,
-                                {.max_iterations = energy.newton_iterations,
-                                 .budget = energy.newton_budget,
-                                 .clock = std::move(clock)},
-                                refinement_basis(), slots);
+    return MakeNewtonRelaxation(
+        *finite_energy_,
+        {.max_iterations = energy.newton_iterations,
+         .budget = energy.newton_budget,
+         .clock = std::move(clock),
+         .elastic_supports = elastic_supports_.size() > 0 ? &elastic_supports_ : nullptr},
+        refinement_basis(), slots);
   }
   if (refinement_basis_) return MakeCholeskyRelaxation(*refinement_basis_, slots);
   return std::visit(

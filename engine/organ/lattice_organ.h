@@ -27,6 +27,9 @@ class LatticeOrgan final : public OrganMechanics {
   }
   /// Returns the volume of the tissue that each support holds, m^3.
   const std::vector<double>& support_volumes() const { return support_volumes_; }
+  /// The springs that do not relax with viscoelastic tissue: n x n, N/m, the same along each axis;
+  /// empty if there are none or the tissue is elastic.
+  const ScalarStiffness& elastic_supports() const { return elastic_supports_; }
   const InversionDetector& inversion_detector() const { return *inversion_detector_; }
   const ElasticEnergy* finite_energy() const override { return finite_energy_.get(); }
   const RefinementBasis* refinement_basis() const override {
@@ -46,12 +49,14 @@ class LatticeOrgan final : public OrganMechanics {
  private:
   WeightMatrix SurfaceWeights(const Lattice& lattice) const;  // at the vertices
   std::vector<Quadrature> SampleSupports();
+  void BuildElasticSupports(const Quadrature& tissue, const std::vector<Quadrature>& held);
   void BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
                          const std::vector<Quadrature>& held);
   void BuildStrainEnergy(const Quadrature& tissue, const std::vector<Quadrature>& held);
 
   Lattice lattice_;
   std::vector<double> support_volumes_;
+  ScalarStiffness elastic_supports_;
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   std::unique_ptr<const ElasticEnergy> finite_energy_;

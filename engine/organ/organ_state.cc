@@ -3,6 +3,17 @@
 #include <utility>
 
 namespace hpdm {
+namespace {
+
+std::shared_ptr<ElasticSupports> SupportsOf(const OrganModel& model, const Relaxation& relaxation,
+                                            Eigen::Index rows) {
+  const LatticeOrgan* organ = model.lattice_organ();
+  if (organ == nullptr || organ->elastic_supports().size() == 0) return nullptr;
+  return std::make_shared<ElasticSupports>(*relaxation.compliance(), organ->elastic_supports(),
+                                           rows);
+}
+
+}  // namespace
 
 OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock)
     : control_displacements(Points::Zero(model.control_points() + model.RefinementSlots(tools), 3)),
@@ -13,7 +24,8 @@ OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanosec
                model.RefinementSlots(tools)),
       neighbourhoods(model.rest().triangles, model.topology()),
       relaxation(model.MakeRelaxation(model.RefinementSlots(tools), std::move(clock))),
-      memory(model.options().material.prony, static_cast<int>(control_displacements.rows())),
+      memory(model.options().material.prony, static_cast<int>(control_displacements.rows()),
+             SupportsOf(model, *relaxation, control_displacements.rows())),
       tips(static_cast<int>(control_displacements.rows())) {
   if (const CoarseSurface* coarse = model.coarse_surface(); coarse != nullptr) {
     coarse_neighbourhoods.emplace(coarse->triangles(), coarse->topology());

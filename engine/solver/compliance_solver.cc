@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/solver/elastic_supports.h"
 #include "engine/solver/row_responses.h"
 #include "engine/solver/symmetric_inverse.h"
 
@@ -195,6 +196,9 @@ void TakeOffChanges(int body, const ContactConstraints& contacts, const Points& 
 void LineariseQuadratic(int body, const ContactConstraints& contacts, const RelaxationInput& input,
                         ComplianceSolver* compliance_solver, ContactSolver* contact_solver) {
   compliance_solver->Respond(body, contacts, input.yield, contact_solver);
+  if (input.supports != nullptr) {
+    input.supports->AddCompliance(body, contacts, input.damping, contact_solver);
+  }
   if (input.free != nullptr) TakeOffChanges(body, contacts, *input.free, contact_solver);
 }
 
@@ -203,6 +207,9 @@ void AdvanceQuadratic(int body, const RelaxationInput& input,
                       const ContactSolver& contact_solver, Points* U) {
   compliance_solver.Deform(body, contact_solver, U);
   if (input.yield != 1) *U *= input.yield;
+  if (input.supports != nullptr) {
+    input.supports->AddDisplacements(body, input.damping, contact_solver, U);
+  }
   if (input.free != nullptr) *U += *input.free;
 }
 

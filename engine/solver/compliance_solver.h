@@ -43,7 +43,8 @@ void TakeOffChanges(int body, const ContactConstraints& contacts, const Points& 
                     ContactSolver* contact_solver);
 
 /// A quadratic energy as a ContactBody: Linearise() and Advance() for
-///     U = input.free + input.yield K^-1 B^T f.
+///     U = input.free + (input.yield K^-1 + Phi D Phi^T) B^T f
+/// with the part Phi D Phi^T of input.supports (elastic_supports.h).
 void LineariseQuadratic(int body, const ContactConstraints& contacts, const RelaxationInput& input,
                         ComplianceSolver* compliance_solver, ContactSolver* contact_solver);
 void AdvanceQuadratic(int body, const RelaxationInput& input,

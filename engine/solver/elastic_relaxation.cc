@@ -81,7 +81,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, const NewtonOptions& options,
                    const RefinementBasis* functions, int slots)
-      : energy_(energy.Clone()),
+      : energy_(energy.Clone(), options.elastic_supports),
         options_(options),
         n_(energy.control_points()),
         at_rest_(SolverAtRest(functions, slots, energy_, &schur_complement_)),
@@ -186,6 +186,11 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     } else {
       at_rest_->SolveLoads(loads);
     }
+  }
+
+  void AddLocalPart(const Eigen::Ref<const Eigen::VectorXd>& V,
+                    Eigen::Ref<Eigen::VectorXd> U_bar) const override {
+    at_rest_->AddLocalPart(V, U_bar);
   }
 
   Matrix3d PointCompliance(const SparseRow& b) const override {
@@ -302,7 +307,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
       schur_complement_->AddCoupling(-1, free.tail(slots), Unknowns(&trial_).head(3 * n_));
     }
     TakeOffChanges(body, contacts, trial_, solver);
-    AddCompliance(body, contacts, response, 1, solver);
+    AddCompliance(body, contacts, response, 1 / (1 + energy_.damping()), solver);
   }
 
   double Search(double energy) {

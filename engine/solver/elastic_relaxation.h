@@ -18,6 +18,9 @@ struct NewtonOptions {
   /// reproducible.
   double budget = 0;
   std::function<Nanoseconds()> clock = nullptr;  ///< Session time; must not throw or lock.
+  /// Springs of the energy that do not relax with viscoelastic tissue (n x n, N/m, the same along
+  /// each axis); nullptr: none. Read at set-up.
+  const ScalarStiffness* elastic_supports = nullptr;
 };
 
 /// Makes a relaxation for displacements of any size: Newton's method with line search. `energy` is

@@ -25,6 +25,10 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
   void Deform(int body, const ContactSolver& contact_solver, Points* U) const override;
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const override;
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
+  void AddLocalPart(const Eigen::Ref<const Eigen::VectorXd>& V,
+                    Eigen::Ref<Eigen::VectorXd> U_bar) const override {
+    schur_complement_.AddCoupling(1, V, U_bar);
+  }
   Matrix3d PointCompliance(const SparseRow& b) const override {
     return PointBlock(schur_complement_.functions().inverse(), b);
   }

@@ -1,6 +1,7 @@
 #include "engine/solver/maxwell_memory.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace hpdm {
 namespace {
@@ -11,9 +12,13 @@ MaxwellState<Vector3d> AtRestState() { return {Vector3d::Zero(), NoBranchStrains
 
 }  // namespace
 
-MaxwellMemory::MaxwellMemory(const PronySeries& prony, int n) : prony_(prony) {
+MaxwellMemory::MaxwellMemory(const PronySeries& prony, int n,
+                             std::shared_ptr<ElasticSupports> supports)
+    : prony_(prony), supports_(std::move(supports)) {
   if (IsElastic()) return;
+  if (supports_ != nullptr && supports_->modes() == 0) supports_ = nullptr;
   state_.at = Points::Zero(n, 3);
+  if (supports_ != nullptr) strains_.fill(state_.at);
   for (Points& branch : state_.branches) branch = state_.at;
   from_ = free_ = start_ = state_.at;
   for (Held& held : held_) held.states.fill(AtRestState());
@@ -37,6 +42,8 @@ void MaxwellMemory::Begin(double dt, ContactConstraints* contacts, RelaxationInp
   }
   input->damped_from = &from_;
   free_ = (1 - 1 / step_.stiffening) * from_;
+  if (supports_ != nullptr) supports_->AddFree(input->damping, from_, &free_);
+  input->supports = supports_.get();
   input->free = &free_;
   input->yield = 1 / step_.stiffening;
   if (input->start == nullptr) {
@@ -90,6 +97,11 @@ void MaxwellMemory::End(ContactConstraints* contacts, Points* U) {
   if (IsElastic()) return;
   EndLocalParts(contacts);
   state_.Advance(step_, *U);
+  for (int i = 0; i < step_.count && supports_ != nullptr; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    strains_[k] = state_.branches[k];
+    supports_->TakeOut(&strains_[k]);
+  }
   if (!U->allFinite()) {  // the caller reports it; the next step starts at rest
     SetToRest();
     return;
@@ -154,6 +166,9 @@ void MaxwellMemory::Cancel(ContactConstraints* contacts) const {
 void MaxwellMemory::SetToRest() {
   state_.at.setZero();
   for (Points& branch : state_.branches) branch.setZero();
+  if (supports_ != nullptr) {
+    for (Points& strain : strains_) strain.setZero();
+  }
   dents_ = {};
   for (Held& held : held_) held.rows = 0;
 }
@@ -175,10 +190,11 @@ void MaxwellMemory::ScaleRow(int row, double share) {
 
 BranchStrains MaxwellMemory::BranchesAt(const SparseRow& b) const {
   BranchStrains strains = NoBranchStrains();
+  const auto& branches = supports_ != nullptr ? strains_ : state_.branches;
   for (int i = 0; i < prony_.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     for (std::size_t a = 0; a < b.control_points.size(); ++a) {
-      strains[k] += b.weights[a] * state_.branches[k].row(b.control_points[a]).transpose();
+      strains[k] += b.weights[a] * branches[k].row(b.control_points[a]).transpose();
     }
   }
   return strains;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <memory>
 
 #include "engine/contact/indentation_memory.h"
 #include "engine/energy/maxwell_law.h"
 #include "engine/snapshots.h"
+#include "engine/solver/elastic_supports.h"
 #include "engine/solver/relaxation.h"
 
 namespace hpdm {
@@ -12,9 +14,10 @@ namespace hpdm {
 /// The memory of a viscoelastic organ (maxwell_law.h): the branches of every control point and local
 /// function, and those of the dents under the tips.
 ///
-/// 1. A branch k has the stiffness r_k K with K that of the organ at rest, its supports included. So
-///    with the displacements U and the branches W_k a step ends with
-///        dE/dU + K sum_k r_k W_k' = B^T f.
+/// 1. A branch k has the stiffness r_k K_t with K_t that of the organ at rest without its elastic
+///    supports (elastic_supports.h). So with the displacements U and the branches W_k a step ends
+///    with
+///        dE/dU + K_t sum_k r_k W_k' = B^T f.
 ///    It is exact for a U that changes linearly during the step, whatever its length.
 /// 2. A quadratic energy solves it by RelaxationInput::free and yield, another one by the damper.
 ///    Released tissue returns by the same law; with finite strain it returns linearly.
@@ -25,8 +28,9 @@ namespace hpdm {
 /// Deformation thread; allocates nothing.
 class MaxwellMemory {
  public:
-  /// `n`: rows of U.
-  MaxwellMemory(const PronySeries& prony, int n);
+  /// `n`: rows of U; `supports`: elastic ones, or nullptr.
+  MaxwellMemory(const PronySeries& prony, int n,
+                std::shared_ptr<ElasticSupports> supports = nullptr);
 
   bool IsElastic() const { return prony_.count == 0; }
   const PronySeries& prony() const { return prony_; }
@@ -63,11 +67,20 @@ class MaxwellMemory {
   };
   const LocalPart& local(int row) const { return local_[static_cast<std::size_t>(row)]; }
 
-  /// Returns the branches of a point with row b: b W_k, m.
+  /// Returns the branches of a point with row b: b P W_k, m, with P = K^-1 K_t.
   BranchStrains BranchesAt(const SparseRow& b) const;
   /// Returns sum_k r_k w_k: how far the point's force exceeds that after relaxation, as a
   /// displacement, m.
   Vector3d Excess(const BranchStrains& branches_W) const;
+  /// The part of a point's compliance that does not relax (ElasticSupports::InSeries), m/N.
+  /// `response`: K^-1 b^T.
+  Matrix3d InSeries(const Eigen::Ref<const Eigen::MatrixXd>& response) const {
+    return supports_ ? supports_->InSeries(response, prony_.InstantaneousFactor() - 1)
+                     : Matrix3d::Zero();
+  }
+  Matrix3d InSeries(const SparseRow& b) const {
+    return supports_ ? supports_->InSeries(b, prony_.InstantaneousFactor() - 1) : Matrix3d::Zero();
+  }
 
   /// A dent that a tip has left, or still presses.
   struct Dent {
@@ -98,9 +111,11 @@ class MaxwellMemory {
   void SetToRest();
 
   PronySeries prony_;
-  MaxwellStep step_;  // the last one
+  MaxwellStep step_;                           // the last one
+  std::shared_ptr<ElasticSupports> supports_;  // none, or of the relaxation around which this is
   MaxwellState<Points> state_;
-  Points from_;   // n x 3, m: where the damper holds U
+  std::array<Points, PronySeries::kMaxTerms> strains_;  // P W_k with elastic supports
+  Points from_;                                         // n x 3, m: where the damper holds U
   Points free_;   // n x 3, m: U of a quadratic energy without forces
   Points start_;  // n x 3, m: U at the beginning of the step
   std::array<Dent, kMaxInstruments> dents_;

@@ -14,6 +14,8 @@ namespace hpdm {
 /// m: an organ whose displacements are all smaller counts as still.
 inline constexpr double kStill = 1e-9;
 
+class ElasticSupports;
+
 /// Inputs of a relaxation besides the contacts. A quadratic energy needs only `free` and `yield`.
 /// Viscoelastic tissue (maxwell_memory.h) gives both `damping` and these.
 struct RelaxationInput {
@@ -24,13 +26,16 @@ struct RelaxationInput {
   /// Starts at these displacements (n x 3, m) instead of where the last Relax ended, unless nullptr.
   const Points* start = nullptr;
   /// > 0: adds a damper, which starts at `damped_from` (n x 3, m):
-  ///     dE/dU + damping K (U - damped_from) = B^T f,   K: stiffness at rest.
+  ///     dE/dU + damping K_t (U - damped_from) = B^T f,   K_t: stiffness at rest without `supports`.
   double damping = 0;
   const Points* damped_from = nullptr;
   /// A quadratic energy: the displacements are U_free + yield K^-1 B^T f, with U_free = `free`
   /// ((n + slots) x 3, m), or zero.
   const Points* free = nullptr;
   double yield = 1;
+  /// Supports that do not relax with viscoelastic tissue, which yield more by their own part of the
+  /// response at `damping`; nullptr: none.
+  ElasticSupports* supports = nullptr;
 };
 
 class ContactBody;

@@ -65,8 +65,17 @@ int OtherTip(const TipContact& contact, const TipCompliance& tips) {
 struct CondensedPlace {
   Vector3d x_W, p_original_W;
   Matrix3d compliance_W;
+  Matrix3d series_W;
   BranchStrains branches_W;
 };
+
+// Returns the part of a contact's compliance that does not relax. Beside the neighbours of its organ,
+// or in finite strain, it may come out larger than the whole: then what fits into that.
+Matrix3d SeriesPart(const Matrix3d& series_W, const Matrix3d& compliance_W) {
+  if (series_W.isZero(0)) return series_W;
+  const double most = (compliance_W.inverse() * series_W).eigenvalues().real().maxCoeff();
+  return most > 1 ? Matrix3d(series_W / most) : series_W;
+}
 
 // Returns the contact's condensed tip. A shaft that does not touch has none: then its press alone,
 // at rest.
@@ -74,7 +83,9 @@ CondensedPlace Condensed(const TipContact& contact, const TipPress& press, const
                          OrganState* state) {
   if (contact.tip >= 0) {
     const TipCompliance::Tip& tip = state->tips[contact.tip];
-    return {tip.x_W, tip.p_original_W, state->tips.Between(contact.tip, contact.tip),
+    const Matrix3d compliance_W = state->tips.Between(contact.tip, contact.tip);
+    return {tip.x_W, tip.p_original_W, compliance_W,
+            SeriesPart(state->memory.InSeries(state->tips.Response(contact.tip)), compliance_W),
             tip.branches_W};
   }
   const Vector3d x_W = contact.at.Position(state->vertices, model.rest().triangles);
@@ -88,7 +99,7 @@ CondensedPlace Condensed(const TipContact& contact, const TipPress& press, const
   return {x_W, state->tips.Released(b, relaxed_W),
           state->relaxation->compliance()->PointCompliance(b.Head(model.control_points())) +
               contact.C_loc_W,
-          branches_W};
+          state->memory.InSeries(b.Head(model.control_points())), branches_W};
 }
 
 }  // namespace
@@ -102,6 +113,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   const CondensedPlace place = Condensed(contact, press, model, state);
   patch->reaction = ReactionType::kLattice;
   patch->prony = state->memory.prony();
+  patch->series_W = place.series_W;
   patch->branches_W = place.branches_W;
   patch->equilibrium_force_W = contact.equilibrium_force_W;
   patch->contact_W = place.x_W;
@@ -138,13 +150,14 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     if (has_other) coupling += weight * state->tips.Coupling(b, other);
   }
   const Vector3d further = place.p_original_W - p_original;
+  const Vector3d in_series = place.series_W * contact.force_W;
   const Matrix3d G = Congruence(compliance, patch->compliance_W - contact.C_loc_W);
   const Matrix3d more_coupling = patch->coupling_W - coupling;
   for (SurfacePatch* surface : {static_cast<SurfacePatch*>(patch), &patch->far}) {
     for (int i = 0; i < surface->point_count; ++i) {
       PatchPoint& point = surface->points[i];
       point.p_original_W += further;
-      point.tissue_W += further;
+      point.tissue_W += further - in_series;
       point.compliance_W = (G * point.compliance_W * G.transpose() + contact.C_wall_W).eval();
       point.coupling_W += more_coupling;
     }
@@ -162,6 +175,7 @@ void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
   patch->tilt_W.setZero();
   patch->tilt_compliance_W.setZero();
   patch->prony = {};
+  patch->series_W.setZero();
   patch->branches_W = NoBranchStrains();
   patch->equilibrium_force_W.setZero();
   patch->indentation = {};

@@ -162,16 +162,22 @@ void HapticContact::LocateGrasp(const TipPose& tip) {
   if (!memory_.known || !memory_of_grasp_) {
     memory_ = {};
     memory_.known = memory_of_grasp_ = true;
-    memory_.tissue = {patch_->contact_W, patch_->branches_W};
+    memory_.tissue = {patch_->contact_W - patch_->series_W * patch_->force_on_tissue_W,
+                      patch_->branches_W};
     step_ = MaxwellStep(patch_->prony, std::max(period_, ToSeconds(tip.time_ns - patch_->time_ns)));
   } else if (is_new_) {  // the same tissue, as the new patch describes it
-    memory_.tissue.at = HeldPoint(X_WT_last_);
+    memory_.tissue.at = HeldPoint(X_WT_last_) - patch_->series_W * force_on_held_W_;
   }
   Vector3d memory_W;
   memory_.tissue.Memory(step_, tip_.p_original_W, &memory_W);
   tip_.p_original_W -= memory_W / step_.stiffening;
-  tip_.compliance_W /= step_.stiffening;
+  tip_.compliance_W = ComplianceOfTick();
   coupling_W_ /= step_.stiffening;
+}
+
+// Returns the compliance of viscoelastic tissue to a force of this tick, with the part in series.
+Matrix3d HapticContact::ComplianceOfTick() const {
+  return (tip_.compliance_W + (step_.stiffening - 1) * patch_->series_W) / step_.stiffening;
 }
 
 // Returns the point that jaws at this pose hold, moved as their turn since the step acts.
@@ -447,7 +453,7 @@ void HapticContact::ApplyMemory() {
   p_free_W_ = tip_.p_original_W - memory_W / step_.stiffening;
   tip_.indentation = present_.dent.Law(patch_->indentation, step_, &dent_W);
   tip_.p_original_W = p_free_W_ + dent_W;
-  tip_.compliance_W /= step_.stiffening;
+  tip_.compliance_W = ComplianceOfTick();
   coupling_W_ /= step_.stiffening;
 }
 
@@ -459,12 +465,14 @@ void HapticContact::Remember(const Vector3d& force_on_tissue_W, const Vector3d& 
     return;
   }
   if (tip_.holds) {
-    memory_.tissue.Advance(step_, tip_.p_current_W);
+    force_on_held_W_ = force_on_tissue_W;
+    memory_.tissue.Advance(step_, tip_.p_current_W - patch_->series_W * force_on_tissue_W);
     return;
   }
   unpressed_ = force_on_tissue_W.squaredNorm() > 0 || !memory_.known ? 0 : unpressed_ + period_;
   memory_ = present_;
-  memory_.tissue.Advance(step_, p_free_W_ + tip_.compliance_W * force_on_tissue_W + moved_W);
+  const Matrix3d of_tissue_W = tip_.compliance_W - patch_->series_W;
+  memory_.tissue.Advance(step_, p_free_W_ + of_tissue_W * force_on_tissue_W + moved_W);
   memory_.dent.Advance(step_, force_on_tissue_W);
   memory_.known = unpressed_ < kForgets;
   memory_place_ = {on_far_, foot_};

@@ -92,7 +92,8 @@ struct HapticForce {
 ///
 /// Viscoelastic organ (ToolPatch::prony): p_original and C above are those that tissue with its
 /// present memory shows to a force of this tick (maxwell_law.h),
-///     p_original = p_inf - memory / stiffening,   C = C_inf / stiffening.
+///     p_original = p_inf - memory / stiffening,   C = (C_inf + (stiffening - 1) C_0) / stiffening
+/// with C_0 = ToolPatch::series_W, the part of elastic supports, in series with the tissue.
 /// 1. The memory under a tip follows the tick's own motion. A patch does not change it, so a held
 ///    contact relaxes by the law, whatever the steps do.
 /// 2. It belongs to the tissue. A contact that moves from s to s' has the patch's tissue at s' plus
@@ -193,7 +194,8 @@ class HapticContact {
   // Viscoelastic tissue under the tip.
   struct Memory {
     bool known = false;
-    MaxwellState<Vector3d> tissue{Vector3d::Zero(), NoBranchStrains()};  // position without dent, m
+    // Position without dent, and without the part in series (ToolPatch::series_W), m.
+    MaxwellState<Vector3d> tissue{Vector3d::Zero(), NoBranchStrains()};
     IndentationMemory dent;
   };
 
@@ -210,6 +212,7 @@ class HapticContact {
   Memory MemoryAtFoot() const;
   void FindMemoryAgain();
   void ApplyMemory();
+  Matrix3d ComplianceOfTick() const;
   void Remember(const Vector3d& force_on_tissue_W, const Vector3d& moved_W);
   void Recover();
   Vector3d HeldPoint(const Isometry3d& X_WT) const;
@@ -279,16 +282,17 @@ class HapticContact {
   Vector3d found_W_ = Vector3d::Zero();     // force on the tissue, N
 
   // Viscoelastic organ.
-  MaxwellStep step_;                        // since the last tick
-  Nanoseconds time_ns_ = 0;                 // of the last tick
-  Memory memory_;                           // after the last tick
-  bool memory_of_grasp_ = false;            // memory_.tissue is that of the held point
-  double unpressed_ = 0;                    // s, since memory_ carried a force
-  Place memory_place_;                      // press: where memory_ is
-  Vector3d p_memory_W_ = Vector3d::Zero();  // the same, m
-  MaxwellState<Vector3d> patch_tissue_;     // the patch's tissue there
-  Memory present_;                          // at the foot of this tick, before its force
-  Vector3d p_free_W_ = Vector3d::Zero();    // tissue there without this tick's force or dent, m
+  MaxwellStep step_;                             // since the last tick
+  Nanoseconds time_ns_ = 0;                      // of the last tick
+  Memory memory_;                                // after the last tick
+  bool memory_of_grasp_ = false;                 // memory_.tissue is that of the held point
+  Vector3d force_on_held_W_ = Vector3d::Zero();  // in the last tick, N
+  double unpressed_ = 0;                         // s, since memory_ carried a force
+  Place memory_place_;                           // press: where memory_ is
+  Vector3d p_memory_W_ = Vector3d::Zero();       // the same, m
+  MaxwellState<Vector3d> patch_tissue_;          // the patch's tissue there
+  Memory present_;                               // at the foot of this tick, before its force
+  Vector3d p_free_W_ = Vector3d::Zero();  // tissue there without this tick's force or dent, m
   Isometry3d X_WT_last_ = Isometry3d::Identity();  // relative to the organ's breathing offset
 
   // Hand-over between patches.

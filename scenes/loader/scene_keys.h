@@ -28,8 +28,8 @@ inline constexpr std::string_view kMaterialKeys[] = {"young", "poisson", "densit
                                                      "relaxation_time"};
 inline constexpr std::string_view kPronyKeys[] = {"share", "time"};
 inline constexpr std::string_view kRegionKeys[] = {"box", "box_fraction", "sphere", "young"};
-inline constexpr std::string_view kSupportKeys[] = {"box", "box_fraction", "sphere", "fixed",
-                                                    "stiffness"};
+inline constexpr std::string_view kSupportKeys[] = {"box",   "box_fraction", "sphere",
+                                                    "fixed", "stiffness",    "viscoelastic"};
 inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
 inline constexpr std::string_view kSphereKeys[] = {"centre", "radius"};
 

@@ -232,6 +232,8 @@ SupportOptions ReadSupport(const TableReader& table) {
   } else if (!fixed) {
     table.Fail("has neither fixed nor stiffness", "give fixed = true or stiffness");
   }
+  table.RefuseBoth("fixed", "viscoelastic");
+  table.ReadBoolean("viscoelastic", &support.viscoelastic);
   return support;
 }
 

@@ -281,6 +281,8 @@ void AddSupports(Scenes* s) {
            "[[organ.support]]\nstiffness=nan\nsphere={centre=[0,0,0],radius=1}");
   s->Table("a support of no stiffness",
            "[[organ.support]]\nstiffness=0\nsphere={centre=[0,0,0],radius=1}");
+  s->Table("a support that is fixed and viscoelastic",
+           "[[organ.support]]\nfixed=true\nviscoelastic=true\nsphere={centre=[0,0,0],radius=1}");
   s->Table("a support of a negative radius",
            "[[organ.support]]\nfixed=true\nsphere={centre=[0,0,0],radius=-1}");
   s->Table("a support turned inside out",

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/base/text_list.h"
+#include "engine/solver/elastic_supports.h"
 #include "engine/step/tip_press.h"
 #include "tools/shared/report_text.h"
 
@@ -27,11 +28,20 @@ Eigen::VectorXd ContactStiffness(const OrganModel& organ, const InstrumentOption
     return stiffness;
   }
   const double instantaneous = organ.options().material.prony.InstantaneousFactor();
+  const ScalarStiffness& springs = organ.lattice_organ()->elastic_supports();
+  std::optional<ElasticSupports> supports;
+  if (springs.size() > 0) {
+    supports.emplace(*relaxation->compliance(), springs,
+                     organ.control_points() + organ.RefinementSlots(1));
+  }
   const double radius = std::max(instrument.geometry.tip_radius, TipPress::kMinKernelRadius);
   for (int v = 0; v < count; ++v) {
     const SurfacePoint at = organ.topology().AtVertex(rest.triangles, v);
-    const Matrix3d C = relaxation->compliance()->PointCompliance(organ.LatticeRow(v)) +
-                       organ.Indentation(at, radius).Compliance();
+    Matrix3d C = relaxation->compliance()->PointCompliance(organ.LatticeRow(v)) +
+                 organ.Indentation(at, radius).Compliance();
+    if (supports) {
+      C += (instantaneous - 1) * supports->InSeries(organ.LatticeRow(v), instantaneous - 1);
+    }
     const Vector3d n = organ.rest_normals().row(v);
     stiffness[v] = instantaneous / n.dot(C * n);
   }

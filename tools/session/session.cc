@@ -16,7 +16,6 @@
 #include "tools/session/hand_site.h"
 #include "tools/session/instrument_meshes.h"
 #include "tools/session/scene_defaults.h"
-#include "tools/session/support_relaxation.h"
 #include "tools/session/trace_remark.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/static_case.h"
@@ -252,9 +251,6 @@ void Session::CompareStiffness(const Progress& progress) {
     }
     for (const OrganModel& organ : organs_) {
       if (organ.rigid()) continue;
-      const auto springs = i == 0 ? MeasureSupportRelaxation(organ, instrument) : std::nullopt;
-      const std::string relaxes = springs ? SupportRemark(organ.options().name, *springs) : "";
-      if (!relaxes.empty()) remarks_.push_back(relaxes);
       const auto stiffest =
           FindStiffestContact(organ, instrument, kinematics_[i], period, instrument.device.delay);
       if (!stiffest) continue;

@@ -113,6 +113,24 @@ TEST(ViscoelasticContact, AHeldPressRelaxesByTheLawUnderEveryTip) {
   }
 }
 
+// Two springs in series of which one relaxes.
+TEST(ViscoelasticContact, TissueOnAnElasticSupportRelaxesByTheClosedForm) {
+  constexpr double kSeries = 0.6e-3, kWhole = 1.5e-3;  // m/N
+  const PronySeries prony = Prony({{0.75, 0.3}});
+  constexpr double kRatio = 3, kTissue = kWhole - kSeries;
+  for (const ContactKind kind : {ContactKind::kPress, ContactKind::kGrasp}) {
+    HeldTip hand(prony, 0.03, kind);
+    hand.patch().series_W = kSeries * Matrix3d::Identity();
+    const double tau = 0.3 * (1 + kRatio * kSeries / kWhole);
+    const double F_0 = kDepth / (kSeries + kTissue / (1 + kRatio)), F_inf = kDepth / kWhole;
+    if (kind == ContactKind::kGrasp) hand.Press(0);
+    for (int tick = 0; tick < 3000; ++tick) {
+      const double law = F_inf + (F_0 - F_inf) * std::exp(-(tick + 0.5) * kPeriod / tau);
+      ASSERT_NEAR(hand.Press(kDepth), law, 2e-3 * law) << tick;
+    }
+  }
+}
+
 TEST(ViscoelasticContact, ARampFollowsTheLawsIntegral) {
   constexpr double kSpeed = 0.01;  // m/s
   HeldTip hand(kThreeTerms, 0.0025, ContactKind::kGrasp);

@@ -30,7 +30,7 @@ material = { young = 1000, poisson = 0.3, density = 900, prony = [ { share = 0.2
 region = [ { sphere = { centre = [1, 2, 3], radius = 0.25 }, young = 1e5 },
            { box_fraction = { min = [0, 0, 0], max = [1, 1, 0.5] }, young = 10 } ]
 support = [ { box = { min = [0, 0, 0], max = [1, 2, 3] }, fixed = true },
-            { sphere = { centre = [1, 2, 3], radius = 0.5 }, stiffness = 1e6 },
+            { sphere = { centre = [1, 2, 3], radius = 0.5 }, stiffness = 1e6, viscoelastic = true },
             { box_fraction = { min = [0, 0.5, 0], max = [1, 1, 1] }, fixed = true } ]
 [[organ]]
 name = "b"
@@ -196,6 +196,8 @@ TEST_F(SceneKeys, MaterialRegionAndSupportKeysReachTheirOptions) {
   EXPECT_EQ(std::get<Sphere>(a.supports[1].region).centre, Vector3d(1, 2, 3));
   EXPECT_EQ(std::get<Sphere>(a.supports[1].region).radius, 0.5);
   EXPECT_EQ(a.supports[1].stiffness, 1e6);
+  EXPECT_TRUE(a.supports[1].viscoelastic);
+  EXPECT_FALSE(a.supports[2].viscoelastic);
   EXPECT_EQ(std::get<BoxFraction>(a.supports[2].region).min, Vector3d(0, 0.5, 0));
 }
 
