@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 
 namespace hpdm {
@@ -39,7 +40,45 @@ class Buckets {
   std::map<std::array<int, 3>, std::vector<int>> buckets_;
 };
 
+// Returns those of `candidates` that are centres: at least `size` apart or facing apart. Adds them to
+// `buckets`.
+std::vector<int> FindCentres(const std::vector<int>& candidates,
+                             const std::vector<Vector3d>& points,
+                             const std::vector<Vector3d>& normals, double size, Buckets* buckets) {
+  std::vector<int> centres;
+  for (const int i : candidates) {
+    bool covered = false;
+    buckets->ForEachAround(points[i], [&](int cell) {
+      covered = covered || ((points[centres[cell]] - points[i]).norm() < size &&
+                            normals[centres[cell]].dot(normals[i]) > kFacing);
+    });
+    if (covered) continue;
+    buckets->Add(points[i], static_cast<int>(centres.size()));
+    centres.push_back(i);
+  }
+  return centres;
+}
+
 }  // namespace
+
+void ContactCells::FindBlocks(const std::vector<int>& centres, const std::vector<Vector3d>& points,
+                              const std::vector<Vector3d>& normals, double size) {
+  Buckets buckets(size);
+  const std::vector<int> middles = FindCentres(centres, points, normals, size, &buckets);
+  blocks_ = static_cast<int>(middles.size());
+  for (const int centre : centres) {
+    int nearest = 0;
+    double nearest2 = std::numeric_limits<double>::infinity();
+    buckets.ForEachAround(points[centre], [&](int block) {
+      if (normals[middles[block]].dot(normals[centre]) <= kFacing) return;
+      const double distance2 = (points[middles[block]] - points[centre]).squaredNorm();
+      if (distance2 >= nearest2) return;
+      nearest2 = distance2;
+      nearest = block;
+    });
+    block_of_.push_back(nearest);
+  }
+}
 
 ContactCells::ContactCells(const SurfaceMesh& rest, double size)
     : samples_(SurfaceInRegion(rest, std::nullopt, {}, kLongestSide)) {
@@ -54,23 +93,15 @@ ContactCells::ContactCells(const SurfaceMesh& rest, double size)
   }
   for (std::size_t t = 1; t < first_sample_.size(); ++t) first_sample_[t] += first_sample_[t - 1];
 
-  std::vector<int> centres;
+  std::vector<int> all(samples_.size());
+  std::iota(all.begin(), all.end(), 0);
   Buckets buckets(size);
-  for (int i = 0; i < samples(); ++i) {
-    bool covered = false;
-    buckets.ForEachAround(points[i], [&](int cell) {
-      covered = covered || ((points[centres[cell]] - points[i]).norm() < size &&
-                            normals[centres[cell]].dot(normals[i]) > kFacing);
-    });
-    if (covered) continue;
-    buckets.Add(points[i], static_cast<int>(centres.size()));
-    centres.push_back(i);
-  }
-  cells_ = static_cast<int>(centres.size());
+  const std::vector<int> centres = FindCentres(all, points, normals, size, &buckets);
+  FindBlocks(centres, points, normals, 2 * size);
 
   // (d^2 - d_0^2) / (2 x the centres' distance) is the distance from the border of two cells.
   const double fade = 2 * size * (size / 8) / -std::log(kLeastShare);
-  std::vector<int> counts(centres.size(), 0);
+  std::vector<int> counts(ToSize(blocks_), 0);
   std::vector<Share> around;
   first_share_.push_back(0);
   for (int i = 0; i < samples(); ++i) {
@@ -91,7 +122,7 @@ ContactCells::ContactCells(const SurfaceMesh& rest, double size)
     for (const Share& share : around) {
       if (share.share == 0) continue;
       shares_.push_back({share.cell, share.share / sum});
-      most_samples_ = std::max(most_samples_, ++counts[share.cell]);
+      most_samples_ = std::max(most_samples_, ++counts[ToSize(block_of_[share.cell])]);
     }
     first_share_.push_back(static_cast<int>(shares_.size()));
   }

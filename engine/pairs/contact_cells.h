@@ -19,6 +19,8 @@ namespace hpdm {
 /// 3. Each sample belongs to the cell with the nearest centre. Across the border between two cells
 ///    its share passes over from one to the other within an eighth of `size` on each side. A
 ///    sample's shares sum to one.
+/// 4. Blocks of cells, for contacts over a large area: centres of cells at least 2 `size` apart, and
+///    with each the cells that it is nearest to.
 class ContactCells {
  public:
   static constexpr double kLongestSide = 0.003;  ///< m.
@@ -41,16 +43,22 @@ class ContactCells {
     return {shares_.data() + first_share_[sample],
             ToSize(first_share_[sample + 1] - first_share_[sample])};
   }
-  int cells() const { return cells_; }
-  /// Number of samples of the largest cell.
+  int cells() const { return static_cast<int>(block_of_.size()); }
+  int blocks() const { return blocks_; }
+  int BlockOf(int cell) const { return block_of_[cell]; }
+  /// Number of samples of the largest block; a sample counts once for each of its cells.
   int most_samples() const { return most_samples_; }
 
  private:
+  void FindBlocks(const std::vector<int>& centres, const std::vector<Vector3d>& points,
+                  const std::vector<Vector3d>& normals, double size);
+
   std::vector<SurfaceSample> samples_;
   std::vector<int> first_sample_;  // F + 1
   std::vector<int> first_share_;   // samples + 1
   std::vector<Share> shares_;
-  int cells_ = 0;
+  std::vector<int> block_of_;  // of each cell
+  int blocks_ = 0;
   int most_samples_ = 0;
 };
 

@@ -69,7 +69,8 @@ OrganPair::OrganPair(const PairSurface& a, const PairSurface& b, double cell_siz
       memory_(ToSize(cells_.samples())),
       searched_(ToSize(cells_.samples()), 0),
       triangle_stamps_(ToSize(source_.surface.rest.triangles.rows()), 0),
-      cell_(ToSize(cells_.cells())),
+      cell_(ToSize(cells_.cells() + cells_.blocks())),
+      block_(ToSize(cells_.blocks())),
       pool_(ToSize(kMaxPatches) * ToSize(cells_.most_samples())),
       contacts_(kMaxPatches) {
   partnered_.reserve(kMaxFound);
@@ -78,6 +79,7 @@ OrganPair::OrganPair(const PairSurface& a, const PairSurface& b, double cell_siz
   found_.reserve(kMaxFound);
   touched_cells_.reserve(cell_.size());
   kept_cells_.reserve(kMaxPatches);
+  touched_blocks_.reserve(block_.size());
 }
 
 std::span<const PairContact> OrganPair::Update(const PairShape& a, const PairShape& b) {
@@ -99,6 +101,7 @@ std::span<const PairContact> OrganPair::Update(const PairShape& a, const PairSha
     if (searched_[sample] != stamp_) memory_[sample].partner = -1;
   }
   for (const Found& found : found_) AddToCells(found);
+  MergeBlocks();
   ChooseCells();
   WriteContacts();
   return contacts();
@@ -251,18 +254,36 @@ double OrganPair::Weight(const Found& found, int cell) const {
 }
 
 void OrganPair::SetIndentation(std::uint64_t key, double indentation) {
-  cell_[static_cast<int>(key / 2)].indentation = indentation;
+  const int index = static_cast<int>(key / 2), block = index - cells_.cells();
+  cell_[index].indentation = indentation;
+  for (int cell = 0; block >= 0 && cell < cells_.cells(); ++cell) {
+    if (cells_.BlockOf(cell) == block) cell_[cell].indentation = indentation;
+  }
+}
+
+void OrganPair::Cell::Begin(std::uint32_t step) {
+  stamp = step;
+  slot = -1;
+  weight = score = area = 0;
+  least_gap = std::numeric_limits<double>::infinity();
+  p_sample = p_partner = normal_difference = Vector3d::Zero();
+}
+
+void OrganPair::Cell::Add(const Cell& other) {
+  weight += other.weight;
+  score += other.score;
+  area += other.area;
+  least_gap = std::min(least_gap, other.least_gap);
+  p_sample += other.p_sample;
+  p_partner += other.p_partner;
+  normal_difference += other.normal_difference;
 }
 
 void OrganPair::AddToCells(const Found& found) {
   for (const auto& [index, share] : cells_.CellsOf(found.sample)) {
     Cell& cell = cell_[index];
     if (cell.stamp != stamp_) {
-      cell.stamp = stamp_;
-      cell.slot = -1;
-      cell.weight = cell.score = cell.area = 0;
-      cell.least_gap = std::numeric_limits<double>::infinity();
-      cell.p_sample = cell.p_partner = cell.normal_difference = Vector3d::Zero();
+      cell.Begin(stamp_);
       touched_cells_.push_back(index);
     }
     const double weight = share * Weight(found, index);
@@ -276,10 +297,50 @@ void OrganPair::AddToCells(const Found& found) {
   }
 }
 
-void OrganPair::ChooseCells() {
+// Makes one contact of each of so many blocks that there are at most kMaxPatches, if possible.
+void OrganPair::MergeBlocks() {
   std::erase_if(touched_cells_, [&](int i) {
     return !(cell_[i].weight > kLeastWeight) || cell_[i].normal_difference.isZero(0);
   });
+  touched_blocks_.clear();
+  for (const int i : touched_cells_) {
+    Block& block = block_[cells_.BlockOf(i)];
+    if (block.stamp != stamp_) {
+      block = {.stamp = stamp_,
+               .least_gap = std::numeric_limits<double>::infinity(),
+               .merged_last = block.merged && block.stamp + 1 == stamp_};
+      touched_blocks_.push_back(cells_.BlockOf(i));
+    }
+    ++block.count;
+    block.least_gap = std::min(block.least_gap, cell_[i].least_gap);
+  }
+  std::size_t contacts = touched_cells_.size();
+  if (contacts <= ToSize(kMaxPatches)) return;
+  const auto gap = [&](int b) {
+    return block_[b].least_gap + (block_[b].merged_last ? kTouching : 0.0);
+  };
+  std::sort(touched_blocks_.begin(), touched_blocks_.end(), [&](int i, int j) {
+    const double a = gap(i), b = gap(j);
+    return a != b ? a > b : i < j;
+  });
+  for (const int b : touched_blocks_) {
+    if (contacts <= ToSize(kMaxPatches)) break;
+    if (block_[b].count == 1) continue;
+    block_[b].merged = true;
+    contacts -= ToSize(block_[b].count - 1);
+    cell_[cells_.cells() + b].Begin(stamp_);
+  }
+  for (const int i : touched_cells_) {
+    const int b = cells_.BlockOf(i);
+    if (block_[b].merged) cell_[cells_.cells() + b].Add(cell_[i]);
+  }
+  std::erase_if(touched_cells_, [&](int i) { return block_[cells_.BlockOf(i)].merged; });
+  for (const int b : touched_blocks_) {
+    if (block_[b].merged) touched_cells_.push_back(cells_.cells() + b);
+  }
+}
+
+void OrganPair::ChooseCells() {
   const auto score = [&](int i) { return cell_[i].score * (cell_[i].kept ? kKeptBonus : 1.0); };
   std::sort(touched_cells_.begin(), touched_cells_.end(), [&](int i, int j) {
     const double a = score(i), b = score(j);
@@ -314,7 +375,9 @@ void OrganPair::WriteContacts() {
     const SurfaceSample& at = cells_.sample(found.sample);
     const SurfacePoint on_source{at.triangle, at.barycentric};
     for (const auto& [index, share] : cells_.CellsOf(found.sample)) {
-      const Cell& cell = cell_[index];
+      const int b = cells_.BlockOf(index);
+      const bool merged = block_[b].stamp == stamp_ && block_[b].merged;
+      const Cell& cell = cell_[merged ? cells_.cells() + b : index];
       if (cell.slot < 0) continue;
       PairContact& contact = contacts_[ToSize(cell.slot)];
       PairSample& sample =

@@ -60,8 +60,11 @@ struct PairShape {
 ///    one in the next step.
 /// 5. Contacts within a margin count before they touch. It is kMargin and the motion of both
 ///    surfaces in the last step, at most kMostMotion.
-/// 6. At most kMaxPatches contacts, those with the largest integral of (margin - gap) over their
-///    area. A contact of the last step counts half as much again, so that rows do not flicker.
+/// 6. At most kMaxPatches contacts. Where more cells touch, the cells of whole blocks
+///    (contact_cells.h) are one contact each, first in the blocks that are farthest from touching. A
+///    block that was one contact in the last step counts as farther. If all blocks together are still
+///    too many, those with the largest integral of (margin - gap) over their area stay. A contact of
+///    the last step counts half as much again, so that rows do not flicker.
 ///
 /// Does not find a surface that was nowhere nearer than the margin before it jumped through a wall
 /// within one step, nor an organ inside another without any of its samples within kMostDepth.
@@ -136,6 +139,17 @@ class OrganPair {
     double area = 0;
     double least_gap = 0;
     Vector3d p_sample, p_partner, normal_difference;
+
+    void Begin(std::uint32_t step);
+    void Add(const Cell& other);
+  };
+  // The cells that touch in a step, of one block.
+  struct Block {
+    std::uint32_t stamp = 0;
+    int count = 0;
+    double least_gap = 0;
+    bool merged = false;       // in this step
+    bool merged_last = false;  // in the last one
   };
   enum class Behind { kFront, kBack, kEither };
 
@@ -148,6 +162,7 @@ class OrganPair {
                              double reach, Behind behind, const Memory* near) const;
   double Weight(const Found& found, int cell) const;
   void AddToCells(const Found& found);
+  void MergeBlocks();
   void ChooseCells();
   void WriteContacts();
 
@@ -160,7 +175,9 @@ class OrganPair {
   std::vector<int> triangles_;  // of the source, to be searched
   std::vector<std::uint32_t> triangle_stamps_;
   std::vector<Found> found_;
-  std::vector<Cell> cell_;
+  std::vector<Cell> cell_;  // the cells, then the blocks where they are one contact
+  std::vector<Block> block_;
+  std::vector<int> touched_blocks_;
   std::vector<int> touched_cells_, kept_cells_;
   std::vector<PairSample> pool_;
   std::vector<PairContact> contacts_;

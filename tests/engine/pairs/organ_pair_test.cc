@@ -317,10 +317,45 @@ TEST(OrganPair, GapsAndNormalsFollowASlowSlide) {
   }
 }
 
-// A large face on a large face needs more rows than there are.
+// A face with more cells than there are contacts: cells far from touching are gathered.
+TEST(OrganPair, ALargeFaceKeepsAllItsSamplesInFewerContacts) {
+  PosedSurface a(GridBox(Vector3d(-0.04, -0.04, 0), Vector3d(0.04, 0.04, 0.02), {20, 20, 5}));
+  PosedSurface b(GridBox(Vector3d(-0.06, -0.06, -0.02), Vector3d(0.06, 0.06, 0), {10, 10, 2}));
+  OrganPair pair(a.surface(), b.surface());
+  std::vector<std::uint64_t> keys[2];
+  for (int step = 0; step < 20; ++step) {
+    Isometry3d X = MovedBy(Vector3d(0, 0, -0.0005));
+    // Tilted by 0.3 mm over its width, and by a hundredth of that to and fro.
+    X.rotate(Eigen::AngleAxisd(4e-3 + 4e-5 * std::sin(1.0 * step), Vector3d::UnitX()));
+    a.Place(X);
+    const auto contacts = pair.Update(a.shape(), b.shape());
+    EXPECT_TRUE(pair.complete());
+    EXPECT_LE(contacts.size(), OrganPair::kMaxPatches);
+    EXPECT_GT(contacts.size(), OrganPair::kMaxPatches / 2);
+    EXPECT_NEAR(TotalArea(contacts), 0.08 * 0.08, 1e-7);
+    const PairContact* deepest = &contacts[0];
+    const PairContact* highest = &contacts[0];
+    auto& now = keys[step > 0];
+    now.clear();
+    for (const PairContact& contact : contacts) {
+      EXPECT_NEAR(SumOfWeights(contact), 1, 1e-12);
+      EXPECT_LT((contact.normal_W + Vector3d::UnitZ()).norm(), 0.01);
+      if (contact.least_gap < deepest->least_gap) deepest = &contact;
+      if (contact.least_gap > highest->least_gap) highest = &contact;
+      now.push_back(contact.key);
+    }
+    if (step == 0) keys[1] = keys[0];
+    EXPECT_EQ(keys[1], keys[0]) << step;
+    // The deepest place keeps a row of its own.
+    EXPECT_LT(deepest->area, 1.5e-4);
+    EXPECT_GT(highest->area, 1.5e-4);
+  }
+}
+
+// A face on a face that needs more contacts even so.
 TEST(OrganPair, KeepsTheSameRowsWhenThereAreTooMany) {
-  PosedSurface a(GridBox(Vector3d(-0.06, -0.06, 0), Vector3d(0.06, 0.06, 0.02), {25, 25, 4}));
-  PosedSurface b(GridBox(Vector3d(-0.08, -0.08, -0.02), Vector3d(0.08, 0.08, 0), {10, 10, 2}));
+  PosedSurface a(GridBox(Vector3d(-0.08, -0.08, 0), Vector3d(0.08, 0.08, 0.02), {40, 40, 5}));
+  PosedSurface b(GridBox(Vector3d(-0.09, -0.09, -0.02), Vector3d(0.09, 0.09, 0), {10, 10, 2}));
   OrganPair pair(a.surface(), b.surface());
   std::mt19937 random(7);
   std::vector<std::uint64_t> first;
