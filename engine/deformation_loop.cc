@@ -99,8 +99,8 @@ void DeformationLoop::ObserveLoad() {
 }
 
 const ToolState& DeformationLoop::NewestTools() {
-  edges_.tools.Update();
-  return edges_.tools.Front();
+  edges_->tools.Update();
+  return edges_->tools.Front();
 }
 
 // Values that are not finite would persist in a tip's last position and in its grasp.
@@ -182,7 +182,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
       state.tips.Condense(HeldCompliance(free, state.contacts, *held.hold, held.body, &loads_));
     }
   }
-  ContactPatch& patch = edges_.patch.Back();
+  ContactPatch& patch = edges_->patch.Back();
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
     trackers_[t].FillPatches(tools.tools[t], &organs_, &patch.tools[t]);
@@ -197,7 +197,7 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;
   for (int t = 0; t < tools.tool_count; ++t) {
-    const ToolPatches& patches = edges_.patch.Back().tools[t];
+    const ToolPatches& patches = edges_->patch.Back().tools[t];
     sample_.contacts[t] = InWorld(patches.main());
     std::size_t beside = 0;
     for (std::size_t p = 0; p < kMaxPlaces; ++p) {
@@ -220,11 +220,12 @@ SolvedContact DeformationLoop::InWorld(SolvedContact contact) const {
 
 // Publishes the haptic loop's patch first, so the copies for display do not delay it.
 void DeformationLoop::Publish(const ToolState& tools) {
-  edges_.patch.Back().step = record_;
+  edges_->patch.Back().step = record_;
   FillSample(tools);
-  edges_.patch.Publish();
-  if (edges_.steps != nullptr) edges_.steps->Push(sample_);
-  for (TripleBuffer<SceneSnapshot>* edge : {&edges_.render, &edges_.telemetry}) {
+  edges_->patch.Publish();
+  if (edges_->steps != nullptr) edges_->steps->Push(sample_);
+  for (TripleBuffer<SceneSnapshot>* edge : {&edges_->render, &edges_->telemetry}) {
+    if (edge->Back().organs.empty()) continue;
     FillScene(tools, &edge->Back());
     edge->Publish();
   }

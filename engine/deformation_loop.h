@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/base/copying.h"
 #include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
 #include "engine/step/joint_relaxation.h"
@@ -15,7 +16,8 @@
 
 namespace hpdm {
 
-/// The edges of the deformation loop (snapshots.h): it reads `tools` and writes the others.
+/// The edges of the deformation loop (snapshots.h): it reads `tools` and writes the others. A scene
+/// without organs is not filled in: nobody reads it.
 struct DeformationEdges {
   TripleBuffer<ToolState>& tools;
   TripleBuffer<ContactPatch>& patch;
@@ -40,6 +42,15 @@ class DeformationLoop {
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
                   Nanoseconds budget = 0);
 
+  /// A copy continues from the same state to the last bit, once it is attached to edges of its own.
+  /// An assignment keeps the organs' arrays in place if they are of the same meshes.
+  DeformationLoop(const DeformationLoop&) = default;
+  DeformationLoop& operator=(const DeformationLoop&) = default;
+  void Attach(const DeformationEdges& edges) {
+    edges_ = edges;
+    for (OrganStep& organ : organs_) organ.Rebind();
+  }
+
   /// Runs one step at session time `now_ns` from the given tool state and publishes it on all
   /// edges. A tool whose pose is not finite keeps its last pose. `wake_late_ns` is the wake-up
   /// lateness for the step's record.
@@ -51,6 +62,10 @@ class DeformationLoop {
 
   /// The newest tool state on the edge.
   const ToolState& NewestTools();
+
+  /// Fills in a scene of SizedSnapshot() after the last step, as on the edges: shapes newer than
+  /// the scene's.
+  void Show(SceneSnapshot* scene) const { FillScene(tools_, scene); }
 
   /// Record of the last step.
   const StepRecord& record() const { return record_; }
@@ -69,7 +84,7 @@ class DeformationLoop {
   void Publish(const ToolState& tools);
   void FillScene(const ToolState& tools, SceneSnapshot* scene) const;
 
-  DeformationEdges edges_;
+  Rebindable<DeformationEdges> edges_;
   std::function<Nanoseconds()> stopwatch_;
   std::vector<OrganStep> organs_;
   std::vector<ToolTracker> trackers_;  // one per tool

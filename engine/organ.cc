@@ -28,9 +28,9 @@ std::unique_ptr<const OrganMechanics> BuildMechanics(const OrganSurface& surface
 }  // namespace
 
 OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
-    : surface_(std::make_unique<OrganSurface>(options, std::move(rest))),
+    : surface_(std::make_shared<const OrganSurface>(options, std::move(rest))),
       mechanics_(BuildMechanics(*surface_, &warnings_)) {
-  relocation_.emplace(this->rest().vertices, weights());
+  relocation_ = std::make_shared<const Relocation>(this->rest().vertices, weights());
   if (options.supports.empty() && !rigid()) {
     warnings_.push_back(
         "organ \"" + options.name +

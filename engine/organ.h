@@ -18,6 +18,7 @@
 namespace hpdm {
 
 /// The constant part of an organ, built once from its options and mesh. Any thread may read it.
+/// Copies share all of it.
 class OrganModel {
  public:
   /// `rest`: the posed rest surface, world, m. Throws InputError (organ's name, fault, remedy) if
@@ -122,9 +123,9 @@ class OrganModel {
 
  private:
   std::vector<std::string> warnings_;
-  std::unique_ptr<const OrganSurface> surface_;  // stays in place when the organ moves
-  std::unique_ptr<const OrganMechanics> mechanics_;
-  std::optional<Relocation> relocation_;
+  std::shared_ptr<const OrganSurface> surface_;
+  std::shared_ptr<const OrganMechanics> mechanics_;
+  std::shared_ptr<const Relocation> relocation_;
 };
 
 template <typename Vertices>

@@ -49,6 +49,16 @@ HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds pe
   }
 }
 
+void HapticLoop::Attach(std::span<const std::unique_ptr<Device>> devices, const Edges& edges) {
+  HPDM_CHECK(devices.size() == tools_.size());
+  edges_ = edges;
+  const ContactPatch& patch = edges_->patches.Front();
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    tools_[i].instrument.device = devices[i].get();
+    tools_[i].contacts.Rebind(patch.tools[i]);
+  }
+}
+
 void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
                       const TickTiming& timing) noexcept {
   const Nanoseconds now = scheduled + timing.wake_late_ns;
@@ -65,7 +75,7 @@ void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
   PublishToolState(tick, scheduled);
   FillSample(tick, scheduled, timing);
   PushToLink();
-  edges_.samples.Push(sample_);
+  edges_->samples.Push(sample_);
 }
 
 std::uint64_t HapticLoop::RampOutTicks() const {
@@ -119,9 +129,9 @@ void HapticLoop::EmergencyStop() noexcept {
 }
 
 void HapticLoop::ApplyControl() {
-  if (edges_.control == nullptr) return;
-  edges_.control->Update();
-  const SessionControl& asked = edges_.control->Front();
+  if (edges_->control == nullptr) return;
+  edges_->control->Update();
+  const SessionControl& asked = edges_->control->Front();
   paused_ = asked.paused;
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     Tool& tool = tools_[i];
@@ -178,8 +188,8 @@ void HapticLoop::MoveTools(Nanoseconds now) {
 }
 
 void HapticLoop::TakePatch(Nanoseconds scheduled) {
-  const bool is_new = edges_.patches.Update();
-  const ContactPatch& patch = edges_.patches.Front();
+  const bool is_new = edges_->patches.Update();
+  const ContactPatch& patch = edges_->patches.Front();
   if (is_new) {
     patch_number_ = patch.step.number;
     for (std::size_t i = 0; i < tools_.size(); ++i) {
@@ -267,7 +277,7 @@ void HapticLoop::ObserveEnergy() {
 }
 
 void HapticLoop::PublishToolState(std::uint64_t tick, Nanoseconds scheduled) {
-  ToolState& state = edges_.tool_states.Back();
+  ToolState& state = edges_->tool_states.Back();
   state.tick = tick;
   state.time_ns = scheduled;
   state.device_time_ns = device_time_ns_;
@@ -276,7 +286,7 @@ void HapticLoop::PublishToolState(std::uint64_t tick, Nanoseconds scheduled) {
     state.tools[i] = tools_[i].pose;
     state.contact_points[i] = tools_[i].contacts.contact_points();
   }
-  edges_.tool_states.Publish();
+  edges_->tool_states.Publish();
 }
 
 void HapticLoop::FillSample(std::uint64_t tick, Nanoseconds scheduled, const TickTiming& timing) {
@@ -314,7 +324,7 @@ void HapticLoop::FillSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
 }
 
 void HapticLoop::PushToLink() {
-  if (edges_.link != nullptr) edges_.link->Push(sample_);
+  if (edges_->link != nullptr) edges_->link->Push(sample_);
 }
 
 }  // namespace hpdm

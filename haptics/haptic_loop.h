@@ -3,9 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <span>
 #include <stop_token>
 #include <vector>
 
+#include "engine/base/copying.h"
 #include "engine/snapshots.h"
 #include "engine/step/tool_geometry.h"
 #include "engine/threads/loop_schedule.h"
@@ -67,6 +70,13 @@ class HapticLoop {
   /// At most kMaxInstruments, in the order of the tools in every snapshot. period_ns > 0.
   HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds period_ns, const Edges& edges);
 
+  /// A copy continues from the same state to the last bit, once it is attached.
+  HapticLoop(const HapticLoop&) = default;
+  HapticLoop& operator=(const HapticLoop&) = default;
+  /// Gives a copy devices and edges of its own, which hold copies of what the original's hold: the
+  /// devices' states and the newest patch.
+  void Attach(std::span<const std::unique_ptr<Device>> devices, const Edges& edges);
+
   /// Runs one tick, given the number of its period, its scheduled session time and its timing. The
   /// sample pushed at the end contains this tick's own wake-up lateness and compute time (up to the
   /// push itself).
@@ -89,6 +99,9 @@ class HapticLoop {
   /// ticks before the ramp-out.
   TickCount RunRealClock(std::stop_token stop, LoopClock& clock, Nanoseconds start_ns,
                          std::uint64_t end_tick = std::numeric_limits<std::uint64_t>::max());
+
+  /// The contacts of instrument number `tool` in the last tick.
+  const TipContacts& contacts(std::size_t tool) const { return tools_[tool].contacts; }
 
   /// Takes every device's force away at once, without a ramp (Device::EmergencyStop). Any thread or
   /// signal handler; wait-free.
@@ -141,7 +154,7 @@ class HapticLoop {
 
   std::vector<Tool> tools_;
   Nanoseconds period_ns_;
-  Edges edges_;
+  Rebindable<Edges> edges_;
   bool paused_ = false;
   bool has_run_ = false;
   Nanoseconds last_scheduled_ns_ = 0;

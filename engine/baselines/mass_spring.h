@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,7 @@ class MassSpring final : public Relaxation {
   MassSpring(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
              const MassSpringOptions& options, const std::string& name);
 
+  std::unique_ptr<Relaxation> Clone() const override { return std::make_unique<MassSpring>(*this); }
   bool AtRest() const override { return v_.isZero(0) && p_ == rest_; }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "engine/baselines/contact_forces.h"
@@ -65,6 +66,9 @@ class SurfaceContinuum final : public Relaxation {
   SurfaceContinuum(const SurfaceMesh& rest, const Eigen::VectorXd& ground_springs,
                    const SurfaceContinuumOptions& options, const std::string& name);
 
+  std::unique_ptr<Relaxation> Clone() const override {
+    return std::make_unique<SurfaceContinuum>(*this);
+  }
   bool AtRest() const override { return v_.isZero(0) && u_.isZero(0); }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.

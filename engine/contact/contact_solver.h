@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/copying.h"
 #include "engine/contact/contact_constraints.h"
 
 namespace hpdm {
@@ -168,9 +169,9 @@ class ContactSolver {
   bool has_pair_friction_ = false;
   std::array<bool, kMaxEquations> active_{};
   std::array<int, kMaxEquations> active_list_{};
-  Eigen::MatrixXd compliance_;         // kMaxEquations x kMaxEquations
-  Eigen::MatrixXd relaxed_;            // the same after relaxation, without local compliance
-  Eigen::MatrixXd active_compliance_;  // the same
+  WorkMatrix compliance_;         // kMaxEquations x kMaxEquations
+  WorkMatrix relaxed_;            // the same after relaxation, without local compliance
+  WorkMatrix active_compliance_;  // the same
   Vector change_;
   Vector active_forces_;
   Vector loads_;  // E, m: displacements by the forces across the pairs

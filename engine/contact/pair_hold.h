@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/copying.h"
 #include "engine/contact/contact_solver.h"
 #include "engine/contact/lattice_compliance.h"
 
@@ -37,7 +38,7 @@ class PairHold {
   int size_ = 0;
   std::vector<Side> sides_;  // 2 kMaxEquations
   std::vector<std::size_t> first_side_;
-  Eigen::MatrixXd compliance_, stiffness_;  // kMaxEquations x kMaxEquations
+  WorkMatrix compliance_, stiffness_;  // kMaxEquations x kMaxEquations
 };
 
 /// The response of an organ to small loads while its contacts with other organs hold,

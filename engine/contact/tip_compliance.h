@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/base/check.h"
+#include "engine/base/copying.h"
 #include "engine/contact/contact_solver.h"
 #include "engine/contact/lattice_compliance.h"
 #include "engine/snapshots.h"
@@ -117,8 +118,8 @@ class TipCompliance {
   ContactWeights weights_;        // (kMaxRows + 1) x n: the rows and a scratch row
   std::vector<int> columns_;      // n: non-zero columns of the compressed row
   std::vector<double> values_;    // n
-  Eigen::MatrixXd response_;      // 3n x 3 rows: K^-1 b_i^T
-  Eigen::MatrixXd tip_response_;  // 3n x 3 tips: the same for the condensed tips
+  WorkMatrix response_;           // 3n x 3 rows: K^-1 b_i^T
+  WorkMatrix tip_response_;       // 3n x 3 tips: the same for the condensed tips
   Eigen::VectorXd displacement_;  // 3n: displacement by the tips' forces
   Square row_compliance_;         // C_rows
   Stack share_;                   // C_rows^-1 T C: the rows' forces for a unit force on each tip

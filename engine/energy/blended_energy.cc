@@ -18,14 +18,6 @@ BlendedEnergy::BlendedEnergy(std::unique_ptr<ElasticEnergy> finite,
   AddAlongEachAxis(ScalarStiffness(-*elastic_supports), &K_t_);
 }
 
-std::unique_ptr<ElasticEnergy> BlendedEnergy::Clone() const {
-  auto clone = std::make_unique<BlendedEnergy>(finite_->Clone());
-  clone->K_t_ = K_t_;
-  clone->SetShare(share_);
-  clone->Damp(damping_, from_);
-  return clone;
-}
-
 void BlendedEnergy::Damp(double damping, const Points& from) {
   damping_ = damping;
   from_ = from;

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "engine/base/copying.h"
 #include "engine/energy/elastic_energy.h"
 #include "engine/energy/metric_energy.h"
 
@@ -19,7 +20,9 @@ class BlendedEnergy final : public ElasticEnergy {
   /// damper does not have; nullptr: none.
   explicit BlendedEnergy(std::unique_ptr<ElasticEnergy> finite,
                          const ScalarStiffness* elastic_supports = nullptr);
-  std::unique_ptr<ElasticEnergy> Clone() const override;
+  std::unique_ptr<ElasticEnergy> Clone() const override {
+    return std::make_unique<BlendedEnergy>(*this);
+  }
 
   /// Sets s, 0..1.
   void SetShare(double share) { share_ = share; }
@@ -44,7 +47,7 @@ class BlendedEnergy final : public ElasticEnergy {
   double Pull(double stiffness, const FullStiffness& K, const Points& away);
   const FullStiffness& damper() const { return K_t_.size() > 0 ? K_t_ : K_; }
 
-  std::unique_ptr<ElasticEnergy> finite_;
+  Cloned<ElasticEnergy> finite_;
   FullStiffness K_;
   FullStiffness K_t_;  // empty: K
   double share_ = 1;

@@ -170,6 +170,16 @@ SurfaceTree::SurfaceTree(const Points& vertices, const Triangles& triangles)
 
 SurfaceTree::~SurfaceTree() = default;
 SurfaceTree::SurfaceTree(SurfaceTree&&) noexcept = default;
+SurfaceTree::SurfaceTree(const SurfaceTree& other) : tree_(std::make_unique<Tree>(*other.tree_)) {}
+
+SurfaceTree& SurfaceTree::operator=(const SurfaceTree& other) {
+  Model& model = tree_->model;
+  const Model& from = other.tree_->model;
+  HPDM_CHECK(from.num_vertices == model.num_vertices && from.getNumBVs() == model.getNumBVs());
+  std::copy_n(from.vertices, from.num_vertices, model.vertices);
+  for (int id = 0; id < model.getNumBVs(); ++id) model.getBV(id).bv = from.getBV(id).bv;
+  return *this;
+}
 
 void SurfaceTree::Refit(const Points& vertices) {
   Model& model = tree_->model;

@@ -37,6 +37,9 @@ class SurfaceTree {
   SurfaceTree(const Points& vertices, const Triangles& triangles);
   ~SurfaceTree();
   SurfaceTree(SurfaceTree&&) noexcept;
+  SurfaceTree(const SurfaceTree& other);
+  /// Takes over the other's shape. Both are of the same triangles: no allocation.
+  SurfaceTree& operator=(const SurfaceTree& other);
 
   /// Takes new vertex positions (V x 3, m) and refits the boxes from the leaves up. O(F), no
   /// allocation.

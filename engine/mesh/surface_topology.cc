@@ -39,8 +39,8 @@ Vector3d InterpolatedNormal(const Points& vertices, const Triangles& triangles,
 
 NeighbourhoodSearch::NeighbourhoodSearch(const Triangles& triangles,
                                          const SurfaceTopology& topology)
-    : triangles_(triangles),
-      topology_(topology),
+    : triangles_(&triangles),
+      topology_(&topology),
       triangle_stamp_(triangles.rows(), 0),
       vertex_stamp_(triangles.size() == 0 ? 0 : triangles.maxCoeff() + 1, 0) {}
 
@@ -48,8 +48,8 @@ void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at
                                   const Limits& limits, Neighbourhood* result) {
   ++stamp_;
   result->count = 0;
-  const Vector3d centre = at.Position(vertices, triangles_);
-  const Vector3d facing = TwiceAreaNormal(vertices, triangles_, at.triangle);
+  const Vector3d centre = at.Position(vertices, *triangles_);
+  const Vector3d facing = TwiceAreaNormal(vertices, *triangles_, at.triangle);
   // Heap of triangles that were seen but not taken, nearest first. A neighbourhood's border stays
   // well below this bound; triangles that do not fit are left out.
   constexpr int kMaxBorder = 1024;
@@ -67,20 +67,20 @@ void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at
     std::pop_heap(border.begin(), border.begin() + border_size, std::greater<>());
     const int t = border[--border_size].second;
     int new_vertices = 0;
-    for (int k = 0; k < 3; ++k) new_vertices += vertex_stamp_[triangles_(t, k)] != stamp_;
+    for (int k = 0; k < 3; ++k) new_vertices += vertex_stamp_[(*triangles_)(t, k)] != stamp_;
     if (vertex_count + new_vertices > limits.vertices) continue;
     vertex_count += new_vertices;
     result->triangles[result->count++] = t;
     for (int k = 0; k < 3; ++k) {
-      const int v = triangles_(t, k);
+      const int v = (*triangles_)(t, k);
       vertex_stamp_[v] = stamp_;
-      for (int neighbour : topology_.TrianglesAround(v)) {
+      for (int neighbour : topology_->TrianglesAround(v)) {
         if (triangle_stamp_[neighbour] == stamp_) continue;
         triangle_stamp_[neighbour] = stamp_;
-        if (TwiceAreaNormal(vertices, triangles_, neighbour).dot(facing) <= 0) continue;
-        const Vector3d a = vertices.row(triangles_(neighbour, 0)),
-                       b = vertices.row(triangles_(neighbour, 1)),
-                       c = vertices.row(triangles_(neighbour, 2));
+        if (TwiceAreaNormal(vertices, *triangles_, neighbour).dot(facing) <= 0) continue;
+        const Vector3d a = vertices.row((*triangles_)(neighbour, 0)),
+                       b = vertices.row((*triangles_)(neighbour, 1)),
+                       c = vertices.row((*triangles_)(neighbour, 2));
         const Vector3d middle = (a + b + c) / 3;
         const double distance = (middle - centre).norm();
         const double size2 = std::max(

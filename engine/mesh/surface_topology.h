@@ -72,8 +72,8 @@ class NeighbourhoodSearch {
                Neighbourhood* result);
 
  private:
-  const Triangles& triangles_;
-  const SurfaceTopology& topology_;
+  const Triangles* triangles_;
+  const SurfaceTopology* topology_;
   std::uint32_t stamp_ = 0;
   std::vector<std::uint32_t> triangle_stamp_;
   std::vector<std::uint32_t> vertex_stamp_;

@@ -30,11 +30,12 @@ OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanosec
   if (const CoarseSurface* coarse = model.coarse_surface(); coarse != nullptr) {
     coarse_neighbourhoods.emplace(coarse->triangles(), coarse->topology());
   }
-  if (relaxation->compliance() == nullptr) return;
-  vertex_compliances.reserve(static_cast<std::size_t>(vertices.rows()));
-  for (int v = 0; v < vertices.rows(); ++v) {
-    vertex_compliances.push_back(relaxation->compliance()->PointCompliance(model.LatticeRow(v)));
+  const LatticeCompliance* compliance = relaxation->compliance();
+  std::vector<Matrix3d> of_vertices;
+  for (int v = 0; v < vertices.rows() && compliance != nullptr; ++v) {
+    of_vertices.push_back(compliance->PointCompliance(model.LatticeRow(v)));
   }
+  vertex_compliances = std::make_shared<const std::vector<Matrix3d>>(std::move(of_vertices));
 }
 
 }  // namespace hpdm

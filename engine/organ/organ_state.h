@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/base/copying.h"
 #include "engine/contact/contact_constraints.h"
 #include "engine/contact/tip_compliance.h"
 #include "engine/mesh/collision.h"
@@ -15,7 +16,8 @@
 
 namespace hpdm {
 
-/// The part of an organ that a step changes. Owned by the deformation thread.
+/// The part of an organ that a step changes. Owned by the deformation thread. An assignment from a
+/// state of the same mesh keeps the arrays in place.
 struct OrganState {
   /// Makes room for at most `tools` tools. `clock`: see OrganModel::MakeRelaxation.
   OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock = nullptr);
@@ -30,7 +32,7 @@ struct OrganState {
   ContactConstraints contacts;   ///< Filled by collide, forces set by relax.
   NeighbourhoodSearch neighbourhoods;
   std::optional<NeighbourhoodSearch> coarse_neighbourhoods;  ///< On OrganModel::coarse_surface().
-  std::unique_ptr<Relaxation> relaxation;
+  Cloned<Relaxation> relaxation;
   MaxwellMemory memory;      ///< Around `relaxation`.
   RelaxationResult relaxed;  ///< Outcome of the last relaxation.
   StepQuality quality;       ///< Set before each step.
@@ -43,7 +45,8 @@ struct OrganState {
 
   TipCompliance tips;  ///< Tips on the organ. Filled when the contact patches are built.
   /// Self-compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
-  std::vector<Matrix3d> vertex_compliances;
+  /// Constant.
+  std::shared_ptr<const std::vector<Matrix3d>> vertex_compliances;
 };
 
 }  // namespace hpdm

@@ -12,18 +12,18 @@ constexpr double kCreaseCosine = 0.5;
 }  // namespace
 
 CreasedNormals::CreasedNormals(const SurfaceMesh& rest, const SurfaceTopology& topology)
-    : triangles_(rest.triangles),
+    : triangles_(&rest.triangles),
       vertices_(&rest.vertices),
       stamps_(ToSize(3 * rest.triangles.rows()), 0),
       normals_(ToSize(3 * rest.triangles.rows()), Vector3d::Zero()) {
-  std::vector<Vector3d> faces(ToSize(triangles_.rows()));
-  for (int t = 0; t < triangles_.rows(); ++t) {
-    faces[t] = TwiceAreaNormal(rest.vertices, triangles_, t).normalized();
+  std::vector<Vector3d> faces(ToSize(rest.triangles.rows()));
+  for (int t = 0; t < rest.triangles.rows(); ++t) {
+    faces[t] = TwiceAreaNormal(rest.vertices, rest.triangles, t).normalized();
   }
   first_.push_back(0);
-  for (int t = 0; t < triangles_.rows(); ++t) {
+  for (int t = 0; t < rest.triangles.rows(); ++t) {
     for (int k = 0; k < 3; ++k) {
-      for (const int other : topology.TrianglesAround(triangles_(t, k))) {
+      for (const int other : topology.TrianglesAround(rest.triangles(t, k))) {
         if (other == t || faces[t].dot(faces[other]) > kCreaseCosine) around_.push_back(other);
       }
       first_.push_back(static_cast<int>(around_.size()));
@@ -45,7 +45,7 @@ const Vector3d& CreasedNormals::AtCorner(int triangle, int k) {
     stamps_[corner] = stamp_;
     Vector3d sum = Vector3d::Zero();
     for (int i = first_[corner]; i < first_[corner + 1]; ++i) {
-      sum += TwiceAreaNormal(*vertices_, triangles_, around_[i]);
+      sum += TwiceAreaNormal(*vertices_, *triangles_, around_[i]);
     }
     const double length = sum.norm();
     normals_[corner] = length > 0 ? Vector3d(sum / length) : Vector3d(Vector3d::Zero());

@@ -27,7 +27,7 @@ class CreasedNormals {
  private:
   const Vector3d& AtCorner(int triangle, int k);
 
-  const Triangles& triangles_;
+  const Triangles* triangles_;
   const Points* vertices_;
   std::vector<int> first_;   // 3F + 1
   std::vector<int> around_;  // triangles of each corner's mean

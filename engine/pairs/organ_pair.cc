@@ -59,16 +59,16 @@ double LargestMotion(const Points& from, const Points& to) {
 }  // namespace
 
 OrganPair::OrganPair(const OrganModel& a, const OrganModel& b)
-    : OrganPair({a.rest(), a.topology()}, {b.rest(), b.topology()}, CellSize(a, b)) {}
+    : OrganPair({&a.rest(), &a.topology()}, {&b.rest(), &b.topology()}, CellSize(a, b)) {}
 
 OrganPair::OrganPair(const PairSurface& a, const PairSurface& b, double cell_size)
-    : a_is_source_(!Coarser(a.rest, b.rest)),
+    : a_is_source_(!Coarser(*a.rest, *b.rest)),
       source_(a_is_source_ ? a : b),
       target_(a_is_source_ ? b : a),
-      cells_(source_.surface.rest, cell_size),
+      cells_(*source_.surface.rest, cell_size),
       memory_(ToSize(cells_.samples())),
       searched_(ToSize(cells_.samples()), 0),
-      triangle_stamps_(ToSize(source_.surface.rest.triangles.rows()), 0),
+      triangle_stamps_(ToSize(source_.surface.rest->triangles.rows()), 0),
       cell_(ToSize(cells_.cells() + cells_.blocks())),
       block_(ToSize(cells_.blocks())),
       pool_(ToSize(kMaxPatches) * ToSize(cells_.most_samples())),
@@ -130,7 +130,7 @@ void OrganPair::Search(const PairShape& source, const PairShape& target, double 
   };
   for (const int sample : last_partnered_) add(cells_.sample(sample).triangle);
   source.tree.VisitNear(target.tree, target.offset_W - source.offset_W, reach, add);
-  const Triangles& triangles = source_.surface.rest.triangles;
+  const Triangles& triangles = source_.surface.rest->triangles;
   for (const int t : triangles_) {
     const auto [first, last] = cells_.OfTriangle(t);
     const double area = TwiceAreaNormal(source.vertices, triangles, t).norm() / 2;
@@ -145,7 +145,7 @@ void OrganPair::Search(const PairShape& source, const PairShape& target, double 
 // False if no point of the source's triangle is within `reach` of the target.
 bool OrganPair::IsNear(int triangle, const PairShape& source, const PairShape& target,
                        double reach) const {
-  const Triangles& triangles = source_.surface.rest.triangles;
+  const Triangles& triangles = source_.surface.rest->triangles;
   const Vector3d centre =
       SurfacePoint{triangle, Vector3d::Constant(1.0 / 3)}.Position(source.vertices, triangles);
   double radius = 0;
@@ -161,11 +161,11 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
                             const PairShape& target, double reach) {
   const SurfaceSample& at = cells_.sample(sample);
   const SurfacePoint on_source{at.triangle, at.barycentric};
-  const Triangles& target_triangles = target_.surface.rest.triangles;
+  const Triangles& target_triangles = target_.surface.rest->triangles;
   Memory& memory = memory_[sample];
   Found found;
   found.sample = sample;
-  found.p_sample = on_source.Position(source.vertices, source_.surface.rest.triangles) +
+  found.p_sample = on_source.Position(source.vertices, source_.surface.rest->triangles) +
                    source.offset_W - target.offset_W;
   const Vector3d normal = source_.normals.At(on_source);
   if (memory.partner >= 0) {
@@ -177,7 +177,7 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
     if (closest.at.triangle < 0) return;
     const Vector3d offset = found.p_sample - closest.at.Position(target.vertices, target_triangles);
     const bool inside =
-        IsBehind(offset, closest.at, target.vertices, target_triangles, target_.surface.topology);
+        IsBehind(offset, closest.at, target.vertices, target_triangles, *target_.surface.topology);
     deeper_ = deeper_ || inside;
     const Vector3d face = TwiceAreaNormal(target.vertices, target_triangles, closest.at.triangle);
     if (Faces(face, normal) && (offset.dot(face) < 0) == inside) {
@@ -208,7 +208,7 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
   found.normal_difference = normal - partner_normal;
   memory.partner = found.partner.triangle;
   memory.gap = found.gap;
-  memory.p_partner_rest = found.partner.Position(target_.surface.rest.vertices, target_triangles);
+  memory.p_partner_rest = found.partner.Position(target_.surface.rest->vertices, target_triangles);
   searched_[sample] = stamp_;
   partnered_.push_back(sample);
   found_.push_back(found);
@@ -219,7 +219,7 @@ void OrganPair::SeekPartner(int sample, double triangle_area, const PairShape& s
 SurfacePoint OrganPair::ClosestFacing(const Vector3d& p, const Vector3d& normal,
                                       const PairShape& target, double reach, Behind behind,
                                       const Memory* near) const {
-  const SurfaceMesh& rest = target_.surface.rest;
+  const SurfaceMesh& rest = *target_.surface.rest;
   SurfacePoint best;
   double best2 = reach * reach;
   const auto visit = [&](int t) {

@@ -31,8 +31,8 @@ struct PairContact {
 
 /// A surface at rest. Both outlive the pair.
 struct PairSurface {
-  const SurfaceMesh& rest;
-  const SurfaceTopology& topology;
+  const SurfaceMesh* rest;
+  const SurfaceTopology* topology;
 };
 
 /// A surface in a step: its world position is `vertices` (V x 3, m) moved by `offset_W` (m).
@@ -108,8 +108,8 @@ class OrganPair {
   struct Side {
     explicit Side(const PairSurface& pair_surface)
         : surface(pair_surface),
-          normals(pair_surface.rest, pair_surface.topology),
-          last_vertices(pair_surface.rest.vertices) {}
+          normals(*pair_surface.rest, *pair_surface.topology),
+          last_vertices(pair_surface.rest->vertices) {}
     PairSurface surface;
     CreasedNormals normals;
     Points last_vertices;  // m, of the last step

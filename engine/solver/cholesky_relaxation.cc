@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "engine/base/copying.h"
 #include "engine/solver/compliance_solver.h"
 #include "engine/solver/contact_body.h"
 
@@ -12,6 +13,9 @@ class CholeskyRelaxation final : public BodyRelaxation {
   /// `n`: control points and slots.
   CholeskyRelaxation(std::unique_ptr<ComplianceSolver> solver, Eigen::Index n)
       : solver_(std::move(solver)), U_(Points::Zero(n, 3)) {}
+  std::unique_ptr<Relaxation> Clone() const override {
+    return std::make_unique<CholeskyRelaxation>(*this);
+  }
 
   void Begin(const RelaxationInput& input, const ContactConstraints& contacts) override {
     SetActiveFunctions(contacts.refinement);
@@ -37,7 +41,7 @@ class CholeskyRelaxation final : public BodyRelaxation {
   const LatticeCompliance* compliance() const override { return solver_.get(); }
 
  private:
-  std::unique_ptr<ComplianceSolver> solver_;
+  Cloned<ComplianceSolver> solver_;
   RelaxationInput input_;
   Points U_;  // n x 3, m
 };

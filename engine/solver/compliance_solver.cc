@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "engine/base/copying.h"
 #include "engine/base/error.h"
 #include "engine/solver/elastic_supports.h"
 #include "engine/solver/row_responses.h"
@@ -13,6 +16,10 @@
 namespace hpdm {
 namespace {
 
+std::shared_ptr<const Eigen::MatrixXd> Shared(Eigen::MatrixXd matrix) {
+  return std::make_shared<const Eigen::MatrixXd>(std::move(matrix));
+}
+
 // Views the unknowns of U as one vector (Points are row-major).
 Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()}; }
 
@@ -20,8 +27,12 @@ Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()};
 class ScalarComplianceSolver final : public ComplianceSolver {
  public:
   explicit ScalarComplianceSolver(const ScalarStiffness& K)
-      : inverse_(InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha")),
+      : inverse_of_K_(Shared(
+            InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha"))),
         response_(K.rows(), kMaxContacts) {}
+  std::unique_ptr<ComplianceSolver> Clone() const override {
+    return std::make_unique<ScalarComplianceSolver>(*this);
+  }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
@@ -79,8 +90,9 @@ class ScalarComplianceSolver final : public ComplianceSolver {
   }
 
  private:
-  Eigen::MatrixXd inverse_;   // n x n
-  Eigen::MatrixXd response_;  // n x kMaxContacts: K^-1 B^T
+  std::shared_ptr<const Eigen::MatrixXd> inverse_of_K_;  // n x n
+  const Eigen::MatrixXd& inverse_ = *inverse_of_K_;
+  WorkMatrix response_;  // n x kMaxContacts: K^-1 B^T
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxContacts,
                 kMaxContacts>
       row_compliance_;  // m x m: B K^-1 B^T
@@ -90,10 +102,13 @@ class ScalarComplianceSolver final : public ComplianceSolver {
 class FullComplianceSolver final : public ComplianceSolver {
  public:
   explicit FullComplianceSolver(const FullStiffness& K)
-      : inverse_(InverseStiffness(
-            K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
+      : inverse_of_K_(Shared(InverseStiffness(
+            K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson"))),
         rows_(inverse_),
         solved_(inverse_.rows(), kBatch) {}
+  std::unique_ptr<ComplianceSolver> Clone() const override {
+    return std::make_unique<FullComplianceSolver>(*this);
+  }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
@@ -133,7 +148,8 @@ class FullComplianceSolver final : public ComplianceSolver {
  private:
   static constexpr Eigen::Index kBatch = 24;
 
-  Eigen::MatrixXd inverse_;  // 3n x 3n
+  std::shared_ptr<const Eigen::MatrixXd> inverse_of_K_;  // 3n x 3n
+  const Eigen::MatrixXd& inverse_ = *inverse_of_K_;
   mutable RowResponses rows_;
   mutable Eigen::MatrixXd solved_;  // 3n x kBatch
 };

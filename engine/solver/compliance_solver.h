@@ -15,6 +15,9 @@ namespace hpdm {
 /// Owned by one thread; Respond() and Deform() allocate nothing.
 class ComplianceSolver : public LatticeCompliance {
  public:
+  /// Returns a copy in the same state. Copies share K^-1. Allocates.
+  virtual std::unique_ptr<ComplianceSolver> Clone() const = 0;
+
   /// Sets the local functions in use; Respond() does the same with those of its contacts. Does
   /// nothing if the solver has no local functions.
   virtual void SetActiveFunctions(const ActiveRefinement& active) { static_cast<void>(active); }

@@ -50,12 +50,14 @@ void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
 /// A relaxation whose organ can be a body of a problem with others.
 class BodyRelaxation : public Relaxation, public ContactBody {
  public:
+  BodyRelaxation() = default;
+  BodyRelaxation(const BodyRelaxation& other) : Relaxation(other), ContactBody(other) {}
   ContactBody* body() final { return this; }
 
  private:
   RelaxationResult DoRelax(const RelaxationInput& input, ContactConstraints* contacts,
                            Points* U) final;
-  std::unique_ptr<ContactSolver> alone_;  // of Relax()
+  std::unique_ptr<ContactSolver> alone_;  // of Relax(), working memory
 };
 
 }  // namespace hpdm

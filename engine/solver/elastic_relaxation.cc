@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/copying.h"
 #include "engine/energy/blended_energy.h"
 #include "engine/solver/contact_body.h"
 #include "engine/solver/enriched_compliance_solver.h"
@@ -30,6 +31,12 @@ class StepPotential final : public Potential {
         gradient_(U_bar_),
         V_damped_(Eigen::VectorXd::Zero(3 * slots)),
         load_(V_damped_) {}
+
+  // For the potential of a copied relaxation.
+  void Rebind(BlendedEnergy* energy, const SchurComplement* schur_complement) {
+    energy_ = energy;
+    schur_complement_ = schur_complement;
+  }
 
   void Damp(const Eigen::Ref<const Eigen::VectorXd>& V_from) { V_damped_ = V_from; }
   const Eigen::VectorXd& damped_from() const { return V_damped_; }
@@ -95,6 +102,14 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
         U_bar_(Points::Zero(n_, 3)),
         columns_(3 * at_.rows(), 1 + ContactSolver::kMaxEquations) {
     least_load_ = kResolved * energy_.stiffness_at_rest().diagonal().maxCoeff();
+  }
+
+  std::unique_ptr<Relaxation> Clone() const override {
+    auto copy = std::make_unique<NewtonRelaxation>(*this);
+    const auto* refined = dynamic_cast<const EnrichedComplianceSolver*>(copy->at_rest_.get());
+    copy->schur_complement_ = refined != nullptr ? &refined->schur_complement() : nullptr;
+    copy->potential_.Rebind(&copy->energy_, copy->schur_complement_);
+    return copy;
   }
 
   void Begin(const RelaxationInput& input, const ContactConstraints& contacts) override {
@@ -330,7 +345,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
   NewtonOptions options_;
   Eigen::Index n_;
   const SchurComplement* schur_complement_ = nullptr;  // at_rest_'s
-  std::unique_ptr<ComplianceSolver> at_rest_;          // K^-1 of U = 0
+  Cloned<ComplianceSolver> at_rest_;                   // K^-1 of U = 0
   StepPotential potential_;
   NewtonFactor factor_;
   // (n + slots) x 3 each:
@@ -340,7 +355,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
   Points step_;               // m
   Points load_;               // N: B^T f
   Points U_bar_;              // n x 3
-  Eigen::MatrixXd columns_;   // 3(n + slots) x (1 + equations): the free step, then the responses
+  WorkMatrix columns_;        // 3(n + slots) x (1 + equations): the free step, then the responses
   bool has_tangent_ = false;  // factor_ holds the last step's tangent
   double least_load_ = 0;     // N: least divisor of the residual
   RelaxationInput input_;     // of the present step

@@ -44,7 +44,7 @@ std::vector<int> HeldBy(const ScalarStiffness& springs) {
 
 ElasticSupports::ElasticSupports(const LatticeCompliance& lattice, const ScalarStiffness& springs,
                                  Eigen::Index rows)
-    : lattice_(lattice), n_(springs.rows()), held_(HeldBy(springs)), U_bar_(3 * n_) {
+    : lattice_(&lattice), n_(springs.rows()), held_(HeldBy(springs)), U_bar_(3 * n_) {
   if (held_.empty()) return;
   const Eigen::MatrixXd root = RootOf(springs, held_);
   const auto count = static_cast<Eigen::Index>(held_.size());
@@ -87,7 +87,7 @@ double ElasticSupports::Further(Eigen::Index mode, double c) const {
 
 Eigen::VectorXd& ElasticSupports::AmountsOf(const Eigen::Ref<const Eigen::VectorXd>& U) const {
   U_bar_ = U.head(3 * n_);
-  lattice_.AddLocalPart(U.tail(U.size() - 3 * n_), U_bar_);
+  lattice_->AddLocalPart(U.tail(U.size() - 3 * n_), U_bar_);
   amounts_.setZero();
   for (std::size_t i = 0; i < held_.size(); ++i) {
     amounts_.noalias() += loads_.middleRows<3>(3 * static_cast<Eigen::Index>(i)).transpose() *

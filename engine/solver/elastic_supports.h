@@ -28,6 +28,13 @@ class ElasticSupports {
   ElasticSupports(const LatticeCompliance& lattice, const ScalarStiffness& springs,
                   Eigen::Index rows);
 
+  /// Returns a copy for a copy of the lattice.
+  ElasticSupports CopyFor(const LatticeCompliance& lattice) const {
+    ElasticSupports copy(*this);
+    copy.lattice_ = &lattice;
+    return copy;
+  }
+
   Eigen::Index modes() const { return shares_.size(); }
   const Eigen::VectorXd& shares() const { return shares_; }  ///< sigma.
 
@@ -57,7 +64,7 @@ class ElasticSupports {
   void AddModes(const Eigen::VectorXd& amounts, Points* U) const;
   Matrix3d InSeries(double R) const;  // of point_
 
-  const LatticeCompliance& lattice_;
+  const LatticeCompliance* lattice_;
   Eigen::Index n_;
   std::vector<int> held_;  // control points with a spring
   Eigen::VectorXd shares_;

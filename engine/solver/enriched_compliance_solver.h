@@ -1,5 +1,8 @@
 #pragma once
 
+#include <memory>
+
+#include "engine/base/copying.h"
 #include "engine/solver/compliance_solver.h"
 #include "engine/solver/row_responses.h"
 #include "engine/solver/schur_complement.h"
@@ -14,6 +17,9 @@ namespace hpdm {
 class EnrichedComplianceSolver final : public ComplianceSolver {
  public:
   EnrichedComplianceSolver(const RefinementBasis& functions, int slots);
+  std::unique_ptr<ComplianceSolver> Clone() const override {
+    return std::make_unique<EnrichedComplianceSolver>(*this);
+  }
 
   void SetActiveFunctions(const ActiveRefinement& active) override {
     schur_complement_.SetActiveFunctions(active);

@@ -61,6 +61,10 @@ class GaussSeidelRelaxation final : public Relaxation {
     for (Eigen::Index a = 0; a < K_.size(); ++a) diagonal_[a] = K_.Diagonal(a).trace() / 3;
   }
 
+  std::unique_ptr<Relaxation> Clone() const override {
+    return std::make_unique<GaussSeidelRelaxation>(*this);
+  }
+
   RelaxationResult DoRelax(const RelaxationInput& /*input*/, ContactConstraints* contacts,
                            Points* U) override {
     RelaxationResult result;
@@ -164,7 +168,7 @@ class GaussSeidelRelaxation final : public Relaxation {
   }
 
   Blocks K_;
-  std::unique_ptr<ComplianceSolver> solver_;
+  Cloned<ComplianceSolver> solver_;
   Eigen::VectorXd diagonal_;  // n: mean over the three axes
   GaussSeidelOptions options_;
   Points load_;  // n x 3, N: B^T f, then B^T f - K U

@@ -32,6 +32,12 @@ class MaxwellMemory {
   MaxwellMemory(const PronySeries& prony, int n,
                 std::shared_ptr<ElasticSupports> supports = nullptr);
 
+  /// After a copy: gives it elastic supports of its own, of the copy of its relaxation.
+  void Rebind(const Relaxation& relaxation) {
+    if (supports_ == nullptr) return;
+    supports_ = std::make_shared<ElasticSupports>(supports_->CopyFor(*relaxation.compliance()));
+  }
+
   bool IsElastic() const { return prony_.count == 0; }
   const PronySeries& prony() const { return prony_; }
 

@@ -13,6 +13,9 @@ class NoCompliance final : public LatticeCompliance {
 
 class RigidRelaxation final : public BodyRelaxation {
  public:
+  std::unique_ptr<Relaxation> Clone() const override {
+    return std::make_unique<RigidRelaxation>(*this);
+  }
   void Begin(const RelaxationInput&, const ContactConstraints&) override {}
   bool Linearise(int, const ContactConstraints&, ContactSolver*) override { return true; }
   bool Advance(int, const ContactConstraints&, const ContactSolver&) override { return true; }

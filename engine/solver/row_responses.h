@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/copying.h"
 #include "engine/contact/contact_solver.h"
 
 namespace hpdm {
@@ -58,7 +59,7 @@ class RowResponses {
   std::array<std::size_t, kMaxContacts> entry_count_{};
   std::vector<Entry> entries_;                      // kMaxContacts x n
   Eigen::Matrix<double, Eigen::Dynamic, 3> moved_;  // 3n x 3
-  Eigen::MatrixXd row_compliance_;                  // B K^-1 B^T of the last AddCompliance()
+  WorkMatrix row_compliance_;                       // B K^-1 B^T of the last AddCompliance()
   Eigen::Matrix3Xd forces_;                         // on the touched control points, N
 };
 

@@ -19,7 +19,7 @@ constexpr double kBack = 0.9;
 }  // namespace
 
 InversionRecovery::InversionRecovery(const OrganModel& model, const OrganState& state)
-    : model_(model),
+    : model_(&model),
       lattice_organ_(model.lattice_organ()),
       at_rest_(state.memory),
       size_(lattice_organ_ != nullptr ? lattice_organ_->lattice().box().lengths.norm() : 0),
@@ -72,7 +72,7 @@ void InversionRecovery::End(const RelaxationResult& result, OrganState* state) {
   } else {
     Judge(state);
   }
-  if (model_.options().energy.strain == StrainMeasure::kAdaptive && scan_) WatchGradient(*state);
+  if (model_->options().energy.strain == StrainMeasure::kAdaptive && scan_) WatchGradient(*state);
 }
 
 // Takes over the state of an attempt that was not rejected.
@@ -86,7 +86,7 @@ void InversionRecovery::Judge(OrganState* state) {
   not_finite_ = !state->control_displacements.allFinite();
   inverted_ = !not_finite_ && IsInverted(*state);
   const bool is_free = state->contacts.size() == 0;
-  if (model_.finite_energy() == nullptr || is_free || not_finite_) return;
+  if (model_->finite_energy() == nullptr || is_free || not_finite_) return;
   sound_ = state->control_displacements;
   sound_reach_ = demand_;
 }
@@ -158,7 +158,7 @@ RelaxationInput InversionRecovery::TakeInput(const OrganState& state) {
 }
 
 bool InversionRecovery::IsLinear(const OrganState& state) const {
-  return model_.finite_energy() == nullptr || state.quality.finite_strain_blend == 0;
+  return model_->finite_energy() == nullptr || state.quality.finite_strain_blend == 0;
 }
 
 bool InversionRecovery::IsInverted(const OrganState& state) {

@@ -38,6 +38,9 @@ class InversionRecovery {
   /// `model` must outlive it; `state` gives the sizes.
   InversionRecovery(const OrganModel& model, const OrganState& state);
 
+  /// After a copy: as MaxwellMemory::Rebind().
+  void Rebind(const Relaxation& relaxation) { at_rest_.Rebind(relaxation); }
+
   /// Begins stage B of a step `dt` (s) after the last one: sets the targets of the state's contacts
   /// that the organ follows.
   void Begin(double dt, OrganState* state);
@@ -86,10 +89,10 @@ class InversionRecovery {
   bool Sound(double demand, const OrganState& state);
   void Reset();
 
-  const OrganModel& model_;
+  const OrganModel* model_;
   const LatticeOrgan* lattice_organ_;                 // nullptr for other models
   std::optional<InversionDetector::ScanState> scan_;  // lattice organs only
-  const MaxwellMemory at_rest_;
+  MaxwellMemory at_rest_;
   double size_;                  // m: the lattice's box
   int stop_after_ = 0;           // iterations of the next Relax; 0: no limit
   bool starts_at_rest_ = false;  // the next Relax starts at rest

@@ -7,8 +7,7 @@
 namespace hpdm {
 
 JointRelaxation::JointRelaxation(std::size_t pairs)
-    : solver_(std::make_unique<ContactSolver>()),
-      holds_(std::min(pairs, std::size_t{kMaxOrgans / 2})) {
+    : holds_(std::min(pairs, std::size_t{kMaxOrgans / 2})) {
   group_pairs_.reserve(kMaxContacts);
   pair_of_.reserve(kMaxContacts);
 }
@@ -79,13 +78,13 @@ void JointRelaxation::RelaxGroup(double dt, std::span<OrganContact> pairs,
   const std::span<BodyInStep> bodies(bodies_.data(), count_);
   for (bool again = true; again;) {
     for (std::size_t b = 0; b < count_; ++b) bodies[b] = organ(b).Body();
-    RelaxTogether(bodies, group_pairs_, solver_.get());
+    RelaxTogether(bodies, group_pairs_, &solver_);
     again = false;
     for (std::size_t b = 0; b < count_; ++b) again = organ(b).Rejects(bodies[b].result) || again;
   }
   if (!group_pairs_.empty()) {
     PairHold& hold = holds_[hold_count_++];
-    hold.Take(*solver_);
+    hold.Take(solver_);
     for (std::size_t b = 0; b < count_; ++b) {
       hold_on_[static_cast<std::size_t>(group_[b])] = {&hold, static_cast<int>(b)};
     }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -39,7 +38,7 @@ class JointRelaxation {
   void RelaxGroup(double dt, std::span<OrganContact> pairs, std::vector<OrganStep>* organs,
                   StepRecord* record);
 
-  std::unique_ptr<ContactSolver> solver_;
+  ContactSolver solver_;                  // working memory
   std::array<int, kMaxOrgans> parent_{};  // of each organ, in a forest with one tree for a group
   std::size_t count_ = 0;                 // organs of the present group
   std::array<int, kMaxOrgans> group_{};   // their indices

@@ -24,6 +24,12 @@ class OrganStep {
   OrganState& state() { return state_; }
   const OrganState& state() const { return state_; }
 
+  /// After a copy: what the copied relaxation is part of refers to the copy.
+  void Rebind() {
+    state_.memory.Rebind(*state_.relaxation);
+    inversion_recovery_.Rebind(*state_.relaxation);
+  }
+
   /// For a replay: the next step uses the recorded quality and stops where the recorded step did.
   void ApplyRecorded(const OrganRelaxation& recorded);
   /// Sets the quality of this step from the state after the last one.

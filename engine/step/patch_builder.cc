@@ -146,7 +146,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     const double weight = contact.at.barycentric[k];
     const SparseRow b = VertexRow(model, v, state);
     p_original += weight * ReleasedVertex(b, v, *state);
-    compliance += weight * state->vertex_compliances[v];
+    compliance += weight * (*state->vertex_compliances)[v];
     if (has_other) coupling += weight * state->tips.Coupling(b, other);
   }
   const Vector3d further = place.p_original_W - p_original;
@@ -305,7 +305,7 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
       point.tissue_W = state->vertices.row(v);
       point.branches_W = state->memory.BranchesAt(b);
     }
-    point.compliance_W = state->vertex_compliances[v];
+    point.compliance_W = (*state->vertex_compliances)[v];
     point.coupling_W = other >= 0 ? state->tips.Coupling(b, other) : Matrix3d::Zero();
   }
 }

@@ -23,6 +23,9 @@ class TripleBuffer {
  public:
   /// All three slots start as copies of `initial`, so arrays inside T keep their sizes.
   explicit TripleBuffer(const T& initial = T()) : slots_(3, Slot{initial}) {}
+  /// For a writer and a reader in one thread, neither of which holds on to a value while the other
+  /// works: all three are one slot.
+  static TripleBuffer OfOneThread(const T& initial = T()) { return TripleBuffer(initial, kShared); }
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
@@ -44,6 +47,10 @@ class TripleBuffer {
   const T& Front() const { return slots_[front_].value; }
 
  private:
+  enum Sharing { kShared };
+  TripleBuffer(const T& initial, Sharing)
+      : slots_(1, Slot{initial}), back_(0), middle_(0), front_(0) {}
+
   static constexpr std::uint32_t kIndex = 3;
   static constexpr std::uint32_t kNew = 4;
 
@@ -52,8 +59,9 @@ class TripleBuffer {
     T value;
   };
 
-  std::vector<Slot> slots_;             // 3; a slot of a megabyte is too large for the stack
-  alignas(64) std::uint32_t back_ = 0;  // writer's
+  std::vector<Slot> slots_;                            // 3, or 1 of one thread; a slot of a
+                                                       // megabyte is too large for the stack
+  alignas(64) std::uint32_t back_ = 0;                 // writer's
   alignas(64) std::atomic<std::uint32_t> middle_ = 1;  // shared
   alignas(64) std::uint32_t front_ = 2;                // reader's
 };

@@ -126,6 +126,11 @@ class HapticContact {
   /// Removes the patch, and with it the contact.
   void ClearPatch() noexcept;
 
+  /// After a copy of the contact: reads a copy of its patch instead.
+  void Rebind(const ToolPatch& patch) noexcept {
+    if (patch_ != nullptr) patch_ = &patch;
+  }
+
   /// Finds the contact.
   void Locate(TipPose tip) noexcept;
 

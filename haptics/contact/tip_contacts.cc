@@ -35,6 +35,10 @@ std::size_t TipContacts::Slot(std::size_t place) const {
   return crossed ? 2 * kMaxPlaces + 1 - place : place;
 }
 
+void TipContacts::Rebind(const ToolPatches& patches) noexcept {
+  for (std::size_t p = 0; p < places_.size(); ++p) places_[p].Rebind(patches.places[Slot(p)]);
+}
+
 void TipContacts::ClearPatches() noexcept {
   for (HapticContact& place : places_) place.ClearPatch();
 }

@@ -22,6 +22,8 @@ class TipContacts {
   void SetPatches(const ToolPatches& patches) noexcept;
   /// Removes the patches, and with them the contacts.
   void ClearPatches() noexcept;
+  /// After a copy: reads a copy of its patches instead.
+  void Rebind(const ToolPatches& patches) noexcept;
 
   /// Finds the contacts. The shaft's part ends above what the tip pressed in the last tick.
   void Locate(const TipPose& tip) noexcept;

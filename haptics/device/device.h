@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 
 #include "engine/snapshots.h"
 
@@ -27,6 +28,12 @@ inline constexpr Nanoseconds kHeldAfter = 5'000'000;
 /// handler. Homing stores the count that it saw, so a press during homing stays in force.
 class ForceSwitch {
  public:
+  ForceSwitch() = default;
+  ForceSwitch(const ForceSwitch& other)
+      : presses_(other.presses_.load(std::memory_order_acquire)),
+        presses_cleared_(other.presses_cleared_),
+        homed_(other.homed_),
+        enabled_(other.enabled_) {}
   /// Owner of the device only. Clears the emergency stops pressed before the call and leaves the
   /// forces disabled: a reset must not start motion (ISO 13850).
   void Home() noexcept {
@@ -58,6 +65,10 @@ class ForceSwitch {
 class Device {
  public:
   virtual ~Device() = default;
+
+  /// Returns a copy that continues from the same state to the last bit; nullptr for a device whose
+  /// state is outside of the program. Allocates.
+  virtual std::unique_ptr<Device> Clone() const { return nullptr; }
 
   /// Returns the pose at session time `now`. Without a usable answer, `valid` is false and the pose
   /// is the last one. Owner; wait-free, no allocation.

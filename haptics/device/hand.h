@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "engine/base/types.h"
 
 namespace hpdm {
@@ -20,6 +22,9 @@ class Hand {
   /// Stiffness in N/m, damping in N s/m. Throws InputError if one is negative or not finite.
   Hand(double stiffness, double damping);
   virtual ~Hand() = default;
+
+  /// Returns a copy that continues from the same state; nullptr for a hand outside of the program.
+  virtual std::unique_ptr<Hand> Clone() const { return nullptr; }
 
   /// Returns the intent at hand time t_ns >= 0. Times never decrease from call to call. Wait-free,
   /// no allocation.

@@ -38,6 +38,12 @@ SimDevice::SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics
   }
 }
 
+std::unique_ptr<Device> SimDevice::Clone() const {
+  auto copy = std::make_unique<SimDevice>(*this);
+  if (!copy->hand_) return nullptr;
+  return copy;
+}
+
 DeviceSample SimDevice::Read(Nanoseconds now) noexcept {
   if (reads_ > 0) {
     const Nanoseconds advance =

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "engine/base/copying.h"
 #include "haptics/device/device.h"
 #include "haptics/device/hand.h"
 #include "haptics/device/impulse_engine.h"
@@ -35,6 +36,7 @@ class SimDevice : public Device {
   SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics& kinematics,
             std::unique_ptr<Hand> hand);
 
+  std::unique_ptr<Device> Clone() const override;
   DeviceSample Read(Nanoseconds now) noexcept override;
   void Write(const AxisEffort& effort) noexcept override;
   void Home() noexcept override;
@@ -54,7 +56,7 @@ class SimDevice : public Device {
   void Step(Nanoseconds step_ns) noexcept;
 
   ImpulseEngineKinematics kinematics_;
-  std::unique_ptr<Hand> hand_;
+  Cloned<Hand> hand_;
   Vector3d inertia_;   // kg m^2, kg m^2, kg
   Vector3d damping_;   // N m s/rad, N m s/rad, N s/m
   Vector3d friction_;  // N m, N m, N

@@ -33,6 +33,8 @@ class SimulatedHand : public Hand {
   /// Throws InputError if the options or the site make no movement possible.
   SimulatedHand(const HandOptions& options, const HandSite& site);
 
+  std::unique_ptr<Hand> Clone() const override { return std::make_unique<SimulatedHand>(*this); }
+
   HandIntent At(Nanoseconds t_ns) noexcept override;
 
  private:

@@ -21,7 +21,10 @@ TraceMapping Fitted(TraceMapping mapping, const TraceMotion& motion, const Vecto
 
 TraceDevice::TraceDevice(const TraceFile& file, const TraceMotion& motion,
                          const TraceMapping& mapping, const ImpulseEngineKinematics& kinematics)
-    : place_(file.place), motion_(motion), mapping_(mapping), kinematics_(kinematics) {
+    : place_(file.place),
+      motion_(std::make_shared<const TraceMotion>(motion)),
+      mapping_(mapping),
+      kinematics_(kinematics) {
   HPDM_CHECK(mapping.speed > 0);
 }
 
@@ -36,7 +39,7 @@ DeviceSample TraceDevice::Read(Nanoseconds now) noexcept {
           : static_cast<Nanoseconds>(std::min(mapping_.speed * static_cast<double>(elapsed), 9e18));
   return {.sequence = ++reads_,
           .time_ns = now,
-          .joints = Joints(motion_.At(time, &cursor_)).joints,
+          .joints = Joints(motion_->At(time, &cursor_)).joints,
           .valid = true};
 }
 
@@ -47,11 +50,11 @@ void TraceDevice::Home() noexcept {
 }
 
 Nanoseconds TraceDevice::duration() const {
-  return std::llround(static_cast<double>(motion_.duration()) / mapping_.speed);
+  return std::llround(static_cast<double>(motion_->duration()) / mapping_.speed);
 }
 
 double TraceDevice::ClampedShare() const {
-  const auto& places = motion_.places();
+  const auto& places = motion_->places();
   const auto clamped = std::count_if(places.begin(), places.end(), [&](const auto& knot) {
     JointVector values;
     values << knot.values, 0, 1;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "haptics/device/device.h"
@@ -37,6 +38,7 @@ class TraceDevice : public Device {
   TraceDevice(const TraceFile& file, const TraceMotion& motion, const TraceMapping& mapping,
               const ImpulseEngineKinematics& kinematics);
 
+  std::unique_ptr<Device> Clone() const override { return std::make_unique<TraceDevice>(*this); }
   DeviceSample Read(Nanoseconds now) noexcept override;
   /// Does nothing.
   void Write(const AxisEffort&) noexcept override {}
@@ -56,7 +58,7 @@ class TraceDevice : public Device {
   ImpulseEngineKinematics::InverseResult Joints(const JointVector& values) const noexcept;
 
   TracePlace place_;
-  TraceMotion motion_;
+  std::shared_ptr<const TraceMotion> motion_;  // copies share it
   TraceMapping mapping_;
   ImpulseEngineKinematics kinematics_;
   ForceSwitch force_;

@@ -16,7 +16,7 @@ class PosedSurface {
     vertices = rest.vertices;
   }
 
-  PairSurface surface() const { return {rest_, topology_}; }
+  PairSurface surface() const { return {&rest_, &topology_}; }
   PairShape shape() const { return {vertices, tree_, offset_W}; }
   const SurfaceMesh& rest() const { return rest_; }
 

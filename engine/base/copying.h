@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <utility>
+
+/// Members that make the default copy and assignment of a class right, so that a session's state
+/// can be saved, restored and cloned (tools/session/lockstep_session.h).
+namespace hpdm {
+
+/// Owns an object of a polymorphic type, which is copied with its owner: T::Clone() returns a
+/// std::unique_ptr<T>. Otherwise used as a std::unique_ptr.
+template <class T>
+class Cloned {
+ public:
+  Cloned() = default;
+  Cloned(std::unique_ptr<T> value) : value_(std::move(value)) {}
+  Cloned(const Cloned& other) : value_(other.value_ ? other.value_->Clone() : nullptr) {}
+  Cloned(Cloned&&) noexcept = default;
+  Cloned& operator=(const Cloned& other) {
+    if (this != &other) value_ = other.value_ ? other.value_->Clone() : nullptr;
+    return *this;
+  }
+  Cloned& operator=(Cloned&&) noexcept = default;
+
+  T* get() const { return value_.get(); }
+  T* operator->() const { return value_.get(); }
+  T& operator*() const { return *value_; }
+  explicit operator bool() const { return value_ != nullptr; }
+
+ private:
+  std::unique_ptr<T> value_;
+};
+
+/// A matrix of working memory: its contents have no meaning between two steps. A copy has the
+/// original's size and no contents; an assignment leaves them alone. Copying them would take longer
+/// than the rest of a session's state, and would touch memory that a step may never use.
+class WorkMatrix : public Eigen::MatrixXd {
+ public:
+  WorkMatrix(Eigen::Index rows, Eigen::Index columns) : Eigen::MatrixXd(rows, columns) {}
+  WorkMatrix(const WorkMatrix& other) : Eigen::MatrixXd(other.rows(), other.cols()) {}
+  WorkMatrix& operator=(const WorkMatrix& other) {
+    resize(other.rows(), other.cols());
+    return *this;
+  }
+};
+
+/// A member with references inside, which an assignment of its owner replaces. Used as a pointer.
+template <class T>
+class Rebindable {
+ public:
+  Rebindable(const T& value) : value_(value) {}
+  Rebindable(const Rebindable&) = default;
+  Rebindable& operator=(const Rebindable& other) {
+    const T value = *other.value_;
+    value_.emplace(value);
+    return *this;
+  }
+
+  const T* operator->() const { return &*value_; }
+  const T& operator*() const { return *value_; }
+
+ private:
+  std::optional<T> value_;
+};
+
+}  // namespace hpdm
