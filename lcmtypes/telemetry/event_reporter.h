@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/snapshots.h"
@@ -27,6 +28,9 @@ class EventReporter {
   using Tell = std::function<void(const std::string&)>;
 
   EventReporter(const SessionInfo& info, Sink sink, Tell tell);
+
+  /// Sends the events of a copy elsewhere.
+  void SetSink(Sink sink) { sink_ = std::move(sink); }
 
   /// Reports the session's start, and the wake-ups of an empty loop before it, if there are any.
   void ReportStart(const Histogram& baseline);

@@ -30,6 +30,8 @@ std::string DeviceChoice::Text() const {
       return "lcm";
     case Type::kMouse:
       return "mouse";
+    case Type::kCommand:
+      return "command";
   }
   return "";
 }

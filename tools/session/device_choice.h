@@ -9,7 +9,13 @@ namespace hpdm {
 
 /// The device that moves an instrument.
 struct DeviceChoice {
-  enum class Type { kSim, kTrace, kLcm, kMouse };
+  enum class Type {
+    kSim,
+    kTrace,
+    kLcm,
+    kMouse,
+    kCommand,  ///< The program (command_device.h); not from a command line.
+  };
   Type type = Type::kSim;
   std::string trace;  ///< Path; kTrace only.
 

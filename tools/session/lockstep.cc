@@ -11,9 +11,7 @@ bool Lockstep::StepIfDue() {
 
 void Lockstep::Tick() {
   haptics_->Tick(tick_, ScheduledAt(tick_), {});
-  const std::uint64_t begins =
-      (steps_begun_ * timing_.haptic_hz + timing_.deformation_hz - 1) / timing_.deformation_hz;
-  if (tick_ == begins) {
+  if (tick_ == BeginOf(steps_begun_)) {
     begun_.push_back(deformation_->NewestTools());
     ++steps_begun_;
   }

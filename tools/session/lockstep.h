@@ -23,8 +23,19 @@ class Lockstep {
   Lockstep(const TimingOptions& timing, HapticLoop* haptics, DeformationLoop* deformation)
       : timing_(timing), haptics_(haptics), deformation_(deformation) {}
 
+  /// Gives a copy loops of its own, which hold copies of the original's states.
+  void Attach(HapticLoop* haptics, DeformationLoop* deformation) {
+    haptics_ = haptics;
+    deformation_ = deformation;
+  }
+
   /// Returns the number of the next tick.
   std::uint64_t tick() const { return tick_; }
+
+  /// Returns the tick in which step number `step` (from 0) begins.
+  std::uint64_t BeginOf(std::uint64_t step) const {
+    return (step * timing_.haptic_hz + timing_.deformation_hz - 1) / timing_.deformation_hz;
+  }
 
   /// Computes the step whose patch first becomes visible to the next tick. True if there was one.
   bool StepIfDue();

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,31 +10,27 @@
 #include "engine/snapshots.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
-#include "haptics/device/hand_script.h"
 #include "haptics/device/mouse_hand.h"
 #include "haptics/device/trace_file.h"
 #include "haptics/haptic_loop.h"
 #include "lcmtypes/live/device_link.h"
 #include "lcmtypes/telemetry/telemetry_loop.h"
 #include "render/render_loop.h"
-#include "scenes/generator/shapes/instrument_mesh.h"
 #include "scenes/loader/scene.h"
-#include "tools/session/contact_stiffness.h"
 #include "tools/session/device_choice.h"
+#include "tools/session/session_model.h"
 #include "tools/session/trainer_input.h"
-#include "tools/session/virtual_wall.h"
 
 namespace hpdm {
 
-/// Builds and owns everything that a scene describes: the constant organs, the devices, and the
+/// Builds and owns everything that a scene describes: its constant model, the devices, and the
 /// edges between the loops (snapshots.h). The command that runs the loops builds them and wires
 /// the threads. Main thread.
 class Session {
  public:
   /// Builds the session of `scene` with the scene's own devices. Throws InputError.
   explicit Session(const Scene& scene) : Session(scene, ChooseDevices({}, scene.instruments)) {}
-  /// Hears, before each slow part of the construction, what is being built.
-  using Progress = std::function<void(const std::string& what)>;
+  using Progress = SessionModel::Progress;
   /// The same with a chosen device for each instrument. `progress` may be null.
   Session(Scene scene, std::vector<DeviceChoice> devices, const Progress& progress = nullptr);
 
@@ -44,8 +39,9 @@ class Session {
   /// file is of another mesh.
   void LoadReference(const std::string& argument);
 
-  const Scene& scene() const { return scene_; }
-  const std::vector<OrganModel>& organs() const { return organs_; }
+  const SessionModel& model() const { return *model_; }
+  const Scene& scene() const { return model_->scene(); }
+  const std::vector<OrganModel>& organs() const { return model_->organs(); }
   /// Returns the device of each instrument.
   const std::vector<DeviceChoice>& device_choices() const { return choices_; }
   /// Returns the length of the longest trace if every instrument plays one, else 0.
@@ -53,33 +49,27 @@ class Session {
   /// Returns the repairs of the meshes and probable mistakes in the scene, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
-  /// The stiffest contact of each organ with each instrument. remarks() has a line for each one
-  /// that exceeds the limit of its device.
-  struct ContactFact {
-    std::string instrument;
-    std::string organ;
-    StiffestContact stiffest;
-  };
-  const std::vector<ContactFact>& contacts() const { return contacts_; }
-  /// Returns the place that an instrument's hand goes to. Throws InputError if there is none.
-  HandSite SiteOf(const InstrumentOptions& instrument) const;
-  /// Returns the virtual wall of each instrument; empty if the scene has no rigid organ.
-  const std::vector<VirtualWall>& walls() const { return walls_; }
+  using ContactFact = SessionModel::ContactFact;
+  const std::vector<ContactFact>& contacts() const { return model_->contacts(); }
+  HandSite SiteOf(const InstrumentOptions& instrument) const { return model_->SiteOf(instrument); }
+  const std::vector<VirtualWall>& walls() const { return model_->walls(); }
 
-  Nanoseconds haptic_period_ns() const { return kNanosecondsPerSecond / scene_.timing.haptic_hz; }
+  Nanoseconds haptic_period_ns() const { return model_->haptic_period_ns(); }
 
   /// Homes the devices and switches their forces on (or off, at the end).
   void EnableForces(bool on);
 
   // Inputs of the loops.
-  std::vector<HapticInstrument> HapticInstruments() const;
-  std::vector<ToolOptions> DeformationTools() const;
-  std::vector<OrganVisual> OrganVisuals() const;
-  std::vector<InstrumentVisual> InstrumentVisuals() const;
-  const Image* Background() const;  ///< Null if the scene has none.
-  SessionInfo Info() const;
+  std::vector<HapticInstrument> HapticInstruments() const {
+    return model_->HapticInstruments(devices_);
+  }
+  std::vector<ToolOptions> DeformationTools() const { return model_->DeformationTools(); }
+  std::vector<OrganVisual> OrganVisuals() const;  ///< With the references.
+  std::vector<InstrumentVisual> InstrumentVisuals() const { return model_->InstrumentVisuals(); }
+  const Image* Background() const { return model_->Background(); }
+  SessionInfo Info() const { return model_->Info(); }
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;
-  StatusNames Names() const;
+  StatusNames Names() const { return model_->Names(); }
 
   // The edges. The queues hold two seconds of samples, steps and frames, so that a telemetry thread
   // that waits less than that for a disk loses nothing.
@@ -106,31 +96,14 @@ class Session {
   std::array<TripleBuffer<HandTarget>*, kMaxInstruments> hand_targets{};
 
  private:
-  void ReadTraces();
-  void ReadPictures();
-  void BuildOrgans(const Progress& progress);
-  void CheckTip(const InstrumentDescription& held) const;
-  void BuildInstruments();
-  void CompareStiffness(const Progress& progress);
-  void BuildWalls();
-  std::unique_ptr<Device> BuildDevice(std::size_t instrument, const HandSite& site);
-  std::unique_ptr<Device> BuildTraceDevice(std::size_t instrument, const HandSite& site);
+  void MakeDevices(const std::vector<TraceFile>& traces);
 
-  Scene scene_;
-  Image background_;             // empty if the scene names none
-  std::vector<Image> textures_;  // by organ; empty if it names none
-  std::vector<OrganModel> organs_;
-  std::vector<std::vector<InstrumentMeshes>>
-      instrument_meshes_;           // [instrument][ToolPose::instrument_index]
+  std::shared_ptr<const SessionModel> model_;
   std::vector<Points> references_;  // by organ, V x 3, m; 0 rows if none was loaded
-  std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<DeviceChoice> choices_;
-  std::vector<TraceFile> traces_;  // by instrument; without rows if it plays none
   std::vector<std::unique_ptr<Device>> devices_;
   Nanoseconds trace_length_ = 0;
   std::vector<std::string> remarks_;
-  std::vector<ContactFact> contacts_;
-  std::vector<VirtualWall> walls_;
 };
 
 /// The forces of a session's devices are on while this lives, and off after it however it ends. The

@@ -39,9 +39,11 @@ OrganOptions LoadedOrgan(const Scene& scene) {
 
 }  // namespace
 
-StaticCase LoadStaticCase(const std::string& path) {
+StaticCase LoadStaticCase(const std::string& path) { return MakeStaticCase(LoadScene(path)); }
+
+StaticCase MakeStaticCase(Scene scene) {
   StaticCase load_case;
-  load_case.scene = LoadScene(path);
+  load_case.scene = std::move(scene);
   load_case.organ = LoadedOrgan(load_case.scene);
   std::vector<std::string> repairs;
   load_case.rest =

@@ -19,6 +19,8 @@ struct StaticCase {
 /// Loads a scene as a static problem. Throws InputError (file, remedy) for a bad scene, a scene
 /// without loads, and loads on several organs.
 StaticCase LoadStaticCase(const std::string& path);
+/// The same of a scene that is loaded.
+StaticCase MakeStaticCase(Scene scene);
 
 /// Reads the displacements of a reference (surface_table.h) for the vertices of `rest`, V x 3, m.
 /// Throws InputError if the file is not a surface table or belongs to another mesh.

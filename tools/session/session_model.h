@@ -1,0 +1,102 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/organ.h"
+#include "engine/step/tool_options.h"
+#include "haptics/device/hand_script.h"
+#include "haptics/device/impulse_engine.h"
+#include "haptics/haptic_loop.h"
+#include "lcmtypes/telemetry/session_info.h"
+#include "render/image/image.h"
+#include "render/instrument/instrument_renderer.h"
+#include "render/overlay/status_text.h"
+#include "render/render_loop.h"
+#include "scenes/generator/shapes/instrument_mesh.h"
+#include "scenes/loader/scene.h"
+#include "tools/session/contact_stiffness.h"
+#include "tools/session/virtual_wall.h"
+
+namespace hpdm {
+
+/// The constant part of a session: what is built once from a scene, and what any number of sessions
+/// share. Any thread may read it.
+class SessionModel {
+ public:
+  /// Hears, before each slow part of the construction, what is being built.
+  using Progress = std::function<void(const std::string& what)>;
+  /// Builds the model of `scene`. `progress` may be null. Throws InputError.
+  explicit SessionModel(Scene scene, const Progress& progress = nullptr);
+  SessionModel(const SessionModel&) = delete;
+  SessionModel& operator=(const SessionModel&) = delete;
+
+  /// Returns the model of the same scene in which organ number `organ` has Young's modulus `young`
+  /// (Pa) and everything else is shared: that of a scene file with this value. Throws InputError.
+  std::shared_ptr<const SessionModel> WithYoung(std::size_t organ, double young) const;
+
+  const Scene& scene() const { return scene_; }
+  const std::vector<OrganModel>& organs() const { return organs_; }
+  /// Returns the repairs of the meshes and probable mistakes in the scene, one line each.
+  const std::vector<std::string>& remarks() const { return remarks_; }
+
+  /// The stiffest contact of each organ with each instrument. remarks() has a line for each one
+  /// that exceeds the limit of its device.
+  struct ContactFact {
+    std::string instrument;
+    std::string organ;
+    StiffestContact stiffest;
+  };
+  const std::vector<ContactFact>& contacts() const { return contacts_; }
+  /// Returns the place that an instrument's hand goes to. Throws InputError if there is none.
+  HandSite SiteOf(const InstrumentOptions& instrument) const;
+  /// The same of instrument number `instrument`.
+  const HandSite& site(std::size_t instrument) const { return sites_[instrument]; }
+  const ImpulseEngineKinematics& kinematics(std::size_t instrument) const {
+    return kinematics_[instrument];
+  }
+  /// Returns the virtual wall of each instrument; empty if the scene has no rigid organ.
+  const std::vector<VirtualWall>& walls() const { return walls_; }
+
+  Nanoseconds haptic_period_ns() const { return kNanosecondsPerSecond / scene_.timing.haptic_hz; }
+
+  // Inputs of the loops.
+  std::vector<HapticInstrument> HapticInstruments(
+      const std::vector<std::unique_ptr<Device>>& devices) const;
+  std::vector<ToolOptions> DeformationTools() const;
+  std::vector<OrganVisual> OrganVisuals() const;
+  std::vector<InstrumentVisual> InstrumentVisuals() const;
+  const Image* Background() const;  ///< Null if the scene has none.
+  SessionInfo Info() const;
+  StatusNames Names() const;
+
+ private:
+  SessionModel(const SessionModel& other, std::size_t organ, double young);
+  void ReadPictures();
+  void BuildOrgans(const Progress& progress);
+  void CheckTip(const InstrumentDescription& held) const;
+  void BuildInstruments();
+  void CompareStiffness(const Progress& progress);
+  void BuildWalls();
+
+  // What does not depend on the tissue's stiffness. Shared by the models of WithYoung().
+  struct Pictures {
+    Image background;             // empty if the scene names none
+    std::vector<Image> textures;  // by organ; empty if it names none
+    std::vector<std::vector<InstrumentMeshes>>
+        instruments;  // [instrument][ToolPose::instrument_index]
+  };
+
+  Scene scene_;
+  std::shared_ptr<Pictures> pictures_;
+  std::vector<OrganModel> organs_;
+  std::vector<HandSite> sites_;  // by instrument
+  std::vector<ImpulseEngineKinematics> kinematics_;
+  std::vector<std::string> remarks_;
+  std::vector<ContactFact> contacts_;
+  std::vector<VirtualWall> walls_;
+};
+
+}  // namespace hpdm
