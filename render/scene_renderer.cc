@@ -35,4 +35,10 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
 }
 
+void SceneRenderer::DrawDepthOf(std::size_t organ) const {
+  glEnable(GL_DEPTH_TEST);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  organs_.DrawDepthOf(organ);
+}
+
 }  // namespace hpdm

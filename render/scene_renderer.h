@@ -39,6 +39,9 @@ class SceneRenderer {
   /// a bug. `overlays`: Overlay (view_settings.h), or-ed. Allocates nothing without overlays.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0);
 
+  /// Clears the depth and draws that of one organ alone, as the last Draw() did.
+  void DrawDepthOf(std::size_t organ) const;
+
   /// Draws the overlays' colour scales beside a resolved picture.
   void DrawScales(std::uint32_t overlays) { overlays_.DrawScales(overlays); }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "render/camera/laparoscope.h"
 #include "render/gl/render_context.h"
@@ -128,6 +129,19 @@ void PictureTarget::Read(Image* image) {
       out[1] = in[1];
       out[2] = in[2];
     }
+  }
+}
+
+void PictureTarget::ReadDepth(std::vector<float>* depth) const {
+  HPDM_CHECK(!multisampled_);
+  const auto row = static_cast<std::size_t>(width_);
+  depth->resize(row * static_cast<std::size_t>(height_));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, pinhole_.name());
+  glReadPixels(0, 0, width_, height_, GL_DEPTH_COMPONENT, GL_FLOAT, depth->data());
+  for (std::size_t low = 0, high = static_cast<std::size_t>(height_); low + 1 < high; ++low) {
+    --high;
+    std::swap_ranges(depth->data() + low * row, depth->data() + (low + 1) * row,
+                     depth->data() + high * row);
   }
 }
 

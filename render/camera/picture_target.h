@@ -55,6 +55,10 @@ class PictureTarget {
   /// only if its size differs.
   void Read(Image* image);
 
+  /// Copies the depth buffer of a picture with one sample a pixel, before Resolve(): 0 at the near
+  /// plane to 1 at the far one, rows from the top down.
+  void ReadDepth(std::vector<float>* depth) const;
+
   int width() const { return width_; }
   int height() const { return height_; }
 

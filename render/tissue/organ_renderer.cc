@@ -125,6 +125,11 @@ void OrganRenderer::DrawDepth() const {
   }
 }
 
+void OrganRenderer::DrawDepthOf(std::size_t organ) const {
+  depth_program_.Use();
+  if (organs_[organ].may_be_seen) organs_[organ].mesh.Draw();
+}
+
 void OrganRenderer::Draw(const Occlusion* occlusion) const {
   program_.Use();
   detail_.Bind(kDetailUnit);

@@ -48,6 +48,8 @@ class OrganRenderer {
 
   /// Draws only depth.
   void DrawDepth() const;
+  /// The same of one organ.
+  void DrawDepthOf(std::size_t organ) const;
 
   /// Draws the organs. `occlusion` (of the same frame) may be null.
   void Draw(const Occlusion* occlusion) const;

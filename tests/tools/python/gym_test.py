@@ -1,0 +1,130 @@
+"""The contract of the learning tasks, which gymnasium's checker would test."""
+
+import unittest
+
+import numpy as np
+
+import hpdm.gym
+from hpdm.gym import TASKS, Env, Reach, VectorEnv
+
+
+def run(env, seed, steps, options=None):
+    """Plays random actions; returns observations, rewards and ends."""
+    random = np.random.default_rng(seed)
+    played = []
+    observation, info = env.reset(seed=seed, options=options)
+    played.append((observation, info["draws"]))
+    for _ in range(steps):
+        action = random.uniform(-1, 1, env.action_space.shape).astype(np.float32)
+        result = env.step(action)
+        played.append(result)
+        if result[2] or result[3]:
+            break
+    return played
+
+
+class GymTest(unittest.TestCase):
+    def test_every_task_keeps_the_contract(self):
+        for name, task in TASKS.items():
+            with self.subTest(name):
+                env = hpdm.gym.make(name)
+                self.assertIs(type(env), Env)
+                options = {"pose": 0.002, "delay": (0, 2)}
+                first, again = run(env, 3, 12, options), run(env, 3, 12, options)
+                other = run(env, 4, 12, options)
+                self.assertEqual(first[0][1], again[0][1])
+                self.assertNotEqual(first[0][1], other[0][1])
+                for a, b in zip(first, again):
+                    self.assertEqual(a[0].tobytes(), b[0].tobytes())
+                    self.assertEqual(a[1], b[1])
+                for observation, *_ in first:
+                    self.assertIn(observation, env.observation_space)
+                    self.assertEqual(observation.dtype, np.float32)
+                for _, reward, terminated, truncated, info in first[1:]:
+                    self.assertIs(type(reward), float)
+                    self.assertIs(type(terminated), bool)
+                    self.assertIs(type(truncated), bool)
+                    self.assertFalse(terminated and truncated)
+                    terms = sum(env.task.weights.get(term, 0) * value
+                                for term, value in info["terms"].items())
+                    self.assertAlmostEqual(reward, terms)
+                self.assertLessEqual(set(env.task.weights), set(first[-1][4]["terms"]))
+                self.assertIn(env.action_space.sample(), env.action_space)
+                self.assertIn(env.observation_space.sample(), env.observation_space)
+                env.close()
+
+    def test_an_episode_ends_once(self):
+        class Short(Reach):
+            limit = 3
+        env = Env(Short)
+        with self.assertRaisesRegex(RuntimeError, "reset"):
+            env.step(np.zeros(4, np.float32))
+        env.reset(seed=1)
+        env.task.goal = np.array([9.0, 9.0, 9.0])
+        ends = [env.step(np.zeros(4, np.float32))[2:4] for _ in range(3)]
+        self.assertEqual(ends, [(False, False), (False, False), (False, True)])
+        with self.assertRaisesRegex(RuntimeError, "reset"):
+            env.step(np.zeros(4, np.float32))
+        env.reset(seed=1)
+        env.task.goal = env.task.tip().copy()
+        self.assertEqual(env.step(np.zeros(4, np.float32))[2:4], (True, False))
+
+    def test_refuses_what_is_wrong(self):
+        env = hpdm.gym.make("Reach")
+        env.reset(seed=1)
+        for action in (np.zeros(3, np.float32), np.full(4, 2.0), np.full(4, np.nan)):
+            with self.assertRaisesRegex(ValueError, "action"):
+                env.step(action)
+        with self.assertRaisesRegex(ValueError, "options"):
+            env.reset(options={"colour": 1})
+        with self.assertRaisesRegex(ValueError, "observation"):
+            Env(Reach, observation="sound")
+        with self.assertRaisesRegex(ValueError, "render_mode"):
+            Env(Reach, render_mode="human")
+        with self.assertRaisesRegex(KeyError, "Reach"):
+            hpdm.gym.make("Suture")
+
+    def test_pictures_are_observations(self):
+        for observation in ("rgb", "rgbd"):
+            env = Env(Reach, observation=observation, size=(48, 32), render_mode="rgb_array")
+            shown, _ = env.reset(seed=1)
+            self.assertIn(shown, env.observation_space)
+            rgb = shown if observation == "rgb" else shown["rgb"]
+            self.assertEqual((rgb.shape, rgb.dtype), ((32, 48, 3), np.uint8))
+            self.assertGreater(int(rgb.max()), 50)
+        self.assertEqual(env.render().shape, (480, 640, 3))
+
+    def test_a_softer_organ_is_a_draw(self):
+        env = hpdm.gym.make("TissueRetraction")
+        env._starts.levels = 2
+        env.reset(seed=1, options={"young": (2000, 4000)})
+        _, info = env.reset(seed=2, options={"young": (2000, 4000)})
+        self.assertIn(round(info["draws"]["young"]), (2000, 4000))
+        self.assertEqual(env.reset(seed=2, options={})[1]["draws"]["young"], None)
+
+    def test_a_vector_equals_single_environments(self):
+        class Short(Reach):
+            limit = 4
+        vector = VectorEnv(Short, 3, threads=2)
+        observations, info = vector.reset(seed=5)
+        singles = [Env(Short) for _ in range(3)]
+        for i, env in enumerate(singles):
+            alone, own = env.reset(seed=5 + i)
+            self.assertEqual(alone.tobytes(), observations[i].tobytes())
+            self.assertEqual(own["draws"]["target"], info["draws"][i]["target"])
+        random = np.random.default_rng(1)
+        for step in range(6):
+            actions = random.uniform(-1, 1, vector.action_space.shape).astype(np.float32)
+            observations, rewards, terminated, truncated, info = vector.step(actions)
+            for i, env in enumerate(singles):
+                alone, reward, ended, cut, _ = env.step(actions[i])
+                self.assertEqual((reward, ended, cut), (rewards[i], terminated[i], truncated[i]))
+                if ended or cut:
+                    self.assertEqual(alone.tobytes(), info["final_observation"][i].tobytes())
+                    alone, _ = env.reset()
+                self.assertEqual(alone.tobytes(), observations[i].tobytes())
+            self.assertEqual(bool(truncated.any()), step == 3)
+
+
+if __name__ == "__main__":
+    unittest.main()

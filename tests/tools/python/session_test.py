@@ -1,0 +1,182 @@
+"""Sessions: the same bits as `hpdm run`, after a reset, a load and in a clone."""
+
+import os
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+
+import hpdm
+
+PRESS = hpdm.scene_path("two_hands.toml")
+
+
+def arrays(session):
+    """Everything that a session shows."""
+    shown = [getattr(session, name).copy() for name in session._TOOL_ARRAYS]
+    shown += [session.organ_force.copy(), session.tick_forces]
+    for organ in session.organs.values():
+        shown += [organ.vertices.copy(), organ.control_points.copy(), organ.force.copy()]
+    return shown
+
+
+def steps(session, count):
+    """Steps and returns what each step shows."""
+    shown = []
+    for _ in range(count):
+        session.step()
+        shown += arrays(session)
+    return shown
+
+
+class SessionTest(unittest.TestCase):
+    def assert_same_bits(self, first, second):
+        self.assertEqual(len(first), len(second))
+        for a, b in zip(first, second):
+            self.assertEqual(a.tobytes(), b.tobytes())
+
+    def assert_continues(self, scene, before, after, **options):
+        """A clone and a loaded session continue bit for bit, and both touch something."""
+        session = hpdm.Session(scene, **options)
+        steps(session, before)
+        state, clone = session.save(), session.clone()
+        shown = steps(session, after)
+        forces = shown[::len(arrays(session))]
+        self.assertTrue(any(force.any() for force in forces))
+        self.assert_same_bits(shown, steps(clone, after))
+        session.load(state)
+        self.assert_same_bits(shown, steps(session, after))
+
+    def test_has_the_bits_of_a_lockstep_session_of_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = os.path.join(folder, "session")
+            subprocess.run([os.environ["HPDM_PROGRAM"], "run", PRESS, "--headless", "--clock",
+                            "lockstep", "--no-pictures", "--seconds", "2", "--out", out],
+                           check=True, capture_output=True)
+            log = hpdm.Log(out)["HPDM_FORCE"]
+        session = hpdm.Session(PRESS, device="sim")
+        forces = []
+        for _ in range(60):
+            session.step()
+            forces.append(session.tick_forces)
+        forces = np.concatenate(forces)
+        self.assertEqual(len(forces), 2000)
+        self.assertGreater(np.abs(forces[:, 0]).max(), 0.05)  # N: it presses
+        for tool in range(2):
+            for axis in range(3):
+                logged = log[f"tools[{tool}].force[{axis}]"][:2000]
+                self.assertEqual(logged.tobytes(), forces[:, tool, axis].tobytes())
+
+    def test_a_reset_is_a_new_session_with_that_seed(self):
+        session = hpdm.Session(PRESS, device="sim")
+        first = steps(session, 30)
+        session.reset(seed=7)
+        again = steps(session, 30)
+        new = steps(hpdm.Session(hpdm.Scene(PRESS), device="sim", seed=7), 30)
+        self.assert_same_bits(again, new)
+        self.assertTrue(any(a.tobytes() != b.tobytes() for a, b in zip(first, again)))
+
+    def test_continues_under_hands_that_press_and_pull(self):
+        self.assert_continues(PRESS, 40, 30, device="sim")
+
+    def test_continues_with_organs_that_touch_each_other(self):
+        self.assert_continues(hpdm.scene_path("abdomen.toml"), 45, 12, device="sim")
+
+    def test_continues_in_finite_strain_and_with_memory(self):
+        scene = hpdm.Scene(PRESS)
+        scene["organ.liver.lattice.cells"] = [3, 3, 3]
+        scene["organ.liver.energy.strain"] = "finite"
+        self.assert_continues(scene, 36, 4, device="sim")
+        scene["organ.liver.energy.strain"] = "adaptive"
+        text = scene.text + "\n[[organ.material.prony]]\nshare = 0.4\ntime = 0.3\n"
+        self.assert_continues(hpdm.Scene.parse(text, scene.path), 36, 10, device="sim")
+
+    def test_continues_with_other_models_of_tissue(self):
+        scene = hpdm.Scene(hpdm.scene_path("liver_palpation.toml"))
+        text = scene.text.replace("liver_5000", "liver_1332")
+        head, tail = text.split("  [organ.lattice]")
+        support = tail[tail.index("  [[organ.support]]"):]
+        for model in ("continuum", "mass_spring"):
+            material = "  [organ.material]\n  young = 5000\n"
+            text = head + f'model = "{model}"\n' + material + support
+            self.assert_continues(hpdm.Scene.parse(text, scene.path), 36, 5, device="sim")
+
+    def test_a_modulus_that_is_set_is_that_of_a_new_session(self):
+        session = hpdm.Session(PRESS, device="sim")
+        steps(session, 35)
+        session.organs["liver"].set_young(8123.0)
+        scene = hpdm.Scene(PRESS)
+        scene["organ.liver.material.young"] = 8123.0
+        shown = steps(session, 40)
+        self.assert_same_bits(shown, steps(hpdm.Session(scene, device="sim"), 40))
+        session.reset()
+        self.assert_same_bits(shown, steps(session, 40))
+
+    def test_arrays_are_live_and_stay_in_place(self):
+        session = hpdm.Session(PRESS, device="sim")
+        liver = session.organs["liver"]
+        vertices, moved, force = liver.vertices, liver.displacements, session.force
+        self.assertEqual(vertices.dtype, np.float64)
+        self.assertEqual(vertices.shape, liver.rest.shape)
+        self.assertFalse(vertices.flags.writeable)
+        steps(session, 40)
+        state = session.save()
+        self.assertGreater(np.abs(moved).max(), 1e-3)
+        np.testing.assert_array_equal(moved, vertices - liver.rest)
+        session.reset()
+        self.assertFalse(moved.any())
+        session.load(state)
+        self.assertGreater(np.abs(moved).max(), 1e-3)
+        self.assertTrue(np.shares_memory(vertices, liver.vertices))
+        self.assertTrue(force.any())
+        del session, liver
+        self.assertTrue(np.isfinite(vertices).all() and force.any())  # they keep the memory
+
+    def test_a_command_is_reached_at_the_end_of_the_step(self):
+        session = hpdm.Session(PRESS, command="tip")
+        goal = session.tip[0] + [0.001, -0.002, 0.003]
+        session.command["probe"][:3] = goal
+        session.step()
+        np.testing.assert_allclose(session.tip[0], goal, atol=1e-12)  # round-off of the kinematics
+        np.testing.assert_allclose(session.velocity[1], 0, atol=1e-12)
+        axes = hpdm.Session(PRESS)
+        axes.command["probe"] = session.joints[0]
+        axes.step()
+        np.testing.assert_allclose(axes.tip[0], goal, atol=1e-12)
+        axes.command["probe"][2] = 9  # m: beyond the workspace
+        axes.step()
+        self.assertLess(axes.joints[0, 2], 0.31)
+
+    def test_the_force_on_the_organ_is_that_on_the_hand(self):
+        session = hpdm.Session(hpdm.scene_path("liver_palpation.toml"))
+        start = session.command["probe"][2]
+        for _ in range(40):
+            session.command["probe"][2] = start + 0.04
+            session.step()
+        # A hand that stands: no friction in the trocar, no damping, full authority.
+        np.testing.assert_allclose(session.organs["liver"].force, -session.force[0], atol=1e-9)
+        self.assertGreater(np.linalg.norm(session.force), 0.1)
+        self.assertEqual((session.contact_organ[0], session.contact_kind[0]), (0, 1))
+        self.assertGreater(session.depth[0], 0.005)
+
+    def test_says_nothing_and_writes_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            code = ("import hpdm\n"
+                    "session = hpdm.Session(hpdm.scene_path('two_hands.toml'), device='sim')\n"
+                    "[session.step() for _ in range(30)]")
+            done = subprocess.run([os.sys.executable, "-c", code], cwd=folder, check=True,
+                                  capture_output=True, text=True)
+            self.assertEqual((done.stdout, done.stderr, os.listdir(folder)), ("", "", []))
+
+    def test_reports_events(self):
+        session = hpdm.Session(PRESS)
+        session.exchange("probe", 1)
+        steps(session, 2)
+        events = session.events()
+        self.assertEqual([name for _, _, name, _ in events], ["instrument.exchanged"])
+        self.assertEqual(session.events(), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
