@@ -205,7 +205,13 @@ class HapticContact {
   };
 
   template <class Value>
-  Value At(const Place& place, Value PatchPoint::*member) const;
+  Value At(const Place& place, Value PatchPoint::*member) const {
+    const auto& points = place.on_far ? patch_->far.points : patch_->points;
+    const SurfaceFoot& foot = place.foot;
+    return foot.weights[0] * (points[foot.corners[0]].*member) +
+           foot.weights[1] * (points[foot.corners[1]].*member) +
+           foot.weights[2] * (points[foot.corners[2]].*member);
+  }
   template <class Value>
   Value AtFoot(Value PatchPoint::*member) const {
     return At({on_far_, foot_}, member);

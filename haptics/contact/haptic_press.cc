@@ -1,0 +1,222 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/contact/haptic_contact.h"
+#include "haptics/contact/reaction_force.h"
+
+namespace hpdm {
+namespace {
+
+// Slip of a contact over its tip's motion along the surface and against it. Under a convex
+// surface a press of half the radius of curvature slides twice as far as its tip.
+constexpr double kSlipAlong = 2;
+constexpr double kSlipAgainst = 0.5;
+
+// m. A tip that moves farther in a tick may have passed through a wall.
+constexpr double kFarInATick = 5e-4;
+
+// Largest turn of the normal by the force beyond the step's: its linear law holds up to here.
+constexpr double kMaxTilt = 0.5;
+
+// m. A contact that lags this far behind its tip has ended: the tip has left sideways. So has one
+// this deep: tissue is nowhere as thick above a support.
+constexpr double kLost = 0.05;
+constexpr double kDeepest = 0.12;
+
+// Largest cosine between a shaft's axis and the normal of a contact that lasts.
+constexpr double kMaxEndOnLast = 0.95;
+
+// m. A contact that must slide this far beyond the mesh's triangles of the patch leaves them.
+constexpr double kBeyondPatch = 0.001;
+
+}  // namespace
+
+void HapticContact::LocatePress(TipPose* given) {
+  const bool was_touching = touching_;
+  const bool is_shaft = part_ == Part::kShaft;
+  if (!was_touching && !(is_shaft ? FindOnShaft(given) : FindContact(*given))) return;
+  touching_ = true;
+  EvaluateAtFoot(*given);
+  if (was_touching && !Slide(*given)) {
+    LoseContact();
+    return;
+  }
+  if (is_shaft) {
+    axis_known_ = false;
+    if (was_touching) Roll(given);
+    if (!(end_ > 0) || std::abs(end_on_) > kMaxEndOnLast) {
+      LoseContact();
+      return;
+    }
+  }
+  const TipPose& tip = *given;
+  p_foot_W_ = surface().Position(foot_);
+  if (patch_->reaction == ReactionType::kPaper) {
+    if (tip_.depth > 0) {
+      PressPaper();
+    } else {
+      LoseContact();
+    }
+    return;
+  }
+  if (!was_touching) Sticks(tip);
+  friction_W_ -= friction_W_.dot(tip_.normal_W) * tip_.normal_W;  // the normal turned with the slip
+  tip_.friction_W = friction_W_;
+  in_lattice_ = true;
+}
+
+bool HapticContact::FindContact(const TipPose& tip) {
+  const Vector3d& p_tip_W = tip.X_WT.translation();
+  const bool moved_far = started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick;
+  on_far_ = false;
+  if (moved_far && mesh_surface().FindEntry(p_tip_last_W_, p_tip_W, &foot_)) return true;
+  if (mesh_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius)
+    return true;
+  return !far_surface().empty() && FindFarContact(tip, moved_far);
+}
+
+// The coarse surface counts only where the patch has no triangles of the mesh.
+bool HapticContact::FindFarContact(const TipPose& tip, bool moved_far) {
+  const Vector3d& p_tip_W = tip.X_WT.translation();
+  on_far_ = (moved_far && far_surface().FindEntry(p_tip_last_W_, p_tip_W, &foot_)) ||
+            (far_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius);
+  on_far_ = on_far_ && !mesh_surface().Covers(far_surface().Position(foot_));
+  return on_far_;
+}
+
+void HapticContact::EvaluateAtFoot(const TipPose& tip) {
+  tip_ = {};
+  tip_.p_original_W = AtFoot(&PatchPoint::p_original_W) + surface().Offset(foot_);
+  tip_.normal_W = foot_.normal_W;
+  if (patch_->reaction == ReactionType::kLattice) {
+    tip_.normal_W = PressedNormal();
+    tip_.compliance_W = AtFoot(&PatchPoint::compliance_W);
+    tip_.indentation = patch_->indentation;
+    coupling_W_ = AtFoot(&PatchPoint::coupling_W);
+    if (IsViscous()) ApplyMemory();
+  }
+  if (part_ == Part::kShaft) {
+    end_on_ = axis_W_.dot(tip_.normal_W);
+    tip_.normal_W = (tip_.normal_W - end_on_ * axis_W_).stableNormalized();
+  }
+  if (patch_->rigid) tip_.compliance_W = WallAtFoot().Compliance(tip_.normal_W);
+  tip_.depth = tip_.normal_W.dot(tip_.p_original_W - tip.X_WT.translation()) + tip.tip_radius;
+}
+
+WallStiffness HapticContact::WallAtFoot() const {
+  WallStiffness wall;
+  for (int k = 0; k < 3; ++k) {
+    const WallStiffness& corner = surface_patch().points[foot_.corners[k]].wall;
+    wall.normal += foot_.weights[k] * corner.normal;
+    wall.tangential += foot_.weights[k] * corner.tangential;
+  }
+  return wall;
+}
+
+// Returns the lean of the normal that gives the work of friction on the indentation back. Its
+// compliance q H is larger across the normal than along it, so F turns H as the place moves by ds
+// over a curved surface, and does the work 1/2 q F . dH F = -f_n lean . ds besides what H stores.
+Vector3d HapticContact::Lean() const {
+  const LocalIndentation& indentation = patch_->indentation;
+  if (friction_W_.isZero(0) || !indentation.indents() || patch_->rigid) return Vector3d::Zero();
+  const Vector3d& n = foot_.normal_W;
+  const double pressing = std::max(0.0, -force_W_.dot(n));
+  const Vector3d across_W = pressing * friction_W_;
+  const Matrix3d& H = indentation.factor_W();
+  return indentation.BallYield(pressing) *
+         surface().Turn(foot_, H * across_W - n.dot(H * n) * across_W);
+}
+
+// Uses the f_n of the last tick but the direction of the normal to be found. With both from the
+// last tick they would oscillate.
+Vector3d HapticContact::PressedNormal() const {
+  const bool viscous = IsViscous();
+  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W + Lean();
+  const Vector3d& force_W = viscous ? memory_.dent.equilibrium_force_W() : force_W_;
+  const Vector3d& step_force_W = viscous ? patch_->equilibrium_force_W : patch_->force_on_tissue_W;
+  const double pressing = -force_W.dot(foot_.normal_W);
+  const Matrix3d turn = pressing * patch_->tilt_compliance_W;
+  const Vector3d n = (Matrix3d::Identity() + turn).inverse() *
+                     (stands_W - patch_->tilt_compliance_W * step_force_W + turn * friction_W_);
+  const Vector3d further_W = n - stands_W;
+  const double share = std::min(1.0, kMaxTilt / std::max(further_W.norm(), 1e-300));
+  if (!further_W.allFinite()) return stands_W.stableNormalized();
+  return (stands_W + share * further_W).stableNormalized();
+}
+
+// True if friction holds the contact in place; sets the friction that acts.
+bool HapticContact::Sticks(const TipPose& tip) {
+  friction_W_.setZero();
+  if (!(tip.friction > 0) || patch_->reaction == ReactionType::kPaper) return false;
+  const Vector3d& n = tip_.normal_W;
+  const Vector3d target_W = tip.X_WT.translation() - tip.tip_radius * n;
+  const Vector3d hold_W = HoldingForce(tip_, target_W - tip_.p_original_W - moved_W_);
+  const double pressing = -n.dot(hold_W);
+  if (!(pressing > 0)) return false;
+  const Vector3d share_W = (hold_W + pressing * n) / pressing;
+  const double share = share_W.norm();
+  friction_W_ = share > tip.friction ? Vector3d(tip.friction / share * share_W) : share_W;
+  return share <= tip.friction;
+}
+
+// Returns the tangential part of x_tip - r n - x_c: the offset from the pressed point to the tip,
+// m.
+Vector3d HapticContact::TangentialOffset(const TipPose& tip) const {
+  const Vector3d& n = tip_.normal_W;
+  Vector3d offset_W = tip.X_WT.translation() - tip_.p_original_W - moved_W_;
+  if (patch_->reaction == ReactionType::kLattice) {
+    CondensedTip moved = tip_;
+    moved.friction_W = friction_W_;
+    moved.depth += n.dot(moved_W_);
+    const Vector3d force_W = TipForce(moved);
+    offset_W -= ComplianceAt(moved, force_W) * force_W;
+  }
+  return offset_W - n.dot(offset_W) * n;
+}
+
+// Moves the contact along the surface. False if the tip has left it behind.
+bool HapticContact::Slide(const TipPose& tip) {
+  if (Sticks(tip)) return true;
+  const Vector3d tangential_W = TangentialOffset(tip);
+  const Vector3d way_W = tip.X_WT.translation() - p_tip_last_W_;
+  const double against = tip_.normal_W.dot(way_W);
+  const double longest =
+      kSlipAlong * (way_W - against * tip_.normal_W).norm() + kSlipAgainst * std::abs(against);
+  const SurfaceFoot before = foot_;
+  surface().Walk(std::min(1.0, longest / std::max(tangential_W.norm(), 1e-300)) * tangential_W,
+                 &foot_);
+  EvaluateAtFoot(tip);
+  const double offset2 = TangentialOffset(tip).squaredNorm();
+  if (offset2 > tangential_W.squaredNorm()) {
+    foot_ = before;
+    EvaluateAtFoot(tip);
+  } else if (!on_far_ && offset2 > kBeyondPatch * kBeyondPatch &&
+             mesh_surface().IsOnBorder(foot_)) {
+    LeavePatch(tip);
+  }
+  return TangentialOffset(tip).squaredNorm() < kLost * kLost && tip_.depth < kDeepest;
+}
+
+// Moves a contact at the border to the coarse surface, if there is one.
+void HapticContact::LeavePatch(const TipPose& tip) {
+  on_far_ = far_surface().Find(-1, foot_.weights, mesh_surface().Position(foot_), &foot_);
+  if (!on_far_) return;
+  left_patch_ = true;
+  EvaluateAtFoot(tip);
+}
+
+void HapticContact::PressPaper() {
+  result_.normal_W = tip_.normal_W;
+  result_.depth = tip_.depth;
+  result_.organ = organ_;
+  result_.kind = ContactKind::kPress;
+  const Vector3d delta_W = -tip_.depth * tip_.normal_W;
+  for (int i = 0; i < 3; ++i) {
+    result_.reaction_W +=
+        foot_.weights[i] * ForceOnHand(surface_patch().nodes[foot_.corners[i]], delta_W);
+  }
+  result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
+}
+
+}  // namespace hpdm
