@@ -60,6 +60,8 @@ struct PatchPoint {
   /// symmetric positive definite.
   Matrix3d compliance_W = Matrix3d::Zero();
   Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: compliance to the other tool's tip, m/N.
+  /// kLattice: compliance to the other place of this tip, m/N; only with ToolPatch::beside.
+  Matrix3d beside_W = Matrix3d::Zero();
   /// Viscoelastic organ: present position without ToolPatch::series_W times the contact's force, m.
   Vector3d tissue_W = Vector3d::Zero();
   /// Viscoelastic organ: w_k there (maxwell_law.h), m.
@@ -118,11 +120,13 @@ struct ShaftPart {
   double near = 0;  ///< Where the step expects or has the contact.
 };
 
-/// The coupling of a shaft's place to another place of a tool on the same organ.
+/// A place of a tool: the tool's number times kToolPlaces, and the index in ToolPatches::places.
+using PlaceId = int;
+
+/// The coupling of a contact to another place on the same organ.
 struct PlaceCoupling {
-  int tool = 0;
-  int place = 0;  ///< Index in ToolPatches::places.
-  /// Displacement of the shaft's contact by a unit force at the other place, m/N.
+  PlaceId to = -1;
+  /// Displacement of the contact by a unit force at the other place, m/N.
   Matrix3d compliance_W = Matrix3d::Zero();
 };
 
@@ -169,19 +173,25 @@ struct ToolPatch : SolvedContact, SurfacePatch {
   double hold = 0;          ///< N, largest pull along the jaws' faces; beyond it the tissue slips.
   ReactionNode grasp_node;  ///< kPaper; p_original_W is its released position.
 
-  // Shaft, kLattice:
   ShaftPart shaft;
+
+  // kLattice: the places on the same organ. Contacts of two tips are coupled by the points' values,
+  // which follow the contact; others by `couplings`, those between the step's places.
+  PlaceId id = -1;                          ///< Of this patch.
+  PlaceId other = -1;                       ///< The tip of PatchPoint::coupling_W.
+  PlaceId beside = -1;                      ///< The tip of PatchPoint::beside_W.
+  Matrix3d to_beside_W = Matrix3d::Zero();  ///< PatchPoint::beside_W at the step's place, m/N.
   int coupling_count = 0;
   std::array<PlaceCoupling, kMaxInstruments * kToolPlaces - 1> couplings;
 };
 
-/// The surfaces around one tool: one for each organ that its tip touches or may touch next, and
+/// The surfaces around one tool: one for each place that its tip touches or may touch next, and
 /// those where its shaft does.
 struct ToolPatches {
   int instrument_index = 0;  ///< The instrument they are made for (ToolPose::instrument_index).
   int main_place = 0;        ///< The tip's place that holds or presses most, or else the nearest.
-  /// [0, kMaxPlaces): the tip's. An organ keeps its place as long as the tip stays near. Places in
-  /// use have different organs. The others are the shaft's.
+  /// [0, kMaxPlaces): the tip's. An organ keeps its place as long as the tip stays near. Several
+  /// places on one organ lie on surfaces that face different ways. The others are the shaft's.
   std::array<ToolPatch, kToolPlaces> places;
 
   const ToolPatch& main() const { return places[static_cast<std::size_t>(main_place)]; }

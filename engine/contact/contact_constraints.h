@@ -26,6 +26,7 @@ class ContactConstraints {
     RowKind kind = RowKind::kPress;
     int tool = 0;                            ///< -1: none, a pair's row.
     bool shaft = false;                      ///< Contact of the shaft, not of the tip or the jaws.
+    int place = 0;                           ///< Of the tip: index in ToolPatches::places.
     Vector3d p_rest_W = Vector3d::Zero();    ///< Rest position of the material point, m.
     Vector3d target_W = Vector3d::Zero();    ///< m.
     Vector3d normal_W = Vector3d::UnitZ();   ///< Outward unit normal; press only.

@@ -23,6 +23,7 @@ constexpr double kMinCosine = 0.2;       // between interpolated and face normal
 constexpr double kMaxDistanceRatio = 3;  // of a foot's distance over the closest one
 constexpr double kSettledWeight = 1e-10;
 constexpr double kSettled = 1e-12;   // m
+constexpr double kAhead = 1e-12;     // m^2, of rounding
 constexpr double kMinAspect = 1e-9;  // twice the area over the longest edge squared
 
 bool InRange(const std::array<std::uint8_t, 3>& corners, int point_count) {
@@ -36,12 +37,14 @@ void PatchSurface::Build(const SurfacePatch& patch) noexcept {
   if (patch.triangle_count == 0) return;  // nothing reads the rest
   const int point_count = std::clamp(patch.point_count, 0, kMaxPoints);
   const int given = std::clamp(patch.triangle_count, 0, kMaxTriangles);
+  std::array<double, kMaxPoints> rises;  // of the surface around, along the normal: > 0 in a hollow
   for (int i = 0; i < point_count; ++i) {
     points_W_[i] = patch.points[i].p_original_W;
     const Vector3d& n = patch.points[i].normal_W;
     const double length = n.norm();
     normals_W_[i] = length > 0.5 && length < 2 ? Vector3d(n / length) : Vector3d::Zero();
     bends_W_[i] = normals_W_[i];
+    rises[static_cast<std::size_t>(i)] = 0;
   }
   for (auto& row : left_of_) row.fill(kNone);
   for (int t = 0; t < given; ++t) {
@@ -72,8 +75,12 @@ void PatchSurface::Build(const SurfacePatch& patch) noexcept {
         {(a - centre).squaredNorm(), (b - centre).squaredNorm(), (c - centre).squaredNorm()}));
     for (const std::uint8_t corner : corners) {
       if (normals_W_[corner].dot(face_normals_W_[slot]) < kSmoothCosine) bends_W_[corner].setZero();
+      rises[corner] += normals_W_[corner].dot(centre - points_W_[corner]);
     }
     ++triangle_count_;
+  }
+  for (int i = 0; i < point_count; ++i) {
+    is_notch_[i] = bends_W_[i].isZero(0) && rises[static_cast<std::size_t>(i)] > 0;
   }
   BoundOffset();
 }
@@ -98,10 +105,11 @@ Vector3d PatchSurface::Offset(const SurfaceFoot& foot) const noexcept {
 Vector3d PatchSurface::Turn(const SurfaceFoot& foot, const Vector3d& d_W) const noexcept {
   const auto& [a, b, c] = foot.corners;
   const Vector3d &p = points_W_[a], &n = face_normals_W_[foot.triangle];
+  const std::array<Vector3d, 3> normals_W = CornerNormals(foot.triangle);
   const Vector3d e1 = points_W_[b] - p, e2 = points_W_[c] - p;
   const double area = e1.cross(e2).dot(n);
-  return d_W.cross(e2).dot(n) / area * (normals_W_[b] - normals_W_[a]) +
-         e1.cross(d_W).dot(n) / area * (normals_W_[c] - normals_W_[a]);
+  return d_W.cross(e2).dot(n) / area * (normals_W[1] - normals_W[0]) +
+         e1.cross(d_W).dot(n) / area * (normals_W[2] - normals_W[0]);
 }
 
 bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept {
@@ -125,6 +133,52 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
   foot->normal_W = closest.distance > kSettled ? Vector3d(closest.offset_W / foot->gap) : normal;
   foot->gap -= foot->normal_W.dot(Offset(*foot));
   return foot->gap <= reach;
+}
+
+bool PatchSurface::FindBeside(const Vector3d& c_W, double reach,
+                              std::span<const Vector3d> normals_W,
+                              SurfaceFoot* foot) const noexcept {
+  double nearest = reach + largest_offset_;
+  bool found = false;
+  for (int t = 0; t < triangle_count_; ++t) {
+    const Vector3d to_centre_W(c_W.x() - centre_x_[t], c_W.y() - centre_y_[t],
+                               c_W.z() - centre_z_[t]);
+    const double above = to_centre_W.dot(face_normals_W_[t]);
+    if (!(above > 0) || above > nearest || to_centre_W.norm() - radius_[t] > nearest) continue;
+    const Closest closest = ClosestOn(t, c_W);
+    if (!(closest.distance > kSettled) || closest.distance > nearest) continue;
+    const Vector3d towards_W = closest.offset_W / closest.distance;
+    if (towards_W.dot(face_normals_W_[t]) < kMinCosine || !IsApart(towards_W, normals_W)) continue;
+    SurfaceFoot smooth;
+    if (!IsLeast(closest) || !FollowNormals(c_W, closest, &smooth)) continue;
+    if (!(smooth.gap > 0) || smooth.gap > reach || !IsApart(smooth.normal_W, normals_W)) continue;
+    nearest = closest.distance;
+    *foot = smooth;
+    found = true;
+  }
+  return found;
+}
+
+// True if no triangle around the point is nearer to c: a point of a convex set is the closest one
+// to c if no corner lies ahead of it towards c.
+bool PatchSurface::IsLeast(const Closest& closest) const {
+  const Corners& corners = triangles_[closest.triangle];
+  const Vector3d p_W = Interpolated(points_W_, corners, closest.weights);
+  const auto around = [&](int t) {
+    const Corners& other = triangles_[t];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (closest.weights[static_cast<Eigen::Index>(k)] == 0) continue;
+      if (std::find(other.begin(), other.end(), corners[k]) == other.end()) return false;
+    }
+    return true;
+  };
+  for (int t = 0; t < triangle_count_; ++t) {
+    if (!around(t)) continue;
+    for (const std::uint8_t corner : triangles_[t]) {
+      if (closest.offset_W.dot(points_W_[corner] - p_W) > kAhead) return false;
+    }
+  }
+  return true;
 }
 
 bool PatchSurface::FindNearest(const Vector3d& a_W, const Vector3d& b_W,
@@ -263,11 +317,32 @@ void PatchSurface::SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* f
   foot->normal_W = NormalAt(triangle, weights);
 }
 
+// Returns the normals to be interpolated over a triangle. A tip never reaches the bottom of a notch, so
+// each of its walls keeps its own there.
+std::array<Vector3d, 3> PatchSurface::CornerNormals(int triangle) const {
+  std::array<Vector3d, 3> normals_W;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint8_t corner = triangles_[triangle][k];
+    normals_W[k] = is_notch_[corner] ? face_normals_W_[triangle] : normals_W_[corner];
+  }
+  return normals_W;
+}
+
 // Returns the interpolated normal; the face's own if vertex normals are opposed or missing.
 Vector3d PatchSurface::NormalAt(int triangle, const Vector3d& weights) const {
-  const Vector3d normal = Interpolated(normals_W_, triangles_[triangle], weights);
+  const std::array<Vector3d, 3> n = CornerNormals(triangle);
+  const Vector3d normal = weights[0] * n[0] + weights[1] * n[1] + weights[2] * n[2];
   const double length = normal.norm();
   return length > kMinCosine ? Vector3d(normal / length) : face_normals_W_[triangle];
+}
+
+PatchSurface::Closest PatchSurface::ClosestOn(int triangle, const Vector3d& c_W) const {
+  const Corners& corners = triangles_[triangle];
+  const Vector3d weights =
+      ClosestOnTriangle(c_W, points_W_[corners[0]], points_W_[corners[1]], points_W_[corners[2]])
+          .barycentric;
+  const Vector3d offset = c_W - Interpolated(points_W_, corners, weights);
+  return {triangle, weights, offset, offset.norm()};
 }
 
 PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
@@ -279,13 +354,8 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
   Closest best;
   best.distance = std::numeric_limits<double>::infinity();
   const auto try_triangle = [&](int t) {
-    const Corners& corners = triangles_[t];
-    const Vector3d weights =
-        ClosestOnTriangle(c_W, points_W_[corners[0]], points_W_[corners[1]], points_W_[corners[2]])
-            .barycentric;
-    const Vector3d offset = c_W - Interpolated(points_W_, corners, weights);
-    const double distance = offset.norm();
-    if (distance < best.distance) best = {t, weights, offset, distance};
+    const Closest closest = ClosestOn(t, c_W);
+    if (closest.distance < best.distance) best = closest;
   };
   // The triangle with the nearest centre gives a bound that excludes most others.
   int nearest = -1;
@@ -302,9 +372,10 @@ PatchSurface::Closest PatchSurface::FindClosest(const Vector3d& c_W) const {
 bool PatchSurface::SolveOnTriangle(const Vector3d& c_W, int triangle, Vector3d* weights, double* t,
                                    Vector3d* n) const {
   const Corners& corners = triangles_[triangle];
-  const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W_[corners[0]];
+  const std::array<Vector3d, 3> normals_W = CornerNormals(triangle);
+  const Vector3d &p0 = points_W_[corners[0]], &n0 = normals_W[0];
   const Vector3d e1 = points_W_[corners[1]] - p0, e2 = points_W_[corners[2]] - p0;
-  const Vector3d m1 = normals_W_[corners[1]] - n0, m2 = normals_W_[corners[2]] - n0;
+  const Vector3d m1 = normals_W[1] - n0, m2 = normals_W[2] - n0;
   double w1 = (*weights)[1], w2 = (*weights)[2];
   bool settled = false;
   for (int step = 0; step < kMaxNewtonSteps && !settled; ++step) {
@@ -332,7 +403,9 @@ bool PatchSurface::FollowNormals(const Vector3d& c_W, const Closest& start,
                                  SurfaceFoot* foot) const {
   int triangle = start.triangle;
   Vector3d weights = start.weights;
-  double t = start.offset_W.dot(Interpolated(normals_W_, triangles_[triangle], weights));
+  const std::array<Vector3d, 3> start_W = CornerNormals(triangle);
+  double t = start.offset_W.dot(weights[0] * start_W[0] + weights[1] * start_W[1] +
+                                weights[2] * start_W[2]);
   for (int march = 0; march < kMaxMarch; ++march) {
     Vector3d n;
     if (!SolveOnTriangle(c_W, triangle, &weights, &t, &n)) return false;

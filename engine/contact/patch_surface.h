@@ -2,12 +2,23 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "engine/base/types.h"
 
 namespace hpdm {
 
 struct SurfacePatch;
+
+/// Two contacts of one tip with one organ are apart if their unit normals are more than 30 degrees
+/// apart. With less, one contact does.
+inline bool IsApart(const Vector3d& normal_W, std::span<const Vector3d> others_W) {
+  constexpr double kApartCosine = 0.866;
+  for (const Vector3d& other_W : others_W) {
+    if (normal_W.dot(other_W) > kApartCosine) return false;
+  }
+  return true;
+}
 
 /// The foot of a point on the surface of a patch.
 struct SurfaceFoot {
@@ -44,7 +55,8 @@ struct SegmentFoot {
 /// 4. A contact walks along the surface. The closest point would jump from side to side under a
 ///    convex edge, and in a thin part it may lie on the other side.
 /// 5. A tip meets the curved surface over the flat triangles (curved_surface.h): the gap is counted
-///    from it. A vertex counts as smooth by the faces that the patch has of it.
+///    from it. A vertex counts as smooth by the faces that the patch has of it. At a sharp hollow
+///    edge each wall keeps its own normal, at a sharp outer one the normals turn over one triangle.
 /// 6. Triangles without area, with corners out of range or not finite are left out of the search,
 ///    but their edges do not count as border.
 ///
@@ -68,6 +80,12 @@ class PatchSurface {
 
   /// Finds the foot of c_W (m) if its gap is at most `reach` (m). False if there is none.
   bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
+
+  /// Finds a foot of c_W within `reach` (m) beside other contacts of the same tip, whose normals are
+  /// given: c_W lies outside, the distance to c_W grows on all sides of the foot, and the foot's
+  /// normal is turned from all others (IsApart). The nearest one; false if there is none.
+  bool FindBeside(const Vector3d& c_W, double reach, std::span<const Vector3d> normals_W,
+                  SurfaceFoot* foot) const noexcept;
 
   /// Finds the place nearest to the segment from a_W to b_W (m). False if the surface is empty or
   /// the place lies on its border with the segment sideways of it: then nearer surface may follow.
@@ -110,6 +128,7 @@ class PatchSurface {
     double distance = 0;
   };
   int Slot(int mesh_triangle) const;
+  Closest ClosestOn(int triangle, const Vector3d& c_W) const;
   Closest FindClosest(const Vector3d& c_W) const;
   bool FollowNormals(const Vector3d& c_W, const Closest& start, SurfaceFoot* foot) const;
   // Newton's method for p(w) + t n(w) = c on one triangle's plane, from `weights` and `t`. Sets `n`
@@ -117,7 +136,9 @@ class PatchSurface {
   void BoundOffset();
   bool SolveOnTriangle(const Vector3d& c_W, int triangle, Vector3d* weights, double* t,
                        Vector3d* n) const;
+  bool IsLeast(const Closest& closest) const;
   void SetFoot(int triangle, const Vector3d& weights, SurfaceFoot* foot) const;
+  std::array<Vector3d, 3> CornerNormals(int triangle) const;
   Vector3d NormalAt(int triangle, const Vector3d& weights) const;
   bool IsOnBorder(const Corners& corners, const Vector3d& weights) const;
   Vector3d Interpolated(const std::array<Vector3d, kMaxPoints>& values, const Corners& corners,
@@ -130,6 +151,7 @@ class PatchSurface {
   std::array<Vector3d, kMaxPoints> points_W_;
   std::array<Vector3d, kMaxPoints> normals_W_;  // zero where the patch gives none
   std::array<Vector3d, kMaxPoints> bends_W_;    // the same, zero at edges of the organ
+  std::array<bool, kMaxPoints> is_notch_;       // on a sharp edge of the organ that is hollow
   double largest_offset_ = 0;                   // bound of Offset()'s length, m
   std::array<Corners, kMaxTriangles> triangles_;
   std::array<int, kMaxTriangles> mesh_triangles_;

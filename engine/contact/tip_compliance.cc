@@ -52,12 +52,23 @@ int TipCompliance::AddTip(int owner) {
   return tip_count_++;
 }
 
-int TipCompliance::OtherTip(int tip) const {
+int TipCompliance::OtherTip(int tip) const { return MostPressing(tip, false); }
+
+int TipCompliance::TipBeside(int tip) const { return MostPressing(tip, true); }
+
+// Returns the tip of the same or of another tool, besides `tip`, with the largest force.
+int TipCompliance::MostPressing(int tip, bool same_tool) const {
+  int found = -1;
+  double most = -1;
   for (int t = 0; t < tip_count_; ++t) {
     const bool is_tip = owners_[t] % kToolPlaces < kMaxPlaces;
-    if (t != tip && is_tip && owners_[t] / kToolPlaces != owners_[tip] / kToolPlaces) return t;
+    const bool is_same = owners_[t] / kToolPlaces == owners_[tip] / kToolPlaces;
+    const double force = tips_[t].force_W.squaredNorm();
+    if (t == tip || !is_tip || is_same != same_tool || force <= most) continue;
+    found = t;
+    most = force;
   }
-  return -1;
+  return found;
 }
 
 SparseRow TipCompliance::Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row) {

@@ -76,8 +76,11 @@ class TipCompliance {
     BranchStrains branches_W = NoBranchStrains();  ///< m, of x.
   };
   const Tip& operator[](int tip) const { return tips_[tip]; }
-  /// Returns the index of the other tool's tip, no shaft; -1 if that is not on the organ.
+  /// Returns the index of the other tool's tip, no shaft, that presses most; -1 if that tool's is not
+  /// on the organ.
   int OtherTip(int tip) const;
+  /// Returns the index of the same tool's other tip that presses most; -1: there is none.
+  int TipBeside(int tip) const;
   /// Returns C_ac (m/N): the displacement of tip a for a unit force on tip c.
   Matrix3d Between(int a, int c) const { return compliance_.block<3, 3>(3 * a, 3 * c); }
   /// Returns b K^-1 b_c^T (m/N): the same for a surface point with row b.
@@ -88,7 +91,7 @@ class TipCompliance {
   Vector3d Released(const SparseRow& b, const Vector3d& x_W) const;
 
  private:
-  static constexpr int kMaxTips = kMaxInstruments * (1 + kShaftPlaces);
+  static constexpr int kMaxTips = kMaxInstruments * kToolPlaces;
   static constexpr int kMaxRows = kMaxToolRows + kMaxTips;
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                3 * kMaxRows, 3 * kMaxRows>;
@@ -108,6 +111,7 @@ class TipCompliance {
   };
 
   void FillRowCompliance(const LatticeCompliance& lattice);
+  int MostPressing(int tip, bool same_tool) const;
 
   int n_;
   int tip_count_ = 0;

@@ -66,7 +66,7 @@ void MaxwellMemory::Begin(double dt, ContactConstraints* contacts, RelaxationInp
 }
 
 void MaxwellMemory::BeginDent(ContactConstraints::Row* row) {
-  Dent& dent = dents_[static_cast<std::size_t>(row->tool)];
+  Dent& dent = DentOf(*row);
   if (dent.used) {
     dent.memory.Slide((row->p_rest_W - dent.p_rest_W).norm(), row->indentation.radius());
   }
@@ -128,7 +128,7 @@ void MaxwellMemory::EndLocalParts(ContactConstraints* contacts) {
     }
     const Part part = PartOf(row);
     if (part == Part::kDent) {
-      Dent& dent = dents_[static_cast<std::size_t>(row.tool)];
+      Dent& dent = DentOf(row);
       dent.memory.Advance(step_, row.force_W);
       local.equilibrium_force_W = dent.memory.equilibrium_force_W();
     } else if (part == Part::kFootprint) {

@@ -96,8 +96,8 @@ class MaxwellMemory {
     Vector3d p_rest_W = Vector3d::Zero();
     IndentationMemory memory;
   };
-  /// The dents of the tools' tips.
-  const std::array<Dent, kMaxInstruments>& dents() const { return dents_; }
+  /// The dents of the tools' tips, those of their first places first.
+  const std::array<Dent, kMaxInstruments * kMaxPlaces>& dents() const { return dents_; }
 
  private:
   // The footprint of one tool's jaws.
@@ -113,6 +113,9 @@ class MaxwellMemory {
   static Part PartOf(const ContactConstraints::Row& row);
   void BeginDent(ContactConstraints::Row* row);
   void BeginFootprint(ContactConstraints::Row* row, int place);
+  Dent& DentOf(const ContactConstraints::Row& row) {
+    return dents_[static_cast<std::size_t>(row.place * kMaxInstruments + row.tool)];
+  }
   void EndLocalParts(ContactConstraints* contacts);
   void SetToRest();
 
@@ -124,7 +127,7 @@ class MaxwellMemory {
   Points from_;                                         // n x 3, m: where the damper holds U
   Points free_;   // n x 3, m: U of a quadratic energy without forces
   Points start_;  // n x 3, m: U at the beginning of the step
-  std::array<Dent, kMaxInstruments> dents_;
+  std::array<Dent, kMaxInstruments * kMaxPlaces> dents_;  // [place * kMaxInstruments + tool]
   std::array<Held, kMaxInstruments> held_;
   std::array<LocalPart, kMaxContacts> local_;
   std::array<int, kMaxContacts> place_{};                    // of a footprint's row

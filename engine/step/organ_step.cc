@@ -83,7 +83,8 @@ void OrganStep::RepositionControlPoints() {
   // by one they would throw the control points far away.
   for (int i = 0; i < rows; ++i) {
     const LocalCoupling* coupling = state_.contacts[i].coupled.coupling;
-    if (coupling == nullptr || state_.contacts[i].coupled.place != 0) continue;
+    const bool held = state_.contacts[i].kind == ContactConstraints::RowKind::kGrasp;
+    if (!held || coupling == nullptr || state_.contacts[i].coupled.place != 0) continue;
     const int count = static_cast<int>(coupling->rows()) / 3;
     const int last = std::min(i + count, rows);
     const Eigen::RowVector3d mean = change.middleRows(i, last - i).colwise().mean();

@@ -56,11 +56,17 @@ Matrix3d Congruence(const Matrix3d& from, const Matrix3d& to) {
   return Matrix3d(root_to.matrixL()) * inverse;
 }
 
-// Returns the other tool's tip on the organ, to which a tip's ticks are coupled; -1: none. A
-// shaft's are coupled by ToolPatch::couplings.
-int OtherTip(const TipContact& contact, const TipCompliance& tips) {
-  return contact.tip < 0 || contact.is_shaft() ? -1 : tips.OtherTip(contact.tip);
-}
+// The tips on the organ to which a tip's ticks are coupled, -1: none. A shaft's are coupled by
+// ToolPatch::couplings.
+struct CoupledTips {
+  CoupledTips(const TipContact& contact, const TipCompliance& tips) {
+    if (contact.tip < 0 || contact.is_shaft()) return;
+    other = tips.OtherTip(contact.tip);
+    beside = tips.TipBeside(contact.tip);
+  }
+  int other = -1;   // the other tool's
+  int beside = -1;  // the tool's own
+};
 
 struct CondensedPlace {
   Vector3d x_W, p_original_W;
@@ -119,9 +125,16 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   patch->contact_W = place.x_W;
   patch->p_original_W = place.p_original_W;
   patch->compliance_W = place.compliance_W;
-  const int other = OtherTip(contact, state->tips);
-  const bool has_other = other >= 0;
-  if (has_other) patch->coupling_W = state->tips.Between(contact.tip, other);
+  const auto [other, beside] = CoupledTips(contact, state->tips);
+  const bool has_other = other >= 0, has_beside = beside >= 0;
+  if (has_other) {
+    patch->coupling_W = state->tips.Between(contact.tip, other);
+    patch->other = state->tips[other].owner;
+  }
+  if (has_beside) {
+    patch->to_beside_W = state->tips.Between(contact.tip, beside);
+    patch->beside = state->tips[beside].owner;
+  }
   if (patch->kind == ContactKind::kGrasp) {
     // For the press that remains if the jaws open.
     patch->indentation = model.Indentation(contact.at, TipPress::KernelRadius(geometry));
@@ -141,6 +154,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   Vector3d p_original =
       CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
   Matrix3d compliance = Matrix3d::Zero(), coupling = Matrix3d::Zero();
+  Matrix3d to_beside = Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) {
     const int v = model.rest().triangles(contact.at.triangle, k);
     const double weight = contact.at.barycentric[k];
@@ -148,11 +162,13 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     p_original += weight * ReleasedVertex(b, v, *state);
     compliance += weight * (*state->vertex_compliances)[v];
     if (has_other) coupling += weight * state->tips.Coupling(b, other);
+    if (has_beside) to_beside += weight * state->tips.Coupling(b, beside);
   }
   const Vector3d further = place.p_original_W - p_original;
   const Vector3d in_series = place.series_W * contact.force_W;
   const Matrix3d G = Congruence(compliance, patch->compliance_W - contact.C_loc_W);
   const Matrix3d more_coupling = patch->coupling_W - coupling;
+  const Matrix3d more_to_beside = patch->to_beside_W - to_beside;
   for (SurfacePatch* surface : {static_cast<SurfacePatch*>(patch), &patch->far}) {
     for (int i = 0; i < surface->point_count; ++i) {
       PatchPoint& point = surface->points[i];
@@ -160,6 +176,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
       point.tissue_W += further - in_series;
       point.compliance_W = (G * point.compliance_W * G.transpose() + contact.C_wall_W).eval();
       point.coupling_W += more_coupling;
+      if (has_beside) point.beside_W += more_to_beside;
     }
   }
 }
@@ -171,6 +188,7 @@ void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
   patch->far.point_count = patch->far.triangle_count = 0;
   patch->Pack();
   patch->far.Pack();
+  patch->id = patch->other = patch->beside = -1;
   patch->coupling_count = 0;
   patch->tilt_W.setZero();
   patch->tilt_compliance_W.setZero();
@@ -208,8 +226,23 @@ void PatchBuilder::Fill(const ToolPose& tool, const ToolGeometry& geometry,
   } else {
     FillPaperContact(contact, grasp, model, *state, patch);
   }
+  FillCouplings(contact, press, model, state, patch);
   patch->Pack();
   patch->far.Pack();
+}
+
+// Fills in the couplings between the step's places.
+void PatchBuilder::FillCouplings(const TipContact& contact, const TipPress& press,
+                                 const OrganModel& model, OrganState* state,
+                                 ToolPatch* patch) const {
+  if (model.rigid() || patch->reaction == ReactionType::kPaper) return;
+  for (int t = 0; t < state->tips.size(); ++t) {
+    if (t == contact.tip) continue;
+    patch->couplings[patch->coupling_count++] = {
+        .to = state->tips[t].owner,
+        .compliance_W = contact.tip >= 0 ? state->tips.Between(contact.tip, t)
+                                         : state->tips.Coupling(press.KernelRow(model, state), t)};
+  }
 }
 
 // Fills in a contact of an organ without lattice forces.
@@ -288,7 +321,7 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
     }
   }
   patch->triangle_count = prefetched_.count;
-  const int other = OtherTip(contact, state->tips);
+  const auto [other, beside] = CoupledTips(contact, state->tips);
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];
     PatchPoint& point = patch->points[i];
@@ -307,6 +340,7 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
     }
     point.compliance_W = (*state->vertex_compliances)[v];
     point.coupling_W = other >= 0 ? state->tips.Coupling(b, other) : Matrix3d::Zero();
+    if (beside >= 0) point.beside_W = state->tips.Coupling(b, beside);
   }
 }
 

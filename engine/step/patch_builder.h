@@ -40,6 +40,8 @@ class PatchBuilder {
   void FillLatticeContact(const ToolGeometry& geometry, const TipContact& contact,
                           const TipPress& press, const OrganModel& model, OrganState* state,
                           ToolPatch* patch);
+  void FillCouplings(const TipContact& contact, const TipPress& press, const OrganModel& model,
+                     OrganState* state, ToolPatch* patch) const;
   void FillPaperContact(const TipContact& contact, const Grasp* grasp, const OrganModel& model,
                         const OrganState& state, ToolPatch* patch) const;
 

@@ -19,7 +19,7 @@ ToolGeometry BallOf(const ToolGeometry& geometry) {
 }  // namespace
 
 ShaftTracker::Place::Place(int tool, const ToolOptions& options)
-    : press(tool, options.wall_stiffness, options.walls),
+    : press(tool, 0, options.wall_stiffness, options.walls),
       patch_builder(options.prefetch, {.k1 = options.k1, .k2 = options.k2}) {}
 
 ShaftTracker::ShaftTracker(int tool, const ToolOptions& options)
@@ -342,23 +342,13 @@ void ShaftTracker::FillPatches(const ToolPose& tool, const ToolGeometry& geometr
     ToolPatch* const patch = &patches[p];
     PatchBuilder::Clear(tool, patch);
     patch->shaft_contact = touches();
+    patch->id = tool_ * kToolPlaces + kMaxPlaces + static_cast<PlaceId>(p);
     if (contact.organ < 0) continue;
     const OrganModel& model = (*organs)[contact.organ].model();
     OrganState& state = (*organs)[contact.organ].state();
     place.patch_builder.Fill(InOrganFrame(state, BallAt(tool, place)), BallOf(geometry), contact,
                              place.press, nullptr, model, &state, patch);
     patch->shaft = PartOf(place);
-    if (model.rigid() || patch->reaction == ReactionType::kPaper) continue;
-    const SparseRow b = place.press.KernelRow(model, &state);
-    for (int t = 0; t < state.tips.size(); ++t) {
-      if (t == contact.tip) continue;
-      const int owner = state.tips[t].owner;
-      patch->couplings[patch->coupling_count++] = {
-          .tool = owner / kToolPlaces,
-          .place = owner % kToolPlaces,
-          .compliance_W =
-              contact.tip >= 0 ? state.tips.Between(contact.tip, t) : state.tips.Coupling(b, t)};
-    }
   }
 }
 

@@ -16,11 +16,13 @@ SparseRow VertexRow(const OrganModel& model, int vertex, OrganState* state);
 /// Contact of one tool's tip with an organ, as a deformation step sees it. The part of a shaft that
 /// presses counts as a tip too: a ball of the shaft's radius.
 struct TipContact {
-  int organ = -1;                          ///< Nearest to the tip, or in contact; -1: none.
-  SurfacePoint at;                         ///< Material point under the tip.
-  Neighbourhood around;                    ///< Around `at`, at rest.
-  double gap = 0;                          ///< m, signed, from the tip's surface.
-  bool from_tick = false;                  ///< The press comes from the haptic tick.
+  int organ = -1;          ///< Nearest to the tip, or in contact; -1: none.
+  SurfacePoint at;         ///< Material point under the tip.
+  Neighbourhood around;    ///< Around `at`, at rest.
+  double gap = 0;          ///< m, signed, from the tip's surface.
+  bool from_tick = false;  ///< The press comes from the haptic tick.
+  bool beside =
+      false;  ///< The tip has another place on the organ. Only the tick begins a press here.
   Vector3d normal_W = Vector3d::Zero();    ///< Press normal; zero: not known yet.
   Vector3d friction_W = Vector3d::Zero();  ///< Press: tangential over normal force.
   Vector3d axis_W = Vector3d::Zero();      ///< Shaft: its axis, unit; zero for a tip.
@@ -34,6 +36,7 @@ struct TipContact {
                                                     ///< that would remain after relaxation, N.
   int tip = -1;        ///< Index among the organ's tips; -1: reaction "paper", or `alone`.
   bool alone = false;  ///< A shaft near the organ that does not touch it: felt, but no tip.
+  CoupledRow coupled;  ///< Press: its dent's compliance to the tip's other places on the organ.
   Matrix3d C_loc_W = Matrix3d::Zero();   ///< Local compliance of the press row, m/N.
   Matrix3d C_wall_W = Matrix3d::Zero();  ///< Its part that does not depend on the force, m/N.
   LocalIndentation indentation;          ///< The source of the other part.

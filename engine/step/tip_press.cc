@@ -38,12 +38,13 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   }
   contact->row = -1;
   const double near = contact->is_shaft() ? 0 : kNear;
-  const bool too_far = contact->gap > near && !contact->from_tick;
+  const bool too_far = (contact->gap > near || contact->beside) && !contact->from_tick;
   if (too_far || contact->normal_W.squaredNorm() == 0) return true;
   ContactConstraints::Row* row = state->contacts.Add();
   if (row == nullptr) return false;
   contact->row = state->contacts.size() - 1;
   row->tool = tool_;
+  row->place = place_;
   row->shaft = contact->is_shaft();
   row->p_rest_W = contact->at.Position(rest.vertices, rest.triangles) +
                   CurvedOffset(rest, model.topology(), model.rest_normals(), contact->at);

@@ -22,10 +22,10 @@ class TipPress {
  public:
   static constexpr double kMinKernelRadius = 0.001;  ///< m.
 
-  /// `walls`: [organ], of rigid organs that give no stiffness; those without a field have
+  /// `place`: of a tip, its index in ToolPatches::places. `walls`: [organ], of rigid organs that give no stiffness; those without a field have
   /// `wall_stiffness` (N/m) in every direction.
-  TipPress(int tool, double wall_stiffness, std::vector<WallField> walls = {})
-      : tool_(tool), wall_stiffness_(wall_stiffness), walls_(std::move(walls)) {}
+  TipPress(int tool, int place, double wall_stiffness, std::vector<WallField> walls = {})
+      : tool_(tool), place_(place), wall_stiffness_(wall_stiffness), walls_(std::move(walls)) {}
 
   /// Returns the kernel radius of a tip, m.
   static double KernelRadius(const ToolGeometry& geometry);
@@ -53,6 +53,7 @@ class TipPress {
   WallStiffness UniformWall(const OrganModel& model) const;
 
   int tool_;
+  int place_;
   double wall_stiffness_;
   std::vector<WallField> walls_;
   PressNormal normal_;             // where the tick gives none

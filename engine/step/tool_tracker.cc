@@ -5,6 +5,7 @@
 
 #include "engine/base/check.h"
 #include "engine/mesh/curved_surface.h"
+#include "engine/step/beside_search.h"
 
 namespace hpdm {
 namespace {
@@ -18,19 +19,29 @@ double BesideReach(const ToolPose& tool) {
   return kStandingReach + kPatchEnds * tool.v_tip_W.norm();
 }
 
+// Returns how far from its surface a tip can touch another wall of an organ before the next patch is
+// in use, m.
+double OthersReach(const ToolPose& tool) {
+  constexpr double kStandingReach = 0.008;  // m
+  constexpr double kPatchEnds = 0.1;        // s
+  constexpr double kMost = 0.03;            // m
+  return std::min(kStandingReach + kPatchEnds * tool.v_tip_W.norm(), kMost);
+}
+
 }  // namespace
 
-ToolTracker::Place::Place(int tool, const ToolOptions& options)
-    : press(tool, options.wall_stiffness, options.walls),
+ToolTracker::Place::Place(int tool, int index, const ToolOptions& options)
+    : press(tool, index, options.wall_stiffness, options.walls),
       patch_builder(options.prefetch, {.k1 = options.k1, .k2 = options.k2}) {}
 
-void ToolTracker::Place::Take(int organ, const SurfacePoint& at) {
+void ToolTracker::Place::Take(int organ, const SurfacePoint& at, bool beside) {
   if (contact.organ != organ) {
     contact.touching = false;
     contact.force_W.setZero();
   }
   contact.organ = organ;
   contact.at = at;
+  contact.beside = beside;
   taken = true;
 }
 
@@ -38,10 +49,10 @@ ToolTracker::ToolTracker(int tool, const ToolOptions& options)
     : tool_(tool),
       reaction_(options.reaction),
       geometries_(options.geometries),
-      places_(kMaxPlaces, Place(tool, options)),
       grasp_(tool),
       shaft_(tool, options) {
   HPDM_CHECK(!geometries_.empty());
+  for (int p = 0; p < kMaxPlaces; ++p) places_.emplace_back(tool, p, options);
 }
 
 // The haptic loop exchanges only a free tip; a grasp can end here only by the two loops' delay.
@@ -65,9 +76,9 @@ void ToolTracker::Track(const ToolPose& tool,
   for (std::size_t p = 0; p < places_.size(); ++p) {
     KeepPlace(tool, contact_points[p], *organs, &places_[p]);
   }
-  DropDoubles();
+  SearchDoublesAgain();
   FindCandidates(tool, *organs);
-  GivePlaces();
+  GivePlaces(*organs);
   for (Place& place : places_) UpdateContact(tool, organs, &place.contact);
   UpdateGrasp(tool, organs);
   double below = 0;
@@ -104,7 +115,7 @@ void ToolTracker::KeepPlace(const ToolPose& tool, const TickContactPoint& contac
   const bool pressed = contact.touching && lost;
   place->taken = holds || contact.from_tick || pressed;
   if (contact.from_tick) {
-    place->Take(contact_point.organ, {contact_point.triangle, contact_point.weights});
+    place->Take(contact_point.organ, {contact_point.triangle, contact_point.weights}, false);
     contact.normal_W = contact_point.normal_W;
     contact.friction_W = contact_point.friction_W;
   } else if (!holds && pressed) {
@@ -114,42 +125,38 @@ void ToolTracker::KeepPlace(const ToolPose& tool, const TickContactPoint& contac
   }  // else the contact is the grasp, or the search finds it
 }
 
-// The tick may hold an organ in the place that it had in an older patch.
-void ToolTracker::DropDoubles() {
-  for (Place& place : places_) {
-    if (!place.contact.from_tick) continue;
+// The tick may hold an organ in the place that it had in an older patch. Only presses of the tick
+// share an organ; the step's own are searched again beside them.
+void ToolTracker::SearchDoublesAgain() {
+  for (const Place& place : places_) {
+    if (!place.taken) continue;
     for (Place& other : places_) {
-      if (&other == &place || other.contact.organ != place.contact.organ) continue;
-      other.contact.organ = -1;
-      other.taken = false;
+      if (&other == &place || other.contact.organ != place.contact.organ || Holds(other)) continue;
+      if (other.contact.from_tick && !Holds(place)) continue;
+      other.taken = other.contact.from_tick = false;
     }
   }
 }
 
-// Lists the organs that have no place yet and that the tip may touch next, the first ones first.
+bool ToolTracker::IsTaken(int organ) const {
+  return std::any_of(places_.begin(), places_.end(), [organ](const Place& place) {
+    return place.taken && place.contact.organ == organ;
+  });
+}
+
+// Lists the places that the tip may touch next, the first ones first.
 void ToolTracker::FindCandidates(const ToolPose& tool, const std::vector<OrganStep>& organs) {
-  const Vector3d p_tip_W = tool.X_WT.translation();
   candidates_.count = 0;
   for (std::size_t o = 0; o < organs.size(); ++o) {
-    const Place* place = PlaceOn(static_cast<int>(o));
-    if (place != nullptr && place->taken) continue;
-    const OrganState& state = organs[o].state();
-    Candidate& candidate = candidates_.list[candidates_.count];
-    candidate.organ = static_cast<int>(o);
-    if (started_) {
-      const SurfaceHit entry =
-          state.tree.FirstEntry(p_tip_last_W_ - state.offset_last_W, p_tip_W - state.offset_W);
-      candidate.entered = entry.at.triangle >= 0;
-      candidate.at = entry.at;
-      candidate.order = entry.along;
+    const int organ = static_cast<int>(o);
+    if (!IsTaken(organ)) {
+      Candidate& candidate = candidates_.list[candidates_.count];
+      candidate = {};
+      candidate.organ = organ;
+      if (!FindFirst(tool, organs[o].state(), &candidate)) continue;
+      ++candidates_.count;
     }
-    if (!candidate.entered) {
-      const SurfaceHit hit = state.tree.Closest(p_tip_W - state.offset_W, kReach);
-      if (hit.at.triangle < 0) continue;
-      candidate.at = hit.at;
-      candidate.order = hit.distance;
-    }
-    ++candidates_.count;
+    FindOthers(tool, organs[o], organ);
   }
   const auto first = candidates_.list.begin();
   std::sort(first, first + candidates_.count, [](const Candidate& a, const Candidate& c) {
@@ -163,23 +170,91 @@ void ToolTracker::FindCandidates(const ToolPose& tool, const std::vector<OrganSt
   }
 }
 
+// Finds where the tip entered an organ since the last step, or else the nearest point in reach.
+bool ToolTracker::FindFirst(const ToolPose& tool, const OrganState& state,
+                            Candidate* candidate) const {
+  const Vector3d p_tip_W = tool.X_WT.translation();
+  if (started_) {
+    const SurfaceHit entry =
+        state.tree.FirstEntry(p_tip_last_W_ - state.offset_last_W, p_tip_W - state.offset_W);
+    candidate->entered = entry.at.triangle >= 0;
+    candidate->at = entry.at;
+    candidate->order = entry.along;
+  }
+  if (candidate->entered) return true;
+  const SurfaceHit hit = state.tree.Closest(p_tip_W - state.offset_W, kReach);
+  if (hit.at.triangle < 0) return false;
+  candidate->at = hit.at;
+  candidate->order = hit.distance;
+  return true;
+}
+
+// Lists what the tip may touch of an organ beside the place that it has there, or will have.
+void ToolTracker::FindOthers(const ToolPose& tool, const OrganStep& organ, int index) {
+  const OrganModel& model = organ.model();
+  const OrganState& state = organ.state();
+  if (HoldsOrgan(index) || !HasLattice(reaction_, model, state)) return;
+  const Vector3d p_tip_W = tool.X_WT.translation() - state.offset_W;
+  std::array<Vector3d, kMaxPlaces> normals;
+  std::size_t count = 0;
+  const auto add = [&](const SurfacePoint& at) {
+    normals[count++] =
+        InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), at);
+  };
+  for (const Place& place : places_) {
+    if (place.taken && place.contact.organ == index) add(place.contact.at);
+  }
+  if (count == 0) add(candidates_.list[candidates_.count - 1].at);
+  const double reach = geometry().tip_radius + OthersReach(tool);
+  while (count < kMaxPlaces) {
+    const SurfaceHit hit =
+        FindBeside(model, state, p_tip_W, reach, std::span(normals).first(count));
+    if (hit.at.triangle < 0) return;
+    add(hit.at);
+    candidates_.list[candidates_.count++] = {
+        .organ = index, .at = hit.at, .beside = true, .order = hit.distance};
+  }
+}
+
 // Gives the places that are not taken to the first candidates. One that had a place keeps it.
-void ToolTracker::GivePlaces() {
+void ToolTracker::GivePlaces(const std::vector<OrganStep>& organs) {
   const auto is_free = [](const Place& place) { return !place.taken; };
   const auto free = std::count_if(places_.begin(), places_.end(), is_free);
   const int count = std::min(static_cast<int>(free), candidates_.count);
-  const std::span given(candidates_.list.data(), static_cast<std::size_t>(count));
-  for (const Candidate& candidate : given) {
-    Place* const place = PlaceOn(candidate.organ);
-    if (place != nullptr) place->Take(candidate.organ, candidate.at);
+  std::array<bool, kMaxPlaces> given{};
+  const auto take = [&](int i, Place* place) {
+    const Candidate& candidate = candidates_.list[i];
+    place->Take(candidate.organ, candidate.at, candidate.beside);
+    given[i] = true;
+  };
+  for (int i = 0; i < count; ++i) {
+    Place* const place = FreePlaceNear(candidates_.list[i], organs);
+    if (place != nullptr) take(i, place);
   }
   for (Place& place : places_) {
     if (!place.taken) place.contact.organ = -1;
   }
-  for (const Candidate& candidate : given) {
-    if (PlaceOn(candidate.organ) != nullptr) continue;
-    std::find_if(places_.begin(), places_.end(), is_free)->Take(candidate.organ, candidate.at);
+  for (int i = 0; i < count; ++i) {
+    if (!given[i]) take(i, &*std::find_if(places_.begin(), places_.end(), is_free));
   }
+}
+
+// Returns the place that the candidate's organ had nearest to it and that is not taken; nullptr if
+// there is none.
+ToolTracker::Place* ToolTracker::FreePlaceNear(const Candidate& candidate,
+                                               const std::vector<OrganStep>& organs) {
+  const SurfaceMesh& rest = organs[candidate.organ].model().rest();
+  const Vector3d p = candidate.at.Position(rest.vertices, rest.triangles);
+  Place* nearest = nullptr;
+  double least = 0;
+  for (Place& place : places_) {
+    if (place.taken || place.contact.organ != candidate.organ) continue;
+    const double distance = (place.contact.at.Position(rest.vertices, rest.triangles) - p).norm();
+    if (nearest != nullptr && distance >= least) continue;
+    nearest = &place;
+    least = distance;
+  }
+  return nearest;
 }
 
 void ToolTracker::UpdateContact(const ToolPose& tool, std::vector<OrganStep>* organs,
@@ -193,13 +268,6 @@ void ToolTracker::UpdateContact(const ToolPose& tool, std::vector<OrganStep>* or
   const Vector3d normal =
       InterpolatedNormal(state.vertices, model.rest().triangles, model.topology(), contact->at);
   contact->gap = (normal.dot(offset) < 0 ? -offset.norm() : offset.norm()) - geometry().tip_radius;
-}
-
-ToolTracker::Place* ToolTracker::PlaceOn(int organ) {
-  for (Place& place : places_) {
-    if (place.contact.organ == organ) return &place;
-  }
-  return nullptr;
 }
 
 // The place that holds, or else presses most, or else is nearest.
@@ -227,6 +295,9 @@ void ToolTracker::UpdateGrasp(const ToolPose& tool, std::vector<OrganStep>* orga
   closed.X_WT = closed.X_WT * closed.X_TC;
   grasp_.Take(closed, geometry(), place.press, organ.model(), &organ.state(), &place.contact);
   holding_place_ = static_cast<std::size_t>(&place - places_.data());
+  for (Place& other : places_) {
+    if (&other != &place && other.contact.organ == place.contact.organ) other.contact.organ = -1;
+  }
 }
 
 bool ToolTracker::AddContacts(const ToolPose& tool, std::vector<OrganStep>* organs) {
@@ -235,7 +306,42 @@ bool ToolTracker::AddContacts(const ToolPose& tool, std::vector<OrganStep>* orga
     if (place.contact.organ < 0) continue;
     complete = AddTipRows(tool, &(*organs)[place.contact.organ], &place) && complete;
   }
+  CoupleDents(organs);
   return complete;
+}
+
+// The tip's presses on one organ sink into each other's dents. The lattice knows what it resolves of
+// this; the rest is that of a half-space, with the kernels of both.
+void ToolTracker::CoupleDents(std::vector<OrganStep>* organs) {
+  dents_.setZero(3 * kMaxPlaces, 3 * kMaxPlaces);
+  for (Place& place : places_) place.contact.coupled = {};
+  for (int p = 0; p < kMaxPlaces; ++p) {
+    for (int q = 0; q < p; ++q) {
+      TipContact &one = places_[p].contact, &other = places_[q].contact;
+      if (one.organ < 0 || one.organ != other.organ || HoldsOrgan(one.organ)) continue;
+      OrganState& state = (*organs)[one.organ].state();
+      const LocalIndentation &dent = places_[p].press.indentation(),
+                             &other_dent = places_[q].press.indentation();
+      if (!dent.indents() || !other_dent.indents() || !state.memory.IsElastic()) continue;
+      const SurfaceMesh& rest = (*organs)[one.organ].model().rest();
+      const double distance = (one.at.Position(rest.vertices, rest.triangles) -
+                               other.at.Position(rest.vertices, rest.triangles))
+                                  .norm();
+      const double resolved = (dent.resolved_radius() + other_dent.resolved_radius()) / 2;
+      const double sinking = KernelPairSinking(distance, dent.radius()).mean -
+                             KernelPairSinking(distance, resolved).mean;
+      const Matrix3d C = sinking / 2 * (dent.factor_W() + other_dent.factor_W());
+      dents_.block<3, 3>(3 * p, 3 * q) = C;
+      dents_.block<3, 3>(3 * q, 3 * p) = C.transpose();
+      one.coupled = {&dents_, p};
+      other.coupled = {&dents_, q};
+    }
+  }
+  for (const Place& place : places_) {
+    const TipContact& contact = place.contact;
+    if (contact.organ < 0 || contact.row < 0 || contact.coupled.coupling == nullptr) continue;
+    (*organs)[contact.organ].state().contacts[contact.row].coupled = contact.coupled;
+  }
 }
 
 bool ToolTracker::AddShaftContacts(const ToolPose& tool, std::vector<OrganStep>* organs) {
@@ -269,9 +375,13 @@ void ToolTracker::AddTip(OrganStep* organ, Place* place) {
   const ContactConstraints& contacts = state.contacts;
   const int owner = tool_ * kToolPlaces + static_cast<int>(place - places_.data());
   const bool has_lattice = HasLattice(reaction_, model, state);
-  for (int i = 0; i < contacts.size(); ++i) {
-    const ContactConstraints::Row& row = contacts[i];
-    if (row.tool == tool_ && !row.shaft) AddRowToTip(i, owner, has_lattice, &state, &contact);
+  if (Holds(*place)) {
+    for (int i = 0; i < contacts.size(); ++i) {
+      const ContactConstraints::Row& row = contacts[i];
+      if (row.tool == tool_ && !row.shaft) AddRowToTip(i, owner, has_lattice, &state, &contact);
+    }
+  } else if (contact.row >= 0 && contact.row < contacts.size()) {
+    AddRowToTip(contact.row, owner, has_lattice, &state, &contact);
   }
   contact.touching = contact.force_W.squaredNorm() > 0;
   if (!has_lattice || contact.tip >= 0 || Holds(*place)) return;
@@ -280,9 +390,11 @@ void ToolTracker::AddTip(OrganStep* organ, Place* place) {
   contact.C_wall_W = place->press.WallCompliance(model, contact);
   contact.indentation = place->press.indentation();
   contact.C_loc_W = contact.C_wall_W + contact.indentation.Compliance();
-  const Vector3d x_W =
-      contact.at.Position(state.vertices, model.rest().triangles) +
-      CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
+  Vector3d x_W = contact.at.Position(state.vertices, model.rest().triangles) +
+                 CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
+  for (int i = 0; i < contacts.size(); ++i) {
+    x_W += contact.coupled.To(contacts[i].coupled) * contacts[i].force_W;
+  }
   auto kernel = state.tips.ScratchRow();
   place->press.AddKernelToRow(model, state, kernel);
   RowMemory memory;
@@ -290,7 +402,7 @@ void ToolTracker::AddTip(OrganStep* organ, Place* place) {
     memory.branches_W = state.memory.BranchesAt(state.tips.Compress(kernel));
     memory.excess_W = state.memory.Excess(memory.branches_W);
   }
-  state.tips.AddRow(contact.C_loc_W, x_W, Vector3d::Zero(), {}, memory) = kernel;
+  state.tips.AddRow(contact.C_loc_W, x_W, Vector3d::Zero(), contact.coupled, memory) = kernel;
 }
 
 void ToolTracker::FillPatches(const ToolPose& tool, std::vector<OrganStep>* organs,
@@ -303,6 +415,7 @@ void ToolTracker::FillPatches(const ToolPose& tool, std::vector<OrganStep>* orga
     ToolPatch* const patch = &patches->places[p];
     PatchBuilder::Clear(tool, patch);
     patch->shaft_contact = shaft_.touches();
+    patch->id = tool_ * kToolPlaces + static_cast<PlaceId>(p);
     if (place.contact.organ < 0) continue;
     OrganStep& organ = (*organs)[place.contact.organ];
     place.patch_builder.Fill(InOrganFrame(organ.state(), tool), geometry(), place.contact,

@@ -15,9 +15,10 @@
 namespace hpdm {
 
 /// Follows one tool's contacts with the organs from step to step. The tip has up to kMaxPlaces
-/// places, each with another organ and the material point under the tip there. The parts of a
-/// contact are TipPress, Grasp and PatchBuilder, each for one organ. ShaftTracker follows the
-/// shaft. Deformation thread; allocates nothing.
+/// places, on different organs or on surfaces of one organ that face different ways: the walls of a
+/// notch, or two folds. Each has the material point under the tip there. The parts of a contact are
+/// TipPress, Grasp and PatchBuilder, each for one place. ShaftTracker follows the shaft. Deformation
+/// thread; allocates nothing.
 ///
 /// 1. A place's contact belongs to the haptic loop (TickContactPoint), which follows it at its own
 ///    rate. The step searches for it only if the tick had no patch.
@@ -26,7 +27,10 @@ namespace hpdm {
 /// 3. The places that are left go to the organs whose surface a free tip crossed since the last
 ///    step, at any distance, and then to the nearest. The nearest organ gets a place within kReach,
 ///    the others only if the tip can be there before the next patch (BesideReach).
-/// 4. An organ keeps its place as long as it has one, so that the tick does not lose its contact.
+/// 4. So do further places on an organ that has one (FindBeside). A press begins there in the tick
+///    only: the step prefetches. Their dents yield to each other's force like a half-space.
+/// 5. A place is kept from step to step, so that the tick does not lose its contact. What the jaws
+///    hold has one place only.
 class ToolTracker {
  public:
   static constexpr double kReach = 0.06;  ///< m: no patch beyond this distance.
@@ -60,24 +64,25 @@ class ToolTracker {
 
  private:
   struct Place {
-    Place(int tool, const ToolOptions& options);
+    Place(int tool, int index, const ToolOptions& options);
     // Puts the contact on an organ; nothing is known of a new organ's force.
-    void Take(int organ, const SurfacePoint& at);
+    void Take(int organ, const SurfacePoint& at, bool beside);
     TipContact contact;
     TipPress press;
     PatchBuilder patch_builder;
     bool taken = false;  // the search leaves it alone in this step
   };
-  // An organ that may get a place.
+  // An organ, or another wall of one, that may get a place.
   struct Candidate {
     int organ = -1;
     SurfacePoint at;
+    bool beside = false;   // another place of the organ comes first
     bool entered = false;  // the tip crossed its surface since the last step
     double order = 0;      // share of the tip's way to the entry, or distance, m
   };
   struct Candidates {
     int count = 0;
-    std::array<Candidate, kMaxOrgans> list;
+    std::array<Candidate, kMaxOrgans * kMaxPlaces> list;
   };
 
   const ToolGeometry& geometry() const { return geometries_[instrument_index_]; }
@@ -88,13 +93,20 @@ class ToolTracker {
   void KeepPlace(const ToolPose& tool, const TickContactPoint& contact_point,
                  const std::vector<OrganStep>& organs, Place* place);
   void FindCandidates(const ToolPose& tool, const std::vector<OrganStep>& organs);
-  void GivePlaces();
-  void DropDoubles();
+  bool FindFirst(const ToolPose& tool, const OrganState& state, Candidate* candidate) const;
+  void FindOthers(const ToolPose& tool, const OrganStep& organ, int index);
+  void GivePlaces(const std::vector<OrganStep>& organs);
+  void SearchDoublesAgain();
+  bool HoldsOrgan(int organ) const {
+    return grasp_.holds() && places_[holding_place_].contact.organ == organ;
+  }
+  bool IsTaken(int organ) const;
   void UpdateContact(const ToolPose& tool, std::vector<OrganStep>* organs, TipContact* contact);
-  Place* PlaceOn(int organ);
+  Place* FreePlaceNear(const Candidate& candidate, const std::vector<OrganStep>& organs);
   Place& MainPlace();
   void UpdateGrasp(const ToolPose& tool, std::vector<OrganStep>* organs);
   bool AddTipRows(const ToolPose& tool, OrganStep* organ, Place* place);
+  void CoupleDents(std::vector<OrganStep>* organs);
   void AddTip(OrganStep* organ, Place* place);
 
   int tool_;
@@ -106,6 +118,7 @@ class ToolTracker {
   double jaw_last_ = 1;
 
   std::vector<Place> places_;  // kMaxPlaces
+  LocalCoupling dents_;        // between places on one organ
   Candidates candidates_;
   Grasp grasp_;
   std::size_t holding_place_ = 0;  // whose organ the grasp holds

@@ -60,7 +60,7 @@ void HapticContact::LoseContact() {
 
 void HapticContact::Locate(TipPose tip) noexcept {
   result_ = {};
-  in_lattice_ = false;
+  in_lattice_ = began_beside_ = false;
   pushed_W_.setZero();
   organ_offset_W_.setZero();
   if (organ_ >= 0) organ_offset_W_ = patch_->motion.Offset(tip.time_ns);
@@ -128,7 +128,7 @@ void HapticContact::FadeIn() {
   if (organ_ >= 0 && patch_->rigid) {
     offset_W_.setZero();
     fades_out_ = false;
-    is_new_ = false;
+    is_new_ = jumps_ = false;
     ticks_of_patch_ = 0;
     return;
   }
@@ -151,8 +151,8 @@ void HapticContact::FadeIn() {
     offset_W_ += raw_last_W_ - raw_W;
     offset_W_ += before_W.squaredNorm() < last_W.squaredNorm() ? before_W : last_W;
   }
-  if (left_patch_ && in_contact) offset_W_ += raw_last_W_ - raw_W;
-  left_patch_ = false;
+  if (jumps_ && (in_contact || fades_out_)) offset_W_ += raw_last_W_ - raw_W;
+  jumps_ = false;
   raw_first_W_ = raw_before_W_;
   raw_before_W_ = raw_last_W_;
   raw_last_W_ = raw_W;
@@ -198,10 +198,30 @@ void HapticContact::PushTo(const Vector3d& moved_W) noexcept {
   tip_.depth += tip_.normal_W.dot(further_W);
 }
 
-Matrix3d HapticContact::CouplingTo(int tool, int place) const noexcept {
-  for (int i = 0; part_ == Part::kShaft && i < patch_->coupling_count; ++i) {
-    const PlaceCoupling& coupling = patch_->couplings[i];
-    if (coupling.tool == tool && coupling.place == place) return coupling.compliance_W;
+Matrix3d HapticContact::CouplingTo(const HapticContact& other) const noexcept {
+  if (organ_ != other.organ_) return Matrix3d::Zero();
+  // Each foot's coupling assumes the other contact at its place in the step.
+  const auto name_each_other = [&](PlaceId ToolPatch::*partner) {
+    return patch_->*partner == other.patch_->id && other.patch_->*partner == patch_->id;
+  };
+  if (name_each_other(&ToolPatch::other)) {
+    // The first tick of a grasp may have another stiffening than the other tip's.
+    return coupling_W_ + other.coupling_W_.transpose() -
+           patch_->coupling_W / std::sqrt(step_.stiffening * other.step_.stiffening);
+  }
+  if (touching_ && other.touching_ && name_each_other(&ToolPatch::beside)) {
+    return (AtFoot(&PatchPoint::beside_W) + other.AtFoot(&PatchPoint::beside_W).transpose() -
+            patch_->to_beside_W) /
+           step_.stiffening;
+  }
+  const Matrix3d coupling_W = ConstantCouplingTo(other.patch_->id);
+  if (!coupling_W.isZero(0)) return coupling_W;
+  return other.ConstantCouplingTo(patch_->id).transpose();
+}
+
+Matrix3d HapticContact::ConstantCouplingTo(PlaceId place) const {
+  for (int i = 0; i < patch_->coupling_count; ++i) {
+    if (patch_->couplings[i].to == place) return patch_->couplings[i].compliance_W;
   }
   return Matrix3d::Zero();
 }
@@ -219,11 +239,7 @@ void HapticContact::FindForces(HapticContact* a, HapticContact* c) noexcept {
     c->FindForce();
     return;
   }
-  // Each foot's coupling assumes the other tip at its place in the step.
-  // The first tick of a grasp may have another stiffening than the other tip's.
-  const Matrix3d coupling_W =
-      a->coupling_W_ + c->coupling_W_.transpose() -
-      a->patch_->coupling_W / std::sqrt(a->step_.stiffening * c->step_.stiffening);
+  const Matrix3d coupling_W = a->CouplingTo(*c);
   Vector3d &force_a_W = a->found_W_, &force_c_W = c->found_W_;
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);
   const Vector3d way_a_T = a->WayInJaws(force_a_W), way_c_T = c->WayInJaws(force_c_W);

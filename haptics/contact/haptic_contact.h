@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "engine/contact/indentation_memory.h"
 #include "engine/energy/maxwell_law.h"
 #include "engine/snapshots.h"
@@ -102,6 +104,16 @@ struct HapticForce {
 /// 3. After a contact the tissue recovers in the tick too, until patches know of the release.
 /// 4. A grasp begins with the step's memory of the held tissue.
 ///
+/// Several places on one organ (StandBeside): a tip in a notch, or between two folds, presses both
+/// sides.
+/// 1. A contact begins beside another one only where the tip's distance from the surface is least, with
+///    the tip outside and the normal turned by more than 30 degrees (PatchSurface::FindBeside). The
+///    other one's force moves the surface before.
+/// 2. Their forces are found together, with the couplings of the patch. So two contacts share what
+///    one would carry, and none adds stiffness to it.
+/// 3. Where their normals come within 20 degrees, the one with less force ends (IsOneWith). What then
+///    changes fades like a hand-over.
+///
 /// Hand-over: The jump that a new patch makes in the force is faded out with the time constant
 /// kFade. So the arrival of a patch is not felt as a step. If the new patch has no place for the
 /// contact, its force fades out in the same way. The jump of a contact that moves from the mesh's
@@ -131,14 +143,26 @@ class HapticContact {
     if (patch_ != nullptr) patch_ = &patch;
   }
 
+  /// Call before Locate: of the tool's `tips`, those that press the same organ keep this one to other
+  /// places, and move its tissue.
+  void StandBeside(std::span<const HapticContact> tips) noexcept;
   /// Finds the contact.
   void Locate(TipPose tip) noexcept;
+  /// True if, at the last Locate, the contact began beside another one of its tip, which may have had
+  /// its place until then.
+  bool began_beside() const noexcept { return began_beside_; }
+  /// True if both contacts of a tip press the same place of an organ.
+  bool IsOneWith(const HapticContact& other) const noexcept;
+  /// Call after Locate: ends the contact in favour of another one of the tip.
+  void GiveUp() noexcept;
+  /// The force changes because another contact of the tip began or ended: the change fades in.
+  void FadeChange() noexcept { jumps_ = true; }
 
   /// Call before Locate: the shaft's contact with the same organ keeps kShaftApart from `other`,
   /// another place of the shaft.
   void KeepApartFrom(const HapticContact& other) noexcept;
 
-  /// Computes the force of one located tip, or of two. Two tips are coupled if both touch one organ;
+  /// Computes the force of one located contact, or of two. Two are coupled if both touch one organ;
   /// both must have been located.
   static void Solve(HapticContact* tip) noexcept;
   static void Solve(HapticContact* a, HapticContact* c) noexcept;
@@ -154,9 +178,11 @@ class HapticContact {
   bool InLattice() const noexcept { return in_lattice_; }
   /// Its force on the tissue, N, from FindForce or FindForces; before them that of the last tick.
   const Vector3d& found_W() const noexcept { return found_W_; }
-  /// Returns the compliance of a shaft's contact to another place on its organ, m/N; zero if the
-  /// step did not know both.
-  Matrix3d CouplingTo(int tool, int place) const noexcept;
+  /// Returns the compliance to another located contact on the same organ, m/N; zero if the step did
+  /// not know both.
+  Matrix3d CouplingTo(const HapticContact& other) const noexcept;
+  /// True if the contact has a force.
+  bool presses() const noexcept { return touching_ && !force_W_.isZero(0); }
 
   const HapticForce& result() const noexcept { return result_; }
   /// Returns how far (m) a new patch of the shaft is from its contact; 0 without a contact, and
@@ -179,6 +205,8 @@ class HapticContact {
   void LocatePress(TipPose* tip);
   void LocateGrasp(const TipPose& tip);
   bool FindContact(const TipPose& tip);
+  bool FindBeside(const TipPose& tip);
+  Matrix3d ConstantCouplingTo(PlaceId place) const;
   bool FindFarContact(const TipPose& tip, bool moved_far);
   bool FindOnShaft(TipPose* tip);
   bool FindNearest(const Vector3d& start_W, const Vector3d& end_W, SegmentFoot* near);
@@ -262,6 +290,13 @@ class HapticContact {
   Vector3d moved_W_ = Vector3d::Zero();   // C_ac f_c: displacement by the other tip, m
   Vector3d friction_W_ = Vector3d::Zero();
 
+  // Other contacts of the tip with the organ, within a tick.
+  std::array<Vector3d, kMaxPlaces> others_W_;  // their normals
+  std::size_t other_count_ = 0;
+  bool others_on_far_ = false;
+  Vector3d by_others_W_ = Vector3d::Zero();  // displacement at the patch's place, m
+  bool began_beside_ = false;
+
   // State of a shaft between ticks.
   double from_trocar_ = 0;                     // of the pressing part, m
   double tip_from_trocar_ = 0;                 // m
@@ -307,9 +342,9 @@ class HapticContact {
   Isometry3d X_WT_last_ = Isometry3d::Identity();  // relative to the organ's breathing offset
 
   // Hand-over between patches.
-  bool is_new_ = false;      // the patch is new
-  bool left_patch_ = false;  // the contact has just moved to the coarse surface
-  bool fades_out_ = false;   // the last patch had no place for the contact
+  bool is_new_ = false;     // the patch is new
+  bool jumps_ = false;      // the force jumps, but not by a new patch
+  bool fades_out_ = false;  // the last patch had no place for the contact
   int ticks_of_patch_ = 0;
   Vector3d raw_last_W_ = Vector3d::Zero();    // reaction without the offset in the last tick, N
   Vector3d raw_before_W_ = Vector3d::Zero();  // the same in the tick before, N

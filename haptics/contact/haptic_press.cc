@@ -1,6 +1,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "haptics/contact/haptic_contact.h"
 #include "haptics/contact/reaction_force.h"
@@ -70,10 +71,47 @@ bool HapticContact::FindContact(const TipPose& tip) {
   const Vector3d& p_tip_W = tip.X_WT.translation();
   const bool moved_far = started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick;
   on_far_ = false;
+  if (other_count_ > 0) return FindBeside(tip);
   if (moved_far && mesh_surface().FindEntry(p_tip_last_W_, p_tip_W, &foot_)) return true;
   if (mesh_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius)
     return true;
   return !far_surface().empty() && FindFarContact(tip, moved_far);
+}
+
+// The search sees the surface where the tip's other contacts have moved it.
+bool HapticContact::FindBeside(const TipPose& tip) {
+  const std::span others_W(others_W_.data(), other_count_);
+  began_beside_ =
+      !others_on_far_ && mesh_surface().FindBeside(tip.X_WT.translation() - by_others_W_,
+                                                   tip.tip_radius, others_W, &foot_);
+  if (!began_beside_) return false;
+  moved_W_ = by_others_W_;
+  jumps_ = true;
+  return true;
+}
+
+void HapticContact::StandBeside(std::span<const HapticContact> tips) noexcept {
+  other_count_ = 0;
+  others_on_far_ = false;
+  by_others_W_.setZero();
+  for (const HapticContact& other : tips) {
+    if (&other == this || organ_ < 0 || other.organ_ != organ_ || !other.touching_) continue;
+    others_W_[other_count_++] = other.foot_.normal_W;
+    others_on_far_ = others_on_far_ || other.on_far_;
+    by_others_W_ += ConstantCouplingTo(other.patch_->id) * other.force_W_;
+  }
+}
+
+bool HapticContact::IsOneWith(const HapticContact& other) const noexcept {
+  constexpr double kOneCosine = 0.94;
+  return touching_ && other.touching_ && organ_ == other.organ_ &&
+         foot_.normal_W.dot(other.foot_.normal_W) > kOneCosine;
+}
+
+void HapticContact::GiveUp() noexcept {
+  LoseContact();
+  in_lattice_ = false;
+  fades_out_ = jumps_ = true;
 }
 
 // The coarse surface counts only where the patch has no triangles of the mesh.
@@ -202,7 +240,7 @@ bool HapticContact::Slide(const TipPose& tip) {
 void HapticContact::LeavePatch(const TipPose& tip) {
   on_far_ = far_surface().Find(-1, foot_.weights, mesh_surface().Position(foot_), &foot_);
   if (!on_far_) return;
-  left_patch_ = true;
+  jumps_ = true;
   EvaluateAtFoot(tip);
 }
 

@@ -48,7 +48,11 @@ void TipContacts::Locate(const TipPose& tip) noexcept {
   for (int p = 0; p < kMaxPlaces; ++p) {
     shaft.tip_part = std::max(shaft.tip_part, tip.tip_part + result(p).depth);
   }
-  for (HapticContact& place : Tips()) place.Locate(tip);
+  for (HapticContact& place : Tips()) {
+    place.StandBeside(Tips());
+    place.Locate(tip);
+  }
+  JoinTips();
   static_assert(kShaftPlaces == 2);
   HapticContact &one = places_[kMaxPlaces], &other = places_[kMaxPlaces + 1];
   one.KeepApartFrom(other);
@@ -57,121 +61,137 @@ void TipContacts::Locate(const TipPose& tip) noexcept {
   other.Locate(shaft);
 }
 
-void TipContacts::Solve(TipContacts* tip) noexcept {
-  if (tip->ShaftPresses()) {
-    Rounds(tip, nullptr);
-  } else {
-    FindTipForces(tip, nullptr);
+// Contacts of the tip that have come together on one organ go on as one.
+void TipContacts::JoinTips() {
+  for (HapticContact& one : Tips()) {
+    for (HapticContact& other : Tips()) {
+      if (&one == &other || one.organ() < 0 || one.organ() != other.organ()) continue;
+      if (one.began_beside()) other.FadeChange();
+      if (!one.IsOneWith(other)) continue;
+      const bool less = one.found_W().squaredNorm() < other.found_W().squaredNorm();
+      (less ? one : other).GiveUp();
+      (less ? other : one).FadeChange();
+    }
   }
+}
+
+void TipContacts::Solve(TipContacts* tip) noexcept {
+  FindForces(tip, nullptr);
   tip->Finish();
 }
 
 void TipContacts::Solve(TipContacts* a, TipContacts* c) noexcept {
-  if (a->ShaftPresses() || c->ShaftPresses()) {
-    Rounds(a, c);
-  } else {
-    FindTipForces(a, c);
-  }
+  FindForces(a, c);
   a->Finish();
   c->Finish();
 }
 
-// Finds the forces of all tips, two on one organ together.
-void TipContacts::FindTipForces(TipContacts* a, TipContacts* c) {
-  for (HapticContact& place : a->Tips()) {
-    HapticContact* const other = c == nullptr ? nullptr : c->OnOrgan(place.organ());
-    if (other == nullptr) {
-      place.FindForce();
-    } else {
-      HapticContact::FindForces(&place, other);
-    }
-  }
-  if (c == nullptr) return;
-  for (HapticContact& place : c->Tips()) {
-    if (a->OnOrgan(place.organ()) == nullptr) place.FindForce();
-  }
-}
+namespace {
 
-// Finds the forces of all contacts, with those of the shafts.
-void TipContacts::Rounds(TipContacts* a, TipContacts* c) {
-  struct Member {
-    HapticContact* contact;
-    int tool, place;
-    bool is_shaft() const { return place >= kMaxPlaces; }
-  };
-  constexpr std::size_t kMaxMembers = kMaxInstruments * kToolPlaces;
-  std::array<Member, kMaxMembers> members;
-  std::size_t count = 0;
-  for (int tool = 0; tool < kMaxInstruments; ++tool) {
-    TipContacts* const contacts = tool == 0 ? a : c;
-    if (contacts == nullptr) continue;
-    for (int p = 0; p < kToolPlaces; ++p) {
-      HapticContact* const contact = &contacts->places_[static_cast<std::size_t>(p)];
-      const int slot = static_cast<int>(contacts->Slot(static_cast<std::size_t>(p)));
-      if (contact->InLattice()) members[count++] = {contact, tool, slot};
+// The contacts of all tools that have a force to be found. Those on one organ displace each other.
+class CoupledContacts {
+ public:
+  void Add(HapticContact* contact, bool is_shaft) { members_[count_++] = {contact, is_shaft}; }
+
+  void FindForces() {
+    const bool in_blocks = Pair();
+    for (std::size_t i = 0; i < count_; ++i) last_W_[i] = members_[i].contact->found_W();
+    if (in_blocks) FillCouplings();
+    for (int round = 0; round < kMaxContactRounds; ++round) {
+      double change = 0, largest = 0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        const std::size_t partner = members_[i].partner;
+        if (partner < i) continue;
+        if (in_blocks) Push(i);
+        if (partner == kNone) {
+          members_[i].contact->FindForce();
+        } else {
+          if (in_blocks) Push(partner);
+          HapticContact::FindForces(members_[i].contact, members_[partner].contact);
+          Take(partner, &change, &largest);
+        }
+        Take(i, &change, &largest);
+      }
+      if (!in_blocks || !(change > kSettledChange * largest)) break;
     }
   }
-  std::array<std::array<Matrix3d, kMaxMembers>, kMaxMembers> coupling_W;
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const Member &one = members[i], &other = members[j];
-      coupling_W[i][j].setZero();
-      if (one.contact->organ() == other.contact->organ()) {
-        coupling_W[i][j] = one.contact->CouplingTo(other.tool, other.place);
-        if (coupling_W[i][j].isZero(0)) {
-          coupling_W[i][j] = other.contact->CouplingTo(one.tool, one.place).transpose();
+
+ private:
+  static constexpr std::size_t kMost = kMaxInstruments * kToolPlaces;
+  static constexpr std::size_t kNone = kMost;
+  struct Member {
+    HapticContact* contact = nullptr;
+    bool is_shaft = false;
+    std::size_t partner = kNone;  // the only other tip on the organ: solved with it
+  };
+
+  // Finds the partners. True if more than partners share an organ.
+  bool Pair() {
+    bool in_blocks = false;
+    for (std::size_t i = 0; i < count_; ++i) {
+      std::size_t tips = 0;
+      in_blocks = in_blocks || members_[i].is_shaft;
+      for (std::size_t j = 0; j < count_ && !members_[i].is_shaft; ++j) {
+        const bool other_organ = members_[j].contact->organ() != members_[i].contact->organ();
+        if (j == i || other_organ || members_[j].is_shaft) continue;
+        members_[i].partner = j;
+        ++tips;
+      }
+      if (tips < 2) continue;
+      members_[i].partner = kNone;
+      in_blocks = true;
+    }
+    return in_blocks;
+  }
+  void FillCouplings() {
+    for (std::size_t i = 0; i < count_; ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        coupling_W_[i][j] = members_[i].partner == j
+                                ? Matrix3d::Zero()
+                                : members_[i].contact->CouplingTo(*members_[j].contact);
+        coupling_W_[j][i] = coupling_W_[i][j].transpose();
+      }
+    }
+  }
+  void Push(std::size_t i) {
+    Vector3d moved_W = Vector3d::Zero();
+    for (std::size_t j = 0; j < count_; ++j) {
+      if (j != i) moved_W += coupling_W_[i][j] * last_W_[j];
+    }
+    members_[i].contact->PushTo(moved_W);
+  }
+  void Take(std::size_t i, double* change, double* largest) {
+    const Vector3d& found_W = members_[i].contact->found_W();
+    *change = std::max(*change, (found_W - last_W_[i]).norm());
+    *largest = std::max(*largest, found_W.norm());
+    last_W_[i] = found_W;
+  }
+
+  std::size_t count_ = 0;
+  std::array<Member, kMost> members_;
+  std::array<Vector3d, kMost> last_W_;
+  std::array<std::array<Matrix3d, kMost>, kMost> coupling_W_;
+};
+
+}  // namespace
+
+// Finds the forces of all contacts: of two tips on one organ together, of more and of shafts in rounds.
+void TipContacts::FindForces(TipContacts* a, TipContacts* c) {
+  CoupledContacts coupled;
+  for (const bool shafts : {false, true}) {
+    for (TipContacts* const tool : {a, c}) {
+      for (std::size_t p = 0; tool != nullptr && p < tool->places_.size(); ++p) {
+        HapticContact& contact = tool->places_[p];
+        if ((p >= kMaxPlaces) != shafts) continue;
+        if (contact.InLattice()) {
+          coupled.Add(&contact, shafts);
+        } else {
+          contact.FindForce();
         }
       }
-      coupling_W[j][i] = coupling_W[i][j].transpose();
     }
   }
-  std::array<Vector3d, kMaxMembers> last_W;
-  for (std::size_t i = 0; i < count; ++i) last_W[i] = members[i].contact->found_W();
-  const auto push = [&](std::size_t i) {
-    Vector3d moved_W = Vector3d::Zero();
-    for (std::size_t j = 0; j < count; ++j) {
-      if (j != i) moved_W += coupling_W[i][j] * last_W[j];
-    }
-    members[i].contact->PushTo(moved_W);
-  };
-  for (int round = 0; round < kMaxContactRounds; ++round) {
-    double change = 0, largest = 0;
-    const auto take = [&](std::size_t i) {
-      change = std::max(change, (members[i].contact->found_W() - last_W[i]).norm());
-      last_W[i] = members[i].contact->found_W();
-      largest = std::max(largest, last_W[i].norm());
-    };
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!members[i].is_shaft()) push(i);
-    }
-    FindTipForces(a, c);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!members[i].is_shaft()) take(i);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!members[i].is_shaft()) continue;
-      push(i);
-      members[i].contact->FindForce();
-      take(i);
-    }
-    if (!(change > kSettledChange * largest)) break;
-  }
-}
-
-bool TipContacts::ShaftPresses() const {
-  return std::any_of(places_.begin() + kMaxPlaces, places_.end(),
-                     [](const HapticContact& place) { return place.InLattice(); });
-}
-
-std::span<HapticContact> TipContacts::Tips() { return std::span(places_).first<kMaxPlaces>(); }
-
-// Returns the tip's contact with an organ's patch; nullptr if there is none.
-HapticContact* TipContacts::OnOrgan(int organ) {
-  if (organ < 0) return nullptr;
-  const std::span<HapticContact> tips = Tips();
-  const auto found = std::find_if(tips.begin(), tips.end(),
-                                  [organ](const HapticContact& p) { return p.organ() == organ; });
-  return found == tips.end() ? nullptr : &*found;
+  coupled.FindForces();
 }
 
 void TipContacts::Finish() {

@@ -9,8 +9,8 @@ namespace hpdm {
 
 /// The contacts of one tool in a tick: one HapticContact for each place of its patches
 /// (ToolPatches), the tip's and the shaft's, all at the same pose. The pose is given, so contacts on
-/// different organs do not change each other. Those on one organ do: the tips of two tools are
-/// solved together, and with a shaft's contacts in rounds. The hand feels the sum of the forces, those
+/// different organs do not change each other. Those on one organ do: two tips, of two tools or of one in
+/// a notch, are solved together, more of them and a shaft's contacts in rounds. The hand feels the sum of the forces, those
 /// of the shaft as they act on the device's axes (OnTip). Its torque about the shaft and across the
 /// axes has no actuator. Haptic thread; wait-free, no allocation, never throws.
 class TipContacts {
@@ -48,11 +48,9 @@ class TipContacts {
   std::array<TickContactPoint, kToolPlaces> contact_points() const noexcept;
 
  private:
-  static void FindTipForces(TipContacts* a, TipContacts* c);
-  static void Rounds(TipContacts* a, TipContacts* c);
-  bool ShaftPresses() const;
-  std::span<HapticContact> Tips();
-  HapticContact* OnOrgan(int organ);
+  static void FindForces(TipContacts* a, TipContacts* c);
+  void JoinTips();
+  std::span<HapticContact> Tips() { return std::span(places_).first<kMaxPlaces>(); }
   void Finish();
 
   std::size_t Slot(std::size_t place) const;
