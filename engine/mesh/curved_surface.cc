@@ -1,15 +1,21 @@
 #include "engine/mesh/curved_surface.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <vector>
 
 namespace hpdm {
 namespace {
 
-// Sweeps of Gauss-Seidel's method over the vertices, and the weight that holds a normal, of its
-// edges' squared lengths.
-constexpr int kSweeps = 10;
-constexpr double kHold = 0.02;
+// Sweeps of Gauss-Seidel's method over the vertices, and the weight that holds a normal at its mean of
+// the faces, of its edges' squared lengths. Normals that turn to and fro from vertex to vertex are
+// perpendicular to no worse: without the weight an edge of 45 degrees made ripples of 6 degrees five
+// triangles away.
+constexpr int kSweeps = 20;
+constexpr double kHold = 0.05;
+
+// Largest change of a unit normal.
+constexpr double kMostTurn = 0.2;
 
 // True if no face around a vertex with the unit `normal` makes an edge there.
 bool IsSmooth(const SurfaceMesh& mesh, const SurfaceTopology& topology, int vertex,
@@ -24,9 +30,11 @@ bool IsSmooth(const SurfaceMesh& mesh, const SurfaceTopology& topology, int vert
   return true;
 }
 
-// Turns a normal towards the least sum of ((n_i + n_j) . e_ij)^2 over the edges to smooth vertices.
+// Turns a normal to the least sum of ((n_i + n_j) . e_ij)^2 over the edges to smooth vertices, and of
+// its change from `mean` with the weight kHold.
 void TurnToEdges(const SurfaceMesh& mesh, const SurfaceTopology& topology,
-                 const std::vector<bool>& smooth, int vertex, Points* normals) {
+                 const std::vector<bool>& smooth, int vertex, const Vector3d& mean,
+                 Points* normals) {
   const Vector3d p = mesh.vertices.row(vertex), n = normals->row(vertex);
   Matrix3d A = Matrix3d::Zero();
   Vector3d off = Vector3d::Zero();
@@ -41,9 +49,11 @@ void TurnToEdges(const SurfaceMesh& mesh, const SurfaceTopology& topology,
   }
   const double size = A.trace();
   if (!(size > 0)) return;
+  off += kHold * size * (n - mean);
   const Vector3d turn = (A + kHold * size * Matrix3d::Identity()).ldlt().solve(off);
-  const Vector3d turned = n - (turn - n.dot(turn) * n);
-  normals->row(vertex) = turned.stableNormalized();
+  Vector3d change = n - (turn - n.dot(turn) * n) - mean;
+  change *= std::min(1.0, kMostTurn / std::max(change.norm(), 1e-300));
+  normals->row(vertex) = (mean + change).stableNormalized();
 }
 
 }  // namespace
@@ -54,9 +64,11 @@ void FitNormals(const SurfaceMesh& mesh, const SurfaceTopology& topology, Points
     const auto vertex = static_cast<int>(v);
     smooth[v] = IsSmooth(mesh, topology, vertex, normals->row(vertex));
   }
+  const Points means = *normals;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     for (std::size_t v = 0; v < smooth.size(); ++v) {
-      if (smooth[v]) TurnToEdges(mesh, topology, smooth, static_cast<int>(v), normals);
+      const auto vertex = static_cast<int>(v);
+      if (smooth[v]) TurnToEdges(mesh, topology, smooth, vertex, means.row(vertex), normals);
     }
   }
 }

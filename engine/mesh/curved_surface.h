@@ -35,7 +35,8 @@ inline Vector3d CurvedOffset(const std::array<Vector3d, 3>& corners,
 /// Turns vertex normals (V x 3, unit) so that the curved surface is perpendicular to them: the mean
 /// normal of the ends of each edge between smooth vertices is perpendicular to the edge, in least
 /// squares. So it is on every sphere and, to second order, on every smooth surface; means of the
-/// faces' normals are off by some thousandths where triangles are unequal. Deterministic; set-up only.
+/// faces' normals are off by some thousandths where triangles are unequal. These means hold the normals,
+/// so that an edge which counts as smooth makes no ripples. Deterministic; set-up only.
 void FitNormals(const SurfaceMesh& mesh, const SurfaceTopology& topology, Points* normals);
 
 /// Returns q - p at a point of a mesh, m. `normals`: its vertex normals, V x 3. Any thread; no
