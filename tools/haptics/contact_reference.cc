@@ -7,6 +7,7 @@
 
 #include "engine/base/check.h"
 #include "engine/contact/surface_kernel.h"
+#include "engine/mesh/curved_surface.h"
 #include "engine/step/tip_press.h"
 
 namespace hpdm {
@@ -14,12 +15,12 @@ namespace {
 
 constexpr double kReachBeyondTip = 0.025;  // m: the lattice shows no dent, so the point may be off
 constexpr double kMostWay = 0.015;         // m: of a place over the rest surface between two calls
+constexpr double kProbe = 5e-4;            // m: to the places whose differences give the normal
 constexpr int kSearchRounds =
     1;  // solutions for the normal of a candidate: its neighbour was the last
 constexpr int kFinalRounds = 6;
 constexpr int kMostMoves = 25;
 constexpr std::size_t kRefined = 3;
-constexpr int kCone = 12;  // halvings of the way to the frictionless place
 
 Vector3d Tangential(const Vector3d& v, const Vector3d& n) { return v - n.dot(v) * n; }
 
@@ -59,21 +60,41 @@ void ContactReference::Set(int tool, int organ, const Press& press) {
                                     .friction_W = press.friction_W};
 }
 
+// Returns the deformed place of a press: its point of the curved rest surface, moved by the mean
+// displacement under the kernel that the lattice resolves.
+Vector3d ContactReference::DeformedPlace(int organ, const SurfacePoint& at, double radius,
+                                         const Vector3d& facing) {
+  const OrganModel& model = organs_[static_cast<std::size_t>(organ)];
+  const SurfaceMesh& rest = model.rest();
+  const Points& deformed = deformation_.organ(organ).vertices;
+  Neighbourhood around;
+  KernelPatch kernel;
+  neighbourhoods_[static_cast<std::size_t>(organ)].Collect(rest.vertices, at, {.reach = radius},
+                                                           &around);
+  GatherKernel(rest, around, at, facing, radius, &kernel);
+  Vector3d place = at.Position(rest.vertices, rest.triangles) +
+                   CurvedOffset(rest, model.topology(), model.rest_normals(), at);
+  for (int i = 0; i < kernel.vertex_count; ++i) {
+    const int v = kernel.vertices[i];
+    place += kernel.weights[i] * (deformed.row(v) - rest.vertices.row(v)).transpose();
+  }
+  return place;
+}
+
+// Returns the normal of the surface that the deformed places around a press form, by differences.
 Vector3d ContactReference::DeformedNormal(int organ, const SurfacePoint& at, double radius,
                                           const Vector3d& facing) {
   const OrganModel& model = organs_[static_cast<std::size_t>(organ)];
-  Neighbourhood around;
-  KernelPatch kernel;
-  neighbourhoods_[static_cast<std::size_t>(organ)].Collect(model.rest().vertices, at,
-                                                           {.reach = radius}, &around);
-  GatherKernel(model.rest(), around, at, facing, radius, &kernel);
-  Vector3d normal = Vector3d::Zero();
-  for (int i = 0; i < kernel.vertex_count; ++i) {
-    normal +=
-        kernel.weights[i] * VertexNormal(deformation_.organ(organ).vertices, model.rest().triangles,
-                                         model.topology(), kernel.vertices[i]);
-  }
-  return normal.stableNormalized();
+  const Vector3d p = at.Position(model.rest().vertices, model.rest().triangles);
+  const Vector3d normal = facing.stableNormalized();
+  const Vector3d along = normal.unitOrthogonal(), across = normal.cross(along);
+  const auto place = [&](const Vector3d& way) {
+    const SurfaceHit hit = rest_trees_[static_cast<std::size_t>(organ)].Closest(p + way, 1);
+    return DeformedPlace(organ, hit.at, radius, facing);
+  };
+  const Vector3d one = place(kProbe * along) - place(-kProbe * along);
+  const Vector3d other = place(kProbe * across) - place(-kProbe * across);
+  return one.cross(other).stableNormalized();
 }
 
 // Solves the organs for a press at press->at with its friction, `rounds` times, each with the normal
@@ -82,10 +103,11 @@ void ContactReference::Evaluate(int tool, int organ, int rounds, Press* press) {
   const OrganModel& model = organs_[static_cast<std::size_t>(organ)];
   const Vector3d facing = press->at.Position(model.rest_normals(), model.rest().triangles);
   const double radius = Geometry(tool).tip_radius;
+  const double resolved =
+      model.Indentation(press->at, TipPress::KernelRadius(Geometry(tool))).resolved_radius();
   for (int round = 0; round < rounds; ++round) {
     const Vector3d last = press->normal_W;
-    press->normal_W =
-        DeformedNormal(organ, press->at, TipPress::KernelRadius(Geometry(tool)), facing);
+    press->normal_W = DeformedNormal(organ, press->at, resolved, facing);
     press->friction_W = Tangential(press->friction_W, press->normal_W);
     if (round > kSearchRounds && (press->normal_W - last).norm() < 1e-6) break;
     Set(tool, organ, *press);
@@ -200,30 +222,25 @@ bool ContactReference::Holds(int tool, int organ, Press* press) {
   return press->friction_W.norm() <= Geometry(tool).friction;
 }
 
-// Moves a frictionless press to where friction leaves it.
-void ContactReference::Stick(int tool, int organ, Press* press) {
+// Finds where friction leaves the press of the last call: there, or where it slips to. False if it no
+// longer presses.
+bool ContactReference::Stick(int tool, int organ, Press* press) {
   const SurfaceMesh& rest = organs_[static_cast<std::size_t>(organ)].rest();
-  Press last = *press;
-  last.at = tips_[tool].at;
-  if (Holds(tool, organ, &last)) {
-    *press = last;
-    return;
+  const double friction = Geometry(tool).friction;
+  press->at = tips_[tool].at;
+  for (int move = 0; move < kMostMoves; ++move) {
+    if (Holds(tool, organ, press)) return press->force > 0;
+    // On the cone, against the force that would hold the place.
+    const double pressing = -press->normal_W.dot(press->hold_W);
+    if (!(pressing > 0)) return false;
+    press->friction_W *= friction / press->friction_W.norm();
+    Evaluate(tool, organ, kFinalRounds, press);
+    if (press->offset_W.norm() < kUnder) return press->force > 0;
+    const Vector3d p_W = press->at.Position(rest.vertices, rest.triangles) + press->offset_W;
+    press->at = rest_trees_[static_cast<std::size_t>(organ)].Closest(p_W, 1).at;
   }
-  const Vector3d from = last.at.Position(rest.vertices, rest.triangles);
-  const Vector3d way = press->at.Position(rest.vertices, rest.triangles) - from;
-  double slips = 0, holds = 1;
-  for (int i = 0; i < kCone; ++i) {
-    Press middle = *press;
-    const double share = 0.5 * (slips + holds);
-    middle.at = rest_trees_[static_cast<std::size_t>(organ)].Closest(from + share * way, 1).at;
-    if (Holds(tool, organ, &middle)) {
-      holds = share;
-      last = middle;
-    } else {
-      slips = share;
-    }
-  }
-  if (holds < 1) *press = last;
+  ++unsolved_;
+  return press->force > 0;
 }
 
 void ContactReference::FindPress(int tool) {
@@ -245,8 +262,8 @@ void ContactReference::FindPress(int tool) {
       tip.facing_W = near.at.Position(model.rest_normals(), model.rest().triangles);
     }
     Press press;
-    if (!FindFrictionless(tool, o, &press)) continue;
-    if (Geometry(tool).friction > 0 && tip.organ == o) Stick(tool, o, &press);
+    const bool rubs = Geometry(tool).friction > 0 && tip.organ == o;
+    if (rubs ? !Stick(tool, o, &press) : !FindFrictionless(tool, o, &press)) continue;
     if (on >= 0 && press.force <= best.force) continue;
     on = o;
     best = press;

@@ -12,14 +12,18 @@ namespace hpdm {
 ///
 /// 1. Candidates are points of the deformed surface, `spacing` apart, on all triangles that the tip
 ///    can reach and that face the side from which it came, up to 15 mm from its own last place.
-/// 2. A candidate is a frictionless press: the normal is the mean of the deformed surface's vertex
-///    normals over the kernel under the tip, found together with the solution.
+/// 2. A candidate is a frictionless press. Its normal is that of the surface that the deformed places
+///    around it form: their means over the kernel that the lattice resolves. No other normal keeps the
+///    energy of a slide (engine/README.md, section 4). It is found by differences of positions, together
+///    with the solution; a tick turns it by mean normals.
 /// 3. Conditions: f_n >= 0, the gap is closed, and the pressed point lies under the tip along the
 ///    normal: (I - n n^T)(x_tip - x_c) = 0. The three candidates that are nearest to this are moved
 ///    along the surface until they fulfil it to kUnder. The solution of the largest force counts:
 ///    any other place would leave the tip in the tissue.
 /// 4. Friction: the place of the last call stays if the force that holds it lies within the cone.
-///    Otherwise it moves towards the frictionless place as far as the cone demands.
+///    Otherwise it slips, with the friction on the cone against that force, until the pressed point
+///    lies under the tip (a return mapping). A search of the frictionless place would not do: a deep
+///    press of curved tissue has none, though friction holds it.
 /// 5. What the jaws hold is taken where the tip presses when they close. It follows the steps.
 ///
 /// Calls must follow the motion with gaps of some 20 ms at most. One thread; offline.
@@ -60,13 +64,14 @@ class ContactReference {
   const ToolGeometry& Geometry(int tool) const;
   void Step();
   void Set(int tool, int organ, const Press& press);
+  Vector3d DeformedPlace(int organ, const SurfacePoint& at, double radius, const Vector3d& facing);
   Vector3d DeformedNormal(int organ, const SurfacePoint& at, double radius, const Vector3d& facing);
   void Evaluate(int tool, int organ, int rounds, Press* press);
   std::vector<SurfacePoint> Candidates(int tool, int organ) const;
   bool Refine(int tool, int organ, Press* press);
   bool FindFrictionless(int tool, int organ, Press* found);
   bool Holds(int tool, int organ, Press* press);
-  void Stick(int tool, int organ, Press* press);
+  bool Stick(int tool, int organ, Press* press);
   void FindPress(int tool);
 
   const std::vector<OrganModel>& organs_;
