@@ -76,7 +76,8 @@ Json ToJson(const CostCurve& curve) {
 }
 
 Json ToJson(const TickResults& ticks) {
-  return {{"coarse_triangles", ticks.coarse_triangles},
+  return {{"organs_each", ticks.organs},
+          {"coarse_triangles", ticks.coarse_triangles},
           {"fine_triangles", ticks.fine_triangles},
           {"coarse", ToJson(ticks.coarse)},
           {"fine", ToJson(ticks.fine)},
@@ -142,7 +143,7 @@ Json ToJson(const BenchResults& results, const MachineFacts& machine) {
   for (const MeshComparison& row : results.meshes) json["meshes"].push_back(ToJson(row));
   for (const SleepResults& row : results.sleep) json["sleep"].push_back(ToJson(row));
   for (const CostCurve& curve : results.costs) json["costs"].push_back(ToJson(curve));
-  if (results.ticks.has_value()) json["ticks"] = ToJson(*results.ticks);
+  for (const TickResults& row : results.ticks) json["ticks"].push_back(ToJson(row));
   if (!results.hand_overs.empty()) json["clock_reading_us"] = results.clock_reading_ns / 1000;
   for (const HandOverResults& row : results.hand_overs) json["hand_overs"].push_back(ToJson(row));
   for (const FrameResults& row : results.frames) json["frames"].push_back(ToJson(row));

@@ -66,19 +66,20 @@ struct CostCurve {
 std::vector<CostCurve> CostOfVertices(bool quick);
 std::vector<CostCurve> CostOfControlPoints(bool quick);
 
-/// Wall time of one haptic tick while two tools press and slide on one liver. Ticks run at 1 kHz,
-/// under the real-time scheduler where it is granted.
+/// Wall time of one haptic tick while two tools press and slide with friction, each on one organ or on
+/// two. Ticks run at 1 kHz, under the real-time scheduler where it is granted.
 ///
 /// Each period runs three things in turn: the tick on a liver of few triangles, the tick on one of
 /// many, and a bare loop of arithmetic as long as a tick. Delays that the host adds to the bare
 /// loop it also adds to the ticks.
 struct TickResults {
+  int organs = 1;  ///< That each tool presses. The tools share one.
   int coarse_triangles = 0, fine_triangles = 0;
   Histogram coarse, fine, bare;
   Histogram with_new_patch;  ///< Ticks of both livers that take a new patch.
   RatioSpread ratio;         ///< Fine over coarse, from the medians of blocks of ticks.
 };
-TickResults TimeTicks(bool quick);
+std::vector<TickResults> TimeTicks(bool quick);
 
 /// Duration of the two sides of a snapshot's hand-over, ns, including the clock readings.
 struct HandOverResults {
@@ -155,7 +156,7 @@ struct BenchResults {
   std::vector<MeshComparison> meshes;
   std::vector<SleepResults> sleep;
   std::vector<CostCurve> costs;
-  std::optional<TickResults> ticks;
+  std::vector<TickResults> ticks;
   double clock_reading_ns = 0;
   std::vector<HandOverResults> hand_overs;
   std::vector<FrameResults> frames;

@@ -45,12 +45,16 @@ class PathDevice : public Device {
   std::uint64_t reads_ = 0;
 };
 
+// The depth of a tip's centre below the front of the organ, m.
+constexpr double kDepth = 0.005;
+
 // A session's haptic and deformation loops with two tools that press 5 mm deep. Each slides back
-// and forth by 3 mm, once a second.
+// and forth by 3 mm, once a second. With two organs each, every tip lies between the first one and a
+// copy of it, which leans over by 60 degrees and is pressed as deep by a tip of the default radius.
 class FeltScene {
  public:
-  explicit FeltScene(const BenchOrgan& organ)
-      : organs_(Organs(organ)),
+  FeltScene(const BenchOrgan& organ, int organs)
+      : organs_(Organs(organ, organs)),
         render_(SizedSnapshot(organs_, kMaxInstruments, true)),
         telemetry_(SizedSnapshot(organs_, kMaxInstruments, false)),
         deformation_(organs_, std::vector<ToolOptions>(kMaxInstruments),
@@ -68,14 +72,39 @@ class FeltScene {
         sample.tools[0].kind == ContactKind::kPress && sample.tools[1].kind == ContactKind::kPress;
     return sample.compute_ns;
   }
-  void Step(Nanoseconds now) { deformation_.Step(deformation_.NewestTools(), now); }
+  // Makes a step. The presses of its contacts must be as many as those of the scene.
+  void Step(Nanoseconds now) {
+    const ToolState tools = deformation_.NewestTools();
+    presses_ = 0;
+    for (const auto& contact_points : tools.contact_points) {
+      for (const TickContactPoint& point : contact_points) presses_ += point.organ >= 0;
+    }
+    deformation_.Step(tools, now);
+  }
+  int presses() const { return presses_; }                // at the last step
   int ticks_pressing() const { return ticks_pressing_; }  // in which both tools press
   void ForgetPresses() { ticks_pressing_ = 0; }
 
  private:
-  static std::vector<OrganModel> Organs(const BenchOrgan& organ) {
+  static constexpr std::array<double, kMaxInstruments> kSides{-0.04, 0.05};  // m
+
+  static std::vector<OrganModel> Organs(const BenchOrgan& organ, int organs_each) {
     std::vector<OrganModel> organs;
     organs.emplace_back(organ.options, organ.rest);
+    if (organs_each == 1) return organs;
+    const Eigen::AngleAxisd leans(-std::numbers::pi / 3, Vector3d::UnitY());
+    const Vector3d normal = leans * Vector3d::UnitZ();
+    for (const double side : kSides) {
+      const Vector3d p =
+          FrontPoint(organ.rest, side).Position(organ.rest.vertices, organ.rest.triangles);
+      const Vector3d to = p - Vector3d(0, 0, kDepth) + kDepth * normal;
+      SurfaceMesh rest = organ.rest;
+      for (Eigen::Index v = 0; v < rest.vertices.rows(); ++v) {
+        const Vector3d from_p = rest.vertices.row(v).transpose() - p;
+        rest.vertices.row(v) = (to + leans * from_p).transpose();
+      }
+      organs.emplace_back(organ.options, rest);
+    }
     return organs;
   }
 
@@ -83,14 +112,14 @@ class FeltScene {
     std::vector<HapticInstrument> instruments;
     const SurfaceMesh& rest = organs_[0].rest();
     for (int i = 0; i < kMaxInstruments; ++i) {
-      const SurfacePoint at = FrontPoint(rest, i == 0 ? -0.04 : 0.05);
+      const SurfacePoint at = FrontPoint(rest, kSides[static_cast<std::size_t>(i)]);
       const Vector3d p_W = at.Position(rest.vertices, rest.triangles);
       const ImpulseEngineKinematics kinematics(p_W + Vector3d(0, 0, 0.15), -Vector3d::UnitZ(),
                                                DeviceProfile{});
       std::vector<JointVector> path;
       for (int k = 0; k < kPoses; ++k) {
         const double slide = 0.0015 * std::sin(2 * std::numbers::pi * k / kPoses);
-        path.push_back(kinematics.Inverse(p_W + Vector3d(slide, 0, -0.005), 0, 1).joints);
+        path.push_back(kinematics.Inverse(p_W + Vector3d(slide, 0, -kDepth), 0, 1).joints);
       }
       devices_.push_back(std::make_unique<PathDevice>(std::move(path)));
       devices_.back()->Home();
@@ -111,6 +140,7 @@ class FeltScene {
   DeformationLoop deformation_;
   HapticLoop haptics_;
   int ticks_pressing_ = 0;
+  int presses_ = 0;
 };
 
 // A chain of dependent arithmetic: the time of `rounds` does not depend on the state of the caches.
@@ -205,17 +235,23 @@ class TickTimer {
 
 }  // namespace
 
-TickResults TimeTicks(bool quick) {
+std::vector<TickResults> TimeTicks(bool quick) {
   BenchOrgan coarse = MakeBenchOrgan("liver_274");
   BenchOrgan fine = MakeBenchOrgan(quick ? "liver_5000" : "liver_120000");
   for (BenchOrgan* organ : {&coarse, &fine}) organ->options.lattice.cells = {6, 6, 6};
-  FeltScene coarse_scene(coarse), fine_scene(fine);
-  TickResults results;
-  std::jthread([&] {
-    RequestRealtime({.fifo_priority = 80, .lock_memory = true, .prefault_stack = true});
-    results = TickTimer(&coarse_scene, &fine_scene).Run(quick ? 1000 : 20000);
-  }).join();
-  return results;
+  std::vector<TickResults> rows;
+  for (const int organs : {1, 2}) {
+    FeltScene coarse_scene(coarse, organs), fine_scene(fine, organs);
+    std::jthread([&] {
+      RequestRealtime({.fifo_priority = 80, .lock_memory = true, .prefault_stack = true});
+      rows.push_back(TickTimer(&coarse_scene, &fine_scene).Run(quick ? 1000 : 20000));
+    }).join();
+    rows.back().organs = organs;
+    for (const FeltScene* scene : {&coarse_scene, &fine_scene}) {
+      HPDM_CHECK(scene->presses() >= organs * kMaxInstruments);
+    }
+  }
+  return rows;
 }
 
 }  // namespace hpdm

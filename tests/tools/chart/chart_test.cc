@@ -205,15 +205,19 @@ TEST(BenchResults, MarkdownHasARowForEachComparison) {
 
 TEST(BenchResults, MarkdownHasOnlyMeasuredResults) {
   BenchResults results;
-  results.ticks.emplace();
-  results.ticks->coarse_triangles = 274;
-  results.ticks->fine_triangles = 120000;
-  results.ticks->ratio = {1.1, 1, 1.2};
-  for (int i = 1; i <= 4; ++i) results.ticks->fine.Add(i);
+  results.ticks.resize(2);
+  TickResults& ticks = results.ticks.back();
+  ticks.organs = 2;
+  ticks.coarse_triangles = 274;
+  ticks.fine_triangles = 120000;
+  ticks.ratio = {1.1, 1, 1.2};
+  for (int i = 1; i <= 4; ++i) ticks.fine.Add(i);
   const std::string text = BenchMarkdown(results, "one core");
-  EXPECT_NE(text.find("| tick, 120,000 triangles | 0.00 | 0.00 | 0.00 | 0.00 |"), std::string::npos)
+  EXPECT_NE(text.find("| tick, two organs each, 120,000 triangles | 0.00 | 0.00 | 0.00 | 0.00 |"),
+            std::string::npos)
       << text;
-  EXPECT_NE(text.find("Many triangles over few: 1.1 (1-1.2)."), std::string::npos) << text;
+  EXPECT_NE(text.find("Many triangles over few, two organs each: 1.1 (1-1.2)."), std::string::npos)
+      << text;
   for (const char* other : {"Table 1", "Table 2", "Cost against size", "hand-over"}) {
     EXPECT_EQ(text.find(other), std::string::npos) << other;
   }
