@@ -223,8 +223,8 @@ TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
     ASSERT_EQ(rows.size(), 1);
     ASSERT_EQ(fine_rows.size(), 1);
     // Samples of R / 4 may lie differently in large and in small triangles, and the tissue's
-    // thickness, which bounds R, is interpolated between other vertices.
-    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 0.03 * rows.Weights().norm());
+    // thickness, which bounds R, is interpolated between other vertices, with other normals.
+    EXPECT_LT((fine_rows.Weights() - rows.Weights()).norm(), 0.04 * rows.Weights().norm());
     // The curved surface over the large triangles lies outside of the finer facets.
     EXPECT_LT((fine_rows[0].p_rest_W - rows[0].p_rest_W).norm(), 4e-4);
   }
