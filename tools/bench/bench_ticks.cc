@@ -50,7 +50,7 @@ constexpr double kDepth = 0.005;
 
 // A session's haptic and deformation loops with two tools that press 5 mm deep. Each slides back
 // and forth by 3 mm, once a second. With two organs each, every tip lies between the first one and a
-// copy of it, which leans over by 60 degrees and is pressed as deep by a tip of the default radius.
+// copy of it, which leans outwards by 30 degrees and is pressed as deep.
 class FeltScene {
  public:
   FeltScene(const BenchOrgan& organ, int organs)
@@ -92,9 +92,9 @@ class FeltScene {
     std::vector<OrganModel> organs;
     organs.emplace_back(organ.options, organ.rest);
     if (organs_each == 1) return organs;
-    const Eigen::AngleAxisd leans(-std::numbers::pi / 3, Vector3d::UnitY());
-    const Vector3d normal = leans * Vector3d::UnitZ();
     for (const double side : kSides) {
+      const Eigen::AngleAxisd leans(std::copysign(std::numbers::pi / 6, -side), Vector3d::UnitY());
+      const Vector3d normal = leans * Vector3d::UnitZ();
       const Vector3d p =
           FrontPoint(organ.rest, side).Position(organ.rest.vertices, organ.rest.triangles);
       const Vector3d to = p - Vector3d(0, 0, kDepth) + kDepth * normal;
