@@ -45,8 +45,8 @@ void ViscousEnergy::Advance(const Eigen::VectorXd& u, double dt, const Stiffness
 }
 
 template <class Stiffness>
-double ViscousEnergy::EnergyOf(const Body& body, const Stiffness& K) const {
-  double energy = 0.5 * body.u.dot(K(body.u));
+double ViscousEnergy::InBranches(const Body& body, const Stiffness& K) const {
+  double energy = 0;
   for (int k = 0; k < prony_.count; ++k) {
     const Eigen::VectorXd& w = body.w[static_cast<std::size_t>(k)];
     const double ratio = prony_.terms[static_cast<std::size_t>(k)].share / (1 - prony_.Share());
@@ -60,18 +60,23 @@ void ViscousEnergy::Add(const OrganState& state, double dt) {
   const Points& U = state.control_displacements;
   const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
   stored_ = 0;
+  const ScalarStiffness& springs = model_.lattice_organ()->elastic_supports();
+  const auto alike = [&](const ScalarStiffness& K, const Eigen::VectorXd& x) {
+    const Points force = K * Eigen::Map<const Points>(x.data(), U.rows(), 3);
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(force.data(), force.size()));
+  };
   const auto tissue = [&](const auto& K) {
-    Advance(u, dt, K, &tissue_);
-    stored_ += EnergyOf(tissue_, K);
+    const auto K_t = [&](const Eigen::VectorXd& x) {
+      return springs.size() > 0 ? Eigen::VectorXd(K(x) - alike(springs, x)) : K(x);
+    };
+    Advance(u, dt, K_t, &tissue_);
+    stored_ += 0.5 * u.dot(K(u)) + InBranches(tissue_, K_t);
   };
   if (const auto* full = std::get_if<FullStiffness>(&model_.stiffness())) {
     tissue([&](const Eigen::VectorXd& x) { return Eigen::VectorXd(*full * x); });
   } else {
     const auto& scalar = std::get<ScalarStiffness>(model_.stiffness());
-    tissue([&](const Eigen::VectorXd& x) {
-      const Points force = scalar * Eigen::Map<const Points>(x.data(), U.rows(), 3);
-      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(force.data(), force.size()));
-    });
+    tissue([&](const Eigen::VectorXd& x) { return alike(scalar, x); });
   }
   for (int tool = 0; tool < kMaxInstruments; ++tool) AddGrasp(state, tool, dt);
   AddDents(state);
@@ -103,7 +108,7 @@ void ViscousEnergy::AddGrasp(const OrganState& state, int tool, double dt) {
   const Eigen::LDLT<Eigen::MatrixXd> solver(compliance);
   const auto K = [&](const Eigen::VectorXd& x) { return Eigen::VectorXd(solver.solve(x)); };
   Advance(u, dt, K, &body);
-  stored_ += EnergyOf(body, K);
+  stored_ += 0.5 * u.dot(K(u)) + InBranches(body, K);
 }
 
 void ViscousEnergy::AddDents(const OrganState& state) {

@@ -9,10 +9,11 @@
 namespace hpdm {
 
 /// Energy of a viscoelastic organ from step to step. Each branch k of the generalised Maxwell law is
-/// a spring r_k K in series with a dashpot of the viscosity tau_k r_k K. From the displacements of
+/// a spring r_k K_t in series with a dashpot of the viscosity tau_k r_k K_t, with K_t the stiffness
+/// without elastic supports. From the displacements of
 /// two steps it integrates the springs' strains w_k by itself,
 ///     w_k(t) = a + (w_k(0) - a) exp(-t / tau_k),   a = tau_k dU/dt,
-/// and the dashpots' power r_k w_k^T K w_k / tau_k over this course in closed form. It reads no force
+/// and the dashpots' power r_k w_k^T K_t w_k / tau_k over this course in closed form. It reads no force
 /// that a hand feels and none of the branches of MaxwellMemory.
 ///
 /// 1. The held tissue of a grasp has the same branches on its local stiffness.
@@ -43,7 +44,7 @@ class ViscousEnergy {
   template <class Stiffness>
   void Advance(const Eigen::VectorXd& u, double dt, const Stiffness& K, Body* body);
   template <class Stiffness>
-  double EnergyOf(const Body& body, const Stiffness& K) const;
+  double InBranches(const Body& body, const Stiffness& K) const;
   void AddGrasp(const OrganState& state, int tool, double dt);
   void AddDents(const OrganState& state);
 
