@@ -98,8 +98,8 @@ void HeldCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> r
   HeldColumns forces(hold_.size(), 3);
   forces.noalias() = hold_.stiffness() * moved;
   for (std::size_t s = 0; s < sides.size(); ++s) {
-    response -= scratch_->col(static_cast<Eigen::Index>(s)).head(3 * weights.cols()) *
-                forces.row(sides[s].place);
+    response.noalias() -= scratch_->col(static_cast<Eigen::Index>(s)).head(3 * weights.cols()) *
+                          forces.row(sides[s].place);
   }
 }
 

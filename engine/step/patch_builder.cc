@@ -1,6 +1,7 @@
 #include "engine/step/patch_builder.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -26,6 +27,7 @@ struct Bar {
   double width = 0.05;  // m: far below the load at which it buckles
   Vector3d displacement_W = Vector3d::Zero();
   int squares = 14;
+  PronySeries prony = {};
 };
 
 void AddBar(const Bar& bar, OrganBench* bodies, std::optional<double> friction = std::nullopt) {
@@ -34,6 +36,7 @@ void AddBar(const Bar& bar, OrganBench* bodies, std::optional<double> friction =
   options.energy.type = EnergyType::kStrain;
   options.material.young = bar.young;
   options.material.poisson = bar.poisson;
+  options.material.prony = bar.prony;
   options.lattice.cells = {2, 2, 4};
   options.lattice.margin = 0.001;
   options.lattice.local.functions = 0;
@@ -207,49 +210,69 @@ TEST(OrganContacts, PartedOrgansSleepAtRest) {
   }
 }
 
-// A tip presses a bar down that rests on another one. The patch's compliance is that of both: the
-// force changes as two solved steps say.
+// A tip presses a plate down that rests on a bar, unless they pass through each other.
+struct PressedPlate {
+  Matrix3d compliance_W;  // of the tip's patch
+  Matrix3d series_W;      // the same
+  double force = 0;       // N, along z on the plate
+};
+PressedPlate PressPlate(double depth, bool pair, const PronySeries& prony = {}, int steps = 20) {
+  OrganBench bodies;
+  AddBar({.poisson = 0.3, .width = 0.05, .prony = prony}, &bodies);
+  // Held softly, so that most of the press goes through it.
+  OrganOptions plate;
+  plate.name = "plate";
+  plate.energy.type = EnergyType::kStrain;
+  plate.material = {.young = 20000, .poisson = 0.3, .prony = prony};
+  plate.lattice.cells = {3, 3, 2};
+  plate.lattice.local.functions = 0;
+  plate.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0), Vector3d(1, 1, 1)}, 1e4});
+  bodies.Add(plate,
+             GridBox(Vector3d(-0.04, -0.04, 0.0501), Vector3d(0.04, 0.04, 0.07), {20, 20, 6}),
+             pair ? std::optional(0.0) : std::nullopt);
+  bodies.Start();
+  for (int step = 0; step < steps; ++step) {
+    bodies.Step(OrganBench::Above(
+        Vector3d(0, 0, 0.07 + kDefaultToolRadius - depth * std::min(1.0, step / 10.0))));
+  }
+  const ToolPatch& patch = bodies.patch.Front().tools[0].main();
+  return {patch.compliance_W, patch.series_W, bodies.ToolForce(1).z()};
+}
+
+// The patch's compliance is that of both: the force changes as two solved steps say.
 TEST(OrganContacts, TipFeelsTheOrganBeneath) {
-  const auto press = [](double depth, bool pair, Matrix3d* compliance, Vector3d* point) {
-    OrganBench bodies;
-    AddBar({.poisson = 0.3, .width = 0.05}, &bodies);
-    // Held softly, so that most of the press goes through it.
-    OrganOptions plate;
-    plate.name = "plate";
-    plate.energy.type = EnergyType::kStrain;
-    plate.material.young = 20000;
-    plate.material.poisson = 0.3;
-    plate.lattice.cells = {3, 3, 2};
-    plate.lattice.local.functions = 0;
-    plate.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0), Vector3d(1, 1, 1)}, 1e4});
-    bodies.Add(plate,
-               GridBox(Vector3d(-0.04, -0.04, 0.0501), Vector3d(0.04, 0.04, 0.07), {20, 20, 6}),
-               pair ? std::optional(0.0) : std::nullopt);
-    bodies.Start();
-    for (int step = 0; step < 20; ++step) {
-      bodies.Step(OrganBench::Above(
-          Vector3d(0, 0, 0.07 + kDefaultToolRadius - depth * std::min(1.0, step / 10.0))));
-    }
-    const ToolPatch& patch = bodies.patch.Front().tools[0].main();
-    *compliance = patch.compliance_W;
-    *point = patch.contact_W;
-    return bodies.ToolForce(1);
-  };
-  Matrix3d joint, alone;
-  Vector3d before, after;
   constexpr double kDepth = 0.004, kMore = 0.0001;
-  const auto stiffness = [&](bool pair, Matrix3d* compliance) {
-    const Vector3d less = press(kDepth, pair, compliance, &before);
-    const Vector3d more = press(kDepth + kMore, pair, compliance, &after);
-    return (more.z() - less.z()) / -kMore;
-  };
-  const double stiffness_of_both = stiffness(true, &joint),
-               stiffness_of_one = stiffness(false, &alone);
-  EXPECT_GT(stiffness_of_both, 1.5 * stiffness_of_one) << "the organ beneath is felt";
+  double of_patch[2], of_steps[2];
+  for (const bool pair : {false, true}) {
+    const PressedPlate less = PressPlate(kDepth, pair), more = PressPlate(kDepth + kMore, pair);
+    of_patch[pair] = more.compliance_W.inverse()(2, 2);
+    of_steps[pair] = (less.force - more.force) / kMore;
+  }
+  EXPECT_GT(of_steps[true], 1.5 * of_steps[false]) << "the organ beneath is felt";
   // The patch's compliance under a ball is a secant: about the same share of the tangent for both.
   // The contact beneath grows with the press, by cells, which the held compliance does not know.
-  EXPECT_NEAR(joint.inverse()(2, 2) / stiffness_of_both, alone.inverse()(2, 2) / stiffness_of_one,
-              0.15);
+  EXPECT_NEAR(of_patch[true] / of_steps[true], of_patch[false] / of_steps[false], 0.15);
+}
+
+// The patch's compliance is that after relaxation, also of the contact beneath.
+TEST(OrganContacts, TipFeelsTheViscoelasticOrganBeneathAfterRelaxation) {
+  constexpr double kDepth = 0.004;
+  constexpr PronySeries kProny{.count = 1, .terms = {{{0.8, 0.05}}}};
+  const PressedPlate elastic = PressPlate(kDepth, true);
+  const PressedPlate relaxed = PressPlate(kDepth, true, kProny, 60);
+  // 2 s after the press has come to rest, so it has ended at the elastic contact.
+  EXPECT_NEAR(relaxed.force, elastic.force, 1e-3 * std::abs(elastic.force));
+  EXPECT_LT((relaxed.compliance_W - elastic.compliance_W).norm(),
+            1e-3 * elastic.compliance_W.norm());
+  // Alone the plate stands on its spring, on the bar hardly.
+  const PressedPlate alone = PressPlate(kDepth, false, kProny, 60);
+  EXPECT_GT(alone.series_W(2, 2), 0.1 * alone.compliance_W(2, 2));
+  EXPECT_LT(relaxed.series_W(2, 2), 0.1 * alone.series_W(2, 2));
+  for (const int steps : {3, 5, 12}) {
+    const PressedPlate early = PressPlate(kDepth, true, kProny, steps);
+    const Matrix3d tissue_W = early.compliance_W - early.series_W;
+    EXPECT_GT(tissue_W.eigenvalues().real().minCoeff(), 0) << steps;
+  }
 }
 
 TEST(OrganContacts, StepAllocatesNothing) {
