@@ -96,11 +96,12 @@ class GymTest(unittest.TestCase):
 
     def test_a_softer_organ_is_a_draw(self):
         env = hpdm.gym.make("TissueRetraction")
-        env._starts.levels = 2
+        levels, env._starts.levels = env._starts.levels, 2
         env.reset(seed=1, options={"young": (2000, 4000)})
         _, info = env.reset(seed=2, options={"young": (2000, 4000)})
         self.assertIn(round(info["draws"]["young"]), (2000, 4000))
         self.assertEqual(env.reset(seed=2, options={})[1]["draws"]["young"], None)
+        env._starts.levels = levels
 
     def test_a_vector_equals_single_environments(self):
         class Short(Reach):

@@ -4,10 +4,10 @@ import os
 
 from . import _native
 from .scene import as_scene
-from .session import Session, _Commands, _index, devices_of, seed_of
+from .session import Closing, Session, _Commands, _index, devices_of, seed_of
 
 
-class Batch:
+class Batch(Closing):
     """Sessions of one scene that share its constant model and step on several threads.
 
     Results equal those of single sessions bit for bit, whatever the number of threads.
@@ -84,16 +84,6 @@ class Batch:
         arrays = self._native.render(int(index), int(width), int(height), bool(depth),
                                      bool(organs))
         return arrays if depth or organs else arrays["rgb"]
-
-    def close(self):
-        """Ends the threads and frees the sessions."""
-        self._native.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
 
     def __repr__(self):
         return f"<hpdm.Batch of {self.count} x {self.scene.name!r}>"

@@ -89,7 +89,21 @@ class Organ:
         return f"<hpdm organ {self.name!r}>"
 
 
-class Session:
+class Closing:
+    """Frees what it holds at close() and at the end of `with`."""
+
+    def close(self):
+        """Frees it. Later calls raise RuntimeError; arrays keep what they show."""
+        self._native.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+class Session(Closing):
     """A session in virtual time, step by step, with the same bits in every run.
 
     Args:
@@ -203,16 +217,6 @@ class Session:
         (scenes/README.md).
         """
         return self.scene._model().camera(int(width), int(height))
-
-    def close(self):
-        """Frees the session. Later calls raise RuntimeError; arrays keep what they show."""
-        self._native.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
 
     def __repr__(self):
         return f"<hpdm.Session of {self.scene.name!r}>"

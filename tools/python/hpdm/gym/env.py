@@ -4,7 +4,7 @@ import numpy as np
 
 from ..session import Session
 from .spaces import Box, Dict
-from .task import Slot, Starts, Task
+from .task import Slot, Task
 
 OBSERVATIONS = ("state", "rgb", "rgbd")
 FAR = 2.0  # m: nothing is drawn beyond
@@ -66,9 +66,8 @@ class Env:
         self.render_mode = render_mode
         self.observation = observation
         self.size = tuple(int(side) for side in size)
-        scene = task.make_scene()
+        scene, self._starts = task.shared()
         self.session = Session(scene, command="tip")
-        self._starts = Starts(scene)
         self.task = task(Slot(self.session), scene, {**task.weights, **(weights or {})})
         self._random = np.random.default_rng()
         self.task.begin(self._random, self._starts, {})

@@ -95,6 +95,17 @@ class Task:
         """Returns the Scene of the task."""
         raise NotImplementedError
 
+    _shared = {}  # scene and starts by the function that makes the scene
+
+    @classmethod
+    def shared(cls):
+        """Returns the scene and the starts, built once for all environments of the process."""
+        key = cls.make_scene.__func__
+        if key not in Task._shared:
+            scene = cls.make_scene()
+            Task._shared[key] = scene, Starts(scene)
+        return Task._shared[key]
+
     def __init__(self, slot, scene, weights):
         self.slot = slot
         self.scene = scene

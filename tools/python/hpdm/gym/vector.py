@@ -5,7 +5,7 @@ import numpy as np
 from ..batch import Batch
 from .env import check_arguments, picture_of, spaces_of
 from .spaces import Box
-from .task import Slot, Starts
+from .task import Slot
 
 
 class VectorEnv:
@@ -23,9 +23,8 @@ class VectorEnv:
         self.num_envs = count
         self.observation = observation
         self.size = tuple(int(side) for side in size)
-        scene = task.make_scene()
+        scene, self._starts = task.shared()
         self.batch = Batch(scene, count, threads=threads, command="tip")
-        self._starts = Starts(scene)
         self._options = {}
         weights = {**task.weights, **(weights or {})}
         self.tasks = [task(Slot(self.batch, i), scene, weights) for i in range(count)]

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Measures the module on this machine and writes RESULTS.md beside this file.
+"""Measures the module on this machine and writes tools/python/RESULTS.md.
 
-Usage: PYTHONPATH=build/python tools/python/benchmark.py [--out FILE] [--quick]
+Usage: PYTHONPATH=build/python tools/python/benchmark/benchmark.py [--out FILE] [--quick]
 
 Rates are medians of rounds of CPU time or wall time, as the table says. What is compared runs in
 turn. Memory is the resident size of a process of its own.
@@ -171,7 +171,7 @@ def batch_share(rounds, threads):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--out", default=os.path.join(os.path.dirname(__file__), "RESULTS.md"))
+    parser.add_argument("--out", default=os.path.join(os.path.dirname(__file__), "..", "RESULTS.md"))
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
     rounds = 2 if options.quick else 9
@@ -197,7 +197,7 @@ def main():
         ("a call into the module", f"{overhead_us():.2f} us", "<= 5 us"),
     ]
     text = ("# Results of the Python module\n\n"
-            "`PYTHONPATH=build/python tools/python/benchmark.py` measures this table. Rates on one core\n"
+            "`PYTHONPATH=build/python tools/python/benchmark/benchmark.py` measures this table. Rates on one core\n"
             "and the reset are by the thread's CPU time, the others by wall time; medians of rounds.\n"
             "What is compared runs in turn. Peak memory of the benchmark itself: "
             f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB.\n\n"
