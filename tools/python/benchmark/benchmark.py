@@ -174,6 +174,7 @@ def main():
     parser.add_argument("--out", default=os.path.join(os.path.dirname(__file__), "..", "RESULTS.md"))
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
+    load = os.getloadavg()[0]
     rounds = 2 if options.quick else 9
     (palpation, fastest), touching = palpation_rate(rounds)
     abdomen, abdomen_fastest = abdomen_rate(max(2, rounds // 2))
@@ -199,7 +200,8 @@ def main():
     text = ("# Results of the Python module\n\n"
             "`PYTHONPATH=build/python tools/python/benchmark/benchmark.py` measures this table. Rates on one core\n"
             "and the reset are by the thread's CPU time, the others by wall time; medians of rounds.\n"
-            "What is compared runs in turn. Peak memory of the benchmark itself: "
+            "What is compared runs in turn. Load of the machine at the start: "
+            f"{load:.1f} on {threads} cores; a loaded machine shows lower rates. Peak memory of the benchmark: "
             f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB.\n\n"
             "| what | measured | target |\n|---|---|---|\n")
     text += "".join(f"| {what} | {measured} | {target} |\n" for what, measured, target in rows)
