@@ -54,6 +54,7 @@ class MisuseTest(unittest.TestCase):
         self.assert_fails(KeyError, "probe, grasper", lambda: self.session.command["scalpel"])
         self.assert_fails(KeyError, "liver", lambda: self.session.organs["spleen"])
         self.assert_fails(KeyError, "probe", lambda: self.session.exchange("scalpel", 0))
+        self.assert_fails(IndexError, "it has 3", lambda: self.session.exchange("probe", 3))
         self.assert_fails(hpdm.InputError, "unknown device",
                           lambda: hpdm.Session(SCENE, device="joystick"))
         self.assert_fails(hpdm.InputError, "real clock", lambda: hpdm.Session(SCENE, device="lcm"))

@@ -179,12 +179,13 @@ class NativeSession {
     const py::gil_scoped_release unlocked;
     data.Reset(seed);
   }
-  void SetYoung(int organ, double young, std::uint32_t seed) {
+  void SetYoung(std::size_t organ, double young, std::uint32_t seed) {
     RequireYoung(young);
+    if (organ >= session().model().organs().size()) FailIndex("there is no such organ");
     const OneCaller caller(&busy_, kWhat);
     SessionData& data = *this->data();
     const py::gil_scoped_release unlocked;
-    data.session.SetYoung(static_cast<std::size_t>(organ), young, seed);
+    data.session.SetYoung(organ, young, seed);
     data.FillCommands();
     data.Refresh();
   }
@@ -228,7 +229,8 @@ class NativeSession {
     const auto organs = static_cast<py::ssize_t>(forces.size() / 3);
     return View(data(), forces.data(), {organs, 3}, {3 * kReal, kReal}, false);
   }
-  py::object Organ(std::size_t o, const std::string& name) const {
+  py::object Organ(std::size_t o, const std::string& name) {
+    const OneCaller caller(&busy_, kWhat);
     const SessionModel& model = session().model();
     if (o >= model.organs().size()) FailIndex("there is no such organ");
     const OrganState& state = session().organ(o);
@@ -255,13 +257,15 @@ class NativeSession {
     }
     FailValue("there is no array \"" + name + "\"");
   }
-  Array TickForces() const {
+  Array TickForces() {
+    const OneCaller caller(&busy_, kWhat);
     const std::vector<double>& forces = session().tick_forces();
     const auto tools = static_cast<py::ssize_t>(session().tools().size());
     const py::ssize_t ticks = tools > 0 ? static_cast<py::ssize_t>(forces.size()) / (3 * tools) : 0;
     return Array(Shape{ticks, tools, 3}, forces.data());
   }
   py::list Events() {
+    const OneCaller caller(&busy_, kWhat);
     py::list events;
     for (const SessionEvent& event : session().events()) {
       static constexpr const char* kSeverity[] = {"info", "warning", "error"};
@@ -272,8 +276,16 @@ class NativeSession {
     session().ClearEvents();
     return events;
   }
-  void Exchange(int instrument, int held) {
-    session().Exchange(static_cast<std::size_t>(instrument), held);
+  void Exchange(std::size_t instrument, int held) {
+    const OneCaller caller(&busy_, kWhat);
+    const Scene& scene = session().model().scene();
+    if (instrument >= scene.instruments.size()) FailIndex("there is no such instrument");
+    const int count = scene.instruments[instrument].HeldCount();
+    if (held < 0 || held >= count) {
+      FailIndex("instrument " + std::to_string(held) + " of hand \"" +
+                scene.instruments[instrument].name + "\": it has " + std::to_string(count));
+    }
+    session().Exchange(instrument, held);
   }
 
  private:
@@ -391,37 +403,7 @@ void BindSessions(py::module_* module) {
         const py::gil_scoped_release unlocked;
         return std::make_shared<SessionModel>(scene);
       }))
-      .def("with_young",
-           [](const SessionModel& model, int organ, double young) {
-             RequireYoung(young);
-             const py::gil_scoped_release unlocked;
-             return std::const_pointer_cast<SessionModel>(
-                 model.WithYoung(static_cast<std::size_t>(organ), young));
-           })
       .def_property_readonly("remarks", &SessionModel::remarks)
-      .def("site",
-           [](const SessionModel& model, int instrument) {
-             const HandSite& site = model.site(static_cast<std::size_t>(instrument));
-             const auto numbers = [](const Vector3d& v) {
-               return py::make_tuple(v[0], v[1], v[2]);
-             };
-             return py::make_tuple(numbers(site.p_target_W), numbers(site.normal_W.normalized()),
-                                   numbers(site.p_trocar_W));
-           })
-      .def("joint_limits",
-           [](const SessionModel& model, int instrument) {
-             const DeviceLimits& limits =
-                 model.kinematics(static_cast<std::size_t>(instrument)).limits();
-             return py::make_tuple(Array(Shape{5}, limits.min_joints.data()),
-                                   Array(Shape{5}, limits.max_joints.data()));
-           })
-      .def("inverse",
-           [](const SessionModel& model, int instrument, std::array<double, 3> tip, double roll,
-              double jaw) {
-             const auto result = model.kinematics(static_cast<std::size_t>(instrument))
-                                     .Inverse(Vector3d(tip[0], tip[1], tip[2]), roll, jaw);
-             return py::make_tuple(Array(Shape{5}, result.joints.data()), result.reachable);
-           })
       .def("camera", &CameraOf);
 
   py::class_<SessionData, std::shared_ptr<SessionData>>(*module, "State")
