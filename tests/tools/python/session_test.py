@@ -89,8 +89,12 @@ class SessionTest(unittest.TestCase):
         scene["organ.liver.energy.strain"] = "finite"
         self.assert_continues(scene, 36, 4, device="sim")
         scene["organ.liver.energy.strain"] = "adaptive"
-        text = scene.text + "\n[[organ.material.prony]]\nshare = 0.4\ntime = 0.3\n"
-        self.assert_continues(hpdm.Scene.parse(text, scene.path), 36, 10, device="sim")
+        prony = "\n[[organ.material.prony]]\nshare = 0.4\ntime = 0.3\n"
+        self.assert_continues(hpdm.Scene.parse(scene.text + prony, scene.path), 36, 10,
+                              device="sim")
+        # Elastic supports of viscoelastic tissue refer to the relaxation.
+        text = hpdm.Scene(PRESS).text.replace("fixed = true", "stiffness = 3e7") + prony
+        self.assert_continues(hpdm.Scene.parse(text, PRESS), 40, 20, device="sim")
 
     def test_continues_with_other_models_of_tissue(self):
         scene = hpdm.Scene(hpdm.scene_path("liver_palpation.toml"))
