@@ -17,6 +17,7 @@ constexpr int kTicksToExtrapolate = 3;
 HapticContact::HapticContact(double period, Part part)
     : period_(period),
       fade_(std::exp(-period / kFade)),
+      lean_share_(1 - std::exp(-period / kLeans)),
       part_(part),
       patch_tissue_{Vector3d::Zero(), NoBranchStrains()} {}
 
@@ -56,6 +57,7 @@ void HapticContact::LoseContact() {
   force_W_.setZero();
   moved_W_.setZero();
   friction_W_.setZero();
+  lean_W_.setZero();
 }
 
 void HapticContact::Locate(TipPose tip) noexcept {

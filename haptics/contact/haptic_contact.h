@@ -66,7 +66,9 @@ struct HapticForce {
 ///    with R the tilt's compliance and F the force on the tissue.
 /// 2. p_original, C and C_ac are interpolated at s; lattice_reaction.h gives the force.
 /// 3. Friction: if the force that holds x_c under the tip lies within the cone, s sticks and that
-///    is the force. Otherwise s slips, and the tangential force lies on the cone.
+///    is the force. Otherwise s slips, and the tangential force lies on the cone. It leans the normal
+///    on curved tissue, with the time constant kLeans: a jump of the curvature between two triangles
+///    must not hold a contact back that slips across.
 ///
 /// Reaction "paper": depth = r - n . (x_tip - p_original), and the surface under the tip moves by
 /// delta = -depth n. The force is Eq. 29's at the triangle's three corners, blended by the foot's
@@ -124,7 +126,8 @@ struct HapticForce {
 /// not by the mesh.
 class HapticContact {
  public:
-  static constexpr double kFade = 0.02;  ///< s.
+  static constexpr double kFade = 0.02;   ///< s.
+  static constexpr double kLeans = 0.01;  ///< s.
 
   enum class Part : std::uint8_t { kTip, kShaft };
 
@@ -272,8 +275,9 @@ class HapticContact {
   void SlipInJaws(const Vector3d& way_T);
   void LoseContact();
 
-  double period_;  // s
-  double fade_;    // factor on offset_W_ per tick
+  double period_;      // s
+  double fade_;        // factor on offset_W_ per tick
+  double lean_share_;  // of the lean's change that a tick takes
   Part part_;
   const ToolPatch* patch_ = nullptr;
   int organ_ = -1;  // of the patch, -1 for none: SetPatch must not read the patch before
@@ -289,6 +293,7 @@ class HapticContact {
   Vector3d force_W_ = Vector3d::Zero();   // on the tissue by this tip, N
   Vector3d moved_W_ = Vector3d::Zero();   // C_ac f_c: displacement by the other tip, m
   Vector3d friction_W_ = Vector3d::Zero();
+  Vector3d lean_W_ = Vector3d::Zero();  // of the normal by friction
 
   // Other contacts of the tip with the organ, within a tick.
   std::array<Vector3d, kMaxPlaces> others_W_;  // their normals

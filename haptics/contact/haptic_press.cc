@@ -35,6 +35,7 @@ constexpr double kBeyondPatch = 0.001;
 
 void HapticContact::LocatePress(TipPose* given) {
   const bool was_touching = touching_;
+  if (was_touching) lean_W_ += lean_share_ * (Lean() - lean_W_);
   const bool is_shaft = part_ == Part::kShaft;
   if (!was_touching && !(is_shaft ? FindOnShaft(given) : FindContact(*given))) return;
   touching_ = true;
@@ -154,7 +155,8 @@ WallStiffness HapticContact::WallAtFoot() const {
 
 // Returns the lean of the normal that gives the work of friction on the indentation back. Its
 // compliance q H is larger across the normal than along it, so F turns H as the place moves by ds
-// over a curved surface, and does the work 1/2 q F . dH F = -f_n lean . ds besides what H stores.
+// over a curved surface, and does the work 1/2 q F . dH F = -f_n lean . ds besides what H stores. The
+// curvature jumps from triangle to triangle.
 Vector3d HapticContact::Lean() const {
   const LocalIndentation& indentation = patch_->indentation;
   if (friction_W_.isZero(0) || !indentation.indents() || patch_->rigid) return Vector3d::Zero();
@@ -170,7 +172,7 @@ Vector3d HapticContact::Lean() const {
 // last tick they would oscillate.
 Vector3d HapticContact::PressedNormal() const {
   const bool viscous = IsViscous();
-  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W + Lean();
+  const Vector3d stands_W = foot_.normal_W + patch_->tilt_W + lean_W_;
   const Vector3d& force_W = viscous ? memory_.dent.equilibrium_force_W() : force_W_;
   const Vector3d& step_force_W = viscous ? patch_->equilibrium_force_W : patch_->force_on_tissue_W;
   const double pressing = -force_W.dot(foot_.normal_W);

@@ -207,6 +207,33 @@ TEST(FeltForceOfTheLiver, IsContinuousWhileTheTipSlides) {
   EXPECT_LT(largest, 0.015 * largest_force);
 }
 
+// A slide with friction of 35 mm, 15 mm deep. Its place follows the tip over the edges of the triangles,
+// where the curvature jumps. A contact that such an edge holds back ends 27 mm behind.
+TEST(FeltForceOfTheLiver, ASlideWithFrictionFollowsTheTip) {
+  const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
+  FeltBench bench(options, Load(options));
+  bench.friction = 0.3;
+  const Vector3d from(0.0195, -0.0195, 0), way(-0.0115, 0.0325, 0);
+  const double top = bench.Top(from.x(), from.y()).z(), end = top + kDefaultToolRadius - 0.015;
+  for (double z = top + 0.003; z > end; z -= 2e-4) {
+    bench.SessionTick(FeltBench::At(Vector3d(from.x(), from.y(), z)));
+  }
+  constexpr int kTicks = 340;
+  Vector3d p = Vector3d::Zero();
+  for (int i = 0; i < kTicks; ++i) {
+    p = from + way * i / kTicks + Vector3d(0, 0, end);
+    bench.SessionTick(FeltBench::At(p));
+  }
+  const TickContactPoint contact = bench.ContactPoint();
+  ASSERT_GE(contact.triangle, 0);
+  const SurfaceMesh& rest = bench.model().rest();
+  const SurfacePoint at{contact.triangle, contact.weights};
+  Vector3d lag = p - at.Position(rest.vertices, rest.triangles);
+  lag.z() = 0;
+  // Friction of 0.3 leaves about a third of the depth; the normals of the facets add to it.
+  EXPECT_LT(lag.norm(), 0.010);
+}
+
 // The row of a press depends on the surface, not on its triangles.
 TEST(FeltForceOfTheLiver, ItsLatticeRowDoesNotDependOnTheTriangulation) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);
