@@ -1,11 +1,12 @@
 """The fleet example: an interrupted run goes on, and shares make one table."""
 
 import os
-import runpy
+import signal
 import sqlite3
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 
@@ -15,6 +16,30 @@ FLEET = os.path.join(os.environ["HPDM_EXAMPLES"], "fleet.py")
 def rows(path):
     with sqlite3.connect(path) as table:
         return table.execute("SELECT * FROM episodes ORDER BY seed").fetchall()
+
+
+def finished(path):
+    """Number of units in a table that is being written."""
+    try:
+        return len(rows(path))
+    except sqlite3.OperationalError:
+        return 0
+
+
+def workers_of(parent):
+    """Processes of a Dask cluster's workers."""
+    found = []
+    for process in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{process}/stat", encoding="utf-8") as stat:
+                if int(stat.read().rpartition(")")[2].split()[1]) != parent:
+                    continue
+            with open(f"/proc/{process}/cmdline", encoding="utf-8") as command:
+                if "spawn_main" in command.read():
+                    found.append(int(process))
+        except OSError:
+            continue
+    return found
 
 
 class FleetTest(unittest.TestCase):
@@ -45,10 +70,15 @@ class FleetTest(unittest.TestCase):
             import dask.distributed  # noqa: F401
         except ImportError:
             self.skipTest("python3-distributed is not installed")
-        fleet = runpy.run_path(FLEET)
-        self.assertIn("run_episode", fleet)
-        out = self.fleet("--episodes", "4", "--workers", "2", "--out", "dask.sqlite")
-        self.assertIn("4 episodes", out)
+        path = os.path.join(self.folder, "dask.sqlite")
+        run = subprocess.Popen([sys.executable, FLEET, "--episodes", "8", "--workers", "2", "--out",
+                                path], cwd=self.folder, stdout=subprocess.PIPE,
+                               stderr=subprocess.DEVNULL, text=True)
+        while run.poll() is None and not (os.path.exists(path) and finished(path)):
+            time.sleep(0.05)
+        os.kill(workers_of(run.pid)[0], signal.SIGKILL)
+        self.assertIn("8 episodes", run.communicate(timeout=200)[0])
+        self.assertEqual([row[1] for row in rows(path)], list(range(8)))
 
 
 if __name__ == "__main__":
