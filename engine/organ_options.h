@@ -45,7 +45,7 @@ struct EnergyOptions {
   EnergyDomain domain = EnergyDomain::kOrgan;  ///< Metric only.
   double alpha = 2000;                         ///< Pa; metric only (finite strain: eta).
   double beta = 0.05;                          ///< N; metric only.
-  int newton_iterations = 3;                   ///< Maximum per step; unused in small strain.
+  int newton_iterations = 24;                  ///< Maximum per step; unused in small strain.
   double newton_budget = 0.02;  ///< s per step in the real clock; unused in small strain.
   double finite_from = 0.3;     ///< |grad u| above which adaptive strain uses finite strain; it
                                 ///< returns to small strain below 0.8 times that.

@@ -6,13 +6,16 @@
 
 namespace hpdm {
 
-BlendedEnergy::BlendedEnergy(std::unique_ptr<ElasticEnergy> finite,
-                             const ScalarStiffness* elastic_supports)
+BlendedEnergy::BlendedEnergy(std::unique_ptr<ElasticEnergy> finite, FullStiffness K,
+                             const ScalarStiffness* elastic_supports,
+                             const SchurComplement* functions, int slots)
     : finite_(std::move(finite)),
-      from_(Points::Zero(finite_->control_points(), 3)),
+      K_(std::move(K)),
+      functions_(functions),
+      from_(Points::Zero(finite_->control_points() + slots, 3)),
       away_(from_),
-      pull_(from_) {
-  finite_->Hessian(from_, false, &K_);
+      pull_(from_),
+      lattice_(K_.rows()) {
   if (elastic_supports == nullptr) return;
   K_t_ = K_;
   AddAlongEachAxis(ScalarStiffness(-*elastic_supports), &K_t_);
@@ -27,7 +30,15 @@ void BlendedEnergy::Damp(double damping, const Points& from) {
 double BlendedEnergy::Pull(double stiffness, const FullStiffness& K, const Points& away) {
   const Eigen::Map<const Eigen::VectorXd> moved(away.data(), away.size());
   Eigen::Map<Eigen::VectorXd> pull(pull_.data(), pull_.size());
-  pull.noalias() = stiffness * (K * moved);
+  const Eigen::Index unknowns = K_.rows(), own = moved.size() - unknowns;
+  lattice_ = moved.head(unknowns);
+  if (functions_ != nullptr) functions_->AddCoupling(1, moved.tail(own), lattice_);
+  pull.head(unknowns).noalias() = stiffness * (K * lattice_);
+  if (functions_ != nullptr) {
+    pull.tail(own).noalias() = -stiffness * (functions_->stiffness() * moved.tail(own));
+    functions_->Reduce(pull.head(unknowns), pull.tail(own));
+    pull.tail(own) *= -1;
+  }
   return pull.dot(moved) / 2;
 }
 
@@ -56,6 +67,7 @@ double BlendedEnergy::Gradient(const Points& U, Points* gradient) {
   return energy;
 }
 
+// Without local functions.
 void BlendedEnergy::Hessian(const Points& U, bool semi_definite, FullStiffness* K) {
   finite_->Hessian(U, semi_definite, K);
   if (share_ < 1) *K = share_ * *K + (1 - share_) * K_;

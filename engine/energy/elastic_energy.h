@@ -4,6 +4,7 @@
 
 #include "engine/base/types.h"
 #include "engine/energy/strain_energy.h"
+#include "engine/lattice/active_refinement.h"
 
 namespace hpdm {
 
@@ -28,10 +29,19 @@ class ElasticEnergy : public Potential {
 
   /// Returns n.
   virtual int control_points() const = 0;
-  /// Computes d^2E/dU^2 (3n x 3n, N/m, symmetric). With `semi_definite`, the part of each point or
+  /// Sets the local functions in use. Their slots follow the control points in U and in the results
+  /// of all other methods: n + slots rows. An energy without local functions ignores it.
+  virtual void SetActiveFunctions(const ActiveRefinement& active) { static_cast<void>(active); }
+  /// Computes d^2E/dU^2 (3n x 3n, N/m, symmetric) without local functions in use. With `semi_definite`, the part of each point or
   /// element is first projected to a positive semi-definite one, so the sum is semi-definite too.
   /// Parts that already are stay exact.
   virtual void Hessian(const Points& U, bool semi_definite, FullStiffness* K) = 0;
+  /// Returns the rotation of the tissue as a whole: that of the mean deformation gradient. The
+  /// identity if the energy cannot tell.
+  virtual Matrix3d MeanRotation(const Points& U) {
+    static_cast<void>(U);
+    return Matrix3d::Identity();
+  }
   /// Returns the share (0..1) of the tissue that is inverted or compressed beyond the resistance of
   /// its law. Displacements and forces there are not reliable.
   virtual double CollapsedShare(const Points& U) = 0;

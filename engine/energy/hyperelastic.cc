@@ -27,9 +27,7 @@ Matrix3d CrossMatrix(const Vector3d& v) {
   return C;
 }
 
-// Coefficients of the Neo-Hookean W_0 in units of mu:
-// W_0 = m/2 (I_C - 3 - log(I_C + 1)) + l_0/2 (J - alpha_0)^2 - (the same at rest).
-constexpr double kM = 4.0 / 3, kL0 = 5.0 / 6, kAlpha0 = 11.0 / 5;
+constexpr double kM = NeoHookean::kM, kL0 = NeoHookean::kL0, kAlpha0 = NeoHookean::kAlpha0;
 
 }  // namespace
 

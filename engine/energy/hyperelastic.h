@@ -9,6 +9,12 @@ namespace hpdm {
 /// Rows and columns are the entries of a 3 x 3 matrix, column by column: F_ij at 3 j + i.
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
+/// Coefficients of the Neo-Hookean W_0 in units of mu:
+/// W_0 = m/2 (I_C - 3 - log(I_C + 1)) + l_0/2 (J - alpha_0)^2 - (the same at rest).
+struct NeoHookean {
+  static constexpr double kM = 4.0 / 3, kL0 = 5.0 / 6, kAlpha0 = 11.0 / 5;
+};
+
 /// An isotropic hyperelastic material at one point: the energy per rest volume W(F) (Pa) of the
 /// deformation gradient F = I + grad u.
 ///

@@ -16,7 +16,7 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 constexpr double kMaxCouplingBytes = 2e9;
 
 Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& tissue,
-                     const std::vector<Quadrature>& regions) {
+                     const std::vector<Quadrature>& regions, double least_tissue) {
   LatticeOptions options;
   options.basis = lattice.basis().axis(0).type();
   for (int d = 0; d < 3; ++d) {
@@ -32,6 +32,12 @@ Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& t
       finer.ForEachFunction(region.points.row(q).transpose(),
                             [&held](int column, double) { held[column] = true; });
     }
+  }
+  if (least_tissue > 0) {
+    const Eigen::VectorXd volumes = finer.Weights(tissue.points).transpose() * tissue.weights;
+    double cell = lattice.box().lengths.prod();  // the integral of a whole function
+    for (const int cells : options.cells) cell /= cells;
+    for (int a = 0; a < finer.size(); ++a) held[a] = held[a] || volumes[a] < least_tissue * cell;
   }
   finer.DropControlPoints(held);
   const double bytes = 8.0 * (3.0 * lattice.size()) * (3.0 * finer.size());
@@ -57,8 +63,8 @@ auto Collect(Triplets* triplets, Eigen::Index first_row = 0) {
 RefinementBasis::RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
                                  const Quadrature& tissue, const MaterialOptions& material,
                                  Dilatation dilatation, const std::vector<Quadrature>& regions,
-                                 const FullStiffness& K)
-    : finer_(FinerLattice(lattice, options.refinement, tissue, regions)),
+                                 const FullStiffness& K, double least_tissue)
+    : finer_(FinerLattice(lattice, options.refinement, tissue, regions, least_tissue)),
       centres_(finer_.ControlPoints()),
       inverse_(InverseStiffness(
           K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")) {

@@ -31,9 +31,11 @@ class RefinementBasis {
   /// `K` (3n x 3n): StrainStiffness of `lattice` over `tissue` with `dilatation`, plus supports in
   /// `regions`. `tissue` must resolve the finer cells. Throws InputError if K is not positive
   /// definite, or if the coupling of the functions to the lattice takes too much memory.
+  /// `least_tissue`: least share (0..1) of tissue in a function, by the function's integral.
   RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
                   const Quadrature& tissue, const MaterialOptions& material, Dilatation dilatation,
-                  const std::vector<Quadrature>& regions, const FullStiffness& K);
+                  const std::vector<Quadrature>& regions, const FullStiffness& K,
+                  double least_tissue = 0);
 
   int size() const { return finer_.size(); }  ///< N, number of functions.
   /// Returns n, the number of control points of the lattice.

@@ -16,6 +16,7 @@ namespace hpdm {
 namespace {
 
 using UnknownMap = Eigen::Map<Eigen::VectorXd>;
+using ConstUnknownMap = Eigen::Map<const Eigen::VectorXd>;
 
 // Returns the elastic forces K U. U is (n + slots) x 3; `schur_complement` is nullptr without
 // slots.
@@ -161,22 +162,8 @@ void StaticLoads::Respond(Eigen::MatrixXd* columns) const {
 StaticSolution StaticLoads::SolveFinite() const {
   const std::size_t m = loads_.size();
   const Eigen::Index equations = rows_.cols();
-  const Eigen::Index unknowns = 3 * model_.control_points();
-  StaticLoadRows rows{rows_.topRows(unknowns), Eigen::VectorXd::Zero(equations),
-                      Eigen::VectorXd::Zero(equations), std::vector<bool>(3 * m, false),
-                      Eigen::MatrixXd::Zero(equations, equations)};
-  // Local functions (schur_complement.h): V = Sigma^-1 (B_V - B_U Y)^T f moves the points by
-  // (B_V - B_U Y) V in addition to the lattice. The unknown is U_bar = U + Y V.
-  Eigen::MatrixXd moves_by_local = rows_.bottomRows(rows_.rows() - unknowns);
-  if (schur_complement_) {
-    for (Eigen::Index e = 0; e < equations; ++e) {
-      schur_complement_->Reduce(rows_.col(e).head(unknowns), moves_by_local.col(e));
-    }
-    Eigen::MatrixXd V = moves_by_local;
-    for (Eigen::Index e = 0; e < equations; ++e) schur_complement_->Solve(V.col(e));
-    rows.local = moves_by_local.transpose() * V;
-    moves_by_local = std::move(V);
-  }
+  StaticLoadRows rows{rows_, Eigen::VectorXd::Zero(equations), Eigen::VectorXd::Zero(equations),
+                      std::vector<bool>(3 * m, false), Eigen::MatrixXd::Zero(equations, equations)};
   for (std::size_t i = 0; i < m; ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
     rows.local.block<3, 3>(at, at) += indentations_[i].Compliance();
@@ -186,19 +173,15 @@ StaticSolution StaticLoads::SolveFinite() const {
     std::fill_n(rows.held.begin() + at, 3, true);
   }
   const std::unique_ptr<ElasticEnergy> energy = model_.finite_energy()->Clone();
-  StaticNewtonSolution found = SolveStaticLoads(rows, energy.get());
+  energy->SetActiveFunctions(active_);
+  const StaticNewtonSolution found = SolveStaticLoads(rows, energy.get());
 
   StaticSolution solution;
   const Eigen::VectorXd moved =
-      rows.rows.transpose() * UnknownMap(found.U.data(), unknowns) + rows.local * found.forces;
+      rows.rows.transpose() * ConstUnknownMap(found.U.data(), rows_.rows()) +
+      rows.local * found.forces;
   solution.collapsed = energy->CollapsedShare(found.U);
-  solution.control_displacements.resize(rows_.rows() / 3, 3);
-  solution.control_displacements.topRows(model_.control_points()) = found.U;
-  if (schur_complement_) {
-    UnknownMap U(solution.control_displacements.data(), rows_.rows());
-    U.tail(rows_.rows() - unknowns) = moves_by_local * found.forces;
-    schur_complement_->AddCoupling(-1, U.tail(rows_.rows() - unknowns), U.head(unknowns));
-  }
+  solution.control_displacements = found.U;
   solution.residual = found.residual;
   solution.share = found.share;
   solution.iterations = found.iterations;

@@ -26,19 +26,19 @@ class StaticNewton {
       : energy_(energy),
         options_(options),
         loads_(loads),
-        factor_(energy->control_points()),
-        gradient_(energy->control_points(), 3),
+        factor_(static_cast<int>(loads.rows.rows() / 3)),
+        gradient_(loads.rows.rows() / 3, 3),
         step_(gradient_),
         trial_(gradient_),
         trial_gradient_(gradient_) {
     const Eigen::Index equations = loads.rows.cols();
-    HPDM_CHECK(loads.rows.rows() == 3 * energy->control_points());
+    HPDM_CHECK(loads.rows.rows() >= 3 * energy->control_points());
     HPDM_CHECK(loads.forces.size() == equations && loads.moves.size() == equations);
     for (Eigen::Index e = 0; e < equations; ++e) {
       if (loads.held[static_cast<std::size_t>(e)]) held_.push_back(e);
     }
     held_rows_ = loads.rows(Eigen::all, held_);
-    state_.U = Points::Zero(energy->control_points(), 3);
+    state_.U = Points::Zero(loads.rows.rows() / 3, 3);
     state_.forces = Vector::Zero(equations);
   }
 

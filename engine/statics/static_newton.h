@@ -9,7 +9,8 @@ namespace hpdm {
 
 /// Static loads on a lattice: e equations, each a force along one column of `rows`.
 struct StaticLoadRows {
-  Eigen::MatrixXd rows;    ///< 3n x e: the generalised force (N) of a unit force on an equation.
+  /// 3(n + slots) x e: the generalised force (N) of a unit force on an equation.
+  Eigen::MatrixXd rows;
   Eigen::VectorXd forces;  ///< e, N: given forces; ignored for held equations.
   Eigen::VectorXd moves;   ///< e, m: given rows^T U + local f; ignored unless held.
   std::vector<bool> held;  ///< e: the displacement is given and the force is found.
@@ -26,7 +27,7 @@ struct StaticNewtonOptions {
 
 /// Equilibrium under the share of the loads that was reached.
 struct StaticNewtonSolution {
-  Points U;                ///< n x 3, m.
+  Points U;                ///< (n + slots) x 3, m.
   Eigen::VectorXd forces;  ///< e, N: given or found.
   double share = 0;        ///< Share of the loads that was reached: 1 unless a step failed.
   double residual = 0;     ///< |dE/dU - R f| / |R f| there, 0 without load.
