@@ -101,10 +101,11 @@ TEST_P(AdaptiveStrain, ChangesStrainWithoutAForceStep) {
     small_steps += share == 0;
     finite_steps += share == 1;
     if (share == 0) {
-      // The place of the contact comes from the surface after the last step.
-      EXPECT_LT((f - f_small).norm(), 2e-3 * f_small.norm() + 1e-9) << step;
+      // The place of the contact comes from the surface after the last step, and adaptive strain
+      // leaves out local functions with little tissue (0.3 % of the force).
+      EXPECT_LT((f - f_small).norm(), 4e-3 * f_small.norm() + 1e-9) << step;
     } else if (share == 1 && share_last == 1 && f.norm() > 0.01) {
-      // Iterations end at 1e-6 of the force, or at the third, from different starts.
+      // Iterations end at a residual of 1e-3, from different starts.
       EXPECT_LT((f - f_finite).norm(), 2e-3 * f_finite.norm()) << step;
     }
     if (patch.reaction == ReactionType::kLattice && patch.organ >= 0 && f.norm() > 0.01) {
@@ -161,8 +162,9 @@ INSTANTIATE_TEST_SUITE_P(Ramps, AdaptiveStrain,
 
 // A machine on which finite strain takes four times the budget, and a loop that replays its log.
 TEST(Shedding, IsGradualReportedAndAppliedByAReplay) {
-  const std::vector<OrganModel> organ =
-      OneOrgan(Options(StrainMeasure::kFinite), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
+  OrganOptions options = Options(StrainMeasure::kFinite);
+  options.energy.newton_iterations = 3;
+  const std::vector<OrganModel> organ = OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   constexpr Nanoseconds kBudget = 20'000'000;
   Nanoseconds now = 0;
   bool busy = false, ends = false;

@@ -123,7 +123,8 @@ TEST_F(InversionRecoveryTest, AStepThatIsNotFiniteGoesBackToTheLastSoundState) {
   Hold(Vector3d(0, 0, 0.01));
   for (int step = 0; step < 30; ++step) Relax();
   EXPECT_FALSE(inversion_recovery_.recovering());
-  EXPECT_LT((state_.control_displacements - sound).norm(), 1e-6 * sound.norm());
+  // Iterations end at a residual of 1e-3, from different starts.
+  EXPECT_LT((state_.control_displacements - sound).norm(), 1e-3 * sound.norm());
 }
 
 TEST(InversionRecovery, AllocatesNothing) {
