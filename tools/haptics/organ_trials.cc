@@ -226,12 +226,17 @@ SpherePress PressSpheres(const SphereCase& given) {
   };
   const double depth = approach - beside;
   press.force = force / hertz(depth);
-  // Hertz's pressure sqrt(1 - r^2 / a^2) has the mean r^2 = 2/5 a^2.
+  // Hertz's pressure sqrt(1 - r^2 / a^2) has the mean r^2 = 2/5 a^2. A row's force acts on its cell's
+  // samples. Quadratic splines on cells of width h give back their mean x^2 from those of the control
+  // points: sum_a phi_a(x) X_a^2 = x^2 + h^2 / 4.
   double moment = 0, sum = 0;
   const ContactConstraints& rows = bench.organ(0).contacts;
+  const Lattice& lattice = bench.model(0).lattice_organ()->lattice();
+  const Eigen::VectorXd r2 = lattice.ControlPoints().leftCols<2>().rowwise().squaredNorm();
+  const double cell = lattice.box().lengths.x() / given.cells;
   for (int i = 0; i < rows.size(); ++i) {
     const double f = -rows[i].force_W.z();
-    moment += f * rows[i].p_rest_W.head<2>().squaredNorm();
+    moment += f * (rows.Weights().row(i).dot(r2) - cell * cell / 2);
     sum += f;
   }
   press.radius = std::sqrt(2.5 * moment / sum / (kEffective * depth));

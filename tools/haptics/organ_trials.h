@@ -22,8 +22,7 @@ struct SphereCase {
 /// The ratios to Hertz's solution.
 struct SpherePress {
   double force = 0;  ///< At the approach of the centres of whole spheres.
-  /// Radius of the contact, from the second moment of the rows' forces about their means. What a
-  /// cell spreads within itself is left out.
+  /// Radius of the contact, from the second moment of the forces on the rows' samples.
   double radius = 0;
   double third_law = 0;    ///< |sum of both organs' forces| over the force.
   double finite_size = 0;  ///< Share of the approach that the bodies' ends change (see below).
