@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/base/add_product.h"
 #include "engine/base/check.h"
 #include "engine/energy/mixed_dilatation.h"
 
@@ -32,8 +33,8 @@ FullStiffness StrainStiffness(const Lattice& lattice, const Quadrature& tissue,
   // Makes K symmetric to the last bit, whatever the order of summation.
   K = 0.5 * (K + K.transpose()).eval();
   if (projected > 0) {
-    const Eigen::MatrixXd P = ProjectedDilatation(lattice, tissue);
-    K.selfadjointView<Eigen::Lower>().rankUpdate(P.transpose(), projected);
+    const Eigen::MatrixXd P = ProjectedDilatation(lattice, tissue).transpose();
+    AddProductToLower(projected, P, P, K);
     K.triangularView<Eigen::StrictlyUpper>() = K.transpose();
   }
   return K;

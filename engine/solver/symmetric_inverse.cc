@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/add_product.h"
+
 namespace hpdm {
 namespace {
 
@@ -41,7 +43,7 @@ double InvertSymmetric(Eigen::MatrixXd* A) {
     V.bottomRows(size - end) = A->block(end, first, size - end, pivots);
     auto W = scaled.leftCols(pivots);
     W.noalias() = V * inverse;
-    A->triangularView<Eigen::Lower>() -= W * V.transpose();
+    AddProductToLower(-1, W, V, *A);
 
     A->block(first, 0, pivots, first) = W.topRows(first).transpose();
     A->block(first, first, pivots, pivots) = -inverse;
