@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <string>
 
 #include "engine/base/error.h"
@@ -18,8 +19,6 @@
 namespace hpdm {
 namespace {
 
-constexpr int kReach = 2;                 // quadratic: neighbours up to two control points away
-constexpr int kAcross = 2 * kReach + 1;   // neighbours along an axis
 constexpr double kFinestResolved = 1.25;  // kernel radius in mean cells (kResolvedCells, organ.cc)
 
 Lattice CubicCells(const OrganOptions& organ, const SurfaceMesh& rest, int cells) {
@@ -42,17 +41,6 @@ Vector3d CellSize(const Lattice& lattice) {
   return size;
 }
 
-std::array<int, 3> GridPlace(const Lattice& lattice, int column) {
-  const int index = lattice.kept()[static_cast<std::size_t>(column)];
-  const int nz = lattice.basis().axis(2).count(), ny = lattice.basis().axis(1).count();
-  return {index / (ny * nz), index / nz % ny, index % nz};
-}
-
-// Returns the index of the control point at `b` among those around the one at `a`.
-int PlaceAround(const std::array<int, 3>& a, const std::array<int, 3>& b) {
-  return ((b[0] - a[0] + kReach) * kAcross + b[1] - a[1] + kReach) * kAcross + b[2] - a[2] + kReach;
-}
-
 }  // namespace
 
 FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int cells)
@@ -64,12 +52,17 @@ FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int
   VertexNormals(rest_.vertices, rest_.triangles, &normals_);
   FitNormals(rest_, SurfaceTopology(rest_.vertices.rows(), rest_.triangles),
              &normals_);  // as an organ's
-  organ_.lattice.split = false;
+  organ_.model = OrganModelType::kHpdm;
+  organ_.lattice = LatticeOptions();
+  organ_.energy = EnergyOptions();
   const TensorBasis& basis = lattice_.basis();
   const auto [sampled, stiffness] = SampleStiffness(
       rest, lattice_.box(), {basis.axis(0).cells(), basis.axis(1).cells(), basis.axis(2).cells()},
       organ_);
   const Quadrature elastic{sampled.points, sampled.weights.cwiseProduct(stiffness)};
+  if (!sampled.pieces.empty()) {
+    lattice_.SplitByTissue(std::make_shared<const TissuePieces>(sampled.pieces));
+  }
   lattice_.DropControlPointsWithoutTissue({sampled.points, sampled.weights});
   thickness_ = LocalThickness(rest_, normals_, 3 * kFinestResolved * CellSize(lattice_).mean());
   AddElasticity(sampled, elastic);
@@ -77,35 +70,55 @@ FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int
   Factorise();
 }
 
-void FineLattice::AddElasticity(const TissueQuadrature& sampled, const Quadrature& elastic) {
-  static_assert(kAround == kAcross * kAcross * kAcross);
-  const auto n = static_cast<std::size_t>(lattice_.size());
-  neighbours_.assign(n * kAround, -1);
-  std::vector<double> blocks(n * kAround * 9, 0);
-  const TensorBasis& basis = lattice_.basis();
-  for (int a = 0; a < lattice_.size(); ++a) {
-    const std::array<int, 3> at = GridPlace(lattice_, a);
-    for (int place = 0; place < kAround; ++place) {
-      const int i = at[0] + place / (kAcross * kAcross) - kReach;
-      const int j = at[1] + place / kAcross % kAcross - kReach;
-      const int k = at[2] + place % kAcross - kReach;
-      if (std::min({i, j, k}) < 0 || i >= basis.axis(0).count() || j >= basis.axis(1).count() ||
-          k >= basis.axis(2).count()) {
-        continue;
-      }
-      neighbours_[static_cast<std::size_t>(a) * kAround + place] =
-          lattice_.Column(basis.Index(i, j, k));
-    }
-  }
-
-  const LameParameters lame = ToLame(organ_.material);
-  const DilatationShare share = ShareLambda(lame, Dilatation::kProjected);
+std::vector<FineLattice::Cell> FineLattice::FindCells(const TissueQuadrature& sampled) const {
+  std::vector<Cell> cells;
   const auto count = static_cast<Eigen::Index>(sampled.cells.size());
   for (Eigen::Index begin = 0, end = 0; begin < count; begin = end) {
-    const int cell = sampled.cells[static_cast<std::size_t>(begin)];
-    while (end < count && sampled.cells[static_cast<std::size_t>(end)] == cell) ++end;
-    AddCell(elastic, begin, end, lame.mu, share.pointwise, &blocks);
+    const int number = sampled.cells[static_cast<std::size_t>(begin)];
+    Cell& cell = cells.emplace_back(Cell{begin, begin, {}});
+    for (; end < count && sampled.cells[static_cast<std::size_t>(end)] == number; ++end) {
+      lattice_.ForEachFunction(sampled.points.row(end).transpose(), [&cell](int column, double) {
+        const auto place = std::lower_bound(cell.columns.begin(), cell.columns.end(), column);
+        if (place == cell.columns.end() || *place != column) cell.columns.insert(place, column);
+      });
+    }
+    cell.end = end;
   }
+  return cells;
+}
+
+void FineLattice::FindNeighbours(const std::vector<Cell>& cells) {
+  std::vector<std::vector<int>> around(static_cast<std::size_t>(lattice_.size()));
+  for (const Cell& cell : cells) {
+    for (const int a : cell.columns) {
+      std::vector<int>& of_a = around[static_cast<std::size_t>(a)];
+      of_a.insert(of_a.end(), cell.columns.begin(), cell.columns.end());
+    }
+  }
+  first_ = {0};
+  for (std::vector<int>& of_a : around) {
+    std::sort(of_a.begin(), of_a.end());
+    of_a.erase(std::unique(of_a.begin(), of_a.end()), of_a.end());
+    neighbours_.insert(neighbours_.end(), of_a.begin(), of_a.end());
+    first_.push_back(neighbours_.size());
+    of_a = {};
+  }
+}
+
+std::size_t FineLattice::Neighbour(int a, int b) const {
+  const auto at = neighbours_.begin();
+  const auto begin = at + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(a)]);
+  const auto end = at + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(a) + 1]);
+  return static_cast<std::size_t>(std::lower_bound(begin, end, b) - at);
+}
+
+void FineLattice::AddElasticity(const TissueQuadrature& sampled, const Quadrature& elastic) {
+  const std::vector<Cell> cells = FindCells(sampled);
+  FindNeighbours(cells);
+  std::vector<double> blocks(neighbours_.size() * 9, 0);
+  const LameParameters lame = ToLame(organ_.material);
+  const DilatationShare share = ShareLambda(lame, Dilatation::kProjected);
+  for (const Cell& cell : cells) AddCell(elastic, cell, lame.mu, share.pointwise, &blocks);
   blocks_.assign(blocks.begin(), blocks.end());
   if (share.projected == 0) return;
   const std::array<WeightMatrix, 3> gradients = lattice_.GradientWeights(elastic.points);
@@ -114,37 +127,31 @@ void FineLattice::AddElasticity(const TissueQuadrature& sampled, const Quadratur
 }
 
 // Adds the blocks of strain_energy.h between the functions of one cell.
-void FineLattice::AddCell(const Quadrature& elastic, Eigen::Index begin, Eigen::Index end,
-                          double mu, double lambda, std::vector<double>* blocks) const {
-  std::vector<int> columns;
-  std::array<Eigen::MatrixXd, 3> gradients;  // points x functions
-  for (Eigen::MatrixXd& each : gradients) each.setZero(end - begin, kAround);
-  for (Eigen::Index q = begin; q < end; ++q) {
-    lattice_.ForEachGradient(elastic.points.row(q).transpose(),
-                             [&](int column, const Vector3d& gradient) {
-                               auto found = std::find(columns.begin(), columns.end(), column);
-                               if (found == columns.end())
-                                 found = columns.insert(columns.end(), column);
-                               for (int d = 0; d < 3; ++d)
-                                 gradients[d](q - begin, found - columns.begin()) = gradient[d];
-                             });
-  }
+void FineLattice::AddCell(const Quadrature& elastic, const Cell& cell, double mu, double lambda,
+                          std::vector<double>* blocks) const {
+  const std::vector<int>& columns = cell.columns;
   const auto functions = static_cast<Eigen::Index>(columns.size());
+  const Eigen::Index points = cell.end - cell.begin;
+  std::array<Eigen::MatrixXd, 3> gradients;  // points x functions
+  for (Eigen::MatrixXd& each : gradients) each.setZero(points, functions);
+  for (Eigen::Index q = 0; q < points; ++q) {
+    lattice_.ForEachGradient(
+        elastic.points.row(cell.begin + q).transpose(), [&](int column, const Vector3d& gradient) {
+          const auto place = std::lower_bound(columns.begin(), columns.end(), column);
+          for (int d = 0; d < 3; ++d) gradients[d](q, place - columns.begin()) = gradient[d];
+        });
+  }
   std::array<std::array<Eigen::MatrixXd, 3>, 3> G;  // int d_i phi_a d_j phi_b dV
   for (int i = 0; i < 3; ++i) {
     const Eigen::MatrixXd weighted =
-        elastic.weights.segment(begin, end - begin).asDiagonal() * gradients[i].leftCols(functions);
-    for (int j = 0; j < 3; ++j) {
-      G[i][j].noalias() = weighted.transpose() * gradients[j].leftCols(functions);
-    }
+        elastic.weights.segment(cell.begin, points).asDiagonal() * gradients[i];
+    for (int j = 0; j < 3; ++j) G[i][j].noalias() = weighted.transpose() * gradients[j];
   }
   for (Eigen::Index a = 0; a < functions; ++a) {
-    const std::array<int, 3> at = GridPlace(lattice_, columns[static_cast<std::size_t>(a)]);
-    const auto row = static_cast<std::size_t>(columns[static_cast<std::size_t>(a)]);
     for (Eigen::Index b = 0; b < functions; ++b) {
-      const int place = PlaceAround(at, GridPlace(lattice_, columns[static_cast<std::size_t>(b)]));
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(
-          &(*blocks)[(row * kAround + place) * 9]);
+      const std::size_t neighbour =
+          Neighbour(columns[static_cast<std::size_t>(a)], columns[static_cast<std::size_t>(b)]);
+      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(&(*blocks)[9 * neighbour]);
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) block(i, j) += mu * G[j][i](a, b) + lambda * G[i][j](a, b);
       }
@@ -223,9 +230,11 @@ FineLattice::Patch FineLattice::PatchOf(const LoadOptions& load) const {
               {material, InterpolatedNormal(rest_.vertices, rest_.triangles, topology_, at),
                load.radius, resolved}};
   for (const SurfaceSample& sample : SurfaceKernel(rest_, load.p_centre_W, resolved)) {
-    lattice_.ForEachFunction(
-        AtSample(sample, rest_.triangles, rest_.vertices),
-        [&](int column, double value) { patch.weights[column] += sample.weight * value; });
+    const Vector3d p = AtSample(sample, rest_.triangles, rest_.vertices);
+    const Vector3d below = lattice_.inset() * AtSample(sample, rest_.triangles, normals_);
+    lattice_.ForEachFunction(lattice_.SiteOf(p, p - below), [&](int column, double value) {
+      patch.weights[column] += sample.weight * value;
+    });
   }
   return patch;
 }
@@ -319,8 +328,8 @@ Points FineLattice::Compose(const std::vector<LoadOptions>& loads, Answer* answe
     answer->force(answer->held) += found;
   }
 
-  Points u =
-      lattice_.Weights(rest_.vertices) * Eigen::Map<const Points>(U.data(), lattice_.size(), 3);
+  Points u = lattice_.Weights(rest_.vertices, rest_.vertices - lattice_.inset() * normals_) *
+             Eigen::Map<const Points>(U.data(), lattice_.size(), 3);
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const LocalIndentation& indentation = answer->patches[i].indentation;
     const Vector3d f = answer->force.segment<3>(static_cast<Eigen::Index>(3 * i));

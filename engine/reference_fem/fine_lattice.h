@@ -15,8 +15,9 @@ namespace hpdm {
 /// session's lattice is estimated against it if there is no better reference.
 ///
 /// 1. Model: quadratic B-splines in cubes over the organ's box, the energy "strain" in small strain
-///    with projected dilatation (mixed_dilatation.h), and the supports of support.h. It converges
-///    to the same solution as the lattices that it judges, and as quadratic tetrahedra.
+///    with projected dilatation (mixed_dilatation.h), and the supports of support.h. Functions are
+///    split by connected tissue. It converges to the same solution as the lattices that it judges,
+///    and as quadratic tetrahedra.
 /// 2. Storage: stiffness as blocks of neighbouring control points, projections as sparse inner
 ///    products; nothing is dense. 10 kB per control point; solving takes seconds.
 ///
@@ -29,6 +30,7 @@ class FineLattice {
   FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int cells);
 
   int control_points() const { return lattice_.size(); }  ///< n.
+  bool split() const { return lattice_.split(); }         ///< True if tissue splits functions.
 
   /// Returns the surface's displacements at equilibrium in each case (V x 3, m). The forces and
   /// displacements of a case act together. The indentation below the cells' size is that of a
@@ -46,8 +48,6 @@ class FineLattice {
     std::unique_ptr<Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>> inner;
     Eigen::VectorXd sums;  // m: row sums of the inner products, which the preconditioner uses
   };
-  // Control points around one, itself included: up to two away along each axis.
-  static constexpr int kAround = 125;
   // Displacements or forces (3n x kTogether, m or N) that one pass over the stiffness solves for
   // together. Reading the stiffness dominates the time of an iteration.
   static constexpr int kTogether = 4;
@@ -65,9 +65,18 @@ class FineLattice {
     std::vector<Eigen::VectorXd> fields;  // 3n: under the given forces, then 1 N in each of `held`
   };
 
+  // Tissue points of one cell and the functions that can be non-zero there.
+  struct Cell {
+    Eigen::Index begin = 0, end = 0;
+    std::vector<int> columns;  // ascending
+  };
+
+  std::vector<Cell> FindCells(const struct TissueQuadrature& sampled) const;
+  void FindNeighbours(const std::vector<Cell>& cells);
+  std::size_t Neighbour(int a, int b) const;  // place of b among those of a
   void AddElasticity(const struct TissueQuadrature& sampled, const Quadrature& elastic);
-  void AddCell(const Quadrature& elastic, Eigen::Index begin, Eigen::Index end, double mu,
-               double lambda, std::vector<double>* blocks) const;
+  void AddCell(const Quadrature& elastic, const Cell& cell, double mu, double lambda,
+               std::vector<double>* blocks) const;
   void AddSupports(const Quadrature& elastic);
   void Factorise();
   Projection Project(const Quadrature& tissue, const std::vector<WeightMatrix>& fields,
@@ -84,10 +93,13 @@ class FineLattice {
   Points normals_;
   SurfaceTopology topology_;
   Lattice lattice_;
-  Eigen::VectorXd thickness_;    // V, m
-  std::vector<int> neighbours_;  // n x kAround: columns of the control points around each, or -1
-  // n x kAround x 9, N/m, row-major: pointwise elasticity. Every iteration reads it; float's error
-  // is far below that of the cells.
+  Eigen::VectorXd thickness_;  // V, m
+  // Of control point a: the columns of the points whose functions meet its own in a cell, ascending,
+  // at first_[a] .. first_[a + 1] - 1.
+  std::vector<std::size_t> first_;
+  std::vector<int> neighbours_;
+  // 9 for each neighbour, N/m, row-major: pointwise elasticity. Every iteration reads it; float's
+  // error is far below that of the cells.
   std::vector<float> blocks_;
   std::vector<Projection> dilatations_;   // moments m x 3n; none for nu <= 1/3
   std::vector<Projection> held_;          // of fixed supports: moments m x n

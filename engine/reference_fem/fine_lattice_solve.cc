@@ -38,9 +38,8 @@ void SolveTogether(const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>& inne
 void FineLattice::Factorise() {
   std::vector<Matrix3d> own(static_cast<std::size_t>(lattice_.size()));
   for (int a = 0; a < lattice_.size(); ++a) {
-    const std::size_t middle = static_cast<std::size_t>(a) * kAround + kAround / 2;
     using Block = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
-    own[a] = Eigen::Map<const Block>(&blocks_[middle * 9]).cast<double>() +
+    own[a] = Eigen::Map<const Block>(&blocks_[9 * Neighbour(a, a)]).cast<double>() +
              springs_.coeff(a, a) * Matrix3d::Identity();
   }
   for (const Projection& each : dilatations_) {
@@ -70,11 +69,9 @@ void FineLattice::Multiply(const Columns& x, Columns* y) const {
   y->resize(x.rows(), kTogether);
   for (std::size_t a = 0; a < n; ++a) {
     Eigen::Array<double, 3, kTogether, Eigen::RowMajor> sum = decltype(sum)::Zero();
-    const float* block = &blocks_[a * kAround * 9];
-    const int* column = &neighbours_[a * kAround];
-    for (int place = 0; place < kAround; ++place, block += 9) {
-      if (column[place] < 0) continue;
-      const double* u = x.data() + std::ptrdiff_t{3 * kTogether} * column[place];
+    const float* block = &blocks_[9 * first_[a]];
+    for (std::size_t b = first_[a]; b < first_[a + 1]; ++b, block += 9) {
+      const double* u = x.data() + std::ptrdiff_t{3 * kTogether} * neighbours_[b];
       for (int d = 0; d < 3; ++d) {
         for (int c = 0; c < kTogether; ++c) {
           sum(d, c) += block[3 * d] * u[c] + block[3 * d + 1] * u[kTogether + c] +

@@ -1,6 +1,7 @@
 #include "tools/plan/plan_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "tools/shared/json_rows.h"
@@ -132,8 +133,16 @@ std::string VerdictText(const ScenePlan& plan) {
                Duration(plan.of_error->step_us).c_str(), plan.of_error->step_us / demand.budget_us);
   } else {
     for (const OrganPlan& organ : plan.organs) {
-      if (organ.fate != OrganFate::kSearched || CheapestWithin(organ.points, demand.error))
+      if (organ.fate != OrganFate::kSearched) continue;
+      const double doubt = organ.reference_solution.doubt;
+      if (!organ.reference_solution.Judges(demand.error)) {
+        text += Format(
+            "  the reference solution of %s is in doubt by %.1f %%: nothing below %.0f %% is "
+            "promised\n",
+            organ.name.c_str(), 100 * doubt, std::ceil(200 * doubt));
         continue;
+      }
+      if (CheapestWithin(organ.points, demand.error)) continue;
       const std::vector<std::size_t> front = PlanFront(organ.points);
       text += "  no tried model of " + organ.name + " meets the error";
       if (!front.empty()) {

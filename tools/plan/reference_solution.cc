@@ -1,5 +1,6 @@
 #include "tools/plan/reference_solution.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -67,20 +68,32 @@ double PooledError(const SurfaceMesh& rest, const std::vector<Points>& u,
   return std::sqrt(apart / moved);
 }
 
+double ReferenceDoubt(const std::vector<double>& changes, bool split) {
+  const double last = changes.back();
+  if (changes.size() < 2) return last;
+  const double before = changes[changes.size() - 2];
+  const double rate = std::min(last / before, 0.75);
+  const double follows = last * rate / (1 - rate);
+  return std::max({last, follows, split ? before / 2 : 0});
+}
+
 ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const SurfaceMesh& rest,
                                         const OrganTouches& touches, double error,
                                         std::vector<std::string>* remarks) {
   ReferenceSolution reference_solution;
+  std::vector<double> changes;
   for (const int cells : kLevels) {
     const FineLattice lattice(organ, rest, cells);
     std::vector<Points> finer = lattice.Displacements(touches.cases);
-    const bool first = reference_solution.cells == 0;
-    const double doubt = first ? 1 : PooledError(rest, reference_solution.displacements, finer);
-    const bool enough = doubt <= kEnough * error;
+    if (!reference_solution.displacements.empty()) {
+      changes.push_back(PooledError(rest, reference_solution.displacements, finer));
+    }
     reference_solution.displacements = std::move(finer);
-    reference_solution.doubt = doubt;
+    reference_solution.doubt = changes.empty() ? 1 : ReferenceDoubt(changes, lattice.split());
     reference_solution.cells = cells;
     reference_solution.control_points = lattice.control_points();
+    const bool enough = reference_solution.doubt <= kEnough * error &&
+                        changes.size() >= (lattice.split() ? 2U : 1U);
     if (enough || 3 * reference_solution.control_points > kMaxControlPoints) break;
   }
   if (reference_solution.doubt > kEnough * error) {

@@ -129,7 +129,10 @@ ScenePlan MakePlan(Scene scene, const PlanDemand& demand, double seconds,
           (can_be ? "it becomes rigid" : "its mesh is open, so it cannot become rigid"));
     }
   }
-  plan.of_error = ChooseWithin(plan.organs, demand.error);
+  const bool judged = std::all_of(
+      plan.organs.begin(), plan.organs.end(),
+      [&](const OrganPlan& organ) { return organ.reference_solution.Judges(demand.error); });
+  if (judged) plan.of_error = ChooseWithin(plan.organs, demand.error);
   std::set<double> errors;
   for (const OrganPlan& organ : plan.organs) {
     for (const PlanPoint& point : organ.points) errors.insert(point.error);

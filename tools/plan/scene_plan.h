@@ -43,7 +43,7 @@ struct ScenePlan {
   PlanDemand demand;
   std::vector<OrganPlan> organs;
   /// The cheapest models of at most the demanded error, whatever they cost. None if an organ has no
-  /// such model among those searched.
+  /// such model among those searched, or if its reference solution cannot judge that error.
   std::optional<PlanChoice> of_error;
   /// The most accurate models within the budget; none if even the cheapest exceed it.
   std::optional<PlanChoice> of_budget;

@@ -8,6 +8,7 @@
 #include "engine/baselines/surface_error.h"
 #include "engine/organ.h"
 #include "engine/statics/static_loads.h"
+#include "tests/support/mesh_shapes.h"
 #include "tests/support/shapes.h"
 
 namespace hpdm {
@@ -60,6 +61,45 @@ TEST(FineLattices, AgreeWithTheDirectSolutionOfTheSameCells) {
     EXPECT_LT(RelativeSurfaceError(body.rest, lattice.Displacements({loads})[0],
                                    direct.vertex_displacements),
               1e-3);
+  }
+}
+
+// A block of 80 x 20 x 40 mm with a slit of 4 mm from above, held below.
+Body HeldSlit() {
+  Body body;
+  body.rest = Joined(Joined(MakeBox({-0.04, -0.01, -0.02}, {-0.002, 0.01, 0.02}),
+                            MakeBox({0.002, -0.01, -0.02}, {0.04, 0.01, 0.02})),
+                     MakeBox({-0.04, -0.01, -0.025}, {0.04, 0.01, -0.01}));
+  body.organ.name = "block";
+  body.organ.lattice.local.functions = 0;
+  body.organ.supports = {{BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.25)}, std::nullopt}};
+  return body;
+}
+
+TEST(FineLattices, SplitFunctionsByTissueAsTheLatticesDo) {
+  const Body body = HeldSlit();
+  LoadOptions pull;
+  pull.p_centre_W = {0.015, 0, 0.02};
+  pull.radius = 0.008;
+  pull.force_W = Vector3d(0.02, 0, 0);
+  const FineLattice lattice(body.organ, body.rest, 8);
+  ASSERT_TRUE(lattice.split());
+  OrganOptions options = body.organ;
+  options.lattice.cells = {8, 2, 5};
+  options.lattice.margin = 0.05 * 0.08 / 8;
+  const OrganModel direct(options, body.rest);
+  ASSERT_TRUE(direct.HasSplitFunctions());
+  EXPECT_EQ(lattice.control_points(), direct.control_points());
+  const Points u = lattice.Displacements({{pull}})[0];
+  // Conjugate gradients to 3e-4.
+  EXPECT_LT(
+      RelativeSurfaceError(body.rest, u, StaticLoads(direct, {pull}).Solve().vertex_displacements),
+      1e-3);
+  // The other side of the slit is left alone.
+  for (Eigen::Index v = 0; v < u.rows(); ++v) {
+    if (body.rest.vertices(v, 2) < 0.019) continue;
+    const double moved = u.row(v).norm() / u.rowwise().norm().maxCoeff();
+    if (body.rest.vertices(v, 0) < 0) EXPECT_LT(moved, 0.1);
   }
 }
 

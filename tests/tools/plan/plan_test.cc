@@ -37,6 +37,8 @@ std::vector<ReferenceDemand> ReferenceDemands() {
     demands.insert(demands.end(), {{"liver_press_tip_2_5mm", 0.12},
                                    {"liver_press_tip_5mm", 0.12},
                                    {"stomach_press", 0.6},
+                                   {"stomach_lift", 0.1},
+                                   {"bent_organ_lift", 0.2},
                                    // The model of the coarse difference shows in finite strain.
                                    {"liver_lift_40mm", 0.25}});
   }
@@ -139,6 +141,30 @@ TEST(PlanVerdicts, SayWhichDemandIsMissedAndByHowMuch) {
             "1 % within 20 us: cannot be met\n"
             "  no tried model of a meets the error; the best has 5.0 %, 5 times as much, in 40 us\n"
             "  the budget leaves an error of 20.0 %, 20 times as much as asked for\n");
+}
+
+TEST(PlanVerdicts, PromiseNothingThatTheReferenceSolutionCannotJudge) {
+  ScenePlan plan;
+  plan.demand = {0.1, 20};
+  plan.organs = {Searched("a", {0}, {{0.09, 10, 0}})};
+  plan.organs[0].reference_solution.doubt = 0.051;
+  plan.of_budget = ChooseWithin(plan.organs, 0.1);
+  EXPECT_FALSE(plan.organs[0].reference_solution.Judges(0.1));
+  EXPECT_TRUE(plan.organs[0].reference_solution.Judges(0.102));
+  EXPECT_EQ(VerdictText(plan),
+            "10 % within 20 us: cannot be met\n"
+            "  the reference solution of a is in doubt by 5.1 %: nothing below 11 % is promised\n"
+            "  the budget leaves an error of 9.0 %, 0.9 times as much as asked for\n");
+}
+
+TEST(PlanReferences, DoubtWhatConvergesSlowlyOrByChance) {
+  EXPECT_EQ(ReferenceDoubt({0.1}, false), 0.1);
+  EXPECT_EQ(ReferenceDoubt({0.1, 0.02}, false), 0.02);
+  EXPECT_NEAR(ReferenceDoubt({0.1, 0.064}, false), 0.064 * 0.64 / 0.36,
+              1e-12);                                                 // a geometric series
+  EXPECT_NEAR(ReferenceDoubt({0.05, 0.08}, false), 3 * 0.08, 1e-12);  // grows: rate 3/4
+  EXPECT_EQ(ReferenceDoubt({0.08, 0.005}, true), 0.04);
+  EXPECT_EQ(ReferenceDoubt({0.5, 0.08, 0.005}, true), 0.04);  // the last two count
 }
 
 TEST(PlanFamilyTables, MembersAreAcceptedByTheSceneLoader) {
