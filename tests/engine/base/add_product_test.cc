@@ -58,13 +58,5 @@ TEST(AddProduct, TakesPartsOfMatrices) {
   EXPECT_EQ(of_part.norm(), of_copy.norm());  // nothing outside
 }
 
-TEST(AddProduct, HasTheBitsOfEigensProduct) {
-  const MatrixXd A = MatrixXd::Random(150, 48), B = MatrixXd::Random(150, 48);
-  MatrixXd C = MatrixXd::Zero(150, 150), eigens = C;
-  AddProductToLower(-1, A, B, C);
-  eigens.triangularView<Eigen::Lower>() -= A * B.transpose();
-  EXPECT_EQ(C, eigens);
-}
-
 }  // namespace
 }  // namespace hpdm
