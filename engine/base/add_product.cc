@@ -14,7 +14,7 @@ namespace {
 using Eigen::Index;
 
 // Sizes of the blocks that stay in the caches: columns of A and B, rows of A, rows of B.
-constexpr Index kDepth = 256;
+constexpr Index kColumnsTogether = 256;
 constexpr Index kRowsOfA = 192;
 constexpr Index kRowsOfB = 1536;
 constexpr int kMostRows = 16, kMostColumns = 8;  // of a tile
@@ -143,8 +143,8 @@ void AddProductToLower(double factor, const Eigen::Ref<const Eigen::MatrixXd>& A
   BlockProduct block(kernel);
   for (Index column = 0; column < B.rows(); column += kRowsOfB) {
     const Index columns = std::min(kRowsOfB, B.rows() - column);
-    for (Index k = 0; k < A.cols(); k += kDepth) {
-      const Index depth = std::min(kDepth, A.cols() - k);
+    for (Index k = 0; k < A.cols(); k += kColumnsTogether) {
+      const Index depth = std::min(kColumnsTogether, A.cols() - k);
       block.TakeB(B.block(column, k, columns, depth));
       for (Index row = 0; row < A.rows(); row += kRowsOfA) {
         const Index rows = std::min(kRowsOfA, A.rows() - row);
