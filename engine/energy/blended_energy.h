@@ -13,7 +13,8 @@ namespace hpdm {
 /// the share 1 - s, and the branches of viscoelastic tissue (maxwell_memory.h),
 ///     E(U) = s E_finite(U) + (1 - s)/2 U^T K U + damping/2 (U - from)^T K_t (U - from),
 /// with K the stiffness of small strain and K_t that without elastic supports. The two strains agree
-/// to second order in U, so E is smooth in s. Local functions in use follow U's rows (ElasticEnergy::SetActiveFunctions).
+/// to second order in U, so E is smooth in s. Local functions in use follow U's rows
+/// (ElasticEnergy::SetActiveFunctions).
 class BlendedEnergy final : public ElasticEnergy {
  public:
   /// Starts with s = 1 and no damper. `K`: 3n x 3n, N/m. `functions` and `slots`: of the local

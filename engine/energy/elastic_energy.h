@@ -32,9 +32,9 @@ class ElasticEnergy : public Potential {
   /// Sets the local functions in use. Their slots follow the control points in U and in the results
   /// of all other methods: n + slots rows. An energy without local functions ignores it.
   virtual void SetActiveFunctions(const ActiveRefinement& active) { static_cast<void>(active); }
-  /// Computes d^2E/dU^2 (3n x 3n, N/m, symmetric) without local functions in use. With `semi_definite`, the part of each point or
-  /// element is first projected to a positive semi-definite one, so the sum is semi-definite too.
-  /// Parts that already are stay exact.
+  /// Computes d^2E/dU^2 (N/m, symmetric) over the rows of U. With `semi_definite`, the part of each
+  /// point or element is first projected to a positive semi-definite one, so the sum is semi-definite
+  /// too. Parts that already are stay exact.
   virtual void Hessian(const Points& U, bool semi_definite, FullStiffness* K) = 0;
   /// Returns the rotation of the tissue as a whole: that of the mean deformation gradient. The
   /// identity if the energy cannot tell.
