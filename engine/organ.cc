@@ -13,6 +13,9 @@ namespace {
 
 std::unique_ptr<const OrganMechanics> BuildMechanics(const OrganSurface& surface,
                                                      std::vector<std::string>* warnings) {
+  if (!surface.options.cuts.empty() && !TakesCuts(surface.options)) {
+    throw InputError("organ \"" + surface.options.name + "\": cannot be cut; " + kCutRemedy);
+  }
   switch (surface.options.model) {
     case OrganModelType::kHpdm:
       return std::make_unique<LatticeOrgan>(surface, warnings);

@@ -112,6 +112,19 @@ struct StiffnessRegion {
   double young = 0;  ///< Pa. Energy "metric" scales alpha and beta by young / material.young.
 };
 
+/// A blade's edge, from `a` to `b`, at one moment of a cut: world, m, on the posed rest shape.
+struct BladeEdge {
+  Vector3d a = Vector3d::Zero();
+  Vector3d b = Vector3d::Zero();
+};
+
+/// A cut that removes no tissue: the surface between consecutive edges of a blade.
+struct CutOptions {
+  std::string organ;             ///< Name of the organ.
+  int number = 0;                ///< Among the scene's cuts, for messages.
+  std::vector<BladeEdge> strip;  ///< At least two, none without length.
+};
+
 enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
 
 /// Another organ that an organ touches. All others pass through it.
@@ -139,6 +152,7 @@ struct OrganOptions {
   std::vector<StiffnessRegion> regions;  ///< kHpdm only.
   std::vector<SupportOptions> supports;
   std::vector<OrganContactOptions> contacts;  ///< Each pair stands in one of its two organs.
+  std::vector<CutOptions> cuts;               ///< See TakesCuts().
 };
 
 inline constexpr int kDefaultLocalFunctions = 27;
@@ -157,10 +171,20 @@ inline double FineCells(const OrganOptions& organ) {
   return fine_cells;
 }
 
+/// True if the model can be cut: B-splines with the energy "strain" in small strain.
+inline bool TakesCuts(const OrganOptions& organ) {
+  return organ.model == OrganModelType::kHpdm && organ.lattice.basis == BasisType::kBSpline &&
+         organ.energy.type == EnergyType::kStrain && organ.energy.strain == StrainMeasure::kSmall;
+}
+
+/// What to do about an organ with a cut that TakesCuts() refuses.
+inline constexpr const char* kCutRemedy =
+    "use model = \"hpdm\", B-splines, type = \"strain\" and strain = \"small\"";
+
 /// True if the lattice's functions are split by connected tissue: B-splines with an energy over the
-/// organ. A Bernstein polynomial spans the whole organ, and the box has no gaps.
+/// organ. A Bernstein polynomial spans the whole organ, and the box has no gaps. Cuts need it.
 inline bool SplitsFunctions(const OrganOptions& organ) {
-  return organ.lattice.split && organ.model == OrganModelType::kHpdm &&
+  return (organ.lattice.split || !organ.cuts.empty()) && organ.model == OrganModelType::kHpdm &&
          organ.lattice.basis == BasisType::kBSpline &&
          !(organ.energy.type == EnergyType::kMetric && organ.energy.domain == EnergyDomain::kBox);
 }

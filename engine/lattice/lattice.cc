@@ -82,7 +82,11 @@ void Lattice::SplitByTissue(std::shared_ptr<const TissuePieces> pieces, int beyo
   for (int a = size() - 1; a >= 0; --a) column_[kept_[a]] = a;
   if (size() == basis_.count()) return;
   piece_columns_ = std::move(columns);
-  inset_ = 0.75 * pieces_->VoxelSize().cwiseProduct(box_.lengths).maxCoeff();
+  inset_ = InsetOf(*pieces_);
+}
+
+double Lattice::InsetOf(const TissuePieces& pieces) const {
+  return 0.75 * pieces.VoxelSize().cwiseProduct(box_.lengths).maxCoeff();
 }
 
 // Appends the control points of the function `at`, one for each component, and sets them in the
@@ -115,10 +119,77 @@ void Lattice::AddCopies(const std::array<int, 3>& at, const TissuePieces::Compon
   if (size() == first) kept_.push_back(index);  // no tissue
 }
 
+double Lattice::FrontLength() const {
+  return box_.lengths
+      .cwiseQuotient(
+          Vector3d(basis_.axis(0).cells(), basis_.axis(1).cells(), basis_.axis(2).cells()))
+      .mean();
+}
+
+// Returns the grid indices of the functions that get front functions, ascending.
+std::vector<int> Lattice::FunctionsAtFront(const CutSurface& cut) const {
+  std::vector<Vector3d> front, sheet;  // in cells
+  const Vector3d cells(basis_.axis(0).cells(), basis_.axis(1).cells(), basis_.axis(2).cells());
+  for (const Vector3d& p_W : cut.front_points()) {
+    front.push_back(box_.ToUnit(p_W).cwiseProduct(cells));
+  }
+  for (const CutSurface::Sample& sample : cut.samples()) {
+    sheet.push_back(box_.ToUnit(sample.p_W).cwiseProduct(cells));
+  }
+  std::vector<int> found;
+  std::array<int, 3> at;
+  for (at[0] = 0; at[0] < basis_.axis(0).count(); ++at[0]) {
+    for (at[1] = 0; at[1] < basis_.axis(1).count(); ++at[1]) {
+      for (at[2] = 0; at[2] < basis_.axis(2).count(); ++at[2]) {
+        const int index = basis_.Index(at[0], at[1], at[2]);
+        if (column_[index] < 0) continue;
+        Eigen::Array3d low, high;  // of the support
+        for (int d = 0; d < 3; ++d) {
+          low[d] = at[d] - basis_.axis(d).degree();
+          high[d] = at[d] + 1;
+        }
+        const auto near = [&](double reach) {
+          return [&low, &high, reach](const Vector3d& p) {
+            return (p.array() > low - reach).all() && (p.array() < high + reach).all();
+          };
+        };
+        const bool holds = std::any_of(front.begin(), front.end(), near(0));
+        if (holds || (std::any_of(front.begin(), front.end(), near(1)) &&
+                      std::any_of(sheet.begin(), sheet.end(), near(0)))) {
+          found.push_back(index);
+        }
+      }
+    }
+  }
+  return found;
+}
+
+void Lattice::AddFrontFunctions() {
+  HPDM_CHECK(pieces_ != nullptr && pieces_->cuts() != nullptr && fronts_.empty());
+  inset_ = InsetOf(*pieces_);
+  const std::vector<CutSurface>& cuts = *pieces_->cuts();
+  for (std::size_t cut = 0; cut < cuts.size(); ++cut) {
+    Front front{static_cast<int>(cut),
+                std::vector<int>(static_cast<std::size_t>(basis_.count()), -1)};
+    for (const int index : FunctionsAtFront(cuts[cut])) {
+      front.columns[static_cast<std::size_t>(index)] = size();
+      kept_.insert(kept_.end(), 2, index);
+      front_functions_ += 2;
+    }
+    if (cuts[cut].has_front()) fronts_.push_back(std::move(front));
+  }
+}
+
 Lattice::Site Lattice::SiteOf(const Vector3d& p_W, const Vector3d& inside_W) const {
-  Site site{box_.ToUnit(p_W)};
+  Site site{.c = box_.ToUnit(p_W), .p_W = p_W, .side_W = inside_W};
+  if (!split() && fronts_.empty()) return site;
+  if (pieces_->cuts() != nullptr) {
+    const CutSurface& any = pieces_->cuts()->front();
+    // A surface that is oblique to a cut: the point inside lies on the other side of it.
+    if (CrossesAny(*pieces_->cuts(), any.At(p_W), any.At(inside_W))) site.side_W = p_W;
+  }
   if (!split()) return site;
-  const int piece = pieces_->At(box_.ToUnit(inside_W));
+  const int piece = pieces_->At(box_.ToUnit(site.side_W));
   if (piece < 0) return site;
   site.columns = &piece_columns_[static_cast<std::size_t>(piece) * basis_.support()];
   // The functions are those of the piece's cell. A point outside of that, by less than a voxel, gets
@@ -153,7 +224,7 @@ Points Lattice::ControlPoints() const {
 WeightMatrix Lattice::Weights(const Points& points, const Points& inside) const {
   HPDM_CHECK(inside.rows() == points.rows());
   WeightMatrix weights(points.rows(), size());
-  weights.reserve(Eigen::VectorXi::Constant(points.rows(), std::min(basis_.support(), size())));
+  weights.reserve(Eigen::VectorXi::Constant(points.rows(), FunctionsAtPoint()));
   for (Eigen::Index v = 0; v < points.rows(); ++v) {
     ForEachFunction(SiteOf(points.row(v).transpose(), inside.row(v).transpose()),
                     [&](int column, double value) { weights.insert(v, column) = value; });
@@ -166,7 +237,7 @@ std::array<WeightMatrix, 3> Lattice::GradientWeights(const Points& points) const
   std::array<WeightMatrix, 3> gradients;
   for (WeightMatrix& gradient : gradients) {
     gradient.resize(points.rows(), size());
-    gradient.reserve(Eigen::VectorXi::Constant(points.rows(), std::min(basis_.support(), size())));
+    gradient.reserve(Eigen::VectorXi::Constant(points.rows(), FunctionsAtPoint()));
   }
   for (Eigen::Index v = 0; v < points.rows(); ++v) {
     ForEachGradient(points.row(v).transpose(), [&](int column, const Vector3d& gradient) {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/base/oriented_box.h"
@@ -31,6 +33,8 @@ class Lattice {
     const int* columns =
         nullptr;  ///< Columns (or -1) of the functions that can be non-zero there, in
                   ///< their order of TensorBasis::Index; nullptr: Column() says.
+    Vector3d p_W = Vector3d::Zero();     ///< m.
+    Vector3d side_W = Vector3d::Zero();  ///< m: the side of a cut on which a point of it lies.
   };
 
   /// Keeps all control points.
@@ -55,8 +59,23 @@ class Lattice {
   /// 4. The cells of `pieces` divide those of the lattice, whose basis is B-splines. All control
   ///    points must be kept.
   ///
+  /// 5. Pieces that were found with cuts are those of the tissue on each side of these.
+  ///
   /// With no copy to make, or more than two a function, the lattice stays as it was. Set-up only.
   void SplitByTissue(std::shared_ptr<const TissuePieces> pieces, int beyond = 0);
+  /// Adds the functions phi_a F1 and phi_a F3 of the cuts' fronts (cut_surface.h), so that a crack
+  /// which ends in phi_a's support can open:
+  ///
+  /// 1. They belong to each kept phi_a whose support holds a part of the front, or is cut and ends
+  ///    less than a cell behind the front. That keeps the shape continuous while a cut grows.
+  /// 2. Their control points follow all others, two by two, at the Greville points of phi_a.
+  /// 3. ForEachFunction() and all that stands on it includes them; Column() does not.
+  /// 4. Their values do not sum to anything.
+  ///
+  /// The pieces were found with cuts. Last step of building a lattice; set-up only.
+  void AddFrontFunctions();
+  /// Returns the number of control points that AddFrontFunctions() has added.
+  int front_functions() const { return front_functions_; }
   /// True if SplitByTissue() has split a function.
   bool split() const { return !piece_columns_.empty(); }
   /// Returns what SplitByTissue() was given, or nullptr.
@@ -67,8 +86,8 @@ class Lattice {
 
   /// Returns n, the number of kept control points.
   int size() const { return static_cast<int>(kept_.size()); }
-  /// Returns the grid index (TensorBasis::Index) of each kept control point, n, ascending. The copies
-  /// of a split function follow each other.
+  /// Returns the grid index (TensorBasis::Index) of each kept control point, n, ascending up to those
+  /// of front functions. The copies of a split function follow each other.
   const std::vector<int>& kept() const { return kept_; }
   /// Returns the column of a grid index, the first one of a split function, or -1 if all its control
   /// points were dropped.
@@ -123,6 +142,18 @@ class Lattice {
   std::array<WeightMatrix, 3> GradientWeights(const Points& points) const;
 
  private:
+  struct Front {
+    int cut = 0;               // number of the cut
+    std::vector<int> columns;  // of each grid index: the first of two, or -1
+  };
+  template <typename Function>
+  void ForEachFrontFunction(const Site& site, const std::array<int, 3>& first, Function&& f) const;
+  std::vector<int> FunctionsAtFront(const CutSurface& cut) const;
+  double FrontLength() const;  // m: h of F
+  double InsetOf(const TissuePieces& pieces) const;
+  int FunctionsAtPoint() const {  // at most
+    return std::min(basis_.support() * (1 + 2 * static_cast<int>(fronts_.size())), size());
+  }
   void AddCopies(const std::array<int, 3>& at, const TissuePieces::Components& components,
                  const std::array<int, 3>& finer, std::vector<int>* columns);
 
@@ -133,6 +164,8 @@ class Lattice {
   std::shared_ptr<const TissuePieces> pieces_;
   std::vector<int> piece_columns_;  // pieces x basis_.support(), empty without a split function
   double inset_ = 0;                // m
+  std::vector<Front> fronts_;
+  int front_functions_ = 0;
 };
 
 template <typename Function>
@@ -153,6 +186,13 @@ void Lattice::ForEachFunction(const Site& site, Function&& f) const {
       }
     }
   }
+  if (fronts_.empty()) return;
+  ForEachFrontFunction(site, first,
+                       [&](const std::array<int, 3>& at, int column, const FrontValues& front) {
+                         const double phi = values[0][at[0]] * values[1][at[1]] * values[2][at[2]];
+                         for (int kind = 0; kind < 2; ++kind)
+                           f(column + kind, phi * front.value[kind]);
+                       });
 }
 
 template <typename Function>
@@ -168,17 +208,50 @@ void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
     first[d] = basis_.axis(d).Evaluate(c[d], values[d].data());
     basis_.axis(d).EvaluateDerivatives(c[d], derivatives[d].data());
   }
+  const auto by_c = [&](int i, int j, int k) {
+    return Vector3d(derivatives[0][i] * values[1][j] * values[2][k],
+                    values[0][i] * derivatives[1][j] * values[2][k],
+                    values[0][i] * values[1][j] * derivatives[2][k]);
+  };
   for (int i = 0; i < basis_.axis(0).support(); ++i) {
     for (int j = 0; j < basis_.axis(1).support(); ++j) {
       for (int k = 0; k < basis_.axis(2).support(); ++k) {
         const int column = next != nullptr
                                ? *next++
                                : Column(basis_.Index(first[0] + i, first[1] + j, first[2] + k));
-        if (column < 0) continue;
-        const Vector3d by_c(derivatives[0][i] * values[1][j] * values[2][k],
-                            values[0][i] * derivatives[1][j] * values[2][k],
-                            values[0][i] * values[1][j] * derivatives[2][k]);
-        f(column, Vector3d(to_world * by_c));
+        if (column >= 0) f(column, Vector3d(to_world * by_c(i, j, k)));
+      }
+    }
+  }
+  if (fronts_.empty()) return;
+  ForEachFrontFunction(
+      site, first, [&](const std::array<int, 3>& at, int column, const FrontValues& front) {
+        const double phi = values[0][at[0]] * values[1][at[1]] * values[2][at[2]];
+        const Vector3d gradient = to_world * by_c(at[0], at[1], at[2]);
+        for (int kind = 0; kind < 2; ++kind) {
+          f(column + kind, Vector3d(front.value[kind] * gradient + phi * front.gradient[kind]));
+        }
+      });
+}
+
+// Calls f(place behind `first`, first of two columns, F) for each spline with front functions.
+template <typename Function>
+void Lattice::ForEachFrontFunction(const Site& site, const std::array<int, 3>& first,
+                                   Function&& f) const {
+  for (const Front& front : fronts_) {
+    std::optional<FrontValues> values;
+    std::array<int, 3> at;
+    for (at[0] = 0; at[0] < basis_.axis(0).support(); ++at[0]) {
+      for (at[1] = 0; at[1] < basis_.axis(1).support(); ++at[1]) {
+        for (at[2] = 0; at[2] < basis_.axis(2).support(); ++at[2]) {
+          const int column =
+              front.columns[basis_.Index(first[0] + at[0], first[1] + at[1], first[2] + at[2])];
+          if (column < 0) continue;
+          if (!values) {
+            values = (*pieces_->cuts())[front.cut].AtFront(site.p_W, site.side_W, FrontLength());
+          }
+          f(at, column, *values);
+        }
       }
     }
   }

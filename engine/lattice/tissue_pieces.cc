@@ -8,7 +8,8 @@
 
 namespace hpdm {
 
-TissuePieces::TissuePieces(Data data) : data_(std::move(data)) {
+TissuePieces::TissuePieces(Data data, CutSurfaces cuts)
+    : data_(std::move(data)), cuts_(std::move(cuts)) {
   if (data_.side == 0) return;
   const auto cells = static_cast<std::size_t>(data_.cells[0]) * data_.cells[1] * data_.cells[2];
   HPDM_CHECK(data_.first.size() == cells + 1 && data_.pairs.size() % 2 == 0);
@@ -57,7 +58,7 @@ int TissuePieces::At(const Vector3d& c) const {
     const int count = data_.cells[d] * data_.side;
     voxel[d] = static_cast<int>(std::clamp(std::floor(c[d] * count), 0.0, count - 1.0));
   }
-  int piece = AtVoxel(voxel);
+  int piece = cuts_ == nullptr ? AtVoxel(voxel) : BesideCuts(c, voxel);
   for (int away = 1; piece < 0 && away <= data_.side; ++away) {
     for (int direction = 0; piece < 0 && direction < 27; ++direction) {
       const std::array<int, 3> step = {direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1};
@@ -71,6 +72,36 @@ int TissuePieces::At(const Vector3d& c) const {
     }
   }
   return piece;
+}
+
+// Returns the piece of the voxel, or of the nearest one of its cell, whose centre no cut separates
+// from the point.
+int TissuePieces::BesideCuts(const Vector3d& c, const std::array<int, 3>& voxel) const {
+  const int side = data_.side;
+  const std::array<int, 3> cell = {voxel[0] / side, voxel[1] / side, voxel[2] / side};
+  if (PiecesIn(CellNumber(cell[0], cell[1], cell[2])) < 2) return AtVoxel(voxel);
+  const CutSurface::GridPoint p = cuts_->front().AtUnit(c);
+  const auto centre = [this](const std::array<int, 3>& at) {
+    return Vector3d(Vector3d(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5).cwiseProduct(VoxelSize()));
+  };
+  constexpr int kAway = 2;
+  int found = -1;
+  double nearest = 0;
+  std::array<int, 3> at;
+  for (at[2] = voxel[2] - kAway; at[2] <= voxel[2] + kAway; ++at[2]) {
+    for (at[1] = voxel[1] - kAway; at[1] <= voxel[1] + kAway; ++at[1]) {
+      for (at[0] = voxel[0] - kAway; at[0] <= voxel[0] + kAway; ++at[0]) {
+        if (at[0] < 0 || at[1] < 0 || at[2] < 0) continue;
+        if (at[0] / side != cell[0] || at[1] / side != cell[1] || at[2] / side != cell[2]) continue;
+        const Vector3d away = (centre(at) - c).cwiseQuotient(VoxelSize());
+        if (found >= 0 && away.squaredNorm() >= nearest) continue;
+        if (CrossesAny(*cuts_, p, cuts_->front().AtUnit(centre(at)))) continue;
+        found = AtVoxel(at);
+        nearest = away.squaredNorm();
+      }
+    }
+  }
+  return found >= 0 ? found : AtVoxel(voxel);
 }
 
 TissuePieces::Components TissuePieces::Connected(const CellRange& range, double sliver) const {

@@ -2,10 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
-#include "engine/base/types.h"
+#include "engine/lattice/cut_surface.h"
 
 namespace hpdm {
 
@@ -19,8 +20,8 @@ struct CellRange {
 /// them a lattice gives each side of a notch functions of its own (Lattice::SplitByTissue).
 ///
 /// Pieces are found in voxels, `side` along each axis of a cell. So a gap narrower than a voxel is
-/// not seen: between 1/256 and 1/128 of the box's longest side by default. Constant once built;
-/// read by any thread.
+/// not seen: between 1/256 and 1/128 of the box's longest side by default. Cuts (cut_surface.h)
+/// have no width and are always seen. Constant once built; read by any thread.
 class TissuePieces {
  public:
   /// Component below which tissue counts as a sliver, in volumes of a cell.
@@ -39,7 +40,8 @@ class TissuePieces {
   };
 
   TissuePieces() = default;
-  explicit TissuePieces(Data data);
+  /// `cuts`: none, or those that the pieces were found with.
+  explicit TissuePieces(Data data, CutSurfaces cuts = nullptr);
 
   const Data& data() const { return data_; }
   bool empty() const { return data_.side == 0; }
@@ -48,8 +50,11 @@ class TissuePieces {
   /// Returns the edges of a voxel in units of the box.
   Vector3d VoxelSize() const;
 
+  /// Returns the cuts, or nullptr.
+  const CutSurfaces& cuts() const { return cuts_; }
+
   /// Returns the piece at a point (lattice coordinates, 0..1), or the nearest one within about a
-  /// cell; -1 if there is none.
+  /// cell; -1 if there is none. A cut between the point and its voxel's centre counts.
   int At(const Vector3d& c) const;
 
   /// The pieces in a range of cells, each with the number of its connected component there: two
@@ -70,8 +75,10 @@ class TissuePieces {
            data_.first[static_cast<std::size_t>(cell)];
   }
   int AtVoxel(const std::array<int, 3>& voxel) const;
+  int BesideCuts(const Vector3d& c, const std::array<int, 3>& voxel) const;
 
   Data data_;
+  CutSurfaces cuts_;
   std::vector<int> cell_;             // of each piece
   std::vector<int> first_neighbour_;  // pieces + 1
   std::vector<int> neighbours_;

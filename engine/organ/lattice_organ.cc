@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -109,7 +110,9 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   if (options().lattice.basis == BasisType::kBSpline) {
     CheckMatrices(options(), LeastControlPoints(lattice_, rest(), options().lattice.cells));
   }
-  const auto [sampled, stiffness] = SampleStiffness(rest(), lattice_.box(), cells, options());
+  cuts_ = MakeCuts();
+  const auto [sampled, stiffness] =
+      SampleStiffness(rest(), lattice_.box(), cells, options(), cuts_);
   tissue_volume_ = sampled.Volume();
   centre_of_volume_W_ = CentreOfVolume(sampled);
   const Quadrature tissue{sampled.points, sampled.weights};
@@ -123,6 +126,15 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
     lattice_.SplitByTissue(std::make_shared<const TissuePieces>(sampled.pieces));
   }
   if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
+  if (cuts_ != nullptr) {
+    if (lattice_.pieces() == nullptr) {
+      throw InputError(
+          "organ \"" + options().name +
+          "\": its cuts and gaps leave too many pieces of tissue for one lattice; give "
+          "fewer cuts or more cells");
+    }
+    lattice_.AddFrontFunctions();
+  }
   CheckMatrices(options(), lattice_.size());
   weights_ = SurfaceWeights(lattice_);
   resolution_ = kResolvedCells *
@@ -147,6 +159,29 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
                         "\": finite strain is solved by Newton's method with Cholesky "
                         "factors, not by gauss_seidel");
   }
+}
+
+// Refuses a cut along a fixed support, whose penalty would hold both its sides.
+CutSurfaces LatticeOrgan::MakeCuts() const {
+  if (options().cuts.empty()) return nullptr;
+  std::vector<CutSurface> cuts;
+  for (const CutOptions& cut : options().cuts) {
+    const CutSurface& added = cuts.emplace_back(lattice_.box(), cut, rest());
+    double area = 0, held = 0;
+    for (const CutSurface::Sample& sample : added.samples()) {
+      area += sample.area;
+      for (const SupportOptions& support : options().supports) {
+        if (support.stiffness || !InRegion(support.region, surface_.bounds, sample.p_W)) continue;
+        held += sample.area;
+        break;
+      }
+    }
+    if (held < 0.5 * area) continue;
+    throw InputError("organ \"" + options().name + "\": cut[" + std::to_string(cut.number) +
+                     "]: runs along a fixed [[organ.support]], which holds both its sides; move it "
+                     "or make the support smaller");
+  }
+  return std::make_shared<const std::vector<CutSurface>>(std::move(cuts));
 }
 
 WeightMatrix LatticeOrgan::SurfaceWeights(const Lattice& lattice) const {

@@ -25,6 +25,8 @@ class LatticeOrgan final : public OrganMechanics {
   bool split() const {
     return lattice_.split() || (refinement_basis_ && refinement_basis_->finer().split());
   }
+  /// Returns the cuts, or nullptr.
+  const CutSurfaces& cuts() const { return cuts_; }
   /// Returns the volume of the tissue that each support holds, m^3.
   const std::vector<double>& support_volumes() const { return support_volumes_; }
   /// The springs that do not relax with viscoelastic tissue: n x n, N/m, the same along each axis;
@@ -48,6 +50,7 @@ class LatticeOrgan final : public OrganMechanics {
 
  private:
   WeightMatrix SurfaceWeights(const Lattice& lattice) const;  // at the vertices
+  CutSurfaces MakeCuts() const;
   std::vector<Quadrature> SampleSupports();
   void BuildElasticSupports(const Quadrature& tissue, const std::vector<Quadrature>& held);
   void BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
@@ -55,6 +58,7 @@ class LatticeOrgan final : public OrganMechanics {
   void BuildStrainEnergy(const Quadrature& tissue, const std::vector<Quadrature>& held);
 
   Lattice lattice_;
+  CutSurfaces cuts_;
   std::vector<double> support_volumes_;
   ScalarStiffness elastic_supports_;
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve

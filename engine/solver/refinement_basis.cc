@@ -40,6 +40,7 @@ Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& t
     for (int a = 0; a < finer.size(); ++a) held[a] = held[a] || volumes[a] < least_tissue * cell;
   }
   finer.DropControlPoints(held);
+  if (lattice.front_functions() > 0) finer.AddFrontFunctions();
   const double bytes = 8.0 * (3.0 * lattice.size()) * (3.0 * finer.size());
   if (bytes > kMaxCouplingBytes) {
     char text[160];

@@ -9,6 +9,7 @@
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/mesh/winding_number.h"
+#include "engine/tissue/cut_cells.h"
 #include "engine/tissue/moment_compression.h"
 #include "engine/tissue/piece_finder.h"
 
@@ -87,12 +88,6 @@ Vector3d ClosestPoint(const Vector3d& p, const Vector3d& a, const Vector3d& b, c
   return a + (area_b * ab + area_c * ac) / (area_a + area_b + area_c);
 }
 
-/// An axis-aligned part of the box.
-struct Block {
-  Vector3d centre;
-  Vector3d half;  ///< Half its size.
-};
-
 /// Works in the box's own frame, scaled so that the box's longest side is 1.
 class TissueSampler {
  public:
@@ -108,7 +103,8 @@ class TissueSampler {
         block_gauss_(MakeGaussRule(kBlockGaussPoints)),
         vertices_(ToBox(mesh.vertices)),
         triangles_(mesh.triangles),
-        winding_(vertices_, triangles_) {
+        winding_(vertices_, triangles_),
+        cuts_(box, cells, options.cuts) {
     // The smallest blocks take two samples along each axis.
     const double smallest = 2.0 / options.resolution;
     while (cell_size_.maxCoeff() / std::pow(2.0, depth_) > smallest * (1 + kSlack)) ++depth_;
@@ -120,7 +116,7 @@ class TissueSampler {
     TissueQuadrature tissue;
     const int count = cells_[0] * cells_[1] * cells_[2];
     tissue.cell_volumes.setZero(count);
-    PieceFinder finder(cells_, Voxels(), options_.support_cells);
+    PieceFinder finder(cells_, Voxels(), options_.support_cells, options_.cuts);
     std::vector<CellSamples> samples;
     for (int cell = 0; cell < count; ++cell) samples.push_back(SampleCell(cell, &finder));
     tissue.pieces = finder.Finish();
@@ -229,22 +225,35 @@ class TissueSampler {
 
   CellSamples SampleCell(int cell, PieceFinder* finder) {
     samples_.clear();
+    divided_.clear();
     split_ = false;
     finder->BeginCell();
     finder_ = finder;
     const Block block = CellBlock(cell);
+    divides_ = cuts_.Takes(block);
     cell_low_ = block.centre - block.half;
     Visit(block, cell_triangles_[static_cast<std::size_t>(cell)], depth_);
-    const auto count = static_cast<Eigen::Index>(samples_.size());
-    CellSamples taken{Points(count, 3), Eigen::VectorXd(count)};
-    for (Eigen::Index q = 0; q < count; ++q) {
-      const Eigen::Vector4d& sample = samples_[static_cast<std::size_t>(q)];
-      taken.points.row(q) = (sample.head<3>() - block.centre).cwiseQuotient(block.half);
-      taken.weights[q] = sample[3];
-    }
-    taken.in_pieces = finder->EndCell(!split_, count > 0) > 1;
+    CellSamples taken = InCell(block, samples_);
+    if (divides_) finder->SetCutLinks(cuts_.CutLinks(cell, Voxels()));
+    const bool whole = !split_ && !divides_;
+    taken.in_pieces = finder->EndCell(whole, taken.weights.size() > 0) > 1 && !divides_;
     if (split_ && !taken.in_pieces) {
       CompressMoments(options_.moment_degree, &taken.points, &taken.weights);
+    }
+    if (!divides_ || taken.weights.size() == 0) return taken;
+    if (split_) cuts_.Reduce(block, &divided_);
+    CellSamples divided = InCell(block, divided_);
+    FitMoments(taken.points, taken.weights, divided.points, &divided.weights);
+    return divided;
+  }
+
+  static CellSamples InCell(const Block& block, const std::vector<Eigen::Vector4d>& samples) {
+    const auto count = static_cast<Eigen::Index>(samples.size());
+    CellSamples taken{Points(count, 3), Eigen::VectorXd(count)};
+    for (Eigen::Index q = 0; q < count; ++q) {
+      const Eigen::Vector4d& sample = samples[static_cast<std::size_t>(q)];
+      taken.points.row(q) = (sample.head<3>() - block.centre).cwiseQuotient(block.half);
+      taken.weights[q] = sample[3];
     }
     return taken;
   }
@@ -307,7 +316,8 @@ class TissueSampler {
       if (std::abs(centre - 0.5) > kClear || CornersAgree(block, centre > 0.5)) {
         if (centre > 0.5) {
           AddGauss(block, split_ ? block_gauss_ : gauss_);
-          if (split_) MarkTissue(block);
+          if (split_ || divides_) MarkTissue(block);
+          if (divides_) cuts_.AddBlock(block, &divided_);
         }
         return;
       }
@@ -318,7 +328,7 @@ class TissueSampler {
       return;
     }
     for (int octant = 0; octant < 8; ++octant) {
-      const Block child = Octant(block, octant);
+      const Block child = block.Octant(octant);
       std::vector<int> inside;
       for (const int t : triangles) {
         if (Overlaps(t, child)) inside.push_back(t);
@@ -327,16 +337,11 @@ class TissueSampler {
     }
   }
 
-  static Block Octant(const Block& block, int octant) {
-    const Vector3d side(octant & 1 ? 1 : -1, octant & 2 ? 1 : -1, octant & 4 ? 1 : -1);
-    return {block.centre + side.cwiseProduct(block.half) / 2, block.half / 2};
-  }
-
   /// True if all corners of a block without surface lie on one side. The winding number is harmonic
   /// in the block, so the smooth 0.5 level of a gap would separate corners.
   bool CornersAgree(const Block& block, bool inside) {
     for (int octant = 0; octant < 8; ++octant) {
-      const Block corner = Octant({block.centre, 2 * block.half}, octant);
+      const Block corner = Block{block.centre, 2 * block.half}.Octant(octant);
       if (Inside(corner.centre) != inside) return false;
     }
     return true;
@@ -346,7 +351,7 @@ class TissueSampler {
   /// part on the tissue's side of the nearest triangle's plane.
   void AddSamples(const Block& block, const std::vector<int>& triangles) {
     for (int octant = 0; octant < 8; ++octant) {
-      const Block part = Octant(block, octant);
+      const Block part = block.Octant(octant);
       const bool inside = Inside(part.centre);
       if (inside) MarkTissue(part);
       const std::optional<Nearest> nearest = FindNearest(part.centre, triangles);
@@ -354,6 +359,7 @@ class TissueSampler {
         AddCutPart(part, *nearest, inside);
       } else if (inside) {
         AddSample(part.centre, 8 * part.half.prod());
+        if (divides_) cuts_.AddBlock(part, &divided_);
       }
     }
   }
@@ -403,6 +409,9 @@ class TissueSampler {
         if (end - begin <= kSlack) continue;
         p[along] = (begin + end) / 2;
         AddSample(p, (end - begin) * part.half[u] * part.half[v]);
+        if (divides_) {
+          cuts_.AddColumn(p, along, begin, end, part.half[u] * part.half[v], &divided_);
+        }
       }
     }
   }
@@ -434,6 +443,7 @@ class TissueSampler {
   const Points vertices_;
   const Triangles& triangles_;
   const WindingNumber winding_;
+  const CutCells cuts_;
   int depth_ = 0;
   double largest_winding_ = 0;  // over all samples
   std::vector<std::vector<int>> cell_triangles_;
@@ -441,6 +451,8 @@ class TissueSampler {
   // The current cell:
   std::vector<Eigen::Vector4d> samples_;  // point, weight
   bool split_ = false;
+  bool divides_ = false;                  // at cuts
+  std::vector<Eigen::Vector4d> divided_;  // the samples, if it divides
   PieceFinder* finder_ = nullptr;
   Vector3d cell_low_ = Vector3d::Zero();  // its corner
 };

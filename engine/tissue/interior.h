@@ -24,6 +24,8 @@ struct InteriorOptions {
   /// tissue are found that such functions tell apart (tissue_pieces.h), and each piece of a cell gets
   /// points of its own, so that it keeps its integrals. All 0: pieces are not sought.
   std::array<int, 3> support_cells = {0, 0, 0};
+  /// Cuts of the organ, in the box that is sampled, or nullptr. Needs support_cells.
+  CutSurfaces cuts = nullptr;
 };
 
 /// Points and weights of an integral over the tissue: int f dV ~ sum_q weights_q f(points_q).
@@ -46,7 +48,10 @@ struct TissueQuadrature {
 ///    triangle's plane. The points of the cell are then reduced to few (moment_compression.h).
 /// 3. The cells serve the integration only. A B-spline lattice passes its own cells. A Bernstein
 ///    lattice, which has one cell, passes about as many as its degree.
-/// 4. All decisions are relative to the box, so a scaled body gets scaled points.
+/// 4. A cell that a cut crosses, or that lies within a cell of a cut's front, keeps many points: none
+///    of them stands for tissue on both sides, and parts shrink towards the front, whose functions
+///    are singular. Together they keep the cell's integrals of polynomials without the cut.
+/// 5. All decisions are relative to the box, so a scaled body gets scaled points.
 ///
 /// Deterministic; one thread; set-up only. Throws InputError if no sample inside the box meets
 /// tissue, or if so many triangles cross each other there that sampling would take minutes.

@@ -42,14 +42,17 @@ void JoinRows(const std::vector<Run>& runs, int a, int a_end, int b, int b_end,
 }  // namespace
 
 PieceFinder::PieceFinder(const std::array<int, 3>& cells, int side,
-                         const std::array<int, 3>& support)
-    : cells_(cells), side_(side), support_(support) {
+                         const std::array<int, 3>& support, CutSurfaces cuts)
+    : cells_(cells), side_(side), support_(support), cuts_(std::move(cuts)) {
   if (!Seeks()) return;
   occupied_.resize(Voxel(0, 0, side_));
   labels_.resize(occupied_.size());
 }
 
-void PieceFinder::BeginCell() { std::fill(occupied_.begin(), occupied_.end(), 0); }
+void PieceFinder::BeginCell() {
+  std::fill(occupied_.begin(), occupied_.end(), 0);
+  cut_links_ = {};
+}
 
 void PieceFinder::AddVoxels(const std::array<int, 3>& low, const std::array<int, 3>& high) {
   if (!Seeks()) return;
@@ -69,11 +72,14 @@ int PieceFinder::EndCell(bool whole, bool tissue) {
     if (tissue) volumes_.push_back(1);
     return cell.pieces;
   }
-  const std::vector<double> volumes = LabelVoxels();
+  const bool cut = !cut_links_[0].empty();
+  const std::vector<double> volumes = cut ? LabelCutVoxels() : LabelVoxels();
   volumes_.insert(volumes_.end(), volumes.begin(), volumes.end());
   cell.pieces = static_cast<int>(volumes.size());
   TakeFaces(&cell);
   if (cell.pieces > 1) cell.labels = labels_;
+  cell.cut_links = std::move(cut_links_);
+  cut_links_ = {};
   return cell.pieces;
 }
 
@@ -124,6 +130,43 @@ std::vector<double> PieceFinder::LabelVoxels() {
   return volumes;
 }
 
+// Does the same where some links are cut, voxel by voxel.
+std::vector<double> PieceFinder::LabelCutVoxels() {
+  std::vector<int> parent(occupied_.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const std::array<std::size_t, 3> stride = {Voxel(1, 0, 0), Voxel(0, 1, 0), Voxel(0, 0, 1)};
+  std::array<int, 3> at;
+  for (at[2] = 0; at[2] < side_; ++at[2]) {
+    for (at[1] = 0; at[1] < side_; ++at[1]) {
+      for (at[0] = 0; at[0] < side_; ++at[0]) {
+        const std::size_t voxel = Voxel(at[0], at[1], at[2]);
+        for (std::size_t d = 0; d < 3; ++d) {
+          if (at[d] + 1 == side_ || occupied_[voxel] == 0 || cut_links_[d][voxel] != 0) continue;
+          const std::size_t next = voxel + stride[d];
+          if (occupied_[next] == 0) continue;
+          const int p = Root(&parent, static_cast<int>(voxel)),
+                    q = Root(&parent, static_cast<int>(next));
+          parent[static_cast<std::size_t>(std::max(p, q))] = std::min(p, q);
+        }
+      }
+    }
+  }
+  std::fill(labels_.begin(), labels_.end(), Label{0});
+  std::vector<double> volumes;
+  for (std::size_t voxel = 0; voxel < occupied_.size(); ++voxel) {
+    if (occupied_[voxel] == 0) continue;
+    const auto root = static_cast<std::size_t>(Root(&parent, static_cast<int>(voxel)));
+    if (root == voxel && volumes.size() < 0xffff) {
+      volumes.push_back(0);
+      labels_[voxel] = static_cast<Label>(volumes.size());
+    } else {
+      labels_[voxel] = root == voxel ? static_cast<Label>(volumes.size()) : labels_[root];
+    }
+    volumes[labels_[voxel] - 1U] += 1.0 / static_cast<double>(labels_.size());
+  }
+  return volumes;
+}
+
 void PieceFinder::TakeFaces(Cell* cell) const {
   if (cell->pieces == 0) return;
   const int last = side_ - 1;
@@ -153,10 +196,19 @@ void PieceFinder::AddPairs(int cell, int neighbour, int axis, const std::vector<
   const auto label = [&](const Cell& of, int layer, std::size_t v) -> int {
     return of.faces.empty() ? 1 : of.faces[(2 * static_cast<std::size_t>(axis) + layer) * size + v];
   };
+  const auto cut_link = [&](std::size_t v) {
+    if (a.cut_links[axis].empty()) return false;
+    std::array<int, 3> at;
+    at[axis] = side_ - 1;
+    at[(axis + 1) % 3] = static_cast<int>(v) % side_;
+    at[(axis + 2) % 3] = static_cast<int>(v) / side_;
+    return a.cut_links[axis][Voxel(at[0], at[1], at[2])] != 0;
+  };
   std::set<std::pair<int, int>> touching;
   for (std::size_t v = 0; v < size; ++v) {
     const int p = label(a, 1, v), q = label(b, 0, v);
-    if (p > 0 && q > 0) touching.insert({p, q});
+    const bool cut = p > 0 && q > 0 && cut_link(v);
+    if (p > 0 && q > 0 && !cut) touching.insert({p, q});
   }
   for (const auto& [p, q] : touching) {
     pairs->push_back(first[static_cast<std::size_t>(cell)] + p - 1);
@@ -187,30 +239,36 @@ TissuePieces::Data PieceFinder::Found() const {
   return data;
 }
 
-// Gives each voxel without tissue the label of the nearest tissue, in steps through faces.
-void PieceFinder::SpreadLabels(std::vector<Label>* labels) const {
-  std::vector<int> queue;
-  for (std::size_t v = 0; v < labels->size(); ++v) {
-    if ((*labels)[v] > 0) queue.push_back(static_cast<int>(v));
-  }
+// Gives each voxel without tissue the label of the nearest tissue, in steps through faces: first
+// those that no cut crosses, so that a label stays on its side, then any.
+void PieceFinder::SpreadLabels(const CutLinks& cuts, std::vector<Label>* labels) const {
   const std::array<int, 3> stride = {1, side_, side_ * side_};
-  for (std::size_t next = 0; next < queue.size(); ++next) {
-    const int v = queue[next];
-    for (const int step : stride) {
-      const int place = v / step % side_;
-      for (const int to : {place > 0 ? v - step : -1, place + 1 < side_ ? v + step : -1}) {
-        if (to < 0 || (*labels)[static_cast<std::size_t>(to)] > 0) continue;
-        (*labels)[static_cast<std::size_t>(to)] = (*labels)[static_cast<std::size_t>(v)];
-        queue.push_back(to);
+  for (const bool across : {false, true}) {
+    std::vector<int> queue;
+    for (std::size_t v = 0; v < labels->size(); ++v) {
+      if ((*labels)[v] > 0) queue.push_back(static_cast<int>(v));
+    }
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      const int v = queue[next];
+      for (std::size_t d = 0; d < 3; ++d) {
+        const int step = stride[d], place = v / step % side_;
+        for (const int to : {place > 0 ? v - step : -1, place + 1 < side_ ? v + step : -1}) {
+          if (to < 0 || (*labels)[static_cast<std::size_t>(to)] > 0) continue;
+          const auto link = static_cast<std::size_t>(std::min(v, to));
+          if (!across && !cuts[d].empty() && cuts[d][link] != 0) continue;
+          (*labels)[static_cast<std::size_t>(to)] = (*labels)[static_cast<std::size_t>(v)];
+          queue.push_back(to);
+        }
       }
     }
+    if (cuts[0].empty()) return;
   }
 }
 
 TissuePieces PieceFinder::Finish() {
   if (!Seeks()) return {};
   TissuePieces::Data all = Found();
-  const TissuePieces pieces(all);
+  const TissuePieces pieces(all, cuts_);
   // For each function, the component of each piece, in the cells that have several pieces.
   std::vector<std::vector<int>> seen(static_cast<std::size_t>(pieces.size()));
   const auto several = [&](int cell) { return found_[static_cast<std::size_t>(cell)].pieces > 1; };
@@ -272,7 +330,7 @@ TissuePieces PieceFinder::Finish() {
       if (label == 0) continue;
       label = static_cast<Label>(number[static_cast<std::size_t>(begin) + label - 1U] - first + 1);
     }
-    SpreadLabels(&labels);
+    SpreadLabels(found_[cell].cut_links, &labels);
     for (const Label label : labels) data.map.push_back(static_cast<Label>(label - 1));
   }
   std::set<std::pair<int, int>> pairs;
@@ -281,7 +339,7 @@ TissuePieces PieceFinder::Finish() {
                   number[static_cast<std::size_t>(all.pairs[p + 1])]});
   }
   for (const auto& [a, b] : pairs) data.pairs.insert(data.pairs.end(), {a, b});
-  return TissuePieces(std::move(data));
+  return TissuePieces(std::move(data), cuts_);
 }
 
 }  // namespace hpdm

@@ -15,8 +15,10 @@ namespace {
 
 // Adds the names of the organ and of its mesh file to the error.
 TissueQuadrature SampledTissue(const SurfaceMesh& rest_W, const OrientedBox& box_W,
-                               const std::array<int, 3>& cells, const OrganOptions& organ) {
+                               const std::array<int, 3>& cells, const OrganOptions& organ,
+                               const CutSurfaces& cuts) {
   InteriorOptions options;
+  options.cuts = cuts;
   if (SplitsFunctions(organ)) {
     for (std::size_t d = 0; d < 3; ++d) options.support_cells[d] = organ.lattice.degree[d] + 1;
   }
@@ -65,11 +67,12 @@ RegionBox BoxAround(const Region& region, const Box& bounds, const OrientedBox& 
 class StiffnessSampler {
  public:
   StiffnessSampler(const SurfaceMesh& rest_W, const OrientedBox& box_W,
-                   const std::array<int, 3>& cells, const OrganOptions& organ)
+                   const std::array<int, 3>& cells, const OrganOptions& organ, CutSurfaces cuts)
       : rest_(rest_W),
         box_(box_W),
         cells_(cells),
         organ_(organ),
+        cuts_(std::move(cuts)),
         bounds_(AxisAlignedBounds(rest_W.vertices)),
         held_(organ.regions.size(), false) {
     for (const StiffnessRegion& region : organ.regions) {
@@ -78,7 +81,7 @@ class StiffnessSampler {
   }
 
   StiffnessTissue Sample() {
-    const TissueQuadrature whole = SampledTissue(rest_, box_, cells_, organ_);
+    const TissueQuadrature whole = SampledTissue(rest_, box_, cells_, organ_, cuts_);
     all_.tissue.cell_volumes = whole.cell_volumes;
     all_.tissue.pieces = whole.pieces;
     const auto count = static_cast<Eigen::Index>(whole.cells.size());
@@ -193,6 +196,7 @@ class StiffnessSampler {
   const OrientedBox& box_;
   const std::array<int, 3>& cells_;
   const OrganOptions& organ_;
+  const CutSurfaces cuts_;
   Box bounds_;
   std::vector<RegionBox> boxes_;
   std::vector<bool> held_;  // regions with tissue
@@ -207,9 +211,12 @@ double YoungAt(const OrganOptions& organ, const Box& bounds, const Vector3d& p_W
 }
 
 StiffnessTissue SampleStiffness(const SurfaceMesh& rest_W, const OrientedBox& box_W,
-                                const std::array<int, 3>& cells, const OrganOptions& organ) {
-  if (!organ.regions.empty()) return StiffnessSampler(rest_W, box_W, cells, organ).Sample();
-  StiffnessTissue plain{SampledTissue(rest_W, box_W, cells, organ), {}};
+                                const std::array<int, 3>& cells, const OrganOptions& organ,
+                                CutSurfaces cuts) {
+  if (!organ.regions.empty()) {
+    return StiffnessSampler(rest_W, box_W, cells, organ, std::move(cuts)).Sample();
+  }
+  StiffnessTissue plain{SampledTissue(rest_W, box_W, cells, organ, cuts), {}};
   plain.stiffness.setOnes(plain.tissue.weights.size());
   return plain;
 }

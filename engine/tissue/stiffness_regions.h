@@ -29,10 +29,13 @@ struct StiffnessTissue {
 ///    a step the cell costs as much as two or three whole cells.
 /// 3. The share of a region in a cell is accurate to about a fiftieth of the region's side.
 /// 4. Without regions the result is that of SampleTissue.
+/// 5. `cuts` (or nullptr): points do not stand for both sides, except within a part of a cell near
+///    a region.
 ///
 /// Set-up only. Throws InputError (the organ's name, remedy) if a region contains no tissue.
 StiffnessTissue SampleStiffness(const SurfaceMesh& rest_W, const OrientedBox& box_W,
-                                const std::array<int, 3>& cells, const OrganOptions& organ);
+                                const std::array<int, 3>& cells, const OrganOptions& organ,
+                                CutSurfaces cuts = nullptr);
 
 /// Returns `weights` (Q, m^3) times the relative Young's modulus at `points` (Q x 3, world, m).
 /// With these weights the elastic energy of the organ's material includes its regions.

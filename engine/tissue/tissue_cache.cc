@@ -84,7 +84,8 @@ Digest::Value KeyOf(const SurfaceMesh& mesh, const OrientedBox& box,
   key.Add(box.axes);
   key.Add(box.lengths);
   for (const int count : cells) key.Add(count);
-  const auto& [resolution, gauss_points, moment_degree, support_cells] = options;  // all members
+  // All members but the cuts, whose samples are not kept.
+  const auto& [resolution, gauss_points, moment_degree, support_cells, cuts] = options;
   for (const int option : {resolution, gauss_points, moment_degree}) key.Add(option);
   for (const int option : support_cells) key.Add(option);
   return key.value();
@@ -262,7 +263,7 @@ fs::path TissueCacheFolder() {
 TissueQuadrature CachedTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,
                               const std::array<int, 3>& cells, const InteriorOptions& options,
                               const fs::path& folder) {
-  if (folder.empty()) return SampleTissue(mesh_W, box_W, cells, options);
+  if (folder.empty() || options.cuts != nullptr) return SampleTissue(mesh_W, box_W, cells, options);
   const Digest::Value key = KeyOf(mesh_W, box_W, cells, options);
   const fs::path path = folder / HexName(key);
   if (std::optional<TissueQuadrature> kept = Read(path, key, cells)) {

@@ -120,6 +120,10 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   for (const TableReader& table : root.Tables("contact", kContactKeys, kMaxContactPairs)) {
     ReadContact(table, &scene.organs);
   }
+  int cuts = 0;
+  for (const TableReader& table : root.Tables("cut", kCutKeys, kMaxCuts)) {
+    ReadCut(table, cuts++, &scene.organs);
+  }
   for (const TableReader& table : root.Tables("instrument", kInstrumentKeys, kMaxInstruments)) {
     InstrumentOptions instrument = ReadInstrument(table, scene.organs);
     RefuseTakenName(table, instrument, scene.instruments);

@@ -59,6 +59,10 @@ lattice = { basis = "bernstein" }
 a = "a"
 b = "b"
 
+[[cut]]
+organ = "a"
+strip = [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]]
+
 [[instrument]]
 name = "a"
 trocar = [0, 0, 0]

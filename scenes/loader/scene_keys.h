@@ -7,8 +7,8 @@
 /// all other keys. A test checks that the README describes exactly these.
 namespace hpdm {
 
-inline constexpr std::string_view kRootKeys[] = {"scene",      "timing", "organ",       "contact",
-                                                 "instrument", "load",   "laparoscope", "file"};
+inline constexpr std::string_view kRootKeys[] = {
+    "scene", "timing", "organ", "contact", "cut", "instrument", "load", "laparoscope", "file"};
 inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks", "step_budget"};
@@ -17,6 +17,7 @@ inline constexpr std::string_view kOrganKeys[] = {
     "name",    "mesh",   "unit",     "model",  "texture", "pose",           "motion",
     "lattice", "energy", "material", "region", "support", "wall_stiffness", "subdivisions"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
+inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {
     "basis", "degree", "cells", "margin", "split", "local_functions", "local_refinement"};
@@ -114,6 +115,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.support.box_fraction", kBoxKeys},
     {"organ.support.sphere", kSphereKeys},
     {"contact", kContactKeys},
+    {"cut", kCutKeys},
     {"instrument", kInstrumentKeys},
     {"instrument.jaws", kJawKeys},
     {"instrument.device", kDeviceKeys},

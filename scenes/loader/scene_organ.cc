@@ -339,6 +339,23 @@ void ReadContact(const TableReader& table, std::vector<OrganOptions>* organs) {
   pair[0]->contacts.push_back(contact);
 }
 
+void ReadCut(const TableReader& table, int number, std::vector<OrganOptions>* organs) {
+  CutOptions cut;
+  cut.number = number;
+  table.Require("organ", "name the organ that is cut");
+  table.ReadString("organ", &cut.organ);
+  RequireOrgan(table, "organ", cut.organ, *organs);
+  OrganOptions& organ =
+      *std::find_if(organs->begin(), organs->end(),
+                    [&](const OrganOptions& each) { return each.name == cut.organ; });
+  if (!TakesCuts(organ)) table.Fail("organ", "cannot be cut", kCutRemedy);
+  table.Require("strip", "give the blade's edges as [[[x, y, z], [x, y, z]], ...] in m");
+  std::vector<std::array<Vector3d, 2>> edges;
+  table.ReadEdges("strip", kCoordinate, kMaxBladeEdges, &edges);
+  for (const auto& [a, b] : edges) cut.strip.push_back({a, b});
+  organ.cuts.push_back(std::move(cut));
+}
+
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs) {
   LoadOptions load;
   table.Require("organ", "name the organ that the load acts on");

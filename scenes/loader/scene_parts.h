@@ -24,11 +24,15 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer = nullptr);
 OrganOptions ReadOrgan(const TableReader& table);
 /// Adds the contact to its first organ's options.
 void ReadContact(const TableReader& table, std::vector<OrganOptions>* organs);
+/// Adds the cut to its organ's options. `number`: among the scene's cuts.
+void ReadCut(const TableReader& table, int number, std::vector<OrganOptions>* organs);
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs);
 InstrumentOptions ReadInstrument(const TableReader& table, const std::vector<OrganOptions>& organs);
 
 /// Most pairs of organs that touch each other.
 inline constexpr std::size_t kMaxContactPairs = 8;
+/// Most cuts of a scene, and edges of one.
+inline constexpr std::size_t kMaxCuts = 16, kMaxBladeEdges = 256;
 
 /// Fails at `key` unless its value `name` is the name of an organ.
 void RequireOrgan(const TableReader& table, std::string_view key, const std::string& name,

@@ -244,6 +244,36 @@ bool TableReader::ReadIntegers(std::string_view key, int min, int max,
   return true;
 }
 
+bool TableReader::ReadEdges(std::string_view key, const Interval& range, std::size_t most,
+                            std::vector<std::array<Vector3d, 2>>* out) const {
+  Note(key, {.type = KeyForm::Type::kEdges, .range = range, .max_size = most});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return false;
+  constexpr std::string_view kForm = "a list of edges, [[[x, y, z], [x, y, z]], ...]";
+  const auto* edges = value->as_array();
+  if (edges == nullptr) FailType(key, *value, kForm);
+  if (edges->size() < 2 || edges->size() > most) {
+    FailAt(*document_, value->source().begin, PathOf(key),
+           "has " + std::to_string(edges->size()) + " edges; give 2 to " + std::to_string(most));
+  }
+  out->clear();
+  for (const toml::node& edge : *edges) {
+    const auto* ends = edge.as_array();
+    std::array<Vector3d, 2>& read = out->emplace_back();
+    for (std::size_t end = 0; end < 2; ++end) {
+      const auto* point = ends != nullptr && ends->size() == 2 ? (*ends)[end].as_array() : nullptr;
+      if (point == nullptr || point->size() != 3) FailType(key, edge, kForm);
+      for (std::size_t d = 0; d < 3; ++d) {
+        read[end][static_cast<Eigen::Index>(d)] = CheckedNumber(key, (*point)[d], range);
+      }
+    }
+    if (read[0] != read[1]) continue;
+    FailAt(*document_, edge.source().begin, PathOf(key),
+           "has an edge of zero length (" + ValueText(edge) + "); give two different points");
+  }
+  return true;
+}
+
 bool TableReader::ReadBoolean(std::string_view key, bool* out) const {
   Note(key, {.type = KeyForm::Type::kBoolean});
   const toml::node* value = Find(key);

@@ -397,6 +397,34 @@ void AddSessions(Scenes* s) {
   s->Run("a name that is a path", SoundScene({.name = "../../../x"}));
 }
 
+void AddCuts(Scenes* s) {
+  const auto cut = [s](const std::string& name, const std::string& strip,
+                       const SceneChange& change = {}, const std::string& more = "") {
+    s->Text(name, SoundScene(change) + more + "[[cut]]\norgan='liver'\nstrip=[" + strip + "]\n");
+  };
+  const std::string sound = "[[0.01,-0.06,0.06],[0.01,-0.06,0]],[[0.01,0.06,0.06],[0.01,0.06,0]]";
+  cut("a cut", sound);
+  cut("a cut outside the organ", "[[1,0,0],[1,0,1]],[[1,1,0],[1,1,1]]");
+  cut("a cut of zero length", "[[0,0,0],[0,0,0]],[[0,0,0.01],[0,0,0.01]]");
+  cut("a cut of equal edges", "[[0,0,0],[0,0,0.01]],[[0,0,0],[0,0,0.01]]");
+  cut("a cut of NaN", "[[0,0,nan],[0,0,0]],[[0.01,0,0.06],[0.01,0,0]]");
+  cut("a cut of one edge", "[[0,0,0.06],[0,0,0]]");
+  cut("a cut of points", "[0,0,0.06],[0,0,0]");
+  cut("a cut that crosses itself",
+      "[[-0.03,0,-0.01],[-0.03,0,0.06]],[[0.03,0,-0.01],[0.03,0,0.06]],"
+      "[[0.03,0.03,-0.01],[0.03,0.03,0.06]],[[0,-0.03,-0.01],[0,-0.03,0.06]]");
+  cut("a cut of a rigid organ", sound, {.organ = "model='rigid'\n", .cells = ""});
+  cut("a cut of a surface model", sound, {.organ = "model='mass_spring'\n", .cells = ""});
+  cut("a cut in finite strain", sound, {.energy = "strain='finite'\n"});
+  cut("a cut along a support", sound, {.organ = ""},
+      "[[organ]]\nname='held'\nmesh='../common/box.obj'\n[organ.lattice]\ncells=2\n"
+      "[[organ.support]]\nbox={min=[-1,-1,-1],max=[1,1,1]}\nfixed=true\n"
+      "[[cut]]\norgan='held'\nstrip=[" +
+          sound + "]\n");
+  s->Run("a session of a cut organ",
+         SoundScene({}) + "[[cut]]\norgan='liver'\nstrip=[" + sound + "]\n");
+}
+
 TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   Scenes scenes;
   AddTexts(&scenes);
@@ -411,6 +439,7 @@ TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   AddInstruments(&scenes);
   AddViewsAndRecords(&scenes);
   AddLoads(&scenes);
+  AddCuts(&scenes);
   AddSessions(&scenes);
   scenes.Compare();
 }

@@ -9,6 +9,7 @@
 #include "scenes/generator/meshing/obj_writer.h"
 #include "tools/chart/chart_report.h"
 #include "tools/chart/chart_sweep.h"
+#include "tools/chart/crack_table.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/plots/plot_chart.h"
@@ -29,6 +30,7 @@ struct ChartOptions {
   std::string out;
   bool json = false;
   bool quick = false;
+  bool cracks = false;
 };
 
 // Returns the scene files of a folder, sorted: charts of different machines then have one order.
@@ -91,6 +93,13 @@ std::vector<ChartCase> LoadChartCases(const ChartOptions& options,
   return cases;
 }
 
+void ChartCracks(const ChartOptions& options) {
+  MakeOutFolder(options.out);
+  MeasureCracks(options.out, options.quick,
+                [](const std::string& row) { std::cout << row << std::endl; });
+  std::cout << options.out << ": cracks.md\n";
+}
+
 void Chart(const ChartOptions& options) {
   std::vector<std::string> remarks;
   const std::vector<ChartCase> cases = LoadChartCases(options, &remarks);
@@ -145,7 +154,9 @@ void AddChartCommand(Command app) {
   chart.AddOption("--out", options->out, "Folder to write to; created if missing").Required();
   chart.AddFlag("--json", options->json, "Print JSON");
   chart.AddFlag("--quick", options->quick, "Measure a few models only");
-  chart.OnRun([options] { Chart(*options); });
+  chart.AddFlag("--cracks", options->cracks,
+                "Measure bodies with a crack against closed forms instead, into cracks.md");
+  chart.OnRun([options] { options->cracks ? ChartCracks(*options) : Chart(*options); });
 }
 
 }  // namespace hpdm

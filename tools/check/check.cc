@@ -65,6 +65,14 @@ Json SupportFacts(const OrganModel& organ, const Box& bounds) {
   return held;
 }
 
+Json CutFacts(const CutSurface& cut) {
+  double area = 0;
+  for (const CutSurface::Sample& sample : cut.samples()) area += sample.area;
+  return {{"triangles", cut.triangles().size()},
+          {"area_in_tissue_m2", area},
+          {"ends_in_tissue", cut.has_front()}};
+}
+
 Json OrganFacts(const OrganModel& organ) {
   const Box bounds = AxisAlignedBounds(organ.rest().vertices);
   Json facts = {{"name", organ.options().name},
@@ -97,7 +105,11 @@ Json OrganFacts(const OrganModel& organ) {
     const std::set<int> places(lattice.kept().begin(), lattice.kept().end());
     const int used = static_cast<int>(places.size());
     facts["control_points_dropped"] = lattice.basis().count() - used;
-    facts["control_points_split"] = lattice.size() - used;
+    facts["control_points_split"] = lattice.size() - used - lattice.front_functions();
+    if (const CutSurfaces& cuts = organ.lattice_organ()->cuts(); cuts != nullptr) {
+      facts["control_points_front"] = lattice.front_functions();
+      for (const CutSurface& cut : *cuts) facts["cuts"].push_back(CutFacts(cut));
+    }
     if (organ.options().energy.type == EnergyType::kStrain) unknowns *= 3;
     facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
     if (organ.refinement_basis() != nullptr) {
@@ -156,6 +168,14 @@ void PrintOrgan(const Json& organ) {
         organ["lattice_mm"][0].get<double>(), organ["lattice_mm"][1].get<double>(),
         organ["lattice_mm"][2].get<double>(), organ["control_points"].get<long>(),
         organ["control_points_dropped"].get<long>(), organ["control_points_split"].get<long>());
+    if (organ.contains("cuts")) {
+      for (const Json& cut : organ["cuts"]) {
+        std::printf("  a cut of %.1f cm^2%s\n", 1e4 * cut["area_in_tissue_m2"].get<double>(),
+                    cut["ends_in_tissue"].get<bool>() ? "" : ", right through the tissue");
+      }
+      std::printf("  %ld functions more where cuts end\n",
+                  organ["control_points_front"].get<long>());
+    }
     if (organ.contains("local_functions")) {
       std::printf("  at most %ld of %ld local functions a contact, %.1f MB for them\n",
                   organ["local_functions"].get<long>(), organ["refinement_functions"].get<long>(),

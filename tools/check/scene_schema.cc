@@ -140,6 +140,9 @@ class SchemaWriter {
         return NumberSchema("number", form);
       case Type::kVector:
         return ArrayOf(NumberSchema("number", form), 3, 3);
+      case Type::kEdges:
+        return ArrayOf(ArrayOf(ArrayOf(NumberSchema("number", form), 3, 3), 2, 2), 2,
+                       form.max_size);
       case Type::kInteger:
         return NumberSchema("integer", form);
       case Type::kIntegers: {
