@@ -96,7 +96,7 @@ void CutSurface::AddTriangles(const CutOptions& strip) {
     on_grid_.push_back(corners);
   };
   const auto border = [this](const Vector3d& a, const Vector3d& b, std::size_t triangle) {
-    if ((b - a).norm() > 0) border_.push_back({a, b, {}, {}, triangle});
+    if ((b - a).norm() > 0) border_.push_back({a, b, Vector3d::Zero(), Vector3d::Zero(), triangle});
   };
   std::size_t last = 0;  // triangle at the edge before
   for (std::size_t e = 0; e + 1 < strip.strip.size(); ++e) {
@@ -165,15 +165,27 @@ void CutSurface::FindTissue(const SurfaceMesh& rest_W) {
     }
     if (front_points_.size() > before) front_.push_back(segment);
   }
-  for (const auto& [a, b, c] : triangles_) {
-    const double side = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    const int parts = static_cast<int>(std::clamp(std::ceil(side / longest * kParts), 1.0, 1024.0));
-    const double area = (b - a).cross(c - a).norm() / 2 / (parts * parts);
-    for (int i = 0; i < parts; ++i) {
-      for (int j = 0; j < 2 * (parts - i) - 1; ++j) {
-        const double third = (j % 2 + 1) / 3.0;
-        const Vector3d p = a + (i + third) / parts * (b - a) + (j / 2 + third) / parts * (c - a);
-        if (inside(p)) samples_.push_back({p, area});
+  for (Triangle triangle : triangles_) {
+    // The edge b c is the shortest, so slender triangles get few samples across.
+    const auto length = [&](std::size_t k) {
+      return (triangle[(k + 1) % 3] - triangle[(k + 2) % 3]).norm();
+    };
+    const std::size_t first = length(0) <= std::min(length(1), length(2))   ? 0
+                              : length(1) <= std::min(length(0), length(2)) ? 1
+                                                                            : 2;
+    std::rotate(triangle.begin(), triangle.begin() + static_cast<std::ptrdiff_t>(first),
+                triangle.end());
+    const auto& [a, b, c] = triangle;
+    const auto parts = [&](double size) {
+      return static_cast<int>(std::clamp(std::ceil(size / longest * kParts), 1.0, 4096.0));
+    };
+    const int along = parts((b - a).norm()), across = parts((c - b).norm());
+    const double area = (b - a).cross(c - a).norm() / (along * across);
+    for (int i = 0; i < along; ++i) {
+      const double s = (i + 0.5) / along;
+      for (int j = 0; j < across; ++j) {
+        const Vector3d p = a + s * (b - a + (j + 0.5) / across * (c - b));
+        if (inside(p)) samples_.push_back({p, s * area});
       }
     }
   }

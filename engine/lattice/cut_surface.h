@@ -53,7 +53,7 @@ class CutSurface {
     Vector3d p_W;
     double area;
   };
-  /// Returns such points, about 1/128 of the box apart.
+  /// Returns such points, about 1/64 of the box apart.
   const std::vector<Sample>& samples() const { return samples_; }
 
   /// True if a part of the border lies in tissue.

@@ -162,9 +162,8 @@ void CutCells::AddBlock(const Block& block, std::vector<Sample>* samples) const 
   }
   const Index u = (along + 1) % 3, v = (along + 2) % 3;
   // The voxels of a cell that the surface crosses are small enough for one point.
-  const int gauss = size > 0.75                                                             ? 3
-                    : size > 0.1 || FrontDistance(block.centre) < cell_size_.minCoeff() / 4 ? 2
-                                                                                            : 1;
+  const bool at_front = FrontDistance(block.centre) < cell_size_.minCoeff() / 4;
+  const int gauss = size > 0.75 * kCutPart ? 3 : size > 0.1 || at_front ? 2 : 1;
   if (gauss == 1) {
     AddPart(block.centre, along, block.centre[along] - block.half[along],
             block.centre[along] + block.half[along], 4 * block.half[u] * block.half[v], 1, crossing,
