@@ -413,8 +413,10 @@ void AddCuts(Scenes* s) {
   cut("a cut that crosses itself",
       "[[-0.03,0,-0.01],[-0.03,0,0.06]],[[0.03,0,-0.01],[0.03,0,0.06]],"
       "[[0.03,0.03,-0.01],[0.03,0.03,0.06]],[[0,-0.03,-0.01],[0,-0.03,0.06]]");
-  cut("a cut of a rigid organ", sound, {.organ = "model='rigid'\n", .cells = ""});
-  cut("a cut of a surface model", sound, {.organ = "model='mass_spring'\n", .cells = ""});
+  const std::string other = "[[organ]]\nname='other'\nmesh='../common/box.obj'\nmodel=";
+  const std::string cut_other = "\n[[cut]]\norgan='other'\nstrip=[" + sound + "]\n";
+  s->Text("a cut of a rigid organ", other + "'rigid'" + cut_other);
+  s->Text("a cut of a surface model", other + "'mass_spring'" + cut_other);
   cut("a cut in finite strain", sound, {.energy = "strain='finite'\n"});
   cut("a cut along a support", sound, {.organ = ""},
       "[[organ]]\nname='held'\nmesh='../common/box.obj'\n[organ.lattice]\ncells=2\n"
