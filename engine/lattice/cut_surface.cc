@@ -13,34 +13,33 @@
 namespace hpdm {
 namespace {
 
-using GridPoint = CutSurface::GridPoint;
+using CutPoint = CutSurface::GridPoint;
 __extension__ using Wide = __int128;
 
-constexpr double kGrid = 1 << 30;
+constexpr double kCutGrid = 1 << 30;
 // Parts of the box's longest side in which a border is looked at for tissue.
 constexpr double kBorderParts = 256;
 // The same for the cut.
-constexpr double kParts = 64;
+constexpr double kCutParts = 64;
 // Sides of the box up to which integers of 128 bits hold the determinants.
-constexpr double kReach = 500;
+constexpr double kMostReach = 500;
 // Border nearer to the organ's surface than this share of the longest side counts as outside: a
 // strip may end on the surface itself.
 constexpr double kOnSurface = 1e-5;
 
-GridPoint Minus(const GridPoint& a, const GridPoint& b) {
+CutPoint CutMinus(const CutPoint& a, const CutPoint& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
 // Sign of the volume of (a, b, c, d); 0 if they lie in a plane.
-int Orientation(const GridPoint& a, const GridPoint& b, const GridPoint& c, const GridPoint& d) {
-  const GridPoint u = Minus(b, a), v = Minus(c, a), w = Minus(d, a);
+int Orientation(const CutPoint& a, const CutPoint& b, const CutPoint& c, const CutPoint& d) {
+  const CutPoint u = CutMinus(b, a), v = CutMinus(c, a), w = CutMinus(d, a);
   const auto minor = [&](int i, int j) { return Wide{u[i]} * v[j] - Wide{u[j]} * v[i]; };
   const Wide volume = minor(1, 2) * w[0] + minor(2, 0) * w[1] + minor(0, 1) * w[2];
   return (volume > 0) - (volume < 0);
 }
 
-bool SegmentCrosses(const std::array<GridPoint, 3>& triangle, const GridPoint& p,
-                    const GridPoint& q) {
+bool SegmentCrosses(const std::array<CutPoint, 3>& triangle, const CutPoint& p, const CutPoint& q) {
   for (int d = 0; d < 3; ++d) {
     const auto [low, high] = std::minmax({triangle[0][d], triangle[1][d], triangle[2][d]});
     if (std::max(p[d], q[d]) < low || std::min(p[d], q[d]) > high) return false;
@@ -62,7 +61,7 @@ CutSurface::CutSurface(const OrientedBox& box_W, const CutOptions& strip, const 
   for (const BladeEdge& edge : strip.strip) {
     for (const Vector3d& p : {edge.a, edge.b}) {
       if (box_.ToUnit(p).cwiseProduct(box_.lengths).cwiseAbs().maxCoeff() >
-          kReach * box_.lengths.maxCoeff()) {
+          kMostReach * box_.lengths.maxCoeff()) {
         throw InputError(place + "its strip reaches far beyond the organ; end it near the surface");
       }
     }
@@ -86,7 +85,7 @@ CutSurface::CutSurface(const OrientedBox& box_W, const CutOptions& strip, const 
 void CutSurface::AddTriangles(const CutOptions& strip) {
   const auto add = [this](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     const Vector3d normal = (b - a).cross(c - a);
-    const std::array<GridPoint, 3> corners = {At(a), At(b), At(c)};
+    const std::array<CutPoint, 3> corners = {At(a), At(b), At(c)};
     if (!(normal.norm() > 0) || corners[0] == corners[1] || corners[1] == corners[2] ||
         corners[2] == corners[0]) {
       return;
@@ -132,7 +131,7 @@ void CutSurface::FindNormals() {
 bool CutSurface::CrossesItself() const {
   for (const auto& [a, b, c] : on_grid_) {
     for (const auto& other : on_grid_) {
-      const auto shared = [&](const GridPoint& p) {
+      const auto shared = [&](const CutPoint& p) {
         return std::find(other.begin(), other.end(), p) != other.end();
       };
       for (const auto& [p, q] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
@@ -177,7 +176,7 @@ void CutSurface::FindTissue(const SurfaceMesh& rest_W) {
                 triangle.end());
     const auto& [a, b, c] = triangle;
     const auto parts = [&](double size) {
-      return static_cast<int>(std::clamp(std::ceil(size / longest * kParts), 1.0, 4096.0));
+      return static_cast<int>(std::clamp(std::ceil(size / longest * kCutParts), 1.0, 4096.0));
     };
     const int along = parts((b - a).norm()), across = parts((c - b).norm());
     const double area = (b - a).cross(c - a).norm() / (along * across);
@@ -191,9 +190,9 @@ void CutSurface::FindTissue(const SurfaceMesh& rest_W) {
   }
 }
 
-GridPoint CutSurface::AtUnit(const Vector3d& c) const {
-  const double scale = kGrid / box_.lengths.maxCoeff();
-  GridPoint p;
+CutPoint CutSurface::AtUnit(const Vector3d& c) const {
+  const double scale = kCutGrid / box_.lengths.maxCoeff();
+  CutPoint p;
   for (std::size_t d = 0; d < 3; ++d) {
     const auto axis = static_cast<Eigen::Index>(d);
     p[d] = std::llround(c[axis] * box_.lengths[axis] * scale);
@@ -201,12 +200,12 @@ GridPoint CutSurface::AtUnit(const Vector3d& c) const {
   return p;
 }
 
-bool CutSurface::Crosses(const GridPoint& p, const GridPoint& q) const {
+bool CutSurface::Crosses(const CutPoint& p, const CutPoint& q) const {
   return std::any_of(on_grid_.begin(), on_grid_.end(),
                      [&](const auto& triangle) { return SegmentCrosses(triangle, p, q); });
 }
 
-bool CrossesAny(const std::vector<CutSurface>& cuts, const GridPoint& p, const GridPoint& q) {
+bool CrossesAny(const std::vector<CutSurface>& cuts, const CutPoint& p, const CutPoint& q) {
   return std::any_of(cuts.begin(), cuts.end(),
                      [&](const CutSurface& cut) { return cut.Crosses(p, q); });
 }

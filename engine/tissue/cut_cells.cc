@@ -13,12 +13,12 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kTouch = 1e-9;  // of a part, as kSlack in interior.cc
+constexpr double kCutTouch = 1e-9;  // of a part, as kSlack in interior.cc
 // Smallest parts, in cells: at a front, across it; and where a cut crosses a cell.
 constexpr double kFrontPart = 1.0 / 64;
 constexpr double kCutPart = 1.0 / 4;
 // Distance of a front, in diagonals of a part, within which the part is halved.
-constexpr double kNear = 1;
+constexpr double kNearFront = 1;
 // Length along a front that parts may have, over their width.
 constexpr double kSlender = 6;
 constexpr int kFitDegree = 4;
@@ -31,7 +31,7 @@ const std::array<std::array<double, 3>, 2> kWeights = {
 
 // Returns products of Legendre's polynomials up to a degree, M x N: all tensor products of the
 // highest degree, otherwise those whose integrals CompressMoments() keeps.
-Eigen::MatrixXd Polynomials(int degree, const Points& points) {
+Eigen::MatrixXd FittedPolynomials(int degree, const Points& points) {
   const int most = degree == kFitDegree ? 3 * degree : 2 * degree;
   Eigen::MatrixXd values(degree == kFitDegree ? 125 : MomentCount(degree), points.rows());
   for (Index q = 0; q < points.rows(); ++q) {
@@ -95,7 +95,7 @@ int CutCells::AxisToHalve(const Block& block, bool crossed) const {
     const Vector3d along = box_.axes.transpose() * front.along;
     const Vector3d across =
         size.array() * (1 - along.array().square()).max(0).sqrt().max(1 / kSlender);
-    const double reach = kNear * across.cwiseProduct(cell_size_).norm() * scale_;
+    const double reach = kNearFront * across.cwiseProduct(cell_size_).norm() * scale_;
     const double widest = across.maxCoeff(&axis);
     if (front.distance < reach && widest > 1.5 * kFrontPart) return static_cast<int>(axis);
   }
@@ -106,7 +106,7 @@ int CutCells::AxisToHalve(const Block& block, bool crossed) const {
 // Tests bounding box and plane: may report a near miss, but misses none.
 std::vector<int> CutCells::Crossing(const Block& block) const {
   std::vector<int> found;
-  const Vector3d reach = block.half.array() + kTouch;
+  const Vector3d reach = block.half.array() + kCutTouch;
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     const Vector3d a = triangles_[t][0] - block.centre, b = triangles_[t][1] - block.centre,
                    c = triangles_[t][2] - block.centre;
@@ -260,7 +260,7 @@ void CutCells::AddPart(const Vector3d& p, Index along, double begin, double end,
   std::sort(ends.begin(), ends.end());
   for (std::size_t e = 0; e + 1 < ends.size(); ++e) {
     const double length = ends[e + 1] - ends[e];
-    if (length <= kTouch * kTouch) continue;
+    if (length <= kCutTouch * kCutTouch) continue;
     for (int g = 0; g < gauss; ++g) {
       const auto rule = static_cast<std::size_t>(std::max(gauss - 2, 0));
       const double place = gauss == 1 ? 0.5 : kPoints[rule][static_cast<std::size_t>(g)];
@@ -275,8 +275,8 @@ void CutCells::AddPart(const Vector3d& p, Index along, double begin, double end,
 void FitMoments(const Points& target_points, const Eigen::VectorXd& target_weights,
                 const Points& points, Eigen::VectorXd* weights) {
   for (int degree = kFitDegree; degree >= 0; --degree) {
-    const Eigen::MatrixXd values = Polynomials(degree, points);
-    const Eigen::VectorXd wanted = Polynomials(degree, target_points) * target_weights;
+    const Eigen::MatrixXd values = FittedPolynomials(degree, points);
+    const Eigen::VectorXd wanted = FittedPolynomials(degree, target_points) * target_weights;
     const Eigen::MatrixXd gram = values * weights->asDiagonal() * values.transpose();
     const Eigen::VectorXd factors =
         Eigen::VectorXd::Ones(points.rows()) +
