@@ -52,7 +52,8 @@ TEST(StrainKernels, WiderVectorsGiveTheSameBits) {
   for (const MaterialLaw law : kLaws) {
     const std::vector<double> narrow = Results(StrainKernelsFor(VectorWidth::k16Bytes), law);
     for (const VectorWidth width : {VectorWidth::k32Bytes, VectorWidth::k64Bytes}) {
-      if (HasVectors(width)) EXPECT_EQ(Results(StrainKernelsFor(width), law), narrow);
+      if (!HasVectors(width)) continue;
+      EXPECT_EQ(Results(StrainKernelsFor(width), law), narrow);
     }
   }
 }
