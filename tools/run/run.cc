@@ -215,17 +215,6 @@ void DiscardUnlessBegun(const RunRecord& record, SessionFolder* folder) {
   throw CheckFailed{SetUpInterrupt::kExitCode};
 }
 
-// The surface, the patch of the tick and the log know no cuts.
-void RefuseCuts(const Scene& scene) {
-  for (const OrganOptions& organ : scene.organs) {
-    if (organ.cuts.empty()) continue;
-    throw InputError(
-        scene.path.string() + ": organ \"" + organ.name +
-        "\": has a [[cut]], which only hpdm solve and hpdm check take; remove it for a "
-        "session");
-  }
-}
-
 // Builds the session and its loops and wires them. session_threads.h shows the edges and threads.
 void Run(RunOptions options, const std::vector<std::string>& command_line) {
   const StopSignals signals;  // before any thread

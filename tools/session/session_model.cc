@@ -47,6 +47,15 @@ void RefuseOverlaps(const std::vector<OrganModel>& organs) {
 
 }  // namespace
 
+void RefuseCuts(const Scene& scene) {
+  for (const OrganOptions& organ : scene.organs) {
+    if (organ.cuts.empty()) continue;
+    throw InputError(scene.path.string() + ": organ \"" + organ.name +
+                     "\": has a [[cut]], which only hpdm solve and hpdm check take; remove it for "
+                     "a session");
+  }
+}
+
 SessionModel::SessionModel(Scene scene, const Progress& progress)
     : scene_(std::move(scene)), pictures_(std::make_shared<Pictures>()) {
   ReadPictures();

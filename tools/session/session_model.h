@@ -22,6 +22,10 @@
 
 namespace hpdm {
 
+/// Throws InputError if an organ of the scene has a cut: the drawn surface, the tick's patch and the
+/// log know no cuts. A session that only `hpdm check` looks at may have them.
+void RefuseCuts(const Scene& scene);
+
 /// The constant part of a session: what is built once from a scene, and what any number of sessions
 /// share. Any thread may read it.
 class SessionModel {

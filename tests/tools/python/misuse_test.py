@@ -32,6 +32,12 @@ class MisuseTest(unittest.TestCase):
         line = [i for i, text in enumerate(SCENE.text.split("\n"), 1) if "young =" in text][0]
         self.assertEqual(error.line, line)
 
+    def test_a_cut_has_no_session(self):
+        cut = ("\n[[cut]]\norgan = \"liver\"\n"
+               "strip = [[[0, 0, -0.1], [0, 0, 0.1]], [[0.02, 0, -0.1], [0.02, 0, 0.1]]]\n")
+        scene = hpdm.Scene.parse(SCENE.text + cut, SCENE.path)
+        self.assert_fails(hpdm.InputError, "only hpdm solve", lambda: hpdm.Session(scene))
+
     def test_wrong_keys(self):
         scene = hpdm.Scene(SCENE.path)
 

@@ -401,6 +401,7 @@ void BindSessions(py::module_* module) {
   py::class_<SessionModel, std::shared_ptr<SessionModel>>(*module, "Model")
       .def(py::init([](const Scene& scene) {
         const py::gil_scoped_release unlocked;
+        RefuseCuts(scene);
         return std::make_shared<SessionModel>(scene);
       }))
       .def_property_readonly("remarks", &SessionModel::remarks)
