@@ -154,7 +154,8 @@ StressCase TimeStep(bool /*quick*/) {
   stress_case.name = "time_step";
   stress_case.title = "Block pressed 6 mm for half a second and released, in steps of equal length";
   stress_case.truth =
-      "lattices: 13.1 % of the shape is left after 0.5 s of recovery, a little more with long steps, "
+      "lattices: 13.1 % of the shape is left after 0.5 s of recovery, a little more with long "
+      "steps, "
       "in which load and release are ramps (half of the modulus relaxes in 0.2 s); "
       "surface models (springs with one explicit step a step): the shape held by short steps; "
       "degraded from 5 %, failed from 50 %";

@@ -143,8 +143,7 @@ TEST(CutSurface, RefusesAStripThatCrossesItselfOrMissesTheTissue) {
 
 /// Cuts that end in the body or sever it, straight or bent, along the lattice or not.
 std::vector<std::pair<CutOptions, Isometry3d>> SomeCuts() {
-  return {{Strip(0), Isometry3d::Identity()},
-          {Strip(-0.003, 0.004, SomePose()), SomePose()}};
+  return {{Strip(0), Isometry3d::Identity()}, {Strip(-0.003, 0.004, SomePose()), SomePose()}};
 }
 
 TEST(Cut, BothSidesTogetherHaveTheIntegralsOfTheWhole) {

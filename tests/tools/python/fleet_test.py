@@ -1,4 +1,4 @@
-"""The fleet example: an interrupted run goes on, and shares make one table."""
+"""The fleet example: an interrupted run continues, and shares make one table."""
 
 import os
 import signal
