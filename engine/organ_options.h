@@ -177,7 +177,7 @@ inline bool TakesCuts(const OrganOptions& organ) {
          organ.energy.type == EnergyType::kStrain && organ.energy.strain == StrainMeasure::kSmall;
 }
 
-/// What to do about an organ with a cut that TakesCuts() refuses.
+/// The remedy for an organ with a cut that TakesCuts() refuses.
 inline constexpr const char* kCutRemedy =
     "use model = \"hpdm\", B-splines, type = \"strain\" and strain = \"small\"";
 

@@ -137,7 +137,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     const double length = TakeStep();
     ++result_.iterations;
     if (length == 0) {
-      // What is remembered misleads: the next iteration uses the stiffness at rest alone.
+      // The remembered gradients mislead: the next iteration uses the stiffness at rest alone.
       result_.converged = secants_.size() == 0 && result_.residual <= options_.tolerance;
       if (secants_.size() == 0) stalled_ = true;
       secants_.Clear();

@@ -7,7 +7,7 @@
 
 namespace hpdm {
 
-/// A device that a program moves: it goes at constant speed from where it is to each command, in
+/// A device that a program moves: it moves at constant speed from where it is to each command, in
 /// the time that the command gives, and then stands still. Joints beyond the workspace are put on
 /// its border. The forces do not move it. One thread; wait-free.
 class CommandDevice final : public Device {

@@ -117,7 +117,7 @@ int Presses(const FeltBench& bench) {
   return count;
 }
 
-// What a slow motion of the tip from pose to pose gives.
+// Results of a slow motion of the tip from pose to pose.
 struct Felt {
   double work = 0;          // of the hand, J
   double largest_step = 0;  // of the force between two ticks, N

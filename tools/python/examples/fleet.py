@@ -1,7 +1,7 @@
 """Runs episodes of a task on many workers and keeps their results in one SQLite table.
 
 A unit is one episode: task and seed. Finished units stay in the table, so a run that was stopped, or
-that lost a worker, goes on with the others. With Dask (Debian: python3-distributed):
+that lost a worker, continues with the others. With Dask (Debian: python3-distributed):
 
     fleet.py --episodes 1000 --out fleet.sqlite --workers 4
 

@@ -80,7 +80,7 @@ class Organ:
     def set_young(self, young, seed=0):
         """Gives the organ another Young's modulus (Pa) and returns the session to its start.
 
-        Builds the organ anew, which takes as long as at the start. Regions keep theirs. The result
+        Builds the organ again, which takes as long as at the start. Regions keep theirs. The result
         equals a new session of a scene with this value bit for bit.
         """
         self._session._native.set_young(self._index, float(young), seed_of(seed))

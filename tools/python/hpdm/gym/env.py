@@ -84,7 +84,7 @@ class Env:
         """Starts an episode. Returns (observation, info).
 
         Args:
-            seed: of the draws; None: goes on with the last one's.
+            seed: of the draws; None continues with the last one's.
             options: "young": (low, high) Pa of the handled organ, one of eight values; "pose": m, the
                 hands start up to this far along each axis from their place; "delay": steps between
                 an action and its effect, a number or (low, high); "seed": like `seed`.

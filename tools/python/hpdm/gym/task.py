@@ -44,7 +44,7 @@ class Starts:
     """States at the start of an episode by stiffness, warmed up: the hands stand, the forces are on.
 
     A draw of the stiffness takes one of `levels` values, evenly spaced in its logarithm, because each
-    new value builds the organ anew. They are kept.
+    new value builds the organ again. They are kept.
     """
 
     levels = 8
