@@ -5,6 +5,7 @@
 
 #include "engine/base/check.h"
 #include "tools/session/command_device.h"
+#include "tools/session/session_recorder.h"
 
 namespace hpdm {
 namespace {
@@ -87,6 +88,7 @@ LockstepSession& LockstepSession::operator=(const LockstepSession& other) {
   organ_forces_ = other.organ_forces_;
   reporter_ = other.reporter_;
   events_ = other.events_;
+  recorder_ = nullptr;
   CopyEdges(other);
   AttachLoops();
   return *this;
@@ -174,13 +176,14 @@ void LockstepSession::Step() {
   const std::uint64_t end = clock_.BeginOf(++steps_);
   const double share = 1.0 / static_cast<double>(end - clock_.tick());
   while (clock_.tick() < end) {
-    if (clock_.StepIfDue()) {
-      StepSample step;
-      while (step_samples_.Pop(&step)) reporter_.Add(step);
-    }
+    // A log's queue holds two seconds of samples, and steps may be rarer.
+    const auto second = static_cast<std::uint64_t>(model_->scene().timing.haptic_hz);
+    if (recorder_ != nullptr && clock_.tick() % second == 0) recorder_->Drain();
+    StepIfDue();
     clock_.Tick();
     samples_.Pop(&sample_);
     reporter_.Add(sample_);
+    if (recorder_ != nullptr) recorder_->Add(sample_);
     for (std::size_t t = 0; t < tools_.size(); ++t) {
       const Vector3d& force_W = sample_.tools[t].force_W;
       for (int d = 0; d < 3; ++d) {
@@ -191,6 +194,19 @@ void LockstepSession::Step() {
     }
   }
   Observe();
+}
+
+void LockstepSession::StepIfDue() {
+  if (!clock_.StepIfDue()) return;
+  StepSample step;
+  while (step_samples_.Pop(&step)) {
+    reporter_.Add(step);
+    if (recorder_ != nullptr) recorder_->Add(step);
+  }
+  if (recorder_ == nullptr) return;
+  deformation_.Show(recorder_->NextScene());
+  recorder_->PublishScene();
+  recorder_->Drain();
 }
 
 void LockstepSession::Observe() {

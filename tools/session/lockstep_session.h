@@ -17,6 +17,8 @@
 
 namespace hpdm {
 
+class SessionRecorder;
+
 /// What a program sees of one instrument after a step: the last tick's values, world axes.
 struct ToolView {
   std::array<double, 3> force{};       ///< On the hand, as sent to the device, N.
@@ -40,8 +42,8 @@ struct SessionEvent {
   std::string name, text;
 };
 
-/// A session for programs: one thread, virtual time, no clock, no log and no network. The same bits
-/// in every run as those of `hpdm run --clock lockstep`.
+/// A session for programs: one thread, virtual time and no clock; no log and no network unless it
+/// is recorded. The same bits in every run as those of `hpdm run --clock lockstep`.
 ///
 /// The state is a value: a copy continues from it to the last bit, and so does a session after an
 /// assignment. An assignment keeps the arrays of organs and tools in place. Any number of sessions
@@ -77,6 +79,11 @@ class LockstepSession {
   /// tick and shows `patch_delay_ticks` later, so organs and contacts answer in the next call.
   void Step();
 
+  /// Hands everything that follows to `recorder`; null: to none. A log begins at the start (no steps
+  /// yet). The recorder outlives this or its place here. Copies have none, and an assignment, a
+  /// Reset() and SetYoung() take it away, since the course that it records ends there.
+  void RecordTo(SessionRecorder* recorder) { recorder_ = recorder; }
+
   std::uint64_t steps() const { return steps_; }
   Nanoseconds time_ns() const {
     return static_cast<Nanoseconds>(clock_.tick()) * model_->haptic_period_ns();
@@ -105,6 +112,7 @@ class LockstepSession {
   void CopyEdges(const LockstepSession& other);
   HapticLoop::Edges HapticEdges();
   DeformationEdges StepEdges();
+  void StepIfDue();
   void Observe();
   void ObserveStart();
 
@@ -133,6 +141,7 @@ class LockstepSession {
   std::vector<double> organ_forces_;
   EventReporter reporter_;
   std::vector<SessionEvent> events_;
+  SessionRecorder* recorder_ = nullptr;
 };
 
 }  // namespace hpdm

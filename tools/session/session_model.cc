@@ -70,6 +70,7 @@ SessionModel::SessionModel(Scene scene, const Progress& progress)
 // The remarks on contacts are those of the other model.
 SessionModel::SessionModel(const SessionModel& other, std::size_t organ, double young)
     : scene_(other.scene_),
+      is_of_scene_file_(false),
       pictures_(other.pictures_),
       organs_(other.organs_),
       sites_(other.sites_),

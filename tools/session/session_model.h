@@ -42,6 +42,8 @@ class SessionModel {
   std::shared_ptr<const SessionModel> WithYoung(std::size_t organ, double young) const;
 
   const Scene& scene() const { return scene_; }
+  /// False for a model of WithYoung().
+  bool IsOfSceneFile() const { return is_of_scene_file_; }
   const std::vector<OrganModel>& organs() const { return organs_; }
   /// Returns the repairs of the meshes and probable mistakes in the scene, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
@@ -94,6 +96,7 @@ class SessionModel {
   };
 
   Scene scene_;
+  bool is_of_scene_file_ = true;
   std::shared_ptr<Pictures> pictures_;
   std::vector<OrganModel> organs_;
   std::vector<HandSite> sites_;  // by instrument

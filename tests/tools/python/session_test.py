@@ -12,6 +12,11 @@ import hpdm
 PRESS = hpdm.scene_path("two_hands.toml")
 
 
+def program(*arguments):
+    """Runs the program hpdm, which must succeed."""
+    subprocess.run([os.environ["HPDM_PROGRAM"], *arguments], check=True, capture_output=True)
+
+
 def arrays(session):
     """Everything that a session shows."""
     shown = [getattr(session, name).copy() for name in session._TOOL_ARRAYS]
@@ -50,16 +55,18 @@ class SessionTest(unittest.TestCase):
 
     def test_has_the_bits_of_a_lockstep_session_of_the_program(self):
         with tempfile.TemporaryDirectory() as folder:
-            out = os.path.join(folder, "session")
-            subprocess.run([os.environ["HPDM_PROGRAM"], "run", PRESS, "--headless", "--clock",
-                            "lockstep", "--no-pictures", "--seconds", "2", "--out", out],
-                           check=True, capture_output=True)
+            out, own = os.path.join(folder, "session"), os.path.join(folder, "own")
+            program("run", PRESS, "--headless", "--clock", "lockstep", "--no-pictures",
+                    "--seconds", "2", "--out", out)
             log = hpdm.Log(out)["HPDM_FORCE"]
-        session = hpdm.Session(PRESS, device="sim")
-        forces = []
-        for _ in range(60):
-            session.step()
-            forces.append(session.tick_forces)
+            session = hpdm.Session(PRESS, device="sim")
+            session.record(own)
+            forces = []
+            for _ in range(60):
+                session.step()
+                forces.append(session.tick_forces)
+            session.close()
+            self.assert_recorded_as(out, own)
         forces = np.concatenate(forces)
         self.assertEqual(len(forces), 2000)
         self.assertGreater(np.abs(forces[:, 0]).max(), 0.05)  # N: it presses
@@ -67,6 +74,38 @@ class SessionTest(unittest.TestCase):
             for axis in range(3):
                 logged = log[f"tools[{tool}].force[{axis}]"][:2000]
                 self.assertEqual(logged.tobytes(), forces[:, tool, axis].tobytes())
+
+    def assert_recorded_as(self, program_folder, own_folder):
+        """The same log, of which the program makes the same forces."""
+        logs = []
+        for folder in (program_folder, own_folder):
+            with open(os.path.join(folder, "session.lcmlog"), "rb") as file:
+                logs.append(file.read())
+        self.assertEqual(*logs)
+        program("log", "check", own_folder)
+        program("replay", own_folder)
+
+    def test_a_record_begins_at_the_start_and_ends_where_the_course_does(self):
+        session = hpdm.Session(PRESS)
+        with tempfile.TemporaryDirectory() as folder:
+            first, second = os.path.join(folder, "first"), os.path.join(folder, "second")
+            session.step()
+            with self.assertRaisesRegex(RuntimeError, "begins at the start"):
+                session.record(first)
+            session.reset()
+            session.record(first)
+            with self.assertRaisesRegex(RuntimeError, "recorded already"):
+                session.record(second)
+            steps(session, 3)
+            session.reset()  # ends the record
+            steps(session, 5)
+            self.assertEqual(len(hpdm.Log(first)["HPDM_FORCE"]["tick"]), 100)
+            session.reset()
+            with self.assertRaisesRegex(hpdm.InputError, "already has a session"):
+                session.record(first)
+            session.organs["liver"].set_young(4000)
+            with self.assertRaisesRegex(hpdm.InputError, "replay would not know it"):
+                session.record(second)
 
     def test_a_reset_is_a_new_session_with_that_seed(self):
         session = hpdm.Session(PRESS, device="sim")

@@ -1,5 +1,7 @@
 """One session: steps, live arrays, pictures, states."""
 
+import os
+
 import numpy as np
 
 from . import _native
@@ -127,7 +129,7 @@ class Session(Closing):
         organ_force: O x 3, N: of all instruments on each organ.
         organs: dict by name of Organ.
 
-    It publishes nothing and writes no file. One thread at a time: another one gets RuntimeError.
+    It publishes nothing and writes no file unless record() asks for it. One thread at a time: another one gets RuntimeError.
     """
 
     _TOOL_ARRAYS = ("force", "mean_force", "peak_force", "tip", "velocity", "rotation", "joints",
@@ -193,6 +195,20 @@ class Session(Closing):
         copy = Session.__new__(Session)
         copy._take(self.scene, _native.Session(self._native.save()))
         return copy
+
+    def record(self, folder, live=False):
+        """Records the session in a new folder from its start on, as `hpdm run` does.
+
+        `hpdm log`, `hpdm replay`, `hpdm report` and Log read the folder. `live` publishes every
+        message over LCM too. Call it before the first step or after reset(); end_record(), reset(),
+        load(), set_young() and close() end the record. Raises InputError if the folder cannot be
+        written or if set_young() was used, and MachineError without a network.
+        """
+        self._native.record(os.fspath(folder), bool(live))
+
+    def end_record(self):
+        """Completes the record. Raises MachineError if something is missing in it."""
+        self._native.end_record()
 
     def exchange(self, instrument, held):
         """Gives a hand its instrument number `held` (0: the first) once its tip is free."""

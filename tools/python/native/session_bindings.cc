@@ -10,6 +10,7 @@
 #include "render/camera/laparoscope.h"
 #include "scenes/loader/scene.h"
 #include "tools/python/native/python_session.h"
+#include "tools/session/session_recorder.h"
 
 namespace hpdm {
 namespace {
@@ -161,9 +162,24 @@ class NativeSession {
     return data_;
   }
   LockstepSession& session() const { return data()->session; }
+  /// Throws MachineError after it is closed if a record's log is not complete.
   void Close() {
     const OneCaller caller(&busy_, kWhat);
-    data_ = nullptr;
+    const std::shared_ptr<SessionData> closed = std::move(data_);
+    if (closed != nullptr) StopRecorder(closed.get());
+  }
+
+  void Record(const std::string& folder, bool live) {
+    const OneCaller caller(&busy_, kWhat);
+    if (session().steps() > 0) FailState("a record begins at the start; call reset() first");
+    if (recorder_ != nullptr) FailState("the session is recorded already; call end_record() first");
+    const py::gil_scoped_release unlocked;
+    recorder_ = std::make_unique<SessionRecorder>(session().model(), folder, live);
+    session().RecordTo(recorder_.get());
+  }
+  void EndRecord() {
+    const OneCaller caller(&busy_, kWhat);
+    StopRecorder(data().get());
   }
 
   void Step() {
@@ -176,6 +192,7 @@ class NativeSession {
   void Reset(std::uint32_t seed) {
     const OneCaller caller(&busy_, kWhat);
     SessionData& data = *this->data();
+    StopRecorder(&data);
     const py::gil_scoped_release unlocked;
     data.Reset(seed);
   }
@@ -184,6 +201,7 @@ class NativeSession {
     if (organ >= session().model().organs().size()) FailIndex("there is no such organ");
     const OneCaller caller(&busy_, kWhat);
     SessionData& data = *this->data();
+    StopRecorder(&data);
     const py::gil_scoped_release unlocked;
     data.session.SetYoung(organ, young, seed);
     data.FillCommands();
@@ -201,6 +219,7 @@ class NativeSession {
     if (!data.session.Fits(state.session)) {
       FailValue("the state is of another scene; load it into a session of its own scene");
     }
+    StopRecorder(&data);
     const py::gil_scoped_release unlocked;
     data.Load(state);
   }
@@ -289,8 +308,18 @@ class NativeSession {
   }
 
  private:
+  // Ends the record, if there is one. Throws MachineError if its log is not complete.
+  void StopRecorder(SessionData* data) {
+    if (recorder_ == nullptr) return;
+    data->session.RecordTo(nullptr);
+    const std::string failure = recorder_->Finish();
+    recorder_ = nullptr;
+    if (!failure.empty()) throw MachineError(failure);
+  }
+
   static constexpr const char* kWhat = "the session";
   std::shared_ptr<SessionData> data_;
+  std::unique_ptr<SessionRecorder> recorder_;
   std::atomic<bool> busy_ = false;
 };
 
@@ -421,6 +450,8 @@ void BindSessions(py::module_* module) {
         return std::make_unique<NativeSession>(std::make_shared<SessionData>(*state));
       }))
       .def("step", &NativeSession::Step)
+      .def("record", &NativeSession::Record)
+      .def("end_record", &NativeSession::EndRecord)
       .def("reset", &NativeSession::Reset)
       .def("set_young", &NativeSession::SetYoung)
       .def("save", &NativeSession::Copy)
