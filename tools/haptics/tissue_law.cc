@@ -13,10 +13,10 @@ std::vector<double> RelaxedForce(const PronySeries& prony, const std::vector<dou
   // kernel[n]: mean of the decaying part of the kernel over the n-th period back.
   std::vector<double> kernel(elastic.size(), 0);
   for (int k = 0; k < prony.count; ++k) {
-    const auto& [share, time] = prony.terms[static_cast<std::size_t>(k)];
-    const double ratio = share / (1 - prony.Share());
+    const auto& term = prony.terms[static_cast<std::size_t>(k)];
+    const double ratio = term.share / (1 - prony.Share());
     for (std::size_t n = 0; n < kernel.size(); ++n) {
-      const auto decayed = [&](double periods) { return std::exp(-periods * period / time); };
+      const auto decayed = [&](double periods) { return std::exp(-periods * period / term.time); };
       const double near = static_cast<double>(n);
       kernel[n] += ratio * (decayed(near) + 4 * decayed(near + 0.5) + decayed(near + 1)) / 6;
     }
