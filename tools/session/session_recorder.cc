@@ -32,8 +32,8 @@ SessionRecorder::SessionRecorder(const SessionModel& model, const std::filesyste
     : folder_(folder, RecordableScene(model)),
       samples_(2 * static_cast<std::size_t>(model.scene().timing.haptic_hz)),
       steps_(2 * static_cast<std::size_t>(model.scene().timing.deformation_hz)),
-      scenes_(SizedSnapshot(model.organs(), static_cast<int>(model.scene().instruments.size()),
-                            false)),
+      scenes_(
+          SizedSnapshot(model.organs(), static_cast<int>(model.scene().instruments.size()), false)),
       telemetry_(&samples_, &steps_, &scenes_, folder_.File(kSessionLogName),
                  RecordOptions(model, folder_, live), model.Info()) {}
 

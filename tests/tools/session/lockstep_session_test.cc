@@ -11,8 +11,8 @@ namespace {
 
 // Two simulated hands, which touch the liver within a second.
 LockstepSession SimulatedSession() {
-  static const auto model = std::make_shared<const SessionModel>(
-      LoadScene(HPDM_SOURCE_DIR "/scenes/two_hands.toml"));
+  static const auto model =
+      std::make_shared<const SessionModel>(LoadScene(HPDM_SOURCE_DIR "/scenes/two_hands.toml"));
   return {model, std::vector<DeviceChoice>(2, {DeviceChoice::Type::kSim, {}})};
 }
 
