@@ -133,7 +133,13 @@ HapticLoop::Edges LockstepSession::HapticEdges() {
 }
 
 DeformationEdges LockstepSession::StepEdges() {
-  return {tool_states_, patches_, nobody_, nobody_, &step_samples_};
+  return {tool_states_, patches_, nobody_, recorder_ == nullptr ? nobody_ : recorder_->scenes(),
+          &step_samples_};
+}
+
+void LockstepSession::RecordTo(SessionRecorder* recorder) {
+  recorder_ = recorder;
+  deformation_.Attach(StepEdges());
 }
 
 void LockstepSession::Reset(std::uint32_t seed) {
@@ -203,10 +209,7 @@ void LockstepSession::StepIfDue() {
     reporter_.Add(step);
     if (recorder_ != nullptr) recorder_->Add(step);
   }
-  if (recorder_ == nullptr) return;
-  deformation_.Show(recorder_->NextScene());
-  recorder_->PublishScene();
-  recorder_->Drain();
+  if (recorder_ != nullptr) recorder_->Drain();
 }
 
 void LockstepSession::Observe() {

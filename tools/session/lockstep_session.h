@@ -82,7 +82,7 @@ class LockstepSession {
   /// Hands everything that follows to `recorder`; null: to none. A log begins at the start (no steps
   /// yet). The recorder outlives this or its place here. Copies have none, and an assignment, a
   /// Reset() and SetYoung() take it away, since the course that it records ends there.
-  void RecordTo(SessionRecorder* recorder) { recorder_ = recorder; }
+  void RecordTo(SessionRecorder* recorder);
 
   std::uint64_t steps() const { return steps_; }
   Nanoseconds time_ns() const {

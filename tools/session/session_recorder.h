@@ -30,10 +30,9 @@ class SessionRecorder {
   /// Takes what the loops write in a tick and in a step.
   void Add(const HapticSample& sample) noexcept { samples_.Push(sample); }
   void Add(const StepSample& sample) noexcept { steps_.Push(sample); }
-  /// The scene to fill in after a step; PublishScene() hands it over.
-  SceneSnapshot* NextScene() noexcept { return &scenes_.Back(); }
-  void PublishScene() noexcept { scenes_.Publish(); }
-  /// Writes everything handed over so far. Never throws: Finish() tells of failures.
+  /// Where the deformation loop publishes its scenes.
+  TripleBuffer<SceneSnapshot>& scenes() noexcept { return scenes_; }
+  /// Writes everything that it was given so far. Finish() returns the failures.
   void Drain() noexcept { telemetry_.Drain(); }
 
   /// Ends the log. Returns why it is not complete, in one sentence with the remedy; else empty.
