@@ -129,6 +129,7 @@ class LockstepSession {
   TripleBuffer<SessionControl> control_ = TripleBuffer<SessionControl>::OfOneThread();
   SpscQueue<HapticSample> samples_{1};
   SpscQueue<StepSample> step_samples_{1};
+  SessionRecorder* recorder_ = nullptr;  // not copied; before the loop that publishes to it
 
   HapticLoop haptics_;
   DeformationLoop deformation_;
@@ -141,7 +142,6 @@ class LockstepSession {
   std::vector<double> organ_forces_;
   EventReporter reporter_;
   std::vector<SessionEvent> events_;
-  SessionRecorder* recorder_ = nullptr;
 };
 
 }  // namespace hpdm
