@@ -4,12 +4,14 @@
 Usage, from the repository's root after a build, on an otherwise idle machine:
 
     tools/update_results.py [--quick] [--keep] [chart] [cracks] [bench] [stress] [plan] [haptics]
+    tools/update_results.py comparison
     tools/update_results.py haptics:organs,shaft stress:organs
 
 Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene). Puts NAME.md
 between the lines `<!-- NAME begin -->` and `<!-- NAME end -->` of tools/NAME/RESULTS.md, and
 NAME.png, if the command made one, into scenes/pictures. `haptics`, `stress` and `bench` have further
 tables, each between lines of its own (TABLES). NAME:TABLE,TABLE measures and replaces only these.
+`comparison` runs build/tools/yardstick/hpdm_comparison, which needs CGAL, and only when it is named.
 --keep uses the measurements of an earlier run.
 """
 
@@ -21,6 +23,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
 NAMES = ("chart", "cracks", "bench", "stress", "plan", "haptics")
+# What hpdm_comparison compares (tests/reference/README.md).
+COMPARED = ("liver_press", "liver_lift", "liver_lift_40mm")
 HANDS = ["press", "slide", "tap", "grasp_pull", "press_grasp_pull", "slide_press", "slide_friction",
          "slide_press_friction"]
 # The tables of a command by the name of their lines: the parts to measure (--only; none: all) and the
@@ -52,6 +56,9 @@ def command(name, tables, quick):
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
     if name == "cracks":
         return ["chart", "--cracks", "--out", OUT / name, *quick]
+    if name == "comparison":
+        cases = [f"scenes/cases/{case}.toml" for case in COMPARED]
+        return [*cases, "--out", OUT / name, *quick]
     parts = [only for only, _ in tables.values()]
     only = ["--only", *sum(parts, [])] if all(parts) else []
     return [name, "--out", OUT / name, *only, *quick]
@@ -60,7 +67,7 @@ def command(name, tables, quick):
 def chosen(argument):
     """The command's name and its tables to replace."""
     name, _, wanted = argument.partition(":")
-    if name not in NAMES:
+    if name not in (*NAMES, "comparison"):
         raise SystemExit(f"update_results.py: unknown name {name}\n{__doc__}")
     tables = TABLES.get(name, {name: ([], name)})
     if not wanted:
@@ -80,9 +87,10 @@ def main(arguments):
     for argument in [each for each in arguments if each not in options] or NAMES:
         name, tables = chosen(argument)
         if "--keep" not in options:
-            hpdm = ROOT / "build/tools/hpdm"
-            subprocess.run([hpdm, *command(name, tables, quick)], cwd=ROOT, check=True)
-        path = ROOT / "tools" / ("chart" if name == "cracks" else name) / "RESULTS.md"
+            program = "yardstick/hpdm_comparison" if name == "comparison" else "hpdm"
+            subprocess.run([ROOT / "build/tools" / program, *command(name, tables, quick)], cwd=ROOT, check=True)
+        folder = "chart" if name in ("cracks", "comparison") else name
+        path = ROOT / "tools" / folder / "RESULTS.md"
         text = path.read_text(encoding="utf-8")
         for lines, (_, table) in tables.items():
             table_text = (OUT / name / f"{table}.md").read_text(encoding="utf-8")

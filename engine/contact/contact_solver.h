@@ -18,7 +18,7 @@ struct RelaxationResult {
   bool regularised = false;  ///< Contacts (nearly) coincide and share their force.
   bool out_of_time = false;  ///< The clock ended the iterations before convergence.
   /// Derivative of the energy by the share of finite strain, over the energy
-  /// (BlendedEnergy::ShareSlope); 0 if that share is 0.
+  /// (BlendedEnergy::ShareSlope); 0, unknown, if that share is 0 or 1.
   double share_slope = 0;
 };
 

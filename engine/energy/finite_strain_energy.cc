@@ -52,7 +52,7 @@ FiniteStrainEnergy::FiniteStrainEnergy(const Lattice& lattice, const Quadrature&
                                        MaterialLaw law, const LameParameters& lame,
                                        Dilatation dilatation, const ScalarStiffness& supports,
                                        const Lattice* finer)
-    : kernels_(&BestStrainKernels()) {
+    : kernels_(&StrainKernelsFor(WidestVectors())) {
   auto body = std::make_shared<Body>();
   const DilatationShare share = ShareLambda(lame, dilatation);
   body->n = lattice.size();

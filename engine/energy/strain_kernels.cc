@@ -1,7 +1,6 @@
 #include "engine/energy/strain_kernels.h"
 
 #include <cmath>
-#include <initializer_list>
 
 #include "engine/energy/hyperelastic.h"
 
@@ -181,40 +180,13 @@ HPDM_KERNELS(Widest, __attribute__((target("avx512f"))))
 }  // namespace
 }  // namespace strain_kernels
 
-#if defined(__x86_64__)
-bool HasVectors(VectorWidth width) {
-  switch (width) {
-    case VectorWidth::k16Bytes:
-      return true;
-    case VectorWidth::k32Bytes:
-      return __builtin_cpu_supports("avx2") != 0;
-    case VectorWidth::k64Bytes:
-      return __builtin_cpu_supports("avx512f") != 0;
-  }
-  return false;
-}
-
 const StrainKernels& StrainKernelsFor(VectorWidth width) {
-  switch (width) {
-    case VectorWidth::k16Bytes:
-      return strain_kernels::kNarrow;
-    case VectorWidth::k32Bytes:
-      return strain_kernels::kWide;
-    case VectorWidth::k64Bytes:
-      return strain_kernels::kWidest;
-  }
-  return strain_kernels::kNarrow;
-}
-#else
-bool HasVectors(VectorWidth width) { return width == VectorWidth::k16Bytes; }
-const StrainKernels& StrainKernelsFor(VectorWidth /*width*/) { return strain_kernels::kNarrow; }
+#if defined(__x86_64__)
+  if (width == VectorWidth::k64Bytes) return strain_kernels::kWidest;
+  if (width == VectorWidth::k32Bytes) return strain_kernels::kWide;
 #endif
-
-const StrainKernels& BestStrainKernels() {
-  for (const VectorWidth width : {VectorWidth::k64Bytes, VectorWidth::k32Bytes}) {
-    if (HasVectors(width)) return StrainKernelsFor(width);
-  }
-  return StrainKernelsFor(VectorWidth::k16Bytes);
+  static_cast<void>(width);
+  return strain_kernels::kNarrow;
 }
 
 }  // namespace hpdm

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <cstdint>
-
+#include "engine/base/vector_width.h"
 #include "engine/organ_options.h"
 
 namespace hpdm {
@@ -46,16 +45,8 @@ struct StrainKernels {
                        int last, double* stiffness);
 };
 
-/// The instructions that a processor may have beyond those of every x86-64.
-enum class VectorWidth : std::uint8_t { k16Bytes, k32Bytes, k64Bytes };
-
-/// True if this processor has vectors of that width.
-bool HasVectors(VectorWidth width);
 /// Returns the kernels for vectors of that width. HasVectors(width) must be true.
 const StrainKernels& StrainKernelsFor(VectorWidth width);
-/// Returns the kernels for the widest vectors of this processor.
-const StrainKernels& BestStrainKernels();
-
 /// Adds up the lanes, always in the same order.
 inline double SumOfLanes(const Lanes& x) {
   return ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]));

@@ -52,4 +52,21 @@ void BlockMatrix::Multiply(const Points& x, Points* y) const {
   }
 }
 
+Eigen::SparseMatrix<double> LowerTriangle(const BlockMatrix& A) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < A.rows(); ++i) {
+    for (int e = A.Start(i); e < A.Start(i + 1) && A.Column(e) <= i; ++e) {
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          const int row = 3 * i + r, column = 3 * A.Column(e) + c;
+          if (row >= column) entries.emplace_back(row, column, A.Block(e)(r, c));
+        }
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> lower(3 * A.rows(), 3 * A.rows());
+  lower.setFromTriplets(entries.begin(), entries.end());
+  return lower;
+}
+
 }  // namespace hpdm

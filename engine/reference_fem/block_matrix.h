@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <vector>
 
 #include "engine/reference_fem/tetra_mesh.h"
@@ -32,5 +33,11 @@ class BlockMatrix {
   std::vector<int> columns_;  // of each block
   std::vector<Matrix3d> blocks_;
 };
+
+/// The sum of a . b over the nodes.
+inline double Dot(const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); }
+
+/// Returns the lower triangle as scalars; row 3 n + i is component i of node n.
+Eigen::SparseMatrix<double> LowerTriangle(const BlockMatrix& A);
 
 }  // namespace hpdm

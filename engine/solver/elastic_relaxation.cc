@@ -10,6 +10,7 @@
 #include "engine/solver/contact_body.h"
 #include "engine/solver/enriched_compliance_solver.h"
 #include "engine/solver/newton_step.h"
+#include "engine/solver/packed_inverse.h"
 #include "engine/solver/secant_memory.h"
 
 namespace hpdm {
@@ -48,6 +49,9 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
                    const RefinementBasis* functions, int slots)
       : options_(options),
         at_rest_(SolverAtRest(functions, slots, K, &schur_complement_)),
+        packed_(std::make_shared<const PackedInverse>(at_rest_->inverse())),
+        packed_space_(packed_->size()),
+        U_bar_(packed_->size()),
         least_load_(kResolved * K.diagonal().maxCoeff()),
         energy_(energy.Clone(), std::move(K), options.elastic_supports, schur_complement_, slots),
         secants_(3 * (energy.control_points() + slots), kSecants),
@@ -169,7 +173,8 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     *U = at_;
     if (!iterates_) return solved;
     result_.regularised = solved.regularised;
-    result_.share_slope = energy_.ShareSlope(at_);
+    const bool blended = energy_.share() < 1;
+    result_.share_slope = blended ? energy_.ShareSlope(at_) : 0;
     if (!U->allFinite()) {  // the caller reports it; the next step starts at rest
       at_.setZero();
       secants_.Clear();
@@ -298,7 +303,13 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     for (Eigen::Index i = 0; i < v.size() && turned; i += 3) {
       v.segment<3>(i) = (R_.transpose() * v.segment<3>(i)).eval();
     }
-    at_rest_->SolveLoads(v);
+    auto f = v.head(packed_->size());
+    packed_->Multiply(f, &packed_space_, U_bar_);
+    if (schur_complement_ == nullptr) {
+      f = U_bar_;
+    } else {
+      schur_complement_->SolveJointly(U_bar_, f, v.tail(v.size() - f.size()));
+    }
     for (Eigen::Index i = 0; i < v.size() && turned; i += 3) {
       v.segment<3>(i) = (R_ * v.segment<3>(i)).eval();
     }
@@ -372,7 +383,11 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
   NewtonOptions options_;
   const SchurComplement* schur_complement_ = nullptr;  // at_rest_'s
   Cloned<ComplianceSolver> at_rest_;                   // K^-1
-  double least_load_;                                  // N: moves tissue by kResolved
+  // The same in single precision, for the gradients; contacts take the columns of at_rest_.
+  std::shared_ptr<const PackedInverse> packed_;
+  mutable PackedInverse::Workspace packed_space_;
+  mutable Eigen::VectorXd U_bar_;  // 3n
+  double least_load_;              // N: moves tissue by kResolved
   BlendedEnergy energy_;
   SecantMemory secants_;
   Matrix3d R_ = Matrix3d::Identity();

@@ -34,7 +34,8 @@ double StrainBlendController::WantedBlend(const QualityCeiling& ceiling, bool to
 
 // Returns the largest change of the share of finite strain in a step.
 double StrainBlendController::LargestStep(double gradient, double share_slope) const {
-  if (last_.finite_strain_blend == 0) return kFirstStep;
+  const bool blended = last_.finite_strain_blend > 0 && last_.finite_strain_blend < 1;
+  if (!blended) return kFirstStep;
   const double beyond = adaptive_ ? std::max(1.0, gradient / finite_from_) : 1;
   const double force_step = std::min(kMaxForceStep, kForceStep * beyond);
   const double by_share = kForceOverEnergy * std::abs(share_slope);

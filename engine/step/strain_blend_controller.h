@@ -37,7 +37,7 @@ class StrainBlendController {
   static constexpr double kForceStep = 0.005;
   static constexpr double kMaxForceStep = 0.02;
   static constexpr double kForceOverEnergy = 3;
-  static constexpr double kFirstStep = 1.0 / 256;  ///< From small strain, where dE/ds is unknown.
+  static constexpr double kFirstStep = 1.0 / 256;  ///< From one strain alone: dE/ds is unknown.
   static constexpr double kMaxBlendStep = 1.0 / 8;
   static constexpr double kRefinementStep = 1.0 / 32;
 

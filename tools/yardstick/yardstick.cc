@@ -12,86 +12,14 @@
 #include "engine/base/error.h"
 #include "engine/baselines/surface_error.h"
 #include "engine/mesh/mesh_facts.h"
-#include "engine/organ.h"
 #include "engine/reference_fem/tetra_fem.h"
-#include "engine/tissue/support.h"
-#include "scenes/loader/scene.h"
-#include "tools/yardstick/cgal_mesher.h"
+#include "tools/shared/static_case.h"
+#include "tools/yardstick/case_mesh.h"
 
 namespace hpdm {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-struct Case {
-  std::string name;
-  OrganOptions organ;
-  std::vector<LoadOptions> loads;
-  SurfaceMesh rest;
-};
-
-Case LoadCase(const std::string& path) {
-  const Scene scene = LoadScene(path);
-  if (scene.organs.size() != 1 || scene.loads.empty()) {
-    throw InputError(path + ": a case has one organ and at least one load; write it so");
-  }
-  std::vector<std::string> repairs;
-  return {std::filesystem::path(path).stem(), scene.organs[0], scene.loads,
-          LoadPosedMesh(scene.organs[0], &repairs)};
-}
-
-/// Distance from p to the border of a support's region, m.
-double DistanceToBorder(const SupportOptions& support, const Box& bounds, const Vector3d& p) {
-  if (const Sphere* sphere = std::get_if<Sphere>(&support.region)) {
-    return std::abs((p - sphere->centre).norm() - sphere->radius);
-  }
-  Box box;
-  if (const Box* given = std::get_if<Box>(&support.region)) {
-    box = *given;
-  } else {
-    const BoxFraction& fraction = std::get<BoxFraction>(support.region);
-    const Vector3d size = bounds.max - bounds.min;
-    box = {bounds.min + fraction.min.cwiseProduct(size),
-           bounds.min + fraction.max.cwiseProduct(size)};
-  }
-  const Vector3d below = box.min - p, above = p - box.max;
-  const Vector3d outside = below.cwiseMax(above);  // negative: depth below each pair of faces
-  return outside.maxCoeff() > 0 ? outside.cwiseMax(0.0).norm() : -outside.maxCoeff();
-}
-
-enum class Grading { kEven, kLoads, kLoadsAndSupports };
-
-/// Fills the case's organ with about `corners` corner nodes: all of one size; graded from a third
-/// of the radius at the loads to a fifteenth of the organ's length; or also towards the borders of
-/// the supports, where the stress is singular. The mesh's surface keeps within `distance` of a
-/// far element's size.
-TetraMesh MeshOf(const Case& c, int corners, Grading grading, double distance) {
-  const Box bounds = AxisAlignedBounds(c.rest.vertices);
-  const double length = (bounds.max - bounds.min).maxCoeff();
-  double scale = 1;
-  const auto size = [&](const Vector3d& p) {
-    double least = length / 15;
-    if (grading == Grading::kEven) return scale * least;
-    for (const LoadOptions& load : c.loads) {
-      const double beyond = std::max(0.0, (p - load.p_centre_W).norm() - load.radius);
-      least = std::min(least, load.radius / 3 + 0.25 * beyond);
-    }
-    if (grading == Grading::kLoadsAndSupports) {
-      for (const SupportOptions& support : c.organ.supports) {
-        least = std::min(least, length / 45 + 0.4 * DistanceToBorder(support, bounds, p));
-      }
-    }
-    return scale * least;
-  };
-  TetraMesh mesh;
-  for (int attempt = 0; attempt < 6; ++attempt) {
-    mesh = FillWithTetrahedra(c.rest, size, distance * scale * length / 15);
-    const double ratio = static_cast<double>(mesh.corners) / corners;
-    if (std::abs(ratio - 1) < 0.06) break;
-    scale *= std::cbrt(ratio);
-  }
-  return mesh;
-}
 
 struct Solved {
   Points u;  // of the surface's vertices, V x 3, m
@@ -102,17 +30,18 @@ struct Solved {
   double seconds = 0;
 };
 
-Solved Solve(const Case& c, const TetraMesh& mesh) {
+Solved Solve(const StaticCase& c, const TetraMesh& mesh) {
   const auto start = std::chrono::steady_clock::now();
   const bool finite = c.organ.energy.strain == StrainMeasure::kFinite;
   const TetraBody body(mesh, c.organ.material,
                        finite ? TetraLaw::kNeoHookean : TetraLaw::kSmallStrain);
-  const TetraProblem problem = MakeTetraProblem(body, c.rest, c.organ.supports, c.loads);
+  const TetraProblem problem = MakeTetraProblem(body, c.rest, c.organ.supports, c.scene.loads);
   TetraSolveOptions options;
   options.load_steps = finite ? 4 : 1;
   Solved solved;
   solved.solution = SolveTetra(body, problem, options);
-  if (!solved.solution.converged) throw InputError(c.name + ": no equilibrium; lower the load");
+  if (!solved.solution.converged)
+    throw InputError(CaseName(c) + ": no equilibrium; lower the load");
   solved.u = ApplyRows(PointRows(mesh, c.rest.vertices), solved.solution.u);
   solved.volume_change = body.VolumeChange(solved.solution.u);
   solved.nodes = mesh.nodes.rows();
@@ -120,14 +49,14 @@ Solved Solve(const Case& c, const TetraMesh& mesh) {
   solved.mesh_volume = TetraVolume(mesh);
   solved.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::printf("%s: %s %ld nodes, %.1f s, %d Newton, %d iterations, compliance %.6g m/N\n",
-              c.name.c_str(), mesh.quadratic() ? "quadratic" : "linear",
+              CaseName(c).c_str(), mesh.quadratic() ? "quadratic" : "linear",
               static_cast<long>(solved.nodes), solved.seconds, solved.solution.newton_iterations,
               solved.solution.solver_iterations, solved.solution.Compliance());
   std::fflush(stdout);
   return solved;
 }
 
-Json Facts(const Case& c, const Solved& s) {
+Json Facts(const StaticCase& c, const Solved& s) {
   Json json;
   json["nodes"] = s.nodes;
   json["tetrahedra"] = s.elements;
@@ -138,7 +67,7 @@ Json Facts(const Case& c, const Solved& s) {
   return json;
 }
 
-void WriteCsv(const std::string& path, const Case& c, const Points& u) {
+void WriteCsv(const std::string& path, const StaticCase& c, const Points& u) {
   std::FILE* file = std::fopen(path.c_str(), "w");
   if (file == nullptr) throw InputError(path + ": cannot be written; check the folder");
   std::fprintf(file, "x,y,z,ux,uy,uz\n");
@@ -154,14 +83,14 @@ std::vector<double> AsVector(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 void Regenerate(const std::string& scene, const std::string& folder,
                 const std::vector<int>& quadratic, const std::vector<int>& linear,
                 const std::vector<int>& graded) {
-  const Case c = LoadCase(scene);
+  const StaticCase c = LoadStaticCase(scene);
   std::vector<Solved> levels;
   for (const int corners : quadratic) {
     levels.push_back(Solve(c, Quadratic(MeshOf(c, corners, Grading::kLoadsAndSupports, 0.01))));
   }
   const Solved& best = levels.back();
   Json json;
-  json["case"] = c.name;
+  json["case"] = CaseName(c);
   json["elements"] =
       "quadratic tetrahedra, graded towards the loads and the borders of the supports";
   json["strain"] =
@@ -176,7 +105,7 @@ void Regenerate(const std::string& scene, const std::string& folder,
   json.update(Facts(c, best));
   json["largest_displacement_m"] = best.u.rowwise().norm().maxCoeff();
   json["loads"] = Json::array();
-  for (std::size_t l = 0; l < c.loads.size(); ++l) {
+  for (std::size_t l = 0; l < c.scene.loads.size(); ++l) {
     json["loads"].push_back({{"force_N", AsVector(best.solution.forces[l])},
                              {"displacement_m", AsVector(best.solution.displacements[l])}});
   }
@@ -190,9 +119,9 @@ void Regenerate(const std::string& scene, const std::string& folder,
   json["coarser_quadratic"] = Json::array();
   for (std::size_t i = 0; i + 1 < levels.size(); ++i) add("coarser_quadratic", levels[i], true);
   json["linear"] = Json::array();
-  WriteCsv(folder + "/" + c.name + ".csv", c, best.u);
+  WriteCsv(folder + "/" + CaseName(c) + ".csv", c, best.u);
   const auto write = [&] {  // after each mesh: the larger ones take minutes
-    std::ofstream file(folder + "/" + c.name + ".json");
+    std::ofstream file(folder + "/" + CaseName(c) + ".json");
     file << json.dump(2) << '\n';
     if (!file) throw InputError(folder + ": cannot be written; check the folder");
   };
