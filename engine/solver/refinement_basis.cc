@@ -15,6 +15,9 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 // Larger couplings are refused before their memory is reserved, as organ.cc does for a lattice.
 constexpr double kMaxCouplingBytes = 2e9;
 
+// Cells around a function's support in which its tissue may be joined.
+constexpr int kBeyondSupport = 1;
+
 Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& tissue,
                      const std::vector<Quadrature>& regions, double least_tissue) {
   LatticeOptions options;
@@ -24,7 +27,8 @@ Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& t
     options.cells[d] = refinement * lattice.basis().axis(d).cells();
   }
   Lattice finer(lattice.box(), options);
-  if (lattice.pieces() != nullptr) finer.SplitByTissue(lattice.pieces());
+  // Tissue that is apart in a support but joined beside it would hang on nothing.
+  if (lattice.pieces() != nullptr) finer.SplitByTissue(lattice.pieces(), kBeyondSupport);
   finer.DropControlPointsWithoutTissue(tissue);
   std::vector<bool> held(finer.size());
   for (const Quadrature& region : regions) {
