@@ -14,6 +14,43 @@ namespace {
 // thirty, and a dense matrix of a thousand times the size.
 constexpr int kMostPerFunction = 3;
 
+constexpr double kLeastOfFunction = 0.01;
+
+// Returns the component whose copy each component takes. Where the function has less than
+// kLeastOfFunction of its integral, its copy would have next to no stiffness, and a load that touches it
+// would move it far. So that component takes the copy of the one with most.
+std::vector<int> JoinSlivers(const TensorBasis& basis, const std::array<int, 3>& at,
+                             const TissuePieces& pieces, const TissuePieces::Components& components,
+                             const std::array<int, 3>& finer) {
+  const std::array<int, 3>& cells = pieces.data().cells;
+  std::array<std::vector<double>, 3> values;  // of the function at the centres of the pieces' cells
+  std::array<double, TensorBasis::kMaxSupport> all;
+  for (int d = 0; d < 3; ++d) {
+    for (int cell = 0; cell < cells[d]; ++cell) {
+      const int local = at[d] - basis.axis(d).Evaluate((cell + 0.5) / cells[d], all.data());
+      const bool supports = local >= 0 && local < basis.axis(d).support();
+      values[d].push_back(supports ? all[static_cast<std::size_t>(local)] : 0);
+    }
+  }
+  std::vector<double> share(static_cast<std::size_t>(components.count));
+  for (const auto& [piece, component] : components.of_piece) {
+    const int cell = pieces.Cell(piece);
+    const double value = values[0][static_cast<std::size_t>(cell % cells[0])] *
+                         values[1][static_cast<std::size_t>(cell / cells[0] % cells[1])] *
+                         values[2][static_cast<std::size_t>(cell / (cells[0] * cells[1]))];
+    share[static_cast<std::size_t>(component)] +=
+        value * pieces.data().volumes[static_cast<std::size_t>(piece)] /
+        (finer[0] * finer[1] * finer[2]);
+  }
+  const auto most = std::max_element(share.begin(), share.end()) - share.begin();
+  std::vector<int> joined(share.size());
+  for (std::size_t c = 0; c < share.size(); ++c) {
+    joined[c] =
+        static_cast<int>(share[c] < kLeastOfFunction ? most : static_cast<std::ptrdiff_t>(c));
+  }
+  return joined;
+}
+
 }  // namespace
 
 Lattice::Lattice(const OrientedBox& box, const LatticeOptions& options)
@@ -95,6 +132,7 @@ void Lattice::AddCopies(const std::array<int, 3>& at, const TissuePieces::Compon
                         const std::array<int, 3>& finer, std::vector<int>* columns) {
   const int index = basis_.Index(at[0], at[1], at[2]), first = size();
   const std::array<int, 3>& cells = pieces_->data().cells;
+  const std::vector<int> joined = JoinSlivers(basis_, at, *pieces_, components, finer);
   std::vector<int> copy(static_cast<std::size_t>(components.count), -1);
   for (const auto& [piece, component] : components.of_piece) {
     const int cell = pieces_->Cell(piece);
@@ -107,7 +145,7 @@ void Lattice::AddCopies(const std::array<int, 3>& at, const TissuePieces::Compon
       supports = supports && local[d] >= 0 && local[d] < basis_.axis(d).support();
     }
     if (!supports) continue;
-    int& column = copy[static_cast<std::size_t>(component)];
+    int& column = copy[static_cast<std::size_t>(joined[static_cast<std::size_t>(component)])];
     if (column < 0) {
       column = size();
       kept_.push_back(index);

@@ -26,9 +26,9 @@ constexpr double kResolvedCells = 1.25;
 // same as with all points, which are three times as many.
 constexpr int kFinitePointsDegree = 2;
 
-// Local functions with less tissue, as a share of a whole function's, are left out of finite strain.
-// They yield so easily that the tissue inverts in them.
-constexpr double kLeastTissue = 0.02;
+// Local functions with less tissue, as a share of a whole function's, are left out. They yield so
+// easily that a load far beside them moves them, and in finite strain the tissue inverts in them.
+constexpr double kLeastTissue = 0.002, kLeastTissueFinite = 0.02;
 
 // Returns the cells in which the tissue is sampled: the finest functions' cells. A Bernstein
 // lattice is one cell: there it is the number of control intervals, at least 4.
@@ -255,7 +255,8 @@ void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
   if (LocalFunctionsOf(options()) > 0) {
     const bool finite = options().energy.strain != StrainMeasure::kSmall;
     refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
-                              Dilatation::kProjected, held, K, finite ? kLeastTissue : 0);
+                              Dilatation::kProjected, held, K,
+                              finite ? kLeastTissueFinite : kLeastTissue);
     refinement_weights_ = SurfaceWeights(refinement_basis_->finer());
   }
   stiffness_ = std::move(K);
