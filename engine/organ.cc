@@ -34,7 +34,7 @@ OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
     : surface_(std::make_shared<const OrganSurface>(options, std::move(rest))),
       mechanics_(BuildMechanics(*surface_, &warnings_)) {
   relocation_ = std::make_shared<const Relocation>(this->rest().vertices, weights());
-  if (options.supports.empty() && !rigid()) {
+  if (options.supports.empty() && !options.free && !rigid()) {
     warnings_.push_back(
         "organ \"" + options.name +
         "\": no [[organ.support]]: a weak spring holds all of it at its rest place");

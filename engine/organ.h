@@ -51,6 +51,11 @@ class OrganModel {
     const auto* surface = dynamic_cast<const SurfaceOrgan*>(mechanics_.get());
     return surface != nullptr ? surface->springs() : nullptr;
   }
+  /// Mass of a free organ; nullptr for others.
+  const FreeBody* free_body() const {
+    const LatticeOrgan* organ = options().free ? lattice_organ() : nullptr;
+    return organ != nullptr ? organ->free_body() : nullptr;
+  }
   int control_points() const { return static_cast<int>(weights().cols()); }  ///< n.
   const WeightMatrix& weights() const { return mechanics_->weights(); }      ///< V x n.
   const Relocation& relocation() const { return *relocation_; }              ///< Eq. 4.

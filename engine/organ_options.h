@@ -105,6 +105,12 @@ struct SupportOptions {
   bool viscoelastic = false;        ///< The spring relaxes as the organ's tissue does.
 };
 
+/// An organ without supports that moves as a whole (free_body.h).
+struct FreeOptions {
+  double drag = 0;                          ///< 1/s: its momentum decays as exp(-drag t).
+  Vector3d gravity_W = Vector3d::Zero();    ///< m/s^2, the scene's.
+};
+
 /// Stiffness of the tissue inside the region, at any depth: a tumour, a capsule. If regions
 /// overlap, the last one counts.
 struct StiffnessRegion {
@@ -140,8 +146,8 @@ struct OrganOptions {
   int subdivisions = 0;  ///< Times that the file's triangles are subdivided (mesh_subdivision.h).
   Isometry3d X_WO = Isometry3d::Identity();  ///< Pose, applied after the unit.
   OrganModelType model = OrganModelType::kHpdm;
-  double time_step = 1. / 30;  ///< s, between deformation steps; only kContinuum and kMassSpring
-                               ///< use it, which integrate over time.
+  double time_step = 1. / 30;  ///< s, between deformation steps; only kContinuum, kMassSpring and
+                               ///< free organs use it, which integrate over time.
   std::optional<double> wall_stiffness;  ///< N/m, kRigid only: the virtual wall's stiffness for
                                          ///< every hand; absent: chosen for each device.
   std::string texture;                   ///< Path, or empty.
@@ -151,6 +157,7 @@ struct OrganOptions {
   MaterialOptions material;
   std::vector<StiffnessRegion> regions;  ///< kHpdm only.
   std::vector<SupportOptions> supports;
+  std::optional<FreeOptions> free;            ///< Absent: held by its supports; see TakesFree().
   std::vector<OrganContactOptions> contacts;  ///< Each pair stands in one of its two organs.
   std::vector<CutOptions> cuts;               ///< See TakesCuts().
 };
@@ -163,6 +170,20 @@ inline bool TakesOrganContacts(const OrganOptions& organ) {
   return organ.model == OrganModelType::kRigid ||
          (organ.model == OrganModelType::kHpdm && organ.energy.solver == SolverType::kCholesky);
 }
+
+/// True if the organ can be free: a lattice with the energy "strain" in small strain, elastic, at
+/// one place and without supports.
+inline bool TakesFree(const OrganOptions& organ) {
+  return organ.model == OrganModelType::kHpdm && organ.energy.type == EnergyType::kStrain &&
+         organ.energy.strain == StrainMeasure::kSmall &&
+         organ.energy.solver == SolverType::kCholesky && organ.supports.empty() &&
+         organ.material.prony.count == 0 && organ.motion.displacement_W.isZero(0);
+}
+
+/// The remedy for a free organ that TakesFree() refuses.
+inline constexpr const char* kFreeRemedy =
+    "use model = \"hpdm\", type = \"strain\", strain = \"small\" and solver = \"cholesky\" without "
+    "support, motion or prony";
 
 /// Returns the number of cells of the finer splines (LocalFunctionOptions).
 inline double FineCells(const OrganOptions& organ) {

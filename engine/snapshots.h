@@ -125,7 +125,7 @@ struct ContactPatch {
 
 /// An indentation below the lattice's resolution (half_space.h). A vertex at the distance d from
 /// `p_rest_W` moves by IndentationProfile(d, radius, resolved_radius) amplitude_W, if its rest
-/// normal is less than 90 degrees from `normal_W`.
+/// normal is less than 90 degrees from `normal_W`, that of the surface at rest.
 struct IndentationSnapshot {
   Vector3d p_rest_W = Vector3d::Zero();  ///< m.
   Vector3d normal_W = Vector3d::UnitZ();

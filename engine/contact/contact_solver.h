@@ -78,6 +78,16 @@ class ContactSolver {
     Build(alone, {});
   }
 
+  /// Replaces the axes and forces a of the body's parts by `rotation` a, for a body that computes
+  /// its part of the compliance in a frame of its own. It turns them back.
+  void Turn(int body, const Matrix3d& rotation) {
+    const auto b = static_cast<std::size_t>(body);
+    for (std::size_t s = first_side_[b]; s < first_side_[b + 1]; ++s) {
+      sides_[s].axis_W = rotation * sides_[s].axis_W;
+      sides_[s].force_W = rotation * sides_[s].force_W;
+    }
+  }
+
   int size() const { return size_; }
   /// The parts of one body, those of one row next to each other. With a body alone and no pairs,
   /// part e is of equation e.

@@ -104,6 +104,13 @@ class LocalIndentation {
   /// Returns the law of a contact with memory. `stiffening` >= 1; `dent_force` >= 0, N: the
   /// equilibrium force without f_n.
   LocalIndentation WithMemory(double stiffening, double dent_force) const;
+  /// Returns the same on a surface that has turned by `rotation`.
+  LocalIndentation Turned(const Matrix3d& rotation) const {
+    LocalIndentation turned = *this;
+    turned.normal_W_ = rotation * normal_W_;
+    turned.factor_W_ = rotation * factor_W_ * rotation.transpose();
+    return turned;
+  }
   /// Returns q(f_n), 1/m: UnderBall(f_n) has the compliance q H.
   double BallYield(double f_n) const;
   /// Returns d(f_n q) / d f_n, 1/m.

@@ -12,6 +12,7 @@
 #include "engine/mesh/mesh_facts.h"
 #include "engine/mesh/thickness.h"
 #include "engine/solver/elastic_relaxation.h"
+#include "engine/solver/free_relaxation.h"
 #include "engine/tissue/stiffness_regions.h"
 #include "engine/tissue/support.h"
 
@@ -106,6 +107,9 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
     throw InputError("organ \"" + options().name +
                      "\": Prony terms need the solver Cholesky; change that or give none");
   }
+  if (options().free && !TakesFree(options())) {
+    throw InputError("organ \"" + options().name + "\": cannot be free; " + kFreeRemedy);
+  }
   const std::array<int, 3> cells = SamplingCells(options());
   if (options().lattice.basis == BasisType::kBSpline) {
     CheckMatrices(options(), LeastControlPoints(lattice_, rest(), options().lattice.cells));
@@ -141,6 +145,10 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
                 lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
   thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution_);
 
+  if (options().free) {
+    free_body_.emplace(lattice_, tissue, options().material.density);
+    free_flight_.emplace(options().time_step, options().free->drag, options().free->gravity_W);
+  }
   const std::vector<Quadrature> held = SampleSupports();
   BuildElasticSupports(tissue, held);
   const Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
@@ -248,10 +256,14 @@ void LatticeOrgan::BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>
 void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
                                      const std::vector<Quadrature>& held) {
   const MaterialOptions& material = options().material;
-  const ScalarStiffness supports =
-      SupportStiffness(lattice_, tissue, options().supports, held, material.young);
   FullStiffness K = StrainStiffness(lattice_, tissue, material, Dilatation::kProjected);
-  AddAlongEachAxis(supports, &K);
+  ScalarStiffness supports(lattice_.size(), lattice_.size());
+  if (free_body_) {
+    free_body_->AddInertia(free_flight_->Yield(), &K);
+  } else {
+    supports = SupportStiffness(lattice_, tissue, options().supports, held, material.young);
+    AddAlongEachAxis(supports, &K);
+  }
   if (LocalFunctionsOf(options()) > 0) {
     const bool finite = options().energy.strain != StrainMeasure::kSmall;
     refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
@@ -278,6 +290,11 @@ std::unique_ptr<Relaxation> LatticeOrgan::MakeRelaxation(int slots,
          .clock = std::move(clock),
          .elastic_supports = elastic_supports_.size() > 0 ? &elastic_supports_ : nullptr},
         std::get_if<FullStiffness>(&stiffness_), refinement_basis(), slots);
+  }
+  if (free_body_) {
+    auto K = refinement_basis_ ? MakeComplianceSolver(*refinement_basis_, slots)
+                               : MakeComplianceSolver(std::get<FullStiffness>(stiffness_));
+    return MakeFreeRelaxation(std::move(K), *free_body_, *free_flight_, lattice_.size() + slots);
   }
   if (refinement_basis_) return MakeCholeskyRelaxation(*refinement_basis_, slots);
   return std::visit(

@@ -9,6 +9,7 @@
 #include "engine/base/quadrature.h"
 #include "engine/energy/inversion_detector.h"
 #include "engine/organ/organ_mechanics.h"
+#include "engine/solver/free_body.h"
 
 namespace hpdm {
 
@@ -32,6 +33,8 @@ class LatticeOrgan final : public OrganMechanics {
   /// The springs that do not relax with viscoelastic tissue: n x n, N/m, the same along each axis;
   /// empty if there are none or the tissue is elastic.
   const ScalarStiffness& elastic_supports() const { return elastic_supports_; }
+  /// Mass of a free organ (OrganOptions::free); nullptr for others.
+  const FreeBody* free_body() const { return free_body_ ? &*free_body_ : nullptr; }
   const InversionDetector& inversion_detector() const { return *inversion_detector_; }
   const ElasticEnergy* finite_energy() const override { return finite_energy_.get(); }
   const RefinementBasis* refinement_basis() const override {
@@ -66,6 +69,8 @@ class LatticeOrgan final : public OrganMechanics {
   std::unique_ptr<const ElasticEnergy> finite_energy_;
   std::optional<RefinementBasis> refinement_basis_;
   Eigen::SparseMatrix<double> refinement_weights_;  // V x N: basis values of the local functions
+  std::optional<FreeBody> free_body_;
+  std::optional<FreeFlight> free_flight_;
   std::optional<InversionDetector> inversion_detector_;
 };
 

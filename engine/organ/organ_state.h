@@ -22,6 +22,15 @@ struct OrganState {
   /// Makes room for at most `tools` tools. `clock`: see OrganModel::MakeRelaxation.
   OrganState(const OrganModel& model, int tools, std::function<Nanoseconds()> clock = nullptr);
 
+  /// Returns where a row's point with displacement zero is taken to be, so that adding b U gives its
+  /// place: `p_rest_W` (m), its distance from the row's mean rest point b X turned with the frame of
+  /// a free organ. `row`: b.
+  Vector3d TurnedRest(const OrganModel& model, const Vector3d& p_rest_W,
+                      const Eigen::Ref<const Eigen::RowVectorXd>& row) const;
+  /// Returns `p_rest_W` from the above.
+  Vector3d RestOfTurned(const OrganModel& model, const Vector3d& turned_W,
+                        const Eigen::Ref<const Eigen::RowVectorXd>& row) const;
+
   Vector3d offset_W = Vector3d::Zero();       ///< Rigid offset by breathing (OrganMotion), m.
   Vector3d offset_last_W = Vector3d::Zero();  ///< Offset in the previous step, m.
   Points control_displacements;  ///< (n + slots of local functions) x 3, m, world axes: U. Set by

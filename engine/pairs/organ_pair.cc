@@ -59,7 +59,12 @@ double LargestMotion(const Points& from, const Points& to) {
 }  // namespace
 
 OrganPair::OrganPair(const OrganModel& a, const OrganModel& b)
-    : OrganPair({&a.rest(), &a.topology()}, {&b.rest(), &b.topology()}, CellSize(a, b)) {}
+    : OrganPair({&a.rest(), &a.topology()}, {&b.rest(), &b.topology()}, CellSize(a, b)) {
+  if (!a.options().free && !b.options().free) return;
+  motion_gain_ = kFreeGain;
+  most_motion_ = kMostFreeMotion;
+  far_share_ = kFarShare;
+}
 
 OrganPair::OrganPair(const PairSurface& a, const PairSurface& b, double cell_size)
     : a_is_source_(!Coarser(*a.rest, *b.rest)),
@@ -112,7 +117,7 @@ void OrganPair::SetMargin(const PairShape& source, const PairShape& target) {
       (source.offset_W - source_.last_offset_W) - (target.offset_W - target_.last_offset_W);
   const double motion = LargestMotion(source_.last_vertices, source.vertices) +
                         LargestMotion(target_.last_vertices, target.vertices) + slid.norm();
-  margin_ = kMargin + std::min(motion, kMostMotion);
+  margin_ = kMargin + std::min(motion_gain_ * motion, most_motion_);
   source_.last_vertices = source.vertices;
   target_.last_vertices = target.vertices;
   source_.last_offset_W = source.offset_W;
@@ -249,7 +254,8 @@ SurfacePoint OrganPair::ClosestFacing(const Vector3d& p, const Vector3d& normal,
 }
 
 double OrganPair::Weight(const Found& found, int cell) const {
-  const double sharpness = std::max(kSharpness, cell_[cell].indentation / 2);
+  const double sharpness =
+      std::max({kSharpness, cell_[cell].indentation / 2, far_share_ * found.gap});
   return found.area * std::exp(-found.gap / sharpness);
 }
 

@@ -72,6 +72,10 @@ class Relaxation {
   /// as long as the relaxation. nullptr if there is none; the hand then feels reaction "paper".
   virtual const LatticeCompliance* compliance() const { return nullptr; }
 
+  /// Returns the rotation of the organ's floating frame from its rest pose (free_body.h); the
+  /// identity without one.
+  virtual Matrix3d Rotation() const { return Matrix3d::Identity(); }
+
   /// The organ as a body of a problem with others; nullptr: it takes no contacts with organs.
   virtual ContactBody* body() { return nullptr; }
 

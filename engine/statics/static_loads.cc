@@ -52,6 +52,14 @@ std::unique_ptr<ComplianceSolver> MakeSolver(const OrganModel& model, int slots)
   return std::visit([](const auto& K) { return MakeComplianceSolver(K); }, model.stiffness());
 }
 
+// Refuses an organ that a load would accelerate.
+const OrganModel& RequireSupports(const OrganModel& model) {
+  if (!model.options().free) return model;
+  throw InputError("organ \"" + model.options().name +
+                   "\": a free organ has no equilibrium under a load; give it an "
+                   "[[organ.support]] instead of organ.free");
+}
+
 // m. A pressure's surface is split into parts with sides of this length.
 double SampleSize(const OrganModel& model) {
   return model.lattice_organ() != nullptr
@@ -76,7 +84,7 @@ double StaticSolution::Compliance() const {
 }
 
 StaticLoads::StaticLoads(const OrganModel& model, const std::vector<LoadOptions>& loads)
-    : model_(model),
+    : model_(RequireSupports(model)),
       loads_(loads),
       active_(model.refinement_basis() != nullptr ? model.refinement_basis()->size() : 0,
               model.RefinementSlots(static_cast<int>(loads.size()))),

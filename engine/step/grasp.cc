@@ -175,7 +175,7 @@ void Grasp::PlaceTargets(const ToolPose& tool, const TipPress& press, const Vect
   }
   const Isometry3d X_TW = tool.X_WT.inverse();
   for (int row = 0; row < rows_; ++row) {
-    Vector3d p_W = p_rest_W_[ToSize(row)];
+    Vector3d p_W = state->TurnedRest(model, p_rest_W_[ToSize(row)], rows.row(row));
     for (Eigen::Index i = 0; i < columns; ++i) {
       p_W += rows(row, i) * (U.row(i).transpose() + moved.segment<3>(3 * i));
     }
@@ -238,12 +238,12 @@ bool Grasp::AddRows(const ToolPose& tool, const OrganModel& model, OrganState* s
       if (row == nullptr) return false;
       row->kind = ContactConstraints::RowKind::kGrasp;
       row->tool = tool_;
-      row->p_rest_W = p_rest_W_[ToSize(place)];
       row->target_W = tool.X_WT * (p_T_[ToSize(place)] + slip_T_);
       row->local_compliance_W = coupling_.block<3, 3>(3 * place, 3 * place);
       row->coupled = {&coupling_, place};
       auto weights = state->contacts.WeightRow(state->contacts.size() - 1);
       weights = lattice_rows_.row(place).head(weights.size());
+      row->p_rest_W = state->TurnedRest(model, p_rest_W_[ToSize(place)], weights);
     }
   }
   return true;

@@ -180,8 +180,11 @@ void OrganStep::FillSnapshot(OrganSnapshot* shape) const {
     const ContactConstraints::Row& row = state_.contacts[i];
     if (!row.indentation.indents() || !(row.f_n() > 0)) continue;
     if (shape->indentation_count == kMaxInstruments) break;
-    shape->indentations[shape->indentation_count++] =
-        AppliedIndentation(row.indentation.UnderBall(row.f_n()), row.p_rest_W, row.force_W);
+    IndentationSnapshot& applied = shape->indentations[shape->indentation_count++];
+    const Vector3d p_rest_W =
+        state_.RestOfTurned(*model_, row.p_rest_W, state_.contacts.Weights().row(i));
+    applied = AppliedIndentation(row.indentation.UnderBall(row.f_n()), p_rest_W, row.force_W);
+    applied.normal_W = state_.relaxation->Rotation().transpose() * applied.normal_W;
   }
   if (shape->vertices.rows() == 0) return;
   shape->vertices = state_.vertices.cast<float>();

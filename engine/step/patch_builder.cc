@@ -69,6 +69,10 @@ struct CoupledTips {
   int beside = -1;  // the tool's own
 };
 
+Matrix3d Congruent(const Matrix3d& rotation, const Matrix3d& C) {
+  return rotation * C * rotation.transpose();
+}
+
 struct CondensedPlace {
   Vector3d x_W, p_original_W;
   Matrix3d compliance_W;
@@ -138,7 +142,8 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   }
   if (patch->kind == ContactKind::kGrasp) {
     // For the press that remains if the jaws open.
-    patch->indentation = model.Indentation(contact.at, TipPress::KernelRadius(geometry));
+    patch->indentation = model.Indentation(contact.at, TipPress::KernelRadius(geometry))
+                             .Turned(state->relaxation->Rotation());
     return;
   }
   patch->indentation = contact.indentation;
@@ -152,8 +157,9 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     }
   }
 
+  const Matrix3d rotation = state->relaxation->Rotation();
   Vector3d p_original =
-      CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
+      rotation * CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
   Matrix3d compliance = Matrix3d::Zero(), coupling = Matrix3d::Zero();
   Matrix3d to_beside = Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -161,7 +167,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
     const double weight = contact.at.barycentric[k];
     const SparseRow b = VertexRow(model, v, state);
     p_original += weight * ReleasedVertex(b, v, *state);
-    compliance += weight * (*state->vertex_compliances)[v];
+    compliance += weight * Congruent(rotation, (*state->vertex_compliances)[v]);
     if (has_other) coupling += weight * state->tips.Coupling(b, other);
     if (has_beside) to_beside += weight * state->tips.Coupling(b, beside);
   }
@@ -273,7 +279,7 @@ void PatchBuilder::Prefetch(const ToolPose& tool, const TipContact& contact,
       reach2 = std::max(reach2, (corner - p).squaredNorm());
     }
   }
-  Vector3d ahead = prefetch_ * tool.v_tip_W;
+  Vector3d ahead = state->relaxation->Rotation().transpose() * (prefetch_ * tool.v_tip_W);
   const double longest = std::sqrt(reach2) / 3;
   if (ahead.norm() > longest) ahead *= longest / ahead.norm();
   const SurfacePoint centre = ClosestIn(contact.around, rest.vertices, rest.triangles, p + ahead);
@@ -292,8 +298,10 @@ bool PatchBuilder::PrefetchFar(const ToolPose& tool, const TipContact& contact,
   const CoarseSurface* coarse = model.coarse_surface();
   if (coarse == nullptr) return false;
   const SurfaceMesh& rest = model.rest();
-  const Vector3d normal = contact.at.Position(model.rest_normals(), rest.triangles);
-  const Vector3d along = tool.v_tip_W - normal.dot(tool.v_tip_W) * normal;
+  const Matrix3d rotation = state->relaxation->Rotation();
+  const Vector3d normal = rotation * contact.at.Position(model.rest_normals(), rest.triangles);
+  const Vector3d along =
+      rotation.transpose() * (tool.v_tip_W - normal.dot(tool.v_tip_W) * normal);  // at rest
   const Vector3d p = contact.at.Position(rest.vertices, rest.triangles);
   const SurfacePoint centre = coarse->Closest(p + prefetch_ * along, kFarReach);
   if (centre.triangle < 0) return false;
@@ -322,11 +330,12 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
     }
   }
   patch->triangle_count = prefetched_.count;
+  const Matrix3d rotation = state->relaxation->Rotation();
   const auto [other, beside] = CoupledTips(contact, state->tips);
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];
     PatchPoint& point = patch->points[i];
-    point.normal_W = model.rest_normals().row(v);
+    point.normal_W = rotation * model.rest_normals().row(v).transpose();
     if (model.rigid()) point.wall = press.WallAt(model, contact.organ, v);
     if (!in_lattice) {
       point.p_original_W = model.rest().vertices.row(v);
@@ -339,7 +348,7 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
       point.tissue_W = state->vertices.row(v);
       point.branches_W = state->memory.BranchesAt(b);
     }
-    point.compliance_W = (*state->vertex_compliances)[v];
+    point.compliance_W = Congruent(rotation, (*state->vertex_compliances)[v]);
     point.coupling_W = other >= 0 ? state->tips.Coupling(b, other) : Matrix3d::Zero();
     if (beside >= 0) point.beside_W = state->tips.Coupling(b, beside);
   }

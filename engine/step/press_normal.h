@@ -8,7 +8,7 @@
 namespace hpdm {
 
 /// The tilt of the surface under a press: the mean of the triangles' normals, weighted by a kernel
-/// (surface_kernel.h), less the same at rest. It varies smoothly as the contact moves over the
+/// (surface_kernel.h), less the same at rest, turned with the frame of a free organ. It varies smoothly as the contact moves over the
 /// triangles. With the kernel of the lattice's row the mean slope of the displacement is the
 /// derivative of the row's own displacement along the surface, so that a press along the tilted
 /// normal gives no energy and takes none as it slides.
@@ -22,7 +22,8 @@ class PressNormal {
 
   /// Returns the tilt after the step.
   Vector3d Tilt(const OrganModel& model, const OrganState& state) const {
-    return Mean(model, state.vertices) - Mean(model, model.rest().vertices);
+    return Mean(model, state.vertices) -
+           state.relaxation->Rotation() * Mean(model, model.rest().vertices);
   }
   /// Returns its change for a further unit force on a condensed tip of the organ, 1/N.
   Matrix3d Compliance(const OrganModel& model, int tip, OrganState* state);

@@ -50,9 +50,10 @@ inline Vector3d Across(const Vector3d& axis_W, const Vector3d& v_W) {
   return (v_W - axis_W.dot(v_W) * axis_W).stableNormalized();
 }
 
-/// True if the hand feels the organ by the lattice's own compliance, or by a rigid organ's wall.
+/// True if the hand feels the organ by the lattice's own compliance, which a free organ always gives,
+/// or by a rigid organ's wall.
 inline bool HasLattice(ReactionType reaction, const OrganModel& model, const OrganState& state) {
-  return model.rigid() ||
+  return model.rigid() || model.options().free.has_value() ||
          (reaction == ReactionType::kLattice && state.relaxation->compliance() != nullptr);
 }
 

@@ -22,7 +22,8 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   const SurfaceMesh& rest = model.rest();
   const Vector3d facing = contact->at.Position(model.rest_normals(), rest.triangles);
   const double radius = KernelRadius(geometry);
-  indentation_ = model.Indentation(contact->at, radius);
+  const Matrix3d rotation = state->relaxation->Rotation();
+  indentation_ = model.Indentation(contact->at, radius).Turned(rotation);
   resolved_.sample_count = 0;
   if (!model.rigid()) {
     state->neighbourhoods.Collect(rest.vertices, contact->at,
@@ -33,7 +34,7 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   if (contact->normal_W.squaredNorm() == 0) {
     normal_.Gather(model, contact->at, radius, state);
     contact->normal_W =
-        (facing.stableNormalized() + normal_.Tilt(model, *state)).stableNormalized();
+        (rotation * facing.stableNormalized() + normal_.Tilt(model, *state)).stableNormalized();
     if (contact->is_shaft()) contact->normal_W = Across(contact->axis_W, contact->normal_W);
   }
   contact->row = -1;
@@ -46,14 +47,15 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   row->tool = tool_;
   row->place = place_;
   row->shaft = contact->is_shaft();
-  row->p_rest_W = contact->at.Position(rest.vertices, rest.triangles) +
-                  CurvedOffset(rest, model.topology(), model.rest_normals(), contact->at);
   row->normal_W = contact->normal_W;
   row->friction_W = contact->friction_W;
   row->target_W = tool.X_WT.translation() - geometry.tip_radius * contact->normal_W;
   row->indentation = indentation_;
   row->local_compliance_W = WallCompliance(model, *contact);
   AddKernelToRow(model, *state, state->contacts.WeightRow(contact->row));
+  const Vector3d p_rest_W = contact->at.Position(rest.vertices, rest.triangles) +
+                            CurvedOffset(rest, model.topology(), model.rest_normals(), contact->at);
+  row->p_rest_W = state->TurnedRest(model, p_rest_W, state->contacts.WeightRow(contact->row));
   return true;
 }
 

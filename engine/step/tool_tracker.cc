@@ -394,7 +394,8 @@ void ToolTracker::AddTip(OrganStep* organ, Place* place) {
   contact.indentation = place->press.indentation();
   contact.C_loc_W = contact.C_wall_W + contact.indentation.Compliance();
   Vector3d x_W = contact.at.Position(state.vertices, model.rest().triangles) +
-                 CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
+                 state.relaxation->Rotation() *
+                     CurvedOffset(model.rest(), model.topology(), model.rest_normals(), contact.at);
   for (int i = 0; i < contacts.size(); ++i) {
     x_W += contact.coupled.To(contacts[i].coupled) * contacts[i].force_W;
   }

@@ -99,11 +99,10 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   SceneFiles files(document.path.parent_path());
   const TableReader root(document, kRootKeys, &files, observer);
   files.ReadEntries(root);
+  Vector3d gravity_W = Vector3d::Zero();
   if (const auto table = root.Table("scene", kSceneKeys)) {
     table->ReadName("name", &scene.name);
-    Vector3d gravity = Vector3d::Zero();
-    table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &gravity);
-    table->RefuseOthers("gravity", {0}, "is not supported yet", "remove the key or give [0, 0, 0]");
+    table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &gravity_W);
     table->ReadFile("background", &scene.background);
   }
   if (const auto table = root.Table("timing", kTimingKeys)) scene.timing = ReadTiming(*table);
@@ -113,6 +112,7 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   for (const TableReader& table : root.Tables("organ", kOrganKeys, kMaxOrgans)) {
     OrganOptions organ = ReadOrgan(table);
     organ.time_step = 1.0 / scene.timing.deformation_hz;
+    if (organ.free) organ.free->gravity_W = gravity_W;
     RefuseTakenName(table, organ, scene.organs);
     scene.organs.push_back(std::move(organ));
   }

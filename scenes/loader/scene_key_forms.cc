@@ -54,6 +54,7 @@ name = "b"
 mesh = "b.obj"
 unit = "mm"
 lattice = { basis = "bernstein" }
+free = { drag = 1 }
 
 [[contact]]
 a = "a"

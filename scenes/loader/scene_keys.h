@@ -15,7 +15,7 @@ inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz"
 
 inline constexpr std::string_view kOrganKeys[] = {
     "name",    "mesh",   "unit",     "model",  "texture", "pose",           "motion",
-    "lattice", "energy", "material", "region", "support", "wall_stiffness", "subdivisions"};
+    "lattice", "energy", "material", "region", "support", "wall_stiffness", "subdivisions", "free"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
@@ -31,6 +31,7 @@ inline constexpr std::string_view kPronyKeys[] = {"share", "time"};
 inline constexpr std::string_view kRegionKeys[] = {"box", "box_fraction", "sphere", "young"};
 inline constexpr std::string_view kSupportKeys[] = {"box",   "box_fraction", "sphere",
                                                     "fixed", "stiffness",    "viscoelastic"};
+inline constexpr std::string_view kFreeKeys[] = {"drag"};
 inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
 inline constexpr std::string_view kSphereKeys[] = {"centre", "radius"};
 
@@ -114,6 +115,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.support.box", kBoxKeys},
     {"organ.support.box_fraction", kBoxKeys},
     {"organ.support.sphere", kSphereKeys},
+    {"organ.free", kFreeKeys},
     {"contact", kContactKeys},
     {"cut", kCutKeys},
     {"instrument", kInstrumentKeys},

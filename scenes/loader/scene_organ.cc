@@ -215,6 +215,13 @@ OrganMotion ReadMotion(const TableReader& table) {
   return motion;
 }
 
+FreeOptions ReadFree(const TableReader& table) {
+  FreeOptions free;
+  table.Require("drag", "give it in 1/s; a fall under 9.81 m/s^2 ends at 9.81 / drag m/s");
+  table.ReadNumber("drag", Interval::NotNegative(1000, "1/s"), &free.drag);
+  return free;
+}
+
 SupportOptions ReadSupport(const TableReader& table) {
   SupportOptions support;
   const std::optional<Region> region = ReadRegion(table);
@@ -302,6 +309,10 @@ OrganOptions ReadOrgan(const TableReader& table) {
   }
   for (const TableReader& support : table.Tables("support", kSupportKeys)) {
     organ.supports.push_back(ReadSupport(support));
+  }
+  if (const auto free = table.Table("free", kFreeKeys)) {
+    organ.free = ReadFree(*free);
+    if (!TakesFree(organ)) table.Fail("free", "does not apply to this organ", kFreeRemedy);
   }
   return organ;
 }

@@ -344,7 +344,7 @@ void AddViewsAndRecords(Scenes* s) {
   s->Table("a scope of NaN", "[laparoscope]\nposition=[0,nan,0]");
   s->Table("a scope of 20 degrees", "[laparoscope]\nangle_deg=20");
   s->Table("a view of 180 degrees", "[laparoscope]\nfield_of_view_deg=180");
-  s->Table("gravity", "[scene]\ngravity=[0,0,-9.81]");
+  s->Table("gravity of a hundred g", "[scene]\ngravity=[0,0,-981]");
   s->Table("a background that is missing", "[scene]\nbackground='no.png'");
   s->Table(
       "a file of a record that leads out",

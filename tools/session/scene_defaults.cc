@@ -10,7 +10,7 @@ namespace hpdm {
 std::string HoldRear(const Scene& scene, const SurfaceMesh& rest, OrganOptions* organ) {
   constexpr double kHeld = 0.3;
   const bool rigid = organ->model == OrganModelType::kRigid;
-  if (rigid || !organ->supports.empty() || scene.instruments.empty()) return "";
+  if (rigid || organ->free || !organ->supports.empty() || scene.instruments.empty()) return "";
   const Box bounds = AxisAlignedBounds(rest.vertices);
   Vector3d front = Vector3d::Zero();
   for (const InstrumentOptions& instrument : scene.instruments) {

@@ -344,11 +344,28 @@ TEST_F(SceneFaults, AMissingFilesPlaceIsNamedOnce) {
             "a/s.toml:3:6: organ[0].mesh: there is no such file (\"/no.obj\"); check the path");
 }
 
+TEST_F(SceneFaults, AFreeOrganTakesNoSupportMotionMemoryOrOtherModel) {
+  const std::string free = "free={drag=1}\n";
+  for (const std::string other :
+       {"support=[{sphere={centre=[0,0,0],radius=1},fixed=true}]", "model='rigid'",
+        "model='mass_spring'", "energy={strain='finite'}", "energy={type='metric'}",
+        "energy={solver='gauss_seidel'}", "material={prony=[{share=0.5,time=1}]}",
+        "motion={displacement=[0,0,0.01],frequency=1}"}) {
+    const std::string error = ReadError(kOrgan + other + "\n" + free);
+    EXPECT_TRUE(Contains(error, "organ[0].free: does not apply to this organ")) << error;
+    EXPECT_TRUE(Contains(error, "without support, motion or prony")) << error;
+  }
+  EXPECT_TRUE(Contains(ReadError(kOrgan + "free={}\n"), "organ[0].free.drag: is missing"));
+  EXPECT_TRUE(Contains(ReadError(kOrgan + "free={drag=-1}\n"), "is out of range (-1)"));
+  EXPECT_TRUE(
+      Contains(ReadError(kOrgan + "[scene]\ngravity=[0,0,-981]\n"), "is out of range (-981)"));
+  const Scene scene = Load(kOrgan + free + "[scene]\ngravity=[0,1,-9.81]\n");
+  ASSERT_TRUE(scene.organs[0].free);
+  EXPECT_EQ(scene.organs[0].free->drag, 1);
+  EXPECT_EQ(scene.organs[0].free->gravity_W, Vector3d(0, 1, -9.81));
+}
+
 TEST_F(SceneFaults, UnsupportedFeaturesAreRefusedNotIgnored) {
-  EXPECT_EQ(
-      LoadError(kOrgan + "[scene]\ngravity=[0,0,-9.81]\n"),
-      "s.toml:5:9: scene.gravity: is not supported yet ([0, 0, -9.81]); remove the key or give "
-      "[0, 0, 0]");
   EXPECT_EQ(LoadError(kOrgan + "[organ.material]\nrelaxation_time=0.1\n"),
             "s.toml:5:17: organ[0].material.relaxation_time: was replaced by Prony terms (0.1); "
             "remove the key; [[organ.material.prony]] share = 0.5, time = 0.3 relaxes half of the "

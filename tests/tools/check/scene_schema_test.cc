@@ -86,7 +86,7 @@ TEST_F(SceneSchemaTest, ItRefusesWhatTheLoaderRefuses) {
       {kOrgan + "[[scene]]\nname='a'\n", "scene: [{'name': 'a'}] is not of type 'object'"},
       {"[organ]\nname='a'\nmesh='m.obj'\n", "organ: "},
       {kOrgan + "[laparoscope]\nangle_deg=15\n", "laparoscope.angle_deg: 15 is not one of"},
-      {kOrgan + "[scene]\ngravity=[0, 0, -9.81]\n", "scene.gravity.2: -9.81 is not one of"},
+      {kOrgan + "[scene]\ngravity=[0, 0, -981]\n", "scene.gravity.2: -981 is less than"},
       {kOrgan + "[organ.material]\nrelaxation_time=0.1\n",
        "organ.0.material.relaxation_time: 0.1 is not one of"},
       {kOrgan + "[[organ.material.prony]]\nshare=0.95\ntime=1\n",

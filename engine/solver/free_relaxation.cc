@@ -1,0 +1,174 @@
+#include "engine/solver/free_relaxation.h"
+
+#include <utility>
+
+#include "engine/base/copying.h"
+#include "engine/solver/contact_body.h"
+
+namespace hpdm {
+namespace {
+
+// Turns the vectors of each control point in the columns (3n rows).
+void TurnEach(const Matrix3d& rotation, Eigen::Ref<Eigen::MatrixXd> columns) {
+  for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+    for (Eigen::Index a = 0; a + 2 < columns.rows(); a += 3) {
+      columns.block<3, 1>(a, c) = (rotation * columns.block<3, 1>(a, c)).eval();
+    }
+  }
+}
+
+class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
+ public:
+  FreeRelaxation(std::unique_ptr<ComplianceSolver> K, const FreeBody& body,
+                 const FreeFlight& flight, Eigen::Index rows)
+      : solver_(std::move(K)),
+        body_(&body),
+        flight_(flight),
+        motion_(RestOf(body)),
+        U_free_(Points::Zero(rows, 3)),
+        response_(3 * rows, 1),
+        V_(Points::Zero(rows, 3)),
+        local_(3 * rows),
+        part_(3 * rows) {}
+  std::unique_ptr<Relaxation> Clone() const override {
+    return std::make_unique<FreeRelaxation>(*this);
+  }
+
+  void Begin(const RelaxationInput&, const ContactConstraints& contacts) override {
+    solver_->SetActiveFunctions(contacts.refinement);
+    flown_ = motion_;
+    flight_.Advance(*body_, &flown_);
+    predicted_ = flown_;
+    predicted_.p_W += flight_.Impulse();
+    PlaceRigid(predicted_, &U_free_);
+  }
+
+  bool Linearise(int body, const ContactConstraints& contacts, ContactSolver* solver) override {
+    const Matrix3d R_FW = predicted_.R_WF.transpose();
+    solver->Turn(body, R_FW);
+    solver_->Respond(body, contacts, 1, solver);
+    solver->Turn(body, predicted_.R_WF);
+    TakeOffChanges(body, contacts, U_free_, solver);
+    return true;
+  }
+
+  bool Advance(int, const ContactConstraints& contacts, const ContactSolver&) override {
+    const Matrix3d R_FW = predicted_.R_WF.transpose();
+    has_forces_ = false;
+    response_.setZero();
+    for (int i = 0; i < contacts.size(); ++i) {
+      if (contacts[i].force_W.isZero(0)) continue;
+      has_forces_ = true;
+      const Vector3d force_F = R_FW * contacts[i].force_W;
+      for (Eigen::Index a = 0; a < U_free_.rows(); ++a) {
+        const double weight = contacts.Weights()(i, a);
+        if (weight != 0) response_.block<3, 1>(3 * a, 0) += weight * force_F;
+      }
+    }
+    if (has_forces_) solver_->SolveLoads(response_);
+    return true;
+  }
+
+  RelaxationResult End(const RelaxationResult& solved, Points* U) override {
+    if (has_forces_) {
+      V_ = Eigen::Map<const Points>(response_.data(), V_.rows(), 3);
+      TakeMotion(body_->RigidPart(V_));
+    } else {
+      V_.setZero();
+      motion_ = flown_;
+    }
+    PlaceRigid(motion_, U);
+    for (Eigen::Index a = 0; a < V_.rows(); ++a) {
+      U->row(a) += (motion_.R_WF * V_.row(a).transpose()).transpose();
+    }
+    if (!U->allFinite()) motion_ = RestOf(*body_);
+    return solved;
+  }
+
+  Matrix3d Rotation() const override { return motion_.R_WF; }
+  bool AtRest() const override { return false; }
+
+  void SetActiveFunctions(const ActiveRefinement& active) override {
+    solver_->SetActiveFunctions(active);
+  }
+  const LatticeCompliance* compliance() const override { return this; }
+
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    const Matrix3d& R = motion_.R_WF;
+    solver_->RespondTo(b, response);
+    for (Eigen::Index a = 0; a + 2 < response.rows(); a += 3) {
+      response.middleRows<3>(a) = (R * response.middleRows<3>(a) * R.transpose()).eval();
+    }
+  }
+  void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override {
+    TurnEach(motion_.R_WF.transpose(), loads);
+    solver_->SolveLoads(loads);
+    TurnEach(motion_.R_WF, loads);
+  }
+  void AddLocalPart(const Eigen::Ref<const Eigen::VectorXd>& V,
+                    Eigen::Ref<Eigen::VectorXd> U_bar) const override {
+    auto V_F = local_.head(V.size());
+    auto part = part_.head(U_bar.size());
+    V_F = V;
+    TurnEach(motion_.R_WF.transpose(), V_F);
+    part.setZero();
+    solver_->AddLocalPart(V_F, part);
+    TurnEach(motion_.R_WF, part);
+    U_bar += part;
+  }
+  Matrix3d PointCompliance(const SparseRow& b) const override {
+    return motion_.R_WF * solver_->PointCompliance(b) * motion_.R_WF.transpose();
+  }
+
+ private:
+  static FreeMotion RestOf(const FreeBody& body) {
+    FreeMotion rest;
+    rest.p_W = body.p_centre_W;
+    return rest;
+  }
+
+  // Moves the rigid part of the response from the deformation V to the frame.
+  void TakeMotion(const FreeBody::Motion& q) {
+    for (Eigen::Index a = 0; a < body_->arms.rows(); ++a) {
+      const Vector3d arm = body_->arms.row(a);
+      V_.row(a) -= (q.translation + q.rotation.cross(arm)).transpose();
+    }
+    const Matrix3d& R = predicted_.R_WF;
+    motion_ = predicted_;
+    motion_.p_W += R * q.translation;
+    motion_.v_W += R * q.translation / flight_.dt();
+    motion_.momentum_W += R * (body_->inertia * q.rotation) / flight_.dt();
+    TurnFrame(R * q.rotation, &motion_.R_WF);
+  }
+
+  void PlaceRigid(const FreeMotion& motion, Points* U) const {
+    U->setZero();
+    for (Eigen::Index a = 0; a < body_->arms.rows(); ++a) {
+      const Vector3d arm = body_->arms.row(a);
+      U->row(a) = (motion.p_W - body_->p_centre_W + motion.R_WF * arm - arm).transpose();
+    }
+  }
+
+  Cloned<ComplianceSolver> solver_;
+  const FreeBody* body_;
+  FreeFlight flight_;
+  FreeMotion motion_;
+  FreeMotion flown_;      // after the step's free flight
+  FreeMotion predicted_;  // the same with gravity as an impulse
+  bool has_forces_ = false;
+  Points U_free_;                  // rows x 3, m: at predicted_
+  Eigen::MatrixXd response_;       // 3 rows x 1, m: K^-1 R^T B^T f
+  Points V_;                       // rows x 3, m, in the frame
+  mutable Eigen::VectorXd local_;  // 3 rows
+  mutable Eigen::VectorXd part_;   // 3 rows
+};
+
+}  // namespace
+
+std::unique_ptr<Relaxation> MakeFreeRelaxation(std::unique_ptr<ComplianceSolver> K,
+                                               const FreeBody& body, const FreeFlight& flight,
+                                               Eigen::Index rows) {
+  return std::make_unique<FreeRelaxation>(std::move(K), body, flight, rows);
+}
+
+}  // namespace hpdm
