@@ -107,8 +107,8 @@ struct SupportOptions {
 
 /// An organ without supports that moves as a whole (free_body.h).
 struct FreeOptions {
-  double drag = 0;                          ///< 1/s: its momentum decays as exp(-drag t).
-  Vector3d gravity_W = Vector3d::Zero();    ///< m/s^2, the scene's.
+  double drag = 0;                        ///< 1/s: its momentum decays as exp(-drag t).
+  Vector3d gravity_W = Vector3d::Zero();  ///< m/s^2, the scene's.
 };
 
 /// Stiffness of the tissue inside the region, at any depth: a tumour, a capsule. If regions
