@@ -202,7 +202,7 @@ void AddOrgans(Scenes* s) {
            "pose={}; motion={displacement=[1,0,0],frequency=1}; "
            "motion={displacement=[0,0,0.01],frequency=-1}; "
            "motion={displacement=[0,0,0.01],frequency=0}; "
-           "motion={displacement=[0,0,nan],frequency=1}")) {
+           "motion={displacement=[0,0,nan],frequency=1}; free={}; free={drag=1}")) {
     s->Organ(line);
   }
   for (const char* mesh : {"", "no.obj", "..", "s.toml", "/dev/zero", "/dev/null", "loop", "pipe",
