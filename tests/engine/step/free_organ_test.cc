@@ -113,6 +113,27 @@ TEST(FreeOrgan, ATipGivesItItsImpulse) {
   }
 }
 
+// Each step moves the whole rigid part of the displacements to the frame.
+TEST(FreeOrgan, AStiffBlockUnderATipMovesAsItsFrame) {
+  OrganBench bench;
+  OrganOptions options = FreeOptionsOf(0, Vector3d::Zero());
+  options.material.young = 1e9;
+  bench.Add(options, Block(0));
+  bench.Start();
+  const double touching = kSides.z() + ToolGeometry{}.tip_radius;
+  bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching + 0.001)));
+  for (const double depth : {0.001, 0.004}) {
+    bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching - depth)));
+    ASSERT_LT(bench.ToolForce(0).z(), 0);
+    const Matrix3d R = bench.organ(0).relaxation->Rotation();
+    EXPECT_GT(Eigen::AngleAxisd(R).angle(), 0.01);
+    const Points arms = bench.model(0).rest().vertices.rowwise() -
+                        bench.model(0).free_body()->p_centre_W.transpose();
+    const Points placed = (arms * R.transpose()).rowwise() + MassCentre(bench, 0).transpose();
+    EXPECT_LT((bench.organ(0).vertices - placed).rowwise().norm().maxCoeff(), 1e-5);  // m
+  }
+}
+
 // An eccentric blow turns the block. When it has turned by 90 degrees the gradient of an energy that
 // is blind to rotations, and no part of the model, finds no force in its displacements.
 TEST(FreeOrgan, TurnedBy90DegreesItHasNoForces) {
