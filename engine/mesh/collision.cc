@@ -4,9 +4,12 @@
 #include <fcl/math/bv/AABB.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "engine/base/check.h"
 #include "engine/mesh/closest_point.h"
@@ -17,7 +20,25 @@ using Aabb = fcl::AABB<double>;
 using Model = fcl::BVHModel<Aabb>;
 
 struct SurfaceTree::Tree {
-  Model model;
+  // What motion does not change, for all copies of a tree.
+  struct Nodes {
+    // Of each node: the first of its two children, which are neighbours and follow it; or, of a leaf,
+    // -1 less its triangle.
+    std::vector<int> links;
+    std::vector<std::array<int, 3>> triangles;
+  };
+
+  std::shared_ptr<const Nodes> nodes;
+  std::vector<Aabb> boxes;         // of the nodes, m
+  std::vector<Vector3d> vertices;  // m
+
+  int size() const { return static_cast<int>(boxes.size()); }
+  bool IsLeaf(int id) const { return nodes->links[ToSize(id)] < 0; }
+  int Left(int id) const { return nodes->links[ToSize(id)]; }
+  int Right(int id) const { return nodes->links[ToSize(id)] + 1; }
+  int Triangle(int id) const { return -nodes->links[ToSize(id)] - 1; }
+  const Aabb& Box(int id) const { return boxes[ToSize(id)]; }
+  Aabb& Box(int id) { return boxes[ToSize(id)]; }
 };
 
 namespace {
@@ -62,52 +83,51 @@ struct Query {
 // Visits the leaves whose box is closer to the query than sqrt(*bound2), near children first;
 // `visit` may lower the bound. The recursion is as deep as the tree: usually log2 F, at most F with
 // FCL's middle split.
-template <typename Visit>
-void WalkFrom(const Model& model, int node_id, const Query& query, const double* bound2,
+template <typename Tree, typename Visit>
+void WalkFrom(const Tree& tree, int node_id, const Query& query, const double* bound2,
               const Visit& visit) {
-  const auto& node = model.getBV(node_id);
-  if (node.isLeaf()) {
-    visit(node.primitiveId());
+  if (tree.IsLeaf(node_id)) {
+    visit(tree.Triangle(node_id));
     return;
   }
-  int near = node.leftChild(), far = node.rightChild();
-  double near2 = SquaredDistance(model.getBV(near).bv, query.box);
-  double far2 = SquaredDistance(model.getBV(far).bv, query.box);
+  int near = tree.Left(node_id), far = tree.Right(node_id);
+  double near2 = SquaredDistance(tree.Box(near), query.box);
+  double far2 = SquaredDistance(tree.Box(far), query.box);
   if (far2 < near2) {
     std::swap(near, far);
     std::swap(near2, far2);
   }
   for (const auto& [child, distance2] : {std::pair(near, near2), std::pair(far, far2)}) {
-    if (distance2 > *bound2 || !query.Passes(model.getBV(child).bv, *bound2)) continue;
-    WalkFrom(model, child, query, bound2, visit);
+    if (distance2 > *bound2 || !query.Passes(tree.Box(child), *bound2)) continue;
+    WalkFrom(tree, child, query, bound2, visit);
   }
 }
 
-template <typename Visit>
-void Walk(const Model& model, const Query& query, const double* bound2, const Visit& visit) {
-  if (SquaredDistance(model.getBV(0).bv, query.box) > *bound2) return;
-  WalkFrom(model, 0, query, bound2, visit);
+template <typename Tree, typename Visit>
+void Walk(const Tree& tree, const Query& query, const double* bound2, const Visit& visit) {
+  if (SquaredDistance(tree.Box(0), query.box) > *bound2) return;
+  WalkFrom(tree, 0, query, bound2, visit);
 }
 
 // Boxes of one tree against those of another, grown by `reach` and moved.
+template <typename Tree>
 struct BoxPairs {
-  const Model& model;
-  const Model& other;
+  const Tree& tree;
+  const Tree& other;
   Vector3d offset;
   double reach;
 
   bool Meet(int id, int other_id) const {
-    const Aabb& a = model.getBV(id).bv;
-    const Aabb& b = other.getBV(other_id).bv;
+    const Aabb& a = tree.Box(id);
+    const Aabb& b = other.Box(other_id);
     return ((a.min_ - b.max_ - offset).array() <= reach).all() &&
            ((b.min_ + offset - a.max_).array() <= reach).all();
   }
 
   // True if a leaf below `other_id`, whose box meets that of `id`, does so too.
   bool MeetsLeaf(int id, int other_id) const {
-    const auto& node = other.getBV(other_id);
-    if (node.isLeaf()) return true;
-    for (const int child : {node.leftChild(), node.rightChild()}) {
+    if (other.IsLeaf(other_id)) return true;
+    for (const int child : {other.Left(other_id), other.Right(other_id)}) {
       if (Meet(id, child) && MeetsLeaf(id, child)) return true;
     }
     return false;
@@ -117,19 +137,17 @@ struct BoxPairs {
   template <typename Visit>
   void Walk(int id, int other_id, const Visit& visit) const {
     for (;;) {  // to the smallest node that holds them
-      const auto& node = other.getBV(other_id);
-      if (node.isLeaf()) break;
-      const bool left = Meet(id, node.leftChild()), right = Meet(id, node.rightChild());
+      if (other.IsLeaf(other_id)) break;
+      const bool left = Meet(id, other.Left(other_id)), right = Meet(id, other.Right(other_id));
       if (!left && !right) return;
       if (left && right) break;
-      other_id = left ? node.leftChild() : node.rightChild();
+      other_id = left ? other.Left(other_id) : other.Right(other_id);
     }
-    const auto& node = model.getBV(id);
-    if (node.isLeaf()) {
-      if (MeetsLeaf(id, other_id)) visit(node.primitiveId());
+    if (tree.IsLeaf(id)) {
+      if (MeetsLeaf(id, other_id)) visit(tree.Triangle(id));
       return;
     }
-    for (const int child : {node.leftChild(), node.rightChild()}) {
+    for (const int child : {tree.Left(id), tree.Right(id)}) {
       if (Meet(child, other_id)) Walk(child, other_id, visit);
     }
   }
@@ -139,9 +157,10 @@ struct Corners {
   const Vector3d &a, &b, &c;
 };
 
-Corners CornersOf(const Model& model, int triangle) {
-  const fcl::Triangle& t = model.tri_indices[triangle];
-  return {model.vertices[t[0]], model.vertices[t[1]], model.vertices[t[2]]};
+template <typename Tree>
+Corners CornersOf(const Tree& tree, int triangle) {
+  const auto [a, b, c] = tree.nodes->triangles[ToSize(triangle)];
+  return {tree.vertices[ToSize(a)], tree.vertices[ToSize(b)], tree.vertices[ToSize(c)]};
 }
 
 }  // namespace
@@ -149,23 +168,32 @@ Corners CornersOf(const Model& model, int triangle) {
 SurfaceTree::SurfaceTree(const Points& vertices, const Triangles& triangles)
     : tree_(std::make_unique<Tree>()) {
   HPDM_CHECK(triangles.rows() >= 1);
-  Model& model = tree_->model;
+  Model model;
   model.bv_splitter =
       std::make_shared<fcl::detail::BVSplitter<Aabb>>(fcl::detail::SPLIT_METHOD_BV_CENTER);
-  std::vector<Vector3d> points(vertices.rows());
-  for (Eigen::Index v = 0; v < vertices.rows(); ++v) points[v] = vertices.row(v);
-  std::vector<fcl::Triangle> faces(triangles.rows());
+  Tree::Nodes nodes;
+  tree_->vertices.resize(ToSize(vertices.rows()));
+  for (Eigen::Index v = 0; v < vertices.rows(); ++v) tree_->vertices[ToSize(v)] = vertices.row(v);
+  std::vector<fcl::Triangle> faces;
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
-    faces[t] = fcl::Triangle(triangles(t, 0), triangles(t, 1), triangles(t, 2));
+    nodes.triangles.push_back({triangles(t, 0), triangles(t, 1), triangles(t, 2)});
+    faces.emplace_back(triangles(t, 0), triangles(t, 1), triangles(t, 2));
   }
   model.beginModel(static_cast<int>(triangles.rows()), static_cast<int>(vertices.rows()));
-  model.addSubModel(points, faces);
+  model.addSubModel(tree_->vertices, faces);
   model.endModel();
-  // Refit visits the nodes from the last to the first, so children must come after their parent.
   for (int id = 0; id < model.getNumBVs(); ++id) {
     const auto& node = model.getBV(id);
-    HPDM_CHECK(node.isLeaf() || (node.leftChild() > id && node.rightChild() > id));
+    tree_->boxes.push_back(node.bv);
+    if (node.isLeaf()) {
+      nodes.links.push_back(-node.primitiveId() - 1);
+      continue;
+    }
+    nodes.links.push_back(node.leftChild());
+    // Refit visits the nodes from the last to the first, so children must come after their parent.
+    HPDM_CHECK(node.leftChild() > id && node.rightChild() == node.leftChild() + 1);
   }
+  tree_->nodes = std::make_shared<const Tree::Nodes>(std::move(nodes));
 }
 
 SurfaceTree::~SurfaceTree() = default;
@@ -173,39 +201,37 @@ SurfaceTree::SurfaceTree(SurfaceTree&&) noexcept = default;
 SurfaceTree::SurfaceTree(const SurfaceTree& other) : tree_(std::make_unique<Tree>(*other.tree_)) {}
 
 SurfaceTree& SurfaceTree::operator=(const SurfaceTree& other) {
-  Model& model = tree_->model;
-  const Model& from = other.tree_->model;
-  HPDM_CHECK(from.num_vertices == model.num_vertices && from.getNumBVs() == model.getNumBVs());
-  std::copy_n(from.vertices, from.num_vertices, model.vertices);
-  for (int id = 0; id < model.getNumBVs(); ++id) model.getBV(id).bv = from.getBV(id).bv;
+  HPDM_CHECK(other.tree_->vertices.size() == tree_->vertices.size() &&
+             other.tree_->size() == tree_->size());
+  *tree_ = *other.tree_;
   return *this;
 }
 
 void SurfaceTree::Refit(const Points& vertices) {
-  Model& model = tree_->model;
-  HPDM_CHECK(vertices.rows() == model.num_vertices);
-  for (int v = 0; v < model.num_vertices; ++v) model.vertices[v] = vertices.row(v).transpose();
-  for (int id = model.getNumBVs() - 1; id >= 0; --id) {
-    auto& node = model.getBV(id);
-    if (node.isLeaf()) {
-      const Corners t = CornersOf(model, node.primitiveId());
-      node.bv.min_ = t.a.cwiseMin(t.b).cwiseMin(t.c);
-      node.bv.max_ = t.a.cwiseMax(t.b).cwiseMax(t.c);
+  Tree& tree = *tree_;
+  HPDM_CHECK(ToSize(vertices.rows()) == tree.vertices.size());
+  for (Eigen::Index v = 0; v < vertices.rows(); ++v) tree.vertices[ToSize(v)] = vertices.row(v);
+  for (int id = tree.size() - 1; id >= 0; --id) {
+    Aabb& box = tree.Box(id);
+    if (tree.IsLeaf(id)) {
+      const Corners t = CornersOf(tree, tree.Triangle(id));
+      box.min_ = t.a.cwiseMin(t.b).cwiseMin(t.c);
+      box.max_ = t.a.cwiseMax(t.b).cwiseMax(t.c);
     } else {
-      const Aabb& left = model.getBV(node.leftChild()).bv;
-      const Aabb& right = model.getBV(node.rightChild()).bv;
-      node.bv.min_ = left.min_.cwiseMin(right.min_);
-      node.bv.max_ = left.max_.cwiseMax(right.max_);
+      const Aabb& left = tree.Box(tree.Left(id));
+      const Aabb& right = tree.Box(tree.Right(id));
+      box.min_ = left.min_.cwiseMin(right.min_);
+      box.max_ = left.max_.cwiseMax(right.max_);
     }
   }
 }
 
 SurfaceHit SurfaceTree::Closest(const Vector3d& p, double max_distance) const {
-  const Model& model = tree_->model;
+  const Tree& tree = *tree_;
   SurfaceHit best;
   double best2 = max_distance * max_distance;
-  Walk(model, Query(p), &best2, [&](int triangle) {
-    const Corners t = CornersOf(model, triangle);
+  Walk(tree, Query(p), &best2, [&](int triangle) {
+    const Corners t = CornersOf(tree, triangle);
     const TrianglePoint closest = ClosestOnTriangle(p, t.a, t.b, t.c);
     const double distance2 = (closest.point - p).squaredNorm();
     if (distance2 > best2) return;
@@ -218,11 +244,11 @@ SurfaceHit SurfaceTree::Closest(const Vector3d& p, double max_distance) const {
 
 SurfaceHit SurfaceTree::ClosestToSegment(const Vector3d& start, const Vector3d& end,
                                          double max_distance) const {
-  const Model& model = tree_->model;
+  const Tree& tree = *tree_;
   SurfaceHit best;
   double best2 = max_distance * max_distance;
-  Walk(model, Query(start, end), &best2, [&](int triangle) {
-    const Corners t = CornersOf(model, triangle);
+  Walk(tree, Query(start, end), &best2, [&](int triangle) {
+    const Corners t = CornersOf(tree, triangle);
     const SegmentTrianglePair pair = ClosestSegmentTriangle(start, end, t.a, t.b, t.c);
     if (pair.squared_distance > best2) return;
     best2 = pair.squared_distance;
@@ -254,12 +280,12 @@ SurfaceHit SurfaceTree::FirstTouch(const Vector3d& start, const Vector3d& end,
 }
 
 SurfaceHit SurfaceTree::FirstEntry(const Vector3d& start, const Vector3d& end) const {
-  const Model& model = tree_->model;
+  const Tree& tree = *tree_;
   SurfaceHit first;
   first.along = std::numeric_limits<double>::infinity();
   const double touching = 0;
-  Walk(model, Query(start, end), &touching, [&](int triangle) {
-    const Corners t = CornersOf(model, triangle);
+  Walk(tree, Query(start, end), &touching, [&](int triangle) {
+    const Corners t = CornersOf(tree, triangle);
     double along = 0;
     Vector3d barycentric;
     if (!CrossesFromFront(start, end, t.a, t.b, t.c, &along, &barycentric)) return;
@@ -273,7 +299,7 @@ SurfaceHit SurfaceTree::FirstEntry(const Vector3d& start, const Vector3d& end) c
 void SurfaceTree::Visit(const Vector3d& p, double reach, double (*visit)(void*, int),
                         void* visitor) const {
   double reach2 = reach * reach;
-  Walk(tree_->model, Query(p), &reach2, [&](int triangle) {
+  Walk(*tree_, Query(p), &reach2, [&](int triangle) {
     const double next = visit(visitor, triangle);
     reach2 = next * next;
   });
@@ -281,7 +307,7 @@ void SurfaceTree::Visit(const Vector3d& p, double reach, double (*visit)(void*, 
 
 void SurfaceTree::Visit(const SurfaceTree& other, const Vector3d& offset, double reach,
                         void (*visit)(void*, int), void* visitor) const {
-  const BoxPairs pairs{tree_->model, other.tree_->model, offset, reach};
+  const BoxPairs<Tree> pairs{*tree_, *other.tree_, offset, reach};
   if (!pairs.Meet(0, 0)) return;
   pairs.Walk(0, 0, [&](int triangle) { visit(visitor, triangle); });
 }

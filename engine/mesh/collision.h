@@ -26,8 +26,9 @@ struct SurfaceHit {
 /// Tree of axis-aligned bounding boxes over an organ's triangles, split at the middle of the
 /// longest axis and kept while the vertices move (paper 3.2.3).
 ///
-/// 1. FCL builds and holds the tree. Refit and queries walk its nodes themselves, because FCL 0.7
-///    copies the whole tree to collide it with a shape and has no AABB-tree-to-capsule distance.
+/// 1. FCL builds the tree. Copies share its nodes and have boxes of their own. Refit and queries
+///    walk the nodes themselves, because FCL 0.7 copies the whole tree to collide it with a shape
+///    and has no AABB-tree-to-capsule distance.
 /// 2. Queries are exact. They cost O(log F + triangles near) in the usual case, and one box test if
 ///    the outermost box is out of reach.
 /// 3. Queries allocate nothing and may run in several threads between refits.

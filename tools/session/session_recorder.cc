@@ -32,15 +32,21 @@ SessionRecorder::SessionRecorder(const SessionModel& model, const std::filesyste
     : folder_(folder, RecordableScene(model)),
       samples_(2 * static_cast<std::size_t>(model.scene().timing.haptic_hz)),
       steps_(2 * static_cast<std::size_t>(model.scene().timing.deformation_hz)),
-      scenes_(
-          SizedSnapshot(model.organs(), static_cast<int>(model.scene().instruments.size()), false)),
-      telemetry_(&samples_, &steps_, &scenes_, folder_.File(kSessionLogName),
-                 RecordOptions(model, folder_, live), model.Info()) {}
+      scenes_(SizedSnapshot(model.organs(), static_cast<int>(model.scene().instruments.size()),
+                            false)) {
+  try {
+    telemetry_.emplace(&samples_, &steps_, &scenes_, folder_.File(kSessionLogName),
+                       RecordOptions(model, folder_, live), model.Info());
+  } catch (...) {
+    folder_.Discard();
+    throw;
+  }
+}
 
 std::string SessionRecorder::Finish() {
-  telemetry_.Finish();
+  telemetry_->Finish();
   folder_.Finish();
-  const TelemetrySummary summary = telemetry_.Summary();
+  const TelemetrySummary summary = telemetry_->Summary();
   if (summary.log.failure != LogFailure::kNone) return summary.log.Explain();
   return summary.timeline_failure;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "engine/snapshots.h"
@@ -20,8 +21,8 @@ namespace hpdm {
 class SessionRecorder {
  public:
   /// Creates the folder with the scene and its log. `live`: publishes over LCM too, on NetworkUrl().
-  /// Throws InputError if a file cannot be written or if the model is not that of its scene's file,
-  /// and MachineError if the network cannot be opened.
+  /// Throws InputError if a file cannot be written, if the model is not that of its scene's file or if
+  /// the network's address is none, and MachineError if the network cannot be opened; then no folder stays.
   SessionRecorder(const SessionModel& model, const std::filesystem::path& folder, bool live);
   ~SessionRecorder() { Finish(); }
   SessionRecorder(const SessionRecorder&) = delete;
@@ -33,7 +34,7 @@ class SessionRecorder {
   /// Where the deformation loop publishes its scenes.
   TripleBuffer<SceneSnapshot>& scenes() noexcept { return scenes_; }
   /// Writes everything that it was given so far. Finish() returns the failures.
-  void Drain() noexcept { telemetry_.Drain(); }
+  void Drain() noexcept { telemetry_->Drain(); }
 
   /// Ends the log. Returns why it is not complete, in one sentence with the remedy; else empty.
   /// Later calls return the same.
@@ -44,7 +45,7 @@ class SessionRecorder {
   SpscQueue<HapticSample> samples_;
   SpscQueue<StepSample> steps_;
   TripleBuffer<SceneSnapshot> scenes_;
-  TelemetryLoop telemetry_;
+  std::optional<TelemetryLoop> telemetry_;
 };
 
 }  // namespace hpdm

@@ -4,6 +4,7 @@ import os
 import subprocess
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 
@@ -106,6 +107,21 @@ class SessionTest(unittest.TestCase):
             session.organs["liver"].set_young(4000)
             with self.assertRaisesRegex(hpdm.InputError, "replay would not know it"):
                 session.record(second)
+
+    def test_a_record_without_its_network_leaves_nothing(self):
+        session = hpdm.Session(PRESS)
+        with tempfile.TemporaryDirectory() as folder, \
+                mock.patch.dict(os.environ, LCM_DEFAULT_URL="garbage://"):
+            new, own = os.path.join(folder, "new"), os.path.join(folder, "own")
+            os.mkdir(own)
+            for path in (new, own):
+                with self.assertRaisesRegex(hpdm.InputError, "LCM_DEFAULT_URL"):
+                    session.record(path, live=True)
+            self.assertEqual((os.listdir(folder), os.listdir(own)), (["own"], []))
+            session.record(new)  # neither the session nor the folder's name is taken
+            steps(session, 3)
+            session.close()
+            self.assertEqual(len(hpdm.Log(new)["HPDM_FORCE"]["tick"]), 100)
 
     def test_a_reset_is_a_new_session_with_that_seed(self):
         session = hpdm.Session(PRESS, device="sim")
