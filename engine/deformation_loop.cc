@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -31,7 +32,8 @@ Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
 DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const std::vector<ToolOptions>& tools,
                                  const DeformationEdges& edges,
-                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget)
+                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget,
+                                 const std::vector<AttachmentOptions>& attachments)
     : edges_(edges),
       stopwatch_(std::move(stopwatch)),
       organ_contacts_(organs),
@@ -51,6 +53,56 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   if (organ_contacts_.pairs() > 0) loads_.resize(3 * columns, ContactSolver::kMaxEquations);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     trackers_.emplace_back(static_cast<int>(t), tools[t]).Reserve(columns);
+  }
+  if (!attachments.empty()) Join(attachments);
+}
+
+// Joins the attached organs. The compliances of their vertices at rest are those with the layers.
+void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments) {
+  std::vector<AttachmentBed> beds;
+  std::vector<std::array<AttachmentJoint::Organ, 2>> pairs;
+  for (const AttachmentOptions& attachment : attachments) {
+    std::array<AttachmentJoint::Organ, 2>& pair = pairs.emplace_back();
+    for (std::size_t o = 0; o < organs_.size(); ++o) {
+      const OrganModel& model = organs_[o].model();
+      const std::string& name = model.options().name;
+      if (name != attachment.a && name != attachment.b) continue;
+      HPDM_CHECK(TakesAttachments(model.options()));
+      const OrganState& state = organs_[o].state();
+      pair[name == attachment.a ? 0 : 1] = {
+          static_cast<int>(o), model.rigid() ? 0 : model.control_points(),
+          state.control_displacements.rows(),
+          model.rigid() ? nullptr : state.relaxation->compliance()};
+    }
+    HPDM_CHECK(pair[0].index != pair[1].index);
+    beds.emplace_back(attachment, organs_[ToSize(pair[0].index)].model(),
+                      organs_[ToSize(pair[1].index)].model());
+    for (std::size_t other = 0; other + 1 < beds.size(); ++other) {
+      RefuseSharedSurface(beds[other], beds.back());
+    }
+  }
+  std::vector<AttachmentLink> links;
+  Eigen::Index modes = 0;
+  for (auto& joint : JoinOrgans(std::move(beds), pairs)) {
+    modes = std::max(modes, joint->modes());
+    links.emplace_back(std::move(joint));
+  }
+  attached_work_ = AttachedCompliance::Work(3 * modes);
+  joint_relaxation_ = JointRelaxation(organ_contacts_.pairs(), std::move(links));
+  for (const AttachmentLink& link : joint_relaxation_.links()) {
+    for (std::size_t m = 0; m < link.joint().members().size(); ++m) {
+      OrganStep& organ = organs_[ToSize(link.joint().members()[m].organ)];
+      if (organ.model().rigid()) continue;
+      const AttachedCompliance compliance(*organ.state().relaxation->compliance(), link.state(),
+                                          static_cast<int>(m), &attached_work_);
+      std::vector<Matrix3d> of_vertices;
+      for (int v = 0; v < organ.state().vertices.rows(); ++v) {
+        of_vertices.push_back(compliance.PointCompliance(organ.model().LatticeRow(v)));
+      }
+      organ.state().attached = true;
+      organ.state().vertex_compliances =
+          std::make_shared<const std::vector<Matrix3d>>(std::move(of_vertices));
+    }
   }
 }
 
@@ -172,7 +224,14 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     OrganState& state = organs_[o].state();
     if (state.tips.size() == 0) continue;
-    const LatticeCompliance& free = *state.relaxation->compliance();
+    std::optional<AttachedCompliance> attached;
+    for (const AttachmentLink& link : links()) {
+      const int member = link.joint().MemberOf(static_cast<int>(o));
+      if (member < 0 || organs_[o].model().rigid()) continue;
+      attached.emplace(*state.relaxation->compliance(), link.state(), member, &attached_work_);
+    }
+    const LatticeCompliance& free = attached ? static_cast<const LatticeCompliance&>(*attached)
+                                             : *state.relaxation->compliance();
     const JointRelaxation::Hold& held = joint_relaxation_.HoldOn(o);
     // A rejected step has removed its rows.
     const bool has_rows = state.contacts.size() > 0;

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
+#include "engine/attachment/attached_compliance.h"
+#include "engine/attachment/attachment_options.h"
 #include "engine/base/copying.h"
 #include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
@@ -37,10 +40,11 @@ class DeformationLoop {
   /// the organs at rest (SizedSnapshot); a step writes only shapes newer than the slot's.
   /// `stopwatch` gives the session time for StepRecord::compute_ns; nullptr (lockstep): nothing is
   /// measured. Steps longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: no
-  /// limit.
+  /// limit. `attachments`: each of two of the organs, which TakesAttachments(); throws InputError as
+  /// AttachmentBed does.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
-                  Nanoseconds budget = 0);
+                  Nanoseconds budget = 0, const std::vector<AttachmentOptions>& attachments = {});
 
   /// A copy continues from the same state to the last bit, once it is attached to edges of its own.
   /// An assignment keeps the organs' arrays in place if they are of the same meshes.
@@ -70,8 +74,11 @@ class DeformationLoop {
   /// Record of the last step.
   const StepRecord& record() const { return record_; }
   const OrganState& organ(int i) const { return organs_[i].state(); }
+  /// The joints of attached organs.
+  std::span<const AttachmentLink> links() const { return joint_relaxation_.links(); }
 
  private:
+  void Join(const std::vector<AttachmentOptions>& attachments);
   void ChooseQuality();
   const ToolState& SanitisedTools(const ToolState& given);
   void Collide(const ToolState& tools);
@@ -91,6 +98,7 @@ class DeformationLoop {
   OrganContacts organ_contacts_;
   JointRelaxation joint_relaxation_;
   Eigen::MatrixXd loads_;  // 3 (n + slots) x equations, of the largest organ; empty without pairs
+  AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;
   ToolState tools_;  // last step's tools, all finite
   StepRecord record_;

@@ -53,8 +53,9 @@ struct OrganState {
   std::uint64_t version = 0;  ///< OrganSnapshot::version.
 
   TipCompliance tips;  ///< Tips on the organ. Filled when the contact patches are built.
+  bool attached = false;  ///< Layers hold the organ: `relaxation` does not know of them.
   /// Self-compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
-  /// Constant.
+  /// Constant; with the undamaged layers.
   std::shared_ptr<const std::vector<Matrix3d>> vertex_compliances;
 };
 

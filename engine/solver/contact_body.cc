@@ -8,7 +8,7 @@
 namespace hpdm {
 
 void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
-                   ContactSolver* solver) {
+                   ContactSolver* solver, std::span<BodyLink* const> links) {
   HPDM_CHECK(bodies.size() <= ContactSolver::kMaxBodies);
   std::array<const ContactConstraints*, ContactSolver::kMaxBodies> contacts;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -23,6 +23,7 @@ void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
       goes_on = bodies[b].body->Linearise(static_cast<int>(b), *contacts[b], solver) && goes_on;
     }
     if (!goes_on) break;
+    for (BodyLink* link : links) link->Linearise(bodies, solver);
     solved = solver->Solve();
     settled = true;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -31,8 +32,10 @@ void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
           bodies[b].body->Advance(static_cast<int>(b), *bodies[b].contacts, *solver) && settled;
     }
     solver->WriteForces(pairs);
+    for (BodyLink* link : links) settled = link->Advance(*solver) && settled;
   }
   for (BodyInStep& body : bodies) body.result = body.body->End(solved, body.U);
+  for (BodyLink* link : links) link->End(bodies);
 }
 
 RelaxationResult BodyRelaxation::DoRelax(const RelaxationInput& input, ContactConstraints* contacts,

@@ -41,11 +41,24 @@ struct BodyInStep {
   RelaxationResult result = {};
 };
 
+/// Layers that join bodies of one problem (engine/attachment/attachment_link.h). The bodies' energies
+/// are quadratic. Deformation thread; allocates nothing.
+class BodyLink {
+ public:
+  virtual ~BodyLink() = default;
+  /// Changes the problem by the layers' part, after all bodies have added theirs.
+  virtual void Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) = 0;
+  /// Takes the forces found. True if the layers' stiffness need not change.
+  virtual bool Advance(const ContactSolver& solver) = 0;
+  /// Ends the step: adds the displacements by the layers to those of the bodies.
+  virtual void End(std::span<BodyInStep> bodies) = 0;
+};
+
 /// Solves the contacts of all `bodies` and of the `pairs` between them as one problem, in rounds
-/// until all are in equilibrium. Fills U, the results and the forces of rows and pairs.
-/// `solver` is working memory. Deformation thread; allocates nothing.
+/// until all are in equilibrium, the `links` included. Fills U, the results and the forces of rows
+/// and pairs. `solver` is working memory. Deformation thread; allocates nothing.
 void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
-                   ContactSolver* solver);
+                   ContactSolver* solver, std::span<BodyLink* const> links = {});
 
 /// A relaxation whose organ can be a body of a problem with others.
 class BodyRelaxation : public Relaxation, public ContactBody {

@@ -1,15 +1,17 @@
 #include "engine/step/joint_relaxation.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/solver/contact_body.h"
 
 namespace hpdm {
 
-JointRelaxation::JointRelaxation(std::size_t pairs)
-    : holds_(std::min(pairs, std::size_t{kMaxOrgans / 2})) {
+JointRelaxation::JointRelaxation(std::size_t pairs, std::vector<AttachmentLink> links)
+    : links_(std::move(links)), holds_(std::min(pairs, std::size_t{kMaxOrgans / 2})) {
   group_pairs_.reserve(kMaxContacts);
   pair_of_.reserve(kMaxContacts);
+  group_links_.reserve(links_.size());
 }
 
 void JointRelaxation::Relax(double dt, std::span<OrganContact> pairs,
@@ -31,6 +33,10 @@ void JointRelaxation::Relax(double dt, std::span<OrganContact> pairs,
              GroupOf(static_cast<std::size_t>(pair.body[0])) == static_cast<int>(first);
     };
     awake = awake || std::any_of(pairs.begin(), pairs.end(), overlaps);
+    for (const AttachmentLink& link : links_) {
+      if (GroupOf(ToSize(link.joint().members()[0].organ)) != static_cast<int>(first)) continue;
+      awake = awake || link.IsMovedApart(OffsetsOf(link, *organs));
+    }
     if (awake) RelaxGroup(dt, pairs, organs, record);
   }
 }
@@ -38,10 +44,43 @@ void JointRelaxation::Relax(double dt, std::span<OrganContact> pairs,
 // The root of a group is its first organ.
 void JointRelaxation::FindGroups(std::span<const OrganContact> pairs, std::size_t organs) {
   for (std::size_t o = 0; o < organs; ++o) parent_[o] = static_cast<int>(o);
-  for (const OrganContact& pair : pairs) {
-    const int a = GroupOf(static_cast<std::size_t>(pair.body[0]));
-    const int b = GroupOf(static_cast<std::size_t>(pair.body[1]));
-    parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  for (const OrganContact& pair : pairs) Join(pair.body[0], pair.body[1]);
+  for (const AttachmentLink& link : links_) {
+    for (const auto& member : link.joint().members()) {
+      Join(link.joint().members()[0].organ, member.organ);
+    }
+  }
+}
+
+void JointRelaxation::Join(int first, int second) {
+  const int a = GroupOf(static_cast<std::size_t>(first));
+  const int b = GroupOf(static_cast<std::size_t>(second));
+  parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+}
+
+std::span<const Vector3d> JointRelaxation::OffsetsOf(const AttachmentLink& link,
+                                                     const std::vector<OrganStep>& organs) {
+  std::size_t count = 0;
+  for (const auto& member : link.joint().members()) {
+    offsets_W_[count++] = organs[static_cast<std::size_t>(member.organ)].state().offset_W;
+  }
+  return {offsets_W_.data(), count};
+}
+
+// Lists the links of the present group and begins their step.
+void JointRelaxation::BeginLinks(const std::vector<OrganStep>& organs) {
+  group_links_.clear();
+  const auto begin = group_.begin(), end = begin + static_cast<std::ptrdiff_t>(count_);
+  for (AttachmentLink& link : links_) {
+    std::array<int, kMaxOrgans> bodies;
+    std::size_t count = 0;
+    for (const auto& member : link.joint().members()) {
+      const auto found = std::find(begin, end, member.organ);
+      if (found != end) bodies[count++] = static_cast<int>(found - begin);
+    }
+    if (count == 0) continue;
+    link.Begin(OffsetsOf(link, organs), {bodies.data(), count});
+    group_links_.push_back(&link);
   }
 }
 
@@ -78,7 +117,8 @@ void JointRelaxation::RelaxGroup(double dt, std::span<OrganContact> pairs,
   const std::span<BodyInStep> bodies(bodies_.data(), count_);
   for (bool again = true; again;) {
     for (std::size_t b = 0; b < count_; ++b) bodies[b] = organ(b).Body();
-    RelaxTogether(bodies, group_pairs_, &solver_);
+    BeginLinks(*organs);
+    RelaxTogether(bodies, group_pairs_, &solver_, group_links_);
     again = false;
     for (std::size_t b = 0; b < count_; ++b) again = organ(b).Rejects(bodies[b].result) || again;
   }
@@ -89,7 +129,10 @@ void JointRelaxation::RelaxGroup(double dt, std::span<OrganContact> pairs,
       hold_on_[static_cast<std::size_t>(group_[b])] = {&hold, static_cast<int>(b)};
     }
   }
-  for (std::size_t b = 0; b < count_; ++b) organ(b).EndRelax(bodies[b].result, record);
+  for (std::size_t b = 0; b < count_; ++b) {
+    organ(b).EndRelax(bodies[b].result, record);
+    if (!group_links_.empty()) organ(b).WakeIfMoved();
+  }
   for (std::size_t p = 0; p < group_pairs_.size(); ++p) {
     OrganContact& pair = pairs[pair_of_[p]];
     group_pairs_[p].body = pair.body;

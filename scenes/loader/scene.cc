@@ -120,6 +120,9 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   for (const TableReader& table : root.Tables("contact", kContactKeys, kMaxContactPairs)) {
     ReadContact(table, &scene.organs);
   }
+  for (const TableReader& table : root.Tables("attachment", kAttachmentKeys, kMaxAttachments)) {
+    scene.attachments.push_back(ReadAttachment(table, scene.organs));
+  }
   int cuts = 0;
   for (const TableReader& table : root.Tables("cut", kCutKeys, kMaxCuts)) {
     ReadCut(table, cuts++, &scene.organs);

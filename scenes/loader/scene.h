@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/attachment/attachment_options.h"
 #include "engine/base/types.h"
 #include "engine/organ_options.h"
 #include "engine/snapshots.h"
@@ -40,6 +41,7 @@ struct Scene {
   std::string background;  ///< Path of a picture, or empty.
   TimingOptions timing;
   std::vector<OrganOptions> organs;            ///< 1 to kMaxOrgans, names unique.
+  std::vector<AttachmentOptions> attachments;
   std::vector<InstrumentOptions> instruments;  ///< 0 to kMaxInstruments, names unique.
   std::vector<LoadOptions> loads;
   LaparoscopeOptions laparoscope;

@@ -60,6 +60,31 @@ free = { drag = 1 }
 a = "a"
 b = "b"
 
+[[attachment]]
+a = "a"
+b = "b"
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+young = 1
+thickness = 1
+strength = 1
+toughness = 1
+[[attachment]]
+a = "a"
+b = "b"
+box_fraction = { min = [0, 0, 0], max = [1, 1, 1] }
+young = 1
+thickness = 1
+strength = 1
+toughness = 1
+[[attachment]]
+a = "a"
+b = "b"
+sphere = { centre = [0, 0, 0], radius = 1 }
+young = 1
+thickness = 1
+strength = 1
+toughness = 1
+
 [[cut]]
 organ = "a"
 strip = [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]]

@@ -7,8 +7,9 @@
 /// all other keys. A test checks that the README describes exactly these.
 namespace hpdm {
 
-inline constexpr std::string_view kRootKeys[] = {
-    "scene", "timing", "organ", "contact", "cut", "instrument", "load", "laparoscope", "file"};
+inline constexpr std::string_view kRootKeys[] = {"scene",       "timing", "organ",      "contact",
+                                                 "attachment",  "cut",    "instrument", "load",
+                                                 "laparoscope", "file"};
 inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks", "step_budget"};
@@ -18,6 +19,9 @@ inline constexpr std::string_view kOrganKeys[] = {
     "pose",   "motion",  "lattice",        "energy",       "material",
     "region", "support", "wall_stiffness", "subdivisions", "free"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
+inline constexpr std::string_view kAttachmentKeys[] = {
+    "a",     "b",         "box",      "box_fraction", "sphere",
+    "young", "thickness", "strength", "toughness",    "reach"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {
@@ -118,6 +122,10 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.support.sphere", kSphereKeys},
     {"organ.free", kFreeKeys},
     {"contact", kContactKeys},
+    {"attachment", kAttachmentKeys},
+    {"attachment.box", kBoxKeys},
+    {"attachment.box_fraction", kBoxKeys},
+    {"attachment.sphere", kSphereKeys},
     {"cut", kCutKeys},
     {"instrument", kInstrumentKeys},
     {"instrument.jaws", kJawKeys},

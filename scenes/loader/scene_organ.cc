@@ -170,32 +170,6 @@ void ReadCorners(const TableReader& table, const Interval& range, Vector3d* min,
   }
 }
 
-/// Returns the table's region, if it has one.
-std::optional<Region> ReadRegion(const TableReader& table) {
-  table.RefuseBoth("box", "box_fraction");
-  table.RefuseBoth("box", "sphere");
-  table.RefuseBoth("box_fraction", "sphere");
-  if (const auto box = table.Table("box", kBoxKeys)) {
-    Box region;
-    ReadCorners(*box, kCoordinate, &region.min, &region.max);
-    return region;
-  }
-  if (const auto fraction = table.Table("box_fraction", kBoxKeys)) {
-    BoxFraction region;
-    ReadCorners(*fraction, {.min = 0, .max = 1}, &region.min, &region.max);
-    return region;
-  }
-  if (const auto sphere = table.Table("sphere", kSphereKeys)) {
-    Sphere region;
-    sphere->Require("centre", "give it as [x, y, z] in m");
-    sphere->Require("radius", "give it in m");
-    sphere->ReadVector("centre", kCoordinate, &region.centre);
-    sphere->ReadNumber("radius", Interval::Positive(kMaxCoordinate, "m"), &region.radius);
-    return region;
-  }
-  return std::nullopt;
-}
-
 StiffnessRegion ReadStiffnessRegion(const TableReader& table) {
   StiffnessRegion stiffer;
   const std::optional<Region> region = ReadRegion(table);
@@ -263,6 +237,31 @@ void RefuseKeysOfOtherModels(const TableReader& table, OrganModelType model) {
 }
 
 }  // namespace
+
+std::optional<Region> ReadRegion(const TableReader& table) {
+  table.RefuseBoth("box", "box_fraction");
+  table.RefuseBoth("box", "sphere");
+  table.RefuseBoth("box_fraction", "sphere");
+  if (const auto box = table.Table("box", kBoxKeys)) {
+    Box region;
+    ReadCorners(*box, kCoordinate, &region.min, &region.max);
+    return region;
+  }
+  if (const auto fraction = table.Table("box_fraction", kBoxKeys)) {
+    BoxFraction region;
+    ReadCorners(*fraction, {.min = 0, .max = 1}, &region.min, &region.max);
+    return region;
+  }
+  if (const auto sphere = table.Table("sphere", kSphereKeys)) {
+    Sphere region;
+    sphere->Require("centre", "give it as [x, y, z] in m");
+    sphere->Require("radius", "give it in m");
+    sphere->ReadVector("centre", kCoordinate, &region.centre);
+    sphere->ReadNumber("radius", Interval::Positive(kMaxCoordinate, "m"), &region.radius);
+    return region;
+  }
+  return std::nullopt;
+}
 
 OrganOptions ReadOrgan(const TableReader& table) {
   OrganOptions organ;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/base/angle.h"
@@ -22,8 +23,11 @@ void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rota
 Scene ReadScene(const TomlDocument& document, KeyObserver* observer = nullptr);
 
 OrganOptions ReadOrgan(const TableReader& table);
+/// Returns the table's box, box_fraction or sphere, if it has one.
+std::optional<Region> ReadRegion(const TableReader& table);
 /// Adds the contact to its first organ's options.
 void ReadContact(const TableReader& table, std::vector<OrganOptions>* organs);
+AttachmentOptions ReadAttachment(const TableReader& table, const std::vector<OrganOptions>& organs);
 /// Adds the cut to its organ's options. `number`: among the scene's cuts.
 void ReadCut(const TableReader& table, int number, std::vector<OrganOptions>* organs);
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs);
@@ -31,6 +35,7 @@ InstrumentOptions ReadInstrument(const TableReader& table, const std::vector<Org
 
 /// Most pairs of organs that touch each other.
 inline constexpr std::size_t kMaxContactPairs = 8;
+inline constexpr std::size_t kMaxAttachments = 8;
 /// Most cuts of a scene, and edges of one.
 inline constexpr std::size_t kMaxCuts = 16, kMaxBladeEdges = 256;
 

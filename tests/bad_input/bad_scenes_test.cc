@@ -427,6 +427,53 @@ void AddCuts(Scenes* s) {
          SoundScene({}) + "[[cut]]\norgan='liver'\nstrip=[" + sound + "]\n");
 }
 
+void AddAttachments(Scenes* s) {
+  constexpr const char* kFace = "box={min=[0.049,-1,-1],max=[0.051,1,1]}\n";
+  const auto layer = [](const std::string& region, const std::string& toughness = "45",
+                        const std::string& strength = "10000") {
+    return "[[attachment]]\na='liver'\nb='other'\n" + region +
+           "young=20000\nthickness=0.001\nstrength=" + strength + "\ntoughness=" + toughness + "\n";
+  };
+  const auto scene = [](const std::string& other, const std::string& more,
+                        const SceneChange& change = {}) {
+    return SoundScene(change) +
+           "[[organ]]\nname='other'\nmesh='../common/box.obj'\n"
+           "pose={position=[0.1003,0,0]}\n" +
+           other + more;
+  };
+  const std::string soft = "lattice={cells=2}\n", rigid = "model='rigid'\n";
+  s->Text("an attachment", scene(rigid, layer(kFace)));
+  s->Text("an attachment in the air", scene(soft, layer("sphere={centre=[0,0,1],radius=0.1}\n")));
+  s->Text("an attachment across a gap", scene("unit=0.9\n" + rigid, layer(kFace)));
+  s->Text("an attachment of less than one function",
+          scene(soft, layer("sphere={centre=[0.05,0,0],radius=0.02}\n")));
+  s->Text("an attachment over a support",
+          scene("lattice={cells=2}\n[[organ.support]]\n"
+                "box={min=[0.04,0,-1],max=[0.2,0.03,1]}\nfixed=true\n",
+                layer(kFace)));
+  s->Text("an attachment of no strength", scene(soft, layer(kFace, "45", "0")));
+  s->Text("an attachment of less toughness than it stores", scene(soft, layer(kFace, "2.4")));
+  s->Text("an attachment of NaN", scene(soft, layer(kFace, "nan")));
+  s->Text("two attachments on one surface", scene(soft, layer(kFace) + layer(kFace)));
+  s->Text("an attachment of two rigid organs",
+          scene(rigid,
+                "[[organ]]\nname='wall'\nmesh='../common/box.obj'\nmodel='rigid'\n"
+                "[[attachment]]\na='wall'\nb='other'\n"));
+  s->Text("an attachment of an organ to itself",
+          scene(soft, "[[attachment]]\na='other'\nb='other'\n"));
+  s->Text("an attachment of organs in contact",
+          scene(soft, "[[contact]]\na='liver'\nb='other'\n" + layer(kFace)));
+  s->Text("an attachment in finite strain",
+          scene(soft, layer(kFace), {.energy = "strain='finite'\n"}));
+  s->Text("an attachment of a surface model", scene("model='mass_spring'\n", layer(kFace)));
+  s->Text("an attachment of no organ", scene(soft, "[[attachment]]\na='liver'\nb='kidney'\n"));
+  s->Text("an attachment without a region", scene(soft, layer("")));
+  s->Run("a session of attached organs", scene(rigid, layer(kFace)));
+  s->Add("a static case of an attached organ", {"solve", "s.toml", "--out", "f.csv"},
+         WithFile("s.toml", scene(soft, layer(kFace) + "[[load]]\norgan='other'\npoint=[0.15,0,0]\n"
+                                                       "radius=0.02\nforce=[1,0,0]\n")));
+}
+
 TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   Scenes scenes;
   AddTexts(&scenes);
@@ -442,6 +489,7 @@ TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   AddViewsAndRecords(&scenes);
   AddLoads(&scenes);
   AddCuts(&scenes);
+  AddAttachments(&scenes);
   AddSessions(&scenes);
   scenes.Compare();
 }

@@ -73,6 +73,17 @@ Json CutFacts(const CutSurface& cut) {
           {"ends_in_tissue", cut.has_front()}};
 }
 
+Json BedFacts(const AttachmentBed& bed) {
+  return {{"a", bed.options.a},
+          {"b", bed.options.b},
+          {"samples", bed.size()},
+          {"area_m2", bed.areas.sum()},
+          {"opens_at_m", bed.law.onset},
+          {"free_at_m", bed.law.final},
+          {"strength_N", bed.areas.sum() * bed.options.strength},
+          {"work_to_free_J", bed.areas.sum() * bed.options.toughness}};
+}
+
 Json OrganFacts(const OrganModel& organ) {
   const Box bounds = AxisAlignedBounds(organ.rest().vertices);
   Json facts = {{"name", organ.options().name},
@@ -205,6 +216,17 @@ void PrintOrgan(const Json& organ) {
               cost["relocation_flops"].get<double>() / 1e6);
 }
 
+void PrintBed(const Json& bed) {
+  std::printf(
+      "attachment of %s and %s: %.1f cm^2 in %ld samples; it holds %.2f N, opens at %.2g mm, and "
+      "is "
+      "free at %.2g mm after %.2g mJ\n",
+      bed["a"].get<std::string>().c_str(), bed["b"].get<std::string>().c_str(),
+      1e4 * bed["area_m2"].get<double>(), bed["samples"].get<long>(),
+      bed["strength_N"].get<double>(), 1000 * bed["opens_at_m"].get<double>(),
+      1000 * bed["free_at_m"].get<double>(), 1000 * bed["work_to_free_J"].get<double>());
+}
+
 std::string_view TypeName(InstrumentType type) {
   for (const auto& [name, named] : kInstrumentTypes) {
     if (named == type) return name;
@@ -310,6 +332,7 @@ void Check(const std::string& scene, bool as_json) {
     facts["instruments"].push_back(
         InstrumentFacts(instrument, session.device_choices()[i], session.SiteOf(instrument)));
   }
+  for (const AttachmentBed& bed : session.beds()) facts["attachments"].push_back(BedFacts(bed));
   facts["contacts"] = Json::array();
   for (const Session::ContactFact& contact : session.contacts()) {
     facts["contacts"].push_back(ContactFacts(contact));
@@ -334,6 +357,9 @@ void Check(const std::string& scene, bool as_json) {
   }
   std::cout << facts["scene"].get<std::string>() << ": sound\n";
   for (const Json& organ : facts["organs"]) PrintOrgan(organ);
+  if (facts.contains("attachments")) {
+    for (const Json& bed : facts["attachments"]) PrintBed(bed);
+  }
   for (const Json& instrument : facts["instruments"]) {
     PrintInstrument(instrument);
     for (const Json& contact : facts["contacts"]) {

@@ -36,7 +36,8 @@ class Player {
             {session->tool_states, session->patches, session->samples, nullptr, &session->control}),
         deformation_(session->organs(), session->DeformationTools(),
                      {session->tool_states, session->patches, *session->render_scenes,
-                      *session->telemetry_scenes, &session->steps}) {
+                      *session->telemetry_scenes, &session->steps},
+                     nullptr, 0, session->scene().attachments) {
     replay_.comparison = FieldComparison(tolerance);
     replay_.tool_count = static_cast<int>(devices_.size());
     replay_.steps_logged = log.steps().size() + log.steps_unusable();

@@ -252,7 +252,8 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
   DeformationLoop deformation(session.organs(), session.DeformationTools(),
                               {session.tool_states, session.patches, *session.render_scenes,
                                *session.telemetry_scenes, &session.steps},
-                              stopwatch, session.scene().timing.StepBudget());
+                              stopwatch, session.scene().timing.StepBudget(),
+                              session.scene().attachments);
   RenderLoop render(
       OrganVisualsOf(options, session), session.InstrumentVisuals(), session.scene().laparoscope,
       render_options, RenderEdges(options, &session),

@@ -73,6 +73,7 @@ SessionModel::SessionModel(const SessionModel& other, std::size_t organ, double 
       is_of_scene_file_(false),
       pictures_(other.pictures_),
       organs_(other.organs_),
+      beds_(other.beds_),
       sites_(other.sites_),
       kinematics_(other.kinematics_),
       remarks_(other.remarks_),
@@ -120,7 +121,21 @@ void SessionModel::BuildOrgans(const Progress& progress) {
     around.extend(bounds.max);
   }
   WithScenePath(scene_, [&] { RefuseOverlaps(organs_); });
+  WithScenePath(scene_, [&] { BuildBeds(); });
   LookAtOrgans({around.min(), around.max()}, &scene_.laparoscope);
+}
+
+void SessionModel::BuildBeds() {
+  const auto named = [&](const std::string& name) -> const OrganModel& {
+    return *std::find_if(organs_.begin(), organs_.end(),
+                         [&](const OrganModel& organ) { return organ.options().name == name; });
+  };
+  for (const AttachmentOptions& attachment : scene_.attachments) {
+    beds_.emplace_back(attachment, named(attachment.a), named(attachment.b));
+    for (std::size_t other = 0; other + 1 < beds_.size(); ++other) {
+      RefuseSharedSurface(beds_[other], beds_.back());
+    }
+  }
 }
 
 // Refuses a tip that is wider than every organ is long, and jaws that no organ fits between or

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/attachment/attachment_bed.h"
 #include "engine/organ.h"
 #include "engine/step/tool_options.h"
 #include "haptics/device/hand_script.h"
@@ -45,6 +46,8 @@ class SessionModel {
   /// False for a model of WithYoung().
   bool IsOfSceneFile() const { return is_of_scene_file_; }
   const std::vector<OrganModel>& organs() const { return organs_; }
+  /// The beds of the scene's attachments.
+  const std::vector<AttachmentBed>& beds() const { return beds_; }
   /// Returns the repairs of the meshes and probable mistakes in the scene, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -81,6 +84,7 @@ class SessionModel {
  private:
   SessionModel(const SessionModel& other, std::size_t organ, double young);
   void ReadPictures();
+  void BuildBeds();
   void BuildOrgans(const Progress& progress);
   void CheckTip(const InstrumentDescription& held) const;
   void BuildInstruments();
@@ -99,6 +103,7 @@ class SessionModel {
   bool is_of_scene_file_ = true;
   std::shared_ptr<Pictures> pictures_;
   std::vector<OrganModel> organs_;
+  std::vector<AttachmentBed> beds_;
   std::vector<HandSite> sites_;  // by instrument
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<std::string> remarks_;

@@ -23,6 +23,8 @@ class OrganBench {
     if (friction) options.contacts.push_back({organs_.back().options().name, *friction});
     organs_.emplace_back(options, std::move(rest));
   }
+  /// Joins two of the organs.
+  void Attach(const AttachmentOptions& attachment) { attachments_.push_back(attachment); }
   /// `tools`: empty: one of the default kind.
   void Start(std::vector<ToolOptions> tools = {}) {
     if (tools.empty()) tools.resize(1);
@@ -31,7 +33,8 @@ class OrganBench {
     telemetry_ =
         std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, false));
     loop_ = std::make_unique<DeformationLoop>(
-        organs_, tools, DeformationEdges{tools_, patch, *render, *telemetry_});
+        organs_, tools, DeformationEdges{tools_, patch, *render, *telemetry_}, nullptr, 0,
+        attachments_);
   }
 
   /// The tool whose shaft lies along z above the tip's centre `p`, m.
@@ -85,12 +88,14 @@ class OrganBench {
   const OrganModel& model(int o) const { return organs_[static_cast<std::size_t>(o)]; }
   const OrganState& organ(int o) const { return loop_->organ(o); }
   const StepRecord& record() const { return loop_->record(); }
+  const DeformationLoop& loop() const { return *loop_; }
 
   TripleBuffer<ContactPatch> patch;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render;
 
  private:
   std::vector<OrganModel> organs_;
+  std::vector<AttachmentOptions> attachments_;
   TripleBuffer<ToolState> tools_;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_;
   std::unique_ptr<DeformationLoop> loop_;

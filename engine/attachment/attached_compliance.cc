@@ -1,0 +1,54 @@
+#include "engine/attachment/attached_compliance.h"
+
+namespace hpdm {
+
+void AttachedCompliance::LoadModes(const SparseRow& b) const {
+  work_.w.setZero();
+  for (std::size_t i = 0; i < b.control_points.size(); ++i) {
+    const int a = b.control_points[i];
+    if (3 * a >= member_.unknowns()) break;
+    work_.w += b.weights[i] * member_.response.middleRows<3>(3 * a).transpose();
+  }
+}
+
+void AttachedCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
+  free_.RespondTo(b, response);
+  LoadModes(b);
+  for (int d = 0; d < 3; ++d) {
+    work_.q.noalias() = state_.joint().stiffness() * work_.w.col(d);
+    state_.Settle(work_.q);
+    work_.w.col(d) = work_.q;
+    state_.ForcesOf(work_.w.col(d), &work_.q);
+    response.col(d).head(member_.unknowns()).noalias() -= member_.response * work_.q;
+  }
+}
+
+void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
+  for (Eigen::Index c = 0; c < loads.cols(); ++c) {
+    auto moved = work_.w.col(0);
+    moved.setZero();
+    for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
+      if (loads(i, c) != 0) moved += loads(i, c) * member_.response.row(i).transpose();
+    }
+    work_.q.noalias() = state_.joint().stiffness() * moved;
+    state_.Settle(work_.q);
+    moved = work_.q;
+    state_.ForcesOf(moved, &work_.q);
+    free_.SolveLoads(loads.col(c));
+    loads.col(c).head(member_.unknowns()).noalias() -= member_.response * work_.q;
+  }
+}
+
+Matrix3d AttachedCompliance::PointCompliance(const SparseRow& b) const {
+  Matrix3d sum = free_.PointCompliance(b);
+  LoadModes(b);
+  Eigen::MatrixXd settled = state_.joint().stiffness() * work_.w;
+  for (int d = 0; d < 3; ++d) {
+    state_.Settle(settled.col(d));
+    state_.ForcesOf(settled.col(d), &work_.q);
+    sum.col(d) -= work_.w.transpose() * work_.q;
+  }
+  return (sum + sum.transpose()) / 2;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,181 @@
+#include "engine/attachment/attachment_joint.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "engine/base/check.h"
+#include "engine/base/error.h"
+
+namespace hpdm {
+namespace {
+
+// Columns of both organs that the bed touches, as one list: those of a, then those of b.
+struct Touched {
+  std::vector<std::pair<int, int>> columns;  // side, column
+  Eigen::MatrixXd rows;                      // M x columns: delta's dependence on them
+};
+
+Touched TouchedBy(const AttachmentBed& bed) {
+  Touched touched;
+  std::array<std::vector<int>, 2> place;
+  for (int side = 0; side < 2; ++side) {
+    const WeightMatrix& rows = bed.rows[static_cast<std::size_t>(side)];
+    std::vector<bool> used(static_cast<std::size_t>(rows.cols()), false);
+    for (int i = 0; i < rows.outerSize(); ++i) {
+      for (WeightMatrix::InnerIterator it(rows, i); it; ++it) used[ToSize(it.col())] = true;
+    }
+    auto& places = place[static_cast<std::size_t>(side)];
+    places.assign(used.size(), -1);
+    for (std::size_t c = 0; c < used.size(); ++c) {
+      if (!used[c]) continue;
+      places[c] = static_cast<int>(touched.columns.size());
+      touched.columns.emplace_back(side, static_cast<int>(c));
+    }
+  }
+  touched.rows =
+      Eigen::MatrixXd::Zero(bed.size(), static_cast<Eigen::Index>(touched.columns.size()));
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double sign = side == 0 ? -1 : 1;
+    for (int i = 0; i < bed.rows[side].outerSize(); ++i) {
+      for (WeightMatrix::InnerIterator it(bed.rows[side], i); it; ++it) {
+        touched.rows(i, place[side][ToSize(it.col())]) = sign * it.value();
+      }
+    }
+  }
+  return touched;
+}
+
+}  // namespace
+
+AttachmentJoint::AttachmentJoint(std::vector<AttachmentBed> beds,
+                                 const std::vector<std::array<Organ, 2>>& organs) {
+  HPDM_CHECK(beds.size() == organs.size());
+  for (std::size_t l = 0; l < beds.size(); ++l) AddLayer(std::move(beds[l]), organs[l]);
+  Respond();
+  organs_.clear();
+  shapes_.clear();
+}
+
+int AttachmentJoint::MemberOf(int organ) const {
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    if (members_[m].organ == organ) return static_cast<int>(m);
+  }
+  return -1;
+}
+
+int AttachmentJoint::AddMember(const Organ& organ) {
+  const int found = MemberOf(organ.index);
+  if (found >= 0) return found;
+  members_.emplace_back().organ = organ.index;
+  organs_.push_back(organ);
+  shapes_.emplace_back(0, organ.compliance != nullptr ? organ.control_points : 0);
+  return static_cast<int>(members_.size()) - 1;
+}
+
+void AttachmentJoint::AddLayer(AttachmentBed bed, const std::array<Organ, 2>& organs) {
+  const std::array<int, 2> members{AddMember(organs[0]), AddMember(organs[1])};
+  const Touched touched = TouchedBy(bed);
+  const Eigen::MatrixXd gram = touched.rows.transpose() * bed.areas.asDiagonal() * touched.rows;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
+  const Eigen::VectorXd& values = solver.eigenvalues();  // ascending
+  Eigen::Index dropped = 0;
+  while (values[dropped] <= kLeastShare * values[values.size() - 1]) ++dropped;
+  const Eigen::MatrixXd kept = solver.eigenvectors().rightCols(values.size() - dropped);
+  const Eigen::Index first = modes_, count = kept.cols();
+  modes_ += count;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    Eigen::MatrixXd& shape = shapes_[m];
+    Eigen::VectorXd& offset = members_[m].offset;
+    const Eigen::Index had = shape.rows();
+    shape.conservativeResize(modes_, Eigen::NoChange);
+    shape.bottomRows(modes_ - had).setZero();
+    offset.conservativeResize(modes_);
+    offset.tail(modes_ - had).setZero();
+  }
+  for (std::size_t c = 0; c < touched.columns.size(); ++c) {
+    const auto [side, column] = touched.columns[c];
+    const auto m = static_cast<std::size_t>(members[static_cast<std::size_t>(side)]);
+    const auto row = kept.row(static_cast<Eigen::Index>(c)).transpose();
+    shapes_[m].block(first, column, count, 1) = row;
+    members_[m].offset.segment(first, count) += row;  // the functions sum to one
+  }
+  // A rigid organ has no functions: to move it by v is to move the other one by -v.
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (organs[side].compliance != nullptr) continue;
+    const auto own = static_cast<std::size_t>(members[side]);
+    const auto other = static_cast<std::size_t>(members[1 - side]);
+    members_[own].offset.segment(first, count) = -members_[other].offset.segment(first, count);
+  }
+  Layer& layer = layers_.emplace_back(Layer{std::move(bed), members, first, {}});
+  layer.samples = (touched.rows * kept).transpose();
+}
+
+// Computes the members' responses and G^-1.
+void AttachmentJoint::Respond() {
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3 * modes_, 3 * modes_);
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    const Eigen::MatrixXd& shape = shapes_[m];
+    const Organ& organ = organs_[m];
+    if (organ.compliance == nullptr) continue;
+    Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * organ.rows, 3 * modes_);
+    for (Eigen::Index j = 0; j < modes_; ++j) {
+      for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+        for (int d = 0; d < 3; ++d) loads(3 * a + d, 3 * j + d) = shape(j, a);
+      }
+    }
+    organ.compliance->SolveLoads(loads);
+    Eigen::MatrixXd& response = members_[m].response;
+    response = loads.topRows(3 * organ.control_points);
+    for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+      for (Eigen::Index j = 0; j < modes_; ++j) {
+        if (shape(j, a) != 0) G.middleRows<3>(3 * j) += shape(j, a) * response.middleRows<3>(3 * a);
+      }
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor((G + G.transpose()) / 2);
+  if (factor.info() != Eigen::Success) {
+    throw InputError("[[attachment]] of organs \"" + layers_[0].bed.options.a + "\" and \"" +
+                     layers_[0].bed.options.b +
+                     "\": its modes depend on each other; use fewer cells or a larger region");
+  }
+  stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
+  stiffness_ = ((stiffness_ + stiffness_.transpose()) / 2).eval();
+}
+
+std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
+    std::vector<AttachmentBed> beds,
+    const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs) {
+  std::vector<std::size_t> group(beds.size());
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t l = 0; l < beds.size(); ++l) {
+      for (std::size_t k = 0; k < l; ++k) {
+        const auto shares = [&](const AttachmentJoint::Organ& organ) {
+          return organ.index == organs[k][0].index || organ.index == organs[k][1].index;
+        };
+        if (group[l] == group[k] || !(shares(organs[l][0]) || shares(organs[l][1]))) continue;
+        group[l] = group[k] = std::min(group[l], group[k]);
+        changed = true;
+      }
+    }
+  }
+  std::vector<std::shared_ptr<const AttachmentJoint>> joints;
+  for (std::size_t g = 0; g < beds.size(); ++g) {
+    std::vector<AttachmentBed> own;
+    std::vector<std::array<AttachmentJoint::Organ, 2>> pairs;
+    for (std::size_t l = 0; l < beds.size(); ++l) {
+      if (group[l] != g) continue;
+      own.push_back(std::move(beds[l]));
+      pairs.push_back(organs[l]);
+    }
+    if (!own.empty()) joints.push_back(std::make_shared<AttachmentJoint>(std::move(own), pairs));
+  }
+  return joints;
+}
+
+}  // namespace hpdm

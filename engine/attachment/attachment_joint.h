@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/attachment/attachment_bed.h"
+#include "engine/contact/lattice_compliance.h"
+
+namespace hpdm {
+
+/// Organs that attachments join, directly or through others: the constant part of their common
+/// response. A layer's samples see the displacements U of its two organs only through few modes
+/// w = Phi U, since the lattices have few functions there: delta_i = sum_j M_ij w_j. So with the
+/// stiffness of the layers R = M^T diag(A_i k_i) M in these modes the organs respond by
+///     H - H Phi^T (1 + R G)^-1 R Phi H,     H = K^-1 of all organs,   G = Phi H Phi^T.
+/// Damage changes R alone. Modes are Phi's rows times the three axes: mode 3 j + d moves along d.
+///
+/// Local functions follow the lattice (schur_complement.h): a layer acts on U + Y V.
+/// Built at set-up; any thread may read it.
+class AttachmentJoint {
+ public:
+  /// Modes with less than this share of the largest mean square displacement are dropped. With 1e-6
+  /// a damaged layer's response misses the direct one by 2 %, with this share by round-off.
+  static constexpr double kLeastShare = 1e-10;
+
+  /// One organ for the joint. `compliance`: at rest, without local functions in use; nullptr for a
+  /// rigid organ. `rows`: its control points and slots.
+  struct Organ {
+    int index = 0;  ///< In the scene.
+    int control_points = 0;
+    Eigen::Index rows = 0;
+    const LatticeCompliance* compliance = nullptr;
+  };
+  struct Member {
+    int organ = 0;             ///< Index in the scene.
+    Eigen::MatrixXd response;  ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
+    Eigen::VectorXd offset;    ///< r: the modes that an offset of the organ by 1 m excites.
+    Eigen::Index unknowns() const { return response.rows(); }
+  };
+  struct Layer {
+    AttachmentBed bed;
+    std::array<int, 2> members{};  ///< a and b.
+    Eigen::Index first_mode = 0;
+    Eigen::MatrixXd samples;  ///< s x M: column i is M_i.
+  };
+
+  /// `beds`: connected; `organs`: a and b of each.
+  AttachmentJoint(std::vector<AttachmentBed> beds, const std::vector<std::array<Organ, 2>>& organs);
+
+  const std::vector<Member>& members() const { return members_; }
+  const std::vector<Layer>& layers() const { return layers_; }
+  Eigen::Index modes() const { return modes_; }  ///< r, along each axis.
+  /// Returns the number of the organ's member, or -1.
+  int MemberOf(int organ) const;
+  /// G^-1, 3r x 3r, N/m.
+  const Eigen::MatrixXd& stiffness() const { return stiffness_; }
+
+ private:
+  int AddMember(const Organ& organ);
+  void AddLayer(AttachmentBed bed, const std::array<Organ, 2>& organs);
+  void Respond();
+
+  std::vector<Member> members_;
+  std::vector<Organ> organs_;            // of each member, at set-up
+  std::vector<Eigen::MatrixXd> shapes_;  // of each member, r x n: Phi; at set-up
+  std::vector<Layer> layers_;
+  Eigen::Index modes_ = 0;
+  Eigen::MatrixXd stiffness_;
+};
+
+/// Groups the beds into joints. `organs`: a and b of each bed.
+std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
+    std::vector<AttachmentBed> beds,
+    const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs);
+
+}  // namespace hpdm

@@ -1,0 +1,116 @@
+#include "engine/attachment/attachment_link.h"
+
+#include <utility>
+
+#include "engine/base/check.h"
+
+namespace hpdm {
+
+AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
+    : state_(std::move(joint)),
+      outcomes_(state_.joint().layers().size()),
+      equations_(2 * ContactSolver::kMaxEquations),
+      along_(3 * state_.joint().modes(), 2 * ContactSolver::kMaxEquations),
+      loaded_(along_),
+      settled_(along_),
+      offset_(Eigen::VectorXd::Zero(along_.rows())),
+      free_(offset_),
+      w_(offset_),
+      q_(offset_) {}
+
+bool AttachmentLink::IsMovedApart(std::span<const Vector3d> offsets_W) const {
+  for (const Vector3d& offset_W : offsets_W) {
+    if (offset_W != offsets_W[0]) return true;
+  }
+  return false;
+}
+
+void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies) {
+  HPDM_CHECK(bodies.size() == joint().members().size());
+  round_ = 0;
+  free_.setZero();
+  for (std::size_t m = 0; m < bodies.size(); ++m) {
+    bodies_[m] = bodies[m];
+    const Vector3d apart_W = offsets_W[m] - offsets_W[0];
+    if (apart_W.isZero(0)) continue;
+    const Eigen::VectorXd& excited = joint().members()[m].offset;
+    for (Eigen::Index j = 0; j < excited.size(); ++j) {
+      free_.segment<3>(3 * j) += excited[j] * apart_W;
+    }
+  }
+  offset_.noalias() = joint().stiffness() * free_;
+}
+
+// Fills the columns of all sides of the members' bodies, which stay in all rounds of a step.
+void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver) {
+  column_count_ = 0;
+  for (std::size_t m = 0; m < joint().members().size(); ++m) {
+    const AttachmentJoint::Member& member = joint().members()[m];
+    if (member.unknowns() == 0) continue;
+    const BodyInStep& body = bodies[static_cast<std::size_t>(bodies_[m])];
+    HPDM_CHECK(body.input.yield == 1 && body.input.free == nullptr);
+    const auto weights = body.contacts->Weights();
+    for (const ContactSolver::Side& side : solver.sides(bodies_[m])) {
+      const auto k = static_cast<Eigen::Index>(column_count_);
+      equations_[column_count_++] = side.equation;
+      auto along = along_.col(k);
+      auto load = settled_.col(k);  // Phi H b^T along the force
+      along.setZero();
+      load.setZero();
+      for (Eigen::Index a = 0; 3 * a < member.unknowns(); ++a) {
+        const double weight = weights(side.row, a);
+        if (weight == 0) continue;
+        const auto rows = member.response.middleRows<3>(3 * a);
+        for (Eigen::Index c = 0; c < along.size(); ++c) {
+          along[c] += weight * side.axis_W.dot(rows.col(c));
+          load[c] += weight * side.force_W.dot(rows.col(c));
+        }
+      }
+      loaded_.col(k).noalias() = joint().stiffness() * load;
+    }
+  }
+}
+
+void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
+  if (round_++ == 0) FillColumns(bodies, *solver);
+  state_.Refactor();
+  free_ = offset_;
+  state_.Settle(free_);
+  state_.ForcesOf(free_, &q_);
+  const auto count = static_cast<Eigen::Index>(column_count_);
+  for (Eigen::Index e = 0; e < count; ++e) {
+    solver->change()[equations_[ToSize(e)]] += along_.col(e).dot(q_);
+  }
+  for (Eigen::Index g = 0; g < count; ++g) {
+    auto settled = settled_.col(g);
+    settled = loaded_.col(g);
+    state_.Settle(settled);
+    state_.ForcesOf(settled, &q_);
+    for (Eigen::Index e = 0; e < count; ++e) {
+      solver->AddCompliance(equations_[ToSize(e)], equations_[ToSize(g)], -along_.col(e).dot(q_),
+                            1);
+    }
+  }
+}
+
+bool AttachmentLink::Advance(const ContactSolver& solver) {
+  w_ = free_;
+  for (std::size_t k = 0; k < column_count_; ++k) {
+    w_ += solver.forces()[equations_[k]] * settled_.col(static_cast<Eigen::Index>(k));
+  }
+  if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
+  state_.ForcesOf(w_, &q_);
+  return state_.Update(w_) || round_ >= kMaxRounds;
+}
+
+void AttachmentLink::End(std::span<BodyInStep> bodies) {
+  for (std::size_t m = 0; m < joint().members().size(); ++m) {
+    const AttachmentJoint::Member& member = joint().members()[m];
+    if (member.unknowns() == 0) continue;
+    Points* U = bodies[static_cast<std::size_t>(bodies_[m])].U;
+    Eigen::Map<Eigen::VectorXd>(U->data(), member.unknowns()).noalias() -= member.response * q_;
+  }
+  state_.Report(w_, outcomes_);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/attachment/attachment_state.h"
+#include "engine/base/copying.h"
+#include "engine/scene_limits.h"
+#include "engine/solver/contact_body.h"
+
+namespace hpdm {
+
+/// The layers of one joint in a step's contact problem. A step solves the problem with the present
+/// damage, lets the damage grow with the displacements found, and solves again, at most kMaxRounds
+/// times; the last growth counts in the next step. Deformation thread; allocates nothing.
+class AttachmentLink final : public BodyLink {
+ public:
+  static constexpr int kMaxRounds = 4;
+
+  explicit AttachmentLink(std::shared_ptr<const AttachmentJoint> joint);
+
+  const AttachmentState& state() const { return state_; }
+  const AttachmentJoint& joint() const { return state_.joint(); }
+  /// After the last step, for each of the joint's layers.
+  std::span<const AttachmentOutcome> outcomes() const { return outcomes_; }
+
+  /// Begins a step. `offsets_W`: of the members, m; `bodies`: their numbers in the problem.
+  void Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies);
+  /// True if the members' offsets differ: then none of them can sleep.
+  bool IsMovedApart(std::span<const Vector3d> offsets_W) const;
+
+  void Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) override;
+  bool Advance(const ContactSolver& solver) override;
+  void End(std::span<BodyInStep> bodies) override;
+
+ private:
+  void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
+
+  AttachmentState state_;
+  std::vector<AttachmentOutcome> outcomes_;
+  std::array<int, kMaxOrgans> bodies_{};  // of each member
+  int round_ = 0;                         // of the present step
+  std::size_t column_count_ = 0;
+  std::vector<int> equations_;  // of each side of the members' bodies
+  WorkMatrix along_;            // 3r x sides: Phi H b^T along the side's axis
+  WorkMatrix loaded_;           // the same: G^-1 times that of its force
+  WorkMatrix settled_;          // the same: the modes' displacements under its force
+  Eigen::VectorXd offset_;      // 3r: G^-1 times the modes' displacements by the offsets
+  Eigen::VectorXd free_;        // 3r: those displacements with the layers
+  Eigen::VectorXd w_, q_;       // 3r: of the last solution
+};
+
+}  // namespace hpdm

@@ -1,0 +1,129 @@
+#include "engine/attachment/attachment_state.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <utility>
+
+namespace hpdm {
+namespace {
+
+// A change of damage that does not change a step's forces.
+constexpr double kSettled = 1e-4;
+
+}  // namespace
+
+AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
+    : joint_(std::move(joint)),
+      R_(3 * joint_->modes(), 3 * joint_->modes()),
+      factor_(3 * joint_->modes(), 3 * joint_->modes()) {
+  std::size_t count = 0;
+  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+    count += static_cast<std::size_t>(layer.bed.size());
+  }
+  damage_.assign(count, 0);
+  closed_.assign(count, 0);
+  Refactor();
+}
+
+void AttachmentState::Refactor() {
+  if (!changed_) return;
+  changed_ = false;
+  R_.setZero();
+  std::size_t first = 0;
+  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+    const Eigen::Index s = layer.samples.rows(), at = 3 * layer.first_mode;
+    auto block = R_.block(at, at, 3 * s, 3 * s);
+    // Samples that are not closed respond alike along all axes: their sum along one, lower part.
+    auto sum = factor_.topLeftCorner(s, s);
+    sum.setZero();
+    for (int i = 0; i < layer.bed.size(); ++i) {
+      const double rest = layer.bed.areas[i] * (1 - damage_[first + ToSize(i)]);
+      if (rest == 0) continue;
+      const auto m = layer.samples.col(i);
+      for (Eigen::Index l = 0; l < s; ++l) sum.col(l).tail(s - l) += rest * m[l] * m.tail(s - l);
+    }
+    sum *= layer.bed.law.stiffness;
+    for (Eigen::Index l = 0; l < s; ++l) {
+      for (Eigen::Index j = l; j < s; ++j) {
+        const double value = sum(j, l);
+        block.block<3, 3>(3 * j, 3 * l) = value * Matrix3d::Identity();
+        block.block<3, 3>(3 * l, 3 * j) = value * Matrix3d::Identity();
+      }
+    }
+    for (int i = 0; i < layer.bed.size(); ++i) {
+      const double d = damage_[first + ToSize(i)];
+      if (closed_[first + ToSize(i)] == 0 || d == 0) continue;
+      const Vector3d n = layer.bed.normals_W.row(i);
+      const Matrix3d along = layer.bed.areas[i] * d * layer.bed.law.stiffness * n * n.transpose();
+      for (Eigen::Index l = 0; l < s; ++l) {
+        for (Eigen::Index j = 0; j < s; ++j) {
+          block.block<3, 3>(3 * j, 3 * l) += layer.samples(j, i) * layer.samples(l, i) * along;
+        }
+      }
+    }
+    first += ToSize(layer.bed.size());
+  }
+  factor_ = joint_->stiffness() + R_;
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(factor_);
+  static_cast<void>(factor);  // in place
+}
+
+void AttachmentState::Settle(Eigen::Ref<Eigen::VectorXd> w) const {
+  factor_.triangularView<Eigen::Lower>().solveInPlace(w);
+  factor_.transpose().triangularView<Eigen::Upper>().solveInPlace(w);
+}
+
+Vector3d AttachmentState::DisplacementOf(const AttachmentJoint::Layer& layer, int sample,
+                                         const Eigen::VectorXd& w) const {
+  Vector3d delta = Vector3d::Zero();
+  for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
+    delta += layer.samples(j, sample) * w.segment<3>(3 * (layer.first_mode + j));
+  }
+  return delta;
+}
+
+bool AttachmentState::Update(const Eigen::VectorXd& w) {
+  bool settled = true;
+  std::size_t at = 0;
+  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+    const CohesiveLaw& law = layer.bed.law;
+    for (int i = 0; i < layer.bed.size(); ++i, ++at) {
+      const Vector3d delta = DisplacementOf(layer, i, w);
+      const Vector3d normal = layer.bed.normals_W.row(i);
+      const double damage = law.Damage(law.Effective(delta, normal));
+      if (damage > damage_[at]) {
+        settled = settled && damage - damage_[at] <= kSettled;
+        damage_[at] = damage;
+        changed_ = true;
+      }
+      const char closed = law.Closed(delta, normal) ? 1 : 0;
+      if (closed == closed_[at]) continue;
+      closed_[at] = closed;
+      if (damage_[at] == 0) continue;
+      settled = false;
+      changed_ = true;
+    }
+  }
+  return settled;
+}
+
+void AttachmentState::Report(const Eigen::VectorXd& w,
+                             std::span<AttachmentOutcome> outcomes) const {
+  std::size_t at = 0;
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
+    const AttachmentJoint::Layer& layer = joint_->layers()[l];
+    AttachmentOutcome& outcome = outcomes[l];
+    outcome = {};
+    for (int i = 0; i < layer.bed.size(); ++i, ++at) {
+      const double area = layer.bed.areas[i], d = damage_[at], k = layer.bed.law.stiffness;
+      const Vector3d delta = DisplacementOf(layer, i, w), n = layer.bed.normals_W.row(i);
+      outcome.load_W -= area * (1 - d) * k * delta;
+      if (closed_[at] != 0) outcome.load_W -= area * d * k * n.dot(delta) * n;
+      outcome.largest_damage = std::max(outcome.largest_damage, d);
+      if (d >= 1) outcome.freed_area += area;
+      outcome.dissipated += area * layer.bed.law.Dissipated(d);
+    }
+  }
+}
+
+}  // namespace hpdm

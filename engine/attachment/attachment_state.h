@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/attachment/attachment_joint.h"
+
+namespace hpdm {
+
+/// A layer after a step.
+struct AttachmentOutcome {
+  Vector3d load_W = Vector3d::Zero();  ///< N: force of the layer on b.
+  double largest_damage = 0;           ///< 0..1.
+  double freed_area = 0;               ///< m^2, of samples with d = 1.
+  double dissipated = 0;               ///< J, since the start.
+};
+
+/// The damage of the layers of one joint, and the response of its organs that follows from it.
+/// Copies continue to the last bit. Deformation thread; allocates nothing after its construction.
+class AttachmentState {
+ public:
+  explicit AttachmentState(std::shared_ptr<const AttachmentJoint> joint);
+
+  const AttachmentJoint& joint() const { return *joint_; }
+  /// Damage of each sample of the layers in turn.
+  std::span<const double> damage() const { return damage_; }
+
+  /// True for each sample that carries pressure.
+  std::span<const char> closed() const { return closed_; }
+
+  /// Takes the damage into the stiffness R, if it has changed.
+  void Refactor();
+  /// Replaces G^-1 w_0 by w = (1 + G R)^-1 w_0: the modes' displacements w_0 (3r, m) without the
+  /// layers by those with them.
+  void Settle(Eigen::Ref<Eigen::VectorXd> w) const;
+  /// Returns the layers' forces q = R w, N: the organs move by -H Phi^T q.
+  void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::VectorXd* q) const {
+    q->noalias() = R_ * w;
+  }
+  /// Lets the damage grow with the modes' displacements w (3r, m). True if it hardly changed, and
+  /// no damaged sample opened or closed. R follows at the next Refactor().
+  bool Update(const Eigen::VectorXd& w);
+  /// The layers' state; their loads at the modes' displacements w with the present R.
+  void Report(const Eigen::VectorXd& w, std::span<AttachmentOutcome> outcomes) const;
+
+ private:
+  Vector3d DisplacementOf(const AttachmentJoint::Layer& layer, int sample,
+                          const Eigen::VectorXd& w) const;
+
+  std::shared_ptr<const AttachmentJoint> joint_;
+  std::vector<double> damage_;
+  std::vector<char> closed_;  // of each sample: carries pressure
+  bool changed_ = true;       // since R_ was computed
+  Eigen::MatrixXd R_;         // 3r x 3r, N/m
+  Eigen::MatrixXd factor_;    // 3r x 3r: lower Cholesky factor of G^-1 + R
+};
+
+}  // namespace hpdm

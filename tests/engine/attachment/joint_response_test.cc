@@ -1,0 +1,231 @@
+// The joined response of two organs against closed forms, and against a direct solve of both
+// stiffnesses with the layer, without modes.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "engine/attachment/attached_compliance.h"
+#include "engine/contact/surface_kernel.h"
+#include "tests/support/shapes.h"
+
+namespace hpdm {
+namespace {
+
+/// Two organs and the layer between them.
+struct JoinedPair {
+  JoinedPair(const OrganModel& a, const OrganModel& b, const AttachmentOptions& attachment)
+      : models{&a, &b} {
+    std::array<AttachmentJoint::Organ, 2> organs;
+    for (std::size_t o = 0; o < 2; ++o) {
+      if (models[o]->rigid()) {
+        organs[o] = {static_cast<int>(o), 0, 0, nullptr};
+        continue;
+      }
+      relaxations[o] = models[o]->MakeRelaxation(0);
+      organs[o] = {static_cast<int>(o), models[o]->control_points(), models[o]->control_points(),
+                   relaxations[o]->compliance()};
+    }
+    std::vector<AttachmentBed> beds;
+    beds.emplace_back(attachment, a, b);
+    joint = JoinOrgans(std::move(beds), {organs})[0];
+    state = std::make_unique<AttachmentState>(joint);
+    work = AttachedCompliance::Work(3 * joint->modes());
+  }
+
+  const AttachmentBed& bed() const { return joint->layers()[0].bed; }
+
+  /// Returns the displacements of both organs (3n) under loads on them (3n, N).
+  std::array<Eigen::VectorXd, 2> Solve(const std::array<Eigen::VectorXd, 2>& loads) {
+    Eigen::VectorXd w = Eigen::VectorXd::Zero(3 * joint->modes()), q = w;
+    std::array<Eigen::VectorXd, 2> moved;
+    for (std::size_t o = 0; o < 2; ++o) {
+      const auto& member =
+          joint->members()[static_cast<std::size_t>(joint->MemberOf(static_cast<int>(o)))];
+      moved[o] = loads[o];
+      if (member.unknowns() == 0) continue;
+      w += member.response.transpose() * loads[o];
+      relaxations[o]->compliance()->SolveLoads(moved[o]);
+    }
+    w = (joint->stiffness() * w).eval();
+    state->Settle(w);
+    state->ForcesOf(w, &q);
+    for (std::size_t o = 0; o < 2; ++o) {
+      const auto& member =
+          joint->members()[static_cast<std::size_t>(joint->MemberOf(static_cast<int>(o)))];
+      if (member.unknowns() > 0) moved[o] -= member.response * q;
+    }
+    modes = w;
+    return moved;
+  }
+
+  std::array<const OrganModel*, 2> models;
+  std::array<std::unique_ptr<Relaxation>, 2> relaxations;
+  std::shared_ptr<const AttachmentJoint> joint;
+  std::unique_ptr<AttachmentState> state;
+  AttachedCompliance::Work work;
+  Eigen::VectorXd modes;  // of the last Solve()
+};
+
+OrganOptions ArmOptions(const char* name, double young, std::array<int, 3> cells) {
+  OrganOptions options;
+  options.name = name;
+  options.material = {.young = young, .poisson = 0};
+  options.lattice.cells = cells;
+  options.lattice.margin = 0;
+  options.lattice.local.functions = 0;
+  return options;
+}
+
+// Returns the row of the mean displacement of the face x = 0.
+Eigen::RowVectorXd EndRow(const OrganModel& arm) {
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(arm.control_points());
+  double count = 0;
+  for (int v = 0; v < arm.rest().vertices.rows(); ++v) {
+    if (std::abs(arm.rest().vertices(v, 0)) > 1e-9) continue;
+    const SparseRow b = arm.LatticeRow(v);
+    for (std::size_t i = 0; i < b.weights.size(); ++i) row[b.control_points[i]] += b.weights[i];
+    count += 1;
+  }
+  return row / count;
+}
+
+Eigen::VectorXd Along(const Eigen::RowVectorXd& row, const Vector3d& force) {
+  Eigen::VectorXd load(3 * row.size());
+  for (Eigen::Index a = 0; a < row.size(); ++a) load.segment<3>(3 * a) = row[a] * force;
+  return load;
+}
+
+struct CantileverCase {
+  double lambda_h, crack, height, size;
+};
+class DoubleCantilever : public testing::TestWithParam<CantileverCase> {};
+
+// Two equal slender arms, apart over the length a, on a layer over the rest: beams on an elastic
+// foundation of stiffness 2 k B for each arm's deflection, which is half of the opening.
+TEST_P(DoubleCantilever, TipYieldsAsBeamsOnAnElasticFoundation) {
+  const CantileverCase& c = GetParam();
+  const double young = 1e5, h = c.height * c.size, B = 2.5 * h, crack = c.crack * h;
+  const double lambda = c.lambda_h / h, length = crack + 7 / lambda;
+  const int cells = static_cast<int>(std::ceil(length / h));
+  std::vector<OrganModel> arms;
+  for (const double side : {-1.0, 1.0}) {
+    const Vector3d low(0, 0, side < 0 ? -h : 0), high(length, B, side < 0 ? 0 : h);
+    OrganOptions arm = ArmOptions(side < 0 ? "lower" : "upper", young, {cells, 1, 2});
+    // The far end does not move.
+    arm.supports.push_back(
+        {hpdm::Box{Vector3d(length - h, -1, -1), Vector3d(2 * length, 1, 1)}, {}});
+    arms.emplace_back(arm, GridBox(low, high, {2 * cells, 5, 2}));
+  }
+  AttachmentOptions attachment;
+  attachment.a = "lower";
+  attachment.b = "upper";
+  attachment.region = hpdm::Box{Vector3d(crack, -1, -1), Vector3d(length - 1.05 * h, 1, 1)};
+  attachment.thickness = 0.001;
+  // lambda^4 = 2 k B / (4 E I), I = B h^3 / 12.
+  attachment.young = std::pow(c.lambda_h, 4) * young / (6 * h) * attachment.thickness;
+  attachment.strength = 1e6;
+  attachment.toughness = 1e9;
+  attachment.reach = 0.2 * h;
+  JoinedPair pair(arms[0], arms[1], attachment);
+  const Eigen::RowVectorXd row[2] = {EndRow(arms[0]), EndRow(arms[1])};
+  const auto moved =
+      pair.Solve({Along(row[0], Vector3d(0, 0, -1)), Along(row[1], Vector3d(0, 0, 1))});
+  const double opening = Along(row[1], Vector3d::UnitZ()).dot(moved[1]) -
+                         Along(row[0], Vector3d::UnitZ()).dot(moved[0]);
+  const double I = B * h * h * h / 12;
+  const double exact = 2 / (young * I) *
+                       (std::pow(crack, 3) / 3 + crack * crack / lambda +
+                        crack / (lambda * lambda) + 1 / (2 * std::pow(lambda, 3)));
+  EXPECT_NEAR(opening / exact, 1, 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, DoubleCantilever,
+                         testing::Values(CantileverCase{0.30, 10, 0.004, 1},
+                                         CantileverCase{0.22, 12, 0.004, 1},
+                                         CantileverCase{0.25, 8, 0.004, 5}));
+
+struct Blocks {
+  explicit Blocks(double poisson = 0.3) {
+    OrganOptions lower = ArmOptions("lower", 5000, {3, 3, 2});
+    lower.material.poisson = poisson;
+    lower.supports.push_back({hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, -0.015)}, {}});
+    OrganOptions upper = ArmOptions("upper", 9000, {4, 3, 2});
+    upper.material.poisson = poisson;
+    models.emplace_back(lower,
+                        GridBox(Vector3d(-0.03, -0.03, -0.02), Vector3d(0.03, 0.03, 0), {9, 9, 4}));
+    models.emplace_back(
+        upper, GridBox(Vector3d(-0.02, -0.025, 0.0005), Vector3d(0.025, 0.02, 0.02), {8, 8, 4}));
+    attachment.a = "lower";
+    attachment.b = "upper";
+    attachment.region = hpdm::Box{Vector3d(-0.018, -0.02, -0.001), Vector3d(0.022, 0.014, 0.001)};
+    attachment.young = 20000;
+    attachment.thickness = 0.001;
+    attachment.strength = 10000;
+    attachment.toughness = 45;
+    attachment.reach = 0.002;
+  }
+  std::vector<OrganModel> models;
+  AttachmentOptions attachment;
+};
+
+// Returns both stiffnesses with the layer's springs, sample by sample.
+Eigen::MatrixXd DirectStiffness(const std::vector<OrganModel>& models, const AttachmentBed& bed,
+                                const AttachmentState& state) {
+  const Eigen::Index n[2] = {models[0].control_points(), models[1].control_points()};
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(3 * (n[0] + n[1]), 3 * (n[0] + n[1]));
+  K.topLeftCorner(3 * n[0], 3 * n[0]) = std::get<FullStiffness>(models[0].stiffness());
+  K.bottomRightCorner(3 * n[1], 3 * n[1]) = std::get<FullStiffness>(models[1].stiffness());
+  for (int i = 0; i < bed.size(); ++i) {
+    Eigen::RowVectorXd J(n[0] + n[1]);
+    J << -Eigen::RowVectorXd(bed.rows[0].row(i)), Eigen::RowVectorXd(bed.rows[1].row(i));
+    const double d = state.damage()[static_cast<std::size_t>(i)];
+    const Vector3d n = bed.normals_W.row(i);
+    Matrix3d k = (1 - d) * Matrix3d::Identity();
+    if (state.closed()[static_cast<std::size_t>(i)] != 0) k += d * n * n.transpose();
+    k *= bed.areas[i] * bed.law.stiffness;
+    for (Eigen::Index a = 0; a < J.size(); ++a) {
+      for (Eigen::Index b = 0; b < J.size(); ++b) {
+        if (J[a] * J[b] != 0) K.block<3, 3>(3 * a, 3 * b) += J[a] * J[b] * k;
+      }
+    }
+  }
+  return K;
+}
+
+TEST(JointResponse, IsThatOfBothStiffnessesWithTheLayerAtAnyDamage) {
+  Blocks blocks;
+  JoinedPair pair(blocks.models[0], blocks.models[1], blocks.attachment);
+  const Eigen::Index n0 = 3 * blocks.models[0].control_points();
+  for (const double pull : {0.0, 0.3, 1.5}) {
+    std::array<Eigen::VectorXd, 2> loads;
+    for (std::size_t o = 0; o < 2; ++o) {
+      Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(blocks.models[o].control_points());
+      blocks.models[o].AddToRow(
+          NearestSurfacePoint(blocks.models[o].rest(),
+                              o == 0 ? Vector3d(-0.03, 0.01, -0.005) : Vector3d(0.02, -0.01, 0.02)),
+          1, ActiveRefinement(0, 0), row);
+      loads[o] = Along(row, o == 0 ? Vector3d(0.1, 0.05, 0.02) : Vector3d(0.02, -0.05, 1 + pull));
+    }
+    if (pull > 0) {  // some samples fail, others in part
+      pair.Solve(loads);
+      EXPECT_FALSE(pair.state->Update(pair.modes));
+      pair.state->Refactor();
+      EXPECT_GT(*std::ranges::max_element(pair.state->damage()), 0.5);
+      EXPECT_LT(*std::ranges::min_element(pair.state->damage()), 0.5);
+    }
+    const Eigen::MatrixXd K = DirectStiffness(blocks.models, pair.bed(), *pair.state);
+    Eigen::VectorXd load(K.rows());
+    load << loads[0], loads[1];
+    const Eigen::VectorXd direct = K.llt().solve(load);
+    const auto moved = pair.Solve(loads);
+    EXPECT_LT((moved[0] - direct.head(n0)).norm(), 1e-8 * direct.head(n0).norm()) << pull;
+    EXPECT_LT((moved[1] - direct.tail(K.rows() - n0)).norm(), 1e-8 * direct.norm()) << pull;
+  }
+}
+
+}  // namespace
+}  // namespace hpdm
