@@ -56,32 +56,40 @@ unit = "mm"
 lattice = { basis = "bernstein" }
 free = { drag = 1 }
 
+[[organ]]
+name = "c"
+mesh = "a.obj"
+
+[[organ]]
+name = "d"
+mesh = "a.obj"
+
 [[contact]]
 a = "a"
 b = "b"
 
 [[attachment]]
-a = "a"
-b = "b"
+a = "c"
+b = "d"
 box = { min = [0, 0, 0], max = [1, 1, 1] }
 young = 1
-thickness = 1
+thickness = 0.1
 strength = 1
 toughness = 1
 [[attachment]]
-a = "a"
-b = "b"
+a = "c"
+b = "d"
 box_fraction = { min = [0, 0, 0], max = [1, 1, 1] }
 young = 1
-thickness = 1
+thickness = 0.1
 strength = 1
 toughness = 1
 [[attachment]]
-a = "a"
-b = "b"
+a = "c"
+b = "d"
 sphere = { centre = [0, 0, 0], radius = 1 }
 young = 1
-thickness = 1
+thickness = 0.1
 strength = 1
 toughness = 1
 

@@ -201,9 +201,12 @@ void SessionModel::CompareStiffness(const Progress& progress) {
           FindStiffestContact(organ, instrument, kinematics_[i], period, instrument.device.delay);
       if (!stiffest) continue;
       contacts_.push_back({instrument.name, organ.options().name, *stiffest});
+      const std::string& name = organ.options().name;
+      // The search does not know of what an attachment adds to a weak spring.
+      const bool hangs = organ.options().supports.empty() && IsAttached(scene_.attachments, name);
       for (const std::string& remark :
-           {StiffnessRemark(instrument.name, organ.options().name, *stiffest),
-            FaintRemark(instrument.name, organ.options().name, *stiffest)}) {
+           {StiffnessRemark(instrument.name, name, *stiffest),
+            hangs ? std::string() : FaintRemark(instrument.name, name, *stiffest)}) {
         if (!remark.empty()) remarks_.push_back(remark);
       }
     }
