@@ -13,8 +13,7 @@ void AttachedCompliance::LoadModes(const SparseRow& b) const {
   }
 }
 
-void AttachedCompliance::RespondTo(const SparseRow& b,
-                                   Eigen::Ref<Eigen::MatrixXd> response) const {
+void AttachedCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
   free_.RespondTo(b, response);
   LoadModes(b);
   for (int d = 0; d < 3; ++d) {

@@ -23,6 +23,8 @@ constexpr double kWantedSamples = 200;
 constexpr double kFacing = -0.5;
 // Cosine of the largest angle between the normal and the way to the other surface: 45 degrees.
 constexpr double kOpposite = 0.7;
+// Surfaces nearer than this share of the reach touch: their way has no direction.
+constexpr double kTouching = 1e-3;
 
 std::string AttachmentTitle(const AttachmentOptions& attachment) {
   return "[[attachment]] of organs \"" + attachment.a + "\" and \"" + attachment.b + "\": ";
@@ -65,7 +67,8 @@ std::vector<Facing> FacingPoints(const AttachmentOptions& attachment, const Orga
     pair.b_W = pair.on_b.Position(b.rest().vertices, b.rest().triangles);
     // Beyond b's border the closest point lies beside, not opposite.
     const Vector3d way_W = pair.b_W - pair.a_W;
-    if (std::abs(n_a.dot(way_W)) < kOpposite * way_W.norm()) continue;
+    const bool apart = way_W.norm() > kTouching * attachment.reach;
+    if (apart && std::abs(n_a.dot(way_W)) < kOpposite * way_W.norm()) continue;
     pair.normal_W = (n_a - n_b).normalized();
     pair.area = sample.weight;
     facing.push_back(pair);

@@ -29,12 +29,14 @@ inline double LeastToughness(const AttachmentOptions& attachment) {
 inline bool TakesAttachments(const OrganOptions& organ) {
   return organ.model == OrganModelType::kRigid ||
          (organ.model == OrganModelType::kHpdm && organ.energy.solver == SolverType::kCholesky &&
-          organ.energy.strain == StrainMeasure::kSmall && organ.material.prony.count == 0);
+          organ.energy.strain == StrainMeasure::kSmall && organ.material.prony.count == 0 &&
+          !organ.free);
 }
 
 /// The remedy for an organ that TakesAttachments() refuses.
 inline constexpr const char* kAttachmentRemedy =
-    "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\" and no prony, or model = "
+    "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony and no free, or "
+    "model = "
     "\"rigid\"";
 
 /// True if one of the attachments holds the organ.
