@@ -10,14 +10,10 @@ namespace hpdm {
 std::string HoldRear(const Scene& scene, const SurfaceMesh& rest, OrganOptions* organ) {
   constexpr double kHeld = 0.3;
   const bool rigid = organ->model == OrganModelType::kRigid;
-<<<<<<< HEAD
-  if (rigid || organ->free || !organ->supports.empty() || scene.instruments.empty()) return "";
-=======
-  if (rigid || !organ->supports.empty() || scene.instruments.empty() ||
+  if (rigid || organ->free || !organ->supports.empty() || scene.instruments.empty() ||
       IsAttached(scene.attachments, organ->name)) {
     return "";
   }
->>>>>>> 5de19872 (Join organs by attachments that tear)
   const Box bounds = AxisAlignedBounds(rest.vertices);
   Vector3d front = Vector3d::Zero();
   for (const InstrumentOptions& instrument : scene.instruments) {
