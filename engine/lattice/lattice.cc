@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -18,7 +19,8 @@ constexpr double kLeastOfFunction = 0.01;
 
 // Returns the component whose copy each component takes. Where the function has less than
 // kLeastOfFunction of its integral, its copy would have next to no stiffness, and a load that touches it
-// would move it far. So that component takes the copy of the one with most.
+// would move it far. So that component takes the copy of the one with most, if tissue in a cell around
+// the support joins the two. Sides of a cut and separate bodies are never tied.
 std::vector<int> JoinSlivers(const TensorBasis& basis, const std::array<int, 3>& at,
                              const TissuePieces& pieces, const TissuePieces::Components& components,
                              const std::array<int, 3>& finer) {
@@ -42,11 +44,29 @@ std::vector<int> JoinSlivers(const TensorBasis& basis, const std::array<int, 3>&
         value * pieces.data().volumes[static_cast<std::size_t>(piece)] /
         (finer[0] * finer[1] * finer[2]);
   }
-  const auto most = std::max_element(share.begin(), share.end()) - share.begin();
   std::vector<int> joined(share.size());
+  std::iota(joined.begin(), joined.end(), 0);
+  const auto is_sliver = [](double part) { return part < kLeastOfFunction; };
+  if (joined.size() < 2 || std::none_of(share.begin(), share.end(), is_sliver)) return joined;
+  CellRange around;
+  for (int d = 0; d < 3; ++d) {
+    around.low[d] = finer[d] * std::max(at[d] - basis.axis(d).degree() - 1, 0);
+    around.high[d] = std::min(finer[d] * (at[d] + 2), cells[d]) - 1;
+  }
+  std::map<int, int> wider;  // piece to component
+  for (const auto& [piece, component] : pieces.Connected(around, 0).of_piece) {
+    wider[piece] = component;
+  }
+  std::vector<int> of_component(share.size());
+  for (const auto& [piece, component] : components.of_piece) {
+    of_component[static_cast<std::size_t>(component)] = wider.at(piece);
+  }
+  const auto most =
+      static_cast<std::size_t>(std::max_element(share.begin(), share.end()) - share.begin());
   for (std::size_t c = 0; c < share.size(); ++c) {
-    joined[c] =
-        static_cast<int>(share[c] < kLeastOfFunction ? most : static_cast<std::ptrdiff_t>(c));
+    if (is_sliver(share[c]) && of_component[c] == of_component[most]) {
+      joined[c] = static_cast<int>(most);
+    }
   }
   return joined;
 }
