@@ -55,7 +55,8 @@ class Lattice {
   /// 1. The copies are phi_a chi with chi = 1 on one component, 0 on the others. phi_a vanishes at the
   ///    support's border, so u stays smooth in the tissue. The copies' sum is phi_a.
   /// 2. A component with less than TissuePieces::kSliver cells of tissue joins the largest one. One
-  ///    with less than 1 % of phi_a's integral joins that with most of it.
+  ///    with less than 1 % of phi_a's integral joins that with most of it, if tissue in a cell around
+  ///    the support joins the two.
   /// 3. `beyond`: cells on each side of a support that count as part of it when components are found.
   /// 4. The cells of `pieces` divide those of the lattice, whose basis is B-splines. All control
   ///    points must be kept.
