@@ -52,7 +52,7 @@ struct OrganState {
   bool tree_fits = true;      ///< `tree` matches the present `vertices`.
   std::uint64_t version = 0;  ///< OrganSnapshot::version.
 
-  TipCompliance tips;  ///< Tips on the organ. Filled when the contact patches are built.
+  TipCompliance tips;     ///< Tips on the organ. Filled when the contact patches are built.
   bool attached = false;  ///< Layers hold the organ: `relaxation` does not know of them.
   /// Self-compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
   /// Constant; with the undamaged layers.

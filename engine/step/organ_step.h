@@ -58,9 +58,7 @@ class OrganStep {
   /// Adds the iterations, residual and flags to `record`.
   void EndRelax(const RelaxationResult& result, StepRecord* record);
   /// Wakes an organ that an attachment has moved.
-  void WakeIfMoved() {
-    state_.awake = state_.awake || !state_.control_displacements.isZero(0);
-  }
+  void WakeIfMoved() { state_.awake = state_.awake || !state_.control_displacements.isZero(0); }
   /// Stage C (Eq. 4): x = X + B U. An organ at rest then falls asleep. `step`: its number.
   void RelocateVertices(std::uint64_t step);
 

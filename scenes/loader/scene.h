@@ -40,7 +40,7 @@ struct Scene {
   std::string name;        ///< Default: the file's name without its extension.
   std::string background;  ///< Path of a picture, or empty.
   TimingOptions timing;
-  std::vector<OrganOptions> organs;            ///< 1 to kMaxOrgans, names unique.
+  std::vector<OrganOptions> organs;  ///< 1 to kMaxOrgans, names unique.
   std::vector<AttachmentOptions> attachments;
   std::vector<InstrumentOptions> instruments;  ///< 0 to kMaxInstruments, names unique.
   std::vector<LoadOptions> loads;

@@ -70,10 +70,10 @@ void Print(const ReplayOptions& options, const Json& report, const std::string& 
 Json PlayInLockstep(const std::string& trace, std::uint64_t ticks, Session* session) {
   HapticLoop haptics(session->HapticInstruments(), session->haptic_period_ns(),
                      {session->tool_states, session->patches, session->samples});
-  DeformationLoop deformation(session->organs(), session->DeformationTools(),
-                              {session->tool_states, session->patches, *session->render_scenes,
-                               *session->telemetry_scenes},
-                              nullptr, 0, session->scene().attachments);
+  DeformationLoop deformation(
+      session->organs(), session->DeformationTools(),
+      {session->tool_states, session->patches, *session->render_scenes, *session->telemetry_scenes},
+      nullptr, 0, session->scene().attachments);
   Lockstep clock(session->scene().timing, &haptics, &deformation);
   SessionStatistics statistics(session->haptic_period_ns());
   std::uint64_t steps = 0;

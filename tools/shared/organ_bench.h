@@ -32,9 +32,9 @@ class OrganBench {
     render = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, true));
     telemetry_ =
         std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, false));
-    loop_ = std::make_unique<DeformationLoop>(
-        organs_, tools, DeformationEdges{tools_, patch, *render, *telemetry_}, nullptr, 0,
-        attachments_);
+    loop_ = std::make_unique<DeformationLoop>(organs_, tools,
+                                              DeformationEdges{tools_, patch, *render, *telemetry_},
+                                              nullptr, 0, attachments_);
   }
 
   /// The tool whose shaft lies along z above the tip's centre `p`, m.

@@ -35,9 +35,10 @@ OrganOptions LoadedOrgan(const Scene& scene) {
                      "\" is rigid: a load does not deform it; load another or change its model");
   }
   if (IsAttached(scene.attachments, organ.name)) {
-    throw InputError(scene.path.string() + ": organ \"" + organ.name +
-                     "\": has an [[attachment]], which a static case of one organ leaves out; remove "
-                     "it, or run a session");
+    throw InputError(
+        scene.path.string() + ": organ \"" + organ.name +
+        "\": has an [[attachment]], which a static case of one organ leaves out; remove "
+        "it, or run a session");
   }
   return organ;
 }
