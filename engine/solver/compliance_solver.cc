@@ -33,7 +33,6 @@ class ScalarComplianceSolver final : public ComplianceSolver {
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<ScalarComplianceSolver>(*this);
   }
-  const Eigen::MatrixXd& inverse() const override { return inverse_; }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
@@ -110,7 +109,6 @@ class FullComplianceSolver final : public ComplianceSolver {
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<FullComplianceSolver>(*this);
   }
-  const Eigen::MatrixXd& inverse() const override { return inverse_; }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {

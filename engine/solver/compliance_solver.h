@@ -18,9 +18,6 @@ class ComplianceSolver : public LatticeCompliance {
   /// Returns a copy in the same state. Copies share K^-1. Allocates.
   virtual std::unique_ptr<ComplianceSolver> Clone() const = 0;
 
-  /// K^-1 of the lattice: n x n or, with coupled axes, 3n x 3n.
-  virtual const Eigen::MatrixXd& inverse() const = 0;
-
   /// Sets the local functions in use; Respond() does the same with those of its contacts. Does
   /// nothing if the solver has no local functions.
   virtual void SetActiveFunctions(const ActiveRefinement& active) { static_cast<void>(active); }

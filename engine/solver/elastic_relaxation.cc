@@ -10,7 +10,6 @@
 #include "engine/solver/contact_body.h"
 #include "engine/solver/enriched_compliance_solver.h"
 #include "engine/solver/newton_step.h"
-#include "engine/solver/packed_inverse.h"
 #include "engine/solver/secant_memory.h"
 
 namespace hpdm {
@@ -49,9 +48,6 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
                    const RefinementBasis* functions, int slots)
       : options_(options),
         at_rest_(SolverAtRest(functions, slots, K, &schur_complement_)),
-        packed_(std::make_shared<const PackedInverse>(at_rest_->inverse())),
-        packed_space_(packed_->size()),
-        U_bar_(packed_->size()),
         least_load_(kResolved * K.diagonal().maxCoeff()),
         energy_(energy.Clone(), std::move(K), options.elastic_supports, schur_complement_, slots),
         secants_(3 * (energy.control_points() + slots), kSecants),
@@ -303,13 +299,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     for (Eigen::Index i = 0; i < v.size() && turned; i += 3) {
       v.segment<3>(i) = (R_.transpose() * v.segment<3>(i)).eval();
     }
-    auto f = v.head(packed_->size());
-    packed_->Multiply(f, &packed_space_, U_bar_);
-    if (schur_complement_ == nullptr) {
-      f = U_bar_;
-    } else {
-      schur_complement_->SolveJointly(U_bar_, f, v.tail(v.size() - f.size()));
-    }
+    at_rest_->SolveLoads(v);
     for (Eigen::Index i = 0; i < v.size() && turned; i += 3) {
       v.segment<3>(i) = (R_ * v.segment<3>(i)).eval();
     }
@@ -383,11 +373,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
   NewtonOptions options_;
   const SchurComplement* schur_complement_ = nullptr;  // at_rest_'s
   Cloned<ComplianceSolver> at_rest_;                   // K^-1
-  // The same in single precision, for the gradients; contacts take the columns of at_rest_.
-  std::shared_ptr<const PackedInverse> packed_;
-  mutable PackedInverse::Workspace packed_space_;
-  mutable Eigen::VectorXd U_bar_;  // 3n
-  double least_load_;              // N: moves tissue by kResolved
+  double least_load_;                                  // N: moves tissue by kResolved
   BlendedEnergy energy_;
   SecantMemory secants_;
   Matrix3d R_ = Matrix3d::Identity();

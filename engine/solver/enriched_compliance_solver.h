@@ -20,9 +20,6 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<EnrichedComplianceSolver>(*this);
   }
-  const Eigen::MatrixXd& inverse() const override {
-    return schur_complement_.functions().inverse();
-  }
 
   void SetActiveFunctions(const ActiveRefinement& active) override {
     schur_complement_.SetActiveFunctions(active);
