@@ -13,14 +13,18 @@ void AttachedCompliance::LoadModes(const SparseRow& b) const {
   }
 }
 
+void AttachedCompliance::FindForces(Eigen::Ref<const Eigen::VectorXd> moved) const {
+  work_.q.noalias() = state_.joint().stiffness() * moved;
+  state_.Settle(work_.q);
+  work_.settled = work_.q;
+  state_.ForcesOf(work_.settled, &work_.q);
+}
+
 void AttachedCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
   free_.RespondTo(b, response);
   LoadModes(b);
   for (int d = 0; d < 3; ++d) {
-    work_.q.noalias() = state_.joint().stiffness() * work_.w.col(d);
-    state_.Settle(work_.q);
-    work_.w.col(d) = work_.q;
-    state_.ForcesOf(work_.w.col(d), &work_.q);
+    FindForces(work_.w.col(d));
     work_.w.col(d) = work_.q;
   }
   // In blocks that stay in the cache for all three columns.
@@ -41,10 +45,7 @@ void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
     for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
       if (loads(i, c) != 0) moved += loads(i, c) * member_.response.row(i).transpose();
     }
-    work_.q.noalias() = state_.joint().stiffness() * moved;
-    state_.Settle(work_.q);
-    moved = work_.q;
-    state_.ForcesOf(moved, &work_.q);
+    FindForces(moved);
     free_.SolveLoads(loads.col(c));
     loads.col(c).head(member_.unknowns()).noalias() -= member_.response * work_.q;
   }
@@ -53,10 +54,8 @@ void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
 Matrix3d AttachedCompliance::PointCompliance(const SparseRow& b) const {
   Matrix3d sum = free_.PointCompliance(b);
   LoadModes(b);
-  Eigen::MatrixXd settled = state_.joint().stiffness() * work_.w;
   for (int d = 0; d < 3; ++d) {
-    state_.Settle(settled.col(d));
-    state_.ForcesOf(settled.col(d), &work_.q);
+    FindForces(work_.w.col(d));
     sum.col(d) -= work_.w.transpose() * work_.q;
   }
   return (sum + sum.transpose()) / 2;

@@ -13,9 +13,10 @@ class AttachedCompliance final : public LatticeCompliance {
   /// `free`: H of the organ; `member`: its number in the joint; `state` and `work` (each 3r x 3)
   /// must outlive it, as `free` must.
   struct Work {
-    explicit Work(Eigen::Index unknowns = 0) : w(unknowns, 3), q(unknowns) {}
-    Eigen::MatrixXd w;  // 3r x 3
-    Eigen::VectorXd q;  // 3r
+    explicit Work(Eigen::Index unknowns = 0) : w(unknowns, 3), settled(unknowns), q(unknowns) {}
+    Eigen::MatrixXd w;        // 3r x 3
+    Eigen::VectorXd settled;  // 3r
+    Eigen::VectorXd q;        // 3r
   };
   AttachedCompliance(const LatticeCompliance& free, const AttachmentState& state, int member,
                      Work* work)
@@ -33,8 +34,10 @@ class AttachedCompliance final : public LatticeCompliance {
   Matrix3d PointCompliance(const SparseRow& b) const override;
 
  private:
-  /// Sets the first columns of w to the modes' G^-1 w_0 for unit forces on the point of row b.
+  /// Sets w to the modes' displacements by unit forces on the point of row b, without the layers.
   void LoadModes(const SparseRow& b) const;
+  /// Sets q to the layers' forces on the modes, which would be displaced by `moved` without them.
+  void FindForces(Eigen::Ref<const Eigen::VectorXd> moved) const;
 
   const LatticeCompliance& free_;
   const AttachmentState& state_;

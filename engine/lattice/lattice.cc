@@ -24,6 +24,9 @@ constexpr double kLeastOfFunction = 0.01;
 std::vector<int> JoinSlivers(const TensorBasis& basis, const std::array<int, 3>& at,
                              const TissuePieces& pieces, const TissuePieces::Components& components,
                              const std::array<int, 3>& finer) {
+  std::vector<int> joined(static_cast<std::size_t>(components.count));
+  std::iota(joined.begin(), joined.end(), 0);
+  if (joined.size() < 2) return joined;
   const std::array<int, 3>& cells = pieces.data().cells;
   std::array<std::vector<double>, 3> values;  // of the function at the centres of the pieces' cells
   std::array<double, TensorBasis::kMaxSupport> all;
@@ -34,7 +37,7 @@ std::vector<int> JoinSlivers(const TensorBasis& basis, const std::array<int, 3>&
       values[d].push_back(supports ? all[static_cast<std::size_t>(local)] : 0);
     }
   }
-  std::vector<double> share(static_cast<std::size_t>(components.count));
+  std::vector<double> share(joined.size());
   for (const auto& [piece, component] : components.of_piece) {
     const int cell = pieces.Cell(piece);
     const double value = values[0][static_cast<std::size_t>(cell % cells[0])] *
@@ -44,10 +47,8 @@ std::vector<int> JoinSlivers(const TensorBasis& basis, const std::array<int, 3>&
         value * pieces.data().volumes[static_cast<std::size_t>(piece)] /
         (finer[0] * finer[1] * finer[2]);
   }
-  std::vector<int> joined(share.size());
-  std::iota(joined.begin(), joined.end(), 0);
   const auto is_sliver = [](double part) { return part < kLeastOfFunction; };
-  if (joined.size() < 2 || std::none_of(share.begin(), share.end(), is_sliver)) return joined;
+  if (std::none_of(share.begin(), share.end(), is_sliver)) return joined;
   CellRange around;
   for (int d = 0; d < 3; ++d) {
     around.low[d] = finer[d] * std::max(at[d] - basis.axis(d).degree() - 1, 0);

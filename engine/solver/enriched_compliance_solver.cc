@@ -77,7 +77,10 @@ void EnrichedComplianceSolver::SolveColumn(Eigen::Ref<Eigen::VectorXd> column) c
   for (Eigen::Index i = 0; i < unknowns_; ++i) {
     if (f[i] != 0) scratch_ += f[i] * inverse.col(i);
   }
-  schur_complement_.SolveJointly(scratch_, f, g);
+  schur_complement_.Reduce(f, g);
+  schur_complement_.Solve(g);
+  f = scratch_;
+  schur_complement_.AddCoupling(-1, g, f);
 }
 
 std::unique_ptr<ComplianceSolver> MakeComplianceSolver(const RefinementBasis& functions,

@@ -42,14 +42,6 @@ class SchurComplement {
                    Eigen::Ref<Eigen::VectorXd> U_bar) const {
     U_bar.noalias() += factor * (coupling_ * V);
   }
-  /// Replaces the loads (f, g) by the displacements (U, V), with `U_bar` = K^-1 f (3n, m).
-  void SolveJointly(const Eigen::Ref<const Eigen::VectorXd>& U_bar, Eigen::Ref<Eigen::VectorXd> f,
-                    Eigen::Ref<Eigen::VectorXd> g) const {
-    Reduce(f, g);
-    Solve(g);
-    f = U_bar;
-    AddCoupling(-1, g, f);
-  }
   /// Returns Sigma (3 slots x 3 slots, N/m), weights included.
   const Eigen::MatrixXd& stiffness() const { return regular_; }
 

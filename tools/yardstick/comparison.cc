@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
-#include <limits>
-#include <memory>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "engine/base/error.h"
