@@ -25,6 +25,12 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   Refactor();
 }
 
+std::span<const double> AttachmentState::DamageOf(std::size_t layer) const {
+  std::size_t first = 0;
+  for (std::size_t l = 0; l < layer; ++l) first += ToSize(joint_->layers()[l].bed.size());
+  return damage().subspan(first, ToSize(joint_->layers()[layer].bed.size()));
+}
+
 void AttachmentState::Refactor() {
   if (!changed_) return;
   changed_ = false;

@@ -5,16 +5,9 @@
 #include <vector>
 
 #include "engine/attachment/attachment_joint.h"
+#include "engine/attachment/attachment_outcome.h"
 
 namespace hpdm {
-
-/// A layer after a step.
-struct AttachmentOutcome {
-  Vector3d load_W = Vector3d::Zero();  ///< N: force of the layer on b.
-  double largest_damage = 0;           ///< 0..1.
-  double freed_area = 0;               ///< m^2, of samples with d = 1.
-  double dissipated = 0;               ///< J, since the start.
-};
 
 /// The damage of the layers of one joint, and the response of its organs that follows from it.
 /// Copies continue to the last bit. Deformation thread; allocates nothing after its construction.
@@ -25,6 +18,8 @@ class AttachmentState {
   const AttachmentJoint& joint() const { return *joint_; }
   /// Damage of each sample of the layers in turn.
   std::span<const double> damage() const { return damage_; }
+  /// Damage of each sample of one layer.
+  std::span<const double> DamageOf(std::size_t layer) const;
 
   /// True for each sample that carries pressure.
   std::span<const char> closed() const { return closed_; }

@@ -34,4 +34,21 @@ std::vector<std::vector<std::string>> SceneInstruments(const std::filesystem::pa
   }
 }
 
+std::vector<std::string> SceneAttachments(const std::filesystem::path& scene) {
+  std::vector<std::string> names;
+  if (scene.empty()) return names;
+  try {
+    const TomlDocument document = ReadToml(scene);
+    const toml::array* attachments = document.root["attachment"].as_array();
+    if (attachments == nullptr) return names;
+    for (const toml::node& attachment : *attachments) {
+      names.push_back(NodeView(attachment)["a"].value_or<std::string>("?") + " and " +
+                      NodeView(attachment)["b"].value_or<std::string>("?"));
+    }
+    return names;
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 }  // namespace hpdm
