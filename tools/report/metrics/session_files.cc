@@ -11,7 +11,7 @@
 
 #include "engine/base/error.h"
 #include "scenes/loader/scene_files.h"
-#include "scenes/loader/scene_instruments.h"
+#include "scenes/loader/scene_names.h"
 #include "tools/session/session_path.h"
 #include "tools/shared/base64.h"
 

@@ -1,4 +1,4 @@
-#include "scenes/loader/scene_instruments.h"
+#include "scenes/loader/scene_names.h"
 
 #include "engine/base/error.h"
 #include "scenes/loader/toml_document.h"
