@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/deformation_loop.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
 #include "render/scene_renderer.h"
