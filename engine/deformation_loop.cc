@@ -87,7 +87,7 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments) {
     modes = std::max(modes, joint->modes());
     links.emplace_back(std::move(joint));
   }
-  attached_work_ = AttachedCompliance::Work(3 * modes);
+  attached_work_ = AttachedCompliance::Work(3 * modes, 3 * TipCompliance::kMaxRows);
   joint_relaxation_ = JointRelaxation(organ_contacts_.pairs(), std::move(links));
   for (const AttachmentLink& link : joint_relaxation_.links()) {
     for (std::size_t m = 0; m < link.joint().members().size(); ++m) {

@@ -26,12 +26,18 @@ class AttachmentState {
 
   /// Takes the damage into the stiffness R, if it has changed.
   void Refactor();
+  /// A few columns, stored row by row.
+  using FewColumns = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
+  /// Replaces columns G^-1 w_0 (3r rows) by L^-1 G^-1 w_0 with L L^T = G^-1 + R, for
+  ///     R (1 + G R)^-1 = G^-1 - G^-1 (G^-1 + R)^-1 G^-1.
+  /// `scratch`: at least 3r rows.
+  void HalfSettle(Eigen::Ref<Eigen::MatrixXd> columns, FewColumns* scratch) const;
   /// Replaces G^-1 w_0 by w = (1 + G R)^-1 w_0: the modes' displacements w_0 (3r, m) without the
   /// layers by those with them.
   void Settle(Eigen::Ref<Eigen::VectorXd> w) const;
   /// Returns the layers' forces q = R w, N: the organs move by -H Phi^T q.
-  void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::VectorXd* q) const {
-    q->noalias() = R_ * w;
+  void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::Ref<Eigen::VectorXd> q) const {
+    q.noalias() = R_ * w;
   }
   /// Lets the damage grow with the modes' displacements w (3r, m). True if it hardly changed, and
   /// no damaged sample opened or closed. R follows at the next Refactor().

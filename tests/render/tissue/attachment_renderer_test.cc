@@ -63,8 +63,10 @@ class LiftedBlock : public testing::Test {
     options.p_scope_W = Vector3d(0, -0.12, 0.05);
     options.p_target_W = Vector3d(0, -0.01, 0.005);
     const Laparoscope scope(options, kWidth, kHeight);
-    SceneRenderer view({{.rest = &models_[0].rest()}, {.rest = &models_[1].rest()}}, {}, nullptr,
-                       {},
+    const Colour pale(0.8f, 0.7f, 0.5f);
+    SceneRenderer view({{.rest = &models_[0].rest(), .colour = pale},
+                        {.rest = &models_[1].rest(), .colour = pale}},
+                       {}, nullptr, {.occlusion = false, .shadows = false},
                        with_layer ? std::vector<AttachmentVisual>{{&beds_[0], {1, 0}}}
                                   : std::vector<AttachmentVisual>{});
     PictureTarget target(kWidth, kHeight, 4);
