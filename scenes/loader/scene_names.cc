@@ -1,4 +1,4 @@
-#include "scenes/loader/scene_instruments.h"
+#include "scenes/loader/scene_names.h"
 
 #include "engine/base/error.h"
 #include "scenes/loader/toml_document.h"
@@ -29,6 +29,23 @@ std::vector<std::vector<std::string>> SceneInstruments(const std::filesystem::pa
       for (const toml::node& exchange : *exchanges) names.push_back(NameOf(exchange));
     }
     return hands;
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+std::vector<std::string> SceneAttachments(const std::filesystem::path& scene) {
+  std::vector<std::string> names;
+  if (scene.empty()) return names;
+  try {
+    const TomlDocument document = ReadToml(scene);
+    const toml::array* attachments = document.root["attachment"].as_array();
+    if (attachments == nullptr) return names;
+    for (const toml::node& attachment : *attachments) {
+      names.push_back(NodeView(attachment)["a"].value_or<std::string>("?") + " and " +
+                      NodeView(attachment)["b"].value_or<std::string>("?"));
+    }
+    return names;
   } catch (const InputError&) {
     return {};
   }
