@@ -3,7 +3,7 @@
 
 Usage, from the repository's root after a build, on an otherwise idle machine:
 
-    tools/update_results.py [--quick] [--keep] [chart] [cracks] [bench] [stress] [plan] [haptics]
+    tools/update_results.py [--quick] [--keep] [chart] [cracks] [levels] [bench] [stress] [plan] [haptics]
     tools/update_results.py haptics:organs,shaft stress:organs
 
 Runs `hpdm NAME --out out/NAME` for each name (default: all; `plan` on a scene). Puts NAME.md
@@ -20,7 +20,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
-NAMES = ("chart", "cracks", "bench", "stress", "plan", "haptics")
+NAMES = ("chart", "cracks", "levels", "bench", "stress", "plan", "haptics")
 HANDS = ["press", "slide", "tap", "grasp_pull", "press_grasp_pull", "slide_press", "slide_friction",
          "slide_press_friction"]
 # The tables of a command by the name of their lines: the parts to measure (--only; none: all) and the
@@ -50,8 +50,8 @@ def replaced(text, path, name, table):
 def command(name, tables, quick):
     if name == "plan":
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
-    if name == "cracks":
-        return ["chart", "--cracks", "--out", OUT / name, *quick]
+    if name in ("cracks", "levels"):
+        return ["chart", f"--{name}", "--out", OUT / name, *quick]
     parts = [only for only, _ in tables.values()]
     only = ["--only", *sum(parts, [])] if all(parts) else []
     return [name, "--out", OUT / name, *only, *quick]
@@ -82,7 +82,7 @@ def main(arguments):
         if "--keep" not in options:
             hpdm = ROOT / "build/tools/hpdm"
             subprocess.run([hpdm, *command(name, tables, quick)], cwd=ROOT, check=True)
-        path = ROOT / "tools" / ("chart" if name == "cracks" else name) / "RESULTS.md"
+        path = ROOT / "tools" / ("chart" if name in ("cracks", "levels") else name) / "RESULTS.md"
         text = path.read_text(encoding="utf-8")
         for lines, (_, table) in tables.items():
             table_text = (OUT / name / f"{table}.md").read_text(encoding="utf-8")
