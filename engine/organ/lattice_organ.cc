@@ -33,7 +33,7 @@ constexpr int kFinitePointsDegree = 2;
 // They yield so easily that the tissue inverts in them.
 constexpr double kLeastTissue = 0.02;
 
-// Points of tissue and supports under finer levels keep the moments of this degree.
+// Points of tissue under finer levels keep the moments of this degree.
 constexpr int kLevelPointsDegree = 3;
 
 // Presses that place the functions of finer levels in a scene without loads.
@@ -196,9 +196,9 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
     lattice_.AddFrontFunctions();
   }
   CheckMatrices(options(), std::max(lattice_.size(), options().lattice.adaptive.functions));
-  std::vector<Quadrature> held = SampleSupports();
+  const std::vector<Quadrature> held = SampleSupports();
   Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
-  if (HasLevels(options())) PlaceFinerLevels(&elastic, &held);
+  if (HasLevels(options())) PlaceFinerLevels(&elastic, held);
   weights_ = SurfaceWeights(lattice_);
   resolution_ = kResolvedCells * MeanCell(lattice_.box(), CellsAtContacts(options()));
   thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution_);
@@ -227,12 +227,12 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   }
 }
 
-// Adds the finer levels. The points of `elastic` and `held` become those that the levels need.
-void LatticeOrgan::PlaceFinerLevels(Quadrature* elastic, std::vector<Quadrature>* held) {
+// Adds the finer levels. The points of `elastic` become those that the levels need.
+void LatticeOrgan::PlaceFinerLevels(Quadrature* elastic, const std::vector<Quadrature>& held) {
   std::array<int, 3> finest =
       Times(1 << options().lattice.adaptive.levels, options().lattice.cells);
   LevelPlacement placed =
-      PlaceLevels(lattice_, options(), *elastic, *held,
+      PlaceLevels(lattice_, options(), *elastic, held,
                   PlacementCases(options(), rest(), surface_.rest_normals,
                                  kResolvedCells * MeanCell(lattice_.box(), finest), kPresses));
   lattice_ = std::move(placed.lattice);
@@ -245,9 +245,6 @@ void LatticeOrgan::PlaceFinerLevels(Quadrature* elastic, std::vector<Quadrature>
   }
   *elastic =
       CompressedQuadrature(lattice_, local ? &*local : nullptr, *elastic, kLevelPointsDegree);
-  for (Quadrature& region : *held) {
-    region = CompressedQuadrature(lattice_, nullptr, region, kLevelPointsDegree);
-  }
 }
 
 // Refuses a cut along a fixed support, whose penalty would hold both its sides.
@@ -281,9 +278,7 @@ WeightMatrix LatticeOrgan::SurfaceWeights(const Lattice& lattice) const {
 std::vector<Quadrature> LatticeOrgan::SampleSupports() {
   std::vector<Quadrature> held;
   for (const SupportOptions& support : options().supports) {
-    const int finer = HasLevels(options()) ? 1 << options().lattice.adaptive.levels : 1;
-    held.push_back(
-        SampleSupport(rest(), support, surface_.bounds, ControlPointSpacing(lattice_) / finer));
+    held.push_back(SampleSupport(rest(), support, surface_.bounds, ControlPointSpacing(lattice_)));
     if (held.back().weights.size() == 0) {
       const std::string key = "support[" + std::to_string(held.size() - 1) + "]";
       throw InputError("organ \"" + options().name + "\": " + key +

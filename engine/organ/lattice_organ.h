@@ -57,7 +57,7 @@ class LatticeOrgan final : public OrganMechanics {
   WeightMatrix SurfaceWeights(const Lattice& lattice) const;  // at the vertices
   CutSurfaces MakeCuts() const;
   std::vector<Quadrature> SampleSupports();
-  void PlaceFinerLevels(Quadrature* elastic, std::vector<Quadrature>* held);
+  void PlaceFinerLevels(Quadrature* elastic, const std::vector<Quadrature>& held);
   void BuildElasticSupports(const Quadrature& tissue, const std::vector<Quadrature>& held);
   void BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
                          const std::vector<Quadrature>& held);

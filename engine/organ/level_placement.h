@@ -29,6 +29,8 @@ struct LevelPlacement {
 ///    whose refinement contains it.
 /// 3. A candidate that the functions in use nearly span is left out: one whose pivot in the factor of
 ///    K is below 1e-4 of its own stiffness.
+/// 4. A candidate that reaches into a fixed support is left out: the support's projection holds what
+///    the coarse functions can follow, and a finer function would slip through it.
 ///
 /// `tissue`: elastic weights (stiffness_regions.h), must resolve the cells of the finest level.
 /// `regions`: tissue of each support. Deterministic; set-up only. Throws InputError if the organ's

@@ -16,7 +16,8 @@ namespace {
 constexpr double kRaised = 1e-8;   // of the stiffness
 constexpr double kSpanned = 1e-4;  // pivot over stiffness of a function that the others span
 constexpr double kLeastShareOfTissue = 0.02;  // share of a function that is tissue
-constexpr int kGradientSteps = 4;             // of the error's estimate
+constexpr double kHeld = 0.01;  // value of a function in a fixed support from which it is left out
+constexpr int kGradientSteps = 4;  // of the error's estimate
 // Points of a finest cell keep the moments of this degree.
 constexpr int kPlacementMoments = 1;
 
@@ -40,15 +41,11 @@ Eigen::MatrixXd ByFunction(const Eigen::MatrixXd& U) {
 PlacementSystem::PlacementSystem(const Lattice& coarse, const OrganOptions& organ,
                                  const Quadrature& tissue, const std::vector<Quadrature>& regions,
                                  const std::vector<PlacementCase>& cases)
-    : coarse_(coarse), organ_(organ), cases_(cases) {
+    : coarse_(coarse), organ_(organ), regions_(regions), cases_(cases) {
   for (int level = 1; level <= organ.lattice.adaptive.levels; ++level) {
     levels_.push_back({Level(level), {}, {}, {}, {}, {}, {}});
   }
   points_ = CompressedQuadrature(levels_.back().lattice, nullptr, tissue, kPlacementMoments);
-  for (const Quadrature& region : regions) {
-    regions_.push_back(
-        CompressedQuadrature(levels_.back().lattice, nullptr, region, kPlacementMoments));
-  }
   for (PlacementLevel& level : levels_) Prepare(&level);
 }
 
@@ -58,7 +55,9 @@ Lattice PlacementSystem::Level(int level) const {
     options.cells[d] = coarse_.basis().axis(d).cells() << level;
   }
   Lattice lattice(coarse_.box(), options);
-  if (coarse_.pieces() != nullptr) lattice.SplitByTissue(coarse_.pieces());
+  // Gaps that the coarse functions do not see are not split either: copies at the voxels' own scale
+  // come apart where the tissue does not.
+  if (coarse_.split()) lattice.SplitByTissue(coarse_.pieces());
   return lattice;
 }
 
@@ -69,6 +68,14 @@ void PlacementSystem::Prepare(PlacementLevel* level) {
   for (int d = 0; d < 3; ++d) cell /= lattice.basis().axis(d).cells();
   std::vector<bool> drop(static_cast<std::size_t>(lattice.size()));
   for (int a = 0; a < lattice.size(); ++a) drop[a] = !(volumes[a] >= kLeastShareOfTissue * cell);
+  for (std::size_t s = 0; s < regions_.size(); ++s) {
+    if (organ_.supports[s].stiffness) continue;
+    for (Eigen::Index q = 0; q < regions_[s].weights.size(); ++q) {
+      lattice.ForEachFunction(Vector3d(regions_[s].points.row(q)), [&](int b, double value) {
+        if (value > kHeld) drop[static_cast<std::size_t>(b)] = true;
+      });
+    }
+  }
   lattice.DropControlPoints(drop);
   const auto count = static_cast<std::size_t>(lattice.size());
   level->used.assign(count, false);

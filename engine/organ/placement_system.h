@@ -73,9 +73,9 @@ class PlacementSystem {
 
   const Lattice& coarse_;
   const OrganOptions& organ_;
+  const std::vector<Quadrature>& regions_;
   const std::vector<PlacementCase>& cases_;
-  Quadrature points_;                // of the tissue
-  std::vector<Quadrature> regions_;  // of the supports
+  Quadrature points_;
   std::vector<PlacementLevel> levels_;
 };
 

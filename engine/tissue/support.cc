@@ -97,9 +97,7 @@ Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& suppor
 
 double ControlPointSpacing(const Lattice& lattice) {
   double sum = 0;
-  for (int d = 0; d < 3; ++d) {
-    sum += lattice.box().lengths[d] * lattice.Finest().basis().axis(d).spacing();
-  }
+  for (int d = 0; d < 3; ++d) sum += lattice.box().lengths[d] * lattice.basis().axis(d).spacing();
   return sum / 3;
 }
 

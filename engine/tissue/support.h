@@ -27,7 +27,7 @@ Box BoundsOf(const Region& region, const Box& bounds);
 Quadrature SampleSupport(const SurfaceMesh& rest_W, const SupportOptions& support,
                          const Box& bounds, double spacing);
 
-/// Returns the mean distance h of neighbouring control points of the finest level, m.
+/// Returns the mean distance h of neighbouring control points, m.
 double ControlPointSpacing(const Lattice& lattice);
 
 /// Returns the spring density of a fixed support, 256 modulus / h^2, Pa/m^2. `modulus`: alpha or

@@ -175,7 +175,7 @@ TEST(LatticeLevels, CompressedPointsKeepTheStiffness) {
   const FullStiffness K = StrainStiffness(lattice, few, material, Dilatation::kPointwise),
                       full = StrainStiffness(lattice, tissue, material, Dilatation::kPointwise);
   // Products of slopes of quadratic splines have terms beyond these moments.
-  EXPECT_LT((K - full).norm(), 1e-3 * full.norm());
+  EXPECT_LT((K - full).norm(), 5e-3 * full.norm());
 }
 
 TEST(LatticeLevels, TheInversionDetectorSeesWhatFinerFunctionsInvert) {
