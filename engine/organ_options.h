@@ -25,7 +25,7 @@ struct LocalFunctionOptions {
 /// over its surface, need them (engine/organ/level_placement.h).
 struct AdaptiveOptions {
   int functions = 0;  ///< Number of all functions, with those of `cells`; 0: no finer levels.
-  int levels = 2;     ///< Finer levels, 1..3, each with twice the cells of the one before.
+  int levels = 2;     ///< Finer levels, 1..2, each with twice the cells of the one before.
 };
 
 struct LatticeOptions {

@@ -3,7 +3,7 @@
 
 Usage, from the repository's root after a build, on an otherwise idle machine:
 
-    tools/update_results.py [--quick] [--keep] [chart] [cracks] [levels] [bench] [stress] [plan] [haptics]
+    tools/update_results.py [--quick] [--keep] [chart] [cracks] [bench] [stress] [plan] [haptics]
     tools/update_results.py comparison
     tools/update_results.py haptics:organs,shaft stress:organs
 
@@ -22,7 +22,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
-NAMES = ("chart", "cracks", "levels", "bench", "stress", "plan", "haptics")
+NAMES = ("chart", "cracks", "bench", "stress", "plan", "haptics")
 # What hpdm_comparison compares (tests/reference/README.md).
 COMPARED = ("liver_press", "liver_lift", "liver_lift_40mm")
 HANDS = ["press", "slide", "tap", "grasp_pull", "press_grasp_pull", "slide_press", "slide_friction",
@@ -54,8 +54,8 @@ def replaced(text, path, name, table):
 def command(name, tables, quick):
     if name == "plan":
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
-    if name in ("cracks", "levels"):
-        return ["chart", f"--{name}", "--out", OUT / name, *quick]
+    if name == "cracks":
+        return ["chart", "--cracks", "--out", OUT / name, *quick]
     if name == "comparison":
         cases = [f"scenes/cases/{case}.toml" for case in COMPARED]
         return [*cases, "--out", OUT / name, *quick]
@@ -89,7 +89,7 @@ def main(arguments):
         if "--keep" not in options:
             program = "yardstick/hpdm_comparison" if name == "comparison" else "hpdm"
             subprocess.run([ROOT / "build/tools" / program, *command(name, tables, quick)], cwd=ROOT, check=True)
-        folder = "chart" if name in ("cracks", "levels", "comparison") else name
+        folder = "chart" if name in ("cracks", "comparison") else name
         path = ROOT / "tools" / folder / "RESULTS.md"
         text = path.read_text(encoding="utf-8")
         for lines, (_, table) in tables.items():

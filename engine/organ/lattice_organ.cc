@@ -88,9 +88,10 @@ Eigen::VectorXd RelativeResolution(const Lattice& lattice, const WeightMatrix& w
 
 void RequireAdaptiveFunctions(const OrganOptions& options) {
   if (!HasLevels(options)) return;
-  if (!options.cuts.empty()) {
+  if (!options.cuts.empty() || options.free) {
     throw InputError("organ \"" + options.name +
-                     "\": adaptive functions cannot be combined with cuts; remove one of them");
+                     "\": adaptive functions cannot be combined with cuts or [organ.free]; remove "
+                     "one of them");
   }
   if (TakesAdaptiveFunctions(options)) return;
   throw InputError("organ \"" + options.name +

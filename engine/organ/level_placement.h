@@ -13,8 +13,8 @@ namespace hpdm {
 struct LevelPlacement {
   Lattice lattice;
   /// Estimate of what all functions of the finer levels that are left out would change: the energy
-  /// norm of the change over that of u, root mean square over the cases. It is a lower bound, from a
-  /// few steps of conjugate gradients.
+  /// norm of the change over that of u, root mean square over the cases. From a few steps of
+  /// conjugate gradients.
   double error = 0;
 };
 
@@ -25,10 +25,10 @@ struct LevelPlacement {
 ///    energy by about g_b = r_b^T K_bb^-1 r_b / 2 with the residual r_b = f_b - K_b u (3) and its own
 ///    stiffness K_bb (3 x 3): the hierarchical a posteriori estimate (Bank, Smith 1993).
 /// 2. The candidates with the largest sums of g_b / E over the cases are added in rounds. A candidate
-///    of the second or third finer level needs a parent in use, a function of the next coarser level
+///    of the second finer level needs a parent in use, a function of the next coarser level
 ///    whose refinement contains it.
 /// 3. A candidate that the functions in use nearly span is left out: one whose pivot in the factor of
-///    K is below 1e-4 of its own stiffness.
+///    K is below 1e-2 of its own stiffness.
 /// 4. A candidate that reaches into a fixed support is left out: the support's projection holds what
 ///    the coarse functions can follow, and a finer function would slip through it.
 ///

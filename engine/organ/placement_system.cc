@@ -16,12 +16,12 @@ namespace {
 // Raises the stiffness, so that functions which others span keep a pivot: up to 1e5 times this, since
 // such a function may have a small share in what it is spanned by.
 constexpr double kRaised = 1e-10;
-constexpr double kSpanned = 1e-3;  // pivot over stiffness of a function that the others span
+constexpr double kSpanned = 1e-2;  // pivot over stiffness of a function that the others span
 constexpr double kLeastShareOfTissue = 0.02;  // share of a function that is tissue
 constexpr double kHeld = 0.01;  // value of a function in a fixed support from which it is left out
 constexpr int kGradientSteps = 4;  // of the error's estimate
 // Points of a finest cell keep the moments of this degree.
-constexpr int kPlacementMoments = 1;
+constexpr int kPlacementMoments = 2;
 
 WeightMatrix AtLoad(const Lattice& lattice, const PlacementLoad& load) {
   return lattice.Weights(load.points, load.points - lattice.inset() * load.normals);
@@ -173,8 +173,8 @@ PlacementSolution PlacementSystem::Solve() {
   }
   if (llt.info() != Eigen::Success) {
     throw InputError("organ \"" + organ_.name +
-                     "\": nothing holds it, so adaptive functions cannot be placed; add an "
-                     "[[organ.support]] or give adaptive_functions = 0");
+                     "\": adaptive functions cannot be placed, because its stiffness is not "
+                     "positive definite; add an [[organ.support]] or give adaptive_functions = 0");
   }
   solution.U.resize(K.rows(), static_cast<Eigen::Index>(cases_.size()));
   solution.energies.resize(solution.U.cols());

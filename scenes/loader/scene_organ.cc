@@ -15,7 +15,7 @@ constexpr int kMaxSubdivisions = 5;
 constexpr int kMaxLocalFunctions = 250;
 constexpr int kMaxLocalRefinement = 6;
 constexpr int kMaxAdaptiveFunctions = 2000;
-constexpr int kMaxAdaptiveLevels = 3;
+constexpr int kMaxAdaptiveLevels = 2;
 constexpr double kMaxAdaptiveCells = 64.0 * 64 * 64;
 
 void ReadUnit(const TableReader& table, double* unit_m) {

@@ -10,7 +10,6 @@
 #include "tools/chart/chart_report.h"
 #include "tools/chart/chart_sweep.h"
 #include "tools/chart/crack_table.h"
-#include "tools/chart/level_table.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/plots/plot_chart.h"
@@ -32,7 +31,6 @@ struct ChartOptions {
   bool json = false;
   bool quick = false;
   bool cracks = false;
-  bool levels = false;
 };
 
 // Returns the scene files of a folder, sorted: charts of different machines then have one order.
@@ -57,7 +55,10 @@ fs::path ReferenceFolder(const ChartOptions& options, const std::string& scene) 
   return fs::path(scene).parent_path() / "../../tests/reference";
 }
 
-using ChartCase = LevelCase;
+struct ChartCase {
+  StaticCase load_case;
+  CaseReference reference;
+};
 
 ChartCase LoadChartCase(const ChartOptions& options, const std::string& scene) {
   ChartCase loaded;
@@ -97,20 +98,6 @@ void ChartCracks(const ChartOptions& options) {
   MeasureCracks(options.out, options.quick,
                 [](const std::string& row) { std::cout << row << std::endl; });
   std::cout << options.out << ": cracks.md\n";
-}
-
-void ChartLevels(ChartOptions options) {
-  if (options.cases.empty()) {
-    for (const char* name : {"liver_lift", "liver_press", "notch", "stomach_lift"}) {
-      options.cases.push_back((fs::path("scenes/cases") / name).string() + ".toml");
-    }
-  }
-  std::vector<std::string> remarks;
-  const std::vector<ChartCase> cases = LoadChartCases(options, &remarks);
-  MakeOutFolder(options.out);
-  MeasureLevels(cases, options.out, options.quick,
-                [](const std::string& row) { std::cout << row << std::endl; });
-  std::cout << options.out << ": levels.md\n";
 }
 
 void Chart(const ChartOptions& options) {
@@ -169,15 +156,7 @@ void AddChartCommand(Command app) {
   chart.AddFlag("--quick", options->quick, "Measure a few models only");
   chart.AddFlag("--cracks", options->cracks,
                 "Measure bodies with a crack against closed forms instead, into cracks.md");
-  chart.AddFlag("--levels", options->levels,
-                "Measure adaptive functions against uniform lattices instead, into levels.md");
-  chart.OnRun([options] {
-    if (options->cracks && options->levels) {
-      throw InputError("--levels cannot be combined with --cracks");
-    }
-    options->cracks ? ChartCracks(*options)
-                    : (options->levels ? ChartLevels(*options) : Chart(*options));
-  });
+  chart.OnRun([options] { options->cracks ? ChartCracks(*options) : Chart(*options); });
 }
 
 }  // namespace hpdm

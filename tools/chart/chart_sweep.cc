@@ -147,7 +147,6 @@ std::vector<ChartFamily> ChartFamilies(bool quick) {
     if (quick && (local.functions < 64 || local.refinement > 2)) continue;
     add(small, BSpline(2, local), {4, 6});
   }
-  add(small, Adaptive(300, 2), {4});
   add(Strain(StrainMeasure::kFinite, kCholesky), BSpline(2), {2, 3, 4});
   add(Metric(EnergyDomain::kOrgan, kCholesky), BSpline(2), {2, 4, 6, 8, 10});
   families.push_back({OrganModelType::kContinuum, {}, {}, {1}});
@@ -155,7 +154,7 @@ std::vector<ChartFamily> ChartFamilies(bool quick) {
   if (quick) return families;
   add(small, BSpline(2, kLocalFunctions[3]), {2, 3, 8});
   add(small, BSpline(2, {18, 2}), {4});  // about 200 functions together
-  for (const int functions : {480, 700}) add(small, Adaptive(functions, 2), {4, 6});
+  add(small, Adaptive(480, 2), {4, 6});
   add(small, BSpline(1), {2, 4, 6, 8, 10});
   add(small, BSpline(3), {2, 3, 4, 5, 6, 8});
   add(small, Bernstein(), {2, 3, 4, 5, 6});

@@ -21,7 +21,6 @@
 #include "tools/bench/bench_results.h"
 #include "tools/bench/power_law.h"
 #include "tools/chart/chart_report.h"
-#include "tools/chart/level_table.h"
 #include "tools/chart/static_case_model.h"
 #include "tools/shared/flat_subdivision.h"
 #include "tools/shared/report_text.h"
@@ -309,16 +308,6 @@ class FlowChart : public testing::Test {
   fs::path folder_;
   std::string out_, err_;
 };
-
-// n^(-1/2): four times the functions for half the error.
-TEST(UniformFunctions, AreReadFromTheSeriesInLogarithms) {
-  const std::vector<std::pair<double, double>> series = {{100, 0.1}, {400, 0.05}, {1600, 0.025}};
-  EXPECT_NEAR(UniformFunctions(series, 0.1 / std::sqrt(2)), 200, 1e-9);
-  EXPECT_NEAR(UniformFunctions(series, 0.05), 400, 1e-9);
-  EXPECT_NEAR(UniformFunctions(series, 0.025 * std::sqrt(2)), 800, 1e-9);
-  EXPECT_EQ(UniformFunctions(series, 0.2), 100);
-  EXPECT_EQ(UniformFunctions(series, 0.02), 0);
-}
 
 TEST_F(FlowChart, WritesEveryFormOfTheSamePoints) {
   const std::string beam = (kSource / "scenes/cases/beam.toml").string();
