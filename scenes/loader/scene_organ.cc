@@ -65,10 +65,7 @@ LatticeOptions ReadLattice(const TableReader& table) {
   }
   table.ReadInteger("local_refinement", 2, kMaxLocalRefinement, &lattice.local.refinement);
   table.ReadInteger("adaptive_functions", 0, kMaxAdaptiveFunctions, &lattice.adaptive.functions);
-  if (table.ReadInteger("adaptive_levels", 1, kMaxAdaptiveLevels, &lattice.adaptive.levels) &&
-      lattice.adaptive.functions == 0) {
-    table.Fail("adaptive_levels", "needs adaptive_functions", "give that, or remove this");
-  }
+  table.ReadInteger("adaptive_levels", 1, kMaxAdaptiveLevels, &lattice.adaptive.levels);
   return lattice;
 }
 

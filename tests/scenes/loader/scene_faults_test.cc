@@ -117,8 +117,6 @@ TEST_F(SceneFaults, ValuesOutOfRangeNameTheRange) {
        "integer"},
       {"lattice={adaptive_functions=300,adaptive_levels=4}", "4:49",
        "organ[0].lattice.adaptive_levels", "out of range (4)", "from 1 to 2"},
-      {"lattice.adaptive_levels=2", "4:25", "organ[0].lattice.adaptive_levels",
-       "needs adaptive_functions (2)", "give that"},
       {"lattice={cells=17,adaptive_functions=300,adaptive_levels=2}", "4:58",
        "organ[0].lattice.adaptive_levels", "makes more than 262,144 cells",
        "fewer cells or levels"},
