@@ -10,9 +10,8 @@
 namespace hpdm {
 namespace {
 
-// Returns the splines of one level, all of them. `beyond`: cells on each side of a support in which
-// the lattice's own functions were found.
-Lattice LowerLevel(const Lattice& lattice, int beyond) {
+// Returns the splines of one level, all of them.
+Lattice LowerLevel(const Lattice& lattice) {
   LatticeOptions options;
   options.basis = lattice.basis().axis(0).type();
   for (int d = 0; d < 3; ++d) {
@@ -22,7 +21,7 @@ Lattice LowerLevel(const Lattice& lattice, int beyond) {
   Lattice lower(lattice.box(), options);
   // Found in a cell more on each side, so where no function of the lattice can tell two sides apart,
   // neither can these. With more freedom than the lattice has, the projection would lock.
-  if (lattice.split()) lower.SplitByTissue(lattice.pieces(), beyond + 1);
+  if (lattice.split()) lower.SplitByTissue(lattice.pieces(), 1);
   return lower;
 }
 
@@ -48,9 +47,9 @@ std::vector<bool> WithoutParents(const Lattice& lower, const Lattice& level) {
 }  // namespace
 
 Lattice LowerDegree(const Lattice& lattice) {
-  Lattice lower = LowerLevel(lattice, 0);
+  Lattice lower = LowerLevel(lattice);
   for (const Lattice& level : lattice.levels()) {
-    Lattice finer = LowerLevel(level, 1);
+    Lattice finer = LowerLevel(level);
     finer.DropControlPoints(WithoutParents(finer, level));
     lower.AddLevel(std::move(finer));
   }

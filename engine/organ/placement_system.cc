@@ -21,7 +21,7 @@ constexpr double kLeastShareOfTissue = 0.02;  // share of a function that is tis
 constexpr double kHeld = 0.01;  // value of a function in a fixed support from which it is left out
 constexpr int kGradientSteps = 4;  // of the error's estimate
 // Points of a finest cell keep the moments of this degree.
-constexpr int kPlacementMoments = 2;
+constexpr int kPlacementMoments = 1;
 
 WeightMatrix AtLoad(const Lattice& lattice, const PlacementLoad& load) {
   return lattice.Weights(load.points, load.points - lattice.inset() * load.normals);
@@ -57,8 +57,10 @@ Lattice PlacementSystem::Level(int level) const {
     options.cells[d] = coarse_.basis().axis(d).cells() << level;
   }
   Lattice lattice(coarse_.box(), options);
-  // Tissue that is apart in a support but joined beside it would hang on nothing.
-  if (coarse_.pieces() != nullptr) lattice.SplitByTissue(coarse_.pieces(), 1);
+  // Gaps that the coarse functions do not see are not split either: copies at the voxels' own scale
+  // come apart where the tissue does not. Local functions join what is joined a cell beside them; here
+  // that would tie the sides of a slit near its end.
+  if (coarse_.split()) lattice.SplitByTissue(coarse_.pieces());
   return lattice;
 }
 
