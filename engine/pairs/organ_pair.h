@@ -40,6 +40,7 @@ struct PairShape {
   const Points& vertices;
   const SurfaceTree& tree;  ///< Fits the vertices.
   Vector3d offset_W = Vector3d::Zero();
+  double demand = 0;  ///< m: how far the step's tools are about to move it at most.
 };
 
 /// Finds where two organs touch, both deforming.
@@ -59,7 +60,7 @@ struct PairShape {
 ///    kSharpness. With less, a deeper sample would get so much more force that it were the less deep
 ///    one in the next step.
 /// 5. Contacts within a margin count before they touch. It is kMargin and the motion of both
-///    surfaces in the last step, at most kMostMotion.
+///    surfaces in the last step and the growth of the tools' demand since then, at most kMostMotion.
 /// 6. At most kMaxPatches contacts. Where more cells touch, the cells of whole blocks
 ///    (contact_cells.h) are one contact each, first in the blocks that are farthest from touching. A
 ///    block that was one contact in the last step counts as farther. If all blocks together are still
@@ -94,6 +95,7 @@ class OrganPair {
 
   /// Finds the contacts of a step, in the order of their keys. They hold until the next Update().
   std::span<const PairContact> Update(const PairShape& a, const PairShape& b);
+  /// The same without tools.
   std::span<const PairContact> Update(const OrganState& a, const OrganState& b) {
     return Update({a.vertices, a.tree, a.offset_W}, {b.vertices, b.tree, b.offset_W});
   }
@@ -120,6 +122,12 @@ class OrganPair {
     CreasedNormals normals;
     Points last_vertices;  // m, of the last step
     Vector3d last_offset_W = Vector3d::Zero();
+    double last_demand = 0;  // m
+
+    // Returns how far it may move in this step: as in the last one, and what the tools' demand has
+    // grown. A held press has the same demand in all steps, its tip's indentation.
+    double ExpectedMotion(const PairShape& shape) const;
+    void Remember(const PairShape& shape);
   };
   // State of a sample after the last step.
   struct Memory {
