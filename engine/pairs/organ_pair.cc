@@ -63,7 +63,6 @@ OrganPair::OrganPair(const OrganModel& a, const OrganModel& b)
   if (!a.options().free && !b.options().free) return;
   motion_gain_ = kFreeGain;
   most_motion_ = kMostFreeMotion;
-  far_share_ = kFarShare;
 }
 
 OrganPair::OrganPair(const PairSurface& a, const PairSurface& b, double cell_size)
@@ -263,7 +262,7 @@ SurfacePoint OrganPair::ClosestFacing(const Vector3d& p, const Vector3d& normal,
 
 double OrganPair::Weight(const Found& found, int cell) const {
   const double sharpness =
-      std::max({kSharpness, cell_[cell].indentation / 2, far_share_ * found.gap});
+      std::max({kSharpness, cell_[cell].indentation / 2, kFarShare * found.gap});
   return found.area * std::exp(-found.gap / sharpness);
 }
 

@@ -80,7 +80,7 @@ class OrganPair {
   static constexpr double kMostFreeMotion = 0.15;
   /// What a free organ moves in a step over its last step's motion, at most, as it gains speed.
   static constexpr double kFreeGain = 1.5;
-  /// Least sharpness of a pair with a free organ over the gap, so that a far contact has weight.
+  /// Least sharpness over the gap, so that a far contact has weight.
   static constexpr double kFarShare = 0.1;
   static constexpr double kMostDepth = 0.015;    ///< m, of a sample found for the first time.
   static constexpr double kMostSlide = 0.010;    ///< m.
@@ -199,7 +199,6 @@ class OrganPair {
   std::uint32_t stamp_ = 0;
   std::uint32_t search_stamp_ = 0;
   double motion_gain_ = 1;
-  double far_share_ = 0;
   double most_motion_ = kMostMotion;
   double margin_ = kMargin;
   bool deeper_ = false;  // a sample was found inside for the first time
