@@ -53,7 +53,7 @@ struct JoinedPair {
     }
     w = (joint->stiffness() * w).eval();
     state->Settle(w);
-    state->ForcesOf(w, &q);
+    state->ForcesOf(w, q);
     for (std::size_t o = 0; o < 2; ++o) {
       const auto& member =
           joint->members()[static_cast<std::size_t>(joint->MemberOf(static_cast<int>(o)))];
