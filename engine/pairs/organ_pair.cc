@@ -63,7 +63,6 @@ OrganPair::OrganPair(const OrganModel& a, const OrganModel& b)
   if (!a.options().free && !b.options().free) return;
   motion_gain_ = kFreeGain;
   most_motion_ = kMostFreeMotion;
-  far_share_ = kFarShare;
 }
 
 OrganPair::OrganPair(const PairSurface& a, const PairSurface& b, double cell_size)
@@ -115,13 +114,21 @@ std::span<const PairContact> OrganPair::Update(const PairShape& a, const PairSha
 void OrganPair::SetMargin(const PairShape& source, const PairShape& target) {
   const Vector3d slid =
       (source.offset_W - source_.last_offset_W) - (target.offset_W - target_.last_offset_W);
-  const double motion = LargestMotion(source_.last_vertices, source.vertices) +
-                        LargestMotion(target_.last_vertices, target.vertices) + slid.norm();
+  const double motion =
+      source_.ExpectedMotion(source) + target_.ExpectedMotion(target) + slid.norm();
   margin_ = kMargin + std::min(motion_gain_ * motion, most_motion_);
-  source_.last_vertices = source.vertices;
-  target_.last_vertices = target.vertices;
-  source_.last_offset_W = source.offset_W;
-  target_.last_offset_W = target.offset_W;
+  source_.Remember(source);
+  target_.Remember(target);
+}
+
+double OrganPair::Side::ExpectedMotion(const PairShape& shape) const {
+  return LargestMotion(last_vertices, shape.vertices) + std::max(0.0, shape.demand - last_demand);
+}
+
+void OrganPair::Side::Remember(const PairShape& shape) {
+  last_vertices = shape.vertices;
+  last_offset_W = shape.offset_W;
+  last_demand = shape.demand;
 }
 
 // Seeks partners for all samples near the target, and for those that had one.
@@ -255,7 +262,7 @@ SurfacePoint OrganPair::ClosestFacing(const Vector3d& p, const Vector3d& normal,
 
 double OrganPair::Weight(const Found& found, int cell) const {
   const double sharpness =
-      std::max({kSharpness, cell_[cell].indentation / 2, far_share_ * found.gap});
+      std::max({kSharpness, cell_[cell].indentation / 2, kFarShare * found.gap});
   return found.area * std::exp(-found.gap / sharpness);
 }
 

@@ -40,6 +40,7 @@ struct PairShape {
   const Points& vertices;
   const SurfaceTree& tree;  ///< Fits the vertices.
   Vector3d offset_W = Vector3d::Zero();
+  double demand = 0;  ///< m: how far the step's tools are about to move it at most.
 };
 
 /// Finds where two organs touch, both deforming.
@@ -59,7 +60,7 @@ struct PairShape {
 ///    kSharpness. With less, a deeper sample would get so much more force that it were the less deep
 ///    one in the next step.
 /// 5. Contacts within a margin count before they touch. It is kMargin and the motion of both
-///    surfaces in the last step, at most kMostMotion.
+///    surfaces in the last step and the growth of the tools' demand since then, at most kMostMotion.
 /// 6. At most kMaxPatches contacts. Where more cells touch, the cells of whole blocks
 ///    (contact_cells.h) are one contact each, first in the blocks that are farthest from touching. A
 ///    block that was one contact in the last step counts as farther. If all blocks together are still
@@ -79,7 +80,7 @@ class OrganPair {
   static constexpr double kMostFreeMotion = 0.15;
   /// What a free organ moves in a step over its last step's motion, at most, as it gains speed.
   static constexpr double kFreeGain = 1.5;
-  /// Least sharpness of a pair with a free organ over the gap, so that a far contact has weight.
+  /// Least sharpness over the gap, so that a far contact has weight.
   static constexpr double kFarShare = 0.1;
   static constexpr double kMostDepth = 0.015;    ///< m, of a sample found for the first time.
   static constexpr double kMostSlide = 0.010;    ///< m.
@@ -94,6 +95,7 @@ class OrganPair {
 
   /// Finds the contacts of a step, in the order of their keys. They hold until the next Update().
   std::span<const PairContact> Update(const PairShape& a, const PairShape& b);
+  /// The same without tools.
   std::span<const PairContact> Update(const OrganState& a, const OrganState& b) {
     return Update({a.vertices, a.tree, a.offset_W}, {b.vertices, b.tree, b.offset_W});
   }
@@ -120,6 +122,12 @@ class OrganPair {
     CreasedNormals normals;
     Points last_vertices;  // m, of the last step
     Vector3d last_offset_W = Vector3d::Zero();
+    double last_demand = 0;  // m
+
+    // Returns how far it may move in this step: as in the last one, and what the tools' demand has
+    // grown. A held press has the same demand in all steps, its tip's indentation.
+    double ExpectedMotion(const PairShape& shape) const;
+    void Remember(const PairShape& shape);
   };
   // State of a sample after the last step.
   struct Memory {
@@ -191,7 +199,6 @@ class OrganPair {
   std::uint32_t stamp_ = 0;
   std::uint32_t search_stamp_ = 0;
   double motion_gain_ = 1;
-  double far_share_ = 0;
   double most_motion_ = kMostMotion;
   double margin_ = kMargin;
   bool deeper_ = false;  // a sample was found inside for the first time

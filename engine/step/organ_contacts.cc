@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/check.h"
+#include "engine/step/demanded_move.h"
 
 namespace hpdm {
 namespace {
@@ -21,6 +22,10 @@ void FillRow(const PairContact& contact, PointOf point_of, OrganStep* organ,
     model.AddToRow(at, sample.weight, state.contacts.refinement, weights);
   }
   row->target_W = row->p_rest_W;
+}
+
+PairShape ShapeOf(const OrganState& state) {
+  return {state.vertices, state.tree, state.offset_W, LongestDemandedMove(state)};
 }
 
 Vector3d Displacement(int row, const OrganState& state) {
@@ -67,7 +72,7 @@ bool OrganContacts::AddPair(std::size_t p, std::vector<OrganStep>* organs) {
   if (!first.awake && !second.awake && between_W == pair.between_W) return true;
   pair.between_W = between_W;
   bool complete = true;
-  for (const PairContact& found : pair.search.Update(first, second)) {
+  for (const PairContact& found : pair.search.Update(ShapeOf(first), ShapeOf(second))) {
     complete = complete && AddContact(found, pair, organs);
     if (!complete) break;
     pair_of_.push_back(p);

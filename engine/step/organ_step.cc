@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/lattice/direct_manipulation.h"
+#include "engine/step/demanded_move.h"
 
 namespace hpdm {
 
@@ -68,17 +69,7 @@ void OrganStep::RepositionControlPoints() {
   if (!state_.awake) return;
   const int rows = state_.contacts.tool_rows();
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, kMaxToolRows, 3> change(rows, 3);
-  for (int i = 0; i < rows; ++i) {
-    const ContactConstraints::Row& row = state_.contacts[i];
-    const Vector3d p =
-        row.p_rest_W +
-        (state_.contacts.Weights().row(i) * state_.control_displacements).transpose();
-    Vector3d move = row.target_W - p;
-    if (row.kind == ContactConstraints::RowKind::kPress) {
-      move = std::min(0.0, row.normal_W.dot(move)) * row.normal_W;
-    }
-    change.row(i) = move;
-  }
+  for (int i = 0; i < rows; ++i) change.row(i) = DemandedMove(state_, i);
   // The lattice hardly tells the rows of a footprint apart: their local compliance does. Moved one
   // by one they would throw the control points far away.
   for (int i = 0; i < rows; ++i) {

@@ -10,7 +10,7 @@
 
 #include "engine/mesh/collision.h"
 #include "tools/bench/bench_results.h"
-#include "tools/haptics/organ_trials.h"
+#include "tools/haptics/scene_press.h"
 #include "tools/session/lockstep.h"
 #include "tools/session/session.h"
 

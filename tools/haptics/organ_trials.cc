@@ -9,12 +9,10 @@
 #include <optional>
 #include <utility>
 
-#include "engine/base/error.h"
 #include "engine/contact/surface_kernel.h"
 #include "engine/mesh/collision.h"
 #include "engine/mesh/winding_number.h"
 #include "engine/statics/static_loads.h"
-#include "scenes/loader/scene.h"
 #include "tools/shared/simple_bodies.h"
 
 namespace hpdm {
@@ -174,32 +172,6 @@ SurfaceMesh Outer(const SurfaceMesh& mesh) {
   return kept;
 }
 
-// Lets the organ touch the soft ones before it.
-void AddPairs(const OrganBench& bench, OrganOptions* organ) {
-  const auto names = [](const OrganOptions& options, const std::string& other) {
-    return std::any_of(options.contacts.begin(), options.contacts.end(),
-                       [&](const OrganContactOptions& contact) { return contact.with == other; });
-  };
-  for (int o = 0; o < bench.organs(); ++o) {
-    const OrganOptions& other = bench.model(o).options();
-    if (other.model == OrganModelType::kRigid || names(other, organ->name) ||
-        names(*organ, other.name)) {
-      continue;
-    }
-    organ->contacts.push_back({other.name, 0.05});
-  }
-}
-
-// The tool whose shaft points along `out` from the tip's centre `p`, m.
-ToolPose Pointing(const Vector3d& p, const Vector3d& out) {
-  ToolPose tool;
-  tool.X_WT.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), out).toRotationMatrix();
-  tool.X_WT.translation() = p;
-  tool.p_trocar_W = p + 0.2 * out;
-  return tool;
-}
-
 }  // namespace
 
 SpherePress PressSpheres(const SphereCase& given) {
@@ -328,50 +300,6 @@ void PenetrationMeter::MeasureSamples(const SurfaceMesh& samples, const SurfaceM
   for (const SurfaceSample& sample : SurfaceInRegion(near, std::nullopt, {}, kApart)) {
     measure(AtSample(sample, near.triangles, near.vertices), sample.weight);
   }
-}
-
-ScenePressResult PressInScene(const std::filesystem::path& path, const ScenePress& press,
-                              double depth, const std::function<void(OrganBench*)>& seen) {
-  constexpr double kFrom = 0.005, kHold = 0.3;
-  const Scene scene = LoadScene(path);
-  OrganBench bench;
-  int pressed = -1;
-  for (OrganOptions organ : scene.organs) {
-    if (organ.name == press.organ) pressed = bench.organs();
-    if (press.all_pairs && organ.model != OrganModelType::kRigid) AddPairs(bench, &organ);
-    std::vector<std::string> repairs;
-    bench.Add(organ, LoadPosedMesh(organ, &repairs));
-  }
-  if (pressed < 0) throw InputError(path.string() + ": has no organ \"" + press.organ + "\"");
-  ToolOptions tool;
-  tool.geometries[0].tip_radius = press.tip_radius;
-  bench.Start({tool});
-
-  const SurfaceMesh& rest = bench.model(pressed).rest();
-  const SurfacePoint at = SurfaceTree(rest.vertices, rest.triangles).Closest(press.place_W, 1).at;
-  const Vector3d top = at.Position(rest.vertices, rest.triangles);
-  const Vector3d into =
-      press.direction_W.isZero(0)
-          ? Vector3d(-TwiceAreaNormal(rest.vertices, rest.triangles, at.triangle).normalized())
-          : press.direction_W.normalized();
-  ScenePressResult result;
-  PenetrationMeter meter;
-  const auto step = [&](double to) {
-    bench.Step(Pointing(top + (to - press.tip_radius) * into, -into));
-    meter.Measure(&bench);
-    result.dropped = result.dropped || (bench.record().flags & kStepContactsDropped) != 0;
-    for (int o = 0; o < bench.organs(); ++o) {
-      result.pair_force = std::max(result.pair_force, bench.PairForce(o).norm());
-    }
-    if (seen) seen(&bench);
-  };
-  const double way = press.speed * ToSeconds(OrganBench::kPeriod);
-  double to = -kFrom;
-  for (; to < depth; to += way) step(to);
-  for (int i = 0; i < kHold / ToSeconds(OrganBench::kPeriod); ++i) step(depth);
-  for (to = depth; to > -kFrom; to -= way) step(to);
-  result.penetration = meter.result();
-  return result;
 }
 
 }  // namespace hpdm

@@ -1,10 +1,5 @@
 #pragma once
 
-#include <filesystem>
-#include <functional>
-#include <string>
-#include <vector>
-
 #include "tools/shared/organ_bench.h"
 
 /// Trials of the contact between organs, in the deformation step. The tables of `hpdm haptics`
@@ -72,26 +67,5 @@ class PenetrationMeter {
   double sum_ = 0, weight_ = 0;
   Penetration result_;
 };
-
-/// A press in a scene: from 5 mm above the surface point of an organ that is nearest to `place`,
-/// against the normal there, or along `direction` if it is not zero.
-struct ScenePress {
-  std::string name;
-  std::string organ;
-  Vector3d place_W = Vector3d::Zero();      ///< m.
-  Vector3d direction_W = Vector3d::Zero();  ///< Unit, into the organ.
-  double tip_radius = 0.005;                ///< m.
-  double speed = 0.1;                       ///< m/s.
-  bool all_pairs = false;  ///< Soft organs touch each other too where the scene lets them pass.
-};
-struct ScenePressResult {
-  Penetration penetration;
-  double pair_force = 0;  ///< N: largest sum of the forces of one organ on another.
-  bool dropped = false;   ///< A step had no room for all contacts.
-};
-/// Presses to `depth` (m), holds for 0.3 s and lets go; without shaft. The scene's own tools are
-/// away. `seen` is called after each step, if given.
-ScenePressResult PressInScene(const std::filesystem::path& scene, const ScenePress& press,
-                              double depth, const std::function<void(OrganBench*)>& seen = nullptr);
 
 }  // namespace hpdm

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -46,17 +48,16 @@ class OrganBench {
   }
   static ToolPose Away() { return Above(Vector3d(5, 5, 5)); }
 
-  void Step(std::span<const ToolPose> tools) {
-    ToolState state;
-    state.tick = ++tick_;
-    state.time_ns = now_;
-    state.tool_count = static_cast<int>(tools.size());
-    std::copy(tools.begin(), tools.end(), state.tools.begin());
-    loop_->Step(state, now_);
-    patch.Update();
-    now_ += kPeriod;
-  }
+  using ContactPoints = std::array<TickContactPoint, kToolPlaces>;
+
+  void Step(std::span<const ToolPose> tools) { Step(StateOf(tools)); }
   void Step(const ToolPose& tool = Away()) { Step(std::span(&tool, 1)); }
+  /// Takes the contacts of the haptic tick over.
+  void Step(const ToolPose& tool, const ContactPoints& contact_points) {
+    ToolState state = StateOf(std::span(&tool, 1));
+    state.contact_points[0] = contact_points;
+    Step(state);
+  }
   /// Sets the time of the next step, at which the organs' supports are where their motion has them.
   void StayAt(double seconds) { now_ = static_cast<Nanoseconds>(seconds * kNanosecondsPerSecond); }
   double seconds() const { return ToSeconds(now_); }
@@ -94,6 +95,20 @@ class OrganBench {
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render;
 
  private:
+  ToolState StateOf(std::span<const ToolPose> tools) {
+    ToolState state;
+    state.tick = ++tick_;
+    state.time_ns = now_;
+    state.tool_count = static_cast<int>(tools.size());
+    std::copy(tools.begin(), tools.end(), state.tools.begin());
+    return state;
+  }
+  void Step(const ToolState& state) {
+    loop_->Step(state, now_);
+    patch.Update();
+    now_ += kPeriod;
+  }
+
   std::vector<OrganModel> organs_;
   std::vector<AttachmentOptions> attachments_;
   TripleBuffer<ToolState> tools_;

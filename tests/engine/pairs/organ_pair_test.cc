@@ -275,6 +275,19 @@ TEST(OrganPair, OrgansApartHaveNoContacts) {
   EXPECT_EQ(pair.Update(stack.block.shape(), stack.plate.shape()).size(), 0);
 }
 
+TEST(OrganPair, AToolsGrowingDemandWidensTheMarginAtOnce) {
+  Stack stack;
+  OrganPair pair(stack.block.surface(), stack.plate.surface());
+  stack.Lower(0.006);
+  const PairShape free = stack.block.shape(), plate = stack.plate.shape();
+  PairShape pressed = free;
+  pressed.demand = 0.005;
+  pair.Update(free, plate);
+  EXPECT_EQ(pair.Update(free, plate).size(), 0);
+  EXPECT_GT(pair.Update(pressed, plate).size(), 0);
+  EXPECT_EQ(pair.Update(pressed, plate).size(), 0);  // a held press: it moves nothing
+}
+
 // Slides along a wavy surface, 0.02 mm a step: gaps change by no more than the surfaces' slopes and
 // the weights allow, normals by no more than the curvature does.
 TEST(OrganPair, GapsAndNormalsFollowASlowSlide) {
