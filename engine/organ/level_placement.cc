@@ -38,8 +38,8 @@ bool MayBeAdded(const std::vector<PlacementLevel>& levels, std::size_t level, st
 }
 
 // Marks the `count` candidates with the largest gains. True if there was one.
-bool Choose(int count, const std::vector<Eigen::MatrixXd>& residuals,
-            const Eigen::VectorXd& energies, std::vector<PlacementLevel>* levels) {
+bool Choose(int count, const CandidateFields& residuals, const Eigen::VectorXd& energies,
+            std::vector<PlacementLevel>* levels) {
   struct Gain {
     double value;
     std::size_t level, function;
@@ -75,7 +75,7 @@ LevelPlacement PlaceLevels(const Lattice& coarse, const OrganOptions& organ,
   PlacementSystem system(coarse, organ, tissue, regions, cases);
   for (int round = 0;; ++round) {
     PlacementSolution solution = system.Solve();
-    const std::vector<Eigen::MatrixXd> residuals = system.Residuals(solution);
+    const CandidateFields residuals = system.Residuals(solution);
     const int missing = organ.lattice.adaptive.functions - solution.lattice.size();
     const int count = std::max(1, missing / std::max(1, kPlacementRounds - round));
     if (missing <= 0 || round >= 2 * kPlacementRounds ||

@@ -38,6 +38,17 @@ Eigen::MatrixXd ByFunction(const Eigen::MatrixXd& U) {
   return sorted;
 }
 
+// Returns the sum of the products of two fields' entries, for each case.
+Eigen::VectorXd WorkOfCases(const CandidateFields& first, const CandidateFields& second) {
+  Eigen::VectorXd work = Eigen::VectorXd::Zero(first[0].cols() / 3);
+  for (std::size_t l = 0; l < first.size(); ++l) {
+    for (Eigen::Index c = 0; c < work.size(); ++c) {
+      work[c] += first[l].middleCols<3>(3 * c).cwiseProduct(second[l].middleCols<3>(3 * c)).sum();
+    }
+  }
+  return work;
+}
+
 }  // namespace
 
 PlacementSystem::PlacementSystem(const Lattice& coarse, const OrganOptions& organ,
@@ -308,78 +319,92 @@ Eigen::MatrixXd PlacementSystem::Residual(const PlacementLevel& level,
   return r;
 }
 
-std::vector<Eigen::MatrixXd> PlacementSystem::Residuals(const PlacementSolution& solution) const {
-  std::vector<Eigen::MatrixXd> residuals;
+CandidateFields PlacementSystem::Residuals(const PlacementSolution& solution) const {
+  CandidateFields residuals;
   for (const PlacementLevel& level : levels_) residuals.push_back(Residual(level, solution));
   return residuals;
 }
 
-// Takes steps of conjugate gradients over all candidates that are left out, with u held, and adds
-// up the energies that they gain.
-double PlacementSystem::Error(const std::vector<Eigen::MatrixXd>& residuals,
-                              const PlacementSolution& solution) const {
-  const auto cases = static_cast<Eigen::Index>(cases_.size());
-  std::vector<Eigen::MatrixXd> r = residuals, p(r.size());
-  for (std::size_t l = 0; l < r.size(); ++l) {
+// Sets the rows of functions in use to zero.
+void PlacementSystem::ClearUsed(CandidateFields* fields) const {
+  for (std::size_t l = 0; l < fields->size(); ++l) {
     for (std::size_t b = 0; b < levels_[l].used.size(); ++b) {
-      if (levels_[l].used[b]) r[l].row(static_cast<Eigen::Index>(b)).setZero();
+      if (levels_[l].used[b]) (*fields)[l].row(static_cast<Eigen::Index>(b)).setZero();
     }
   }
-  Eigen::VectorXd gained = Eigen::VectorXd::Zero(cases), last = gained;
-  for (int step = 0; step < kGradientSteps; ++step) {
-    Eigen::VectorXd rz = Eigen::VectorXd::Zero(cases), pAp = rz;
-    std::vector<Eigen::MatrixXd> z = r;
-    for (std::size_t l = 0; l < r.size(); ++l) {
-      for (Eigen::Index b = 0; b < r[l].rows(); ++b) {
-        const Eigen::LLT<Matrix3d> own(levels_[l].own[static_cast<std::size_t>(b)]);
-        for (Eigen::Index c = 0; c < cases; ++c) {
-          const Vector3d rb = r[l].block<1, 3>(b, 3 * c);
-          const Vector3d zb = own.solve(rb);
-          z[l].block<1, 3>(b, 3 * c) = zb.transpose();
-          rz[c] += rb.dot(zb);
-        }
+}
+
+// Returns K p of fields p of the candidates.
+CandidateFields PlacementSystem::Apply(const CandidateFields& p, const Lattice& coarse) const {
+  const auto columns = 3 * static_cast<Eigen::Index>(cases_.size());
+  std::array<Eigen::MatrixXd, 3> gradient;
+  for (Eigen::MatrixXd& along : gradient) {
+    along = Eigen::MatrixXd::Zero(points_.weights.size(), columns);
+  }
+  std::vector<Eigen::MatrixXd> held;  // at each support
+  for (const Quadrature& region : regions_) {
+    held.push_back(Eigen::MatrixXd::Zero(region.weights.size(), columns));
+  }
+  for (std::size_t l = 0; l < p.size(); ++l) {
+    for (int j = 0; j < 3; ++j) gradient[j] += levels_[l].gradients[j] * p[l];
+    for (std::size_t s = 0; s < held.size(); ++s) held[s] += levels_[l].held[s] * p[l];
+  }
+  const std::array<Eigen::MatrixXd, 3> stress = Stress(gradient, Eigen::MatrixXd());
+  for (std::size_t s = 0; s < held.size(); ++s) {
+    held[s] = (Spring(s, coarse) * regions_[s].weights).asDiagonal() * held[s];
+  }
+  CandidateFields applied;
+  for (std::size_t l = 0; l < p.size(); ++l) {
+    Eigen::MatrixXd& of = applied.emplace_back(Eigen::MatrixXd::Zero(p[l].rows(), columns));
+    for (int j = 0; j < 3; ++j) of += levels_[l].gradients[j].transpose() * stress[j];
+    for (std::size_t s = 0; s < held.size(); ++s) of += levels_[l].held[s].transpose() * held[s];
+  }
+  ClearUsed(&applied);
+  return applied;
+}
+
+// Returns K_bb^-1 r_b of all candidates.
+CandidateFields PlacementSystem::Precondition(const CandidateFields& r) const {
+  CandidateFields z = r;
+  for (std::size_t l = 0; l < z.size(); ++l) {
+    for (Eigen::Index b = 0; b < z[l].rows(); ++b) {
+      const Eigen::LLT<Matrix3d> own(levels_[l].own[static_cast<std::size_t>(b)]);
+      for (Eigen::Index c = 0; c < z[l].cols(); c += 3) {
+        z[l].block<1, 3>(b, c) = own.solve(Vector3d(r[l].block<1, 3>(b, c))).transpose();
       }
     }
-    std::array<Eigen::MatrixXd, 3> gradient;
-    for (int j = 0; j < 3; ++j) {
-      gradient[j] = Eigen::MatrixXd::Zero(points_.weights.size(), 3 * cases);
-    }
-    std::vector<Eigen::MatrixXd> u;
-    for (const Quadrature& region : regions_) {
-      u.push_back(Eigen::MatrixXd::Zero(region.weights.size(), 3 * cases));
-    }
-    for (std::size_t l = 0; l < r.size(); ++l) {
-      if (step == 0) p[l] = z[l];
-      for (Eigen::Index c = 0; step > 0 && c < cases; ++c) {
+  }
+  return z;
+}
+
+// Takes steps of conjugate gradients over all candidates that are left out, with u held, and adds
+// up the energies that they gain.
+double PlacementSystem::Error(const CandidateFields& residuals,
+                              const PlacementSolution& solution) const {
+  const auto cases = static_cast<Eigen::Index>(cases_.size());
+  CandidateFields r = residuals;
+  ClearUsed(&r);
+  Eigen::VectorXd gained = Eigen::VectorXd::Zero(cases), last = gained;
+  CandidateFields p;
+  for (int step = 0; step < kGradientSteps; ++step) {
+    const CandidateFields z = Precondition(r);
+    const Eigen::VectorXd rz = WorkOfCases(r, z);
+    if (step == 0) p = z;
+    for (std::size_t l = 0; step > 0 && l < p.size(); ++l) {
+      for (Eigen::Index c = 0; c < cases; ++c) {
         p[l].middleCols<3>(3 * c) =
             (z[l].middleCols<3>(3 * c) + rz[c] / last[c] * p[l].middleCols<3>(3 * c)).eval();
       }
-      for (int j = 0; j < 3; ++j) gradient[j] += levels_[l].gradients[j] * p[l];
-      for (std::size_t s = 0; s < u.size(); ++s) u[s] += levels_[l].held[s] * p[l];
     }
     last = rz;
-    const std::array<Eigen::MatrixXd, 3> stress = Stress(gradient, Eigen::MatrixXd());
-    for (std::size_t s = 0; s < u.size(); ++s) {
-      u[s] = (Spring(s, solution.lattice) * regions_[s].weights).asDiagonal() * u[s];
-    }
-    std::vector<Eigen::MatrixXd> Ap;
-    for (std::size_t l = 0; l < r.size(); ++l) {
-      Eigen::MatrixXd& of = Ap.emplace_back(Eigen::MatrixXd::Zero(r[l].rows(), 3 * cases));
-      for (int j = 0; j < 3; ++j) of += levels_[l].gradients[j].transpose() * stress[j];
-      for (std::size_t s = 0; s < u.size(); ++s) of += levels_[l].held[s].transpose() * u[s];
-      for (std::size_t b = 0; b < levels_[l].used.size(); ++b) {
-        if (levels_[l].used[b]) of.row(static_cast<Eigen::Index>(b)).setZero();
-      }
-      for (Eigen::Index c = 0; c < cases; ++c) {
-        pAp[c] += p[l].middleCols<3>(3 * c).cwiseProduct(of.middleCols<3>(3 * c)).sum();
-      }
-    }
+    const CandidateFields Kp = Apply(p, solution.lattice);
+    const Eigen::VectorXd pKp = WorkOfCases(p, Kp);
     for (Eigen::Index c = 0; c < cases; ++c) {
-      if (!(pAp[c] > 0) || !(rz[c] > 0)) continue;
-      const double alpha = rz[c] / pAp[c];
+      if (!(pKp[c] > 0) || !(rz[c] > 0)) continue;
+      const double alpha = rz[c] / pKp[c];
       gained[c] += alpha * rz[c];
       for (std::size_t l = 0; l < r.size(); ++l) {
-        r[l].middleCols<3>(3 * c) -= alpha * Ap[l].middleCols<3>(3 * c);
+        r[l].middleCols<3>(3 * c) -= alpha * Kp[l].middleCols<3>(3 * c);
       }
     }
   }

@@ -34,6 +34,10 @@ struct PlacementSolution {
   std::vector<Eigen::MatrixXd> held;      ///< Forces at each support's points: Q x 3 cases, N.
 };
 
+/// Values of the functions of each finer level: N x 3 cases. Columns 3 c to 3 c + 2 are those of case
+/// number c.
+using CandidateFields = std::vector<Eigen::MatrixXd>;
+
 /// The elastic problem of an organ's load cases, on the functions in use and against those that
 /// could be. Its points are few: each cell of the finest level keeps the moments of low degree.
 /// Set-up only.
@@ -49,12 +53,10 @@ class PlacementSystem {
   /// Solves the cases. Functions in use that the others nearly span are refused and left out. Throws
   /// InputError if the stiffness is not positive definite.
   PlacementSolution Solve();
-  /// Returns r_b = f_b - K_b u for each level: N x 3 cases, N. Columns 3 c to 3 c + 2 are those of a
-  /// case.
-  std::vector<Eigen::MatrixXd> Residuals(const PlacementSolution& solution) const;
+  /// Returns r_b = f_b - K_b u, N.
+  CandidateFields Residuals(const PlacementSolution& solution) const;
   /// Returns LevelPlacement::error.
-  double Error(const std::vector<Eigen::MatrixXd>& residuals,
-               const PlacementSolution& solution) const;
+  double Error(const CandidateFields& residuals, const PlacementSolution& solution) const;
 
  private:
   Lattice Level(int level) const;
@@ -69,6 +71,9 @@ class PlacementSystem {
   std::array<Eigen::MatrixXd, 3> Stress(const std::array<Eigen::MatrixXd, 3>& gradient,
                                         const Eigen::MatrixXd& projected) const;
   void MeasureStress(PlacementSolution* solution) const;
+  void ClearUsed(CandidateFields* fields) const;
+  CandidateFields Apply(const CandidateFields& p, const Lattice& coarse) const;
+  CandidateFields Precondition(const CandidateFields& r) const;
   Eigen::MatrixXd Residual(const PlacementLevel& level, const PlacementSolution& solution) const;
 
   const Lattice& coarse_;
