@@ -41,7 +41,8 @@ class OrganModel {
     return dynamic_cast<const LatticeOrgan*>(mechanics_.get());
   }
   /// True if the control points and their grid do not describe the surface, because functions are
-  /// split by tissue: outside the engine the vertices' displacements stand for them.
+  /// split by tissue or stand on several levels: outside the engine the vertices' displacements
+  /// stand for them.
   bool HasSplitFunctions() const {
     const LatticeOrgan* organ = lattice_organ();
     return organ != nullptr && organ->split();

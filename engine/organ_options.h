@@ -21,6 +21,13 @@ struct LocalFunctionOptions {
   int refinement = 2;            ///< Finer cells per lattice cell along each axis, 2..6.
 };
 
+/// Functions of finer levels that are added at set-up where the loads of an organ, or presses all
+/// over its surface, need them (engine/organ/level_placement.h).
+struct AdaptiveOptions {
+  int functions = 0;  ///< Number of all functions, with those of `cells`; 0: no finer levels.
+  int levels = 2;     ///< Finer levels, 1..2, each with twice the cells of the one before.
+};
+
 struct LatticeOptions {
   BasisType basis = BasisType::kBSpline;
   std::array<int, 3> degree = {2, 2, 2};  ///< B-spline: 1..3; Bernstein: 1 or more.
@@ -29,6 +36,7 @@ struct LatticeOptions {
   bool split = true;  ///< Functions of their own for each connected piece of tissue in a function's
                       ///< support (Lattice::SplitByTissue); see SplitsFunctions.
   LocalFunctionOptions local;
+  AdaptiveOptions adaptive;
 };
 
 enum class EnergyType { kMetric, kStrain };
@@ -131,6 +139,22 @@ struct CutOptions {
   std::vector<BladeEdge> strip;  ///< At least two, none without length.
 };
 
+/// A static load: exactly one of force, displacement and pressure is given.
+///
+/// A force or a displacement acts on a round patch of an organ's surface. Its weight is the kernel
+/// cos(pi d / 2R) of the distance d < R to the centre, normalised to one over the surface's area.
+/// A pressure acts against the outward rest normal of the whole surface, or of its part in a
+/// region.
+struct LoadOptions {
+  std::string organ;                       ///< Name of the organ.
+  Vector3d p_centre_W = Vector3d::Zero();  ///< m, on the posed rest shape; not for a pressure.
+  double radius = 0;                       ///< R, m; not for a pressure.
+  std::optional<Vector3d> force_W;         ///< N, sum over the patch.
+  std::optional<Vector3d> displacement_W;  ///< m, kernel-weighted mean over the patch.
+  std::optional<double> pressure;          ///< Pa; negative: a pull.
+  std::optional<Region> region;            ///< Pressure only; absent: the whole surface.
+};
+
 enum class OrganModelType { kHpdm, kContinuum, kMassSpring, kRigid };
 
 /// Another organ that an organ touches. All others pass through it.
@@ -160,6 +184,7 @@ struct OrganOptions {
   std::optional<FreeOptions> free;            ///< Absent: held by its supports; see TakesFree().
   std::vector<OrganContactOptions> contacts;  ///< Each pair stands in one of its two organs.
   std::vector<CutOptions> cuts;               ///< See TakesCuts().
+  std::vector<LoadOptions> loads;             ///< The scene's: they place the adaptive functions.
 };
 
 inline constexpr int kDefaultLocalFunctions = 27;
@@ -217,27 +242,14 @@ inline bool TakesLocalFunctions(const OrganOptions& organ) {
          organ.energy.type == EnergyType::kStrain && organ.energy.solver == SolverType::kCholesky;
 }
 
+/// True if finer levels can be added (AdaptiveOptions): as for local functions.
+inline bool TakesAdaptiveFunctions(const OrganOptions& organ) { return TakesLocalFunctions(organ); }
+
 /// Returns the local functions per contact: the given number, else 27 if the model supports them,
 /// else 0.
 inline int LocalFunctionsOf(const OrganOptions& organ) {
   const bool taken = TakesLocalFunctions(organ) && FineCells(organ) <= kMaxFineCells;
   return organ.lattice.local.functions.value_or(taken ? kDefaultLocalFunctions : 0);
 }
-
-/// A static load: exactly one of force, displacement and pressure is given.
-///
-/// A force or a displacement acts on a round patch of an organ's surface. Its weight is the kernel
-/// cos(pi d / 2R) of the distance d < R to the centre, normalised to one over the surface's area.
-/// A pressure acts against the outward rest normal of the whole surface, or of its part in a
-/// region.
-struct LoadOptions {
-  std::string organ;                       ///< Name of the organ.
-  Vector3d p_centre_W = Vector3d::Zero();  ///< m, on the posed rest shape; not for a pressure.
-  double radius = 0;                       ///< R, m; not for a pressure.
-  std::optional<Vector3d> force_W;         ///< N, sum over the patch.
-  std::optional<Vector3d> displacement_W;  ///< m, kernel-weighted mean over the patch.
-  std::optional<double> pressure;          ///< Pa; negative: a pull.
-  std::optional<Region> region;            ///< Pressure only; absent: the whole surface.
-};
 
 }  // namespace hpdm

@@ -1,5 +1,9 @@
 #include "engine/energy/compressed_quadrature.h"
 
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -30,10 +34,53 @@ void CompressGroup(int degree, Points* points, Eigen::VectorXd* weights) {
   points->rowwise() += middle;
 }
 
+Quadrature CompressedByLevel(const Lattice& lattice, const Lattice* finer, const Quadrature& tissue,
+                             int degree) {
+  // The finest level with a function at the point, the cell there, the functions.
+  std::map<std::vector<int>, std::vector<Eigen::Index>> groups;
+  for (Eigen::Index q = 0; q < tissue.weights.size(); ++q) {
+    const Vector3d p = tissue.points.row(q);
+    const Vector3d c = lattice.box().ToUnit(p);
+    std::vector<int> key = FunctionsAt(lattice, finer, p);
+    const auto finest = std::max_element(key.begin(), std::find(key.begin(), key.end(), -1));
+    std::size_t level = 0;  // 0: the lattice itself
+    while (level < lattice.levels().size() && *finest >= lattice.FirstColumn(level)) ++level;
+    const bool local = finer != nullptr && key.back() >= 0;
+    std::array<int, 3> cells, place;
+    for (int d = 0; d < 3; ++d) {
+      const Lattice& at = level == 0 ? lattice : lattice.levels()[level - 1];
+      cells[d] = at.basis().axis(d).cells();
+      if (local) cells[d] = std::lcm(cells[d], finer->basis().axis(d).cells());
+      place[d] = std::clamp(static_cast<int>(c[d] * cells[d]), 0, cells[d] - 1);
+    }
+    // The place first: groups follow each other along the lattice.
+    key.insert(key.begin(), {cells[0], place[0], place[1], place[2]});
+    groups[std::move(key)].push_back(q);
+  }
+  std::vector<Points> points;
+  std::vector<Eigen::VectorXd> weights;
+  Eigen::Index count = 0;
+  for (const auto& [key, members] : groups) {
+    points.emplace_back(tissue.points(members, Eigen::all));
+    weights.emplace_back(tissue.weights(members));
+    CompressGroup(degree, &points.back(), &weights.back());
+    count += weights.back().size();
+  }
+  Quadrature few{Points(count, 3), Eigen::VectorXd(count)};
+  Eigen::Index kept = 0;
+  for (std::size_t g = 0; g < points.size(); ++g) {
+    few.points.middleRows(kept, points[g].rows()) = points[g];
+    few.weights.segment(kept, weights[g].size()) = weights[g];
+    kept += weights[g].size();
+  }
+  return few;
+}
+
 }  // namespace
 
 Quadrature CompressedQuadrature(const Lattice& lattice, const Lattice* finer,
                                 const Quadrature& tissue, int degree) {
+  if (!lattice.levels().empty()) return CompressedByLevel(lattice, finer, tissue, degree);
   const Eigen::Index count = tissue.weights.size();
   Quadrature few{Points(count, 3), Eigen::VectorXd(count)};
   Eigen::Index kept = 0;

@@ -122,9 +122,10 @@ InversionDetector::InversionDetector(const Lattice& lattice, const Lattice* fine
     for (Cell& cell : cells_) AddCell(axis, &numbers, &cell);
     SortPairs(axis, numbers);
   }
+  for (const Lattice& level : lattice_.levels()) level_slopes_.push_back(SlopesOf(level));
   if (finer == nullptr) return;
   finer_.emplace(*finer);
-  AddLocalSlopes();
+  local_slopes_ = SlopesOf(*finer_);
 }
 
 // Appends the pairs that move points of the cell and are not among `numbers`, in no order.
@@ -180,19 +181,24 @@ void InversionDetector::SortPairs(int axis, const PairsByIndex& numbers) {
   }
 }
 
-void InversionDetector::AddLocalSlopes() {
-  local_slopes_.resize(finer_->size());
+// Returns for each function the cells that it moves, with its largest gradient there.
+std::vector<std::vector<InversionDetector::CellSlope>> InversionDetector::SlopesOf(
+    const Lattice& lattice) const {
+  std::vector<std::vector<CellSlope>> slopes_of(static_cast<std::size_t>(lattice.size()));
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     std::map<int, double> slopes;
     for (Eigen::Index q = cells_[i].begin; q < cells_[i].end; ++q) {
-      finer_->ForEachGradient(points_.row(q).transpose(),
+      lattice.ForEachGradient(points_.row(q).transpose(),
                               [&](int function, const Vector3d& gradient) {
                                 double& slope = slopes[function];
                                 slope = std::max(slope, gradient.norm());
                               });
     }
-    for (const auto& [function, slope] : slopes) local_slopes_[function].push_back({i, slope});
+    for (const auto& [function, slope] : slopes) {
+      slopes_of[static_cast<std::size_t>(function)].push_back({i, slope});
+    }
   }
+  return slopes_of;
 }
 
 InversionDetector::ScanState::ScanState(const InversionDetector& detector)
@@ -250,6 +256,13 @@ void InversionDetector::MeasureSlopes(const ActiveRefinement& active, const Poin
     }
   }
   std::fill(scan->local.begin(), scan->local.end(), 0.0);
+  for (std::size_t level = 0; level < level_slopes_.size(); ++level) {
+    Eigen::Index row = lattice_.FirstColumn(level);
+    for (const std::vector<CellSlope>& slopes : level_slopes_[level]) {
+      const double length = U.row(row++).norm();
+      for (const auto& [cell, slope] : slopes) scan->local[cell] += length * slope;
+    }
+  }
   const auto n = U.rows() - active.slots();
   for (int slot = 0; slot < active.slots(); ++slot) {
     if (active.Function(slot) < 0) continue;
@@ -291,6 +304,11 @@ Matrix3d InversionDetector::Gradient(Eigen::Index q, const ActiveRefinement& act
   Matrix3d gradient = Matrix3d::Zero();
   AddGradient(
       lattice_, p, [](int column) { return column; }, U, &gradient);
+  for (std::size_t level = 0; level < lattice_.levels().size(); ++level) {
+    const int first = lattice_.FirstColumn(level);
+    AddGradient(
+        lattice_.levels()[level], p, [first](int column) { return first + column; }, U, &gradient);
+  }
   if (finer_) {
     const int n = static_cast<int>(U.rows()) - active.slots();
     const auto row = [&](int function) {

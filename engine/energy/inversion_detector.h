@@ -20,7 +20,7 @@ namespace hpdm {
 /// 3. So the derivative in a cell has a bound: the largest difference with a noticeable weight
 ///    there, plus the sum of the others times their largest weights. The split matters: a control
 ///    point with a trace of tissue may move by metres where the tissue moves by millimetres.
-/// 4. Local functions (refinement_basis.h) add |V| |grad phi|.
+/// 4. Local functions (refinement_basis.h) and those of finer levels add |V| |grad phi|.
 /// 5. The points of the other cells are evaluated, spread over as many calls as the caller wants.
 ///
 /// Constant once built; read by any thread, without allocation.
@@ -42,8 +42,8 @@ class InversionDetector {
     Eigen::Index point = 0;                     // next point in that cell
     double found = 0;                           // m^3 found inverted since the scan began
     std::array<std::vector<double>, 3> slopes;  // |difference| / spacing of each pair, 1
-    std::vector<double> local;                  // part of the local functions in each cell, 1
-    std::vector<bool> clear;                    // cells that need no evaluation
+    std::vector<double> local;  // part of the local functions and finer levels in each cell, 1
+    std::vector<bool> clear;    // cells that need no evaluation
   };
 
   /// Continues a scan under the control displacements `U` ((n + slots of `active`) x 3, m, finite).
@@ -79,8 +79,8 @@ class InversionDetector {
     std::array<std::vector<int>, 3> firm;       // pairs of noticeable weight, along each axis
     std::array<std::vector<Weighed>, 3> loose;  // pairs of little weight
   };
-  // Largest |grad phi| (1/m) of a local function over the points of a cell.
-  struct LocalSlope {
+  // Largest |grad phi| (1/m) of a function over the points of a cell.
+  struct CellSlope {
     std::size_t cell;
     double slope;
   };
@@ -92,7 +92,7 @@ class InversionDetector {
   void AddCell(int axis, PairsByIndex* numbers, Cell* cell);
   int PairNumber(int axis, int index, const Pair& pair, PairsByIndex* numbers);
   void SortPairs(int axis, const PairsByIndex& numbers);
-  void AddLocalSlopes();
+  std::vector<std::vector<CellSlope>> SlopesOf(const Lattice& lattice) const;
   void MeasureSlopes(const ActiveRefinement& active, const Points& U, ScanState* scan) const;
   bool Clear(std::size_t index, const ScanState& scan) const;
   Matrix3d Gradient(Eigen::Index q, const ActiveRefinement& active, const Points& U) const;
@@ -105,7 +105,9 @@ class InversionDetector {
   double volume_ = 0;        // m^3
   std::array<std::vector<Pair>, 3> pairs_;
   std::vector<Cell> cells_;
-  std::vector<std::vector<LocalSlope>> local_slopes_;  // for each local function
+  std::vector<std::vector<CellSlope>> local_slopes_;  // for each local function
+  std::vector<std::vector<std::vector<CellSlope>>>
+      level_slopes_;  // for each function of each level
 };
 
 }  // namespace hpdm

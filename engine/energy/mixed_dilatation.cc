@@ -2,13 +2,16 @@
 
 #include <Eigen/Cholesky>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "engine/base/check.h"
 
 namespace hpdm {
+namespace {
 
-Lattice LowerDegree(const Lattice& lattice) {
+// Returns the splines of one level, all of them.
+Lattice LowerLevel(const Lattice& lattice) {
   LatticeOptions options;
   options.basis = lattice.basis().axis(0).type();
   for (int d = 0; d < 3; ++d) {
@@ -19,6 +22,37 @@ Lattice LowerDegree(const Lattice& lattice) {
   // Found in a cell more on each side, so where no function of the lattice can tell two sides apart,
   // neither can these. With more freedom than the lattice has, the projection would lock.
   if (lattice.split()) lower.SplitByTissue(lattice.pieces(), 1);
+  return lower;
+}
+
+// Returns for each spline of `lower` whether fewer than half of the functions of `level` whose
+// derivatives contain it are in use. They are two along each axis.
+std::vector<bool> WithoutParents(const Lattice& lower, const Lattice& level) {
+  const TensorBasis &basis = lower.basis(), &parents = level.basis();
+  std::vector<bool> without(static_cast<std::size_t>(lower.size()));
+  for (std::size_t b = 0; b < without.size(); ++b) {
+    const int index = lower.kept()[b];
+    const int ny = basis.axis(1).count(), nz = basis.axis(2).count();
+    const std::array<int, 3> at = {index / (ny * nz), index / nz % ny, index % nz};
+    int used = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      used += level.Column(parents.Index(at[0] + (corner & 1), at[1] + (corner >> 1 & 1),
+                                         at[2] + (corner >> 2))) >= 0;
+    }
+    without[b] = used < 4;
+  }
+  return without;
+}
+
+}  // namespace
+
+Lattice LowerDegree(const Lattice& lattice) {
+  Lattice lower = LowerLevel(lattice);
+  for (const Lattice& level : lattice.levels()) {
+    Lattice finer = LowerLevel(level);
+    finer.DropControlPoints(WithoutParents(finer, level));
+    lower.AddLevel(std::move(finer));
+  }
   return lower;
 }
 

@@ -6,7 +6,9 @@
 namespace hpdm {
 
 /// Returns the splines one degree lower than the lattice's along every axis, over the same box and
-/// cells, split by tissue if the lattice's are. All control points are kept.
+/// cells, split by tissue if the lattice's are. All control points of the coarsest level are kept. On
+/// a finer level these are the splines of which at least half of the eight parents are in use, the
+/// functions whose derivatives contain them: with fewer splines the refined tissue locks.
 Lattice LowerDegree(const Lattice& lattice);
 
 /// An orthonormal basis of the splines of LowerDegree() in the inner product (f, g) = int f g dV

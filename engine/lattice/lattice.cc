@@ -92,14 +92,23 @@ void Lattice::DropControlPointsWithoutTissue(const Quadrature& tissue) {
 }
 
 void Lattice::DropControlPoints(const std::vector<bool>& drop) {
+  HPDM_CHECK(static_cast<int>(drop.size()) == size() && fronts_.empty());
+  auto begin = drop.begin() + static_cast<std::ptrdiff_t>(kept_.size());
+  level_functions_ = 0;
+  for (Lattice& level : levels_) {
+    const auto end = begin + level.size();
+    level.DropControlPoints({begin, end});
+    level_functions_ += level.size();
+    begin = end;
+  }
   std::vector<int> kept, number;
-  for (int a = 0; a < size(); ++a) {
+  for (std::size_t a = 0; a < kept_.size(); ++a) {
     number.push_back(drop[a] ? -1 : static_cast<int>(kept.size()));
     if (!drop[a]) kept.push_back(kept_[a]);
   }
   kept_ = std::move(kept);
   column_.assign(basis_.count(), -1);
-  for (int a = size() - 1; a >= 0; --a) column_[kept_[a]] = a;
+  for (int a = static_cast<int>(kept_.size()) - 1; a >= 0; --a) column_[kept_[a]] = a;
   for (int& column : piece_columns_) {
     if (column >= 0) column = number[column];
   }
@@ -239,6 +248,30 @@ void Lattice::AddFrontFunctions() {
   }
 }
 
+void Lattice::AddLevel(Lattice level) {
+  for (int d = 0; d < 3; ++d) {
+    const UnivariateBasis &coarse = Finest().basis_.axis(d), &fine = level.basis_.axis(d);
+    HPDM_CHECK(fine.type() == BasisType::kBSpline && coarse.type() == BasisType::kBSpline);
+    HPDM_CHECK(fine.degree() == coarse.degree() && fine.cells() % coarse.cells() == 0);
+  }
+  HPDM_CHECK(level.levels_.empty() && level.fronts_.empty());
+  // A gap that only finer functions see.
+  inset_ = std::max(inset_, level.inset_);
+  level_functions_ += level.size();
+  levels_.push_back(std::move(level));
+}
+
+int Lattice::FirstColumn(std::size_t level) const {
+  auto column = static_cast<int>(kept_.size());
+  for (std::size_t l = 0; l < level; ++l) column += levels_[l].size();
+  return column;
+}
+
+int Lattice::FunctionsAtPoint() const {
+  const int own = basis_.support() * (1 + 2 * static_cast<int>(fronts_.size()));
+  return std::min(own + basis_.support() * static_cast<int>(levels_.size()), size());
+}
+
 Lattice::Site Lattice::SiteOf(const Vector3d& p_W, const Vector3d& inside_W) const {
   Site site{.c = box_.ToUnit(p_W), .p_W = p_W, .side_W = inside_W};
   if (!split() && fronts_.empty()) return site;
@@ -272,10 +305,13 @@ Points Lattice::ControlPoints() const {
   const int ny = basis_.axis(1).count();
   const int nz = basis_.axis(2).count();
   Points points(size(), 3);
-  for (int a = 0; a < size(); ++a) {
+  for (std::size_t a = 0; a < kept_.size(); ++a) {
     const int i = kept_[a] / (ny * nz), j = kept_[a] / nz % ny, k = kept_[a] % nz;
-    points.row(a) = box_.FromUnit(Vector3d(basis_.axis(0).Greville(i), basis_.axis(1).Greville(j),
-                                           basis_.axis(2).Greville(k)));
+    points.row(static_cast<Eigen::Index>(a)) = box_.FromUnit(Vector3d(
+        basis_.axis(0).Greville(i), basis_.axis(1).Greville(j), basis_.axis(2).Greville(k)));
+  }
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    points.middleRows(FirstColumn(l), levels_[l].size()) = levels_[l].ControlPoints();
   }
   return points;
 }

@@ -78,6 +78,24 @@ class Lattice {
   void AddFrontFunctions();
   /// Returns the number of control points that AddFrontFunctions() has added.
   int front_functions() const { return front_functions_; }
+  /// Adds the functions of a finer lattice over the same box: hierarchical splines (Forsey, Bartels
+  /// 1988).
+  ///
+  /// 1. Their control points follow all others, level after level from coarse to fine.
+  /// 2. ForEachFunction() and all that stands on it includes them. basis(), kept(), Column() and
+  ///    ColumnAt() are those of the coarsest level.
+  /// 3. The coarsest functions stay, so these still sum to one. A function that the others span makes
+  ///    the stiffness singular: the caller leaves it out.
+  ///
+  /// `level` has B-splines with a multiple of the cells of the last level and only the functions that
+  /// are used. Set-up only.
+  void AddLevel(Lattice level);
+  /// Returns the finer lattices that AddLevel() has added.
+  const std::vector<Lattice>& levels() const { return levels_; }
+  /// Returns the column of the first control point of levels()[level].
+  int FirstColumn(std::size_t level) const;
+  /// Returns the lattice of the finest level.
+  const Lattice& Finest() const { return levels_.empty() ? *this : levels_.back(); }
   /// True if SplitByTissue() has split a function.
   bool split() const { return !piece_columns_.empty(); }
   /// Returns what SplitByTissue() was given, or nullptr.
@@ -86,17 +104,17 @@ class Lattice {
   const OrientedBox& box() const { return box_; }
   const TensorBasis& basis() const { return basis_; }
 
-  /// Returns n, the number of kept control points.
-  int size() const { return static_cast<int>(kept_.size()); }
-  /// Returns the grid index (TensorBasis::Index) of each kept control point, n, ascending up to those
-  /// of front functions. The copies of a split function follow each other.
+  /// Returns n, the number of kept control points of all levels.
+  int size() const { return static_cast<int>(kept_.size()) + level_functions_; }
+  /// Returns the grid index (TensorBasis::Index) of each kept control point of the coarsest level,
+  /// ascending up to those of front functions. The copies of a split function follow each other.
   const std::vector<int>& kept() const { return kept_; }
   /// Returns the column of a grid index, the first one of a split function, or -1 if all its control
   /// points were dropped.
   int Column(int grid_index) const { return column_[grid_index]; }
 
   /// Returns the rest positions of the kept control points, n x 3, world, m. They are the Greville
-  /// points, so Eq. 4 reproduces the rest shape if nothing is dropped.
+  /// points, so Eq. 4 on the coarsest level reproduces the rest shape if nothing is dropped.
   Points ControlPoints() const;
 
   /// Returns the site of a tissue point (world, m). Coordinates outside the box are clamped to it.
@@ -148,14 +166,17 @@ class Lattice {
     int cut = 0;               // number of the cut
     std::vector<int> columns;  // of each grid index: the first of two, or -1
   };
+  // Of this level, with the front functions.
+  template <typename Function>
+  void ForEachOwnFunction(const Site& site, Function&& f) const;
+  template <typename Function>
+  void ForEachOwnGradient(const Site& site, Function&& f) const;
   template <typename Function>
   void ForEachFrontFunction(const Site& site, const std::array<int, 3>& first, Function&& f) const;
   std::vector<int> FunctionsAtFront(const CutSurface& cut) const;
   double FrontLength() const;  // m: h of F
   double InsetOf(const TissuePieces& pieces) const;
-  int FunctionsAtPoint() const {  // at most
-    return std::min(basis_.support() * (1 + 2 * static_cast<int>(fronts_.size())), size());
-  }
+  int FunctionsAtPoint() const;  // at most
   void AddCopies(const std::array<int, 3>& at, const TissuePieces::Components& components,
                  const std::array<int, 3>& finer, std::vector<int>* columns);
 
@@ -168,10 +189,35 @@ class Lattice {
   double inset_ = 0;                // m
   std::vector<Front> fronts_;
   int front_functions_ = 0;
+  std::vector<Lattice> levels_;
+  int level_functions_ = 0;
 };
 
 template <typename Function>
 void Lattice::ForEachFunction(const Site& site, Function&& f) const {
+  ForEachOwnFunction(site, f);
+  int begin = static_cast<int>(kept_.size());
+  for (const Lattice& level : levels_) {
+    level.ForEachOwnFunction(level.SiteOf(site.p_W, site.side_W),
+                             [&](int column, double value) { f(begin + column, value); });
+    begin += level.size();
+  }
+}
+
+template <typename Function>
+void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
+  ForEachOwnGradient(SiteOf(p_W), f);
+  int begin = static_cast<int>(kept_.size());
+  for (const Lattice& level : levels_) {
+    level.ForEachOwnGradient(level.SiteOf(p_W), [&](int column, const Vector3d& gradient) {
+      f(begin + column, gradient);
+    });
+    begin += level.size();
+  }
+}
+
+template <typename Function>
+void Lattice::ForEachOwnFunction(const Site& site, Function&& f) const {
   const Vector3d& c = site.c;
   const int* next = site.columns;
   std::array<std::array<double, TensorBasis::kMaxSupport>, 3> values;
@@ -198,8 +244,7 @@ void Lattice::ForEachFunction(const Site& site, Function&& f) const {
 }
 
 template <typename Function>
-void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
-  const Site site = SiteOf(p_W);
+void Lattice::ForEachOwnGradient(const Site& site, Function&& f) const {
   const Vector3d& c = site.c;
   const int* next = site.columns;
   // d/dx = axes diag(1 / lengths) d/dc, because c = diag(1 / lengths) axes^T (x - origin).

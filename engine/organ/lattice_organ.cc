@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -11,6 +12,8 @@
 #include "engine/energy/finite_strain_energy.h"
 #include "engine/mesh/mesh_facts.h"
 #include "engine/mesh/thickness.h"
+#include "engine/organ/level_placement.h"
+#include "engine/organ/placement_loads.h"
 #include "engine/solver/elastic_relaxation.h"
 #include "engine/solver/free_relaxation.h"
 #include "engine/tissue/stiffness_regions.h"
@@ -31,16 +34,69 @@ constexpr int kFinitePointsDegree = 2;
 // easily that a load far beside them moves them, and in finite strain the tissue inverts in them.
 constexpr double kLeastTissue = 0.002, kLeastTissueFinite = 0.02;
 
-// Returns the cells in which the tissue is sampled: the finest functions' cells. A Bernstein
-// lattice is one cell: there it is the number of control intervals, at least 4.
-std::array<int, 3> SamplingCells(const OrganOptions& options) {
+// Points of tissue under finer levels keep the moments of this degree.
+constexpr int kLevelPointsDegree = 3;
+
+// Presses that place the functions of finer levels in a scene without loads.
+constexpr int kPresses = 24;
+
+// Share of a level's functions in use at a point from which, and at which, the level resolves a
+// kernel there.
+constexpr double kResolvesFrom = 0.75, kResolvesAt = 0.95;
+
+bool HasLevels(const OrganOptions& options) { return options.lattice.adaptive.functions > 0; }
+
+std::array<int, 3> Times(int factor, const std::array<int, 3>& cells) {
+  return {factor * cells[0], factor * cells[1], factor * cells[2]};
+}
+
+// Returns the cells of the finest functions that a contact has everywhere. A Bernstein lattice is
+// one cell: there it is the number of control intervals, at least 4.
+std::array<int, 3> CellsAtContacts(const OrganOptions& options) {
   const LatticeOptions& lattice = options.lattice;
   if (lattice.basis == BasisType::kBSpline) {
-    const int finer = LocalFunctionsOf(options) > 0 ? lattice.local.refinement : 1;
-    return {finer * lattice.cells[0], finer * lattice.cells[1], finer * lattice.cells[2]};
+    return Times(LocalFunctionsOf(options) > 0 ? lattice.local.refinement : 1, lattice.cells);
   }
   return {std::max(lattice.degree[0], 4), std::max(lattice.degree[1], 4),
           std::max(lattice.degree[2], 4)};
+}
+
+// Returns the cells in which the tissue is sampled: those of the finest functions.
+std::array<int, 3> SamplingCells(const OrganOptions& options) {
+  if (!HasLevels(options)) return CellsAtContacts(options);
+  const int local = LocalFunctionsOf(options) > 0 ? options.lattice.local.refinement : 1;
+  return Times(std::lcm(local, 1 << options.lattice.adaptive.levels), options.lattice.cells);
+}
+
+// Returns the radius that the functions resolve at each vertex, in units of the one that the
+// coarsest level resolves.
+Eigen::VectorXd RelativeResolution(const Lattice& lattice, const WeightMatrix& weights) {
+  Eigen::VectorXd resolution = Eigen::VectorXd::Ones(weights.rows());
+  for (std::size_t level = 0; level < lattice.levels().size(); ++level) {
+    const int first = lattice.FirstColumn(level), end = first + lattice.levels()[level].size();
+    for (Eigen::Index v = 0; v < weights.rows(); ++v) {
+      double share = 0;
+      for (WeightMatrix::InnerIterator it(weights, v); it; ++it) {
+        if (it.col() >= first && it.col() < end) share += it.value();
+      }
+      const double resolves = (share - kResolvesFrom) / (kResolvesAt - kResolvesFrom);
+      resolution[v] *= 1 - std::clamp(resolves, 0.0, 1.0) / 2;
+    }
+  }
+  return resolution;
+}
+
+void RequireAdaptiveFunctions(const OrganOptions& options) {
+  if (!HasLevels(options)) return;
+  if (!options.cuts.empty() || options.free) {
+    throw InputError("organ \"" + options.name +
+                     "\": adaptive functions cannot be combined with cuts or [organ.free]; remove "
+                     "one of them");
+  }
+  if (TakesAdaptiveFunctions(options)) return;
+  throw InputError("organ \"" + options.name +
+                   "\": adaptive functions need a B-spline lattice, energy strain and solver "
+                   "Cholesky; change that or give 0");
 }
 
 // Checks options that no loader has checked.
@@ -95,6 +151,10 @@ double LeastControlPoints(const Lattice& lattice, const SurfaceMesh& rest,
   return 0.5 * std::min(share, 1.0) * cells[0] * cells[1] * cells[2];
 }
 
+double MeanCell(const OrientedBox& box, const std::array<int, 3>& cells) {
+  return box.lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
+}
+
 }  // namespace
 
 LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>* warnings)
@@ -103,6 +163,7 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
           BoundingLatticeBox(rest().vertices, options().X_WO.linear(), options().lattice.margin),
           options().lattice) {
   RequireLocalFunctions(options());
+  RequireAdaptiveFunctions(options());
   if (options().material.prony.count > 0 && options().energy.solver == SolverType::kGaussSeidel) {
     throw InputError("organ \"" + options().name +
                      "\": Prony terms need the solver Cholesky; change that or give none");
@@ -139,19 +200,22 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
     }
     lattice_.AddFrontFunctions();
   }
-  CheckMatrices(options(), lattice_.size());
+  CheckMatrices(options(), std::max(lattice_.size(), options().lattice.adaptive.functions));
+  const std::vector<Quadrature> held = SampleSupports();
+  Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
+  if (HasLevels(options())) PlaceFinerLevels(&elastic, held);
   weights_ = SurfaceWeights(lattice_);
-  resolution_ = kResolvedCells *
-                lattice_.box().lengths.cwiseQuotient(Vector3d(cells[0], cells[1], cells[2])).mean();
+  resolution_ = kResolvedCells * MeanCell(lattice_.box(), CellsAtContacts(options()));
   thickness_ = LocalThickness(rest(), surface_.rest_normals, 3 * resolution_);
-
+  if (HasLevels(options())) {
+    const double coarse = kResolvedCells * MeanCell(lattice_.box(), options().lattice.cells);
+    thickness_ = thickness_.cwiseMin(3 * coarse * RelativeResolution(lattice_, weights_));
+  }
   if (options().free) {
     free_body_.emplace(lattice_, tissue, options().material.density);
     free_flight_.emplace(options().time_step, options().free->drag, options().free->gravity_W);
   }
-  const std::vector<Quadrature> held = SampleSupports();
   BuildElasticSupports(tissue, held);
-  const Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
   switch (options().energy.type) {
     case EnergyType::kMetric:
       BuildMetricEnergy(elastic, cells, held);
@@ -160,13 +224,35 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
       BuildStrainEnergy(elastic, held);
       break;
   }
-  inversion_detector_.emplace(lattice_, refinement_basis_ ? &refinement_basis_->finer() : nullptr,
-                              tissue);
+  inversion_detector_.emplace(
+      lattice_, refinement_basis_ ? &refinement_basis_->finer() : nullptr,
+      HasLevels(options()) ? CompressedQuadrature(lattice_, nullptr, tissue, kFinitePointsDegree)
+                           : tissue);
   if (finite_energy_ != nullptr && options().energy.solver == SolverType::kGaussSeidel) {
     warnings->push_back("organ \"" + options().name +
                         "\": finite strain is solved by Newton's method with Cholesky "
                         "factors, not by gauss_seidel");
   }
+}
+
+// Adds the finer levels. The points of `elastic` become those that the levels need.
+void LatticeOrgan::PlaceFinerLevels(Quadrature* elastic, const std::vector<Quadrature>& held) {
+  std::array<int, 3> finest =
+      Times(1 << options().lattice.adaptive.levels, options().lattice.cells);
+  LevelPlacement placed =
+      PlaceLevels(lattice_, options(), *elastic, held,
+                  PlacementCases(options(), rest(), surface_.rest_normals,
+                                 kResolvedCells * MeanCell(lattice_.box(), finest), kPresses));
+  lattice_ = std::move(placed.lattice);
+  error_of_levels_ = placed.error;
+  std::optional<Lattice> local;  // its cells
+  if (LocalFunctionsOf(options()) > 0) {
+    LatticeOptions finer = options().lattice;
+    finer.cells = CellsAtContacts(options());
+    local.emplace(lattice_.box(), finer);
+  }
+  *elastic =
+      CompressedQuadrature(lattice_, local ? &*local : nullptr, *elastic, kLevelPointsDegree);
 }
 
 // Refuses a cut along a fixed support, whose penalty would hold both its sides.

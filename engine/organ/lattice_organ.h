@@ -22,10 +22,15 @@ class LatticeOrgan final : public OrganMechanics {
   LatticeOrgan(const OrganSurface& surface, std::vector<std::string>* warnings);
 
   const Lattice& lattice() const { return lattice_; }
-  /// True if functions of the lattice or local functions are split by tissue.
+  /// True if functions of the lattice or local functions are split by tissue, or stand on several
+  /// levels.
   bool split() const {
-    return lattice_.split() || (refinement_basis_ && refinement_basis_->finer().split());
+    return lattice_.split() || !lattice_.levels().empty() ||
+           (refinement_basis_ && refinement_basis_->finer().split());
   }
+  /// Returns the error that finer levels could still remove (LevelPlacement::error); absent without
+  /// adaptive functions.
+  const std::optional<double>& error_of_levels() const { return error_of_levels_; }
   /// Returns the cuts, or nullptr.
   const CutSurfaces& cuts() const { return cuts_; }
   /// Returns the volume of the tissue that each support holds, m^3.
@@ -55,6 +60,7 @@ class LatticeOrgan final : public OrganMechanics {
   WeightMatrix SurfaceWeights(const Lattice& lattice) const;  // at the vertices
   CutSurfaces MakeCuts() const;
   std::vector<Quadrature> SampleSupports();
+  void PlaceFinerLevels(Quadrature* elastic, const std::vector<Quadrature>& held);
   void BuildElasticSupports(const Quadrature& tissue, const std::vector<Quadrature>& held);
   void BuildMetricEnergy(Quadrature tissue, const std::array<int, 3>& cells,
                          const std::vector<Quadrature>& held);
@@ -64,6 +70,7 @@ class LatticeOrgan final : public OrganMechanics {
   CutSurfaces cuts_;
   std::vector<double> support_volumes_;
   ScalarStiffness elastic_supports_;
+  std::optional<double> error_of_levels_;
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   std::unique_ptr<const ElasticEnergy> finite_energy_;

@@ -43,6 +43,13 @@ Lattice FinerLattice(const Lattice& lattice, int refinement, const Quadrature& t
     for (const int cells : options.cells) cell /= cells;
     for (int a = 0; a < finer.size(); ++a) held[a] = held[a] || volumes[a] < least_tissue * cell;
   }
+  // A level of the lattice with the same cells has them already.
+  for (const Lattice& level : lattice.levels()) {
+    if (level.basis().axis(0).cells() != options.cells[0]) continue;
+    for (int a = 0; a < finer.size(); ++a) {
+      held[a] = held[a] || level.Column(finer.kept()[static_cast<std::size_t>(a)]) >= 0;
+    }
+  }
   finer.DropControlPoints(held);
   if (lattice.front_functions() > 0) finer.AddFrontFunctions();
   const double bytes = 8.0 * (3.0 * lattice.size()) * (3.0 * finer.size());

@@ -67,7 +67,8 @@ void AddLatticeMarks(const OrganModel& model, const Eigen::VectorXf& presence,
   const Lattice& lattice = model.lattice_organ()->lattice();
   const TensorBasis& basis = lattice.basis();
   const Points points = DisplacedControlPoints(lattice, shape);
-  for (int a = 0; a < lattice.size(); ++a) {
+  // The lines of the coarsest level.
+  for (int a = 0; a < static_cast<int>(lattice.kept().size()); ++a) {
     const int index = lattice.kept()[a];
     const int ny = basis.axis(1).count(), nz = basis.axis(2).count();
     const std::array<int, 3> at = {index / (ny * nz), index / nz % ny, index % nz};

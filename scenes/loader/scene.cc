@@ -133,7 +133,10 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     scene.instruments.push_back(std::move(instrument));
   }
   for (const TableReader& table : root.Tables("load", kLoadKeys)) {
-    scene.loads.push_back(ReadLoad(table, scene.organs));
+    const LoadOptions& load = scene.loads.emplace_back(ReadLoad(table, scene.organs));
+    for (OrganOptions& organ : scene.organs) {
+      if (organ.name == load.organ) organ.loads.push_back(load);
+    }
   }
   if (const auto table = root.Table("laparoscope", kLaparoscopeKeys)) {
     scene.laparoscope = ReadLaparoscope(*table);

@@ -24,8 +24,15 @@ inline constexpr std::string_view kAttachmentKeys[] = {
     "young", "thickness", "strength", "toughness",    "reach"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
-inline constexpr std::string_view kLatticeKeys[] = {
-    "basis", "degree", "cells", "margin", "split", "local_functions", "local_refinement"};
+inline constexpr std::string_view kLatticeKeys[] = {"basis",
+                                                    "degree",
+                                                    "cells",
+                                                    "margin",
+                                                    "split",
+                                                    "local_functions",
+                                                    "local_refinement",
+                                                    "adaptive_functions",
+                                                    "adaptive_levels"};
 inline constexpr std::string_view kMotionKeys[] = {"displacement", "frequency"};
 inline constexpr std::string_view kEnergyKeys[] = {
     "type",          "strain",     "law", "solver", "domain", "alpha", "beta", "newton_iterations",

@@ -14,6 +14,9 @@ constexpr int kMaxCells = 64;
 constexpr int kMaxSubdivisions = 5;
 constexpr int kMaxLocalFunctions = 250;
 constexpr int kMaxLocalRefinement = 6;
+constexpr int kMaxAdaptiveFunctions = 2000;
+constexpr int kMaxAdaptiveLevels = 2;
+constexpr double kMaxAdaptiveCells = 64.0 * 64 * 64;
 
 void ReadUnit(const TableReader& table, double* unit_m) {
   constexpr double kMaxUnit = 1000;
@@ -61,7 +64,28 @@ LatticeOptions ReadLattice(const TableReader& table) {
     lattice.local.functions = functions;
   }
   table.ReadInteger("local_refinement", 2, kMaxLocalRefinement, &lattice.local.refinement);
+  table.ReadInteger("adaptive_functions", 0, kMaxAdaptiveFunctions, &lattice.adaptive.functions);
+  table.ReadInteger("adaptive_levels", 1, kMaxAdaptiveLevels, &lattice.adaptive.levels);
   return lattice;
+}
+
+// Finer levels need splines with a constant, factorised stiffness, as local functions do.
+void CheckAdaptiveKeys(const TableReader& lattice, const OrganOptions& organ) {
+  const AdaptiveOptions& adaptive = organ.lattice.adaptive;
+  if (adaptive.functions == 0) return;
+  const auto refuse = [&lattice](const char* needs) {
+    lattice.Fail("adaptive_functions", std::string("needs ") + needs, "change that or give 0");
+  };
+  if (organ.model != OrganModelType::kHpdm) refuse("model = \"hpdm\"");
+  if (organ.lattice.basis != BasisType::kBSpline) refuse("basis = \"bspline\"");
+  if (organ.energy.type != EnergyType::kStrain) refuse("energy.type = \"strain\"");
+  if (organ.energy.solver != SolverType::kCholesky) refuse("energy.solver = \"cholesky\"");
+  double cells = 1;
+  for (const int along : organ.lattice.cells) cells *= along << adaptive.levels;
+  if (cells > kMaxAdaptiveCells) {
+    lattice.Fail("adaptive_levels", "makes more than 262,144 cells on the finest level",
+                 "give fewer cells or levels");
+  }
 }
 
 // Local functions need splines with a constant, factorised stiffness.
@@ -291,6 +315,7 @@ OrganOptions ReadOrgan(const TableReader& table) {
   if (const auto energy = table.Table("energy", kEnergyKeys)) organ.energy = ReadEnergy(*energy);
   if (const auto lattice = table.Table("lattice", kLatticeKeys)) {
     CheckLocalFunctionKeys(*lattice, organ);
+    CheckAdaptiveKeys(*lattice, organ);
   }
   if (const auto material = table.Table("material", kMaterialKeys)) {
     organ.material = ReadMaterial(*material);
@@ -359,6 +384,9 @@ void ReadCut(const TableReader& table, int number, std::vector<OrganOptions>* or
       *std::find_if(organs->begin(), organs->end(),
                     [&](const OrganOptions& each) { return each.name == cut.organ; });
   if (!TakesCuts(organ)) table.Fail("organ", "cannot be cut", kCutRemedy);
+  if (organ.lattice.adaptive.functions > 0) {
+    table.Fail("organ", "has adaptive functions", "remove them or the cut");
+  }
   table.Require("strip", "give the blade's edges as [[[x, y, z], [x, y, z]], ...] in m");
   std::vector<std::array<Vector3d, 2>> edges;
   table.ReadEdges("strip", kCoordinate, kMaxBladeEdges, &edges);

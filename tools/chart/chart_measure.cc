@@ -64,6 +64,8 @@ ChartPoint Labelled(const std::string& load_case, bool hollow, const OrganOption
   point.cells = options.lattice.cells;
   point.local_functions = LocalFunctionsOf(options);
   point.local_refinement = point.local_functions > 0 ? options.lattice.local.refinement : 0;
+  point.adaptive_levels =
+      options.lattice.adaptive.functions > 0 ? options.lattice.adaptive.levels : 0;
   return point;
 }
 

@@ -56,6 +56,7 @@ Json ToJson(const ChartPoint& point) {
                {"solver", point.solver},
                {"local_functions", point.local_functions},
                {"local_refinement", point.local_refinement},
+               {"adaptive_levels", point.adaptive_levels},
                {"error", std::isfinite(point.error) ? Json(point.error) : Json()},
                {"compliance_ratio", OrNull(point.compliance_ratio)},
                {"fitted", point.fitted ? 1 : 0},
@@ -109,6 +110,10 @@ std::string Describe(const ChartPoint& point) {
   if (point.local_functions > 0) {
     text += " + " + std::to_string(point.local_functions) + " local (1/" +
             std::to_string(point.local_refinement) + ")";
+  }
+  if (point.adaptive_levels > 0) {
+    text += " + " + std::to_string(point.adaptive_levels) +
+            (point.adaptive_levels > 1 ? " adaptive levels" : " adaptive level");
   }
   text += ", n " + std::to_string(point.unknowns);
   if (point.solver == "gauss_seidel") text += ", Gauss-Seidel";

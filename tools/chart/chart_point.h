@@ -24,6 +24,7 @@ struct ChartPoint {
   int unknowns = 0;                      ///< Control points, vertices or nodes.
   int local_functions = 0;
   int local_refinement = 0;
+  int adaptive_levels = 0;  ///< Finer levels; 0: a uniform lattice.
 
   double error = 0;                        ///< Area-weighted relative L2 against the reference
                                            ///< solution.

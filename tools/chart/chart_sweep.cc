@@ -42,6 +42,12 @@ LatticeOptions BSpline(int degree, const LocalFunctionOptions& local = {.functio
   return lattice;
 }
 
+LatticeOptions Adaptive(int functions, int levels) {
+  LatticeOptions lattice = BSpline(2);
+  lattice.adaptive = {functions, levels};
+  return lattice;
+}
+
 LatticeOptions Bernstein() {
   LatticeOptions lattice;
   lattice.basis = BasisType::kBernstein;
@@ -136,6 +142,7 @@ std::vector<ChartFamily> ChartFamilies(bool quick) {
   if (quick) return families;
   add(small, BSpline(2, kLocalFunctions[3]), {2, 3, 8});
   add(small, BSpline(2, {18, 2}), {4});  // about 200 functions together
+  add(small, Adaptive(480, 2), {4, 6});
   add(small, BSpline(1), {2, 4, 6, 8, 10});
   add(small, BSpline(3), {2, 3, 4, 5, 6, 8});
   add(small, Bernstein(), {2, 3, 4, 5, 6});

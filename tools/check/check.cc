@@ -116,7 +116,14 @@ Json OrganFacts(const OrganModel& organ) {
     const std::set<int> places(lattice.kept().begin(), lattice.kept().end());
     const int used = static_cast<int>(places.size());
     facts["control_points_dropped"] = lattice.basis().count() - used;
-    facts["control_points_split"] = lattice.size() - used - lattice.front_functions();
+    facts["control_points_split"] =
+        static_cast<int>(lattice.kept().size()) - used - lattice.front_functions();
+    if (!lattice.levels().empty()) {
+      for (const Lattice& level : lattice.levels()) facts["levels"].push_back(level.size());
+    }
+    if (const std::optional<double>& error = organ.lattice_organ()->error_of_levels()) {
+      facts["error_of_levels"] = *error;
+    }
     if (const CutSurfaces& cuts = organ.lattice_organ()->cuts(); cuts != nullptr) {
       facts["control_points_front"] = lattice.front_functions();
       for (const CutSurface& cut : *cuts) facts["cuts"].push_back(CutFacts(cut));
@@ -179,6 +186,15 @@ void PrintOrgan(const Json& organ) {
         organ["lattice_mm"][0].get<double>(), organ["lattice_mm"][1].get<double>(),
         organ["lattice_mm"][2].get<double>(), organ["control_points"].get<long>(),
         organ["control_points_dropped"].get<long>(), organ["control_points_split"].get<long>());
+    if (organ.contains("error_of_levels")) {
+      std::string levels;
+      for (const Json& functions : organ.value("levels", Json::array())) {
+        levels += (levels.empty() ? "" : " + ") + std::to_string(functions.get<int>());
+      }
+      std::printf("  %s control points on finer levels, which could still change it by %.1f %%\n",
+                  levels.empty() ? "no" : levels.c_str(),
+                  100 * organ["error_of_levels"].get<double>());
+    }
     if (organ.contains("cuts")) {
       for (const Json& cut : organ["cuts"]) {
         std::printf("  a cut of %.1f cm^2%s\n", 1e4 * cut["area_in_tissue_m2"].get<double>(),

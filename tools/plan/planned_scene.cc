@@ -40,6 +40,10 @@ OrganEdit EditsOf(std::size_t organ, const OrganOptions& author, const OrganOpti
     set("lattice", "local_refinement", was.local.refinement != is.local.refinement,
         is.local.refinement);
   }
+  if (was.adaptive.functions != 0) {  // the compared lattices are uniform
+    set("lattice", "adaptive_functions", true, std::monostate());
+    set("lattice", "adaptive_levels", true, std::monostate());
+  }
   const EnergyOptions &had = author.energy, &has = chosen.energy;
   set("energy", "type", true, "strain");
   set("energy", "strain", had.strain != has.strain, StrainName(has.strain));

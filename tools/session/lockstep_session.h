@@ -99,6 +99,7 @@ class LockstepSession {
   std::vector<double>& organ_forces() { return organ_forces_; }
   const OrganState& organ(std::size_t i) const { return deformation_.organ(static_cast<int>(i)); }
   const StepRecord& record() const { return deformation_.record(); }
+  std::span<const AttachmentLink> links() const { return deformation_.links(); }
   /// Fills in a scene of SizedSnapshot() for a picture.
   void Show(SceneSnapshot* scene) const { deformation_.Show(scene); }
 

@@ -45,7 +45,7 @@ struct Block {
   explicit Block(const Vector3d& size = Vector3d(0.2, 0.15, 0.1),
                  std::array<int, 3> cells = {4, 4, 4})
       : lattice(OrientedBox{Vector3d::Zero(), Matrix3d::Identity(), size},
-                {.cells = cells, .margin = 0, .local = {}}) {
+                {.cells = cells, .margin = 0, .local = {}, .adaptive = {}}) {
     const Eigen::Index total = 27 * cells[0] * cells[1] * cells[2];
     tissue = {Points(total, 3), Eigen::VectorXd(total)};
     const double offset[] = {-std::sqrt(0.6) / 2, 0, std::sqrt(0.6) / 2};

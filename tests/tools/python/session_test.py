@@ -228,6 +228,30 @@ class SessionTest(unittest.TestCase):
                                   capture_output=True, text=True)
             self.assertEqual((done.stdout, done.stderr, os.listdir(folder)), ("", "", []))
 
+    def test_an_attachment_tears_and_a_clone_tears_it_alike(self):
+        scene = hpdm.Scene(hpdm.scene_path("gallbladder_bed.toml"))
+        for organ in scene.organs:
+            scene[f"organ.{organ}.lattice.cells"] = [4, 4, 4]
+        scene["organ.liver.lattice.local_functions"] = 0
+        scene["attachment[0].strength"] = 1000.0
+        scene["attachment[0].toughness"] = 1.0
+        session = hpdm.Session(scene, device="sim")
+        session.step()
+        bed = session.attachments[0]
+        self.assertEqual((bed["a"], bed["b"], bed["freed_area"]), ("gallbladder", "liver", 0))
+        self.assertEqual(bed["damage"].max(), 0)
+        steps(session, 120)
+        before, clone = session.attachments[0], session.clone()
+        self.assertGreater(before["damage"].max(), 0)
+        steps(session, 20)
+        steps(clone, 20)
+        torn, alike = session.attachments[0], clone.attachments[0]
+        self.assertTrue((torn["damage"] >= before["damage"]).all())
+        self.assert_same_bits([torn["damage"], torn["load"]], [alike["damage"], alike["load"]])
+        self.assertAlmostEqual(torn["freed_area"], torn["area"][torn["damage"] == 1].sum(), 12)
+        bound = (1 + 1e-12) * (torn["area"] * torn["damage"]).sum()  # 1 J/m^2
+        self.assertLessEqual(torn["dissipated"], bound)
+
     def test_reports_events(self):
         session = hpdm.Session(PRESS)
         session.exchange("probe", 1)

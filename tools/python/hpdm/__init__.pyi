@@ -81,6 +81,7 @@ class Session(_Shown):
     steps: int
     flags: int
     tick_forces: Reals
+    attachments: list[dict[str, Any]]
     def __init__(self, scene: Scene | Path, device: str | Iterable[str] = "command", seed: int = 0,
                  command: Command = "axes") -> None: ...
     def reset(self, seed: int | None = 0) -> None: ...

@@ -174,6 +174,15 @@ class Session(Closing):
         """Force on each hand in each tick of the last step, N: ticks x I x 3 (a copy)."""
         return self._native.tick_forces()
 
+    @property
+    def attachments(self):
+        """The scene's attachments after the last step, a list of dicts in its order (copies):
+
+        "a", "b": the organs' names; "load": 3, N, force of the layer on b; "damage": M, 0 whole .. 1
+        torn, of its samples, and "area": M, m^2; "freed_area": m^2; "dissipated": J.
+        """
+        return self._native.attachments()
+
     def events(self):
         """Returns the events since the last call: (time in s, severity, name, text)."""
         return self._native.events()

@@ -151,6 +151,27 @@ class NativeSession {
     }
     FailValue("there is no array \"" + name + "\"");
   }
+  py::list Attachments() {
+    const OneCaller caller(&busy_, kWhat);
+    py::list attachments(session().model().beds().size());
+    for (const AttachmentLink& link : session().links()) {
+      for (std::size_t l = 0; l < link.joint().layers().size(); ++l) {
+        const AttachmentBed& bed = link.joint().layers()[l].bed;
+        const AttachmentOutcome& outcome = link.outcomes()[l];
+        const std::span<const double> damage = link.state().DamageOf(l);
+        py::dict one;
+        one["a"] = bed.options.a;
+        one["b"] = bed.options.b;
+        one["load"] = Array(3, outcome.load_W.data());
+        one["damage"] = Array(damage.size(), damage.data());
+        one["area"] = Array(bed.areas.size(), bed.areas.data());
+        one["freed_area"] = outcome.freed_area;
+        one["dissipated"] = outcome.dissipated;
+        attachments[ToSize(bed.index)] = one;
+      }
+    }
+    return attachments;
+  }
   Array TickForces() {
     const OneCaller caller(&busy_, kWhat);
     const std::vector<double>& forces = session().tick_forces();
@@ -236,6 +257,7 @@ void BindSessions(py::module_* module) {
       .def("commands", &NativeSession::Commands)
       .def("organ_forces", &NativeSession::OrganForces)
       .def("organ", &NativeSession::Organ)
+      .def("attachments", &NativeSession::Attachments)
       .def("tick_forces", &NativeSession::TickForces)
       .def("events", &NativeSession::Events)
       .def("exchange", &NativeSession::Exchange)
