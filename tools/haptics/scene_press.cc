@@ -13,7 +13,7 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kTick = kNanosecondsPerSecond / 1000;
+constexpr Nanoseconds kTickPeriod = kNanosecondsPerSecond / 1000;
 constexpr int kTicksAStep = 33;
 constexpr double kFrom = 0.005;  // m, above the organ
 constexpr int kHold = 500;       // ticks
@@ -55,7 +55,7 @@ class PressingHand {
 
   // True if a step ended.
   bool Tick(const ToolPose& tool) {
-    const bool begins = time_ns_ % (kTicksAStep * kTick) == 0;
+    const bool begins = time_ns_ % (kTicksAStep * kTickPeriod) == 0;
     const bool ended = begins && begun_.has_value();
     if (ended) {
       bench_->StayAt(ToSeconds(begun_->time_ns));
@@ -68,7 +68,7 @@ class PressingHand {
                       .friction = press_.friction});
     TipContacts::Solve(&contacts_);
     if (begins) begun_ = Begun{time_ns_, tool, contacts_.contact_points()};
-    time_ns_ += kTick;
+    time_ns_ += kTickPeriod;
     return ended;
   }
   const Vector3d& reaction_W() const { return contacts_.result().reaction_W; }
@@ -138,7 +138,7 @@ ScenePressResult PressInScene(const std::filesystem::path& path, const ScenePres
     }
     if (seen) seen(&bench);
   };
-  const double way = press.speed * ToSeconds(kTick);
+  const double way = press.speed * ToSeconds(kTickPeriod);
   double to = -kFrom;
   for (; to < depth; to += way) tick(to);
   for (int i = 0; i < kHold; ++i) tick(depth);
