@@ -1,4 +1,4 @@
-// Tests a tip between two walls of one organ: both are felt, in step and tick.
+// Tests a tip between two or three walls of one organ: all are felt, in step and tick.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,6 +67,57 @@ SurfaceMesh GroovedBlock(double half_angle, double depth) {
   return mesh;
 }
 
+// A three-sided block with a three-sided pit in its top, z = 0. The pit's walls rise from (0, 0, -depth)
+// at `half_angle` from the vertical; seen from above their normals lie 120 degrees apart, the first
+// along -x.
+SurfaceMesh PittedBlock(double half_angle, double depth) {
+  const double rim = depth * std::tan(half_angle);
+  // Distance of the sides from the axis, and height.
+  const std::vector<Eigen::Vector2d> corners{
+      {0, -depth}, {rim, 0}, {kHalfWidth, 0}, {kHalfWidth, kBottom}, {0, kBottom}};
+  std::vector<Eigen::Vector2d> profile;  // without its ends, which are points on the axis
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+    const Eigen::Vector2d from = corners[i], way = corners[i + 1] - from;
+    const int parts = std::max(1, static_cast<int>(std::lround(way.norm() / kEdge)));
+    for (int k = i == 0 ? 1 : 0; k < parts; ++k) profile.push_back(from + way * k / parts);
+  }
+  constexpr int kAlongSide = 12;
+  std::vector<Eigen::Vector2d> triangle;  // with sides at the distance 1 from the axis
+  for (int side = 0; side < 3; ++side) {
+    const double angle = 2 * pi * side / 3;
+    const Eigen::Vector2d out(std::cos(angle), std::sin(angle)), along(-out.y(), out.x());
+    for (int k = 0; k < kAlongSide; ++k) {
+      triangle.push_back(out + std::sqrt(3.0) * (2.0 * k / kAlongSide - 1) * along);
+    }
+  }
+  const auto around = static_cast<int>(triangle.size()), rings = static_cast<int>(profile.size());
+  SurfaceMesh mesh;
+  mesh.vertices.resize(rings * around + 2, 3);
+  std::vector<Eigen::RowVector3i> triangles;
+  const int apex = rings * around, bottom = apex + 1;
+  mesh.vertices.row(apex) << 0, 0, -depth;
+  mesh.vertices.row(bottom) << 0, 0, kBottom;
+  for (int r = 0; r < rings; ++r) {
+    for (int i = 0; i < around; ++i) {
+      const Eigen::Vector2d p = profile[r].x() * triangle[i];
+      mesh.vertices.row(r * around + i) << p.x(), p.y(), profile[r].y();
+      const int a = r * around + i, b = r * around + (i + 1) % around;
+      if (r == 0) triangles.emplace_back(apex, a, b);
+      if (r == rings - 1) {
+        triangles.emplace_back(a, bottom, b);
+      } else {
+        triangles.emplace_back(a, a + around, b + around);
+        triangles.emplace_back(a, b + around, b);
+      }
+    }
+  }
+  mesh.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    mesh.triangles.row(static_cast<Eigen::Index>(t)) = triangles[t];
+  }
+  return mesh;
+}
+
 OrganOptions GrooveOptions(bool rigid) {
   OrganOptions options = SoftOrgan("groove", 4);
   options.supports[0].region = BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.15)};
@@ -115,6 +166,28 @@ int Presses(const FeltBench& bench) {
     count += bench.Contacts().result(p).kind == ContactKind::kPress;
   }
   return count;
+}
+
+// As in the groove, with three walls. The tip comes down off the axis and nearer to one wall.
+TEST(Notch, ARigidPitGivesTheForceOfItsThreeWalls) {
+  const double half_angle = 0.2 * pi, pit = 0.015;
+  for (const double radius : {0.0025, 0.005}) {
+    FeltBench bench(GrooveOptions(true), PittedBlock(half_angle, pit), BallTip(radius));
+    const double end = -pit + (radius - 0.001) / std::sin(half_angle);
+    Vector3d p(0.0002, 0.0001, end + 0.006);
+    for (; p.z() > end; p.z() -= 5e-5) bench.SessionTick(FeltBench::At(p));
+    for (int i = 0; i < 200; ++i) bench.SessionTick(FeltBench::At(p));
+    Vector3d expected = Vector3d::Zero();
+    for (int side = 0; side < 3; ++side) {
+      const double angle = 2 * pi * side / 3;
+      const Vector3d normal(-std::cos(half_angle) * std::cos(angle),
+                            -std::cos(half_angle) * std::sin(angle), std::sin(half_angle));
+      expected += 200 * (radius - normal.dot(p - Vector3d(0, 0, -pit))) * normal;
+    }
+    EXPECT_EQ(Presses(bench), 3) << radius;
+    EXPECT_LT((bench.Hand() - expected).norm(), 0.01 * expected.norm())
+        << radius << " got " << bench.Hand().transpose() << " expected " << expected.transpose();
+  }
 }
 
 // Results of a slow motion of the tip from pose to pose.
