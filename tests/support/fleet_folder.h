@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "tests/support/liver_scene.h"
+#include "tests/support/made_session.h"
 #include "tests/support/program.h"
 #include "tests/support/recorded_session.h"
 #include "tests/support/scratch_folder.h"
@@ -91,6 +92,11 @@ class FleetTest : public testing::Test {
       AddLog("damaged " + std::to_string(i), damaged);
       AddLog("torn " + std::to_string(i), sound.substr(0, sound.size() / 5 * (i + 1)));
     }
+    MadeSession attached;
+    attached.Press(300, 2, 0);
+    attached.Step({{}, {.load_W = {0, 3, 4}, .largest_damage = 1, .freed_area = 2e-4}});
+    attached.Finish();
+    AddLog("attached", ReadFile(attached.log()));
     AddLog("empty", "");
     AddLog("garbage", std::string(100'000, 'x'));
     fs::create_directories(root_ / "folder" / kSessionLogName);

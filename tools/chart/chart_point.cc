@@ -56,7 +56,6 @@ Json ToJson(const ChartPoint& point) {
                {"solver", point.solver},
                {"local_functions", point.local_functions},
                {"local_refinement", point.local_refinement},
-               {"adaptive_levels", point.adaptive_levels},
                {"error", std::isfinite(point.error) ? Json(point.error) : Json()},
                {"compliance_ratio", OrNull(point.compliance_ratio)},
                {"fitted", point.fitted ? 1 : 0},
@@ -69,6 +68,7 @@ Json ToJson(const ChartPoint& point) {
   Add("relocation_30k", point.relocation_30k, &json);
   json["step_us"] = point.response ? Json(point.StepMicroseconds()) : Json();
   json["step_min_us"] = point.response ? Json(point.StepMinimumMicroseconds()) : Json();
+  json["adaptive_levels"] = point.adaptive_levels;
   return json;
 }
 

@@ -165,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Ramps, AdaptiveStrain,
 // A machine on which finite strain takes four times the budget, and a loop that replays its log.
 TEST(Shedding, IsGradualReportedAndAppliedByAReplay) {
   OrganOptions options = Options(StrainMeasure::kFinite);
-  options.energy.newton_iterations = 3;
+  options.energy.newton_iterations = 6;
   const std::vector<OrganModel> organ = OneOrgan(options, Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2));
   constexpr Nanoseconds kBudget = 20'000'000;
   Nanoseconds now = 0;

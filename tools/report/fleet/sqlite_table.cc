@@ -93,6 +93,12 @@ constexpr TableColumn kLatencyColumns[] = {
     {"p90_us", "REAL", "/p90_us"},     {"p99_us", "REAL", "/p99_us"},
     {"p99_9_us", "REAL", "/p99_9_us"}, {"max_us", "REAL", "/max_us"}};
 
+constexpr TableColumn kAttachmentColumns[] = {{"name", "TEXT", "/name"},
+                                              {"peak_load_N", "REAL", "/peak_load_N"},
+                                              {"largest_damage", "REAL", "/largest_damage"},
+                                              {"freed_area_m2", "REAL", "/freed_area_m2"},
+                                              {"dissipated_J", "REAL", "/dissipated_J"}};
+
 template <std::size_t... kSizes>
 constexpr auto Joined(const TableColumn (&... parts)[kSizes]) {
   std::array<TableColumn, (kSizes + ...)> joined;
@@ -108,11 +114,12 @@ struct Table {
   std::vector<std::string_view> keys;
   std::span<const TableColumn> columns;
 };
-enum { kSessions, kHands, kContacts, kLatencies };
+enum { kSessions, kHands, kContacts, kLatencies, kAttachments };
 const Table kTables[] = {{"sessions", {"session"}, kSessionColumns},
                          {"hands", {"session", "hand"}, kHandColumns},
                          {"contacts", {"session", "hand", "organ"}, kContactColumns},
-                         {"latencies", {"session", "latency"}, kLatencyColumns}};
+                         {"latencies", {"session", "latency"}, kLatencyColumns},
+                         {"attachments", {"session", "attachment"}, kAttachmentColumns}};
 
 int Bind(sqlite3_stmt* statement, int at, const Json& value) {
   if (value.is_boolean()) return sqlite3_bind_int(statement, at, value.get<bool>());
@@ -273,6 +280,10 @@ void SqliteTable::AddRows(const Json& line) {
       AddRow(inserts_[kContacts], {session, h, o++}, organ);
     }
     ++h;
+  }
+  int a = 0;
+  for (const Json& attachment : ListOf(line, "/report/attachments")) {
+    AddRow(inserts_[kAttachments], {session, a++}, attachment);
   }
   for (const Json& latency : ListOf(line, "/report/latencies")) {
     const Json& name = At(latency, "/name");

@@ -18,11 +18,11 @@ namespace hpdm {
 struct TableColumn {
   std::string_view name;
   std::string_view type;   ///< INTEGER, REAL or TEXT.
-  std::string_view place;  ///< JSON pointer in the line, its hand, organ or latency.
+  std::string_view place;  ///< JSON pointer in the line, or in its part that the table lists.
 };
 
 /// A table as an SQLite file, which DuckDB reads too. It has the tables sessions, hands, contacts
-/// (of a hand with an organ) and latencies; tools/report/fleet.md lists the columns. Each Add is
+/// (of a hand with an organ), attachments and latencies; tools/report/fleet.md lists the columns. Each Add is
 /// one transaction.
 class SqliteTable : public SessionTable {
  public:

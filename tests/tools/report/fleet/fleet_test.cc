@@ -67,7 +67,8 @@ TEST_F(FleetTest, EverySessionHasALineAndRowsEqualToItsOwnReport) {
     }
     const Json& report = alone["report"];
     ExpectRow(row, report,
-              {"hands", "latencies", "events", "log_health", "skipped", "ticks_per_output"});
+              {"hands", "attachments", "latencies", "events", "log_health", "skipped",
+               "ticks_per_output"});
     EXPECT_EQ(row["ticks_skipped"], report["skipped"]["total"]);
     EXPECT_EQ(row["log_sound"], report["log_health"]["sound"].get<bool>() ? 1 : 0);
     EXPECT_EQ(row["torn_bytes"], report["log_health"]["torn_bytes"]);
@@ -85,9 +86,17 @@ TEST_F(FleetTest, EverySessionHasALineAndRowsEqualToItsOwnReport) {
       }
     }
     EXPECT_EQ(c, contacts.size());
+    const auto attachments =
+        Rows(table_, "SELECT * FROM attachments" + where + " ORDER BY attachment");
+    ASSERT_EQ(attachments.size(), report["attachments"].size());
+    for (std::size_t a = 0; a < attachments.size(); ++a) {
+      ExpectRow(attachments[a], report["attachments"][a], {});
+    }
     const auto latencies = Rows(table_, "SELECT * FROM latencies" + where);
     EXPECT_EQ(latencies.size(), report["latencies"].size());
   }
+  EXPECT_EQ(Rows(table_, "SELECT peak_load_N FROM attachments WHERE session = 'attached'").size(),
+            2);
   EXPECT_GT(Rows(table_, "SELECT min(time_s) AS n FROM hands WHERE session = 'a b'")[0]["n"], 0.29)
       << "300 ticks: the figures are of something";
   EXPECT_FALSE(fs::exists("pwned") || fs::exists(root_ / "pwned"));
