@@ -95,8 +95,7 @@ std::vector<ScenePress> AbdomenPresses(bool quick) {
   if (quick) return presses;
   presses.insert(
       presses.end(),
-      {{"liver, quadrate lobe, to the gallbladder", "liver", lobe, Vector3d(-1, 0, -0.5), 0.005,
-        0.1, true},
+      {{"liver, quadrate lobe, to the gallbladder", "liver", lobe, Vector3d(-1, 0, -0.5), 0.005},
        {"the same, 10 mm tip", "liver", lobe, Vector3d(-1, 0, -0.5), 0.010},
        {"the same, 2.5 mm tip, 0.5 m/s", "liver", lobe, Vector3d(-1, 0, -0.5), 0.0025, 0.5},
        {"liver, over the bed, down", "liver", {0.008, -0.06, 0.05}, Vector3d(0, 0, -1), 0.005},
