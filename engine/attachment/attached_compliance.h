@@ -11,7 +11,7 @@ namespace hpdm {
 /// H Phi^T is applied only to combinations of the rows. Deformation thread; allocates nothing.
 class AttachedCompliance final : public LatticeCompliance {
  public:
-  /// Of the rows of a set, three columns each. One work serves all organs in turn.
+  /// Working memory for a set of rows, which has three columns for each row. It serves all organs.
   struct Work {
     /// `unknowns`: 3r of the largest joint; `columns`: of the largest set, at least 3.
     explicit Work(Eigen::Index unknowns = 0, Eigen::Index columns = 3)

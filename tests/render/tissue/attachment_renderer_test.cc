@@ -1,4 +1,4 @@
-// What is seen of the layer between two blocks.
+// Tests what the picture shows of the layer between two blocks.
 
 #include "render/tissue/attachment_renderer.h"
 
