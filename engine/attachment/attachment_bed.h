@@ -16,10 +16,9 @@ namespace hpdm {
 struct AttachmentBed {
   static constexpr int kMaxSamples = 300;
 
-  /// `index`: the attachment's, in the scene.
   /// Samples a's surface in the region where b's surface faces it within the reach. Throws
   /// InputError if no surface does, if the bed is smaller than the cell of one function, or if it
-  /// overlaps a support.
+  /// overlaps a support. `index`: number of the attachment in the scene.
   AttachmentBed(const AttachmentOptions& attachment, const OrganModel& a, const OrganModel& b,
                 int index = 0);
 

@@ -42,15 +42,17 @@ class LatticeCompliance {
   /// Deformation thread; allocates nothing.
   virtual void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const = 0;
 
-  /// For a set of rows: a response in parts. Part one, of row number i of the set, is RespondTo()
-  /// unless the compliance has a part that is cheaper for a combination of all rows.
+  /// Computes the first of two parts of the response of row number i of a set. The second part is
+  /// added by AddOtherPart(), which is cheaper for a combination of the rows than for each. Here the
+  /// first part is the whole response.
   virtual void RespondInPart(int /*i*/, const SparseRow& b,
                              Eigen::Ref<Eigen::MatrixXd> response) const {
     RespondTo(b, response);
   }
-  /// Adds the other part to B K^-1 B^T of the set (`compliance`, 3 rows x 3 rows).
+  /// Adds the second part to B K^-1 B^T of the set (`compliance`, 3 rows x 3 rows).
   virtual void AddOtherPart(Eigen::Ref<Eigen::MatrixXd> /*compliance*/) const {}
-  /// Adds it to columns of responses (3n rows) to the rows' forces `forces` (3 rows x columns, N).
+  /// Adds the second part to `responses` (3n x columns), those to the forces of the set's rows in
+  /// each column of `forces` (3 rows x columns, N).
   virtual void AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& /*forces*/,
                             Eigen::Ref<Eigen::MatrixXd> /*responses*/) const {}
 

@@ -166,7 +166,7 @@ class Lattice {
     int cut = 0;               // number of the cut
     std::vector<int> columns;  // of each grid index: the first of two, or -1
   };
-  // Of this level, with the front functions.
+  // Calls f for each function of this level at the site, front functions included.
   template <typename Function>
   void ForEachOwnFunction(const Site& site, Function&& f) const;
   template <typename Function>

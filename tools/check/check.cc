@@ -118,9 +118,7 @@ Json OrganFacts(const OrganModel& organ) {
     facts["control_points_dropped"] = lattice.basis().count() - used;
     facts["control_points_split"] =
         static_cast<int>(lattice.kept().size()) - used - lattice.front_functions();
-    if (!lattice.levels().empty()) {
-      for (const Lattice& level : lattice.levels()) facts["levels"].push_back(level.size());
-    }
+    for (const Lattice& level : lattice.levels()) facts["levels"].push_back(level.size());
     if (const std::optional<double>& error = organ.lattice_organ()->error_of_levels()) {
       facts["error_of_levels"] = *error;
     }
