@@ -21,7 +21,7 @@ struct SessionLimits {
   std::vector<std::optional<double>> settles;
   /// By organ: the first of the organs that can push each other, itself among them. A tool on one of
   /// them may move them all. Empty: none push each other.
-  std::vector<std::size_t> pushing;
+  std::vector<std::size_t> pushing = {};
   bool still = true;  ///< True if organs do not move by themselves: all work comes from the hands.
 };
 

@@ -11,8 +11,8 @@ Scene FourOrgans() {
   for (const char* name : {"liver", "stomach", "spleen", "gallbladder"}) {
     scene.organs.emplace_back().name = name;
   }
-  scene.organs[1].contacts = {{.with = "liver"}};
-  scene.organs[3].contacts = {{.with = "stomach"}};
+  scene.organs[1].contacts = {{.with = "liver", .friction = 0}};
+  scene.organs[3].contacts = {{.with = "stomach", .friction = 0}};
   return scene;
 }
 
