@@ -105,8 +105,10 @@ bool ShaftTracker::Counts(const Input& input, const OrganStep& organ,
   const SurfaceMesh& rest = organ.model().rest();
   const Vector3d facing = InterpolatedNormal(organ.state().vertices, rest.triangles,
                                              organ.model().topology(), candidate.at);
-  if (facing.squaredNorm() == 0 || std::abs(axis_.direction_W.dot(facing)) > kMaxEndOn)
+  if (facing.squaredNorm() == 0 ||
+      std::abs(axis_.direction_W.dot(facing)) > candidate.most_end_on) {
     return false;
+  }
   return candidate.organ != input.held_organ ||
          !input.grasp->Holds(candidate.at.Position(rest.vertices, rest.triangles));
 }
@@ -169,6 +171,7 @@ bool ShaftTracker::FindIn(const Part& part, const Input& input, const OrganStep&
   const auto take = [&](const SurfaceHit& hit) {
     candidate->at = hit.at;
     candidate->from_trocar = part.to + hit.along * (part.from - part.to);
+    candidate->most_end_on = hit.distance > 0 && hit.along > 0 ? kMaxEndOnOutside : kMaxEndOn;
     return Counts(input, organ, *candidate);
   };
   if (started_) {

@@ -63,11 +63,11 @@ bool HapticContact::FindOnShaft(TipPose* tip) {
   }
   const std::array<Vector3d, 2> now_W{OnAxis(to), OnAxis(from)}, last_W = axis_last_W_;
   axis_last_W_ = now_W;
-  const auto faces = [&] { return std::abs(foot_.normal_W.dot(axis_W_)) <= kMaxEndOn; };
+  const auto faces = [&](double most) { return std::abs(foot_.normal_W.dot(axis_W_)) <= most; };
   if (is_new) {
     from_trocar_ = std::clamp(part.near, from, to);
     tip->X_WT.translation() = OnAxis(from_trocar_);
-    if (FindInside(*tip)) return faces();
+    if (FindInside(*tip)) return faces(kMaxEndOn);
   }
   double way = 0, share = 1;
   if (has_last) {
@@ -100,7 +100,8 @@ bool HapticContact::FindOnShaft(TipPose* tip) {
     from_trocar_ = std::clamp(from_trocar_, from, to);
   }
   tip->X_WT.translation() = OnAxis(from_trocar_);
-  return (touches || FindInside(*tip)) && faces();
+  return touches ? faces(near.along > 0 ? kMaxEndOnOutside : kMaxEndOn)
+                 : FindInside(*tip) && faces(kMaxEndOn);
 }
 
 // Finds the place of the patch that is nearest to a segment. The coarse surface counts only where

@@ -22,7 +22,8 @@ ContactTable MeasureSpheres(bool quick) {
       "spheres",
       "Two equal elastic spheres pressed together: force and radius of the contact over Hertz's. "
       "The bodies are caps of 0.3 m radius, 150 mm wide and 90 mm high; the approach is that of "
-      "whole spheres' centres, by the stated share of it for the bodies' ends.",
+      "whole spheres' centres, by the stated share of it for the bodies' ends. Where functions are "
+      "stated, finer ones are placed for a load where the spheres touch.",
       Format("Targets: force within %.0f %%, radius within %.0f %%, the organs' forces opposite to "
              "1e-12 of them.",
              100 * kHertzForce, 100 * kHertzRadius),
@@ -37,13 +38,17 @@ ContactTable MeasureSpheres(bool quick) {
                                {0.45, 0.01, 10, 30},
                                {0.45, 0.005, 10, 30},
                                {0.3, 0.01, 8, 30},
-                               {0.3, 0.01, 10, 20}});
+                               {0.3, 0.01, 10, 20},
+                               {0.3, 0.01, 8, 40, 1200},
+                               {0.45, 0.01, 8, 40, 1200},
+                               {0.3, 0.005, 8, 60, 1600}});
   }
   for (const SphereCase& given : cases) {
     const SpherePress press = PressSpheres(given);
     table.rows.push_back(
         {Format("nu %.2f, approach %.3f R, %d cells, edges of %.1f mm", given.poisson,
-                given.approach, given.cells, 150.0 / given.squares),
+                given.approach, given.cells, 150.0 / given.squares) +
+             (given.functions > 0 ? Format(", %d functions", given.functions) : ""),
          {Near(press.force, kHertzForce), Near(press.radius, kHertzRadius),
           AtMost(press.third_law / 1e-12, kThirdLaw / 1e-12), NotJudged(100 * press.finite_size)}});
   }

@@ -46,7 +46,8 @@ double ThirdLaw(const OrganBench& bench) {
 }
 
 // m, of the bodies with spherical caps.
-constexpr double kCapRadius = 0.3, kCapWidth = 0.15, kCapHeight = 0.09, kCapApart = 1e-4;
+constexpr double kCapRadius = 0.3, kCapWidth = 0.15, kCapHeight = 0.09, kCapApart = 1e-4,
+                 kTouchRadius = 0.015;
 
 // The body below z = 0, which its cap touches; `up`: above it instead.
 SurfaceMesh Cap(int squares, bool up) {
@@ -72,6 +73,10 @@ OrganOptions CapOptions(const SphereCase& given, bool up) {
   BoxFraction end;
   (up ? end.min : end.max).z() = up ? 0.97 : 0.03;
   options.supports.push_back({end, {}});
+  options.lattice.adaptive.functions = given.functions;
+  LoadOptions touch{.organ = options.name, .radius = kTouchRadius};
+  touch.force_W = Vector3d::UnitZ();
+  options.loads.push_back(touch);
   return options;
 }
 
@@ -200,11 +205,12 @@ SpherePress PressSpheres(const SphereCase& given) {
   press.force = force / hertz(depth);
   // Hertz's pressure sqrt(1 - r^2 / a^2) has the mean r^2 = 2/5 a^2. A row's force acts on its cell's
   // samples. Quadratic splines on cells of width h give back their mean x^2 from those of the control
-  // points: sum_a phi_a(x) X_a^2 = x^2 + h^2 / 4.
+  // points: sum_a phi_a(x) X_a^2 = x^2 + h^2 / 4. Finer levels add nothing to it.
   double moment = 0, sum = 0;
   const ContactConstraints& rows = bench.organ(0).contacts;
   const Lattice& lattice = bench.model(0).lattice_organ()->lattice();
-  const Eigen::VectorXd r2 = lattice.ControlPoints().leftCols<2>().rowwise().squaredNorm();
+  Eigen::VectorXd r2 = lattice.ControlPoints().leftCols<2>().rowwise().squaredNorm();
+  if (!lattice.levels().empty()) r2.tail(r2.size() - lattice.FirstColumn(0)).setZero();
   const double cell = lattice.box().lengths.x() / given.cells;
   for (int i = 0; i < rows.size(); ++i) {
     const double f = -rows[i].force_W.z();

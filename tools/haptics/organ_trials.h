@@ -13,6 +13,7 @@ struct SphereCase {
   double approach = 0.01;  ///< Over the effective radius, half of the caps'.
   int cells = 10;          ///< Of the lattices, along a side.
   int squares = 30;        ///< Of the surfaces, along a side.
+  int functions = 0;       ///< Of each lattice, with finer ones where the spheres touch; 0: none.
 };
 /// The ratios to Hertz's solution.
 struct SpherePress {
