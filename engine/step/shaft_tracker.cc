@@ -105,10 +105,8 @@ bool ShaftTracker::Counts(const Input& input, const OrganStep& organ,
   const SurfaceMesh& rest = organ.model().rest();
   const Vector3d facing = InterpolatedNormal(organ.state().vertices, rest.triangles,
                                              organ.model().topology(), candidate.at);
-  if (facing.squaredNorm() == 0 ||
-      std::abs(axis_.direction_W.dot(facing)) > candidate.most_end_on) {
-    return false;
-  }
+  if (facing.squaredNorm() == 0) return false;
+  if (!candidate.outside && std::abs(axis_.direction_W.dot(facing)) > kMaxEndOn) return false;
   return candidate.organ != input.held_organ ||
          !input.grasp->Holds(candidate.at.Position(rest.vertices, rest.triangles));
 }
@@ -171,7 +169,6 @@ bool ShaftTracker::FindIn(const Part& part, const Input& input, const OrganStep&
   const auto take = [&](const SurfaceHit& hit) {
     candidate->at = hit.at;
     candidate->from_trocar = part.to + hit.along * (part.from - part.to);
-    candidate->most_end_on = hit.distance > 0 && hit.along > 0 ? kMaxEndOnOutside : kMaxEndOn;
     return Counts(input, organ, *candidate);
   };
   if (started_) {
@@ -179,6 +176,7 @@ bool ShaftTracker::FindIn(const Part& part, const Input& input, const OrganStep&
     const SurfaceHit entry = state.tree.FirstTouch(axis_last_.At(part.to) - state.offset_last_W,
                                                    axis_last_.At(part.from) - state.offset_last_W,
                                                    start, end, radius, &share);
+    candidate->outside = entry.along > 0;
     if (entry.at.triangle >= 0 && share > 0 && take(entry)) {
       candidate->entered = true;
       candidate->order = share;
@@ -206,6 +204,7 @@ bool ShaftTracker::FindIn(const Part& part, const Input& input, const OrganStep&
     const SurfaceHit touch = state.tree.FirstTouch(
         start, end, later.p_trocar_W - part.to * ahead_W - state.offset_W,
         later.p_trocar_W - part.from * ahead_W - state.offset_W, radius, &share);
+    candidate->outside = touch.along > 0;
     if (touch.at.triangle >= 0 && take(touch)) {
       candidate->ahead = true;
       candidate->order = share * kAhead * input.tool.v_tip_W.norm();
@@ -213,6 +212,7 @@ bool ShaftTracker::FindIn(const Part& part, const Input& input, const OrganStep&
     }
   }
   candidate->order = hit.distance;
+  candidate->outside = false;
   return take(hit);
 }
 

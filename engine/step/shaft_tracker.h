@@ -27,8 +27,9 @@ namespace hpdm {
 /// 4. The jaws' part of the shaft, and what lies below the surface behind a pressing tip, belong to
 ///    the tip. So does tissue beside the tool's own grasp, which moves with the jaws: a shaft that
 ///    pushed it away would lever it out of them.
-/// 5. A shaft that enters the surface end on, with more than kMaxEndOn between axis and normal
-///    (kMaxEndOnOutside if it touches from outside), only follows its own tip's indentation.
+/// 5. A shaft that enters the surface end on, with more than kMaxEndOn between axis and normal, only
+///    follows its own tip's indentation. One that touches from outside between its ends is never
+///    end on, whatever the normals of the border that it touches.
 class ShaftTracker {
  public:
   static constexpr double kAhead = 0.1;  ///< s: a patch is used up to this long after its step.
@@ -90,8 +91,8 @@ class ShaftTracker {
     double from_trocar = 0;
     bool entered = false;  // since the last step
     bool ahead = false;
-    double order = 0;  // part of the way to the entry, or distance, m
-    double most_end_on = kMaxEndOn;
+    double order = 0;      // part of the way to the entry, or distance, m
+    bool outside = false;  // touched from outside, between the axis' ends
   };
   struct Candidates {
     int count = 0;

@@ -5,12 +5,9 @@ namespace hpdm {
 /// Default radius of tips and shafts, m: a 5 mm instrument.
 inline constexpr double kDefaultToolRadius = 0.0025;
 
-/// Largest cosine between a shaft's axis and the normal of a surface that it has entered. A shaft that
+/// Largest cosine between a shaft's axis and the normal of a surface that it touches. A shaft that
 /// enters more end on only follows its own tip's indentation.
 inline constexpr double kMaxEndOn = 0.7;
-/// The same of a surface that it touches from outside, between its ends: the border of a thin fold has
-/// normals that lean by 45 degrees and more.
-inline constexpr double kMaxEndOnOutside = 0.9;
 
 /// Least distance between two contacts of a shaft with one organ, m.
 inline constexpr double kShaftApart = 0.02;

@@ -318,6 +318,7 @@ class HapticContact {
   ShaftPart apart_;                             // of the shaft, from another contact
   double longest_roll_ = 0;                     // m
   double end_on_ = 0;                           // cosine between axis and pressed normal
+  bool at_border_ = false;                      // begins where the surface's normals lie along it
   Vector3d organ_offset_W_ = Vector3d::Zero();  // by the organ's motion
 
   // State of the grasp between ticks.

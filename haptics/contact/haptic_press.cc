@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "haptics/contact/haptic_contact.h"
 #include "haptics/contact/reaction_force.h"
@@ -46,8 +47,9 @@ void HapticContact::LocatePress(TipPose* given) {
   }
   if (is_shaft) {
     axis_known_ = false;
-    if (was_touching) Roll(given);
-    if (!(end_ > 0) || std::abs(end_on_) > kMaxEndOnLast) {
+    if (was_touching || at_border_) Roll(given);
+    const bool begins_at_border = std::exchange(at_border_, false);
+    if (!(end_ > 0) || std::abs(end_on_) > (begins_at_border ? kMaxEndOn : kMaxEndOnLast)) {
       LoseContact();
       return;
     }

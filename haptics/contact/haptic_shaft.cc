@@ -12,6 +12,10 @@ namespace {
 constexpr double kRollProbe = 5e-4;
 constexpr double kFlat = 1;
 
+// m. A contact at a border, whose normals lie along the axis, rolls so far in a tick though the tool
+// stands still.
+constexpr double kBorderRoll = 5e-4;
+
 // Searches along one tick's motion of a shaft.
 constexpr int kMaxAdvances = 8;
 constexpr double kShaftTouches = 1e-4;  // m, while it still moves
@@ -52,6 +56,7 @@ void HapticContact::MoveToShaft(TipPose* tip) {
 
 // Finds where the shaft touches the patch, or did on its way from the last tick.
 bool HapticContact::FindOnShaft(TipPose* tip) {
+  at_border_ = false;
   const bool is_new = std::exchange(is_patch_new_, false);
   const bool has_last = std::exchange(axis_known_, true) && !is_new;
   const ShaftPart& part = patch_->shaft;
@@ -63,11 +68,11 @@ bool HapticContact::FindOnShaft(TipPose* tip) {
   }
   const std::array<Vector3d, 2> now_W{OnAxis(to), OnAxis(from)}, last_W = axis_last_W_;
   axis_last_W_ = now_W;
-  const auto faces = [&](double most) { return std::abs(foot_.normal_W.dot(axis_W_)) <= most; };
+  const auto faces = [&] { return std::abs(foot_.normal_W.dot(axis_W_)) <= kMaxEndOn; };
   if (is_new) {
     from_trocar_ = std::clamp(part.near, from, to);
     tip->X_WT.translation() = OnAxis(from_trocar_);
-    if (FindInside(*tip)) return faces(kMaxEndOn);
+    if (FindInside(*tip)) return faces();
   }
   double way = 0, share = 1;
   if (has_last) {
@@ -100,8 +105,12 @@ bool HapticContact::FindOnShaft(TipPose* tip) {
     from_trocar_ = std::clamp(from_trocar_, from, to);
   }
   tip->X_WT.translation() = OnAxis(from_trocar_);
-  return touches ? faces(near.along > 0 ? kMaxEndOnOutside : kMaxEndOn)
-                 : FindInside(*tip) && faces(kMaxEndOn);
+  if (!touches) return FindInside(*tip) && faces();
+  // A border may have normals along the axis, but a shaft that touches it from outside, between its
+  // ends, is not end on.
+  at_border_ = near.along > 0 && !faces();
+  if (at_border_) longest_roll_ = tip->tip_radius;
+  return at_border_ || faces();
 }
 
 // Finds the place of the patch that is nearest to a segment. The coarse surface counts only where
@@ -131,9 +140,11 @@ void HapticContact::Roll(TipPose* tip) {
   surface().Walk(kRollProbe * axis_W_, &ahead);
   const double way = (surface().Position(ahead) - surface().Position(foot_)).norm();
   const double turn = (ahead.normal_W - foot_.normal_W).dot(axis_W_);
-  double roll = std::copysign(longest_roll_, -end_on_);
+  const double longest =
+      std::abs(end_on_) > kMaxEndOn ? std::max(longest_roll_, kBorderRoll) : longest_roll_;
+  double roll = std::copysign(longest, -end_on_);
   if (way > 0 && turn > way / kFlat) {
-    roll = std::clamp(-end_on_ * way / turn, -longest_roll_, longest_roll_);
+    roll = std::clamp(-end_on_ * way / turn, -longest, longest);
   }
   const double last = std::min(std::max(apart_.to, from_trocar_), end_);
   const double first = std::min({std::max(apart_.from, 0.0), from_trocar_, last});

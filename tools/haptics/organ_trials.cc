@@ -74,7 +74,9 @@ OrganOptions CapOptions(const SphereCase& given, bool up) {
   (up ? end.min : end.max).z() = up ? 0.97 : 0.03;
   options.supports.push_back({end, {}});
   options.lattice.adaptive.functions = given.functions;
-  LoadOptions touch{.organ = options.name, .radius = kTouchRadius};
+  LoadOptions touch;
+  touch.organ = options.name;
+  touch.radius = kTouchRadius;
   touch.force_W = Vector3d::UnitZ();
   options.loads.push_back(touch);
   return options;

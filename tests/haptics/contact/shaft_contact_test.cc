@@ -45,6 +45,24 @@ TEST(ShaftContact, SweepPastALobesMiddleIsStillPushedBack) {
   }
 }
 
+// The normals at the border of a thin wall lie along the shaft, which is not end on there.
+TEST(ShaftContact, SweepDownOnTheBorderOfAThinWallIsFeltAtEveryTick) {
+  constexpr double kHalf = 0.0015, kLength = 0.02, kHeight = 0.03;
+  double slow = 0;
+  for (const double speed : {0.1, 1.0, 3.0}) {
+    OrganOptions wall = SoftLobe();
+    wall.lattice.cells = {1, 4, 6};
+    wall.lattice.margin = 0.001;
+    FeltBench bench(
+        wall, GridBox(Vector3d(-kHalf, -kLength, 0), Vector3d(kHalf, kLength, kHeight), {2, 8, 8}));
+    bench.feels_shaft = true;
+    const ShaftSweep sweep = SweepShaftDown(&bench, kHeight, 0.005, speed);
+    EXPECT_GT(sweep.least_held, 0) << speed;
+    if (speed == 0.1) slow = sweep.last;
+    EXPECT_NEAR(sweep.last, slow, 0.15 * slow) << speed;
+  }
+}
+
 // A tip press's force grows by its stiffness times its way in each tick; so does a shaft's.
 TEST(ShaftContact, SweepIntoASoftLobeHasTheForceOfASlowPressWithoutSteps) {
   for (const double radius : {0.01, 0.02}) {
