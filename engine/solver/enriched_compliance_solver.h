@@ -45,8 +45,8 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
   SchurComplement schur_complement_;
   Eigen::Index unknowns_;  // 3n
   mutable RowResponses rows_;
-  Eigen::MatrixXd local_loads_;      // 3 slots x 3 kMaxContacts: Z
-  Eigen::MatrixXd local_response_;   // the same: Sigma^-1 Z
+  WorkMatrix local_loads_;           // 3 slots x 3 kMaxContacts: Z
+  WorkMatrix local_response_;        // the same: Sigma^-1 Z
   mutable Eigen::VectorXd V_;        // 3 slots
   mutable Eigen::VectorXd scratch_;  // 3n
 };

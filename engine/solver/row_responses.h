@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/copying.h"
+#include "engine/base/room.h"
 #include "engine/contact/contact_solver.h"
 
 namespace hpdm {
@@ -30,9 +31,9 @@ class RowResponses {
 
   /// A weight of a row.
   struct Entry {
-    int point = 0;  ///< Control point.
-    int place = 0;  ///< Of that among the touched ones.
-    double weight = 0;
+    int point;  ///< Control point.
+    int place;  ///< Of that among the touched ones.
+    double weight;
   };
   std::span<const Entry> EntriesOf(int row) const {
     const auto i = static_cast<std::size_t>(row);
@@ -57,7 +58,7 @@ class RowResponses {
   std::size_t run_count_ = 0;  // of them
   std::vector<Run> runs_;      // n
   std::array<std::size_t, kMaxContacts> entry_count_{};
-  std::vector<Entry> entries_;                      // kMaxContacts x n
+  WorkArray<Entry> entries_;                        // kMaxContacts x n
   Eigen::Matrix<double, Eigen::Dynamic, 3> moved_;  // 3n x 3
   WorkMatrix row_compliance_;                       // B K^-1 B^T of the last AddCompliance()
   Eigen::Matrix3Xd forces_;                         // on the touched control points, N

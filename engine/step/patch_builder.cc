@@ -342,7 +342,7 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
   const auto [other, beside] = CoupledTips(contact, state->tips);
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];
-    PatchPoint& point = patch->points[i];
+    PatchPoint& point = patch->points[i] = PatchPoint();
     point.normal_W = rotation * model.rest_normals().row(v).transpose();
     if (model.rigid()) point.wall = press.WallAt(model, contact.organ, v);
     if (!in_lattice) {
