@@ -114,7 +114,8 @@ struct SurfacePatch {
     points.Take(other.points, point_count);
     triangles = other.triangles;
     mesh_triangles = other.mesh_triangles;
-    nodes.Take(other.nodes, point_count);
+    node_count = other.node_count;
+    nodes.Take(other.nodes, node_count);
     if (triangle_count > 0) {
       packed = other.packed;
     } else {
@@ -130,6 +131,7 @@ struct SurfacePatch {
   std::array<int, kMaxTriangles> mesh_triangles{};  ///< Triangle numbers in the organ's mesh; -1:
                                                     ///< a triangle of the coarse surface.
   PatchSurface packed;  ///< The triangles, packed for the searches of every tick: call Pack().
+  int node_count = 0;   ///< kPaper: as many as points; kLattice: 0.
   Nodes nodes;          ///< kPaper: of each point.
 
   /// Packs the surface again after a change of points or triangles.

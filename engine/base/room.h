@@ -1,22 +1,25 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <type_traits>
 
-/// Room for as many values as a scene may ever need, of which most scenes use few. What is not used
-/// is never written, so that it takes addresses but no memory, in a session and in its copies.
 namespace hpdm {
 
-/// N values, of which the owner uses the first few and copies those alone: it starts its copy as
-/// kUntouched. Used as a std::array.
+/// A fixed-size array of which the owner uses only the first few values. The owner's copy
+/// constructor starts it as kUntouched and takes over those few. A page that nobody writes needs no
+/// memory, so copies of a session need memory only for what is in use.
 template <class T, int N>
 class Room {
+  static_assert(std::is_trivially_destructible_v<T>);
+
  public:
   enum Start { kUntouched };
 
   Room() : values_() {}
-  /// Values without contents, to be assigned before they are read.
+  /// Values without contents: write them before they are read.
   explicit Room(Start) {}
   Room(const Room&) = delete;
   Room& operator=(const Room&) = delete;
@@ -30,16 +33,13 @@ class Room {
   const T* end() const { return values_.data() + N; }
   static constexpr std::size_t size() { return N; }
 
-  /// Takes over the first `count` values of another.
+  /// Copies the first `count` values of another.
   void Take(const Room& other, int count) {
-    for (int i = 0; i < count; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      values_[k] = other.values_[k];
-    }
+    std::copy_n(other.begin(), static_cast<std::size_t>(count), begin());
   }
 
  private:
-  union {  // which starts without contents
+  union {  // leaves the values without contents
     std::array<T, N> values_;
   };
 };

@@ -1,5 +1,10 @@
 // The patch that a step leaves for the haptic loop.
 
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <new>
+
 #include "tests/support/deformation_loop_fixture.h"
 
 namespace hpdm {
@@ -26,6 +31,53 @@ TEST_F(ContactPatchTest, PatchIsBoundedAndConsistent) {
       EXPECT_DOUBLE_EQ(node.neighbours[i].edge.norm(), node.neighbours[i].rest_length);
     }
   }
+}
+
+// Copies of a session copy its patches.
+TEST_F(ContactPatchTest, ACopyOfAPatchHasWhatIsInUse) {
+  for (const ReactionType reaction : {ReactionType::kPaper, ReactionType::kLattice}) {
+    ToolOptions options;
+    options.reaction = reaction;
+    Start(options);
+    Step(ToolAt(Vector3d(0.02, 0.01, 0.05)));
+    const ToolPatch& patch = patch_.Front().tools[0].main();
+    ASSERT_GT(patch.point_count, 10);
+    EXPECT_EQ(patch.node_count, reaction == ReactionType::kPaper ? patch.point_count : 0);
+    const auto copy = std::make_unique<ToolPatch>(patch);
+    ASSERT_EQ(copy->point_count, patch.point_count);
+    ASSERT_EQ(copy->triangle_count, patch.triangle_count);
+    ASSERT_EQ(copy->node_count, patch.node_count);
+    for (int i = 0; i < patch.point_count; ++i) {
+      EXPECT_EQ(copy->points[i].p_original_W, patch.points[i].p_original_W);
+      EXPECT_EQ(copy->points[i].compliance_W, patch.points[i].compliance_W);
+    }
+    for (int i = 0; i < patch.node_count; ++i) {
+      EXPECT_EQ(copy->nodes[i].k1, patch.nodes[i].k1);
+      ASSERT_EQ(copy->nodes[i].neighbour_count, patch.nodes[i].neighbour_count);
+      EXPECT_EQ(copy->nodes[i].neighbours[0].edge, patch.nodes[i].neighbours[0].edge);
+    }
+    SurfaceFoot foot, foot_of_copy;
+    const Vector3d above = patch.points[0].p_original_W + 0.001 * patch.points[0].normal_W;
+    ASSERT_TRUE(patch.packed.FindFoot(above, 0.01, &foot));
+    ASSERT_TRUE(copy->packed.FindFoot(above, 0.01, &foot_of_copy));
+    EXPECT_EQ(foot_of_copy.mesh_triangle, foot.mesh_triangle);
+    EXPECT_EQ(foot_of_copy.weights, foot.weights);
+  }
+}
+
+// So that a copy takes no memory for what is not in use.
+TEST(Room, ACopyWritesOnlyTheValuesInUse) {
+  constexpr unsigned char kOld = 0xab;
+  using Values = Room<double, 8>;
+  Values from;
+  for (std::size_t i = 0; i < from.size(); ++i) from[i] = static_cast<double>(i) + 0.5;
+  alignas(Values) std::array<unsigned char, sizeof(Values)> bytes;
+  bytes.fill(kOld);
+  Values* const copy = new (bytes.data()) Values(Values::kUntouched);
+  copy->Take(from, 3);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ((*copy)[i], from[i]);
+  EXPECT_TRUE(std::all_of(bytes.begin() + 3 * sizeof(double), bytes.end(),
+                          [](unsigned char byte) { return byte == kOld; }));
 }
 
 // Small strain without other loads: a released press returns to the rest surface.
