@@ -67,7 +67,8 @@ std::vector<CostCurve> CostOfVertices(bool quick);
 std::vector<CostCurve> CostOfControlPoints(bool quick);
 
 /// Wall time of one haptic tick while two tools press and slide with friction, each on one organ or on
-/// two. Ticks run at 1 kHz, under the real-time scheduler where it is granted.
+/// two. Ticks run at 1 kHz, under the real-time scheduler where it is granted. The steps run in a
+/// thread of their own, as in a session.
 ///
 /// Each period runs three things in turn: the tick on a liver of few triangles, the tick on one of
 /// many, and a bare loop of arithmetic as long as a tick. Delays that the host adds to the bare

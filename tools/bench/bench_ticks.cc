@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <semaphore>
+#include <stop_token>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -14,6 +17,7 @@
 #include "haptics/haptic_loop.h"
 #include "tools/bench/bench_model.h"
 #include "tools/bench/bench_results.h"
+#include "tools/session/realtime_threads.h"
 
 namespace hpdm {
 namespace {
@@ -48,9 +52,9 @@ class PathDevice : public Device {
 // The depth of a tip's centre below the front of the organ, m.
 constexpr double kDepth = 0.005;
 
-// A session's haptic and deformation loops with two tools that press 5 mm deep. Each slides back
-// and forth by 3 mm, once a second. With two organs each, every tip lies between the first one and a
-// copy of it, which leans outwards by 30 degrees and is pressed as deep.
+// A session's haptic and deformation loops, for a thread each. Two tools press 5 mm deep, and each
+// slides back and forth by 3 mm, once a second. With two organs each, every tip lies between the
+// first one and a copy of it, which leans outwards by 30 degrees and is pressed as deep.
 class FeltScene {
  public:
   FeltScene(const BenchOrgan& organ, int organs)
@@ -68,6 +72,7 @@ class FeltScene {
     haptics_.Tick(tick, clock->Now(), {.clock = clock});
     HapticSample sample;
     HPDM_CHECK(samples_.Pop(&sample));
+    took_patch_ = sample.patch_tick == tick && sample.patch_number > 0;
     ticks_pressing_ +=
         sample.tools[0].kind == ContactKind::kPress && sample.tools[1].kind == ContactKind::kPress;
     return sample.compute_ns;
@@ -82,6 +87,7 @@ class FeltScene {
     deformation_.Step(tools, now);
   }
   int presses() const { return presses_; }                // at the last step
+  bool took_patch() const { return took_patch_; }         // by the last tick, a new one
   int ticks_pressing() const { return ticks_pressing_; }  // in which both tools press
   void ForgetPresses() { ticks_pressing_ = 0; }
 
@@ -139,8 +145,41 @@ class FeltScene {
   SpscQueue<HapticSample> samples_{4};
   DeformationLoop deformation_;
   HapticLoop haptics_;
+  bool took_patch_ = false;
   int ticks_pressing_ = 0;
   int presses_ = 0;
+};
+
+// Makes the steps in a thread of their own, as a session does. In the thread of the ticks a step
+// would evict the ticks' own code and state from the core's caches.
+class StepThread {
+ public:
+  StepThread(std::array<FeltScene*, 2> scenes, LoopClock* clock)
+      : scenes_(scenes), clock_(clock), thread_([this](std::stop_token stop) { Run(stop); }) {}
+  ~StepThread() {
+    thread_.request_stop();
+    wanted_.release();
+  }
+
+  // Wants a step of each scene, unless the last ones still run.
+  void Want() {
+    if (!busy_.exchange(true)) wanted_.release();
+  }
+
+ private:
+  void Run(std::stop_token stop) {
+    RequestRealtime(DeformationRealtime());
+    for (wanted_.acquire(); !stop.stop_requested(); wanted_.acquire()) {
+      for (FeltScene* scene : scenes_) scene->Step(clock_->Now());
+      busy_ = false;
+    }
+  }
+
+  std::array<FeltScene*, 2> scenes_;
+  LoopClock* clock_;
+  std::counting_semaphore<2> wanted_{0};
+  std::atomic<bool> busy_ = false;
+  std::jthread thread_;
 };
 
 // A chain of dependent arithmetic: the time of `rounds` does not depend on the state of the caches.
@@ -175,7 +214,7 @@ double Median(std::vector<double>* values) {
 // affects all.
 class TickTimer {
  public:
-  TickTimer(FeltScene* coarse, FeltScene* fine) : scenes_{coarse, fine} {}
+  TickTimer(FeltScene* coarse, FeltScene* fine) : scenes_{coarse, fine}, steps_(scenes_, &clock_) {}
 
   TickResults Run(int ticks) {
     TickResults results;
@@ -211,21 +250,20 @@ class TickTimer {
     results->coarse.Add(took[0]);
     results->fine.Add(took[1]);
     for (int i = 0; i < 2; ++i) {
-      if (number % kTicksAStep == 0) results->with_new_patch.Add(took[i]);
+      if (scenes_[i]->took_patch()) results->with_new_patch.Add(took[i]);
       blocks_[i].push_back(static_cast<double>(took[i]));
     }
     const Nanoseconds start = clock_.Now();
     result_ = BareLoop(bare_rounds_);
     results->bare.Add(clock_.Now() - start);
-    if (number % kTicksAStep == kTicksAStep - 1) {
-      for (FeltScene* scene : scenes_) scene->Step(clock_.Now());
-    }
+    if (number % kTicksAStep == kTicksAStep - 1) steps_.Want();
     ++tick_;
     wake_ = std::max(wake_ + kPeriod, clock_.Now());
   }
 
   std::array<FeltScene*, 2> scenes_;
   RealLoopClock clock_{SessionClock()};
+  StepThread steps_;
   Nanoseconds wake_ = 0;
   std::uint64_t tick_ = 0;
   int bare_rounds_ = 0;
@@ -243,7 +281,9 @@ std::vector<TickResults> TimeTicks(bool quick) {
   for (const int organs : {1, 2}) {
     FeltScene coarse_scene(coarse, organs), fine_scene(fine, organs);
     std::jthread([&] {
-      RequestRealtime({.fifo_priority = 80, .lock_memory = true, .prefault_stack = true});
+      RealtimeOptions realtime = HapticRealtime();
+      realtime.lock_memory = true;
+      RequestRealtime(realtime);
       rows.push_back(TickTimer(&coarse_scene, &fine_scene).Run(quick ? 1000 : 20000));
     }).join();
     rows.back().organs = organs;
