@@ -76,7 +76,7 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments) {
     }
     HPDM_CHECK(pair[0].index != pair[1].index);
     beds.emplace_back(attachment, organs_[ToSize(pair[0].index)].model(),
-                      organs_[ToSize(pair[1].index)].model());
+                      organs_[ToSize(pair[1].index)].model(), static_cast<int>(beds.size()));
     for (std::size_t other = 0; other + 1 < beds.size(); ++other) {
       RefuseSharedSurface(beds[other], beds.back());
     }
@@ -87,7 +87,7 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments) {
     modes = std::max(modes, joint->modes());
     links.emplace_back(std::move(joint));
   }
-  attached_work_ = AttachedCompliance::Work(3 * modes);
+  attached_work_ = AttachedCompliance::Work(3 * modes, 3 * TipCompliance::kMaxRows);
   joint_relaxation_ = JointRelaxation(organ_contacts_.pairs(), std::move(links));
   for (const AttachmentLink& link : joint_relaxation_.links()) {
     for (std::size_t m = 0; m < link.joint().members().size(); ++m) {
@@ -253,6 +253,13 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.step = record_;
   sample_.organ_count = static_cast<int>(organs_.size());
   for (std::size_t o = 0; o < organs_.size(); ++o) sample_.organs[o] = organs_[o].Outcome();
+  for (const AttachmentLink& link : links()) {
+    for (std::size_t l = 0; l < link.joint().layers().size(); ++l) {
+      const int index = link.joint().layers()[l].bed.index;
+      sample_.attachments[ToSize(index)] = link.outcomes()[l];
+      sample_.attachment_count = std::max(sample_.attachment_count, index + 1);
+    }
+  }
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;
   for (int t = 0; t < tools.tool_count; ++t) {
@@ -297,11 +304,19 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->contacts = sample_.contacts;
   scene->beside = sample_.beside;
   for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].FillSnapshot(&scene->organs[o]);
+  if (scene->damage.empty()) return;
+  for (const AttachmentLink& link : links()) {
+    for (std::size_t l = 0; l < link.joint().layers().size(); ++l) {
+      std::ranges::copy(link.state().DamageOf(l),
+                        scene->damage[ToSize(link.joint().layers()[l].bed.index)].begin());
+    }
+  }
 }
 
 SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,
-                            bool with_vertices) {
+                            bool with_vertices, std::span<const AttachmentBed> beds) {
   SceneSnapshot scene;
+  for (const AttachmentBed& bed : beds) scene.damage.emplace_back(ToSize(bed.size()), 0.0f);
   scene.tool_count = tool_count;
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;

@@ -106,8 +106,8 @@ class DeformationLoop {
 };
 
 /// Returns a snapshot of the rest state whose arrays have the organs' sizes. Readers that rebuild
-/// the vertices get none.
+/// the vertices get none. `beds`: those of the scene's attachments, for readers that draw them.
 SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,
-                            bool with_vertices);
+                            bool with_vertices, std::span<const AttachmentBed> beds = {});
 
 }  // namespace hpdm

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/attachment/attachment_outcome.h"
 #include "engine/base/types.h"
 #include "engine/contact_patch.h"
 #include "engine/scene_limits.h"
@@ -157,6 +158,9 @@ using ContactsBeside = std::array<SolvedContact, kMaxPlaces - 1>;
 struct SceneSnapshot {
   StepRecord step;
   std::vector<OrganSnapshot> organs;
+  /// Damage 0..1 of each sample of each attachment's bed, in the scene's order. Empty on the
+  /// telemetry edge.
+  std::vector<std::vector<float>> damage;
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
@@ -179,10 +183,12 @@ struct StepSample {
   StepRecord step;
   int organ_count = 0;
   std::array<OrganRelaxation, kMaxOrgans> organs;
-  int tool_count = 0;                                   ///< 0 before the first tick.
-  std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
-  std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
-  std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
+  int attachment_count = 0;
+  std::array<AttachmentOutcome, kMaxAttachments> attachments;  ///< In the scene's order.
+  int tool_count = 0;                                          ///< 0 before the first tick.
+  std::array<ToolPose, kMaxInstruments> tools;                 ///< As the step used them.
+  std::array<SolvedContact, kMaxInstruments> contacts;         ///< In the world, offset included.
+  std::array<ContactsBeside, kMaxInstruments> beside;          ///< The same.
 };
 
 /// Skipped ticks by cause, as counted by RunOnSchedule (loop_schedule.h).

@@ -53,7 +53,8 @@ struct RenderLoop::Drawing {
   explicit Drawing(const RenderLoop& loop)
       : context(loop.make_context_()),
         target(loop.scope_.width(), loop.scope_.height(), loop.options_.samples),
-        view(loop.organs_, loop.instruments_, loop.options_.background) {}
+        view(loop.organs_, loop.instruments_, loop.options_.background, {},
+             loop.options_.attachments) {}
 
   std::unique_ptr<RenderContext> context;  // first: the others need it
   PictureTarget target;

@@ -27,16 +27,17 @@
 namespace hpdm {
 
 struct RenderOptions {
-  int width = 640;                          ///< px.
-  int height = 480;                         ///< px.
-  int samples = 0;                          ///< Samples a pixel, see PictureTarget.
-  double max_hz = 30;                       ///< Maximum frames per second, in Run.
-  std::filesystem::path frame_folder;       ///< PNG frames go here; empty: none are written.
-  double frame_fps = 30;                    ///< Rate of the PNG frames, in session time.
-  std::filesystem::path screenshot_folder;  ///< A window's screenshots; made with the first one.
-  StatusNames names;                        ///< Names in the status text.
-  HandlingLimits limits;                    ///< The status text has an alarm above them.
-  std::uint32_t overlays = kOverlayNone;    ///< Or-ed; a window's ViewSettings replace them.
+  int width = 640;                            ///< px.
+  int height = 480;                           ///< px.
+  int samples = 0;                            ///< Samples a pixel, see PictureTarget.
+  double max_hz = 30;                         ///< Maximum frames per second, in Run.
+  std::filesystem::path frame_folder;         ///< PNG frames go here; empty: none are written.
+  double frame_fps = 30;                      ///< Rate of the PNG frames, in session time.
+  std::filesystem::path screenshot_folder;    ///< A window's screenshots; made with the first one.
+  StatusNames names;                          ///< Names in the status text.
+  HandlingLimits limits;                      ///< The status text has an alarm above them.
+  std::uint32_t overlays = kOverlayNone;      ///< Or-ed; a window's ViewSettings replace them.
+  std::vector<AttachmentVisual> attachments;  ///< Layers between the organs.
   const Image* background = nullptr;  ///< Picture on the cavity's wall (cavity_renderer.h). Must
                                       ///< outlive the loop. Null: a bare wall.
 };

@@ -6,12 +6,14 @@ namespace hpdm {
 
 SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
                              const std::vector<InstrumentVisual>& instruments,
-                             const Image* background, const SceneRendererOptions& options)
+                             const Image* background, const SceneRendererOptions& options,
+                             const std::vector<AttachmentVisual>& attachments)
     : organs_(organs, options.levels, options.shadows),
       instruments_(instruments),
       cavity_(background),
       overlays_(organs) {
   if (options.occlusion) occlusion_.emplace();
+  if (!attachments.empty()) attachments_.emplace(attachments, organs);
 }
 
 void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
@@ -21,6 +23,7 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   frame_.Upload(frame);
 
   organs_.Move(snapshot, scope);
+  if (attachments_) attachments_->Move(snapshot, &organs_);
   glDepthFunc(GL_LEQUAL);
   if (occlusion_) occlusion_->Update(scope, [this] { organs_.DrawDepth(); });
 
@@ -32,6 +35,7 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   instruments_.Draw(snapshot);
   organs_.Draw(occlusion_ ? &*occlusion_ : nullptr);
   cavity_.Draw(scope);
+  if (attachments_) attachments_->Draw(snapshot, scope);
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
 }
 

@@ -10,6 +10,7 @@
 #include "render/camera/laparoscope.h"
 #include "render/instrument/instrument_renderer.h"
 #include "render/overlay/overlay_renderer.h"
+#include "render/tissue/attachment_renderer.h"
 #include "render/tissue/cavity_renderer.h"
 #include "render/tissue/occlusion.h"
 #include "render/tissue/organ_renderer.h"
@@ -32,7 +33,8 @@ class SceneRenderer {
   /// refuses a shader.
   SceneRenderer(const std::vector<OrganVisual>& organs,
                 const std::vector<InstrumentVisual>& instruments, const Image* background = nullptr,
-                const SceneRendererOptions& options = {});
+                const SceneRendererOptions& options = {},
+                const std::vector<AttachmentVisual>& attachments = {});
 
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Ignores
   /// organs and tools beyond those given at construction; fewer organs or another vertex count is
@@ -49,6 +51,7 @@ class SceneRenderer {
   FrameBlock frame_;
   OrganRenderer organs_;
   InstrumentRenderer instruments_;
+  std::optional<AttachmentRenderer> attachments_;
   CavityRenderer cavity_;
   std::optional<Occlusion> occlusion_;
   CircleMask mask_;

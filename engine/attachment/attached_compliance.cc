@@ -1,64 +1,84 @@
 #include "engine/attachment/attached_compliance.h"
 
-#include <algorithm>
-
 namespace hpdm {
 
-void AttachedCompliance::LoadModes(const SparseRow& b) const {
-  work_.w.setZero();
-  for (std::size_t i = 0; i < b.control_points.size(); ++i) {
-    const int a = b.control_points[i];
+void AttachedCompliance::LoadModes(int i, const SparseRow& b) const {
+  auto modes = work_.modes.block(0, 3 * i, unknowns_, 3);
+  auto tied = work_.tied.block(0, 3 * i, unknowns_, 3);
+  modes.setZero();
+  tied.setZero();
+  for (std::size_t k = 0; k < b.control_points.size(); ++k) {
+    const int a = b.control_points[k];
     if (3 * a >= member_.unknowns()) break;
-    work_.w += b.weights[i] * member_.response.middleRows<3>(3 * a).transpose();
+    modes += b.weights[k] * member_.response.middleRows<3>(3 * a).transpose();
+    tied += b.weights[k] * member_.tied.middleRows<3>(3 * a).transpose();
   }
 }
 
-void AttachedCompliance::FindForces(Eigen::Ref<const Eigen::VectorXd> moved) const {
-  work_.q.noalias() = state_.joint().stiffness() * moved;
-  state_.Settle(work_.q);
-  work_.settled = work_.q;
-  state_.ForcesOf(work_.settled, &work_.q);
+void AttachedCompliance::TakeLayers(Eigen::Ref<Eigen::VectorXd> response) const {
+  auto w = work_.w.head(unknowns_);
+  state_.Settle(w);
+  state_.ForcesOf(w, work_.q.head(unknowns_));
+  response.head(member_.unknowns()).noalias() -= member_.response * work_.q.head(unknowns_);
 }
 
 void AttachedCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
+  RespondInPart(0, b, response);
+  const Matrix3d unit_forces = Matrix3d::Identity();
+  AddOtherPart(unit_forces, response);
+}
+
+void AttachedCompliance::RespondInPart(int i, const SparseRow& b,
+                                       Eigen::Ref<Eigen::MatrixXd> response) const {
   free_.RespondTo(b, response);
-  LoadModes(b);
-  for (int d = 0; d < 3; ++d) {
-    FindForces(work_.w.col(d));
-    work_.w.col(d) = work_.q;
-  }
-  // In blocks that stay in the cache for all three columns.
-  constexpr Eigen::Index kBlock = 96;
-  for (Eigen::Index at = 0; at < member_.unknowns(); at += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, member_.unknowns() - at);
-    for (int d = 0; d < 3; ++d) {
-      response.col(d).segment(at, rows).noalias() -=
-          member_.response.middleRows(at, rows) * work_.w.col(d);
+  LoadModes(i, b);
+}
+
+void AttachedCompliance::AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) const {
+  const Eigen::Index count = compliance.cols();
+  const auto modes = work_.modes.topLeftCorner(unknowns_, count);
+  const auto tied = work_.tied.topLeftCorner(unknowns_, count);
+  auto half = work_.half.topLeftCorner(unknowns_, count);
+  half = tied;
+  state_.HalfSettle(half, &work_.few);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    for (Eigen::Index i = 0; i <= j; ++i) {
+      const double held = modes.col(i).dot(tied.col(j)) - half.col(i).dot(half.col(j));
+      compliance(i, j) -= held;
+      if (i != j) compliance(j, i) -= held;
     }
+  }
+}
+
+void AttachedCompliance::AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& forces,
+                                      Eigen::Ref<Eigen::MatrixXd> responses) const {
+  for (Eigen::Index c = 0; c < responses.cols(); ++c) {
+    work_.w.setZero();
+    for (Eigen::Index k = 0; k < forces.rows(); ++k) {
+      work_.w.head(unknowns_) += forces(k, c) * work_.tied.col(k).head(unknowns_);
+    }
+    TakeLayers(responses.col(c));
   }
 }
 
 void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
   for (Eigen::Index c = 0; c < loads.cols(); ++c) {
-    auto moved = work_.w.col(0);
-    moved.setZero();
+    auto load = loads.col(c);
+    work_.w.setZero();
     for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
-      if (loads(i, c) != 0) moved += loads(i, c) * member_.response.row(i).transpose();
+      if (load[i] != 0) work_.w.head(unknowns_) += load[i] * member_.tied.row(i).transpose();
     }
-    FindForces(moved);
-    free_.SolveLoads(loads.col(c));
-    loads.col(c).head(member_.unknowns()).noalias() -= member_.response * work_.q;
+    free_.SolveLoads(load);
+    TakeLayers(load);
   }
 }
 
 Matrix3d AttachedCompliance::PointCompliance(const SparseRow& b) const {
   Matrix3d sum = free_.PointCompliance(b);
-  LoadModes(b);
-  for (int d = 0; d < 3; ++d) {
-    FindForces(work_.w.col(d));
-    sum.col(d) -= work_.w.transpose() * work_.q;
-  }
-  return (sum + sum.transpose()) / 2;
+  LoadModes(0, b);
+  Eigen::Matrix3d both = (sum + sum.transpose()) / 2;
+  AddOtherPart(Eigen::Ref<Eigen::MatrixXd>(both));
+  return both;
 }
 
 }  // namespace hpdm

@@ -6,26 +6,42 @@
 namespace hpdm {
 
 /// The response of an organ to small loads while the layers hold it with their present damage:
-///     H b^T - H Phi^T (1 + R G)^-1 R Phi H b^T.
-/// The other organs of the joint move too. Deformation thread; only its construction allocates.
+///     H b^T - H Phi^T R (1 + G R)^-1 Phi H b^T.
+/// The other organs of the joint move too. The second term is the other part of a set of rows:
+/// H Phi^T is applied only to combinations of the rows. Deformation thread; allocates nothing.
 class AttachedCompliance final : public LatticeCompliance {
  public:
-  /// `free`: H of the organ; `member`: its number in the joint; `state` and `work` (each 3r x 3)
-  /// must outlive it, as `free` must.
+  /// Of the rows of a set, three columns each. One work serves all organs in turn.
   struct Work {
-    explicit Work(Eigen::Index unknowns = 0) : w(unknowns, 3), settled(unknowns), q(unknowns) {}
-    Eigen::MatrixXd w;        // 3r x 3
-    Eigen::VectorXd settled;  // 3r
-    Eigen::VectorXd q;        // 3r
+    /// `unknowns`: 3r of the largest joint; `columns`: of the largest set, at least 3.
+    explicit Work(Eigen::Index unknowns = 0, Eigen::Index columns = 3)
+        : modes(unknowns, columns),
+          tied(modes),
+          half(modes),
+          few(unknowns, AttachmentState::FewColumns::ColsAtCompileTime),
+          w(unknowns),
+          q(unknowns) {}
+    Eigen::MatrixXd modes;            // 3r x columns, m/N: Phi H b^T
+    Eigen::MatrixXd tied;             // the same: G^-1 times it
+    Eigen::MatrixXd half;             // the same: L^-1 times that (AttachmentState::HalfSettle)
+    AttachmentState::FewColumns few;  // 3r rows, scratch
+    Eigen::VectorXd w, q;             // 3r
   };
+  /// `free`: H of the organ; `member`: its number in the joint. All must outlive this.
   AttachedCompliance(const LatticeCompliance& free, const AttachmentState& state, int member,
                      Work* work)
       : free_(free),
         state_(state),
         member_(state.joint().members()[static_cast<std::size_t>(member)]),
+        unknowns_(3 * state.joint().modes()),
         work_(*work) {}
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
+  void RespondInPart(int i, const SparseRow& b,
+                     Eigen::Ref<Eigen::MatrixXd> response) const override;
+  void AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) const override;
+  void AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& forces,
+                    Eigen::Ref<Eigen::MatrixXd> responses) const override;
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override;
   void AddLocalPart(const Eigen::Ref<const Eigen::VectorXd>& V,
                     Eigen::Ref<Eigen::VectorXd> U_bar) const override {
@@ -34,14 +50,15 @@ class AttachedCompliance final : public LatticeCompliance {
   Matrix3d PointCompliance(const SparseRow& b) const override;
 
  private:
-  /// Sets w to the modes' displacements by unit forces on the point of row b, without the layers.
-  void LoadModes(const SparseRow& b) const;
-  /// Sets q to the layers' forces on the modes, which would be displaced by `moved` without them.
-  void FindForces(Eigen::Ref<const Eigen::VectorXd> moved) const;
+  /// Fills the columns of row number i of a set.
+  void LoadModes(int i, const SparseRow& b) const;
+  /// Takes what the layers do from a response, given G^-1 Phi of the response without them in w.
+  void TakeLayers(Eigen::Ref<Eigen::VectorXd> response) const;
 
   const LatticeCompliance& free_;
   const AttachmentState& state_;
   const AttachmentJoint::Member& member_;
+  Eigen::Index unknowns_;  // 3r; the work may be larger
   Work& work_;
 };
 

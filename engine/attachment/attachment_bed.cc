@@ -125,8 +125,8 @@ std::vector<std::vector<std::size_t>> Grouped(const std::vector<Facing>& facing,
 }  // namespace
 
 AttachmentBed::AttachmentBed(const AttachmentOptions& attachment, const OrganModel& a,
-                             const OrganModel& b)
-    : options(attachment), law(attachment) {
+                             const OrganModel& b, int index)
+    : options(attachment), index(index), law(attachment) {
   const SurfaceTree tree_b(b.rest().vertices, b.rest().triangles);
   const double cell = CellArea(a, b);
   std::vector<Facing> facing;
@@ -170,6 +170,11 @@ AttachmentBed::AttachmentBed(const AttachmentOptions& attachment, const OrganMod
       normals_W.row(i) += facing[p].area * facing[p].normal_W.transpose();
     }
     for (Points& points : points_W) points.row(i) /= areas[i];
+    const auto nearest = std::ranges::min(group, {}, [&](std::size_t p) {
+      return (facing[p].a_W.transpose() - points_W[0].row(i)).squaredNorm();
+    });
+    surface_points[0].push_back(facing[nearest].on_a);
+    surface_points[1].push_back(facing[nearest].on_b);
     normals_W.row(i).normalize();
     for (std::size_t o = 0; o < 2; ++o) {
       if (organs[o]->rigid()) continue;

@@ -128,7 +128,7 @@ void AttachmentJoint::Respond() {
       }
     }
     organ.compliance->SolveLoads(loads);
-    Eigen::MatrixXd& response = members_[m].response;
+    RowMatrix& response = members_[m].response;
     response = loads.topRows(3 * organ.control_points);
     for (Eigen::Index a = 0; a < shape.cols(); ++a) {
       for (Eigen::Index j = 0; j < modes_; ++j) {
@@ -144,6 +144,7 @@ void AttachmentJoint::Respond() {
   }
   stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
   stiffness_ = ((stiffness_ + stiffness_.transpose()) / 2).eval();
+  for (Member& member : members_) member.tied = member.response * stiffness_;
 }
 
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(

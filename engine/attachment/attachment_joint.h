@@ -33,10 +33,12 @@ class AttachmentJoint {
     Eigen::Index rows = 0;
     const LatticeCompliance* compliance = nullptr;
   };
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Member {
-    int organ = 0;             ///< Index in the scene.
-    Eigen::MatrixXd response;  ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
-    Eigen::VectorXd offset;    ///< r: the modes that an offset of the organ by 1 m excites.
+    int organ = 0;           ///< Index in the scene.
+    RowMatrix response;      ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
+    RowMatrix tied;          ///< 3n x 3r: H Phi^T G^-1.
+    Eigen::VectorXd offset;  ///< r: the modes that an offset of the organ by 1 m excites.
     Eigen::Index unknowns() const { return response.rows(); }
   };
   struct Layer {

@@ -11,8 +11,12 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
       outcomes_(state_.joint().layers().size()),
       equations_(2 * ContactSolver::kMaxEquations),
       along_(3 * state_.joint().modes(), 2 * ContactSolver::kMaxEquations),
-      loaded_(along_),
-      settled_(along_),
+      tied_along_(along_),
+      tied_(along_),
+      half_along_(along_),
+      half_(along_),
+      tied_compliance_(along_.cols(), along_.cols()),
+      few_(along_.rows(), AttachmentState::FewColumns::ColsAtCompileTime),
       offset_(Eigen::VectorXd::Zero(along_.rows())),
       free_(offset_),
       w_(offset_),
@@ -44,6 +48,7 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
 // Fills the columns of all sides of the members' bodies, which stay in all rounds of a step.
 void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver) {
   column_count_ = 0;
+  same_ = true;
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
     const AttachmentJoint::Member& member = joint().members()[m];
     if (member.unknowns() == 0) continue;
@@ -53,20 +58,29 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
     for (const ContactSolver::Side& side : solver.sides(bodies_[m])) {
       const auto k = static_cast<Eigen::Index>(column_count_);
       equations_[column_count_++] = side.equation;
-      auto along = along_.col(k);
-      auto load = settled_.col(k);  // Phi H b^T along the force
+      same_ = same_ && side.force_W == side.axis_W;
+      auto along = along_.col(k), tied_along = tied_along_.col(k), tied = tied_.col(k);
       along.setZero();
-      load.setZero();
+      tied_along.setZero();
+      tied.setZero();
       for (Eigen::Index a = 0; 3 * a < member.unknowns(); ++a) {
         const double weight = weights(side.row, a);
         if (weight == 0) continue;
-        const auto rows = member.response.middleRows<3>(3 * a);
-        for (Eigen::Index c = 0; c < along.size(); ++c) {
-          along[c] += weight * side.axis_W.dot(rows.col(c));
-          load[c] += weight * side.force_W.dot(rows.col(c));
+        const auto response = member.response.middleRows<3>(3 * a);
+        const auto ties = member.tied.middleRows<3>(3 * a);
+        along.noalias() += response.transpose() * (weight * side.axis_W);
+        tied_along.noalias() += ties.transpose() * (weight * side.axis_W);
+        if (side.force_W != side.axis_W) {
+          tied.noalias() += ties.transpose() * (weight * side.force_W);
         }
       }
-      loaded_.col(k).noalias() = joint().stiffness() * load;
+      if (side.force_W == side.axis_W) tied = tied_along;
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(column_count_);
+  for (Eigen::Index g = 0; g < count; ++g) {
+    for (Eigen::Index e = 0; e < count; ++e) {
+      tied_compliance_(e, g) = along_.col(e).dot(tied_.col(g));
     }
   }
 }
@@ -76,30 +90,35 @@ void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver
   state_.Refactor();
   free_ = offset_;
   state_.Settle(free_);
-  state_.ForcesOf(free_, &q_);
+  state_.ForcesOf(free_, q_);
   const auto count = static_cast<Eigen::Index>(column_count_);
   for (Eigen::Index e = 0; e < count; ++e) {
     solver->change()[equations_[ToSize(e)]] += along_.col(e).dot(q_);
   }
+  half_.leftCols(count) = tied_.leftCols(count);
+  state_.HalfSettle(half_.leftCols(count), &few_);
+  if (!same_) {
+    half_along_.leftCols(count) = tied_along_.leftCols(count);
+    state_.HalfSettle(half_along_.leftCols(count), &few_);
+  }
+  const WorkMatrix& half_along = same_ ? half_ : half_along_;
   for (Eigen::Index g = 0; g < count; ++g) {
-    auto settled = settled_.col(g);
-    settled = loaded_.col(g);
-    state_.Settle(settled);
-    state_.ForcesOf(settled, &q_);
     for (Eigen::Index e = 0; e < count; ++e) {
-      solver->AddCompliance(equations_[ToSize(e)], equations_[ToSize(g)], -along_.col(e).dot(q_),
-                            1);
+      const double held = tied_compliance_(e, g) - half_along.col(e).dot(half_.col(g));
+      solver->AddCompliance(equations_[ToSize(e)], equations_[ToSize(g)], -held, 1);
     }
   }
 }
 
 bool AttachmentLink::Advance(const ContactSolver& solver) {
-  w_ = free_;
+  w_.setZero();
   for (std::size_t k = 0; k < column_count_; ++k) {
-    w_ += solver.forces()[equations_[k]] * settled_.col(static_cast<Eigen::Index>(k));
+    w_ += solver.forces()[equations_[k]] * tied_.col(static_cast<Eigen::Index>(k));
   }
+  state_.Settle(w_);
+  w_ += free_;
   if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
-  state_.ForcesOf(w_, &q_);
+  state_.ForcesOf(w_, q_);
   return state_.Update(w_) || round_ >= kMaxRounds;
 }
 

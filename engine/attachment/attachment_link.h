@@ -43,13 +43,17 @@ class AttachmentLink final : public BodyLink {
   std::array<int, kMaxOrgans> bodies_{};  // of each member
   int round_ = 0;                         // of the present step
   std::size_t column_count_ = 0;
-  std::vector<int> equations_;  // of each side of the members' bodies
-  WorkMatrix along_;            // 3r x sides: Phi H b^T along the side's axis
-  WorkMatrix loaded_;           // the same: G^-1 times that of its force
-  WorkMatrix settled_;          // the same: the modes' displacements under its force
-  Eigen::VectorXd offset_;      // 3r: G^-1 times the modes' displacements by the offsets
-  Eigen::VectorXd free_;        // 3r: those displacements with the layers
-  Eigen::VectorXd w_, q_;       // 3r: of the last solution
+  std::vector<int> equations_;       // of each side of the members' bodies
+  WorkMatrix along_;                 // 3r x sides: Phi H b^T along the side's axis
+  WorkMatrix tied_along_;            // the same: G^-1 times it
+  WorkMatrix tied_;                  // the same: G^-1 times that of the side's force
+  WorkMatrix half_along_, half_;     // L^-1 times the two before (AttachmentState::HalfSettle)
+  WorkMatrix tied_compliance_;       // sides x sides, m/N: along^T tied
+  AttachmentState::FewColumns few_;  // 3r rows, scratch
+  bool same_ = true;                 // no side has friction: its force is along its axis
+  Eigen::VectorXd offset_;           // 3r: G^-1 times the modes' displacements by the offsets
+  Eigen::VectorXd free_;             // 3r: those displacements with the layers
+  Eigen::VectorXd w_, q_;            // 3r: of the last solution
 };
 
 }  // namespace hpdm

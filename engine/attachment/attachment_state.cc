@@ -25,6 +25,12 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   Refactor();
 }
 
+std::span<const double> AttachmentState::DamageOf(std::size_t layer) const {
+  std::size_t first = 0;
+  for (std::size_t l = 0; l < layer; ++l) first += ToSize(joint_->layers()[l].bed.size());
+  return damage().subspan(first, ToSize(joint_->layers()[layer].bed.size()));
+}
+
 void AttachmentState::Refactor() {
   if (!changed_) return;
   changed_ = false;
@@ -66,6 +72,23 @@ void AttachmentState::Refactor() {
   factor_ = joint_->stiffness() + R_;
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(factor_);
   static_cast<void>(factor);  // in place
+}
+
+// A few columns at once, so that L passes through the processor once for them. Eigen's own solution of
+// many columns allocates.
+void AttachmentState::HalfSettle(Eigen::Ref<Eigen::MatrixXd> columns, FewColumns* scratch) const {
+  auto few = scratch->topRows(columns.rows());
+  for (Eigen::Index first = 0; first < columns.cols(); first += few.cols()) {
+    const Eigen::Index count = std::min(few.cols(), columns.cols() - first);
+    few.setZero();
+    few.leftCols(count) = columns.middleCols(first, count);
+    for (Eigen::Index j = 0; j < few.rows(); ++j) {
+      few.row(j) /= factor_(j, j);
+      const Eigen::Matrix<double, 1, FewColumns::ColsAtCompileTime> solved = few.row(j);
+      for (Eigen::Index i = j + 1; i < few.rows(); ++i) few.row(i) -= factor_(i, j) * solved;
+    }
+    columns.middleCols(first, count) = few.leftCols(count);
+  }
 }
 
 void AttachmentState::Settle(Eigen::Ref<Eigen::VectorXd> w) const {

@@ -5,16 +5,9 @@
 #include <vector>
 
 #include "engine/attachment/attachment_joint.h"
+#include "engine/attachment/attachment_outcome.h"
 
 namespace hpdm {
-
-/// A layer after a step.
-struct AttachmentOutcome {
-  Vector3d load_W = Vector3d::Zero();  ///< N: force of the layer on b.
-  double largest_damage = 0;           ///< 0..1.
-  double freed_area = 0;               ///< m^2, of samples with d = 1.
-  double dissipated = 0;               ///< J, since the start.
-};
 
 /// The damage of the layers of one joint, and the response of its organs that follows from it.
 /// Copies continue to the last bit. Deformation thread; allocates nothing after its construction.
@@ -25,18 +18,26 @@ class AttachmentState {
   const AttachmentJoint& joint() const { return *joint_; }
   /// Damage of each sample of the layers in turn.
   std::span<const double> damage() const { return damage_; }
+  /// Damage of each sample of one layer.
+  std::span<const double> DamageOf(std::size_t layer) const;
 
   /// True for each sample that carries pressure.
   std::span<const char> closed() const { return closed_; }
 
   /// Takes the damage into the stiffness R, if it has changed.
   void Refactor();
+  /// A few columns, stored row by row.
+  using FewColumns = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
+  /// Replaces columns G^-1 w_0 (3r rows) by L^-1 G^-1 w_0 with L L^T = G^-1 + R, for
+  ///     R (1 + G R)^-1 = G^-1 - G^-1 (G^-1 + R)^-1 G^-1.
+  /// `scratch`: at least 3r rows.
+  void HalfSettle(Eigen::Ref<Eigen::MatrixXd> columns, FewColumns* scratch) const;
   /// Replaces G^-1 w_0 by w = (1 + G R)^-1 w_0: the modes' displacements w_0 (3r, m) without the
   /// layers by those with them.
   void Settle(Eigen::Ref<Eigen::VectorXd> w) const;
   /// Returns the layers' forces q = R w, N: the organs move by -H Phi^T q.
-  void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::VectorXd* q) const {
-    q->noalias() = R_ * w;
+  void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::Ref<Eigen::VectorXd> q) const {
+    q.noalias() = R_ * w;
   }
   /// Lets the damage grow with the modes' displacements w (3r, m). True if it hardly changed, and
   /// no damaged sample opened or closed. R follows at the next Refactor().

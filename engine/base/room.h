@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <memory>
 #include <type_traits>
 
 namespace hpdm {
@@ -42,31 +41,6 @@ class Room {
   union {  // leaves the values without contents
     std::array<T, N> values_;
   };
-};
-
-/// Working memory for values without meaning between two steps. A copy has the original's size and
-/// no contents; an assignment leaves them alone. T has no initialisers.
-template <class T>
-class WorkArray {
- public:
-  explicit WorkArray(std::size_t size)
-      : size_(size), values_(std::make_unique_for_overwrite<T[]>(size)) {}
-  WorkArray(const WorkArray& other) : WorkArray(other.size_) {}
-  WorkArray& operator=(const WorkArray& other) {
-    if (size_ != other.size_) *this = WorkArray(other.size_);
-    return *this;
-  }
-  WorkArray(WorkArray&&) noexcept = default;
-  WorkArray& operator=(WorkArray&&) noexcept = default;
-
-  T* data() { return values_.get(); }
-  const T* data() const { return values_.get(); }
-  T& operator[](std::size_t i) { return values_[i]; }
-  const T& operator[](std::size_t i) const { return values_[i]; }
-
- private:
-  std::size_t size_;
-  std::unique_ptr<T[]> values_;
 };
 
 }  // namespace hpdm

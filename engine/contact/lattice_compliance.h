@@ -42,6 +42,18 @@ class LatticeCompliance {
   /// Deformation thread; allocates nothing.
   virtual void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const = 0;
 
+  /// For a set of rows: a response in parts. Part one, of row number i of the set, is RespondTo()
+  /// unless the compliance has a part that is cheaper for a combination of all rows.
+  virtual void RespondInPart(int /*i*/, const SparseRow& b,
+                             Eigen::Ref<Eigen::MatrixXd> response) const {
+    RespondTo(b, response);
+  }
+  /// Adds the other part to B K^-1 B^T of the set (`compliance`, 3 rows x 3 rows).
+  virtual void AddOtherPart(Eigen::Ref<Eigen::MatrixXd> /*compliance*/) const {}
+  /// Adds it to columns of responses (3n rows) to the rows' forces `forces` (3 rows x columns, N).
+  virtual void AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& /*forces*/,
+                            Eigen::Ref<Eigen::MatrixXd> /*responses*/) const {}
+
   /// Replaces R by K^-1 R about the last solution: columns of 3n loads (N); row 3 a + d is control
   /// point a along d.
   virtual void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const = 0;

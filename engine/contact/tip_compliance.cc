@@ -85,13 +85,16 @@ void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
   row_compliance_.resize(3 * row_count_, 3 * row_count_);
   for (int i = 0; i < row_count_; ++i) {
     const SparseRow b = Compress(weights_.row(i));
-    lattice.RespondTo(b, response_.middleCols<3>(3 * i));
+    lattice.RespondInPart(i, b, response_.middleCols<3>(3 * i));
     for (int j = 0; j <= i; ++j) {
       Matrix3d C = Product(b, response_.middleCols<3>(3 * j));
       if (j < i) C += rows_[i].coupled.To(rows_[j].coupled);
       row_compliance_.block<3, 3>(3 * i, 3 * j) = C;
       row_compliance_.block<3, 3>(3 * j, 3 * i) = C.transpose();
     }
+  }
+  lattice.AddOtherPart(row_compliance_);
+  for (int i = 0; i < row_count_; ++i) {
     auto own = row_compliance_.block<3, 3>(3 * i, 3 * i);
     own = ((own + own.transpose()) / 2 + rows_[i].C_loc).eval();
   }
@@ -124,14 +127,18 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
   }
 
   tip_response_.leftCols(tips).noalias() = response_.leftCols(3 * row_count_) * share_;
+  lattice.AddOtherPart(share_, tip_response_.leftCols(tips));
   displacement_.setZero();
+  forces_.resize(3 * row_count_);
   for (int t = 0; t < tip_count_; ++t) tips_[t] = {.owner = owners_[t]};
   for (int i = 0; i < row_count_; ++i) {
     const Row& row = rows_[i];
+    forces_.segment<3>(3 * i) = row.force_W;
     displacement_.noalias() += response_.middleCols<3>(3 * i) * row.force_W;
     tips_[row.tip].force_W += row.force_W;
     tips_[row.tip].x_W += share_.block<3, 3>(3 * i, 3 * row.tip).transpose() * row.x_W;
   }
+  lattice.AddOtherPart(forces_, displacement_);
   for (int i = 0; i < row_count_; ++i) {
     Tip& tip = tips_[rows_[i].tip];
     const Vector3d r_W = rows_[i].x_W - tip.x_W;

@@ -35,6 +35,9 @@ struct RowMemory {
 /// Sized once for the organ; a step fills it in place. Deformation thread; allocates nothing.
 class TipCompliance {
  public:
+  static constexpr int kMaxTips = kMaxInstruments * kToolPlaces;
+  static constexpr int kMaxRows = kMaxToolRows + kMaxTips;
+
   /// `n`: control points of the organ and slots for its local functions.
   explicit TipCompliance(int n);
 
@@ -91,8 +94,6 @@ class TipCompliance {
   Vector3d Released(const SparseRow& b, const Vector3d& x_W) const;
 
  private:
-  static constexpr int kMaxTips = kMaxInstruments * kToolPlaces;
-  static constexpr int kMaxRows = kMaxToolRows + kMaxTips;
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                3 * kMaxRows, 3 * kMaxRows>;
   using Stack = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxRows,
@@ -122,12 +123,13 @@ class TipCompliance {
   WorkMatrixOf<ContactWeights> weights_;  // (kMaxRows + 1) x n: the rows and a scratch row
   std::vector<int> columns_;              // n: non-zero columns of the compressed row
   std::vector<double> values_;            // n
-  WorkMatrix response_;                   // 3n x 3 rows: K^-1 b_i^T
+  WorkMatrix response_;                   // 3n x 3 rows: K^-1 b_i^T, in part (RespondInPart)
   WorkMatrix tip_response_;               // 3n x 3 tips: the same for the condensed tips
   Eigen::VectorXd displacement_;          // 3n: displacement by the tips' forces
   Square row_compliance_;                 // C_rows
   Stack share_;       // C_rows^-1 T C: the rows' forces for a unit force on each tip
   Small compliance_;  // C
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxRows> forces_;  // of the rows, N
 };
 
 }  // namespace hpdm

@@ -21,8 +21,6 @@ constexpr double kResolved = 1e-9;
 // Gradients that are remembered. On a lift of a liver by 40 mm, 30 need a third of the iterations of
 // 8, and no more help.
 constexpr int kSecants = 30;
-// Iterations that load shedding leaves. The first one is taken whole; fewer cannot correct it.
-constexpr int kLeastIterations = 3;
 // rad. The remembered gradients belong to one R, so R follows the tissue in steps.
 constexpr double kLeastTurn = 0.2;
 
@@ -254,7 +252,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     if (stalled_) return false;
     if (result_.iterations >=
         std::min(options_.max_iterations,
-                 std::max(input_.quality.newton_iterations, kLeastIterations)))
+                 std::max(input_.quality.newton_iterations, kLeastNewtonIterations)))
       return false;
     result_.out_of_time = input_.stop_after > 0 ? result_.iterations == input_.stop_after
                                                 : !TimeForAnother(result_.iterations);

@@ -8,6 +8,9 @@
 
 namespace hpdm {
 
+/// Iterations that load shedding leaves. The first one is taken whole; fewer cannot correct it.
+inline constexpr int kLeastNewtonIterations = 3;
+
 /// Budget and tolerance of the iterations in one step. The next step starts where this one ended.
 struct NewtonOptions {
   int max_iterations = 24;  ///< At least one iteration is made.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/base/copying.h"
-#include "engine/base/room.h"
+#include "engine/base/work_array.h"
 #include "engine/contact/contact_solver.h"
 
 namespace hpdm {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/solver/elastic_relaxation.h"
+
 namespace hpdm {
 
 Sheddable SheddableOf(const std::vector<OrganOptions>& organs) {
@@ -18,7 +20,7 @@ Sheddable SheddableOf(const std::vector<OrganOptions>& organs) {
 
 LoadShedding::LoadShedding(const Sheddable& sheddable, Nanoseconds budget)
     : budget_(budget), finite_(sheddable.finite), refinement_(sheddable.refinement) {
-  while (sheddable.newton_iterations >> halvings_ > 1) ++halvings_;
+  while (sheddable.newton_iterations >> halvings_ > kLeastNewtonIterations) ++halvings_;
 }
 
 QualityCeiling LoadShedding::Ceiling() const {

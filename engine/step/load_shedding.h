@@ -19,7 +19,8 @@ Sheddable SheddableOf(const std::vector<OrganOptions>& organs);
 /// Lowers the quality of deformation steps that exceed their budget, and raises it again when there
 /// is time. The levels, so far as the organs have them:
 ///
-/// 1. Newton iterations are halved, one level per halving, until one is left.
+/// 1. Newton iterations are halved, one level per halving, until kLeastNewtonIterations or fewer are
+///    left.
 /// 2. Finite strain is switched off.
 /// 3. Local functions are switched off.
 ///

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "engine/base/work_array.h"
 #include "engine/contact/surface_kernel.h"
 #include "engine/organ/organ_state.h"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "engine/threads/triple_buffer.h"
-#include "haptics/device/device.h"
+#include "haptics/device/switched_device.h"
 
 namespace hpdm {
 
@@ -21,8 +21,9 @@ namespace hpdm {
 /// 3. The next usable reading makes the pose valid again, and the guard ramps the force in.
 ///
 /// A reading that is marked invalid or not finite makes the device invalid until the next usable
-/// one. Joints beyond the workspace are clamped to it.
-class ExternalDevice : public Device {
+/// one. Joints beyond the workspace are clamped to it. Home() homes only the force switch; the driver
+/// homes its own axes before it publishes.
+class ExternalDevice : public SwitchedDevice {
  public:
   static constexpr Nanoseconds kLostAfter = 50'000'000;
 
@@ -34,17 +35,11 @@ class ExternalDevice : public Device {
   DeviceSample Read(Nanoseconds now) noexcept override;
   /// Does nothing: the driver takes the effort from the haptic sample, 0 while ForceOn() is false.
   void Write(const AxisEffort&) noexcept override {}
-  /// Homes only the force switch; the driver homes its own axes before it publishes.
-  void Home() noexcept override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return limits_; }
 
  private:
   DeviceLimits limits_;
   TripleBuffer<DeviceSample> readings_;
-  ForceSwitch force_;
   DeviceSample sample_;         // the last usable one
   bool usable_ = false;         // the newest reading is usable
   Nanoseconds arrived_ns_ = 0;  // time of the Read that found the newest reading

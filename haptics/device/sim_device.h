@@ -3,10 +3,10 @@
 #include <memory>
 
 #include "engine/base/copying.h"
-#include "haptics/device/device.h"
 #include "haptics/device/hand.h"
 #include "haptics/device/impulse_engine.h"
 #include "haptics/device/instrument_options.h"
+#include "haptics/device/switched_device.h"
 
 namespace hpdm {
 
@@ -30,7 +30,7 @@ namespace hpdm {
 ///    cannot chatter. A workspace stop is a bound on the velocity (inelastic).
 /// 4. Each Read advances by the time since the last one, virtual or real, by at most 10 ms. After a
 ///    longer gap the hand continues from its last state.
-class SimDevice : public Device {
+class SimDevice : public SwitchedDevice {
  public:
   /// Throws InputError if an inertia is not positive or a damping or friction is negative.
   SimDevice(const DeviceProfile& profile, const ImpulseEngineKinematics& kinematics,
@@ -40,9 +40,6 @@ class SimDevice : public Device {
   DeviceSample Read(Nanoseconds now) noexcept override;
   void Write(const AxisEffort& effort) noexcept override;
   void Home() noexcept override;
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return kinematics_.limits(); }
 
   /// The true joints, before the encoders. Owner.
@@ -62,7 +59,6 @@ class SimDevice : public Device {
   Vector3d friction_;  // N m, N m, N
   Vector3d max_effort_;
 
-  ForceSwitch force_;
   AxisEffort effort_ = AxisEffort::Zero();
   HandIntent intent_;
   JointVector joints_;

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "haptics/device/device.h"
 #include "haptics/device/impulse_engine.h"
+#include "haptics/device/switched_device.h"
 #include "haptics/device/trace_motion.h"
 
 namespace hpdm {
@@ -31,7 +31,7 @@ TraceMapping Fitted(TraceMapping mapping, const TraceMotion& motion, const Vecto
 /// Forces are computed, guarded and logged as for any device but do not move the instrument. Poses
 /// are those of the file, without encoder steps. Poses beyond the workspace are clamped to it,
 /// joint by joint.
-class TraceDevice : public Device {
+class TraceDevice : public SwitchedDevice {
  public:
   /// The mapping's position, rotation and scale act on traces of tips. A trace without places stays
   /// at position_W. Roll and jaw come from the file.
@@ -44,9 +44,6 @@ class TraceDevice : public Device {
   void Write(const AxisEffort&) noexcept override {}
   /// Returns to the trace's start.
   void Home() noexcept override;
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return kinematics_.limits(); }
 
   /// Time until the last pose, at the mapping's speed.
@@ -61,7 +58,6 @@ class TraceDevice : public Device {
   std::shared_ptr<const TraceMotion> motion_;  // copies share it
   TraceMapping mapping_;
   ImpulseEngineKinematics kinematics_;
-  ForceSwitch force_;
   bool started_ = false;
   Nanoseconds start_ns_ = 0;
   TraceMotion::Cursor cursor_;

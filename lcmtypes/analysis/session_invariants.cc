@@ -220,6 +220,7 @@ class StepJudges {
     }
     steps_.Add(in_order ? 0 : 1, ToSeconds(step.time_ns));
     last_input_ = input;
+    AddDamage(sample);
     NoteTouches(sample, step.number == last_step_ + 1);
     last_step_ = step.number;
   }
@@ -237,6 +238,7 @@ class StepJudges {
     for (const Judge* judge : {&steps_, &rest_}) {
       invariants->push_back(judge->invariant());
     }
+    if (damage_.invariant().checked > 0) invariants->push_back(damage_.invariant());
   }
 
  private:
@@ -251,6 +253,21 @@ class StepJudges {
     std::size_t organ;
     OrganSnapshot shape;
   };
+
+  void AddDamage(const StepSample& sample) {
+    for (int a = 0; a < sample.attachment_count; ++a) {
+      const AttachmentOutcome& now = sample.attachments[a];
+      AttachmentOutcome& last = last_outcomes_[a];
+      const auto fall = [](double before, double after) {
+        return after >= before ? 0 : (before - after) / before;
+      };
+      damage_.Add(
+          std::max({fall(last.largest_damage, now.largest_damage),
+                    fall(last.freed_area, now.freed_area), fall(last.dissipated, now.dissipated)}),
+          ToSeconds(sample.step.time_ns));
+      last = now;
+    }
+  }
 
   void NoteTouches(const StepSample& sample, bool follows) {
     Touches now = judged_.empty() ? Touches() : judged_.back();
@@ -292,7 +309,9 @@ class StepJudges {
   std::deque<Touches> judged_;
   std::deque<Waiting> waiting_;
   std::array<std::optional<Points>, kMaxOrgans> rest_shapes_;  // control displacements
+  std::array<AttachmentOutcome, kMaxAttachments> last_outcomes_;
   Judge steps_{"steps", "steps missing, or whose input or first use goes back in time", "", 0};
+  Judge damage_{"damage", "fall of an attachment's damage, freed area or dissipated energy", "", 0};
   Judge rest_{"rest", "distance of an untouched organ from where it was before any touch", "m",
               kRestBound};
 };

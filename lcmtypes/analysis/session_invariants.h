@@ -61,6 +61,9 @@ struct Invariant {
 ///   rest     m, distance of a control point, local function or indentation from its value before
 ///            any touch. Judged on organs that no tool has touched for SessionLimits::settles
 ///
+///   damage   largest fall of an attachment's damage, freed area or dissipated energy from one step
+///            to the next, over its value before. Tears never heal
+///
 /// With `period` > 0, the session's hands repeat their motion every `period`:
 ///
 ///   repeats  N, difference of a force from that of the second period, from the third period

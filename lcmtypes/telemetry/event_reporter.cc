@@ -9,6 +9,8 @@ namespace {
 
 // An organ near the limit of its tissue gives one event, not one a step.
 constexpr Nanoseconds kSoundAgain = kNanosecondsPerSecond / 4;
+// Share of a bed's area, below 1 by the roundings of its sum.
+constexpr double kTornThrough = 1 - 1e-9;
 
 constexpr char kAwaited[] = ": waiting for a driver on HPDM_DEVICE";
 constexpr char kConnected[] = ": device connected: force fading in";
@@ -21,7 +23,8 @@ EventReporter::EventReporter(const SessionInfo& info, Sink sink, Tell tell)
     : sink_(std::move(sink)),
       tell_(std::move(tell)),
       instruments_(info.instruments),
-      held_(info.held) {
+      held_(info.held),
+      attachments_(info.attachments) {
   for (const OrganDescription& organ : info.organs) organs_.push_back(organ.name);
 }
 
@@ -109,6 +112,7 @@ void EventReporter::AddSlips(const HapticSample& sample) {
 
 void EventReporter::Add(const StepSample& sample) {
   AddOrgans(sample);
+  AddAttachments(sample);
   AddShedding(sample.step.shed_level);
 }
 
@@ -129,6 +133,25 @@ void EventReporter::AddOrgans(const StepSample& sample) {
       organ_unsound_[o] = false;
       sink_(EventSeverity::kInfo, "organ.recovered",
             organs_[o] + ": its tissue is sound again and follows its tools");
+    }
+  }
+}
+
+void EventReporter::AddAttachments(const StepSample& sample) {
+  const auto count = std::min(attachments_.size(), ToSize(sample.attachment_count));
+  for (std::size_t a = 0; a < count; ++a) {
+    const AttachmentOutcome& now = sample.attachments[a];
+    const AttachmentOutcome last = std::exchange(outcomes_[a], now);
+    const double whole = attachments_[a].area * kTornThrough;
+    const std::string layer = "the layer between " + attachments_[a].name;
+    if (last.largest_damage == 0 && now.largest_damage > 0) {
+      sink_(EventSeverity::kInfo, "attachment.damaged", layer + " is damaged");
+    }
+    if (last.freed_area == 0 && now.freed_area > 0) {
+      sink_(EventSeverity::kInfo, "attachment.tears", layer + " tears");
+    }
+    if (last.freed_area < whole && now.freed_area >= whole) {
+      sink_(EventSeverity::kInfo, "attachment.torn", layer + " is torn through");
     }
   }
 }

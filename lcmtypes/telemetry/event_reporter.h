@@ -41,7 +41,8 @@ class EventReporter {
   /// The user is told about each device at most once a second. A device that has not given a pose
   /// yet is not lost.
   void Add(const HapticSample& sample);
-  /// Reports organs that invert or recover, and steps that change their quality.
+  /// Reports organs that invert or recover, attachments that are damaged, tear and are torn through,
+  /// and steps that change their quality.
   void Add(const StepSample& sample);
   /// Publishes a loop's own event. Prints warnings and errors for the user.
   void Add(const LoopEvent& event);
@@ -59,6 +60,7 @@ class EventReporter {
   void AddControl(const HapticSample& sample);
   void AddSlips(const HapticSample& sample);
   void AddOrgans(const StepSample& sample);
+  void AddAttachments(const StepSample& sample);
   void AddShedding(int level);
   void AddOnce(bool* reported, EventSeverity severity, const char* name, const std::string& text);
 
@@ -74,6 +76,7 @@ class EventReporter {
   std::vector<std::string> instruments_;
   std::vector<std::vector<std::string>> held_;
   std::vector<std::string> organs_;
+  std::vector<AttachmentDescription> attachments_;
 
   SessionControl control_;  // as the last sample had it
   std::array<bool, kMaxInstruments> device_lost_{};
@@ -82,6 +85,7 @@ class EventReporter {
   std::array<SlipCounter, kMaxInstruments> slips_{};
   std::array<bool, kMaxOrgans> organ_unsound_{};
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
+  std::array<AttachmentOutcome, kMaxAttachments> outcomes_;   // of the last step
   int shed_level_ = 0;                                        // of the last step
   std::uint64_t overflows_ = 0;                               // reported so far
   bool log_failure_reported_ = false;

@@ -9,12 +9,19 @@
 
 namespace hpdm {
 
+/// An attachment of two organs.
+struct AttachmentDescription {
+  std::string name;  ///< "gallbladder and liver".
+  double area = 0;   ///< Of its whole bed, m^2.
+};
+
 /// Parts of a session, by index.
 struct SessionInfo {
   std::vector<std::string> instruments;
   std::vector<std::vector<std::string>> held;  ///< Names by instrument and
                                                ///< ToolPose::instrument_index.
   std::vector<OrganDescription> organs;
+  std::vector<AttachmentDescription> attachments;
 };
 
 /// Name of a session's first event. Its text lists the instruments.

@@ -148,6 +148,11 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   for (int o = 0; o < sample.organ_count; ++o) {
     ToMessage(logged::kRelaxation, sample.organs[o], &message->organs[o]);
   }
+  message->attachment_count = sample.attachment_count;
+  message->attachments.resize(static_cast<std::size_t>(sample.attachment_count));
+  for (int a = 0; a < sample.attachment_count; ++a) {
+    ToMessage(logged::kAttachment, sample.attachments[a], &message->attachments[a]);
+  }
   message->tool_count = sample.tool_count;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
@@ -163,7 +168,8 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
 
 bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* visible_tick) {
   if (!HasCount(message.tool_count, kMaxInstruments, message.tools) ||
-      !HasCount(message.organ_count, kMaxOrgans, message.organs)) {
+      !HasCount(message.organ_count, kMaxOrgans, message.organs) ||
+      !HasCount(message.attachment_count, kMaxAttachments, message.attachments)) {
     return false;
   }
   *visible_tick = message.visible_tick;
@@ -173,6 +179,11 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   for (int o = 0; o < message.organ_count; ++o) {
     sample->organs[o] = {};
     valid = valid && FromMessage(logged::kRelaxation, message.organs[o], &sample->organs[o]);
+  }
+  sample->attachment_count = message.attachment_count;
+  for (int a = 0; a < message.attachment_count; ++a) {
+    valid =
+        valid && FromMessage(logged::kAttachment, message.attachments[a], &sample->attachments[a]);
   }
   sample->tool_count = message.tool_count;
   for (int i = 0; i < message.tool_count; ++i) {
@@ -309,7 +320,8 @@ std::span<const int> ElementSizes(const force_t&) {
 }
 std::span<const int> ElementSizes(const contact_t&) {
   static const int sizes[] = {tool_contact_t()._getEncodedSizeNoHash(),
-                              organ_relaxation_t()._getEncodedSizeNoHash()};
+                              organ_relaxation_t()._getEncodedSizeNoHash(),
+                              attachment_outcome_t()._getEncodedSizeNoHash()};
   return sizes;
 }
 std::span<const int> ElementSizes(const organ_t&) {

@@ -116,6 +116,14 @@ inline constexpr std::tuple kRelaxation{
           &organ_relaxation_t::finite_strain_blend, &OrganRelaxation::finite_strain_blend),
     Field({.name = "organs.refinement_weight", .range = kShare},
           &organ_relaxation_t::refinement_weight, &OrganRelaxation::refinement_weight)};
+inline constexpr std::tuple kAttachment{
+    Field({"attachments.load_W"}, &attachment_outcome_t::load, &AttachmentOutcome::load_W),
+    Field({.name = "attachments.largest_damage", .range = kShare},
+          &attachment_outcome_t::largest_damage, &AttachmentOutcome::largest_damage),
+    Field({"attachments.freed_area"}, &attachment_outcome_t::freed_area,
+          &AttachmentOutcome::freed_area),
+    Field({"attachments.dissipated"}, &attachment_outcome_t::dissipated,
+          &AttachmentOutcome::dissipated)};
 // The tool's pose without X_WT, which is two fields of the message.
 inline constexpr std::tuple kPose{
     Field({"p_trocar_W"}, &tool_contact_t::p_trocar, &ToolPose::p_trocar_W),
@@ -184,6 +192,9 @@ void VisitStep(Visit&& visit, Sample& first, Samples&... others) {
   VisitValues(logged::kStep, -1, visit, first.step, others.step...);
   for (int o = 0; o < first.organ_count; ++o) {
     VisitValues(logged::kRelaxation, -1, visit, first.organs[o], others.organs[o]...);
+  }
+  for (int a = 0; a < first.attachment_count; ++a) {
+    VisitValues(logged::kAttachment, -1, visit, first.attachments[a], others.attachments[a]...);
   }
   for (int t = 0; t < first.tool_count; ++t) {
     visit(t, FieldInfo{"X_WT"}, first.tools[t].X_WT, others.tools[t].X_WT...);

@@ -162,17 +162,18 @@ void MeshRenderer::SetVertices(const PointsF& vertices) {
   Upload(vertices);
 }
 
-void MeshRenderer::SetHeat(const std::vector<float>& values) {
+void MeshRenderer::SetValues(unsigned input, const std::vector<float>& values,
+                             std::optional<GlObject>* buffer) {
   HPDM_CHECK(static_cast<Eigen::Index>(values.size()) == vertex_count_);
-  heat_ = values;
-  for (const int copied : copies_) heat_.push_back(values[static_cast<std::size_t>(copied)]);
-  const bool first = !heat_buffer_.has_value();
-  if (first) heat_buffer_.emplace(GlKind::kBuffer);
-  Replace(*heat_buffer_,
-          Eigen::Map<const Eigen::VectorXf>(heat_.data(), static_cast<Eigen::Index>(heat_.size())));
+  values_ = values;
+  for (const int copied : copies_) values_.push_back(values[static_cast<std::size_t>(copied)]);
+  const bool first = !buffer->has_value();
+  if (first) buffer->emplace(GlKind::kBuffer);
+  Replace(**buffer, Eigen::Map<const Eigen::VectorXf>(values_.data(),
+                                                      static_cast<Eigen::Index>(values_.size())));
   if (!first) return;
   glBindVertexArray(layout_.name());
-  SetInput(4, *heat_buffer_, 1);
+  SetInput(input, **buffer, 1);
   glBindVertexArray(0);
 }
 

@@ -43,6 +43,7 @@ CreasedMesh CutCreases(const SurfaceMesh& mesh, double crease);
 ///   2  SetOffset
 ///   3  texture coordinates; 0 without
 ///   4  SetHeat
+///   5  SetRaw
 /// A vertex on a seam of the texture is drawn once for each side (seams.h), with one normal.
 ///
 /// The CPU computes a deforming mesh's normals (41 us for 11,200 triangles). A geometry pass would
@@ -65,7 +66,9 @@ class MeshRenderer {
   const std::vector<int>& copies() const { return copies_; }
 
   /// Sets a value for each vertex (V), input 4 of the vertex shader; 0 before the first call.
-  void SetHeat(const std::vector<float>& values);
+  void SetHeat(const std::vector<float>& values) { SetValues(4, values, &heat_buffer_); }
+  /// Sets how raw the surface is at each vertex (V), 0..1, input 5; 0 before the first call.
+  void SetRaw(const std::vector<float>& values) { SetValues(5, values, &raw_buffer_); }
 
   /// Sets the mesh's levels (mesh_levels.h) and selects the drawn one. Level 0 is the mesh itself
   /// and the initial selection.
@@ -84,6 +87,7 @@ class MeshRenderer {
   void Upload(const PointsF& vertices);
   void CreateLayout(const Triangles& drawn);
   void ReplaceIndices(const std::vector<const Triangles*>& levels);
+  void SetValues(unsigned input, const std::vector<float>& values, std::optional<GlObject>* buffer);
   const PointsF& WithCopies(const PointsF& values);
 
   bool closed_;
@@ -93,7 +97,7 @@ class MeshRenderer {
   // For each level, the first of its indices and their number.
   std::vector<std::pair<Eigen::Index, Eigen::Index>> ranges_;
   std::size_t level_ = 0;
-  std::vector<float> heat_;                           // R, scratch
+  std::vector<float> values_;                         // R, scratch
   Eigen::Vector3f offset_ = Eigen::Vector3f::Zero();  // m
   PointsF normals_;                                   // V x 3
   PointsF with_copies_;                               // R x 3, scratch
@@ -101,7 +105,7 @@ class MeshRenderer {
   GlObject position_buffer_{GlKind::kBuffer};
   GlObject normal_buffer_{GlKind::kBuffer};
   GlObject coordinate_buffer_{GlKind::kBuffer};
-  std::optional<GlObject> heat_buffer_;
+  std::optional<GlObject> heat_buffer_, raw_buffer_;
   GlObject index_buffer_{GlKind::kBuffer};
 };
 

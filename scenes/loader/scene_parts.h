@@ -35,7 +35,6 @@ InstrumentOptions ReadInstrument(const TableReader& table, const std::vector<Org
 
 /// Most pairs of organs that touch each other.
 inline constexpr std::size_t kMaxContactPairs = 8;
-inline constexpr std::size_t kMaxAttachments = 8;
 /// Most cuts of a scene, and edges of one.
 inline constexpr std::size_t kMaxCuts = 16, kMaxBladeEdges = 256;
 

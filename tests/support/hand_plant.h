@@ -6,6 +6,7 @@
 
 #include "haptics/device/device_axes.h"
 #include "haptics/device/impulse_engine.h"
+#include "haptics/device/switched_device.h"
 
 /// A device in a hand, integrated apart from the engine's own simulations.
 namespace hpdm {
@@ -21,7 +22,7 @@ struct HandGrip {
 // Pitch, yaw and insertion with their inertia, damping, Coulomb friction and encoders, in steps of
 // 10 us. The Jacobian is that of the start: motions are small. A sample is `delay` old when it is
 // read. Read it every period.
-class HandPlant : public Device {
+class HandPlant : public SwitchedDevice {
  public:
   using Hand = std::function<HandGrip(double t)>;
 
@@ -53,10 +54,6 @@ class HandPlant : public Device {
     return sample;
   }
   void Write(const AxisEffort& effort) noexcept override { effort_ = effort; }
-  void Home() noexcept override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return LimitsOf({}); }
 
   const Vector3d& q() const { return q_; }
@@ -97,7 +94,6 @@ class HandPlant : public Device {
   JointVector start_;
   Matrix3d J_;
   Hand hand_;
-  ForceSwitch force_;
   AxisEffort effort_ = AxisEffort::Zero();
   Vector3d q_, v_;
   std::array<Vector3d, kKept> past_;

@@ -9,6 +9,7 @@
 
 #include "haptics/device/sim_device.h"
 #include "haptics/device/simulated_hand.h"
+#include "haptics/device/switched_device.h"
 #include "haptics/haptic_loop.h"
 #include "tests/support/contact_patches.h"
 
@@ -25,16 +26,12 @@ inline ImpulseEngineKinematics Kinematics() {
 }
 
 // A device whose pose the test sets.
-class FakeDevice : public Device {
+class FakeDevice : public SwitchedDevice {
  public:
   DeviceSample Read(Nanoseconds now) noexcept override {
     return {.sequence = ++reads_, .time_ns = now, .joints = joints, .valid = valid};
   }
   void Write(const AxisEffort& effort) noexcept override { written = effort; }
-  void Home() override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return LimitsOf({}); }
 
   void MoveTip(const Vector3d& p_W) { joints = Kinematics().Inverse(p_W, 0, 1).joints; }
@@ -44,7 +41,6 @@ class FakeDevice : public Device {
   AxisEffort written = AxisEffort::Zero();
 
  private:
-  ForceSwitch force_;
   std::uint64_t reads_ = 0;
 };
 

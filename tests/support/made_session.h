@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -31,6 +32,17 @@ class MadeSession {
     for (ToolSample& tool : sample.tools) tool.device_valid = true;
     if (change) change(&sample);
     samples_.Push(sample);
+    telemetry_.Drain();
+  }
+  /// A step of the last tick, with attachments.
+  void Step(const std::vector<AttachmentOutcome>& attachments) {
+    StepSample sample;
+    sample.step.number = ++step_;
+    sample.step.input_tick = tick_ - 1;
+    sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
+    sample.attachment_count = static_cast<int>(attachments.size());
+    std::copy(attachments.begin(), attachments.end(), sample.attachments.begin());
+    steps_.Push(sample);
     telemetry_.Drain();
   }
   /// Ticks with one instrument's force (N) on an organ; -1: without contact.
@@ -88,6 +100,7 @@ class MadeSession {
   SessionInfo info_;
   TelemetryLoop telemetry_;
   int tools_;
+  std::uint64_t step_ = 0;
   std::uint64_t tick_ = 0;
 };
 

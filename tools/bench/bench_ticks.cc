@@ -14,6 +14,7 @@
 #include "engine/deformation_loop.h"
 #include "engine/threads/loop_schedule.h"
 #include "engine/threads/realtime.h"
+#include "haptics/device/switched_device.h"
 #include "haptics/haptic_loop.h"
 #include "tools/bench/bench_model.h"
 #include "tools/bench/bench_results.h"
@@ -27,7 +28,7 @@ constexpr int kPoses = 1000;
 constexpr double kFriction = 0.2;
 
 // A device that follows a closed path, one pose per reading.
-class PathDevice : public Device {
+class PathDevice : public SwitchedDevice {
  public:
   explicit PathDevice(std::vector<JointVector> path) : path_(std::move(path)) {}
 
@@ -36,15 +37,10 @@ class PathDevice : public Device {
     return {.sequence = ++reads_, .time_ns = now, .joints = joints, .valid = true};
   }
   void Write(const AxisEffort& effort) noexcept override { effort_ = effort; }
-  void Home() noexcept override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return LimitsOf({}); }
 
  private:
   std::vector<JointVector> path_;
-  ForceSwitch force_;
   AxisEffort effort_ = AxisEffort::Zero();
   std::uint64_t reads_ = 0;
 };

@@ -5,16 +5,15 @@
 #include "engine/base/error.h"
 #include "engine/baselines/surface_error.h"
 #include "tools/chart/chart_measure.h"
+#include "tools/chart/fine_relocation.h"
 #include "tools/chart/static_case_model.h"
-#include "tools/shared/flat_subdivision.h"
 
 namespace hpdm {
 namespace {
 
 // Finer models are skipped beyond a step of three frames (33 ms each) or half a minute of set-up.
-constexpr double kSlowestStep = 100e3;         // us
-constexpr double kSlowestSetup = 30e3;         // ms
-constexpr Eigen::Index kFineVertices = 15000;  // of a surface of 30,000 triangles
+constexpr double kSlowestStep = 100e3;  // us
+constexpr double kSlowestSetup = 30e3;  // ms
 
 // Values of LatticeOptions::local in the sweep.
 constexpr LocalFunctionOptions kLocalFunctions[] = {{27, 2}, {27, 3}, {27, 4},
@@ -73,10 +72,6 @@ bool HasCellsOfItsOwn(const OrganOptions& options) {
   return options.model == OrganModelType::kHpdm && (l != m || m != n);
 }
 
-Timing Sum(const Timing& a, const Timing& b, double times_b) {
-  return {a.median_us + times_b * b.median_us, a.minimum_us + times_b * b.minimum_us};
-}
-
 ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
                    const Points& fine_vertices, const OrganOptions& options, bool hollow) {
   ChartPoint point = Labelled(CaseName(load_case), hollow, options);
@@ -96,16 +91,9 @@ ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
   if (!point.fitted) point.compliance_ratio = body.Compliance() / reference.compliance;
   if (body.lattice_organ()) {
     point.local_functions = body.local_functions();
-    point.relocation = Sum(times.relocation, times.indentations, 1);
-    const Relocation relocation(
-        fine_vertices, body.lattice_organ()->lattice_organ()->lattice().Weights(fine_vertices));
-    const Points U = Points::Random(body.lattice_organ()->control_points(), 3);
-    Points moved = fine_vertices;
-    const Timing lattice = Time([&] { relocation.Relocate(U, &moved); });
-    // Functions added at the loads cost the same per vertex.
-    point.relocation_30k = Sum(lattice, times.indentations,
-                               static_cast<double>(fine_vertices.rows()) /
-                                   static_cast<double>(load_case.rest.vertices.rows()));
+    point.relocation = Sum(times.relocation, times.indentations);
+    point.relocation_30k =
+        TimeFineRelocation(body, fine_vertices, times.indentations, load_case.rest.vertices.rows());
   }
   return point;
 }
@@ -163,8 +151,7 @@ ChartSweep SweepCase(const StaticCase& load_case, const CaseReference& reference
                      const std::function<void(const ChartPoint&)>& progress) {
   ChartSweep sweep;
   const bool hollow = IsHollow(load_case.rest);
-  const Points fine_vertices =
-      FlatSubdividedTo(load_case.rest, kFineVertices).vertices.topRows(kFineVertices);
+  const Points fine_vertices = FineVertices(load_case.rest);
   for (const ChartFamily& family : families) {
     for (const int size : family.sizes) {
       const OrganOptions options = OrganOf(family, size, load_case.organ);

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "haptics/device/impulse_engine.h"
+#include "haptics/device/switched_device.h"
 #include "haptics/safety/stability.h"
 
 namespace hpdm {
@@ -30,16 +31,12 @@ struct StabilityPlantOptions {
 /// forces exceed the friction. The encoders round the reading, not the motion.
 ///
 /// Reads must come one period apart: a Read returns the sample taken delay_ns before.
-class StabilityPlant : public Device {
+class StabilityPlant : public SwitchedDevice {
  public:
   StabilityPlant(const StabilityPlantOptions& options, const JointVector& start);
 
   DeviceSample Read(Nanoseconds now) noexcept override;
   void Write(const AxisEffort& effort) noexcept override { effort_ = options_.guide.dot(effort); }
-  void Home() noexcept override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return LimitsOf({}); }
 
   /// Moves the tip to x (m) until it is released, whatever is written.
@@ -71,7 +68,6 @@ class StabilityPlant : public Device {
   double early_ = 0, late_ = 0;  // s: parts of a period before and after a sample's moment
   int delay_ = 0;                // Reads from the sample to its delivery
   HeldForceStep early_step_, late_step_;
-  ForceSwitch force_;
   double effort_ = 0;
   double x_ = 0, v_ = 0;
   bool held_ = true;

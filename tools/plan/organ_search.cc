@@ -59,10 +59,6 @@ bool SurelyTooSlow(const OrganOptions& model, const std::vector<PlanPoint>& poin
   });
 }
 
-Timing PlusTiming(const Timing& a, const Timing& b) {
-  return {a.median_us + b.median_us, a.minimum_us + b.minimum_us};
-}
-
 }  // namespace
 
 PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, const SurfaceMesh& rest,
@@ -102,8 +98,7 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
     }
     const StaticCaseModel::StepTimes times = body.TimeSteps();
     point.converged &= times.last.converged;
-    point.steps.push_back(
-        PlusTiming(PlusTiming(times.response, times.relocation), times.indentations));
+    point.steps.push_back(Sum(Sum(times.response, times.relocation), times.indentations));
   }
   return point;
 }

@@ -2,15 +2,15 @@
 
 #include <memory>
 
-#include "haptics/device/device.h"
 #include "haptics/device/impulse_engine.h"
+#include "haptics/device/switched_device.h"
 
 namespace hpdm {
 
 /// A device that a program moves: it moves at constant speed from where it is to each command, in
 /// the time that the command gives, and then stands still. Joints beyond the workspace are put on
 /// its border. The forces do not move it. One thread; wait-free.
-class CommandDevice final : public Device {
+class CommandDevice final : public SwitchedDevice {
  public:
   /// Starts at `joints`, without motion.
   CommandDevice(const ImpulseEngineKinematics& kinematics, const JointVector& joints);
@@ -24,17 +24,12 @@ class CommandDevice final : public Device {
 
   DeviceSample Read(Nanoseconds now) noexcept override;
   void Write(const AxisEffort& /*effort*/) noexcept override {}
-  void Home() noexcept override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return limits_; }
 
  private:
   JointVector At(Nanoseconds now) const noexcept;
 
   DeviceLimits limits_;
-  ForceSwitch force_;
   JointVector from_, to_;
   Nanoseconds start_ns_ = 0;
   Nanoseconds duration_ns_ = 1;

@@ -67,6 +67,7 @@ class Session {
   std::vector<ToolOptions> DeformationTools() const { return model_->DeformationTools(); }
   std::vector<OrganVisual> OrganVisuals() const;  ///< With the references.
   std::vector<InstrumentVisual> InstrumentVisuals() const { return model_->InstrumentVisuals(); }
+  std::vector<AttachmentVisual> AttachmentVisuals() const { return model_->AttachmentVisuals(); }
   const Image* Background() const { return model_->Background(); }
   SessionInfo Info() const { return model_->Info(); }
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;

@@ -131,7 +131,8 @@ void SessionModel::BuildBeds() {
                          [&](const OrganModel& organ) { return organ.options().name == name; });
   };
   for (const AttachmentOptions& attachment : scene_.attachments) {
-    beds_.emplace_back(attachment, named(attachment.a), named(attachment.b));
+    beds_.emplace_back(attachment, named(attachment.a), named(attachment.b),
+                       static_cast<int>(beds_.size()));
     for (std::size_t other = 0; other + 1 < beds_.size(); ++other) {
       RefuseSharedSurface(beds_[other], beds_.back());
     }
@@ -270,6 +271,20 @@ std::vector<ToolOptions> SessionModel::DeformationTools() const {
   return tools;
 }
 
+std::vector<AttachmentVisual> SessionModel::AttachmentVisuals() const {
+  std::vector<AttachmentVisual> visuals;
+  for (const AttachmentBed& bed : beds_) {
+    AttachmentVisual& visual = visuals.emplace_back();
+    visual.bed = &bed;
+    for (std::size_t o = 0; o < organs_.size(); ++o) {
+      const std::string& name = organs_[o].options().name;
+      if (name == bed.options.a) visual.organs[0] = static_cast<int>(o);
+      if (name == bed.options.b) visual.organs[1] = static_cast<int>(o);
+    }
+  }
+  return visuals;
+}
+
 std::vector<OrganVisual> SessionModel::OrganVisuals() const {
   std::vector<OrganVisual> visuals;
   for (std::size_t i = 0; i < organs_.size(); ++i) {
@@ -311,6 +326,9 @@ StatusNames SessionModel::Names() const {
 
 SessionInfo SessionModel::Info() const {
   SessionInfo info;
+  for (const AttachmentBed& bed : beds_) {
+    info.attachments.push_back({bed.options.a + " and " + bed.options.b, bed.areas.sum()});
+  }
   for (const InstrumentOptions& options : scene_.instruments) {
     info.instruments.push_back(options.name);
     std::vector<std::string>& names = info.held.emplace_back();

@@ -75,6 +75,7 @@ class SessionModel {
   std::vector<HapticInstrument> HapticInstruments(
       const std::vector<std::unique_ptr<Device>>& devices) const;
   std::vector<ToolOptions> DeformationTools() const;
+  std::vector<AttachmentVisual> AttachmentVisuals() const;
   std::vector<OrganVisual> OrganVisuals() const;
   std::vector<InstrumentVisual> InstrumentVisuals() const;
   const Image* Background() const;  ///< Null if the scene has none.

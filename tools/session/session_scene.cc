@@ -60,7 +60,9 @@ SessionLimits LimitsOf(const Scene& scene) {
         {.max_force = device.max_force, .slew = device.max_force_rate / scene.timing.haptic_hz});
   }
   for (const OrganOptions& organ : scene.organs) {
-    limits.settles.push_back(SettlesIn(organ));
+    // A torn attachment leaves its organs elsewhere.
+    const bool attached = IsAttached(scene.attachments, organ.name);
+    limits.settles.push_back(attached ? std::nullopt : SettlesIn(organ));
     const OrganMotion& motion = organ.motion;
     limits.still = limits.still && (motion.frequency == 0 || motion.displacement_W.isZero(0));
   }

@@ -31,6 +31,11 @@ struct Timing {
   double minimum_us = 0;
 };
 
+/// Returns the time of `a` and then `b`, `times_b` times.
+inline Timing Sum(const Timing& a, const Timing& b, double times_b = 1) {
+  return {a.median_us + times_b * b.median_us, a.minimum_us + times_b * b.minimum_us};
+}
+
 /// Returns minimum and median. `times_us` has at least one value.
 inline Timing Summary(std::vector<double> times_us) {
   const auto middle = times_us.begin() + static_cast<std::ptrdiff_t>(times_us.size() / 2);

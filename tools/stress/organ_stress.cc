@@ -282,6 +282,7 @@ StressTrial JudgeSweep(const OrganOptions& lobe, const SurfaceMesh& rest, double
   };
   const ShaftSweep slow = sweep_at(0.1), sweep = sweep_at(speed);
   StressTrial trial = Judge(std::abs(sweep.last / slow.last - 1), kDeepDegraded, kDeepFailed);
+  if (!(slow.last > 0)) trial.error.reset();
   if (!(sweep.least_held > 0)) {
     trial.fate = StressFate::kFailed;
     trial.how = "passes through";

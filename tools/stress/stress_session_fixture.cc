@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/check.h"
+#include "haptics/device/switched_device.h"
 #include "tools/shared/one_organ.h"
 #include "tools/shared/report_text.h"
 
@@ -94,7 +95,7 @@ Isometry3d ToolFrame(const StressTool& tool, double t) {
 }
 
 // A device that is always at the motion's pose.
-class StressSessionFixture::Scripted final : public Device {
+class StressSessionFixture::Scripted final : public SwitchedDevice {
  public:
   Scripted(std::function<StressPose(double)> motion, const ImpulseEngineKinematics& kinematics)
       : motion_(std::move(motion)), kinematics_(kinematics) {}
@@ -106,16 +107,11 @@ class StressSessionFixture::Scripted final : public Device {
             .valid = true};
   }
   void Write(const AxisEffort& /*effort*/) noexcept override {}
-  void Home() override { force_.Home(); }
-  void EnableForce(bool on) noexcept override { force_.Enable(on); }
-  void EmergencyStop() noexcept override { force_.EmergencyStop(); }
-  bool ForceOn() const noexcept override { return force_.On(); }
   DeviceLimits limits() const noexcept override { return LimitsOf(FarReaching()); }
 
  private:
   std::function<StressPose(double)> motion_;
   ImpulseEngineKinematics kinematics_;
-  ForceSwitch force_;
   std::uint64_t sequence_ = 0;
 };
 

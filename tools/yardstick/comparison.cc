@@ -12,11 +12,10 @@
 
 #include "engine/base/error.h"
 #include "engine/baselines/surface_error.h"
-#include "engine/lattice/relocation.h"
 #include "engine/reference_fem/tetra_stepper.h"
 #include "scenes/generator/meshing/obj_writer.h"
+#include "tools/chart/fine_relocation.h"
 #include "tools/chart/static_case_model.h"
-#include "tools/shared/flat_subdivision.h"
 #include "tools/shared/json_text.h"
 #include "tools/shared/machine_facts.h"
 #include "tools/shared/report_text.h"
@@ -27,8 +26,6 @@ namespace hpdm {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr Eigen::Index kFineVertices = 15000;  // of a surface of 30,000 triangles
 
 /// One model on one case. The step includes the relocation of a surface of 30,000 triangles.
 struct Row {
@@ -55,10 +52,6 @@ double MemoryMB() {
   return 1e-6 * static_cast<double>(info.uordblks + info.hblkhd);
 }
 
-Timing Sum(const Timing& a, const Timing& b, double times_b = 1) {
-  return {a.median_us + times_b * b.median_us, a.minimum_us + times_b * b.minimum_us};
-}
-
 // Measurements of one model: a slow step is repeated three times.
 Timing TimeSteps(const std::function<void()>& step) {
   return Time(step, {.least = 3, .most = 100, .budget_ms = 300});
@@ -82,14 +75,8 @@ Row MeasureEngine(const ComparedCase& c, int cells, int local) {
   row.model = Format("HPDM, %d^3 + %d", cells, model.local_functions());
   row.error = RelativeSurfaceError(c.load_case.rest, model.VertexDisplacements(),
                                    c.reference.displacements);
-  const LatticeOrgan& organ = *model.lattice_organ()->lattice_organ();
-  const Relocation relocation(c.fine_vertices, organ.lattice().Weights(c.fine_vertices));
-  const Points U = Points::Random(model.lattice_organ()->control_points(), 3);
-  Points moved = c.fine_vertices;
-  const double finer = static_cast<double>(c.fine_vertices.rows()) /
-                       static_cast<double>(c.load_case.rest.vertices.rows());
-  row.step = Sum(Sum(times.response, Time([&] { relocation.Relocate(U, &moved); })),
-                 times.indentations, finer);
+  row.step = Sum(times.response, TimeFineRelocation(model, c.fine_vertices, times.indentations,
+                                                    c.load_case.rest.vertices.rows()));
   return row;
 }
 
@@ -118,11 +105,8 @@ class TetraCase {
                                   c.load_case.scene.loads)),
         rows_(PointRows(body_.mesh(), c.load_case.rest.vertices)) {
     for (const TetraLoad& load : problem_.loads) patches_.push_back(load.patch);
-    const Relocation relocation(c.fine_vertices,
-                                WeightsOf(PointRows(body_.mesh(), c.fine_vertices), nodes()));
-    const Points U = Points::Random(nodes(), 3);
-    Points moved = c.fine_vertices;
-    relocation_ = Time([&] { relocation.Relocate(U, &moved); });
+    relocation_ = TimeRelocation(c.fine_vertices,
+                                 WeightsOf(PointRows(body_.mesh(), c.fine_vertices), nodes()));
   }
 
   const TetraBody& body() const { return body_; }
@@ -359,8 +343,7 @@ void Run(const std::vector<std::string>& scenes, const std::string& references,
     ComparedCase c;
     c.load_case = LoadStaticCase(scene);
     c.reference = LoadCaseReference(c.load_case, references);
-    c.fine_vertices =
-        FlatSubdividedTo(c.load_case.rest, kFineVertices).vertices.topRows(kFineVertices);
+    c.fine_vertices = FineVertices(c.load_case.rest);
     c.finite = c.load_case.organ.energy.strain == StrainMeasure::kFinite;
     cases.push_back(std::move(c));
   }

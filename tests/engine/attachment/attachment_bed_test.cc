@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/base/error.h"
+#include "tests/support/bed_layer.h"
 #include "tests/support/shapes.h"
 
 namespace hpdm {
@@ -25,18 +26,11 @@ struct BallOnPlate {
     options.name = "ball";
     options.lattice.cells = {6, 6, 6};
     plate.emplace_back(options, Ellipsoid(Vector3d::Constant(0.03), 4, X));
-    attachment.a = "ball";
-    attachment.b = "plate";
-    attachment.region = hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, 1)};
-    attachment.young = 20000;
-    attachment.thickness = 0.001;
-    attachment.strength = 10000;
-    attachment.toughness = 45;
-    attachment.reach = 0.004;
   }
   const OrganModel& ball() const { return plate[1]; }
   std::vector<OrganModel> plate;
-  AttachmentOptions attachment;
+  AttachmentOptions attachment =
+      BedLayer("ball", "plate", hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, 1)}, 0.004);
 };
 
 // A cap of a sphere of radius R whose points lie within the reach of the plane has the area

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/bed_layer.h"
 #include "tests/support/counted_allocations.h"
 #include "tests/support/shapes.h"
 #include "tools/shared/organ_bench.h"
@@ -26,19 +27,13 @@ struct AttachedBlock {
   Vector3d motion_W = Vector3d::Zero();        // m, of the block's support
   Vector3d plate_motion_W = Vector3d::Zero();  // m
   double scale = 1;                            // of all lengths
-  double toughness = 45;                       // J/m^2
   int functions = 0;
 
   AttachmentOptions Layer() const {
-    AttachmentOptions layer;
-    layer.a = "block";
-    layer.b = "plate";
-    layer.region = hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, 1)};
-    layer.young = 20000;
-    layer.thickness = 0.001 * scale;
-    layer.strength = 10000;
-    layer.toughness = toughness * scale;
-    layer.reach = 0.001 * scale;
+    AttachmentOptions layer = BedLayer(
+        "block", "plate", hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, 1)}, 0.001 * scale);
+    layer.thickness *= scale;
+    layer.toughness *= scale;
     return layer;
   }
   double Area() const { return scale * scale * size.x() * size.y(); }
@@ -67,6 +62,20 @@ struct AttachedBlock {
     bench->Attach(Layer());
   }
 };
+
+void StartWithGrasper(OrganBench* bench) {
+  ToolOptions grasper;
+  grasper.geometries[0].can_grasp = true;
+  bench->Start({grasper});
+}
+
+// Jaws that close on a block of `height` (m) in the third step and lift it by 0.3 mm a step.
+ToolPose GraspAndLift(double height, int step) {
+  ToolPose tool = OrganBench::Above(Vector3d(0.01, 0, height + 0.0023));
+  tool.jaw = step < 2 ? 1 : 0.05;
+  tool.X_WT.translation().z() += 0.0003 * std::max(0, step - 1);
+  return tool;
+}
 
 const AttachmentOutcome& OutcomeOf(const OrganBench& bench) {
   return bench.loop().links()[0].outcomes()[0];
@@ -136,9 +145,7 @@ TEST(AttachedOrgans, APeelByTheJawsTakesTheToughnessTimesTheArea) {
                       .held = false};
   OrganBench bench;
   block.AddTo(&bench);
-  ToolOptions grasper;
-  grasper.geometries[0].can_grasp = true;
-  bench.Start({grasper});
+  StartWithGrasper(&bench);
   const Vector3d start(-0.025, 0, block.height + 0.0023);
   double work = 0, last = 0, height = 0;
   for (int step = 0; step <= 600 && OutcomeOf(bench).freed_area < 0.999 * block.Area(); ++step) {
@@ -167,9 +174,7 @@ TEST(AttachedOrgans, TheHandFeelsTheDamagedLayer) {
     AttachedBlock block{.young = 3e5, .size = Vector3d(0.04, 0.02, 0), .held = false};
     OrganBench bench;
     block.AddTo(&bench);
-    ToolOptions grasper;
-    grasper.geometries[0].can_grasp = true;
-    bench.Start({grasper});
+    StartWithGrasper(&bench);
     ToolPose tool = OrganBench::Above(Vector3d(-0.01, 0, block.height + 0.0023));
     bench.Step(tool);
     tool.jaw = 0.05;
@@ -258,10 +263,7 @@ TEST(AttachedOrgans, ACopyTearsToTheLastBit) {
   AttachedBlock block{.held = false, .functions = 8};
   OrganBench bench;
   block.AddTo(&bench);
-  ToolOptions grasper;
-  grasper.geometries[0].can_grasp = true;
-  bench.Start({grasper});
-  ToolPose tool = OrganBench::Above(Vector3d(0.01, 0, block.height + 0.0023));
+  StartWithGrasper(&bench);
   ToolState tools;
   tools.tool_count = 1;
   TripleBuffer<ToolState> edge;
@@ -273,8 +275,7 @@ TEST(AttachedOrgans, ACopyTearsToTheLastBit) {
       copy.emplace(bench.loop());
       copy->Attach({edge, patch, render, telemetry});
     }
-    tool.jaw = step < 2 ? 1 : 0.05;
-    if (step >= 2) tool.X_WT.translation().z() += 0.0003;
+    const ToolPose tool = GraspAndLift(block.height, step);
     const double before = bench.seconds();
     bench.Step(tool);
     if (!copy) continue;
@@ -295,17 +296,10 @@ TEST(AttachedOrgans, AStepThatTearsAllocatesNothing) {
       .size = Vector3d(0.05, 0.04, 0), .cells = {5, 4, 2}, .held = false, .functions = 8};
   OrganBench bench;
   block.AddTo(&bench);
-  ToolOptions grasper;
-  grasper.geometries[0].can_grasp = true;
-  bench.Start({grasper});
-  ToolPose tool = OrganBench::Above(Vector3d(0.01, 0, block.height + 0.0023));
-  bench.Step(tool);
+  StartWithGrasper(&bench);
+  bench.Step(GraspAndLift(block.height, 0));
   const long before = AllocationsOfThisThread();
-  for (int step = 0; step < 60; ++step) {
-    tool.jaw = step < 2 ? 1 : 0.05;
-    if (step >= 2) tool.X_WT.translation().z() += 0.0003;
-    bench.Step(tool);
-  }
+  for (int step = 0; step < 60; ++step) bench.Step(GraspAndLift(block.height, step));
   EXPECT_EQ(AllocationsOfThisThread(), before);
   EXPECT_GT(OutcomeOf(bench).largest_damage, 0.3);
 }

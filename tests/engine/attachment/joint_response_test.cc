@@ -10,6 +10,7 @@
 
 #include "engine/attachment/attached_compliance.h"
 #include "engine/contact/surface_kernel.h"
+#include "tests/support/bed_layer.h"
 #include "tests/support/shapes.h"
 
 namespace hpdm {
@@ -52,7 +53,7 @@ struct JoinedPair {
     }
     w = (joint->stiffness() * w).eval();
     state->Settle(w);
-    state->ForcesOf(w, &q);
+    state->ForcesOf(w, q);
     for (std::size_t o = 0; o < 2; ++o) {
       const auto& member =
           joint->members()[static_cast<std::size_t>(joint->MemberOf(static_cast<int>(o)))];
@@ -159,17 +160,11 @@ struct Blocks {
                         GridBox(Vector3d(-0.03, -0.03, -0.02), Vector3d(0.03, 0.03, 0), {9, 9, 4}));
     models.emplace_back(
         upper, GridBox(Vector3d(-0.02, -0.025, 0.0005), Vector3d(0.025, 0.02, 0.02), {8, 8, 4}));
-    attachment.a = "lower";
-    attachment.b = "upper";
-    attachment.region = hpdm::Box{Vector3d(-0.018, -0.02, -0.001), Vector3d(0.022, 0.014, 0.001)};
-    attachment.young = 20000;
-    attachment.thickness = 0.001;
-    attachment.strength = 10000;
-    attachment.toughness = 45;
-    attachment.reach = 0.002;
   }
   std::vector<OrganModel> models;
-  AttachmentOptions attachment;
+  AttachmentOptions attachment =
+      BedLayer("lower", "upper",
+               hpdm::Box{Vector3d(-0.018, -0.02, -0.001), Vector3d(0.022, 0.014, 0.001)}, 0.002);
 };
 
 // Returns both stiffnesses with the layer's springs, sample by sample.

@@ -8,18 +8,11 @@
 
 #include "engine/energy/finite_strain_energy.h"
 #include "engine/solver/elastic_relaxation.h"
+#include "tests/support/prony.h"
 #include "tests/support/relaxation_fixture.h"
 
 namespace hpdm {
 namespace {
-
-PronySeries Prony(std::initializer_list<PronySeries::Term> terms) {
-  PronySeries prony;
-  for (const PronySeries::Term& term : terms) {
-    prony.terms[static_cast<std::size_t>(prony.count++)] = term;
-  }
-  return prony;
-}
 
 const PronySeries kThreeTerms = Prony({{0.3, 0.02}, {0.2, 0.5}, {0.25, 20}});
 constexpr double kLongTerm = 0.25;  // 1 - sum g

@@ -8,14 +8,11 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/prony.h"
 #include "tools/haptics/tissue_hand.h"
 
 namespace hpdm {
 namespace {
-
-PronySeries Prony(double share, double time) {
-  return {.count = 1, .terms = {{{.share = share, .time = time}}}};
-}
 
 HandCourse GraspAndLift(const PronySeries& prony) {
   return HandleTissue(prony, HandScript::kGraspLift);
@@ -65,7 +62,7 @@ TEST(GraspEnergy, IsTheDisplayedForceTimesThePathOfTheTip) {
 TEST(GraspEnergy, ViscoelasticTissueGivesTheHandNoEnergy) {
   for (const double share : {0.5, 0.9}) {
     for (const double time : {0.01, 0.3, 100.0}) {
-      const HandCourse course = GraspAndLift(Prony(share, time));
+      const HandCourse course = GraspAndLift(Prony({{share, time}}));
       SCOPED_TRACE(Results(course) + ", share " + std::to_string(share) + ", " +
                    std::to_string(time) + " s");
       EXPECT_GE(Grasps(course), 3);
@@ -81,7 +78,7 @@ TEST(GraspEnergy, APressOfViscoelasticTissueGivesTheHandNoEnergy) {
   for (const HandScript script : {HandScript::kPalpate, HandScript::kSlide, HandScript::kTap}) {
     const HandCourse elastic = HandleTissue({}, script);
     for (const double time : {0.01, 0.3, 100.0}) {
-      const HandCourse course = HandleTissue(Prony(0.9, time), script);
+      const HandCourse course = HandleTissue(Prony({{0.9, time}}), script);
       SCOPED_TRACE(Results(course) + ", script " + std::to_string(static_cast<int>(script)) + ", " +
                    std::to_string(time) + " s; elastic " + Results(elastic));
       EXPECT_GT(LargestForce(course), LargestForce(elastic));

@@ -10,6 +10,7 @@
 
 #include "haptics/contact/haptic_contact.h"
 #include "tests/support/contact_patches.h"
+#include "tests/support/prony.h"
 
 namespace hpdm {
 namespace {
@@ -17,14 +18,6 @@ namespace {
 constexpr double kPeriod = 0.001;  // s
 constexpr int kPatchTicks = 33;    // a new patch comes so often
 constexpr double kDepth = 0.004;   // m
-
-PronySeries Prony(std::initializer_list<PronySeries::Term> terms) {
-  PronySeries prony;
-  for (const PronySeries::Term& term : terms) {
-    prony.terms[static_cast<std::size_t>(prony.count++)] = term;
-  }
-  return prony;
-}
 
 constexpr double kResolved = 0.02;  // m; a tip as wide makes no dent
 

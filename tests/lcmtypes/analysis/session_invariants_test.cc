@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -338,6 +339,35 @@ TEST_F(SessionInvariants, NameAnOrganThatDoesNotComeBack) {
     });
     EXPECT_EQ(Broken(), "rest") << shape_first;
     EXPECT_NEAR(Find("rest").worst, 2e-6, 1e-12) << shape_first;
+  }
+}
+
+// A layer tears from step 10 to step 30, up to 1 cm^2 and 4.5 mJ.
+void Tear(Step* step) {
+  AttachmentOutcome& outcome = step->sample.attachments[0];
+  step->sample.attachment_count = 1;
+  const double torn =
+      std::clamp((static_cast<double>(step->sample.step.number) - 10) / 20, 0.0, 1.0);
+  outcome = {.largest_damage = torn, .freed_area = 1e-4 * torn, .dissipated = 4.5e-3 * torn};
+}
+
+TEST_F(SessionInvariants, LetALayerTear) {
+  WriteSession(nullptr, Tear);
+  EXPECT_EQ(Broken(), "");
+  EXPECT_GT(Find("damage").checked, 70u);
+}
+
+TEST_F(SessionInvariants, NameATearThatHeals) {
+  for (double AttachmentOutcome::*part :
+       {&AttachmentOutcome::largest_damage, &AttachmentOutcome::freed_area,
+        &AttachmentOutcome::dissipated}) {
+    WriteSession(nullptr, [part](Step* step) {
+      Tear(step);
+      if (step->sample.step.number == 40) step->sample.attachments[0].*part *= 0.75;
+    });
+    EXPECT_EQ(Broken(), "damage");
+    EXPECT_NEAR(Find("damage").worst, 0.25, 1e-12);
+    EXPECT_NEAR(*Find("damage").first, 39 * kStepTicks * 1e-3, 1e-9);
   }
 }
 

@@ -16,9 +16,11 @@ struct ReporterBench {
     EventSeverity severity;
     std::string name, text;
   };
+  static constexpr double kBedArea = 3e-4;  // m^2
   static SessionInfo Info() {
     SessionInfo info = TwoProbesAndALiver();
     info.held = {{"left"}, {"right", "hook", "scissors"}};
+    info.attachments = {{"gallbladder and liver", kBedArea}};
     return info;
   }
   std::vector<std::string> Names() const {
@@ -158,6 +160,27 @@ TEST(EventReporter, AnInvertedOrganIsTwoEventsHoweverOftenItInverts) {
   EXPECT_TRUE(bench.events[0].text.starts_with("liver: tissue is turned inside out"));
   EXPECT_EQ(bench.events[1].severity, EventSeverity::kInfo);
   EXPECT_TRUE(bench.events[2].text.starts_with("liver: its tools ask for more"));
+}
+
+TEST(EventReporter, ALayersFirstDamageItsFirstTearAndItsEndAreOneEventEach) {
+  ReporterBench bench;
+  for (std::uint64_t number = 1; number <= 60; ++number) {
+    StepSample sample = Step(number);
+    sample.attachment_count = 1;
+    AttachmentOutcome& layer = sample.attachments[0];
+    if (number >= 10) layer.largest_damage = 0.5;
+    if (number >= 20) layer.largest_damage = 1;
+    if (number >= 20) layer.freed_area = 1e-5;
+    if (number >= 40) layer.freed_area = ReporterBench::kBedArea * (1 - 1e-15);
+    bench.reporter.Add(sample);
+    EXPECT_EQ(bench.events.size(), number < 10   ? 0u
+                                   : number < 20 ? 1u
+                                   : number < 40 ? 2u
+                                                 : 3u)
+        << number;
+  }
+  EXPECT_EQ(bench.Names(), (Names{"attachment.damaged", "attachment.tears", "attachment.torn"}));
+  EXPECT_EQ(bench.events[2].text, "the layer between gallbladder and liver is torn through");
 }
 
 TEST(EventReporter, EachLevelOfReducedQualityIsAnEvent) {

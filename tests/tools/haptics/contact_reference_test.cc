@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/kept_tissue.h"
 #include "tools/stress/motion_block.h"
 
 namespace hpdm {
@@ -12,7 +11,6 @@ namespace {
 class BlockContact : public testing::Test {
  protected:
   BlockContact() {
-    KeepTissue();
     organs_.emplace_back(BlockOrgan(StressModel::kStrainSmall, true), BlockSurface(true));
   }
   static ToolState At(const Vector3d& p_tip_W) {

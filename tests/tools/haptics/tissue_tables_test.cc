@@ -6,19 +6,11 @@
 #include <numbers>
 #include <vector>
 
-#include "tests/support/kept_tissue.h"
+#include "tests/support/prony.h"
 #include "tools/haptics/tissue_law.h"
 
 namespace hpdm {
 namespace {
-
-PronySeries Prony(std::initializer_list<PronySeries::Term> terms) {
-  PronySeries prony;
-  for (const PronySeries::Term& term : terms) {
-    prony.terms[static_cast<std::size_t>(prony.count++)] = term;
-  }
-  return prony;
-}
 
 const PronySeries kThreeTerms = Prony({{0.3, 0.02}, {0.2, 0.5}, {0.25, 5}});
 constexpr double kPeriod = 0.001;  // s
@@ -58,7 +50,6 @@ TEST(FundamentalOf, FindsASineInADrift) {
 class TissuePressTest : public testing::TestWithParam<double> {
  protected:
   TissuePressTest() {
-    KeepTissue();
     press_ = {.block = {.squares = 8},
               .prony = kThreeTerms,
               .tip_radius = GetParam(),

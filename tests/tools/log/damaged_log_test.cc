@@ -103,7 +103,6 @@ class DamagedLog : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<ScratchFolder>();
-    setenv("HPDM_CACHE", (*folder_ / "cache").c_str(), 1);
     fs::copy_file(fs::path(HPDM_SOURCE_DIR) / "scenes/meshes/liver_274.obj",
                   *folder_ / "liver.obj");
     std::ofstream(*folder_ / "scene.toml") << kDamagedScene;

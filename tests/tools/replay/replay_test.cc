@@ -19,8 +19,6 @@ namespace {
 
 class Replay : public testing::Test {
  protected:
-  // Recording and replaying build the same organ: its tissue is sampled once.
-  void SetUp() override { setenv("HPDM_CACHE", (folder_ / "cache").c_str(), 1); }
   std::string Scene(const std::string& text, const std::string& name = "scene.toml") const {
     std::ofstream(folder_ / name) << text;
     return folder_ / name;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/support/kept_tissue.h"
 #include "tools/stress/stress_cases.h"
 #include "tools/stress/stress_touch_fixture.h"
 
@@ -147,7 +146,6 @@ Pressed PressTo(StressModel model, double depth) {
 
 // Clapeyron: the energy of a linear organ is half of the force times the way of its point.
 TEST(EnergyInOrgan, IsHalfTheForceTimesTheWayWithoutALocalLaw) {
-  KeepTissue();
   const Pressed at = PressTo(StressModel::kMetricSmall, 0.005);
   const double expected = 0.5 * at.force_W.dot(at.way_W);
   EXPECT_GT(expected, 1e-5);
@@ -156,7 +154,6 @@ TEST(EnergyInOrgan, IsHalfTheForceTimesTheWayWithoutALocalLaw) {
 
 // Under a ball the force is not linear in the depth; its work over a little way still is the energy.
 TEST(EnergyInOrgan, RisesByTheWorkOfTheForce) {
-  KeepTissue();
   const Pressed less = PressTo(StressModel::kStrainSmall, 0.0048);
   const Pressed more = PressTo(StressModel::kStrainSmall, 0.0052);
   const double work = 0.5 * (less.force_W + more.force_W).dot(more.way_W - less.way_W);
@@ -180,7 +177,6 @@ TEST(FaultBeforeGuard, FailsATrialWhoseDisplayedForceIsSafe) {
 // of a hundredth, with any tip and at any speed: at rest on a flat triangle, or with a frame of the
 // indentation that turns for nothing, a slide would lose 2.3 % and a rub 1.3 %.
 TEST(TouchStress, ATouchLosesNoEnergy) {
-  KeepTissue();
   const auto lost = [](const std::string& name, double parameter) {
     double error = 1;
     for (const StressCase& each : TouchStress(true)) {

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "engine/mesh/surface_mesh.h"
-#include "tests/support/kept_tissue.h"
 #include "tools/stress/point_proxy.h"
 #include "tools/stress/stress_cases.h"
 #include "tools/stress/stress_touch_fixture.h"
@@ -60,7 +59,6 @@ TEST(PointProxy, StaysOnAStillSurfaceAndIsPastOneThatMovesBetweenSteps) {
 
 // Checks the results of hpdm stress for the project's own models, at each case's requested value.
 TEST(HapticStress, OurSmallStrainSurvivesTheRequestedValues) {
-  KeepTissue();
   for (const StressCase& each : HapticStress(true)) {
     for (const StressModel model : {StressModel::kStrainSmall, StressModel::kMetricSmall}) {
       const StressTrial trial = each.run(model, each.parameter.asked);
@@ -72,7 +70,6 @@ TEST(HapticStress, OurSmallStrainSurvivesTheRequestedValues) {
 
 // A force or an organ may be wrong there, but hand and tissue come to no harm.
 TEST(HapticStress, OurModelsStaySafeAtTheExtremes) {
-  KeepTissue();
   for (const StressCase& each : HapticStress(true)) {
     for (const StressModel model : {StressModel::kStrainSmall, StressModel::kMetricFinite}) {
       const std::string harm = each.run(model, each.parameter.utmost).harm;
@@ -82,7 +79,6 @@ TEST(HapticStress, OurModelsStaySafeAtTheExtremes) {
 }
 
 TEST(HapticStress, ABaselineFailsWhereOursDoNot) {
-  KeepTissue();
   for (const StressCase& each : HapticStress(true)) {
     if (each.name != "tool_inside_at_start" && each.name != "breathing_under_still_tool") continue;
     EXPECT_EQ(each.run(StressModel::kPointProxy, each.parameter.asked).fate, StressFate::kFailed)
@@ -93,7 +89,6 @@ TEST(HapticStress, ABaselineFailsWhereOursDoNot) {
 // The readings that arrive are enough while every gap is shorter than the device's limit for a lost
 // sample.
 TEST(HapticStress, HalfOfTheReadingsLostCostsLittleForce) {
-  KeepTissue();
   for (const StressCase& each : HapticStress(true)) {
     if (each.name != "lost_samples") continue;
     const StressTrial trial = each.run(StressModel::kStrainSmall, 50);
@@ -103,7 +98,6 @@ TEST(HapticStress, HalfOfTheReadingsLostCostsLittleForce) {
 }
 
 TEST(StressSessionFixture, AToolWithFrictionIsHeldBackAlongItsSlide) {
-  KeepTissue();
   const StressTouchFixture fixture = SoftOrgan(StressModel::kStrainSmall, true);
   const Vector3d top = fixture.Top(0, 0.004), aside = top + 0.005 * Vector3d::UnitX();
   StressTool tool =

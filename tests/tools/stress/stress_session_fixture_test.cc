@@ -8,7 +8,6 @@
 #include <limits>
 #include <numbers>
 
-#include "tests/support/kept_tissue.h"
 #include "tests/support/shapes.h"
 
 namespace hpdm {
@@ -90,7 +89,6 @@ void ExpectHarmless(const StressOutcome& outcome, double released) {
 }
 
 TEST(StressSessionFixture, GoesThroughItsWaypoints) {
-  KeepTissue();
   const auto motion = Through({{1, At(0, 1)}, {2, At(0, 3, 0)}, {2, At(1, 3)}, {4, At(1, 1)}});
   EXPECT_EQ(motion(0).p_tip_W, Vector3d(0, 0, 1));
   EXPECT_EQ(motion(1.5).p_tip_W, Vector3d(0, 0, 2));
@@ -101,7 +99,6 @@ TEST(StressSessionFixture, GoesThroughItsWaypoints) {
 }
 
 TEST(StressSessionFixture, MeasuresWhatAGentlePressDoes) {
-  KeepTissue();
   const double at = kTop + kDefaultToolRadius;
   StressSessionFixture body(Organ(StrainMeasure::kSmall), Surface(),
                             {Hand({{0, At(0, at + 0.01)}, {0.8, At(0, at - 0.01)}})});
@@ -120,7 +117,6 @@ TEST(StressSessionFixture, MeasuresWhatAGentlePressDoes) {
 class StressSessionFixtureOfModel : public testing::TestWithParam<OrganOptions> {};
 
 TEST_P(StressSessionFixtureOfModel, ComesBackFromAGraspThroughItselfAsIfNothingHadBeen) {
-  KeepTissue();
   StressSessionFixture body(GetParam(), Surface(), {Grasp(0, At(0, -0.08, 0))});
   body.RunUntil(1.3);
   ExpectHarmless(body.outcome(), 1);
@@ -134,7 +130,6 @@ TEST_P(StressSessionFixtureOfModel, ComesBackFromAGraspThroughItselfAsIfNothingH
 }
 
 TEST_P(StressSessionFixtureOfModel, ComesBackFromABallThroughTheOrgan) {
-  KeepTissue();
   StressSessionFixture body(GetParam(), Surface(), {Ball(0.09)});
   body.RunUntil(1.3);
   ExpectHarmless(body.outcome(), 1);
@@ -146,7 +141,6 @@ INSTANTIATE_TEST_SUITE_P(Models, StressSessionFixtureOfModel, testing::ValuesIn(
 // Both jaws hold the same tissue at the top, or tissue within one cell, which rigid jaws leave no
 // freedom.
 TEST(StressSessionFixture, TwoToolsThatPullTheSamePointApartSlip) {
-  KeepTissue();
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
     for (const double x : {0.001, 0.015}) {
       StressSessionFixture body(
@@ -163,7 +157,6 @@ TEST(StressSessionFixture, TwoToolsThatPullTheSamePointApartSlip) {
 
 // Viscoelastic tissue pulled within a step feels up to ten times the force that remains.
 TEST(StressSessionFixture, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStrain) {
-  KeepTissue();
   constexpr double kWay = 0.005;  // m
   std::vector<double> forces;
   for (const StrainMeasure strain : {StrainMeasure::kSmall, StrainMeasure::kFinite}) {
@@ -183,7 +176,6 @@ TEST(StressSessionFixture, ViscousTissueAnswersASmallWayAlikeInSmallAndFiniteStr
 // A level shaft lies on the tissue beside the grasped part, which moves with it: if the shaft
 // pushed it, it would pull at the jaws with 23 N. Edges are 3 mm, so that some of it is held.
 TEST(StressSessionFixture, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
-  KeepTissue();
   const auto largest_force = [](double shaft_radius) {
     const double in = kTop - 0.0025;
     StressTool tool = Hand({{0, At(0, in + 0.02)},
@@ -204,7 +196,6 @@ TEST(StressSessionFixture, AGraspFeelsNothingOfItsOwnShaftBesideIt) {
 }
 
 TEST(StressSessionFixture, AReadingThatIsNotFiniteHoldsTheTool) {
-  KeepTissue();
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const double at = kTop + kDefaultToolRadius;
   const StressPose pressed = At(0, at - 0.01), away = At(0, at + 0.01);
@@ -224,7 +215,6 @@ TEST(StressSessionFixture, AReadingThatIsNotFiniteHoldsTheTool) {
 // A finite-strain organ that could not follow recovers when the demand falls, and keeps no memory:
 // it ends in the state of an organ that only got the lower demand.
 TEST(StressSessionFixture, ASmallPressIsFollowedAfterAnImpossibleOne) {
-  KeepTissue();
   constexpr double kJaws = 0.02;  // m: wide enough to invert what they pull through itself
   const double at = kTop + kJaws;
   const StressPose little = At(0, at + 0.004, 0);

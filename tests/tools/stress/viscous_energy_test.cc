@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/kept_tissue.h"
 #include "tools/stress/contact_energy.h"
 #include "tools/stress/stress_cases.h"
 #include "tools/stress/stress_touch_fixture.h"
@@ -16,7 +15,6 @@ constexpr double kShare = 0.6, kTime = 1;
 // second.
 struct Held {
   Held() {
-    KeepTissue();
     StressTouchFixture fixture = SoftOrgan(StressModel::kMetricSmall, true);
     fixture.organ.material.prony = {.count = 1, .terms = {{{kShare, kTime}}}};
     fixture.timing.deformation_hz = 100;
@@ -44,7 +42,6 @@ TEST(ViscousEnergy, OfAHeldStepIsDissipatedInTheEnd) {
 // The work of the hand is stored or dissipated to a hundredth; without the dashpots a third of it
 // would be missing.
 TEST(ViscousEnergy, ClosesTheBalanceOfAPressAndOfAGrasp) {
-  KeepTissue();
   for (const char* name : {"viscous_press", "viscous_press_wide", "viscous_grasp"}) {
     for (const StressCase& each : TouchStress(true)) {
       if (each.name != name) continue;

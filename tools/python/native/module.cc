@@ -7,4 +7,5 @@ PYBIND11_MODULE(_native, module) {
   hpdm::RegisterErrors(&module);
   hpdm::BindFiles(&module);
   hpdm::BindSessions(&module);
+  hpdm::BindBatches(&module);
 }

@@ -28,7 +28,8 @@ float Metres(float depth) {
 
 struct SessionPictures::Drawing {
   explicit Drawing(const SessionModel& model)
-      : view(model.OrganVisuals(), model.InstrumentVisuals(), model.Background()) {}
+      : view(model.OrganVisuals(), model.InstrumentVisuals(), model.Background(), {},
+             model.AttachmentVisuals()) {}
 
   PictureTarget& TargetOf(int width, int height) {
     return targets.try_emplace({width, height}, width, height, kOneSample).first->second;
@@ -43,7 +44,7 @@ struct SessionPictures::Drawing {
 SessionPictures::SessionPictures(std::shared_ptr<const SessionModel> model)
     : model_(std::move(model)),
       scene_(SizedSnapshot(model_->organs(), static_cast<int>(model_->scene().instruments.size()),
-                           true)),
+                           true, model_->beds())),
       thread_([this] { Run(); }) {
   try {
     Do([this] { drawing_ = std::make_unique<Drawing>(*model_); });

@@ -130,6 +130,14 @@ Json ToJson(const SessionReport& report) {
     }
     json["hands"].push_back(std::move(entry));
   }
+  json["attachments"] = Json::array();
+  for (const AttachmentReport& attachment : report.attachments) {
+    json["attachments"].push_back({{"name", attachment.name},
+                                   {"peak_load_N", attachment.peak_load},
+                                   {"largest_damage", attachment.largest_damage},
+                                   {"freed_area_m2", attachment.freed_area},
+                                   {"dissipated_J", attachment.dissipated}});
+  }
   json["latencies"] = Json::array();
   for (const LatencyReport& latency : report.latencies) {
     if (latency.count > 0) json["latencies"].push_back(LatencyToJson(latency));

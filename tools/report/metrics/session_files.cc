@@ -11,7 +11,7 @@
 
 #include "engine/base/error.h"
 #include "scenes/loader/scene_files.h"
-#include "scenes/loader/scene_instruments.h"
+#include "scenes/loader/scene_names.h"
 #include "tools/session/session_path.h"
 #include "tools/shared/base64.h"
 
@@ -102,7 +102,9 @@ SessionFiles FindSessionFiles(const fs::path& path) {
   } else {
     throw InputError(path.string() + ": no such file; give a session's folder or its log");
   }
-  files.instruments = SceneInstruments(FileInside(files.log.parent_path(), "scene.toml"));
+  const fs::path scene = FileInside(files.log.parent_path(), "scene.toml");
+  files.instruments = SceneInstruments(scene);
+  files.attachments = SceneAttachments(scene);
   return files;
 }
 
@@ -110,6 +112,10 @@ SessionReading ReadSession(const SessionFiles& files, double force_limit, double
   SessionReading reading =
       ReadSession(files.log.string(), force_limit, files.instruments, depth_limit);
   reading.report.scene = files.scene;
+  std::vector<AttachmentReport>& attachments = reading.report.attachments;
+  if (attachments.size() == files.attachments.size()) {
+    for (std::size_t a = 0; a < attachments.size(); ++a) attachments[a].name = files.attachments[a];
+  }
   return reading;
 }
 

@@ -52,7 +52,7 @@ class LogSummary {
  public:
   void Visit(const LogEvent& event) {
     ++events_;
-    if (event.channel == kContactChannel) Read(event, &contact_);
+    if (event.channel == kContactChannel && Read(event, &contact_)) AddAttachments();
     if (event.channel == kOrganChannel) Read(event, &organ_);
     if (event.channel == kMeshChannel && Read(event, &mesh_) && mesh_.organ >= 0 &&
         mesh_.organ < kMaxOrgans) {
@@ -81,6 +81,7 @@ class LogSummary {
     report.start_us = epoch_us_ > kFirstWallTime ? epoch_us_ : 0;
     report.stolen = stolen_;
     report.steps_shed = steps_shed_;
+    report.attachments = attachments_;
     report.events = std::move(session_events_);
     for (std::size_t k = 0; k < kLatencyCount; ++k) report.latencies[k] = Latency(k);
     for (const auto& [number, organ] : organs_) {
@@ -118,6 +119,22 @@ class LogSummary {
     if (epoch_known_) return;
     epoch_known_ = true;
     epoch_us_ = time_us - time_ns / 1000;
+  }
+
+  void AddAttachments() {
+    StepSample sample;
+    std::int64_t visible_tick = kNeverVisible;
+    if (!FromMessage(contact_, &sample, &visible_tick)) return;
+    attachments_.resize(std::max(attachments_.size(), ToSize(sample.attachment_count)));
+    for (int a = 0; a < sample.attachment_count; ++a) {
+      const AttachmentOutcome& now = sample.attachments[a];
+      AttachmentReport& report = attachments_[ToSize(a)];
+      report.name = "attachment " + std::to_string(a + 1);
+      report.peak_load = std::max(report.peak_load, now.load_W.norm());
+      report.largest_damage = now.largest_damage;
+      report.freed_area = now.freed_area;
+      report.dissipated = now.dissipated;
+    }
   }
 
   void AddEvent() {
@@ -183,6 +200,7 @@ class LogSummary {
   std::uint64_t events_ = 0, unreadable_ = 0;
   std::map<std::string, Sequence> sequences_;
   std::map<std::int32_t, Organ> organs_;
+  std::vector<AttachmentReport> attachments_;
   bool epoch_known_ = false, closed_ = false;
   std::int64_t epoch_us_ = 0;
   std::string start_text_;

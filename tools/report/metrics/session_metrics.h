@@ -66,6 +66,15 @@ struct LatencyReport {
   std::vector<std::pair<Nanoseconds, std::uint64_t>> bins;  ///< Largest value in the bin, count.
 };
 
+/// The layer of one attachment over the session.
+struct AttachmentReport {
+  std::string name;           ///< "gallbladder and liver"; "attachment 1" without a scene.
+  double peak_load = 0;       ///< N, largest force of the layer on an organ.
+  double largest_damage = 0;  ///< 0..1, at the end.
+  double freed_area = 0;      ///< m^2, at the end.
+  double dissipated = 0;      ///< J, at the end.
+};
+
 struct SessionEvent {
   double time = 0;  ///< s.
   EventSeverity severity = EventSeverity::kInfo;
@@ -104,7 +113,8 @@ struct SessionReport {
   double depth_limit = kDefaultDepthLimit;  ///< m.
   std::vector<std::string> organs;          ///< Names by index.
   std::vector<HandReport> hands;
-  std::optional<double> both_moving;  ///< s in which both tips move; only with two hands.
+  std::vector<AttachmentReport> attachments;  ///< In the scene's order.
+  std::optional<double> both_moving;          ///< s in which both tips move; only with two hands.
   std::uint64_t ticks = 0;
   int output_interval = 1;      ///< Ticks that share an output in a thinned log (--log-rate).
   std::uint64_t exchanges = 0;  ///< Number of times that a hand took another instrument.

@@ -29,6 +29,25 @@ std::string Panel(const std::string& id, const std::string& heading, const std::
          "</h2>\n" + body + "</section>\n";
 }
 
+std::string AttachmentTable(const SessionReport& report) {
+  std::string html =
+      "<div class=\"wide\"><table><thead><tr><th>Attachment of</th>"
+      "<th class=\"number\">peak load, N</th><th class=\"number\">largest damage</th>"
+      "<th class=\"number\">freed, cm\u00b2</th><th class=\"number\">torn with, mJ</th>"
+      "</tr></thead><tbody>\n";
+  for (const AttachmentReport& attachment : report.attachments) {
+    html += "<tr><th scope=\"row\">" + EscapeHtml(attachment.name) + "</th>";
+    for (const std::string& value :
+         {Format("%.2f", attachment.peak_load), Format("%.2f", attachment.largest_damage),
+          Format("%.2f", 1e4 * attachment.freed_area),
+          Format("%.2f", 1e3 * attachment.dissipated)}) {
+      html += "<td class=\"number\">" + value + "</td>";
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
 std::string OrganTable(const SessionReport& report) {
   double longest = 0;
   for (const HandReport& hand : report.hands) {
@@ -261,6 +280,9 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
   body += Panel("path", "Path of the tips", "<div id=\"view\"></div>\n");
   body += Pictures(files, report);
   body += Panel("organs", "Contact by organ", OrganTable(report));
+  if (!report.attachments.empty()) {
+    body += Panel("attachments", "Attachments", AttachmentTable(report));
+  }
   body += Panel("latency", "Latency",
                 "<details><summary>" + TickCounts(report) + "</summary>\n" + LatencyTable(report) +
                     "</details>\n");

@@ -418,43 +418,5 @@ TEST(SessionMetrics, ALogWithoutTicksIsRefusedInOneLine) {
   EXPECT_THROW(ReadSession("/nonexistent.lcmlog"), InputError);
 }
 
-TEST(ReportJson, KeysCarryUnits) {
-  MadeSession session;
-  session.Press(300, 2, 0);
-  const auto json = ToJson(session.Finish().report);
-  const auto& hand = json["hands"][0];
-  for (const char* key : {"time_s",
-                          "path_length_m",
-                          "angular_path_rad",
-                          "roll_path_rad",
-                          "insertion_path_m",
-                          "economy_of_motion",
-                          "movements",
-                          "mean_speed_m_per_s",
-                          "peak_speed_m_per_s",
-                          "smoothness_sparc",
-                          "idle_s",
-                          "contact_time_s",
-                          "contacts",
-                          "peak_force_N",
-                          "mean_force_N",
-                          "force_impulse_Ns",
-                          "over_limit_s",
-                          "over_limit_count",
-                          "deepest_press_m",
-                          "over_depth_s",
-                          "over_depth_count",
-                          "mean_force_rate_N_per_s",
-                          "peak_force_rate_N_per_s",
-                          "device_lost_s",
-                          "organs"}) {
-    EXPECT_TRUE(hand.contains(key)) << key;
-  }
-  EXPECT_TRUE(hand["economy_of_motion"].is_null());
-  EXPECT_EQ(hand["organs"][0]["organ"], "liver");
-  EXPECT_EQ(json["start"], nullptr);
-  EXPECT_EQ(json["log_health"]["sound"], true);
-}
-
 }  // namespace
 }  // namespace hpdm

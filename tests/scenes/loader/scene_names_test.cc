@@ -1,4 +1,4 @@
-#include "scenes/loader/scene_instruments.h"
+#include "scenes/loader/scene_names.h"
 
 #include <gtest/gtest.h>
 
@@ -48,6 +48,22 @@ TEST(SceneInstruments, AreNoneWithoutAScene) {
   EXPECT_EQ(NamesIn("instrument = "), Names{});
   EXPECT_EQ(NamesIn("instrument = 7"), Names{});
   EXPECT_EQ(NamesIn("instrument = [7]"), (Names{{""}}));
+}
+
+TEST(SceneAttachments, AreInTheOrderOfTheScene) {
+  const ScratchFolder folder;
+  std::ofstream(folder / "scene.toml") << R"(
+[[attachment]]
+a = "gallbladder"
+b = "liver"
+young = -1  # refused
+[[attachment]]
+b = "stomach"
+)";
+  EXPECT_EQ(SceneAttachments(folder / "scene.toml"),
+            (std::vector<std::string>{"gallbladder and liver", "? and stomach"}));
+  EXPECT_TRUE(SceneAttachments("").empty());
+  EXPECT_TRUE(SceneAttachments("/nonexistent/scene.toml").empty());
 }
 
 }  // namespace

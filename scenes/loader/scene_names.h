@@ -11,4 +11,8 @@ namespace hpdm {
 /// meshes are missing or that this version refuses.
 std::vector<std::vector<std::string>> SceneInstruments(const std::filesystem::path& scene);
 
+/// Returns the names of a scene file's attachments, "a and b", in order. None if the file cannot be
+/// read.
+std::vector<std::string> SceneAttachments(const std::filesystem::path& scene);
+
 }  // namespace hpdm

@@ -1,0 +1,137 @@
+#include "render/tissue/attachment_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace hpdm {
+namespace {
+
+constexpr std::size_t kFibresOfSample = 3;
+constexpr double kFibreRadius = 0.0002;  // m
+constexpr double kLeastStretch = 5e-4;   // m: shorter fibres are hidden between the surfaces
+// Damage at which a surface begins to look raw.
+constexpr float kRawFrom = 0.5f;
+// Vertices within so many sample widths of a sample's point belong to the bed.
+constexpr double kBedReach = 1.0;
+const Colour kFibreColour(0.88f, 0.74f, 0.66f);
+
+float RawnessOf(float damage) {
+  const float x = std::clamp((damage - kRawFrom) / (1 - kRawFrom), 0.0f, 1.0f);
+  return x * x * (3 - 2 * x);
+}
+
+std::vector<int> NearestSamples(const AttachmentBed& bed, std::size_t side,
+                                const Points& vertices_W) {
+  std::vector<int> nearest(static_cast<std::size_t>(vertices_W.rows()), -1);
+  for (Eigen::Index v = 0; v < vertices_W.rows(); ++v) {
+    Eigen::Index i = 0;
+    const double squared =
+        (bed.points_W[side].rowwise() - vertices_W.row(v)).rowwise().squaredNorm().minCoeff(&i);
+    if (squared > kBedReach * kBedReach * bed.areas[i]) continue;
+    nearest[static_cast<std::size_t>(v)] = static_cast<int>(i);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+AttachmentRenderer::AttachmentRenderer(std::vector<AttachmentVisual> attachments,
+                                       const std::vector<OrganVisual>& organs)
+    : raw_(organs.size()) {
+  std::size_t samples = 0;
+  for (const AttachmentVisual& visual : attachments) {
+    const AttachmentBed& bed = *visual.bed;
+    Layer& layer = layers_.emplace_back();
+    layer.visual = visual;
+    layer.damage.assign(ToSize(bed.size()), 0);
+    samples += layer.damage.size();
+    for (std::size_t side = 0; side < 2; ++side) {
+      const auto organ = ToSize(visual.organs[side]);
+      const SurfaceMesh& rest = *organs[organ].rest;
+      layer.nearest[side] = NearestSamples(bed, side, rest.vertices);
+      raw_[organ].assign(static_cast<std::size_t>(rest.vertices.rows()), 0);
+      layer.triangles[side].resize(bed.size(), 3);
+      for (int i = 0; i < bed.size(); ++i) {
+        layer.triangles[side].row(i) =
+            rest.triangles.row(bed.surface_points[side][ToSize(i)].triangle);
+      }
+    }
+    for (int i = 0; i < bed.size(); ++i) {
+      const Vector3d normal_W = bed.normals_W.row(i);
+      const double half = std::sqrt(bed.areas[i]) / 2;
+      const Vector3d first = normal_W.unitOrthogonal();
+      layer.across.push_back({half * first, half * normal_W.cross(first)});
+    }
+  }
+  fibres_.reserve(kFibresOfSample * samples);
+}
+
+void AttachmentRenderer::Move(const SceneSnapshot& snapshot, OrganRenderer* organs) {
+  bool changed = false;
+  for (Layer& layer : layers_) {
+    const std::vector<float>& damage = snapshot.damage[ToSize(layer.visual.bed->index)];
+    changed = changed || damage != layer.damage;
+    layer.damage = damage;
+  }
+  if (!changed) return;
+  for (std::vector<float>& raw : raw_) std::ranges::fill(raw, 0.0f);
+  for (const Layer& layer : layers_) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      std::vector<float>& raw = raw_[ToSize(layer.visual.organs[side])];
+      for (std::size_t v = 0; v < raw.size(); ++v) {
+        const int sample = layer.nearest[side][v];
+        if (sample >= 0) raw[v] = std::max(raw[v], RawnessOf(layer.damage[ToSize(sample)]));
+      }
+    }
+  }
+  for (std::size_t o = 0; o < raw_.size(); ++o) {
+    if (!raw_[o].empty()) organs->mesh(o).SetRaw(raw_[o]);
+  }
+}
+
+Vector3d AttachmentRenderer::EndOf(const Layer& layer, std::size_t side, std::size_t sample,
+                                   const SceneSnapshot& snapshot) const {
+  const OrganSnapshot& organ = snapshot.organs[ToSize(layer.visual.organs[side])];
+  const Vector3d& weights = layer.visual.bed->surface_points[side][sample].barycentric;
+  Vector3d end_W = organ.offset_W;
+  for (int k = 0; k < 3; ++k) {
+    const auto vertex = organ.vertices.row(layer.triangles[side](static_cast<int>(sample), k));
+    end_W += weights[k] * vertex.transpose().cast<double>();
+  }
+  return end_W;
+}
+
+void AttachmentRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
+  fibres_.clear();
+  for (const Layer& layer : layers_) {
+    const AttachmentBed& bed = *layer.visual.bed;
+    for (std::size_t i = 0; i < layer.damage.size(); ++i) {
+      if (layer.damage[i] >= 1) continue;
+      const auto row = static_cast<Eigen::Index>(i);
+      const Vector3d a_W = EndOf(layer, 0, i, snapshot), b_W = EndOf(layer, 1, i, snapshot);
+      const double at_rest = (bed.points_W[1].row(row) - bed.points_W[0].row(row)).norm();
+      if ((b_W - a_W).norm() < at_rest + kLeastStretch) continue;
+      const double px_per_m = scope.MostPixelsPerMetre(a_W.cwiseMin(b_W), a_W.cwiseMax(b_W));
+      const auto radius = static_cast<float>(std::max(0.4, kFibreRadius * px_per_m));
+      for (std::size_t k = 0; k < kFibresOfSample; ++k) {
+        // Spread evenly over the sample, turned from sample to sample.
+        const double angle = 2.4 * static_cast<double>(i) + 2 * std::numbers::pi *
+                                                                static_cast<double>(k) /
+                                                                double{kFibresOfSample};
+        const Vector3d beside =
+            0.7 * (std::cos(angle) * layer.across[i][0] + std::sin(angle) * layer.across[i][1]);
+        fibres_.push_back({.a_W = (a_W + beside).cast<float>(),
+                           .radius_a = radius,
+                           .b_W = (b_W + beside).cast<float>(),
+                           .radius_b = radius,
+                           .colour = kFibreColour,
+                           .opacity = 0.9f - 0.5f * layer.damage[i]});
+      }
+    }
+  }
+  mark_renderer_.Draw(fibres_, 0, Laparoscope::kFar);
+}
+
+}  // namespace hpdm

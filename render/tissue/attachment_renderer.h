@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "engine/attachment/attachment_bed.h"
+#include "engine/snapshots.h"
+#include "render/camera/laparoscope.h"
+#include "render/overlay/mark_renderer.h"
+#include "render/tissue/organ_renderer.h"
+
+namespace hpdm {
+
+/// An attachment to draw. The bed must outlive the visual.
+struct AttachmentVisual {
+  const AttachmentBed* bed = nullptr;
+  std::array<int, 2> organs{};  ///< a and b, by their index in the snapshot.
+};
+
+/// Draws the layers of attachments: fibres where a layer holds and its surfaces have moved apart,
+/// and a raw surface on both organs where it has torn. Render thread only.
+class AttachmentRenderer {
+ public:
+  /// `organs`: those of the attachments, at rest. Throws MachineError if the driver refuses a
+  /// shader.
+  AttachmentRenderer(std::vector<AttachmentVisual> attachments,
+                     const std::vector<OrganVisual>& organs);
+
+  /// Gives the organs' meshes their raw surfaces, if the damage has changed.
+  void Move(const SceneSnapshot& snapshot, OrganRenderer* organs);
+
+  /// Draws the fibres into a picture that has just been drawn of `snapshot`.
+  void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope);
+
+ private:
+  struct Layer {
+    AttachmentVisual visual;
+    std::array<Triangles, 2> triangles;           // of the samples' surface points, M x 3
+    std::array<std::vector<int>, 2> nearest;      // sample of each vertex, -1: outside the bed
+    std::vector<std::array<Vector3d, 2>> across;  // M: two tangents, half a sample long, m
+    std::vector<float> damage;                    // as last shown
+  };
+  Vector3d EndOf(const Layer& layer, std::size_t side, std::size_t sample,
+                 const SceneSnapshot& snapshot) const;
+
+  std::vector<Layer> layers_;
+  std::vector<std::vector<float>> raw_;  // of each organ's vertices, 0..1; empty without a layer
+  MarkRenderer mark_renderer_;
+  Marks fibres_;  // scratch
+};
+
+}  // namespace hpdm

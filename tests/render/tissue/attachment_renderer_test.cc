@@ -1,0 +1,123 @@
+// What is seen of the layer between two blocks.
+
+#include "render/tissue/attachment_renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/deformation_loop.h"
+#include "render/camera/picture_target.h"
+#include "render/gl/egl_context.h"
+#include "render/scene_renderer.h"
+#include "tests/support/shapes.h"
+
+namespace hpdm {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+
+/// A block that lies on another and has been lifted off it by 10 mm, seen from the front and above.
+class LiftedBlock : public testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      context_ = std::make_unique<EglContext>();
+    } catch (const MachineError& error) {
+      GTEST_SKIP() << error.what();
+    }
+    models_.emplace_back(Rigid("below"),
+                         GridBox({-0.03, -0.03, -0.02}, {0.03, 0.03, 0}, {12, 12, 4}));
+    OrganOptions above;
+    above.name = "above";
+    above.lattice.cells = {3, 3, 2};
+    above.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0.015), Vector3d(1, 1, 1)}, {}});
+    models_.emplace_back(above,
+                         GridBox({-0.015, -0.015, 0.0003}, {0.015, 0.015, 0.02}, {12, 12, 8}));
+    AttachmentOptions layer;
+    layer.a = "above";
+    layer.b = "below";
+    layer.region = hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, 1)};
+    layer.young = 20000;
+    layer.thickness = layer.reach = 0.001;
+    layer.strength = 10000;
+    layer.toughness = 45;
+    beds_.emplace_back(layer, models_[1], models_[0]);
+    scene_ = SizedSnapshot(models_, 0, true, beds_);
+    scene_.organs[1].offset_W = Vector3d(0, 0, 0.01);
+  }
+
+  static OrganOptions Rigid(const char* name) {
+    OrganOptions organ;
+    organ.name = name;
+    organ.model = OrganModelType::kRigid;
+    return organ;
+  }
+
+  void SetDamage(float damage) { scene_.damage[0].assign(scene_.damage[0].size(), damage); }
+
+  Image Picture(bool with_layer) {
+    LaparoscopeOptions options;
+    options.p_scope_W = Vector3d(0, -0.12, 0.05);
+    options.p_target_W = Vector3d(0, -0.01, 0.005);
+    const Laparoscope scope(options, kWidth, kHeight);
+    const Colour pale(0.8f, 0.7f, 0.5f);
+    SceneRenderer view({{.rest = &models_[0].rest(), .colour = pale},
+                        {.rest = &models_[1].rest(), .colour = pale}},
+                       {}, nullptr, {.occlusion = false, .shadows = false},
+                       with_layer ? std::vector<AttachmentVisual>{{&beds_[0], {1, 0}}}
+                                  : std::vector<AttachmentVisual>{});
+    PictureTarget target(kWidth, kHeight, 4);
+    target.Bind();
+    view.Draw(scene_, scope);
+    target.Resolve(scope);
+    Image image;
+    target.Read(&image);
+    EXPECT_EQ(context_->Failure(), "");
+    return image;
+  }
+
+  std::unique_ptr<EglContext> context_;
+  std::vector<OrganModel> models_;
+  std::vector<AttachmentBed> beds_;
+  SceneSnapshot scene_;
+};
+
+struct Difference {
+  int brighter = 0, darker = 0;  // pixels whose green differs by more than 10 of 255
+};
+Difference Between(const Image& before, const Image& after) {
+  Difference found;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const int change = after.At(x, y)[1] - before.At(x, y)[1];
+      found.brighter += change > 10;
+      found.darker += change < -10;
+    }
+  }
+  return found;
+}
+
+TEST_F(LiftedBlock, HangsOnFibresWhileTheLayerHolds) {
+  const Difference whole = Between(Picture(false), Picture(true));
+  EXPECT_GT(whole.brighter, 200);
+  EXPECT_LT(whole.darker, whole.brighter / 10);
+}
+
+TEST_F(LiftedBlock, LeavesARawSurfaceAndNoFibreWhereTheLayerIsTorn) {
+  const Image bare = Picture(false);
+  SetDamage(1);
+  const Difference torn = Between(bare, Picture(true));
+  EXPECT_EQ(torn.brighter, 0);
+  EXPECT_GT(torn.darker, 200);
+}
+
+TEST_F(LiftedBlock, ShowsNothingOfALayerThatIsClosed) {
+  scene_.organs[1].offset_W.setZero();
+  EXPECT_EQ(Picture(false).rgb, Picture(true).rgb);
+}
+
+}  // namespace
+}  // namespace hpdm
