@@ -53,6 +53,19 @@ class ContactConstraints {
   explicit ContactConstraints(int n, int functions = 0, int slots = 0)
       : refinement(functions, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
 
+  /// A copy takes over the weights of the rows in use.
+  ContactConstraints(const ContactConstraints& other)
+      : refinement(other.refinement), size_(other.size_), rows_(other.rows_), weights_(0, 0) {
+    TakeWeights(other);
+  }
+  ContactConstraints& operator=(const ContactConstraints& other) {
+    refinement = other.refinement;
+    size_ = other.size_;
+    rows_ = other.rows_;
+    TakeWeights(other);
+    return *this;
+  }
+
   /// The local functions in use; chosen before rows are added.
   ActiveRefinement refinement;
 
@@ -86,6 +99,10 @@ class ContactConstraints {
   auto WeightRow(int i) { return weights_.row(i); }
 
  private:
+  void TakeWeights(const ContactConstraints& other) {
+    weights_.resize(other.weights_.rows(), other.weights_.cols());
+    weights_.topRows(size_) = other.weights_.topRows(size_);
+  }
   Row* AddRow() {
     weights_.row(size_).setZero();
     rows_[size_] = Row();

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "engine/base/work_array.h"
 #include "engine/contact/surface_kernel.h"
 #include "engine/organ/organ_state.h"
 
@@ -30,23 +31,17 @@ class PressNormal {
 
  private:
   static constexpr int kMaxVertices = 160;
-  static constexpr int kSlots = 512;  // of the hash table
 
   // A triangle under the kernel with its share of the weight.
   struct Share {
-    int triangle = 0;
-    double weight = 0;
+    int triangle;
+    double weight;
   };
 
   Vector3d Mean(const OrganModel& model, const Points& vertices) const;
-  const Matrix3d& MovedBy(int tip, int vertex, const OrganModel& model, OrganState* state);
 
-  Neighbourhood around_;
-  KernelSamples kernel_;
+  WorkArray<Share> shares_{Neighbourhood::kMaxTriangles};
   int count_ = 0;
-  std::array<Share, Neighbourhood::kMaxTriangles> shares_;
-  std::array<int, kSlots> moved_vertex_{};  // -1: free
-  std::array<Matrix3d, kSlots> moved_;      // displacement for a unit force on the tip, m/N
 };
 
 }  // namespace hpdm
