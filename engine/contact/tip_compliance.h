@@ -65,6 +65,9 @@ class TipCompliance {
   }
   /// Returns the non-zero entries of a row, valid until the next call.
   SparseRow Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row);
+  /// Returns the non-zero entries of a row given by those of its control points and the values of the
+  /// finer functions, of which those in use count; valid until the next call.
+  SparseRow Join(const SparseRow& lattice, const SparseRow& finer, const ActiveRefinement& active);
 
   /// Computes the results below.
   void Condense(const LatticeCompliance& lattice);

@@ -158,7 +158,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   patch->normal_W = contact.normal_W;
   patch->kernel_radius = TipPress::KernelRadius(geometry);
   if (!model.rigid()) {  // the lattice turns as a whole over the radius that it resolves
-    normal_.Gather(model, contact.at, contact.indentation.resolved_radius(), state);
+    press.GatherTilt(model, contact, state, &normal_);
     patch->tilt_W = normal_.Tilt(model, *state);
     if (contact.tip >= 0) {
       patch->tilt_compliance_W = normal_.Compliance(model, contact.tip, state);

@@ -47,6 +47,10 @@ void PressNormal::Gather(const OrganModel& model, const SurfacePoint& at, double
                                 &around);
   GatherKernel(rest, around, at, at.Position(model.rest_normals(), rest.triangles), radius,
                &kernel);
+  Take(kernel);
+}
+
+void PressNormal::Take(const KernelSamples& kernel) {
   // The samples of a triangle follow each other.
   count_ = 0;
   for (int i = 0; i < kernel.sample_count; ++i) {

@@ -20,6 +20,10 @@ class PressNormal {
   /// Gathers the kernel of `radius` (m) about a point of the rest surface, from the triangles of the
   /// nearest kMaxVertices vertices if it covers more.
   void Gather(const OrganModel& model, const SurfacePoint& at, double radius, OrganState* state);
+  /// Does the same with a kernel that GatherKernel() has gathered from a neighbourhood of the point at
+  /// rest, within the radius. Only if TakesAll().
+  void Take(const KernelSamples& kernel);
+  static bool TakesAll(const Neighbourhood& around) { return around.vertex_count <= kMaxVertices; }
 
   /// Returns the tilt after the step.
   Vector3d Tilt(const OrganModel& model, const OrganState& state) const {
