@@ -32,9 +32,9 @@ class Room {
   const T* end() const { return values_.data() + N; }
   static constexpr std::size_t size() { return N; }
 
-  /// Copies the first `count` values of another.
+  /// Copies the first `count` values of another, at most N.
   void Take(const Room& other, int count) {
-    std::copy_n(other.begin(), static_cast<std::size_t>(count), begin());
+    std::copy_n(other.begin(), static_cast<std::size_t>(std::clamp(count, 0, N)), begin());
   }
 
  private:
