@@ -97,11 +97,12 @@ TEST(ZWidth, ATooStiffContactAndAWrongLinearLoopAreMissed) {
 TEST(Transparency, APressIsTransparentAndADelayTurnsItsPhaseByItsOwnAngle) {
   const ShippedContact& contact = Contacts()[0];
   constexpr double kHertz = 10, kDelay = 0.005;
-  const Transparency now = MeasureTransparency(contact, {}, {1, kHertz});
-  const Transparency late = MeasureTransparency(contact, {.delay = kDelay}, {kHertz});
+  const std::vector<Transparency> both =
+      MeasureTransparency(contact, {{}, {.delay = kDelay}}, {1, kHertz});
+  const Transparency &now = both[0], &late = both[1];
   EXPECT_NEAR(now.points[0].ratio, 1, 0.1);
   EXPECT_NEAR(now.points[0].phase, 0, 10);
-  EXPECT_NEAR(late.points[0].phase - now.points[1].phase, -360 * kHertz * kDelay, 2);
+  EXPECT_NEAR(late.points[1].phase - now.points[1].phase, -360 * kHertz * kDelay, 2);
 }
 
 Transparency Response(double ratio, double phase) {
