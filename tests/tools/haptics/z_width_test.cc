@@ -105,6 +105,18 @@ TEST(Transparency, APressIsTransparentAndADelayTurnsItsPhaseByItsOwnAngle) {
   EXPECT_NEAR(late.points[1].phase - now.points[1].phase, -360 * kHertz * kDelay, 2);
 }
 
+// A tip with friction slips in a first press and sticks to and fro. The model does as the hand.
+TEST(Transparency, APressWithFrictionIsTransparentToo) {
+  Scene scene = LoadScene(TwoHandsScene().replace_filename("abdomen.toml"));
+  scene.organs.resize(1);  // the liver
+  scene.organs[0].contacts.clear();
+  scene.instruments.erase(scene.instruments.begin());
+  const std::vector<ShippedContact> contacts = FindContacts(std::make_shared<const Session>(scene));
+  ASSERT_EQ(contacts.size(), 1u);
+  const Transparency measured = MeasureTransparency(contacts[0], {{}}, {2})[0];
+  EXPECT_NEAR(measured.points[0].ratio, 1, 0.02);
+}
+
 Transparency Response(double ratio, double phase) {
   return {"scene: probe on organ",
           {},
