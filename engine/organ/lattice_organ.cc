@@ -34,6 +34,10 @@ constexpr int kFinitePointsDegree = 2;
 // easily that a load far beside them moves them, and in finite strain the tissue inverts in them.
 constexpr double kLeastTissue = 0.002, kLeastTissueFinite = 0.02;
 
+// Samples of a layer along the control points' spacing: a spline's tangential strain hardly changes
+// between two.
+constexpr double kSamplesOfLayer = 3;
+
 // Points of tissue under finer levels keep the moments of this degree.
 constexpr int kLevelPointsDegree = 3;
 
@@ -213,9 +217,11 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   }
   if (options().free) {
     free_body_.emplace(lattice_, tissue, options().material.density);
-    free_flight_.emplace(options().time_step, options().free->drag, options().free->gravity_W);
+    free_flight_.emplace(options().time_step, options().free->drag, options().gravity_W);
   }
   BuildElasticSupports(tissue, held);
+  surface_stiffness_ = SurfaceStiffness(options(), rest(), surface_.rest_normals,
+                                        ControlPointSpacing(lattice_) / kSamplesOfLayer);
   switch (options().energy.type) {
     case EnergyType::kMetric:
       BuildMetricEnergy(elastic, cells, held);
@@ -350,11 +356,12 @@ void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
     supports = SupportStiffness(lattice_, tissue, options().supports, held, material.young);
     AddAlongEachAxis(supports, &K);
   }
+  surface_stiffness_.AddTo(lattice_, &K);
   if (LocalFunctionsOf(options()) > 0) {
     const bool finite = options().energy.strain != StrainMeasure::kSmall;
     refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
                               Dilatation::kProjected, held, K,
-                              finite ? kLeastTissueFinite : kLeastTissue);
+                              finite ? kLeastTissueFinite : kLeastTissue, surface_stiffness_);
     refinement_weights_ = SurfaceWeights(refinement_basis_->finer());
   }
   stiffness_ = std::move(K);

@@ -206,6 +206,30 @@ StaticSolution StaticLoads::SolveFinite() const {
   return solution;
 }
 
+// Adds the state of fillings and layers; the vertices have no indentations yet.
+void StaticLoads::AddSurfaceState(StaticSolution* solution) const {
+  const LatticeOrgan* organ = model_.lattice_organ();
+  if (organ == nullptr) return;
+  const SurfaceStiffness& surface = organ->surface_stiffness();
+  for (const Lumen& lumen : surface.lumens()) {
+    solution->lumen_pressures.push_back(-lumen.bulk_modulus *
+                                        RelativeChange(lumen, solution->vertex_displacements));
+  }
+  if (surface.layer_areas().empty()) return;
+  const Points& U = solution->control_displacements;
+  const Eigen::Index n = model_.control_points();
+  Eigen::VectorXd values = surface.LayerRows(organ->lattice()) * ConstUnknownMap(U.data(), 3 * n);
+  if (active_.slots() > 0) {
+    const Lattice& finer = model_.refinement_basis()->finer();
+    Points V = Points::Zero(finer.size(), 3);
+    for (int slot = 0; slot < active_.slots(); ++slot) {
+      if (active_.Function(slot) >= 0) V.row(active_.Function(slot)) = U.row(n + slot);
+    }
+    values += surface.LayerRows(finer) * ConstUnknownMap(V.data(), V.size());
+  }
+  solution->layer_tensions = surface.LargestTensions(values);
+}
+
 void StaticLoads::AddIndentations(const Eigen::VectorXd& forces, StaticSolution* solution) const {
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     if (loads_[i].pressure) continue;
@@ -273,6 +297,7 @@ StaticSolution StaticLoads::Solve() const {
   model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
+  AddSurfaceState(&solution);
   AddIndentations(force, &solution);
   for (Eigen::Index i = 0; i < m; ++i) {
     solution.load_forces.emplace_back(force.segment<3>(3 * i) +

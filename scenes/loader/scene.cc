@@ -112,7 +112,7 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   for (const TableReader& table : root.Tables("organ", kOrganKeys, kMaxOrgans)) {
     OrganOptions organ = ReadOrgan(table);
     organ.time_step = 1.0 / scene.timing.deformation_hz;
-    if (organ.free) organ.free->gravity_W = gravity_W;
+    organ.gravity_W = gravity_W;
     RefuseTakenName(table, organ, scene.organs);
     scene.organs.push_back(std::move(organ));
   }

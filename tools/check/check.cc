@@ -73,6 +73,20 @@ Json CutFacts(const CutSurface& cut) {
           {"ends_in_tissue", cut.has_front()}};
 }
 
+void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
+  const SurfaceStiffness& surface = organ.lattice_organ()->surface_stiffness();
+  for (const Lumen& lumen : surface.lumens()) {
+    (*facts)["lumens"].push_back(
+        {{"volume_m3", lumen.volume}, {"bulk_modulus_Pa", lumen.bulk_modulus}});
+  }
+  for (std::size_t l = 0; l < surface.layer_areas().size(); ++l) {
+    const LayerOptions& layer = organ.options().layers[l];
+    Json& added = (*facts)["layers"].emplace_back(
+        Json{{"area_m2", surface.layer_areas()[l]}, {"stiffness_N_per_m", layer.stiffness}});
+    if (layer.strength) added["strength_N_per_m"] = *layer.strength;
+  }
+}
+
 Json BedFacts(const AttachmentBed& bed) {
   return {{"a", bed.options.a},
           {"b", bed.options.b},
@@ -110,6 +124,7 @@ Json OrganFacts(const OrganModel& organ) {
   // Number of coupled unknowns: one axis at a time (metric, continuum) or all three.
   double unknowns = organ.control_points();
   if (organ.lattice_organ() != nullptr) {
+    AddSurfaceFacts(organ, &facts);
     const Lattice& lattice = organ.lattice_organ()->lattice();
     const Vector3d size = 1000 * lattice.box().lengths;
     facts["lattice_mm"] = {size.x(), size.y(), size.z()};
@@ -216,6 +231,13 @@ void PrintOrgan(const Json& organ) {
     std::printf("  viscoelastic: %.3g Pa at once, %.3g Pa in the end; %zu Prony term%s\n",
                 organ["instantaneous_young_Pa"].get<double>(), organ["young_Pa"].get<double>(),
                 organ["prony"].size(), organ["prony"].size() == 1 ? "" : "s");
+  }
+  for (const Json& lumen : organ.value("lumens", Json::array())) {
+    std::printf("  a filled lumen of %.2f ml\n", 1e6 * lumen["volume_m3"].get<double>());
+  }
+  for (const Json& layer : organ.value("layers", Json::array())) {
+    std::printf("  a layer of %.1f cm^2, %.3g N/m\n", 1e4 * layer["area_m2"].get<double>(),
+                layer["stiffness_N_per_m"].get<double>());
   }
   PrintSupports(organ);
   const Json& cost = organ["cost"];
