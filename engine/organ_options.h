@@ -126,7 +126,7 @@ struct LumenOptions {
 };
 
 /// A thin membrane on an organ's outer surface, such as a capsule or the peritoneum
-/// (energy/surface_stiffness.h).
+/// (energy/fillings_and_layers.h).
 struct LayerOptions {
   std::optional<Region> region;    ///< The part of the surface in it; absent: all.
   double stiffness = 0;            ///< N/m: Young's modulus times thickness.

@@ -215,13 +215,18 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
     const double coarse = kResolvedCells * MeanCell(lattice_.box(), options().lattice.cells);
     thickness_ = thickness_.cwiseMin(3 * coarse * RelativeResolution(lattice_, weights_));
   }
+  if (!options().gravity_W.isZero(0)) {
+    weight_W_ = options().material.density *
+                (lattice_.Weights(tissue.points).transpose() * tissue.weights) *
+                options().gravity_W.transpose();
+  }
   if (options().free) {
     free_body_.emplace(lattice_, tissue, options().material.density);
     free_flight_.emplace(options().time_step, options().free->drag, options().gravity_W);
   }
   BuildElasticSupports(tissue, held);
-  surface_stiffness_ = SurfaceStiffness(options(), rest(), surface_.rest_normals,
-                                        ControlPointSpacing(lattice_) / kSamplesOfLayer);
+  fillings_and_layers_ = FillingsAndLayers(options(), rest(), surface_.rest_normals,
+                                           ControlPointSpacing(lattice_) / kSamplesOfLayer);
   switch (options().energy.type) {
     case EnergyType::kMetric:
       BuildMetricEnergy(elastic, cells, held);
@@ -356,12 +361,12 @@ void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
     supports = SupportStiffness(lattice_, tissue, options().supports, held, material.young);
     AddAlongEachAxis(supports, &K);
   }
-  surface_stiffness_.AddTo(lattice_, &K);
+  fillings_and_layers_.AddTo(lattice_, &K);
   if (LocalFunctionsOf(options()) > 0) {
     const bool finite = options().energy.strain != StrainMeasure::kSmall;
     refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
                               Dilatation::kProjected, held, K,
-                              finite ? kLeastTissueFinite : kLeastTissue, surface_stiffness_);
+                              finite ? kLeastTissueFinite : kLeastTissue, fillings_and_layers_);
     refinement_weights_ = SurfaceWeights(refinement_basis_->finer());
   }
   stiffness_ = std::move(K);

@@ -83,7 +83,7 @@ RefinementBasis::RefinementBasis(const Lattice& lattice, const LocalFunctionOpti
                                  const Quadrature& tissue, const MaterialOptions& material,
                                  Dilatation dilatation, const std::vector<Quadrature>& regions,
                                  const FullStiffness& K, double least_tissue,
-                                 const SurfaceStiffness& surface)
+                                 const FillingsAndLayers& surface)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions, least_tissue)),
       centres_(finer_.ControlPoints()),
       inverse_(InverseStiffness(

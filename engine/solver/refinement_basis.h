@@ -6,7 +6,7 @@
 #include "engine/energy/strain_energy.h"
 #include "engine/lattice/active_refinement.h"
 #include "engine/lattice/lattice.h"
-#include "engine/tissue/surface_stiffness.h"
+#include "engine/tissue/fillings_and_layers.h"
 
 namespace hpdm {
 
@@ -37,7 +37,7 @@ class RefinementBasis {
   RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
                   const Quadrature& tissue, const MaterialOptions& material, Dilatation dilatation,
                   const std::vector<Quadrature>& regions, const FullStiffness& K,
-                  double least_tissue = 0, const SurfaceStiffness& surface = {});
+                  double least_tissue = 0, const FillingsAndLayers& surface = {});
 
   int size() const { return finer_.size(); }  ///< N, number of functions.
   /// Returns n, the number of control points of the lattice.

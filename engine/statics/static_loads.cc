@@ -210,24 +210,14 @@ StaticSolution StaticLoads::SolveFinite() const {
 void StaticLoads::AddSurfaceState(StaticSolution* solution) const {
   const LatticeOrgan* organ = model_.lattice_organ();
   if (organ == nullptr) return;
-  const SurfaceStiffness& surface = organ->surface_stiffness();
+  const FillingsAndLayers& surface = organ->fillings_and_layers();
   for (const Lumen& lumen : surface.lumens()) {
     solution->lumen_pressures.push_back(-lumen.bulk_modulus *
                                         RelativeChange(lumen, solution->vertex_displacements));
   }
-  if (surface.layer_areas().empty()) return;
-  const Points& U = solution->control_displacements;
-  const Eigen::Index n = model_.control_points();
-  Eigen::VectorXd values = surface.LayerRows(organ->lattice()) * ConstUnknownMap(U.data(), 3 * n);
-  if (active_.slots() > 0) {
-    const Lattice& finer = model_.refinement_basis()->finer();
-    Points V = Points::Zero(finer.size(), 3);
-    for (int slot = 0; slot < active_.slots(); ++slot) {
-      if (active_.Function(slot) >= 0) V.row(active_.Function(slot)) = U.row(n + slot);
-    }
-    values += surface.LayerRows(finer) * ConstUnknownMap(V.data(), V.size());
-  }
-  solution->layer_tensions = surface.LargestTensions(values);
+  solution->layer_tensions.resize(surface.tensions().layers());
+  surface.tensions().FindLargest(model_.rest().vertices + solution->vertex_displacements,
+                                 Matrix3d::Identity(), solution->layer_tensions);
 }
 
 void StaticLoads::AddIndentations(const Eigen::VectorXd& forces, StaticSolution* solution) const {

@@ -18,7 +18,7 @@ struct StaticSolution {
   /// m, one per load: kernel-weighted mean of u, or the mean over a pressure's area.
   std::vector<Vector3d> load_displacements;
   std::vector<double> lumen_pressures;  ///< Pa, of each filled lumen, over that at rest.
-  std::vector<double> layer_tensions;   ///< N/m, the largest of each layer (SurfaceStiffness).
+  std::vector<double> layer_tensions;   ///< N/m, the largest of each layer (LayerTensions).
   double residual = 0;  ///< Finite strain: |dE/dU - R| / |R|; else see StaticLoads::Residual.
   double share = 1;     ///< Share of the loads that was reached: below 1 if Newton's method failed.
   double collapsed = 0;  ///< Share of the tissue where the law has failed (ElasticEnergy).

@@ -1,6 +1,7 @@
 #include "engine/tissue/lumen.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "engine/base/error.h"
@@ -10,11 +11,15 @@
 namespace hpdm {
 namespace {
 
+// Share of the largest volume that a flat part may seem to have.
+constexpr double kRoundOff = 1e-9;
+
 // A connected part of a surface.
 struct WallPart {
   std::vector<int> triangles;
   int open_vertex = -1;  // of an edge that is not between two triangles; -1: closed
   double volume = 0;     // m^3, negative if it faces inwards
+  bool is_lumen = false;
 };
 
 std::vector<WallPart> ConnectedParts(const SurfaceMesh& rest) {
@@ -39,13 +44,16 @@ std::vector<WallPart> ConnectedParts(const SurfaceMesh& rest) {
   ForEachEdge(SortedEdgeUses(rest.triangles), [&](auto first, auto last) {
     if (last - first != 2) parts[ToSize(part_of(first->low))].open_vertex = first->low;
   });
+  double largest = 0;
+  for (const WallPart& part : parts) largest = std::max(largest, std::abs(part.volume));
+  for (WallPart& part : parts) {
+    part.is_lumen = part.open_vertex < 0 && part.volume < -kRoundOff * largest;
+  }
   return parts;
 }
 
-bool IsLumen(const WallPart& part) { return part.open_vertex < 0 && part.volume < 0; }
-
 bool RegionHolds(const std::optional<Region>& region, const Box& bounds, const SurfaceMesh& rest,
-           const WallPart& part) {
+                 const WallPart& part) {
   if (!region) return true;
   return std::ranges::all_of(part.triangles, [&](int t) {
     for (int c = 0; c < 3; ++c) {
@@ -55,7 +63,8 @@ bool RegionHolds(const std::optional<Region>& region, const Box& bounds, const S
   });
 }
 
-[[noreturn]] void RefuseLumen(const OrganOptions& organ, std::size_t number, const std::string& text) {
+[[noreturn]] void RefuseLumen(const OrganOptions& organ, std::size_t number,
+                              const std::string& text) {
   const std::string key = "lumen[" + std::to_string(number) + "]";
   throw InputError("organ \"" + organ.name + "\": " + key + text, {"organ", organ.name, key});
 }
@@ -63,9 +72,10 @@ bool RegionHolds(const std::optional<Region>& region, const Box& bounds, const S
 [[noreturn]] void RefuseOpenLumen(const OrganOptions& organ, std::size_t number,
                                   const SurfaceMesh& rest, const WallPart* open) {
   if (open == nullptr) {
-    RefuseLumen(organ, number,
-           " has no closed lumen in its region: fluid stays only in a cavity that tissue encloses; "
-           "close its wall, or remove the table");
+    RefuseLumen(
+        organ, number,
+        " has no closed lumen in its region: fluid stays only in a cavity that tissue encloses; "
+        "close its wall, or remove the table");
   }
   char text[160];
   const auto at = rest.vertices.row(open->open_vertex);
@@ -100,7 +110,7 @@ Lumen LumenOf(const SurfaceMesh& rest, const WallPart& part, double bulk_modulus
 std::vector<bool> TrianglesOfLumens(const SurfaceMesh& rest) {
   std::vector<bool> inner(ToSize(rest.triangles.rows()));
   for (const WallPart& part : ConnectedParts(rest)) {
-    if (!IsLumen(part)) continue;
+    if (!part.is_lumen) continue;
     for (const int t : part.triangles) inner[ToSize(t)] = true;
   }
   return inner;
@@ -117,7 +127,7 @@ std::vector<Lumen> FilledLumens(const SurfaceMesh& rest, const OrganOptions& org
     for (std::size_t p = 0; p < parts.size(); ++p) {
       if (!RegionHolds(organ.lumens[i].region, bounds, rest, parts[p])) continue;
       if (parts[p].open_vertex >= 0) open = &parts[p];
-      if (!IsLumen(parts[p])) continue;
+      if (!parts[p].is_lumen) continue;
       found = true;
       filling[p] = &organ.lumens[i];
     }

@@ -116,6 +116,11 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     RefuseTakenName(table, organ, scene.organs);
     scene.organs.push_back(std::move(organ));
   }
+  std::size_t layers = 0;
+  for (const OrganOptions& organ : scene.organs) layers += organ.layers.size();
+  if (layers > kMaxLayers) {
+    root.Fail("organ", "has more than 16 tables [[organ.layer]]", "give fewer of them");
+  }
   if (scene.organs.empty()) root.Fail("organ", "is empty", kAddOrgan);
   for (const TableReader& table : root.Tables("contact", kContactKeys, kMaxContactPairs)) {
     ReadContact(table, &scene.organs);

@@ -15,10 +15,9 @@ inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz"
                                                    "patch_delay_ticks", "step_budget"};
 
 inline constexpr std::string_view kOrganKeys[] = {
-    "name",   "mesh",    "unit",           "model",        "texture",
-    "pose",   "motion",  "lattice",        "energy",       "material",
-    "region", "support", "wall_stiffness", "subdivisions", "free",
-    "lumen",  "layer"};
+    "name",           "mesh",         "unit",   "model",    "texture", "pose",
+    "motion",         "lattice",      "energy", "material", "region",  "support",
+    "wall_stiffness", "subdivisions", "free",   "lumen",    "layer"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
     "a",     "b",         "box",      "box_fraction", "sphere",

@@ -501,6 +501,9 @@ void AddAttachments(Scenes* s) {
                 layer(kFace)));
   s->Text("an attachment of no strength", scene(soft, layer(kFace, "45", "0")));
   s->Text("an attachment of less toughness than it stores", scene(soft, layer(kFace, "2.4")));
+  s->Text("an attachment that the weight overloads",
+          scene(rigid, layer(kFace, "45", "10") + "[scene]\ngravity=[0,0,-9.81]\n",
+                {.organ = "support=[{box={min=[-1,-1,-1],max=[-0.03,1,1]}, fixed=true}]\n"}));
   s->Text("an attachment of NaN", scene(soft, layer(kFace, "nan")));
   s->Text("two attachments on one surface", scene(soft, layer(kFace) + layer(kFace)));
   s->Text("an attachment of two rigid organs",

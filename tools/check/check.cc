@@ -74,7 +74,7 @@ Json CutFacts(const CutSurface& cut) {
 }
 
 void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
-  const SurfaceStiffness& surface = organ.lattice_organ()->surface_stiffness();
+  const FillingsAndLayers& surface = organ.lattice_organ()->fillings_and_layers();
   for (const Lumen& lumen : surface.lumens()) {
     (*facts)["lumens"].push_back(
         {{"volume_m3", lumen.volume}, {"bulk_modulus_Pa", lumen.bulk_modulus}});
@@ -87,7 +87,7 @@ void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
   }
 }
 
-Json BedFacts(const AttachmentBed& bed) {
+Json BedFacts(const AttachmentBed& bed, const Vector3d& borne_W) {
   return {{"a", bed.options.a},
           {"b", bed.options.b},
           {"samples", bed.size()},
@@ -95,6 +95,7 @@ Json BedFacts(const AttachmentBed& bed) {
           {"opens_at_m", bed.law.onset},
           {"free_at_m", bed.law.final},
           {"strength_N", bed.areas.sum() * bed.options.strength},
+          {"bears_N", borne_W.norm()},
           {"work_to_free_J", bed.areas.sum() * bed.options.toughness}};
 }
 
@@ -261,6 +262,9 @@ void PrintBed(const Json& bed) {
       1e4 * bed["area_m2"].get<double>(), bed["samples"].get<long>(),
       bed["strength_N"].get<double>(), 1000 * bed["opens_at_m"].get<double>(),
       1000 * bed["free_at_m"].get<double>(), 1000 * bed["work_to_free_J"].get<double>());
+  if (const double borne = bed["bears_N"].get<double>(); borne > 0) {
+    std::printf("  it bears %.3f N of their weight at the start\n", borne);
+  }
 }
 
 std::string_view TypeName(InstrumentType type) {
@@ -368,7 +372,9 @@ void Check(const std::string& scene, bool as_json) {
     facts["instruments"].push_back(
         InstrumentFacts(instrument, session.device_choices()[i], session.SiteOf(instrument)));
   }
-  for (const AttachmentBed& bed : session.beds()) facts["attachments"].push_back(BedFacts(bed));
+  for (std::size_t l = 0; l < session.beds().size(); ++l) {
+    facts["attachments"].push_back(BedFacts(session.beds()[l], session.borne_W()[l]));
+  }
   facts["contacts"] = Json::array();
   for (const Session::ContactFact& contact : session.contacts()) {
     facts["contacts"].push_back(ContactFacts(contact));

@@ -79,11 +79,10 @@ TEST_P(RefinementBasisTest, CouplingAndReducedStiffnessHoldTheEnergy) {
 TEST_P(RefinementBasisTest, FillingsAndLayersAreInTheEnergyInFull) {
   LatticeBody body(GetParam());
   OrganOptions organ;
-  organ.lumens = {{.bulk_modulus = 3e4}};
+  organ.lumens.emplace_back().bulk_modulus = 3e4;
   organ.layers = {{.region = {}, .stiffness = 20, .poisson = 0.3, .strength = {}}};
-  const SurfaceMesh hollow =
-      Joined(body.mesh, Reversed(Ellipsoid(Vector3d(0.07, 0.05, 0.03), 2)));
-  const SurfaceStiffness surface(organ, hollow, hollow.vertices, 0.01);
+  const SurfaceMesh hollow = Joined(body.mesh, Reversed(Ellipsoid(Vector3d(0.07, 0.05, 0.03), 2)));
+  const FillingsAndLayers surface(organ, hollow, hollow.vertices, 0.01);
   surface.AddTo(body.lattice, &body.K);
   const RefinementBasis local(body.lattice, {.functions = 20, .refinement = kRefinement},
                               body.tissue, body.material, Dilatation::kProjected, {}, body.K, 0,

@@ -46,11 +46,11 @@ TEST(Lumen, EveryClosedCavityIsOneOfItsVolume) {
 }
 
 TEST(Lumen, ALaterTableEmptiesOneOfThem) {
-  LumenOptions empty;
+  LumenOptions soft, empty;
+  soft.bulk_modulus = 7;
   empty.region = Sphere{Vector3d(-0.015, 0, 0), 0.012};
   empty.filled = false;
-  const std::vector<Lumen> lumens =
-      FilledLumens(BallWithTwoCavities(), BallWith({{.bulk_modulus = 7}, empty}));
+  const std::vector<Lumen> lumens = FilledLumens(BallWithTwoCavities(), BallWith({soft, empty}));
   ASSERT_EQ(lumens.size(), 1);
   EXPECT_LT(lumens[0].volume, BallVolume(0.006));
   EXPECT_EQ(lumens[0].bulk_modulus, 7);
@@ -81,7 +81,8 @@ TEST(Lumen, AnOpenOneIsRefusedWithItsPlace) {
   EXPECT_NE(LumenRefusal(outer, {}).find("no closed lumen"), std::string::npos);
   LumenOptions elsewhere;
   elsewhere.region = Sphere{Vector3d(0.1, 0, 0), 0.01};
-  EXPECT_NE(LumenRefusal(BallWithTwoCavities(), elsewhere).find("no closed lumen"), std::string::npos);
+  EXPECT_NE(LumenRefusal(BallWithTwoCavities(), elsewhere).find("no closed lumen"),
+            std::string::npos);
 }
 
 TEST(Lumen, TheOuterSurfaceIsNone) {

@@ -41,19 +41,19 @@ TEST_F(SceneTest, FillingsAndLayersNeedAConstantStiffness) {
     for (const std::string other :
          {"energy={strain='finite'}\n", "energy={strain='adaptive'}\n", "energy={type='metric'}\n",
           "energy={solver='gauss_seidel'}\n", "lattice={adaptive_functions=300}\n"}) {
-      EXPECT_TRUE(Contains(ErrorOf([&] { Load(kOrgan + other + table); }),
-                           "does not apply to this organ"))
+      EXPECT_TRUE(
+          Contains(ErrorOf([&] { Load(kOrgan + other + table); }), "does not apply to this organ"))
           << table << other;
     }
     EXPECT_TRUE(Contains(ErrorOf([&] { Load(kOrgan + "model='mass_spring'\n" + table); }),
                          "needs model = \"hpdm\""))
         << table;
-    EXPECT_TRUE(Contains(
-        ErrorOf([&] {
-          Load(kOrgan + table +
-               "[[cut]]\norgan='liver'\nstrip=[[[0,0,0],[0,0,1]],[[1,0,0],[1,0,1]]]\n");
-        }),
-        "has a lumen or a layer"))
+    EXPECT_TRUE(
+        Contains(ErrorOf([&] {
+                   Load(kOrgan + table +
+                        "[[cut]]\norgan='liver'\nstrip=[[[0,0,0],[0,0,1]],[[1,0,0],[1,0,1]]]\n");
+                 }),
+                 "has a lumen or a layer"))
         << table;
   }
 }

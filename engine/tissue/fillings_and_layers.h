@@ -7,6 +7,7 @@
 #include "engine/lattice/lattice.h"
 #include "engine/mesh/surface_mesh.h"
 #include "engine/organ_options.h"
+#include "engine/tissue/layer_tensions.h"
 #include "engine/tissue/lumen.h"
 
 namespace hpdm {
@@ -22,18 +23,19 @@ namespace hpdm {
 ///    plane of the surface. Three rows a sample; it takes no bending.
 ///
 /// The rows are those of any lattice over the organ. Constant once built; set-up and any thread.
-class SurfaceStiffness {
+class FillingsAndLayers {
  public:
   /// No filling and no layer.
-  SurfaceStiffness() = default;
+  FillingsAndLayers() = default;
   /// `rest` and `rest_normals` (V x 3) must outlive it. `longest_side`: m, of a layer's samples.
   /// Throws InputError (organ's name, fault, remedy).
-  SurfaceStiffness(const OrganOptions& organ, const SurfaceMesh& rest, const Points& rest_normals,
-                   double longest_side);
+  FillingsAndLayers(const OrganOptions& organ, const SurfaceMesh& rest, const Points& rest_normals,
+                    double longest_side);
 
   const std::vector<Lumen>& lumens() const { return lumens_; }
   /// Returns the area of each layer of the options, m^2.
   const std::vector<double>& layer_areas() const { return layer_areas_; }
+  const LayerTensions& tensions() const { return tensions_; }
 
   /// One row a filled lumen: L x 3n, N^(1/2) m^(-1/2).
   Eigen::MatrixXd FillingRows(const Lattice& lattice) const;
@@ -41,10 +43,6 @@ class SurfaceStiffness {
   WeightMatrix LayerRows(const Lattice& lattice) const;
   /// Adds rows^T rows of all of them to K (3n x 3n, N/m).
   void AddTo(const Lattice& lattice, Eigen::MatrixXd* K) const;
-
-  /// Returns the largest principal tension of each layer, N/m; 0 where all of it is slack.
-  /// `values`: 3S, LayerRows() times the displacements. Any thread; no allocation but the result.
-  std::vector<double> LargestTensions(const Eigen::VectorXd& values) const;
 
  private:
   struct Sample {
@@ -62,6 +60,7 @@ class SurfaceStiffness {
   std::vector<Lumen> lumens_;
   std::vector<LayerOptions> layers_;
   std::vector<double> layer_areas_;
+  LayerTensions tensions_;
   std::vector<Sample> samples_;
 };
 

@@ -1,4 +1,4 @@
-#include "engine/tissue/surface_stiffness.h"
+#include "engine/tissue/fillings_and_layers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,8 +31,8 @@ double ShearStiffness(const LayerOptions& layer) {
 
 }  // namespace
 
-SurfaceStiffness::SurfaceStiffness(const OrganOptions& organ, const SurfaceMesh& rest,
-                                   const Points& rest_normals, double longest_side)
+FillingsAndLayers::FillingsAndLayers(const OrganOptions& organ, const SurfaceMesh& rest,
+                                     const Points& rest_normals, double longest_side)
     : rest_(&rest),
       rest_normals_(&rest_normals),
       lumens_(FilledLumens(rest, organ)),
@@ -40,6 +40,7 @@ SurfaceStiffness::SurfaceStiffness(const OrganOptions& organ, const SurfaceMesh&
   if (layers_.empty()) return;
   const SurfaceMesh outer = OuterSurface(rest);
   const Box bounds = AxisAlignedBounds(rest.vertices);
+  tensions_ = LayerTensions(layers_, outer, bounds);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     std::vector<SurfaceSample> samples;
     try {
@@ -54,8 +55,8 @@ SurfaceStiffness::SurfaceStiffness(const OrganOptions& organ, const SurfaceMesh&
   }
 }
 
-void SurfaceStiffness::AddSamples(int layer, const SurfaceMesh& outer,
-                                  const std::vector<SurfaceSample>& samples) {
+void FillingsAndLayers::AddSamples(int layer, const SurfaceMesh& outer,
+                                   const std::vector<SurfaceSample>& samples) {
   double area = 0;
   for (const SurfaceSample& at : samples) {
     Sample sample{.layer = layer,
@@ -75,11 +76,11 @@ void SurfaceStiffness::AddSamples(int layer, const SurfaceMesh& outer,
   layer_areas_.push_back(area);
 }
 
-Lattice::Site SurfaceStiffness::SiteOf(const Lattice& lattice, const Sample& sample) const {
+Lattice::Site FillingsAndLayers::SiteOf(const Lattice& lattice, const Sample& sample) const {
   return lattice.SiteOf(sample.p_W, sample.p_W - lattice.inset() * sample.normal_W);
 }
 
-Eigen::MatrixXd SurfaceStiffness::FillingRows(const Lattice& lattice) const {
+Eigen::MatrixXd FillingsAndLayers::FillingRows(const Lattice& lattice) const {
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(lumens_.size()), 3 * lattice.size());
   for (std::size_t l = 0; l < lumens_.size(); ++l) {
@@ -99,7 +100,7 @@ Eigen::MatrixXd SurfaceStiffness::FillingRows(const Lattice& lattice) const {
   return rows;
 }
 
-WeightMatrix SurfaceStiffness::LayerRows(const Lattice& lattice) const {
+WeightMatrix FillingsAndLayers::LayerRows(const Lattice& lattice) const {
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t s = 0; s < samples_.size(); ++s) {
     const Sample& sample = samples_[s];
@@ -123,7 +124,7 @@ WeightMatrix SurfaceStiffness::LayerRows(const Lattice& lattice) const {
   return rows;
 }
 
-void SurfaceStiffness::AddTo(const Lattice& lattice, Eigen::MatrixXd* K) const {
+void FillingsAndLayers::AddTo(const Lattice& lattice, Eigen::MatrixXd* K) const {
   if (!samples_.empty()) {
     const WeightMatrix rows = LayerRows(lattice);
     const WeightMatrix added = rows.transpose() * rows;
@@ -133,21 +134,6 @@ void SurfaceStiffness::AddTo(const Lattice& lattice, Eigen::MatrixXd* K) const {
   if (lumens_.empty()) return;
   const Eigen::MatrixXd rows = FillingRows(lattice);
   for (Eigen::Index l = 0; l < rows.rows(); ++l) *K += rows.row(l).transpose() * rows.row(l);
-}
-
-std::vector<double> SurfaceStiffness::LargestTensions(const Eigen::VectorXd& values) const {
-  std::vector<double> largest(layers_.size());
-  for (std::size_t s = 0; s < samples_.size(); ++s) {
-    const Sample& sample = samples_[s];
-    const LayerOptions& layer = layers_[ToSize(sample.layer)];
-    const Vector3d value =
-        values.segment<3>(3 * static_cast<Eigen::Index>(s)) / std::sqrt(sample.area);
-    const double mean = std::sqrt(SumStiffness(layer)) * value[0];
-    const double shear = std::sqrt(ShearStiffness(layer)) * std::hypot(value[1], value[2]);
-    double& tension = largest[ToSize(sample.layer)];
-    tension = std::max(tension, mean + shear);
-  }
-  return largest;
 }
 
 }  // namespace hpdm
