@@ -270,12 +270,13 @@ bool ContactSolver::SolveActive() {
     if (active_[i]) active_list_[static_cast<std::size_t>(count++)] = e;
   }
   if (count == 0) return false;
-  double way = 0, stiffest = compliance_(active_list_[0], active_list_[0]), softest = 0;
+  double way = 0, softest = 0;
+  double stiffest = HUGE_VAL;  // of the tools' equations
   for (int i = 0; i < count; ++i) {
     const int e = active_list_[static_cast<std::size_t>(i)];
     way = std::max(way, std::abs(change_[e]));
-    stiffest = std::min(stiffest, compliance_(e, e));
     softest = std::max(softest, compliance_(e, e));
+    if (e < first_pair_equation_) stiffest = std::min(stiffest, compliance_(e, e));
   }
   const bool friction = HasFriction();
   const auto solve = [&](double pad) {
@@ -303,9 +304,14 @@ bool ContactSolver::SolveActive() {
   // Other contacts move by one part in 1e9.
   double pad = 1e-9 * softest;
   bool dependent = solve(pad);
+  // The tools' equations stand first. Contacts of organs only push, so they cannot contradict each
+  // other, and organs that others hold have forces of many times that of one alone.
+  const auto tools = std::count_if(active_list_.begin(), active_list_.begin() + count,
+                                   [this](int e) { return e < first_pair_equation_; });
   const double alone = way / stiffest;
-  if (active_forces_.cwiseAbs().maxCoeff() > kContradicting * alone) {
-    while (active_forces_.cwiseAbs().maxCoeff() > kSlipping * alone && pad < softest) {
+  const auto largest = [&] { return active_forces_.head(tools).cwiseAbs().maxCoeff(); };
+  if (tools > 0 && largest() > kContradicting * alone) {
+    while (largest() > kSlipping * alone && pad < softest) {
       pad *= 10;
       solve(pad);
     }

@@ -40,9 +40,9 @@ struct RelaxationResult {
 ///    A, that between coupled rows to their common blocks. Under a tip it depends on the pressing
 ///    force (LocalIndentation): Newton's method starts without force, from where it increases, and
 ///    each of its rounds solves the equations above.
-/// 5. (Nearly) coincident contacts with different targets would pull against each other with up to
-///    1e9 times the force of one alone. If forces exceed kContradicting times the single-contact
-///    force, slip compliance is added until they are below kSlipping times it
+/// 5. (Nearly) coincident contacts of tools with different targets would pull against each other
+///    with up to 1e9 times the force of one alone. If the tools' forces exceed kContradicting times
+///    the single-contact force, slip compliance is added until they are below kSlipping times it
 ///    (ContactConstraints::Row::slip).
 ///
 /// The method is an active set that changes all wrong contacts at once. If that does not lead to

@@ -269,6 +269,19 @@ class StepJudges {
     }
   }
 
+  // The first of the organs that can push `organ`.
+  std::size_t FirstPushing(std::size_t organ) const {
+    return organ < limits_.pushing.size() ? limits_.pushing[organ] : organ;
+  }
+
+  void NoteTouch(int organ, Touches* now) const {
+    if (organ < 0 || organ >= kMaxOrgans) return;
+    const std::size_t first = FirstPushing(static_cast<std::size_t>(organ));
+    for (std::size_t other = 0; other < now->last.size(); ++other) {
+      if (FirstPushing(other) == first) now->last[other] = now->time;
+    }
+  }
+
   void NoteTouches(const StepSample& sample, bool follows) {
     Touches now = judged_.empty() ? Touches() : judged_.back();
     now.step = sample.step.number;
@@ -276,14 +289,11 @@ class StepJudges {
     if (!follows) now.last.fill(now.time);  // no earlier time is known
     for (int t = 0; t < sample.tool_count; ++t) {
       const SolvedContact& contact = sample.contacts[t];
-      const bool known = contact.organ >= 0 && contact.organ < kMaxOrgans;
-      const bool tip =
-          known && (contact.kind == ContactKind::kGrasp || !contact.force_on_tissue_W.isZero(0));
-      if (tip) now.last[static_cast<std::size_t>(contact.organ)] = now.time;
+      if (contact.kind == ContactKind::kGrasp || !contact.force_on_tissue_W.isZero(0)) {
+        NoteTouch(contact.organ, &now);
+      }
       for (const SolvedContact& beside : sample.beside[t]) {
-        const bool presses =
-            beside.organ >= 0 && beside.organ < kMaxOrgans && !beside.force_on_tissue_W.isZero(0);
-        if (presses) now.last[static_cast<std::size_t>(beside.organ)] = now.time;
+        if (!beside.force_on_tissue_W.isZero(0)) NoteTouch(beside.organ, &now);
       }
       if (contact.shaft_contact) now.last.fill(now.time);  // a shaft may touch any of them
     }

@@ -19,6 +19,9 @@ struct SessionLimits {
   /// s, by organ: time after the last touch until it is back at its position before any touch (0:
   /// in the first step without a touch). Empty if the model does not guarantee this.
   std::vector<std::optional<double>> settles;
+  /// By organ: the first of the organs that can push each other, itself among them. A tool on one of
+  /// them may move them all. Empty: none push each other.
+  std::vector<std::size_t> pushing = {};
   bool still = true;  ///< True if organs do not move by themselves: all work comes from the hands.
 };
 
@@ -59,7 +62,8 @@ struct Invariant {
 ///            close on pressed tissue give millijoules each time. A contact that chatters by 1 mm
 ///            at 30 Hz gives a hand of 5 N s/m 89 mW
 ///   rest     m, distance of a control point, local function or indentation from its value before
-///            any touch. Judged on organs that no tool has touched for SessionLimits::settles
+///            any touch. Judged on organs that no tool has touched for SessionLimits::settles, nor
+///            any organ that can push them
 ///
 ///   damage   largest fall of an attachment's damage, freed area or dissipated energy from one step
 ///            to the next, over its value before. Tears never heal

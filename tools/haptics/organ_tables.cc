@@ -83,37 +83,47 @@ ContactTable MeasureBars(bool quick) {
   return table;
 }
 
-// The gallbladder lies in its bed under the liver, 0.65 mm away from it.
-std::vector<ScenePress> AbdomenPresses(bool quick) {
-  const Vector3d lobe(0.035, -0.062, 0.045), fundus(0.008, -0.110, 0.032), none = Vector3d::Zero();
-  std::vector<ScenePress> presses = {{"liver, quadrate lobe, into it", "liver", lobe, none, 0.005},
-                                     {"gallbladder, body, to the liver",
-                                      "gallbladder",
-                                      {0.008, -0.09, 0.0},
-                                      Vector3d(0, 0.5, 0.87),
-                                      0.005}};
+struct PressCase {
+  const char* scene;
+  ScenePress press;
+};
+
+// In abdomen.toml the gallbladder lies in its bed under the liver, 0.65 mm away from it. The left lobe
+// of liver_on_stomach.toml lies over the stomach.
+std::vector<PressCase> PressCases(bool quick) {
+  const char* const abdomen = "abdomen.toml";
+  const char* const lobe_on_stomach = "liver_on_stomach.toml";
+  const Vector3d quadrate(0.035, -0.062, 0.045), fundus(0.008, -0.110, 0.032),
+      left(0.106, 0.03, 0.032), none = Vector3d::Zero(), down = -Vector3d::UnitZ();
+  std::vector<PressCase> presses = {
+      {abdomen, {"liver, quadrate lobe, into it", "liver", quadrate, none, 0.005}},
+      {abdomen,
+       {"gallbladder, body, to the liver",
+        "gallbladder",
+        {0.008, -0.09, 0.0},
+        Vector3d(0, 0.5, 0.87),
+        0.005}}};
   if (quick) return presses;
+  const Vector3d aside(-1, 0, -0.5);
   presses.insert(
       presses.end(),
-      {{"liver, quadrate lobe, to the gallbladder", "liver", lobe, Vector3d(-1, 0, -0.5), 0.005},
-       {"the same, 10 mm tip", "liver", lobe, Vector3d(-1, 0, -0.5), 0.010},
-       {"the same, 2.5 mm tip, 0.5 m/s", "liver", lobe, Vector3d(-1, 0, -0.5), 0.0025, 0.5},
-       {"liver, over the bed, down", "liver", {0.008, -0.06, 0.05}, Vector3d(0, 0, -1), 0.005},
-       {"gallbladder, fundus, to the liver", "gallbladder", fundus, Vector3d(0, 1, 0), 0.005},
-       {"liver, left lobe, to the stomach",
-        "liver",
-        {0.122, 0.012, 0.02},
-        Vector3d(0.4, -0.3, -0.8),
-        0.010}});
+      {{abdomen, {"liver, quadrate lobe, to the gallbladder", "liver", quadrate, aside, 0.005}},
+       {abdomen, {"the same, 10 mm tip", "liver", quadrate, aside, 0.010}},
+       {abdomen, {"the same, 2.5 mm tip, 0.5 m/s", "liver", quadrate, aside, 0.0025, 0.5}},
+       {abdomen, {"liver, over the bed, down", "liver", {0.008, -0.06, 0.05}, down, 0.005}},
+       {abdomen, {"gallbladder, fundus, to the liver", "gallbladder", fundus, {0, 1, 0}, 0.005}},
+       {lobe_on_stomach, {"left lobe, down onto the stomach", "liver", left, down, 0.010}},
+       {lobe_on_stomach, {"the same, 5 mm tip, 0.5 m/s", "liver", left, down, 0.005, 0.5}}});
   return presses;
 }
 
-ContactTable MeasurePenetration(const std::filesystem::path& scene, bool quick) {
+ContactTable MeasurePenetration(const std::filesystem::path& scenes, bool quick) {
   ContactTable table{
       "penetration",
-      "Presses of 20 mm in abdomen.toml and back, at 0.1 m/s if not stated, by haptic ticks and "
-      "steps as in a session, with a contact of liver and "
-      "gallbladder added, which the scene leaves out: depth of the drawn organs in each "
+      "Presses of 20 mm in abdomen.toml and liver_on_stomach.toml and back, at 0.1 m/s if not "
+      "stated, "
+      "by haptic ticks and steps as in a session, with a contact of liver and "
+      "gallbladder added, which abdomen.toml leaves out: depth of the drawn organs in each "
       "other after each step, at samples at most 2 mm apart, inside by the winding number of the "
       "other's outer surface.",
       Format("Targets: mean of the samples inside %.1f mm, largest %.0f mm; steps of the felt "
@@ -129,10 +139,11 @@ ContactTable MeasurePenetration(const std::filesystem::path& scene, bool quick) 
        {"steps in contact", "steps", 0},
        {"dropped", "dropped", 0}},
       {}};
-  for (ScenePress press : AbdomenPresses(quick)) {
-    const ScenePressResult apart = PressInScene(scene, press, kScenePress);
+  for (auto [scene, press] : PressCases(quick)) {
+    if (!std::filesystem::exists(scenes / scene)) continue;
+    const ScenePressResult apart = PressInScene(scenes / scene, press, kScenePress);
     press.all_pairs = true;
-    const ScenePressResult result = PressInScene(scene, press, kScenePress);
+    const ScenePressResult result = PressInScene(scenes / scene, press, kScenePress);
     table.rows.push_back(
         {press.name,
          {AtMost(1e3 * result.penetration.mean, kMeanDepth),
@@ -157,8 +168,8 @@ std::vector<ContactTable> MeasureOrganContacts(
   };
   add(MeasureSpheres(quick));
   add(MeasureBars(quick));
-  const std::filesystem::path abdomen = scenes / "abdomen.toml";
-  if (std::filesystem::exists(abdomen)) add(MeasurePenetration(abdomen, quick));
+  ContactTable penetration = MeasurePenetration(scenes, quick);
+  if (!penetration.rows.empty()) add(std::move(penetration));
   return tables;
 }
 

@@ -1,7 +1,9 @@
 #include "tools/session/session_scene.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/quoted_token.h"
@@ -29,6 +31,30 @@ std::optional<double> SettlesIn(const OrganOptions& organ) {
     slowest = std::max(slowest, prony.terms[static_cast<std::size_t>(k)].time);
   }
   return settled + kCreeps * slowest * prony.InstantaneousFactor();
+}
+
+// True if the organ moves without tools: it breathes, or is free.
+bool Moves(const OrganOptions& organ) {
+  return organ.free || (organ.motion.frequency != 0 && !organ.motion.displacement_W.isZero(0));
+}
+
+// Returns for each organ the first of the organs that it touches by [[contact]], directly or through
+// others; itself if there is none before it.
+std::vector<std::size_t> FirstPushing(const std::vector<OrganOptions>& organs) {
+  std::vector<std::size_t> first(organs.size());
+  std::iota(first.begin(), first.end(), std::size_t{0});
+  for (std::size_t a = 0; a < organs.size(); ++a) {
+    for (const OrganContactOptions& contact : organs[a].contacts) {
+      const auto b = static_cast<std::size_t>(
+          std::find_if(organs.begin(), organs.end(),
+                       [&](const OrganOptions& other) { return other.name == contact.with; }) -
+          organs.begin());
+      const std::size_t joined = std::min(first[a], first[b]);
+      const std::size_t left = std::max(first[a], first[b]);
+      std::replace(first.begin(), first.end(), left, joined);
+    }
+  }
+  return first;
 }
 
 }  // namespace
@@ -59,12 +85,22 @@ SessionLimits LimitsOf(const Scene& scene) {
     limits.tools.push_back(
         {.max_force = device.max_force, .slew = device.max_force_rate / scene.timing.haptic_hz});
   }
-  for (const OrganOptions& organ : scene.organs) {
-    // A torn attachment leaves its organs elsewhere.
-    const bool attached = IsAttached(scene.attachments, organ.name);
-    limits.settles.push_back(attached ? std::nullopt : SettlesIn(organ));
-    const OrganMotion& motion = organ.motion;
-    limits.still = limits.still && (motion.frequency == 0 || motion.displacement_W.isZero(0));
+  limits.pushing = FirstPushing(scene.organs);
+  std::vector<bool> carried(scene.organs.size());  // by the first organ: one of them moves
+  for (std::size_t o = 0; o < scene.organs.size(); ++o) {
+    if (!Moves(scene.organs[o])) continue;
+    limits.still = false;
+    carried[limits.pushing[o]] = true;
+  }
+  for (std::size_t o = 0; o < scene.organs.size(); ++o) {
+    const OrganOptions& organ = scene.organs[o];
+    const std::size_t first = limits.pushing[o];
+    const bool pushes = std::count(limits.pushing.begin(), limits.pushing.end(), first) > 1;
+    // A torn attachment leaves its organs elsewhere, a free organ stays where it is laid, and an
+    // organ that moves pushes others.
+    const bool returns =
+        !organ.free && !IsAttached(scene.attachments, organ.name) && !(pushes && carried[first]);
+    limits.settles.push_back(returns ? SettlesIn(organ) : std::nullopt);
   }
   return limits;
 }

@@ -381,6 +381,19 @@ TEST_F(SessionInvariants, GiveACreepingOrganItsTime) {
   EXPECT_EQ(Find("rest").checked, 0u);
 }
 
+TEST_F(SessionInvariants, LetAToolOnAnotherOrganPushTheOrgan) {
+  const auto press_another = [](Step* step) {
+    if (step->sample.step.number > 40) step->sample.contacts[0].organ = 1;
+  };
+  limits_.settles = {0.0, 0.0};
+  limits_.pushing = {0, 0};
+  WriteSession(nullptr, press_another);
+  EXPECT_EQ(Broken(), "");
+  EXPECT_GT(Find("rest").checked, 0u);
+  limits_.pushing = {0, 1};
+  EXPECT_EQ(Broken(), "rest");
+}
+
 TEST_F(SessionInvariants, NameTheLastBitOfAForceThatIsNotRepeated) {
   WriteSession([](Tick* tick) {
     double& force = tick->output.tools[0].force_W.z();

@@ -1,0 +1,49 @@
+#include "tools/session/session_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace hpdm {
+namespace {
+
+/// Four organs: the first and the last touch the second, so that three can push each other.
+Scene FourOrgans() {
+  Scene scene;
+  for (const char* name : {"liver", "stomach", "spleen", "gallbladder"}) {
+    scene.organs.emplace_back().name = name;
+  }
+  scene.organs[1].contacts = {{.with = "liver", .friction = 0}};
+  scene.organs[3].contacts = {{.with = "stomach", .friction = 0}};
+  return scene;
+}
+
+TEST(LimitsOf, JoinOrgansThatPushEachOtherThroughOthers) {
+  const SessionLimits limits = LimitsOf(FourOrgans());
+  EXPECT_EQ(limits.pushing, (std::vector<std::size_t>{0, 0, 2, 0}));
+  EXPECT_TRUE(limits.still);
+  for (const std::optional<double>& settles : limits.settles) EXPECT_EQ(settles, 0.0);
+}
+
+TEST(LimitsOf, ABreathingOrganKeepsItsOwnRestButNotThatOfThoseItPushes) {
+  Scene scene = FourOrgans();
+  scene.organs[2].motion = {.displacement_W = Vector3d(0, 0, 0.01), .frequency = 0.25};
+  SessionLimits limits = LimitsOf(scene);
+  EXPECT_FALSE(limits.still);
+  for (const std::optional<double>& settles : limits.settles) EXPECT_EQ(settles, 0.0);
+
+  scene.organs[0].motion = scene.organs[2].motion;
+  limits = LimitsOf(scene);
+  for (const int pushed : {0, 1, 3}) EXPECT_FALSE(limits.settles[pushed]) << pushed;
+  EXPECT_EQ(limits.settles[2], 0.0);
+}
+
+TEST(LimitsOf, AFreeOrganMayLieAnywhere) {
+  Scene scene = FourOrgans();
+  scene.organs[2].free = FreeOptions();
+  const SessionLimits limits = LimitsOf(scene);
+  EXPECT_FALSE(limits.still);
+  EXPECT_FALSE(limits.settles[2]);
+  EXPECT_EQ(limits.settles[0], 0.0);
+}
+
+}  // namespace
+}  // namespace hpdm
