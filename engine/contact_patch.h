@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "engine/base/room.h"
 #include "engine/base/types.h"
 #include "engine/contact/half_space.h"
 #include "engine/contact/patch_surface.h"
@@ -95,18 +96,43 @@ struct SolvedContact {
 };
 
 /// A bounded set of connected triangles of an organ's surface, with the parameters of Eq. 29 at
-/// their corners. Positions exclude the organ's breathing offset.
+/// their corners. Positions exclude the organ's breathing offset. A copy takes over what is in use.
 struct SurfacePatch {
   static constexpr int kMaxPoints = PatchSurface::kMaxPoints;
   static constexpr int kMaxTriangles = PatchSurface::kMaxTriangles;
+  using PatchPoints = Room<PatchPoint, kMaxPoints>;
+  using Nodes = Room<ReactionNode, kMaxPoints>;
+
+  SurfacePatch() = default;
+  SurfacePatch(const SurfacePatch& other)
+      : points(PatchPoints::kUntouched), nodes(Nodes::kUntouched) {
+    *this = other;
+  }
+  SurfacePatch& operator=(const SurfacePatch& other) {
+    point_count = other.point_count;
+    triangle_count = other.triangle_count;
+    points.Take(other.points, point_count);
+    triangles = other.triangles;
+    mesh_triangles = other.mesh_triangles;
+    node_count = other.node_count;
+    nodes.Take(other.nodes, node_count);
+    if (triangle_count > 0) {
+      packed = other.packed;
+    } else {
+      Pack();
+    }
+    return *this;
+  }
+
   int point_count = 0;
   int triangle_count = 0;
-  std::array<PatchPoint, kMaxPoints> points;
+  PatchPoints points;
   std::array<std::array<std::uint8_t, 3>, kMaxTriangles> triangles;
   std::array<int, kMaxTriangles> mesh_triangles{};  ///< Triangle numbers in the organ's mesh; -1:
                                                     ///< a triangle of the coarse surface.
   PatchSurface packed;  ///< The triangles, packed for the searches of every tick: call Pack().
-  std::array<ReactionNode, kMaxPoints> nodes;  ///< kPaper: of each point.
+  int node_count = 0;   ///< kPaper: as many as points; kLattice: 0.
+  Nodes nodes;          ///< kPaper: of each point.
 
   /// Packs the surface again after a change of points or triangles.
   void Pack() noexcept { packed.Build(*this); }

@@ -98,7 +98,7 @@ class DeformationLoop {
   std::vector<ToolTracker> trackers_;  // one per tool
   OrganContacts organ_contacts_;
   JointRelaxation joint_relaxation_;
-  Eigen::MatrixXd loads_;  // 3 (n + slots) x equations, of the largest organ; empty without pairs
+  WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;
   ToolState tools_;  // last step's tools, all finite

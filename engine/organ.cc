@@ -33,6 +33,12 @@ std::unique_ptr<const OrganMechanics> BuildMechanics(const OrganSurface& surface
   return std::make_unique<SurfaceOrgan>(surface);
 }
 
+SparseRow RowOf(const WeightMatrix& weights, int row) {
+  const int first = weights.outerIndexPtr()[row];
+  const auto count = static_cast<std::size_t>(weights.outerIndexPtr()[row + 1] - first);
+  return {{weights.innerIndexPtr() + first, count}, {weights.valuePtr() + first, count}};
+}
+
 }  // namespace
 
 OrganModel::OrganModel(const OrganOptions& options, SurfaceMesh rest)
@@ -50,10 +56,10 @@ int OrganModel::RefinementSlots(int contacts) const {
   return refinement_basis() != nullptr ? contacts * LocalFunctionsOf(options()) : 0;
 }
 
-SparseRow OrganModel::LatticeRow(int vertex) const {
-  const int first = weights().outerIndexPtr()[vertex];
-  const auto count = static_cast<std::size_t>(weights().outerIndexPtr()[vertex + 1] - first);
-  return {{weights().innerIndexPtr() + first, count}, {weights().valuePtr() + first, count}};
+SparseRow OrganModel::LatticeRow(int vertex) const { return RowOf(weights(), vertex); }
+
+SparseRow OrganModel::FinerRow(int vertex) const {
+  return RowOf(mechanics_->finer_weights(), vertex);
 }
 
 IndentationSnapshot AppliedIndentation(const LocalIndentation& indentation,

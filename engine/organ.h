@@ -82,6 +82,8 @@ class OrganModel {
 
   /// Lattice row of a vertex, without local functions.
   SparseRow LatticeRow(int vertex) const;
+  /// Values of the local functions at a vertex, of an organ that has some.
+  SparseRow FinerRow(int vertex) const;
   /// Basis of the local functions; nullptr if the organ has none.
   const RefinementBasis* refinement_basis() const { return mechanics_->refinement_basis(); }
   /// Number of slots for local functions at `contacts` places; 0 if the organ has none.

@@ -36,15 +36,17 @@ class Cloned {
 /// A matrix of working memory: its contents have no meaning between two steps. A copy has the
 /// original's size and no contents; an assignment leaves them alone. Copying them would take longer
 /// than the rest of a session's state, and would touch memory that a step may never use.
-class WorkMatrix : public Eigen::MatrixXd {
+template <class Matrix>
+class WorkMatrixOf : public Matrix {
  public:
-  WorkMatrix(Eigen::Index rows, Eigen::Index columns) : Eigen::MatrixXd(rows, columns) {}
-  WorkMatrix(const WorkMatrix& other) : Eigen::MatrixXd(other.rows(), other.cols()) {}
-  WorkMatrix& operator=(const WorkMatrix& other) {
-    resize(other.rows(), other.cols());
+  WorkMatrixOf(Eigen::Index rows, Eigen::Index columns) : Matrix(rows, columns) {}
+  WorkMatrixOf(const WorkMatrixOf& other) : Matrix(other.rows(), other.cols()) {}
+  WorkMatrixOf& operator=(const WorkMatrixOf& other) {
+    this->resize(other.rows(), other.cols());
     return *this;
   }
 };
+using WorkMatrix = WorkMatrixOf<Eigen::MatrixXd>;
 
 /// A member with references inside, which an assignment of its owner replaces. Used as a pointer.
 template <class T>

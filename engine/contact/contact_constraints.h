@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "engine/base/room.h"
 #include "engine/base/types.h"
 #include "engine/contact/half_space.h"
 #include "engine/contact/local_coupling.h"
@@ -53,6 +54,17 @@ class ContactConstraints {
   explicit ContactConstraints(int n, int functions = 0, int slots = 0)
       : refinement(functions, slots), weights_(ContactWeights::Zero(kMaxContacts, n + slots)) {}
 
+  /// A copy takes over the rows in use.
+  ContactConstraints(const ContactConstraints& other)
+      : refinement(other.refinement), rows_(Rows::kUntouched), weights_(0, 0) {
+    TakeRows(other);
+  }
+  ContactConstraints& operator=(const ContactConstraints& other) {
+    refinement = other.refinement;
+    TakeRows(other);
+    return *this;
+  }
+
   /// The local functions in use; chosen before rows are added.
   ActiveRefinement refinement;
 
@@ -86,6 +98,14 @@ class ContactConstraints {
   auto WeightRow(int i) { return weights_.row(i); }
 
  private:
+  using Rows = Room<Row, kMaxContacts>;
+
+  void TakeRows(const ContactConstraints& other) {
+    size_ = other.size_;
+    rows_.Take(other.rows_, size_);
+    weights_.resize(other.weights_.rows(), other.weights_.cols());
+    weights_.topRows(size_) = other.weights_.topRows(size_);
+  }
   Row* AddRow() {
     weights_.row(size_).setZero();
     rows_[size_] = Row();
@@ -93,7 +113,7 @@ class ContactConstraints {
   }
 
   int size_ = 0;
-  std::array<Row, kMaxContacts> rows_;
+  Rows rows_;
   ContactWeights weights_;
 };
 

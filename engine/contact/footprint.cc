@@ -105,17 +105,18 @@ void Footprint::Sample(const OrganModel& model, NeighbourhoodSearch* search) {
   const SurfacePoint& at = points_[nearest].at;
   search->Collect(rest.vertices, at, {.reach = reach}, &around_);
   GatherSurface(rest, around_, at, normal_W_, reach, kResolution * resolved_radius_, &samples_);
+  Places p_samples_W(Places::kUntouched);  // m, at rest
   for (int s = 0; s < samples_.sample_count; ++s) {
-    sample_weights_[s].fill(0);
-    p_samples_W_[s] = AtSample(samples_.samples[s], rest.triangles, rest.vertices);
+    samples_.weights[s].fill(0);
+    p_samples_W[s] = AtSample(samples_.samples[s], rest.triangles, rest.vertices);
   }
-  for (int i = 0; i < count_; ++i) Spread(i);
+  for (int i = 0; i < count_; ++i) Spread(i, &p_samples_W);
 }
 
 // Adds a point's share to the samples, by the resolved kernel about it.
-void Footprint::Spread(int i) {
+void Footprint::Spread(int i, Places* p_samples_W) {
   const auto density = [&](int s) {
-    return Kernel((p_samples_W_[s] - p_rest_W_[i]).norm(), resolved_radius_) *
+    return Kernel(((*p_samples_W)[s] - p_rest_W_[i]).norm(), resolved_radius_) *
            samples_.samples[s].weight;
   };
   const int count = samples_.sample_count;
@@ -125,13 +126,13 @@ void Footprint::Spread(int i) {
     for (int s = 0; s < count; ++s) {
       const double share = density(s) / sum;
       if (share == 0) continue;
-      for (int row = 0; row < rows_; ++row) sample_weights_[s][row] += weights_[row][i] * share;
+      for (int row = 0; row < rows_; ++row) samples_.weights[s][row] += weights_[row][i] * share;
     }
   } else if (count < KernelSamples::kMaxSamples) {  // no surface faces that way: the point alone
     samples_.samples[samples_.sample_count++] = {points_[i].at.triangle, points_[i].at.barycentric,
                                                  0};
-    for (int row = 0; row < rows_; ++row) sample_weights_[count][row] = weights_[row][i];
-    p_samples_W_[count] = p_rest_W_[i];
+    for (int row = 0; row < rows_; ++row) samples_.weights[count][row] = weights_[row][i];
+    (*p_samples_W)[count] = p_rest_W_[i];
   }
 }
 
@@ -146,7 +147,7 @@ Vector3d Footprint::Mean(int row, const Points& vertices, const Triangles& trian
 void Footprint::AddToRow(int row, const OrganModel& model, const ActiveRefinement& active,
                          Eigen::Ref<Eigen::RowVectorXd> weights) const {
   for (int s = 0; s < samples_.sample_count; ++s) {
-    const double weight = sample_weights_[s][row];
+    const double weight = samples_.weights[s][row];
     if (weight == 0) continue;
     const SurfaceSample& sample = samples_.samples[s];
     model.AddToRow({sample.triangle, sample.barycentric}, weight, active, weights);

@@ -71,7 +71,8 @@ class Footprint {
  private:
   void SetWeights();
   void Sample(const OrganModel& model, NeighbourhoodSearch* search);
-  void Spread(int i);
+  using Places = Room<Vector3d, KernelSamples::kMaxSamples>;
+  void Spread(int i, Places* p_samples_W);
   Matrix3d Unresolved(int i, const Footprint& other, int j) const;
   PairSinking Images(double along, int first, double radius) const;
 
@@ -86,9 +87,19 @@ class Footprint {
   double resolved_radius_ = 0;  // m
   double thickness_ = 0;        // m, of a layer that is tied on both sides, or 0
   Neighbourhood around_;
-  KernelSamples samples_;  // of the surface around, with their areas
-  std::array<Vector3d, KernelSamples::kMaxSamples> p_samples_W_;  // m, at rest
-  std::array<std::array<double, kFootprintRows>, KernelSamples::kMaxSamples> sample_weights_;
+  // Of the surface around, with their areas.
+  struct Samples : KernelSamples {
+    Samples() : weights(Weights::kUntouched) {}
+    Samples(const Samples& other) : Samples() { *this = other; }
+    Samples& operator=(const Samples& other) {
+      KernelSamples::operator=(other);
+      weights.Take(other.weights, sample_count);
+      return *this;
+    }
+    using Weights = Room<std::array<double, kFootprintRows>, kMaxSamples>;
+    Weights weights;
+  };
+  Samples samples_;
 };
 
 /// Fills in C_loc over the rows of `footprints`, first to last.

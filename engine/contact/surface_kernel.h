@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/base/room.h"
 #include "engine/mesh/collision.h"
 #include "engine/mesh/surface_mesh.h"
 #include "engine/mesh/surface_topology.h"
@@ -34,10 +35,19 @@ std::vector<SurfaceSample> SurfaceKernel(const SurfaceMesh& mesh, const Vector3d
 /// The samples of a kernel in a fixed size, for the lattice row of a contact in a step. The weights
 /// sum to one.
 struct KernelSamples {
+  KernelSamples() : samples(Samples::kUntouched) {}
+  KernelSamples(const KernelSamples& other) : KernelSamples() { *this = other; }
+  KernelSamples& operator=(const KernelSamples& other) {
+    sample_count = other.sample_count;
+    samples.Take(other.samples, sample_count);
+    return *this;
+  }
+
   static constexpr int kMaxSamples = 2560;     ///< About 250 on triangles larger than the kernel.
   static constexpr double kResolution = 0.25;  ///< Longest side of a sample's part, of the radius.
   int sample_count = 0;
-  std::array<SurfaceSample, kMaxSamples> samples;
+  using Samples = Room<SurfaceSample, kMaxSamples>;
+  Samples samples;
 };
 
 /// The same, also gathered at the surface's vertices, for means of quantities at vertices. The

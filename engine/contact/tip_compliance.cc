@@ -81,6 +81,30 @@ SparseRow TipCompliance::Compress(const Eigen::Ref<const Eigen::RowVectorXd>& ro
   return {{columns_.data(), entries}, {values_.data(), entries}};
 }
 
+SparseRow TipCompliance::Join(const SparseRow& lattice, const SparseRow& finer,
+                              const ActiveRefinement& active) {
+  std::size_t entries = 0;
+  for (std::size_t i = 0; i < lattice.weights.size(); ++i) {
+    if (lattice.weights[i] == 0) continue;
+    columns_[entries] = lattice.control_points[i];
+    values_[entries++] = lattice.weights[i];
+  }
+  const std::size_t first = entries;
+  for (std::size_t i = 0; i < finer.weights.size(); ++i) {
+    const int slot = active.Slot(finer.control_points[i]);
+    if (slot < 0 || finer.weights[i] == 0) continue;
+    const int column = n_ - active.slots() + slot;
+    std::size_t at = entries++;  // the columns ascend
+    for (; at > first && columns_[at - 1] > column; --at) {
+      columns_[at] = columns_[at - 1];
+      values_[at] = values_[at - 1];
+    }
+    columns_[at] = column;
+    values_[at] = finer.weights[i];
+  }
+  return {{columns_.data(), entries}, {values_.data(), entries}};
+}
+
 void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
   row_compliance_.resize(3 * row_count_, 3 * row_count_);
   for (int i = 0; i < row_count_; ++i) {

@@ -65,6 +65,9 @@ class TipCompliance {
   }
   /// Returns the non-zero entries of a row, valid until the next call.
   SparseRow Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row);
+  /// Returns the non-zero entries of a row given by those of its control points and the values of the
+  /// finer functions, of which those in use count; valid until the next call.
+  SparseRow Join(const SparseRow& lattice, const SparseRow& finer, const ActiveRefinement& active);
 
   /// Computes the results below.
   void Condense(const LatticeCompliance& lattice);
@@ -120,15 +123,15 @@ class TipCompliance {
   std::array<Row, kMaxRows> rows_;
   std::array<Tip, kMaxTips> tips_;
   std::array<int, kMaxTips> owners_{};
-  ContactWeights weights_;        // (kMaxRows + 1) x n: the rows and a scratch row
-  std::vector<int> columns_;      // n: non-zero columns of the compressed row
-  std::vector<double> values_;    // n
-  WorkMatrix response_;           // 3n x 3 rows: K^-1 b_i^T, in part (RespondInPart)
-  WorkMatrix tip_response_;       // 3n x 3 tips: the same for the condensed tips
-  Eigen::VectorXd displacement_;  // 3n: displacement by the tips' forces
-  Square row_compliance_;         // C_rows
-  Stack share_;                   // C_rows^-1 T C: the rows' forces for a unit force on each tip
-  Small compliance_;              // C
+  WorkMatrixOf<ContactWeights> weights_;  // (kMaxRows + 1) x n: the rows and a scratch row
+  std::vector<int> columns_;              // n: non-zero columns of the compressed row
+  std::vector<double> values_;            // n
+  WorkMatrix response_;                   // 3n x 3 rows: K^-1 b_i^T, in part (RespondInPart)
+  WorkMatrix tip_response_;               // 3n x 3 tips: the same for the condensed tips
+  Eigen::VectorXd displacement_;          // 3n: displacement by the tips' forces
+  Square row_compliance_;                 // C_rows
+  Stack share_;       // C_rows^-1 T C: the rows' forces for a unit force on each tip
+  Small compliance_;  // C
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxRows> forces_;  // of the rows, N
 };
 

@@ -25,20 +25,30 @@ struct SurfaceTree::Tree {
     // Of each node: the first of its two children, which are neighbours and follow it; or, of a leaf,
     // -1 less its triangle.
     std::vector<int> links;
+    std::vector<int> box;  // of each node, in `boxes`; -1: a leaf
     std::vector<std::array<int, 3>> triangles;
   };
 
   std::shared_ptr<const Nodes> nodes;
-  std::vector<Aabb> boxes;         // of the nodes, m
+  std::vector<Aabb> boxes;         // of the nodes that are no leaves, m
   std::vector<Vector3d> vertices;  // m
 
-  int size() const { return static_cast<int>(boxes.size()); }
+  int size() const { return static_cast<int>(nodes->links.size()); }
   bool IsLeaf(int id) const { return nodes->links[ToSize(id)] < 0; }
   int Left(int id) const { return nodes->links[ToSize(id)]; }
   int Right(int id) const { return nodes->links[ToSize(id)] + 1; }
   int Triangle(int id) const { return -nodes->links[ToSize(id)] - 1; }
-  const Aabb& Box(int id) const { return boxes[ToSize(id)]; }
-  Aabb& Box(int id) { return boxes[ToSize(id)]; }
+  // A leaf's box is that of its triangle: half of the nodes need no box in the copies.
+  Aabb Box(int id) const {
+    const int box = nodes->box[ToSize(id)];
+    if (box >= 0) return boxes[ToSize(box)];
+    const auto [i, j, k] = nodes->triangles[ToSize(Triangle(id))];
+    const Vector3d &a = vertices[ToSize(i)], &b = vertices[ToSize(j)], &c = vertices[ToSize(k)];
+    Aabb leaf;
+    leaf.min_ = a.cwiseMin(b).cwiseMin(c);
+    leaf.max_ = a.cwiseMax(b).cwiseMax(c);
+    return leaf;
+  }
 };
 
 namespace {
@@ -118,8 +128,8 @@ struct BoxPairs {
   double reach;
 
   bool Meet(int id, int other_id) const {
-    const Aabb& a = tree.Box(id);
-    const Aabb& b = other.Box(other_id);
+    const Aabb a = tree.Box(id);
+    const Aabb b = other.Box(other_id);
     return ((a.min_ - b.max_ - offset).array() <= reach).all() &&
            ((b.min_ + offset - a.max_).array() <= reach).all();
   }
@@ -184,12 +194,14 @@ SurfaceTree::SurfaceTree(const Points& vertices, const Triangles& triangles)
   model.endModel();
   for (int id = 0; id < model.getNumBVs(); ++id) {
     const auto& node = model.getBV(id);
-    tree_->boxes.push_back(node.bv);
     if (node.isLeaf()) {
       nodes.links.push_back(-node.primitiveId() - 1);
+      nodes.box.push_back(-1);
       continue;
     }
     nodes.links.push_back(node.leftChild());
+    nodes.box.push_back(static_cast<int>(tree_->boxes.size()));
+    tree_->boxes.push_back(node.bv);
     // Refit visits the nodes from the last to the first, so children must come after their parent.
     HPDM_CHECK(node.leftChild() > id && node.rightChild() == node.leftChild() + 1);
   }
@@ -212,17 +224,11 @@ void SurfaceTree::Refit(const Points& vertices) {
   HPDM_CHECK(ToSize(vertices.rows()) == tree.vertices.size());
   for (Eigen::Index v = 0; v < vertices.rows(); ++v) tree.vertices[ToSize(v)] = vertices.row(v);
   for (int id = tree.size() - 1; id >= 0; --id) {
-    Aabb& box = tree.Box(id);
-    if (tree.IsLeaf(id)) {
-      const Corners t = CornersOf(tree, tree.Triangle(id));
-      box.min_ = t.a.cwiseMin(t.b).cwiseMin(t.c);
-      box.max_ = t.a.cwiseMax(t.b).cwiseMax(t.c);
-    } else {
-      const Aabb& left = tree.Box(tree.Left(id));
-      const Aabb& right = tree.Box(tree.Right(id));
-      box.min_ = left.min_.cwiseMin(right.min_);
-      box.max_ = left.max_.cwiseMax(right.max_);
-    }
+    if (tree.IsLeaf(id)) continue;
+    const Aabb left = tree.Box(tree.Left(id)), right = tree.Box(tree.Right(id));
+    Aabb& box = tree.boxes[ToSize(tree.nodes->box[ToSize(id)])];
+    box.min_ = left.min_.cwiseMin(right.min_);
+    box.max_ = left.max_.cwiseMax(right.max_);
   }
 }
 

@@ -12,7 +12,9 @@ struct SurfacePoint {
   Vector3d barycentric = Vector3d::Zero();
 
   Vector3d Position(const Points& vertices, const Triangles& triangles) const {
-    return (barycentric.transpose() * vertices(triangles.row(triangle), Eigen::all)).transpose();
+    const auto a = vertices.row(triangles(triangle, 0)), b = vertices.row(triangles(triangle, 1)),
+               c = vertices.row(triangles(triangle, 2));
+    return (barycentric[0] * a + (barycentric[1] * b + barycentric[2] * c)).transpose();
   }
 };
 

@@ -89,6 +89,7 @@ void NeighbourhoodSearch::Collect(const Points& vertices, const SurfacePoint& at
       }
     }
   }
+  result->vertex_count = vertex_count;
 }
 
 }  // namespace hpdm

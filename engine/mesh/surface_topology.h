@@ -49,6 +49,7 @@ Vector3d InterpolatedNormal(const Points& vertices, const Triangles& triangles,
 struct Neighbourhood {
   static constexpr int kMaxTriangles = 1024;
   int count = 0;
+  int vertex_count = 0;  ///< Distinct corners.
   std::array<int, kMaxTriangles> triangles;
 };
 

@@ -367,7 +367,8 @@ void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
     refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
                               Dilatation::kProjected, held, K,
                               finite ? kLeastTissueFinite : kLeastTissue, fillings_and_layers_);
-    refinement_weights_ = SurfaceWeights(refinement_basis_->finer());
+    finer_weights_ = SurfaceWeights(refinement_basis_->finer());
+    refinement_weights_ = finer_weights_;
   }
   stiffness_ = std::move(K);
   if (options().energy.strain == StrainMeasure::kSmall) return;
@@ -406,8 +407,9 @@ std::unique_ptr<Relaxation> LatticeOrgan::MakeRelaxation(int slots,
 void LatticeOrgan::AddToRow(const SurfacePoint& at, double weight, const ActiveRefinement& active,
                             Eigen::Ref<Eigen::RowVectorXd> row) const {
   const Vector3d p_rest_W = at.Position(rest().vertices, rest().triangles);
-  const Vector3d normal_W = at.Position(surface_.rest_normals, rest().triangles);
   const auto site = [&](const Lattice& lattice) {
+    if (lattice.inset() == 0) return lattice.SiteOf(p_rest_W);
+    const Vector3d normal_W = at.Position(surface_.rest_normals, rest().triangles);
     return lattice.SiteOf(p_rest_W, p_rest_W - lattice.inset() * normal_W);
   };
   lattice_.ForEachFunction(site(lattice_),

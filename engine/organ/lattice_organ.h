@@ -81,7 +81,7 @@ class LatticeOrgan final : public OrganMechanics {
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution
   std::unique_ptr<const ElasticEnergy> finite_energy_;
   std::optional<RefinementBasis> refinement_basis_;
-  Eigen::SparseMatrix<double> refinement_weights_;  // V x N: basis values of the local functions
+  Eigen::SparseMatrix<double> refinement_weights_;  // finer_weights(), function by function
   std::optional<FreeBody> free_body_;
   std::optional<FreeFlight> free_flight_;
   std::optional<InversionDetector> inversion_detector_;

@@ -41,6 +41,8 @@ class OrganMechanics {
   virtual ~OrganMechanics() = default;
 
   const WeightMatrix& weights() const { return weights_; }  ///< V x n.
+  /// V x N, values of the local functions at the vertices; empty if there are none.
+  const WeightMatrix& finer_weights() const { return finer_weights_; }
   /// Stiffness with supports, N/m (OrganModel::stiffness).
   const LatticeStiffness& stiffness() const { return stiffness_; }
   double tissue_volume() const { return tissue_volume_; }                     ///< m^3.
@@ -71,6 +73,7 @@ class OrganMechanics {
 
   const OrganSurface& surface_;
   WeightMatrix weights_;
+  WeightMatrix finer_weights_;
   LatticeStiffness stiffness_;
   double tissue_volume_ = 0;
   Vector3d centre_of_volume_W_ = Vector3d::Zero();

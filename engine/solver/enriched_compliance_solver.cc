@@ -1,5 +1,7 @@
 #include "engine/solver/enriched_compliance_solver.h"
 
+#include <array>
+
 namespace hpdm {
 
 EnrichedComplianceSolver::EnrichedComplianceSolver(const RefinementBasis& functions, int slots)
@@ -23,7 +25,7 @@ void EnrichedComplianceSolver::Respond(int body, const ContactConstraints& conta
       loads.middleRows<3>(3 * s) = contacts.Weights()(i, n + s) * Matrix3d::Identity();
     }
     for (const RowResponses::Entry& entry : rows_.EntriesOf(i)) {
-      loads -= entry.weight * schur_complement_.CouplingOf(entry.point);
+      schur_complement_.ReducePoint(entry.point, entry.weight, loads);
     }
     auto response = local_response_.middleCols<3>(3 * i);
     response = loads;
@@ -68,15 +70,24 @@ void EnrichedComplianceSolver::RespondTo(const SparseRow& b,
   SolveLoads(response);
 }
 
-// Skips the zeros of the load: a contact's row has one entry for each non-zero function.
+// Skips the zeros of the load: a contact's row has one entry for each non-zero function. Takes four
+// columns at a time, which adds them in the same order with fewer passes over the sum.
 void EnrichedComplianceSolver::SolveColumn(Eigen::Ref<Eigen::VectorXd> column) const {
   auto f = column.head(unknowns_);
   auto g = column.tail(column.size() - unknowns_);
   const Eigen::MatrixXd& inverse = schur_complement_.functions().inverse();
   scratch_.setZero();
+  std::array<Eigen::Index, 4> at;
+  std::size_t count = 0;
   for (Eigen::Index i = 0; i < unknowns_; ++i) {
-    if (f[i] != 0) scratch_ += f[i] * inverse.col(i);
+    if (f[i] == 0) continue;
+    at[count++] = i;
+    if (count < at.size()) continue;
+    scratch_ = scratch_ + f[at[0]] * inverse.col(at[0]) + f[at[1]] * inverse.col(at[1]) +
+               f[at[2]] * inverse.col(at[2]) + f[at[3]] * inverse.col(at[3]);
+    count = 0;
   }
+  for (std::size_t k = 0; k < count; ++k) scratch_ += f[at[k]] * inverse.col(at[k]);
   schur_complement_.Reduce(f, g);
   schur_complement_.Solve(g);
   f = scratch_;

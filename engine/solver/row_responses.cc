@@ -100,8 +100,14 @@ void RowResponses::Deform(Eigen::Ref<Eigen::VectorXd> u) const {
   u.setZero();
   for (int t = 0; t < count_; ++t) {
     const int a = touched_[static_cast<std::size_t>(t)];
+    const auto f = forces_.col(t);
+    const auto moved = inverse_.middleCols<3>(3 * a);
+    if ((f.array() != 0).all()) {  // adds in the same order as below, in one pass
+      u = u + f[0] * moved.col(0) + f[1] * moved.col(1) + f[2] * moved.col(2);
+      continue;
+    }
     for (int d = 0; d < 3; ++d) {
-      if (forces_(d, t) != 0) u += forces_(d, t) * inverse_.col(3 * a + d);
+      if (f[d] != 0) u += f[d] * moved.col(d);
     }
   }
 }

@@ -14,12 +14,41 @@ SchurComplement::SchurComplement(const RefinementBasis& functions, int slots)
       function_(slots, -1),
       weight_(slots, 1),
       stale_(slots),
-      coupling_(Eigen::MatrixXd::Zero(functions.inverse().rows(), 3 * slots)),
+      moved_(functions.inverse().rows()),
       reduced_(Eigen::MatrixXd::Identity(3 * slots, 3 * slots)),
       regular_(reduced_),
       factor_(reduced_) {}
 
-// Updates the parts of Y and Sigma of the slots that changed. Returns whether any did.
+void SchurComplement::Reduce(const Eigen::Ref<const Eigen::VectorXd>& f,
+                             Eigen::Ref<Eigen::VectorXd> g) const {
+  for (std::size_t s = 0; s < function_.size(); ++s) {
+    if (function_[s] < 0) continue;
+    g.segment(3 * static_cast<Eigen::Index>(s), 3).noalias() -=
+        functions_.Coupling(function_[s]).transpose() * f;
+  }
+}
+
+void SchurComplement::ReducePoint(int point, double weight, Eigen::Ref<Eigen::MatrixXd> g) const {
+  for (std::size_t s = 0; s < function_.size(); ++s) {
+    if (function_[s] < 0) continue;
+    g.middleRows<3>(3 * static_cast<Eigen::Index>(s)) -=
+        weight * functions_.Coupling(function_[s]).middleRows<3>(3 * point).transpose();
+  }
+}
+
+void SchurComplement::AddCoupling(double factor, const Eigen::Ref<const Eigen::VectorXd>& V,
+                                  Eigen::Ref<Eigen::VectorXd> U_bar) const {
+  moved_.setZero();
+  for (std::size_t s = 0; s < function_.size(); ++s) {
+    if (function_[s] < 0) continue;
+    const auto Y = functions_.Coupling(function_[s]);
+    const auto v = V.segment<3>(3 * static_cast<Eigen::Index>(s));
+    moved_ = moved_ + v[0] * Y.col(0) + v[1] * Y.col(1) + v[2] * Y.col(2);
+  }
+  U_bar += factor * moved_;
+}
+
+// Updates the parts of Sigma of the slots that changed. Returns whether any did.
 bool SchurComplement::TakeSlots(const ActiveRefinement& active) {
   bool changed = false;
   for (int s = 0; s < active.slots(); ++s) {
@@ -27,11 +56,6 @@ bool SchurComplement::TakeSlots(const ActiveRefinement& active) {
     if (!stale_[s]) continue;
     changed = true;
     function_[s] = active.Function(s);
-    if (function_[s] >= 0) {
-      coupling_.middleCols<3>(3 * s) = functions_.Coupling(function_[s]);
-    } else {
-      coupling_.middleCols<3>(3 * s).setZero();
-    }
   }
   if (!changed) return false;
   for (int s = 0; s < active.slots(); ++s) {

@@ -30,18 +30,14 @@ class SchurComplement {
   void SetActiveFunctions(const ActiveRefinement& active);
 
   /// Replaces `g` (3 slots, N) by g - Y^T f, with f (3n, N).
-  void Reduce(const Eigen::Ref<const Eigen::VectorXd>& f, Eigen::Ref<Eigen::VectorXd> g) const {
-    g.noalias() -= coupling_.transpose() * f;
-  }
-  /// Returns the columns of Y^T of one control point, 3 slots x 3.
-  auto CouplingOf(int point) const { return coupling_.middleRows<3>(3 * point).transpose(); }
+  void Reduce(const Eigen::Ref<const Eigen::VectorXd>& f, Eigen::Ref<Eigen::VectorXd> g) const;
+  /// Does the same for `weight` (1) at one control point along each axis: `g` is 3 slots x 3.
+  void ReducePoint(int point, double weight, Eigen::Ref<Eigen::MatrixXd> g) const;
   /// Replaces `g` (3 slots, N) by Sigma^-1 g.
   void Solve(Eigen::Ref<Eigen::VectorXd> g) const { factor_.solveInPlace(g); }
   /// Adds factor Y V to `U_bar` (3n, m).
   void AddCoupling(double factor, const Eigen::Ref<const Eigen::VectorXd>& V,
-                   Eigen::Ref<Eigen::VectorXd> U_bar) const {
-    U_bar.noalias() += factor * (coupling_ * V);
-  }
+                   Eigen::Ref<Eigen::VectorXd> U_bar) const;
   /// Returns Sigma (3 slots x 3 slots, N/m), weights included.
   const Eigen::MatrixXd& stiffness() const { return regular_; }
 
@@ -52,9 +48,9 @@ class SchurComplement {
   std::vector<int> function_;   // in each slot, or -1
   std::vector<double> weight_;  // of the function in each slot
   std::vector<bool> stale_;
-  Eigen::MatrixXd coupling_;  // 3n x 3 slots: Y
-  Eigen::MatrixXd reduced_;   // 3 slots x 3 slots: Sigma at full weight, 1 in an empty slot
-  Eigen::MatrixXd regular_;   // Sigma with weights, regularised
+  mutable Eigen::VectorXd moved_;  // 3n, m: Y V
+  Eigen::MatrixXd reduced_;        // 3 slots x 3 slots: Sigma at full weight, 1 in an empty slot
+  Eigen::MatrixXd regular_;        // Sigma with weights, regularised
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 

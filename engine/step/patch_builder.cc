@@ -158,7 +158,7 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
   patch->normal_W = contact.normal_W;
   patch->kernel_radius = TipPress::KernelRadius(geometry);
   if (!model.rigid()) {  // the lattice turns as a whole over the radius that it resolves
-    normal_.Gather(model, contact.at, contact.indentation.resolved_radius(), state);
+    press.GatherTilt(model, contact, state, &normal_);
     patch->tilt_W = normal_.Tilt(model, *state);
     if (contact.tip >= 0) {
       patch->tilt_compliance_W = normal_.Compliance(model, contact.tip, state);
@@ -199,10 +199,10 @@ void PatchBuilder::FillLatticeContact(const ToolGeometry& geometry, const TipCon
 void PatchBuilder::Clear(const ToolPose& tool_W, ToolPatch* patch) {
   static_cast<SolvedContact&>(*patch) = {};
   patch->organ = -1;
-  patch->point_count = patch->triangle_count = 0;
-  patch->far.point_count = patch->far.triangle_count = 0;
-  patch->Pack();
-  patch->far.Pack();
+  for (SurfacePatch* surface : {static_cast<SurfacePatch*>(patch), &patch->far}) {
+    surface->point_count = surface->triangle_count = surface->node_count = 0;
+    surface->Pack();
+  }
   patch->id = patch->other = patch->beside = -1;
   patch->coupling_count = 0;
   patch->tilt_W.setZero();
@@ -338,11 +338,12 @@ void PatchBuilder::FillSurface(const Triangles& triangles, const TipContact& con
     }
   }
   patch->triangle_count = prefetched_.count;
+  patch->node_count = in_lattice ? 0 : patch->point_count;
   const Matrix3d rotation = state->relaxation->Rotation();
   const auto [other, beside] = CoupledTips(contact, state->tips);
   for (int i = 0; i < patch->point_count; ++i) {
     const int v = vertex[i];
-    PatchPoint& point = patch->points[i];
+    PatchPoint& point = patch->points[i] = PatchPoint();
     point.normal_W = rotation * model.rest_normals().row(v).transpose();
     if (model.rigid()) point.wall = press.WallAt(model, contact.organ, v);
     if (!in_lattice) {

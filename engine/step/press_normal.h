@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "engine/base/work_array.h"
 #include "engine/contact/surface_kernel.h"
 #include "engine/organ/organ_state.h"
 
@@ -19,6 +20,10 @@ class PressNormal {
   /// Gathers the kernel of `radius` (m) about a point of the rest surface, from the triangles of the
   /// nearest kMaxVertices vertices if it covers more.
   void Gather(const OrganModel& model, const SurfacePoint& at, double radius, OrganState* state);
+  /// Does the same with a kernel that GatherKernel() has gathered from a neighbourhood of the point at
+  /// rest, within the radius. Only if TakesAll().
+  void Take(const KernelSamples& kernel);
+  static bool TakesAll(const Neighbourhood& around) { return around.vertex_count <= kMaxVertices; }
 
   /// Returns the tilt after the step.
   Vector3d Tilt(const OrganModel& model, const OrganState& state) const {
@@ -30,23 +35,17 @@ class PressNormal {
 
  private:
   static constexpr int kMaxVertices = 160;
-  static constexpr int kSlots = 512;  // of the hash table
 
   // A triangle under the kernel with its share of the weight.
   struct Share {
-    int triangle = 0;
-    double weight = 0;
+    int triangle;
+    double weight;
   };
 
   Vector3d Mean(const OrganModel& model, const Points& vertices) const;
-  const Matrix3d& MovedBy(int tip, int vertex, const OrganModel& model, OrganState* state);
 
-  Neighbourhood around_;
-  KernelSamples kernel_;
+  WorkArray<Share> shares_{Neighbourhood::kMaxTriangles};
   int count_ = 0;
-  std::array<Share, Neighbourhood::kMaxTriangles> shares_;
-  std::array<int, kSlots> moved_vertex_{};  // -1: free
-  std::array<Matrix3d, kSlots> moved_;      // displacement for a unit force on the tip, m/N
 };
 
 }  // namespace hpdm

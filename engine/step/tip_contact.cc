@@ -16,9 +16,7 @@ ToolPose InOrganFrame(const OrganState& state, ToolPose tool) {
 SparseRow VertexRow(const OrganModel& model, int vertex, OrganState* state) {
   const ActiveRefinement& refinement = state->contacts.refinement;
   if (refinement.slots() == 0) return model.LatticeRow(vertex);
-  auto row = state->tips.ScratchRow();
-  model.AddToRow(model.topology().AtVertex(model.rest().triangles, vertex), 1, refinement, row);
-  return state->tips.Compress(row);
+  return state->tips.Join(model.LatticeRow(vertex), model.FinerRow(vertex), refinement);
 }
 
 void TipContact::UpdateNeighbourhood(const OrganModel& model, OrganState* state) {

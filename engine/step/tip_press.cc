@@ -25,11 +25,13 @@ bool TipPress::AddRow(const ToolPose& tool, const ToolGeometry& geometry, const 
   const Matrix3d rotation = state->relaxation->Rotation();
   indentation_ = model.Indentation(contact->at, radius).Turned(rotation);
   resolved_.sample_count = 0;
+  resolved_at_.triangle = -1;
   if (!model.rigid()) {
     state->neighbourhoods.Collect(rest.vertices, contact->at,
                                   {.reach = indentation_.resolved_radius()}, &resolved_around_);
     GatherKernel(rest, resolved_around_, contact->at, facing, indentation_.resolved_radius(),
                  &resolved_);
+    resolved_at_ = contact->at;
   }
   if (contact->normal_W.squaredNorm() == 0) {
     normal_.Gather(model, contact->at, radius, state);
@@ -92,6 +94,19 @@ void TipPress::AddKernelToRow(const OrganModel& model, const OrganState& state,
     const SurfaceSample& sample = resolved_.samples[i];
     model.AddToRow({sample.triangle, sample.barycentric}, sample.weight, state.contacts.refinement,
                    row);
+  }
+}
+
+void TipPress::GatherTilt(const OrganModel& model, const TipContact& contact, OrganState* state,
+                          PressNormal* normal) const {
+  const double radius = contact.indentation.resolved_radius();
+  const bool gathered = resolved_at_.triangle == contact.at.triangle &&
+                        resolved_at_.barycentric == contact.at.barycentric &&
+                        indentation_.resolved_radius() == radius;
+  if (gathered && PressNormal::TakesAll(resolved_around_)) {
+    normal->Take(resolved_);
+  } else {
+    normal->Gather(model, contact.at, radius, state);
   }
 }
 

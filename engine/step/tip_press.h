@@ -46,6 +46,9 @@ class TipPress {
                       Eigen::Ref<Eigen::RowVectorXd> row) const;
   /// Returns that row, valid until the organ's next scratch row (TipCompliance).
   SparseRow KernelRow(const OrganModel& model, OrganState* state) const;
+  /// Gathers the tilt of the surface under the contact, over the radius that the lattice resolves.
+  void GatherTilt(const OrganModel& model, const TipContact& contact, OrganState* state,
+                  PressNormal* normal) const;
 
  private:
   // Returns the organ's wall at its vertices; null if it is the same everywhere.
@@ -59,6 +62,7 @@ class TipPress {
   PressNormal normal_;             // where the tick gives none
   Neighbourhood resolved_around_;  // at rest, as wide as the lattice resolves
   KernelSamples resolved_;         // kernel samples for the lattice row
+  SurfacePoint resolved_at_;       // the point that they are about; triangle -1: there are none
   LocalIndentation indentation_;   // unresolved local indentation
 };
 

@@ -155,8 +155,8 @@ WallStiffness HapticContact::WallAtFoot() const {
 
 // Returns the lean of the normal that gives the work of friction on the indentation back. Its
 // compliance q H is larger across the normal than along it, so F turns H as the place moves by ds
-// over a curved surface, and does the work 1/2 q F . dH F = -f_n lean . ds besides what H stores. The
-// curvature jumps from triangle to triangle.
+// over a curved surface, and does the work 1/2 q F . dH F besides what H stores. f_n lean . ds takes
+// it back. The curvature jumps from triangle to triangle.
 Vector3d HapticContact::Lean() const {
   const LocalIndentation& indentation = patch_->indentation;
   if (friction_W_.isZero(0) || !indentation.indents() || patch_->rigid) return Vector3d::Zero();

@@ -16,7 +16,7 @@ inline ToolPatch PlanePatch(int size, double half_width, double k1) {
   patch.kind = ContactKind::kPress;
   for (int j = 0; j < size; ++j) {
     for (int i = 0; i < size; ++i) {
-      patch.nodes[patch.point_count].k1 = k1;
+      patch.nodes[patch.node_count++].k1 = k1;
       PatchPoint& point = patch.points[patch.point_count++];
       const double step = 2 * half_width / (size - 1);
       point.p_original_W = Vector3d(-half_width + i * step, -half_width + j * step, 0);

@@ -30,6 +30,8 @@ void Stiffen(const OrganModel& organ, double stiffer, ToolPatch* patch) {
       point.coupling_W /= stiffer;
       point.wall.normal *= stiffer;
       point.wall.tangential *= stiffer;
+    }
+    for (int i = 0; i < surface->node_count; ++i) {
       stiffen_node(&surface->nodes[static_cast<std::size_t>(i)]);
     }
   };

@@ -97,6 +97,28 @@ Vector3d ContactReference::DeformedNormal(int organ, const SurfacePoint& at, dou
   return one.cross(other).stableNormalized();
 }
 
+// Returns the lean of the normal that keeps the energy of the dent under a tip that rubs. As the place
+// moves by ds, the dent's compliance q H turns with the surface, and the force F does the work
+// 1/2 q F . dH F besides what the dent stores: f_n lean . ds takes it back. By differences of H.
+Vector3d ContactReference::Lean(int tool, int organ, const Press& press,
+                                const Vector3d& facing) const {
+  if (press.friction_W.isZero(0) || !(press.force > 0)) return Vector3d::Zero();
+  const OrganModel& model = organs_[static_cast<std::size_t>(organ)];
+  const double radius = TipPress::KernelRadius(Geometry(tool));
+  const Vector3d p = press.at.Position(model.rest().vertices, model.rest().triangles);
+  const Vector3d F_W = press.force * (press.friction_W - press.normal_W);
+  const double yield = model.Indentation(press.at, radius).BallYield(press.force);
+  const auto work = [&](const Vector3d& way) {
+    const SurfaceHit hit = rest_trees_[static_cast<std::size_t>(organ)].Closest(p + way, 1);
+    return yield / 2 * F_W.dot(model.Indentation(hit.at, radius).factor_W() * F_W);
+  };
+  const auto slope = [&](const Vector3d& direction) -> Vector3d {
+    return (work(kProbe * direction) - work(-kProbe * direction)) / (2 * kProbe) * direction;
+  };
+  const Vector3d normal = facing.stableNormalized(), along = normal.unitOrthogonal();
+  return (slope(along) + slope(normal.cross(along))) / press.force;
+}
+
 // Solves the organs for a press at press->at with its friction, `rounds` times, each with the normal
 // of the surface that the last one left.
 void ContactReference::Evaluate(int tool, int organ, int rounds, Press* press) {
@@ -107,7 +129,9 @@ void ContactReference::Evaluate(int tool, int organ, int rounds, Press* press) {
       model.Indentation(press->at, TipPress::KernelRadius(Geometry(tool))).resolved_radius();
   for (int round = 0; round < rounds; ++round) {
     const Vector3d last = press->normal_W;
-    press->normal_W = DeformedNormal(organ, press->at, resolved, facing);
+    press->normal_W =
+        (DeformedNormal(organ, press->at, resolved, facing) + Lean(tool, organ, *press, facing))
+            .stableNormalized();
     press->friction_W = Tangential(press->friction_W, press->normal_W);
     if (round > kSearchRounds && (press->normal_W - last).norm() < 1e-6) break;
     Set(tool, organ, *press);

@@ -20,7 +20,8 @@ namespace hpdm {
 ///    normal: (I - n n^T)(x_tip - x_c) = 0. The three candidates that are nearest to this are moved
 ///    along the surface until they fulfil it to kUnder. The solution of the largest force counts:
 ///    any other place would leave the tip in the tissue.
-/// 4. Friction: the place of the last call stays if the force that holds it lies within the cone.
+/// 4. Friction: the normal leans as the energy of the dent wants it (Lean). The place of the last
+///    call stays if the force that holds it lies within the cone.
 ///    Otherwise it slips, with the friction on the cone against that force, until the pressed point
 ///    lies under the tip (a return mapping). A search of the frictionless place would not do: a deep
 ///    press of curved tissue has none, though friction holds it.
@@ -66,6 +67,7 @@ class ContactReference {
   void Set(int tool, int organ, const Press& press);
   Vector3d DeformedPlace(int organ, const SurfacePoint& at, double radius, const Vector3d& facing);
   Vector3d DeformedNormal(int organ, const SurfacePoint& at, double radius, const Vector3d& facing);
+  Vector3d Lean(int tool, int organ, const Press& press, const Vector3d& facing) const;
   void Evaluate(int tool, int organ, int rounds, Press* press);
   std::vector<SurfacePoint> Candidates(int tool, int organ) const;
   bool Refine(int tool, int organ, Press* press);

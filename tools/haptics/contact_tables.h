@@ -63,6 +63,7 @@ RatioRange ForceOverLaw(const std::vector<BallPress>& presses,
 ContactTable MeasureBalls(bool quick);
 ContactTable MeasureDiscs(bool quick);
 ContactTable MeasureGrasps(bool quick);
+ContactTable MeasureGraspTurns(bool quick);
 ContactTable MeasureStillness(bool quick);
 ContactTable MeasureApproaches(bool quick);
 ContactTable MeasureOrganSlides(bool quick);

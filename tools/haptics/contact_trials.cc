@@ -219,6 +219,7 @@ EdgeStiffness PullEdge(double edge, int cells, int functions) {
   EdgeStiffness stiffness;
   stiffness.along = pull(kPull * Vector3d::UnitY()).y();
   stiffness.off = pull(kPull * Vector3d::UnitZ()).z();
+  stiffness.across = pull(kPull * Vector3d::UnitX()).x();
   stiffness.holds = bench.Felt().kind == ContactKind::kGrasp;
   return stiffness;
 }

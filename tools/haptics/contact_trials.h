@@ -90,11 +90,13 @@ struct OrganSlide {
 };
 OrganSlide SlideOverOrgans(int organs, double speed);
 
-/// A grasp of the edge of a wedge (edge_wedge.h), pulled by 1 mm along the edge and off it.
+/// A grasp of the edge of a wedge (edge_wedge.h), pulled by 1 mm along the edge, off it and across
+/// it.
 struct EdgeStiffness {
   bool holds = false;
-  double along = 0;  ///< N/m.
-  double off = 0;    ///< N/m.
+  double along = 0;   ///< N/m.
+  double off = 0;     ///< N/m.
+  double across = 0;  ///< N/m: bends the edge.
 };
 /// `edge`: of the mesh, m. The force is the tick's, after the step at the pulled pose.
 EdgeStiffness PullEdge(double edge, int cells, int functions);

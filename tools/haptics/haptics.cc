@@ -202,10 +202,9 @@ void MeasureDisplay(const HapticsOptions& options, Json* report) {
         widths.insert(widths.end(), points.begin(), points.end());
       }
       if (!options.Measures(kTransparency)) continue;
-      for (const DisplayConditions& display : TransparencyConditions(contact)) {
-        transparencies.push_back(
-            MeasureTransparency(contact, display, TransparencyFrequencies(options.quick)));
-      }
+      const std::vector<Transparency> measured = MeasureTransparency(
+          contact, TransparencyConditions(contact), TransparencyFrequencies(options.quick));
+      transparencies.insert(transparencies.end(), measured.begin(), measured.end());
     }
   }
   if (options.Measures(kZWidth)) {

@@ -37,7 +37,7 @@ ToolPatch Plane(double stiffness) {
   const double z = kPush / stiffness - kTipRadius;
   const Vector3d corners[] = {{-0.02, -0.02, z}, {0.02, -0.02, z}, {0, 0.03, z}};
   for (const Vector3d& corner : corners) {
-    patch.nodes[patch.point_count].k1 = stiffness;
+    patch.nodes[patch.node_count++].k1 = stiffness;
     PatchPoint& point = patch.points[patch.point_count++];
     point.p_original_W = corner;
     point.normal_W = Vector3d::UnitZ();

@@ -93,7 +93,8 @@ ModelForce::ModelForce(const ShippedContact& contact, double least, double most)
     solve(0, 0);
   }
   const double jaw = contact.grasps ? 0 : 1;
-  for (double x = contact.grasps ? 0 : -kFollowedBy; x < least; x += kFollowedBy) solve(x, jaw);
+  for (double x = contact.grasps ? 0 : -kFollowedBy; x < most; x += kFollowedBy) solve(x, jaw);
+  for (double x = most; x > least; x -= kFollowedBy) solve(x, jaw);
   Eigen::Matrix<double, kModelDepths, 4> powers;
   Eigen::Matrix<double, kModelDepths, 1> forces;
   for (int i = 0; i < kModelDepths; ++i) {
@@ -114,28 +115,36 @@ double ModelForce::SlopeAt(double x) const {
   return (coefficients_[1] + s * (2 * coefficients_[2] + 3 * s * coefficients_[3])) / half_;
 }
 
-Transparency MeasureTransparency(const ShippedContact& contact, const DisplayConditions& display,
-                                 const std::vector<double>& frequencies) {
+namespace {
+
+// The motion's amplitude, m.
+double AmplitudeOf(const ShippedContact& contact) { return kMotionShare * contact.depth; }
+
+// Brings the tip to the reference pose and leaves it to the hand. Returns the hand's push there, N.
+double HoldContact(const ShippedContact& contact, ContactLoop* loop) {
+  if (contact.grasps) {
+    loop->plant().SetJaw(1);
+    loop->Hold(kMovesFrom - contact.depth, -contact.depth, kMovesWith);
+    loop->Rest(0.2);
+    loop->plant().SetJaw(0);
+    loop->Rest(0.2);
+    loop->Hold(-contact.depth, 0, kMovesWith);
+  } else {
+    loop->Hold(-contact.depth - kMovesFrom, 0, kMovesWith);
+  }
+  loop->Rest(kHandSettles);
+  const double push = -loop->plant().force();
+  loop->plant().Push(push);
+  loop->plant().Release(0);
+  return push;
+}
+
+Transparency MeasureUnder(const ShippedContact& contact, const DisplayConditions& display,
+                          const ModelForce& model, const std::vector<double>& frequencies) {
   const HandOptions& hand = InstrumentOf(contact).hand;
   ContactLoop loop(contact, display, contact.depth, 1, true);
-  if (contact.grasps) {
-    loop.plant().SetJaw(1);
-    loop.Hold(kMovesFrom - contact.depth, -contact.depth, kMovesWith);
-    loop.Rest(0.2);
-    loop.plant().SetJaw(0);
-    loop.Rest(0.2);
-    loop.Hold(-contact.depth, 0, kMovesWith);
-  } else {
-    loop.Hold(-contact.depth - kMovesFrom, 0, kMovesWith);
-  }
-  loop.Rest(kHandSettles);
-  const double push = -loop.plant().force();
-  loop.plant().Push(push);
-  loop.plant().Release(0);
-
-  const double amplitude = kMotionShare * contact.depth;
-  const double intended = amplitude * (1 + contact.stiffness / hand.stiffness);
-  const ModelForce model(contact, contact.depth - 1.4 * amplitude, contact.depth + 1.4 * amplitude);
+  const double push = HoldContact(contact, &loop);
+  const double intended = AmplitudeOf(contact) * (1 + contact.stiffness / hand.stiffness);
   Transparency result{contact.name, display, model.SlopeAt(contact.depth), {}};
   for (const double hertz : frequencies) {
     const double periods = std::max(1.0, std::ceil(kLeastTime * hertz));
@@ -157,6 +166,20 @@ Transparency MeasureTransparency(const ShippedContact& contact, const DisplayCon
                              .phase = std::arg(ratio) * 180 / std::numbers::pi});
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<Transparency> MeasureTransparency(const ShippedContact& contact,
+                                              const std::vector<DisplayConditions>& displays,
+                                              const std::vector<double>& frequencies) {
+  const double reach = 1.4 * AmplitudeOf(contact);
+  const ModelForce model(contact, contact.depth - reach, contact.depth + reach);
+  std::vector<Transparency> measured;
+  for (const DisplayConditions& display : displays) {
+    measured.push_back(MeasureUnder(contact, display, model, frequencies));
+  }
+  return measured;
 }
 
 std::vector<DisplayConditions> TransparencyConditions(const ShippedContact& contact) {

@@ -26,7 +26,8 @@ struct Transparency {
 };
 
 /// The static force of the whole model against the depth of a tip, from the solved organs without
-/// the tick (contact_reference.h). A cubic polynomial, fitted at nine depths.
+/// the tick (contact_reference.h). A cubic polynomial, fitted at nine depths of a tip that has been to
+/// the deepest one and back: with friction a first press slips where a motion to and fro sticks.
 class ModelForce {
  public:
   /// Depths from `least` to `most` (m along the guide).
@@ -39,7 +40,7 @@ class ModelForce {
   Eigen::Vector4d coefficients_;
 };
 
-/// Measures the transparency of a contact. The session's own loops run in lockstep with the plant in
+/// Measures the transparency of a contact under each of the conditions. The session's own loops run in lockstep with the plant in
 /// the simulated hand, which holds the contact at its reference pose and moves its intent to and fro
 /// along the guide, so that the tip moves by about a quarter of the depth. At each frequency, after
 /// half a second, over whole periods (at least 0.5 s):
@@ -49,8 +50,9 @@ class ModelForce {
 ///
 /// So the ratio contains encoders, rate, delay, the hand-over of patches, the passivity controller
 /// and the guard. Deterministic.
-Transparency MeasureTransparency(const ShippedContact& contact, const DisplayConditions& display,
-                                 const std::vector<double>& frequencies);
+std::vector<Transparency> MeasureTransparency(const ShippedContact& contact,
+                                              const std::vector<DisplayConditions>& displays,
+                                              const std::vector<double>& frequencies);
 
 /// Returns the conditions in which a contact is measured: the scene's, and the same without the
 /// passivity controller and the guard's limits.

@@ -20,6 +20,12 @@ struct EdgeWedge {
   /// (engine/reference_fem) with both faces bonded to a rigid body: 7,425, 23,569 and 54,145 nodes
   /// give 25.0, 24.7, 24.5 along the edge and 34.8, 34.2, 34.0 off it. Extrapolated.
   static constexpr double kAlongEdge = 24.3, kOffEdge = 33.6;
+  /// The same of 27-node hexahedra: across the edge, N/m, and against rotations about the middle of
+  /// the held tissue, N m, about x, y and z. 9,657 and 30,745 nodes on a quarter of the wedge give
+  /// 6.14 and 6.12, 8.70e-4 and 8.61e-4, 7.90e-4 and 7.83e-4, 6.27e-4 and 6.22e-4; along the edge and
+  /// off it 24.4 and 24.4, 33.9 and 33.7. Extrapolated.
+  static constexpr double kAcrossEdge = 6.07;
+  static constexpr double kTurnInFaces = 8.4e-4, kTurnAboutEdge = 7.7e-4, kTwist = 6.1e-4;
 
   /// Half the thickness at the distance `s` from the edge, m.
   static double HalfThickness(double s) { return 0.002 + 0.25 * s; }

@@ -1,5 +1,7 @@
 // The patch that a step leaves for the haptic loop.
 
+#include <memory>
+
 #include "tests/support/deformation_loop_fixture.h"
 
 namespace hpdm {
@@ -26,6 +28,60 @@ TEST_F(ContactPatchTest, PatchIsBoundedAndConsistent) {
       EXPECT_DOUBLE_EQ(node.neighbours[i].edge.norm(), node.neighbours[i].rest_length);
     }
   }
+}
+
+// Copies of a session copy its patches.
+TEST_F(ContactPatchTest, ACopyOfAPatchHasWhatIsInUse) {
+  for (const ReactionType reaction : {ReactionType::kPaper, ReactionType::kLattice}) {
+    ToolOptions options;
+    options.reaction = reaction;
+    Start(options);
+    Step(ToolAt(Vector3d(0.02, 0.01, 0.05)));
+    const ToolPatch& patch = patch_.Front().tools[0].main();
+    ASSERT_GT(patch.point_count, 10);
+    EXPECT_EQ(patch.node_count, reaction == ReactionType::kPaper ? patch.point_count : 0);
+    const auto copy = std::make_unique<ToolPatch>(patch);
+    ASSERT_EQ(copy->point_count, patch.point_count);
+    ASSERT_EQ(copy->triangle_count, patch.triangle_count);
+    ASSERT_EQ(copy->node_count, patch.node_count);
+    for (int i = 0; i < patch.point_count; ++i) {
+      EXPECT_EQ(copy->points[i].p_original_W, patch.points[i].p_original_W);
+      EXPECT_EQ(copy->points[i].compliance_W, patch.points[i].compliance_W);
+    }
+    for (int i = 0; i < patch.node_count; ++i) {
+      EXPECT_EQ(copy->nodes[i].k1, patch.nodes[i].k1);
+      ASSERT_EQ(copy->nodes[i].neighbour_count, patch.nodes[i].neighbour_count);
+      EXPECT_EQ(copy->nodes[i].neighbours[0].edge, patch.nodes[i].neighbours[0].edge);
+    }
+    SurfaceFoot foot, foot_of_copy;
+    const Vector3d above = patch.points[0].p_original_W + 0.001 * patch.points[0].normal_W;
+    ASSERT_TRUE(patch.packed.FindFoot(above, 0.01, &foot));
+    ASSERT_TRUE(copy->packed.FindFoot(above, 0.01, &foot_of_copy));
+    EXPECT_EQ(foot_of_copy.mesh_triangle, foot.mesh_triangle);
+    EXPECT_EQ(foot_of_copy.weights, foot.weights);
+  }
+}
+
+// Counts what is done to values of its type.
+struct Counted {
+  Counted() { ++made; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) {
+    ++assigned;
+    return *this;
+  }
+  static inline int made = 0, assigned = 0;
+};
+
+// So that a copy takes no memory for what is not in use.
+TEST(Room, ACopyWritesOnlyTheValuesInUse) {
+  using Values = Room<Counted, 8>;
+  const Values from;
+  ASSERT_EQ(Counted::made, 8);
+  Values copy(Values::kUntouched);
+  copy.Take(from, 3);
+  EXPECT_EQ(Counted::made, 8);
+  EXPECT_EQ(Counted::assigned, 3);
 }
 
 // Small strain without other loads: a released press returns to the rest surface.

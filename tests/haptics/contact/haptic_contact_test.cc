@@ -150,6 +150,7 @@ TEST(HapticContact, UnusableTrianglesAreLeftOutAndOpenNoBorder) {
   // A triangle without area along the edge from point 23 to 24, between its two neighbours.
   const std::uint8_t middle = static_cast<std::uint8_t>(patch.point_count++);
   patch.points[middle] = patch.points[24];
+  patch.nodes[patch.node_count++] = patch.nodes[24];
   patch.points[middle].p_original_W =
       (patch.points[23].p_original_W + patch.points[24].p_original_W) / 2;
   for (int t = 0; t < patch.triangle_count; ++t) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "tests/support/felt_bench.h"
 #include "tests/support/shapes.h"
@@ -239,17 +240,20 @@ TEST(Notch, ASlideFromOneWallToTheOtherHasNoGapAndNoJump) {
 
 // Elastic walls without friction: a round trip of the tip in the groove costs no work. It goes down in
 // the middle, aside and up along one wall, so that one place begins and ends. Near the bottom the
-// kernel is cut by the edge, which its mean normals do not know: 2 %.
-TEST(Notch, ARoundTripInASoftNotchCostsNoWork) {
-  const double half_angle = 0.2 * pi, groove = 0.015, radius = 0.005;
-  FeltBench bench(GrooveOptions(false), GroovedBlock(half_angle, groove), BallTip(radius));
-  const Vector3d deep(0, 0.001, -groove + (radius - 0.0012) / std::sin(half_angle));
-  const Vector3d free = deep + Vector3d(0, 0, 0.006), aside = deep + Vector3d(0.0015, 0, 0);
-  const Felt down = Move(&bench, {free, free, deep}, 2e-5);
-  EXPECT_EQ(down.most_presses, 2);
-  EXPECT_LT(std::abs(bench.Hand().x()), 0.02 * bench.Hand().z());
-  const Felt rest = Move(&bench, {deep, aside, aside + Vector3d(0, 0, 0.007), free}, 2e-5);
-  EXPECT_LT(std::abs(down.work + rest.work), 0.03 * down.work) << down.work;
+// kernel is cut by the edge, which its mean normals do not know: the walls give 1.4 % of the work too
+// much back under a tip of 5 mm, and 9 % under one of 2.5 mm, which comes nearer to the bottom.
+TEST(Notch, ARoundTripInASoftNotchCostsLittleWork) {
+  const double half_angle = 0.2 * pi, groove = 0.015;
+  for (const auto& [radius, most] : {std::pair(0.005, 0.03), std::pair(0.0025, 0.1)}) {
+    FeltBench bench(GrooveOptions(false), GroovedBlock(half_angle, groove), BallTip(radius));
+    const Vector3d deep(0, 0.001, -groove + (radius - 0.0012) / std::sin(half_angle));
+    const Vector3d free = deep + Vector3d(0, 0, 0.006), aside = deep + Vector3d(0.0015, 0, 0);
+    const Felt down = Move(&bench, {free, free, deep}, 2e-5);
+    EXPECT_EQ(down.most_presses, 2);
+    EXPECT_LT(std::abs(bench.Hand().x()), 0.02 * bench.Hand().z());
+    const Felt rest = Move(&bench, {deep, aside, aside + Vector3d(0, 0, 0.007), free}, 2e-5);
+    EXPECT_LT(std::abs(down.work + rest.work), most * down.work) << radius;
+  }
 }
 
 // A round organ, a groove whose walls differ by 18 degrees, a deep dent: one place only.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tools/haptics/bonded_disc.h"
+#include "tools/haptics/edge_grasp.h"
 
 namespace hpdm {
 namespace {
@@ -69,6 +70,18 @@ TEST(ContactTables, ADiscHasTheStiffnessOfItsOwnMaterialOnly) {
   EXPECT_FALSE(missed(measured.twist / exact.twist));
   EXPECT_TRUE(missed(measured.twist / other.twist));
   EXPECT_TRUE(missed(measured.twist / measured.rocking));
+}
+
+// Between the jaws a coarse lattice bends and twists too little. A finer one comes nearer.
+TEST(ContactTables, AGraspThatTurnsIsTooStiffAndLessSoOnAFinerLattice) {
+  const GraspTurns exact = ExactGraspTurns();
+  const GraspTurns coarse = TurnGrasp(0.003, 4, 27), fine = TurnGrasp(0.003, 8, 64);
+  for (const auto turn : {&GraspTurns::in_faces, &GraspTurns::about_edge, &GraspTurns::twist}) {
+    EXPECT_GT(fine.*turn, exact.*turn);
+    EXPECT_LT(fine.*turn, 1.6 * exact.*turn);
+    EXPECT_LT(fine.*turn, coarse.*turn);
+    EXPECT_LT(coarse.*turn, 2.4 * exact.*turn);
+  }
 }
 
 TEST(ContactTables, MissedValuesAreMarkedAndCounted) {

@@ -115,15 +115,15 @@ TEST_P(HandForce, MatchesTheWholeModel) {
   }
 }
 
-// The remaining errors are the normal's direction, which the tick extrapolates
-// from the step before, and the tissue in the jaws, which the next step decides: where the jaws close
-// while the hand moves, tick and whole model hold tissue some millimetres apart.
+// The remaining errors of the loops are the normal's direction, which the tick extrapolates from the
+// step before, and the tissue in the jaws, which the next step decides. A tick whose normal does not
+// lean with friction has 1.3 % in the last case.
 INSTANTIATE_TEST_SUITE_P(Hands, HandForce,
-                         testing::Values(Claim{"press", 0.02, 0.03}, Claim{"slide", 0.02, 0.03},
-                                         Claim{"tap", 0.01, 0.02}, Claim{"grasp_pull", 0.06, 0.08},
-                                         Claim{"press_grasp_pull", 0.06, 0.08},
-                                         Claim{"slide_press", 0.02, 0.03},
-                                         Claim{"slide_friction", 0.02, 0.1}),
+                         testing::Values(Claim{"press", 0.02, 0.01}, Claim{"slide", 0.02, 0.02},
+                                         Claim{"tap", 0.01, 0.01}, Claim{"grasp_pull", 0.06, 0.02},
+                                         Claim{"press_grasp_pull", 0.06, 0.02},
+                                         Claim{"slide_press", 0.02, 0.02},
+                                         Claim{"slide_friction", 0.02, 0.01}),
                          [](const auto& claim) { return claim.param.name; });
 
 // The force for the displacement that quadratic tetrahedra find under the same force.

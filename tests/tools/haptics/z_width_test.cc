@@ -97,11 +97,24 @@ TEST(ZWidth, ATooStiffContactAndAWrongLinearLoopAreMissed) {
 TEST(Transparency, APressIsTransparentAndADelayTurnsItsPhaseByItsOwnAngle) {
   const ShippedContact& contact = Contacts()[0];
   constexpr double kHertz = 10, kDelay = 0.005;
-  const Transparency now = MeasureTransparency(contact, {}, {1, kHertz});
-  const Transparency late = MeasureTransparency(contact, {.delay = kDelay}, {kHertz});
+  const std::vector<Transparency> both =
+      MeasureTransparency(contact, {{}, {.delay = kDelay}}, {1, kHertz});
+  const Transparency &now = both[0], &late = both[1];
   EXPECT_NEAR(now.points[0].ratio, 1, 0.1);
   EXPECT_NEAR(now.points[0].phase, 0, 10);
-  EXPECT_NEAR(late.points[0].phase - now.points[1].phase, -360 * kHertz * kDelay, 2);
+  EXPECT_NEAR(late.points[1].phase - now.points[1].phase, -360 * kHertz * kDelay, 2);
+}
+
+// A tip with friction slips in a first press and sticks to and fro. The model does as the hand.
+TEST(Transparency, APressWithFrictionIsTransparentToo) {
+  Scene scene = LoadScene(TwoHandsScene().replace_filename("abdomen.toml"));
+  scene.organs.resize(1);  // the liver
+  scene.organs[0].contacts.clear();
+  scene.instruments.erase(scene.instruments.begin());
+  const std::vector<ShippedContact> contacts = FindContacts(std::make_shared<const Session>(scene));
+  ASSERT_EQ(contacts.size(), 1u);
+  const Transparency measured = MeasureTransparency(contacts[0], {{}}, {2})[0];
+  EXPECT_NEAR(measured.points[0].ratio, 1, 0.02);
 }
 
 Transparency Response(double ratio, double phase) {

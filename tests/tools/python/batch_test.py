@@ -1,5 +1,8 @@
 """Batches: bit for bit the same as single sessions, whatever the number of threads."""
 
+import os
+import subprocess
+import sys
 import unittest
 
 import numpy as np
@@ -73,6 +76,24 @@ class BatchTest(unittest.TestCase):
             for _ in range(37):
                 session.step()
             self.assertEqual(batch.force[1].tobytes(), session.force.tobytes())
+
+    @unittest.skipIf("asan" in os.environ.get("LD_PRELOAD", ""), "it reserves memory of its own")
+    def test_a_further_session_takes_little_memory(self):
+        code = """
+import os, sys, hpdm
+batch = hpdm.Batch(hpdm.scene_path("liver_palpation.toml"), int(sys.argv[1]), threads=1)
+start = batch.command["probe"][0, 2]
+for step in range(36):
+    batch.command["probe"][:, 2] = start + 0.001 * step
+    batch.step()
+assert batch.force.any()
+with open("/proc/self/statm") as file:
+    print(int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6)
+"""
+        one, many = (float(subprocess.run([sys.executable, "-c", code, count], check=True,
+                                          capture_output=True, text=True).stdout)
+                     for count in ("1", "33"))
+        self.assertLess((many - one) / 32, 2.5)  # MB; whole copies take 6
 
     def test_shapes(self):
         with hpdm.Batch(SCENE, 4, threads=1) as batch:

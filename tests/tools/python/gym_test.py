@@ -108,6 +108,7 @@ class GymTest(unittest.TestCase):
             limit = 4
         vector = VectorEnv(Short, 3, threads=2)
         observations, info = vector.reset(seed=5)
+        self.assertIn(observations, vector.observation_space)
         singles = [Env(Short) for _ in range(3)]
         for i, env in enumerate(singles):
             alone, own = env.reset(seed=5 + i)

@@ -13,8 +13,8 @@ from .batch import Batch
 from .errors import InputError, MachineError
 from .files import Driver, Log, plan, solve
 from .scene import Scene, scene_path
-from .session import Organ, Session
+from .session import Organ, Session, State
 
 __version__ = "0.2.0"
 __all__ = ["Batch", "Driver", "InputError", "Log", "MachineError", "Organ", "Scene", "Session",
-           "plan", "scene_path", "solve"]
+           "State", "plan", "scene_path", "solve"]

@@ -8,6 +8,10 @@ from . import _native
 from .scene import as_scene
 
 
+#: What Session.save() returns; `time`: its virtual time, s.
+State = _native.State
+
+
 def devices_of(device):
     """Returns the list of devices from one or several."""
     names = [device] if isinstance(device, str) else list(device)

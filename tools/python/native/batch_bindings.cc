@@ -123,7 +123,8 @@ void BindBatches(py::module_* module) {
              const std::vector<std::uint32_t>& seeds, const std::string& command, int threads) {
             return std::make_unique<NativeBatch>(model, devices, seeds, command, threads);
           }))
-      .def("step", &NativeBatch::Step)
+      .def("step", &NativeBatch::Step,
+           "Computes a step of every session. Other Python threads run meanwhile.")
       .def("reset", &NativeBatch::Reset)
       .def("save", &NativeBatch::Save)
       .def("load", &NativeBatch::Load)

@@ -64,6 +64,13 @@ class NativeSession {
     const py::gil_scoped_release unlocked;
     data.Step();
   }
+  /// Steps without a call between them: what the benchmark compares calls with.
+  void Run(int count) {
+    const OneCaller caller(&busy_, kWhat);
+    SessionData& data = *this->data();
+    const py::gil_scoped_release unlocked;
+    for (int i = 0; i < count; ++i) data.Step();
+  }
   void Reset(std::uint32_t seed) {
     const OneCaller caller(&busy_, kWhat);
     SessionData& data = *this->data();
@@ -231,7 +238,8 @@ void BindSessions(py::module_* module) {
       .def_property_readonly("remarks", &SessionModel::remarks)
       .def("camera", &CameraOf);
 
-  py::class_<SessionData, std::shared_ptr<SessionData>>(*module, "State")
+  py::class_<SessionData, std::shared_ptr<SessionData>>(
+      *module, "State", "The state of a session, from Session.save(). time: its virtual time, s.")
       .def_property_readonly("time",
                              [](const SessionData& d) { return ToSeconds(d.session.time_ns()); });
 
@@ -244,7 +252,10 @@ void BindSessions(py::module_* module) {
       .def(py::init([](const std::shared_ptr<SessionData>& state) {
         return std::make_unique<NativeSession>(std::make_shared<SessionData>(*state));
       }))
-      .def("step", &NativeSession::Step)
+      .def("step", &NativeSession::Step,
+           "Computes one deformation step and the haptic ticks of its period. Other Python threads "
+           "run meanwhile.")
+      .def("run", &NativeSession::Run)
       .def("record", &NativeSession::Record)
       .def("end_record", &NativeSession::EndRecord)
       .def("reset", &NativeSession::Reset)

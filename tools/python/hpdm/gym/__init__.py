@@ -11,6 +11,7 @@ terminated, truncated, info). The tests check this contract; gymnasium's own che
 
 from .env import Env
 from .spaces import Box, Dict
+from .task import Task
 from .tasks import TASKS, GraspLiftTouch, PalpateNodule, Reach, TissueRetraction, TwoHandManipulation
 from .vector import VectorEnv
 
@@ -23,4 +24,4 @@ def make(task, **options):
 
 
 __all__ = ["Box", "Dict", "Env", "GraspLiftTouch", "PalpateNodule", "Reach", "TASKS",
-           "TissueRetraction", "TwoHandManipulation", "VectorEnv", "make"]
+           "Task", "TissueRetraction", "TwoHandManipulation", "VectorEnv", "make"]

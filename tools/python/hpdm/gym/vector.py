@@ -4,8 +4,15 @@ import numpy as np
 
 from ..batch import Batch
 from .env import check_arguments, picture_of, spaces_of
-from .spaces import Box
+from .spaces import Box, Dict
 from .task import Slot
+
+
+def batched(space, count):
+    """Returns the space of `count` members of a space, stacked."""
+    if isinstance(space, Dict):
+        return Dict({name: batched(one, count) for name, one in space.spaces.items()})
+    return Box(space.low, space.high, (count, *space.shape), space.dtype)
 
 
 class VectorEnv:
@@ -33,7 +40,8 @@ class VectorEnv:
             one.begin(random, self._starts, {})
         self.single_action_space, self.single_observation_space = spaces_of(
             self.tasks[0], scene, observation, self.size)
-        self.action_space = Box(-1.0, 1.0, (count, *self.single_action_space.shape))
+        self.action_space = batched(self.single_action_space, count)
+        self.observation_space = batched(self.single_observation_space, count)
 
     def _observe(self, i):
         if self.observation == "state":
