@@ -34,12 +34,10 @@ constexpr int kFinitePointsDegree = 2;
 // easily that a load far beside them moves them, and in finite strain the tissue inverts in them.
 constexpr double kLeastTissue = 0.002, kLeastTissueFinite = 0.02;
 
-// Samples of a layer along the control points' spacing: a spline's tangential strain hardly changes
-// between two.
+// Samples of a layer along the control points' spacing.
 constexpr double kSamplesOfLayer = 3;
 
-// Points of tissue under finer levels keep the moments of this degree.
-constexpr int kLevelPointsDegree = 3;
+constexpr int kLevelPointsDegree = 3;  // of the moments that points under finer levels keep
 
 // Presses that place the functions of finer levels in a scene without loads.
 constexpr int kPresses = 24;
